@@ -1,0 +1,94 @@
+//! An indexed triangle mesh in a named frame.
+
+use std::marker::PhantomData;
+
+use crate::geom::{Bounds, Object, Point, Rigid, Vec3};
+
+/// An indexed triangle mesh, mm, frame `F`; corners counter-clockwise seen from outside.
+#[derive(Debug)]
+pub struct TriangleMesh<F = Object> {
+    vertices: Vec<Vec3>,
+    facets: Vec<[u32; 3]>,
+    frame: PhantomData<F>,
+}
+
+impl<F> Clone for TriangleMesh<F> {
+    fn clone(&self) -> Self {
+        Self { vertices: self.vertices.clone(), facets: self.facets.clone(), frame: PhantomData }
+    }
+}
+
+impl<F> TriangleMesh<F> {
+    /// A mesh of `vertices` and index triples; every index must be below `vertices.len()`.
+    ///
+    /// # Panics
+    ///
+    /// Panics where an index is out of range: the readers check theirs first.
+    pub fn new(vertices: Vec<Vec3>, facets: Vec<[u32; 3]>) -> Self {
+        let count = vertices.len();
+        assert!(facets.iter().flatten().all(|&i| (i as usize) < count), "a facet names a vertex that is not there");
+        Self { vertices, facets, frame: PhantomData }
+    }
+
+    /// The vertices, mm.
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.vertices
+    }
+
+    /// The facets as triples of vertex indices.
+    pub fn facets(&self) -> &[[u32; 3]] {
+        &self.facets
+    }
+
+    /// The three corners of facet `index`, mm.
+    pub fn corners(&self, index: usize) -> [Vec3; 3] {
+        self.facets[index].map(|i| self.vertices[i as usize])
+    }
+
+    /// Twice the facet's area along its outward normal, mm²: `(b - a) x (c - a)`; zero for a degenerate facet.
+    pub fn area_vector(&self, index: usize) -> Vec3 {
+        let [a, b, c] = self.corners(index);
+        (b - a).cross(&(c - a))
+    }
+
+    /// The facet's outward unit normal; `None` for a facet without area.
+    pub fn normal(&self, index: usize) -> Option<Vec3> {
+        let vector = self.area_vector(index);
+        let length = vector.norm();
+        (length > 0.0).then(|| vector / length)
+    }
+
+    /// The facet's area, mm².
+    pub fn facet_area(&self, index: usize) -> f64 {
+        self.area_vector(index).norm() * 0.5
+    }
+
+    /// The surface area, mm².
+    pub fn area(&self) -> f64 {
+        (0..self.facets.len()).map(|i| self.facet_area(i)).sum()
+    }
+
+    /// The enclosed volume, mm³; meaningful for closed meshes, negative where facets face inward.
+    ///
+    /// Summed about the first vertex, so that a part far from the origin loses no digits.
+    pub fn volume(&self) -> f64 {
+        let Some(&origin) = self.vertices.first() else { return 0.0 };
+        (0..self.facets.len())
+            .map(|i| {
+                let [a, b, c] = self.corners(i);
+                (a - origin).dot(&(b - origin).cross(&(c - origin))) / 6.0
+            })
+            .sum()
+    }
+
+    /// The smallest axis-parallel box around all vertices.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::of(self.vertices.iter().copied())
+    }
+
+    /// The same surface seen from frame `G`.
+    pub fn moved<G>(&self, motion: &Rigid<F, G>) -> TriangleMesh<G> {
+        let vertices = self.vertices.iter().map(|&v| motion.point(Point::from(v)).at).collect();
+        TriangleMesh { vertices, facets: self.facets.clone(), frame: PhantomData }
+    }
+}

@@ -1,0 +1,75 @@
+//! How a slot is sliced: the few numbers that every slicer understands.
+
+use serde::{Deserialize, Serialize};
+
+/// Process settings of one print; lengths in mm, speeds in mm/s, temperatures in deg C.
+///
+/// They drive the built-in slicer wholly, and are the base below the user's own configuration for the others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SliceSettings {
+    /// Nozzle bore.
+    pub nozzle_mm: f64,
+    /// Filament diameter.
+    pub filament_mm: f64,
+    /// Layer height; the first layer of a slot has the same.
+    pub layer_height_mm: f64,
+    /// Width of every extruded line.
+    pub line_width_mm: f64,
+    /// Number of walls.
+    pub walls: u32,
+    /// Solid layers below each downward skin.
+    pub bottom_layers: u32,
+    /// Solid layers below each upward skin.
+    pub top_layers: u32,
+    /// Sparse infill, 0 (hollow) to 1 (solid).
+    pub infill: f64,
+    /// Speed of the outer wall.
+    pub outer_wall_mm_per_s: f64,
+    /// Speed of the inner walls.
+    pub inner_wall_mm_per_s: f64,
+    /// Speed of solid and sparse infill.
+    pub infill_mm_per_s: f64,
+    /// Speed of the first layer of a part that stands on the table.
+    pub first_layer_mm_per_s: f64,
+    /// Speed of moves without extrusion.
+    pub travel_mm_per_s: f64,
+    /// Filament pulled back before a travel.
+    pub retract_mm: f64,
+    /// Speed of the pull.
+    pub retract_mm_per_s: f64,
+    /// Travels shorter than this are made without a pull.
+    pub retract_from_mm: f64,
+    /// Nozzle temperature.
+    pub nozzle_c: f64,
+    /// Bed temperature; 0 leaves the bed alone.
+    pub bed_c: f64,
+    /// Part fan, 0 to 1, from the second layer on.
+    pub fan: f64,
+}
+
+impl Default for SliceSettings {
+    fn default() -> Self {
+        Self {
+            nozzle_mm: 0.4,
+            filament_mm: 1.75,
+            layer_height_mm: 0.2,
+            line_width_mm: 0.45,
+            walls: 2,
+            bottom_layers: 4,
+            top_layers: 4,
+            infill: 0.2,
+            outer_wall_mm_per_s: 30.0,
+            inner_wall_mm_per_s: 45.0,
+            infill_mm_per_s: 60.0,
+            first_layer_mm_per_s: 20.0,
+            travel_mm_per_s: 120.0,
+            retract_mm: 1.0,
+            retract_mm_per_s: 35.0,
+            retract_from_mm: 1.5,
+            nozzle_c: 210.0,
+            bed_c: 60.0,
+            fan: 1.0,
+        }
+    }
+}
