@@ -1,5 +1,7 @@
 #![doc = include_str!("ARCHITECTURE.md")]
 
+pub mod gcode;
 pub mod geom;
 pub mod mesh;
+pub mod motion;
 pub mod slicing;

@@ -1,0 +1,350 @@
+//! The kinematic chain of a table that tilts and turns.
+//!
+//! ```text
+//! p_machine = pivot + R_tilt(A) * ( offset + Rz(C) * p_table )
+//!
+//! pivot    a point on the tilt axis, machine coordinates, mm
+//! offset   from that point to the table's centre at tilt 0, mm
+//! R_tilt   Rx for an A table, Ry for a B table
+//! ```
+//!
+//! Positive angles turn **the table**, right-handed about machine +X / +Y and about its own +Z. A firmware that counts
+//! the other way, or from another zero, is an [`AxisRange`] with `direction = -1` or a `zero`, applied once at the edge.
+//! Only this chain is written down here; expanded formulas live in the tests, as witnesses.
+
+use std::fmt;
+
+use crate::gcode::round_to;
+use crate::geom::{Angle, Dir, Machine, Mat3, Rigid, Table, Vec3};
+
+/// The machine axis about which the table tilts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TiltAbout {
+    /// An A table: tilts about machine +X.
+    X,
+    /// A B table: tilts about machine +Y.
+    Y,
+}
+
+/// The table's two angles, right-handed, as the chain counts them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Tilt about machine +X or +Y.
+    pub tilt: Angle,
+    /// Rotation about the table's own +Z; may count more than one turn.
+    pub rotation: Angle,
+}
+
+impl Pose {
+    /// The table level, rotation at its zero.
+    pub const LEVEL: Self = Self { tilt: Angle::ZERO, rotation: Angle::ZERO };
+
+    /// A pose of `tilt` and `rotation` degrees.
+    pub fn from_deg(tilt: f64, rotation: f64) -> Self {
+        Self { tilt: Angle::from_deg(tilt), rotation: Angle::from_deg(rotation) }
+    }
+}
+
+/// One rotary axis: its word in G-code, its sense and zero, its stops and its speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisRange {
+    /// The word's letter, `b'A'`, `b'B'` or `b'C'`.
+    pub letter: u8,
+    /// +1 where the firmware counts right-handed turns of the table, -1 where it counts the other way.
+    pub direction: f64,
+    /// What the firmware's word says where the chain's angle is zero.
+    pub zero: Angle,
+    /// The lowest and highest *word* the machine accepts; `None` for an endless axis.
+    pub range: Option<(Angle, Angle)>,
+    /// The fastest turn, rad/s.
+    pub max_rate: f64,
+}
+
+impl AxisRange {
+    /// The firmware's word for the chain's angle.
+    pub fn word_of(&self, angle: Angle) -> Angle {
+        angle * self.direction + self.zero
+    }
+
+    /// The chain's angle for the firmware's word.
+    pub fn angle_of(&self, word: Angle) -> Angle {
+        (word - self.zero) * self.direction
+    }
+
+    /// Whether the axis can stand at the chain's `angle`; [`RANGE_SLACK_DEG`] beyond the stop still counts.
+    pub fn admits(&self, angle: Angle) -> bool {
+        self.range.is_none_or(|(low, high)| {
+            let word = self.word_of(angle).deg();
+            word >= low.deg() - RANGE_SLACK_DEG && word <= high.deg() + RANGE_SLACK_DEG
+        })
+    }
+}
+
+/// Half of the last digit with which an angle is written (0.0001 deg): a pose at the very stop is not out of range.
+pub const RANGE_SLACK_DEG: f64 = 5e-5;
+
+/// Within this distance of upright (chord of the unit vector) the rotation is free: 0.00006 deg, below what a word can say.
+const SINGULAR: f64 = 1e-6;
+
+/// A build direction that the table cannot bring upright.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unreachable {
+    /// The tilt it takes, degrees, as the firmware's word; the solution nearer to the range.
+    pub tilt_word_deg: f64,
+    /// The tilt axis's letter.
+    pub tilt_letter: char,
+    /// What that axis accepts, degrees.
+    pub range_deg: (f64, f64),
+    /// The rotation that has no turn inside its stops, where the tilt was not the trouble.
+    pub rotation_word_deg: Option<f64>,
+}
+
+impl fmt::Display for Unreachable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (low, high) = self.range_deg;
+        let (low, high) = (round_to(low, 4), round_to(high, 4));
+        match self.rotation_word_deg {
+            Some(word) => write!(f, "needs rotation {word:.2} deg; this table turns {low}..{high}"),
+            None => write!(f, "needs tilt {:.2} deg; this table tilts {low}..{high}", self.tilt_word_deg),
+        }
+    }
+}
+
+impl std::error::Error for Unreachable {}
+
+/// A table that tilts about one machine axis and turns about its own normal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableKinematics {
+    /// The tilt axis's direction.
+    pub about: TiltAbout,
+    /// A point on the tilt axis, machine coordinates, mm.
+    pub pivot: Vec3,
+    /// From the pivot to the table's centre at tilt 0, mm.
+    pub offset: Vec3,
+    /// The tilt axis.
+    pub tilt: AxisRange,
+    /// The rotation axis.
+    pub rotation: AxisRange,
+}
+
+impl TableKinematics {
+    /// The motion from the table's frame to the machine's at `pose`.
+    pub fn forward(&self, pose: Pose) -> Rigid<Table, Machine> {
+        let tilt = self.tilt_matrix(pose.tilt);
+        let turn = rotation_z(pose.rotation);
+        Rigid::new(tilt * turn, self.pivot + tilt * self.offset)
+    }
+
+    /// Both poses that bring `up` upright, the rotation in `(-180, 180]` degrees; one where `up` is the table's normal.
+    ///
+    /// The rotation of an upright direction is free and comes back as that of `from`.
+    pub fn solutions(&self, up: Dir<Table>, from: Pose) -> Vec<Pose> {
+        let d = up.unit();
+        let sideways = d.x.hypot(d.y);
+        if sideways < SINGULAR {
+            let tilt = if d.z > 0.0 { Angle::ZERO } else { Angle::from_deg(180.0) };
+            return vec![Pose { tilt, rotation: from.rotation }];
+        }
+        let tilt = Angle::from_rad(sideways.atan2(d.z));
+        // Rz(C) must turn d into the plane the tilt works in: onto +Y for an A table (Rx turns +Y to +Z), onto -X for B.
+        let azimuth = d.y.atan2(d.x);
+        let target = match self.about {
+            TiltAbout::X => std::f64::consts::FRAC_PI_2,
+            TiltAbout::Y => std::f64::consts::PI,
+        };
+        let rotation = Angle::from_rad(target - azimuth);
+        let half_turn = Angle::from_deg(180.0);
+        vec![
+            Pose { tilt, rotation: rotation.wrapped() },
+            Pose { tilt: -tilt, rotation: (rotation + half_turn).wrapped() },
+        ]
+    }
+
+    /// The pose within the axes' ranges that brings `up` upright with the least turning from `from`, unwound.
+    ///
+    /// Ties go to the solution with the smaller rotation, then to the positive tilt.
+    ///
+    /// # Errors
+    ///
+    /// [`Unreachable`] where neither solution lies within the ranges; never a clamped pose.
+    pub fn upright(&self, up: Dir<Table>, from: Pose) -> Result<Pose, Unreachable> {
+        let mut best: Option<(f64, Pose)> = None;
+        let mut failure: Option<(f64, Unreachable)> = None;
+        for pose in self.solutions(up, from) {
+            match self.unwound(pose, from) {
+                Ok(pose) => {
+                    let turning = (pose.tilt - from.tilt).abs().deg() + (pose.rotation - from.rotation).abs().deg();
+                    if best.is_none_or(|(least, _)| turning < least - 1e-9) {
+                        best = Some((turning, pose));
+                    }
+                }
+                Err(unreachable) => {
+                    let miss = self.tilt_miss(pose);
+                    if failure.as_ref().is_none_or(|(least, _)| miss < *least) {
+                        failure = Some((miss, unreachable));
+                    }
+                }
+            }
+        }
+        match (best, failure) {
+            (Some((_, pose)), _) => Ok(pose),
+            (None, Some((_, unreachable))) => Err(unreachable),
+            (None, None) => unreachable!("every direction has a solution"),
+        }
+    }
+
+    /// `pose` with its rotation on the turn nearest to `from` that the stops allow.
+    fn unwound(&self, pose: Pose, from: Pose) -> Result<Pose, Unreachable> {
+        let out = |axis: &AxisRange, rotation| {
+            let (low, high) = axis.range.unwrap_or_default();
+            Unreachable {
+                tilt_word_deg: self.tilt.word_of(pose.tilt).deg(),
+                tilt_letter: char::from(self.tilt.letter),
+                range_deg: (low.deg(), high.deg()),
+                rotation_word_deg: rotation,
+            }
+        };
+        if !self.tilt.admits(pose.tilt) {
+            return Err(out(&self.tilt, None));
+        }
+        let nearest = pose.rotation.nearest_to(from.rotation);
+        let turn = Angle::from_deg(360.0);
+        [0.0, -1.0, 1.0, -2.0, 2.0]
+            .iter()
+            .map(|&turns| nearest + turn * turns)
+            .find(|&rotation| self.rotation.admits(rotation))
+            .map(|rotation| Pose { tilt: pose.tilt, rotation })
+            .ok_or_else(|| out(&self.rotation, Some(self.rotation.word_of(nearest).deg())))
+    }
+
+    fn tilt_miss(&self, pose: Pose) -> f64 {
+        let word = self.tilt.word_of(pose.tilt);
+        self.tilt.range.map_or(0.0, |(low, high)| (low - word).deg().max((word - high).deg()).max(0.0))
+    }
+
+    fn tilt_matrix(&self, angle: Angle) -> Mat3 {
+        match self.about {
+            TiltAbout::X => rotation_x(angle),
+            TiltAbout::Y => rotation_y(angle),
+        }
+    }
+}
+
+/// Right-handed turn about +X: +Y goes to +Z.
+fn rotation_x(angle: Angle) -> Mat3 {
+    let (s, c) = sin_cos(angle);
+    Mat3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
+}
+
+/// Right-handed turn about +Y: +Z goes to +X.
+fn rotation_y(angle: Angle) -> Mat3 {
+    let (s, c) = sin_cos(angle);
+    Mat3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
+}
+
+/// Right-handed turn about +Z: +X goes to +Y.
+pub(crate) fn rotation_z(angle: Angle) -> Mat3 {
+    let (s, c) = sin_cos(angle);
+    Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+}
+
+/// Sine and cosine, exact at quarter turns so that a table at 90 degrees prints whole coordinates.
+fn sin_cos(angle: Angle) -> (f64, f64) {
+    let quarters = angle.rad() / std::f64::consts::FRAC_PI_2;
+    let nearest = quarters.round();
+    if (quarters - nearest).abs() < 1e-12 {
+        match (nearest as i64).rem_euclid(4) {
+            0 => (0.0, 1.0),
+            1 => (1.0, 0.0),
+            2 => (0.0, -1.0),
+            _ => (-1.0, 0.0),
+        }
+    } else {
+        angle.rad().sin_cos()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(letter: u8, low: f64, high: f64) -> AxisRange {
+        AxisRange {
+            letter,
+            direction: 1.0,
+            zero: Angle::ZERO,
+            range: Some((Angle::from_deg(low), Angle::from_deg(high))),
+            max_rate: 1.0,
+        }
+    }
+
+    fn table(about: TiltAbout, low: f64, high: f64) -> TableKinematics {
+        TableKinematics {
+            about,
+            pivot: Vec3::zeros(),
+            offset: Vec3::zeros(),
+            tilt: axis(b'A', low, high),
+            rotation: AxisRange { range: None, ..axis(b'C', 0.0, 0.0) },
+        }
+    }
+
+    fn dir(x: f64, y: f64, z: f64) -> Dir<Table> {
+        Dir::new(Vec3::new(x, y, z)).unwrap()
+    }
+
+    #[test]
+    fn every_solution_ends_upright() {
+        for about in [TiltAbout::X, TiltAbout::Y] {
+            let table = table(about, -180.0, 180.0);
+            for d in [dir(1.0, 0.0, 0.2), dir(-0.3, 0.5, 0.1), dir(0.0, -1.0, 0.0), dir(0.2, 0.3, -0.9)] {
+                for pose in table.solutions(d, Pose::LEVEL) {
+                    let up = table.forward(pose).dir(d);
+                    assert!((up.unit() - Vec3::z()).norm() < 1e-12, "{about:?} {d:?} {pose:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_branch_towards_plus_x_takes_a_quarter_turn() {
+        let pose = table(TiltAbout::X, 0.0, 90.0).upright(dir(1.0, 0.0, 0.0), Pose::LEVEL).unwrap();
+        assert!((pose.tilt.deg() - 90.0).abs() < 1e-9 && (pose.rotation.deg() - 90.0).abs() < 1e-9, "{pose:?}");
+    }
+
+    #[test]
+    fn the_other_solution_is_taken_where_the_first_is_out_of_range() {
+        let pose = table(TiltAbout::X, -90.0, 10.0).upright(dir(1.0, 0.0, 0.0), Pose::LEVEL).unwrap();
+        assert!((pose.tilt.deg() + 90.0).abs() < 1e-9 && (pose.rotation.deg() + 90.0).abs() < 1e-9, "{pose:?}");
+    }
+
+    #[test]
+    fn out_of_range_names_the_limit_and_never_clamps() {
+        let refused = table(TiltAbout::X, -15.0, 90.0).upright(dir(1.0, 0.0, -0.5), Pose::LEVEL).unwrap_err();
+        assert_eq!(refused.to_string(), "needs tilt 116.57 deg; this table tilts -15..90");
+    }
+
+    #[test]
+    fn an_upright_direction_leaves_the_rotation_where_it_is() {
+        let from = Pose::from_deg(70.0, 390.0);
+        let pose = table(TiltAbout::X, -15.0, 90.0).upright(dir(0.0, 0.0, 1.0), from).unwrap();
+        assert_eq!((pose.tilt.deg(), pose.rotation), (0.0, from.rotation));
+    }
+
+    #[test]
+    fn an_endless_axis_unwinds_to_the_nearest_turn_and_a_stopped_one_stays_inside() {
+        let from = Pose::from_deg(45.0, 350.0);
+        let mut table = table(TiltAbout::X, -90.0, 90.0);
+        let pose = table.upright(dir(0.0, 1.0, 1.0), from).unwrap();
+        assert!((pose.rotation.deg() - 360.0).abs() < 1e-9, "{pose:?}");
+        table.rotation.range = Some((Angle::from_deg(-200.0), Angle::from_deg(200.0)));
+        let pose = table.upright(dir(0.0, 1.0, 1.0), from).unwrap();
+        assert!(pose.rotation.deg().abs() <= 200.0, "{pose:?}");
+    }
+
+    #[test]
+    fn words_count_as_the_firmware_does() {
+        let axis = AxisRange { direction: -1.0, zero: Angle::from_deg(10.0), ..axis(b'A', -90.0, 90.0) };
+        assert!((axis.word_of(Angle::from_deg(30.0)).deg() + 20.0).abs() < 1e-9);
+        assert!((axis.angle_of(Angle::from_deg(-20.0)).deg() - 30.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,523 @@
+//! G-code lines to moves: the modal state of a controller, and nothing else.
+//!
+//! One interpreter serves the sliced input (three axes), our own output (five), verification and timing. It knows
+//! G0-G4, G10/G11, G17, G21, G28, G90/G91, G92 E, G93/G94, M82/M83; every other M-code is handed on as
+//! [`Step::Other`]; every other G-code, inches, other planes, work offsets and `G92 X..` are refused, since their
+//! meaning differs between firmwares or would move the part without our seeing it.
+//!
+//! Units: mm, radians, mm/min as written in the file.
+
+use std::ops::RangeInclusive;
+
+use super::kinematics::{AxisRange, Pose};
+use crate::gcode::{Command, LineKind, ParsedLine};
+use crate::geom::{Angle, Vec3};
+
+/// What the reader must know of the dialect.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// The extruder's letter, `b'E'` for most.
+    pub extruder: u8,
+    /// The tilt and rotation axes; `None` for sliced input, where a rotary word is refused.
+    pub rotary: Option<(AxisRange, AxisRange)>,
+    /// Whether G90/G91 switch the extruder too (Marlin: yes; Klipper, RepRapFirmware: no).
+    pub absolute_switches_extruder: bool,
+}
+
+impl Reading {
+    /// Sliced 3-axis input, as PrusaSlicer, Slic3r and Cura write it.
+    pub fn sliced() -> Self {
+        Self { extruder: b'E', rotary: None, absolute_switches_extruder: true }
+    }
+}
+
+/// Where the tip and the table are; `None` where the file has not said it yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Position {
+    /// X, Y, Z of the tip, mm.
+    pub linear: [Option<f64>; 3],
+    /// The table's tilt.
+    pub tilt: Option<Angle>,
+    /// The table's rotation.
+    pub rotation: Option<Angle>,
+}
+
+impl Position {
+    /// The tip, where all three coordinates are known.
+    pub fn tip(&self) -> Option<Vec3> {
+        let [x, y, z] = self.linear;
+        Some(Vec3::new(x?, y?, z?))
+    }
+
+    /// The table's pose, where both angles are known.
+    pub fn pose(&self) -> Option<Pose> {
+        Some(Pose { tilt: self.tilt?, rotation: self.rotation? })
+    }
+}
+
+/// An arc in the XY plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arc {
+    /// From the start to the centre, mm.
+    pub to_centre: [f64; 2],
+    /// G2.
+    pub clockwise: bool,
+    /// Given by radius (`R`) rather than by centre (`I`, `J`).
+    pub by_radius: Option<f64>,
+    /// Full turns before the end is taken (`P`), at least 1.
+    pub turns: u32,
+}
+
+/// A move of any axis, extrusion included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Move {
+    /// G0.
+    pub rapid: bool,
+    /// Before.
+    pub from: Position,
+    /// After.
+    pub to: Position,
+    /// Filament pushed (negative: pulled), mm as the file counts.
+    pub e: f64,
+    /// F as written: mm/min in G94, 1/min in G93; `None` before the first F.
+    pub feed: Option<f64>,
+    /// Whether `feed` is the inverse time of G93.
+    pub inverse_time: bool,
+    /// Set for G2 and G3.
+    pub arc: Option<Arc>,
+    /// Which of X, Y, Z were written, as bits 0, 1, 2.
+    pub written: u8,
+    /// Whether a rotary word was written.
+    pub rotary_written: bool,
+}
+
+/// What a line did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// Nothing that moves: blank, comment, mode.
+    Nothing,
+    /// A move.
+    Move(Move),
+    /// Firmware retraction: `true` for G10 (pull), `false` for G11 (push).
+    FirmwareRetract(bool),
+    /// G28 in any form: X, Y and Z are unknown afterwards.
+    Home,
+    /// G4, seconds.
+    Dwell(f64),
+    /// The extruder's count was set (G92 E) to this value.
+    ExtruderSet(f64),
+    /// A command that the interpreter has no part in.
+    Other(Command),
+    /// A macro or a text command.
+    Text,
+}
+
+/// Why a line cannot be interpreted safely.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReplayError {
+    /// G20.
+    #[error("G20 switches to inches; slice in millimetres (G21)")]
+    Inches,
+    /// G18, G19.
+    #[error("G{0} takes arcs out of the XY plane; switch arc fitting off in the slicer")]
+    Plane(u32),
+    /// A rotary word where none belongs.
+    #[error(
+        "{0} word in sliced input: trunnion writes the rotary axes itself; choose a G-code flavour that extrudes with E"
+    )]
+    RotaryWord(char),
+    /// `G92` on anything but the extruder.
+    #[error("G92 on an axis other than the extruder shifts all later coordinates; remove it")]
+    ShiftedAxes,
+    /// A G-code without a safe meaning here.
+    #[error("{0} has no meaning that trunnion knows; remove it from the slicer's custom G-code")]
+    Unsupported(Command),
+    /// An arc without a centre.
+    #[error("arc without I, J or R")]
+    ArcCentre,
+    /// A move word without a number.
+    #[error("{0} without a number in a move")]
+    BareWord(char),
+    /// A number no machine can mean.
+    #[error("{0}{1} is beyond any machine; the file is damaged")]
+    Absurd(char, f64),
+}
+
+const SANE_MM: RangeInclusive<f64> = -1e6..=1e7;
+
+/// The modal state of a controller.
+#[derive(Clone, Debug)]
+pub struct Controller {
+    reading: Reading,
+    /// Where the machine is.
+    pub at: Position,
+    absolute: bool,
+    extruder_absolute: bool,
+    extruder_count: f64,
+    feed: Option<f64>,
+    inverse_time: bool,
+    motion: Option<u32>,
+}
+
+impl Controller {
+    /// A controller just switched on: absolute axes and extruder, position unknown.
+    pub fn new(reading: Reading) -> Self {
+        Self {
+            reading,
+            at: Position::default(),
+            absolute: true,
+            extruder_absolute: true,
+            extruder_count: 0.0,
+            feed: None,
+            inverse_time: false,
+            motion: None,
+        }
+    }
+
+    /// The last F, as written.
+    pub fn feed(&self) -> Option<f64> {
+        self.feed
+    }
+
+    /// Takes one line and says what it did.
+    ///
+    /// # Errors
+    ///
+    /// [`ReplayError`] for what has no safe meaning; the state is then unspecified.
+    pub fn step(&mut self, line: &ParsedLine) -> Result<Step, ReplayError> {
+        match line.kind {
+            LineKind::Empty | LineKind::Percent => return Ok(Step::Nothing),
+            LineKind::Macro | LineKind::Text => return Ok(Step::Text),
+            LineKind::Words => {}
+        }
+        let mut step = None;
+        let mut motion = None;
+        for &command in &line.commands {
+            match (command.letter, command.number, command.minor) {
+                (b'G', 0..=3, 0) => motion = Some(command.number),
+                _ => step = self.mode(command, line)?.or(step),
+            }
+        }
+        if let Some(step) = step {
+            return Ok(step);
+        }
+        let bare_words = line.commands.is_empty() && line.words.iter().any(|w| self.is_axis(w.letter));
+        if motion.is_none() && bare_words {
+            motion = self.motion;
+        }
+        let Some(kind) = motion else {
+            self.take_feed(line);
+            return Ok(Step::Nothing);
+        };
+        self.motion = Some(kind);
+        self.take_feed(line);
+        self.make_move(kind, line)
+    }
+
+    fn is_axis(&self, letter: u8) -> bool {
+        matches!(letter, b'X' | b'Y' | b'Z') || letter == self.reading.extruder
+    }
+
+    fn take_feed(&mut self, line: &ParsedLine) {
+        if let Some(feed) = line.value(b'F') {
+            self.feed = Some(feed);
+        }
+    }
+
+    /// Everything that is not a move; `Some` where the line is thereby dealt with.
+    fn mode(&mut self, command: Command, line: &ParsedLine) -> Result<Option<Step>, ReplayError> {
+        if command.letter == b'T' {
+            return Ok(Some(Step::Other(command)));
+        }
+        if command.letter == b'M' {
+            match command.number {
+                82 => self.extruder_absolute = true,
+                83 => self.extruder_absolute = false,
+                _ => return Ok(Some(Step::Other(command))),
+            }
+            return Ok(None);
+        }
+        match (command.number, command.minor) {
+            (4, 0) => {
+                let seconds = line.value(b'S').or_else(|| line.value(b'P').map(|ms| ms / 1000.0));
+                return Ok(Some(Step::Dwell(seconds.unwrap_or(0.0))));
+            }
+            (10 | 11, 0) if !line.words.iter().any(|w| matches!(w.letter, b'L' | b'P' | b'X' | b'Y' | b'Z')) => {
+                return Ok(Some(Step::FirmwareRetract(command.number == 10)));
+            }
+            (10, 0) if line.has(b'P') && !line.has(b'L') => return Ok(Some(Step::Other(command))),
+            (17, 0) | (21, 0) | (40, 0) | (49, 0) | (61, _) | (64, 0) | (80, 0) => {}
+            (18 | 19, 0) => return Err(ReplayError::Plane(command.number)),
+            (20, 0) => return Err(ReplayError::Inches),
+            (28, 0) => {
+                self.at.linear = [None; 3];
+                return Ok(Some(Step::Home));
+            }
+            (29, 0) => {
+                self.at.linear = [None; 3];
+                return Ok(Some(Step::Other(command)));
+            }
+            (90 | 91, 0) => self.set_absolute(command.number == 90),
+            (92, 0) => return self.set_extruder(line).map(Some),
+            (93, 0) => self.inverse_time = true,
+            (94, 0) => self.inverse_time = false,
+            _ => return Err(ReplayError::Unsupported(command)),
+        }
+        Ok(None)
+    }
+
+    fn set_absolute(&mut self, absolute: bool) {
+        self.absolute = absolute;
+        if self.reading.absolute_switches_extruder {
+            self.extruder_absolute = absolute;
+        }
+    }
+
+    fn set_extruder(&mut self, line: &ParsedLine) -> Result<Step, ReplayError> {
+        let only = line.words.iter().all(|w| w.letter == self.reading.extruder || w.letter == b'F');
+        match line.value(self.reading.extruder) {
+            Some(count) if only => {
+                self.extruder_count = count;
+                Ok(Step::ExtruderSet(count))
+            }
+            _ => Err(ReplayError::ShiftedAxes),
+        }
+    }
+
+    fn make_move(&mut self, kind: u32, line: &ParsedLine) -> Result<Step, ReplayError> {
+        let from = self.at;
+        let mut to = from;
+        let mut e = 0.0;
+        let (mut written, mut rotary_written, mut any) = (0u8, false, false);
+        for word in &line.words {
+            let axis = match word.letter {
+                letter if letter == self.reading.extruder => {
+                    e = self.extrude(number(word)?);
+                    any = true;
+                    continue;
+                }
+                b'X' => 0,
+                b'Y' => 1,
+                b'Z' => 2,
+                b'A' | b'B' | b'C' => {
+                    self.turn(&mut to, word.letter, number(word)?)?;
+                    rotary_written = true;
+                    any = true;
+                    continue;
+                }
+                _ => continue,
+            };
+            to.linear[axis] = self.target(from.linear[axis], number(word)?);
+            written |= 1 << axis;
+            any = true;
+        }
+        let arc = if kind >= 2 { Some(arc(kind == 2, line)?) } else { None };
+        if !any && arc.is_none() {
+            return Ok(Step::Nothing);
+        }
+        self.at = to;
+        Ok(Step::Move(Move {
+            rapid: kind == 0,
+            from,
+            to,
+            e,
+            feed: self.feed,
+            inverse_time: self.inverse_time,
+            arc,
+            written,
+            rotary_written,
+        }))
+    }
+
+    /// An axis word's target; unknown stays unknown where the word is relative.
+    fn target(&self, from: Option<f64>, word: f64) -> Option<f64> {
+        if self.absolute { Some(word) } else { from.map(|at| at + word) }
+    }
+
+    fn extrude(&mut self, word: f64) -> f64 {
+        if self.extruder_absolute {
+            let pushed = word - self.extruder_count;
+            self.extruder_count = word;
+            pushed
+        } else {
+            self.extruder_count += word;
+            word
+        }
+    }
+
+    fn turn(&self, to: &mut Position, letter: u8, degrees: f64) -> Result<(), ReplayError> {
+        let refused = Err(ReplayError::RotaryWord(char::from(letter)));
+        let Some((tilt, rotation)) = &self.reading.rotary else { return refused };
+        let (axis, slot) = if letter == tilt.letter {
+            (tilt, &mut to.tilt)
+        } else if letter == rotation.letter {
+            (rotation, &mut to.rotation)
+        } else {
+            return refused;
+        };
+        let word = Angle::from_deg(degrees);
+        if self.absolute {
+            *slot = Some(axis.angle_of(word));
+        } else {
+            *slot = slot.map(|at| axis.angle_of(axis.word_of(at) + word));
+        }
+        Ok(())
+    }
+}
+
+fn number(word: &crate::gcode::Word) -> Result<f64, ReplayError> {
+    let letter = char::from(word.letter);
+    let value = word.value.ok_or(ReplayError::BareWord(letter))?;
+    if SANE_MM.contains(&value) { Ok(value) } else { Err(ReplayError::Absurd(letter, value)) }
+}
+
+fn arc(clockwise: bool, line: &ParsedLine) -> Result<Arc, ReplayError> {
+    let by_radius = line.value(b'R');
+    if by_radius.is_none() && !line.has(b'I') && !line.has(b'J') {
+        return Err(ReplayError::ArcCentre);
+    }
+    let to_centre = [line.value(b'I').unwrap_or(0.0), line.value(b'J').unwrap_or(0.0)];
+    let turns = line.value(b'P').map_or(1, |p| (p as u32).max(1));
+    Ok(Arc { to_centre, clockwise, by_radius, turns })
+}
+
+/// The polyline of an arc from `from` to `to`, its start left out, its end included.
+///
+/// Chords deviate from the arc by at most `tolerance` mm. Z goes evenly along the turn. An arc by radius takes the minor
+/// arc for R > 0 and the major one for R < 0. Where start and end coincide, an arc by centre is a full turn.
+pub fn flatten(from: Vec3, to: Vec3, arc: &Arc, tolerance: f64) -> Vec<Vec3> {
+    let (cx, cy) = match arc.by_radius {
+        None => (from.x + arc.to_centre[0], from.y + arc.to_centre[1]),
+        Some(radius) => centre_of(from, to, radius, arc.clockwise),
+    };
+    let radius = (from.x - cx).hypot(from.y - cy);
+    let start = (from.y - cy).atan2(from.x - cx);
+    let mut sweep = (to.y - cy).atan2(to.x - cx) - start;
+    let turn = std::f64::consts::TAU;
+    if arc.clockwise {
+        sweep = -sweep;
+    }
+    sweep = sweep.rem_euclid(turn);
+    let closed = (to.x - from.x).hypot(to.y - from.y) < 1e-9;
+    if closed && arc.by_radius.is_none() {
+        sweep = turn;
+    }
+    sweep += turn * f64::from(arc.turns - 1);
+    let step = 2.0 * (1.0 - (tolerance / radius.max(tolerance)).min(1.0)).acos();
+    let count = (sweep / step.max(1e-3)).ceil().max(1.0) as usize;
+    let sense = if arc.clockwise { -1.0 } else { 1.0 };
+    let mut points: Vec<Vec3> = (1..count)
+        .map(|i| {
+            let part = i as f64 / count as f64;
+            let angle = start + sense * sweep * part;
+            Vec3::new(cx + radius * angle.cos(), cy + radius * angle.sin(), from.z + (to.z - from.z) * part)
+        })
+        .collect();
+    points.push(to);
+    points
+}
+
+fn centre_of(from: Vec3, to: Vec3, radius: f64, clockwise: bool) -> (f64, f64) {
+    let (dx, dy) = (to.x - from.x, to.y - from.y);
+    let chord = dx.hypot(dy);
+    let height = (radius * radius - chord * chord / 4.0).max(0.0).sqrt();
+    // Left of the chord for a minor counter-clockwise arc, right for a clockwise one.
+    let side = if clockwise == (radius > 0.0) { -1.0 } else { 1.0 };
+    let (mx, my) = (from.x + dx / 2.0, from.y + dy / 2.0);
+    if chord == 0.0 {
+        return (mx, my);
+    }
+    (mx - side * dy / chord * height, my + side * dx / chord * height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(text: &str) -> (Controller, Vec<Step>) {
+        let mut controller = Controller::new(Reading::sliced());
+        let mut line = ParsedLine::default();
+        let steps = text
+            .lines()
+            .map(|l| {
+                line.read(l.as_bytes()).unwrap();
+                controller.step(&line).unwrap()
+            })
+            .collect();
+        (controller, steps)
+    }
+
+    fn moves(text: &str) -> Vec<Move> {
+        run(text).1.into_iter().filter_map(|s| if let Step::Move(m) = s { Some(m) } else { None }).collect()
+    }
+
+    fn refused(text: &str) -> ReplayError {
+        let mut controller = Controller::new(Reading::sliced());
+        let mut line = ParsedLine::default();
+        line.read(text.as_bytes()).unwrap();
+        controller.step(&line).unwrap_err()
+    }
+
+    #[test]
+    fn a_single_word_keeps_the_other_axes() {
+        let got = moves("G1 X10 Y20 Z0.2 F600\nX12\nG0 Y3");
+        assert_eq!(got[1].to.tip().unwrap(), Vec3::new(12.0, 20.0, 0.2));
+        assert_eq!(got[2].to.tip().unwrap(), Vec3::new(12.0, 3.0, 0.2));
+        assert_eq!((got[2].feed, got[2].rapid, got[2].written), (Some(600.0), true, 0b010));
+    }
+
+    #[test]
+    fn the_extruder_counts_absolute_relative_and_from_a_new_zero() {
+        let got = moves("M82\nG92 E0\nG1 X1 E2\nG1 X2 E5\nM83\nG1 X3 E1.5\nM82\nG92 E10\nG1 E11\nG91\nG1 E-1");
+        let e: Vec<f64> = got.iter().map(|m| m.e).collect();
+        assert_eq!(e, vec![2.0, 3.0, 1.5, 1.0, -1.0]);
+    }
+
+    #[test]
+    fn relative_moves_from_an_unknown_place_stay_unknown() {
+        let (controller, _) = run("G28\nG91\nG1 Z5\nG90\nG1 X1 Y1");
+        assert_eq!(controller.at.linear, [Some(1.0), Some(1.0), None]);
+    }
+
+    #[test]
+    fn refuses_what_moves_the_part_unseen() {
+        assert_eq!(refused("G20"), ReplayError::Inches);
+        assert_eq!(refused("G18"), ReplayError::Plane(18));
+        assert_eq!(refused("G1 X1 A5"), ReplayError::RotaryWord('A'));
+        assert_eq!(refused("G92 X0"), ReplayError::ShiftedAxes);
+        assert_eq!(refused("G92"), ReplayError::ShiftedAxes);
+        assert_eq!(refused("G54"), ReplayError::Unsupported(Command::g(54)));
+        assert_eq!(refused("G5 X1 Y1"), ReplayError::Unsupported(Command::g(5)));
+        assert_eq!(refused("G1 X"), ReplayError::BareWord('X'));
+    }
+
+    #[test]
+    fn firmware_retraction_is_not_a_tool_temperature() {
+        assert_eq!(run("G10").1, vec![Step::FirmwareRetract(true)]);
+        assert_eq!(run("G11").1, vec![Step::FirmwareRetract(false)]);
+        assert_eq!(run("G10 S210 P0").1, vec![Step::Other(Command::g(10))]);
+    }
+
+    #[test]
+    fn arcs_flatten_onto_their_circle() {
+        let arc = Arc { to_centre: [0.0, -5.0], clockwise: true, by_radius: None, turns: 1 };
+        let points = flatten(Vec3::new(0.0, 5.0, 0.0), Vec3::new(5.0, 0.0, 1.0), &arc, 0.01);
+        assert!(points.len() > 3);
+        for p in &points {
+            assert!((p.x.hypot(p.y) - 5.0).abs() < 1e-9 && p.x >= -1e-9 && p.y >= -1e-9, "{p:?}");
+        }
+        let full = Arc { to_centre: [0.5, 0.5], clockwise: false, by_radius: None, turns: 1 };
+        let start = Vec3::new(1.0, 1.0, 0.0);
+        let box_of = crate::geom::Bounds::of(flatten(start, start, &full, 0.001));
+        assert!((box_of.max.x - (1.5 + 0.5f64.hypot(0.5))).abs() < 0.01, "{box_of:?}");
+    }
+
+    #[test]
+    fn an_arc_by_radius_takes_the_minor_side() {
+        let arc = Arc { to_centre: [0.0; 2], clockwise: false, by_radius: Some(5.0), turns: 1 };
+        let points = flatten(Vec3::new(5.0, 0.0, 0.0), Vec3::new(0.0, 5.0, 0.0), &arc, 0.01);
+        for p in &points {
+            assert!((p.x.hypot(p.y) - 5.0).abs() < 1e-9, "{p:?}");
+        }
+    }
+}
