@@ -4,4 +4,5 @@ pub mod gcode;
 pub mod geom;
 pub mod mesh;
 pub mod motion;
+pub mod profile;
 pub mod slicing;

@@ -11,10 +11,13 @@
 //! ```
 
 mod angle;
+mod body;
 mod bounds;
+pub mod convex;
 mod frame;
 
 pub use angle::Angle;
+pub use body::Body;
 pub use bounds::Bounds;
 pub use frame::{Dir, Machine, Object, Point, Rigid, Slot, Table};
 

@@ -218,6 +218,12 @@ impl Controller {
         matches!(letter, b'X' | b'Y' | b'Z') || letter == self.reading.extruder
     }
 
+    /// A, B, C anywhere, and whatever letters the machine's own rotary axes have.
+    fn is_rotary(&self, letter: u8) -> bool {
+        let own = self.reading.rotary.as_ref().is_some_and(|(t, r)| letter == t.letter || letter == r.letter);
+        own || matches!(letter, b'A' | b'B' | b'C')
+    }
+
     fn take_feed(&mut self, line: &ParsedLine) {
         if let Some(feed) = line.value(b'F') {
             self.feed = Some(feed);
@@ -299,7 +305,7 @@ impl Controller {
                 b'X' => 0,
                 b'Y' => 1,
                 b'Z' => 2,
-                b'A' | b'B' | b'C' => {
+                letter if self.is_rotary(letter) => {
                     self.turn(&mut to, word.letter, number(word)?)?;
                     rotary_written = true;
                     any = true;

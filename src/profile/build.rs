@@ -1,0 +1,188 @@
+//! A resolved profile to the types of `geom` and `motion`, and the checks of its values.
+
+use super::layers::{Origin, ProfileError};
+use super::schema::{BodyKind, BodySpec, Profile, TiltAxisName};
+use crate::geom::{Angle, Body, Vec3};
+use crate::motion::replay::Reading;
+use crate::motion::{AxisRange, LinearLimits, TableKinematics, TiltAbout};
+
+/// Corners of the polygon that stands for a round table; circumscribed, so it contains the disc.
+const DISC_SIDES: usize = 72;
+
+impl Profile {
+    /// The kinematic chain with its axes.
+    pub fn kinematics(&self) -> TableKinematics {
+        let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
+        let degrees = |low: f64, high: f64| (Angle::from_deg(low), Angle::from_deg(high));
+        TableKinematics {
+            about: match tilt.about {
+                TiltAxisName::X => TiltAbout::X,
+                TiltAxisName::Y => TiltAbout::Y,
+            },
+            pivot: Vec3::from(self.kinematics.pivot_mm),
+            offset: Vec3::from(self.kinematics.offset_mm),
+            tilt: AxisRange {
+                letter: tilt.letter as u8,
+                direction: f64::from(tilt.direction),
+                zero: Angle::from_deg(tilt.zero_deg),
+                range: Some(degrees(tilt.min_deg, tilt.max_deg)),
+                max_rate: tilt.max_deg_per_s.to_radians(),
+            },
+            rotation: AxisRange {
+                letter: rotation.letter as u8,
+                direction: f64::from(rotation.direction),
+                zero: Angle::from_deg(rotation.zero_deg),
+                range: rotation.min_deg.zip(rotation.max_deg).map(|(low, high)| degrees(low, high)),
+                max_rate: rotation.max_deg_per_s.to_radians(),
+            },
+        }
+    }
+
+    /// Where the tip may go.
+    pub fn linear_limits(&self) -> LinearLimits {
+        let l = &self.limits;
+        LinearLimits {
+            min: Vec3::new(l.x_mm[0], l.y_mm[0], l.z_mm[0]),
+            max: Vec3::new(l.x_mm[1], l.y_mm[1], l.z_mm[1]),
+        }
+    }
+
+    /// How our own output is read back.
+    pub fn reading(&self) -> Reading {
+        let table = self.kinematics();
+        Reading {
+            extruder: self.dialect.extruder as u8,
+            rotary: Some((table.tilt, table.rotation)),
+            absolute_switches_extruder: self.dialect.g90_switches_extruder,
+        }
+    }
+
+    /// The head's convex pieces, tip at the origin.
+    pub fn head_bodies(&self) -> Vec<Body> {
+        self.head.body.iter().filter_map(body).collect()
+    }
+
+    /// The frame's convex pieces, machine coordinates.
+    pub fn fixed_bodies(&self) -> Vec<Body> {
+        self.fixed.body.iter().filter_map(body).collect()
+    }
+
+    /// The table's slab, table frame: the outline at z = 0 first, then at z = -thickness.
+    pub fn table_slab(&self) -> Vec<Vec3> {
+        let outline = self.table_outline();
+        let lower = outline.iter().map(|p| p - Vec3::z() * self.table.thickness_mm);
+        outline.iter().copied().chain(lower).collect()
+    }
+
+    fn table_outline(&self) -> Vec<Vec3> {
+        if let (true, Some([x, y])) = (self.table.radius_mm == 0.0, self.table.size_mm) {
+            let (x, y) = (x / 2.0, y / 2.0);
+            return [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| Vec3::new(x, y, 0.0)).to_vec();
+        }
+        let radius = self.table.radius_mm / (std::f64::consts::PI / DISC_SIDES as f64).cos();
+        let corner = |i: usize| {
+            let (s, c) = (std::f64::consts::TAU * i as f64 / DISC_SIDES as f64).sin_cos();
+            Vec3::new(radius * c, radius * s, 0.0)
+        };
+        (0..DISC_SIDES).map(corner).collect()
+    }
+
+    /// How far (mm) a point of the table's surface lies beyond the part of it that may be printed on; 0 or less is
+    /// inside.
+    pub fn beyond_table(&self, x: f64, y: f64) -> f64 {
+        match (self.table.radius_mm == 0.0, self.table.size_mm) {
+            (true, Some([w, d])) => (x.abs() - w / 2.0).max(y.abs() - d / 2.0) + self.table.keep_out_mm,
+            _ => x.hypot(y) - self.table.radius_mm + self.table.keep_out_mm,
+        }
+    }
+
+    /// Values that no machine can have.
+    pub(super) fn check(&self, origin: &Origin) -> Result<(), ProfileError> {
+        let check = |key: &str, fine: bool, value: String, allowed: &str| {
+            let place = origin.get(key).cloned().unwrap_or_default();
+            let error = ProfileError::Range { place, key: key.to_owned(), value, allowed: allowed.to_owned() };
+            if fine { Ok(()) } else { Err(error) }
+        };
+        let positive = |key: &str, value: f64| check(key, value > 0.0, value.to_string(), "> 0");
+        let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
+        check("kinematics.tilt.direction", tilt.direction.abs() == 1, tilt.direction.to_string(), "1 or -1")?;
+        check(
+            "kinematics.rotation.direction",
+            rotation.direction.abs() == 1,
+            rotation.direction.to_string(),
+            "1 or -1",
+        )?;
+        let range = format!("{}..{}", tilt.min_deg, tilt.max_deg);
+        let sane = tilt.min_deg <= tilt.max_deg && tilt.min_deg >= -180.0 && tilt.max_deg <= 180.0;
+        check("kinematics.tilt.max_deg", sane, range, "min_deg..180, min_deg from -180")?;
+        let both = rotation.min_deg.is_some() == rotation.max_deg.is_some();
+        let ordered = rotation.min_deg.zip(rotation.max_deg).is_none_or(|(a, b)| a <= b);
+        let range = format!("{:?}..{:?}", rotation.min_deg, rotation.max_deg);
+        check("kinematics.rotation.max_deg", both && ordered, range, "both stops, ordered, or neither")?;
+        for (key, [low, high]) in
+            [("limits.x_mm", self.limits.x_mm), ("limits.y_mm", self.limits.y_mm), ("limits.z_mm", self.limits.z_mm)]
+        {
+            check(key, low < high, format!("[{low}, {high}]"), "[lowest, highest]")?;
+        }
+        positive("kinematics.tilt.max_deg_per_s", tilt.max_deg_per_s)?;
+        positive("kinematics.rotation.max_deg_per_s", rotation.max_deg_per_s)?;
+        positive("limits.max_feed_mm_per_min", self.limits.max_feed_mm_per_min)?;
+        positive("process.layer_height_mm", self.process.layer_height_mm)?;
+        positive("process.line_width_mm", self.process.line_width_mm)?;
+        positive("process.filament_mm", self.process.filament_mm)?;
+        positive("transition.travel_mm_per_min", self.transition.travel_mm_per_min)?;
+        positive("transition.z_mm_per_min", self.transition.z_mm_per_min)?;
+        let extent = self.table.radius_mm > 0.0 || self.table.size_mm.is_some();
+        check("table.radius_mm", extent, self.table.radius_mm.to_string(), "> 0, or 0 with size_mm")?;
+        check("dialect.rtcp", !self.dialect.rtcp, "true".to_owned(), "false: this version works the poses out itself")?;
+        let letters = [tilt.letter, rotation.letter, self.dialect.extruder];
+        let distinct = letters[0] != letters[1] && letters[1] != letters[2] && letters[0] != letters[2];
+        let capital = letters.iter().all(|l| l.is_ascii_uppercase() && !"FGMNTXYZIJKR".contains(*l));
+        let text = format!("{letters:?}");
+        check(
+            "kinematics.tilt.letter",
+            distinct && capital,
+            text,
+            "three different capitals, none of F G I J K M N R T X Y Z",
+        )?;
+        self.check_bodies(origin)
+    }
+
+    fn check_bodies(&self, origin: &Origin) -> Result<(), ProfileError> {
+        for (key, bodies) in [("head.body", &self.head.body), ("fixed.body", &self.fixed.body)] {
+            for spec in bodies {
+                let problem = match (body(spec), spec.moves.chars().find(|c| !"XYZ".contains(*c))) {
+                    (None, _) => "a frustum with z_mm and r_mm, a box with min_mm and max_mm, or a hull with points_mm",
+                    (_, Some(_)) => "moves made of X, Y and Z",
+                    _ => continue,
+                };
+                return Err(ProfileError::Range {
+                    place: origin.get(key).cloned().unwrap_or_default(),
+                    key: format!("{key} {:?}", spec.name),
+                    value: format!("{:?}", spec.kind).to_lowercase(),
+                    allowed: problem.to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The body of a `[[head.body]]`; `None` where its kind's numbers are missing or turned round.
+fn body(spec: &BodySpec) -> Option<Body> {
+    let follows = ['X', 'Y', 'Z'].map(|axis| spec.moves.contains(axis));
+    match spec.kind {
+        BodyKind::Frustum => {
+            let (z, r) = (spec.z_mm?, spec.r_mm?);
+            (z[0] < z[1] && r[0] >= 0.0 && r[1] >= 0.0).then(|| Body::frustum(&spec.name, z, r, follows))
+        }
+        BodyKind::Box => {
+            let (min, max) = (Vec3::from(spec.min_mm?), Vec3::from(spec.max_mm?));
+            (0..3).all(|i| min[i] < max[i]).then(|| Body::cuboid(&spec.name, min, max, follows))
+        }
+        BodyKind::Hull => {
+            let points: Vec<Vec3> = spec.points_mm.as_ref()?.iter().map(|&p| Vec3::from(p)).collect();
+            (points.len() >= 4).then(|| Body { name: spec.name.clone(), points, follows })
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Layers of TOML to one profile: merging, origins, unknown keys, ranges.
+
+use std::collections::BTreeMap;
+
+use toml::{Table, Value};
+
+use super::schema::Profile;
+
+/// The reference of every key.
+const DEFAULTS: (&str, &str) =
+    ("firmware-profiles/defaults.toml", include_str!("../../firmware-profiles/defaults.toml"));
+
+/// The shipped profiles: name, where it is kept, text.
+pub const SHIPPED: [(&str, &str, &str); 4] = [
+    ("fibr3d", "firmware-profiles/fibr3d.toml", include_str!("../../firmware-profiles/fibr3d.toml")),
+    ("generic-ac", "firmware-profiles/generic-ac.toml", include_str!("../../firmware-profiles/generic-ac.toml")),
+    (
+        "linuxcnc-xyzac-trt",
+        "firmware-profiles/linuxcnc-xyzac-trt.toml",
+        include_str!("../../firmware-profiles/linuxcnc-xyzac-trt.toml"),
+    ),
+    ("open5x-prusa", "firmware-profiles/open5x-prusa.toml", include_str!("../../firmware-profiles/open5x-prusa.toml")),
+];
+
+/// Keys that may be absent, and so are not in the defaults.
+const OPTIONAL: [&str; 4] =
+    ["kinematics.rotation.min_deg", "kinematics.rotation.max_deg", "table.size_mm", "transition.park_mm"];
+
+/// Keys of a `[[head.body]]` or `[[fixed.body]]`.
+const BODY_KEYS: [&str; 8] = ["name", "moves", "kind", "z_mm", "r_mm", "min_mm", "max_mm", "points_mm"];
+
+/// Where each value came from: key path to `file:line`.
+pub type Origin = BTreeMap<String, String>;
+
+/// Why a profile cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ProfileError {
+    /// No shipped profile of that name.
+    #[error("no profile {name:?} is shipped{}; shipped are: {}", nearest.as_ref().map(|n| format!("; did you mean {n:?}?")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "))]
+    NoSuchProfile {
+        /// As asked for.
+        name: String,
+        /// The nearest name.
+        nearest: Option<String>,
+    },
+    /// Not TOML.
+    #[error("{file}: {message}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// The parser's words.
+        message: String,
+    },
+    /// A key that no version knows.
+    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map(|n| format!("; did you mean {n:?}?")).unwrap_or_default())]
+    UnknownKey {
+        /// `file:line`.
+        place: String,
+        /// The key's whole path.
+        key: String,
+        /// The nearest known key.
+        nearest: Option<String>,
+    },
+    /// A value of the wrong type.
+    #[error("{place}: {message}")]
+    Type {
+        /// `file`, or `file:line` where the line is known.
+        place: String,
+        /// The deserialiser's words.
+        message: String,
+    },
+    /// A value that no machine can have.
+    #[error("{place}: {key} = {value} is out of {allowed}")]
+    Range {
+        /// `file:line`.
+        place: String,
+        /// The key.
+        key: String,
+        /// As given.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+}
+
+/// The text and place of the shipped profile `name`.
+///
+/// # Errors
+///
+/// [`ProfileError::NoSuchProfile`] with the nearest name.
+pub fn shipped(name: &str) -> Result<(&'static str, &'static str), ProfileError> {
+    SHIPPED.iter().find(|s| s.0 == name).map(|s| (s.1, s.2)).ok_or_else(|| ProfileError::NoSuchProfile {
+        name: name.to_owned(),
+        nearest: nearest(name, SHIPPED.iter().map(|s| s.0)),
+    })
+}
+
+/// The profile of `file`'s `text` over its `extends` (a shipped name) over the defaults, checked.
+///
+/// # Errors
+///
+/// [`ProfileError`] for bad TOML, unknown keys (with the nearest name), wrong types and values out of range.
+pub fn resolve(file: &str, text: &str) -> Result<(Profile, Origin), ProfileError> {
+    let mut top = parse(file, text)?;
+    let mut layers = vec![(DEFAULTS.0, DEFAULTS.1, parse(DEFAULTS.0, DEFAULTS.1)?)];
+    if let Some(base) = top.remove("extends") {
+        let (base_file, base_text) = shipped(base.as_str().unwrap_or_default())?;
+        layers.push((base_file, base_text, parse(base_file, base_text)?));
+    }
+    layers.push((file, text, top));
+    let known = known_keys(&layers[0].2);
+    let mut merged = Table::new();
+    let mut origin = Origin::new();
+    for (file, text, table) in layers {
+        let places = key_lines(text);
+        let place = |key: &str| places.get(key).map_or(file.to_owned(), |line| format!("{file}:{line}"));
+        check_keys(&table, "", &known, &place)?;
+        merge(&mut merged, table, "", &mut |key| {
+            origin.insert(key.to_owned(), place(key));
+        });
+    }
+    let profile: Profile = Value::Table(merged).try_into().map_err(|error: toml::de::Error| ProfileError::Type {
+        place: file.to_owned(),
+        message: error.to_string().trim().replace('\n', " "),
+    })?;
+    profile.check(&origin)?;
+    Ok((profile, origin))
+}
+
+fn parse(file: &str, text: &str) -> Result<Table, ProfileError> {
+    text.parse::<Table>().map_err(|error| ProfileError::Syntax {
+        file: file.to_owned(),
+        message: error.to_string().trim().replace('\n', " "),
+    })
+}
+
+fn known_keys(defaults: &Table) -> Vec<String> {
+    let mut known: Vec<String> = OPTIONAL.map(str::to_owned).to_vec();
+    collect_keys(defaults, "", &mut known);
+    known
+}
+
+fn collect_keys(table: &Table, prefix: &str, into: &mut Vec<String>) {
+    for (key, value) in table {
+        let path = join(prefix, key);
+        match value {
+            Value::Table(inner) => collect_keys(inner, &path, into),
+            _ => into.push(path),
+        }
+    }
+}
+
+fn join(prefix: &str, key: &str) -> String {
+    if prefix.is_empty() { key.to_owned() } else { format!("{prefix}.{key}") }
+}
+
+fn check_keys(
+    table: &Table,
+    prefix: &str,
+    known: &[String],
+    place: &impl Fn(&str) -> String,
+) -> Result<(), ProfileError> {
+    for (key, value) in table {
+        let path = join(prefix, key);
+        let unknown = |nearest| ProfileError::UnknownKey { place: place(&path), key: path.clone(), nearest };
+        match value {
+            Value::Table(inner) if known.iter().any(|k| k.starts_with(&format!("{path}."))) => {
+                check_keys(inner, &path, known, place)?;
+            }
+            Value::Array(bodies) if path == "head.body" || path == "fixed.body" => {
+                for key in bodies.iter().filter_map(Value::as_table).flat_map(Table::keys) {
+                    if !BODY_KEYS.contains(&key.as_str()) {
+                        let near = nearest(key, BODY_KEYS).map(|n| format!("{path}.{n}"));
+                        let path = format!("{path}.{key}");
+                        return Err(ProfileError::UnknownKey { place: place(&path), key: path, nearest: near });
+                    }
+                }
+            }
+            _ if known.contains(&path) => {}
+            _ => return Err(unknown(nearest(&path, known.iter().map(String::as_str)))),
+        }
+    }
+    Ok(())
+}
+
+fn merge(into: &mut Table, from: Table, prefix: &str, took: &mut impl FnMut(&str)) {
+    for (key, value) in from {
+        let path = join(prefix, &key);
+        match (into.get_mut(&key), value) {
+            (Some(Value::Table(inner)), Value::Table(from)) => merge(inner, from, &path, took),
+            (None, Value::Table(from)) => {
+                let mut inner = Table::new();
+                merge(&mut inner, from, &path, took);
+                into.insert(key, Value::Table(inner));
+            }
+            (_, value) => {
+                took(&path);
+                into.insert(key, value);
+            }
+        }
+    }
+}
+
+/// The line of each key, as `section.key`; the last one wins within an array of tables.
+fn key_lines(text: &str) -> BTreeMap<String, usize> {
+    let mut lines = BTreeMap::new();
+    let mut section = String::new();
+    for (index, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if line.starts_with('[') && line.ends_with(']') {
+            section = line.trim_matches(['[', ']']).trim().to_owned();
+            lines.entry(section.clone()).or_insert(index + 1);
+        } else if let Some((key, _)) = line.split_once('=')
+            && key.trim().chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '.')
+        {
+            lines.insert(join(&section, key.trim()), index + 1);
+        }
+    }
+    lines
+}
+
+/// The name nearest to `wanted` by edits, where it is near at all.
+pub(crate) fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let scored = names.into_iter().map(|name| (edits(wanted, name), name));
+    let (distance, name) = scored.min()?;
+    (distance <= wanted.len().max(name.len()) / 2).then(|| name.to_owned())
+}
+
+/// Levenshtein's distance.
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let next = (diagonal + usize::from(ca != cb)).min(row[j] + 1).min(row[j + 1] + 1);
+            diagonal = row[j + 1];
+            row[j + 1] = next;
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shipped_profile_resolves() {
+        for (name, file, text) in SHIPPED {
+            let (profile, origin) = resolve(file, text).unwrap();
+            assert_eq!(profile.machine.name, name);
+            assert!(origin["machine.name"].starts_with(file));
+        }
+    }
+
+    #[test]
+    fn values_know_their_line() {
+        let (profile, origin) =
+            resolve("mine.toml", "extends = \"fibr3d\"\n[kinematics.tilt]\nmax_deg = 80.0\n").unwrap();
+        assert_eq!((profile.kinematics.tilt.max_deg, profile.kinematics.tilt.min_deg), (80.0, -45.0));
+        assert_eq!(origin["kinematics.tilt.max_deg"], "mine.toml:3");
+        assert!(origin["kinematics.tilt.min_deg"].starts_with("firmware-profiles/fibr3d.toml:"));
+    }
+
+    #[test]
+    fn an_unknown_key_names_the_nearest() {
+        let text = "[kinematics.tilt]\nmax_degs = 80.0\n";
+        let error = resolve("mine.toml", text).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "mine.toml:2: unknown key \"kinematics.tilt.max_degs\"; did you mean \"kinematics.tilt.max_deg\"?"
+        );
+        let error = resolve("m.toml", "[[head.body]]\nnam = \"x\"\n").unwrap_err().to_string();
+        assert!(error.contains("did you mean \"head.body.name\""), "{error}");
+        assert!(shipped("generic-a").unwrap_err().to_string().contains("did you mean \"generic-ac\""));
+    }
+
+    #[test]
+    fn out_of_range_names_place_value_and_range() {
+        let text = "[kinematics.tilt]\ndirection = 2\n";
+        let error = resolve("mine.toml", text).unwrap_err().to_string();
+        assert_eq!(error, "mine.toml:2: kinematics.tilt.direction = 2 is out of 1 or -1");
+    }
+}

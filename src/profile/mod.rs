@@ -1,0 +1,15 @@
+//! Machine profiles: TOML layers to one checked description of a machine and its firmware.
+//!
+//! Built-in commented defaults (`firmware-profiles/defaults.toml`, the reference of every key) < shipped profile < user's
+//! file. Each value keeps where it came from, and an unknown key is an error with the nearest name. Lengths mm,
+//! angles degrees, as every key's suffix says; [`Profile::kinematics`] and its neighbours turn them into `motion`'s types.
+
+mod build;
+mod layers;
+mod schema;
+
+pub use layers::{Origin, ProfileError, SHIPPED, resolve, shipped};
+pub use schema::{
+    BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, Profile,
+    RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
+};

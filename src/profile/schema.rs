@@ -1,0 +1,274 @@
+//! The profile's keys as types. What each means, its unit and default: `firmware-profiles/defaults.toml`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::slicing::SliceSettings;
+
+/// A machine with its firmware, resolved from all layers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Profile {
+    /// Name and provenance.
+    pub machine: Machine,
+    /// The chain and the rotary axes.
+    pub kinematics: Kinematics,
+    /// The linear axes.
+    pub limits: Limits,
+    /// The table.
+    pub table: TableSpec,
+    /// What moves with the tip.
+    pub head: Bodies,
+    /// What never moves.
+    pub fixed: Bodies,
+    /// How the firmware spells things.
+    pub dialect: Dialect,
+    /// How the head leaves and comes back when the table turns.
+    pub transition: Transition,
+    /// How slots are sliced.
+    pub process: SliceSettings,
+    /// The wire.
+    pub link: Link,
+}
+
+/// `[machine]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Machine {
+    /// The profile's name.
+    pub name: String,
+    /// One sentence.
+    pub about: String,
+    /// Real machines it was printed on.
+    pub tested_on: Vec<String>,
+}
+
+/// `[kinematics]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Kinematics {
+    /// A point on the tilt axis, machine coordinates.
+    pub pivot_mm: [f64; 3],
+    /// From there to the table's centre at tilt 0.
+    pub offset_mm: [f64; 3],
+    /// The tilt axis.
+    pub tilt: TiltAxis,
+    /// The rotation axis.
+    pub rotation: RotationAxis,
+}
+
+/// The machine axis the table tilts about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TiltAxisName {
+    /// An A table.
+    X,
+    /// A B table.
+    Y,
+}
+
+/// `[kinematics.tilt]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TiltAxis {
+    /// The word's letter.
+    pub letter: char,
+    /// The machine axis.
+    pub about: TiltAxisName,
+    /// +1 or -1.
+    pub direction: i32,
+    /// The word at level.
+    pub zero_deg: f64,
+    /// Lowest word.
+    pub min_deg: f64,
+    /// Highest word.
+    pub max_deg: f64,
+    /// Fastest turn.
+    pub max_deg_per_s: f64,
+}
+
+/// `[kinematics.rotation]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RotationAxis {
+    /// The word's letter.
+    pub letter: char,
+    /// +1 or -1.
+    pub direction: i32,
+    /// The word at the table's zero.
+    pub zero_deg: f64,
+    /// Lowest word; absent with `max_deg` for an endless axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min_deg: Option<f64>,
+    /// Highest word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_deg: Option<f64>,
+    /// Fastest turn.
+    pub max_deg_per_s: f64,
+}
+
+/// `[limits]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Lowest and highest X of the tip.
+    pub x_mm: [f64; 2],
+    /// Lowest and highest Y.
+    pub y_mm: [f64; 2],
+    /// Lowest and highest Z.
+    pub z_mm: [f64; 2],
+    /// Fastest F.
+    pub max_feed_mm_per_min: f64,
+}
+
+/// `[table]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSpec {
+    /// Radius of a disc; 0 for a rectangle.
+    pub radius_mm: f64,
+    /// Edge lengths of a rectangle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size_mm: Option<[f64; 2]>,
+    /// Thickness below the surface.
+    pub thickness_mm: f64,
+    /// The rim that stays free.
+    pub keep_out_mm: f64,
+}
+
+/// `[[head.body]]` and `[[fixed.body]]`
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bodies {
+    /// The convex pieces.
+    pub body: Vec<BodySpec>,
+}
+
+/// The shape of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BodyKind {
+    /// Round about +Z: `z_mm`, `r_mm`.
+    Frustum,
+    /// `min_mm`, `max_mm`.
+    Box,
+    /// The hull of `points_mm`.
+    Hull,
+}
+
+/// One convex piece.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodySpec {
+    /// What messages call it.
+    pub name: String,
+    /// The axes it follows, for example `"XYZ"`; empty for the frame.
+    #[serde(default)]
+    pub moves: String,
+    /// Its shape.
+    pub kind: BodyKind,
+    /// Heights of the frustum's ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub z_mm: Option<[f64; 2]>,
+    /// Radii there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r_mm: Option<[f64; 2]>,
+    /// Lowest corner of the box.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min_mm: Option<[f64; 3]>,
+    /// Highest corner.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_mm: Option<[f64; 3]>,
+    /// The hull's points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points_mm: Option<Vec<[f64; 3]>>,
+}
+
+/// Which commands the firmware takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Commands {
+    /// M-codes of a printer pass.
+    Marlin,
+    /// Only RS274/NGC passes.
+    Rs274,
+}
+
+/// How F is read when several kinds of axis move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeedReference {
+    /// Linear length where a linear axis moves, else degrees.
+    LinearOnly,
+    /// Euclidean length over mm and degrees.
+    AllAxes,
+    /// Linear length where a linear axis moves, else the largest angle.
+    LargestAxis,
+    /// G93.
+    InverseTime,
+}
+
+/// How filament is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Extrusion {
+    /// M83.
+    Relative,
+    /// M82.
+    Absolute,
+}
+
+/// `[dialect]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dialect {
+    /// What it is written for.
+    pub firmware: String,
+    /// Which commands pass.
+    pub commands: Commands,
+    /// How F is read.
+    pub feed: FeedReference,
+    /// Whether the firmware follows the tip.
+    pub rtcp: bool,
+    /// Whether arcs may stay.
+    pub arcs: bool,
+    /// The extruder's letter.
+    pub extruder: char,
+    /// How filament is counted.
+    pub extrusion: Extrusion,
+    /// Whether G90/G91 switch the extruder.
+    pub g90_switches_extruder: bool,
+    /// Before the first move.
+    pub start: String,
+    /// After the last.
+    pub end: String,
+}
+
+/// `[transition]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Transition {
+    /// Filament pulled while the table turns.
+    pub retract_mm: f64,
+    /// Speed of the pull.
+    pub retract_mm_per_s: f64,
+    /// Room over everything printed.
+    pub clearance_mm: f64,
+    /// Where the tip waits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub park_mm: Option<[f64; 2]>,
+    /// Speed in X and Y.
+    pub travel_mm_per_min: f64,
+    /// Speed in Z.
+    pub z_mm_per_min: f64,
+}
+
+/// `[link]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Link {
+    /// The wire protocol, `"none"` where the machine reads files only.
+    pub protocol: String,
+    /// Bits per second.
+    pub baud: u32,
+    /// Bytes the firmware buffers.
+    pub buffer: u32,
+}
