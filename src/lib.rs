@@ -4,5 +4,6 @@ pub mod gcode;
 pub mod geom;
 pub mod mesh;
 pub mod motion;
+pub mod orient;
 pub mod profile;
 pub mod slicing;

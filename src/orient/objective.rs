@@ -1,0 +1,165 @@
+//! The objectives of seed 004 section 4.
+
+use crate::geom::Vec3;
+use crate::mesh::TriangleMesh;
+
+/// A part's facets as the objectives need them: facets of one normal summed up.
+#[derive(Clone, Debug)]
+pub struct Facets {
+    /// Outward unit normals, distinct to the bit.
+    pub normals: Vec<Vec3>,
+    /// The area with each normal, mm².
+    pub areas: Vec<f64>,
+    /// The corner points.
+    pub points: Vec<Vec3>,
+}
+
+impl Facets {
+    /// Gathers `mesh`; facets without area are left out.
+    pub fn of<F>(mesh: &TriangleMesh<F>) -> Self {
+        let mut all: Vec<(Vec3, f64)> =
+            (0..mesh.facets().len()).filter_map(|i| mesh.normal(i).map(|n| (n, mesh.facet_area(i)))).collect();
+        all.sort_by(|a, b| a.0.as_slice().partial_cmp(b.0.as_slice()).unwrap_or(std::cmp::Ordering::Equal));
+        let (mut normals, mut areas): (Vec<Vec3>, Vec<f64>) = (Vec::new(), Vec::new());
+        for (normal, area) in all {
+            match normals.last() {
+                Some(last) if (last - normal).norm() < 1e-9 => {
+                    if let Some(sum) = areas.last_mut() {
+                        *sum += area;
+                    }
+                }
+                _ => {
+                    normals.push(normal);
+                    areas.push(area);
+                }
+            }
+        }
+        Self { normals, areas, points: mesh.vertices().to_vec() }
+    }
+
+    fn extent(&self, up: &Vec3) -> (f64, f64) {
+        self.points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+            let along = p.dot(up);
+            (low.min(along), high.max(along))
+        })
+    }
+}
+
+/// How bad a build direction is; smaller is better.
+pub trait Objective: Sync {
+    /// The `--objective` name.
+    fn name(&self) -> &'static str;
+
+    /// The value at the unit direction `up`.
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64;
+}
+
+/// `|d.n|` from here on is a facet parallel to the layers: no staircase, no support. 1 - cos(0.1 degree).
+const FLAT: f64 = 1.0 - 1.5e-6;
+
+/// Staircase error, `t²/2 * sum A |d.n|` without the facets that lie flat (seed 004, section 4), mm⁴ at t in mm.
+#[derive(Clone, Copy, Debug)]
+pub struct Staircase {
+    /// Layer height `t`, mm.
+    pub layer_mm: f64,
+}
+
+impl Objective for Staircase {
+    fn name(&self) -> &'static str {
+        "staircase"
+    }
+
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
+        let sum: f64 = facets
+            .normals
+            .iter()
+            .zip(&facets.areas)
+            .map(|(n, area)| {
+                let along = n.dot(up).abs();
+                if along >= FLAT { 0.0 } else { along * area }
+            })
+            .sum();
+        sum * self.layer_mm * self.layer_mm / 2.0
+    }
+}
+
+/// Area that faces down, projected: `sum A |d.n|` over `d.n < 0` but not flat down (seed 004, section 4), mm².
+///
+/// The seed leaves out facets on the table as well; a flat-down facet is the only one that can lie on it.
+#[derive(Clone, Copy, Debug)]
+pub struct SupportArea;
+
+impl Objective for SupportArea {
+    fn name(&self) -> &'static str {
+        "support-area"
+    }
+
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
+        let down = facets.normals.iter().zip(&facets.areas).map(|(n, area)| {
+            let along = n.dot(up);
+            if along < 0.0 && along > -FLAT { -along * area } else { 0.0 }
+        });
+        down.sum()
+    }
+}
+
+/// Height along the direction, `max v.d - min v.d` (seed 004, section 4: building time), mm.
+#[derive(Clone, Copy, Debug)]
+pub struct Height;
+
+impl Objective for Height {
+    fn name(&self) -> &'static str {
+        "height"
+    }
+
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
+        let (low, high) = facets.extent(up);
+        high - low
+    }
+}
+
+/// The objective called `name`; `None` for a name that this version does not know.
+pub fn named(name: &str, layer_mm: f64) -> Option<Box<dyn Objective>> {
+    match name {
+        "staircase" => Some(Box::new(Staircase { layer_mm })),
+        "support-area" => Some(Box::new(SupportArea)),
+        "height" => Some(Box::new(Height)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box of 2 x 3 x 4 mm.
+    fn brick() -> Facets {
+        let corner = |i: usize| Vec3::new([0.0, 2.0][i & 1], [0.0, 3.0][i >> 1 & 1], [0.0, 4.0][i >> 2 & 1]);
+        let axes = [(Vec3::x(), 12.0), (Vec3::y(), 8.0), (Vec3::z(), 6.0)];
+        let (mut normals, mut areas) = (vec![], vec![]);
+        for (n, a) in axes {
+            normals.extend([n, -n]);
+            areas.extend([a, a]);
+        }
+        Facets { normals, areas, points: (0..8).map(corner).collect() }
+    }
+
+    #[test]
+    fn a_box_on_a_face_costs_nothing_and_dips_there_alone() {
+        let staircase = Staircase { layer_mm: 0.2 };
+        assert_eq!(staircase.value(&brick(), &Vec3::z()), 0.0);
+        let tilted = Vec3::new(0.01, 0.0, 1.0).normalize();
+        // 0.02 * (2 * 12 * sin + 2 * 6 * cos) for the four faces that are no longer parallel or flat.
+        let wanted = 0.02 * (24.0 * tilted.x + 12.0 * tilted.z);
+        assert!((staircase.value(&brick(), &tilted) - wanted).abs() < 1e-12);
+        assert_eq!(SupportArea.value(&brick(), &Vec3::z()), 0.0);
+        assert!((SupportArea.value(&brick(), &tilted) - (12.0 * tilted.x + 6.0 * tilted.z)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn height_is_the_extent_along_the_direction() {
+        assert_eq!(Height.value(&brick(), &Vec3::y()), 3.0);
+        let diagonal = Vec3::new(2.0, 3.0, 4.0).normalize();
+        assert!((Height.value(&brick(), &diagonal) - 29f64.sqrt()).abs() < 1e-12);
+    }
+}
