@@ -11,5 +11,6 @@ mod kinematics;
 mod limits;
 pub mod replay;
 
+pub(crate) use kinematics::rotation_z;
 pub use kinematics::{AxisRange, Pose, TableKinematics, TiltAbout, Unreachable};
 pub use limits::{LinearLimits, OutOfLimits};

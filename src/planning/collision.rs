@@ -1,0 +1,148 @@
+//! Whether the head can print a part at a pose past an earlier solid.
+//!
+//! The tip visits the part's volume. The question "is there a tip position for which a piece of the head meets the
+//! obstacle" is asked of the whole volume at once, as one convex distance per piece: part (swept) + piece - obstacle.
+//!
+//! The head is taken to reach **upward without end**. That is nearly true of every machine (something holds the head
+//! up), it is on the safe side, and it makes a test of the surfaces sufficient: whatever point of an obstacle lies inside
+//! the head for a tip inside the part also does for a tip lower down, and so for one on the part's surface; and no bounded
+//! obstacle can swallow the head.
+
+use super::solid::Solid;
+use crate::geom::convex::Separation;
+use crate::geom::{Body, Vec3};
+use crate::profile::Profile;
+
+/// The head's upward reach, mm; beyond any machine.
+const UPWARD: f64 = 2000.0;
+
+/// The head, ready for collision queries.
+#[derive(Clone, Debug)]
+pub struct Head {
+    pieces: Vec<Piece>,
+}
+
+#[derive(Clone, Debug)]
+struct Piece {
+    name: String,
+    points: Vec<Vec3>,
+    follows: [bool; 3],
+}
+
+/// The first layer's tip is at least so many layers above the surface it prints on.
+pub const LIFT_LAYERS: f64 = 1.0;
+
+/// How deep the nozzle's flat may reach into a surface it prints on or beside, mm: a layer and half a line width.
+///
+/// A line laid against a slanting interface has its centre half a width from it and its bottom a layer below the tip;
+/// within that reach the soft line itself fills the room, and the nozzle's rim irons it.
+pub fn contact_mm(profile: &Profile) -> f64 {
+    profile.process.layer_height_mm + profile.process.line_width_mm / 2.0
+}
+
+/// The head meets something, or how far it stays away.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Clearance {
+    /// 0 where it meets.
+    pub(super) mm: f64,
+    /// The piece of the head that is nearest.
+    pub(super) piece: String,
+}
+
+impl Head {
+    /// The head of `profile`.
+    pub fn of(profile: &Profile) -> Self {
+        Self::from_bodies(&profile.head_bodies())
+    }
+
+    /// A head of these bodies.
+    pub fn from_bodies(bodies: &[Body]) -> Self {
+        let pieces = bodies.iter().map(|body| {
+            let upward = if body.follows[2] { UPWARD } else { 0.0 };
+            let raised = body.points.iter().map(|p| p + Vec3::z() * upward);
+            Piece {
+                name: body.name.clone(),
+                points: body.points.iter().copied().chain(raised).collect(),
+                follows: body.follows,
+            }
+        });
+        Self { pieces: pieces.collect() }
+    }
+
+    /// How far the head stays from `obstacle` while its tip visits `swept` raised by `lift` mm, up to `enough` mm.
+    pub(super) fn clearance(&self, swept: &Solid, obstacle: &Solid, lift: f64, enough: f64) -> Clearance {
+        let mut least = Clearance { mm: enough, piece: String::new() };
+        for piece in &self.pieces {
+            let raise = if piece.follows[2] { Vec3::z() * lift } else { Vec3::zeros() };
+            let points: Vec<Vec3> = piece.points.iter().map(|p| p + raise).collect();
+            match swept.swept_clearance(piece.follows, &points, obstacle, least.mm) {
+                Separation::Meeting => return Clearance { mm: 0.0, piece: piece.name.clone() },
+                Separation::Apart(mm) if mm < least.mm => least = Clearance { mm, piece: piece.name.clone() },
+                Separation::Apart(_) => {}
+            }
+        }
+        least
+    }
+
+    /// Whether the head stays more than `margin` mm away from `obstacle` on the straight move of the tip.
+    pub fn passes(&self, from: Vec3, to: Vec3, obstacle: &Solid, margin: f64) -> bool {
+        let path = Solid::hull(vec![from, to]);
+        self.clearance(&path, obstacle, 0.0, margin).mm >= margin
+    }
+
+    /// The lift of the tip (mm, to 0.1) that would free the head from `obstacle`; what explanations call the depth.
+    pub(super) fn depth(&self, swept: &Solid, obstacle: &Solid, lift: f64) -> f64 {
+        let (mut low, mut high) = (0.0, 1.0);
+        while high < UPWARD && self.clearance(swept, obstacle, lift + high, 1e-3).mm == 0.0 {
+            low = high;
+            high *= 2.0;
+        }
+        while high - low > 0.1 {
+            let middle = (low + high) / 2.0;
+            if self.clearance(swept, obstacle, lift + middle, 1e-3).mm == 0.0 { low = middle } else { high = middle }
+        }
+        high
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn post(x: f64, height: f64) -> Solid {
+        let body = Body::cuboid("", Vec3::new(x, -2.0, 0.0), Vec3::new(x + 4.0, 2.0, height), [true; 3]);
+        Solid::hull(body.points)
+    }
+
+    fn head() -> Head {
+        Head::from_bodies(&[
+            Body::frustum("nozzle", [0.0, 10.0], [0.5, 8.0], [true; 3]),
+            Body::cuboid("block", Vec3::new(-10.0, -10.0, 10.0), Vec3::new(10.0, 10.0, 60.0), [true; 3]),
+        ])
+    }
+
+    #[test]
+    fn a_long_bar_beside_a_post_is_hit_at_mid_length() {
+        // Six extreme vertices all lie 40 mm from the post; only the middle of the bar comes near it.
+        let bar = Solid::hull(Body::cuboid("", Vec3::new(-50.0, 4.0, 0.0), Vec3::new(50.0, 8.0, 4.0), [true; 3]).points);
+        let got = head().clearance(&bar, &post(0.0, 30.0), 0.2, 5.0);
+        assert_eq!((got.mm, got.piece.as_str()), (0.0, "block"));
+        let low = head().clearance(&bar, &post(0.0, 3.0), 0.2, 5.0);
+        assert!(low.mm > 0.0, "{low:?}");
+    }
+
+    #[test]
+    fn depth_is_the_lift_that_frees() {
+        let bar = Solid::hull(Body::cuboid("", Vec3::new(-50.0, 4.0, 0.0), Vec3::new(50.0, 8.0, 4.0), [true; 3]).points);
+        // The block's underside is 10 mm above the tip, the post's top at 30: 20 mm less the lift.
+        let depth = head().depth(&bar, &post(0.0, 30.0), 0.2);
+        assert!((depth - 19.8).abs() < 0.15, "{depth}");
+    }
+
+    #[test]
+    fn nothing_hides_above_the_head() {
+        let tip = Solid::hull(vec![Vec3::zeros()]);
+        let shelf = Body::cuboid("", Vec3::new(-3.0, -3.0, 500.0), Vec3::new(3.0, 3.0, 510.0), [true; 3]);
+        assert_eq!(head().clearance(&tip, &Solid::hull(shelf.points), 0.0, 1.0).mm, 0.0);
+    }
+}

@@ -1,0 +1,27 @@
+//! From parts to a sequence of time slots: collision, support, search, the plan file.
+//!
+//! ```text
+//! Model + Profile -> candidates per part -> blocked / support tables -> Algorithms 2 and 3 -> Plan
+//! ```
+//!
+//! Everything here works in the table's frame, and in the machine's at a pose. Source: seed 004, sections 5 and 6.
+//! This room must not know slicers or G-code.
+
+mod candidates;
+mod collision;
+mod part_set;
+mod plan;
+mod planner;
+mod sequence;
+mod solid;
+mod support;
+mod workpiece;
+
+pub use candidates::{Candidate, Rejected};
+pub use collision::{Head, LIFT_LAYERS, contact_mm};
+pub use part_set::PartSet;
+pub use plan::{MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, Slot};
+pub use planner::{Infeasible, Options, Planned, Reason, plan};
+pub use sequence::{Priority, Sequence};
+pub use solid::Solid;
+pub use workpiece::{Misplaced, Workpiece};

@@ -1,0 +1,251 @@
+//! The plan file: decisions only, versioned JSON, with the hashes of what it was made for.
+
+use serde::{Deserialize, Serialize};
+
+use crate::gcode::round_to;
+use crate::geom::{Dir, Table, Vec3};
+use crate::motion::{Pose, TableKinematics};
+
+/// A plan as DESIGN section 4 writes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// Always [`Plan::FORMAT`].
+    pub format: String,
+    /// Always [`Plan::VERSION`].
+    pub version: u32,
+    /// Program and version.
+    pub made_by: String,
+    /// The model.
+    pub model: ModelRef,
+    /// The machine.
+    pub machine: MachineRef,
+    /// Where the model stands on the table.
+    pub placement: Placement,
+    /// The parts, by id.
+    pub parts: Vec<PartRef>,
+    /// The slots, in order.
+    pub slots: Vec<Slot>,
+}
+
+/// The model a plan was made for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelRef {
+    /// Its path, as given or beside the plan.
+    pub file: String,
+    /// The hash of its bytes.
+    pub sha256: String,
+    /// The unit it was read in.
+    pub unit: String,
+}
+
+/// The machine a plan was made for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineRef {
+    /// The profile's name or path.
+    pub profile: String,
+    /// The hash of the resolved profile.
+    pub sha256: String,
+}
+
+/// `p_table = Rz(turn) p_object + origin`
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Placement {
+    /// Where the file's origin comes to lie on the table, mm.
+    pub origin_mm: [f64; 3],
+    /// The turn about the table's normal.
+    pub turn_deg: f64,
+}
+
+/// A part by number and name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartRef {
+    /// Its number in the model.
+    pub id: usize,
+    /// Its name.
+    pub name: String,
+}
+
+/// A time slot. Its prints are grouped by pose: the poses follow each other in the order of their first print, and the
+/// parts of one pose grow together, layer by layer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Slot {
+    /// Its number, from 0.
+    pub id: usize,
+    /// What is printed in it.
+    pub prints: Vec<Print>,
+}
+
+/// One part printed at one pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Print {
+    /// The part.
+    pub part: usize,
+    /// The build direction, table frame.
+    pub up: [f64; 3],
+    /// The tilt's word, degrees.
+    pub tilt_deg: f64,
+    /// The rotation's word, degrees; may count more than one turn.
+    pub rotation_deg: f64,
+}
+
+/// A plan that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// Not JSON, or not of this shape.
+    #[error("{file}: not a plan: {message}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// The parser's words.
+        message: String,
+    },
+    /// Another format or a newer version.
+    #[error("{file}: {found} is not {wanted}; make the plan again with this version")]
+    Version {
+        /// The file.
+        file: String,
+        /// What it says.
+        found: String,
+        /// What this version reads.
+        wanted: String,
+    },
+    /// Made for another model or machine.
+    #[error("the plan was made for {what} with hash {planned:.12}.., this one has {actual:.12}..; plan again")]
+    Stale {
+        /// `model x.stl` or `profile y`.
+        what: String,
+        /// In the plan.
+        planned: String,
+        /// Now.
+        actual: String,
+    },
+    /// Its angles do not bring its direction upright.
+    #[error("slot {slot}, part {part}: tilt {tilt_deg} and rotation {rotation_deg} do not bring up {up:?} upright")]
+    Angles {
+        /// The slot.
+        slot: usize,
+        /// The part.
+        part: usize,
+        /// As written.
+        tilt_deg: f64,
+        /// As written.
+        rotation_deg: f64,
+        /// As written.
+        up: [f64; 3],
+    },
+    /// A part is missing, doubled or unknown.
+    #[error("part {part} is printed {times} times; every part of the model is printed once")]
+    Count {
+        /// The part.
+        part: usize,
+        /// How often.
+        times: usize,
+    },
+}
+
+/// How well angles must bring a direction upright (chord, radians): the last digit of `up` and of the angles.
+const UPRIGHT: f64 = 2e-5;
+
+impl Plan {
+    /// What `format` says.
+    pub const FORMAT: &'static str = "trunnion-plan";
+    /// The version this code reads and writes.
+    pub const VERSION: u32 = 1;
+
+    /// Reads a plan file's text; `file` is for the messages.
+    ///
+    /// # Errors
+    ///
+    /// [`PlanError::Syntax`] and [`PlanError::Version`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, PlanError> {
+        let syntax = |e: serde_json::Error| PlanError::Syntax { file: file.to_owned(), message: e.to_string() };
+        let value: serde_json::Value = serde_json::from_str(text).map_err(syntax)?;
+        let found = format!("{} version {}", value["format"].as_str().unwrap_or("no format"), value["version"]);
+        let wanted = format!("{} version {}", Self::FORMAT, Self::VERSION);
+        if found != wanted {
+            return Err(PlanError::Version { file: file.to_owned(), found, wanted });
+        }
+        serde_json::from_value(value).map_err(syntax)
+    }
+
+    /// The plan as text, a slot's print a line, so that two plans can be compared by eye.
+    pub fn to_text(&self) -> String {
+        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
+        text.push('\n');
+        text
+    }
+
+    /// Checks angles against directions and that each of `parts` parts is printed once.
+    ///
+    /// # Errors
+    ///
+    /// [`PlanError::Angles`] and [`PlanError::Count`].
+    pub fn check(&self, table: &TableKinematics, parts: usize) -> Result<(), PlanError> {
+        let mut times = vec![0; parts];
+        for (slot, print) in self.prints() {
+            match times.get_mut(print.part) {
+                Some(count) => *count += 1,
+                None => return Err(PlanError::Count { part: print.part, times: 1 }),
+            }
+            let upright = Dir::<Table>::new(Vec3::from(print.up)).map(|up| table.forward(print.pose(table)).dir(up));
+            if upright.is_none_or(|up| (up.unit() - Vec3::z()).norm() > UPRIGHT) {
+                let &Print { part, up, tilt_deg, rotation_deg } = print;
+                return Err(PlanError::Angles { slot, part, tilt_deg, rotation_deg, up });
+            }
+        }
+        match times.iter().position(|&n| n != 1) {
+            Some(part) => Err(PlanError::Count { part, times: times[part] }),
+            None => Ok(()),
+        }
+    }
+
+    /// All prints in order, with their slot's number.
+    pub fn prints(&self) -> impl Iterator<Item = (usize, &Print)> {
+        self.slots.iter().flat_map(|slot| slot.prints.iter().map(move |print| (slot.id, print)))
+    }
+}
+
+impl Slot {
+    /// The prints grouped by pose, in the order in which they are made.
+    pub fn setups(&self) -> Vec<Vec<&Print>> {
+        let mut groups: Vec<Vec<&Print>> = Vec::new();
+        for print in &self.prints {
+            let same = |g: &&mut Vec<&Print>| {
+                g[0].tilt_deg == print.tilt_deg && g[0].rotation_deg == print.rotation_deg && g[0].up == print.up
+            };
+            match groups.iter_mut().find(same) {
+                Some(group) => group.push(print),
+                None => groups.push(vec![print]),
+            }
+        }
+        groups
+    }
+}
+
+impl Print {
+    /// The print of `part` along `up` at `pose`, rounded as the file writes it.
+    pub fn new(part: usize, up: Dir<Table>, pose: Pose, table: &TableKinematics) -> Self {
+        Self {
+            part,
+            up: [up.unit().x, up.unit().y, up.unit().z].map(|v| round_to(v, 7)),
+            tilt_deg: round_to(table.tilt.word_of(pose.tilt).deg(), 4),
+            rotation_deg: round_to(table.rotation.word_of(pose.rotation).deg(), 4),
+        }
+    }
+
+    /// The pose its words mean.
+    pub fn pose(&self, table: &TableKinematics) -> Pose {
+        use crate::geom::Angle;
+        Pose {
+            tilt: table.tilt.angle_of(Angle::from_deg(self.tilt_deg)),
+            rotation: table.rotation.angle_of(Angle::from_deg(self.rotation_deg)),
+        }
+    }
+}

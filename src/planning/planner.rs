@@ -1,0 +1,346 @@
+//! Model and profile to a plan, or to the reasons why there is none.
+
+use std::collections::VecDeque;
+
+use rayon::prelude::*;
+
+use super::candidates::{Candidate, Choice, Rejected, Setups, all_directions, table_solid};
+use super::collision::{Head, LIFT_LAYERS, contact_mm};
+use super::part_set::PartSet;
+use super::plan::{Print, Slot};
+use super::sequence::{End, Priority, Problem, Sequence, enumerate};
+use super::solid::Solid;
+use super::workpiece::Workpiece;
+use crate::geom::Angle;
+use crate::motion::Pose;
+use crate::orient::{Multistart, Objective};
+use crate::profile::Profile;
+
+/// What to plan for.
+pub struct Options {
+    /// Which orientations are tried first.
+    pub objective: Box<dyn Objective>,
+    /// Overhangs up to this angle from the vertical need no support.
+    pub overhang: Angle,
+    /// Room the head must keep from parts it does not print on, mm.
+    pub margin_mm: f64,
+    /// Which sequences come first.
+    pub priority: Priority,
+    /// Whether everything on the table belongs to the first slot.
+    pub table_first: bool,
+    /// The search for orientations.
+    pub search: Multistart,
+    /// Most steps of the sequence search.
+    pub budget: u64,
+}
+
+/// A plan's slots and what is known of them.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// The slots.
+    pub slots: Vec<Slot>,
+    /// Building sequence size, eq. (8): the sum of the parts' slot numbers.
+    pub value: f64,
+    /// No sequence can be below it: every part comes at least as many slots after the table as there are parts between.
+    pub lower_bound: f64,
+    /// How far the head stays from parts it does not print on and from the table, at the least, mm; at most
+    /// [`CLEARANCE_SOUGHT_MM`].
+    pub clearance_mm: f64,
+    /// Directions tried, over all parts.
+    pub tried: usize,
+    /// Orientations kept, over all parts.
+    pub candidates: usize,
+    /// Steps of the sequence search.
+    pub steps: u64,
+}
+
+/// Clearances beyond this are not worked out, mm.
+pub const CLEARANCE_SOUGHT_MM: f64 = 20.0;
+
+/// Why one part at one orientation cannot be printed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reason {
+    /// The part.
+    pub part: usize,
+    /// The build direction, table frame.
+    pub up: [f64; 3],
+    /// A part's number, `"table"`, `"limits"` or `"support"`.
+    pub blocked_by: String,
+    /// How deep the head would reach in, mm.
+    pub depth_mm: f64,
+    /// In words.
+    pub text: String,
+}
+
+/// No sequence was found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Infeasible {
+    /// More parts than the search takes on.
+    #[error("{parts} parts are too many; this version plans up to {}; join parts that can be printed as one", MOST_PARTS)]
+    TooManyParts {
+        /// How many.
+        parts: usize,
+    },
+    /// Parts that hang together with nothing.
+    #[error("part {part} ({name}) touches neither the table nor another part that does; move it, or join the parts")]
+    Floating {
+        /// The first of them.
+        part: usize,
+        /// Its name.
+        name: String,
+    },
+    /// A part has no orientation, or no order works.
+    #[error("{summary}")]
+    NoPlan {
+        /// One sentence.
+        summary: String,
+        /// One for each orientation that was looked at.
+        reasons: Vec<Reason>,
+    },
+    /// The search's budget ran out.
+    #[error("no sequence found within {steps} steps; raise --budget, or give fewer parts")]
+    Budget {
+        /// Steps taken.
+        steps: u64,
+    },
+}
+
+/// More parts than this are refused at once.
+pub const MOST_PARTS: usize = 400;
+
+/// Plans `workpiece` on the machine of `profile`.
+///
+/// # Errors
+///
+/// [`Infeasible`] with a reason for every orientation that stands in the way.
+pub fn plan(workpiece: &Workpiece<'_>, profile: &Profile, options: &Options) -> Result<Planned, Infeasible> {
+    let parts = workpiece.parts.len();
+    if parts > MOST_PARTS {
+        return Err(Infeasible::TooManyParts { parts });
+    }
+    if let Some(&part) = workpiece.model.floating().first() {
+        return Err(Infeasible::Floating { part, name: workpiece.model.parts[part].name.clone() });
+    }
+    let directions = all_directions(workpiece, options.objective.as_ref(), &options.search);
+    let mut setups = Setups {
+        workpiece,
+        profile,
+        table: profile.kinematics(),
+        head: Head::of(profile),
+        threshold: options.overhang,
+        poses: Vec::new(),
+    };
+    let choices: Vec<Choice> = directions.iter().enumerate().map(|(p, tried)| setups.choose(p, tried)).collect();
+    if let Some(part) = choices.iter().position(|c| c.candidates.is_empty()) {
+        return Err(no_orientation(workpiece, part, &choices[part]));
+    }
+    let site = Site::of(&setups, options.margin_mm);
+    let candidates: Vec<Vec<Candidate>> = choices.iter().map(|c| c.candidates.clone()).collect();
+    let blocked = site.blocked(&candidates);
+    let on_table = set_of(parts, workpiece.model.on_table.iter().copied());
+    let problem = Problem {
+        candidates: &candidates,
+        blocked: &blocked,
+        touching: &site.touching,
+        on_table: &on_table,
+        table_first: options.table_first,
+        priority: options.priority,
+    };
+    let mut first: Option<Sequence> = None;
+    let outcome = enumerate(&problem, options.budget, |sequence| {
+        first = Some(sequence.clone());
+        false
+    });
+    let Some(sequence) = first else {
+        return Err(match outcome.end {
+            End::Budget => Infeasible::Budget { steps: outcome.steps },
+            _ => site.no_sequence(&candidates, &blocked, &outcome.farthest),
+        });
+    };
+    Ok(Planned {
+        value: sequence.iter().enumerate().map(|(t, slot)| (t * slot.len()) as f64).sum(),
+        lower_bound: depths(&site.touching, &workpiece.model.on_table).iter().sum(),
+        clearance_mm: site.clearance(&candidates, &sequence),
+        slots: slots_of(&sequence, &candidates, &setups),
+        tried: choices.iter().map(|c| c.tried).sum(),
+        candidates: candidates.iter().map(Vec::len).sum(),
+        steps: outcome.steps,
+    })
+}
+
+fn set_of(parts: usize, members: impl IntoIterator<Item = usize>) -> PartSet {
+    let mut set = PartSet::new(parts);
+    members.into_iter().for_each(|p| set.insert(p));
+    set
+}
+
+/// Parts at their poses, for collision questions.
+struct Site<'a> {
+    workpiece: &'a Workpiece<'a>,
+    profile: &'a Profile,
+    head: &'a Head,
+    margin_mm: f64,
+    touching: Vec<PartSet>,
+    /// `[setup][part]`.
+    solids: Vec<Vec<Solid>>,
+    tables: Vec<Solid>,
+}
+
+impl<'a> Site<'a> {
+    fn of(setups: &'a Setups<'a>, margin_mm: f64) -> Self {
+        let parts = setups.workpiece.parts.len();
+        let mut touching = vec![PartSet::new(parts); parts];
+        for interface in &setups.workpiece.model.interfaces {
+            touching[interface.a].insert(interface.b);
+            touching[interface.b].insert(interface.a);
+        }
+        let level: Vec<Solid> = setups.workpiece.parts.par_iter().map(Solid::of).collect();
+        let motions: Vec<_> = setups.poses.iter().map(|(_, pose)| setups.table.forward(*pose)).collect();
+        let solids = motions
+            .par_iter()
+            .map(|m| level.iter().map(|s| s.moved(&m.rotation, &m.translation)).collect())
+            .collect();
+        let tables = motions.iter().map(|m| table_solid(setups.profile, m)).collect();
+        let Setups { workpiece, profile, head, .. } = setups;
+        Site { workpiece, profile, head, margin_mm, touching, solids, tables }
+    }
+
+    fn lift(&self, part: usize, other: usize) -> f64 {
+        if self.touching[part].has(other) {
+            contact_mm(self.profile)
+        } else {
+            LIFT_LAYERS * self.profile.process.layer_height_mm
+        }
+    }
+
+    /// `[part][candidate]` -> the parts that must not be there before.
+    fn blocked(&self, candidates: &[Vec<Candidate>]) -> Vec<Vec<PartSet>> {
+        let parts = candidates.len();
+        let of_part = |part: usize| {
+            let one = |c: &Candidate| {
+                let others = (0..parts).filter(|&q| q != part && self.blocks(part, q, c.setup));
+                set_of(parts, others)
+            };
+            candidates[part].iter().map(one).collect()
+        };
+        (0..parts).into_par_iter().map(of_part).collect()
+    }
+
+    fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
+        let solids = &self.solids[setup];
+        let margin = if self.touching[part].has(other) { 1e-3 } else { self.margin_mm.max(1e-3) };
+        self.head.clearance(&solids[part], &solids[other], self.lift(part, other), margin).mm < margin
+    }
+
+    /// The least room between the head and what it passes in `sequence`.
+    fn clearance(&self, candidates: &[Vec<Candidate>], sequence: &Sequence) -> f64 {
+        let mut least = CLEARANCE_SOUGHT_MM;
+        let mut printed: Vec<usize> = Vec::new();
+        for slot in sequence {
+            for &(part, k) in slot {
+                let setup = candidates[part][k].setup;
+                let solids = &self.solids[setup];
+                for &other in printed.iter().filter(|&&q| !self.touching[part].has(q)) {
+                    least = self.head.clearance(&solids[part], &solids[other], self.lift(part, other), least).mm.min(least);
+                }
+                if !self.workpiece.model.on_table.contains(&part) {
+                    least = self.head.clearance(&solids[part], &self.tables[setup], 0.0, least).mm.min(least);
+                }
+            }
+            printed.extend(slot.iter().map(|&(part, _)| part));
+        }
+        least
+    }
+
+    /// Why the parts that no branch could print cannot be.
+    fn no_sequence(&self, candidates: &[Vec<Candidate>], blocked: &[Vec<PartSet>], farthest: &PartSet) -> Infeasible {
+        let stuck: Vec<usize> = (0..candidates.len()).filter(|&p| !farthest.has(p)).collect();
+        let mut reasons = Vec::new();
+        for &part in &stuck {
+            for (k, candidate) in candidates[part].iter().enumerate() {
+                let up = (*candidate.up.unit()).into();
+                if !candidate.needs.met_by(farthest) {
+                    let missing = candidate.needs.missing(farthest);
+                    let text = format!("{missing:.1} mm2 would overhang without what is printed later");
+                    reasons.push(Reason { part, up, blocked_by: "support".to_owned(), depth_mm: 0.0, text });
+                }
+                for other in blocked[part][k].iter().filter(|&q| farthest.has(q)) {
+                    let solids = &self.solids[candidate.setup];
+                    let lift = self.lift(part, other);
+                    let depth = self.head.depth(&solids[part], &solids[other], lift);
+                    let piece = self.head.clearance(&solids[part], &solids[other], lift, 1e-3).piece;
+                    let text = format!("the {piece} would reach {depth:.1} mm into part {other}");
+                    reasons.push(Reason { part, up, blocked_by: other.to_string(), depth_mm: depth, text });
+                }
+            }
+        }
+        let names: Vec<String> = stuck.iter().map(ToString::to_string).collect();
+        let summary = format!(
+            "no order prints parts {}: {}",
+            names.join(", "),
+            reasons.first().map_or("they wait for each other".to_owned(), |r| format!("part {}: {}", r.part, r.text))
+        );
+        Infeasible::NoPlan { summary, reasons }
+    }
+}
+
+/// Fewest parts between each part and the table.
+fn depths(touching: &[PartSet], on_table: &[usize]) -> Vec<f64> {
+    let mut depth = vec![f64::INFINITY; touching.len()];
+    let mut queue: VecDeque<usize> = on_table.iter().copied().collect();
+    on_table.iter().for_each(|&p| depth[p] = 0.0);
+    while let Some(part) = queue.pop_front() {
+        for next in touching[part].iter() {
+            if depth[next].is_infinite() {
+                depth[next] = depth[part] + 1.0;
+                queue.push_back(next);
+            }
+        }
+    }
+    depth
+}
+
+fn no_orientation(workpiece: &Workpiece<'_>, part: usize, choice: &Choice) -> Infeasible {
+    let reason = |r: &Rejected| Reason {
+        part,
+        up: r.up.into(),
+        blocked_by: r.blocked_by.clone(),
+        depth_mm: r.depth_mm,
+        text: r.reason.clone(),
+    };
+    let mut reasons: Vec<Reason> = choice.rejected.iter().map(reason).collect();
+    // The nearest misses first: what the machine refuses although the part would stand.
+    reasons.sort_by_key(|r| r.blocked_by == "support");
+    let first = reasons.first().map_or("no direction to try".to_owned(), |r| r.text.clone());
+    let name = &workpiece.model.parts[part].name;
+    let summary = format!("part {part} ({name}) cannot be printed in any of {} orientations: {first}", choice.tried);
+    Infeasible::NoPlan { summary, reasons }
+}
+
+/// The sequence with the rotation unwound from setup to setup.
+fn slots_of(sequence: &Sequence, candidates: &[Vec<Candidate>], setups: &Setups<'_>) -> Vec<Slot> {
+    let mut at = Pose::LEVEL;
+    let mut last: Option<(usize, usize)> = None;
+    let mut slots = Vec::new();
+    for (id, slot) in sequence.iter().enumerate() {
+        let mut prints = Vec::new();
+        for &(part, k) in slot {
+            let candidate = &candidates[part][k];
+            if last != Some((id, candidate.setup)) {
+                at = unwind(candidate.pose, at, setups);
+                last = Some((id, candidate.setup));
+            }
+            prints.push(Print::new(part, candidate.up, at, &setups.table));
+        }
+        slots.push(Slot { id, prints });
+    }
+    slots
+}
+
+/// The pose's rotation on the turn nearest to where the table stands, if its stops allow it.
+///
+/// An upright part's rotation would be free, but what the head clears was worked out for this one: only whole turns.
+fn unwind(pose: Pose, at: Pose, setups: &Setups<'_>) -> Pose {
+    let rotation = pose.rotation.nearest_to(at.rotation);
+    if setups.table.rotation.admits(rotation) { Pose { rotation, ..pose } } else { pose }
+}

@@ -1,0 +1,281 @@
+//! Solids for collision: one convex hull where a part is convex, else its facets in a tree of boxes.
+
+use std::collections::HashMap;
+
+use crate::geom::convex::{Separation, separation, support};
+use crate::geom::{Bounds, Vec3};
+use crate::mesh::TriangleMesh;
+
+/// The shape of a part (or the table) at a pose, machine coordinates.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    points: Vec<Vec3>,
+    pieces: Pieces,
+    /// The box around it.
+    pub bounds: Bounds,
+}
+
+#[derive(Clone, Debug)]
+enum Pieces {
+    /// The hull of all points is the solid.
+    Convex,
+    /// Its surface.
+    Facets { facets: Vec<[u32; 3]>, tree: Vec<Node> },
+}
+
+/// A node of the tree: a leaf has `count > 0` facets from `first`, an inner node its children at `first` and `first + 1`.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    bounds: Bounds,
+    first: u32,
+    count: u32,
+}
+
+/// Facets in a leaf. A leaf is tested as the hull of its facets' corners, so it stays small.
+const LEAF: usize = 1;
+
+impl Solid {
+    /// The solid inside a closed mesh.
+    pub fn of<F>(mesh: &TriangleMesh<F>) -> Self {
+        let points = mesh.vertices().to_vec();
+        let bounds = mesh.bounds();
+        if is_convex(mesh) {
+            return Self { points, pieces: Pieces::Convex, bounds };
+        }
+        let mut facets = mesh.facets().to_vec();
+        let mut tree = vec![Node { bounds, first: 0, count: 0 }];
+        build(&points, &mut facets, 0, &mut tree, 0);
+        Self { points, pieces: Pieces::Facets { facets, tree }, bounds }
+    }
+
+    /// The hull of `points`.
+    pub fn hull(points: Vec<Vec3>) -> Self {
+        let bounds = Bounds::of(points.iter().copied());
+        Self { points, pieces: Pieces::Convex, bounds }
+    }
+
+    /// The same solid after a rotation and a shift; a tree is built anew.
+    pub fn moved(&self, rotation: &crate::geom::Mat3, shift: &Vec3) -> Self {
+        let points: Vec<Vec3> = self.points.iter().map(|p| rotation * p + shift).collect();
+        let bounds = Bounds::of(points.iter().copied());
+        let pieces = match &self.pieces {
+            Pieces::Convex => Pieces::Convex,
+            Pieces::Facets { facets, .. } => {
+                let mut facets = facets.clone();
+                let mut tree = vec![Node { bounds, first: 0, count: 0 }];
+                build(&points, &mut facets, 0, &mut tree, 0);
+                Pieces::Facets { facets, tree }
+            }
+        };
+        Self { points, pieces, bounds }
+    }
+
+    /// Its corner points.
+    pub fn points(&self) -> &[Vec3] {
+        &self.points
+    }
+
+    /// How far the convex `tool`, its origin swept over `self` with `swept` zeroed where the tool does not follow, stays
+    /// from `obstacle`, up to `enough` mm; [`Separation::Meeting`] where it meets it.
+    ///
+    /// Exact for the surfaces to 1e-6 relative. Containment needs no test of its own as long as the tool reaches upward
+    /// without end: see [`Head`](super::Head).
+    pub fn swept_clearance(&self, follows: [bool; 3], tool: &[Vec3], obstacle: &Self, enough: f64) -> Separation {
+        let mask = Vec3::from_fn(|i, _| if follows[i] { 1.0 } else { 0.0 });
+        let query = Query { swept: self, mask, tool, tool_box: Bounds::of(tool.iter().copied()), obstacle };
+        query.clearance(enough)
+    }
+}
+
+struct Query<'a> {
+    swept: &'a Solid,
+    mask: Vec3,
+    tool: &'a [Vec3],
+    tool_box: Bounds,
+    obstacle: &'a Solid,
+}
+
+impl Query<'_> {
+    fn clearance(&self, enough: f64) -> Separation {
+        let mut least = enough;
+        let mut stack = vec![(0usize, 0usize)];
+        while let Some((a, b)) = stack.pop() {
+            let (box_a, leaf_a) = self.swept.node(a);
+            let (box_b, leaf_b) = self.obstacle.node(b);
+            if self.gap(&box_a, &box_b) >= least {
+                continue;
+            }
+            match (leaf_a, leaf_b) {
+                (true, true) => match self.leaf(a, b, least) {
+                    Separation::Meeting => return Separation::Meeting,
+                    Separation::Apart(mm) => least = least.min(mm),
+                },
+                (true, false) => stack.extend(self.obstacle.children(b).map(|b| (a, b))),
+                (false, true) => stack.extend(self.swept.children(a).map(|a| (a, b))),
+                (false, false) => {
+                    if box_a.size().norm() > box_b.size().norm() {
+                        stack.extend(self.swept.children(a).map(|a| (a, b)));
+                    } else {
+                        stack.extend(self.obstacle.children(b).map(|b| (a, b)));
+                    }
+                }
+            }
+        }
+        Separation::Apart(least)
+    }
+
+    /// A lower bound of the distance between what the tool sweeps over box `a` and box `b`.
+    fn gap(&self, a: &Bounds, b: &Bounds) -> f64 {
+        let min = a.min.component_mul(&self.mask) + self.tool_box.min;
+        let max = a.max.component_mul(&self.mask) + self.tool_box.max;
+        let apart = |i: usize| (b.min[i] - max[i]).max(min[i] - b.max[i]).max(0.0);
+        Vec3::new(apart(0), apart(1), apart(2)).norm()
+    }
+
+    fn leaf(&self, a: usize, b: usize, enough: f64) -> Separation {
+        let of_swept = |d: &Vec3| self.swept.leaf_support(a, &d.component_mul(&self.mask)).component_mul(&self.mask);
+        let reach = |d: &Vec3| of_swept(d) + support(self.tool, d) - self.obstacle.leaf_support(b, &-d);
+        separation(reach, enough)
+    }
+}
+
+impl Solid {
+    fn node(&self, index: usize) -> (Bounds, bool) {
+        match &self.pieces {
+            Pieces::Convex => (self.bounds, true),
+            Pieces::Facets { tree, .. } => (tree[index].bounds, tree[index].count > 0),
+        }
+    }
+
+    fn children(&self, index: usize) -> [usize; 2] {
+        match &self.pieces {
+            Pieces::Convex => [0, 0],
+            Pieces::Facets { tree, .. } => {
+                let first = tree[index].first as usize;
+                [first, first + 1]
+            }
+        }
+    }
+
+    fn leaf_support(&self, index: usize, d: &Vec3) -> Vec3 {
+        match &self.pieces {
+            Pieces::Convex => support(&self.points, d),
+            Pieces::Facets { facets, tree } => {
+                let node = tree[index];
+                let leaf = &facets[node.first as usize..(node.first + node.count) as usize];
+                let corners = leaf.iter().flatten().map(|&i| self.points[i as usize]);
+                corners.max_by(|p, q| p.dot(d).total_cmp(&q.dot(d))).unwrap_or_default()
+            }
+        }
+    }
+}
+
+fn build(points: &[Vec3], facets: &mut [[u32; 3]], offset: usize, tree: &mut Vec<Node>, at: usize) {
+    let bounds = Bounds::of(facets.iter().flatten().map(|&i| points[i as usize]));
+    if facets.len() <= LEAF {
+        tree[at] = Node { bounds, first: offset as u32, count: facets.len() as u32 };
+        return;
+    }
+    let axis = bounds.size().imax();
+    let middle = facets.len() / 2;
+    let key = |f: &[u32; 3]| f.iter().map(|&i| points[i as usize][axis]).sum::<f64>();
+    facets.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
+    let first = tree.len();
+    tree.extend([Node { bounds, first: 0, count: 0 }; 2]);
+    tree[at] = Node { bounds, first: first as u32, count: 0 };
+    let (low, high) = facets.split_at_mut(middle);
+    build(points, low, offset, tree, first);
+    build(points, high, offset + middle, tree, first + 1);
+}
+
+/// Convex where no edge bends inward; a closed, connected, locally convex surface is convex.
+///
+/// The tolerance is a ten-thousandth of the part's size: the hull then departs from the surface by less than a layer's
+/// hundredth, and always outward, which is the safe side.
+fn is_convex<F>(mesh: &TriangleMesh<F>) -> bool {
+    let tolerance = mesh.bounds().size().norm() * 1e-4;
+    let mut across: HashMap<(u32, u32), usize> = HashMap::with_capacity(mesh.facets().len() * 3);
+    for (index, facet) in mesh.facets().iter().enumerate() {
+        for i in 0..3 {
+            across.insert((facet[i], facet[(i + 1) % 3]), index);
+        }
+    }
+    let bends_out = |index: usize| {
+        let facet = mesh.facets()[index];
+        let Some(normal) = mesh.normal(index) else { return true };
+        let a = mesh.vertices()[facet[0] as usize];
+        (0..3).all(|i| {
+            let Some(&other) = across.get(&(facet[(i + 1) % 3], facet[i])) else { return false };
+            mesh.corners(other).iter().all(|p| (p - a).dot(&normal) <= tolerance)
+        })
+    };
+    let whole = mesh.facets().first().is_some_and(|_| connected(mesh, &across));
+    whole && (0..mesh.facets().len()).all(bends_out)
+}
+
+/// Whether the surface is one piece: a cavity is locally convex seen from its own side.
+fn connected<F>(mesh: &TriangleMesh<F>, across: &HashMap<(u32, u32), usize>) -> bool {
+    let mut seen = vec![false; mesh.facets().len()];
+    let mut stack = vec![0];
+    let mut count = 0;
+    while let Some(index) = stack.pop() {
+        if std::mem::replace(&mut seen[index], true) {
+            continue;
+        }
+        count += 1;
+        let f = mesh.facets()[index];
+        stack.extend((0..3).filter_map(|i| across.get(&(f[(i + 1) % 3], f[i])).copied()).filter(|&o| !seen[o]));
+    }
+    count == mesh.facets().len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Table;
+
+    /// An L of 30 x 30 x 10 mm with arms 10 wide, as a closed mesh.
+    fn ell() -> TriangleMesh<Table> {
+        let outline = [(0.0, 0.0), (30.0, 0.0), (30.0, 10.0), (10.0, 10.0), (10.0, 30.0), (0.0, 30.0)];
+        let mut vertices: Vec<Vec3> = outline.iter().map(|&(x, y)| Vec3::new(x, y, 0.0)).collect();
+        vertices.extend(outline.iter().map(|&(x, y)| Vec3::new(x, y, 10.0)));
+        let mut facets = vec![];
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]] {
+            facets.push([a, c, b]);
+            facets.push([a + 6, b + 6, c + 6]);
+        }
+        for i in 0..6u32 {
+            let j = (i + 1) % 6;
+            facets.push([i, j, j + 6]);
+            facets.push([i, j + 6, i + 6]);
+        }
+        TriangleMesh::new(vertices, facets)
+    }
+
+    fn cube_at(centre: Vec3, half: f64) -> Solid {
+        let body = crate::geom::Body::cuboid("", centre.add_scalar(-half), centre.add_scalar(half), [true; 3]);
+        Solid::hull(body.points)
+    }
+
+    #[test]
+    fn an_ell_is_not_convex_and_its_notch_is_free() {
+        let solid = Solid::of(&ell());
+        assert!(matches!(solid.pieces, Pieces::Facets { .. }));
+        let tool = [Vec3::zeros()];
+        let in_notch = cube_at(Vec3::new(20.0, 20.0, 5.0), 5.0);
+        let got = solid.swept_clearance([true; 3], &tool, &in_notch, f64::INFINITY).distance();
+        assert!((got - 5.0).abs() < 1e-4, "{got}");
+        let in_arm = cube_at(Vec3::new(5.0, 29.0, 5.0), 2.0);
+        assert_eq!(solid.swept_clearance([true; 3], &tool, &in_arm, 1.0), Separation::Meeting);
+    }
+
+    #[test]
+    fn a_tool_that_does_not_follow_y_keeps_its_own() {
+        let swept = cube_at(Vec3::new(0.0, 50.0, 0.0), 1.0);
+        let beam = crate::geom::Body::cuboid("", Vec3::new(-1.0, -5.0, 10.0), Vec3::new(1.0, 5.0, 12.0), [true; 3]);
+        let post = cube_at(Vec3::new(0.0, 0.0, 11.0), 1.0);
+        assert_eq!(swept.swept_clearance([true, false, true], &beam.points, &post, 1.0), Separation::Meeting);
+        let got = swept.swept_clearance([true; 3], &beam.points, &post, f64::INFINITY).distance();
+        assert!((got - 43.0).abs() < 1e-4, "{got}");
+    }
+}
