@@ -3,8 +3,30 @@
 //! Coordinates are mm in the frame the mesh's type names. A facet's corners turn counter-clockwise seen from
 //! outside, so `(b - a) x (c - a)` points outward.
 //!
-//! This room must not know machines, slots or G-code.
+//! Bytes come in and go out; this room opens no files. It must not know machines, slots or G-code.
+//!
+//! ```text
+//! bytes -> read -> Soup (facets in file order) -> weld -> runs -> shells (paired edges) -> repair
+//!       -> parts (outer shell + cavities) -> mm -> interfaces, table contact -> Model
+//! ```
 
+mod box_tree;
+mod error;
+mod interface;
+mod model;
+mod overlap;
+mod parts;
+mod read;
+mod shells;
+mod soup;
 mod triangle_mesh;
+mod unit;
+mod write;
 
+pub use error::{Fault, MAX_COORDINATE, MeshError, Place};
+pub use interface::{INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface};
+pub use model::{Model, Part, TABLE_GAP_MM};
+pub use read::{ReadOptions, read_model};
 pub use triangle_mesh::TriangleMesh;
+pub use unit::{METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
+pub use write::{stl_binary, stl_binary_parts, threemf};

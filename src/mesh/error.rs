@@ -1,0 +1,226 @@
+//! What is wrong with a model file, and where.
+
+use std::fmt;
+
+use thiserror::Error;
+
+use crate::geom::Vec3;
+
+/// A model that cannot be used: the file, the place in it, and the fault.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{file}: {place}{fault}")]
+pub struct MeshError {
+    /// The file's name as the caller gave it.
+    pub file: String,
+    /// Where in the file.
+    pub place: Place,
+    /// What is wrong there.
+    pub fault: Fault,
+}
+
+/// Where in a model file a fault lies.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// A byte offset from the start of the file, from 0.
+    Byte(u64),
+    /// A text line, from 1.
+    Line(u64),
+    /// A facet in file order, from 0.
+    Facet(u64),
+    /// A byte offset within one entry of an archive.
+    Entry {
+        /// The entry's path in the archive.
+        name: String,
+        /// The offset in its unpacked text, from 0.
+        byte: u64,
+    },
+    /// A part, numbered from 0 in the order of the first facets in the file.
+    Part(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File => Ok(()),
+            Self::Byte(at) => write!(out, "byte {at}: "),
+            Self::Line(at) => write!(out, "line {at}: "),
+            Self::Facet(at) => write!(out, "facet {at}: "),
+            Self::Entry { name, byte } => write!(out, "{name}, byte {byte}: "),
+            Self::Part(id) => write!(out, "part {id}: "),
+        }
+    }
+}
+
+/// The largest magnitude of a coordinate, in file units: ten kilometres in mm, beyond which only garbage lies.
+pub const MAX_COORDINATE: f64 = 1e7;
+
+/// What is wrong; every variant carries the facts of its text.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Fault {
+    /// A file of no bytes.
+    #[error("the file is empty (0 bytes); export the model again")]
+    Empty,
+    /// Neither the content nor the name tells the format.
+    #[error("not a format trunnion reads (binary or ascii stl, obj, off, 3mf); export the model as one of these")]
+    UnknownFormat,
+    /// A binary STL that ends before its last facet.
+    #[error(
+        "{have} bytes are there, {need} are needed for {facets} facets; the file is cut short: copy or export it again"
+    )]
+    Truncated {
+        /// Bytes in the file.
+        have: u64,
+        /// Bytes that the facet count asks for.
+        need: u64,
+        /// The facet count in the file's header.
+        facets: u64,
+    },
+    /// A well-formed file with nothing in it.
+    #[error("no facets (at least 4 are needed for a solid); export the model again with its solids selected")]
+    NoFacets,
+    /// More facets than this library takes on.
+    #[error("more than {limit} facets; simplify the model, or remove components that repeat others")]
+    TooManyFacets {
+        /// The most it takes.
+        limit: usize,
+    },
+    /// A coordinate that is NaN or infinite.
+    #[error("coordinate {value} is not a finite number (allowed: -1e7 to 1e7); export the model again")]
+    NotFinite {
+        /// The value as read.
+        value: f64,
+    },
+    /// A coordinate out of any printer's reach.
+    #[error("coordinate {value} is out of range (allowed: -1e7 to 1e7 file units); check the unit of the export")]
+    TooLarge {
+        /// The value as read, in file units.
+        value: f64,
+    },
+    /// A facet that names a vertex that is not there.
+    #[error("vertex {index} does not exist (the file has {count}, numbered from {first}); export the model again")]
+    IndexOutOfRange {
+        /// The number in the file.
+        index: i64,
+        /// How many vertices there are.
+        count: usize,
+        /// The number of the first vertex in this format: 0 or 1.
+        first: u8,
+    },
+    /// Text that does not follow the format.
+    #[error("found `{found}` where {expected} should be; export the model again")]
+    Syntax {
+        /// What stands there.
+        found: String,
+        /// What the format asks for.
+        expected: &'static str,
+    },
+    /// An archive that cannot be opened or unpacked.
+    #[error("the 3mf archive cannot be read: {reason}; save it again in the program that made it")]
+    Archive {
+        /// The unpacker's words.
+        reason: String,
+    },
+    /// Markup that cannot be parsed.
+    #[error("the 3mf model's xml cannot be read: {reason}; save it again in the program that made it")]
+    Xml {
+        /// The parser's words.
+        reason: String,
+    },
+    /// A 3MF reference that leads nowhere or round in a circle.
+    #[error("object {id} {trouble}; save the model again in the program that made it")]
+    Object {
+        /// The object's id in the file.
+        id: String,
+        /// What is wrong with it.
+        trouble: &'static str,
+    },
+    /// A surface with holes.
+    #[error(
+        "{edges} open edges (a solid has 0), one at ({:.3}, {:.3}, {:.3}) in file units; {remedy}",
+        at.x, at.y, at.z
+    )]
+    Open {
+        /// Edges that bound one facet only.
+        edges: usize,
+        /// The middle of one of them, in file units.
+        at: Vec3,
+        /// What the user can do.
+        remedy: &'static str,
+    },
+    /// Neighbouring facets that face opposite ways.
+    #[error("{edges} edges between facets that face opposite ways (a solid has 0); {remedy}")]
+    Winding {
+        /// Edges whose two facets run along them in the same sense.
+        edges: usize,
+        /// What the user can do.
+        remedy: &'static str,
+    },
+    /// A closed surface around nothing.
+    #[error(
+        "encloses {volume:.3e} cubic file units (at least {least:.3e} are needed for its size); remove it, it cannot be printed"
+    )]
+    Flat {
+        /// The enclosed volume, cubic file units.
+        volume: f64,
+        /// The least that counts as a solid.
+        least: f64,
+    },
+}
+
+impl Fault {
+    /// The fault at `place`, for a reader that does not know its file's name.
+    pub(super) fn at(self, place: Place) -> Located {
+        Located { place, fault: self }
+    }
+}
+
+/// A fault and its place; [`super::read_model`] adds the file's name.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Located {
+    pub(super) place: Place,
+    pub(super) fault: Fault,
+}
+
+impl Located {
+    /// The error as the user sees it.
+    pub(super) fn in_file(self, file: &str) -> MeshError {
+        MeshError { file: file.to_owned(), place: self.place, fault: self.fault }
+    }
+}
+
+/// `value` where it is a coordinate that can be used.
+pub(super) fn coordinate(value: f64) -> Result<f64, Fault> {
+    match value {
+        v if !v.is_finite() => Err(Fault::NotFinite { value }),
+        v if v.abs() > MAX_COORDINATE => Err(Fault::TooLarge { value }),
+        // Adding zero turns -0.0 into +0.0, which welding by bits relies on.
+        v => Ok(v + 0.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Fault, Place, coordinate};
+
+    #[test]
+    fn a_coordinate_is_finite_and_within_ten_kilometres() {
+        assert_eq!(coordinate(-1e7), Ok(-1e7));
+        assert_eq!(coordinate(1.0000001e7), Err(Fault::TooLarge { value: 1.0000001e7 }));
+        assert_eq!(coordinate(f64::NEG_INFINITY), Err(Fault::NotFinite { value: f64::NEG_INFINITY }));
+        assert!(matches!(coordinate(f64::NAN), Err(Fault::NotFinite { .. })));
+        assert_eq!(coordinate(-0.0).map(f64::to_bits), Ok(0.0_f64.to_bits()));
+    }
+
+    #[test]
+    fn the_text_names_file_place_value_and_remedy() {
+        let error = Fault::NotFinite { value: f64::NAN }.at(Place::Facet(7)).in_file("a.stl");
+        assert_eq!(
+            error.to_string(),
+            "a.stl: facet 7: coordinate NaN is not a finite number (allowed: -1e7 to 1e7); export the model again"
+        );
+        let error = Fault::Empty.at(Place::File).in_file("a.stl");
+        assert_eq!(error.to_string(), "a.stl: the file is empty (0 bytes); export the model again");
+    }
+}

@@ -1,0 +1,165 @@
+//! A model: its parts, what they share, and what stands on the table.
+
+use std::collections::BTreeSet;
+
+use super::error::Located;
+use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
+use super::shells::Surface;
+use super::soup::Soup;
+use super::{ReadOptions, TriangleMesh, Unit, guess_unit, parts};
+use crate::geom::{Bounds, Object, Vec3};
+
+/// A part stands on the table up to this height above the model's lowest point, mm.
+pub const TABLE_GAP_MM: f64 = 0.05;
+
+/// A closed piece of a model.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its place in [`Model::parts`], from 0, in the order of the first facets in the file.
+    pub id: usize,
+    /// The file's name for it, or else `part-<id>`; no two parts of a model share one.
+    pub name: String,
+    /// Its surface with the cavities in it, mm, facing out of the material; facets in file order.
+    pub mesh: TriangleMesh<Object>,
+}
+
+/// A model in mm.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The parts; at least one.
+    pub parts: Vec<Part>,
+    /// What parts share, by ascending ids.
+    pub interfaces: Vec<Interface>,
+    /// Ids of the parts that stand on the table, ascending: those with a face at the lowest z, and those with only an
+    /// edge or corner there that nothing else holds (with a warning). Never empty.
+    pub on_table: Vec<usize>,
+    /// The unit that the file's numbers were read in.
+    pub unit: Unit,
+    /// What was guessed, mended or passed over, one sentence each.
+    pub warnings: Vec<String>,
+    /// The box around all parts, mm.
+    pub bounds: Bounds,
+}
+
+impl Model {
+    /// A model of `parts` (name and closed mesh, mm) whose interfaces are looked for; ids are given in order.
+    ///
+    /// The meshes are taken as they are: closed and facing outward is for the caller to see to.
+    pub fn from_parts(parts: Vec<(String, TriangleMesh<Object>)>) -> Self {
+        let mut names = BTreeSet::new();
+        let part = |(id, (name, mesh))| Part { id, name: unique(&mut names, name), mesh };
+        let parts: Vec<Part> = parts.into_iter().enumerate().map(part).collect();
+        let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
+        let interfaces = interfaces(&parts);
+        let (unit, warnings) = (Unit::Millimetre, Vec::new());
+        let mut model = Self { parts, interfaces, on_table: Vec::new(), unit, warnings, bounds };
+        model.find_table();
+        model
+    }
+
+    pub(super) fn from_soup(mut soup: Soup, options: &ReadOptions) -> Result<Self, Located> {
+        let dropped = soup.weld();
+        if dropped > 0 {
+            soup.warnings.push(format!("{dropped} facets that name one vertex twice were dropped"));
+        }
+        let unit = choose_unit(&mut soup, options.unit);
+        let surfaces = parts::parts(&mut soup, options.repair)?;
+        let named = surfaces.iter().enumerate().map(|(id, surface)| {
+            let label = &soup.names[soup.labels[surface.source[0] as usize] as usize];
+            let name = label.name.clone().unwrap_or_else(|| format!("part-{id}"));
+            (name, mesh(&soup.vertices, surface, unit.millimetres()))
+        });
+        let mut model = Self::from_parts(named.collect());
+        model.unit = unit;
+        soup.warnings.append(&mut model.warnings);
+        model.warnings = soup.warnings;
+        Ok(model)
+    }
+
+    /// Ids of the parts that neither stand on the table nor hang together, through interfaces, with one that does;
+    /// ascending, empty for a model that can be built up from the table.
+    pub fn floating(&self) -> Vec<usize> {
+        let held = self.held(&self.on_table);
+        (0..self.parts.len()).filter(|&id| !held[id]).collect()
+    }
+
+    /// For every part whether it hangs together with one of `roots`.
+    fn held(&self, roots: &[usize]) -> Vec<bool> {
+        let mut held = vec![false; self.parts.len()];
+        let mut queue = roots.to_vec();
+        while let Some(id) = queue.pop() {
+            if !std::mem::replace(&mut held[id], true) {
+                let meets = self.interfaces.iter().filter(|one| one.a == id || one.b == id);
+                queue.extend(meets.map(|one| one.a + one.b - id));
+            }
+        }
+        held
+    }
+
+    fn find_table(&mut self) {
+        let low = self.bounds.min.z + TABLE_GAP_MM;
+        let touching = self.parts.iter().filter(|part| part.mesh.bounds().min.z <= low);
+        let (mut standing, tips): (Vec<usize>, Vec<usize>) =
+            touching.map(|part| part.id).partition(|&id| has_foot(&self.parts[id].mesh, low));
+        for id in tips {
+            if !self.held(&standing)[id] {
+                standing.push(id);
+                let name = &self.parts[id].name;
+                self.warnings
+                    .push(format!("part {id} ({name}) touches the table at an edge or corner only: 0 mm2 of contact"));
+            }
+        }
+        standing.sort_unstable();
+        self.on_table = standing;
+    }
+}
+
+/// Whether a facet below `low` faces down.
+fn has_foot(mesh: &TriangleMesh<Object>, low: f64) -> bool {
+    let down = -INTERFACE_ANGLE_DEG.to_radians().cos();
+    (0..mesh.facets().len()).any(|facet| {
+        mesh.corners(facet).iter().all(|corner| corner.z <= low) && mesh.normal(facet).is_some_and(|n| n.z < down)
+    })
+}
+
+/// The caller's word, or else the file's, or else a guess.
+fn choose_unit(soup: &mut Soup, given: Option<Unit>) -> Unit {
+    match (given, soup.unit) {
+        (Some(given), Some(stated)) if given != stated => {
+            soup.warnings.push(format!("the file states {stated}: read as {given}, as asked"));
+            given
+        }
+        (Some(unit), _) | (None, Some(unit)) => unit,
+        (None, None) => {
+            let size = Bounds::of(soup.vertices.iter().copied()).size();
+            let (unit, warning) = guess_unit(size.max());
+            soup.warnings.extend(warning);
+            unit
+        }
+    }
+}
+
+/// The part's mesh with its vertices numbered in the order of first use, scaled to mm.
+fn mesh(vertices: &[Vec3], surface: &Surface, scale: f64) -> TriangleMesh<Object> {
+    let mut number = std::collections::HashMap::new();
+    let mut own = Vec::new();
+    let facets = surface.facets.iter().map(|facet| {
+        facet.map(|index| {
+            *number.entry(index).or_insert_with(|| {
+                own.push(vertices[index as usize] * scale);
+                own.len() as u32 - 1
+            })
+        })
+    });
+    let facets = facets.collect();
+    TriangleMesh::new(own, facets)
+}
+
+/// `name`, or `name-2`, `name-3` ... where it is taken.
+fn unique(names: &mut BTreeSet<String>, name: String) -> String {
+    let free =
+        std::iter::once(name.clone()).chain((2..).map(|n| format!("{name}-{n}"))).find(|name| !names.contains(name));
+    let name = free.unwrap_or(name);
+    names.insert(name.clone());
+    name
+}

@@ -1,0 +1,115 @@
+//! Model files, recognised by content first and by name second.
+
+mod obj;
+mod off;
+mod stl_ascii;
+mod stl_binary;
+mod threemf;
+mod threemf_xml;
+
+use super::error::{Fault, Located, MeshError, Place};
+use super::soup::Soup;
+use super::{Model, Unit};
+
+/// How to read a model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// The unit of the file's coordinates; `None` takes the file's word, or else guesses by size.
+    pub unit: Option<Unit>,
+    /// Whether open or inconsistently wound surfaces may be mended instead of refused.
+    pub repair: bool,
+}
+
+/// Reads a model: its closed parts, what they share, and what stands on the table, in mm.
+///
+/// `bytes` is the file's content and `name` its name, for the messages and for the extension where the content does
+/// not tell the format. Binary STL is known by its length alone, since many writers begin its header with `solid`.
+/// Parts keep the order of their first facets in the file.
+///
+/// # Errors
+///
+/// A [`MeshError`] with the file's name, the place and the remedy for a file that cannot be parsed, holds no facets,
+/// numbers that are not finite or out of range, or a surface that is open, inconsistently wound or flat.
+pub fn read_model(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Model, MeshError> {
+    read(bytes, name).and_then(|soup| Model::from_soup(soup, options)).map_err(|located| located.in_file(name))
+}
+
+fn read(bytes: &[u8], name: &str) -> Result<Soup, Located> {
+    if bytes.is_empty() {
+        return Err(Fault::Empty.at(Place::File));
+    }
+    let soup = match format_of(bytes, name).ok_or(Fault::UnknownFormat.at(Place::File))? {
+        Format::StlBinary => stl_binary::read(bytes)?,
+        Format::StlAscii => stl_ascii::read(bytes)?,
+        Format::Obj => obj::read(bytes)?,
+        Format::Off => off::read(bytes)?,
+        Format::ThreeMf => threemf::read(bytes)?,
+    };
+    if soup.facets.is_empty() { Err(Fault::NoFacets.at(Place::File)) } else { Ok(soup) }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    StlBinary,
+    StlAscii,
+    Obj,
+    Off,
+    ThreeMf,
+}
+
+/// How much of a file is looked at to recognise text.
+const HEAD: usize = 4096;
+
+fn format_of(bytes: &[u8], name: &str) -> Option<Format> {
+    if stl_binary::has_exact_length(bytes) {
+        return Some(Format::StlBinary);
+    }
+    if bytes.starts_with(b"PK\x03\x04") {
+        return Some(Format::ThreeMf);
+    }
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD)]);
+    let text = head.trim_start_matches('\u{feff}').trim_start();
+    let first = text.split_whitespace().next().unwrap_or("");
+    if off::is_header(first) {
+        return Some(Format::Off);
+    }
+    if first.eq_ignore_ascii_case("solid") && stl_ascii::looks_like(text) {
+        return Some(Format::StlAscii);
+    }
+    let extension = name.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("stl") => Some(Format::StlBinary),
+        Some("obj") => Some(Format::Obj),
+        Some("off") => Some(Format::Off),
+        Some("3mf") => Some(Format::ThreeMf),
+        _ => text.lines().any(|line| line.starts_with("v ")).then_some(Format::Obj),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Format, format_of};
+
+    #[test]
+    fn content_goes_before_the_name() {
+        let ascii = b"solid x\r\n facet normal 0 0 1\r\n";
+        assert_eq!(format_of(ascii, "x.obj"), Some(Format::StlAscii));
+        assert_eq!(format_of(b"# nothing\nOFF", "x.off"), Some(Format::Off));
+        assert_eq!(format_of(b"OFF 3 1 0", "x.stl"), Some(Format::Off));
+        assert_eq!(format_of(b"# blender\nv 1 2 3\n", "x"), Some(Format::Obj));
+        assert_eq!(format_of(b"PK\x03\x04", "x.stl"), Some(Format::ThreeMf));
+        assert_eq!(format_of(b"hello", "hello.txt"), None);
+    }
+
+    #[test]
+    fn the_word_solid_does_not_make_a_binary_file_text() {
+        let mut bytes = vec![0; 84 + 50];
+        bytes[..12].copy_from_slice(b"solid facet ");
+        bytes[80] = 1;
+        assert_eq!(format_of(&bytes, "x.stl"), Some(Format::StlBinary));
+        bytes[80] = 2;
+        assert_eq!(format_of(&bytes, "x.stl"), Some(Format::StlAscii), "of a wrong length, the text decides");
+        bytes[..12].copy_from_slice(b"solid model ");
+        assert_eq!(format_of(&bytes, "x.stl"), Some(Format::StlBinary), "cut short");
+    }
+}

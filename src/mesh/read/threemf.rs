@@ -1,0 +1,230 @@
+//! 3MF: a zip archive of model files; build items and components place their objects.
+
+use std::collections::BTreeMap;
+use std::io::{BufReader, Cursor, Read};
+
+use zip::ZipArchive;
+
+use super::threemf_xml::{self, ModelFile, Object, Reference, Transform};
+use crate::geom::Vec3;
+use crate::mesh::error::{Fault, Located, Place, coordinate};
+use crate::mesh::soup::{Label, MAX_FACETS, Soup};
+
+/// Where the model is when the archive's relations do not say.
+const USUAL_PATH: &str = "3D/3dmodel.model";
+/// The most bytes one entry may unpack to, so that a small archive cannot fill the memory.
+const MAX_UNPACKED: u64 = 4 << 30;
+/// Components within components; deeper ones only go round in a circle.
+const MAX_DEPTH: usize = 32;
+/// The most placed objects, so that components that double level by level end.
+const MAX_BODIES: usize = 100_000;
+
+/// Reads every build item, in order; each mesh that an item places is a body of its own.
+pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
+    let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| archive_fault(&error))?;
+    let mut package = Package { archive, files: BTreeMap::new() };
+    let root = package.root_path();
+    package.load(&root)?;
+    let mut build = Build { package, soup: Soup::default(), trail: Vec::new() };
+    let items = build.package.files[&root].items.clone();
+    for item in &items {
+        build.place(&root, item, &Transform::IDENTITY, None)?;
+    }
+    build.soup.unit = Some(build.package.files[&root].unit);
+    Ok(build.soup)
+}
+
+fn archive_fault(error: &zip::result::ZipError) -> Located {
+    Fault::Archive { reason: error.to_string() }.at(Place::File)
+}
+
+/// The archive and the model files read from it so far.
+struct Package<'a> {
+    archive: ZipArchive<Cursor<&'a [u8]>>,
+    files: BTreeMap<String, ModelFile>,
+}
+
+impl Package<'_> {
+    /// The path that `_rels/.rels` names as the 3D model.
+    fn root_path(&mut self) -> String {
+        let mut text = String::new();
+        let found = self.archive.by_name("_rels/.rels").ok().and_then(|entry| {
+            entry.take(1 << 20).read_to_string(&mut text).ok()?;
+            threemf_xml::model_target(&text)
+        });
+        found.map_or_else(|| USUAL_PATH.to_owned(), |path| path.trim_start_matches('/').to_owned())
+    }
+
+    fn load(&mut self, path: &str) -> Result<(), Located> {
+        if !self.files.contains_key(path) {
+            let entry = self
+                .archive
+                .by_name(path)
+                .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(Place::File))?;
+            let file = threemf_xml::parse(BufReader::new(entry.take(MAX_UNPACKED)), path)?;
+            self.files.insert(path.to_owned(), file);
+        }
+        Ok(())
+    }
+}
+
+/// Objects being placed into the soup.
+struct Build<'a> {
+    package: Package<'a>,
+    soup: Soup,
+    /// The objects that lead to the current one.
+    trail: Vec<(String, String)>,
+}
+
+impl Build<'_> {
+    fn place(&mut self, path: &str, to: &Reference, outer: &Transform, name: Option<&str>) -> Result<(), Located> {
+        let path = to.path.as_deref().map_or(path, |path| path.trim_start_matches('/')).to_owned();
+        let step = (path.clone(), to.id.clone());
+        let trouble = |trouble| Fault::Object { id: to.id.clone(), trouble }.at(Place::File);
+        if self.trail.contains(&step) || self.trail.len() >= MAX_DEPTH {
+            return Err(trouble("is a component of itself"));
+        }
+        self.package.load(&path)?;
+        let object = self.package.files[&path].objects.get(&to.id).cloned();
+        let object = object.ok_or_else(|| trouble("is placed but not defined"))?;
+        let transform = to.transform.then(outer);
+        let name = object.name.as_deref().or(name);
+        self.append(&object, &transform, name)?;
+        self.trail.push(step);
+        for component in &object.components {
+            self.place(&path, component, &transform, name)?;
+        }
+        self.trail.pop();
+        Ok(())
+    }
+
+    fn append(&mut self, object: &Object, transform: &Transform, name: Option<&str>) -> Result<(), Located> {
+        let soup = &mut self.soup;
+        // Objects without a mesh count as well: it is they who multiply.
+        soup.names.push(Label { name: name.map(str::to_owned), body: soup.names.len() as u32 });
+        if soup.names.len() > MAX_BODIES || soup.facets.len() + object.mesh.1.len() > MAX_FACETS {
+            return Err(Fault::TooManyFacets { limit: MAX_FACETS }.at(Place::File));
+        }
+        let first = soup.vertices.len() as u32;
+        for at in &object.mesh.0 {
+            let at = transform.point(at);
+            let checked = |value| coordinate(value).map_err(|fault| fault.at(Place::Facet(soup.facets.len() as u64)));
+            let at = Vec3::new(checked(at.x)?, checked(at.y)?, checked(at.z)?);
+            soup.vertices.push(at);
+        }
+        for &[a, b, c] in &object.mesh.1 {
+            // A mirrored solid would face inward.
+            let [b, c] = if transform.mirrors() { [c, b] } else { [b, c] };
+            soup.push([first + a, first + b, first + c]);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::read;
+    use crate::geom::{Bounds, Vec3};
+    use crate::mesh::Unit;
+    use crate::mesh::error::Fault;
+    use crate::mesh::soup::Soup;
+    use crate::mesh::write::zipped;
+
+    /// A right-angled corner of legs 1, 2, 3.
+    const MESH: &str = r#"<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>
+        <vertex x="0" y="2" z="0"/><vertex x="0" y="0" z="3"/></vertices><triangles>
+        <triangle v1="0" v2="2" v3="1"/><triangle v1="0" v2="1" v3="3"/>
+        <triangle v1="0" v2="3" v3="2"/><triangle v1="1" v2="2" v3="3"/></triangles></mesh>"#;
+
+    fn model(objects: &str, build: &str) -> Vec<u8> {
+        let text = format!(
+            r#"<?xml version="1.0"?><m:model unit="inch" xmlns:m="x"><resources>{objects}</resources>
+            <build>{build}</build></m:model>"#
+        );
+        zipped(&[("3D/3dmodel.model", text.as_bytes())])
+    }
+
+    fn box_of(soup: &Soup, facets: std::ops::Range<usize>) -> Bounds {
+        Bounds::of(soup.facets[facets].iter().flatten().map(|&i| soup.vertices[i as usize]))
+    }
+
+    #[test]
+    fn places_items_and_nested_components() {
+        let objects = format!(
+            r#"<object id="1" name="corner &amp; leg">{MESH}</object>
+            <object id="2"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 10 0 0"/></components></object>
+            <object id="3" name="pair"><components><component objectid="2"/>
+              <component objectid="2" transform="2 0 0 0 2 0 0 0 2 0 0 5"/></components></object>"#
+        );
+        // A quarter turn about +Z takes x to y: the rows of a 3MF matrix are the images of the axes.
+        let build = r#"<item objectid="3" transform="0 1 0 -1 0 0 0 0 1 0 0 100"/><item objectid="1"/>"#;
+        let soup = read(&model(&objects, build)).unwrap();
+        assert_eq!(soup.unit, Some(Unit::Inch));
+        assert_eq!(soup.facets.len(), 12);
+        let one = box_of(&soup, 0..4);
+        assert_eq!((one.min, one.max), (Vec3::new(-2.0, 10.0, 100.0), Vec3::new(0.0, 11.0, 103.0)));
+        let two = box_of(&soup, 4..8);
+        assert_eq!((two.min, two.max), (Vec3::new(-4.0, 20.0, 105.0), Vec3::new(0.0, 22.0, 111.0)));
+        assert_eq!(box_of(&soup, 8..12).max, Vec3::new(1.0, 2.0, 3.0));
+        assert_eq!(soup.names[soup.labels[0] as usize].name.as_deref(), Some("corner & leg"));
+        assert_ne!(soup.labels[0], soup.labels[4]);
+    }
+
+    #[test]
+    fn a_mirrored_item_still_faces_outward() {
+        let objects = format!(r#"<object id="1">{MESH}</object>"#);
+        let soup = read(&model(&objects, r#"<item objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>"#)).unwrap();
+        let volume: f64 = soup
+            .facets
+            .iter()
+            .map(|f| {
+                let [a, b, c] = f.map(|i| soup.vertices[i as usize]);
+                a.dot(&b.cross(&c)) / 6.0
+            })
+            .sum();
+        assert!((volume - 1.0).abs() < 1e-12, "{volume}");
+    }
+
+    #[test]
+    fn references_that_lead_nowhere_or_in_a_circle_are_refused() {
+        let circle = r#"<object id="1"><components><component objectid="2"/></components></object>
+            <object id="2"><components><component objectid="1"/></components></object>"#;
+        let error = read(&model(circle, r#"<item objectid="1"/>"#)).unwrap_err();
+        assert_eq!(error.fault, Fault::Object { id: "1".to_owned(), trouble: "is a component of itself" });
+        let error = read(&model("", r#"<item objectid="7"/>"#)).unwrap_err();
+        assert_eq!(error.fault, Fault::Object { id: "7".to_owned(), trouble: "is placed but not defined" });
+    }
+
+    #[test]
+    fn bad_numbers_and_bad_archives_are_refused() {
+        let objects = |from: &str, to: &str| format!(r#"<object id="1">{}</object>"#, MESH.replacen(from, to, 1));
+        let fails =
+            |from: &str, to: &str| read(&model(&objects(from, to), r#"<item objectid="1"/>"#)).unwrap_err().fault;
+        assert_eq!(fails("v3=\"1\"", "v3=\"4\""), Fault::IndexOutOfRange { index: 4, count: 4, first: 0 });
+        assert!(matches!(fails("x=\"1\"", "x=\"NaN\""), Fault::NotFinite { .. }));
+        assert_eq!(fails("x=\"1\"", "x=\"1e8\""), Fault::TooLarge { value: 1e8 });
+        assert_eq!(fails("x=\"1\"", "x=\"a\""), Fault::Syntax { found: "a".to_owned(), expected: "a number" });
+        assert!(matches!(fails("y=\"0\"", ""), Fault::Syntax { .. }));
+        assert!(matches!(fails("</mesh>", "</mess>"), Fault::Xml { .. }));
+        assert!(matches!(read(b"PK\x03\x04rubbish").unwrap_err().fault, Fault::Archive { .. }));
+        assert!(matches!(read(&zipped(&[("a", b"b")])).unwrap_err().fault, Fault::Archive { .. }));
+    }
+
+    #[test]
+    fn components_may_lie_in_other_files_that_the_relations_name() {
+        let rels = r#"<Relationships><Relationship Target="/m/root.model" Id="r"
+            Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;
+        let root = r#"<model xmlns:p="p"><resources><object id="5"><components>
+            <component p:path="/m/parts.model" objectid="1"/></components></object></resources>
+            <build><item objectid="5"/></build></model>"#;
+        let parts = format!(r#"<model><resources><object id="1">{MESH}</object></resources></model>"#);
+        let bytes = zipped(&[
+            ("_rels/.rels", rels.as_bytes()),
+            ("m/root.model", root.as_bytes()),
+            ("m/parts.model", parts.as_bytes()),
+        ]);
+        let soup = read(&bytes).unwrap();
+        assert_eq!(soup.facets.len(), 4);
+        assert_eq!(soup.unit, Some(Unit::Millimetre), "the default of the format");
+    }
+}

@@ -1,0 +1,227 @@
+//! One 3MF model file, parsed as a stream.
+
+use std::collections::BTreeMap;
+use std::io::BufRead;
+
+use quick_xml::XmlVersion;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::reader::Reader;
+
+use crate::geom::{Mat3, Vec3};
+use crate::mesh::Unit;
+use crate::mesh::error::{Fault, Located, Place, coordinate};
+
+/// An affine map; columns act on column vectors, so the file's row-vector matrix is transposed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Transform {
+    linear: Mat3,
+    shift: Vec3,
+}
+
+impl Transform {
+    pub(super) const IDENTITY: Self =
+        Self { linear: Mat3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), shift: Vec3::new(0.0, 0.0, 0.0) };
+
+    pub(super) fn point(&self, at: &Vec3) -> Vec3 {
+        self.linear * at + self.shift
+    }
+
+    /// First `self`, then `next`.
+    pub(super) fn then(&self, next: &Self) -> Self {
+        Self { linear: next.linear * self.linear, shift: next.point(&self.shift) }
+    }
+
+    pub(super) fn mirrors(&self) -> bool {
+        self.linear.determinant() < 0.0
+    }
+
+    fn parse(text: &str) -> Result<Self, Fault> {
+        let values = text.split_whitespace().map(number).collect::<Result<Vec<_>, _>>()?;
+        let [a, b, c, d, e, f, g, h, i, x, y, z] = values[..] else {
+            return Err(Fault::Syntax {
+                found: text.chars().take(40).collect(),
+                expected: "a transform of 12 numbers",
+            });
+        };
+        Ok(Self { linear: Mat3::new(a, d, g, b, e, h, c, f, i), shift: Vec3::new(x, y, z) })
+    }
+}
+
+/// An object that a build item or component places.
+#[derive(Clone, Debug)]
+pub(super) struct Reference {
+    /// The model file it lies in, where that is another one.
+    pub(super) path: Option<String>,
+    pub(super) id: String,
+    pub(super) transform: Transform,
+}
+
+/// A mesh, components, or both empty.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Object {
+    pub(super) name: Option<String>,
+    pub(super) mesh: (Vec<Vec3>, Vec<[u32; 3]>),
+    pub(super) components: Vec<Reference>,
+}
+
+/// What one model file holds.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ModelFile {
+    pub(super) unit: Unit,
+    pub(super) objects: BTreeMap<String, Object>,
+    pub(super) items: Vec<Reference>,
+    current: String,
+}
+
+/// Parses the model file `path` from its unpacked text.
+pub(super) fn parse(text: impl BufRead, path: &str) -> Result<ModelFile, Located> {
+    let mut reader = Reader::from_reader(text);
+    let mut file = ModelFile::default();
+    let mut buffer = Vec::new();
+    loop {
+        let event = reader.read_event_into(&mut buffer);
+        let place = |byte| Place::Entry { name: path.to_owned(), byte };
+        let done = match event {
+            Ok(Event::Start(tag) | Event::Empty(tag)) => file.open(&tag).map(|()| false),
+            Ok(Event::End(tag)) if tag.local_name().as_ref() == "object" => file.close_object().map(|()| false),
+            Ok(Event::Eof) => Ok(true),
+            Ok(_) => Ok(false),
+            Err(error) => Err(Fault::Xml { reason: error.to_string() }),
+        };
+        if done.map_err(|fault| fault.at(place(reader.buffer_position())))? {
+            return Ok(file);
+        }
+        buffer.clear();
+    }
+}
+
+/// The target of the relation to the 3D model in `_rels/.rels`; `None` where there is none.
+pub(super) fn model_target(text: &str) -> Option<String> {
+    let mut reader = Reader::from_str(text);
+    loop {
+        match reader.read_event().ok()? {
+            Event::Start(tag) | Event::Empty(tag) => {
+                let kind = attribute(&tag, "Type").ok()?;
+                if kind.is_some_and(|kind| kind.ends_with("/3dmodel")) {
+                    return attribute(&tag, "Target").ok()?;
+                }
+            }
+            Event::Eof => return None,
+            _ => {}
+        }
+    }
+}
+
+impl ModelFile {
+    fn open(&mut self, tag: &BytesStart<'_>) -> Result<(), Fault> {
+        match tag.local_name().as_ref() {
+            "model" => self.unit = unit(attribute(tag, "unit")?.as_deref())?,
+            "object" => {
+                self.current = required(tag, "id")?;
+                let name = attribute(tag, "name")?.filter(|name| !name.trim().is_empty());
+                self.objects.insert(self.current.clone(), Object { name, ..Object::default() });
+            }
+            "item" => self.items.push(reference(tag)?),
+            "vertex" => {
+                let at = vertex(tag)?;
+                self.object()?.mesh.0.push(at);
+            }
+            "triangle" => {
+                let facet = triangle(tag)?;
+                self.object()?.mesh.1.push(facet);
+            }
+            "component" => {
+                let component = reference(tag)?;
+                self.object()?.components.push(component);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn object(&mut self) -> Result<&mut Object, Fault> {
+        self.objects
+            .get_mut(&self.current)
+            .ok_or(Fault::Syntax { found: "mesh or component".to_owned(), expected: "an object around it" })
+    }
+
+    /// Vertex numbers can be checked only here: a file may give the triangles first.
+    fn close_object(&mut self) -> Result<(), Fault> {
+        let (vertices, facets) = &self.object()?.mesh;
+        let count = vertices.len();
+        match facets.iter().flatten().find(|&&index| index as usize >= count) {
+            Some(&index) => Err(Fault::IndexOutOfRange { index: index.into(), count, first: 0 }),
+            None => Ok(()),
+        }
+    }
+}
+
+fn unit(name: Option<&str>) -> Result<Unit, Fault> {
+    match name {
+        None | Some("millimeter") => Ok(Unit::Millimetre),
+        Some("micron") => Ok(Unit::Micron),
+        Some("centimeter") => Ok(Unit::Centimetre),
+        Some("inch") => Ok(Unit::Inch),
+        Some("foot") => Ok(Unit::Foot),
+        Some("meter") => Ok(Unit::Metre),
+        Some(other) => Err(Fault::Syntax {
+            found: other.chars().take(40).collect(),
+            expected: "unit micron, millimeter, centimeter, inch, foot or meter",
+        }),
+    }
+}
+
+/// The attribute whose local name is `name`, unescaped.
+fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, Fault> {
+    for attribute in tag.attributes().with_checks(false) {
+        let attribute = attribute.map_err(|error| Fault::Xml { reason: error.to_string() })?;
+        if attribute.key.local_name().as_ref() == name {
+            let value = attribute.normalized_value(XmlVersion::default());
+            return value
+                .map(|value| Some(value.into_owned()))
+                .map_err(|error| Fault::Xml { reason: error.to_string() });
+        }
+    }
+    Ok(None)
+}
+
+fn required(tag: &BytesStart<'_>, name: &'static str) -> Result<String, Fault> {
+    let found = || tag.name().as_ref().to_owned();
+    attribute(tag, name)?.ok_or_else(|| Fault::Syntax {
+        found: found(),
+        expected: match name {
+            "id" | "objectid" => "an object's id",
+            _ => "x, y, z of a vertex or v1, v2, v3 of a triangle",
+        },
+    })
+}
+
+fn reference(tag: &BytesStart<'_>) -> Result<Reference, Fault> {
+    let transform = attribute(tag, "transform")?;
+    Ok(Reference {
+        path: attribute(tag, "path")?,
+        id: required(tag, "objectid")?,
+        transform: transform.map_or(Ok(Transform::IDENTITY), |text| Transform::parse(&text))?,
+    })
+}
+
+fn number(text: &str) -> Result<f64, Fault> {
+    text.trim()
+        .parse()
+        .map_err(|_| Fault::Syntax { found: text.chars().take(40).collect(), expected: "a number" })
+        .and_then(coordinate)
+}
+
+fn vertex(tag: &BytesStart<'_>) -> Result<Vec3, Fault> {
+    let value = |name| number(&required(tag, name)?);
+    Ok(Vec3::new(value("x")?, value("y")?, value("z")?))
+}
+
+fn triangle(tag: &BytesStart<'_>) -> Result<[u32; 3], Fault> {
+    let value = |name| {
+        let text = required(tag, name)?;
+        let found = || text.chars().take(40).collect();
+        text.trim().parse().map_err(|_| Fault::Syntax { found: found(), expected: "a vertex number" })
+    };
+    Ok([value("v1")?, value("v2")?, value("v3")?])
+}

@@ -1,0 +1,198 @@
+//! Shells: facets joined across paired edges, each closed and consistently wound or refused.
+
+mod holes;
+mod pairing;
+mod repair;
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::error::Fault;
+use crate::geom::Vec3;
+use pairing::Link;
+
+/// Facets under work, each with the facet of the file that it stems from.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Surface {
+    pub(super) facets: Vec<[u32; 3]>,
+    pub(super) source: Vec<u32>,
+}
+
+impl Surface {
+    /// The facets at `indices`, in that order.
+    fn select(&self, indices: &[u32]) -> Self {
+        let pick = |&index: &u32| (self.facets[index as usize], self.source[index as usize]);
+        let (facets, source) = indices.iter().map(pick).unzip();
+        Self { facets, source }
+    }
+
+    /// Keeps the facets that `keep` says yes to.
+    fn retain(&mut self, mut keep: impl FnMut(&[u32; 3]) -> bool) {
+        let mut kept = (0..self.facets.len() as u32).collect::<Vec<_>>();
+        kept.retain(|&index| keep(&self.facets[index as usize]));
+        *self = self.select(&kept);
+    }
+
+    /// Turns every facet over.
+    pub(super) fn turn_over(&mut self) {
+        self.facets.iter_mut().for_each(|facet| facet.swap(1, 2));
+    }
+}
+
+/// One connected piece of a surface.
+struct Shell {
+    /// Indices into the surface, ascending.
+    facets: Vec<u32>,
+    /// Edges with a facet on one side only, in that facet's sense.
+    open: Vec<[u32; 2]>,
+    /// Edges whose two facets run along them in the same sense.
+    twisted: usize,
+}
+
+impl Shell {
+    fn is_sound(&self) -> bool {
+        self.open.is_empty() && self.twisted == 0
+    }
+
+    /// What is wrong with it; `None` for a sound shell.
+    fn fault(&self, vertices: &[Vec3], repaired: bool) -> Option<Fault> {
+        let remedy = if repaired { "--repair could not mend it: mend it where it was made" } else { "try --repair" };
+        if let Some([a, b]) = self.open.first() {
+            let at = (vertices[*a as usize] + vertices[*b as usize]) * 0.5;
+            return Some(Fault::Open { edges: self.open.len(), at, remedy });
+        }
+        (self.twisted > 0).then_some(Fault::Winding { edges: self.twisted, remedy })
+    }
+}
+
+/// The closed shells of a surface, in the order of their first facets, and what was mended.
+///
+/// # Errors
+///
+/// The number of the first unsound shell and its fault.
+pub(super) fn closed_shells(
+    vertices: &[Vec3],
+    mut surface: Surface,
+    repair: bool,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Surface>, (usize, Fault)> {
+    let mut shells = shells(vertices, &surface.facets);
+    if repair && !shells.iter().all(Shell::is_sound) {
+        repair::mend(vertices, &mut surface, warnings);
+        shells = self::shells(vertices, &surface.facets);
+    }
+    let fault = |(index, shell): (usize, &Shell)| shell.fault(vertices, repair).map(|fault| (index, fault));
+    match shells.iter().enumerate().find_map(fault) {
+        Some(fault) => Err(fault),
+        None => Ok(shells.iter().map(|shell| surface.select(&shell.facets)).collect()),
+    }
+}
+
+/// The connected pieces, in the order of their first facets.
+fn shells(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<Shell> {
+    let links = pairing::pair_edges(vertices, facets);
+    let mut shell_of = vec![u32::MAX; facets.len()];
+    let mut shells = Vec::new();
+    for first in 0..facets.len() as u32 {
+        if shell_of[first as usize] == u32::MAX {
+            shells.push(flood(first, shells.len() as u32, facets, &links, &mut shell_of));
+        }
+    }
+    shells
+}
+
+fn flood(first: u32, number: u32, facets: &[[u32; 3]], links: &[[Option<Link>; 3]], shell_of: &mut [u32]) -> Shell {
+    let mut shell = Shell { facets: vec![first], open: Vec::new(), twisted: 0 };
+    shell_of[first as usize] = number;
+    let mut next = 0;
+    while let Some(&facet) = shell.facets.get(next) {
+        next += 1;
+        for link in links[facet as usize].iter().flatten() {
+            // Each twisted edge is met from both sides and counted from the lower one.
+            shell.twisted += usize::from(link.twisted && facet < link.facet);
+            if shell_of[link.facet as usize] == u32::MAX {
+                shell_of[link.facet as usize] = number;
+                shell.facets.push(link.facet);
+            }
+        }
+    }
+    shell.facets.sort_unstable();
+    for &facet in &shell.facets {
+        let corners = facets[facet as usize];
+        let sides = (0..3).filter(|&side| links[facet as usize][side].is_none());
+        shell.open.extend(sides.map(|side| [corners[side], corners[(side + 1) % 3]]));
+    }
+    shell
+}
+
+/// The shortest stretches of facets in file order that are closed in themselves; the last may be open.
+///
+/// Most writers give one solid after the other. Where a stretch closes, no edge of it can belong to what follows, so
+/// solids that share edges or whole faces with others are told apart before any angle is looked at.
+pub(super) fn closed_runs(facets: &[[u32; 3]]) -> Vec<Range<usize>> {
+    /// A tetrahedron: fewer facets enclose nothing.
+    const LEAST: usize = 4;
+    let mut balance: HashMap<(u32, u32), i32> = HashMap::with_capacity(facets.len());
+    let (mut unbalanced, mut start, mut runs) = (0_usize, 0, Vec::new());
+    for (index, facet) in facets.iter().enumerate() {
+        for side in 0..3 {
+            let (a, b) = (facet[side], facet[(side + 1) % 3]);
+            let uses = balance.entry((a.min(b), a.max(b))).or_insert(0);
+            let before = *uses;
+            *uses += if a < b { 1 } else { -1 };
+            unbalanced = unbalanced + usize::from(before == 0) - usize::from(*uses == 0);
+        }
+        if unbalanced == 0 && index + 1 - start >= LEAST {
+            runs.push(start..index + 1);
+            start = index + 1;
+            balance.clear();
+        }
+    }
+    if start < facets.len() {
+        runs.push(start..facets.len());
+    }
+    runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Surface, closed_runs, closed_shells};
+    use crate::geom::Vec3;
+    use crate::mesh::error::Fault;
+
+    const TETRA: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+
+    fn corner() -> Vec<Vec3> {
+        vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()]
+    }
+
+    fn surface(facets: &[[u32; 3]]) -> Surface {
+        Surface { facets: facets.to_vec(), source: (0..facets.len() as u32).collect() }
+    }
+
+    #[test]
+    fn runs_end_where_the_surface_closes() {
+        let mut facets = TETRA.to_vec();
+        facets.extend(TETRA.map(|f| f.map(|i| i + 1)));
+        assert_eq!(closed_runs(&facets), [0..4, 4..8]);
+        assert_eq!(closed_runs(&facets[..7]), [0..4, 4..7]);
+        facets.swap(3, 4);
+        assert_eq!(closed_runs(&facets), vec![0..8], "interleaved solids are left to the angles");
+    }
+
+    #[test]
+    fn a_missing_facet_leaves_three_open_edges() {
+        let (shell, fault) = closed_shells(&corner(), surface(&TETRA[..3]), false, &mut Vec::new()).unwrap_err();
+        assert_eq!(shell, 0);
+        let at = Vec3::new(0.5, 0.5, 0.0);
+        assert_eq!(fault, Fault::Open { edges: 3, at, remedy: "try --repair" });
+    }
+
+    #[test]
+    fn a_facet_turned_over_leaves_three_twisted_edges() {
+        let mut facets = TETRA;
+        facets[1].swap(0, 1);
+        let (_, fault) = closed_shells(&corner(), surface(&facets), false, &mut Vec::new()).unwrap_err();
+        assert_eq!(fault, Fault::Winding { edges: 3, remedy: "try --repair" });
+    }
+}

@@ -1,0 +1,129 @@
+//! Which facet lies across each edge, also where more than two facets meet at one.
+
+use std::f64::consts::TAU;
+
+use crate::geom::Vec3;
+
+/// The facet across an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Link {
+    pub(super) facet: u32,
+    /// Whether both facets run along the edge in the same sense, so that one of them faces the wrong way.
+    pub(super) twisted: bool,
+}
+
+/// Facets closer than this around an edge, in radians, count as lying upon each other and enclose nothing.
+///
+/// It covers the rounding of f32 corners where coincident faces are cut into triangles differently.
+const SAME_ANGLE: f64 = 1e-4;
+
+/// One facet's use of an edge.
+#[derive(Clone, Copy)]
+struct Use {
+    /// The edge's lower and higher vertex.
+    edge: (u32, u32),
+    facet: u32,
+    side: u8,
+    /// Whether the facet runs from the lower to the higher vertex.
+    forward: bool,
+}
+
+/// For every facet the links across its sides `0-1`, `1-2`, `2-0`; `None` at an open edge.
+pub(super) fn pair_edges(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<[Option<Link>; 3]> {
+    let mut uses = Vec::with_capacity(3 * facets.len());
+    for (facet, corners) in facets.iter().enumerate() {
+        for side in 0..3 {
+            let (a, b) = (corners[side], corners[(side + 1) % 3]);
+            uses.push(Use { edge: (a.min(b), a.max(b)), facet: facet as u32, side: side as u8, forward: a < b });
+        }
+    }
+    uses.sort_unstable_by_key(|one| (one.edge, one.facet, one.side));
+    let mut links = vec![[None; 3]; facets.len()];
+    for group in uses.chunk_by(|a, b| a.edge == b.edge) {
+        match group {
+            [a, b] => link(&mut links, a, b),
+            [_] => {}
+            many => around(vertices, facets, many).into_iter().for_each(|(a, b)| link(&mut links, &many[a], &many[b])),
+        }
+    }
+    links
+}
+
+fn link(links: &mut [[Option<Link>; 3]], a: &Use, b: &Use) {
+    let twisted = a.forward == b.forward;
+    links[a.facet as usize][usize::from(a.side)] = Some(Link { facet: b.facet, twisted });
+    links[b.facet as usize][usize::from(b.side)] = Some(Link { facet: a.facet, twisted });
+}
+
+/// Pairs three or more facets around an edge so that each pair has material between its facets.
+///
+/// Seen along the edge from its lower vertex, the material behind a facet that runs along with the edge begins at its
+/// own angle and goes backward to a facet that runs against it: the nearest such pair first. Leftovers stay open.
+fn around(vertices: &[Vec3], facets: &[[u32; 3]], uses: &[Use]) -> Vec<(usize, usize)> {
+    let (low, high) = uses[0].edge;
+    let origin = vertices[low as usize];
+    let along = (vertices[high as usize] - origin).normalize();
+    let across = along.cross(&Vec3::ith(along.iamin(), 1.0)).normalize();
+    let third = along.cross(&across);
+    let angle = |one: &Use| {
+        let apex = facets[one.facet as usize][(usize::from(one.side) + 2) % 3];
+        let reach = vertices[apex as usize] - origin;
+        reach.dot(&third).atan2(reach.dot(&across))
+    };
+    let angles: Vec<f64> = uses.iter().map(angle).collect();
+    let mut gaps = Vec::new();
+    for (f, _) in uses.iter().enumerate().filter(|(_, one)| one.forward) {
+        for (b, _) in uses.iter().enumerate().filter(|(_, one)| !one.forward) {
+            let gap = (angles[f] - angles[b]).rem_euclid(TAU);
+            gaps.push((if gap < SAME_ANGLE { gap + TAU } else { gap }, f, b));
+        }
+    }
+    gaps.sort_by(|one, other| one.0.total_cmp(&other.0).then((one.1, one.2).cmp(&(other.1, other.2))));
+    let mut taken = vec![false; uses.len()];
+    let mut pairs = Vec::new();
+    for (_, f, b) in gaps {
+        if !taken[f] && !taken[b] {
+            (taken[f], taken[b]) = (true, true);
+            pairs.push((f, b));
+        }
+    }
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Link, pair_edges};
+    use crate::geom::Vec3;
+
+    /// Two wedges of a quarter turn along z that touch at the edge 0-1 only, or share the face 0-1-3 as well.
+    fn wedges(second_from: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let vertices = vec![Vec3::zeros(), Vec3::z(), Vec3::x(), Vec3::y(), -Vec3::x(), -Vec3::y()];
+        let wedge = |a: u32, b: u32| [[0, a, 1], [0, 1, b]];
+        let facets = [wedge(2, 3), wedge(second_from, second_from + 1)].concat();
+        (vertices, facets)
+    }
+
+    #[test]
+    fn wedges_that_touch_at_an_edge_keep_to_themselves() {
+        let (vertices, facets) = wedges(4);
+        let links = pair_edges(&vertices, &facets);
+        assert_eq!(links[0][2], Some(Link { facet: 1, twisted: false }));
+        assert_eq!(links[2][2], Some(Link { facet: 3, twisted: false }));
+    }
+
+    #[test]
+    fn wedges_that_share_a_face_keep_to_themselves() {
+        let (vertices, facets) = wedges(3);
+        let links = pair_edges(&vertices, &facets);
+        assert_eq!(links[1][0], Some(Link { facet: 0, twisted: false }));
+        assert_eq!(links[2][2], Some(Link { facet: 3, twisted: false }));
+    }
+
+    #[test]
+    fn the_odd_facet_out_stays_open() {
+        let (vertices, facets) = wedges(4);
+        let links = pair_edges(&vertices, &facets[..3]);
+        assert_eq!(links[0][2], Some(Link { facet: 1, twisted: false }));
+        assert_eq!(links[2][2], None);
+    }
+}

@@ -1,0 +1,205 @@
+//! What `--repair` may do, and no more: merge border vertices, drop repeats, turn facets over, fill flat holes.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use super::{Shell, Surface, holes, pairing, shells};
+use crate::geom::{Bounds, Vec3};
+
+/// Border vertices nearer than this share of the open shells' diagonal are one: it spans the last digits in which
+/// exporters disagree, and lies far below a nozzle's width.
+const MERGE_WITHIN: f64 = 1e-5;
+
+/// Mends what it can; whether it sufficed is for the caller to see.
+pub(super) fn mend(vertices: &[Vec3], surface: &mut Surface, warnings: &mut Vec<String>) {
+    let mut say = |count: usize, text: String| {
+        if count > 0 {
+            warnings.push(format!("repair: {text}"));
+        }
+    };
+    let (merged, within) = merge_border(vertices, surface);
+    say(merged, format!("{merged} border vertices merged with others within {within:.3e} file units"));
+    let dropped = drop_repeats(surface);
+    say(dropped, format!("{dropped} collapsed or repeated facets dropped"));
+    let turned = turn_facets(vertices, surface);
+    say(turned, format!("{turned} facets turned over to agree with their neighbours"));
+    let (filled, facets) = fill(vertices, surface);
+    say(filled, format!("{filled} flat holes filled with {facets} facets"));
+}
+
+/// Merges vertices on open edges; returns how many went and the tolerance.
+fn merge_border(vertices: &[Vec3], surface: &mut Surface) -> (usize, f64) {
+    let shells = shells(vertices, &surface.facets);
+    let open = || shells.iter().filter(|shell| !shell.open.is_empty());
+    let border: BTreeSet<u32> = open().flat_map(|shell| shell.open.iter().flatten().copied()).collect();
+    let corners = open().flat_map(|shell| &shell.facets).flat_map(|&facet| surface.facets[facet as usize]);
+    let bounds = Bounds::of(corners.map(|index| vertices[index as usize]));
+    if bounds.is_empty() {
+        return (0, 0.0);
+    }
+    let within = bounds.size().norm() * MERGE_WITHIN;
+    let to = merge_map(vertices, &border, within);
+    for facet in &mut surface.facets {
+        *facet = facet.map(|index| to.get(&index).copied().unwrap_or(index));
+    }
+    (to.len(), within)
+}
+
+/// For every vertex that goes, the earlier one that takes its place.
+fn merge_map(vertices: &[Vec3], border: &BTreeSet<u32>, within: f64) -> HashMap<u32, u32> {
+    let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    let mut to = HashMap::new();
+    for &index in border {
+        let at = vertices[index as usize];
+        let cell = [0, 1, 2].map(|axis| (at[axis] / within).floor() as i64);
+        let near =
+            (0..27).flat_map(|n| cells.get(&[cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1]));
+        match near.flatten().copied().find(|&other| (vertices[other as usize] - at).norm() <= within) {
+            Some(other) => {
+                to.insert(index, other);
+            }
+            None => cells.entry(cell).or_default().push(index),
+        }
+    }
+    to
+}
+
+/// Drops facets that name a vertex twice and later copies of a facet of the same sense; returns how many.
+fn drop_repeats(surface: &mut Surface) -> usize {
+    let given = surface.facets.len();
+    let mut seen = HashSet::with_capacity(given);
+    surface.retain(|&[a, b, c]| {
+        let least = a.min(b).min(c);
+        let turned = if least == a {
+            [a, b, c]
+        } else if least == b {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        };
+        a != b && b != c && c != a && seen.insert(turned)
+    });
+    given - surface.facets.len()
+}
+
+/// Makes each shell agree with its first facet, going from neighbour to neighbour; returns how many were turned over.
+///
+/// A one-sided surface cannot agree with itself and is left twisted.
+fn turn_facets(vertices: &[Vec3], surface: &mut Surface) -> usize {
+    let links = pairing::pair_edges(vertices, &surface.facets);
+    let mut turned: Vec<Option<bool>> = vec![None; surface.facets.len()];
+    for first in 0..surface.facets.len() {
+        if turned[first].is_some() {
+            continue;
+        }
+        turned[first] = Some(false);
+        let mut queue = vec![(first, false)];
+        while let Some((facet, over)) = queue.pop() {
+            for link in links[facet].iter().flatten() {
+                let next = link.facet as usize;
+                if turned[next].is_none() {
+                    turned[next] = Some(over != link.twisted);
+                    queue.push((next, over != link.twisted));
+                }
+            }
+        }
+    }
+    let over = |(facet, turned): (&mut [u32; 3], Option<bool>)| {
+        let over = turned == Some(true);
+        if over {
+            facet.swap(1, 2);
+        }
+        usize::from(over)
+    };
+    surface.facets.iter_mut().zip(turned).map(over).sum()
+}
+
+/// Fills flat simple holes; returns the number of holes and of facets.
+fn fill(vertices: &[Vec3], surface: &mut Surface) -> (usize, usize) {
+    let (mut filled, mut facets) = (0, 0);
+    for shell in shells(vertices, &surface.facets).iter().filter(|shell| !shell.open.is_empty()) {
+        for lid in lids(vertices, shell) {
+            filled += 1;
+            facets += lid.len();
+            let source = surface.source[shell.facets[0] as usize];
+            surface.source.extend(lid.iter().map(|_| source));
+            surface.facets.extend(lid);
+        }
+    }
+    (filled, facets)
+}
+
+fn lids(vertices: &[Vec3], shell: &Shell) -> Vec<Vec<[u32; 3]>> {
+    holes::loops(&shell.open).iter().filter_map(|border| holes::lid(vertices, border)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mend;
+    use crate::geom::Vec3;
+    use crate::mesh::shells::{Surface, closed_shells};
+
+    fn tetra() -> (Vec<Vec3>, Surface) {
+        let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        let facets = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        (vertices, Surface { facets, source: vec![0, 1, 2, 3] })
+    }
+
+    fn mended(vertices: &[Vec3], surface: Surface) -> (Result<usize, String>, Vec<String>) {
+        let mut warnings = Vec::new();
+        let shells = closed_shells(vertices, surface, true, &mut warnings);
+        (shells.map(|shells| shells.len()).map_err(|(_, fault)| fault.to_string()), warnings)
+    }
+
+    #[test]
+    fn fills_a_flat_hole() {
+        let (vertices, mut surface) = tetra();
+        surface.facets.pop();
+        surface.source.pop();
+        mend(&vertices, &mut surface, &mut Vec::new());
+        assert_eq!(surface.facets.len(), 4);
+        let mut lid = surface.facets[3];
+        let least = lid.iter().position(|&i| i == 1).unwrap();
+        lid.rotate_left(least);
+        assert_eq!(lid, [1, 2, 3], "facing outward");
+    }
+
+    #[test]
+    fn merges_border_vertices_within_the_tolerance_only() {
+        let (mut vertices, mut surface) = tetra();
+        vertices.push(Vec3::new(1.0, 1e-6, 0.0));
+        surface.facets[3] = [4, 2, 3];
+        let (shells, warnings) = mended(&vertices, surface.clone());
+        assert_eq!(shells, Ok(1));
+        assert_eq!(warnings, ["repair: 1 border vertices merged with others within 1.732e-5 file units"]);
+        vertices[4].y = 1e-2;
+        assert!(mended(&vertices, surface).0.is_err());
+    }
+
+    #[test]
+    fn drops_repeats_and_turns_facets_over() {
+        let (vertices, mut surface) = tetra();
+        surface.facets.push([2, 3, 1]);
+        surface.source.push(4);
+        assert_eq!(
+            mended(&vertices, surface.clone()),
+            (Ok(1), vec!["repair: 1 collapsed or repeated facets dropped".to_owned()])
+        );
+        surface.facets.pop();
+        surface.source.pop();
+        surface.facets[2].swap(0, 1);
+        let wanted = "repair: 1 facets turned over to agree with their neighbours".to_owned();
+        assert_eq!(mended(&vertices, surface), (Ok(1), vec![wanted]));
+    }
+
+    #[test]
+    fn a_hole_that_is_not_flat_is_refused() {
+        let at = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1]];
+        let mut vertices: Vec<Vec3> = at.iter().map(|p| Vec3::from(p.map(f64::from))).collect();
+        let facets = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
+        let surface = Surface { source: vec![0; 4], facets };
+        assert_eq!(mended(&vertices, surface.clone()).0, Ok(1));
+        vertices[2].z = 0.1;
+        let error = mended(&vertices, surface).0.unwrap_err();
+        assert!(error.starts_with("4 open edges") && error.contains("--repair could not"), "{error}");
+    }
+}
