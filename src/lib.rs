@@ -5,5 +5,6 @@ pub mod geom;
 pub mod mesh;
 pub mod motion;
 pub mod orient;
+pub mod planning;
 pub mod profile;
 pub mod slicing;

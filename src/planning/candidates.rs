@@ -115,8 +115,9 @@ impl Setups<'_> {
             choice.rejected.push(rejected(up, unreachable.to_string(), "limits", 0.0));
             return;
         }
-        let poses = self.table.solutions(up, Pose::LEVEL);
-        for pose in poses.into_iter().filter(|p| self.table.tilt.admits(p.tilt)) {
+        let mut poses = self.table.solutions(up, Pose::LEVEL);
+        poses.retain(|p| self.table.tilt.admits(p.tilt));
+        for pose in poses {
             match self.machine_objects(part, pose) {
                 Some(no) => choice.rejected.push(Rejected { up: *up.unit(), ..no }),
                 None => {

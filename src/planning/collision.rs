@@ -77,7 +77,9 @@ impl Head {
             let points: Vec<Vec3> = piece.points.iter().map(|p| p + raise).collect();
             match swept.swept_clearance(piece.follows, &points, obstacle, least.mm) {
                 Separation::Meeting => return Clearance { mm: 0.0, piece: piece.name.clone() },
-                Separation::Apart(mm) if mm < least.mm => least = Clearance { mm, piece: piece.name.clone() },
+                Separation::Apart(mm) if mm < least.mm || least.piece.is_empty() => {
+                    least = Clearance { mm, piece: piece.name.clone() }
+                }
                 Separation::Apart(_) => {}
             }
         }
@@ -124,7 +126,8 @@ mod tests {
     #[test]
     fn a_long_bar_beside_a_post_is_hit_at_mid_length() {
         // Six extreme vertices all lie 40 mm from the post; only the middle of the bar comes near it.
-        let bar = Solid::hull(Body::cuboid("", Vec3::new(-50.0, 4.0, 0.0), Vec3::new(50.0, 8.0, 4.0), [true; 3]).points);
+        let bar =
+            Solid::hull(Body::cuboid("", Vec3::new(-50.0, 4.0, 0.0), Vec3::new(50.0, 8.0, 4.0), [true; 3]).points);
         let got = head().clearance(&bar, &post(0.0, 30.0), 0.2, 5.0);
         assert_eq!((got.mm, got.piece.as_str()), (0.0, "block"));
         let low = head().clearance(&bar, &post(0.0, 3.0), 0.2, 5.0);
@@ -133,7 +136,8 @@ mod tests {
 
     #[test]
     fn depth_is_the_lift_that_frees() {
-        let bar = Solid::hull(Body::cuboid("", Vec3::new(-50.0, 4.0, 0.0), Vec3::new(50.0, 8.0, 4.0), [true; 3]).points);
+        let bar =
+            Solid::hull(Body::cuboid("", Vec3::new(-50.0, 4.0, 0.0), Vec3::new(50.0, 8.0, 4.0), [true; 3]).points);
         // The block's underside is 10 mm above the tip, the post's top at 30: 20 mm less the lift.
         let depth = head().depth(&bar, &post(0.0, 30.0), 0.2);
         assert!((depth - 19.8).abs() < 0.15, "{depth}");

@@ -76,7 +76,10 @@ pub struct Reason {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Infeasible {
     /// More parts than the search takes on.
-    #[error("{parts} parts are too many; this version plans up to {}; join parts that can be printed as one", MOST_PARTS)]
+    #[error(
+        "{parts} parts are too many; this version plans up to {}; join parts that can be printed as one",
+        MOST_PARTS
+    )]
     TooManyParts {
         /// How many.
         parts: usize,
@@ -180,7 +183,10 @@ struct Site<'a> {
     profile: &'a Profile,
     head: &'a Head,
     margin_mm: f64,
+    /// Parts that share an interface.
     touching: Vec<PartSet>,
+    /// Parts that lie so near to each other that the head cannot keep its margin from the one at the other.
+    near: Vec<PartSet>,
     /// `[setup][part]`.
     solids: Vec<Vec<Solid>>,
     tables: Vec<Solid>,
@@ -195,22 +201,25 @@ impl<'a> Site<'a> {
             touching[interface.b].insert(interface.a);
         }
         let level: Vec<Solid> = setups.workpiece.parts.par_iter().map(Solid::of).collect();
+        let near = near(&level, margin_mm + contact_mm(setups.profile));
         let motions: Vec<_> = setups.poses.iter().map(|(_, pose)| setups.table.forward(*pose)).collect();
-        let solids = motions
-            .par_iter()
-            .map(|m| level.iter().map(|s| s.moved(&m.rotation, &m.translation)).collect())
-            .collect();
+        let solids =
+            motions.par_iter().map(|m| level.iter().map(|s| s.moved(&m.rotation, &m.translation)).collect()).collect();
         let tables = motions.iter().map(|m| table_solid(setups.profile, m)).collect();
         let Setups { workpiece, profile, head, .. } = setups;
-        Site { workpiece, profile, head, margin_mm, touching, solids, tables }
+        Site { workpiece, profile, head, margin_mm, touching, near, solids, tables }
     }
 
     fn lift(&self, part: usize, other: usize) -> f64 {
-        if self.touching[part].has(other) {
+        if self.near[part].has(other) {
             contact_mm(self.profile)
         } else {
             LIFT_LAYERS * self.profile.process.layer_height_mm
         }
+    }
+
+    fn margin(&self, part: usize, other: usize) -> f64 {
+        if self.near[part].has(other) { 1e-3 } else { self.margin_mm.max(1e-3) }
     }
 
     /// `[part][candidate]` -> the parts that must not be there before.
@@ -228,7 +237,7 @@ impl<'a> Site<'a> {
 
     fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
         let solids = &self.solids[setup];
-        let margin = if self.touching[part].has(other) { 1e-3 } else { self.margin_mm.max(1e-3) };
+        let margin = self.margin(part, other);
         self.head.clearance(&solids[part], &solids[other], self.lift(part, other), margin).mm < margin
     }
 
@@ -240,8 +249,9 @@ impl<'a> Site<'a> {
             for &(part, k) in slot {
                 let setup = candidates[part][k].setup;
                 let solids = &self.solids[setup];
-                for &other in printed.iter().filter(|&&q| !self.touching[part].has(q)) {
-                    least = self.head.clearance(&solids[part], &solids[other], self.lift(part, other), least).mm.min(least);
+                for &other in printed.iter().filter(|&&q| !self.near[part].has(q)) {
+                    least =
+                        self.head.clearance(&solids[part], &solids[other], self.lift(part, other), least).mm.min(least);
                 }
                 if !self.workpiece.model.on_table.contains(&part) {
                     least = self.head.clearance(&solids[part], &self.tables[setup], 0.0, least).mm.min(least);
@@ -268,7 +278,8 @@ impl<'a> Site<'a> {
                     let solids = &self.solids[candidate.setup];
                     let lift = self.lift(part, other);
                     let depth = self.head.depth(&solids[part], &solids[other], lift);
-                    let piece = self.head.clearance(&solids[part], &solids[other], lift, 1e-3).piece;
+                    let piece =
+                        self.head.clearance(&solids[part], &solids[other], lift, self.margin(part, other)).piece;
                     let text = format!("the {piece} would reach {depth:.1} mm into part {other}");
                     reasons.push(Reason { part, up, blocked_by: other.to_string(), depth_mm: depth, text });
                 }
@@ -282,6 +293,18 @@ impl<'a> Site<'a> {
         );
         Infeasible::NoPlan { summary, reasons }
     }
+}
+
+/// For each part: those within `reach` mm of it.
+fn near(solids: &[Solid], reach: f64) -> Vec<PartSet> {
+    let point = [crate::geom::Vec3::zeros()];
+    let of_part = |part: usize| {
+        let others = (0..solids.len()).filter(|&q| {
+            q != part && solids[part].swept_clearance([true; 3], &point, &solids[q], reach).distance() < reach
+        });
+        set_of(solids.len(), others)
+    };
+    (0..solids.len()).into_par_iter().map(of_part).collect()
 }
 
 /// Fewest parts between each part and the table.

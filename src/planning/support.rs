@@ -128,11 +128,16 @@ fn beginnings(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, up: Dir<Table
             let corners = mesh.facets()[*f as usize];
             corners.iter().all(|&c| height[c as usize] >= height[vertex] - SAME_HEIGHT)
         };
-        if facets.is_empty() || !facets.iter().all(lowest) || facets.iter().any(|&f| neighbours.on_table[f as usize]) {
+        // The middle of a flat top and the bottom of a bowl are lowest too, but have material below.
+        let faces_down = |f: &u32| mesh.normal(*f as usize).is_some_and(|n| n.dot(up.unit()) < -1e-3);
+        if !facets.iter().any(faces_down)
+            || !facets.iter().all(lowest)
+            || facets.iter().any(|&f| neighbours.on_table[f as usize])
+        {
             continue;
         }
         let mut below = PartSet::new(parts);
-        for &(other, _) in facets.iter().flat_map(|&f| &neighbours.on_facet[f as usize]) {
+        for other in carriers(mesh, neighbours, vertex) {
             below.insert(other);
         }
         if !found.contains(&below) {
@@ -140,4 +145,26 @@ fn beginnings(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, up: Dir<Table
         }
     }
     found
+}
+
+/// The parts on which `vertex` stands: those that share a facet of the flat face around it.
+///
+/// A sliver of a fanned cap shares too little area to count as an interface itself, so the facets next to the vertex's
+/// own are asked too, as long as the vertex lies in their plane.
+fn carriers(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, vertex: usize) -> Vec<usize> {
+    let at = mesh.vertices()[vertex];
+    let own = neighbours.around[vertex].iter().flat_map(|&f| mesh.facets()[f as usize]);
+    let mut around: Vec<u32> = own.flat_map(|c| neighbours.around[c as usize].iter().copied()).collect();
+    around.sort_unstable();
+    around.dedup();
+    let mut parts: Vec<usize> = around
+        .into_iter()
+        .map(|f| f as usize)
+        .filter(|&f| !neighbours.on_facet[f].is_empty())
+        .filter(|&f| mesh.normal(f).is_some_and(|n| (at - mesh.corners(f)[0]).dot(&n).abs() < ON_TABLE))
+        .flat_map(|f| neighbours.on_facet[f].iter().map(|&(q, _)| q))
+        .collect();
+    parts.sort_unstable();
+    parts.dedup();
+    parts
 }
