@@ -8,3 +8,4 @@ pub mod orient;
 pub mod planning;
 pub mod profile;
 pub mod slicing;
+pub mod toolpath;

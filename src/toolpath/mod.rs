@@ -1,0 +1,24 @@
+//! Sliced G-code to the machine's: reading prints and layers, travels and pose changes, writing.
+//!
+//! One print (a part at a pose) comes as ordinary 3-axis G-code in its slot frame. Since its mesh was handed to the
+//! slicer already turned upright, only a translation is left to do:
+//!
+//! ```text
+//! slot    = R p_table + export           R = R_tilt(A) Rz(C)
+//! machine = R p_table + at               at = pivot + R_tilt(A) offset
+//!         = slot + (at - export)         rounded once to a micron, so that arcs keep their centres
+//! ```
+//!
+//! The rewriter owns every move between prints, layers of different prints, and poses. What it does not understand it
+//! refuses. This room must not know slicers; it reads what they write.
+
+mod clear;
+mod export;
+mod output;
+mod policy;
+mod rewrite;
+mod sliced;
+
+pub use export::{BoxMismatch, SlotMesh, slot_mesh};
+pub use rewrite::{Input, RewriteError, Rewritten, rewrite};
+pub use sliced::{Item, Layer, Segment, SlicedError, SlicedPrint, Step3, print_name, read_sliced};

@@ -1,0 +1,517 @@
+//! Sliced G-code as prints and layers.
+//!
+//! A layer begins right behind the last extrusion of the one before: its *lead* (retraction, travel, marks) comes before
+//! its first extrusion, its *body* from there on. A lead may be replaced by a travel of our own; a body never changes but
+//! by translation.
+//!
+//! Coordinates are those of the file: slot frame, mm.
+
+use std::ops::Range;
+
+use super::policy::{Fate, Stage, fate_of_command, fate_of_comment, fate_of_text};
+use crate::gcode::{LineKind, ParseError, ParsedLine, lines};
+use crate::geom::{Bounds, Vec3};
+use crate::motion::replay::{Arc, Controller, Move, Reading, ReplayError, Step, flatten};
+
+/// A move of three axes and filament, positions known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step3 {
+    /// Before, mm.
+    pub from: Vec3,
+    /// After, mm.
+    pub to: Vec3,
+    /// Filament, mm.
+    pub e: f64,
+    /// Feed, mm/min.
+    pub feed: Option<f64>,
+    /// An arc in XY.
+    pub arc: Option<Arc>,
+    /// The span of its comment in the file, with `;`.
+    pub comment: Range<usize>,
+    /// Line in the file.
+    pub line: u32,
+}
+
+impl Step3 {
+    /// Whether filament is laid down: pushed while the tip moves.
+    pub fn prints(&self) -> bool {
+        self.e > 0.0 && (self.from != self.to || self.arc.is_some())
+    }
+}
+
+/// One line of a layer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Item {
+    /// A move.
+    Step(Step3),
+    /// G10 (`true`) or G11.
+    FirmwareRetract(bool),
+    /// Bytes of the file to pass on as they stand.
+    Keep(Range<usize>),
+}
+
+/// A layer of one print.
+#[derive(Clone, Debug, Default)]
+pub struct Layer {
+    /// The height of its first extrusion, mm, slot frame.
+    pub z: f64,
+    /// Up to the first extrusion.
+    pub lead: Vec<Item>,
+    /// From there on.
+    pub body: Vec<Item>,
+}
+
+/// One print as sliced.
+#[derive(Clone, Debug)]
+pub struct SlicedPrint {
+    /// Its layers, lowest first.
+    pub layers: Vec<Layer>,
+    /// The box of all extrusion, mm, slot frame.
+    pub extrusion: Bounds,
+    /// Filament laid down, mm.
+    pub filament_mm: f64,
+    /// Nozzle temperature set before the first extrusion.
+    pub nozzle_c: Option<f64>,
+    /// Bed temperature set before the first extrusion.
+    pub bed_c: Option<f64>,
+    /// Comments before the first extrusion.
+    pub prologue: Vec<Range<usize>>,
+    /// Comments after the last extrusion.
+    pub epilogue: Vec<Range<usize>>,
+}
+
+/// A print with the name the slicer gave it.
+#[derive(Clone, Debug)]
+pub struct Segment {
+    /// The object label, where the slicer wrote one of ours (`print-03..`).
+    pub print: Option<usize>,
+    /// The print.
+    pub sliced: SlicedPrint,
+}
+
+/// Why a sliced file cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SlicedError {
+    /// Binary G-code.
+    #[error(
+        "{file}: binary G-code; switch off \"Supports binary G-code\" (Printer Settings > General) or binary_gcode = 0, and slice again"
+    )]
+    Binary {
+        /// The file.
+        file: String,
+    },
+    /// A line that is not G-code.
+    #[error("{file}:{line}: {source}")]
+    Parse {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+        /// What is wrong.
+        source: ParseError,
+    },
+    /// A line without a safe meaning.
+    #[error("{file}:{line}: {source}")]
+    Replay {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+        /// What is wrong.
+        source: ReplayError,
+    },
+    /// A command whose effect at a tilt nobody knows.
+    #[error("{file}:{line}: {text:?} cannot be rewritten safely; remove it from the slicer's custom G-code")]
+    Command {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+        /// The line.
+        text: String,
+    },
+    /// Extrusion from an unknown place.
+    #[error("{file}:{line}: extrusion before X, Y and Z are known")]
+    UnknownPosition {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+    },
+    /// No extrusion at all.
+    #[error("{file}: nothing is extruded; the slicer dropped the part, or the file is not for a printer that extrudes with E")]
+    NoExtrusion {
+        /// The file.
+        file: String,
+    },
+    /// Objects printed all at once.
+    #[error(
+        "{file}:{line}: the printing of {label:?} is interrupted by other objects; switch on \"complete individual objects\" and slice again"
+    )]
+    Interleaved {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+        /// The label that came back.
+        label: String,
+    },
+    /// Our own output.
+    #[error("{file}:{line}: already rewritten by trunnion; give the slicer's own file")]
+    Rewritten {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+    },
+}
+
+/// Extrusions whose heights differ by less than this are one layer, mm: the last printed digit.
+const SAME_LAYER: f64 = 1.5e-3;
+
+/// Reads `bytes` as one or several prints; `file` is for the messages.
+///
+/// # Errors
+///
+/// [`SlicedError`] with file and line for everything that cannot be rewritten safely.
+pub fn read_sliced(bytes: &[u8], file: &str) -> Result<Vec<Segment>, SlicedError> {
+    if bytes.starts_with(b"GCDE") {
+        return Err(SlicedError::Binary { file: file.to_owned() });
+    }
+    let mut reader = Reader::new(file, bytes);
+    let mut parsed = ParsedLine::default();
+    for line in lines(bytes) {
+        reader.line = line.number;
+        parsed.read(line.bytes).map_err(|source| SlicedError::Parse { file: file.to_owned(), line: line.number, source })?;
+        let start = line.bytes.as_ptr() as usize - bytes.as_ptr() as usize;
+        reader.take(&parsed, start, line.bytes)?;
+    }
+    reader.finish()
+}
+
+struct Reader<'a> {
+    file: &'a str,
+    bytes: &'a [u8],
+    line: u32,
+    controller: Controller,
+    done: Vec<Segment>,
+    label: Option<usize>,
+    seen: Vec<usize>,
+    layers: Vec<Layer>,
+    /// Items since the last extrusion, with what is to be thought of them if no extrusion follows.
+    pending: Vec<Pending>,
+    extrusion: Bounds,
+    filament_mm: f64,
+    nozzle_c: Option<f64>,
+    bed_c: Option<f64>,
+    prologue: Vec<Range<usize>>,
+}
+
+/// A line whose fate depends on whether extrusion follows.
+struct Pending {
+    item: Option<Item>,
+    /// A line that is refused if extrusion comes before *and* after.
+    suspect: Option<(u32, Range<usize>)>,
+    comment: bool,
+    /// Kept even when the pose changes around it (fans, limits).
+    state: bool,
+}
+
+impl<'a> Reader<'a> {
+    fn new(file: &'a str, bytes: &'a [u8]) -> Self {
+        Self {
+            file,
+            bytes,
+            line: 0,
+            controller: Controller::new(Reading::sliced()),
+            done: Vec::new(),
+            label: None,
+            seen: Vec::new(),
+            layers: Vec::new(),
+            pending: Vec::new(),
+            extrusion: Bounds::EMPTY,
+            filament_mm: 0.0,
+            nozzle_c: None,
+            bed_c: None,
+            prologue: Vec::new(),
+        }
+    }
+
+    fn take(&mut self, parsed: &ParsedLine, start: usize, text: &[u8]) -> Result<(), SlicedError> {
+        let whole = start..start + text.len();
+        if parsed.kind == LineKind::Empty {
+            let comment = &text[parsed.comment.clone()];
+            if comment.starts_with(b"TRUNNION ") {
+                return Err(SlicedError::Rewritten { file: self.file.to_owned(), line: self.line });
+            }
+            self.relabel(comment)?;
+            if !comment.is_empty() && fate_of_comment(comment) == Fate::Keep {
+                self.pending.push(Pending { item: Some(Item::Keep(whole)), suspect: None, comment: true, state: false });
+            }
+            return Ok(());
+        }
+        let source = |source| SlicedError::Replay { file: self.file.to_owned(), line: self.line, source };
+        match self.controller.step(parsed).map_err(source)? {
+            Step::Nothing | Step::ExtruderSet(_) | Step::Dwell(_) => {}
+            Step::Move(m) => self.take_move(&m, parsed, start, text.len())?,
+            Step::FirmwareRetract(pull) => self.push(Item::FirmwareRetract(pull)),
+            Step::Home => self.suspect(whole, None),
+            Step::Other(command) => {
+                self.temperature(command.number, parsed);
+                let fates = [Stage::Before, Stage::Within].map(|stage| fate_of_command(command, stage));
+                self.by_fate(fates, whole);
+            }
+            Step::Text => {
+                let code = &text[parsed.code.clone()];
+                if parsed.commands.first().is_some_and(|c| c.number == 486) {
+                    self.relabel(code)?;
+                }
+                let fates = [Stage::Before, Stage::Within].map(|stage| fate_of_text(code, parsed, stage));
+                self.by_fate(fates, whole);
+            }
+        }
+        Ok(())
+    }
+
+    fn by_fate(&mut self, [outside, within]: [Fate; 2], whole: Range<usize>) {
+        match (outside, within) {
+            (_, Fate::Refuse) => {
+                let keep = (outside == Fate::Keep).then(|| Item::Keep(whole.clone()));
+                if outside == Fate::Refuse {
+                    // Refused wherever it stands: as if extrusion had come before and after.
+                    self.pending.push(Pending { item: None, suspect: Some((u32::MAX, whole)), comment: false, state: false });
+                    if let Some(last) = self.pending.last_mut() {
+                        last.suspect = last.suspect.take().map(|(_, span)| (self.line, span));
+                        last.state = true;
+                    }
+                } else {
+                    self.suspect(whole, keep);
+                }
+            }
+            (Fate::Keep, Fate::Keep) => {
+                self.pending.push(Pending { item: Some(Item::Keep(whole)), suspect: None, comment: false, state: true });
+            }
+            (Fate::Drop, Fate::Keep) => {
+                self.pending.push(Pending { item: Some(Item::Keep(whole)), suspect: None, comment: false, state: false });
+            }
+            _ => {}
+        }
+    }
+
+    fn suspect(&mut self, span: Range<usize>, item: Option<Item>) {
+        self.pending.push(Pending { item, suspect: Some((self.line, span)), comment: false, state: false });
+    }
+
+    fn push(&mut self, item: Item) {
+        self.pending.push(Pending { item: Some(item), suspect: None, comment: false, state: false });
+    }
+
+    fn temperature(&mut self, code: u32, parsed: &ParsedLine) {
+        let value = parsed.value(b'S').filter(|&s| s > 0.0);
+        if self.layers.is_empty() {
+            match code {
+                104 | 109 => self.nozzle_c = value.or(self.nozzle_c),
+                140 | 190 => self.bed_c = value.or(self.bed_c),
+                _ => {}
+            }
+        }
+    }
+
+    fn take_move(&mut self, m: &Move, parsed: &ParsedLine, start: usize, length: usize) -> Result<(), SlicedError> {
+        let pushes = m.e > 0.0 && (m.written != 0 || m.arc.is_some());
+        let comment = match parsed.comment.is_empty() {
+            true => 0..0,
+            false => start + parsed.comment.start - 1..start + length,
+        };
+        let Some((from, to)) = m.from.tip().zip(m.to.tip()) else {
+            if pushes {
+                return Err(SlicedError::UnknownPosition { file: self.file.to_owned(), line: self.line });
+            }
+            // The way to the first known place is ours; filament moved on it still counts.
+            if m.e != 0.0 {
+                let nowhere = Vec3::zeros();
+                self.push(Item::Step(Step3 { from: nowhere, to: nowhere, e: m.e, feed: m.feed, arc: None, comment, line: self.line }));
+            }
+            return Ok(());
+        };
+        let step = Step3 { from, to, e: m.e, feed: m.feed, arc: m.arc, comment, line: self.line };
+        if !step.prints() {
+            self.push(Item::Step(step));
+            return Ok(());
+        }
+        self.extrusion.add(from);
+        self.extrusion.add(to);
+        if let Some(arc) = &step.arc {
+            flatten(from, to, arc, 0.01).into_iter().for_each(|p| self.extrusion.add(p));
+        }
+        self.filament_mm += step.e;
+        self.begin_layer_if_new(from.z)?;
+        if let Some(layer) = self.layers.last_mut() {
+            layer.body.push(Item::Step(step));
+        }
+        Ok(())
+    }
+
+    /// Files the pending lines away, now that extrusion at height `z` follows them.
+    fn begin_layer_if_new(&mut self, z: f64) -> Result<(), SlicedError> {
+        let first = self.layers.is_empty();
+        let pending = std::mem::take(&mut self.pending);
+        if first {
+            let mut lead = Vec::new();
+            for line in pending {
+                if let (Some((number, span)), true) = (&line.suspect, line.state) {
+                    return Err(self.refused(*number, span.clone()));
+                }
+                match line.item {
+                    Some(Item::Keep(span)) if line.comment => self.prologue.push(span),
+                    Some(item @ Item::Keep(_)) if line.state => lead.push(item),
+                    Some(Item::Keep(_)) | None => {}
+                    Some(item) => lead.push(item),
+                }
+            }
+            self.layers.push(Layer { z, lead, body: Vec::new() });
+            return Ok(());
+        }
+        if let Some((number, span)) = pending.iter().find_map(|p| p.suspect.clone()) {
+            return Err(self.refused(number, span));
+        }
+        let items = pending.into_iter().filter_map(|p| p.item);
+        let new = self.layers.last().is_some_and(|layer| (layer.z - z).abs() > SAME_LAYER);
+        if new {
+            self.layers.push(Layer { z, lead: items.collect(), body: Vec::new() });
+        } else if let Some(layer) = self.layers.last_mut() {
+            layer.body.extend(items);
+        }
+        Ok(())
+    }
+
+    fn refused(&self, line: u32, span: Range<usize>) -> SlicedError {
+        let text = String::from_utf8_lossy(&self.bytes[span]).trim().chars().take(60).collect();
+        SlicedError::Command { file: self.file.to_owned(), line, text }
+    }
+
+    /// A label that names one of our prints closes the print before it.
+    fn relabel(&mut self, comment: &[u8]) -> Result<(), SlicedError> {
+        let Some(print) = label(comment) else { return Ok(()) };
+        if self.label == Some(print) {
+            return Ok(());
+        }
+        if self.seen.contains(&print) {
+            let label = String::from_utf8_lossy(comment).trim().to_owned();
+            return Err(SlicedError::Interleaved { file: self.file.to_owned(), line: self.line, label });
+        }
+        if self.label.is_some() && !self.layers.is_empty() {
+            let lead: Vec<Pending> = std::mem::take(&mut self.pending);
+            self.close();
+            // Fans and limits set on the way to the next object belong to it; its travel does not.
+            self.pending = lead.into_iter().filter(|p| p.state || p.suspect.is_some()).collect();
+        }
+        self.seen.push(print);
+        self.label = Some(print);
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        let epilogue = self.pending.drain(..).filter(|p| p.comment);
+        let epilogue = epilogue.filter_map(|p| if let Some(Item::Keep(span)) = p.item { Some(span) } else { None });
+        let sliced = SlicedPrint {
+            layers: std::mem::take(&mut self.layers),
+            extrusion: std::mem::replace(&mut self.extrusion, Bounds::EMPTY),
+            filament_mm: std::mem::take(&mut self.filament_mm),
+            nozzle_c: self.nozzle_c,
+            bed_c: self.bed_c,
+            prologue: std::mem::take(&mut self.prologue),
+            epilogue: epilogue.collect(),
+        };
+        self.done.push(Segment { print: self.label, sliced });
+    }
+
+    fn finish(mut self) -> Result<Vec<Segment>, SlicedError> {
+        if self.layers.is_empty() {
+            return Err(SlicedError::NoExtrusion { file: self.file.to_owned() });
+        }
+        if let Some((number, span)) = self.pending.iter().filter(|p| p.state).find_map(|p| p.suspect.clone()) {
+            return Err(self.refused(number, span));
+        }
+        self.close();
+        Ok(self.done)
+    }
+}
+
+/// The name under which print `index` is handed to slicers.
+pub fn print_name(index: usize, part: &str) -> String {
+    let safe: String = part.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    format!("print-{index:02}-{safe}")
+}
+
+/// The print that an object label names: `; printing object print-03-arm id:0 copy 0`, `M486 Aprint-03-arm`.
+fn label(comment: &[u8]) -> Option<usize> {
+    let text = std::str::from_utf8(comment).ok()?.trim();
+    let rest = text
+        .strip_prefix("printing object ")
+        .or_else(|| text.strip_prefix("M486 A"))
+        .or_else(|| text.strip_prefix("MESH:"))?;
+    let name = rest.rsplit(['/', '\\']).next()?;
+    let digits = name.strip_prefix("print-")?;
+    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    digits[..end].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(text: &str) -> SlicedPrint {
+        let mut all = read_sliced(text.as_bytes(), "t.gcode").unwrap();
+        assert_eq!(all.len(), 1);
+        all.remove(0).sliced
+    }
+
+    fn refused(text: &str) -> String {
+        read_sliced(text.as_bytes(), "t.gcode").unwrap_err().to_string()
+    }
+
+    const TWO_LAYERS: &str = "M109 S215\nM140 S65\nG28\nG90\nM83\n; generated by hand\nG1 X0 Y0 Z.2 F3000\nG1 X10 E1 F1200\nG1 Y10 E1\nG1 E-2\nG1 Z.4\nM106 S255\nG1 X0 Y0\nG1 E2\nG1 X10 E1\nM107\nM84\n; the end\n";
+
+    #[test]
+    fn layers_begin_behind_the_last_extrusion() {
+        let print = one(TWO_LAYERS);
+        assert_eq!(print.layers.len(), 2);
+        assert_eq!((print.layers[0].z, print.layers[1].z), (0.2, 0.4));
+        assert_eq!(print.layers[1].lead.len(), 5);
+        assert_eq!(print.layers[1].body.len(), 1);
+        assert_eq!(print.filament_mm, 3.0);
+        assert_eq!((print.nozzle_c, print.bed_c), (Some(215.0), Some(65.0)));
+        assert_eq!((print.extrusion.min, print.extrusion.max), (Vec3::new(0.0, 0.0, 0.2), Vec3::new(10.0, 10.0, 0.4)));
+        assert_eq!((print.prologue.len(), print.epilogue.len()), (1, 1));
+    }
+
+    #[test]
+    fn what_cannot_be_rewritten_is_named_with_its_line() {
+        let body = |line: &str| format!("G90\nM83\nG1 X0 Y0 Z.2\nG1 X9 E1\n{line}\nG1 X0 E1\n");
+        assert!(refused(&body("G28")).contains("t.gcode:5: \"G28\" cannot be rewritten safely"));
+        assert!(refused(&body("M600")).contains("t.gcode:5"));
+        assert!(refused(&body("PAUSE")).contains("PAUSE"));
+        assert!(refused(&body("G20")).contains("inches"));
+        assert!(refused(&body("G18")).contains("XY plane"));
+        assert!(refused(&body("G1 X5 A3")).contains("A word"));
+        assert!(refused("GCDE\x01\x00").contains("binary"));
+        assert!(refused("G28\nM84\n").contains("nothing is extruded"));
+        assert!(refused("M83\nG1 X5 E1\n").contains("before X, Y and Z are known"));
+        assert!(refused(";TRUNNION slot=0\n").contains("already rewritten"));
+        assert!(refused(&format!("M6 T1\n{TWO_LAYERS}")).contains("M6"));
+    }
+
+    #[test]
+    fn sequential_objects_come_apart_by_their_labels() {
+        let object = |n: usize| {
+            format!("; printing object print-{n:02}-x id:0 copy 0\nG1 X0 Y0 Z.2\nG1 X9 E1\n; stop printing object print-{n:02}-x id:0 copy 0\n")
+        };
+        let text = format!("G90\nM83\n{}M107\nG1 X50\n{}", object(0), object(3));
+        let all = read_sliced(text.as_bytes(), "t").unwrap();
+        assert_eq!(all.iter().map(|s| s.print).collect::<Vec<_>>(), vec![Some(0), Some(3)]);
+        assert_eq!(all[1].sliced.extrusion.max.x, 9.0);
+        let mixed = format!("G90\nM83\n{}{}{}", object(0), object(3), object(0));
+        assert!(refused(&mixed).contains("complete individual objects"));
+    }
+}
