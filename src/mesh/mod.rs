@@ -19,6 +19,8 @@ mod parts;
 mod read;
 mod shells;
 mod soup;
+#[cfg(test)]
+mod tests;
 mod triangle_mesh;
 mod unit;
 mod write;

@@ -108,11 +108,9 @@ fn lies_in(vertices: &[Vec3], inner: &Shell, outer: &Shell) -> bool {
     let step = facets.len().div_ceil(PROBES).max(1);
     for facet in facets.iter().step_by(step) {
         let centre = facet.iter().map(|&index| vertices[index as usize]).sum::<Vec3>() / 3.0;
-        match winding(vertices, &outer.surface.facets, &centre).abs() {
-            // On the outer shell itself the winding number is a half, and says nothing.
-            w if w > 0.9 => return true,
-            w if w < 0.1 => return false,
-            _ => {}
+        match winding(vertices, &outer.surface.facets, &centre) {
+            Some(times) => return times.abs() > 0.5,
+            None => continue,
         }
     }
     // A solid that fills a cavity exactly lies in it; two copies of one solid do not lie in each other.
@@ -123,14 +121,44 @@ fn within(inner: &Bounds, outer: &Bounds) -> bool {
     outer.holds(&inner.min) && outer.holds(&inner.max)
 }
 
+/// A point is on a facet, and the winding number says nothing, where the facet fills half the sky up to this: it covers
+/// f32 corners of coincident faces that are cut into triangles differently.
+const ON_FACET: f64 = 1e-5;
+
 /// How often the shell winds around `at`: the solid angles of its facets over the full sphere's (Van Oosterom and
-/// Strackee 1983). Unlike a ray's crossings it has no unlucky directions.
-fn winding(vertices: &[Vec3], facets: &[[u32; 3]], at: &Vec3) -> f64 {
-    let half_angles = facets.iter().map(|facet| {
+/// Strackee 1983); `None` on the shell. Unlike a ray's crossings it has no unlucky directions.
+fn winding(vertices: &[Vec3], facets: &[[u32; 3]], at: &Vec3) -> Option<f64> {
+    let mut half_angles = 0.0;
+    for facet in facets {
         let [a, b, c] = facet.map(|index| vertices[index as usize] - at);
         let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
-        let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
-        a.dot(&b.cross(&c)).atan2(below)
-    });
-    half_angles.sum::<f64>() / std::f64::consts::TAU
+        let all = la * lb * lc;
+        let above = a.dot(&b.cross(&c));
+        let below = all + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
+        if above.abs() <= ON_FACET * all && below <= ON_FACET * all {
+            return None;
+        }
+        half_angles += above.atan2(below);
+    }
+    Some(half_angles / std::f64::consts::TAU)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::winding;
+    use crate::geom::Vec3;
+
+    #[test]
+    fn a_shell_winds_once_around_its_inside() {
+        let corner = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        let facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        let at = |x: f64, y: f64, z: f64| winding(&corner, &facets, &Vec3::new(x, y, z));
+        assert!((at(0.1, 0.2, 0.3).unwrap() - 1.0).abs() < 1e-12);
+        assert!(at(0.4, 0.4, 0.4).unwrap().abs() < 1e-12);
+        assert!(at(0.2, 0.2, -1e-3).unwrap().abs() < 1e-12);
+        assert!(at(1.5, 0.0, 0.0).unwrap().abs() < 1e-12, "beside an edge, in its line");
+        assert_eq!(at(0.2, 0.2, 0.0), None);
+        assert_eq!(at(0.5, 0.0, 0.0), None);
+        assert_eq!(at(1.0, 0.0, 0.0), None);
+    }
 }
