@@ -23,6 +23,7 @@ mod soup;
 mod tests;
 mod triangle_mesh;
 mod unit;
+mod winding;
 mod write;
 
 pub use error::{Fault, MAX_COORDINATE, MeshError, Place};

@@ -3,6 +3,7 @@
 use super::error::{Fault, Located, Place};
 use super::shells::{Surface, closed_runs, closed_shells};
 use super::soup::Soup;
+use super::winding::winding;
 use crate::geom::{Bounds, Vec3};
 
 /// The least volume of a part, as a share of its diagonal cubed: below it a surface is folded flat onto itself, and
@@ -119,46 +120,4 @@ fn lies_in(vertices: &[Vec3], inner: &Shell, outer: &Shell) -> bool {
 
 fn within(inner: &Bounds, outer: &Bounds) -> bool {
     outer.holds(&inner.min) && outer.holds(&inner.max)
-}
-
-/// A point is on a facet, and the winding number says nothing, where the facet fills half the sky up to this: it covers
-/// f32 corners of coincident faces that are cut into triangles differently.
-const ON_FACET: f64 = 1e-5;
-
-/// How often the shell winds around `at`: the solid angles of its facets over the full sphere's (Van Oosterom and
-/// Strackee 1983); `None` on the shell. Unlike a ray's crossings it has no unlucky directions.
-fn winding(vertices: &[Vec3], facets: &[[u32; 3]], at: &Vec3) -> Option<f64> {
-    let mut half_angles = 0.0;
-    for facet in facets {
-        let [a, b, c] = facet.map(|index| vertices[index as usize] - at);
-        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
-        let all = la * lb * lc;
-        let above = a.dot(&b.cross(&c));
-        let below = all + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
-        if above.abs() <= ON_FACET * all && below <= ON_FACET * all {
-            return None;
-        }
-        half_angles += above.atan2(below);
-    }
-    Some(half_angles / std::f64::consts::TAU)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::winding;
-    use crate::geom::Vec3;
-
-    #[test]
-    fn a_shell_winds_once_around_its_inside() {
-        let corner = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
-        let facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-        let at = |x: f64, y: f64, z: f64| winding(&corner, &facets, &Vec3::new(x, y, z));
-        assert!((at(0.1, 0.2, 0.3).unwrap() - 1.0).abs() < 1e-12);
-        assert!(at(0.4, 0.4, 0.4).unwrap().abs() < 1e-12);
-        assert!(at(0.2, 0.2, -1e-3).unwrap().abs() < 1e-12);
-        assert!(at(1.5, 0.0, 0.0).unwrap().abs() < 1e-12, "beside an edge, in its line");
-        assert_eq!(at(0.2, 0.2, 0.0), None);
-        assert_eq!(at(0.5, 0.0, 0.0), None);
-        assert_eq!(at(1.0, 0.0, 0.0), None);
-    }
 }

@@ -102,7 +102,8 @@ impl Build<'_> {
         let soup = &mut self.soup;
         // Objects without a mesh count as well: it is they who multiply.
         soup.names.push(Label { name: name.map(str::to_owned), body: soup.names.len() as u32 });
-        if soup.names.len() > MAX_BODIES || soup.facets.len() + object.mesh.1.len() > MAX_FACETS {
+        let most = (soup.facets.len() + object.mesh.1.len()).max((soup.vertices.len() + object.mesh.0.len()) / 3);
+        if soup.names.len() > MAX_BODIES || most > MAX_FACETS {
             return Err(Fault::TooManyFacets { limit: MAX_FACETS }.at(Place::File));
         }
         let first = soup.vertices.len() as u32;
@@ -206,6 +207,12 @@ mod tests {
         assert_eq!(fails("x=\"1\"", "x=\"a\""), Fault::Syntax { found: "a".to_owned(), expected: "a number" });
         assert!(matches!(fails("y=\"0\"", ""), Fault::Syntax { .. }));
         assert!(matches!(fails("</mesh>", "</mess>"), Fault::Xml { .. }));
+        let cut = format!(
+            r#"<model><build><item objectid="1"/></build><object id="1">{}"#,
+            MESH.replace("v3=\"1\"", "v3=\"4\"")
+        );
+        let cut = zipped(&[("3D/3dmodel.model", cut.as_bytes())]);
+        assert_eq!(read(&cut).unwrap_err().fault, Fault::IndexOutOfRange { index: 4, count: 4, first: 0 });
         assert!(matches!(read(b"PK\x03\x04rubbish").unwrap_err().fault, Fault::Archive { .. }));
         assert!(matches!(read(&zipped(&[("a", b"b")])).unwrap_err().fault, Fault::Archive { .. }));
     }

@@ -117,6 +117,18 @@ fn objects_of_a_3mf_stay_parts_wherever_they_lie() {
     let model = read(&threemf(&[("b".to_owned(), &outer), ("a".to_owned(), &inner)]), "x.3mf").unwrap();
     assert_volumes(&model, &[1000.0, 64.0]);
     assert_eq!(model.parts[1].name, "a");
+    let wanted = "parts 0 (b) and 1 (a) overlap: what both fill would be printed twice; cut one from the other";
+    assert_eq!(model.warnings, [wanted]);
+}
+
+#[test]
+fn parts_that_reach_into_each_other_are_warned_about() {
+    let other = |x: f64| model(&[&cube([0.0; 3], 4.0, false), &cube([x, 0.5, 0.0], 4.0, false)]);
+    for (x, count) in [(0.5, 1), (3.7, 1), (3.95, 0), (4.0, 0), (-4.0, 0)] {
+        assert_eq!(other(x).warnings.len(), count, "{x}: {:?}", other(x).warnings);
+    }
+    let twice = cube([0.0; 3], 4.0, false);
+    assert_eq!(model(&[&twice, &twice]).warnings.len(), 1, "the same cube twice");
 }
 
 #[test]
