@@ -155,7 +155,7 @@ mod tests {
             r#"<object id="1" name="corner &amp; leg">{MESH}</object>
             <object id="2"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 10 0 0"/></components></object>
             <object id="3" name="pair"><components><component objectid="2"/>
-              <component objectid="2" transform="2 0 0 0 2 0 0 0 2 0 0 5"/></components></object>"#
+              <component objectid="2" transform="2 0 0 0 1 0 0 0 1 0 0 5"/></components></object>"#
         );
         // A quarter turn about +Z takes x to y: the rows of a 3MF matrix are the images of the axes.
         let build = r#"<item objectid="3" transform="0 1 0 -1 0 0 0 0 1 0 0 100"/><item objectid="1"/>"#;
@@ -165,7 +165,7 @@ mod tests {
         let one = box_of(&soup, 0..4);
         assert_eq!((one.min, one.max), (Vec3::new(-2.0, 10.0, 100.0), Vec3::new(0.0, 11.0, 103.0)));
         let two = box_of(&soup, 4..8);
-        assert_eq!((two.min, two.max), (Vec3::new(-4.0, 20.0, 105.0), Vec3::new(0.0, 22.0, 111.0)));
+        assert_eq!((two.min, two.max), (Vec3::new(-2.0, 20.0, 105.0), Vec3::new(0.0, 22.0, 108.0)));
         assert_eq!(box_of(&soup, 8..12).max, Vec3::new(1.0, 2.0, 3.0));
         assert_eq!(soup.names[soup.labels[0] as usize].name.as_deref(), Some("corner & leg"));
         assert_ne!(soup.labels[0], soup.labels[4]);

@@ -57,6 +57,22 @@ fn a_row_of_cubes_around_an_edge_is_told_apart_by_angle() {
     assert!(model.interfaces.iter().all(|one| close(one.area_mm2, 4.0)));
 }
 
+/// Turned about the y axis.
+fn turned(mesh: &Mesh, degrees: f64) -> Mesh {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let turn = |v: &Vec3| Vec3::new(cos * v.x - sin * v.z, v.y, sin * v.x + cos * v.z);
+    Mesh::new(mesh.vertices().iter().map(turn).collect(), mesh.facets().to_vec())
+}
+
+#[test]
+fn a_closed_interface_gets_no_direction_out_of_rounding() {
+    let inner = cube([3.1; 3], 4.3, false);
+    let meshes = [&cube([0.0; 3], 10.0, false), &inside_out(&inner), &inner].map(|mesh| turned(mesh, 17.0));
+    let model = model(&meshes.iter().collect::<Vec<_>>());
+    assert!((model.interfaces[0].area_mm2 - 6.0 * 4.3 * 4.3).abs() < 1e-3);
+    assert_eq!(model.interfaces[0].normal, Vec3::zeros());
+}
+
 fn stacked(gap: f64) -> Model {
     model(&[&cube([0.0; 3], 4.0, false), &cube([1.0, 1.0, 4.0 + gap], 2.0, true)])
 }
@@ -77,15 +93,13 @@ fn interfaces_end_at_the_gap() {
 
 #[test]
 fn interfaces_end_at_the_angle() {
-    let turned = |degrees: f64| {
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        let top = cube([-1.0, -1.0, 0.0], 2.0, false);
-        let turn = |v: &Vec3| Vec3::new(cos * v.x - sin * v.z, v.y, sin * v.x + cos * v.z + 4.0);
-        let top = Mesh::new(top.vertices().iter().map(turn).collect(), top.facets().to_vec());
+    let shared = |degrees: f64| {
+        let top = turned(&cube([-1.0, -1.0, 0.0], 2.0, false), degrees);
+        let top = Mesh::new(top.vertices().iter().map(|v| v + Vec3::z() * 4.0).collect(), top.facets().to_vec());
         model(&[&cube([-2.0, -2.0, 0.0], 4.0, false), &top]).interfaces.iter().map(|one| one.area_mm2).sum::<f64>()
     };
-    assert!((turned(1.9) - 4.0 * 1.9_f64.to_radians().cos()).abs() < 1e-5);
-    assert_eq!(turned(2.1), 0.0);
+    assert!((shared(1.9) - 4.0 * 1.9_f64.to_radians().cos()).abs() < 1e-5);
+    assert_eq!(shared(2.1), 0.0);
 }
 
 #[test]
@@ -107,6 +121,12 @@ fn a_shell_within_a_part_is_its_cavity() {
     assert_volumes(&filled, &[936.0, 64.0]);
     assert!(close(filled.interfaces[0].area_mm2, 96.0));
     assert_eq!(filled.interfaces[0].normal, Vec3::zeros(), "closed all round");
+    let hole = inside_out(&cube([4.0; 3], 1.0, false));
+    let deeper = model(&[&outer, &hole, &inside_out(&cube([2.0; 3], 6.0, false)), &inner]);
+    assert_volumes(&deeper, &[784.0, 63.0]);
+    assert_eq!(deeper.parts[1].mesh.corners(0), hole.corners(0), "a cavity is its smallest surrounding's");
+    let late = model(&[&inside_out(&inner), &cube([20.0, 0.0, 0.0], 2.0, false), &outer]);
+    assert_volumes(&late, &[936.0, 8.0]);
     let beside = model(&[&outer, &cube([13.0, 3.0, 3.0], 4.0, false)]);
     assert_volumes(&beside, &[1000.0, 64.0]);
 }
@@ -127,6 +147,12 @@ fn parts_that_reach_into_each_other_are_warned_about() {
     for (x, count) in [(0.5, 1), (3.7, 1), (3.95, 0), (4.0, 0), (-4.0, 0)] {
         assert_eq!(other(x).warnings.len(), count, "{x}: {:?}", other(x).warnings);
     }
+    let plate = Mesh::new(
+        cube([0.0; 3], 4.0, false).vertices().iter().map(|v| Vec3::new(v.x, v.y, 4.0 + v.z * 0.02)).collect(),
+        cube([0.0; 3], 4.0, false).facets().to_vec(),
+    );
+    let thin = model(&[&turned(&cube([0.0; 3], 4.0, false), 30.0), &turned(&plate, 30.0)]);
+    assert!(!thin.warnings.iter().any(|text| text.contains("overlap")), "{:?}", thin.warnings);
     let twice = cube([0.0; 3], 4.0, false);
     assert_eq!(model(&[&twice, &twice]).warnings.len(), 1, "the same cube twice");
 }
@@ -181,6 +207,9 @@ fn a_tip_on_the_table_counts_where_nothing_else_holds_it() {
     let alone = model(&[&tip]);
     assert_eq!(alone.on_table, [0]);
     assert_eq!(alone.warnings, ["part 0 (part-0) touches the table at an edge or corner only: 0 mm2 of contact"]);
+    // All of it lies within the gap, but no face of it lies down.
+    let tiny = Mesh::new(tip.vertices().iter().map(|v| v * 0.01).collect(), tip.facets().to_vec());
+    assert_eq!(Model::from_parts(vec![("tiny".to_owned(), tiny)]).warnings.len(), 1);
     // Held at its top by a table-high neighbour's underside, the tip carries nothing.
     let (leg, lid) = (cube([10.0, 0.0, 0.0], 4.0, false), cube([-4.0, -4.0, 4.0], 18.0, false));
     let held = model(&[&tip, &leg, &lid]);
