@@ -1,5 +1,6 @@
 #![doc = include_str!("ARCHITECTURE.md")]
 
+pub mod fixtures;
 pub mod gcode;
 pub mod geom;
 pub mod mesh;

@@ -19,8 +19,11 @@ mod parts;
 mod read;
 mod shells;
 mod soup;
+#[cfg(test)]
+mod tests;
 mod triangle_mesh;
 mod unit;
+mod winding;
 mod write;
 
 pub use error::{Fault, MAX_COORDINATE, MeshError, Place};

@@ -6,7 +6,7 @@ use super::error::Located;
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
 use super::shells::Surface;
 use super::soup::Soup;
-use super::{ReadOptions, TriangleMesh, Unit, guess_unit, parts};
+use super::{ReadOptions, TriangleMesh, Unit, guess_unit, parts, winding};
 use crate::geom::{Bounds, Object, Vec3};
 
 /// A part stands on the table up to this height above the model's lowest point, mm.
@@ -51,7 +51,7 @@ impl Model {
         let parts: Vec<Part> = parts.into_iter().enumerate().map(part).collect();
         let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
         let interfaces = interfaces(&parts);
-        let (unit, warnings) = (Unit::Millimetre, Vec::new());
+        let (unit, warnings) = (Unit::Millimetre, winding::overlaps(&parts));
         let mut model = Self { parts, interfaces, on_table: Vec::new(), unit, warnings, bounds };
         model.find_table();
         model

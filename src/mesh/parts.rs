@@ -3,6 +3,7 @@
 use super::error::{Fault, Located, Place};
 use super::shells::{Surface, closed_runs, closed_shells};
 use super::soup::Soup;
+use super::winding::winding;
 use crate::geom::{Bounds, Vec3};
 
 /// The least volume of a part, as a share of its diagonal cubed: below it a surface is folded flat onto itself, and
@@ -108,11 +109,9 @@ fn lies_in(vertices: &[Vec3], inner: &Shell, outer: &Shell) -> bool {
     let step = facets.len().div_ceil(PROBES).max(1);
     for facet in facets.iter().step_by(step) {
         let centre = facet.iter().map(|&index| vertices[index as usize]).sum::<Vec3>() / 3.0;
-        match winding(vertices, &outer.surface.facets, &centre).abs() {
-            // On the outer shell itself the winding number is a half, and says nothing.
-            w if w > 0.9 => return true,
-            w if w < 0.1 => return false,
-            _ => {}
+        match winding(vertices, &outer.surface.facets, &centre) {
+            Some(times) => return times.abs() > 0.5,
+            None => continue,
         }
     }
     // A solid that fills a cavity exactly lies in it; two copies of one solid do not lie in each other.
@@ -121,16 +120,4 @@ fn lies_in(vertices: &[Vec3], inner: &Shell, outer: &Shell) -> bool {
 
 fn within(inner: &Bounds, outer: &Bounds) -> bool {
     outer.holds(&inner.min) && outer.holds(&inner.max)
-}
-
-/// How often the shell winds around `at`: the solid angles of its facets over the full sphere's (Van Oosterom and
-/// Strackee 1983). Unlike a ray's crossings it has no unlucky directions.
-fn winding(vertices: &[Vec3], facets: &[[u32; 3]], at: &Vec3) -> f64 {
-    let half_angles = facets.iter().map(|facet| {
-        let [a, b, c] = facet.map(|index| vertices[index as usize] - at);
-        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
-        let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
-        a.dot(&b.cross(&c)).atan2(below)
-    });
-    half_angles.sum::<f64>() / std::f64::consts::TAU
 }

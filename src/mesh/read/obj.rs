@@ -117,6 +117,13 @@ mod tests {
     }
 
     #[test]
+    fn counts_back_from_the_vertices_read_so_far() {
+        let soup = read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 9 9 9\n").unwrap();
+        assert_eq!(soup.facets.len(), 1);
+        assert!(soup.facets[0].iter().all(|&i| soup.vertices[i as usize].x < 2.0));
+    }
+
+    #[test]
     fn names_the_line_of_what_it_cannot_read() {
         let fails = |from: &str, to: &str| read(TWO.replace(from, to).as_bytes()).unwrap_err();
         let error = fails("4//1", "5//1");

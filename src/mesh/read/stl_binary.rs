@@ -95,6 +95,8 @@ mod tests {
         let error = read(&bytes).unwrap_err();
         assert_eq!(error.fault, Fault::Truncated { have: 134, need: 200_000_000_084, facets: 4_000_000_000 });
         assert_eq!(error.place, Place::Byte(134));
+        let error = read(&file(1, &[ONE])[..133]).unwrap_err();
+        assert_eq!(error.fault, Fault::Truncated { have: 133, need: 134, facets: 1 }, "one byte short");
         let error = read(&bytes[..83]).unwrap_err();
         assert_eq!(error.fault, Fault::Truncated { have: 83, need: 84, facets: 0 });
     }

@@ -102,7 +102,8 @@ impl Build<'_> {
         let soup = &mut self.soup;
         // Objects without a mesh count as well: it is they who multiply.
         soup.names.push(Label { name: name.map(str::to_owned), body: soup.names.len() as u32 });
-        if soup.names.len() > MAX_BODIES || soup.facets.len() + object.mesh.1.len() > MAX_FACETS {
+        let most = (soup.facets.len() + object.mesh.1.len()).max((soup.vertices.len() + object.mesh.0.len()) / 3);
+        if soup.names.len() > MAX_BODIES || most > MAX_FACETS {
             return Err(Fault::TooManyFacets { limit: MAX_FACETS }.at(Place::File));
         }
         let first = soup.vertices.len() as u32;
@@ -154,7 +155,7 @@ mod tests {
             r#"<object id="1" name="corner &amp; leg">{MESH}</object>
             <object id="2"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 10 0 0"/></components></object>
             <object id="3" name="pair"><components><component objectid="2"/>
-              <component objectid="2" transform="2 0 0 0 2 0 0 0 2 0 0 5"/></components></object>"#
+              <component objectid="2" transform="2 0 0 0 1 0 0 0 1 0 0 5"/></components></object>"#
         );
         // A quarter turn about +Z takes x to y: the rows of a 3MF matrix are the images of the axes.
         let build = r#"<item objectid="3" transform="0 1 0 -1 0 0 0 0 1 0 0 100"/><item objectid="1"/>"#;
@@ -164,7 +165,7 @@ mod tests {
         let one = box_of(&soup, 0..4);
         assert_eq!((one.min, one.max), (Vec3::new(-2.0, 10.0, 100.0), Vec3::new(0.0, 11.0, 103.0)));
         let two = box_of(&soup, 4..8);
-        assert_eq!((two.min, two.max), (Vec3::new(-4.0, 20.0, 105.0), Vec3::new(0.0, 22.0, 111.0)));
+        assert_eq!((two.min, two.max), (Vec3::new(-2.0, 20.0, 105.0), Vec3::new(0.0, 22.0, 108.0)));
         assert_eq!(box_of(&soup, 8..12).max, Vec3::new(1.0, 2.0, 3.0));
         assert_eq!(soup.names[soup.labels[0] as usize].name.as_deref(), Some("corner & leg"));
         assert_ne!(soup.labels[0], soup.labels[4]);
@@ -206,6 +207,12 @@ mod tests {
         assert_eq!(fails("x=\"1\"", "x=\"a\""), Fault::Syntax { found: "a".to_owned(), expected: "a number" });
         assert!(matches!(fails("y=\"0\"", ""), Fault::Syntax { .. }));
         assert!(matches!(fails("</mesh>", "</mess>"), Fault::Xml { .. }));
+        let cut = format!(
+            r#"<model><build><item objectid="1"/></build><object id="1">{}"#,
+            MESH.replace("v3=\"1\"", "v3=\"4\"")
+        );
+        let cut = zipped(&[("3D/3dmodel.model", cut.as_bytes())]);
+        assert_eq!(read(&cut).unwrap_err().fault, Fault::IndexOutOfRange { index: 4, count: 4, first: 0 });
         assert!(matches!(read(b"PK\x03\x04rubbish").unwrap_err().fault, Fault::Archive { .. }));
         assert!(matches!(read(&zipped(&[("a", b"b")])).unwrap_err().fault, Fault::Archive { .. }));
     }

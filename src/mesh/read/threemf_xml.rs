@@ -64,6 +64,18 @@ pub(super) struct Object {
     pub(super) components: Vec<Reference>,
 }
 
+impl Object {
+    /// Vertex numbers can be checked only when all is read: a file may give the triangles first.
+    fn check(&self) -> Result<(), Fault> {
+        let (vertices, facets) = &self.mesh;
+        let count = vertices.len();
+        match facets.iter().flatten().find(|&&index| index as usize >= count) {
+            Some(&index) => Err(Fault::IndexOutOfRange { index: index.into(), count, first: 0 }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// What one model file holds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ModelFile {
@@ -83,8 +95,11 @@ pub(super) fn parse(text: impl BufRead, path: &str) -> Result<ModelFile, Located
         let place = |byte| Place::Entry { name: path.to_owned(), byte };
         let done = match event {
             Ok(Event::Start(tag) | Event::Empty(tag)) => file.open(&tag).map(|()| false),
-            Ok(Event::End(tag)) if tag.local_name().as_ref() == "object" => file.close_object().map(|()| false),
-            Ok(Event::Eof) => Ok(true),
+            Ok(Event::End(tag)) if tag.local_name().as_ref() == "object" => {
+                file.object().and_then(|object| object.check()).map(|()| false)
+            }
+            // Once more: text that breaks off leaves an object unchecked.
+            Ok(Event::Eof) => file.objects.values().try_for_each(Object::check).map(|()| true),
             Ok(_) => Ok(false),
             Err(error) => Err(Fault::Xml { reason: error.to_string() }),
         };
@@ -143,16 +158,6 @@ impl ModelFile {
         self.objects
             .get_mut(&self.current)
             .ok_or(Fault::Syntax { found: "mesh or component".to_owned(), expected: "an object around it" })
-    }
-
-    /// Vertex numbers can be checked only here: a file may give the triangles first.
-    fn close_object(&mut self) -> Result<(), Fault> {
-        let (vertices, facets) = &self.object()?.mesh;
-        let count = vertices.len();
-        match facets.iter().flatten().find(|&&index| index as usize >= count) {
-            Some(&index) => Err(Fault::IndexOutOfRange { index: index.into(), count, first: 0 }),
-            None => Ok(()),
-        }
     }
 }
 

@@ -171,6 +171,9 @@ mod tests {
         let (shells, warnings) = mended(&vertices, surface.clone());
         assert_eq!(shells, Ok(1));
         assert_eq!(warnings, ["repair: 1 border vertices merged with others within 1.732e-5 file units"]);
+        vertices[4].y = 2.5e-5;
+        let (_, warnings) = mended(&vertices, surface.clone());
+        assert_eq!(warnings.iter().filter(|text| text.contains("merged")).count(), 0, "in the next cell, but too far");
         vertices[4].y = 1e-2;
         assert!(mended(&vertices, surface).0.is_err());
     }

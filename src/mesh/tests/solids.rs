@@ -1,0 +1,218 @@
+//! Parts that touch, hollow parts, broken parts.
+
+use super::{Mesh, assert_volumes, close, cube, fault, inside_out, interleaved, model, read};
+use crate::geom::Vec3;
+use crate::mesh::{Fault, Model, Place, ReadOptions, read_model, stl_binary, stl_binary_parts, threemf};
+
+#[test]
+fn cubes_that_share_a_face_stay_two_parts() {
+    for other in [false, true] {
+        let (left, right) = (cube([0.0; 3], 2.0, false), cube([2.0, 0.0, 0.0], 2.0, other));
+        let mixed = interleaved(&[&left, &right]);
+        for meshes in [vec![&left, &right], vec![&mixed]] {
+            let model = model(&meshes);
+            assert_volumes(&model, &[8.0, 8.0]);
+            assert_eq!(model.parts[1].mesh.bounds().min, Vec3::new(2.0, 0.0, 0.0));
+            let [shared] = &model.interfaces[..] else { panic!("{:?}", model.interfaces) };
+            assert!((shared.a, shared.b) == (0, 1) && close(shared.area_mm2, 4.0), "{shared:?}");
+            assert!((shared.normal - Vec3::x()).norm() < 1e-12);
+            for (facets, part) in [(&shared.facets_a, 0), (&shared.facets_b, 1)] {
+                assert_eq!(facets.len(), 2);
+                assert!(
+                    facets
+                        .iter()
+                        .all(|&(f, area)| close(area, 2.0) && close(model.parts[part].mesh.facet_area(f), 2.0))
+                );
+                let facing = |f: usize| model.parts[part].mesh.normal(f).unwrap().x.abs();
+                assert!(facets.iter().all(|&(f, _)| facing(f) == 1.0));
+            }
+            assert_eq!(model.on_table, [0, 1]);
+        }
+    }
+}
+
+#[test]
+fn cubes_that_share_an_edge_or_a_corner_stay_two_parts_without_an_interface() {
+    for at in [[2.0, 2.0, 0.0], [2.0, 2.0, 2.0], [2.0, 0.0, 2.0]] {
+        let (one, two) = (cube([0.0; 3], 2.0, false), cube(at, 2.0, false));
+        let mixed = interleaved(&[&one, &two]);
+        for meshes in [vec![&one, &two], vec![&mixed]] {
+            let model = model(&meshes);
+            assert_volumes(&model, &[8.0, 8.0]);
+            assert_eq!(model.parts[0].mesh.bounds().max, Vec3::repeat(2.0));
+            assert!(model.interfaces.is_empty());
+            let floats = at[2] > 0.0;
+            assert_eq!(model.floating(), if floats { vec![1] } else { vec![] });
+        }
+    }
+}
+
+#[test]
+fn a_row_of_cubes_around_an_edge_is_told_apart_by_angle() {
+    let four = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0], [2.0, 2.0]].map(|[x, y]| cube([x, y, 0.0], 2.0, x > y));
+    let model = model(&[&interleaved(&four.iter().collect::<Vec<_>>())]);
+    assert_volumes(&model, &[8.0; 4]);
+    let pairs: Vec<_> = model.interfaces.iter().map(|one| (one.a, one.b)).collect();
+    assert_eq!(pairs, [(0, 1), (0, 2), (1, 3), (2, 3)]);
+    assert!(model.interfaces.iter().all(|one| close(one.area_mm2, 4.0)));
+}
+
+/// Turned about the y axis.
+fn turned(mesh: &Mesh, degrees: f64) -> Mesh {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let turn = |v: &Vec3| Vec3::new(cos * v.x - sin * v.z, v.y, sin * v.x + cos * v.z);
+    Mesh::new(mesh.vertices().iter().map(turn).collect(), mesh.facets().to_vec())
+}
+
+#[test]
+fn a_closed_interface_gets_no_direction_out_of_rounding() {
+    let inner = cube([3.1; 3], 4.3, false);
+    let meshes = [&cube([0.0; 3], 10.0, false), &inside_out(&inner), &inner].map(|mesh| turned(mesh, 17.0));
+    let model = model(&meshes.iter().collect::<Vec<_>>());
+    assert!((model.interfaces[0].area_mm2 - 6.0 * 4.3 * 4.3).abs() < 1e-3);
+    assert_eq!(model.interfaces[0].normal, Vec3::zeros());
+}
+
+fn stacked(gap: f64) -> Model {
+    model(&[&cube([0.0; 3], 4.0, false), &cube([1.0, 1.0, 4.0 + gap], 2.0, true)])
+}
+
+#[test]
+fn interfaces_end_at_the_gap() {
+    for gap in [0.0, 0.0499, -0.0499] {
+        let model = stacked(gap);
+        assert!((model.interfaces[0].area_mm2 - 4.0).abs() < 1e-6, "{gap}");
+        assert_eq!(model.interfaces[0].normal, Vec3::z());
+        assert_eq!((model.on_table.as_slice(), model.floating()), ([0].as_slice(), vec![]));
+    }
+    for gap in [0.0501, -0.0501] {
+        assert!(stacked(gap).interfaces.is_empty(), "{gap}");
+        assert_eq!(stacked(gap).floating(), [1]);
+    }
+}
+
+#[test]
+fn interfaces_end_at_the_angle() {
+    let shared = |degrees: f64| {
+        let top = turned(&cube([-1.0, -1.0, 0.0], 2.0, false), degrees);
+        let top = Mesh::new(top.vertices().iter().map(|v| v + Vec3::z() * 4.0).collect(), top.facets().to_vec());
+        model(&[&cube([-2.0, -2.0, 0.0], 4.0, false), &top]).interfaces.iter().map(|one| one.area_mm2).sum::<f64>()
+    };
+    assert!((shared(1.9) - 4.0 * 1.9_f64.to_radians().cos()).abs() < 1e-5);
+    assert_eq!(shared(2.1), 0.0);
+}
+
+#[test]
+fn a_shell_within_a_part_is_its_cavity() {
+    let (outer, inner) = (cube([0.0; 3], 10.0, false), cube([3.0; 3], 4.0, false));
+    let hollow = model(&[&outer, &inside_out(&inner)]);
+    assert_volumes(&hollow, &[936.0]);
+    assert!(hollow.warnings.is_empty());
+    assert_eq!(hollow.parts[0].mesh.facets().len(), 24);
+    let flipped = model(&[&outer, &inner]);
+    assert_volumes(&flipped, &[936.0]);
+    assert_eq!(flipped.warnings, ["the cavity that begins at facet 12 faces into its material: turned over"]);
+    let before = model(&[&inside_out(&inner), &outer]);
+    assert_volumes(&before, &[936.0]);
+    let nested = model(&[&outer, &inside_out(&inner), &cube([4.0; 3], 2.0, false)]);
+    assert_volumes(&nested, &[936.0, 8.0]);
+    assert_eq!(nested.floating(), [1]);
+    let filled = model(&[&outer, &inside_out(&inner), &inner]);
+    assert_volumes(&filled, &[936.0, 64.0]);
+    assert!(close(filled.interfaces[0].area_mm2, 96.0));
+    assert_eq!(filled.interfaces[0].normal, Vec3::zeros(), "closed all round");
+    let hole = inside_out(&cube([4.0; 3], 1.0, false));
+    let deeper = model(&[&outer, &hole, &inside_out(&cube([2.0; 3], 6.0, false)), &inner]);
+    assert_volumes(&deeper, &[784.0, 63.0]);
+    assert_eq!(deeper.parts[1].mesh.corners(0), hole.corners(0), "a cavity is its smallest surrounding's");
+    let late = model(&[&inside_out(&inner), &cube([20.0, 0.0, 0.0], 2.0, false), &outer]);
+    assert_volumes(&late, &[936.0, 8.0]);
+    let beside = model(&[&outer, &cube([13.0, 3.0, 3.0], 4.0, false)]);
+    assert_volumes(&beside, &[1000.0, 64.0]);
+}
+
+#[test]
+fn objects_of_a_3mf_stay_parts_wherever_they_lie() {
+    let (outer, inner) = (cube([0.0; 3], 10.0, false), cube([3.0; 3], 4.0, false));
+    let model = read(&threemf(&[("b".to_owned(), &outer), ("a".to_owned(), &inner)]), "x.3mf").unwrap();
+    assert_volumes(&model, &[1000.0, 64.0]);
+    assert_eq!(model.parts[1].name, "a");
+    let wanted = "parts 0 (b) and 1 (a) overlap: what both fill would be printed twice; cut one from the other";
+    assert_eq!(model.warnings, [wanted]);
+}
+
+#[test]
+fn parts_that_reach_into_each_other_are_warned_about() {
+    let other = |x: f64| model(&[&cube([0.0; 3], 4.0, false), &cube([x, 0.5, 0.0], 4.0, false)]);
+    for (x, count) in [(0.5, 1), (3.7, 1), (3.95, 0), (4.0, 0), (-4.0, 0)] {
+        assert_eq!(other(x).warnings.len(), count, "{x}: {:?}", other(x).warnings);
+    }
+    let plate = Mesh::new(
+        cube([0.0; 3], 4.0, false).vertices().iter().map(|v| Vec3::new(v.x, v.y, 4.0 + v.z * 0.02)).collect(),
+        cube([0.0; 3], 4.0, false).facets().to_vec(),
+    );
+    let thin = model(&[&turned(&cube([0.0; 3], 4.0, false), 30.0), &turned(&plate, 30.0)]);
+    assert!(!thin.warnings.iter().any(|text| text.contains("overlap")), "{:?}", thin.warnings);
+    let twice = cube([0.0; 3], 4.0, false);
+    assert_eq!(model(&[&twice, &twice]).warnings.len(), 1, "the same cube twice");
+}
+
+#[test]
+fn an_inside_out_cube_is_turned_over() {
+    let model = model(&[&inside_out(&cube([0.0; 3], 2.0, false))]);
+    assert_volumes(&model, &[8.0]);
+    assert_eq!(model.warnings, ["the part that begins at facet 0 faces inward: turned over"]);
+}
+
+#[test]
+fn a_cube_with_a_facet_missing_is_refused_and_mended() {
+    let whole = cube([0.0; 3], 2.0, false);
+    let open = Mesh::new(whole.vertices().to_vec(), whole.facets()[1..].to_vec());
+    let bytes = stl_binary_parts(&[&cube([5.0, 0.0, 0.0], 2.0, false), &open]);
+    let error = read(&bytes, "x.stl").unwrap_err();
+    assert_eq!(error.place, Place::Part(1));
+    assert!(error.to_string().starts_with("x.stl: part 1: 3 open edges (a solid has 0), one at ("), "{error}");
+    assert!(error.to_string().ends_with("try --repair"), "{error}");
+    let mended = read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: true }).unwrap();
+    assert_volumes(&mended, &[8.0, 8.0]);
+    assert_eq!(mended.warnings, ["repair: 1 flat holes filled with 1 facets"]);
+}
+
+#[test]
+fn a_cube_with_a_facet_turned_over_is_refused_and_mended() {
+    let mut facets = cube([0.0; 3], 2.0, false).facets().to_vec();
+    facets[0].swap(0, 1);
+    let twisted = Mesh::new(cube([0.0; 3], 2.0, false).vertices().to_vec(), facets);
+    assert_eq!(fault(&[&twisted]), Fault::Winding { edges: 3, remedy: "try --repair" });
+    let repair = ReadOptions { unit: None, repair: true };
+    let mended = read_model(&stl_binary(&twisted), "x.stl", &repair).unwrap();
+    assert_volumes(&mended, &[8.0]);
+}
+
+#[test]
+fn a_sheet_folded_flat_is_refused() {
+    let flat = cube([0.0; 3], 2.0, false);
+    let flat =
+        Mesh::new(flat.vertices().iter().map(|v| Vec3::new(v.x, v.y, v.z * 1e-9)).collect(), flat.facets().to_vec());
+    assert!(matches!(fault(&[&flat]), Fault::Flat { .. }));
+    let thin =
+        Mesh::new(flat.vertices().iter().map(|v| Vec3::new(v.x, v.y, v.z * 1e6)).collect(), flat.facets().to_vec());
+    assert_volumes(&model(&[&thin]), &[4.0 * f64::from(2e-3_f32)]);
+}
+
+#[test]
+fn a_tip_on_the_table_counts_where_nothing_else_holds_it() {
+    let vertices = vec![Vec3::zeros(), Vec3::new(4.0, 0.0, 4.0), Vec3::new(0.0, 4.0, 4.0), Vec3::new(-4.0, -4.0, 4.0)];
+    let tip = Mesh::new(vertices, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+    let alone = model(&[&tip]);
+    assert_eq!(alone.on_table, [0]);
+    assert_eq!(alone.warnings, ["part 0 (part-0) touches the table at an edge or corner only: 0 mm2 of contact"]);
+    // All of it lies within the gap, but no face of it lies down.
+    let tiny = Mesh::new(tip.vertices().iter().map(|v| v * 0.01).collect(), tip.facets().to_vec());
+    assert_eq!(Model::from_parts(vec![("tiny".to_owned(), tiny)]).warnings.len(), 1);
+    // Held at its top by a table-high neighbour's underside, the tip carries nothing.
+    let (leg, lid) = (cube([10.0, 0.0, 0.0], 4.0, false), cube([-4.0, -4.0, 4.0], 18.0, false));
+    let held = model(&[&tip, &leg, &lid]);
+    assert_eq!((held.on_table.as_slice(), held.warnings.len()), ([1].as_slice(), 0));
+    assert!(held.floating().is_empty());
+}

@@ -1,0 +1,84 @@
+//! Whether a point lies inside a closed surface.
+
+use super::Part;
+use crate::geom::{Bounds, Vec3};
+
+/// A point is on a facet, and the winding number says nothing, where the facet fills half the sky up to this: it covers
+/// f32 corners of coincident faces that are cut into triangles differently.
+const ON_FACET: f64 = 1e-5;
+
+/// How often the shell winds around `at`: the solid angles of its facets over the full sphere's (Van Oosterom and
+/// Strackee 1983); `None` on the shell. Unlike a ray's crossings it has no unlucky directions.
+pub(super) fn winding(vertices: &[Vec3], facets: &[[u32; 3]], at: &Vec3) -> Option<f64> {
+    let mut half_angles = 0.0;
+    for facet in facets {
+        let [a, b, c] = facet.map(|index| vertices[index as usize] - at);
+        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+        let all = la * lb * lc;
+        let above = a.dot(&b.cross(&c));
+        let below = all + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
+        if above.abs() <= ON_FACET * all && below <= ON_FACET * all {
+            return None;
+        }
+        half_angles += above.atan2(below);
+    }
+    Some(half_angles / std::f64::consts::TAU)
+}
+
+/// How deep, in mm, two parts must reach into each other to count as overlapping rather than touching.
+const OVERLAP_DEPTH_MM: f64 = 0.1;
+/// Facets of each part that are looked at; a crossing smaller than the mesh between them goes unseen.
+const PROBES: usize = 24;
+
+/// A warning for every two parts seen to fill the same space, by ascending ids.
+///
+/// Looks just below some facets of each whether the other's material is there as well: a hint that costs little, no
+/// proof of the contrary.
+pub(super) fn overlaps(parts: &[Part]) -> Vec<String> {
+    let bounds: Vec<Bounds> = parts.iter().map(|part| part.mesh.bounds().inflated(-OVERLAP_DEPTH_MM)).collect();
+    let mut warnings = Vec::new();
+    for (a, one) in parts.iter().enumerate() {
+        for (b, other) in parts.iter().enumerate().skip(a + 1) {
+            if bounds[a].meets(&bounds[b])
+                && (reaches_into(one, other, &bounds[b]) || reaches_into(other, one, &bounds[a]))
+            {
+                let names = format!("parts {a} ({}) and {b} ({})", one.name, other.name);
+                warnings
+                    .push(format!("{names} overlap: what both fill would be printed twice; cut one from the other"));
+            }
+        }
+    }
+    warnings
+}
+
+fn reaches_into(one: &Part, other: &Part, bounds: &Bounds) -> bool {
+    let mesh = &one.mesh;
+    let step = mesh.facets().len().div_ceil(PROBES).max(1);
+    (0..mesh.facets().len()).step_by(step).any(|facet| {
+        let Some(outward) = mesh.normal(facet) else { return false };
+        let below = mesh.corners(facet).iter().sum::<Vec3>() / 3.0 - outward * OVERLAP_DEPTH_MM;
+        let within =
+            |part: &Part| winding(part.mesh.vertices(), part.mesh.facets(), &below).is_some_and(|times| times > 0.5);
+        bounds.holds(&below) && within(other) && within(one)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::winding;
+    use crate::geom::Vec3;
+
+    #[test]
+    fn a_shell_winds_once_around_its_inside() {
+        let corner = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        let facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        let at = |x: f64, y: f64, z: f64| winding(&corner, &facets, &Vec3::new(x, y, z));
+        assert!((at(0.1, 0.2, 0.3).unwrap() - 1.0).abs() < 1e-12);
+        assert!(at(0.4, 0.4, 0.4).unwrap().abs() < 1e-12);
+        assert!(at(0.2, 0.2, -1e-3).unwrap().abs() < 1e-12);
+        assert!(at(1.5, 0.0, 0.0).unwrap().abs() < 1e-12, "beside an edge, in its line");
+        assert_eq!(at(0.2, 0.2, 0.0), None);
+        assert_eq!(at(0.5, 0.0, 0.0), None);
+        assert_eq!(at(1.0, 0.0, 0.0), None);
+    }
+}
