@@ -8,6 +8,7 @@
 pub mod builtin;
 mod config;
 mod error;
+mod external;
 mod job;
 mod process;
 mod prusa;
@@ -24,7 +25,7 @@ pub use builtin::BuiltIn;
 pub use config::config_values;
 pub use error::SliceError;
 pub use job::{SliceJob, SlicerChoice};
-//pub use process::{ExternalOptions, find};
+pub use process::{ExternalOptions, find};
 pub use settings::SliceSettings;
 
 /// A program or library that turns one slot's mesh into 3-axis G-code.
