@@ -12,9 +12,9 @@ const REAR_TOLERANCE: i32 = 200;
 /// The layer's paths in printing order from `at`, which moves to the end of the last; loops end `clip_mm` early.
 ///
 /// Islands nearest first; in each the walls from the inside out, then infill. Ties go to the first in the layer.
-pub(super) fn ordered(layer: &PlannedLayer, at: &mut Point, clip_mm: f64) -> Vec<Path> {
+pub(super) fn ordered(layer: &PlannedLayer<'_>, at: &mut Point, clip_mm: f64) -> Vec<Path> {
     let mut paths = Vec::new();
-    let mut islands: Vec<&Island> = layer.islands.iter().collect();
+    let mut islands: Vec<&Island<'_>> = layer.islands.iter().collect();
     while let Some(next) = nearest(&islands, |island| distance_mm(*at, island.start())) {
         let island = islands.remove(next);
         add_walls(island, layer.ground.as_ref(), clip_mm, at, &mut paths);
@@ -30,7 +30,7 @@ fn nearest<T>(items: &[T], distance: impl Fn(&T) -> f64) -> Option<usize> {
     (0..items.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]))
 }
 
-fn add_walls(island: &Island, ground: Option<&Ground>, clip_mm: f64, at: &mut Point, paths: &mut Vec<Path>) {
+fn add_walls(island: &Island<'_>, ground: Option<&Ground>, clip_mm: f64, at: &mut Point, paths: &mut Vec<Path>) {
     let deepest = island.loops.iter().map(|l| l.depth).max().unwrap_or(0);
     for depth in (0..=deepest).rev() {
         let mut loops: Vec<&Loop> = island.loops.iter().filter(|l| l.depth == depth).collect();

@@ -53,10 +53,10 @@ pub(super) fn grown(region: &Region, by: i32) -> Region {
     let mut result = region.outline(&style).unwrap_or_default();
     if by < 0 {
         result.retain(|shape| lies_within(shape, region, f64::from(-by)));
-        // Where nearly straight edges meet, rounding leaves edges of a micrometre in any direction; grown back, these
-        // would stand out as spikes.
-        result.iter_mut().flatten().for_each(|ring| *ring = simplified(ring));
     }
+    // Rounding leaves edges of a micrometre in any direction where nearly straight edges meet; offset once more, these
+    // would stand out as spikes. And every shallow corner has become two.
+    result.iter_mut().flatten().for_each(|ring| *ring = simplified(ring));
     result
 }
 
