@@ -12,7 +12,7 @@ use crate::mesh::TriangleMesh;
 /// One slot's part as a slicer sees it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SliceJob {
-    /// The object's label in the G-code.
+    /// The object's label in the G-code. PrusaSlicer appends `.stl`, Slic3r writes no labels.
     pub name: String,
     /// Whether the first layer lies on the table: then, and only then, it is printed at the first layer's speed.
     pub on_table: bool,

@@ -22,7 +22,7 @@ use self::cut::{Cut, cuts};
 use self::emit::Writer;
 use self::order::ordered;
 use self::plan::{PlannedLayer, all_walls, planned};
-use self::region::{Point, Region, units};
+use self::region::{Point, Region, area_mm2, units};
 use self::skins::Stack;
 use self::walls::{NARROWEST, Walled};
 use super::job::check_settings;
@@ -159,7 +159,7 @@ fn warnings(cuts: &[Cut], walls: &[Vec<Walled>], same_as: &[usize], s: &SliceSet
         let longest = cuts.iter().map(|cut| cut.longest_gap_mm).fold(0.0, f64::max);
         found.push(format!("the mesh is open: {open} contours were closed by straight lines of up to {longest:.3} mm"));
     }
-    let lost = same_as.iter().map(|&at| walls[at].iter().map(|w| w.lost_mm2).sum::<f64>());
+    let lost = same_as.iter().map(|&at| walls[at].iter().map(|w| area_mm2(&w.lost)).sum::<f64>());
     let lost: Vec<f64> = lost.filter(|&area| area > WORTH_TELLING_MM2).collect();
     if !lost.is_empty() {
         let volume = lost.iter().sum::<f64>() * s.layer_height_mm;

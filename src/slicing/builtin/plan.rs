@@ -1,5 +1,6 @@
 //! What each layer prints, before its order is chosen.
 
+use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_4;
 
 use rayon::prelude::*;
@@ -91,22 +92,28 @@ pub(super) fn planned<'a>(
     let hollows: Vec<Region> =
         insides.iter().map(|islands| islands.iter().flat_map(|i| i.hollow.clone()).collect()).collect();
     let layer = |at: usize| {
-        let below = at.checked_sub(1).map(|b| (&stack.outlines[b], &hollows[b]));
+        let carrier = at.checked_sub(1).map(|b| printed(&stack.outlines[b], walls_of(b)));
+        let below = carrier.as_deref().zip(at.checked_sub(1).map(|b| &hollows[b]));
         let islands = walls_of(at).iter().zip(&insides[at]);
         let islands = islands
             .map(|(w, i)| Island { loops: &w.loops, fills: fills(i, at, below, stack.outlines.get(at + 1), line, s) });
         let printing = islands.filter(|island| !island.loops.is_empty() || !island.fills.is_empty()).collect();
-        PlannedLayer { islands: printing, ground: ground(stack, at, line) }
+        PlannedLayer { islands: printing, ground: carrier.as_deref().and_then(|below| ground(stack, at, below, line)) }
     };
     (0..count).into_par_iter().map(layer).collect()
 }
 
+/// The layer without what was too narrow to print: nothing rests on that.
+fn printed<'a>(outline: &'a Region, walls: &[Walled]) -> Cow<'a, Region> {
+    let lost: Region = walls.iter().flat_map(|w| w.lost.clone()).collect();
+    if lost.is_empty() { Cow::Borrowed(outline) } else { Cow::Owned(minus(outline, &lost)) }
+}
+
 /// What carries this layer's walls, unless the layer below carries all of them: half a line width beyond its border.
-fn ground(stack: &Stack<'_>, at: usize, line: &Line) -> Option<Ground> {
-    if stack.same_as[at] != at || at == 0 {
+fn ground(stack: &Stack<'_>, at: usize, below: &Region, line: &Line) -> Option<Ground> {
+    if stack.same_as[at] != at {
         return None;
     }
-    let below = &stack.outlines[at - 1];
     let air = minus(&stack.outlines[at], &grown(below, line.width));
     (area_mm2(&air) > 0.0).then(|| Ground::new(&grown(below, line.width / 2)))
 }

@@ -182,6 +182,20 @@ fn sloping_sides_are_carried_and_a_tip_ends_in_a_warning() {
 }
 
 #[test]
+fn an_island_that_begins_too_narrow_to_print_begins_as_an_overhang() {
+    let base = block([140.0, 140.0, 0.0], [160.0, 160.0, 2.0]);
+    let post = block([158.0, 158.0, 2.0], [160.0, 160.0, 6.0]);
+    let wedge =
+        |half: f64| [[150.0 - half, 148.0], [150.0 + half, 148.0], [150.0 + half, 152.0], [150.0 - half, 152.0]];
+    let hanging = frustum(&wedge(0.05), &wedge(1.05), 4.0, 6.0);
+    let (_, lines) = sliced(&together(&[base, post, hanging]), &SliceSettings::default());
+    let lowest = lines.iter().filter(|l| l.to[0] < 155.0 && l.to[2] > 3.0).map(|l| l.to[2]).fold(9.0, f64::min);
+    assert!((lowest - 4.4).abs() < 1e-9, "0.2 mm wide at 4.2 mm is left out: {lowest}");
+    let first = lines.iter().filter(|l| l.to[0] < 155.0 && (l.to[2] - lowest).abs() < 1e-9);
+    assert!(first.clone().count() > 0 && first.clone().all(|l| l.kind == "Overhang perimeter"));
+}
+
+#[test]
 fn two_islands_are_printed_one_after_the_other() {
     let mesh =
         together(&[block([100.0, 100.0, 0.0], [110.0, 110.0, 2.0]), block([130.0, 100.0, 0.0], [140.0, 110.0, 2.0])]);

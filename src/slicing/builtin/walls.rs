@@ -19,8 +19,8 @@ pub(super) struct Walled {
     pub(super) loops: Vec<Loop>,
     /// What infill has to cover.
     pub(super) infill: Region,
-    /// Area too narrow for any line, mm².
-    pub(super) lost_mm2: f64,
+    /// What is too narrow for any line.
+    pub(super) lost: Region,
 }
 
 /// Regions narrower than this share of the line width cannot be printed.
@@ -29,12 +29,15 @@ pub(super) const NARROWEST: f64 = 0.6;
 /// A wall may come as close to itself as this share of the spacing, as in PrusaSlicer.
 const CLOSEST: f64 = 0.6;
 
+/// What is narrower than twice this is rounding, grid units: 20 micrometres.
+const ROUNDING: i32 = 100;
+
 /// Walls of a shape: the first half a line width inside its border, the others one spacing apart.
 ///
 /// Where a wall does not fit, a loop with less flow fills what is wider than [`NARROWEST`] line widths.
 pub(super) fn walled(shape: &Shape, line: &Line, walls: u32) -> Walled {
     let mut zone: Region = vec![shape.clone()];
-    let mut found = Walled { loops: Vec::new(), infill: Region::new(), lost_mm2: 0.0 };
+    let mut found = Walled { loops: Vec::new(), infill: Region::new(), lost: Region::new() };
     if walls == 0 {
         found.infill = grown(&zone, (line.spacing - line.width) / 2);
         return found;
@@ -64,11 +67,12 @@ fn fill_narrow(narrow: &Region, depth: u32, line: &Line, found: &mut Walled) {
         // Shorter than a line is wide: a blob, not a line.
         let printed = length > line.width_mm;
         if printed {
-            let rings = centre.into_iter().flatten();
-            found.loops.extend(rings.map(|points| Loop { points, depth, flow: flow.min(1.0) }));
+            let rings = centre.iter().flatten();
+            found.loops.extend(rings.map(|ring| Loop { points: ring.clone(), depth, flow: flow.min(1.0) }));
         }
         if depth == 0 {
-            found.lost_mm2 += area_mm2(&one) - if printed { wide } else { 0.0 };
+            let lost = if printed { minus(&one, &grown(&centre, inset)) } else { one };
+            found.lost.extend(lost.into_iter().filter(|shape| !grown(&vec![shape.clone()], -ROUNDING).is_empty()));
         }
     }
 }
