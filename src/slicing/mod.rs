@@ -1,10 +1,47 @@
 //! From one part's mesh to sliced G-code: the built-in slicer, and adapters to the user's own.
 //!
-//! A part is handed over in its [`Slot`](crate::geom::Slot) frame: +Z is the build direction, its lowest point at
+//! A part is handed over in its [`Slot`] frame: +Z is the build direction, its lowest point at
 //! z = 0, centred in XY on the slicer's bed. What comes back is ordinary 3-axis G-code in those coordinates.
 //!
 //! This room must not know machines, poses or plans; only `process.rs` may start programs.
 
+pub mod builtin;
+mod config;
+mod error;
+mod external;
+mod job;
+mod process;
+mod prusa;
 mod settings;
+mod slic3r;
+mod stl;
+#[cfg(test)]
+mod testing;
 
+use crate::geom::Slot;
+use crate::mesh::TriangleMesh;
+
+pub use builtin::BuiltIn;
+pub use config::config_values;
+pub use error::SliceError;
+pub use job::{SliceJob, SlicerChoice};
+pub use process::{ExternalOptions, find};
 pub use settings::SliceSettings;
+
+/// A program or library that turns one slot's mesh into 3-axis G-code.
+pub trait Slicer: Send + Sync {
+    /// The slicer's name, as a user would say it.
+    fn name(&self) -> &str;
+
+    /// The version it reports, for instance `2.5.0`.
+    fn version(&self) -> &str;
+
+    /// G-code of `mesh`, in the mesh's own XY and with z = 0 at its lowest point; no start or end code.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a mesh or settings that cannot be printed as given, and reports a slicer that fails, hangs or leaves
+    /// the part out: see [`SliceError`].
+    fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob)
+    -> Result<Vec<u8>, SliceError>;
+}

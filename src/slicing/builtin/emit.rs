@@ -1,0 +1,188 @@
+//! Paths as G-code text.
+
+use std::f64::consts::PI;
+use std::io::Write;
+
+use super::Line;
+use super::plan::{Feature, Path};
+use super::region::{Point, UNITS_PER_MM};
+use crate::slicing::SliceSettings;
+
+/// A position in micrometres, the last printed digit.
+type Micrometres = [i64; 2];
+
+/// Writes relative-E G-code; rounding remainders of E are carried from move to move.
+pub(super) struct Writer<'a> {
+    text: Vec<u8>,
+    settings: &'a SliceSettings,
+    line: &'a Line,
+    filament_mm2: f64,
+    slow: bool,
+    at: Option<Micrometres>,
+    feed: i64,
+    kind: Option<(Feature, i64)>,
+    wanted_e: f64,
+    written_e: i64,
+}
+
+impl<'a> Writer<'a> {
+    pub(super) fn new(settings: &'a SliceSettings, line: &'a Line) -> Self {
+        Self {
+            text: Vec::new(),
+            settings,
+            line,
+            filament_mm2: PI / 4.0 * settings.filament_mm.powi(2),
+            slow: false,
+            at: None,
+            feed: 0,
+            kind: None,
+            wanted_e: 0.0,
+            written_e: 0,
+        }
+    }
+
+    /// A line of text as it is.
+    pub(super) fn raw(&mut self, line: &str) {
+        self.text.extend_from_slice(line.as_bytes());
+        self.text.push(b'\n');
+    }
+
+    /// The part fan, as a share of its full speed.
+    pub(super) fn fan(&mut self, share: f64) {
+        let speed = (share * 255.0).round() as i64;
+        self.raw(&if speed == 0 { "M107".to_owned() } else { format!("M106 S{speed}") });
+    }
+
+    /// The marks of a layer at `z_mm`, and the move up; `slow` prints all of it at the first layer's speed.
+    pub(super) fn layer(&mut self, z_mm: f64, slow: bool) {
+        let z = (z_mm * 1000.0).round() / 1000.0;
+        self.slow = slow;
+        self.kind = None;
+        self.raw(&format!(";LAYER_CHANGE\n;Z:{z}\n;HEIGHT:{}", self.line.height_mm));
+        self.text.extend_from_slice(b"G1 Z");
+        self.fixed((z * 1000.0).round() as i64, 3);
+        self.set_feed(self.settings.travel_mm_per_s);
+        self.text.push(b'\n');
+    }
+
+    /// Goes to the path and prints it.
+    pub(super) fn path(&mut self, path: &Path) {
+        let Some(&first) = path.points.first() else { return };
+        self.travel(micrometres(first), path.hop);
+        self.mark(path);
+        self.text.extend_from_slice(b"G1");
+        self.set_feed(self.speed(path.feature));
+        self.text.push(b'\n');
+        let e_per_mm = path.flow * self.line.area_mm2 / self.filament_mm2;
+        for &point in &path.points[1..] {
+            self.extrude(micrometres(point), e_per_mm);
+        }
+    }
+
+    /// The text, and the filament it uses in mm.
+    pub(super) fn finish(self) -> (Vec<u8>, f64) {
+        (self.text, self.written_e as f64 / 1e5)
+    }
+
+    fn mark(&mut self, path: &Path) {
+        let width_mm = self.line.width_of(path.flow);
+        let kind = (path.feature, (width_mm * 1e3).round() as i64);
+        if self.kind.map(|k| k.0) != Some(kind.0) {
+            self.raw(&format!(";TYPE:{}", name(path.feature)));
+        }
+        if self.kind.map(|k| k.1) != Some(kind.1) {
+            self.raw(&format!(";WIDTH:{}", kind.1 as f64 / 1e3));
+        }
+        self.kind = Some(kind);
+    }
+
+    fn travel(&mut self, to: Micrometres, hop: bool) {
+        if self.at == Some(to) {
+            return;
+        }
+        let far = self.at.is_some_and(|at| distance_mm(at, to) > self.settings.retract_from_mm);
+        let retract = far && !hop && self.settings.retract_mm > 0.0;
+        if retract {
+            self.pull(-self.settings.retract_mm);
+        }
+        self.text.extend_from_slice(b"G1");
+        self.coordinates(to);
+        self.set_feed(self.settings.travel_mm_per_s);
+        self.text.push(b'\n');
+        if retract {
+            self.pull(self.settings.retract_mm);
+        }
+    }
+
+    fn pull(&mut self, by_mm: f64) {
+        self.text.extend_from_slice(b"G1 E");
+        self.fixed((by_mm * 1e5).round() as i64, 5);
+        self.set_feed(self.settings.retract_mm_per_s);
+        self.text.push(b'\n');
+    }
+
+    fn extrude(&mut self, to: Micrometres, e_per_mm: f64) {
+        let Some(at) = self.at.filter(|&at| at != to) else { return };
+        self.wanted_e += distance_mm(at, to) * e_per_mm;
+        let e = (self.wanted_e * 1e5).round() as i64 - self.written_e;
+        self.written_e += e;
+        self.text.extend_from_slice(b"G1");
+        self.coordinates(to);
+        self.text.extend_from_slice(b" E");
+        self.fixed(e, 5);
+        self.text.push(b'\n');
+    }
+
+    fn coordinates(&mut self, to: Micrometres) {
+        self.text.extend_from_slice(b" X");
+        self.fixed(to[0], 3);
+        self.text.extend_from_slice(b" Y");
+        self.fixed(to[1], 3);
+        self.at = Some(to);
+    }
+
+    fn set_feed(&mut self, mm_per_s: f64) {
+        self.feed = (mm_per_s * 60.0).round() as i64;
+        // A Vec takes every write.
+        let _ = write!(self.text, " F{}", self.feed);
+    }
+
+    /// `value` in units of the last of `digits` decimals.
+    fn fixed(&mut self, value: i64, digits: usize) {
+        let scale = 10i64.pow(digits as u32);
+        let sign = if value < 0 { "-" } else { "" };
+        let _ = write!(self.text, "{sign}{}.{:0digits$}", value.abs() / scale, value.abs() % scale);
+    }
+
+    fn speed(&self, feature: Feature) -> f64 {
+        let s = self.settings;
+        let speed = match feature {
+            Feature::OuterWall | Feature::Overhang | Feature::Bridge | Feature::Gap => s.outer_wall_mm_per_s,
+            Feature::InnerWall => s.inner_wall_mm_per_s,
+            Feature::Solid | Feature::Top | Feature::Sparse => s.infill_mm_per_s,
+        };
+        if self.slow { s.first_layer_mm_per_s } else { speed }
+    }
+}
+
+/// PrusaSlicer's names, which every viewer knows.
+fn name(feature: Feature) -> &'static str {
+    match feature {
+        Feature::OuterWall => "External perimeter",
+        Feature::InnerWall => "Perimeter",
+        Feature::Overhang => "Overhang perimeter",
+        Feature::Gap => "Gap fill",
+        Feature::Bridge => "Bridge infill",
+        Feature::Solid => "Solid infill",
+        Feature::Top => "Top solid infill",
+        Feature::Sparse => "Internal infill",
+    }
+}
+
+fn micrometres(p: Point) -> Micrometres {
+    [p.x, p.y].map(|c| (f64::from(c) * 1000.0 / UNITS_PER_MM).round() as i64)
+}
+
+fn distance_mm(a: Micrometres, b: Micrometres) -> f64 {
+    ((b[0] - a[0]) as f64).hypot((b[1] - a[1]) as f64) / 1000.0
+}

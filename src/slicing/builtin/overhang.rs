@@ -1,0 +1,79 @@
+//! Which stretches of a path lie on the layer below.
+
+use super::region::{Point, Region, pairs};
+
+/// A region prepared for many crossing tests.
+pub(super) struct Ground {
+    edges: Vec<(Point, Point)>,
+}
+
+impl Ground {
+    pub(super) fn new(region: &Region) -> Self {
+        Self { edges: region.iter().flatten().flat_map(|ring| pairs(ring)).collect() }
+    }
+
+    /// The path cut into stretches, in order, each with whether it lies inside.
+    pub(super) fn split(&self, path: &[Point]) -> Vec<(bool, Vec<Point>)> {
+        let mut stretches: Vec<(bool, Vec<Point>)> = Vec::new();
+        for leg in path.windows(2) {
+            let stops = self.stops(leg[0], leg[1]);
+            for pair in stops.windows(2) {
+                let inside = self.holds((pair[0].0 + pair[1].0) / 2.0, leg[0], leg[1]);
+                match stretches.last_mut() {
+                    Some((last, points)) if *last == inside => points.push(pair[1].1),
+                    _ => stretches.push((inside, vec![pair[0].1, pair[1].1])),
+                }
+            }
+        }
+        stretches
+    }
+
+    /// Where the leg meets the border, with both its ends: the share of its length, and the point.
+    fn stops(&self, a: Point, b: Point) -> Vec<(f64, Point)> {
+        let [dx, dy] = [b.x - a.x, b.y - a.y].map(f64::from);
+        let mut shares: Vec<f64> = self.edges.iter().filter_map(|&(p, q)| meets(a, (dx, dy), p, q)).collect();
+        shares.sort_by(f64::total_cmp);
+        let at = |t: f64| Point::new(a.x + (t * dx).round() as i32, a.y + (t * dy).round() as i32);
+        let mut stops = vec![(0.0, a)];
+        stops.extend(shares.into_iter().map(|t| (t, at(t))));
+        stops.push((1.0, b));
+        stops.dedup_by(|next, last| next.1 == last.1);
+        // The end must stay the end, even where the last crossing rounds onto it.
+        if let Some(last) = stops.last_mut() {
+            *last = (1.0, b);
+        }
+        stops
+    }
+
+    fn holds(&self, share: f64, a: Point, b: Point) -> bool {
+        let x = f64::from(a.x) + share * f64::from(b.x - a.x);
+        let y = f64::from(a.y) + share * f64::from(b.y - a.y);
+        let right_of = |&&(p, q): &&(Point, Point)| {
+            let (py, qy) = (f64::from(p.y), f64::from(q.y));
+            (py <= y) != (qy <= y) && f64::from(p.x) + (y - py) / (qy - py) * f64::from(q.x - p.x) > x
+        };
+        self.edges.iter().filter(right_of).count() % 2 == 1
+    }
+}
+
+fn meets(a: Point, (dx, dy): (f64, f64), p: Point, q: Point) -> Option<f64> {
+    let [ex, ey, px, py] = [q.x - p.x, q.y - p.y, p.x - a.x, p.y - a.y].map(f64::from);
+    let cross = dx * ey - dy * ex;
+    let (t, u) = ((px * ey - py * ex) / cross, (px * dy - py * dx) / cross);
+    (t > 0.0 && t < 1.0 && (0.0..=1.0).contains(&u)).then_some(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::region::enclosed;
+    use super::*;
+
+    #[test]
+    fn a_line_through_a_square_is_cut_at_its_border() {
+        let square = [(0, 0), (100, 0), (100, 100), (0, 100)].map(|(x, y)| Point::new(x, y)).to_vec();
+        let ground = Ground::new(&enclosed(&[square]));
+        let got = ground.split(&[Point::new(-50, 50), Point::new(150, 50)]);
+        let p = |x| Point::new(x, 50);
+        assert_eq!(got, [(false, vec![p(-50), p(0)]), (true, vec![p(0), p(100)]), (false, vec![p(100), p(150)])]);
+    }
+}

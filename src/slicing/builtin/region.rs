@@ -1,0 +1,181 @@
+//! Polygons with holes on an integer grid of 0.1 micrometres.
+//!
+//! Coordinates become integers once, where the plane cuts the mesh: the floating-point interface of `i_overlay` snaps
+//! each call's input to a grid of its own, so that one vertex could land on two places.
+
+use super::simplify::simplified;
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay::Overlay;
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::i_float::int::angle::Angle;
+use i_overlay::i_float::int::point::IntPoint;
+use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
+use i_overlay::mesh::int::style::{IntLineJoin, IntOutlineStyle};
+
+/// A point of the grid.
+pub(super) type Point = IntPoint<i32>;
+/// A closed ring; the last point is not the first again.
+pub(super) type Contour = Vec<Point>;
+/// A counter-clockwise outer ring and its clockwise holes.
+pub(super) type Shape = Vec<Contour>;
+/// Shapes that do not overlap.
+pub(super) type Region = Vec<Shape>;
+
+/// Grid units in one millimetre.
+pub(super) const UNITS_PER_MM: f64 = 10_000.0;
+
+/// Corners sharper than this are cut off when a region grows: a miter three times the distance, as PrusaSlicer does.
+const SHARPEST_MITER_DEG: f64 = 39.0;
+
+/// Millimetres in grid units, rounded.
+pub(super) fn units(mm: f64) -> i32 {
+    (mm * UNITS_PER_MM).round() as i32
+}
+
+/// Grid units in millimetres.
+pub(super) fn mm(units: f64) -> f64 {
+    units / UNITS_PER_MM
+}
+
+/// The region that closed contours enclose: where their winding number is not zero.
+pub(super) fn enclosed(contours: &[Contour]) -> Region {
+    Overlay::from_subj(contours).overlay(OverlayRule::Subject, FillRule::NonZero)
+}
+
+/// The region grown by `by` grid units, or shrunk where that is negative; corners stay corners.
+pub(super) fn grown(region: &Region, by: i32) -> Region {
+    if region.is_empty() || by == 0 {
+        return region.clone();
+    }
+    let sharpest = Angle::from_radians(SHARPEST_MITER_DEG.to_radians()).unwrap_or(Angle::from_bits(0));
+    let style = IntOutlineStyle::new(by).line_join(IntLineJoin::Miter(sharpest));
+    // The outline's only error is a range check that construction does not make: the grid reaches 107 m.
+    let mut result = region.outline(&style).unwrap_or_default();
+    if by < 0 {
+        result.retain(|shape| lies_within(shape, region, f64::from(-by)));
+    }
+    // Rounding leaves edges of a micrometre in any direction where nearly straight edges meet; offset once more, these
+    // would stand out as spikes. And every shallow corner has become two.
+    result.iter_mut().flatten().for_each(|ring| *ring = simplified(ring));
+    result
+}
+
+/// Whether a shape of the shrunk region is where it belongs.
+///
+/// Shrinking a sliver turns it inside out, and where its ends are round crumbs of that survive beside or outside it.
+fn lies_within(shape: &Shape, region: &Region, inset: f64) -> bool {
+    let Some(&p) = shape.first().and_then(|ring| ring.first()) else { return false };
+    let mut inside = false;
+    for (a, b) in region.iter().flatten().flat_map(|ring| pairs(ring)) {
+        let [ax, ay, bx, by] = [a.x - p.x, a.y - p.y, b.x - p.x, b.y - p.y].map(f64::from);
+        let (dx, dy) = (bx - ax, by - ay);
+        let t = (-(ax * dx + ay * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
+        if (ax + t * dx).hypot(ay + t * dy) < 0.9 * inset {
+            return false;
+        }
+        inside ^= (ay <= 0.0) != (by <= 0.0) && ax - ay / dy * dx > 0.0;
+    }
+    inside
+}
+
+/// What remains where nothing narrower than `2 * radius` does.
+pub(super) fn opened(region: &Region, radius: i32) -> Region {
+    grown(&grown(region, -radius), radius)
+}
+
+/// `a` without `b`.
+pub(super) fn minus(a: &Region, b: &Region) -> Region {
+    if a.is_empty() || b.is_empty() {
+        return a.clone();
+    }
+    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Difference, FillRule::NonZero)
+}
+
+/// What `a` and `b` share.
+pub(super) fn and(a: &Region, b: &Region) -> Region {
+    if a.is_empty() || b.is_empty() {
+        return Region::new();
+    }
+    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Intersect, FillRule::NonZero)
+}
+
+/// What lies in `a` or `b`.
+pub(super) fn or(a: &Region, b: &Region) -> Region {
+    if a.is_empty() {
+        return b.clone();
+    }
+    if b.is_empty() {
+        return a.clone();
+    }
+    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Union, FillRule::NonZero)
+}
+
+/// The area in mm²; holes count as missing.
+pub(super) fn area_mm2(region: &Region) -> f64 {
+    region.iter().flatten().map(|ring| signed_area_mm2(ring)).sum()
+}
+
+/// The ring's area in mm², negative where it runs clockwise.
+pub(super) fn signed_area_mm2(ring: &[Point]) -> f64 {
+    let twice: i64 = pairs(ring)
+        .map(|(a, b)| i64::from(a.x) * i64::from(b.y) - i64::from(b.x) * i64::from(a.y))
+        .fold(0, i64::wrapping_add);
+    twice as f64 / (2.0 * UNITS_PER_MM * UNITS_PER_MM)
+}
+
+/// The ring's length in mm.
+pub(super) fn perimeter_mm(ring: &[Point]) -> f64 {
+    pairs(ring).map(|(a, b)| distance_mm(a, b)).sum()
+}
+
+/// The distance in mm.
+pub(super) fn distance_mm(a: Point, b: Point) -> f64 {
+    mm(f64::from(b.x - a.x).hypot(f64::from(b.y - a.y)))
+}
+
+/// The ring's edges, the closing one last.
+pub(super) fn pairs(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
+    (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(x0: i32, x1: i32) -> Contour {
+        [(x0, x0), (x1, x0), (x1, x1), (x0, x1)].map(|(x, y)| Point::new(x, y)).to_vec()
+    }
+
+    #[test]
+    fn a_square_of_20_mm_shrinks_exactly_and_grows_back() {
+        let outer = enclosed(&[square(0, 200_000)]);
+        let inner = grown(&outer, -2250);
+        let mut corners = inner[0][0].clone();
+        corners.sort();
+        let mut wanted = square(2250, 197_750);
+        wanted.sort();
+        assert_eq!(corners, wanted);
+        assert!((area_mm2(&grown(&inner, 2250)) - 400.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_sliver_shrinks_to_nothing() {
+        let arc = |radius: f64| {
+            (0..=40).map(move |i| (f64::from(i) * 0.02).sin_cos()).map(move |(s, c)| (radius * c, radius * s))
+        };
+        let sliver = arc(100_000.0).chain(arc(99_990.0).collect::<Vec<_>>().into_iter().rev());
+        let region = enclosed(&[sliver.map(|(x, y)| Point::new(x.round() as i32, y.round() as i32)).collect()]);
+        assert!(!region.is_empty());
+        assert_eq!(grown(&region, -1350), Region::new());
+    }
+
+    #[test]
+    fn a_hole_grows_when_the_region_shrinks_and_vanishes_with_it() {
+        let mut hole = square(90_000, 110_000);
+        hole.reverse();
+        let ring = enclosed(&[square(0, 200_000), hole]);
+        assert!((area_mm2(&ring) - 396.0).abs() < 1e-9);
+        assert!((area_mm2(&grown(&ring, -5000)) - (19.0 * 19.0 - 9.0)).abs() < 1e-9);
+        assert!(grown(&ring, -50_000).is_empty());
+    }
+}

@@ -1,0 +1,154 @@
+//! Why a slot could not be sliced.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Why a slot could not be sliced.
+#[derive(Debug, thiserror::Error)]
+pub enum SliceError {
+    /// A setting lies outside its range.
+    #[error("setting {name} is {value} {unit}, allowed is {allowed}; {remedy}")]
+    Setting {
+        /// The setting's name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// The value's unit.
+        unit: &'static str,
+        /// What is allowed.
+        allowed: String,
+        /// What to do about it.
+        remedy: &'static str,
+    },
+    /// The mesh has no facets, or a coordinate that is not a number.
+    #[error("the mesh of `{name}` has no facets or a coordinate that is not a number; export it again")]
+    BadMesh {
+        /// The job's name.
+        name: String,
+    },
+    /// The lowest point of the mesh is not at z = 0.
+    #[error("the lowest point of `{name}` is at z = {z_mm:.4} mm, allowed is 0 +- 0.001 mm; move it down onto z = 0")]
+    NotGrounded {
+        /// The job's name.
+        name: String,
+        /// The lowest z, mm.
+        z_mm: f64,
+    },
+    /// The mesh does not lie wholly on the bed.
+    #[error(
+        "`{name}` reaches from ({:.3}, {:.3}) to ({:.3}, {:.3}) mm, allowed is (0, 0) to ({:.3}, {:.3}) mm; \
+         centre it on the bed or give a larger bed", .min[0], .min[1], .max[0], .max[1], .bed[0], .bed[1]
+    )]
+    OffBed {
+        /// The job's name.
+        name: String,
+        /// Smallest x and y, mm.
+        min: [f64; 2],
+        /// Largest x and y, mm.
+        max: [f64; 2],
+        /// Size of the bed, mm.
+        bed: [f64; 2],
+    },
+    /// The part is lower than half a layer.
+    #[error(
+        "`{name}` is {height_mm:.4} mm high, allowed is at least half a layer = {half_layer_mm:.4} mm; \
+         choose a smaller layer height or another orientation"
+    )]
+    TooThin {
+        /// The job's name.
+        name: String,
+        /// The part's height, mm.
+        height_mm: f64,
+        /// Half the layer height, mm.
+        half_layer_mm: f64,
+    },
+    /// The slicer wrote no extrusion at all.
+    #[error(
+        "{slicer} left `{name}` out: its output extrudes nothing; every wall may be thinner than the line width, \
+         or the part lies off the bed"
+    )]
+    NothingExtruded {
+        /// The slicer's name.
+        slicer: String,
+        /// The job's name.
+        name: String,
+    },
+    /// The wanted slicer is not installed.
+    #[error("{slicer} was not found on PATH (looked for {}); install it, give its path, or use --slicer builtin", .looked_for.join(", "))]
+    NotFound {
+        /// The slicer's name.
+        slicer: String,
+        /// The program names that were tried.
+        looked_for: Vec<String>,
+    },
+    /// This version has no recipe for that slicer's command line.
+    #[error("this version of trunnion cannot drive {slicer}; {remedy}")]
+    NotDriven {
+        /// The slicer's name.
+        slicer: String,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// The given program is none of the slicers this version can drive.
+    #[error("{} is not PrusaSlicer or Slic3r: its --help begins with `{text}`; give the path of one of them, or use --slicer builtin", .path.display())]
+    NotASlicer {
+        /// The program.
+        path: PathBuf,
+        /// The first line it printed.
+        text: String,
+    },
+    /// The slicer did not end in time and was stopped.
+    #[error("{slicer} was stopped after {seconds:.1} s while slicing `{name}`; give it more time or simplify the mesh")]
+    TimedOut {
+        /// The slicer's name.
+        slicer: String,
+        /// The job's name.
+        name: String,
+        /// The time allowed, s.
+        seconds: f64,
+    },
+    /// The slicer ended with an error.
+    #[error("{slicer} failed on `{name}` ({status}): {last_lines}")]
+    Failed {
+        /// The slicer's name.
+        slicer: String,
+        /// The job's name.
+        name: String,
+        /// Its exit status.
+        status: String,
+        /// The end of what it wrote to stderr.
+        last_lines: String,
+    },
+    /// The slicer said that all was well but wrote no file, or an empty one.
+    #[error("{slicer} reported success but wrote {found} for `{name}`: {last_lines}")]
+    NoOutput {
+        /// The slicer's name.
+        slicer: String,
+        /// The job's name.
+        name: String,
+        /// `no file` or `an empty file`.
+        found: &'static str,
+        /// The end of what it wrote to stderr.
+        last_lines: String,
+    },
+    /// A file or program could not be used.
+    #[error("cannot {action} {}: {source}", .path.display())]
+    File {
+        /// What was tried.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+}
+
+impl SliceError {
+    /// Whether a slicer failed, hung or dropped the part, as opposed to a request that could not be met.
+    pub fn is_slicer_failure(&self) -> bool {
+        matches!(
+            self,
+            Self::TimedOut { .. } | Self::Failed { .. } | Self::NoOutput { .. } | Self::NothingExtruded { .. }
+        )
+    }
+}

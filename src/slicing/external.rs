@@ -1,0 +1,139 @@
+//! What is known of the slicers that are separate programs, without running them.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use super::config::ini_values;
+use super::prusa::{self, Values};
+use super::{SliceError, SliceJob, SliceSettings, SlicerChoice, slic3r};
+
+/// A program that this version has a recipe for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Program {
+    PrusaSlicer,
+    Slic3r,
+}
+
+impl Program {
+    /// The name, as a user would say it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::PrusaSlicer => "PrusaSlicer",
+            Self::Slic3r => "Slic3r",
+        }
+    }
+
+    /// The names it is installed under, the likeliest first.
+    pub(super) fn commands(self) -> &'static [&'static str] {
+        match self {
+            Self::PrusaSlicer => &["prusa-slicer", "PrusaSlicer", "prusa-slicer-console"],
+            Self::Slic3r => &["slic3r", "Slic3r"],
+        }
+    }
+
+    /// The program that wrote this help text, and its version.
+    pub(super) fn identify(help: &str) -> Option<(Self, String)> {
+        let prusa = prusa::version(help).map(|version| (Self::PrusaSlicer, version));
+        prusa.or_else(|| slic3r::version(help).map(|version| (Self::Slic3r, version)))
+    }
+
+    /// The configuration below the user's, as the text of an `.ini` file.
+    pub(super) fn base(self, settings: &SliceSettings) -> String {
+        prusa::ini(&match self {
+            Self::PrusaSlicer => prusa::base(settings),
+            Self::Slic3r => slic3r::base(settings),
+        })
+    }
+
+    /// The configuration above the user's, whose texts are `configs`, as the text of an `.ini` file.
+    ///
+    /// The first layer's height must be the layer height in effect: the last one the user gives, else the settings'.
+    /// As `100%` PrusaSlicer 2.5 takes it for 100 mm.
+    pub(super) fn forced(self, settings: &SliceSettings, configs: &[String], job: &SliceJob) -> String {
+        let given = configs.iter().rev().find_map(|text| ini_values(text).remove("layer_height"));
+        let layer_height = given.unwrap_or_else(|| settings.layer_height_mm.to_string());
+        let values: Values = match self {
+            Self::PrusaSlicer => prusa::forced(&layer_height, job),
+            Self::Slic3r => slic3r::forced(&layer_height, job),
+        };
+        prusa::ini(&values)
+    }
+
+    pub(super) fn arguments(self, configs: &[&Path], mesh: &Path, output: &Path) -> Vec<OsString> {
+        match self {
+            Self::PrusaSlicer => prusa::arguments(configs, mesh, output),
+            Self::Slic3r => slic3r::arguments(configs, mesh, output),
+        }
+    }
+}
+
+/// The refusal of a slicer whose command line this version has no recipe for.
+pub(super) fn not_driven(choice: &SlicerChoice) -> Option<SliceError> {
+    let (slicer, remedy) = match choice {
+        SlicerChoice::Cura => (
+            "CuraEngine's command line",
+            "use integrations/cura/Trunnion.py inside Cura, or --slicer prusa-slicer or builtin",
+        ),
+        SlicerChoice::Orca => (
+            "OrcaSlicer's command line",
+            "use trunnion as its post-processing script, or --slicer prusa-slicer or builtin",
+        ),
+        _ => return None,
+    };
+    Some(SliceError::NotDriven { slicer: slicer.to_owned(), remedy })
+}
+
+/// Whether sliced G-code extrudes anywhere: a move with X or Y and a positive E.
+pub(super) fn extrudes(gcode: &[u8]) -> bool {
+    gcode.split(|&b| b == b'\n').any(|line| {
+        let mut words = line.split(|&b| b == b' ');
+        let moves = matches!(words.next(), Some(b"G1" | b"G2" | b"G3"));
+        let mut found = [false; 2];
+        for word in words.take_while(|word| !word.starts_with(b";")) {
+            match word.split_first() {
+                Some((b'X' | b'Y', _)) => found[0] = true,
+                Some((b'E', amount)) => found[1] = !amount.starts_with(b"-"),
+                _ => {}
+            }
+        }
+        moves && found == [true; 2]
+    })
+}
+
+/// The last lines of a program's complaint, at most six, without blank ones and traces.
+pub(super) fn last_lines(text: &str) -> String {
+    let lines: Vec<&str> =
+        text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.contains("[trace]")).collect();
+    let last = &lines[lines.len().saturating_sub(6)..];
+    if last.is_empty() { "it wrote nothing to stderr".to_owned() } else { last.join(" | ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_layer_height_in_effect_is_the_last_one_given() {
+        let job = SliceJob { name: "x".into(), on_table: true, bed_mm: [200.0; 2] };
+        let forced = |configs: &[&str]| {
+            let configs: Vec<String> = configs.iter().map(|s| (*s).to_owned()).collect();
+            Program::PrusaSlicer.forced(&SliceSettings::default(), &configs, &job)
+        };
+        assert!(forced(&[]).contains("first_layer_height = 0.2\n"));
+        let got = forced(&["layer_height = 0.1\n", "layer_height=0.3\n", "perimeters = 3\n"]);
+        assert!(got.contains("first_layer_height = 0.3\n"), "{got}");
+    }
+
+    #[test]
+    fn a_file_of_travels_extrudes_nothing() {
+        assert!(!extrudes(b"G1 X1 Y1 F7200\nG1 E1 F2400\nG1 X2 E-1\n; G1 X1 E1\nM83 ; G1 X1 E2\n"));
+        assert!(extrudes(b"G1 X1 Y1 F7200\nG1 X2 E.1\n"));
+    }
+
+    #[test]
+    fn cura_and_orca_are_refused_with_a_remedy() {
+        assert!(not_driven(&SlicerChoice::Cura).unwrap().to_string().contains("Trunnion.py"));
+        assert!(not_driven(&SlicerChoice::Orca).unwrap().to_string().contains("post-processing"));
+        assert!(not_driven(&SlicerChoice::Auto).is_none());
+    }
+}

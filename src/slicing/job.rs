@@ -1,0 +1,138 @@
+//! What is to be sliced, by which slicer, and whether that can be done at all.
+
+use std::convert::Infallible;
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use super::{SliceError, SliceSettings};
+use crate::geom::Slot;
+use crate::mesh::TriangleMesh;
+
+/// One slot's part as a slicer sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SliceJob {
+    /// The object's label in the G-code. PrusaSlicer appends `.stl`, Slic3r writes no labels.
+    pub name: String,
+    /// Whether the first layer lies on the table: then, and only then, it is printed at the first layer's speed.
+    pub on_table: bool,
+    /// Size of the slicer's bed in x and y, mm; its corner is at (0, 0) and the mesh is centred on it.
+    pub bed_mm: [f64; 2],
+}
+
+/// How far the lowest point may be from z = 0, mm: the last printed digit.
+const GROUND_TOLERANCE_MM: f64 = 0.001;
+
+impl SliceJob {
+    /// Checks that the mesh can be sliced where it stands, and gives the number of layers, at least 1.
+    pub(super) fn layers(&self, mesh: &TriangleMesh<Slot>, layer_mm: f64) -> Result<usize, SliceError> {
+        let name = || self.name.clone();
+        let bounds = mesh.bounds();
+        let finite = mesh.vertices().iter().all(|v| v.iter().all(|x| x.is_finite()));
+        if mesh.facets().is_empty() || !finite {
+            return Err(SliceError::BadMesh { name: name() });
+        }
+        if bounds.min.z.abs() > GROUND_TOLERANCE_MM {
+            return Err(SliceError::NotGrounded { name: name(), z_mm: bounds.min.z });
+        }
+        if (0..2).any(|i| bounds.min[i] < 0.0 || bounds.max[i] > self.bed_mm[i]) {
+            let [min, max] = [bounds.min, bounds.max].map(|p| [p.x, p.y]);
+            return Err(SliceError::OffBed { name: name(), min, max, bed: self.bed_mm });
+        }
+        // A millionth of a layer keeps a height of exactly n/2 layers from falling on either side by rounding.
+        let layers = (bounds.max.z / layer_mm + 1e-6).round();
+        if layers < 1.0 {
+            let half_layer_mm = layer_mm / 2.0;
+            return Err(SliceError::TooThin { name: name(), height_mm: bounds.max.z, half_layer_mm });
+        }
+        Ok(layers as usize)
+    }
+}
+
+/// Refuses settings that no slicer can print with.
+pub(super) fn check_settings(s: &SliceSettings) -> Result<(), SliceError> {
+    in_range("nozzle_mm", s.nozzle_mm, "mm", 0.05, 5.0, "give the bore of the nozzle")?;
+    in_range("filament_mm", s.filament_mm, "mm", 0.5, 5.0, "give the filament's diameter")?;
+    in_range("layer_height_mm", s.layer_height_mm, "mm", 0.01, s.nozzle_mm, "keep it below the nozzle bore")?;
+    let widest = 3.0 * s.nozzle_mm;
+    in_range("line_width_mm", s.line_width_mm, "mm", s.layer_height_mm, widest, "about 1.1 nozzle bores is usual")?;
+    in_range("infill", s.infill, "(a share)", 0.0, 1.0, "0 is hollow, 1 is solid")?;
+    in_range("fan", s.fan, "(a share)", 0.0, 1.0, "0 is off, 1 is full")?;
+    let speeds = [
+        ("outer_wall_mm_per_s", s.outer_wall_mm_per_s),
+        ("inner_wall_mm_per_s", s.inner_wall_mm_per_s),
+        ("infill_mm_per_s", s.infill_mm_per_s),
+        ("first_layer_mm_per_s", s.first_layer_mm_per_s),
+        ("travel_mm_per_s", s.travel_mm_per_s),
+        ("retract_mm_per_s", s.retract_mm_per_s),
+    ];
+    for (name, value) in speeds {
+        in_range(name, value, "mm/s", 0.1, 2000.0, "give a speed that the machine can run")?;
+    }
+    in_range("retract_mm", s.retract_mm, "mm", 0.0, 50.0, "0 turns retraction off")?;
+    in_range("retract_from_mm", s.retract_from_mm, "mm", 0.0, 1000.0, "about 1.5 mm is usual")
+}
+
+fn in_range(
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    low: f64,
+    high: f64,
+    remedy: &'static str,
+) -> Result<(), SliceError> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(SliceError::Setting { name, value, unit, allowed: format!("{low} to {high} {unit}"), remedy })
+}
+
+/// Which slicer the user wants.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SlicerChoice {
+    /// An installed PrusaSlicer, else an installed Slic3r, else the built-in slicer.
+    Auto,
+    /// The built-in slicer.
+    BuiltIn,
+    /// PrusaSlicer, found on PATH.
+    PrusaSlicer,
+    /// Slic3r, found on PATH.
+    Slic3r,
+    /// Cura; this version cannot drive it.
+    Cura,
+    /// OrcaSlicer; this version cannot drive it.
+    Orca,
+    /// A program, identified by what it says of itself.
+    Path(PathBuf),
+}
+
+impl FromStr for SlicerChoice {
+    type Err = Infallible;
+
+    /// One of the names of [`fmt::Display`]; everything else is taken for a path.
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        Ok(match text {
+            "auto" => Self::Auto,
+            "builtin" => Self::BuiltIn,
+            "prusa-slicer" => Self::PrusaSlicer,
+            "slic3r" => Self::Slic3r,
+            "cura" => Self::Cura,
+            "orca" => Self::Orca,
+            path => Self::Path(PathBuf::from(path)),
+        })
+    }
+}
+
+impl fmt::Display for SlicerChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::BuiltIn => f.write_str("builtin"),
+            Self::PrusaSlicer => f.write_str("prusa-slicer"),
+            Self::Slic3r => f.write_str("slic3r"),
+            Self::Cura => f.write_str("cura"),
+            Self::Orca => f.write_str("orca"),
+            Self::Path(path) => path.display().fmt(f),
+        }
+    }
+}
