@@ -364,6 +364,15 @@ fn slots_of(sequence: &Sequence, candidates: &[Vec<Candidate>], setups: &Setups<
 ///
 /// An upright part's rotation would be free, but what the head clears was worked out for this one: only whole turns.
 fn unwind(pose: Pose, at: Pose, setups: &Setups<'_>) -> Pose {
-    let rotation = pose.rotation.nearest_to(at.rotation);
-    if setups.table.rotation.admits(rotation) { Pose { rotation, ..pose } } else { pose }
+    let turn = Angle::from_deg(360.0);
+    let nearest = pose.rotation.nearest_to(at.rotation);
+    // Half a turn either way is a tie: the smaller word is easier to read and winds nothing up.
+    [nearest, nearest - turn, nearest + turn, pose.rotation]
+        .into_iter()
+        .filter(|&r| setups.table.rotation.admits(r))
+        .min_by(|a, b| {
+            let way = |r: &Angle| ((*r - at.rotation).abs().deg() * 1e3).round();
+            way(a).total_cmp(&way(b)).then(a.abs().deg().total_cmp(&b.abs().deg()))
+        })
+        .map_or(pose, |rotation| Pose { rotation, ..pose })
 }

@@ -6,9 +6,11 @@
 
 mod build;
 mod layers;
+mod process;
 mod schema;
 
 pub use layers::{Origin, ProfileError, SHIPPED, resolve, shipped};
+pub use process::SliceSettings;
 pub use schema::{
     BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, Profile,
     RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::slicing::SliceSettings;
+use super::process::SliceSettings;
 
 /// A machine with its firmware, resolved from all layers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

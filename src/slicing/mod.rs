@@ -12,7 +12,7 @@ mod external;
 mod job;
 mod process;
 mod prusa;
-mod settings;
+// The settings belong to the profile, a floor below.
 mod slic3r;
 mod stl;
 #[cfg(test)]
@@ -21,12 +21,12 @@ mod testing;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
+pub use crate::profile::SliceSettings;
 pub use builtin::BuiltIn;
 pub use config::config_values;
 pub use error::SliceError;
 pub use job::{SliceJob, SlicerChoice};
 pub use process::{ExternalOptions, find};
-pub use settings::SliceSettings;
 
 /// A program or library that turns one slot's mesh into 3-axis G-code.
 pub trait Slicer: Send + Sync {

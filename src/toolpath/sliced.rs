@@ -139,7 +139,9 @@ pub enum SlicedError {
         line: u32,
     },
     /// No extrusion at all.
-    #[error("{file}: nothing is extruded; the slicer dropped the part, or the file is not for a printer that extrudes with E")]
+    #[error(
+        "{file}: nothing is extruded; the slicer dropped the part, or the file is not for a printer that extrudes with E"
+    )]
     NoExtrusion {
         /// The file.
         file: String,
@@ -182,7 +184,11 @@ pub fn read_sliced(bytes: &[u8], file: &str) -> Result<Vec<Segment>, SlicedError
     let mut parsed = ParsedLine::default();
     for line in lines(bytes) {
         reader.line = line.number;
-        parsed.read(line.bytes).map_err(|source| SlicedError::Parse { file: file.to_owned(), line: line.number, source })?;
+        parsed.read(line.bytes).map_err(|source| SlicedError::Parse {
+            file: file.to_owned(),
+            line: line.number,
+            source,
+        })?;
         let start = line.bytes.as_ptr() as usize - bytes.as_ptr() as usize;
         reader.take(&parsed, start, line.bytes)?;
     }
@@ -246,7 +252,12 @@ impl<'a> Reader<'a> {
             }
             self.relabel(comment)?;
             if !comment.is_empty() && fate_of_comment(comment) == Fate::Keep {
-                self.pending.push(Pending { item: Some(Item::Keep(whole)), suspect: None, comment: true, state: false });
+                self.pending.push(Pending {
+                    item: Some(Item::Keep(whole)),
+                    suspect: None,
+                    comment: true,
+                    state: false,
+                });
             }
             return Ok(());
         }
@@ -279,7 +290,12 @@ impl<'a> Reader<'a> {
                 let keep = (outside == Fate::Keep).then(|| Item::Keep(whole.clone()));
                 if outside == Fate::Refuse {
                     // Refused wherever it stands: as if extrusion had come before and after.
-                    self.pending.push(Pending { item: None, suspect: Some((u32::MAX, whole)), comment: false, state: false });
+                    self.pending.push(Pending {
+                        item: None,
+                        suspect: Some((u32::MAX, whole)),
+                        comment: false,
+                        state: false,
+                    });
                     if let Some(last) = self.pending.last_mut() {
                         last.suspect = last.suspect.take().map(|(_, span)| (self.line, span));
                         last.state = true;
@@ -289,10 +305,20 @@ impl<'a> Reader<'a> {
                 }
             }
             (Fate::Keep, Fate::Keep) => {
-                self.pending.push(Pending { item: Some(Item::Keep(whole)), suspect: None, comment: false, state: true });
+                self.pending.push(Pending {
+                    item: Some(Item::Keep(whole)),
+                    suspect: None,
+                    comment: false,
+                    state: true,
+                });
             }
             (Fate::Drop, Fate::Keep) => {
-                self.pending.push(Pending { item: Some(Item::Keep(whole)), suspect: None, comment: false, state: false });
+                self.pending.push(Pending {
+                    item: Some(Item::Keep(whole)),
+                    suspect: None,
+                    comment: false,
+                    state: false,
+                });
             }
             _ => {}
         }
@@ -325,12 +351,26 @@ impl<'a> Reader<'a> {
         };
         let Some((from, to)) = m.from.tip().zip(m.to.tip()) else {
             if pushes {
+                // What made the position unknown is the better thing to name.
+                if let (false, Some((number, span))) =
+                    (self.layers.is_empty(), self.pending.iter().find_map(|p| p.suspect.clone()))
+                {
+                    return Err(self.refused(number, span));
+                }
                 return Err(SlicedError::UnknownPosition { file: self.file.to_owned(), line: self.line });
             }
             // The way to the first known place is ours; filament moved on it still counts.
             if m.e != 0.0 {
                 let nowhere = Vec3::zeros();
-                self.push(Item::Step(Step3 { from: nowhere, to: nowhere, e: m.e, feed: m.feed, arc: None, comment, line: self.line }));
+                self.push(Item::Step(Step3 {
+                    from: nowhere,
+                    to: nowhere,
+                    e: m.e,
+                    feed: m.feed,
+                    arc: None,
+                    comment,
+                    line: self.line,
+                }));
             }
             return Ok(());
         };
@@ -505,7 +545,9 @@ mod tests {
     #[test]
     fn sequential_objects_come_apart_by_their_labels() {
         let object = |n: usize| {
-            format!("; printing object print-{n:02}-x id:0 copy 0\nG1 X0 Y0 Z.2\nG1 X9 E1\n; stop printing object print-{n:02}-x id:0 copy 0\n")
+            format!(
+                "; printing object print-{n:02}-x id:0 copy 0\nG1 X0 Y0 Z.2\nG1 X9 E1\n; stop printing object print-{n:02}-x id:0 copy 0\n"
+            )
         };
         let text = format!("G90\nM83\n{}M107\nG1 X50\n{}", object(0), object(3));
         let all = read_sliced(text.as_bytes(), "t").unwrap();
