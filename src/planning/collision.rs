@@ -127,7 +127,7 @@ mod tests {
     fn a_long_bar_beside_a_post_is_hit_at_mid_length() {
         // Six extreme vertices all lie 40 mm from the post; only the middle of the bar comes near it.
         let bar =
-            Solid::hull(Body::cuboid("", Vec3::new(-50.0, 4.0, 0.0), Vec3::new(50.0, 8.0, 4.0), [true; 3]).points);
+            Solid::hull(Body::cuboid("", Vec3::new(-50.0, 11.0, 0.0), Vec3::new(50.0, 15.0, 4.0), [true; 3]).points);
         let got = head().clearance(&bar, &post(0.0, 30.0), 0.2, 5.0);
         assert_eq!((got.mm, got.piece.as_str()), (0.0, "block"));
         let low = head().clearance(&bar, &post(0.0, 3.0), 0.2, 5.0);
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn depth_is_the_lift_that_frees() {
         let bar =
-            Solid::hull(Body::cuboid("", Vec3::new(-50.0, 4.0, 0.0), Vec3::new(50.0, 8.0, 4.0), [true; 3]).points);
+            Solid::hull(Body::cuboid("", Vec3::new(-50.0, 11.0, 0.0), Vec3::new(50.0, 15.0, 4.0), [true; 3]).points);
         // The block's underside is 10 mm above the tip, the post's top at 30: 20 mm less the lift.
         let depth = head().depth(&bar, &post(0.0, 30.0), 0.2);
         assert!((depth - 19.8).abs() < 0.15, "{depth}");
