@@ -1,5 +1,6 @@
 #![doc = include_str!("ARCHITECTURE.md")]
 
+pub mod cli;
 pub mod fixtures;
 pub mod gcode;
 pub mod geom;
@@ -10,3 +11,4 @@ pub mod planning;
 pub mod profile;
 pub mod slicing;
 pub mod toolpath;
+pub mod verify;

@@ -12,5 +12,5 @@ mod limits;
 pub mod replay;
 
 pub(crate) use kinematics::rotation_z;
-pub use kinematics::{AxisRange, Pose, TableKinematics, TiltAbout, Unreachable};
+pub use kinematics::{AxisRange, Pose, RANGE_SLACK_DEG, TableKinematics, TiltAbout, Unreachable};
 pub use limits::{LinearLimits, OutOfLimits};

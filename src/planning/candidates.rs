@@ -167,7 +167,7 @@ fn rejected(up: Dir<Table>, reason: String, blocked_by: &str, depth_mm: f64) -> 
     Rejected { up: *up.unit(), reason, blocked_by: blocked_by.to_owned(), depth_mm }
 }
 
-/// The table's slab at a pose.
-pub(super) fn table_solid(profile: &Profile, motion: &Rigid<Table, Machine>) -> Solid {
+/// The table's slab at a pose, machine coordinates.
+pub fn table_solid(profile: &Profile, motion: &Rigid<Table, Machine>) -> Solid {
     Solid::hull(profile.table_slab().iter().map(|p| motion.rotation * p + motion.translation).collect())
 }

@@ -86,10 +86,14 @@ impl Head {
         least
     }
 
-    /// Whether the head stays more than `margin` mm away from `obstacle` on the straight move of the tip.
-    pub fn passes(&self, from: Vec3, to: Vec3, obstacle: &Solid, margin: f64) -> bool {
-        let path = Solid::hull(vec![from, to]);
-        self.clearance(&path, obstacle, 0.0, margin).mm >= margin
+    /// Whether the head stays clear of `obstacle` while the tip, raised by `lift` mm, goes straight from `from` to `to`.
+    pub fn passes(&self, from: Vec3, to: Vec3, obstacle: &Solid, lift: f64) -> bool {
+        self.sweeps_clear(&[from, to], obstacle, lift)
+    }
+
+    /// The same for a tip that visits the whole hull of `corners`.
+    pub fn sweeps_clear(&self, corners: &[Vec3], obstacle: &Solid, lift: f64) -> bool {
+        self.clearance(&Solid::hull(corners.to_vec()), obstacle, lift, 1e-3).mm > 0.0
     }
 
     /// The lift of the tip (mm, to 0.1) that would free the head from `obstacle`; what explanations call the depth.

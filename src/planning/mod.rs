@@ -17,11 +17,11 @@ mod solid;
 mod support;
 mod workpiece;
 
-pub use candidates::{Candidate, Rejected};
+pub use candidates::{Candidate, Rejected, table_solid};
 pub use collision::{Head, LIFT_LAYERS, contact_mm};
 pub use part_set::PartSet;
-pub use plan::{MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, Slot};
-pub use planner::{Infeasible, Options, Planned, Reason, plan};
+pub use plan::{MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, Slot, sha256_hex};
+pub use planner::{CLEARANCE_SOUGHT_MM, Infeasible, MOST_PARTS, Options, Planned, Reason, plan};
 pub use sequence::{Priority, Sequence};
 pub use solid::Solid;
 pub use workpiece::{Misplaced, Workpiece};

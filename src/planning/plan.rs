@@ -249,3 +249,9 @@ impl Print {
         }
     }
 }
+
+/// The SHA-256 of `bytes`, as 64 hexadecimal digits.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    use sha2::{Digest, Sha256};
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}

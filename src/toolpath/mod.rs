@@ -12,7 +12,13 @@
 //! The rewriter owns every move between prints, layers of different prints, and poses. What it does not understand it
 //! refuses. This room must not know slicers; it reads what they write.
 
+mod clear;
+mod export;
+mod output;
 mod policy;
+mod rewrite;
 mod sliced;
 
+pub use export::{BoxMismatch, SlotMesh, project_layout, slot_mesh};
+pub use rewrite::{Input, Job, RewriteError, Rewritten, rewrite};
 pub use sliced::{Item, Layer, Segment, SlicedError, SlicedPrint, Step3, print_name, read_sliced};

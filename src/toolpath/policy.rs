@@ -16,12 +16,10 @@ pub(super) enum Fate {
 /// Where in a print a line stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stage {
-    /// Before the first extrusion.
-    Before,
+    /// Before the first extrusion or after the last.
+    Outside,
     /// Between extrusions.
     Within,
-    /// After the last extrusion.
-    After,
 }
 
 /// Comments that would be false after rewriting.
@@ -103,7 +101,7 @@ pub(super) fn fate_of_text(code: &[u8], line: &ParsedLine, stage: Stage) -> Fate
     match (HARMLESS_MACROS.contains(&name), stage) {
         (true, _) => Fate::Keep,
         // START_PRINT and END_PRINT are what the profile's own start and end code stand for.
-        (false, Stage::Before | Stage::After) => Fate::Drop,
+        (false, Stage::Outside) => Fate::Drop,
         (false, Stage::Within) => Fate::Refuse,
     }
 }
@@ -115,7 +113,7 @@ mod tests {
     #[test]
     fn what_moves_unseen_is_refused_only_where_it_matters() {
         assert_eq!(fate_of_command(Command::m(600), Stage::Within), Fate::Refuse);
-        assert_eq!(fate_of_command(Command::m(84), Stage::After), Fate::Drop);
+        assert_eq!(fate_of_command(Command::m(84), Stage::Outside), Fate::Drop);
         assert_eq!(fate_of_command(Command::m(84), Stage::Within), Fate::Refuse);
         assert_eq!(fate_of_command(Command::m(106), Stage::Within), Fate::Keep);
         assert_eq!(fate_of_command(Command { letter: b'T', number: 1, minor: 0 }, Stage::Within), Fate::Refuse);

@@ -269,7 +269,7 @@ impl<'a> Reader<'a> {
             Step::Home => self.suspect(whole, None),
             Step::Other(command) => {
                 self.temperature(command.number, parsed);
-                let fates = [Stage::Before, Stage::Within].map(|stage| fate_of_command(command, stage));
+                let fates = [Stage::Outside, Stage::Within].map(|stage| fate_of_command(command, stage));
                 self.by_fate(fates, whole);
             }
             Step::Text => {
@@ -277,7 +277,7 @@ impl<'a> Reader<'a> {
                 if parsed.commands.first().is_some_and(|c| c.number == 486) {
                     self.relabel(code)?;
                 }
-                let fates = [Stage::Before, Stage::Within].map(|stage| fate_of_text(code, parsed, stage));
+                let fates = [Stage::Outside, Stage::Within].map(|stage| fate_of_text(code, parsed, stage));
                 self.by_fate(fates, whole);
             }
         }

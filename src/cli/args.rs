@@ -1,0 +1,252 @@
+//! Every flag, declared once.
+
+use std::path::PathBuf;
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+
+/// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 100, after_help = AFTER_HELP)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    pub(super) verb: Verb,
+    /// Print one JSON document on stdout; messages stay on stderr
+    #[arg(long, global = true)]
+    pub(super) json: bool,
+    /// Say nothing but warnings and errors
+    #[arg(short, long, global = true)]
+    pub(super) quiet: bool,
+    /// Say more
+    #[arg(short, long, global = true)]
+    pub(super) verbose: bool,
+}
+
+const AFTER_HELP: &str = "\
+Lengths are millimetres, angles degrees, speeds as each profile key says.
+
+The usual way:
+  trunnion prepare model.stl -m generic-ac -o model.gcode
+The way from inside a slicer's window:
+  trunnion plan model.stl -m machine.toml -o plan.json
+  trunnion slice plan.json -o slots      (then open slots/project.3mf, print objects one by one)
+  post-processing script:  trunnion rewrite --in-place --plan /path/plan.json
+
+Exit codes: 0 done; 1 done, and the answer is no (findings, no plan); 2 usage or bad input;
+3 the slicer failed; 4 printer or wire.";
+
+#[derive(Subcommand)]
+pub(super) enum Verb {
+    /// Do everything: from a model to a verified file
+    Prepare(Prepare),
+    /// Say what a model is made of: parts, volumes, interfaces, unit
+    Inspect(Inspect),
+    /// Find orientations and a sequence of time slots, or say why there is none
+    Plan(Plan),
+    /// Write each print's mesh, a project with all of them, and sliced files
+    Slice(Slice),
+    /// Turn sliced files into one for the machine (also as a post-processing script)
+    Rewrite(Rewrite),
+    /// Replay a finished file on the machine model and report what is wrong with it
+    Verify(Verify),
+    /// List, show and check machine profiles
+    #[command(subcommand)]
+    Profile(Profile),
+}
+
+/// The model and how to read it.
+#[derive(ClapArgs)]
+pub(super) struct ModelArgs {
+    /// STL, OBJ, 3MF or OFF with one or several closed parts
+    pub(super) model: PathBuf,
+    /// Unit of the file's numbers: um, mm, cm, in, ft or m [default: the file's own, else guessed]
+    #[arg(long)]
+    pub(super) unit: Option<String>,
+    /// Mend what is safe to mend: flipped facets, doubled facets, plane holes
+    #[arg(long)]
+    pub(super) repair: bool,
+}
+
+/// The machine.
+#[derive(ClapArgs)]
+pub(super) struct MachineArgs {
+    /// A shipped profile's name, or a TOML file
+    #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
+    pub(super) profile: String,
+}
+
+/// What comes first in a slot.
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum SlotArg {
+    /// As many parts in a slot as can be
+    Together,
+    /// One part after the other where possible
+    Single,
+    /// Never two parts in a slot
+    OnlySingle,
+}
+
+/// How to plan.
+#[derive(ClapArgs)]
+pub(super) struct PlanArgs {
+    /// Which orientations are tried first: staircase, support-area or height
+    #[arg(long, default_value = "staircase")]
+    pub(super) objective: String,
+    /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)
+    #[arg(long, default_value_t = 45.0, value_name = "DEG")]
+    pub(super) overhang: f64,
+    /// Room the head keeps from parts it does not print on
+    #[arg(long, default_value_t = 0.5, value_name = "MM")]
+    pub(super) margin: f64,
+    /// What comes first
+    #[arg(long, value_enum, default_value = "together")]
+    pub(super) slots: SlotArg,
+    /// Let parts that stand on the table wait for later slots
+    #[arg(long)]
+    pub(super) table_later: bool,
+    /// Seed of the orientation search
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Most steps of the sequence search
+    #[arg(long, default_value_t = 5_000_000, value_name = "STEPS")]
+    pub(super) budget: u64,
+}
+
+/// How to slice.
+#[derive(ClapArgs)]
+pub(super) struct SliceArgs {
+    /// auto, builtin, prusa-slicer, slic3r, or the path of one
+    #[arg(long, default_value = "auto")]
+    pub(super) slicer: String,
+    /// The slicer's own configuration, over the profile's [process]; may be given several times
+    #[arg(long = "slicer-config", value_name = "FILE")]
+    pub(super) slicer_config: Vec<PathBuf>,
+    /// Give the slicer up after this long for one print
+    #[arg(long, default_value_t = 300, value_name = "SECONDS")]
+    pub(super) slicer_timeout: u64,
+}
+
+/// The slicer's bed, on whose centre each single print is put.
+#[derive(ClapArgs)]
+pub(super) struct BedArgs {
+    /// Size of the slicer's bed, on whose centre each print stands
+    #[arg(long, default_value = "250x250", value_name = "XxY")]
+    pub(super) bed: String,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Prepare {
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+    /// The file for the machine; written only if nothing is found wrong with it
+    #[arg(short, long, value_name = "OUT.gcode")]
+    pub(super) output: PathBuf,
+    #[command(flatten)]
+    pub(super) plan: PlanArgs,
+    #[command(flatten)]
+    pub(super) slicing: SliceArgs,
+    #[command(flatten)]
+    pub(super) bed: BedArgs,
+    /// Keep the plan
+    #[arg(long, value_name = "FILE")]
+    pub(super) plan_out: Option<PathBuf>,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Inspect {
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Plan {
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+    /// The plan file
+    #[arg(short, long, value_name = "PLAN.json")]
+    pub(super) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) plan: PlanArgs,
+}
+
+/// A plan and what it was made for.
+#[derive(ClapArgs)]
+pub(super) struct PlanRef {
+    /// The model, where it is no longer where the plan says
+    #[arg(long, value_name = "FILE")]
+    pub(super) model: Option<PathBuf>,
+    /// The profile, where it is no longer where the plan says
+    #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
+    pub(super) profile: Option<String>,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Slice {
+    /// The plan
+    pub(super) plan: PathBuf,
+    /// Where the meshes, the project and the sliced files go
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+    #[command(flatten)]
+    pub(super) plan_ref: PlanRef,
+    #[command(flatten)]
+    pub(super) slicing: SliceArgs,
+    #[command(flatten)]
+    pub(super) bed: BedArgs,
+    /// Only the meshes and the project, nothing sliced
+    #[arg(long)]
+    pub(super) meshes_only: bool,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Rewrite {
+    /// Sliced files; each is one print (by its object label, by its name print-NN.., or by --print), or several one by one
+    #[arg(required = true)]
+    pub(super) files: Vec<PathBuf>,
+    /// The plan
+    #[arg(long, value_name = "PLAN.json")]
+    pub(super) plan: PathBuf,
+    /// The file for the machine
+    #[arg(short, long, value_name = "OUT.gcode", required_unless_present = "in_place")]
+    pub(super) output: Option<PathBuf>,
+    /// Put the result in the file's place: the way of a slicer's post-processing script
+    #[arg(long, conflicts_with = "output")]
+    pub(super) in_place: bool,
+    /// Which print of the plan an unlabelled file is
+    #[arg(long, value_name = "N")]
+    pub(super) print: Option<usize>,
+    #[command(flatten)]
+    pub(super) plan_ref: PlanRef,
+    #[command(flatten)]
+    pub(super) bed: BedArgs,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Verify {
+    /// The file to replay
+    pub(super) gcode: PathBuf,
+    /// The plan it was made by
+    #[arg(long, value_name = "PLAN.json")]
+    pub(super) plan: PathBuf,
+    #[command(flatten)]
+    pub(super) plan_ref: PlanRef,
+}
+
+#[derive(Subcommand)]
+pub(super) enum Profile {
+    /// The shipped profiles
+    List,
+    /// A profile with all its values, and where each comes from
+    Show {
+        /// A shipped profile's name, or a TOML file
+        profile: String,
+    },
+    /// Whether a profile makes sense
+    Check {
+        /// A shipped profile's name, or a TOML file
+        profile: String,
+    },
+}

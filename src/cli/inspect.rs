@@ -1,0 +1,73 @@
+//! `trunnion inspect`
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::args::Inspect;
+use super::{Console, Failure, load};
+use crate::mesh::{Model, Part};
+
+pub(super) fn run(args: &Inspect, console: &Console) -> Result<(), Failure> {
+    let loaded = load::model(&args.model, console)?;
+    if console.json() {
+        console.document(&document(&loaded.model));
+    } else {
+        console.result(&text(&loaded.model));
+    }
+    Ok(())
+}
+
+fn document(model: &Model) -> Value {
+    let part = |p: &Part| {
+        let b = p.mesh.bounds();
+        json!({
+            "id": p.id, "name": p.name, "facets": p.mesh.facets().len(), "closed": true,
+            "volume_mm3": p.mesh.volume(), "area_mm2": p.mesh.area(),
+            "box_mm": [b.min.as_slice(), b.max.as_slice()],
+        })
+    };
+    let interface =
+        |i: &crate::mesh::Interface| json!({"a": i.a, "b": i.b, "area_mm2": i.area_mm2, "normal": i.normal.as_slice()});
+    json!({
+        "unit": model.unit.short(),
+        "parts": model.parts.iter().map(part).collect::<Vec<_>>(),
+        "interfaces": model.interfaces.iter().map(interface).collect::<Vec<_>>(),
+        "on_table": model.on_table,
+        "floating": model.floating(),
+        "warnings": model.warnings,
+    })
+}
+
+fn text(model: &Model) -> String {
+    let mut out = String::new();
+    let size = model.bounds.size();
+    let _ = writeln!(
+        out,
+        "{} parts, {:.2} x {:.2} x {:.2} mm, read in {}",
+        model.parts.len(),
+        size.x,
+        size.y,
+        size.z,
+        model.unit.short()
+    );
+    let _ = writeln!(out, "\npart  facets  volume mm3   area mm2  size mm                 name");
+    for p in &model.parts {
+        let s = p.mesh.bounds().size();
+        let size = format!("{:.2} x {:.2} x {:.2}", s.x, s.y, s.z);
+        let (volume, area) = (p.mesh.volume(), p.mesh.area());
+        let _ = writeln!(out, "{:4} {:7} {volume:11.1} {area:10.1}  {size:23} {}", p.id, p.mesh.facets().len(), p.name);
+    }
+    let _ = writeln!(out, "\non the table: {}", list(&model.on_table));
+    for i in &model.interfaces {
+        let _ = writeln!(out, "parts {} and {} share {:.2} mm2", i.a, i.b, i.area_mm2);
+    }
+    if !model.floating().is_empty() {
+        let _ = writeln!(out, "touching nothing that stands: {}", list(&model.floating()));
+    }
+    out
+}
+
+fn list(parts: &[usize]) -> String {
+    parts.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}

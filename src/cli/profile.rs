@@ -1,0 +1,70 @@
+//! `trunnion profile list|show|check`
+
+use std::fmt::Write;
+
+use serde_json::json;
+
+use super::args::Profile as Verb;
+use super::{Console, Failure, load};
+use crate::profile::SHIPPED;
+
+pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
+    match args {
+        Verb::List => list(console),
+        Verb::Show { profile } => show(profile, console),
+        Verb::Check { profile } => {
+            let loaded = load::profile(profile)?;
+            if console.json() {
+                console.document(&json!({"profile": loaded.name, "sha256": loaded.sha256, "ok": true}));
+            } else {
+                console.result(&format!("{}: fine", loaded.name));
+            }
+            Ok(())
+        }
+    }
+}
+
+fn list(console: &Console) -> Result<(), Failure> {
+    let mut rows = Vec::new();
+    let mut text = String::new();
+    for (name, _, _) in SHIPPED {
+        let machine = load::profile(name)?.profile.machine;
+        let tested =
+            if machine.tested_on.is_empty() { "no real machine yet".to_owned() } else { machine.tested_on.join(", ") };
+        let _ = writeln!(text, "{name:20} {}; tested on: {tested}", machine.about);
+        rows.push(json!({"name": name, "about": machine.about, "tested_on": machine.tested_on}));
+    }
+    if console.json() {
+        console.document(&json!(rows))
+    } else {
+        console.result(&text)
+    }
+    Ok(())
+}
+
+fn show(name: &str, console: &Console) -> Result<(), Failure> {
+    let loaded = load::profile(name)?;
+    if console.json() {
+        console.document(&json!(loaded.profile));
+        return Ok(());
+    }
+    let text = toml::to_string(&loaded.profile).map_err(|e| Failure::Usage(e.to_string()))?;
+    let mut section = String::new();
+    let mut out = String::new();
+    for line in text.lines() {
+        if line.starts_with('[') {
+            section = line.trim_matches(['[', ']']).to_owned();
+        }
+        let key = line.split('=').next().unwrap_or_default().trim();
+        match loaded.origin.get(&format!("{section}.{key}")) {
+            Some(place) if !line.ends_with("\"\"\"") => {
+                let _ = writeln!(out, "{line:48} # {place}");
+            }
+            _ => {
+                let _ = writeln!(out, "{line}");
+            }
+        }
+    }
+    console.result(&out);
+    Ok(())
+}

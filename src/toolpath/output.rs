@@ -1,0 +1,275 @@
+//! Blocks of the machine's dialect, written once and in one place.
+
+use crate::gcode::{push_fixed, round_to};
+use crate::geom::Vec3;
+use crate::motion::replay::Arc;
+use crate::motion::{Pose, TableKinematics};
+use crate::profile::{Commands, Extrusion, FeedReference, Profile};
+
+/// Decimals of coordinates, mm.
+const LINEAR: u32 = 3;
+/// Decimals of angles, degrees.
+const ANGULAR: u32 = 4;
+/// Decimals of filament, mm.
+const FILAMENT: u32 = 5;
+
+/// The file as it grows, with what the machine has been told so far.
+pub(super) struct Output<'a> {
+    pub(super) bytes: Vec<u8>,
+    profile: &'a Profile,
+    table: TableKinematics,
+    at: [Option<f64>; 3],
+    feed: Option<f64>,
+    /// Filament of absolute counting so far, and the remainder that rounding has left.
+    extruded: f64,
+    owed: f64,
+    /// The highest feed that had to be lowered.
+    pub(super) lowered: Option<f64>,
+}
+
+impl<'a> Output<'a> {
+    pub(super) fn new(profile: &'a Profile) -> Self {
+        Self {
+            bytes: Vec::new(),
+            profile,
+            table: profile.kinematics(),
+            at: [None; 3],
+            feed: None,
+            extruded: 0.0,
+            owed: 0.0,
+            lowered: None,
+        }
+    }
+
+    /// Where the tip is, if all is known.
+    pub(super) fn tip(&self) -> Option<Vec3> {
+        let [x, y, z] = self.at;
+        Some(Vec3::new(x?, y?, z?))
+    }
+
+    pub(super) fn line(&mut self, text: &str) {
+        self.bytes.extend_from_slice(text.as_bytes());
+        self.bytes.push(b'\n');
+    }
+
+    /// A line of sliced input as it stands; as a comment where the firmware would not know it.
+    pub(super) fn keep(&mut self, line: &[u8]) {
+        let line = line.trim_ascii();
+        let is_comment = line.first() == Some(&b';');
+        if self.profile.dialect.commands == Commands::Rs274 && !is_comment {
+            self.bytes.push(b';');
+        }
+        self.bytes.extend_from_slice(line);
+        self.bytes.push(b'\n');
+    }
+
+    /// How filament is counted from here on.
+    pub(super) fn begin_counting(&mut self) {
+        match (self.profile.dialect.extrusion, self.profile.dialect.commands) {
+            (Extrusion::Relative, _) => self.line("M83"),
+            (Extrusion::Absolute, Commands::Marlin) => {
+                self.line("M82");
+                self.line("G92 E0");
+            }
+            (Extrusion::Absolute, Commands::Rs274) => {
+                let letter = self.profile.dialect.extruder;
+                self.line(&format!("G92 {letter}0"));
+            }
+        }
+    }
+
+    /// A straight move to `to` with `e` mm of filament.
+    pub(super) fn go(&mut self, to: Vec3, e: f64, feed: f64, comment: &[u8]) {
+        self.block(b"G1", Some(to), None, e, feed, comment);
+    }
+
+    /// An arc.
+    pub(super) fn go_round(&mut self, to: Vec3, arc: &Arc, e: f64, feed: f64, comment: &[u8]) {
+        let code: &[u8] = if arc.clockwise { b"G2" } else { b"G3" };
+        self.block(code, Some(to), Some(arc), e, feed, comment);
+    }
+
+    /// A move of Z alone, whatever X and Y are.
+    pub(super) fn go_z(&mut self, z: f64, feed: f64) {
+        self.bytes.extend_from_slice(b"G1");
+        self.coordinate(2, z);
+        self.feed_word(feed);
+        self.bytes.push(b'\n');
+    }
+
+    /// Filament alone.
+    pub(super) fn filament(&mut self, e: f64, feed: f64, comment: &[u8]) {
+        self.block(b"G1", None, None, e, feed, comment);
+    }
+
+    fn block(&mut self, code: &[u8], to: Option<Vec3>, arc: Option<&Arc>, e: f64, feed: f64, comment: &[u8]) {
+        let start = self.bytes.len();
+        self.bytes.extend_from_slice(code);
+        let bare = self.bytes.len();
+        if let Some(to) = to {
+            (0..3).for_each(|axis| self.coordinate(axis, to[axis]));
+        }
+        if let Some(arc) = arc {
+            self.arc_words(arc);
+        }
+        if e != 0.0 {
+            self.filament_word(e);
+        }
+        if self.bytes.len() == bare {
+            // Nothing to move: no block, so that F does not change its meaning on a line of its own.
+            self.bytes.truncate(start);
+            return;
+        }
+        self.feed_word(feed);
+        if !comment.is_empty() {
+            self.bytes.push(b' ');
+            self.bytes.extend_from_slice(comment.trim_ascii_end());
+        }
+        self.bytes.push(b'\n');
+    }
+
+    fn coordinate(&mut self, axis: usize, value: f64) {
+        let value = round_to(value, LINEAR);
+        if self.at[axis] == Some(value) {
+            return;
+        }
+        self.at[axis] = Some(value);
+        self.bytes.push(b' ');
+        self.bytes.push(b"XYZ"[axis]);
+        push_fixed(&mut self.bytes, value, LINEAR);
+    }
+
+    fn arc_words(&mut self, arc: &Arc) {
+        let words: &[(u8, f64)] = match arc.by_radius {
+            Some(radius) => &[(b'R', radius)],
+            None => &[(b'I', arc.to_centre[0]), (b'J', arc.to_centre[1])],
+        };
+        for &(letter, value) in words {
+            self.bytes.extend_from_slice(&[b' ', letter]);
+            push_fixed(&mut self.bytes, value, 5);
+        }
+        if arc.turns > 1 {
+            self.bytes.extend_from_slice(b" P");
+            push_fixed(&mut self.bytes, f64::from(arc.turns), 0);
+        }
+    }
+
+    /// Filament with the remainder of all roundings before it carried on, so that the sum is right to half a digit.
+    fn filament_word(&mut self, e: f64) {
+        let wanted = e + self.owed;
+        let written = round_to(wanted, FILAMENT);
+        self.owed = wanted - written;
+        self.extruded += written;
+        let word = match self.profile.dialect.extrusion {
+            Extrusion::Relative => written,
+            Extrusion::Absolute => self.extruded,
+        };
+        self.bytes.extend_from_slice(&[b' ', self.profile.dialect.extruder as u8]);
+        push_fixed(&mut self.bytes, word, FILAMENT);
+    }
+
+    /// F where it changes, never above what the machine takes.
+    fn feed_word(&mut self, feed: f64) {
+        let most = self.profile.limits.max_feed_mm_per_min;
+        if feed > most {
+            self.lowered = Some(self.lowered.map_or(feed, |f| f.max(feed)));
+        }
+        let feed = round_to(feed.min(most), 2);
+        if self.feed != Some(feed) {
+            self.feed = Some(feed);
+            self.bytes.extend_from_slice(b" F");
+            push_fixed(&mut self.bytes, feed, 2);
+        }
+    }
+
+    /// Turns the table, one axis a block, each at its own rate: firmwares disagree on what F means for several at once.
+    pub(super) fn turn(&mut self, from: Option<Pose>, to: Pose) {
+        let tilt = self.table.tilt.clone();
+        let rotation = self.table.rotation.clone();
+        for (axis, before, after) in
+            [(rotation, from.map(|p| p.rotation), to.rotation), (tilt, from.map(|p| p.tilt), to.tilt)]
+        {
+            let word = round_to(axis.word_of(after).deg(), ANGULAR);
+            let was = before.map(|b| round_to(axis.word_of(b).deg(), ANGULAR));
+            if was == Some(word) {
+                continue;
+            }
+            let degrees_per_min = axis.max_rate.to_degrees() * 60.0;
+            let inverse = self.profile.dialect.feed == FeedReference::InverseTime;
+            let feed = match (inverse, was) {
+                (true, Some(was)) => degrees_per_min / (word - was).abs(),
+                // From an unknown angle a whole turn is allowed for.
+                (true, None) => degrees_per_min / 360.0,
+                (false, _) => degrees_per_min,
+            };
+            self.bytes.extend_from_slice(if inverse { b"G93 G1 " } else { b"G1 " });
+            self.bytes.push(axis.letter);
+            push_fixed(&mut self.bytes, word, ANGULAR);
+            self.bytes.extend_from_slice(b" F");
+            push_fixed(&mut self.bytes, (feed * 100.0).floor() / 100.0, 2);
+            self.bytes.push(b'\n');
+            if inverse {
+                self.line("G94");
+            }
+            // The next linear block must state its own F.
+            self.feed = None;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn profile(name: &str) -> Profile {
+        let (file, text) = crate::profile::shipped(name).unwrap();
+        crate::profile::resolve(file, text).unwrap().0
+    }
+
+    fn text(out: &Output<'_>) -> String {
+        String::from_utf8(out.bytes.clone()).unwrap()
+    }
+
+    #[test]
+    fn writes_only_what_changes() {
+        let profile = profile("generic-ac");
+        let mut out = Output::new(&profile);
+        out.go(Vec3::new(1.0, 2.0, 0.2), 0.0, 6000.0, b"");
+        out.go(Vec3::new(1.0, 3.0, 0.2), 0.123456, 1200.0, b";seam");
+        out.go(Vec3::new(1.0, 3.0, 0.2), 0.0, 900.0, b"");
+        out.filament(-1.0, 2100.0, b"");
+        assert_eq!(text(&out), "G1 X1 Y2 Z0.2 F6000\nG1 Y3 E0.12346 F1200 ;seam\nG1 E-1 F2100\n");
+    }
+
+    #[test]
+    fn the_sum_of_rounded_filament_is_right() {
+        let profile = profile("generic-ac");
+        let mut out = Output::new(&profile);
+        (0..1000).for_each(|i| out.go(Vec3::new(f64::from(i), 0.0, 0.0), 0.000_004_3, 600.0, b""));
+        let sum: f64 =
+            text(&out).lines().filter_map(|l| l.split(" E").nth(1)?.split(' ').next()?.parse::<f64>().ok()).sum();
+        assert!((sum - 0.0043).abs() < 6e-6, "{sum}");
+    }
+
+    #[test]
+    fn a_turn_is_one_axis_a_block_and_makes_the_next_feed_explicit() {
+        let profile = profile("generic-ac");
+        let mut out = Output::new(&profile);
+        out.go(Vec3::new(1.0, 2.0, 100.0), 0.0, 6000.0, b"");
+        out.turn(Some(Pose::LEVEL), Pose::from_deg(70.0, -90.0));
+        out.go(Vec3::new(5.0, 2.0, 100.0), 0.0, 6000.0, b"");
+        assert_eq!(text(&out), "G1 X1 Y2 Z100 F6000\nG1 C-90 F1800\nG1 A70 F1200\nG1 X5 F6000\n");
+    }
+
+    #[test]
+    fn rs274_counts_absolute_and_comments_what_it_does_not_know() {
+        let profile = profile("linuxcnc-xyzac-trt");
+        let mut out = Output::new(&profile);
+        out.begin_counting();
+        out.keep(b"M106 S255");
+        out.keep(b";TYPE:Perimeter");
+        out.go(Vec3::new(1.0, 0.0, 0.0), 0.5, 600.0, b"");
+        out.go(Vec3::new(2.0, 0.0, 0.0), 0.5, 600.0, b"");
+        assert_eq!(text(&out), "G92 U0\n;M106 S255\n;TYPE:Perimeter\nG1 X1 Y0 Z0 U0.5 F600\nG1 X2 U1\n");
+    }
+}
