@@ -91,6 +91,9 @@ impl<'a> Output<'a> {
 
     /// A move of Z alone, whatever X and Y are.
     pub(super) fn go_z(&mut self, z: f64, feed: f64) {
+        if self.at[2] == Some(round_to(z, LINEAR)) {
+            return;
+        }
         self.bytes.extend_from_slice(b"G1");
         self.coordinate(2, z);
         self.feed_word(feed);
@@ -206,7 +209,7 @@ impl<'a> Output<'a> {
             self.bytes.push(axis.letter);
             push_fixed(&mut self.bytes, word, ANGULAR);
             self.bytes.extend_from_slice(b" F");
-            push_fixed(&mut self.bytes, (feed * 100.0).floor() / 100.0, 2);
+            push_fixed(&mut self.bytes, (feed * 100.0 + 1e-6).floor() / 100.0, 2);
             self.bytes.push(b'\n');
             if inverse {
                 self.line("G94");
