@@ -1,0 +1,188 @@
+//! Bad input gets one clear sentence with file, place, value and remedy, exit code 2 (or 1, 3), and nothing half-written.
+
+use std::path::Path;
+
+use crate::pipeline::{fixture, prepare};
+use crate::support::{folder, said, trunnion};
+
+/// Runs `prepare` on `model`, which must fail with `code` and leave no file; the error's sentence.
+#[track_caller]
+fn refused(model: &str, code: i32, more: &[&str]) -> String {
+    let folder = folder();
+    let output = folder.path().join("out.gcode");
+    let run = trunnion()
+        .args(["prepare", model, "--slicer", "builtin", "-q", "-o"])
+        .arg(&output)
+        .args(if more.contains(&"-m") { vec![] } else { vec!["-m", "generic-ac"] })
+        .args(more)
+        .output()
+        .unwrap();
+    assert_eq!(run.status.code(), Some(code), "{}", said(&run));
+    assert!(std::fs::read_dir(folder.path()).unwrap().next().is_none(), "something was left behind");
+    let text = String::from_utf8(run.stderr).unwrap();
+    let error = text.lines().find_map(|l| l.strip_prefix("error: ")).unwrap_or_else(|| panic!("no error line: {text}"));
+    assert!(!error.ends_with('.') && !text.contains("panicked"), "{text}");
+    error.to_owned()
+}
+
+fn file(folder: &Path, name: &str, bytes: &[u8]) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path.display().to_string()
+}
+
+/// A binary STL of the facets.
+fn stl(facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend((facets.len() as u32).to_le_bytes());
+    for facet in facets {
+        bytes.extend([0; 12]);
+        facet.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+/// The facets of a box.
+fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<[[f32; 3]; 3]> {
+    let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 0 { min[a] } else { max[a] });
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]].map(|t| t.map(corner))).collect()
+}
+
+#[test]
+fn missing_empty_and_truncated_files() {
+    let folder = folder();
+    assert!(refused("no-such.stl", 2, &[]).contains("no-such.stl"));
+    assert!(refused(&file(folder.path(), "empty.stl", b""), 2, &[]).contains("empty.stl"));
+    let whole = stl(&cuboid([0.0; 3], [10.0; 3]));
+    let cut = refused(&file(folder.path(), "cut.stl", &whole[..whole.len() - 7]), 2, &[]);
+    assert!(cut.contains("677") && cut.contains("684"), "{cut}");
+    let mut hostile = whole.clone();
+    hostile[80..84].copy_from_slice(&4_000_000_000u32.to_le_bytes());
+    let text = refused(&file(folder.path(), "hostile.stl", &hostile), 2, &[]);
+    assert!(text.contains("4000000000"), "{text}");
+    refused(&file(folder.path(), "noise.stl", b"this is not a mesh at all"), 2, &[]);
+}
+
+#[test]
+fn numbers_that_are_none_and_surfaces_that_do_not_close() {
+    let folder = folder();
+    let mut facets = cuboid([0.0; 3], [10.0; 3]);
+    facets[3][1][2] = f32::NAN;
+    assert!(refused(&file(folder.path(), "nan.stl", &stl(&facets)), 2, &[]).contains("NaN"));
+    let mut open = cuboid([0.0; 3], [10.0; 3]);
+    open.remove(5);
+    let text = refused(&file(folder.path(), "open.stl", &stl(&open)), 2, &[]);
+    assert!(text.contains('3') && text.contains("open edges") && text.contains("--repair"), "{text}");
+    let flat = [[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 10.0, 0.0], [10.0, 0.0, 0.0]]];
+    refused(&file(folder.path(), "flat.stl", &stl(&flat)), 2, &[]);
+}
+
+#[test]
+fn a_mended_model_is_printed() {
+    let folder = folder();
+    let mut open = cuboid([0.0; 3], [10.0; 3]);
+    open.remove(5);
+    let model = file(folder.path(), "open.stl", &stl(&open));
+    prepare(&model, "generic-ac", "builtin", &folder.path().join("x.gcode"), &["--repair"]);
+}
+
+#[test]
+fn parts_that_float_stand_over_the_rim_or_are_higher_than_the_machine() {
+    let folder = folder();
+    let floating = [cuboid([0.0; 3], [10.0; 3]), cuboid([20.0, 0.0, 5.0], [30.0, 10.0, 15.0])].concat();
+    let text = refused(&file(folder.path(), "floating.stl", &stl(&floating)), 2, &[]);
+    assert!(text.contains("part 1") && text.contains("touches neither the table"), "{text}");
+    let wide = refused(&file(folder.path(), "wide.stl", &stl(&cuboid([0.0; 3], [300.0, 20.0, 10.0]))), 2, &[]);
+    assert!(wide.contains("over the rim") && wide.contains("mm"), "{wide}");
+    let high = refused(&file(folder.path(), "high.stl", &stl(&cuboid([0.0; 3], [20.0, 20.0, 400.0]))), 2, &[]);
+    assert!(high.contains("400.0 mm high") && high.contains("320.0 mm"), "{high}");
+}
+
+#[test]
+fn an_object_without_a_plan_says_why_with_numbers() {
+    let text = refused(&fixture("two-boxes"), 1, &["-m", "open5x-prusa"]);
+    assert!(text.contains("part 1") && text.contains("reaches -1..125"), "{text}");
+    let run = trunnion().args(["plan", &fixture("two-boxes"), "-m", "open5x-prusa", "--json"]).output().unwrap();
+    assert_eq!(run.status.code(), Some(1));
+    let document: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    for key in ["part", "orientation", "blocked_by", "depth_mm"] {
+        assert!(!document["reasons"][0][key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn a_file_in_metres_is_read_with_a_warning() {
+    let folder = folder();
+    let model = file(folder.path(), "metres.stl", &stl(&cuboid([0.0; 3], [0.02, 0.02, 0.03])));
+    let run = trunnion().args(["inspect", &model, "--json"]).output().unwrap();
+    let document: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(document["unit"], "m");
+    assert!(String::from_utf8_lossy(&run.stderr).contains("--unit mm"), "{}", said(&run));
+    let run = trunnion().args(["inspect", &model, "--unit", "parsec"]).output().unwrap();
+    assert_eq!(run.status.code(), Some(2));
+}
+
+#[test]
+fn profiles_with_unknown_keys_and_plans_of_other_models() {
+    let folder = folder();
+    let profile = file(folder.path(), "mine.toml", b"extends = \"generic-ac\"\n[kinematics.tilt]\nmaxdeg = 80\n");
+    let text = refused(&fixture("cube"), 2, &["-m", &profile]);
+    assert!(text.contains("mine.toml:3") && text.contains("kinematics.tilt.max_deg"), "{text}");
+    assert!(refused(&fixture("cube"), 2, &["-m", "generic-bc"]).contains("did you mean \"generic-ac\""));
+
+    let plan = folder.path().join("plan.json").display().to_string();
+    let made = trunnion().args(["plan", &fixture("cube"), "-m", "generic-ac", "-o", &plan]).output().unwrap();
+    assert!(made.status.success(), "{}", said(&made));
+    let other = trunnion()
+        .args(["slice", &plan, "--model", &fixture("ding"), "--slicer", "builtin", "-o"])
+        .arg(folder.path().join("slots"))
+        .output()
+        .unwrap();
+    assert_eq!(other.status.code(), Some(2));
+    assert!(said(&other).contains("plan again"), "{}", said(&other));
+    let stale = trunnion().args(["slice", &plan, "-m", "fibr3d", "-o"]).arg(folder.path().join("slots")).output().unwrap();
+    assert_eq!(stale.status.code(), Some(2));
+    assert!(!folder.path().join("slots").exists());
+}
+
+#[test]
+fn a_slicer_that_fails_hangs_or_drops_the_part_is_exit_code_three() {
+    let folder = folder();
+    let fake = |name: &str, body: &str| {
+        use std::os::unix::fs::PermissionsExt;
+        let head = "#!/bin/sh\ncase \"$1\" in --help|--version|-h) echo 'PrusaSlicer-2.5.0 based on Slic3r'; exit 0;; esac\n";
+        let path = file(folder.path(), name, format!("{head}{body}\n").as_bytes());
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        path
+    };
+    let run = |path: &str, more: &[&str]| {
+        let output = folder.path().join("out.gcode");
+        let run = trunnion()
+            .args(["prepare", &fixture("cube"), "-m", "generic-ac", "--slicer", path, "-q", "-o"])
+            .arg(&output)
+            .args(more)
+            .output()
+            .unwrap();
+        assert!(!output.exists());
+        (run.status.code(), said(&run))
+    };
+    let (code, text) = run(&fake("fails", "echo 'no layers were detected' >&2; exit 1"), &[]);
+    assert_eq!(code, Some(3), "{text}");
+    assert!(text.contains("no layers were detected"), "{text}");
+    let (code, text) = run(&fake("hangs", "sleep 60"), &["--slicer-timeout", "1"]);
+    assert_eq!(code, Some(3), "{text}");
+    let (code, text) = run(&fake("silent", "exit 0"), &[]);
+    assert_eq!(code, Some(3), "{text}");
+}
+
+#[test]
+fn a_file_of_an_earlier_run_does_not_pass_for_the_result_of_a_failed_one() {
+    let folder = folder();
+    let output = folder.path().join("out.gcode");
+    prepare(&fixture("cube"), "generic-ac", "builtin", &output, &[]);
+    let run = trunnion().args(["prepare", "gone.stl", "-m", "generic-ac", "-o"]).arg(&output).output().unwrap();
+    assert_eq!(run.status.code(), Some(2));
+    assert!(!output.exists() && folder.path().join("out.gcode.stale").exists());
+}

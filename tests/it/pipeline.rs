@@ -1,0 +1,210 @@
+//! The whole job, as a user runs it: every fixture, the built-in slicer and the real ones.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::support::{folder, installed, root, said, skip, trunnion};
+
+pub(crate) const FIXTURES: [&str; 5] = ["cube", "two-boxes", "ding", "y-tree", "candelabrum"];
+
+pub(crate) fn fixture(name: &str) -> String {
+    root().join(format!("fixtures/{name}.stl")).display().to_string()
+}
+
+/// `prepare` with `--json`, which must succeed; its document.
+pub(crate) fn prepare(model: &str, machine: &str, slicer: &str, output: &Path, more: &[&str]) -> Value {
+    let mut command = trunnion();
+    command.args(["prepare", model, "-m", machine, "--slicer", slicer, "--json", "-o"]).arg(output).args(more);
+    let run = command.output().unwrap();
+    assert!(run.status.success(), "{model} on {machine} with {slicer}: {}", said(&run));
+    serde_json::from_slice(&run.stdout).unwrap()
+}
+
+fn prepare_twice(name: &str, slicer: &str) {
+    let folder = folder();
+    let (first, second) = (folder.path().join("a.gcode"), folder.path().join("b.gcode"));
+    let document = prepare(&fixture(name), "generic-ac", slicer, &first, &[]);
+    assert_eq!(document["verify"]["findings"], serde_json::json!([]), "{name}");
+    assert!(document["verify"]["filament_mm"].as_f64().unwrap() > 100.0);
+    let one_thread = trunnion()
+        .env("RAYON_NUM_THREADS", "1")
+        .args(["prepare", &fixture(name), "-m", "generic-ac", "--slicer", slicer, "-q", "-o"])
+        .arg(&second)
+        .output()
+        .unwrap();
+    assert!(one_thread.status.success(), "{}", said(&one_thread));
+    assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap(), "{name}: other bytes the second time");
+}
+
+#[test]
+fn every_fixture_is_prepared_and_verified_with_the_built_in_slicer_to_the_same_bytes() {
+    FIXTURES.iter().for_each(|name| prepare_twice(name, "builtin"));
+}
+
+#[test]
+fn every_fixture_is_prepared_and_verified_with_prusa_slicer_to_the_same_bytes() {
+    if !installed("prusa-slicer") {
+        return skip("prusa-slicer is not installed (apt-get install prusa-slicer)");
+    }
+    FIXTURES.iter().for_each(|name| prepare_twice(name, "prusa-slicer"));
+}
+
+#[test]
+fn the_small_fixtures_are_prepared_and_verified_with_slic3r() {
+    if !installed("slic3r") {
+        return skip("slic3r is not installed (apt-get install slic3r)");
+    }
+    ["cube", "two-boxes", "y-tree"].iter().for_each(|name| prepare_twice(name, "slic3r"));
+}
+
+#[test]
+fn other_machines_take_what_fits_them() {
+    let folder = folder();
+    for (name, machine) in
+        [("cube", "fibr3d"), ("y-tree", "fibr3d"), ("candelabrum", "fibr3d"), ("y-tree", "open5x-prusa"), ("two-boxes", "linuxcnc-xyzac-trt")]
+    {
+        prepare(&fixture(name), machine, "builtin", &folder.path().join("x.gcode"), &[]);
+    }
+}
+
+/// Seed 004, section 6.2, L1: base, stem, the eight lower arms at (70, +-90), the eight upper arms upright.
+#[test]
+fn the_candelabrum_is_planned_in_the_four_slots_of_the_paper() {
+    let run = trunnion().args(["plan", &fixture("candelabrum"), "-m", "generic-ac", "--json"]).output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    let plan: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let slots: Vec<BTreeSet<(i64, i64, i64)>> = plan["slots"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|slot| {
+            let print = |p: &Value| {
+                let tenth = |key: &str| (p[key].as_f64().unwrap() * 10.0).round() as i64;
+                (p["part"].as_i64().unwrap(), tenth("tilt_deg"), tenth("rotation_deg"))
+            };
+            slot["prints"].as_array().unwrap().iter().map(print).collect()
+        })
+        .collect();
+    let at = |parts: &[i64], tilt: i64, turn: i64| parts.iter().map(move |&p| (p, tilt, turn)).collect::<Vec<_>>();
+    let lower = [at(&[3, 5, 11, 13], 700, 900), at(&[7, 8, 15, 17], 700, -900)].concat();
+    let wanted = [at(&[0], 0, 0), at(&[1], 0, 0), lower, at(&[2, 4, 6, 9, 10, 12, 14, 16], 0, 0)];
+    assert_eq!(slots, wanted.map(BTreeSet::from_iter));
+    // Eq. (8): 0 + 1 + 8 * 2 + 8 * 3, which no sequence can beat.
+    assert_eq!((plan["value"].as_f64(), plan["lower_bound"].as_f64()), (Some(41.0), Some(41.0)));
+}
+
+#[test]
+fn single_parts_first_gives_a_slot_a_part_like_the_papers_l2() {
+    let run = trunnion()
+        .args(["plan", &fixture("candelabrum"), "-m", "generic-ac", "--slots", "single", "--json"])
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    let plan: Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(plan["slots"].as_array().unwrap().len(), 18);
+}
+
+#[test]
+fn arms_at_seventy_degrees_are_printed_at_the_poses_of_the_plan() {
+    let folder = folder();
+    let (file, plan_file) = (folder.path().join("c.gcode"), folder.path().join("plan.json"));
+    prepare(&fixture("candelabrum"), "generic-ac", "builtin", &file, &["--plan-out", &plan_file.display().to_string()]);
+    let plan: Value = serde_json::from_slice(&std::fs::read(&plan_file).unwrap()).unwrap();
+    let mut planned: Vec<(String, String)> = Vec::new();
+    for print in plan["slots"].as_array().unwrap().iter().flat_map(|s| s["prints"].as_array().unwrap()) {
+        let word = |key: &str| print[key].as_f64().unwrap().to_string();
+        let pose = (word("tilt_deg"), word("rotation_deg"));
+        if planned.last() != Some(&pose) {
+            planned.push(pose);
+        }
+    }
+    // The words of the file, read without any code of ours: the pose at every first extrusion after a turn.
+    let text = std::fs::read_to_string(&file).unwrap();
+    let (mut a, mut c, mut printed) = (String::new(), String::new(), Vec::new());
+    for line in text.lines().filter(|l| !l.starts_with(';')) {
+        for word in line.split(' ') {
+            match word.split_at(word.len().min(1)) {
+                ("A", value) => a = value.to_owned(),
+                ("C", value) => c = value.to_owned(),
+                ("E", value) if !value.starts_with('-') && line.contains('X') => {
+                    let pose = (a.clone(), c.clone());
+                    if printed.last() != Some(&pose) {
+                        printed.push(pose);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+    assert_eq!(printed, planned);
+    assert!(printed.contains(&("70".to_owned(), "90".to_owned())), "{printed:?}");
+    assert!(printed.contains(&("70".to_owned(), "-90".to_owned())), "{printed:?}");
+}
+
+#[test]
+fn slices_made_one_by_one_rewrite_to_the_bytes_of_prepare() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    prepare(&fixture("ding"), "generic-ac", "builtin", &folder.path().join("whole.gcode"), &["--plan-out", &path("plan.json")]);
+    let slice = trunnion().args(["slice", &path("plan.json"), "-o", &path("slots"), "--slicer", "builtin"]).output().unwrap();
+    assert!(slice.status.success(), "{}", said(&slice));
+    let mut files: Vec<String> = std::fs::read_dir(folder.path().join("slots"))
+        .unwrap()
+        .map(|f| f.unwrap().path().display().to_string())
+        .filter(|f| f.ends_with(".gcode"))
+        .collect();
+    files.sort();
+    files.reverse();
+    assert_eq!(files.len(), 4);
+    let rewrite = trunnion()
+        .arg("rewrite")
+        .args(&files)
+        .args(["--plan", &path("plan.json"), "-o", &path("parts.gcode")])
+        .output()
+        .unwrap();
+    assert!(rewrite.status.success(), "{}", said(&rewrite));
+    assert_eq!(std::fs::read(path("whole.gcode")).unwrap(), std::fs::read(path("parts.gcode")).unwrap());
+    let verify = trunnion().args(["verify", &path("parts.gcode"), "--plan", &path("plan.json"), "--json"]).output().unwrap();
+    assert!(verify.status.success(), "{}", said(&verify));
+    let report: Value = serde_json::from_slice(&verify.stdout).unwrap();
+    for key in ["findings", "clearance_mm", "clearance_line", "moves", "slots", "filament_mm", "seconds_print", "seconds"] {
+        assert!(!report[key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn documents_have_the_keys_that_scripts_rely_on() {
+    let inspect = trunnion().args(["inspect", &fixture("y-tree"), "--json"]).output().unwrap();
+    let document: Value = serde_json::from_slice(&inspect.stdout).unwrap();
+    assert_eq!(document["unit"], "mm");
+    assert_eq!(document["on_table"], serde_json::json!([0]));
+    for key in ["id", "facets", "closed", "volume_mm3", "area_mm2", "box_mm"] {
+        assert!(!document["parts"][1][key].is_null(), "{key}");
+    }
+    let shared = document["interfaces"][0]["area_mm2"].as_f64().unwrap();
+    assert!((shared - 20.0 * 200f64.sqrt()).abs() < 1e-3, "{shared}");
+    let folder = folder();
+    let document = prepare(&fixture("cube"), "generic-ac", "builtin", &folder.path().join("x.gcode"), &[]);
+    for key in ["output", "plan", "verify", "slicer", "seconds"] {
+        assert!(!document[key].is_null(), "{key}");
+    }
+    for key in ["read", "orient", "plan", "slice", "rewrite", "verify"] {
+        assert!(document["seconds"][key].is_number(), "{key}");
+    }
+    for key in ["objective", "value", "lower_bound", "clearance_mm", "seconds", "slots", "placement"] {
+        assert!(!document["plan"][key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn a_pipe_gets_results_only_and_a_closed_one_is_no_error() {
+    let run = trunnion().args(["inspect", &fixture("cube"), "--json", "-q"]).output().unwrap();
+    assert!(run.stderr.is_empty(), "{}", said(&run));
+    let help = trunnion().arg("--help").output().unwrap();
+    let text = String::from_utf8(help.stdout).unwrap();
+    for word in ["prepare", "inspect", "plan", "slice", "rewrite", "verify", "profile", "Exit codes"] {
+        assert!(text.contains(word), "{word} is missing from --help");
+    }
+}
