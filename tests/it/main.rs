@@ -1,0 +1,5 @@
+//! The one integration binary: every module is linked once, which is what takes the time on two cores.
+
+mod architecture;
+mod rust_source;
+mod support;
