@@ -1,5 +1,7 @@
 //! The one integration binary: every module is linked once, which is what takes the time on two cores.
 
 mod architecture;
+mod kinematics;
+mod linuxcnc;
 mod rust_source;
 mod support;
