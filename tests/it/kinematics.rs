@@ -168,6 +168,11 @@ fn directions_and_zeros_of_a_profile_reach_the_chain() {
         let got = at_words(&table, a + 5.0, c - 30.0).point(Point::from(Vec3::from(p)));
         assert_close(&got.at, xyzac_inverse(p, a, c, [0.0; 3], 20.0, 10.0, 1.0), &format!("p={p:?} A{a} C{c}"));
     }
+    // +Y is upright at tilt +90 and rotation 0, or at -90 and 180. As words, counted backward from 5 and -30: A-85 C-30,
+    // or A95 beyond the stop at 50.
+    let pose = table.upright(Dir::new(Vec3::y()).unwrap(), Pose::LEVEL).unwrap();
+    let words = (table.tilt.word_of(pose.tilt).deg(), table.rotation.word_of(pose.rotation).deg());
+    assert!((words.0 + 85.0).abs() < CLOSE && (words.1 + 30.0).abs() < CLOSE, "{words:?}");
 }
 
 /// A pose on paper.
