@@ -1,0 +1,161 @@
+#!/usr/bin/env bash
+# Runs every test of the repository. Needs Rust, git and python3; whatever else is missing is either installed (as root on
+# Debian or Ubuntu) or left out aloud, never fatal.
+#
+#   TRUNNION_NO_APT=1    installs no packages
+#
+# Exit code 1 when a check failed; all of them run all the same, so that one run shows everything.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+log=$(mktemp)
+trap 'rm -f "$log" "$log".*' EXIT
+failed=()
+skipped=()
+
+say() { printf '\n== %s\n' "$*"; }
+
+skip() {
+    printf 'SKIPPED: %s\n' "$*"
+    skipped+=("$*")
+}
+
+have() { command -v "$1" >/dev/null 2>&1; }
+
+# A step's name, then its command; what it prints is kept for the summary.
+step() {
+    local name=$1 began=$SECONDS
+    shift
+    say "$name"
+    if "$@" 2>&1 | tee -a "$log"; then
+        echo "-- $name: passed in $((SECONDS - began)) s"
+    else
+        echo "-- $name: FAILED after $((SECONDS - began)) s"
+        failed+=("$name")
+    fi
+}
+
+# apt-get that asks nothing, waits for nobody and takes SECONDS at most: SECONDS, then its arguments.
+apt_bounded() {
+    local seconds=$1
+    shift
+    DEBIAN_FRONTEND=noninteractive timeout -k 20 "$seconds" apt-get -q -y "$@" </dev/null >"$log.apt" 2>&1
+    local code=$?
+    [ "$code" = 0 ] || tail -n 3 "$log.apt"
+    return "$code"
+}
+
+may_install() {
+    [ "${TRUNNION_NO_APT:-0}" != 1 ] && [ "$(id -u)" = 0 ] && have apt-get
+}
+
+updated=
+# Brings the package lists up to date, once.
+update_lists() {
+    if [ -z "$updated" ]; then
+        updated=yes
+        apt_bounded 180 update || echo "the package lists could not be brought up to date"
+    fi
+}
+
+# The package $1, which gives the command $2.
+package() {
+    if have "$2"; then
+        return
+    fi
+    if ! may_install; then
+        skip "$1 is not installed (root, apt-get and no TRUNNION_NO_APT would install it)"
+        return
+    fi
+    update_lists
+    echo "installing $1"
+    apt_bounded 420 install --no-install-recommends "$1" || skip "$1 could not be installed"
+}
+
+# Our own Python surroundings: nothing is installed into the system's.
+python_environment() {
+    if [ -x .venv/bin/python ] && .venv/bin/python -c 'import serial' 2>/dev/null; then
+        return
+    fi
+    rm -rf .venv
+    if ! have python3; then
+        skip "python3 is not installed"
+        return
+    fi
+    if ! python3 -m venv .venv >"$log.venv" 2>&1; then
+        rm -rf .venv
+        if may_install; then
+            update_lists
+            apt_bounded 300 install --no-install-recommends python3-venv || true
+        fi
+        if ! python3 -m venv .venv >"$log.venv" 2>&1; then
+            tail -n 3 "$log.venv"
+            rm -rf .venv
+            skip "python3 -m venv does not work (python3-venv)"
+            return
+        fi
+    fi
+    timeout -k 20 300 .venv/bin/python -m pip install --quiet --disable-pip-version-check pyserial==3.5 </dev/null ||
+        skip "pyserial could not be installed"
+}
+
+say "programs"
+python_environment
+if [ -d .venv/bin ]; then
+    export PATH="$PWD/.venv/bin:$PATH"
+fi
+package prusa-slicer prusa-slicer
+package slic3r slic3r
+package linuxcnc-uspace rs274
+
+if cargo fmt --version >/dev/null 2>&1; then
+    step "format" cargo fmt --check
+else
+    skip "rustfmt is not installed"
+fi
+if cargo clippy --version >/dev/null 2>&1; then
+    step "lints" cargo clippy --locked --all-targets -- -D warnings
+else
+    skip "clippy is not installed"
+fi
+# --show-output: a test that leaves something out says so, and would be muted when it passes.
+step "tests" cargo test --locked --no-fail-fast -- --show-output
+RUSTDOCFLAGS="${RUSTDOCFLAGS:-} -D warnings" step "documentation" cargo doc --locked --no-deps
+
+# The first line that is no trace message of what the command prints.
+first_line() {
+    { "$@" 2>/dev/null || true; } </dev/null |
+        awk '!/^\[/ && NF && !found { found = $0 } END { print found ? found : "of unknown version" }'
+}
+
+# A real program: its name, the command whose success shows that it is there, the command that prints its version.
+took_part() {
+    if bash -c "$2" </dev/null >/dev/null 2>&1; then
+        echo "  $1: $(first_line bash -c "$3")"
+    else
+        echo "  $1: did not take part"
+    fi
+}
+
+say "summary"
+echo "real programs:"
+took_part PrusaSlicer 'command -v prusa-slicer' 'prusa-slicer --help'
+took_part Slic3r 'command -v slic3r' 'slic3r --version'
+took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc-uspace"
+took_part Python 'python3 --version' 'python3 --version'
+took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
+passed=$(awk '/^test result:/ { n += $4 } END { print n + 0 }' "$log")
+broken=$(awk '/^test result:/ { n += $6 } END { print n + 0 }' "$log")
+ignored=$(awk '/^test result:/ { n += $8 } END { print n + 0 }' "$log")
+echo "tests: $passed passed, $broken failed, $ignored ignored"
+echo "left out:"
+{
+    for one in ${skipped[@]+"${skipped[@]}"}; do echo "SKIPPED: $one"; done
+    grep -ho 'SKIPPED: .*' "$log" || true
+} | sort -u | sed 's/^/  /' | grep . || echo "  nothing"
+echo "took $((SECONDS / 60)) min $((SECONDS % 60)) s"
+if [ ${#failed[@]} -gt 0 ]; then
+    echo "FAILED: ${failed[*]}"
+    exit 1
+fi
+echo "all passed"

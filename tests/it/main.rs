@@ -1,0 +1,9 @@
+//! The one integration binary: every module is linked once, which is what takes the time on two cores.
+#![expect(clippy::unwrap_used, reason = "a helper that cannot go on fails the test that called it")]
+
+mod architecture;
+mod cura;
+mod kinematics;
+mod linuxcnc;
+mod rust_source;
+mod support;

@@ -1,0 +1,65 @@
+//! What the modules share: the command, temporary folders, a seeded source of numbers, and words about what was left out.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Says aloud that a test did not run, and why: a silent pass would count as a proof.
+pub(crate) fn skip(why: &str) {
+    // Straight to the stream: what is printed is swallowed where the test passes.
+    let _ = writeln!(std::io::stderr(), "SKIPPED: {why}");
+}
+
+/// The repository's own folder.
+pub(crate) fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The built command, ready for arguments.
+#[expect(dead_code, reason = "the verbs are tested from here as they come")]
+pub(crate) fn trunnion() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_trunnion"))
+}
+
+/// A folder that goes when it is dropped.
+pub(crate) fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// The first of `names` that starts as a Python 3 and can import `module`.
+pub(crate) fn python(names: &[&str], module: &str) -> Option<PathBuf> {
+    let code = format!("import sys, {module}; sys.exit(sys.version_info < (3,))");
+    let imports =
+        |name: &&&str| Command::new(name).args(["-c", &code]).output().is_ok_and(|output| output.status.success());
+    names.iter().find(imports).map(PathBuf::from)
+}
+
+/// Both streams of a program, for the message of a failing test.
+pub(crate) fn said(output: &Output) -> String {
+    format!("{}\n{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+}
+
+/// `SplitMix64`: the same numbers on every machine, so that a failure can be repeated from its seed.
+pub(crate) struct Numbers(u64);
+
+impl Numbers {
+    /// The numbers of `seed`.
+    pub(crate) fn seeded(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// Evenly from `low` to `high`.
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let unit = ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
+        low + (high - low) * unit
+    }
+
+    /// Three of them.
+    pub(crate) fn triple(&mut self, reach: f64) -> [f64; 3] {
+        [(); 3].map(|()| self.between(-reach, reach))
+    }
+}
