@@ -75,7 +75,8 @@ fn numbers_that_are_none_and_surfaces_that_do_not_close() {
     open.remove(5);
     let text = refused(&file(folder.path(), "open.stl", &stl(&open)), 2, &[]);
     assert!(text.contains('3') && text.contains("open edges") && text.contains("--repair"), "{text}");
-    let flat = [[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 10.0, 0.0], [10.0, 0.0, 0.0]]];
+    let flat =
+        [[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 10.0, 0.0], [10.0, 0.0, 0.0]]];
     refused(&file(folder.path(), "flat.stl", &stl(&flat)), 2, &[]);
 }
 
@@ -142,7 +143,8 @@ fn profiles_with_unknown_keys_and_plans_of_other_models() {
         .unwrap();
     assert_eq!(other.status.code(), Some(2));
     assert!(said(&other).contains("plan again"), "{}", said(&other));
-    let stale = trunnion().args(["slice", &plan, "-m", "fibr3d", "-o"]).arg(folder.path().join("slots")).output().unwrap();
+    let stale =
+        trunnion().args(["slice", &plan, "-m", "fibr3d", "-o"]).arg(folder.path().join("slots")).output().unwrap();
     assert_eq!(stale.status.code(), Some(2));
     assert!(!folder.path().join("slots").exists());
 }
@@ -152,7 +154,8 @@ fn a_slicer_that_fails_hangs_or_drops_the_part_is_exit_code_three() {
     let folder = folder();
     let fake = |name: &str, body: &str| {
         use std::os::unix::fs::PermissionsExt;
-        let head = "#!/bin/sh\ncase \"$1\" in --help|--version|-h) echo 'PrusaSlicer-2.5.0 based on Slic3r'; exit 0;; esac\n";
+        let head =
+            "#!/bin/sh\ncase \"$1\" in --help|--version|-h) echo 'PrusaSlicer-2.5.0 based on Slic3r'; exit 0;; esac\n";
         let path = file(folder.path(), name, format!("{head}{body}\n").as_bytes());
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
         path

@@ -80,7 +80,10 @@ fn comparable(bytes: &[u8]) -> String {
 }
 
 fn moves(bytes: &[u8]) -> usize {
-    String::from_utf8_lossy(bytes).lines().filter(|l| ["G0", "G1", "G2", "G3", "M104", "M109", "M140"].iter().any(|c| l.starts_with(c))).count()
+    String::from_utf8_lossy(bytes)
+        .lines()
+        .filter(|l| ["G0", "G1", "G2", "G3", "M104", "M109", "M140"].iter().any(|c| l.starts_with(c)))
+        .count()
 }
 
 #[test]
@@ -192,7 +195,8 @@ fn a_failing_hook_in_the_real_slicers_leaves_nothing_printable() {
 fn the_cura_script_gives_the_file_of_rewrite_offline() {
     let folder = folder();
     let plan = planned(folder.path(), "cube");
-    let run = trunnion().arg("slice").arg(&plan).args(["--slicer", "builtin", "-o"]).arg(folder.path()).output().unwrap();
+    let run =
+        trunnion().arg("slice").arg(&plan).args(["--slicer", "builtin", "-o"]).arg(folder.path()).output().unwrap();
     assert!(run.status.success(), "{}", said(&run));
     let sliced = folder.path().join("print-00-part-0.gcode");
     // Cura cuts the file at its own marks; give it some.

@@ -2,8 +2,12 @@
 #![expect(clippy::unwrap_used, reason = "a helper that cannot go on fails the test that called it")]
 
 mod architecture;
+mod bad_input;
 mod cura;
+mod hooks;
 mod kinematics;
 mod linuxcnc;
+mod pipeline;
 mod rust_source;
+mod sliced_files;
 mod support;

@@ -62,9 +62,13 @@ fn the_small_fixtures_are_prepared_and_verified_with_slic3r() {
 #[test]
 fn other_machines_take_what_fits_them() {
     let folder = folder();
-    for (name, machine) in
-        [("cube", "fibr3d"), ("y-tree", "fibr3d"), ("candelabrum", "fibr3d"), ("y-tree", "open5x-prusa"), ("two-boxes", "linuxcnc-xyzac-trt")]
-    {
+    for (name, machine) in [
+        ("cube", "fibr3d"),
+        ("y-tree", "fibr3d"),
+        ("candelabrum", "fibr3d"),
+        ("y-tree", "open5x-prusa"),
+        ("two-boxes", "linuxcnc-xyzac-trt"),
+    ] {
         prepare(&fixture(name), machine, "builtin", &folder.path().join("x.gcode"), &[]);
     }
 }
@@ -147,8 +151,15 @@ fn arms_at_seventy_degrees_are_printed_at_the_poses_of_the_plan() {
 fn slices_made_one_by_one_rewrite_to_the_bytes_of_prepare() {
     let folder = folder();
     let path = |name: &str| folder.path().join(name).display().to_string();
-    prepare(&fixture("ding"), "generic-ac", "builtin", &folder.path().join("whole.gcode"), &["--plan-out", &path("plan.json")]);
-    let slice = trunnion().args(["slice", &path("plan.json"), "-o", &path("slots"), "--slicer", "builtin"]).output().unwrap();
+    prepare(
+        &fixture("ding"),
+        "generic-ac",
+        "builtin",
+        &folder.path().join("whole.gcode"),
+        &["--plan-out", &path("plan.json")],
+    );
+    let slice =
+        trunnion().args(["slice", &path("plan.json"), "-o", &path("slots"), "--slicer", "builtin"]).output().unwrap();
     assert!(slice.status.success(), "{}", said(&slice));
     let mut files: Vec<String> = std::fs::read_dir(folder.path().join("slots"))
         .unwrap()
@@ -166,10 +177,13 @@ fn slices_made_one_by_one_rewrite_to_the_bytes_of_prepare() {
         .unwrap();
     assert!(rewrite.status.success(), "{}", said(&rewrite));
     assert_eq!(std::fs::read(path("whole.gcode")).unwrap(), std::fs::read(path("parts.gcode")).unwrap());
-    let verify = trunnion().args(["verify", &path("parts.gcode"), "--plan", &path("plan.json"), "--json"]).output().unwrap();
+    let verify =
+        trunnion().args(["verify", &path("parts.gcode"), "--plan", &path("plan.json"), "--json"]).output().unwrap();
     assert!(verify.status.success(), "{}", said(&verify));
     let report: Value = serde_json::from_slice(&verify.stdout).unwrap();
-    for key in ["findings", "clearance_mm", "clearance_line", "moves", "slots", "filament_mm", "seconds_print", "seconds"] {
+    for key in
+        ["findings", "clearance_mm", "clearance_line", "moves", "slots", "filament_mm", "seconds_print", "seconds"]
+    {
         assert!(!report[key].is_null(), "{key}");
     }
 }

@@ -16,9 +16,13 @@ pub(crate) fn root() -> &'static Path {
 }
 
 /// The built command, ready for arguments.
-#[expect(dead_code, reason = "the verbs are tested from here as they come")]
 pub(crate) fn trunnion() -> Command {
     Command::new(env!("CARGO_BIN_EXE_trunnion"))
+}
+
+/// Whether a program starts.
+pub(crate) fn installed(program: &str) -> bool {
+    Command::new(program).arg("--help").output().is_ok()
 }
 
 /// A folder that goes when it is dropped.
