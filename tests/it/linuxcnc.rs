@@ -142,3 +142,42 @@ fn linuxcnc_refuses_an_axis_that_the_machine_lacks() {
     let refusal = result.unwrap_err();
     assert!(refusal.contains("Bad character 'b' used"), "{refusal}");
 }
+
+/// A prepared file for LinuxCNC's own table: it must parse there, every move must end where we think it ends, and its
+/// published forward formula must put the filament into the part.
+#[test]
+fn linuxcnc_runs_a_prepared_file_and_its_formula_puts_the_filament_into_the_parts() {
+    let folder = folder();
+    let file = folder.path().join("two-boxes.ngc");
+    crate::pipeline::prepare(&crate::pipeline::fixture("two-boxes"), "linuxcnc-xyzac-trt", "builtin", &file, &[]);
+    let program = std::fs::read(&file).unwrap();
+    let Some(theirs) = canon(&program) else { return };
+    assert_same(&theirs, &ours(&program, &profile()));
+    // xyzac-trt forward, s = -1, rotation point 0, d = (0, y-offset 20, z-offset 10): p = Rz(-c) [d + Rx(-a) (J - d)].
+    let table_point = |to: &[f64; 9]| {
+        let (sa, ca) = to[3].to_radians().sin_cos();
+        let (sc, cc) = to[5].to_radians().sin_cos();
+        let (y, z) = (to[1] - 20.0, to[2] - 10.0);
+        let (y, z) = (20.0 + ca * y + sa * z, 10.0 - sa * y + ca * z);
+        [cc * to[0] + sc * y, -sc * to[0] + cc * y, z]
+    };
+    // By hand: the model, 50 mm wide in x, stands centred, so the post has x -25..-5 and the arm x -5..25, z 40..60.
+    let inside =
+        |p: [f64; 3], min: [f64; 3], max: [f64; 3]| (0..3).all(|i| p[i] > min[i] - 0.01 && p[i] < max[i] + 0.21);
+    let (mut post, mut arm) = (0, 0);
+    for pair in theirs.windows(2) {
+        let [before, after] = pair else { continue };
+        let moved = (0..3).any(|i| before.to[i] != after.to[i]);
+        if after.to[6] > before.to[6] && moved {
+            let p = table_point(&after.to);
+            if after.to[3] == 0.0 {
+                assert!(inside(p, [-25.0, -10.0, 0.0], [-5.0, 10.0, 60.0]), "line {}: {p:?}", after.line);
+                post += 1;
+            } else {
+                assert!(inside(p, [-5.0, -10.0, 40.0], [25.0, 10.0, 60.0]), "line {}: {p:?}", after.line);
+                arm += 1;
+            }
+        }
+    }
+    assert!(post > 3000 && arm > 2000, "{post} {arm}");
+}
