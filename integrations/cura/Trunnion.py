@@ -148,7 +148,7 @@ def unprintable(why):
 
 
 def plain(text):
-    return text.encode("ascii", "replace").decode("ascii").replace("\r", "\n")
+    return text.encode("ascii", "replace").decode("ascii")
 
 
 def show(why):

@@ -1,12 +1,13 @@
 """Runs a Cura post-processing script outside Cura, as Cura does when a file is saved.
 
-Usage: cura_harness.py SCRIPT IN.gcode OUT.gcode [--set KEY=VALUE ..] [--no-messages]
+Usage: cura_harness.py SCRIPT IN.gcode OUT.gcode [--set KEY=VALUE ..] [--forget KEY] [--no-messages]
 
 Like Cura: the script is loaded as a module of the package that holds `Script`, its class is named as its file, settings
 come from `getSettingDataString()` with their types and defaults, the G-code is handed over as header, start code, one
 entry for each `;LAYER:n` and end code, and an exception is only logged while the unchanged G-code is saved.
 
 stderr: `MESSAGE: ..` for what the user would be shown, `EXCEPTION: ..` for what Cura would log.
+`--forget` makes the asking for a setting raise, for a fault that no script foresees;
 `--no-messages` makes showing a message raise, as it does where Cura has no window.
 """
 
@@ -112,6 +113,7 @@ def main():
     parser.add_argument("input")
     parser.add_argument("output")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    parser.add_argument("--forget", metavar="KEY")
     parser.add_argument("--no-messages", action="store_true")
     options = parser.parse_args()
 
@@ -119,6 +121,7 @@ def main():
     fake_cura(values, options.no_messages)
     script = load(options.script)
     values.update(settings(script, dict(pair.split("=", 1) for pair in options.set)))
+    values.pop(options.forget, None)
     with open(options.input, encoding="utf-8", errors="surrogateescape", newline="") as file:
         data = split(file.read())
     if ";POSTPROCESSED" not in data[0]:
