@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Everything here works in the table's frame, and in the machine's at a pose. Source: seed 004, sections 5 and 6.
-//! This room must not know slicers or G-code.
+//! This room must not know slicers or toolpaths.
 
 mod candidates;
 mod collision;
