@@ -168,6 +168,9 @@ pub(super) struct Plan {
     /// The plan file
     #[arg(short, long, value_name = "PLAN.json")]
     pub(super) output: Option<PathBuf>,
+    /// The plan as one picture, a frame for each pose
+    #[arg(long, value_name = "SHEET.svg")]
+    pub(super) sheet: Option<PathBuf>,
     #[command(flatten)]
     pub(super) plan: PlanArgs,
 }

@@ -10,7 +10,7 @@ use super::load::{LoadedModel, LoadedProfile};
 use super::{Console, Failure, files, load};
 use crate::geom::Angle;
 use crate::orient::{Multistart, named};
-use crate::planning::{Infeasible, Options, PartRef, Plan, Planned, Priority, Workpiece, plan};
+use crate::planning::{Infeasible, Options, PartRef, Plan, Planned, Priority, Workpiece, plan, sheet};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let machine = load::machine(&args.machine)?;
@@ -18,6 +18,10 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let made = make(&model, &machine, &args.plan, console)?;
     if let Some(path) = &args.output {
         files::write(path, made.plan.to_text().as_bytes())?;
+    }
+    if let Some(path) = &args.sheet {
+        let workpiece = Workpiece::place(&model.model, &made.plan.placement);
+        files::write(path, sheet(&made.plan, &workpiece, &machine.profile).as_bytes())?;
     }
     if console.json() {
         console.document(&made.document())

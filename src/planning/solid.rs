@@ -70,6 +70,11 @@ impl Solid {
         Self { points, pieces, bounds }
     }
 
+    /// Whether it is the hull of its points.
+    pub fn is_hull(&self) -> bool {
+        matches!(self.pieces, Pieces::Convex)
+    }
+
     /// Its corner points.
     pub fn points(&self) -> &[Vec3] {
         &self.points

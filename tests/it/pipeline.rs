@@ -222,3 +222,20 @@ fn a_pipe_gets_results_only_and_a_closed_one_is_no_error() {
         assert!(text.contains(word), "{word} is missing from --help");
     }
 }
+
+/// The README's picture is made by the command that its caption names. UPDATE_FIXTURES=1 writes it anew.
+#[test]
+fn the_readmes_picture_is_what_the_command_draws() {
+    let folder = folder();
+    let sheet = folder.path().join("sheet.svg");
+    let run =
+        trunnion().args(["plan", &fixture("candelabrum"), "-m", "generic-ac", "--sheet"]).arg(&sheet).output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    let kept = root().join("fixtures/candelabrum-plan.svg");
+    if std::env::var_os("UPDATE_FIXTURES").is_some() {
+        std::fs::copy(&sheet, &kept).unwrap();
+    }
+    let (drawn, kept) = (std::fs::read_to_string(&sheet).unwrap(), std::fs::read_to_string(&kept).unwrap());
+    assert_eq!(drawn.matches("slot ").count(), 5);
+    assert_eq!(drawn, kept);
+}

@@ -1,0 +1,191 @@
+//! A plan as one picture: a frame for each pose, the table as it stands there, what is new in colour, the head above.
+//!
+//! An SVG in millimetres of the machine's frame, seen from the front right and above, parallel projection. Bodies are
+//! drawn farthest first by their middle; convex ones (nearly all) as their outline, others facet by facet.
+
+use std::fmt::Write;
+
+use super::candidates::table_solid;
+use super::plan::{Plan, Print};
+use super::solid::Solid;
+use super::workpiece::Workpiece;
+use crate::geom::{Bounds, Vec3};
+use crate::mesh::TriangleMesh;
+use crate::profile::Profile;
+
+/// Width of a frame, SVG units.
+const FRAME: f64 = 300.0;
+/// Frames in a row.
+const COLUMNS: usize = 3;
+/// Room for the words below a frame.
+const WORDS: f64 = 34.0;
+
+const TABLE: &str = "#c9ced6";
+const PRINTED: &str = "#8f99a8";
+const NEW: &str = "#e4572e";
+const HEAD: &str = "#2f3e4e";
+
+struct Shape {
+    outlines: Vec<Vec<[f64; 2]>>,
+    depth: f64,
+    fill: &'static str,
+    opacity: f64,
+}
+
+/// The sheet of `plan`.
+pub fn sheet(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> String {
+    let mut printed: Vec<usize> = Vec::new();
+    let mut frames = Vec::new();
+    for slot in &plan.slots {
+        for setup in slot.setups() {
+            frames.push(frame(slot.id, &setup, &printed, workpiece, profile));
+            printed.extend(setup.iter().map(|p| p.part));
+        }
+    }
+    let rows = frames.len().div_ceil(COLUMNS).max(1);
+    let (width, height) = (FRAME * COLUMNS.min(frames.len()) as f64, (FRAME + WORDS) * rows as f64);
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n"
+    );
+    for (index, (shapes, words)) in frames.iter().enumerate() {
+        let (x, y) = ((index % COLUMNS) as f64 * FRAME, (index / COLUMNS) as f64 * (FRAME + WORDS));
+        let _ = writeln!(out, "<g transform=\"translate({x} {y})\">");
+        draw(&mut out, shapes);
+        for (line, text) in words.iter().enumerate() {
+            let y = FRAME + 12.0 + 15.0 * line as f64;
+            let _ = writeln!(
+                out,
+                "<text x=\"{}\" y=\"{y}\" text-anchor=\"middle\" fill=\"#222222\">{text}</text>",
+                FRAME / 2.0
+            );
+        }
+        out.push_str("</g>\n");
+    }
+    out.push_str("</svg>\n");
+    out
+}
+
+fn frame(
+    slot: usize,
+    setup: &[&Print],
+    printed: &[usize],
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+) -> (Vec<Shape>, [String; 2]) {
+    let table = profile.kinematics();
+    let motion = table.forward(setup[0].pose(&table));
+    let place = |part: usize| -> TriangleMesh<crate::geom::Machine> { workpiece.parts[part].moved(&motion) };
+    let mut shapes = vec![solid_shape(table_solid(profile, &motion).points(), TABLE, 1.0)];
+    shapes.extend(printed.iter().map(|&part| part_shape(&place(part), PRINTED)));
+    let mut tip = Vec3::new(0.0, 0.0, f64::NEG_INFINITY);
+    for print in setup {
+        let mesh = place(print.part);
+        let top = mesh.vertices().iter().copied().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or_default();
+        if top.z > tip.z {
+            let bounds = mesh.bounds();
+            tip = Vec3::new(bounds.centre().x.clamp(top.x - 1.0, top.x + 1.0), top.y, top.z);
+        }
+        shapes.push(part_shape(&mesh, NEW));
+    }
+    for body in profile.head_bodies().iter().filter(|b| b.follows == [true; 3]).take(2) {
+        // Only the head's lower end: the rest would hide what is printed.
+        let points: Vec<Vec3> = body.points.iter().map(|p| Vec3::new(p.x, p.y, p.z.min(30.0)) + tip).collect();
+        shapes.push(Shape { depth: f64::INFINITY, ..solid_shape(&points, HEAD, 0.85) });
+    }
+    shapes.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+    let parts: Vec<String> = setup.iter().map(|p| p.part.to_string()).collect();
+    let (a, c) = (table.tilt.letter as char, table.rotation.letter as char);
+    let first = setup[0];
+    (
+        shapes,
+        [
+            format!("slot {slot}: {a}{} {c}{}", first.tilt_deg, first.rotation_deg),
+            format!("parts {}", parts.join(", ")),
+        ],
+    )
+}
+
+/// To the paper: x right, y down; and how near it is.
+fn project(p: &Vec3) -> ([f64; 2], f64) {
+    let (sy, cy) = (-32f64).to_radians().sin_cos();
+    let (sp, cp) = 22f64.to_radians().sin_cos();
+    let (x, y) = (cy * p.x - sy * p.y, sy * p.x + cy * p.y);
+    ([x, -(cp * p.z + sp * y)], -(cp * y) + sp * p.z)
+}
+
+fn solid_shape(points: &[Vec3], fill: &'static str, opacity: f64) -> Shape {
+    let depth = project(&Bounds::of(points.iter().copied()).centre()).1;
+    Shape { outlines: vec![outline(points.iter().map(|p| project(p).0).collect())], depth, fill, opacity }
+}
+
+fn part_shape<F>(mesh: &TriangleMesh<F>, fill: &'static str) -> Shape {
+    let whole = solid_shape(mesh.vertices(), fill, 1.0);
+    if Solid::of(mesh).is_hull() {
+        return whole;
+    }
+    let facets = (0..mesh.facets().len()).map(|i| mesh.corners(i).map(|c| project(&c).0).to_vec()).collect();
+    Shape { outlines: facets, ..whole }
+}
+
+/// The convex outline, by Andrew's monotone chain.
+fn outline(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let turn = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+    let half = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
+        let mut chain: Vec<[f64; 2]> = Vec::new();
+        for &p in points {
+            while chain.len() >= 2 && turn(chain[chain.len() - 2], chain[chain.len() - 1], p) <= 0.02 {
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        chain.pop();
+        chain
+    };
+    let mut lower = half(&mut points.iter());
+    lower.extend(half(&mut points.iter().rev()));
+    lower
+}
+
+/// The shapes, scaled into the frame.
+fn draw(out: &mut String, shapes: &[Shape]) {
+    let all = shapes.iter().flat_map(|s| s.outlines.iter().flatten());
+    let bounds = Bounds::of(all.map(|p| Vec3::new(p[0], p[1], 0.0)));
+    let size = bounds.size();
+    let scale = (FRAME - 20.0) / size.x.max(size.y).max(1.0);
+    let middle = bounds.centre();
+    for shape in shapes {
+        let mut path = String::new();
+        for outline in &shape.outlines {
+            for (i, p) in outline.iter().enumerate() {
+                let (x, y) = ((p[0] - middle.x) * scale + FRAME / 2.0, (p[1] - middle.y) * scale + FRAME / 2.0);
+                let _ = write!(path, "{}{x:.1} {y:.1}", if i == 0 { 'M' } else { 'L' });
+            }
+            path.push('Z');
+        }
+        let (fill, opacity) = (shape.fill, shape.opacity);
+        let _ = writeln!(
+            out,
+            "<path d=\"{path}\" fill=\"{fill}\" fill-opacity=\"{opacity}\" stroke=\"#ffffff\" stroke-width=\"0.6\" stroke-linejoin=\"round\"/>"
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_outline_of_a_cross_of_points_is_its_corners() {
+        let points = vec![[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [5.0, 5.0], [5.0, 0.0]];
+        let mut got = outline(points);
+        got.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        assert_eq!(got, vec![[0.0, 0.0], [0.0, 10.0], [10.0, 0.0], [10.0, 10.0]]);
+    }
+
+    #[test]
+    fn higher_is_higher_on_paper_and_nearer_is_nearer() {
+        assert!(project(&Vec3::new(0.0, 0.0, 10.0)).0[1] < project(&Vec3::zeros()).0[1]);
+        assert!(project(&Vec3::new(0.0, -10.0, 0.0)).1 > project(&Vec3::zeros()).1);
+    }
+}
