@@ -14,7 +14,6 @@ mod process;
 mod prusa;
 // The settings belong to the profile, a floor below.
 mod slic3r;
-mod stl;
 #[cfg(test)]
 mod testing;
 

@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::external::{Program, extrudes, last_lines, not_driven};
-use super::stl::binary_stl;
+use crate::mesh::stl_binary;
 use super::{BuiltIn, SliceError, SliceJob, SliceSettings, Slicer, SlicerChoice};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
@@ -135,7 +135,7 @@ impl External {
         // The program labels the object with the file's name.
         let safe = |c: char| if c.is_alphanumeric() || "_-. ".contains(c) { c } else { '_' };
         let name: String = job.name.chars().map(safe).collect();
-        let mesh = run.write(&format!("{name}.stl"), &binary_stl(mesh))?;
+        let mesh = run.write(&format!("{name}.stl"), &stl_binary(mesh))?;
         let configs = [base].into_iter().chain(self.options.configs.iter().cloned()).chain([forced]);
         let configs: Vec<PathBuf> = configs.collect();
         let configs: Vec<&Path> = configs.iter().map(PathBuf::as_path).collect();
