@@ -10,3 +10,4 @@ pub mod planning;
 pub mod profile;
 pub mod slicing;
 pub mod toolpath;
+pub mod verify;
