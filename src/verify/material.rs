@@ -1,0 +1,175 @@
+//! What has been laid down, as the file lays it, and the table: rendered into a field at a pose, or as spheres.
+
+use super::field::{Field, Rect};
+use super::hull::outline;
+use super::trace::Stroke;
+use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
+
+/// Edge of the cubes by which beads are gathered into spheres, mm.
+const CUBE_MM: f64 = 2.0;
+/// Spacing of the points taken of a bead's axis for that, mm.
+const ALONG_MM: f64 = 1.0;
+
+/// A bead: a capsule about its axis, table frame.
+#[derive(Clone, Copy)]
+struct Bead {
+    ends: [Vec3; 2],
+    radius: f64,
+}
+
+/// All beads so far, and the table's slab.
+pub(super) struct Material {
+    beads: Vec<Bead>,
+    slab: Vec<Vec3>,
+    cubes: Vec<[i32; 3]>,
+    gathered: usize,
+    thickest: f64,
+    /// The farthest of everything from the table's origin, and from its axis.
+    pub(super) reach: f64,
+    pub(super) reach_sideways: f64,
+}
+
+impl Material {
+    pub(super) fn new(slab: Vec<Vec3>) -> Self {
+        let reach = slab.iter().map(|p| p.norm()).fold(0.0, f64::max);
+        let reach_sideways = slab.iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max);
+        Self { beads: Vec::new(), slab, cubes: Vec::new(), gathered: 0, thickest: 0.0, reach, reach_sideways }
+    }
+
+    /// The table's slab, table frame.
+    pub(super) fn slab(&self) -> &[Vec3] {
+        &self.slab
+    }
+
+    /// Keeps a printed stroke, laid at the pose whose inverse is `back`.
+    ///
+    /// The bead's cross-section, `width x height` below the tip, lies within a circle about its middle.
+    pub(super) fn lay(&mut self, stroke: &Stroke, back: &Rigid<Machine, Table>) {
+        let (width, height) = (f64::from(stroke.width), f64::from(stroke.height));
+        let down = Vec3::z() * (height / 2.0);
+        let ends = [stroke.from, stroke.to].map(|tip| back.point((tip - down).into()).at);
+        let radius = (width / 2.0).hypot(height / 2.0);
+        self.thickest = self.thickest.max(radius);
+        for end in &ends {
+            self.reach = self.reach.max(end.norm() + radius);
+            self.reach_sideways = self.reach_sideways.max(end.x.hypot(end.y) + radius);
+        }
+        self.beads.push(Bead { ends, radius });
+    }
+
+    /// Centres of spheres, table frame, that together hold all beads, and their common radius.
+    ///
+    /// Every point of an axis is within half of `ALONG_MM` of a point taken, and that within half a cube's diagonal of
+    /// the cube's centre.
+    pub(super) fn spheres(&mut self) -> (Vec<Vec3>, f64) {
+        for bead in &self.beads[self.gathered..] {
+            let [a, b] = bead.ends;
+            let count = ((b - a).norm() / ALONG_MM).ceil().max(1.0) as usize;
+            let point = |i: usize| a + (b - a) * (i as f64 / count as f64);
+            self.cubes.extend((0..=count).map(|i| <[i32; 3]>::from(point(i).map(|v| (v / CUBE_MM).floor() as i32))));
+        }
+        self.gathered = self.beads.len();
+        self.cubes.sort_unstable();
+        self.cubes.dedup();
+        let centre = |c: &[i32; 3]| Vec3::from_fn(|i, _| (f64::from(c[i]) + 0.5) * CUBE_MM);
+        let radius = CUBE_MM * 3f64.sqrt() / 2.0 + ALONG_MM / 2.0 + self.thickest;
+        (self.cubes.iter().map(centre).collect(), radius)
+    }
+
+    /// The field of everything laid so far and the table, seen at `pose`, with room for tips in `tips`.
+    pub(super) fn field(&self, pose: &Rigid<Table, Machine>, tips: &Bounds) -> Field {
+        let beads: Vec<Bead> = self.beads.iter().map(|b| moved(b, pose)).collect();
+        let slab: Vec<Vec3> = self.slab.iter().map(|&p| pose.point(p.into()).at).collect();
+        let mut all = Bounds::of(slab.iter().copied().chain(beads.iter().flat_map(|b| b.ends)));
+        if !tips.is_empty() {
+            all = all.union(tips);
+        }
+        let all = all.inflated(self.thickest + 2.0);
+        let mut field = Field::new(&Rect { min: [all.min.x, all.min.y], max: [all.max.x, all.max.y] });
+        render_slab(&mut field, &slab);
+        beads.iter().for_each(|bead| render(&mut field, bead));
+        field.settle();
+        field
+    }
+}
+
+fn moved(bead: &Bead, pose: &Rigid<Table, Machine>) -> Bead {
+    Bead { ends: bead.ends.map(|p| pose.point(p.into()).at), radius: bead.radius }
+}
+
+/// Raises the cells that the stroke being printed fills: its tip's height over its width.
+pub(super) fn deposit(field: &mut Field, stroke: &Stroke) {
+    let (a, b) = (stroke.from, stroke.to);
+    let top = a.z.max(b.z);
+    let reach = f64::from(stroke.width) / 2.0 + field.reach();
+    let ends = [[a.x, a.y], [b.x, b.y]];
+    field.along(ends, reach, |field, x, y, centre| {
+        if to_segment(centre, ends) <= reach {
+            field.raise(x, y, top);
+        }
+    });
+}
+
+/// Raises the cells under a capsule to upper bounds of its top.
+///
+/// The capsule lies within the endless cylinder about its axis, whose top over the axis' shadow at distance `d` is
+/// `z(u) + sqrt(1 + s^2) sqrt(r^2 - d^2)` with the slope `s`, and nowhere stands higher than a sphere at its upper end.
+fn render(field: &mut Field, bead: &Bead) {
+    let ([a, b], r, slack) = (bead.ends, bead.radius, field.reach());
+    let ends = [[a.x, a.y], [b.x, b.y]];
+    let length = (b.x - a.x).hypot(b.y - a.y);
+    let highest = a.z.max(b.z);
+    let along = if length > 1e-6 { [(b.x - a.x) / length, (b.y - a.y) / length] } else { [0.0; 2] };
+    let slope = if length > 1e-6 { (b.z - a.z) / length } else { 0.0 };
+    let stretch = (1.0 + slope * slope).sqrt();
+    field.along(ends, r + slack, |field, x, y, centre| {
+        let away = (to_segment(centre, ends) - slack).max(0.0);
+        if away > r {
+            return;
+        }
+        let mut top = highest + (r * r - away * away).sqrt();
+        if length > 1e-6 {
+            let (dx, dy) = (centre[0] - a.x, centre[1] - a.y);
+            let (u, d) = (dx * along[0] + dy * along[1], (dx * along[1] - dy * along[0]).abs());
+            let lateral = (d - slack).max(0.0).min(r);
+            top = top.min(a.z + slope * u + slope.abs() * slack + stretch * (r * r - lateral * lateral).sqrt());
+        }
+        field.raise(x, y, top);
+    });
+}
+
+/// Raises the cells under the table: the least of the planes of its faces that look up, within its outline.
+fn render_slab(field: &mut Field, slab: &[Vec3]) {
+    let half = slab.len() / 2;
+    let slack = field.reach();
+    let planes = upper_planes(slab, half);
+    let edges = outline(slab);
+    let bounds = Bounds::of(slab.iter().copied());
+    let middle = (bounds.min.y + bounds.max.y) / 2.0;
+    let reach = (bounds.max.y - bounds.min.y) / 2.0 + slack;
+    field.along([[bounds.min.x, middle], [bounds.max.x, middle]], reach, |field, x, y, [cx, cy]| {
+        if edges.iter().any(|[nx, ny, c]| nx * cx + ny * cy > c + slack) {
+            return;
+        }
+        let height = |&[a, b, c]: &[f64; 3]| a * cx + b * cy + c + a.hypot(b) * slack;
+        field.raise(x, y, planes.iter().map(height).fold(bounds.max.z, f64::min));
+    });
+}
+
+/// `z <= a x + b y + c` for the slab's faces that look up: its surface, or its underside where it stands on its head, and
+/// its rim.
+fn upper_planes(slab: &[Vec3], half: usize) -> Vec<[f64; 3]> {
+    let normal = (slab[1] - slab[0]).cross(&(slab[2] - slab[0]));
+    let rim = (0..half).map(|i| ((slab[(i + 1) % half] - slab[i]).cross(&normal), slab[i]));
+    let faces = [(normal, slab[0]), (-normal, slab[half])].into_iter().chain(rim);
+    let faces = faces.map(|(normal, on)| (normal.normalize(), on)).filter(|(normal, _)| normal.z > 1e-6);
+    faces.map(|(n, on)| [-n.x / n.z, -n.y / n.z, n.dot(&on) / n.z]).collect()
+}
+
+fn to_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
+    let (abx, aby) = (b[0] - a[0], b[1] - a[1]);
+    let square = abx * abx + aby * aby;
+    let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;
+    let t = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
+    (p[0] - a[0] - abx * t).hypot(p[1] - a[1] - aby * t)
+}

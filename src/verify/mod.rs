@@ -1,0 +1,91 @@
+//! The final file, replayed on the machine's model and held against the plan.
+//!
+//! ```text
+//! bytes -> reader (syntax, limits, rates, pose, retractions, filament, order) -> Trace of strokes and turns
+//!       -> outside (inside its part?)   -> walk (in air? head, turning, frame against what this very file lays down)
+//! ```
+//!
+//! The file is judged by its last bytes alone: nothing is taken from the rewriter but the marks that name prints, and
+//! material is what the replay lays down, not the meshes. Heights and distances are conservative bounds, so that "free"
+//! is proved; where the bound does not suffice the answer is a finding.
+//!
+//! Not covered: strings, sagging and shrinkage; accelerations; the head against the frame; what M-codes and macros do.
+//!
+//! This room must not know the rewriter or slicers: it shares `motion`'s replay and chain with them and nothing else.
+
+mod field;
+mod hull;
+mod marks;
+mod material;
+mod outside;
+mod rates;
+mod reader;
+mod report;
+mod shell;
+mod support;
+mod tally;
+#[cfg(test)]
+mod tests;
+mod trace;
+mod turning;
+mod walk;
+
+pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Report, Rule};
+
+use crate::geom::Vec3;
+use crate::planning::{Plan, Workpiece};
+use crate::profile::Profile;
+use trace::Planned;
+
+/// What a file is held against.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// The machine.
+    pub profile: &'a Profile,
+    /// The plan the file was made from.
+    pub plan: &'a Plan,
+    /// The model on its table.
+    pub workpiece: &'a Workpiece<'a>,
+}
+
+/// Replays `bytes` and says what is wrong with them; an empty file misses every print.
+///
+/// The report does not depend on the number of threads.
+pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
+    let planned = planned(job);
+    let read = reader::replay(bytes, job.profile, &planned);
+    let acts = &read.trace.acts;
+    let (walked, outside) =
+        rayon::join(|| walk::walk(acts, job, &planned, read.last_line), || outside::check(acts, job, &planned));
+    let mut all = read.findings;
+    all.absorb(walked.findings);
+    all.absorb(outside);
+    let (findings, counts) = all.finish();
+    Report {
+        findings,
+        counts,
+        clearance_mm: walked.clearance,
+        clearance_line: walked.clearance_line,
+        moves: read.trace.moves,
+        slots: read.tally.slots(&planned),
+        filament_mm: read.tally.filament,
+        seconds_print: read.trace.seconds,
+    }
+}
+
+/// The plan's prints in the order of [`Plan::prints`], each with its setup's number.
+fn planned(job: &Job<'_>) -> Vec<Planned> {
+    let table = job.profile.kinematics();
+    let mut before = 0;
+    let mut all = Vec::new();
+    for slot in &job.plan.slots {
+        let setups = slot.setups();
+        for print in &slot.prints {
+            let own = setups.iter().position(|s| s.iter().any(|p| std::ptr::eq(*p, print))).unwrap_or_default();
+            let (setup, up) = (before + own, Vec3::from(print.up));
+            all.push(Planned { slot: slot.id, part: print.part, setup, pose: print.pose(&table), up });
+        }
+        before += setups.len();
+    }
+    all
+}

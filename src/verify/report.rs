@@ -1,0 +1,150 @@
+//! What verification says: findings by rule, and the file's figures.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Serialize;
+
+/// What a program must hold to; each is checked over the whole file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// Every line is understood.
+    Syntax,
+    /// No axis is sent beyond its stops.
+    AxisLimit,
+    /// No axis is sent faster than it can go.
+    AxisRate,
+    /// The table stands still while filament is pushed.
+    TurnWhileExtruding,
+    /// Each print is made at the plan's pose.
+    Pose,
+    /// Filament is laid only inside the part being printed.
+    OutsidePart,
+    /// Filament is laid on or against something.
+    InAir,
+    /// The head keeps out of the table and of everything printed.
+    HeadCollision,
+    /// So it does while the table turns, and the frame always.
+    TurnCollision,
+    /// As much filament is laid down as was sliced.
+    Filament,
+    /// What is pulled back is pushed again before printing goes on.
+    Retract,
+    /// Nothing is printed or passed over before the machine's place is known.
+    UnknownPosition,
+    /// The prints come in the plan's order, each once.
+    Sequence,
+}
+
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
+}
+
+/// One breach of a rule.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// The rule.
+    pub rule: Rule,
+    /// The line in the file, from 1.
+    pub line: u32,
+    /// The plan's slot, where one was going on.
+    pub slot: Option<usize>,
+    /// The part being printed, where one was.
+    pub part: Option<usize>,
+    /// What the file does, in the unit that `text` names; 0 where nothing is measured.
+    pub measured: f64,
+    /// What it may do at most (at least, where `text` says so).
+    pub allowed: f64,
+    /// One sentence.
+    pub text: String,
+}
+
+/// What verification found; lengths mm.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The findings by line, at most [`KEPT_PER_RULE`] of each rule.
+    pub findings: Vec<Finding>,
+    /// All findings, kept or not, by rule.
+    pub counts: BTreeMap<Rule, usize>,
+    /// A proved lower bound of the room between the head and everything below it over the whole file: vertical, for all
+    /// pieces but the one that carries the tip, in moves at a fixed pose; the true distance, for all pieces, while the
+    /// table turns. At most [`CLEARANCE_CAP_MM`], below 0 where something is hit.
+    pub clearance_mm: f64,
+    /// The line with that room; 0 where the cap was never undercut.
+    pub clearance_line: u32,
+    /// Moves of any axis.
+    pub moves: usize,
+    /// Slots in which something was printed.
+    pub slots: usize,
+    /// Filament laid down while moving.
+    pub filament_mm: f64,
+    /// Time of all moves and dwells at the speeds written or the axes' fastest, whichever is slower; no accelerations,
+    /// no heating.
+    pub seconds_print: f64,
+}
+
+/// How many findings of one rule are kept.
+pub const KEPT_PER_RULE: usize = 20;
+/// Room beyond this is not told apart, mm.
+pub const CLEARANCE_CAP_MM: f64 = 50.0;
+
+impl Report {
+    /// Whether nothing was found.
+    pub fn is_clean(&self) -> bool {
+        self.counts.is_empty()
+    }
+
+    /// The number of all findings, kept or not.
+    pub fn count(&self) -> usize {
+        self.counts.values().sum()
+    }
+}
+
+/// Findings as they come.
+#[derive(Default)]
+pub(super) struct Findings {
+    kept: BTreeMap<Rule, Vec<Finding>>,
+    counts: BTreeMap<Rule, usize>,
+}
+
+/// Where in the file and the plan.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Place {
+    pub(super) line: u32,
+    pub(super) slot: Option<usize>,
+    pub(super) part: Option<usize>,
+}
+
+impl Findings {
+    /// Notes a breach; `text` is only made where it is kept.
+    pub(super) fn add(&mut self, rule: Rule, at: Place, [measured, allowed]: [f64; 2], text: impl FnOnce() -> String) {
+        *self.counts.entry(rule).or_default() += 1;
+        let kept = self.kept.entry(rule).or_default();
+        if kept.len() < KEPT_PER_RULE {
+            kept.push(Finding { rule, line: at.line, slot: at.slot, part: at.part, measured, allowed, text: text() });
+        }
+    }
+
+    /// Takes over findings made beside these.
+    pub(super) fn absorb(&mut self, other: Self) {
+        for (rule, count) in other.counts {
+            *self.counts.entry(rule).or_default() += count;
+        }
+        for (rule, findings) in other.kept {
+            let kept = self.kept.entry(rule).or_default();
+            kept.extend(findings);
+            kept.sort_by_key(|f| f.line);
+            kept.truncate(KEPT_PER_RULE);
+        }
+    }
+
+    /// The kept findings by line, and the counts.
+    pub(super) fn finish(self) -> (Vec<Finding>, BTreeMap<Rule, usize>) {
+        let mut all: Vec<Finding> = self.kept.into_values().flatten().collect();
+        all.sort_by_key(|f| (f.line, f.rule));
+        (all, self.counts)
+    }
+}

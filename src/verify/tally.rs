@@ -1,0 +1,163 @@
+//! What is counted along the way: filament per print, retractions, the order of the prints.
+
+use super::report::{Findings, Place, Rule};
+use super::trace::Planned;
+
+/// Pulled filament that may still be missing, or pushed that may be over, when printing starts, mm: the restart
+/// allowances that slicers add on purpose.
+const RETRACT_SLACK_MM: f64 = 0.3;
+/// Rounding of the sum in the header and of the slicer's own counting, mm.
+const FILAMENT_SLACK_MM: f64 = 0.01;
+/// The same, relative to the sum.
+const FILAMENT_RELATIVE: f64 = 1e-5;
+/// Half of the last digit with which each move's filament is written, mm.
+const FILAMENT_PER_MOVE: f64 = 5e-6;
+
+#[derive(Clone, Default)]
+struct Laid {
+    expected: Option<f64>,
+    filament: f64,
+    moves: usize,
+    last: u32,
+}
+
+/// The counts of one program.
+pub(super) struct Tally {
+    prints: Vec<Laid>,
+    /// Filament pushed while not printing, less what was pulled, since printing last went on, mm.
+    balance: f64,
+    firmware_pulled: bool,
+    /// Whether filament moved since printing last went on.
+    disturbed: bool,
+    /// The print that last laid filament.
+    printing: Option<usize>,
+    /// All filament laid down.
+    pub(super) filament: f64,
+    started: bool,
+}
+
+impl Tally {
+    pub(super) fn new(prints: usize) -> Self {
+        Self {
+            prints: vec![Laid::default(); prints],
+            balance: 0.0,
+            firmware_pulled: false,
+            disturbed: false,
+            printing: None,
+            filament: 0.0,
+            started: false,
+        }
+    }
+
+    /// Whether anything has been printed.
+    pub(super) fn started(&self) -> bool {
+        self.started
+    }
+
+    /// What the header says of a print; `false` where it says it twice.
+    pub(super) fn expect(&mut self, print: usize, filament: f64) -> bool {
+        self.prints[print].expected.replace(filament).is_none()
+    }
+
+    /// Filament moved without printing.
+    pub(super) fn pull(&mut self, e: f64) {
+        self.balance += e;
+        self.disturbed = true;
+    }
+
+    /// G10 (`pull`) or G11.
+    pub(super) fn firmware(&mut self, pull: bool, at: Place, findings: &mut Findings) {
+        if self.firmware_pulled == pull {
+            let text = if pull { "a second G10 without a G11 between" } else { "G11 without a G10 before it" };
+            findings.add(Rule::Retract, at, [1.0, 0.0], || text.to_owned());
+        }
+        self.firmware_pulled = pull;
+        self.disturbed = true;
+    }
+
+    /// A printing move of `e` mm.
+    pub(super) fn lay(
+        &mut self,
+        print: Option<usize>,
+        e: f64,
+        planned: &[Planned],
+        at: Place,
+        findings: &mut Findings,
+    ) {
+        if self.disturbed {
+            self.settle(at, findings);
+        }
+        self.started = true;
+        self.filament += e;
+        let Some(print) = print else { return };
+        if self.printing != Some(print) {
+            self.follow(print, planned, at, findings);
+        }
+        let laid = &mut self.prints[print];
+        laid.filament += e;
+        laid.moves += 1;
+        laid.last = at.line;
+    }
+
+    /// Printing starts: what was pulled must be back.
+    fn settle(&mut self, at: Place, findings: &mut Findings) {
+        // Before the first print, filament may be purged.
+        let purge = !self.started && self.balance > 0.0;
+        if self.balance.abs() > RETRACT_SLACK_MM && !purge {
+            let (balance, word) = (self.balance, if self.balance < 0.0 { "missing" } else { "too much" });
+            findings.add(Rule::Retract, at, [balance.abs(), RETRACT_SLACK_MM], || {
+                format!(
+                    "printing starts with {:.3} mm of filament {word}; at most {RETRACT_SLACK_MM} mm",
+                    balance.abs()
+                )
+            });
+        }
+        if self.firmware_pulled {
+            findings.add(Rule::Retract, at, [1.0, 0.0], || "printing starts between G10 and G11".to_owned());
+        }
+        self.balance = 0.0;
+        self.disturbed = false;
+    }
+
+    /// Another print goes on: its setup must be the same or a later one.
+    fn follow(&mut self, print: usize, planned: &[Planned], at: Place, findings: &mut Findings) {
+        if let Some(before) = self.printing.filter(|&p| planned[p].setup > planned[print].setup) {
+            findings.add(Rule::Sequence, at, [planned[print].setup as f64, planned[before].setup as f64], || {
+                format!("print {print} goes on after print {before}, which the plan puts in a later setup")
+            });
+        }
+        self.printing = Some(print);
+    }
+
+    /// How many slots had something printed in them.
+    pub(super) fn slots(&self, planned: &[Planned]) -> usize {
+        let used = self.prints.iter().zip(planned).filter(|(laid, _)| laid.moves > 0);
+        used.map(|(_, p)| p.slot).collect::<std::collections::BTreeSet<_>>().len()
+    }
+
+    /// The file ends: each print must have been made, with the filament that was sliced.
+    pub(super) fn finish(&self, planned: &[Planned], last: u32, findings: &mut Findings) {
+        for (index, (laid, print)) in self.prints.iter().zip(planned).enumerate() {
+            let line = if laid.moves > 0 { laid.last } else { last };
+            let at = Place { line, slot: Some(print.slot), part: Some(print.part) };
+            if laid.moves == 0 {
+                findings
+                    .add(Rule::Sequence, at, [0.0, 1.0], || format!("print {index} of the plan is not in the file"));
+                continue;
+            }
+            let Some(expected) = laid.expected else {
+                findings.add(Rule::Sequence, at, [0.0, 1.0], || {
+                    format!("the header does not say how much filament print {index} takes")
+                });
+                continue;
+            };
+            let slack = FILAMENT_SLACK_MM.max(expected * FILAMENT_RELATIVE + laid.moves as f64 * FILAMENT_PER_MOVE);
+            if (laid.filament - expected).abs() > slack {
+                findings.add(Rule::Filament, at, [laid.filament, expected], || {
+                    let filament = laid.filament;
+                    format!("print {index} lays {filament:.3} mm of filament; {expected:.3} mm were sliced (to {slack:.3} mm)")
+                });
+            }
+        }
+    }
+}

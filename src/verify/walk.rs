@@ -1,0 +1,257 @@
+//! The program carried out once more with everything it has laid down standing in the way.
+//!
+//! A move at a fixed pose is taken as the box of the tip's places at its lowest height; where that box is not
+//! proved free the move is halved, down to pieces so short that what remains is no artefact of the box.
+
+use super::Job;
+use super::field::{Field, Rect};
+use super::hull::Hull;
+use super::material::Material;
+use super::report::{CLEARANCE_CAP_MM, Findings, Place, Rule};
+use super::support::Laying;
+use super::trace::{Act, Blind, Kind, Planned, Stroke, Turn};
+use super::turning::{ROOM_MM, Turning};
+use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
+use crate::motion::{Pose, TableKinematics};
+use crate::planning::contact_mm;
+
+/// The shortest piece of a move by which the nozzle, mm, and the rest of the head are judged.
+const FINEST_MM: [f64; 2] = [0.1, 0.5];
+
+/// What the walk found.
+pub(super) struct Walked {
+    pub(super) findings: Findings,
+    pub(super) clearance: f64,
+    pub(super) clearance_line: u32,
+}
+
+/// Walks through `acts`.
+pub(super) fn walk(acts: &[Act], job: &Job<'_>, planned: &[Planned], last_line: u32) -> Walked {
+    let contact = contact_mm(job.profile);
+    let hulls = |bodies: Vec<_>| bodies.into_iter().map(|b| Hull::new(b, contact)).collect();
+    let mut walker = Walker {
+        planned,
+        table: job.profile.kinematics(),
+        head: hulls(job.profile.head_bodies()),
+        fixed: hulls(job.profile.fixed_bodies()),
+        contact,
+        material: Material::new(job.profile.table_slab()),
+        setup: None,
+        pose: None,
+        laying: Laying::default(),
+        walked: Walked { findings: Findings::default(), clearance: CLEARANCE_CAP_MM, clearance_line: 0 },
+        print: None,
+    };
+    for (index, act) in acts.iter().enumerate() {
+        match act {
+            Act::Turn(turn) => walker.turn(turn),
+            Act::Blind(blind) => walker.blind(blind, &acts[index..]),
+            Act::Stroke(stroke) => walker.stroke(stroke, &acts[index..]),
+        }
+    }
+    walker.rest(last_line);
+    walker.walked
+}
+
+/// One pose, and what stands there.
+struct Setup {
+    field: Field,
+    back: Rigid<Machine, Table>,
+}
+
+struct Walker<'a> {
+    planned: &'a [Planned],
+    table: TableKinematics,
+    head: Vec<Hull>,
+    fixed: Vec<Hull>,
+    contact: f64,
+    material: Material,
+    setup: Option<Setup>,
+    pose: Option<Pose>,
+    laying: Laying,
+    walked: Walked,
+    print: Option<u32>,
+}
+
+impl Walker<'_> {
+    fn place(&self, line: u32) -> Place {
+        let print = self.print.map(|p| &self.planned[p as usize]);
+        Place { line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) }
+    }
+
+    fn stroke(&mut self, stroke: &Stroke, ahead: &[Act]) {
+        if stroke.print != self.print {
+            self.end_line();
+            self.print = stroke.print;
+        }
+        self.set_up(ahead);
+        let Some(mut setup) = self.setup.take() else {
+            let within = Bounds::of([stroke.from, stroke.to]);
+            self.over_the_ball(&Blind { within, line: stroke.line });
+            return;
+        };
+        self.sweep(&setup.field, [stroke.from, stroke.to], stroke.line);
+        let mut gaps = Vec::new();
+        match stroke.kind {
+            Kind::Travel => self.laying.end(&mut setup.field, &mut gaps),
+            Kind::Print(role) => {
+                self.laying.lay(stroke, role, &mut setup.field, &mut gaps);
+                self.material.lay(stroke, &setup.back);
+            }
+        }
+        self.setup = Some(setup);
+        self.tell(gaps);
+    }
+
+    fn blind(&mut self, blind: &Blind, ahead: &[Act]) {
+        self.end_line();
+        self.set_up(ahead);
+        match self.setup.take() {
+            None => self.over_the_ball(blind),
+            Some(setup) => {
+                // The tip may be anywhere in the box, so there is nothing to halve.
+                let ends = [blind.within.min, blind.within.max];
+                self.sweep_pieces(&setup.field, ends, blind.line, [f64::INFINITY; 2]);
+                self.setup = Some(setup);
+            }
+        }
+    }
+
+    fn turn(&mut self, turn: &Turn) {
+        self.end_line();
+        self.setup = None;
+        self.pose = turn.to;
+        self.print = None;
+        let cap = self.walked.clearance.max(ROOM_MM);
+        let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
+        let passage = turning.passage(turn, &mut self.material, cap);
+        let at = self.place(turn.line);
+        let Some(passage) = passage else {
+            self.walked.findings.add(Rule::TurnCollision, at, [0.0, ROOM_MM], || {
+                "the table turns from an unknown angle, or with the head at an unknown height, and the head is not proved to be above all it sweeps".to_owned()
+            });
+            return;
+        };
+        self.note(passage.room, turn.line);
+        if passage.room < ROOM_MM {
+            let (piece, room) = (passage.piece, passage.room);
+            self.walked.findings.add(Rule::TurnCollision, at, [room, ROOM_MM], || {
+                format!("while the table turns, {piece} comes within {room:.2} mm of the table or what is printed; at least {ROOM_MM} mm")
+            });
+        }
+    }
+
+    /// After the last move: the frame against what was printed since the last turn.
+    fn rest(&mut self, line: u32) {
+        self.end_line();
+        let Some(pose) = self.pose else { return };
+        let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
+        let passage = turning.standing(pose, &mut self.material);
+        if passage.room < ROOM_MM {
+            let (at, room) = (self.place(line), passage.room);
+            self.walked.findings.add(Rule::TurnCollision, at, [room, ROOM_MM], || {
+                format!("{} stands within {room:.2} mm of what is printed; at least {ROOM_MM} mm", passage.piece)
+            });
+        }
+    }
+
+    /// Makes the field for the pose, if it is known and not made yet.
+    fn set_up(&mut self, ahead: &[Act]) {
+        let (None, Some(pose)) = (&self.setup, self.pose) else { return };
+        let motion = self.table.forward(pose);
+        let here = ahead.iter().take_while(|act| !matches!(act, Act::Turn(_)));
+        let printed = here.filter_map(|act| match act {
+            Act::Stroke(s) if s.kind != Kind::Travel => Some([s.from, s.to]),
+            _ => None,
+        });
+        let tips = Bounds::of(printed.flatten());
+        self.setup = Some(Setup { field: self.material.field(&motion, &tips), back: motion.inverse() });
+    }
+
+    fn end_line(&mut self) {
+        let mut gaps = Vec::new();
+        match &mut self.setup {
+            Some(setup) => self.laying.end(&mut setup.field, &mut gaps),
+            None => self.laying = Laying::default(),
+        }
+        self.tell(gaps);
+    }
+
+    fn tell(&mut self, gaps: Vec<super::support::Gap>) {
+        for gap in gaps {
+            let print = gap.stroke.print.map(|p| &self.planned[p as usize]);
+            let at = Place { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
+            self.walked.findings.add(Rule::InAir, at, [gap.length, gap.allowed], || {
+                format!("{:.2} mm of line are laid on nothing; such a line may span {:.1} mm", gap.length, gap.allowed)
+            });
+        }
+    }
+
+    fn note(&mut self, room: f64, line: u32) {
+        if room < self.walked.clearance {
+            (self.walked.clearance, self.walked.clearance_line) = (room, line);
+        }
+    }
+
+    /// A move at an unknown pose must be above everything at whatever pose.
+    fn over_the_ball(&mut self, blind: &Blind) {
+        let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
+        let room = turning.lowest(blind.within.min.z) - turning.ball_top(&self.material);
+        if room < 0.0 {
+            let at = self.place(blind.line);
+            self.walked.findings.add(Rule::HeadCollision, at, [room, 0.0], || {
+                format!(
+                    "the head moves {:.2} mm too low to be above the table at every angle, and the angle is unknown",
+                    -room
+                )
+            });
+        }
+    }
+
+    fn sweep(&mut self, field: &Field, ends: [Vec3; 2], line: u32) {
+        // Most moves are far above everything for all pieces but one or two.
+        self.sweep_pieces(field, ends, line, FINEST_MM);
+    }
+
+    fn sweep_pieces(&mut self, field: &Field, ends: [Vec3; 2], line: u32, finest: [f64; 2]) {
+        let head = std::mem::take(&mut self.head);
+        for hull in &head {
+            let (allowed, finest) = if hull.tip { (-self.contact, finest[0]) } else { (0.0, finest[1]) };
+            let cap = if hull.tip { allowed } else { self.walked.clearance.max(0.0) };
+            let room = least_room(field, hull, ends, finest, cap);
+            if room >= cap {
+                continue;
+            }
+            if !hull.tip {
+                self.note(room, line);
+            }
+            if room < allowed {
+                let (at, name) = (self.place(line), &hull.name);
+                self.walked.findings.add(Rule::HeadCollision, at, [-room, -allowed], || {
+                    format!(
+                        "{name} reaches {:.2} mm into the table or what is printed; at most {:.3} mm",
+                        -room, -allowed
+                    )
+                });
+            }
+        }
+        self.head = head;
+    }
+}
+
+/// The least vertical room under `hull` on the way of the tip, up to `cap`.
+fn least_room(field: &Field, hull: &Hull, [a, b]: [Vec3; 2], finest: f64, cap: f64) -> f64 {
+    let low = a.inf(&b);
+    let (low, high) = (hull.body.origin_at(&low), hull.body.origin_at(&a.sup(&b)));
+    if low.z + hull.bounds.min.z - field.highest() >= cap {
+        return cap;
+    }
+    let origins = Rect { min: [low.x, low.y], max: [high.x, high.y] };
+    let room = field.room(hull, &origins, low.z, cap);
+    if room >= cap || (b - a).norm() <= finest {
+        return room;
+    }
+    let middle = (a + b) * 0.5;
+    let first = least_room(field, hull, [a, middle], finest, cap);
+    least_room(field, hull, [middle, b], finest, first.min(cap)).min(first)
+}
