@@ -11,10 +11,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::external::{Program, extrudes, last_lines, not_driven};
-use crate::mesh::stl_binary;
 use super::{BuiltIn, SliceError, SliceJob, SliceSettings, Slicer, SlicerChoice};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
+use crate::mesh::stl_binary;
 
 /// How the user's slicer is run.
 #[derive(Clone, Debug)]

@@ -36,6 +36,12 @@ impl<'a> Obstacles<'a> {
         self.solids.iter().all(|s| self.head.passes(from, to, s, self.contact))
     }
 
+    /// Whether the straight travel is free with as much room to spare: what a travel of our own owes, since it has no
+    /// business near any surface, and printed surfaces stand out of the model's by a part of a layer.
+    pub(super) fn well_free(&self, from: Vec3, to: Vec3) -> bool {
+        self.solids.iter().all(|s| self.head.passes(from, to, s, -self.contact))
+    }
+
     /// Whether every travel inside `region` (machine coordinates of the tip) is free.
     pub(super) fn free_within(&self, region: &Bounds) -> bool {
         let corners = (0..8).map(|i| Vec3::from_fn(|a, _| if i >> a & 1 == 0 { region.min[a] } else { region.max[a] }));

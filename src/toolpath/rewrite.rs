@@ -351,7 +351,7 @@ impl Writer<'_> {
         }
         let low = (tip.z.max(start.z) + HOP_MM).min(limit);
         let raised = |p: Vec3| Vec3::new(p.x, p.y, low);
-        if obstacles.free(raised(tip), raised(start)) { low } else { obstacles.over_all.max(low).min(limit) }
+        if obstacles.well_free(raised(tip), raised(start)) { low } else { obstacles.over_all.max(low).min(limit) }
     }
 
     /// One line of a print, shifted into the machine.
