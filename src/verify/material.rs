@@ -87,7 +87,8 @@ impl Material {
         let all = all.inflated(self.thickest + 2.0);
         let mut field = Field::new(&Rect { min: [all.min.x, all.min.y], max: [all.max.x, all.max.y] });
         render_slab(&mut field, &slab);
-        beads.iter().for_each(|bead| render(&mut field, bead));
+        // The last laid is mostly the highest: what it hides is then passed over quickly.
+        beads.iter().rev().for_each(|bead| render(&mut field, bead));
         field.settle();
         field
     }
@@ -123,6 +124,9 @@ fn render(field: &mut Field, bead: &Bead) {
     let slope = if length > 1e-6 { (b.z - a.z) / length } else { 0.0 };
     let stretch = (1.0 + slope * slope).sqrt();
     field.along(ends, r + slack, |field, x, y, centre| {
+        if field.top(x, y) >= highest + r {
+            return;
+        }
         let away = (to_segment(centre, ends) - slack).max(0.0);
         if away > r {
             return;
