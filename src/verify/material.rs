@@ -175,5 +175,6 @@ fn to_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let square = abx * abx + aby * aby;
     let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;
     let t = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
-    (p[0] - a[0] - abx * t).hypot(p[1] - a[1] - aby * t)
+    let (dx, dy) = (p[0] - a[0] - abx * t, p[1] - a[1] - aby * t);
+    (dx * dx + dy * dy).sqrt()
 }

@@ -258,10 +258,7 @@ fn turn_collision() {
         0,
         "G1 E-2 F2100\nG1 Z130 F900\nG1 X0 Y40 F6000\nG1 Z62 F900\n;TRUNNION slot=1",
     );
-    let report = breaks(
-        &text.replacen("G1 A90 F1200", "G1 A90 F1200\nG1 Z130 F900", 1),
-        &[Rule::HeadCollision, Rule::TurnCollision],
-    );
+    let report = breaks(&text.replacen("G1 A90 F1200", "G1 A90 F1200\nG1 Z130 F900", 1), &[Rule::TurnCollision]);
     assert!(report.findings.iter().any(|f| f.text.contains("while the table turns")));
 }
 
