@@ -70,6 +70,11 @@ impl Field {
         self.earlier = self.levels[0].top.clone();
     }
 
+    /// What cell `(x, y)` of the finest level holds.
+    pub(super) fn top(&self, x: usize, y: usize) -> f64 {
+        f64::from(self.levels[0].top[y * self.levels[0].columns + x])
+    }
+
     /// Raises cell `(x, y)` of the finest level to `height`, and what lies above it in the pyramid.
     pub(super) fn raise(&mut self, x: usize, y: usize, height: f64) {
         let height = (height + ROUNDING) as f32;

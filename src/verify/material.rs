@@ -87,7 +87,8 @@ impl Material {
         let all = all.inflated(self.thickest + 2.0);
         let mut field = Field::new(&Rect { min: [all.min.x, all.min.y], max: [all.max.x, all.max.y] });
         render_slab(&mut field, &slab);
-        beads.iter().for_each(|bead| render(&mut field, bead));
+        // The last laid is mostly the highest: what it hides is then passed over quickly.
+        beads.iter().rev().for_each(|bead| render(&mut field, bead));
         field.settle();
         field
     }
@@ -123,6 +124,9 @@ fn render(field: &mut Field, bead: &Bead) {
     let slope = if length > 1e-6 { (b.z - a.z) / length } else { 0.0 };
     let stretch = (1.0 + slope * slope).sqrt();
     field.along(ends, r + slack, |field, x, y, centre| {
+        if field.top(x, y) >= highest + r {
+            return;
+        }
         let away = (to_segment(centre, ends) - slack).max(0.0);
         if away > r {
             return;
@@ -171,5 +175,6 @@ fn to_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let square = abx * abx + aby * aby;
     let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;
     let t = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
-    (p[0] - a[0] - abx * t).hypot(p[1] - a[1] - aby * t)
+    let (dx, dy) = (p[0] - a[0] - abx * t, p[1] - a[1] - aby * t);
+    (dx * dx + dy * dy).sqrt()
 }

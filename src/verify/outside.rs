@@ -4,15 +4,13 @@
 //! both ends of a piece of length `l` no point of it lies farther out than `(f0 + f1 + l) / 2`. A piece that this does
 //! not settle is halved.
 
-use std::collections::BTreeMap;
-
 use rayon::prelude::*;
 
 use super::Job;
 use super::report::{Findings, Place, Rule};
 use super::shell::Shell;
 use super::trace::{Act, Kind, Planned, Stroke};
-use crate::geom::{Machine, Rigid, Table, Vec3};
+use crate::geom::Vec3;
 
 /// Strokes that one thread takes at a time.
 const CHUNK: usize = 4096;
@@ -22,13 +20,14 @@ const SHORTEST_MM: f64 = 0.05;
 /// Findings for all printing strokes among `acts`.
 pub(super) fn check(acts: &[Act], job: &Job<'_>, planned: &[Planned]) -> Findings {
     let table = job.profile.kinematics();
-    let inverse = |p: &Planned| table.forward(p.pose).inverse();
-    let frames: Vec<Rigid<Machine, Table>> = planned.iter().map(inverse).collect();
-    let used: BTreeMap<usize, ()> = planned.iter().map(|p| (p.part, ())).collect();
-    let parts: Vec<usize> = used.into_keys().filter(|&p| p < job.workpiece.parts.len()).collect();
-    let shells: BTreeMap<usize, Shell> = parts.par_iter().map(|&p| (p, Shell::new(&job.workpiece.parts[p]))).collect();
+    // Seen along its build direction a part is mostly upright, and the boxes of its facets are small.
+    let shell = |p: &Planned| {
+        let part = job.workpiece.parts.get(p.part)?;
+        Some(Shell::new(&part.moved(&table.forward(p.pose))))
+    };
+    let shells: Vec<Option<Shell>> = planned.par_iter().map(shell).collect();
     let process = &job.profile.process;
-    let room = Room { planned, frames, shells, tolerance: process.line_width_mm / 2.0 + process.layer_height_mm };
+    let room = Room { planned, shells, tolerance: process.line_width_mm / 2.0 + process.layer_height_mm };
     let chunks: Vec<Findings> = acts.par_chunks(CHUNK).map(|chunk| room.check(chunk)).collect();
     chunks.into_iter().fold(Findings::default(), |mut all, one| {
         all.absorb(one);
@@ -38,8 +37,8 @@ pub(super) fn check(acts: &[Act], job: &Job<'_>, planned: &[Planned]) -> Finding
 
 struct Room<'a> {
     planned: &'a [Planned],
-    frames: Vec<Rigid<Machine, Table>>,
-    shells: BTreeMap<usize, Shell>,
+    /// By print, at its pose in the machine.
+    shells: Vec<Option<Shell>>,
     tolerance: f64,
 }
 
@@ -47,20 +46,18 @@ impl Room<'_> {
     fn check(&self, acts: &[Act]) -> Findings {
         let mut findings = Findings::default();
         // The end of one stroke is mostly the start of the next.
-        let mut last: Option<(u32, Vec3, f64)> = None;
+        let mut last = (Vec3::repeat(f64::NAN), 0.0);
+        let mut print_before = None;
         for act in acts {
             let Act::Stroke(stroke) = act else { continue };
             let (Kind::Print(_), Some(print)) = (stroke.kind, stroke.print) else { continue };
             let planned = &self.planned[print as usize];
-            let Some(shell) = self.shells.get(&planned.part) else { continue };
-            let [a, b] = self.ends(stroke, print as usize);
-            let at_a = match last {
-                Some((p, at, f)) if p == print && at == a => f,
-                _ => shell.signed_distance(&a),
-            };
-            let at_b = shell.signed_distance(&b);
-            last = Some((print, b, at_b));
-            let farthest = self.farthest(shell, (a, at_a), (b, at_b));
+            let Some(shell) = &self.shells[print as usize] else { continue };
+            if stroke.print != print_before {
+                (print_before, last) = (stroke.print, (Vec3::repeat(f64::NAN), 0.0));
+            }
+            let [a, b] = middle_of_bead(stroke);
+            let farthest = self.farthest(shell, a, b, &mut last);
             if farthest > self.tolerance {
                 let at = Place { line: stroke.line, slot: Some(planned.slot), part: Some(planned.part) };
                 findings.add(Rule::OutsidePart, at, [farthest, self.tolerance], || {
@@ -72,21 +69,27 @@ impl Room<'_> {
         findings
     }
 
-    /// The middle of the bead at both ends, table frame.
-    fn ends(&self, stroke: &Stroke, print: usize) -> [Vec3; 2] {
-        let down = Vec3::z() * (f64::from(stroke.height) / 2.0);
-        [stroke.from, stroke.to].map(|tip| self.frames[print].point((tip - down).into()).at)
-    }
-
     /// The distance of the farthest point between `a` and `b`, or any value within the tolerance.
-    fn farthest(&self, shell: &Shell, a: (Vec3, f64), b: (Vec3, f64)) -> f64 {
-        let ends = a.1.max(b.1);
-        let length = (b.0 - a.0).norm();
-        if ends > self.tolerance || length < SHORTEST_MM || a.1 + b.1 + length <= 2.0 * self.tolerance {
-            return ends;
+    fn farthest(&self, shell: &Shell, a: Vec3, b: Vec3, last: &mut (Vec3, f64)) -> f64 {
+        let length = (b - a).norm();
+        let bound = |ends: [f64; 2]| (ends[0] + ends[1] + length) / 2.0;
+        let quick = bound([a, b].map(|p| shell.at_most(&p)));
+        if quick <= self.tolerance {
+            return quick;
         }
-        let middle = (a.0 + b.0) * 0.5;
-        let middle = (middle, shell.signed_distance(&middle));
-        self.farthest(shell, a, middle).max(self.farthest(shell, middle, b))
+        let ends = [if last.0 == a { last.1 } else { shell.signed_distance(&a) }, shell.signed_distance(&b)];
+        *last = (b, ends[1]);
+        let (worst, bound) = (ends[0].max(ends[1]), bound(ends));
+        if worst > self.tolerance || length < SHORTEST_MM || bound <= self.tolerance {
+            return worst;
+        }
+        let middle = (a + b) * 0.5;
+        self.farthest(shell, a, middle, last).max(self.farthest(shell, middle, b, last))
     }
+}
+
+/// The middle of the bead at both ends: the tip is its top.
+fn middle_of_bead(stroke: &Stroke) -> [Vec3; 2] {
+    let down = Vec3::z() * (f64::from(stroke.height) / 2.0);
+    [stroke.from - down, stroke.to - down]
 }

@@ -75,11 +75,13 @@ impl Rates {
     }
 
     fn linear(&self, m: &Move, feed: f64, extent: &Extent, seconds: f64) -> Option<TooFast> {
-        if extent.length == 0.0 {
+        // From an unknown place the tip may take the whole of F.
+        let unknown = extent.length == 0.0 && m.from.linear != m.to.linear;
+        if extent.length == 0.0 && !unknown {
             return None;
         }
-        let speed =
-            if m.inverse_time || self.feed == FeedReference::AllAxes { extent.length / seconds * 60.0 } else { feed };
+        let shared = m.inverse_time || self.feed == FeedReference::AllAxes;
+        let speed = if shared && !unknown { extent.length / seconds * 60.0 } else { feed };
         let text = || format!("F asks for {speed:.0} mm/min; this machine goes up to {:.0}", self.max_feed);
         let allowed = self.max_feed;
         (speed > allowed * (1.0 + RATE_SLACK)).then(|| TooFast { measured: speed, allowed, text: text() })

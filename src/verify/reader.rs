@@ -222,7 +222,13 @@ impl<'a> Reader<'a> {
         }
         if turned {
             let tips = self.box_of(&m.from).zip(self.box_of(&m.to)).map(|(from, to)| [from, to]);
-            self.trace.acts.push(Act::Turn(Turn { from: m.from.pose(), to: m.to.pose(), tips, line: self.line }));
+            self.trace.acts.push(Act::Turn(Turn {
+                from: m.from.pose(),
+                to: m.to.pose(),
+                tips,
+                line: self.line,
+                slot: self.slot,
+            }));
         }
         if moves {
             self.go(m, &path, prints);

@@ -1,1 +1,339 @@
-//! to come
+//! A small valid program, worked out by hand and not by our kinematics, and one breach of each rule.
+//!
+//! A post 10 mm square and 60 high, and a beam on its +X face, on the generic A/C table with 0.4 mm layers and 0.8 mm
+//! lines. The beam grows along +X, at A90 C90. There, with the pivot at (0, 0, -20) and the table's centre 20 mm above
+//! it: `Rz(90) (x, y, z) = (-y, x, z)`; plus the offset, `(-y, x, z + 20)`; `Rx(90) (x, y, z) = (x, -z, y)`, so
+//! `(-y, -z - 20, x)`; plus the pivot, `(-y, -z - 20, x - 20)`.
+
+use super::{Job, Report, Rule, verify};
+use crate::fixtures::solid_box;
+use crate::geom::Vec3;
+use crate::mesh::Model;
+use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, Slot, Workpiece};
+use crate::profile::{Profile, resolve, shipped};
+
+const LAYER: f64 = 0.4;
+const WIDTH: f64 = 0.8;
+/// Filament per mm of line.
+const FLOW: f64 = 0.13304;
+
+fn profile() -> Profile {
+    let (file, text) = shipped("generic-ac").unwrap();
+    let mut profile = resolve(file, text).unwrap().0;
+    (profile.process.layer_height_mm, profile.process.line_width_mm) = (LAYER, WIDTH);
+    profile
+}
+
+fn model() -> Model {
+    let post = solid_box(Vec3::new(-5.0, -5.0, 0.0), Vec3::new(5.0, 5.0, 60.0));
+    let beam = solid_box(Vec3::new(5.0, -5.0, 48.0), Vec3::new(11.0, 5.0, 58.0));
+    Model::from_parts(vec![("post".to_owned(), post), ("beam".to_owned(), beam)])
+}
+
+fn plan() -> Plan {
+    let print = |part, up, angle| Print { part, up, tilt_deg: angle, rotation_deg: angle };
+    Plan {
+        format: Plan::FORMAT.to_owned(),
+        version: Plan::VERSION,
+        made_by: "a test".to_owned(),
+        model: ModelRef { file: String::new(), sha256: String::new(), unit: "mm".to_owned() },
+        machine: MachineRef { profile: "generic-ac".to_owned(), sha256: String::new() },
+        placement: Placement { origin_mm: [0.0; 3], turn_deg: 0.0 },
+        parts: (0..2).map(|id| PartRef { id, name: String::new() }).collect(),
+        slots: vec![
+            Slot { id: 0, prints: vec![print(0, [0.0, 0.0, 1.0], 0.0)] },
+            Slot { id: 1, prints: vec![print(1, [1.0, 0.0, 0.0], 90.0)] },
+        ],
+    }
+}
+
+/// Square layers with their lower corner at `corner` (machine), 10 mm wide, `count` layers: a loop and a zigzag.
+fn layers(text: &mut String, corner: [f64; 3], count: usize) -> f64 {
+    let mut filament = 0.0;
+    for layer in 1..=count {
+        let z = corner[2] + layer as f64 * LAYER;
+        let at = |x: f64, y: f64| [corner[0] + x, corner[1] + y];
+        let mut ring = vec![at(0.4, 0.4), at(9.6, 0.4), at(9.6, 9.6), at(0.4, 9.6), at(0.4, 0.4)];
+        text.push_str(&format!(";TYPE:External perimeter\nG1 Z{z:.3} F900\n"));
+        filament += line(text, &ring);
+        ring = (0..11)
+            .flat_map(|i| {
+                let x = 1.2 + 0.76 * f64::from(i);
+                let ends = [at(x, 1.2), at(x, 8.8)];
+                if i % 2 == 0 { ends } else { [ends[1], ends[0]] }
+            })
+            .collect();
+        text.push_str(";TYPE:Solid infill\n");
+        filament += line(text, &ring);
+    }
+    filament
+}
+
+fn line(text: &mut String, points: &[[f64; 2]]) -> f64 {
+    let mut filament = 0.0;
+    text.push_str(&format!("G1 X{:.3} Y{:.3} F6000\n", points[0][0], points[0][1]));
+    for pair in points.windows(2) {
+        let e = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]) * FLOW;
+        filament += (e * 1e5).round() / 1e5;
+        text.push_str(&format!("G1 X{:.3} Y{:.3} E{e:.5} F1800\n", pair[1][0], pair[1][1]));
+    }
+    filament
+}
+
+fn program() -> String {
+    let mut post = String::new();
+    let first = layers(&mut post, [-5.0, -5.0, 0.0], 150);
+    // The beam: machine x = -y in -5..5, y = -z - 20 in -78..-68, z = x - 20 in -15..-9.
+    let mut beam = String::new();
+    let second = layers(&mut beam, [-5.0, -78.0, -15.0], 15);
+    format!(
+        ";TRUNNION version=0 plan=0 profile=generic-ac
+;TRUNNION expect print=0 part=0 filament_mm={first:.5}
+;TRUNNION expect print=1 part=1 filament_mm={second:.5}
+G21\nG90\nG28\nM104 S200\nM83
+G1 Z120 F900
+;TRUNNION slot=0 part=0 A=0 C=0
+G1 C0 F1800
+G1 A0 F1200
+G1 X-4.6 Y-4.6 F6000
+;TRUNNION print=0 part=0
+G1 Z0.4 F900
+G1 E2 F2100
+{post}G1 E-2 F2100
+G1 Z130 F900
+;TRUNNION slot=1 part=1 A=90 C=90
+G1 C90 F1800
+G1 A90 F1200
+G1 X-4.6 Y-77.6 F6000
+;TRUNNION print=1 part=1
+G1 Z-14 F900
+G1 E2 F2100
+{beam}G1 E-2 F2100
+G1 Z130 F900
+G1 A0 F1200
+;TRUNNION end
+M84
+"
+    )
+}
+
+fn run(text: &str, profile: &Profile) -> Report {
+    let (plan, model) = (plan(), model());
+    let workpiece = Workpiece::place(&model, &plan.placement);
+    verify(text.as_bytes(), &Job { profile, plan: &plan, workpiece: &workpiece })
+}
+
+/// The program with the `n`th (from 0) occurrence of `old` replaced.
+fn changed(old: &str, n: usize, new: &str) -> String {
+    let text = program();
+    let (at, _) = text.match_indices(old).nth(n).unwrap_or_else(|| panic!("{old:?} is not there {n} times"));
+    format!("{}{new}{}", &text[..at], &text[at + old.len()..])
+}
+
+/// That breaking it in this way breaks exactly these rules.
+fn breaks(text: &str, rules: &[Rule]) -> Report {
+    let report = run(text, &profile());
+    let found: Vec<Rule> = report.counts.keys().copied().collect();
+    assert_eq!(found, rules, "{:#?}", report.findings);
+    report
+}
+
+#[test]
+fn the_valid_program_is_clean() {
+    let report = breaks(&program(), &[]);
+    assert!(report.is_clean() && report.count() == 0);
+    assert_eq!(report.slots, 2);
+    assert!(report.filament_mm > 1000.0 && report.seconds_print > 60.0);
+    // At Z120 the block is 130 above the table's plane and the ball's radius is 100.3 about its centre.
+    assert!(report.clearance_mm > 5.0 && report.clearance_line > 0, "{report:?}");
+}
+
+#[test]
+fn syntax() {
+    let report = breaks(&changed("M84", 0, "M84\nG54\n\u{1}junk"), &[Rule::Syntax]);
+    assert_eq!(report.counts[&Rule::Syntax], 2);
+    breaks(&changed(";TRUNNION end", 0, ";TRUNNION print=7x\n;TRUNNION end"), &[Rule::Syntax]);
+    for bytes in [&b"\xff\xfe\x00"[..], b"", b"G1 X", b"G1 X1e99", b"\n\n\n;"] {
+        let (plan, model) = (plan(), model());
+        let workpiece = Workpiece::place(&model, &plan.placement);
+        assert!(!verify(bytes, &Job { profile: &profile(), plan: &plan, workpiece: &workpiece }).is_clean());
+    }
+}
+
+#[test]
+fn axis_limit() {
+    let report = breaks(&changed("G1 Z130 F900", 1, "G1 Z330 F900"), &[Rule::AxisLimit]);
+    assert_eq!((report.findings[0].measured, report.findings[0].allowed), (330.0, 320.0));
+    breaks(&changed("G1 A0 F1200\n;TRUNNION end", 0, "G1 A-20 F1200\n;TRUNNION end"), &[Rule::AxisLimit]);
+}
+
+#[test]
+fn axis_rate() {
+    let report = breaks(&changed("G1 A90 F1200", 0, "G1 A90 F1500"), &[Rule::AxisRate]);
+    assert_eq!(report.findings[0].measured, 25.0);
+    breaks(&changed("F6000", 0, "F16000"), &[Rule::AxisRate]);
+    let text = changed("G1 C0 F1800", 0, "G1 C0");
+    breaks(&text.replacen("G1 Z120 F900", "G1 Z120", 1), &[Rule::AxisRate]);
+}
+
+#[test]
+fn turn_while_extruding() {
+    breaks(&changed("G1 A0 F1200\n;TRUNNION end", 0, "G1 A0 E1 F1200\n;TRUNNION end"), &[Rule::TurnWhileExtruding]);
+}
+
+#[test]
+fn pose() {
+    // A degree short of the plan, over the beam's very last line; what stands is hardly moved.
+    let report = breaks(&changed("G1 A90 F1200", 0, "G1 A89.99 F1200"), &[Rule::Pose]);
+    assert!((report.findings[0].measured - 0.01).abs() < 1e-6);
+    let text = changed(";TRUNNION print=0 part=0", 0, "");
+    let report = run(&text, &profile());
+    assert!(report.counts[&Rule::Pose] > 1000 && report.counts.contains_key(&Rule::Sequence));
+    assert_eq!(report.findings.iter().filter(|f| f.rule == Rule::Pose).count(), super::KEPT_PER_RULE);
+}
+
+#[test]
+fn a_flipped_tilt_is_a_wrong_pose() {
+    let mut profile = profile();
+    profile.kinematics.tilt.min_deg = -90.0;
+    let report = run(&changed("G1 A90 F1200", 0, "G1 A-90 F1200"), &profile);
+    assert!(report.counts.contains_key(&Rule::Pose), "{:?}", report.counts);
+    let pose = report.findings.iter().find(|f| f.rule == Rule::Pose).unwrap();
+    assert!(pose.text.contains("180.000 deg from upright"), "{}", pose.text);
+}
+
+#[test]
+fn outside_part() {
+    // The first side of the last loop bulges, one tolerance (0.8 mm) being allowed; then it goes back.
+    let text = program();
+    let last = text.match_indices("G1 X4.600 Y-77.600 E").last().unwrap().0;
+    let text = format!(
+        "{}G1 X0 Y-79.2 E0.61199\nG1 X4.600 Y-77.600 E0.61199{}",
+        &text[..last],
+        &text[text[last..].find(" F1800").unwrap() + last..]
+    );
+    let report = breaks(&text, &[Rule::OutsidePart]);
+    assert!((report.findings[0].measured - 1.2).abs() < 1e-6, "{:?}", report.findings[0]);
+    assert_eq!((report.findings[0].slot, report.findings[0].part), (Some(1), Some(1)));
+}
+
+#[test]
+fn in_air() {
+    // A whole layer is missing, and with it the support of the one above; its filament is laid in the one below.
+    let text = program();
+    let (from, to) = (text.find("G1 Z8.000 F900").unwrap(), text.find("G1 Z8.400 F900").unwrap());
+    let text =
+        format!("{}{}{}", &text[..from], text[from..to].replace("G1 Z8.000 F900", "G1 Z7.600 F900"), &text[to..]);
+    let report = breaks(&text, &[Rule::InAir]);
+    assert!(report.findings[0].measured > 9.0, "{:?}", report.findings[0]);
+}
+
+#[test]
+fn head_collision() {
+    // Across the post, 3 mm below its top, at the second pose's safe height turned wrong: a travel dips into the beam's post.
+    let text = changed(
+        "G1 E-2 F2100\nG1 Z130 F900\n;TRUNNION slot=1",
+        0,
+        "G1 E-2 F2100\nG1 Z62 F900\nG1 X30 F6000\nG1 Z57 F900\nG1 X-30 F6000\nG1 Z130 F900\n;TRUNNION slot=1",
+    );
+    let report = breaks(&text, &[Rule::HeadCollision]);
+    assert!(report.findings[0].measured > 3.0, "{:?}", report.findings[0]);
+    assert!(report.findings[0].text.starts_with("nozzle"));
+    // Beside the post, low: the nozzle is free, the block is not.
+    let text = changed(
+        "G1 E-2 F2100\nG1 Z130 F900\n;TRUNNION slot=1",
+        0,
+        "G1 E-2 F2100\nG1 Z62 F900\nG1 X30 F6000\nG1 Z30 F900\nG1 X13.5 F6000\nG1 X30\nG1 Z130 F900\n;TRUNNION slot=1",
+    );
+    let report = breaks(&text, &[Rule::HeadCollision]);
+    assert!(report.findings[0].text.starts_with("block"), "{:?}", report.findings[0]);
+    assert!((report.findings[0].measured - 20.0).abs() < 1.0, "{:?}", report.findings[0]);
+}
+
+#[test]
+fn turn_collision() {
+    // The tip waits over the table's rim, lower than it swings up.
+    let text = changed(
+        "G1 E-2 F2100\nG1 Z130 F900\n;TRUNNION slot=1",
+        0,
+        "G1 E-2 F2100\nG1 Z130 F900\nG1 X0 Y40 F6000\nG1 Z62 F900\n;TRUNNION slot=1",
+    );
+    let report = breaks(&text.replacen("G1 A90 F1200", "G1 A90 F1200\nG1 Z130 F900", 1), &[Rule::TurnCollision]);
+    assert!(report.findings.iter().any(|f| f.text.contains("while the table turns")));
+}
+
+#[test]
+fn a_turn_below_the_ball_is_stepped_through() {
+    // Behind the post and lower than the ball's top, the tilt still clears the head.
+    let text = changed(
+        "G1 E-2 F2100\nG1 Z130 F900\n;TRUNNION slot=1",
+        0,
+        "G1 E-2 F2100\nG1 Z130 F900\nG1 X0 Y-150 F6000\nG1 Z85 F900\n;TRUNNION slot=1",
+    );
+    breaks(&text.replacen("G1 A90 F1200", "G1 A90 F1200\nG1 Z130 F900", 1), &[]);
+}
+
+#[test]
+fn the_frame_against_what_turns() {
+    use crate::profile::{BodyKind, BodySpec};
+    let mut profile = profile();
+    let body = |min_mm, max_mm| BodySpec {
+        name: "beam".to_owned(),
+        kind: BodyKind::Box,
+        min_mm: Some(min_mm),
+        max_mm: Some(max_mm),
+        moves: String::new(),
+        z_mm: None,
+        r_mm: None,
+        points_mm: None,
+    };
+    profile.fixed.body = vec![body([-20.0, 130.0, -200.0], [20.0, 140.0, 300.0])];
+    assert!(run(&program(), &profile).is_clean());
+    // The table's lower edge swings through this one.
+    profile.fixed.body = vec![body([-20.0, -10.0, -110.0], [20.0, 30.0, -90.0])];
+    let report = run(&program(), &profile);
+    assert!(report.counts.contains_key(&Rule::TurnCollision), "{:?}", report.counts);
+}
+
+#[test]
+fn filament() {
+    let report = breaks(&changed("E1.22397", 5, "E1.32397"), &[Rule::Filament]);
+    assert!((report.findings[0].measured - report.findings[0].allowed - 0.1).abs() < 1e-3);
+}
+
+#[test]
+fn retract() {
+    let report = breaks(&changed("G1 E2 F2100", 1, ""), &[Rule::Retract]);
+    assert!((report.findings[0].measured - 2.0).abs() < 1e-9);
+    let text = changed("G1 Z130 F900\n;TRUNNION slot=1", 0, "G11\nG1 Z130 F900\n;TRUNNION slot=1");
+    breaks(&text, &[Rule::Retract]);
+    breaks(&changed(";TYPE:Solid infill", 9, "G10\n;TYPE:Solid infill"), &[Rule::Retract]);
+}
+
+#[test]
+fn unknown_position() {
+    let text =
+        changed("G1 E-2 F2100\nG1 Z130 F900\n;TRUNNION slot=1", 0, "G1 E-2 F2100\nG28\nG1 Z130 F900\n;TRUNNION slot=1");
+    breaks(&text, &[Rule::UnknownPosition]);
+    breaks(&changed("G1 Z120 F900", 0, "G1 X0 Y0 F6000\nG1 Z120 F900"), &[Rule::UnknownPosition]);
+}
+
+#[test]
+fn sequence() {
+    breaks(&changed("expect print=1", 0, "was print=1"), &[Rule::Sequence]);
+    breaks(&changed(";TRUNNION slot=1", 0, ";TRUNNION slot=5"), &[Rule::Sequence]);
+    breaks(&changed("print=1 part=1\nG1 Z", 0, "print=1 part=0\nG1 Z"), &[Rule::Sequence]);
+    // The beam is missing altogether.
+    let text = program();
+    let (from, to) = (text.find(";TRUNNION slot=1").unwrap(), text.find("G1 A0 F1200\n;TRUNNION end").unwrap());
+    breaks(&format!("{}{}", &text[..from], &text[to..]), &[Rule::Sequence]);
+}
+
+#[test]
+fn the_report_is_the_same_for_any_number_of_threads() {
+    let text = changed("E1.22397", 5, "E1.32397");
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let report = |r: &Report| serde_json::to_string(r).unwrap();
+    assert_eq!(one.install(|| report(&run(&text, &profile()))), report(&run(&text, &profile())));
+    assert!(report(&run(&text, &profile())).contains(r#""rule":"filament""#));
+}

@@ -43,6 +43,8 @@ pub(super) struct Turn {
     /// The box in which the tip is, unknown coordinates at the axes' limits; `None` where the height is unknown.
     pub(super) tips: Option<[Bounds; 2]>,
     pub(super) line: u32,
+    /// The slot that the last mark named.
+    pub(super) slot: Option<usize>,
 }
 
 /// One thing the machine does.

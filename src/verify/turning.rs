@@ -9,7 +9,7 @@ use super::hull::Hull;
 use super::material::Material;
 use super::trace::Turn;
 use crate::geom::convex::{separation, support};
-use crate::geom::{Angle, Bounds, Vec3};
+use crate::geom::{Bounds, Vec3};
 use crate::motion::{Pose, TableKinematics};
 
 /// The least gap that counts as free, mm: it bounds the number of steps, and no machine is truer.
@@ -40,6 +40,12 @@ impl Turning<'_> {
         self.table.pivot.z + self.table.offset.norm() + material.reach
     }
 
+    /// How far the frame's pieces stay from the ball; infinite without any.
+    fn frame_room(&self, material: &Material) -> f64 {
+        let radius = self.table.offset.norm() + material.reach;
+        self.fixed.iter().map(|h| h.distance(&self.table.pivot) - radius).fold(f64::INFINITY, f64::min)
+    }
+
     /// The head's lowest point with its tip at height `z`.
     pub(super) fn lowest(&self, z: f64) -> f64 {
         let low = |h: &Hull| h.bounds.min.z + if h.body.follows[2] { z } else { 0.0 };
@@ -51,8 +57,9 @@ impl Turning<'_> {
     pub(super) fn passage(&self, turn: &Turn, material: &mut Material, cap: f64) -> Option<Passage> {
         let above = turn.tips.map(|[a, b]| self.lowest(a.min.z.min(b.min.z)) - self.ball_top(material));
         let clear_of_head = above.filter(|&room| room > ROOM_MM);
-        if let (Some(room), true) = (clear_of_head, self.fixed.is_empty()) {
-            return Some(Passage { room: room.min(cap), piece: "head".to_owned() });
+        let clear_of_frame = self.frame_room(material);
+        if let (Some(room), true) = (clear_of_head, clear_of_frame > ROOM_MM) {
+            return Some(Passage { room: room.min(clear_of_frame).min(cap), piece: "head".to_owned() });
         }
         let (from, to, [a, b]) = (turn.from?, turn.to?, turn.tips?);
         let (spheres, radius) = material.spheres();
@@ -161,12 +168,4 @@ fn apart(hull: &Hull, origin: &Vec3, slab: &[Vec3], upward: f64) -> f64 {
         support(&hull.body.points, d) + origin + lift
     };
     separation(|d| piece(d) - support(slab, &-d), f64::INFINITY).distance()
-}
-
-/// A turn of the tilt alone, for tests and messages.
-#[cfg(test)]
-pub(super) fn tilt_only(from: f64, to: f64, tip: Vec3, line: u32) -> Turn {
-    let pose = |deg| Some(Pose { tilt: Angle::from_deg(deg), rotation: Angle::ZERO });
-    let at = Bounds { min: tip, max: tip };
-    Turn { from: pose(from), to: pose(to), tips: Some([at, at]), line }
 }

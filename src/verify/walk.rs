@@ -125,7 +125,7 @@ impl Walker<'_> {
         let cap = self.walked.clearance.max(ROOM_MM);
         let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
         let passage = turning.passage(turn, &mut self.material, cap);
-        let at = self.place(turn.line);
+        let at = Place { line: turn.line, slot: turn.slot, part: None };
         let Some(passage) = passage else {
             self.walked.findings.add(Rule::TurnCollision, at, [0.0, ROOM_MM], || {
                 "the table turns from an unknown angle, or with the head at an unknown height, and the head is not proved to be above all it sweeps".to_owned()
