@@ -139,7 +139,15 @@ impl External {
         let configs = [base].into_iter().chain(self.options.configs.iter().cloned()).chain([forced]);
         let configs: Vec<PathBuf> = configs.collect();
         let configs: Vec<&Path> = configs.iter().map(PathBuf::as_path).collect();
-        let mut command = Command::new(&self.path);
+        let mut command = match one_processor() {
+            // Run on several threads PrusaSlicer 2.5 gave other travels once in about sixty runs of the same file.
+            Some((taskset, processor)) if self.program == Program::PrusaSlicer => {
+                let mut command = Command::new(taskset);
+                command.args(["-c", &processor]).arg(&self.path);
+                command
+            }
+            _ => Command::new(&self.path),
+        };
         command.args(self.program.arguments(&configs, &mesh, output));
         Ok(command)
     }
@@ -158,6 +166,27 @@ impl External {
         }
         if extrudes(&gcode) { Ok(gcode) } else { Err(SliceError::NothingExtruded { slicer, name }) }
     }
+}
+
+/// `taskset` and one of the processors we may use, another one for each of our threads; `None` where there is no such
+/// program, and then a slicer runs as it likes.
+fn one_processor() -> Option<(PathBuf, String)> {
+    let folders = std::env::var_os("PATH")?;
+    let taskset = std::env::split_paths(&folders).map(|folder| folder.join("taskset")).find(|path| path.is_file())?;
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?;
+    let processors = processors(list);
+    let thread = rayon::current_thread_index().unwrap_or(0);
+    Some((taskset, processors.get(thread % processors.len().max(1))?.to_string()))
+}
+
+/// The numbers in a list like `0-3,8`.
+fn processors(list: &str) -> Vec<usize> {
+    let range = |part: &str| {
+        let (low, high) = part.split_once('-').unwrap_or((part, part));
+        Some(low.trim().parse::<usize>().ok()?..=high.trim().parse().ok()?)
+    };
+    list.split(',').filter_map(range).flatten().collect()
 }
 
 fn read_text(path: &Path) -> Result<String, SliceError> {
@@ -242,6 +271,13 @@ fn stop(child: &mut Child) {
 mod tests {
     use super::*;
     use crate::slicing::testing::{block, extrusion_box, extrusions, layer_heights};
+
+    #[test]
+    fn lists_of_processors_are_read() {
+        assert_eq!(processors("\t0-2,7\n"), [0, 1, 2, 7]);
+        assert_eq!(processors("5"), [5]);
+        assert!(processors("").is_empty());
+    }
 
     fn options(folder: &Path) -> ExternalOptions {
         ExternalOptions { configs: Vec::new(), timeout: Duration::from_secs(120), work_dir: folder.to_owned() }

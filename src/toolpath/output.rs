@@ -20,15 +20,18 @@ pub(super) struct Output<'a> {
     table: TableKinematics,
     at: [Option<f64>; 3],
     feed: Option<f64>,
-    /// Filament of absolute counting so far, and the remainder that rounding has left.
+    /// Filament of absolute counting so far.
     extruded: f64,
-    owed: f64,
+    /// What rounding has left over, by print, so that each print's sum is right to half a digit.
+    owed: Vec<f64>,
+    /// Whose filament is being written; the last place is nobody's: retractions and primes.
+    print: usize,
     /// The highest feed that had to be lowered.
     pub(super) lowered: Option<f64>,
 }
 
 impl<'a> Output<'a> {
-    pub(super) fn new(profile: &'a Profile) -> Self {
+    pub(super) fn new(profile: &'a Profile, prints: usize) -> Self {
         Self {
             bytes: Vec::new(),
             profile,
@@ -36,7 +39,8 @@ impl<'a> Output<'a> {
             at: [None; 3],
             feed: None,
             extruded: 0.0,
-            owed: 0.0,
+            owed: vec![0.0; prints + 1],
+            print: prints,
             lowered: None,
         }
     }
@@ -45,6 +49,11 @@ impl<'a> Output<'a> {
     pub(super) fn tip(&self) -> Option<Vec3> {
         let [x, y, z] = self.at;
         Some(Vec3::new(x?, y?, z?))
+    }
+
+    /// From here on filament laid down belongs to `print`.
+    pub(super) fn lays_for(&mut self, print: usize) {
+        self.print = print;
     }
 
     pub(super) fn line(&mut self, text: &str) {
@@ -116,7 +125,8 @@ impl<'a> Output<'a> {
             self.arc_words(arc);
         }
         if e != 0.0 {
-            self.filament_word(e);
+            let laid = e > 0.0 && to.is_some();
+            self.filament_word(e, if laid { self.print } else { self.owed.len() - 1 });
         }
         if self.bytes.len() == bare {
             // Nothing to move: no block, so that F does not change its meaning on a line of its own.
@@ -158,10 +168,10 @@ impl<'a> Output<'a> {
     }
 
     /// Filament with the remainder of all roundings before it carried on, so that the sum is right to half a digit.
-    fn filament_word(&mut self, e: f64) {
-        let wanted = e + self.owed;
+    fn filament_word(&mut self, e: f64, account: usize) {
+        let wanted = e + self.owed[account];
         let written = round_to(wanted, FILAMENT);
-        self.owed = wanted - written;
+        self.owed[account] = wanted - written;
         self.extruded += written;
         let word = match self.profile.dialect.extrusion {
             Extrusion::Relative => written,
@@ -236,7 +246,7 @@ mod tests {
     #[test]
     fn writes_only_what_changes() {
         let profile = profile("generic-ac");
-        let mut out = Output::new(&profile);
+        let mut out = Output::new(&profile, 1);
         out.go(Vec3::new(1.0, 2.0, 0.2), 0.0, 6000.0, b"");
         out.go(Vec3::new(1.0, 3.0, 0.2), 0.123456, 1200.0, b";seam");
         out.go(Vec3::new(1.0, 3.0, 0.2), 0.0, 900.0, b"");
@@ -247,7 +257,8 @@ mod tests {
     #[test]
     fn the_sum_of_rounded_filament_is_right() {
         let profile = profile("generic-ac");
-        let mut out = Output::new(&profile);
+        let mut out = Output::new(&profile, 1);
+        out.lays_for(0);
         (0..1000).for_each(|i| out.go(Vec3::new(f64::from(i), 0.0, 0.0), 0.000_004_3, 600.0, b""));
         let sum: f64 =
             text(&out).lines().filter_map(|l| l.split(" E").nth(1)?.split(' ').next()?.parse::<f64>().ok()).sum();
@@ -257,7 +268,7 @@ mod tests {
     #[test]
     fn a_turn_is_one_axis_a_block_and_makes_the_next_feed_explicit() {
         let profile = profile("generic-ac");
-        let mut out = Output::new(&profile);
+        let mut out = Output::new(&profile, 1);
         out.go(Vec3::new(1.0, 2.0, 100.0), 0.0, 6000.0, b"");
         out.turn(Some(Pose::LEVEL), Pose::from_deg(70.0, -90.0));
         out.go(Vec3::new(5.0, 2.0, 100.0), 0.0, 6000.0, b"");
@@ -267,7 +278,7 @@ mod tests {
     #[test]
     fn rs274_counts_absolute_and_comments_what_it_does_not_know() {
         let profile = profile("linuxcnc-xyzac-trt");
-        let mut out = Output::new(&profile);
+        let mut out = Output::new(&profile, 1);
         out.begin_counting();
         out.keep(b"M106 S255");
         out.keep(b";TYPE:Perimeter");

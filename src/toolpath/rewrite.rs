@@ -123,7 +123,7 @@ pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>) -> Result<Rewritten, Rewrite
         job,
         table: &table,
         head: &head,
-        out: Output::new(job.profile),
+        out: Output::new(job.profile, entries.len()),
         pose: None,
         printed: Vec::new(),
         current: None,
@@ -339,6 +339,7 @@ impl Writer<'_> {
         let prime = transition.retract_mm + owed.max(0.0);
         self.out.filament(prime, transition.retract_mm_per_s * 60.0, b"");
         self.current = Some(print);
+        self.out.lays_for(print);
     }
 
     /// A little above both ends if that is free, else above everything that stands at this pose.

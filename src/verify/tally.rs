@@ -6,12 +6,9 @@ use super::trace::Planned;
 /// Pulled filament that may still be missing, or pushed that may be over, when printing starts, mm: the restart
 /// allowances that slicers add on purpose.
 const RETRACT_SLACK_MM: f64 = 0.3;
-/// Rounding of the sum in the header and of the slicer's own counting, mm.
-const FILAMENT_SLACK_MM: f64 = 0.01;
-/// The same, relative to the sum.
-const FILAMENT_RELATIVE: f64 = 1e-5;
-/// Half of the last digit with which each move's filament is written, mm.
-const FILAMENT_PER_MOVE: f64 = 5e-6;
+/// What the sums may differ by, mm: the last digits of both, since the writer carries the remainder of its roundings on
+/// from move to move. The shortest line a slicer writes takes about as much, so a line lost or doubled is seen.
+const FILAMENT_SLACK_MM: f64 = 1e-3;
 
 #[derive(Clone, Default)]
 struct Laid {
@@ -151,11 +148,10 @@ impl Tally {
                 });
                 continue;
             };
-            let slack = FILAMENT_SLACK_MM.max(expected * FILAMENT_RELATIVE + laid.moves as f64 * FILAMENT_PER_MOVE);
-            if (laid.filament - expected).abs() > slack {
+            if (laid.filament - expected).abs() > FILAMENT_SLACK_MM {
                 findings.add(Rule::Filament, at, [laid.filament, expected], || {
                     let filament = laid.filament;
-                    format!("print {index} lays {filament:.3} mm of filament; {expected:.3} mm were sliced (to {slack:.3} mm)")
+                    format!("print {index} lays {filament:.3} mm of filament; {expected:.3} mm were sliced (to {FILAMENT_SLACK_MM} mm)")
                 });
             }
         }

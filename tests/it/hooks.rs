@@ -56,7 +56,11 @@ fn hook(plan: &Path) -> String {
 fn prusa(folder: &Path, output: &Path, hook: Option<&str>) -> std::process::Output {
     let config = folder.join("config.ini");
     std::fs::write(&config, format!("{CONFIG}{PRUSA_ONLY}")).unwrap();
-    let mut command = Command::new("prusa-slicer");
+    // On several threads PrusaSlicer 2.5 gives other travels once in a while; here two runs must be the same.
+    let mut command = if installed("taskset") { Command::new("taskset") } else { Command::new("prusa-slicer") };
+    if installed("taskset") {
+        command.args(["1", "prusa-slicer"]);
+    }
     command.arg("--load").arg(&config).arg("--dont-arrange");
     command.args(["--bed-shape", "0x0,2000x0,2000x2000,0x2000", "--max-print-height", "1000"]);
     command.arg(folder.join("project.3mf")).arg("-g").arg("-o").arg(output);
