@@ -7,6 +7,7 @@ mod cura;
 mod hooks;
 mod kinematics;
 mod linuxcnc;
+mod mutants;
 mod pipeline;
 mod rust_source;
 mod sliced_files;
