@@ -7,7 +7,9 @@ use divan::Bencher;
 use trunnion::geom::Angle;
 use trunnion::mesh::{Model, ReadOptions, read_model};
 use trunnion::orient::{Multistart, Staircase};
-use trunnion::planning::{MachineRef, ModelRef, Options, PartRef, Plan, Planned, Priority, Workpiece, plan};
+use trunnion::planning::{
+    MachineRef, ModelRef, Options, PartRef, Plan, Planned, Priority, Workpiece, orientations, plan,
+};
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{BuiltIn, SliceJob, Slicer};
 use trunnion::toolpath::{Input, Job, Segment, print_name, read_sliced, rewrite, slot_mesh};
@@ -42,7 +44,8 @@ fn planned(model: &Model, profile: &Profile) -> Planned {
         search: Multistart::default(),
         budget: 1_000_000,
     };
-    plan(&Workpiece::place(model, &Workpiece::centred(model)), profile, &options).expect("feasible")
+    let workpiece = Workpiece::place(model, &Workpiece::centred(model));
+    plan(&workpiece, profile, &orientations(&workpiece, &options), &options).expect("feasible")
 }
 
 fn whole_plan(model: &Model, planned: Planned) -> Plan {
@@ -117,7 +120,7 @@ fn a_read(bencher: Bencher<'_, '_>) {
 }
 
 #[divan::bench]
-fn b_plan(bencher: Bencher<'_, '_>) {
+fn b_orient_and_plan(bencher: Bencher<'_, '_>) {
     let (profile, model) = (profile(), model());
     bencher.bench(|| planned(&model, &profile));
 }

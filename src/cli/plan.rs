@@ -10,7 +10,9 @@ use super::load::{LoadedModel, LoadedProfile};
 use super::{Console, Failure, files, load};
 use crate::geom::Angle;
 use crate::orient::{Multistart, named};
-use crate::planning::{Infeasible, Options, PartRef, Plan, Planned, Priority, Workpiece, plan, sheet};
+use crate::planning::{
+    Infeasible, Options, PartRef, Plan, Planned, Priority, Workpiece, orientations, plan, plannable, sheet,
+};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let machine = load::machine(&args.machine)?;
@@ -35,6 +37,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 pub(super) struct Made {
     pub(super) plan: Plan,
     pub(super) planned: Planned,
+    /// Of `seconds`, what the search for orientations took.
+    pub(super) orient_seconds: f64,
     pub(super) seconds: f64,
 }
 
@@ -50,7 +54,10 @@ pub(super) fn make(
     let placement = Workpiece::centred(&model.model);
     let workpiece = Workpiece::place(&model.model, &placement);
     workpiece.check(&machine.profile)?;
-    let planned = plan(&workpiece, &machine.profile, &options).inspect_err(|no| explain(no, console))?;
+    plannable(&workpiece)?;
+    let directions = orientations(&workpiece, &options);
+    let orient_seconds = start.elapsed().as_secs_f64();
+    let planned = plan(&workpiece, &machine.profile, &directions, &options).inspect_err(|no| explain(no, console))?;
     console.detail(&format!(
         "{} directions tried, {} orientations kept, {} steps of the search",
         planned.tried, planned.candidates, planned.steps
@@ -66,7 +73,7 @@ pub(super) fn make(
         slots: planned.slots.clone(),
     };
     plan.check(&machine.profile.kinematics(), model.model.parts.len())?;
-    Ok(Made { plan, planned, seconds: start.elapsed().as_secs_f64() })
+    Ok(Made { plan, planned, orient_seconds, seconds: start.elapsed().as_secs_f64() })
 }
 
 fn options(args: &PlanArgs, machine: &LoadedProfile) -> Result<Options, Failure> {

@@ -37,6 +37,7 @@ fn work(args: &Verb, console: &Console) -> Result<Value, Failure> {
     let slicer = choose(&args.slicing, &scratch)?;
     let made = plan::make(&model, &machine, &args.plan, console)?;
     clock.lap("plan");
+    clock.split("plan", "orient", made.orient_seconds);
     console.note(made.text(&machine).trim_end());
     let plan_text = made.plan.to_text();
     let workpiece = Workpiece::place(&model.model, &made.plan.placement);

@@ -22,7 +22,9 @@ pub use candidates::{Candidate, Rejected, table_solid};
 pub use collision::{Head, LIFT_LAYERS, contact_mm};
 pub use part_set::PartSet;
 pub use plan::{MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, Slot, sha256_hex};
-pub use planner::{CLEARANCE_SOUGHT_MM, Infeasible, MOST_PARTS, Options, Planned, Reason, plan};
+pub use planner::{
+    CLEARANCE_SOUGHT_MM, Infeasible, MOST_PARTS, Options, Planned, Reason, orientations, plan, plannable,
+};
 pub use sequence::{Priority, Sequence};
 pub use sheet::sheet;
 pub use solid::Solid;

@@ -13,7 +13,7 @@ use super::solid::Solid;
 use super::workpiece::Workpiece;
 use crate::geom::Angle;
 use crate::motion::Pose;
-use crate::orient::{Multistart, Objective};
+use crate::orient::{Direction, Multistart, Objective};
 use crate::profile::Profile;
 
 /// What to plan for.
@@ -111,20 +111,40 @@ pub enum Infeasible {
 /// More parts than this are refused at once.
 pub const MOST_PARTS: usize = 400;
 
-/// Plans `workpiece` on the machine of `profile`.
+/// Whether planning can begin: not too many parts, none that hangs together with nothing.
 ///
 /// # Errors
 ///
-/// [`Infeasible`] with a reason for every orientation that stands in the way.
-pub fn plan(workpiece: &Workpiece<'_>, profile: &Profile, options: &Options) -> Result<Planned, Infeasible> {
+/// [`Infeasible::TooManyParts`] and [`Infeasible::Floating`].
+pub fn plannable(workpiece: &Workpiece<'_>) -> Result<(), Infeasible> {
     let parts = workpiece.parts.len();
     if parts > MOST_PARTS {
         return Err(Infeasible::TooManyParts { parts });
     }
-    if let Some(&part) = workpiece.model.floating().first() {
-        return Err(Infeasible::Floating { part, name: workpiece.model.parts[part].name.clone() });
+    match workpiece.model.floating().first() {
+        Some(&part) => Err(Infeasible::Floating { part, name: workpiece.model.parts[part].name.clone() }),
+        None => Ok(()),
     }
-    let directions = all_directions(workpiece, options.objective.as_ref(), &options.search);
+}
+
+/// The directions to try for each part, best first by `options`' objective, table frame.
+pub fn orientations(workpiece: &Workpiece<'_>, options: &Options) -> Vec<Vec<Direction>> {
+    all_directions(workpiece, options.objective.as_ref(), &options.search)
+}
+
+/// Plans `workpiece` on the machine of `profile` with the `directions` of [`orientations`].
+///
+/// # Errors
+///
+/// [`Infeasible`] with a reason for every orientation that stands in the way.
+pub fn plan(
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+    directions: &[Vec<Direction>],
+    options: &Options,
+) -> Result<Planned, Infeasible> {
+    let parts = workpiece.parts.len();
+    plannable(workpiece)?;
     let mut setups = Setups {
         workpiece,
         profile,

@@ -239,3 +239,26 @@ fn the_readmes_picture_is_what_the_command_draws() {
     assert_eq!(drawn.matches("slot ").count(), 5);
     assert_eq!(drawn, kept);
 }
+
+#[test]
+fn a_terminal_sees_a_bar_and_a_pipe_does_not() {
+    let folder = folder();
+    let output = folder.path().join("x.gcode");
+    let words = ["prepare", &fixture("candelabrum"), "-m", "generic-ac", "--slicer", "builtin", "-o"].join(" ");
+    let command = format!("{} {words} {}", env!("CARGO_BIN_EXE_trunnion"), output.display());
+    let piped = std::process::Command::new("sh").args(["-c", &command]).output().unwrap();
+    assert!(piped.status.success() && piped.stdout.is_empty(), "{}", said(&piped));
+    let text = String::from_utf8_lossy(&piped.stderr).into_owned();
+    assert!(!text.contains("slicing  ") && !text.contains('\u{1b}'), "{text}");
+    if !installed("script") {
+        return skip("script is not installed (bsdutils)");
+    }
+    // Slowed down to one thread, so that the second after which a bar may show has passed.
+    let shown = std::process::Command::new("script")
+        .env("RAYON_NUM_THREADS", "1")
+        .args(["-qec", &command, "/dev/null"])
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&shown.stdout).into_owned();
+    assert!(shown.status.success() && text.contains("slicing  ") && text.contains("18/18"), "{text}");
+}
