@@ -7,7 +7,8 @@
 //!   layer by layer, so that parts of one group never obstruct each other. Within a group parts are added in
 //!   ascending order, so that no set is met twice.
 //! - A part that every earlier *slot* leaves no way to print ends the branch at once, since more parts only block
-//!   more; the search jumps back to the part that took the last way (also to the first: the base is no exception).
+//!   more; the search jumps back to the end of the slot that took the last way (also to the first: the base is no
+//!   exception). To the slot's end and not to the part itself: the blocked part may still join that slot.
 //! - Orientations are tried best first. A printed part's own orientation blocks nobody, so an order that fails with one
 //!   fails with all.
 
@@ -80,6 +81,8 @@ struct Search<'a, F> {
     printed: PartSet,
     /// Depth at which each part was placed.
     placed_at: Vec<Option<usize>>,
+    /// For the parts of closed slots: the depth of the last part of their slot.
+    slot_end: Vec<usize>,
     depth: usize,
     steps: u64,
     budget: u64,
@@ -96,6 +99,7 @@ pub(super) fn enumerate(problem: &Problem<'_>, budget: u64, found: impl FnMut(&S
         current: Vec::new(),
         printed: PartSet::new(parts),
         placed_at: vec![None; parts],
+        slot_end: vec![0; parts],
         depth: 0,
         steps: 0,
         budget,
@@ -153,8 +157,8 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
             if matches!(next, Next::Stop(_)) {
                 break;
             }
-            // A jump past this choice also passes its other half; one to this choice ends it.
-            if matches!(next, Next::BackTo(depth) if depth < self.depth) {
+            // A jump past this choice passes its other half too; one to this choice leaves it: the slot may yet grow.
+            if matches!(next, Next::BackTo(depth) if depth + 1 < self.depth) {
                 break;
             }
         }
@@ -175,6 +179,7 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
         let slot = std::mem::take(&mut self.current);
         for &(part, _) in &slot {
             self.printed.insert(part);
+            self.slot_end[part] = self.depth - 1;
         }
         if self.printed.len() > self.farthest.len() {
             self.farthest = self.printed.clone();
@@ -235,7 +240,7 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
         !blocked.meets(&self.printed) && !earlier_groups() && candidate.needs.met_by(&self.printed)
     }
 
-    /// Where to go back to if some part has no way left: the depth whose undoing would free one.
+    /// Where to go back to if some part has no way left: the end of the slot whose change would free one.
     fn dead_end(&self) -> Option<usize> {
         let unplaced = (0..self.placed_at.len()).filter(|&p| self.placed_at[p].is_none());
         for part in unplaced {
@@ -243,10 +248,138 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
             if ways.iter().any(|b| !b.meets(&self.printed)) {
                 continue;
             }
-            // To free a way, all its blockers must go; the last of the ways' earliest blockers is the least jump.
-            let earliest = |b: &PartSet| b.iter().filter_map(|q| self.placed_at[q]).min();
+            // To free a way, no blocker may be there before: the first slot with one must change. The ways differ; the
+            // one whose slot comes last is the least jump.
+            let earliest = |b: &PartSet| b.iter().filter(|&q| self.printed.has(q)).map(|q| self.slot_end[q]).min();
             return Some(ways.iter().filter_map(earliest).max().unwrap_or(0));
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::support::Needs;
+    use super::*;
+    use crate::geom::Dir;
+    use crate::motion::Pose;
+
+    /// A small problem made up from a seed.
+    struct Made {
+        candidates: Vec<Vec<Candidate>>,
+        blocked: Vec<Vec<PartSet>>,
+        touching: Vec<PartSet>,
+        on_table: PartSet,
+    }
+
+    fn made(seed: u64, parts: usize) -> Made {
+        let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+        let mut random = |below: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % below
+        };
+        let mut touching = vec![PartSet::new(parts); parts];
+        for part in 1..parts {
+            let other = random(part as u64) as usize;
+            touching[part].insert(other);
+            touching[other].insert(part);
+        }
+        let mut on_table = PartSet::new(parts);
+        on_table.insert(0);
+        if random(2) == 0 {
+            on_table.insert(1);
+        }
+        let (mut candidates, mut blocked) = (Vec::new(), Vec::new());
+        for part in 0..parts {
+            let ways = 1 + random(2) as usize;
+            let setups: BTreeSet<usize> = (0..ways).map(|_| random(3) as usize).collect();
+            let of = |&setup: &usize| {
+                let (up, pose) = (Dir::z(), Pose::LEVEL);
+                Candidate { up, pose, setup, value: 0.0, needs: Needs::none() }
+            };
+            candidates.push(setups.iter().map(of).collect());
+            let mut sets = Vec::new();
+            for _ in &setups {
+                let mut set = PartSet::new(parts);
+                (0..parts).filter(|&q| q != part && random(3) == 0).for_each(|q| set.insert(q));
+                sets.push(set);
+            }
+            blocked.push(sets);
+        }
+        Made { candidates, blocked, touching, on_table }
+    }
+
+    fn problem(made: &Made, table_first: bool, priority: Priority) -> Problem<'_> {
+        let Made { candidates, blocked, touching, on_table } = made;
+        Problem { candidates, blocked, touching, on_table, table_first, priority }
+    }
+
+    /// Slots of setups of parts, by the definition alone: nothing is pruned and nothing jumps.
+    fn by_definition(p: &Problem<'_>, closed: &Sequence, current: &[Choice], found: &mut BTreeSet<Sequence>) {
+        let parts = p.candidates.len();
+        let placed: Vec<usize> = closed.iter().flatten().chain(current).map(|c| c.0).collect();
+        if placed.len() == parts && current.is_empty() {
+            found.insert(closed.clone());
+            return;
+        }
+        let printed: Vec<usize> = closed.iter().flatten().map(|c| c.0).collect();
+        let setup = |&(q, k): &Choice| p.candidates[q][k].setup;
+        if !current.is_empty() {
+            let all_standing = p.on_table.iter().all(|q| current.iter().any(|c| c.0 == q));
+            if !(p.table_first && closed.is_empty()) || all_standing {
+                let mut more = closed.clone();
+                more.push(current.to_vec());
+                by_definition(p, &more, &[], found);
+            }
+            if p.priority == Priority::OnlySingle {
+                return;
+            }
+        }
+        for part in (0..parts).filter(|q| !placed.contains(q)) {
+            let first = closed.is_empty() && p.on_table.has(part);
+            let joins = p.touching[part].iter().any(|q| printed.contains(&q));
+            let table_later = !p.table_first && p.on_table.has(part);
+            if !(first || !closed.is_empty() && (joins || table_later)) {
+                continue;
+            }
+            for k in 0..p.candidates[part].len() {
+                let choice = (part, k);
+                let last = current.last().map(setup);
+                let same = last == Some(setup(&choice));
+                let left = !same && current.iter().any(|c| setup(c) == setup(&choice));
+                let unordered = same && current.last().is_some_and(|c| c.0 > part);
+                let others = current.iter().filter(|c| setup(c) != setup(&choice)).map(|c| c.0);
+                let blockers = &p.blocked[part][k];
+                let blocked = printed.iter().copied().chain(others).any(|q| blockers.has(q));
+                if !left && !unordered && !blocked {
+                    let more: Vec<Choice> = current.iter().copied().chain([choice]).collect();
+                    by_definition(p, closed, &more, found);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pruning_and_jumping_lose_no_sequence_and_invent_none() {
+        let (mut feasible, mut infeasible) = (0, 0);
+        for seed in 0..400 {
+            let made = made(seed, 3 + (seed % 3) as usize);
+            for priority in [Priority::Together, Priority::Single, Priority::OnlySingle] {
+                let problem = problem(&made, seed % 4 != 0, priority);
+                let mut wanted = BTreeSet::new();
+                by_definition(&problem, &Vec::new(), &[], &mut wanted);
+                let mut got = BTreeSet::new();
+                let outcome = enumerate(&problem, u64::MAX, |sequence| {
+                    assert!(got.insert(sequence.clone()), "seed {seed}: twice: {sequence:?}");
+                    true
+                });
+                assert_eq!(outcome.end, End::Exhausted);
+                assert_eq!(got, wanted, "seed {seed}, {priority:?}");
+                if wanted.is_empty() { infeasible += 1 } else { feasible += 1 }
+            }
+        }
+        assert!(feasible > 200 && infeasible > 200, "{feasible} feasible, {infeasible} not: the test has grown blunt");
     }
 }

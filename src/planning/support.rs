@@ -32,6 +32,12 @@ const SAME_HEIGHT: f64 = 2e-4;
 const ON_TABLE: f64 = 0.05;
 
 impl Needs {
+    /// A part that stands anywhere.
+    #[cfg(test)]
+    pub(super) fn none() -> Self {
+        Self { overhang_mm2: 0.0, carried: Vec::new(), beginnings: Vec::new() }
+    }
+
     /// The overhang that nothing in `printed` carries, mm²; 0 within the slack.
     pub(super) fn missing(&self, printed: &PartSet) -> f64 {
         let carried: f64 = self.carried.iter().filter(|(q, _)| printed.has(*q)).map(|(_, area)| area).sum();
