@@ -382,4 +382,57 @@ mod tests {
         }
         assert!(feasible > 200 && infeasible > 200, "{feasible} feasible, {infeasible} not: the test has grown blunt");
     }
+
+    fn set(parts: usize, members: &[usize]) -> PartSet {
+        let mut set = PartSet::new(parts);
+        members.iter().for_each(|&q| set.insert(q));
+        set
+    }
+
+    fn way(setup: usize, needs: Needs) -> Candidate {
+        Candidate { up: Dir::z(), pose: Pose::LEVEL, setup, value: 0.0, needs }
+    }
+
+    fn all(problem: &Problem<'_>) -> Vec<Sequence> {
+        let mut found = Vec::new();
+        enumerate(problem, u64::MAX, |sequence| {
+            found.push(sequence.clone());
+            true
+        });
+        found
+    }
+
+    /// Seed 004, section 5.4, first study: part 1 upright needs support and hits part 0; lying it does not. {L2, L4}.
+    #[test]
+    fn the_first_study_has_exactly_two_sequences() {
+        let candidates = vec![
+            vec![way(0, Needs::none()), way(1, Needs::none())],
+            vec![way(0, Needs::support()), way(1, Needs::none())],
+        ];
+        let blocked = vec![vec![set(2, &[]); 2], vec![set(2, &[0]), set(2, &[])]];
+        let (touching, on_table) = (vec![set(2, &[1]), set(2, &[0])], set(2, &[0]));
+        let made = Made { candidates, blocked, touching, on_table };
+        let found = all(&problem(&made, true, Priority::Together));
+        assert_eq!(found, vec![vec![vec![(0, 0)], vec![(1, 1)]], vec![vec![(0, 1)], vec![(1, 1)]]]);
+    }
+
+    /// Seed 004, section 5.4, second study: part 1 only lying, parts 2 and 3 only together. L5 = L7 and L13 = L15: two
+    /// distinct plans.
+    #[test]
+    fn the_second_study_has_exactly_two_plans() {
+        let free = || way(0, Needs::none());
+        let candidates = vec![
+            vec![free(), way(1, Needs::none())],
+            vec![way(0, Needs::support()), way(1, Needs::none())],
+            vec![free()],
+            vec![free()],
+        ];
+        let none = || set(4, &[]);
+        let blocked = vec![vec![none(), none()], vec![none(), none()], vec![set(4, &[3])], vec![set(4, &[2])]];
+        let touching = vec![set(4, &[1]), set(4, &[0, 2, 3]), set(4, &[1]), set(4, &[1])];
+        let made = Made { candidates, blocked, touching, on_table: set(4, &[0]) };
+        let together = vec![(2, 0), (3, 0)];
+        let wanted: Vec<Sequence> = (0..2).map(|k| vec![vec![(0, k)], vec![(1, 1)], together.clone()]).collect();
+        assert_eq!(all(&problem(&made, true, Priority::Together)), wanted);
+    }
 }

@@ -32,6 +32,12 @@ const SAME_HEIGHT: f64 = 2e-4;
 const ON_TABLE: f64 = 0.05;
 
 impl Needs {
+    /// A part that needs a support nothing gives.
+    #[cfg(test)]
+    pub(super) fn support() -> Self {
+        Self { overhang_mm2: 100.0, carried: Vec::new(), beginnings: Vec::new() }
+    }
+
     /// A part that stands anywhere.
     #[cfg(test)]
     pub(super) fn none() -> Self {
