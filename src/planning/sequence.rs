@@ -7,7 +7,8 @@
 //!   layer by layer, so that parts of one group never obstruct each other. Within a group parts are added in
 //!   ascending order, so that no set is met twice.
 //! - A part that every earlier *slot* leaves no way to print ends the branch at once, since more parts only block
-//!   more; the search jumps back to the part that took the last way (also to the first: the base is no exception).
+//!   more; the search jumps back into the slot that took the last way (also into the first: the base is no exception).
+//!   Not further: the part may still be printed in that very slot, whose own setup does not obstruct it.
 //! - Orientations are tried best first. A printed part's own orientation blocks nobody, so an order that fails with one
 //!   fails with all.
 
@@ -153,8 +154,8 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
             if matches!(next, Next::Stop(_)) {
                 break;
             }
-            // A jump past this choice also passes its other half; one to this choice ends it.
-            if matches!(next, Next::BackTo(depth) if depth < self.depth) {
+            // A jump past this choice also passes its other half; one to this choice leaves it to be tried.
+            if matches!(next, Next::BackTo(depth) if depth + 1 < self.depth) {
                 break;
             }
         }
@@ -235,7 +236,7 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
         !blocked.meets(&self.printed) && !earlier_groups() && candidate.needs.met_by(&self.printed)
     }
 
-    /// Where to go back to if some part has no way left: the depth whose undoing would free one.
+    /// Where to go back to if some part has no way left: the end of the slot without which there would be one.
     fn dead_end(&self) -> Option<usize> {
         let unplaced = (0..self.placed_at.len()).filter(|&p| self.placed_at[p].is_none());
         for part in unplaced {
@@ -245,8 +246,20 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
             }
             // To free a way, all its blockers must go; the last of the ways' earliest blockers is the least jump.
             let earliest = |b: &PartSet| b.iter().filter_map(|q| self.placed_at[q]).min();
-            return Some(ways.iter().filter_map(earliest).max().unwrap_or(0));
+            return Some(self.end_of_slot(ways.iter().filter_map(earliest).max().unwrap_or(0)));
         }
         None
     }
+
+    /// The depth of the last choice of the closed slot that holds the choice at `depth`.
+    fn end_of_slot(&self, depth: usize) -> usize {
+        let ends = self.closed.iter().scan(0, |sum, slot| {
+            *sum += slot.len();
+            Some(*sum)
+        });
+        ends.into_iter().find(|&end| end > depth).map_or(depth, |end| end - 1)
+    }
 }
+
+#[cfg(test)]
+mod tests;
