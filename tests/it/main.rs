@@ -11,3 +11,4 @@ mod pipeline;
 mod rust_source;
 mod sliced_files;
 mod support;
+mod turns;
