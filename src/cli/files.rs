@@ -13,10 +13,28 @@ pub(super) fn read_text(path: &Path) -> Result<String, Failure> {
     String::from_utf8(bytes).map_err(|_| Failure::Usage(format!("{}: not a text file", path.display())))
 }
 
+/// Refuses an output that could not be written at the end, or that would take the place of an input.
+pub(super) fn check_output(path: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    let name = path.display();
+    if path.is_dir() {
+        return Err(Failure::Usage(format!("{name} is a folder; give the name of a file for the output")));
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(Failure::Usage(format!("{name}: there is no folder {}; make it first", folder.display())));
+    }
+    let target = path.canonicalize().ok();
+    if target.is_some() && inputs.iter().any(|input| input.canonicalize().ok() == target) {
+        return Err(Failure::Usage(format!("{name} is also an input; give the output another name")));
+    }
+    Ok(())
+}
+
 /// Writes beside the target and renames, so that a reader sees the old file or the new one.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let failed = |source| Failure::Write { path: path.to_owned(), source };
-    let beside = with_suffix(path, ".writing");
+    // Two runs to one target must not write into each other's file.
+    let beside = with_suffix(path, &format!(".writing-{}", std::process::id()));
     let done = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
     if done.is_err() {
         let _ = std::fs::remove_file(&beside);
@@ -27,6 +45,9 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 /// Takes a printable file of an earlier run out of the way: `x.gcode` becomes `x.gcode.stale`.
 pub(super) fn set_aside(path: &Path) -> Option<PathBuf> {
     let aside = with_suffix(path, ".stale");
+    if !path.is_file() {
+        return None;
+    }
     std::fs::rename(path, &aside).is_ok().then_some(aside)
 }
 
@@ -43,9 +64,16 @@ pub(super) struct Scratch(PathBuf);
 
 impl Scratch {
     pub(super) fn new() -> Result<Self, Failure> {
-        let path = std::env::temp_dir().join(format!("trunnion-{}", std::process::id()));
-        create_folder(&path)?;
-        Ok(Self(path))
+        // A process number may be in use twice where containers share a folder; a folder that is new is ours alone.
+        let path = |n: u32| std::env::temp_dir().join(format!("trunnion-{}-{n}", std::process::id()));
+        let mut number = 0;
+        loop {
+            match std::fs::create_dir(path(number)) {
+                Ok(()) => return Ok(Self(path(number))),
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => number += 1,
+                Err(source) => return Err(Failure::Write { path: path(number), source }),
+            }
+        }
     }
 
     pub(super) fn path(&self) -> &Path {

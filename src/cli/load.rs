@@ -95,6 +95,7 @@ pub(super) fn plan(path: &Path, refs: &PlanRef, console: &Console) -> Result<Loa
     stale(format!("model {}", plan.model.file), &plan.model.sha256, &model.sha256)?;
     stale(format!("profile {}", plan.machine.profile), &plan.machine.sha256, &machine.sha256)?;
     plan.check(&machine.profile.kinematics(), model.model.parts.len())?;
+    Workpiece::place(&model.model, &plan.placement).check(&machine.profile)?;
     Ok(LoadedPlan { sha256: sha256_hex(text.as_bytes()), plan, model, machine })
 }
 
@@ -118,9 +119,18 @@ impl LoadedPlan {
     }
 }
 
+/// Beyond this the `f32` of an STL no longer holds a micron, mm.
+const LARGEST_BED_MM: f64 = 5000.0;
+
 /// The bed's size.
 pub(super) fn bed(args: &BedArgs) -> Result<[f64; 2], Failure> {
-    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= LARGEST_BED_MM);
     let parsed = args.bed.split_once(['x', 'X', ',']).and_then(|(x, y)| Some([number(x)?, number(y)?]));
-    parsed.ok_or_else(|| Failure::Usage(format!("--bed {}: give width x depth in mm, for example 250x210", args.bed)))
+
+    parsed.ok_or_else(|| {
+        Failure::Usage(format!(
+            "--bed {}: give width x depth in mm up to {LARGEST_BED_MM}, for example 250x210",
+            args.bed
+        ))
+    })
 }

@@ -1,6 +1,7 @@
 //! `trunnion plan`
 
 use std::fmt::Write;
+use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{Value, json};
@@ -15,6 +16,9 @@ use crate::planning::{
 };
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
+    if let Some(path) = &args.output {
+        files::check_output(path, &[&args.model.model, Path::new(&args.machine.profile)])?;
+    }
     let machine = load::machine(&args.machine)?;
     let model = load::model(&args.model, console)?;
     let made = make(&model, &machine, &args.plan, console)?;

@@ -1,18 +1,29 @@
 //! `trunnion prepare`: the whole way, in memory, with one file at the end or none.
 
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde_json::{Value, json};
 
 use super::args::Prepare as Verb;
 use super::files::Scratch;
-use super::rewrite::finish;
+use super::rewrite::{finish, read_prints};
 use super::slice::{Prints, choose};
 use super::{Console, Failure, files, load, plan};
 use crate::planning::{Workpiece, sha256_hex};
-use crate::toolpath::{Input, Segment, SlicedError, read_sliced};
+use crate::toolpath::{Input, Segment, SlicedError};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
+    let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
+    let inputs: Vec<&Path> =
+        [args.model.model.as_path(), Path::new(&args.machine.profile)].into_iter().chain(configs).collect();
+    files::check_output(&args.output, &inputs)?;
+    if let Some(plan) = &args.plan_out {
+        files::check_output(plan, &inputs)?;
+        if *plan == args.output {
+            return Err(Failure::Usage(format!("{} is both the output and the plan; give two names", plan.display())));
+        }
+    }
     let done = work(args, console);
     if done.is_err()
         && let Some(aside) = files::set_aside(&args.output)
@@ -87,7 +98,7 @@ fn work(args: &Verb, console: &Console) -> Result<Value, Failure> {
 fn read_all(sliced: &[Vec<u8>], names: &[String]) -> Result<Vec<Segment>, Failure> {
     let mut segments = Vec::new();
     for (bytes, name) in sliced.iter().zip(names) {
-        let found = read_sliced(bytes, name)?;
+        let found = read_prints(bytes, name)?;
         segments.push(found.into_iter().next().ok_or_else(|| SlicedError::NoExtrusion { file: name.clone() })?);
     }
     Ok(segments)

@@ -3,7 +3,7 @@
 //! As a script the file is the last argument and is changed in place. A slicer may ignore our exit code and keep the file
 //! (PrusaSlicer's command line and Slic3r do), so that on failure the file itself is made unprintable.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
@@ -13,12 +13,17 @@ use super::verify::{document, prove};
 use super::{Console, Failure, files, load};
 use crate::planning::{Plan, Workpiece};
 use crate::profile::Profile;
+use crate::slicing::config_values;
 use crate::toolpath::{Input, Job, Segment, project_layout, read_sliced, rewrite, slot_mesh};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let [target] = (if args.in_place { &args.files[..] } else { args.output.as_slice() }) else {
         return Err(Failure::Usage(format!("--in-place takes one file, not {}", args.files.len())));
     };
+    if !args.in_place {
+        let sources = args.files.iter().map(PathBuf::as_path);
+        files::check_output(target, &sources.chain([args.plan.as_path()]).collect::<Vec<_>>())?;
+    }
     let done = work(args, console).and_then(|(gcode, document)| {
         files::write(target, &gcode)?;
         Ok(document)
@@ -56,7 +61,7 @@ fn work(args: &Verb, console: &Console) -> Result<(Vec<u8>, serde_json::Value), 
     }
     let mut all = Vec::new();
     for (index, (file, bytes)) in sources.iter().enumerate() {
-        let segments = read_sliced(bytes, file)?;
+        let segments = read_prints(bytes, file)?;
         all.push((index, segments));
     }
     let workpiece = loaded.workpiece();
@@ -72,6 +77,22 @@ fn work(args: &Verb, console: &Console) -> Result<(Vec<u8>, serde_json::Value), 
         })
         .collect();
     finish(&inputs, &loaded.plan, &loaded.sha256, &loaded.machine.profile, &workpiece, console)
+}
+
+/// The prints of a sliced file; heat that no line of it sets is taken from the settings at its end.
+pub(super) fn read_prints(bytes: &[u8], file: &str) -> Result<Vec<Segment>, Failure> {
+    let mut segments = read_sliced(bytes, file)?;
+    let settings = config_values(bytes);
+    let celsius = |keys: [&str; 2]| {
+        let first_tool = |key: &str| settings.get(key)?.split([',', ';']).next()?.trim().parse::<f64>().ok();
+        keys.into_iter().filter_map(first_tool).find(|&c| c > 0.0)
+    };
+    for segment in &mut segments {
+        let sliced = &mut segment.sliced;
+        sliced.nozzle_c = sliced.nozzle_c.or_else(|| celsius(["first_layer_temperature", "temperature"]));
+        sliced.bed_c = sliced.bed_c.or_else(|| celsius(["first_layer_bed_temperature", "bed_temperature"]));
+    }
+    Ok(segments)
 }
 
 /// Rewrites and verifies; the bytes come back only if nothing was found.

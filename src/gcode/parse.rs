@@ -203,7 +203,9 @@ impl ParsedLine {
 
     /// Files one word away; `true` where the rest of the line is free text.
     fn take(&mut self, letter: u8, value: Option<f64>, minor: u8) -> bool {
-        let command = matches!(letter, b'G' | b'M' | b'T');
+        // Behind an M the T is a parameter: `M104 S210 T0`, `M204 P800 T1500`.
+        let parameter = letter == b'T' && self.commands.iter().any(|c| c.letter == b'M');
+        let command = matches!(letter, b'G' | b'M' | b'T') && !parameter;
         match value {
             Some(number) if command && number >= 0.0 => {
                 self.commands.push(Command { letter, number: number as u32, minor });
@@ -316,6 +318,9 @@ mod tests {
     #[test]
     fn knows_comments_macros_text_and_percent() {
         assert_eq!(read(b"; G1 X5").kind, LineKind::Empty);
+        let travel = read(b"M204 P800 T1500");
+        assert_eq!((travel.commands.len(), travel.value(b'T')), (1, Some(1500.0)));
+        assert_eq!(read(b"T1").commands.len(), 1);
         assert_eq!(read(b"G1 (X9) X5 ; hello").words.len(), 1);
         assert_eq!(read(b"START_PRINT EXTRUDER_TEMP=210").kind, LineKind::Macro);
         assert_eq!(read(b"GET_POSITION").kind, LineKind::Macro);

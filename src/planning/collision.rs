@@ -69,6 +69,17 @@ impl Head {
         Self { pieces: pieces.collect() }
     }
 
+    /// Nothing but the middle of the tip, and what is above it.
+    pub fn point() -> Self {
+        Self {
+            pieces: vec![Piece {
+                name: "tip".to_owned(),
+                points: vec![Vec3::zeros(), Vec3::z() * UPWARD],
+                follows: [true; 3],
+            }],
+        }
+    }
+
     /// How far the head stays from `obstacle` while its tip visits `swept` raised by `lift` mm, up to `enough` mm.
     pub(super) fn clearance(&self, swept: &Solid, obstacle: &Solid, lift: f64, enough: f64) -> Clearance {
         let mut least = Clearance { mm: enough, piece: String::new() };

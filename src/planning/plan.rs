@@ -140,7 +140,33 @@ pub enum PlanError {
         /// As written.
         up: [f64; 3],
     },
-    /// A part is missing, doubled or unknown.
+    /// A part that the model does not have.
+    #[error("slot {slot}: the model has no part {part}, its parts are 0..{last}; plan again", last = parts - 1)]
+    NoSuchPart {
+        /// The slot.
+        slot: usize,
+        /// As written.
+        part: usize,
+        /// How many the model has.
+        parts: usize,
+    },
+    /// A pose that the table cannot take.
+    #[error("slot {slot}, part {part}: {letter}{word} is beyond the axis, which reaches {low}..{high} deg; plan again")]
+    Reach {
+        /// The slot.
+        slot: usize,
+        /// The part.
+        part: usize,
+        /// The axis.
+        letter: char,
+        /// As written, degrees.
+        word: f64,
+        /// The axis's lowest word.
+        low: f64,
+        /// The highest.
+        high: f64,
+    },
+    /// A part is missing or doubled.
     #[error("part {part} is printed {times} times; every part of the model is printed once")]
     Count {
         /// The part.
@@ -182,19 +208,29 @@ impl Plan {
         text
     }
 
-    /// Checks angles against directions and that each of `parts` parts is printed once.
+    /// Checks angles against the axes' stops and against directions, and that each of `parts` parts is printed once.
     ///
     /// # Errors
     ///
-    /// [`PlanError::Angles`] and [`PlanError::Count`].
+    /// [`PlanError::NoSuchPart`], [`PlanError::Reach`], [`PlanError::Angles`] and [`PlanError::Count`].
     pub fn check(&self, table: &TableKinematics, parts: usize) -> Result<(), PlanError> {
         let mut times = vec![0; parts];
         for (slot, print) in self.prints() {
             match times.get_mut(print.part) {
                 Some(count) => *count += 1,
-                None => return Err(PlanError::Count { part: print.part, times: 1 }),
+                None => return Err(PlanError::NoSuchPart { slot, part: print.part, parts }),
             }
-            let upright = Dir::<Table>::new(Vec3::from(print.up)).map(|up| table.forward(print.pose(table)).dir(up));
+            let pose = print.pose(table);
+            for (axis, at, word) in
+                [(&table.tilt, pose.tilt, print.tilt_deg), (&table.rotation, pose.rotation, print.rotation_deg)]
+            {
+                if let (Some((low, high)), false) = (axis.range, axis.admits(at)) {
+                    let (letter, part) = (char::from(axis.letter), print.part);
+                    let [low, high] = [low, high].map(|stop| round_to(stop.deg(), 4));
+                    return Err(PlanError::Reach { slot, part, letter, word, low, high });
+                }
+            }
+            let upright = Dir::<Table>::new(Vec3::from(print.up)).map(|up| table.forward(pose).dir(up));
             if upright.is_none_or(|up| (up.unit() - Vec3::z()).norm() > UPRIGHT) {
                 let &Print { part, up, tilt_deg, rotation_deg } = print;
                 return Err(PlanError::Angles { slot, part, tilt_deg, rotation_deg, up });

@@ -161,19 +161,30 @@ pub fn plan(
     let candidates: Vec<Vec<Candidate>> = choices.iter().map(|c| c.candidates.clone()).collect();
     let blocked = site.blocked(&candidates);
     let on_table = set_of(parts, workpiece.model.on_table.iter().copied());
-    let problem = Problem {
-        candidates: &candidates,
-        blocked: &blocked,
-        touching: &site.touching,
-        on_table: &on_table,
-        table_first: options.table_first,
-        priority: options.priority,
+    let search = |priority| {
+        let problem = Problem {
+            candidates: &candidates,
+            blocked: &blocked,
+            touching: &site.touching,
+            on_table: &on_table,
+            table_first: options.table_first,
+            priority,
+        };
+        let mut first: Option<Sequence> = None;
+        let outcome = enumerate(&problem, options.budget, |sequence| {
+            first = Some(sequence.clone());
+            false
+        });
+        (first, outcome)
     };
-    let mut first: Option<Sequence> = None;
-    let outcome = enumerate(&problem, options.budget, |sequence| {
-        first = Some(sequence.clone());
-        false
-    });
+    let (mut first, mut outcome) = match options.priority {
+        // Going back step by step, a slot of two deep down would come before single slots from higher up.
+        Priority::Single => search(Priority::OnlySingle),
+        other => search(other),
+    };
+    if first.is_none() && options.priority == Priority::Single {
+        (first, outcome) = search(Priority::Single);
+    }
     let Some(sequence) = first else {
         return Err(match outcome.end {
             End::Budget => Infeasible::Budget { steps: outcome.steps },

@@ -16,6 +16,9 @@ pub struct Workpiece<'a> {
     pub parts: Vec<TriangleMesh<Table>>,
 }
 
+/// How exactly the model stands on the table, mm: well below a layer, and above the last digit of an `f32` file.
+const STANDS_MM: f64 = 0.01;
+
 /// The model does not lie on the table.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Misplaced {
@@ -32,6 +35,14 @@ pub enum Misplaced {
         beyond_mm: f64,
         /// The table's size, in words.
         extent: String,
+    },
+    /// The placement leaves it in the air, or sinks it.
+    #[error(
+        "the model's lowest point lies {above_mm:.2} mm above the table (below where negative), allowed is {STANDS_MM} mm either way; plan again"
+    )]
+    NotOnTable {
+        /// How far.
+        above_mm: f64,
     },
     /// The model is higher than the machine.
     #[error("the model is {height_mm:.1} mm high; this machine's Z reaches {reach_mm:.1} mm above its table")]
@@ -67,6 +78,10 @@ impl<'a> Workpiece<'a> {
     ///
     /// [`Misplaced`] with the part and the millimetres.
     pub fn check(&self, profile: &Profile) -> Result<(), Misplaced> {
+        let above_mm = self.bounds().min.z;
+        if above_mm.abs() > STANDS_MM {
+            return Err(Misplaced::NotOnTable { above_mm });
+        }
         for &part in &self.model.on_table {
             let standing = self.parts[part].vertices().iter().filter(|v| v.z < 1.0);
             let beyond = standing.map(|v| profile.beyond_table(v.x, v.y)).fold(f64::NEG_INFINITY, f64::max);

@@ -65,7 +65,7 @@ pub enum SliceError {
     /// The slicer wrote no extrusion at all.
     #[error(
         "{slicer} left `{name}` out: its output extrudes nothing; every wall may be thinner than the line width, \
-         or the part lies off the bed"
+         the part lies off the bed, or its gcode_flavor does not extrude with E"
     )]
     NothingExtruded {
         /// The slicer's name.

@@ -52,10 +52,16 @@ impl Program {
     pub(super) fn forced(self, settings: &SliceSettings, configs: &[String], job: &SliceJob) -> String {
         let given = configs.iter().rev().find_map(|text| ini_values(text).remove("layer_height"));
         let layer_height = given.unwrap_or_else(|| settings.layer_height_mm.to_string());
-        let values: Values = match self {
+        let mut values: Values = match self {
             Self::PrusaSlicer => prusa::forced(&layer_height, job),
             Self::Slic3r => slic3r::forced(&layer_height, job),
         };
+        for key in ["first_layer_temperature", "first_layer_bed_temperature"] {
+            // Zero keeps M104 and M109 away; on the table the user's own first layer counts.
+            if !(job.on_table && configs.iter().any(|text| ini_values(text).contains_key(key))) {
+                values.insert(key, "0".to_owned());
+            }
+        }
         prusa::ini(&values)
     }
 
@@ -122,6 +128,9 @@ mod tests {
         assert!(forced(&[]).contains("first_layer_height = 0.2\n"));
         let got = forced(&["layer_height = 0.1\n", "layer_height=0.3\n", "perimeters = 3\n"]);
         assert!(got.contains("first_layer_height = 0.3\n"), "{got}");
+        assert!(got.contains("first_layer_temperature = 0\n"), "{got}");
+        let got = forced(&["first_layer_temperature = 230\n"]);
+        assert!(!got.contains("first_layer_temperature") && got.contains("first_layer_bed_temperature = 0\n"), "{got}");
     }
 
     #[test]

@@ -96,15 +96,13 @@ pub(super) fn forced(layer_height: &str, job: &SliceJob) -> Values {
 /// The forced keys that PrusaSlicer and Slic3r share.
 ///
 /// The first layer becomes like the others, except for its speed on the table. Start code, supports and skirts belong
-/// to the rewriter or stand on a bed that is not there; a zero first-layer temperature keeps M104 and M109 away.
+/// to the rewriter or stand on a bed that is not there.
 pub(super) fn common_forced(layer_height: &str, job: &SliceJob) -> Values {
     let [x, y] = job.bed_mm;
     let mut values: Values = [
         ("first_layer_height", layer_height),
         ("first_layer_extrusion_width", "0"),
         ("first_layer_acceleration", "0"),
-        ("first_layer_temperature", "0"),
-        ("first_layer_bed_temperature", "0"),
         ("skirts", "0"),
         ("brim_width", "0"),
         ("raft_layers", "0"),

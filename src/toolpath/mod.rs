@@ -14,6 +14,7 @@
 
 mod clear;
 mod export;
+mod modal;
 mod output;
 mod policy;
 mod rewrite;

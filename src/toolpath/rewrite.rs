@@ -5,8 +5,11 @@
 //!   for each layer, lowest first: the print it belongs to, shifted; between different prints a travel of ours
 //! ```
 
+use std::ops::Range;
+
 use super::clear::Obstacles;
 use super::export::{BoxMismatch, SlotMesh, check_box, slot_mesh};
+use super::modal::Modal;
 use super::output::Output;
 use super::sliced::{Item, Layer, SlicedPrint, Step3};
 use crate::geom::{Bounds, Vec3};
@@ -127,6 +130,9 @@ pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>) -> Result<Rewritten, Rewrite
         pose: None,
         printed: Vec::new(),
         current: None,
+        above_all: false,
+        in_force: Modal::default(),
+        of_print: vec![Modal::default(); entries.len()],
         warnings: Vec::new(),
     };
     writer.header(&entries);
@@ -201,6 +207,12 @@ struct Writer<'a> {
     printed: Vec<usize>,
     /// The print that the nozzle is at, not retracted.
     current: Option<usize>,
+    /// Whether the tip is at the height proved clear, as it is while the table turns.
+    above_all: bool,
+    /// What kept lines have set.
+    in_force: Modal,
+    /// The same for each print alone, by its number.
+    of_print: Vec<Modal>,
     warnings: Vec<String>,
 }
 
@@ -225,6 +237,11 @@ impl Writer<'_> {
         };
         let nozzle = of(|s| s.nozzle_c, profile.process.nozzle_c);
         let bed = of(|s| s.bed_c, profile.process.bed_c);
+        self.in_force = Modal::heated(Some(nozzle), Some(bed));
+        for entry in entries {
+            let sliced = entry.input.sliced;
+            self.of_print[entry.input.print] = Modal::heated(sliced.nozzle_c, sliced.bed_c);
+        }
         self.custom_code(&profile.dialect.start, nozzle, bed);
         self.out.begin_counting();
         // Up first, wherever homing has left X and Y.
@@ -287,6 +304,7 @@ impl Writer<'_> {
         let height = self.safe_height();
         if self.pose != Some(pose) || self.out.tip().is_none() {
             self.out.go_z(height, transition.z_mm_per_min);
+            self.above_all = true;
             if let (Some([x, y]), Some(_)) = (transition.park_mm, self.pose) {
                 self.out.go(Vec3::new(x, y, height), 0.0, transition.travel_mm_per_min, b"");
             }
@@ -316,20 +334,31 @@ impl Writer<'_> {
     /// Goes to where `chunk` begins to extrude, primed.
     fn enter(&mut self, chunk: &Chunk<'_>, obstacles: &Obstacles<'_>) {
         let transition = &self.job.profile.transition;
-        let was_inside = self.current.is_some();
         self.retract();
         let shift = chunk.entry.mesh.to_machine;
         let Some(first) = first_print(chunk.layer) else { return };
         let start = first.from + shift;
-        let height = self.travel_height(start, was_inside, obstacles);
+        let height = self.travel_height(start, obstacles);
         let (print, part) = (chunk.entry.input.print, chunk.entry.print.part);
         self.out.go_z(height, transition.z_mm_per_min);
         self.out.go(Vec3::new(start.x, start.y, height), 0.0, transition.travel_mm_per_min, b"");
+        self.above_all = false;
         self.out.line(&format!(";TRUNNION print={print} part={part}"));
+        // What the lead itself sets need not be set twice.
+        let mut wanted = self.of_print[print].clone();
+        for item in &chunk.layer.lead {
+            if let Item::Keep(span) = item {
+                wanted.note(&chunk.entry.input.bytes[span.clone()]);
+            }
+        }
+        for line in self.in_force.change_to(&wanted) {
+            self.out.keep(line.as_bytes());
+            self.in_force.note(line.as_bytes());
+        }
         let mut owed = 0.0;
         for item in &chunk.layer.lead {
             match item {
-                Item::Keep(span) => self.out.keep(&chunk.entry.input.bytes[span.clone()]),
+                Item::Keep(span) => self.keep(chunk.entry, span),
                 // What a lead of a later layer pushes more than it pulled is the slicer's own restart allowance.
                 Item::Step(step) if chunk.index > 0 => owed += step.e,
                 _ => {}
@@ -343,11 +372,11 @@ impl Writer<'_> {
     }
 
     /// A little above both ends if that is free, else above everything that stands at this pose.
-    fn travel_height(&self, start: Vec3, was_inside: bool, obstacles: &Obstacles<'_>) -> f64 {
+    fn travel_height(&self, start: Vec3, obstacles: &Obstacles<'_>) -> f64 {
         let limit = self.job.profile.limits.z_mm[1];
         let Some(tip) = self.out.tip() else { return self.safe_height() };
-        if !was_inside {
-            // Just turned: the tip is above everything, and comes straight down.
+        if self.above_all {
+            // Just turned: straight across and straight down.
             return tip.z.max(start.z);
         }
         let low = (tip.z.max(start.z) + HOP_MM).min(limit);
@@ -355,10 +384,20 @@ impl Writer<'_> {
         if obstacles.well_free(raised(tip), raised(start)) { low } else { obstacles.over_all.max(low).min(limit) }
     }
 
+    /// A line of a print that passes as it stands.
+    fn keep(&mut self, entry: &Entry<'_>, span: &Range<usize>) {
+        let line = &entry.input.bytes[span.clone()];
+        self.out.keep(line);
+        if !line.starts_with(b";") {
+            self.in_force.note(line);
+            self.of_print[entry.input.print].note(line);
+        }
+    }
+
     /// One line of a print, shifted into the machine.
     fn item(&mut self, item: &Item, entry: &Entry<'_>, obstacles: Option<&Obstacles<'_>>) {
         match item {
-            Item::Keep(span) => self.out.keep(&entry.input.bytes[span.clone()]),
+            Item::Keep(span) => self.keep(entry, span),
             Item::FirmwareRetract(pull) => self.out.line(if *pull { "G10" } else { "G11" }),
             Item::Step(step) => self.step(step, entry, obstacles),
         }

@@ -208,8 +208,10 @@ struct Reader<'a> {
     pending: Vec<Pending>,
     extrusion: Bounds,
     filament_mm: f64,
-    nozzle_c: Option<f64>,
-    bed_c: Option<f64>,
+    /// Nozzle and bed as last set.
+    heat: [Option<f64>; 2],
+    /// The same when the print began.
+    heat_at_first: [Option<f64>; 2],
     prologue: Vec<Range<usize>>,
 }
 
@@ -237,8 +239,8 @@ impl<'a> Reader<'a> {
             pending: Vec::new(),
             extrusion: Bounds::EMPTY,
             filament_mm: 0.0,
-            nozzle_c: None,
-            bed_c: None,
+            heat: [None; 2],
+            heat_at_first: [None; 2],
             prologue: Vec::new(),
         }
     }
@@ -338,13 +340,15 @@ impl<'a> Reader<'a> {
     }
 
     fn temperature(&mut self, code: u32, parsed: &ParsedLine) {
-        let value = parsed.value(b'S').filter(|&s| s > 0.0);
-        if self.layers.is_empty() {
-            match code {
-                104 | 109 => self.nozzle_c = value.or(self.nozzle_c),
-                140 | 190 => self.bed_c = value.or(self.bed_c),
-                _ => {}
-            }
+        // Another tool's heat is none of ours.
+        if parsed.value(b'T').is_some_and(|t| t != 0.0) {
+            return;
+        }
+        let value = parsed.value(b'S').or(parsed.value(b'R')).filter(|&s| s > 0.0);
+        match code {
+            104 | 109 => self.heat[0] = value.or(self.heat[0]),
+            140 | 190 => self.heat[1] = value.or(self.heat[1]),
+            _ => {}
         }
     }
 
@@ -402,6 +406,7 @@ impl<'a> Reader<'a> {
         let first = self.layers.is_empty();
         let pending = std::mem::take(&mut self.pending);
         if first {
+            self.heat_at_first = self.heat;
             let mut lead = Vec::new();
             // The file's own head: comments before anything is commanded. Later ones belong to the first layer.
             let head = pending.iter().take_while(|p| p.comment).count();
@@ -465,8 +470,8 @@ impl<'a> Reader<'a> {
             layers: std::mem::take(&mut self.layers),
             extrusion: std::mem::replace(&mut self.extrusion, Bounds::EMPTY),
             filament_mm: std::mem::take(&mut self.filament_mm),
-            nozzle_c: self.nozzle_c,
-            bed_c: self.bed_c,
+            nozzle_c: self.heat_at_first[0],
+            bed_c: self.heat_at_first[1],
             prologue: std::mem::take(&mut self.prologue),
             epilogue: epilogue.collect(),
         };

@@ -32,7 +32,7 @@ fn file(folder: &Path, name: &str, bytes: &[u8]) -> String {
 }
 
 /// A binary STL of the facets.
-fn stl(facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
+pub(crate) fn stl(facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
     let mut bytes = vec![0; 80];
     bytes.extend((facets.len() as u32).to_le_bytes());
     for facet in facets {
@@ -44,7 +44,7 @@ fn stl(facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
 }
 
 /// The facets of a box.
-fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<[[f32; 3]; 3]> {
+pub(crate) fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<[[f32; 3]; 3]> {
     let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 0 { min[a] } else { max[a] });
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]].map(|t| t.map(corner))).collect()
@@ -188,4 +188,50 @@ fn a_file_of_an_earlier_run_does_not_pass_for_the_result_of_a_failed_one() {
     let run = trunnion().args(["prepare", "gone.stl", "-m", "generic-ac", "-o"]).arg(&output).output().unwrap();
     assert_eq!(run.status.code(), Some(2));
     assert!(!output.exists() && folder.path().join("out.gcode.stale").exists());
+}
+
+#[test]
+fn an_output_never_takes_the_place_of_a_model_or_a_folder() {
+    let folder = folder();
+    let bytes = stl(&cuboid([0.0; 3], [10.0; 3]));
+    let model = file(folder.path(), "model.stl", &bytes);
+    let inner = folder.path().join("inner");
+    std::fs::create_dir(&inner).unwrap();
+    let run = |verb: &str, output: &Path| {
+        let run = trunnion().args([verb, &model, "-m", "generic-ac", "-q", "-o"]).arg(output).output().unwrap();
+        assert_eq!(run.status.code(), Some(2), "{verb}: {}", said(&run));
+        said(&run)
+    };
+    for verb in ["prepare", "plan"] {
+        assert!(run(verb, Path::new(&model)).contains("give the output another name"));
+        assert!(run(verb, &inner).contains("is a folder"));
+        assert!(run(verb, &folder.path().join("none/out")).contains("there is no folder"));
+    }
+    assert_eq!(std::fs::read(&model).unwrap(), bytes);
+    assert!(inner.is_dir());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "something was left behind");
+}
+
+#[test]
+fn a_plan_edited_beyond_the_machine_or_the_table_is_refused_with_numbers() {
+    let folder = folder();
+    let model = file(folder.path(), "model.stl", &stl(&cuboid([0.0; 3], [10.0; 3])));
+    let plan = folder.path().join("plan.json");
+    let made = trunnion().args(["plan", &model, "-m", "generic-ac", "-o"]).arg(&plan).output().unwrap();
+    assert!(made.status.success(), "{}", said(&made));
+    let document: serde_json::Value = serde_json::from_slice(&std::fs::read(&plan).unwrap()).unwrap();
+    let cases = [
+        ("/slots/0/prints/0/tilt_deg", 360.0, "A360 is beyond the axis, which reaches -15..90"),
+        ("/slots/0/prints/0/tilt_deg", 5.0, "do not bring up"),
+        ("/placement/origin_mm/2", 50.0, "50.00 mm above the table"),
+        ("/placement/origin_mm/0", 500.0, "over the rim"),
+    ];
+    for (pointer, value, wanted) in cases {
+        let mut edited = document.clone();
+        *edited.pointer_mut(pointer).unwrap() = value.into();
+        std::fs::write(&plan, edited.to_string()).unwrap();
+        let run = trunnion().arg("slice").arg(&plan).arg("-o").arg(folder.path().join("slots")).output().unwrap();
+        assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+        assert!(said(&run).contains(wanted), "{}", said(&run));
+    }
 }

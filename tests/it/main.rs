@@ -12,3 +12,4 @@ mod pipeline;
 mod rust_source;
 mod sliced_files;
 mod support;
+mod turns;

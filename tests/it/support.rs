@@ -10,6 +10,11 @@ pub(crate) fn skip(why: &str) {
     let _ = writeln!(std::io::stderr(), "SKIPPED: {why}");
 }
 
+/// Says something aloud that a passing test would otherwise keep to itself.
+pub(crate) fn note(what: &str) {
+    let _ = writeln!(std::io::stderr(), "NOTE: {what}");
+}
+
 /// The repository's own folder.
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
