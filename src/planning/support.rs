@@ -56,18 +56,6 @@ impl Needs {
         self.beginnings.iter().all(|below| below.meets(printed))
     }
 
-    /// Nothing.
-    #[cfg(test)]
-    pub(super) fn none() -> Self {
-        Self { overhang_mm2: 0.0, carried: Vec::new(), beginnings: Vec::new() }
-    }
-
-    /// Any part of `below`, and nothing else.
-    #[cfg(test)]
-    pub(super) fn to_begin_on(below: PartSet) -> Self {
-        Self { beginnings: vec![below], ..Self::none() }
-    }
-
     /// Both at once.
     pub(super) fn met_by(&self, printed: &PartSet) -> bool {
         self.begins_on(printed) && self.missing(printed) == 0.0
