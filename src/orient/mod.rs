@@ -7,6 +7,9 @@
 //!
 //! This room must not know machines or sequences.
 
+mod bound;
+mod certified;
+mod dips;
 mod directions;
 mod facets;
 mod lowest;
@@ -21,6 +24,9 @@ mod sphere;
 mod tests;
 mod volumes;
 
+pub use bound::{Bound, Cap, has_bounds};
+pub use certified::Certified;
+pub use dips::turned;
 pub use directions::{Direction, directions};
 pub use facets::{Facet, Facets};
 pub use multistart::Multistart;

@@ -52,4 +52,9 @@ impl Cubic {
     pub(super) fn at(&self, d: &Vec3) -> Vec3 {
         Vec3::new((self.0[0] * d).dot(d), (self.0[1] * d).dot(d), (self.0[2] * d).dot(d))
     }
+
+    /// The root of the sum of squares of its entries: no value on unit vectors is larger.
+    pub(super) fn norm(&self) -> f64 {
+        self.0.iter().map(Mat3::norm_squared).sum::<f64>().sqrt()
+    }
 }

@@ -1,8 +1,8 @@
 //! Objectives by name, and sums of them.
 
 use super::{
-    ContactArea, Facets, Height, NormalZ, Objective, OverhangAngle, Staircase, SupportArea, SupportVolumeConvex,
-    TanhOverhang, WeightedNormalZ,
+    Bound, Cap, ContactArea, Facets, Height, NormalZ, Objective, OverhangAngle, Staircase, SupportArea,
+    SupportVolumeConvex, TanhOverhang, WeightedNormalZ,
 };
 use crate::geom::{Angle, Vec3};
 
@@ -145,6 +145,14 @@ impl Objective for WeightedSum {
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         self.terms.iter().try_fold(Vec3::zeros(), |sum, (weight, f)| Some(sum + f.gradient(facets, up)? * *weight))
+    }
+
+    /// The sum of the terms' bounds: no direction can be below each of them. `None` with a negative weight.
+    fn bound(&self, facets: &Facets, cap: &Cap, _: f64) -> Option<Bound> {
+        self.terms.iter().try_fold(Bound { value: 0.0, hint: None }, |sum, (weight, f)| {
+            let term = f.bound(facets, cap, f64::INFINITY).filter(|_| *weight >= 0.0)?;
+            Some(Bound { value: sum.value + weight * term.value, hint: sum.hint.or(term.hint) })
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! The objectives of seed 000 that know the facets' normals alone: an open mesh will do.
 
 use super::facets::tangential;
-use super::{Facets, Objective};
+use super::{Bound, Cap, Facets, Objective, bound};
 use crate::geom::{Angle, Vec3};
 
 /// `sum max(|acos(n.d) - pi/2| - theta, 0)` over the facets, each counted once whatever its area (seed 000, equation
@@ -37,6 +37,10 @@ impl Objective for OverhangAngle {
         }
         Some(tangential(sum, up))
     }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::overhang_angle(self, facets, cap, enough))
+    }
 }
 
 /// `sum (n.d)^2` over the facets, each counted once (seed 000, equation 3.2.2), no unit.
@@ -60,5 +64,9 @@ impl Objective for NormalZ {
             sum += n * (2.0 * count * n.dot(up));
         }
         Some(tangential(sum, up))
+    }
+
+    fn bound(&self, facets: &Facets, _: &Cap, _: f64) -> Option<Bound> {
+        Some(bound::normal_z(self, facets))
     }
 }

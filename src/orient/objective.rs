@@ -1,7 +1,7 @@
 //! What an objective is, and those of seed 004 section 4.
 
-use super::Facets;
 use super::facets::tangential;
+use super::{Bound, Cap, Facets, bound};
 use crate::geom::Vec3;
 
 /// How bad a build direction is; smaller is better.
@@ -15,6 +15,11 @@ pub trait Objective: Sync {
     /// The gradient on the sphere (at right angles to `up`, per radian) where the function has one; at a kink that of
     /// one side. `None` for a function that is constant between its jumps.
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3>;
+
+    /// A lower bound over `cap` that holds; it need not be better than `enough`. `None` where this version has none.
+    fn bound(&self, _facets: &Facets, _cap: &Cap, _enough: f64) -> Option<Bound> {
+        None
+    }
 }
 
 /// `|d.n|` from here on is a facet parallel to the layers: no staircase, no support. 1 - cos(0.1 degree).
@@ -55,6 +60,10 @@ impl Objective for Staircase {
         }
         Some(tangential(sum, up) * (self.layer_mm * self.layer_mm / 2.0))
     }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::staircase(self, facets, cap, enough))
+    }
 }
 
 /// Area that faces down, projected: `sum A |d.n|` over `d.n < 0` but not flat down (seed 004, section 4), mm².
@@ -86,6 +95,10 @@ impl Objective for SupportArea {
         }
         Some(tangential(sum, up))
     }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::support_area(self, facets, cap, enough))
+    }
 }
 
 /// Height along the direction, `max v.d - min v.d` (seed 004, section 4: building time), mm.
@@ -104,6 +117,10 @@ impl Objective for Height {
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         Some(tangential(facets.lowest(&-up) - facets.lowest(up), up))
+    }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::height(self, facets, cap, enough))
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::facets::tangential;
 use super::objective::FLAT;
-use super::{Facets, Objective};
+use super::{Bound, Cap, Facets, Objective, bound};
 use crate::geom::{Angle, Vec3};
 use crate::mesh::TABLE_GAP_MM;
 
@@ -28,6 +28,10 @@ impl Objective for WeightedNormalZ {
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         let form = facets.sums().form(&facets.lowest(up));
         Some(tangential(form.at(up) * 3.0, up))
+    }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::weighted_normal_z(self, facets, cap, enough))
     }
 }
 
