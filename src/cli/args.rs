@@ -40,6 +40,8 @@ pub(super) enum Verb {
     Prepare(Prepare),
     /// Say what a model is made of: parts, volumes, interfaces, unit
     Inspect(Inspect),
+    /// Find the best build directions of each part, with a proof where there is one
+    Orient(Orient),
     /// Find orientations and a sequence of time slots, or say why there is none
     Plan(Plan),
     /// Write each print's mesh, a project with all of them, and sliced files
@@ -157,6 +159,37 @@ pub(super) struct Prepare {
 pub(super) struct Inspect {
     #[command(flatten)]
     pub(super) model: ModelArgs,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Orient {
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    /// staircase, support-area, height, overhang-angle, normal-z, weighted-normal-z, tanh-overhang,
+    /// support-volume-convex, contact-area, or a sum such as 0.7*staircase+0.3*height; may be given several times
+    #[arg(long, default_value = "staircase", value_name = "NAME")]
+    pub(super) objective: Vec<String>,
+    /// certified (best value and a lower bound), multistart or nelder-mead
+    #[arg(long, default_value = "certified")]
+    pub(super) method: String,
+    /// Only this part [default: each]
+    #[arg(long, value_name = "N")]
+    pub(super) part: Option<usize>,
+    /// Most evaluations for one objective [default: the method's own]
+    #[arg(long, value_name = "N")]
+    pub(super) budget: Option<usize>,
+    /// Seed of multistart; the other methods draw no numbers
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Overhangs up to this angle from the vertical cost nothing in overhang-angle and support-volume-convex
+    #[arg(long, default_value_t = 45.0, value_name = "DEG")]
+    pub(super) overhang: f64,
+    /// Layer height of staircase
+    #[arg(long, default_value_t = 0.2, value_name = "MM")]
+    pub(super) layer: f64,
+    /// Write the part with the first objective's best direction up, on z = 0 (STL; 3MF by its ending)
+    #[arg(short, long, value_name = "OUT.stl")]
+    pub(super) output: Option<PathBuf>,
 }
 
 #[derive(ClapArgs)]

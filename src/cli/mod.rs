@@ -8,6 +8,7 @@ mod failure;
 mod files;
 mod inspect;
 mod load;
+mod orient;
 mod plan;
 mod prepare;
 mod profile;
@@ -38,6 +39,7 @@ pub fn run() -> ExitCode {
     let done = match args.verb {
         Verb::Prepare(verb) => prepare::run(&verb, &console),
         Verb::Inspect(verb) => inspect::run(&verb, &console),
+        Verb::Orient(verb) => orient::run(&verb, &console),
         Verb::Plan(verb) => plan::run(&verb, &console),
         Verb::Slice(verb) => slice::run(&verb, &console),
         Verb::Rewrite(verb) => rewrite::run(&verb, &console),

@@ -29,7 +29,7 @@ mod write;
 pub use error::{Fault, MAX_COORDINATE, MeshError, Place};
 pub use interface::{INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface};
 pub use model::{Model, Part, TABLE_GAP_MM};
-pub use read::{ReadOptions, read_model};
+pub use read::{ReadOptions, read_model, read_surface};
 pub use triangle_mesh::TriangleMesh;
 pub use unit::{METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
 pub use write::{stl_binary, stl_binary_parts, threemf};

@@ -7,13 +7,35 @@
 //!
 //! This room must not know machines or sequences.
 
+mod bound;
+mod certified;
+mod dips;
 mod directions;
+mod facets;
+mod lowest;
+mod moments;
 mod multistart;
+mod names;
+mod nelder_mead;
+mod normals;
 mod objective;
+mod sphere;
+#[cfg(test)]
+mod tests;
+mod volumes;
 
+pub use bound::{Bound, Cap, has_bounds};
+pub use certified::Certified;
+pub use dips::turned;
 pub use directions::{Direction, directions};
+pub use facets::{Facet, Facets};
 pub use multistart::Multistart;
-pub use objective::{Facets, Height, Objective, Staircase, SupportArea, named};
+pub use names::{BadObjective, OBJECTIVES, Settings, WeightedSum, named, nearest, objective};
+pub use nelder_mead::NelderMead;
+pub use normals::{NormalZ, OverhangAngle};
+pub use objective::{Height, Objective, Staircase, SupportArea};
+pub use sphere::{from_angles, to_angles};
+pub use volumes::{ContactArea, SupportVolumeConvex, TanhOverhang, WeightedNormalZ};
 
 use crate::geom::Vec3;
 
@@ -33,6 +55,34 @@ pub struct Found {
     pub minima: Vec<Minimum>,
     /// How often the objective was evaluated.
     pub evaluations: usize,
+    /// No direction has a lower value, proved; `None` where the search proves nothing.
+    pub lower_bound: Option<f64>,
+    /// Why it ended.
+    pub stop: Stop,
+}
+
+/// Why a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// Its steps, or the gap to its lower bound, became as small as it asks for.
+    Converged,
+    /// Its evaluations were used up.
+    Budget,
+}
+
+/// Minima nearer than this (radians, half a degree) are one.
+const SAME_MINIMUM: f64 = 0.0087;
+
+/// `minima` best first, without those that lie beside a better one.
+fn distinct(mut minima: Vec<Minimum>) -> Vec<Minimum> {
+    minima.sort_by(|a, b| a.value.total_cmp(&b.value));
+    let mut kept: Vec<Minimum> = Vec::new();
+    for minimum in minima {
+        if kept.iter().all(|k| (k.up - minimum.up).norm() > SAME_MINIMUM) {
+            kept.push(minimum);
+        }
+    }
+    kept
 }
 
 /// Finds minima of an objective over all directions.

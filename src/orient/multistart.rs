@@ -5,7 +5,8 @@
 //! stop it, since no gradient is used; isolated dips at facet normals are out of its reach and belong to
 //! [`directions`](super::directions).
 
-use super::{Facets, Found, Minimum, Objective, Search};
+use super::sphere::{lattice, tangents};
+use super::{Facets, Found, Minimum, Objective, Search, Stop, distinct};
 use crate::geom::Vec3;
 
 /// Multistart direct search.
@@ -27,9 +28,6 @@ impl Default for Multistart {
 
 /// A walk ends when its step is below this (radians): 0.00006 degrees, less than a rotary word can say.
 const LAST_STEP: f64 = 1e-6;
-/// Minima nearer than this (radians, half a degree) are one.
-const SAME_MINIMUM: f64 = 0.0087;
-
 impl Search for Multistart {
     fn name(&self) -> &'static str {
         "multistart"
@@ -37,17 +35,10 @@ impl Search for Multistart {
 
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
         let mut evaluations = 0;
-        let mut minima: Vec<Minimum> = (0..self.starts)
+        let minima = (0..self.starts)
             .map(|i| self.walk(objective, facets, lattice(i, self.starts), i as u64, &mut evaluations))
             .collect();
-        minima.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let mut kept: Vec<Minimum> = Vec::new();
-        for minimum in minima {
-            if kept.iter().all(|k| (k.up - minimum.up).norm() > SAME_MINIMUM) {
-                kept.push(minimum);
-            }
-        }
-        Found { minima: kept, evaluations }
+        Found { minima: distinct(minima), evaluations, lower_bound: None, stop: Stop::Converged }
     }
 }
 
@@ -79,13 +70,6 @@ impl Multistart {
     }
 }
 
-fn lattice(i: usize, count: usize) -> Vec3 {
-    let z = 1.0 - 2.0 * (i as f64 + 0.5) / count as f64;
-    let turn = i as f64 * 2.399_963_229_728_653;
-    let r = (1.0 - z * z).sqrt();
-    Vec3::new(r * turn.cos(), r * turn.sin(), z)
-}
-
 /// A 64-bit linear congruential generator: all that spreading directions asks for.
 struct Random(u64);
 
@@ -96,9 +80,7 @@ impl Random {
     }
 
     fn tangent(&mut self, up: &Vec3) -> Vec3 {
-        let aside = if up.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
-        let e1 = up.cross(&aside).normalize();
-        let e2 = up.cross(&e1);
+        let [e1, e2] = tangents(up);
         let (s, c) = self.angle().sin_cos();
         e1 * c + e2 * s
     }
@@ -120,7 +102,7 @@ mod tests {
                 e1 * c + e2 * s
             })
             .collect();
-        let facets = Facets { areas: vec![1.0; normals.len()], normals, points: vec![] };
+        let facets = Facets::with(normals.clone(), vec![1.0; normals.len()], vec![]);
         let found = Multistart::default().search(&Staircase { layer_mm: 0.2 }, &facets);
         let best = found.minima[0].up;
         assert!(best.dot(&axis).abs() > 1.0 - 1e-9, "{best:?}");

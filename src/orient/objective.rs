@@ -1,61 +1,29 @@
-//! The objectives of seed 004 section 4.
+//! What an objective is, and those of seed 004 section 4.
 
+use super::facets::tangential;
+use super::{Bound, Cap, Facets, bound};
 use crate::geom::Vec3;
-use crate::mesh::TriangleMesh;
-
-/// A part's facets as the objectives need them: facets of one normal summed up.
-#[derive(Clone, Debug)]
-pub struct Facets {
-    /// Outward unit normals, distinct to the bit.
-    pub normals: Vec<Vec3>,
-    /// The area with each normal, mm².
-    pub areas: Vec<f64>,
-    /// The corner points.
-    pub points: Vec<Vec3>,
-}
-
-impl Facets {
-    /// Gathers `mesh`; facets without area are left out.
-    pub fn of<F>(mesh: &TriangleMesh<F>) -> Self {
-        let mut all: Vec<(Vec3, f64)> =
-            (0..mesh.facets().len()).filter_map(|i| mesh.normal(i).map(|n| (n, mesh.facet_area(i)))).collect();
-        all.sort_by(|a, b| a.0.as_slice().partial_cmp(b.0.as_slice()).unwrap_or(std::cmp::Ordering::Equal));
-        let (mut normals, mut areas): (Vec<Vec3>, Vec<f64>) = (Vec::new(), Vec::new());
-        for (normal, area) in all {
-            match normals.last() {
-                Some(last) if (last - normal).norm() < 1e-9 => {
-                    if let Some(sum) = areas.last_mut() {
-                        *sum += area;
-                    }
-                }
-                _ => {
-                    normals.push(normal);
-                    areas.push(area);
-                }
-            }
-        }
-        Self { normals, areas, points: mesh.vertices().to_vec() }
-    }
-
-    fn extent(&self, up: &Vec3) -> (f64, f64) {
-        self.points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
-            let along = p.dot(up);
-            (low.min(along), high.max(along))
-        })
-    }
-}
 
 /// How bad a build direction is; smaller is better.
 pub trait Objective: Sync {
     /// The `--objective` name.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
     /// The value at the unit direction `up`.
     fn value(&self, facets: &Facets, up: &Vec3) -> f64;
+
+    /// The gradient on the sphere (at right angles to `up`, per radian) where the function has one; at a kink that of
+    /// one side. `None` for a function that is constant between its jumps.
+    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3>;
+
+    /// A lower bound over `cap` that holds; it need not be better than `enough`. `None` where this version has none.
+    fn bound(&self, _facets: &Facets, _cap: &Cap, _enough: f64) -> Option<Bound> {
+        None
+    }
 }
 
 /// `|d.n|` from here on is a facet parallel to the layers: no staircase, no support. 1 - cos(0.1 degree).
-const FLAT: f64 = 1.0 - 1.5e-6;
+pub(super) const FLAT: f64 = 1.0 - 1.5e-6;
 
 /// Staircase error, `t²/2 * sum A |d.n|` without the facets that lie flat (seed 004, section 4), mm⁴ at t in mm.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +33,7 @@ pub struct Staircase {
 }
 
 impl Objective for Staircase {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "staircase"
     }
 
@@ -81,6 +49,21 @@ impl Objective for Staircase {
             .sum();
         sum * self.layer_mm * self.layer_mm / 2.0
     }
+
+    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
+        let mut sum = Vec3::zeros();
+        for (n, area) in facets.normals.iter().zip(&facets.areas) {
+            let along = n.dot(up);
+            if along.abs() < FLAT {
+                sum += n * (area * along.signum());
+            }
+        }
+        Some(tangential(sum, up) * (self.layer_mm * self.layer_mm / 2.0))
+    }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::staircase(self, facets, cap, enough))
+    }
 }
 
 /// Area that faces down, projected: `sum A |d.n|` over `d.n < 0` but not flat down (seed 004, section 4), mm².
@@ -90,7 +73,7 @@ impl Objective for Staircase {
 pub struct SupportArea;
 
 impl Objective for SupportArea {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "support-area"
     }
 
@@ -101,6 +84,21 @@ impl Objective for SupportArea {
         });
         down.sum()
     }
+
+    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
+        let mut sum = Vec3::zeros();
+        for (n, area) in facets.normals.iter().zip(&facets.areas) {
+            let along = n.dot(up);
+            if along < 0.0 && along > -FLAT {
+                sum -= n * *area;
+            }
+        }
+        Some(tangential(sum, up))
+    }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::support_area(self, facets, cap, enough))
+    }
 }
 
 /// Height along the direction, `max v.d - min v.d` (seed 004, section 4: building time), mm.
@@ -108,7 +106,7 @@ impl Objective for SupportArea {
 pub struct Height;
 
 impl Objective for Height {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "height"
     }
 
@@ -116,15 +114,13 @@ impl Objective for Height {
         let (low, high) = facets.extent(up);
         high - low
     }
-}
 
-/// The objective called `name`; `None` for a name that this version does not know.
-pub fn named(name: &str, layer_mm: f64) -> Option<Box<dyn Objective>> {
-    match name {
-        "staircase" => Some(Box::new(Staircase { layer_mm })),
-        "support-area" => Some(Box::new(SupportArea)),
-        "height" => Some(Box::new(Height)),
-        _ => None,
+    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
+        Some(tangential(facets.lowest(&-up) - facets.lowest(up), up))
+    }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::height(self, facets, cap, enough))
     }
 }
 
@@ -141,7 +137,7 @@ mod tests {
             normals.extend([n, -n]);
             areas.extend([a, a]);
         }
-        Facets { normals, areas, points: (0..8).map(corner).collect() }
+        Facets::with(normals, areas, (0..8).map(corner).collect())
     }
 
     #[test]

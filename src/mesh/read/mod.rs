@@ -9,7 +9,8 @@ mod threemf_xml;
 
 use super::error::{Fault, Located, MeshError, Place};
 use super::soup::Soup;
-use super::{Model, Unit};
+use super::{Model, TriangleMesh, Unit, guess_unit};
+use crate::geom::{Bounds, Object};
 
 /// How to read a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,6 +33,23 @@ pub struct ReadOptions {
 /// numbers that are not finite or out of range, or a surface that is open, inconsistently wound or flat.
 pub fn read_model(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Model, MeshError> {
     read(bytes, name).and_then(|soup| Model::from_soup(soup, options)).map_err(|located| located.in_file(name))
+}
+
+/// Reads a model's surface as it is, in mm: open, non-manifold and inconsistently wound meshes as well, all parts in one.
+///
+/// For what needs no closed parts, such as sums over normals. Equal vertices are welded and facets that then name one
+/// twice dropped; nothing is mended, whatever `options.repair` says.
+///
+/// # Errors
+///
+/// A [`MeshError`] as [`read_model`]'s, but for what only closed parts need.
+pub fn read_surface(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<TriangleMesh<Object>, MeshError> {
+    let mut soup = read(bytes, name).map_err(|located| located.in_file(name))?;
+    soup.weld();
+    let longest = || Bounds::of(soup.vertices.iter().copied()).size().max();
+    let unit = options.unit.or(soup.unit).unwrap_or_else(|| guess_unit(longest()).0);
+    let vertices = soup.vertices.iter().map(|v| v * unit.millimetres()).collect();
+    Ok(TriangleMesh::new(vertices, soup.facets))
 }
 
 fn read(bytes: &[u8], name: &str) -> Result<Soup, Located> {
@@ -88,7 +106,8 @@ fn format_of(bytes: &[u8], name: &str) -> Option<Format> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Format, format_of};
+    use super::{Format, ReadOptions, format_of, read_model, read_surface};
+    use crate::mesh::Unit;
 
     #[test]
     fn content_goes_before_the_name() {
@@ -111,5 +130,16 @@ mod tests {
         assert_eq!(format_of(&bytes, "x.stl"), Some(Format::StlAscii), "of a wrong length, the text decides");
         bytes[..12].copy_from_slice(b"solid model ");
         assert_eq!(format_of(&bytes, "x.stl"), Some(Format::StlBinary), "cut short");
+    }
+
+    #[test]
+    fn an_open_surface_is_read_as_it_is() {
+        let text = b"OFF\n4 2 0\n0 0 0\n2 0 0\n0 2 0\n2 2 0\n3 0 1 2\n3 1 3 2\n";
+        let inch = ReadOptions { unit: Some(Unit::Inch), repair: false };
+        assert!(read_model(text, "square.off", &inch).is_err());
+        let mesh = read_surface(text, "square.off", &inch).unwrap();
+        assert_eq!((mesh.vertices().len(), mesh.facets().len()), (4, 2));
+        assert!((mesh.area() - 4.0 * 25.4 * 25.4).abs() < 1e-9);
+        assert!(read_surface(b"", "x.off", &inch).is_err());
     }
 }

@@ -1,0 +1,84 @@
+//! What no descent finds: the narrow dips at facet normals.
+
+use super::sphere::tangents;
+use super::{Facets, Found, Minimum, Objective, distinct};
+use crate::geom::Vec3;
+use crate::mesh::TriangleMesh;
+
+/// Both senses of the so many largest normals are tried.
+const MOST_NORMALS: usize = 100;
+/// A dip is lower than its neighbourhood so far away, radians: beyond the 0.1 degree within which a facet is flat.
+const BESIDE: f64 = 0.004;
+
+impl Found {
+    /// With the dips of `objective` at the largest facets' normals, evaluations counted; the lower bound stays, since it
+    /// holds for every direction.
+    #[must_use]
+    pub fn with_dips(mut self, objective: &dyn Objective, facets: &Facets) -> Self {
+        let mut order: Vec<usize> = (0..facets.normals.len()).collect();
+        order.sort_by(|&a, &b| facets.areas[b].total_cmp(&facets.areas[a]).then(a.cmp(&b)));
+        let mut minima = std::mem::take(&mut self.minima);
+        for &i in order.iter().take(MOST_NORMALS) {
+            for up in [facets.normals[i], -facets.normals[i]] {
+                let value = objective.value(facets, &up);
+                self.evaluations += 5;
+                if beside(&up).iter().all(|d| objective.value(facets, d) > value) {
+                    minima.push(Minimum { up, value });
+                }
+            }
+        }
+        Self { minima: distinct(minima), ..self }
+    }
+}
+
+fn beside(up: &Vec3) -> [Vec3; 4] {
+    let [e1, e2] = tangents(up);
+    [e1, -e1, e2, -e2].map(|t| (up + t * BESIDE).normalize())
+}
+
+/// `mesh` turned by the least rotation that brings the unit direction `up` to +Z (for -Z: half a turn about X), lowest
+/// point at z = 0; x and y of the turned mesh stay as they come. No points stay none.
+pub fn turned<F, G>(mesh: &TriangleMesh<F>, up: &Vec3) -> TriangleMesh<G> {
+    let half = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
+    let turn = nalgebra::UnitQuaternion::rotation_between(up, &Vec3::z()).unwrap_or(half);
+    let mut vertices: Vec<Vec3> = mesh.vertices().iter().map(|v| turn * v).collect();
+    let low = vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
+    vertices.iter_mut().for_each(|v| v.z -= low);
+    TriangleMesh::new(vertices, mesh.facets().to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::{Object, Slot};
+    use crate::orient::{ContactArea, NelderMead, Search};
+
+    fn wedge() -> TriangleMesh<Object> {
+        let points = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 3.0, 1.0], [0.0, 0.0, 3.0]];
+        let facets = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        TriangleMesh::new(points.map(Vec3::from).to_vec(), facets)
+    }
+
+    #[test]
+    fn the_largest_face_of_a_tetrahedron_is_its_best_contact() {
+        let facets = Facets::of(&wedge());
+        let found = NelderMead::default().search(&ContactArea, &facets).with_dips(&ContactArea, &facets);
+        // Faces of 6, 4, 3 and the slope: half of |(-4, 3, 0) x (-4, 0, 2)| = |(6, 8, 12)| / 2.
+        let areas: Vec<f64> = found.minima.iter().map(|m| m.value).filter(|v| *v < 0.0).collect();
+        let wanted = [-(244f64.sqrt() / 2.0), -6.0, -4.0, -3.0];
+        assert_eq!(areas.len(), 4, "{areas:?}");
+        assert!(areas.iter().zip(wanted).all(|(a, w)| (a - w).abs() < 1e-9), "{areas:?}");
+    }
+
+    #[test]
+    fn a_turned_mesh_stands_on_the_bed_upright() {
+        for up in [Vec3::x(), Vec3::z(), -Vec3::z(), Vec3::new(1.0, 2.0, -2.0) / 3.0] {
+            let (mesh, facets) = (wedge(), Facets::of(&wedge()));
+            let turned: TriangleMesh<Slot> = turned(&mesh, &up);
+            let (low, high) = facets.extent(&up);
+            assert!(turned.bounds().min.z.abs() < 1e-12);
+            assert!((turned.bounds().max.z - (high - low)).abs() < 1e-12, "{up:?}");
+            assert!((turned.volume() - mesh.volume()).abs() < 1e-12, "not mirrored");
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Objectives by name, and sums of them.
+
+use super::{
+    Bound, Cap, ContactArea, Facets, Height, NormalZ, Objective, OverhangAngle, Staircase, SupportArea,
+    SupportVolumeConvex, TanhOverhang, WeightedNormalZ,
+};
+use crate::geom::{Angle, Vec3};
+
+/// The names of [`objective`], in the order of METHODS.
+pub const OBJECTIVES: [&str; 9] = [
+    "staircase",
+    "support-area",
+    "height",
+    "overhang-angle",
+    "normal-z",
+    "weighted-normal-z",
+    "tanh-overhang",
+    "support-volume-convex",
+    "contact-area",
+];
+
+/// What the named objectives are set to.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Layer height of `staircase`, mm.
+    pub layer_mm: f64,
+    /// Overhangs up to this angle from the vertical cost nothing in `overhang-angle` and `support-volume-convex`.
+    pub overhang: Angle,
+    /// Units of `tanh-overhang` in one mm.
+    pub tanh_scale: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { layer_mm: 0.2, overhang: Angle::from_deg(45.0), tanh_scale: 1.0 }
+    }
+}
+
+/// An objective that cannot be made from its text.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BadObjective {
+    /// No objective has this name.
+    #[error("objective `{name}` is unknown; did you mean {nearest}? known are {}", OBJECTIVES.join(", "))]
+    Unknown {
+        /// As given.
+        name: String,
+        /// The known name nearest to it by edits.
+        nearest: &'static str,
+    },
+    /// A weight that is no number, or not finite.
+    #[error("weight `{weight}` of `{name}` is not a finite number; write sums as 0.7*staircase+0.3*height")]
+    Weight {
+        /// As given.
+        weight: String,
+        /// What it weighs.
+        name: String,
+    },
+    /// Weights that say nothing.
+    #[error("the weights of `{text}` sum to 0 (allowed: any other sum); leave the objective with weight 0 out")]
+    NoWeight {
+        /// As given.
+        text: String,
+    },
+}
+
+/// The objective of `text`: a name, or a weighted sum `w1*name1+w2*name2` of raw values (nothing is normalised).
+///
+/// # Errors
+///
+/// [`BadObjective`] for an unknown name (with the nearest), a weight that is not a finite number, and weights that sum
+/// to 0.
+pub fn objective(text: &str, settings: &Settings) -> Result<Box<dyn Objective>, BadObjective> {
+    let words: Vec<&str> = text.split('+').map(str::trim).collect();
+    if let [word] = words[..]
+        && !word.contains('*')
+    {
+        return plain(word, settings);
+    }
+    let mut terms = Vec::new();
+    for word in words {
+        let (weight, name) = word.split_once('*').unwrap_or(("1", word));
+        let (weight, name) = (weight.trim(), name.trim());
+        let bad = || BadObjective::Weight { weight: weight.to_owned(), name: name.to_owned() };
+        let number = weight.parse::<f64>().ok().filter(|w| w.is_finite()).ok_or_else(bad)?;
+        terms.push((number, plain(name, settings)?));
+    }
+    if terms.iter().map(|(weight, _)| weight).sum::<f64>() == 0.0 {
+        return Err(BadObjective::NoWeight { text: text.to_owned() });
+    }
+    Ok(Box::new(WeightedSum { text: text.to_owned(), terms }))
+}
+
+fn plain(name: &str, settings: &Settings) -> Result<Box<dyn Objective>, BadObjective> {
+    Ok(match name {
+        "staircase" => Box::new(Staircase { layer_mm: settings.layer_mm }),
+        "support-area" => Box::new(SupportArea),
+        "height" => Box::new(Height),
+        "overhang-angle" => Box::new(OverhangAngle { theta: settings.overhang }),
+        "normal-z" => Box::new(NormalZ),
+        "weighted-normal-z" => Box::new(WeightedNormalZ),
+        "tanh-overhang" => Box::new(TanhOverhang { scale: settings.tanh_scale }),
+        "support-volume-convex" => Box::new(SupportVolumeConvex { overhang: settings.overhang }),
+        "contact-area" => Box::new(ContactArea),
+        _ => return Err(BadObjective::Unknown { name: name.to_owned(), nearest: nearest(name, &OBJECTIVES) }),
+    })
+}
+
+/// The objective called `name`, overhangs at 45 degrees; `None` for a name that this version does not know.
+pub fn named(name: &str, layer_mm: f64) -> Option<Box<dyn Objective>> {
+    plain(name, &Settings { layer_mm, ..Settings::default() }).ok()
+}
+
+/// The one of `known` nearest to `wanted` by edits (Levenshtein), the earlier of two as near; empty for none.
+pub fn nearest(wanted: &str, known: &[&'static str]) -> &'static str {
+    known.iter().min_by_key(|name| edits(wanted, name)).copied().unwrap_or("")
+}
+
+fn edits(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.chars().count()).collect();
+    for (i, one) in a.chars().enumerate() {
+        let mut corner = std::mem::replace(&mut row[0], i + 1);
+        for (j, other) in b.chars().enumerate() {
+            let changed = corner + usize::from(one != other);
+            corner = row[j + 1];
+            row[j + 1] = changed.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row.last().copied().unwrap_or(0)
+}
+
+/// A sum of objectives with weights, raw (seed 002 equation 4.9, seed 004 equation 9); its name is the text it came of.
+pub struct WeightedSum {
+    text: String,
+    terms: Vec<(f64, Box<dyn Objective>)>,
+}
+
+impl Objective for WeightedSum {
+    fn name(&self) -> &str {
+        &self.text
+    }
+
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
+        self.terms.iter().map(|(weight, f)| weight * f.value(facets, up)).sum()
+    }
+
+    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
+        self.terms.iter().try_fold(Vec3::zeros(), |sum, (weight, f)| Some(sum + f.gradient(facets, up)? * *weight))
+    }
+
+    /// The sum of the terms' bounds: no direction can be below each of them. `None` with a negative weight.
+    fn bound(&self, facets: &Facets, cap: &Cap, _: f64) -> Option<Bound> {
+        self.terms.iter().try_fold(Bound { value: 0.0, hint: None }, |sum, (weight, f)| {
+            let term = f.bound(facets, cap, f64::INFINITY).filter(|_| *weight >= 0.0)?;
+            Some(Bound { value: sum.value + weight * term.value, hint: sum.hint.or(term.hint) })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_makes_its_objective() {
+        for name in OBJECTIVES {
+            assert_eq!(objective(name, &Settings::default()).unwrap().name(), name);
+        }
+    }
+
+    #[test]
+    fn a_sum_adds_raw_values_and_gradients() {
+        let facets = Facets::with(vec![Vec3::x(), -Vec3::x()], vec![2.0, 3.0], vec![Vec3::zeros(), Vec3::x() * 4.0]);
+        let up = Vec3::new(0.6, 0.0, 0.8);
+        let sum = objective("2*height + 0.5*normal-z", &Settings::default()).unwrap();
+        assert!((sum.value(&facets, &up) - (2.0 * 4.0 * 0.6 + 0.5 * 2.0 * 0.36)).abs() < 1e-12);
+        let wanted = (Vec3::x() * 8.0 + Vec3::x() * (0.5 * 4.0 * 0.6)).dot(&Vec3::new(0.8, 0.0, -0.6));
+        let got = sum.gradient(&facets, &up).unwrap();
+        assert!((got.dot(&Vec3::new(0.8, 0.0, -0.6)) - wanted).abs() < 1e-12, "{got:?} {wanted}");
+    }
+
+    #[test]
+    fn bad_words_are_named_with_a_remedy() {
+        let text = |word: &str| objective(word, &Settings::default()).err().unwrap().to_string();
+        assert!(text("staircas").starts_with("objective `staircas` is unknown; did you mean staircase? known are "));
+        assert!(text("weighted-normal").contains("did you mean weighted-normal-z?"));
+        assert_eq!(
+            text("x*height+height"),
+            "weight `x` of `height` is not a finite number; write sums as 0.7*staircase+0.3*height"
+        );
+        assert!(text("1*height+-1*staircase").contains("sum to 0 (allowed: any other sum)"));
+        assert!(text("inf*height").contains("not a finite number"));
+    }
+}

@@ -1,0 +1,149 @@
+//! The objectives that know how high a facet lies above the lowest point: seeds 000, 001 and 002.
+//!
+//! All of them take the bed to be the plane through the lowest corner point, and what hangs to be held from there, never
+//! from the part itself.
+
+use super::facets::tangential;
+use super::objective::FLAT;
+use super::{Bound, Cap, Facets, Objective, bound};
+use crate::geom::{Angle, Vec3};
+use crate::mesh::TABLE_GAP_MM;
+
+/// `sum A (b.d - min v.d) (n.d)^2` (seed 000, equations 3.2.4 and 4.0.3), mm³: what lies level, by its height.
+///
+/// An evaluation costs 16 sums made once and the lowest point (METHODS section 2). Seed 000 takes the minimum over each
+/// facet's first corner in some of its printed numbers; here it is over all corners.
+#[derive(Clone, Copy, Debug)]
+pub struct WeightedNormalZ;
+
+impl Objective for WeightedNormalZ {
+    fn name(&self) -> &str {
+        "weighted-normal-z"
+    }
+
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
+        facets.sums().form(&facets.lowest(up)).at(up).dot(up)
+    }
+
+    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
+        let form = facets.sums().form(&facets.lowest(up));
+        Some(tangential(form.at(up) * 3.0, up))
+    }
+
+    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
+        Some(bound::weighted_normal_z(self, facets, cap, enough))
+    }
+}
+
+/// The volume under all that overhangs, down to the bed: `sum -A n.d (b.d - min v.d)` over `-n.d > sin(overhang)`
+/// (seed 002, equation 3.23, exact), mm³.
+///
+/// The seed counts its angle `t` from the horizontal and asks `-n.d > cos(t)`; here it is counted from the vertical,
+/// `t = 90 - overhang` degrees. Columns that would stand on the part are counted to the bed. Jumps where a facet
+/// passes the threshold.
+#[derive(Clone, Copy, Debug)]
+pub struct SupportVolumeConvex {
+    /// Facets up to this angle from the vertical need no support.
+    pub overhang: Angle,
+}
+
+impl Objective for SupportVolumeConvex {
+    fn name(&self) -> &str {
+        "support-volume-convex"
+    }
+
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
+        let (low, from) = (facets.lowest(up).dot(up), self.overhang.rad().sin());
+        let mut sum = 0.0;
+        for ((n, area), moment) in facets.normals.iter().zip(&facets.areas).zip(&facets.moments) {
+            let along = n.dot(up);
+            if -along > from {
+                sum -= along * (moment.dot(up) - area * low);
+            }
+        }
+        sum
+    }
+
+    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
+        let (lowest, from) = (facets.lowest(up), self.overhang.rad().sin());
+        let mut sum = Vec3::zeros();
+        for ((n, area), moment) in facets.normals.iter().zip(&facets.areas).zip(&facets.moments) {
+            let along = n.dot(up);
+            if -along > from {
+                let arm = moment - lowest * *area;
+                sum -= n * arm.dot(up) + arm * along;
+            }
+        }
+        Some(tangential(sum, up))
+    }
+}
+
+/// `1/4 sum |S| (1 + tanh S) tanh(k (sum z - 3 min z))`, `S` minus twice the projected area (seed 001, section 2).
+///
+/// **Depends on the unit**: both `tanh` take plain numbers, so a model twice as large does not have the same minima.
+/// Lengths are counted in mm times `scale`; the value is in the square of that unit. `k` is 1/10 as in the seed's code;
+/// its text has no such factor. The seed's sign conventions give the same function, its bounds cover the sphere twice.
+#[derive(Clone, Copy, Debug)]
+pub struct TanhOverhang {
+    /// Units of the formula in one mm; 1 takes mm as they are.
+    pub scale: f64,
+}
+
+/// The seed's code divides the height above the bed by ten.
+const HEIGHT: f64 = 0.1;
+
+impl Objective for TanhOverhang {
+    fn name(&self) -> &str {
+        "tanh-overhang"
+    }
+
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
+        let low = facets.lowest(up).dot(up);
+        let mut sum = 0.0;
+        for facet in &facets.each {
+            let s = -2.0 * self.scale * self.scale * facet.area.dot(up);
+            let height = 3.0 * self.scale * HEIGHT * (facet.barycentre.dot(up) - low);
+            sum += s.abs() * (1.0 + s.tanh()) * height.tanh();
+        }
+        sum * 0.25
+    }
+
+    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
+        let lowest = facets.lowest(up);
+        let (square, lift) = (-2.0 * self.scale * self.scale, 3.0 * self.scale * HEIGHT);
+        let mut sum = Vec3::zeros();
+        for facet in &facets.each {
+            let (s, arm) = (square * facet.area.dot(up), facet.barycentre - lowest);
+            let (ts, th) = (s.tanh(), (lift * arm.dot(up)).tanh());
+            let by_s = s.signum() * (1.0 + ts) + s.abs() * (1.0 - ts * ts);
+            sum += facet.area * (square * by_s * th) + arm * (lift * s.abs() * (1.0 + ts) * (1.0 - th * th));
+        }
+        Some(tangential(sum, up) * 0.25)
+    }
+}
+
+/// Minus the area that lies flat on the bed, mm²: larger contact is better (seed 002, chapter 6), smaller values are.
+///
+/// Flat is within 0.1 degree, on the bed within 0.05 mm of the lowest point. 0 for a part that stands on an edge; constant
+/// between its jumps, so only directions that lay a facet flat are worth trying.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactArea;
+
+impl Objective for ContactArea {
+    fn name(&self) -> &str {
+        "contact-area"
+    }
+
+    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
+        let bed = facets.lowest(up).dot(up) + TABLE_GAP_MM;
+        let flat = |area: f64, along: f64| along < 0.0 && -along >= FLAT * area;
+        let lies = facets.each.iter().map(|f| (f.area.norm(), f));
+        let lies = lies.filter(|(area, f)| flat(*area, f.area.dot(up)) && f.barycentre.dot(up) <= bed);
+        // Not `-sum`: nothing on the bed is 0, not -0.
+        0.0 - lies.map(|(area, _)| area).sum::<f64>()
+    }
+
+    fn gradient(&self, _: &Facets, _: &Vec3) -> Option<Vec3> {
+        None
+    }
+}

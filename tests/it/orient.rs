@@ -1,0 +1,248 @@
+//! Build directions of the seeds' own meshes, against the values in their tables (re-run), and the verb `orient`.
+
+use std::path::PathBuf;
+
+use trunnion::geom::{Angle, Vec3};
+use trunnion::mesh::{ReadOptions, Unit, read_model, read_surface};
+use trunnion::orient::{
+    Certified, Facets, Height, NelderMead, Objective, OverhangAngle, Search, Settings, TanhOverhang, WeightedNormalZ,
+    from_angles, objective,
+};
+
+use crate::pipeline::fixture;
+use crate::support::{Numbers, folder, root, skip, trunnion};
+
+/// The seeds' meshes: beside the repository, or where TRUNNION_MESHES says.
+fn meshes() -> Option<PathBuf> {
+    let given = std::env::var_os("TRUNNION_MESHES").map(PathBuf::from);
+    let folder = given.unwrap_or_else(|| root().join("../shared/data/meshes"));
+    if !folder.is_dir() {
+        skip(&format!("no meshes in {} (TRUNNION_MESHES says where)", folder.display()));
+        return None;
+    }
+    Some(folder)
+}
+
+/// A seed's mesh in its file's own numbers: the tables know no unit.
+fn facets(folder: &std::path::Path, name: &str) -> Facets {
+    let bytes = std::fs::read(folder.join(name)).unwrap();
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    Facets::of(&read_surface(&bytes, name, &options).unwrap())
+}
+
+fn near(got: f64, wanted: f64, relative: f64, what: &str) {
+    assert!((got - wanted).abs() <= relative * wanted.abs(), "{what}: {got} for {wanted}");
+}
+
+/// A value printed with so many digits is known to half of its last one.
+struct Castro {
+    file: &'static str,
+    facets: usize,
+    least: f64,
+    angles: (f64, f64),
+    unrotated: f64,
+    overhang: f64,
+    overhang_least: f64,
+}
+
+const fn castro(
+    file: &'static str,
+    facets: usize,
+    least: f64,
+    angles: (f64, f64),
+    [unrotated, overhang, overhang_least]: [f64; 3],
+) -> Castro {
+    Castro { file, facets, least, angles, unrotated, overhang, overhang_least }
+}
+
+/// Seed 000, tables 4.2.1 and 3.1.1, re-run with all vertices in the minimum; files' frames.
+const CASTRO: [Castro; 7] = [
+    castro("arm.obj", 16618, 0.068232214, (-2.7448, 0.0799), [0.147013, 2141.807, 409.5150]),
+    castro("horse_quad.obj", 4796, 3.7903823e-4, (-1.4297, 0.2636), [4.94891e-4, 565.5352, 214.8947]),
+    castro("decimated-max.obj", 10540, 5441945.9, (-1.8056, 0.0250), [8.78922e6, 1051.674, 431.6156]),
+    castro("decimated-knight.off", 1000, 0.040528049, (0.0908, 0.0004), [0.0478671, 120.4443, 43.1768]),
+    castro("bunny.off", 6966, 9.5420027e-4, (-0.1698, 0.5424), [1.55388e-3, 812.8062, 346.3305]),
+    castro("camel_b.obj", 3576, 46462.528, (2.0943, -1.5180), [64934.5, 235.2923, 148.1600]),
+    castro("cow.off", 5520, 0.07390639, (-std::f64::consts::FRAC_PI_2, -0.0924), [0.0922508, 883.0595, 266.8798]),
+];
+
+#[test]
+fn weighted_normal_z_has_castros_values_and_minima() {
+    let Some(folder) = meshes() else { return };
+    for mesh in &CASTRO {
+        let part = facets(&folder.join("castro"), mesh.file);
+        assert_eq!(part.each.len(), mesh.facets, "{}", mesh.file);
+        near(WeightedNormalZ.value(&part, &Vec3::z()), mesh.unrotated, 1e-5, mesh.file);
+        let start = from_angles(mesh.angles.0, mesh.angles.1);
+        let found = NelderMead { start: Some(start), ..NelderMead::default() }.search(&WeightedNormalZ, &part);
+        near(found.minima[0].value, mesh.least, 1e-6, mesh.file);
+        let off = found.minima[0].up.angle(&start).to_degrees();
+        assert!(off < 0.1, "{}: {off} degrees off", mesh.file);
+    }
+}
+
+#[test]
+fn overhang_angle_has_castros_values_and_minima() {
+    let Some(folder) = meshes() else { return };
+    let f = OverhangAngle { theta: Angle::from_deg(45.0) };
+    for mesh in &CASTRO {
+        let part = facets(&folder.join("castro"), mesh.file);
+        near(f.value(&part, &Vec3::z()), mesh.overhang, 1e-6, mesh.file);
+        let found = NelderMead::default().search(&f, &part);
+        near(found.minima[0].value, mesh.overhang_least, 1e-6, mesh.file);
+    }
+}
+
+/// Seed 001's table re-run: the best of DIRECT's 1000 evaluations.
+const PURI: [(&str, f64); 8] = [
+    ("cube", 0.0347253),
+    ("cut cylinder", 0.12232),
+    ("conic frustum", 0.158118),
+    ("frustum", 0.479474),
+    ("bullet", 16.401),
+    ("battery mount", 0.766178),
+    ("death star", 158.706),
+    ("reuleaux tetrahedron", 0.0734115),
+];
+
+/// Simplex searches end on a kink here and there, at most this much above the best known (cut cylinder: 3.0e-4).
+const PURI_KINK: f64 = 5e-4;
+
+#[test]
+fn tanh_overhang_reaches_puris_values() {
+    let Some(folder) = meshes() else { return };
+    let f = TanhOverhang { scale: 1.0 };
+    for (name, value) in PURI {
+        let part = facets(&folder.join("puri"), &format!("{name}.stl"));
+        near(NelderMead::default().search(&f, &part).minima[0].value, value, PURI_KINK, name);
+    }
+    let cube = facets(&folder.join("puri"), "cube.stl");
+    near(f.value(&cube, &Vec3::z()), 0.0347253, 1e-6, "the cube as it lies");
+    // Seed 001 turns the other way about both axes: its (-2.618, 0) is our (2.618, 0). A kink: 1e-5 rad make 1 percent.
+    let cylinder = facets(&folder.join("puri"), "cut cylinder.stl");
+    near(f.value(&cylinder, &from_angles(150f64.to_radians(), 0.0)), 0.12232, 1e-2, "the cylinder on its cut");
+}
+
+/// Evenly spread over the sphere.
+fn anywhere(numbers: &mut Numbers) -> Vec3 {
+    let (z, turn) = (numbers.between(-1.0, 1.0), numbers.between(0.0, std::f64::consts::TAU));
+    let r = (1.0 - z * z).sqrt();
+    Vec3::new(r * turn.cos(), r * turn.sin(), z)
+}
+
+#[test]
+fn certified_proves_castros_minima_and_no_random_direction_is_below() {
+    let Some(folder) = meshes() else { return };
+    let mut numbers = Numbers::seeded(3);
+    for mesh in &CASTRO {
+        let part = facets(&folder.join("castro"), mesh.file);
+        let found = Certified::default().search(&WeightedNormalZ, &part);
+        let (best, lower) = (found.minima[0].value, found.lower_bound.unwrap());
+        near(best, mesh.least, 1e-6, mesh.file);
+        assert!(lower <= best && best - lower <= 1e-6 * best, "{}: {lower} for {best}", mesh.file);
+        for _ in 0..100_000 {
+            assert!(WeightedNormalZ.value(&part, &anywhere(&mut numbers)) >= lower, "{}", mesh.file);
+        }
+    }
+}
+
+#[test]
+fn certified_closes_the_gap_for_every_objective_with_bounds() {
+    let Some(folder) = meshes() else { return };
+    let mut numbers = Numbers::seeded(4);
+    // The smallest and the open one: all seven take a minute here. Every seed mesh closed when this was written.
+    for file in ["decimated-knight.off", "camel_b.obj"] {
+        let part = facets(&folder.join("castro"), file);
+        for name in ["staircase", "support-area", "height", "overhang-angle", "normal-z"] {
+            let f = objective(name, &Settings::default()).unwrap();
+            let found = Certified::default().search(f.as_ref(), &part);
+            let (best, lower) = (found.minima[0].value, found.lower_bound.unwrap());
+            assert!(lower <= best && best - lower <= 1e-6 * best, "{file} {name}: {lower} for {best}");
+            for _ in 0..20_000 {
+                assert!(f.value(&part, &anywhere(&mut numbers)) >= lower, "{file} {name}");
+            }
+        }
+    }
+}
+
+fn run(args: &[&str]) -> (i32, String, String) {
+    let out = trunnion().arg("orient").args(args).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (out.status.code().unwrap(), text(&out.stdout), text(&out.stderr))
+}
+
+#[test]
+fn the_document_has_the_keys_that_scripts_read() {
+    let cube = fixture("cube");
+    let (code, out, said) =
+        run(&[&cube, "--json", "--objective", "height", "--objective", "1*staircase+2*support-area"]);
+    assert_eq!(code, 0, "{said}");
+    let document: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(document["model"], cube.as_str());
+    let part = &document["parts"][0];
+    assert_eq!((part["id"].as_u64(), part["facets"].as_u64()), (Some(0), Some(12)));
+    let height = &part["results"][0];
+    assert_eq!((height["objective"].as_str(), height["method"].as_str()), (Some("height"), Some("certified")));
+    let (best, bound) = (&height["minima"][0], height["lower_bound"].as_f64().unwrap());
+    let value = best["value"].as_f64().unwrap();
+    assert!(bound <= value && value - bound <= 1e-6 * value, "{bound} for {value}");
+    assert_eq!(best["kind"], "global");
+    let angle = |key: &str| best[key].as_f64().unwrap().to_radians();
+    let up = from_angles(angle("alpha_deg"), angle("beta_deg"));
+    let written: Vec<f64> = best["up"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+    assert!((up - Vec3::from_column_slice(&written)).norm() < 1e-12);
+    assert!(height["evaluations"].as_u64() > Some(0) && height["seconds"].is_number());
+    assert_eq!(part["results"][1]["minima"][0]["value"].as_f64(), Some(0.0), "a cube on a face");
+}
+
+#[test]
+fn the_written_part_stands_with_its_best_direction_up() {
+    let folder = folder();
+    let out = folder.path().join("turned.stl");
+    let stem = fixture("y-tree");
+    let (code, text, said) =
+        run(&[&stem, "--part", "1", "--objective", "height", "--method", "nelder-mead", "-o", out.to_str().unwrap()]);
+    assert_eq!(code, 0, "{said}");
+    assert!(text.contains("height by nelder-mead: not proved"), "{text}");
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    let mesh = read_surface(&std::fs::read(&out).unwrap(), "turned.stl", &options).unwrap();
+    let model = read_model(&std::fs::read(&stem).unwrap(), "y-tree.stl", &options).unwrap();
+    let least = NelderMead::default().search(&Height, &Facets::of(&model.parts[1].mesh)).minima[0].value;
+    assert!(mesh.bounds().min.z.abs() < 1e-4);
+    assert!((mesh.bounds().max.z - least).abs() < 1e-4, "{} for {least}", mesh.bounds().max.z);
+}
+
+#[test]
+fn bad_words_are_refused_with_a_remedy() {
+    let (cube, tree) = (fixture("cube"), fixture("y-tree"));
+    let cases: [(&[&str], &str); 8] = [
+        (&[&cube, "--objective", "staircas"], "did you mean staircase?"),
+        (&[&cube, "--objective", "1*height+-1*staircase"], "sum to 0"),
+        (&[&cube, "--objective", ""], "is unknown"),
+        (&[&cube, "--method", "certain"], "did you mean certified?"),
+        (&[&cube, "--part", "9"], "--part 9 is out of range"),
+        (&[&cube, "--budget", "3"], "give at least 100"),
+        (&[&cube, "--overhang", "90"], "--overhang 90 is out of 0..90 deg"),
+        (&[&tree, "-o", "never-written.stl"], "choose one with --part N"),
+    ];
+    for (args, wanted) in cases {
+        let (code, out, said) = run(args);
+        assert_eq!((code, out.as_str()), (2, ""), "{args:?}");
+        assert!(said.contains(wanted), "{args:?}: {said}");
+    }
+}
+
+#[test]
+fn an_open_mesh_is_taken_for_normals_and_refused_for_volumes() {
+    let folder = folder();
+    let file = folder.path().join("square.off");
+    std::fs::write(&file, "OFF\n4 2 0\n0 0 0\n20 0 0\n0 20 0\n20 20 0\n3 0 1 2\n3 1 3 2\n").unwrap();
+    let file = file.to_str().unwrap();
+    let (code, out, said) = run(&[file, "--objective", "normal-z"]);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("open edges") && said.contains("taken as one surface"), "{said}");
+    assert!(out.contains("normal-z by certified"), "{out}");
+    let (code, _, said) = run(&[file, "--objective", "support-volume-convex"]);
+    assert_eq!(code, 2);
+    assert!(said.contains("open edges"), "{said}");
+}
