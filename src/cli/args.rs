@@ -169,7 +169,7 @@ pub(super) struct Orient {
     /// support-volume-convex, contact-area, or a sum such as 0.7*staircase+0.3*height; may be given several times
     #[arg(long, default_value = "staircase", value_name = "NAME")]
     pub(super) objective: Vec<String>,
-    /// certified (best value and a lower bound), multistart or nelder-mead
+    /// certified (best value and a lower bound), multistart, nelder-mead, direct or grid
     #[arg(long, default_value = "certified")]
     pub(super) method: String,
     /// Only this part [default: each]

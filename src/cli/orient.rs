@@ -11,11 +11,11 @@ use super::{Console, Failure, files, load};
 use crate::geom::{Angle, Object, Slot, Vec3};
 use crate::mesh::{Fault, ReadOptions, TriangleMesh, Unit, read_surface, stl_binary, threemf};
 use crate::orient::{
-    Certified, Facets, Found, Minimum, Multistart, NelderMead, Objective, Search, Settings, has_bounds, nearest,
-    objective, to_angles, turned,
+    Certified, Direct, Facets, Found, Grid, Minimum, Multistart, NelderMead, Objective, Search, Settings, has_bounds,
+    nearest, objective, to_angles, turned,
 };
 
-const METHODS: [&str; 3] = ["certified", "multistart", "nelder-mead"];
+const METHODS: [&str; 5] = ["certified", "multistart", "nelder-mead", "direct", "grid"];
 /// Fewer evaluations than this say nothing of a whole sphere.
 const LEAST_BUDGET: usize = 100;
 /// Minima whose values agree to this, relative, are the same: the gap to which the best is proved.
@@ -88,18 +88,24 @@ impl Asked {
 
     /// The search for `f`, and its name: `certified` only where there is something to prove with.
     fn search(&self, f: &dyn Objective, facets: &Facets, console: &Console) -> (Box<dyn Search>, &'static str) {
+        let budget = |own: usize| self.budget.unwrap_or(own);
         let (walks, simplices, proof) = (Multistart::default(), NelderMead::default(), Certified::default());
-        if self.method == "multistart" {
-            let budget = self.budget.map_or(walks.budget, |all| (all / walks.starts).max(3));
-            return (Box::new(Multistart { budget, seed: self.seed, ..walks }), "multistart");
+        let search: Box<dyn Search> = match self.method {
+            "multistart" => {
+                let budget = (budget(walks.budget * walks.starts) / walks.starts).max(3);
+                Box::new(Multistart { budget, seed: self.seed, ..walks })
+            }
+            "direct" => Box::new(Direct { budget: budget(Direct::default().budget) }),
+            "grid" => Box::new(Grid { budget: budget(Grid::default().budget) }),
+            "certified" if has_bounds(f, facets) => Box::new(Certified { budget: budget(proof.budget), ..proof }),
+            _ => Box::new(NelderMead { budget: budget(simplices.budget), ..simplices }),
+        };
+        if search.name() != self.method {
+            let (name, used) = (f.name(), search.name());
+            console.warning(&format!("{name}: this version has no proof for it; searched by {used}"));
         }
-        if self.method == "certified" && has_bounds(f, facets) {
-            return (Box::new(Certified { budget: self.budget.unwrap_or(proof.budget), ..proof }), "certified");
-        }
-        if self.method == "certified" {
-            console.warning(&format!("{}: this version has no proof for it; searched by nelder-mead", f.name()));
-        }
-        (Box::new(NelderMead { budget: self.budget.unwrap_or(simplices.budget), ..simplices }), "nelder-mead")
+        let name = search.name();
+        (search, name)
     }
 
     fn result(&self, f: &dyn Objective, facets: &Facets, console: &Console) -> Outcome {

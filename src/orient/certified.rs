@@ -31,6 +31,8 @@ impl Default for Certified {
 
 /// Of the budget, what the simplex searches at the beginning may take.
 const FIRST_SHARE: usize = 4;
+/// Simplex searches at the beginning: for the list of local minima, the best is found whatever their number.
+const STARTS: usize = 16;
 /// Evaluations of a descent from a direction that beats the best so far.
 const POLISH: usize = 300;
 
@@ -40,7 +42,8 @@ impl Search for Certified {
     }
 
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
-        let first = NelderMead { budget: (self.budget / FIRST_SHARE).min(20_000), ..NelderMead::default() };
+        let first =
+            NelderMead { starts: STARTS, budget: (self.budget / FIRST_SHARE).min(10_000), ..NelderMead::default() };
         let begun = first.search(objective, facets);
         if !super::has_bounds(objective, facets) {
             return begun;
@@ -162,7 +165,8 @@ impl PartialEq for Cell {
 
 impl Eq for Cell {}
 
-fn direction(face: usize, [u, v]: [f64; 2]) -> Vec3 {
+/// The direction of a point of the cube's face `face`, coordinates from -1 to 1.
+pub(super) fn direction(face: usize, [u, v]: [f64; 2]) -> Vec3 {
     let w = if face < 3 { 1.0 } else { -1.0 };
     match face % 3 {
         0 => Vec3::new(w, u, v),

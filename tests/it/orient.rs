@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use trunnion::geom::{Angle, Vec3};
 use trunnion::mesh::{ReadOptions, Unit, read_model, read_surface};
 use trunnion::orient::{
-    Certified, Facets, Height, NelderMead, Objective, OverhangAngle, Search, Settings, TanhOverhang, WeightedNormalZ,
-    from_angles, objective,
+    Certified, Direct, Facets, Grid, Height, Multistart, NelderMead, Objective, OverhangAngle, Search, Settings,
+    TanhOverhang, WeightedNormalZ, from_angles, objective,
 };
 
 use crate::pipeline::fixture;
@@ -162,6 +162,24 @@ fn certified_closes_the_gap_for_every_objective_with_bounds() {
                 assert!(f.value(&part, &anywhere(&mut numbers)) >= lower, "{file} {name}");
             }
         }
+    }
+}
+
+#[test]
+fn every_search_comes_near_the_proved_minimum_and_none_below() {
+    let Some(folder) = meshes() else { return };
+    let part = facets(&folder.join("castro"), "decimated-knight.off");
+    let lower = Certified::default().search(&Height, &part).lower_bound.unwrap();
+    let searches: [(&dyn Search, f64); 4] = [
+        (&Multistart::default(), 1e-4),
+        (&NelderMead::default(), 1e-6),
+        (&Direct::default(), 1e-3),
+        // Four degrees beside a kink.
+        (&Grid::default(), 0.1),
+    ];
+    for (search, reach) in searches {
+        let best = search.search(&Height, &part).minima[0].value;
+        assert!(best >= lower && best <= lower * (1.0 + reach), "{}: {best} for {lower}", search.name());
     }
 }
 
