@@ -90,7 +90,7 @@ pub(super) enum SlotArg {
 /// How to plan.
 #[derive(ClapArgs)]
 pub(super) struct PlanArgs {
-    /// Which orientations are tried first: staircase, support-area or height
+    /// Which orientations are tried first: any objective of `trunnion orient`
     #[arg(long, default_value = "staircase")]
     pub(super) objective: String,
     /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)

@@ -83,7 +83,8 @@ pub(super) fn make(
 fn options(args: &PlanArgs, machine: &LoadedProfile) -> Result<Options, Failure> {
     let layer = machine.profile.process.layer_height_mm;
     let objective = named(&args.objective, layer).ok_or_else(|| {
-        Failure::Usage(format!("--objective {}: this version knows staircase, support-area and height", args.objective))
+        let near = crate::orient::nearest(&args.objective, &crate::orient::OBJECTIVES);
+        Failure::Usage(format!("--objective {}: not known; did you mean {near}?", args.objective))
     })?;
     if !(0.0..=90.0).contains(&args.overhang) {
         return Err(Failure::Usage(format!("--overhang {} deg is out of 0..90", args.overhang)));

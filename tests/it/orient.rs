@@ -118,7 +118,8 @@ fn tanh_overhang_reaches_puris_values() {
     }
     let cube = facets(&folder.join("puri"), "cube.stl");
     near(f.value(&cube, &Vec3::z()), 0.0347253, 1e-6, "the cube as it lies");
-    // Seed 001 turns the other way about both axes: its (-2.618, 0) is our (2.618, 0). A kink: 1e-5 rad make 1 percent.
+    // Seed 001 turns the other way about both axes: its (-2.618, 0) is our (2.618, 0).
+    // There we have 0.12323 against its 0.12232; why, is not known (a kink lies near).
     let cylinder = facets(&folder.join("puri"), "cut cylinder.stl");
     near(f.value(&cylinder, &from_angles(150f64.to_radians(), 0.0)), 0.12232, 1e-2, "the cylinder on its cut");
 }
