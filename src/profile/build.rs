@@ -132,6 +132,19 @@ impl Profile {
         positive("process.filament_mm", self.process.filament_mm)?;
         positive("transition.travel_mm_per_min", self.transition.travel_mm_per_min)?;
         positive("transition.z_mm_per_min", self.transition.z_mm_per_min)?;
+        let not_negative = |key: &str, value: f64| check(key, value >= 0.0, value.to_string(), ">= 0");
+        not_negative("table.thickness_mm", self.table.thickness_mm)?;
+        not_negative("table.keep_out_mm", self.table.keep_out_mm)?;
+        not_negative("transition.retract_mm", self.transition.retract_mm)?;
+        not_negative("transition.clearance_mm", self.transition.clearance_mm)?;
+        positive("transition.retract_mm_per_s", self.transition.retract_mm_per_s)?;
+        if let Some([x, y]) = self.transition.park_mm {
+            let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
+            let inside = within(x, self.limits.x_mm) && within(y, self.limits.y_mm);
+            check("transition.park_mm", inside, format!("{:?}", [x, y]), "limits.x_mm, limits.y_mm")?;
+        }
+        // Without a head nothing would ever collide.
+        check("head.body", !self.head.body.is_empty(), "[]".to_owned(), "at least one body")?;
         let extent = self.table.radius_mm > 0.0 || self.table.size_mm.is_some();
         check("table.radius_mm", extent, self.table.radius_mm.to_string(), "> 0, or 0 with size_mm")?;
         check("dialect.rtcp", !self.dialect.rtcp, "true".to_owned(), "false: this version works the poses out itself")?;

@@ -26,6 +26,9 @@ pub const SHIPPED: [(&str, &str, &str); 4] = [
 const OPTIONAL: [&str; 4] =
     ["kinematics.rotation.min_deg", "kinematics.rotation.max_deg", "table.size_mm", "transition.park_mm"];
 
+/// Texts that are lines of G-code.
+const MANY_LINES: [&str; 2] = ["dialect.start", "dialect.end"];
+
 /// Keys of a `[[head.body]]` or `[[fixed.body]]`.
 const BODY_KEYS: [&str; 8] = ["name", "moves", "kind", "z_mm", "r_mm", "min_mm", "max_mm", "points_mm"];
 
@@ -104,7 +107,12 @@ pub fn resolve(file: &str, text: &str) -> Result<(Profile, Origin), ProfileError
     let mut top = parse(file, text)?;
     let mut layers = vec![(DEFAULTS.0, DEFAULTS.1, parse(DEFAULTS.0, DEFAULTS.1)?)];
     if let Some(base) = top.remove("extends") {
-        let (base_file, base_text) = shipped(base.as_str().unwrap_or_default())?;
+        let Some(name) = base.as_str() else {
+            let place = key_lines(text).get("extends").map_or(file.to_owned(), |line| format!("{file}:{line}"));
+            let message = format!("extends = {base} is no name; give a shipped profile's, for example \"generic-ac\"");
+            return Err(ProfileError::Type { place, message });
+        };
+        let (base_file, base_text) = shipped(name)?;
         layers.push((base_file, base_text, parse(base_file, base_text)?));
     }
     layers.push((file, text, top));
@@ -119,9 +127,13 @@ pub fn resolve(file: &str, text: &str) -> Result<(Profile, Origin), ProfileError
             origin.insert(key.to_owned(), place(key));
         });
     }
-    let profile: Profile = Value::Table(merged).try_into().map_err(|error: toml::de::Error| ProfileError::Type {
-        place: file.to_owned(),
-        message: error.to_string().trim().replace('\n', " "),
+    sane("", &Value::Table(merged.clone()), &origin)?;
+    let profile: Profile = Value::Table(merged).try_into().map_err(|error: toml::de::Error| {
+        let message = error.to_string().trim().replace('\n', " ");
+        // The deserialiser ends with the key, and only the user's own layer can be of the wrong type.
+        let key = message.rsplit("in `").next().and_then(|rest| rest.strip_suffix('`'));
+        let line = key.and_then(|key| key_lines(text).get(key).copied());
+        ProfileError::Type { place: line.map_or(file.to_owned(), |line| format!("{file}:{line}")), message }
     })?;
     profile.check(&origin)?;
     Ok((profile, origin))
@@ -132,6 +144,30 @@ fn parse(file: &str, text: &str) -> Result<Table, ProfileError> {
         file: file.to_owned(),
         message: error.to_string().trim().replace('\n', " "),
     })
+}
+
+/// Beyond this no length, angle, speed or temperature of a machine lies.
+const LARGEST: f64 = 1e7;
+
+/// Refuses numbers that are none or beyond all machines, and texts that would become lines of G-code.
+fn sane(key: &str, value: &Value, origin: &Origin) -> Result<(), ProfileError> {
+    let refuse = |allowed: &str| {
+        let place = origin.get(key).cloned().unwrap_or_default();
+        Err(ProfileError::Range { place, key: key.to_owned(), value: value.to_string(), allowed: allowed.to_owned() })
+    };
+    match value {
+        Value::Float(number) if number.is_nan() || number.abs() > LARGEST => refuse("numbers from -1e7 to 1e7"),
+        Value::String(text) if !MANY_LINES.contains(&key) && text.contains(char::is_control) => {
+            refuse("text of one line")
+        }
+        Value::Array(all) => all.iter().try_for_each(|one| sane(key, one, origin)),
+        Value::Table(table) => {
+            // The keys of a body have the origin of their list.
+            let inner = |name: &str| if origin.contains_key(key) { key.to_owned() } else { join(key, name) };
+            table.iter().try_for_each(|(name, one)| sane(&inner(name), one, origin))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn known_keys(defaults: &Table) -> Vec<String> {
@@ -275,6 +311,32 @@ mod tests {
         let error = resolve("m.toml", "[[head.body]]\nnam = \"x\"\n").unwrap_err().to_string();
         assert!(error.contains("did you mean \"head.body.name\""), "{error}");
         assert!(shipped("generic-a").unwrap_err().to_string().contains("did you mean \"generic-ac\""));
+    }
+
+    #[test]
+    fn what_no_machine_can_have_is_refused_at_its_line() {
+        let cases = [
+            ("[kinematics]\npivot_mm = [nan, 0.0, 0.0]", "m.toml:2: kinematics.pivot_mm"),
+            ("[process]\nlayer_height_mm = inf", "m.toml:2: process.layer_height_mm"),
+            ("[table]\nthickness_mm = -3.0", "m.toml:2: table.thickness_mm = -3 is out of >= 0"),
+            ("[transition]\nretract_mm = -2.0", "m.toml:2: transition.retract_mm = -2 is out of >= 0"),
+            ("[transition]\nretract_mm_per_s = 0.0", "m.toml:2: transition.retract_mm_per_s = 0 is out of > 0"),
+            ("[transition]\nclearance_mm = -1.0", "m.toml:2: transition.clearance_mm"),
+            ("[transition]\n\npark_mm = [900.0, 0.0]", "m.toml:3: transition.park_mm = [900.0, 0.0] is out of limits"),
+            ("[head]\nbody = []", "m.toml:2: head.body = [] is out of at least one body"),
+            ("[machine]\nname = \"a\\nG28\"", "m.toml:2: machine.name"),
+            (
+                "[[head.body]]\nname = \"n\"\nkind = \"box\"\nmin_mm = [0, 0, nan]\nmax_mm = [1, 1, 1]",
+                "m.toml:1: head.body",
+            ),
+            ("extends = 5", "m.toml:1: extends = 5 is no name"),
+            ("[kinematics.tilt]\nmax_deg = \"ninety\"", "m.toml:2: invalid type: string \"ninety\""),
+            ("[[head.body]]\nname = \"n\"\nkind = \"cone\"", "m.toml:3: unknown variant `cone`"),
+        ];
+        for (text, wanted) in cases {
+            let error = resolve("m.toml", text).unwrap_err().to_string();
+            assert!(error.starts_with(wanted), "{error}");
+        }
     }
 
     #[test]
