@@ -5,7 +5,7 @@ use super::part_set::PartSet;
 use super::solid::Solid;
 use super::support::{Needs, Neighbours, needs};
 use super::workpiece::Workpiece;
-use crate::geom::{Angle, Dir, Machine, Rigid, Table, Vec3};
+use crate::geom::{Angle, Bounds, Dir, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::orient::{Direction, Facets, Multistart, Objective, directions};
 use crate::profile::Profile;
@@ -40,7 +40,7 @@ pub struct Rejected {
 /// Directions that differ by less than this (radians, 0.02 degrees) are one setup: 0.04 mm over 100 mm, a tenth of a line.
 const SAME_SETUP: f64 = 3.5e-4;
 /// How many candidates of a part are kept, the best by objective; the search's width.
-const MOST: usize = 16;
+const MOST: usize = 1000;
 
 /// What all parts' candidates share.
 pub(super) struct Setups<'a> {
@@ -49,6 +49,8 @@ pub(super) struct Setups<'a> {
     pub(super) table: TableKinematics,
     pub(super) head: Head,
     pub(super) threshold: Angle,
+    /// By part, on the table.
+    pub(super) solids: Vec<Solid>,
     /// The poses, by setup number.
     pub(super) poses: Vec<(Dir<Table>, Pose)>,
 }
@@ -131,18 +133,19 @@ impl Setups<'_> {
     /// What the machine has against printing `part` at `pose`: stops or the table.
     fn machine_objects(&self, part: usize, pose: Pose) -> Option<Rejected> {
         let motion = self.table.forward(pose);
-        let solid = Solid::of(&self.workpiece.parts[part]).moved(&motion.rotation, &motion.translation);
+        let solid = &self.solids[part];
         let limits = self.profile.linear_limits();
-        for corner in [solid.bounds.min, solid.bounds.max] {
+        let reached = Bounds::of(solid.points().iter().map(|p| motion.rotation * p + motion.translation));
+        for corner in [reached.min, reached.max] {
             if let Some(out) = limits.violation(&corner) {
                 return Some(rejected(Dir::z(), out.to_string(), "limits", 0.0));
             }
         }
-        let slab = table_solid(self.profile, &motion);
+        let slab = Solid::hull(self.profile.table_slab());
         let lift = contact_mm(self.profile);
-        let clearance = self.head.clearance(&solid, &slab, lift, 1e-3);
+        let clearance = self.head.clearance(&motion, solid, &slab, lift, 1e-3);
         (clearance.mm == 0.0).then(|| {
-            let depth = self.head.depth(&solid, &slab, lift);
+            let depth = self.head.depth(&motion, solid, &slab, lift);
             let reason = format!("the {} would reach {depth:.1} mm into the table", clearance.piece);
             rejected(Dir::z(), reason, "table", depth)
         })

@@ -10,7 +10,7 @@
 
 use super::solid::Solid;
 use crate::geom::convex::Separation;
-use crate::geom::{Body, Vec3};
+use crate::geom::{Body, Machine, Rigid, Vec3};
 use crate::profile::Profile;
 
 /// The head's upward reach, mm; beyond any machine.
@@ -80,13 +80,21 @@ impl Head {
         }
     }
 
-    /// How far the head stays from `obstacle` while its tip visits `swept` raised by `lift` mm, up to `enough` mm.
-    pub(super) fn clearance(&self, swept: &Solid, obstacle: &Solid, lift: f64, enough: f64) -> Clearance {
+    /// How far the head stays from `obstacle` while its tip visits `swept` raised by `lift` mm, up to `enough` mm; both at
+    /// the pose whose motion is `at`.
+    pub(super) fn clearance<A, B>(
+        &self,
+        at: &Rigid<A, B>,
+        swept: &Solid,
+        obstacle: &Solid,
+        lift: f64,
+        enough: f64,
+    ) -> Clearance {
         let mut least = Clearance { mm: enough, piece: String::new() };
         for piece in &self.pieces {
             let raise = if piece.follows[2] { Vec3::z() * lift } else { Vec3::zeros() };
             let points: Vec<Vec3> = piece.points.iter().map(|p| p + raise).collect();
-            match swept.swept_clearance(piece.follows, &points, obstacle, least.mm) {
+            match swept.swept_clearance(at, piece.follows, &points, obstacle, least.mm) {
                 Separation::Meeting => return Clearance { mm: 0.0, piece: piece.name.clone() },
                 Separation::Apart(mm) if mm < least.mm || least.piece.is_empty() => {
                     least = Clearance { mm, piece: piece.name.clone() }
@@ -104,19 +112,21 @@ impl Head {
 
     /// The same for a tip that visits the whole hull of `corners`.
     pub fn sweeps_clear(&self, corners: &[Vec3], obstacle: &Solid, lift: f64) -> bool {
-        self.clearance(&Solid::hull(corners.to_vec()), obstacle, lift, 1e-3).mm > 0.0
+        let still = Rigid::<Machine, Machine>::shift(Vec3::zeros());
+        self.clearance(&still, &Solid::hull(corners.to_vec()), obstacle, lift, 1e-3).mm > 0.0
     }
 
     /// The lift of the tip (mm, to 0.1) that would free the head from `obstacle`; what explanations call the depth.
-    pub(super) fn depth(&self, swept: &Solid, obstacle: &Solid, lift: f64) -> f64 {
+    pub(super) fn depth<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, lift: f64) -> f64 {
+        let meets = |more: f64| self.clearance(at, swept, obstacle, lift + more, 1e-3).mm == 0.0;
         let (mut low, mut high) = (0.0, 1.0);
-        while high < UPWARD && self.clearance(swept, obstacle, lift + high, 1e-3).mm == 0.0 {
+        while high < UPWARD && meets(high) {
             low = high;
             high *= 2.0;
         }
         while high - low > 0.1 {
             let middle = (low + high) / 2.0;
-            if self.clearance(swept, obstacle, lift + middle, 1e-3).mm == 0.0 { low = middle } else { high = middle }
+            if meets(middle) { low = middle } else { high = middle }
         }
         high
     }
@@ -125,6 +135,10 @@ impl Head {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn still() -> Rigid<Machine, Machine> {
+        Rigid::shift(Vec3::zeros())
+    }
 
     fn post(x: f64, height: f64) -> Solid {
         let body = Body::cuboid("", Vec3::new(x, -2.0, 0.0), Vec3::new(x + 4.0, 2.0, height), [true; 3]);
@@ -143,9 +157,9 @@ mod tests {
         // Six extreme vertices all lie 40 mm from the post; only the middle of the bar comes near it.
         let bar =
             Solid::hull(Body::cuboid("", Vec3::new(-50.0, 11.0, 0.0), Vec3::new(50.0, 15.0, 4.0), [true; 3]).points);
-        let got = head().clearance(&bar, &post(0.0, 30.0), 0.2, 5.0);
+        let got = head().clearance(&still(), &bar, &post(0.0, 30.0), 0.2, 5.0);
         assert_eq!((got.mm, got.piece.as_str()), (0.0, "block"));
-        let low = head().clearance(&bar, &post(0.0, 3.0), 0.2, 5.0);
+        let low = head().clearance(&still(), &bar, &post(0.0, 3.0), 0.2, 5.0);
         assert!(low.mm > 0.0, "{low:?}");
     }
 
@@ -154,7 +168,7 @@ mod tests {
         let bar =
             Solid::hull(Body::cuboid("", Vec3::new(-50.0, 11.0, 0.0), Vec3::new(50.0, 15.0, 4.0), [true; 3]).points);
         // The block's underside is 10 mm above the tip, the post's top at 30: 20 mm less the lift.
-        let depth = head().depth(&bar, &post(0.0, 30.0), 0.2);
+        let depth = head().depth(&still(), &bar, &post(0.0, 30.0), 0.2);
         assert!((depth - 19.8).abs() < 0.15, "{depth}");
     }
 
@@ -162,6 +176,6 @@ mod tests {
     fn nothing_hides_above_the_head() {
         let tip = Solid::hull(vec![Vec3::zeros()]);
         let shelf = Body::cuboid("", Vec3::new(-3.0, -3.0, 500.0), Vec3::new(3.0, 3.0, 510.0), [true; 3]);
-        assert_eq!(head().clearance(&tip, &Solid::hull(shelf.points), 0.0, 1.0).mm, 0.0);
+        assert_eq!(head().clearance(&still(), &tip, &Solid::hull(shelf.points), 0.0, 1.0).mm, 0.0);
     }
 }

@@ -7,8 +7,10 @@
 //! Everything here works in the table's frame, and in the machine's at a pose. Source: seed 004, sections 5 and 6.
 //! This room must not know slicers or toolpaths.
 
+mod best;
 mod candidates;
 mod collision;
+mod goal;
 mod part_set;
 mod plan;
 mod planner;

@@ -4,14 +4,14 @@ use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
-use super::candidates::{Candidate, Choice, Rejected, Setups, all_directions, table_solid};
-use super::collision::{Head, LIFT_LAYERS, contact_mm};
+use super::candidates::{Candidate, Choice, Rejected, Setups, all_directions};
+use super::collision::{Clearance, Head, LIFT_LAYERS, contact_mm};
 use super::part_set::PartSet;
 use super::plan::{Print, Slot};
 use super::sequence::{End, Priority, Problem, Sequence, enumerate};
 use super::solid::Solid;
 use super::workpiece::Workpiece;
-use crate::geom::Angle;
+use crate::geom::{Angle, Machine, Rigid, Table, Vec3};
 use crate::motion::Pose;
 use crate::orient::{Direction, Multistart, Objective};
 use crate::profile::Profile;
@@ -151,6 +151,7 @@ pub fn plan(
         table: profile.kinematics(),
         head: Head::of(profile),
         threshold: options.overhang,
+        solids: workpiece.parts.par_iter().map(Solid::of).collect(),
         poses: Vec::new(),
     };
     let choices: Vec<Choice> = directions.iter().enumerate().map(|(p, tried)| setups.choose(p, tried)).collect();
@@ -218,9 +219,11 @@ struct Site<'a> {
     touching: Vec<PartSet>,
     /// Parts that lie so near to each other that the head cannot keep its margin from the one at the other.
     near: Vec<PartSet>,
-    /// `[setup][part]`.
-    solids: Vec<Vec<Solid>>,
-    tables: Vec<Solid>,
+    /// By part, on the table.
+    solids: &'a [Solid],
+    table: Solid,
+    /// By setup.
+    motions: Vec<Rigid<Table, Machine>>,
 }
 
 impl<'a> Site<'a> {
@@ -231,14 +234,12 @@ impl<'a> Site<'a> {
             touching[interface.a].insert(interface.b);
             touching[interface.b].insert(interface.a);
         }
-        let level: Vec<Solid> = setups.workpiece.parts.par_iter().map(Solid::of).collect();
-        let near = near(&level, margin_mm + contact_mm(setups.profile));
-        let motions: Vec<_> = setups.poses.iter().map(|(_, pose)| setups.table.forward(*pose)).collect();
-        let solids =
-            motions.par_iter().map(|m| level.iter().map(|s| s.moved(&m.rotation, &m.translation)).collect()).collect();
-        let tables = motions.iter().map(|m| table_solid(setups.profile, m)).collect();
+        let solids = &setups.solids;
+        let near = near(solids, margin_mm + contact_mm(setups.profile));
+        let motions = setups.poses.iter().map(|(_, pose)| setups.table.forward(*pose)).collect();
         let Setups { workpiece, profile, head, .. } = setups;
-        Site { workpiece, profile, head, margin_mm, touching, near, solids, tables }
+        let table = Solid::hull(profile.table_slab());
+        Site { workpiece, profile, head, margin_mm, touching, near, solids, table, motions }
     }
 
     fn lift(&self, part: usize, other: usize) -> f64 {
@@ -267,9 +268,13 @@ impl<'a> Site<'a> {
     }
 
     fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
-        let solids = &self.solids[setup];
         let margin = self.margin(part, other);
-        self.head.clearance(&solids[part], &solids[other], self.lift(part, other), margin).mm < margin
+        self.between(part, other, setup, margin).mm < margin
+    }
+
+    fn between(&self, part: usize, other: usize, setup: usize, enough: f64) -> Clearance {
+        let lift = self.lift(part, other);
+        self.head.clearance(&self.motions[setup], &self.solids[part], &self.solids[other], lift, enough)
     }
 
     /// The least room between the head and what it passes in `sequence`.
@@ -279,13 +284,12 @@ impl<'a> Site<'a> {
         for slot in sequence {
             for &(part, k) in slot {
                 let setup = candidates[part][k].setup;
-                let solids = &self.solids[setup];
                 for &other in printed.iter().filter(|&&q| !self.near[part].has(q)) {
-                    least =
-                        self.head.clearance(&solids[part], &solids[other], self.lift(part, other), least).mm.min(least);
+                    least = self.between(part, other, setup, least).mm.min(least);
                 }
                 if !self.workpiece.model.on_table.contains(&part) {
-                    least = self.head.clearance(&solids[part], &self.tables[setup], 0.0, least).mm.min(least);
+                    let motion = &self.motions[setup];
+                    least = self.head.clearance(motion, &self.solids[part], &self.table, 0.0, least).mm.min(least);
                 }
             }
             printed.extend(slot.iter().map(|&(part, _)| part));
@@ -306,11 +310,10 @@ impl<'a> Site<'a> {
                     reasons.push(Reason { part, up, blocked_by: "support".to_owned(), depth_mm: 0.0, text });
                 }
                 for other in blocked[part][k].iter().filter(|&q| farthest.has(q)) {
-                    let solids = &self.solids[candidate.setup];
-                    let lift = self.lift(part, other);
-                    let depth = self.head.depth(&solids[part], &solids[other], lift);
-                    let piece =
-                        self.head.clearance(&solids[part], &solids[other], lift, self.margin(part, other)).piece;
+                    let (solids, lift) = (&self.solids, self.lift(part, other));
+                    let motion = &self.motions[candidate.setup];
+                    let depth = self.head.depth(motion, &solids[part], &solids[other], lift);
+                    let piece = self.between(part, other, candidate.setup, self.margin(part, other)).piece;
                     let text = format!("the {piece} would reach {depth:.1} mm into part {other}");
                     reasons.push(Reason { part, up, blocked_by: other.to_string(), depth_mm: depth, text });
                 }
@@ -328,10 +331,11 @@ impl<'a> Site<'a> {
 
 /// For each part: those within `reach` mm of it.
 fn near(solids: &[Solid], reach: f64) -> Vec<PartSet> {
-    let point = [crate::geom::Vec3::zeros()];
+    let still = Rigid::<Table, Table>::shift(Vec3::zeros());
+    let point = [Vec3::zeros()];
     let of_part = |part: usize| {
         let others = (0..solids.len()).filter(|&q| {
-            q != part && solids[part].swept_clearance([true; 3], &point, &solids[q], reach).distance() < reach
+            q != part && solids[part].swept_clearance(&still, [true; 3], &point, &solids[q], reach).distance() < reach
         });
         set_of(solids.len(), others)
     };

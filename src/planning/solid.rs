@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::geom::convex::{Separation, separation, support};
-use crate::geom::{Bounds, Vec3};
+use crate::geom::{Bounds, Mat3, Rigid, Vec3};
 use crate::mesh::TriangleMesh;
 
 /// The shape of a part (or the table) at a pose, machine coordinates.
@@ -55,7 +55,7 @@ impl Solid {
     }
 
     /// The same solid after a rotation and a shift; a tree is built anew.
-    pub fn moved(&self, rotation: &crate::geom::Mat3, shift: &Vec3) -> Self {
+    pub fn moved(&self, rotation: &Mat3, shift: &Vec3) -> Self {
         let points: Vec<Vec3> = self.points.iter().map(|p| rotation * p + shift).collect();
         let bounds = Bounds::of(points.iter().copied());
         let pieces = match &self.pieces {
@@ -81,13 +81,30 @@ impl Solid {
     }
 
     /// How far the convex `tool`, its origin swept over `self` with `swept` zeroed where the tool does not follow, stays
-    /// from `obstacle`, up to `enough` mm; [`Separation::Meeting`] where it meets it.
+    /// from `obstacle`, up to `enough` mm; [`Separation::Meeting`] where it meets it. `motion` takes both solids to the
+    /// tool's frame: they stay where they are, so that one tree of a part serves every pose.
     ///
     /// Exact for the surfaces to 1e-6 relative. Containment needs no test of its own as long as the tool reaches upward
     /// without end: see [`Head`](super::Head).
-    pub fn swept_clearance(&self, follows: [bool; 3], tool: &[Vec3], obstacle: &Self, enough: f64) -> Separation {
-        let mask = Vec3::from_fn(|i, _| if follows[i] { 1.0 } else { 0.0 });
-        let query = Query { swept: self, mask, tool, tool_box: Bounds::of(tool.iter().copied()), obstacle };
+    pub fn swept_clearance<A, B>(
+        &self,
+        motion: &Rigid<A, B>,
+        follows: [bool; 3],
+        tool: &[Vec3],
+        obstacle: &Self,
+        enough: f64,
+    ) -> Separation {
+        let query = Query {
+            swept: self,
+            mask: Vec3::from_fn(|i, _| if follows[i] { 1.0 } else { 0.0 }),
+            tool,
+            tool_box: Bounds::of(tool.iter().copied()),
+            obstacle,
+            turn: motion.rotation,
+            back: motion.rotation.transpose(),
+            spread: motion.rotation.abs(),
+            shift: motion.translation,
+        };
         query.clearance(enough)
     }
 }
@@ -98,6 +115,10 @@ struct Query<'a> {
     tool: &'a [Vec3],
     tool_box: Bounds,
     obstacle: &'a Solid,
+    turn: Mat3,
+    back: Mat3,
+    spread: Mat3,
+    shift: Vec3,
 }
 
 impl Query<'_> {
@@ -129,17 +150,27 @@ impl Query<'_> {
         Separation::Apart(least)
     }
 
-    /// A lower bound of the distance between what the tool sweeps over box `a` and box `b`.
+    /// A lower bound of the distance between what the tool sweeps over box `a` and box `b`, along the tool's axes: the
+    /// head is slender there, and would fill any other box.
     fn gap(&self, a: &Bounds, b: &Bounds) -> f64 {
+        let (a, b) = (self.turned(a), self.turned(b));
         let min = a.min.component_mul(&self.mask) + self.tool_box.min;
         let max = a.max.component_mul(&self.mask) + self.tool_box.max;
         let apart = |i: usize| (b.min[i] - max[i]).max(min[i] - b.max[i]).max(0.0);
         Vec3::new(apart(0), apart(1), apart(2)).norm()
     }
 
+    /// The box around a turned box.
+    fn turned(&self, b: &Bounds) -> Bounds {
+        let (centre, half) = (self.turn * b.centre() + self.shift, self.spread * (b.size() * 0.5));
+        Bounds { min: centre - half, max: centre + half }
+    }
+
     fn leaf(&self, a: usize, b: usize, enough: f64) -> Separation {
-        let of_swept = |d: &Vec3| self.swept.leaf_support(a, &d.component_mul(&self.mask)).component_mul(&self.mask);
-        let reach = |d: &Vec3| of_swept(d) + support(self.tool, d) - self.obstacle.leaf_support(b, &-d);
+        let corner =
+            |solid: &Solid, node, d: &Vec3| self.turn * solid.leaf_support(node, &(self.back * d)) + self.shift;
+        let of_swept = |d: &Vec3| corner(self.swept, a, &d.component_mul(&self.mask)).component_mul(&self.mask);
+        let reach = |d: &Vec3| of_swept(d) + support(self.tool, d) - corner(self.obstacle, b, &-d);
         separation(reach, enough)
     }
 }
@@ -257,6 +288,10 @@ mod tests {
         TriangleMesh::new(vertices, facets)
     }
 
+    fn still() -> Rigid<Table, Table> {
+        Rigid::shift(Vec3::zeros())
+    }
+
     fn cube_at(centre: Vec3, half: f64) -> Solid {
         let body = crate::geom::Body::cuboid("", centre.add_scalar(-half), centre.add_scalar(half), [true; 3]);
         Solid::hull(body.points)
@@ -268,10 +303,10 @@ mod tests {
         assert!(matches!(solid.pieces, Pieces::Facets { .. }));
         let tool = [Vec3::zeros()];
         let in_notch = cube_at(Vec3::new(20.0, 20.0, 5.0), 5.0);
-        let got = solid.swept_clearance([true; 3], &tool, &in_notch, f64::INFINITY).distance();
+        let got = solid.swept_clearance(&still(), [true; 3], &tool, &in_notch, f64::INFINITY).distance();
         assert!((got - 5.0).abs() < 1e-4, "{got}");
         let in_arm = cube_at(Vec3::new(5.0, 29.0, 5.0), 2.0);
-        assert_eq!(solid.swept_clearance([true; 3], &tool, &in_arm, 1.0), Separation::Meeting);
+        assert_eq!(solid.swept_clearance(&still(), [true; 3], &tool, &in_arm, 1.0), Separation::Meeting);
     }
 
     #[test]
@@ -279,8 +314,8 @@ mod tests {
         let swept = cube_at(Vec3::new(0.0, 50.0, 0.0), 1.0);
         let beam = crate::geom::Body::cuboid("", Vec3::new(-1.0, -5.0, 10.0), Vec3::new(1.0, 5.0, 12.0), [true; 3]);
         let post = cube_at(Vec3::new(0.0, 0.0, 11.0), 1.0);
-        assert_eq!(swept.swept_clearance([true, false, true], &beam.points, &post, 1.0), Separation::Meeting);
-        let got = swept.swept_clearance([true; 3], &beam.points, &post, f64::INFINITY).distance();
+        assert_eq!(swept.swept_clearance(&still(), [true, false, true], &beam.points, &post, 1.0), Separation::Meeting);
+        let got = swept.swept_clearance(&still(), [true; 3], &beam.points, &post, f64::INFINITY).distance();
         assert!((got - 43.0).abs() < 1e-4, "{got}");
     }
 }

@@ -38,6 +38,12 @@ impl Needs {
         Self { overhang_mm2: 100.0, carried: Vec::new(), beginnings: Vec::new() }
     }
 
+    /// A part that only `other` carries.
+    #[cfg(test)]
+    pub(super) fn carried_by(other: usize) -> Self {
+        Self { overhang_mm2: 100.0, carried: vec![(other, 100.0)], beginnings: Vec::new() }
+    }
+
     /// A part that stands anywhere.
     #[cfg(test)]
     pub(super) fn none() -> Self {

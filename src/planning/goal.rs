@@ -1,0 +1,235 @@
+//! What a plan is worth: eq. (9) of seed 004 with any weights, and machine time.
+//!
+//! A goal is a list of **ranks**: the first is what was asked for, the later ones decide between plans that are equal in
+//! all before. Every rank is a sum of the same four things, so that the search can bound it part by part:
+//!
+//! ```text
+//! value = slots_waited * (eq. 8: sum of the parts' slot numbers)  + slot * (number of slots)
+//!       + setup * (number of pose changes)                        + sum over parts of price[part][candidate]
+//! ```
+//!
+//! Prices come from `orient`'s objectives (their own units: mm³, mm², mm ..) or are seconds of an estimate.
+
+use super::candidates::Candidate;
+use super::workpiece::Workpiece;
+use crate::geom::{Dir, Table, Vec3};
+use crate::mesh::TriangleMesh;
+use crate::orient::{BadObjective, Facets, Objective, Settings, nearest, objective};
+use crate::profile::Profile;
+
+/// What a plan minimises.
+pub struct Goal {
+    /// As asked for: `bss`, `0.7*staircase+0.3*height`, ..
+    pub text: String,
+    terms: Vec<(f64, Term)>,
+}
+
+enum Term {
+    /// Eq. (8).
+    SequenceSize,
+    /// Pose changes.
+    Setups,
+    /// Number of slots.
+    Slots,
+    /// Estimated seconds on the machine.
+    Time,
+    /// Summed over the parts.
+    Part(Box<dyn Objective>),
+}
+
+/// The names that are not objectives of a single part.
+pub const PLAN_TERMS: [&str; 4] = ["bss", "time", "setups", "slots"];
+
+/// Names of [`Goal::parse`].
+fn names() -> Vec<&'static str> {
+    PLAN_TERMS.iter().chain(&crate::orient::OBJECTIVES).copied().collect()
+}
+
+impl Goal {
+    /// The goal of `text`: a name or a weighted sum of raw values. `bss` is the building sequence size of eq. (8), `time`
+    /// the estimated seconds, `setups` the pose changes, `slots` the number of slots; all others are objectives of
+    /// `trunnion orient`, summed over the parts.
+    ///
+    /// # Errors
+    ///
+    /// [`BadObjective`]: an unknown name with the nearest known, a weight that is not a finite number or is negative
+    /// where the term has a lower bound of its own, weights that sum to 0.
+    pub fn parse(text: &str, settings: &Settings) -> Result<Self, BadObjective> {
+        let mut terms = Vec::new();
+        for word in text.split('+').map(str::trim) {
+            let (weight, name) = word.split_once('*').unwrap_or(("1", word));
+            let (weight, name) = (weight.trim(), name.trim());
+            let bad = || BadObjective::Weight { weight: weight.to_owned(), name: name.to_owned() };
+            let number = weight.parse::<f64>().ok().filter(|w| w.is_finite()).ok_or_else(bad)?;
+            let term = match name {
+                "bss" => Term::SequenceSize,
+                "setups" => Term::Setups,
+                "slots" => Term::Slots,
+                "time" => Term::Time,
+                other => Term::Part(objective(other, settings).map_err(|error| match error {
+                    BadObjective::Unknown { name, .. } => {
+                        let nearest = nearest(&name, &names());
+                        BadObjective::Unknown { name, nearest }
+                    }
+                    error => error,
+                })?),
+            };
+            // More slots for their own sake would have no end to reward; parts may have negative prices.
+            if number < 0.0 && !matches!(term, Term::Part(_)) {
+                return Err(bad());
+            }
+            terms.push((number, term));
+        }
+        if terms.iter().map(|(weight, _)| weight).sum::<f64>() == 0.0 {
+            return Err(BadObjective::NoWeight { text: text.to_owned() });
+        }
+        Ok(Self { text: text.to_owned(), terms })
+    }
+
+    /// Whether the parts' orientations matter to it.
+    pub fn looks_at_parts(&self) -> bool {
+        self.terms.iter().any(|(_, term)| matches!(term, Term::Part(_) | Term::Time))
+    }
+
+    fn has(&self, wanted: fn(&Term) -> bool) -> bool {
+        self.terms.iter().any(|(_, term)| wanted(term))
+    }
+}
+
+/// One rank's prices.
+#[derive(Clone, Debug)]
+pub(super) struct Rank {
+    /// For each slot that a part waits, eq. (8).
+    pub(super) waiting: f64,
+    /// For each slot.
+    pub(super) slot: f64,
+    /// For each pose change.
+    pub(super) setup: f64,
+    /// `[part][candidate]`.
+    pub(super) price: Vec<Vec<f64>>,
+}
+
+/// What prices are worked out from.
+pub(super) struct Pricing<'a> {
+    pub(super) workpiece: &'a Workpiece<'a>,
+    pub(super) profile: &'a Profile,
+    /// Decides where the goal itself does not look at orientations.
+    pub(super) also: &'a dyn Objective,
+}
+
+impl Pricing<'_> {
+    /// The ranks of `goal`: itself, then the sequence size, the orientations by `also`, and the pose changes where it
+    /// does not look at them.
+    pub(super) fn ranks(&self, goal: &Goal, candidates: &[Vec<Candidate>]) -> Vec<Rank> {
+        let mut ranks = vec![self.rank(&goal.terms, candidates)];
+        let bare = |waiting, setup| Rank {
+            waiting,
+            slot: 0.0,
+            setup,
+            price: candidates.iter().map(|c| vec![0.0; c.len()]).collect(),
+        };
+        if !goal.has(|t| matches!(t, Term::SequenceSize)) {
+            ranks.push(bare(1.0, 0.0));
+        }
+        if !goal.looks_at_parts() {
+            let price = self.by_part(candidates, |_, facets, up| self.also.value(facets, up.unit()));
+            ranks.push(Rank { price, ..bare(0.0, 0.0) });
+        }
+        if !goal.has(|t| matches!(t, Term::Setups | Term::Time)) {
+            ranks.push(bare(0.0, 1.0));
+        }
+        ranks
+    }
+
+    fn rank(&self, terms: &[(f64, Term)], candidates: &[Vec<Candidate>]) -> Rank {
+        let price = candidates.iter().map(|c| vec![0.0; c.len()]).collect();
+        let mut rank = Rank { waiting: 0.0, slot: 0.0, setup: 0.0, price };
+        for (weight, term) in terms {
+            let prices = match term {
+                Term::SequenceSize => {
+                    rank.waiting += weight;
+                    continue;
+                }
+                Term::Setups => {
+                    rank.setup += weight;
+                    continue;
+                }
+                Term::Slots => {
+                    rank.slot += weight;
+                    continue;
+                }
+                Term::Time => {
+                    rank.setup += weight * turn_seconds(self.profile);
+                    self.by_part(candidates, |part, _, up| print_seconds(&self.workpiece.parts[part], up, self.profile))
+                }
+                Term::Part(f) => self.by_part(candidates, |_, facets, up| f.value(facets, up.unit())),
+            };
+            for (sums, values) in rank.price.iter_mut().zip(prices) {
+                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+            }
+        }
+        rank
+    }
+
+    fn by_part(
+        &self,
+        candidates: &[Vec<Candidate>],
+        price: impl Fn(usize, &Facets, Dir<Table>) -> f64,
+    ) -> Vec<Vec<f64>> {
+        let of_part = |(part, ways): (usize, &Vec<Candidate>)| {
+            let facets = Facets::of(&self.workpiece.parts[part]);
+            ways.iter().map(|way| price(part, &facets, way.up)).collect()
+        };
+        candidates.iter().enumerate().map(of_part).collect()
+    }
+}
+
+/// Pull, rise, turn both axes by a quarter turn, come back and prime: the price of one pose change, s.
+///
+/// A quarter turn stands for all angles: which pose follows which is not known before the order is.
+fn turn_seconds(profile: &Profile) -> f64 {
+    let rate = |axis: f64| if axis > 0.0 { 90.0 / axis } else { 0.0 };
+    let (kinematics, transition) = (&profile.kinematics, &profile.transition);
+    let turning = rate(kinematics.tilt.max_deg_per_s) + rate(kinematics.rotation.max_deg_per_s);
+    let pull = 2.0 * transition.retract_mm / transition.retract_mm_per_s;
+    let rise = 2.0 * TURNING_RISE_MM / (transition.z_mm_per_min / 60.0);
+    turning + pull + rise
+}
+
+/// How far the tip rises for a pose change in [`turn_seconds`], mm.
+const TURNING_RISE_MM: f64 = 50.0;
+/// What changing the layer costs beside the printing: a pull, a hop and the first travel, s.
+const LAYER_SECONDS: f64 = 0.6;
+/// Infill lines are this much longer than volume over cross section says, for walls and turns slow the head down.
+const SLOWED: f64 = 1.15;
+
+/// An estimate of the seconds that printing `mesh` along `up` takes: shell and fill at their own speeds, and a time for each
+/// layer. Meant for comparing plans; the verified file says the true time.
+pub(super) fn print_seconds(mesh: &TriangleMesh<Table>, up: Dir<Table>, profile: &Profile) -> f64 {
+    let process = &profile.process;
+    let volume: f64 = mesh.volume();
+    let along = |v: &Vec3| v.dot(up.unit());
+    let (low, high) = mesh
+        .vertices()
+        .iter()
+        .map(along)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
+    let (mut walls, mut skins) = (0.0, 0.0);
+    for facet in 0..mesh.facets().len() {
+        let Some(normal) = mesh.normal(facet) else { continue };
+        let (area, upward) = (mesh.facet_area(facet), normal.dot(up.unit()));
+        walls += area * (1.0 - upward * upward).max(0.0).sqrt();
+        let layers = if upward > 0.0 { process.top_layers } else { process.bottom_layers };
+        skins += area * upward.abs() * f64::from(layers) * process.layer_height_mm;
+    }
+    let wall = (walls * f64::from(process.walls) * process.line_width_mm).min(volume);
+    let skin = skins.min(volume - wall);
+    let sparse = (volume - wall - skin).max(0.0) * process.infill;
+    let bead = process.line_width_mm * process.layer_height_mm;
+    let wall_speed = (process.outer_wall_mm_per_s
+        + process.inner_wall_mm_per_s * (f64::from(process.walls) - 1.0).max(0.0))
+        / f64::from(process.walls.max(1));
+    let layers = ((high - low) / process.layer_height_mm).ceil();
+    let printing = wall / (bead * wall_speed) + (skin + sparse) / (bead * process.infill_mm_per_s);
+    printing * SLOWED + layers * LAYER_SECONDS
+}
