@@ -4,12 +4,9 @@
 //! (`RAYON_NUM_THREADS=1`) the times are CPU times.
 
 use divan::Bencher;
-use trunnion::geom::Angle;
 use trunnion::mesh::{Model, ReadOptions, read_model};
-use trunnion::orient::{Multistart, Staircase};
-use trunnion::planning::{
-    MachineRef, ModelRef, Options, PartRef, Plan, Planned, Priority, Workpiece, orientations, plan,
-};
+use trunnion::orient::{Multistart, Settings, Staircase};
+use trunnion::planning::{Goal, MachineRef, ModelRef, Options, PartRef, Plan, Planned, Workpiece, orientations, plan};
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{BuiltIn, SliceJob, Slicer};
 use trunnion::toolpath::{Input, Job, Segment, print_name, read_sliced, rewrite, slot_mesh};
@@ -35,17 +32,12 @@ fn model() -> Model {
 }
 
 fn planned(model: &Model, profile: &Profile) -> Planned {
-    let options = Options {
-        objective: Box::new(Staircase { layer_mm: 0.2 }),
-        overhang: Angle::from_deg(45.0),
-        margin_mm: 0.5,
-        priority: Priority::Together,
-        table_first: true,
-        search: Multistart::default(),
-        budget: 1_000_000,
-    };
+    let (goal, objective, search) =
+        (Goal::parse("bss", &Settings::default()).expect("a goal"), Staircase { layer_mm: 0.2 }, Multistart::default());
+    let options = Options::new(&goal, &objective, &search);
     let workpiece = Workpiece::place(model, &Workpiece::centred(model));
-    plan(&workpiece, profile, &orientations(&workpiece, &options), &options).expect("feasible")
+    let directions = orientations(&workpiece, &options);
+    plan(&workpiece, profile, &directions, &options).expect("feasible").swap_remove(0)
 }
 
 fn whole_plan(model: &Model, planned: Planned) -> Plan {

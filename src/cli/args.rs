@@ -90,9 +90,14 @@ pub(super) enum SlotArg {
 /// How to plan.
 #[derive(ClapArgs)]
 pub(super) struct PlanArgs {
-    /// Which orientations are tried first: any objective of `trunnion orient`
-    #[arg(long, default_value = "staircase")]
+    /// What the plan minimises: bss (sum of the parts' slot numbers), time, setups, slots, any objective of
+    /// `trunnion orient` summed over the parts, or a sum such as 1*bss+0.01*staircase
+    #[arg(long, default_value = "bss")]
     pub(super) objective: String,
+    /// What the search for orientations minimises; decides where the plan's own objective does not look at orientations
+    /// [default: the plan's objective where it is one of parts, else staircase]
+    #[arg(long, value_name = "NAME")]
+    pub(super) orient_by: Option<String>,
     /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)
     #[arg(long, default_value_t = 45.0, value_name = "DEG")]
     pub(super) overhang: f64,
@@ -108,8 +113,17 @@ pub(super) struct PlanArgs {
     /// Seed of the orientation search
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
+    /// Where the file's origin comes to lie on the table [default: the model centred; elsewhere if the axes do not reach]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub(super) origin: Option<String>,
+    /// Turn of the model about the table's normal; with --origin
+    #[arg(long, value_name = "DEG", requires = "origin", allow_hyphen_values = true)]
+    pub(super) turn: Option<f64>,
+    /// Do not look for what would help where there is no plan
+    #[arg(long)]
+    pub(super) no_remedies: bool,
     /// Most steps of the sequence search
-    #[arg(long, default_value_t = 5_000_000, value_name = "STEPS")]
+    #[arg(long, default_value_t = 20_000_000, value_name = "STEPS")]
     pub(super) budget: u64,
 }
 
@@ -204,6 +218,15 @@ pub(super) struct Plan {
     /// The plan as one picture, a frame for each pose
     #[arg(long, value_name = "SHEET.svg")]
     pub(super) sheet: Option<PathBuf>,
+    /// Compare the best so many distinct plans with each other, and with printing in three axes on supports
+    #[arg(long, value_name = "K")]
+    pub(super) top: Option<usize>,
+    /// List every feasible sequence, one a line, instead of planning
+    #[arg(long, conflicts_with_all = ["top", "output", "sheet"])]
+    pub(super) all: bool,
+    /// Most sequences that --all lists
+    #[arg(long, default_value_t = 1000, value_name = "N", requires = "all")]
+    pub(super) limit: usize,
     #[command(flatten)]
     pub(super) plan: PlanArgs,
 }

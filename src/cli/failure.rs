@@ -56,7 +56,7 @@ impl Failure {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Findings(_) => 1,
-            Self::Infeasible(Infeasible::NoPlan { .. } | Infeasible::Budget { .. }) => 1,
+            Self::Infeasible(Infeasible::NoPlan { .. } | Infeasible::NoPlace { .. } | Infeasible::Budget { .. }) => 1,
             Self::Slice(error) if error.is_slicer_failure() => 3,
             _ => 2,
         }

@@ -16,6 +16,7 @@ mod progress;
 mod rewrite;
 mod slice;
 mod verify;
+mod why;
 
 use std::process::ExitCode;
 

@@ -8,11 +8,12 @@ use serde_json::{Value, json};
 
 use super::args::{Plan as Verb, PlanArgs, SlotArg};
 use super::load::{LoadedModel, LoadedProfile};
-use super::{Console, Failure, files, load};
+use super::{Console, Failure, files, load, why};
 use crate::geom::Angle;
-use crate::orient::{Multistart, named};
+use crate::orient::{Direction, Multistart, Objective, Settings, objective};
 use crate::planning::{
-    Infeasible, Options, PartRef, Plan, Planned, Priority, Workpiece, orientations, plan, plannable, sheet,
+    Goal, Options, PartRef, Placement, Plan, Planned, Priority, Slot, Workpiece, centred, orientations, plan,
+    plan_anywhere, plannable, sequences, sheet,
 };
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -21,7 +22,10 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     }
     let machine = load::machine(&args.machine)?;
     let model = load::model(&args.model, console)?;
-    let made = make(&model, &machine, &args.plan, console)?;
+    if args.all {
+        return list(args, &model, &machine, console);
+    }
+    let made = make(&model, &machine, &args.plan, args.top.unwrap_or(1), console)?;
     if let Some(path) = &args.output {
         files::write(path, made.plan.to_text().as_bytes())?;
     }
@@ -32,7 +36,10 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&made.document())
     } else {
-        console.result(&made.text(&machine))
+        console.result(&made.text(&machine));
+        if args.top.is_some() {
+            console.result(&made.comparison());
+        }
     }
     Ok(())
 }
@@ -40,31 +47,110 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 /// A plan with what the search says of it.
 pub(super) struct Made {
     pub(super) plan: Plan,
-    pub(super) planned: Planned,
+    /// The best first; the plan is of the first.
+    pub(super) plans: Vec<Planned>,
+    objective: String,
     /// Of `seconds`, what the search for orientations took.
     pub(super) orient_seconds: f64,
     pub(super) seconds: f64,
 }
 
-/// Plans, or prints why not and fails.
+/// What the flags ask for, checked; `Options` borrow from it.
+pub(super) struct Asked {
+    goal: Goal,
+    objective: Box<dyn Objective>,
+    search: Multistart,
+    placement: Option<Placement>,
+}
+
+impl Asked {
+    pub(super) fn of(args: &PlanArgs, machine: &LoadedProfile, model: &LoadedModel) -> Result<Self, Failure> {
+        let settings = Settings { layer_mm: machine.profile.process.layer_height_mm, ..Settings::default() };
+        let usage = |flag: &str, e: &dyn std::fmt::Display| Failure::Usage(format!("{flag}: {e}"));
+        let goal = Goal::parse(&args.objective, &settings).map_err(|e| usage("--objective", &e))?;
+        let by_part = || objective(&args.objective, &settings).ok();
+        let objective = match &args.orient_by {
+            Some(text) => objective(text, &settings).map_err(|e| usage("--orient-by", &e))?,
+            None => match by_part() {
+                Some(of_goal) => of_goal,
+                None => objective("staircase", &settings).map_err(|e| usage("--orient-by", &e))?,
+            },
+        };
+        if !(0.0..=90.0).contains(&args.overhang) {
+            return Err(Failure::Usage(format!("--overhang {} deg is out of 0..90", args.overhang)));
+        }
+        if !(0.0..=100.0).contains(&args.margin) {
+            return Err(Failure::Usage(format!("--margin {} mm is out of 0..100", args.margin)));
+        }
+        let search = Multistart { seed: args.seed, ..Multistart::default() };
+        Ok(Self { goal, objective, search, placement: placement(args, model)? })
+    }
+
+    pub(super) fn options<'a>(&'a self, args: &PlanArgs, plans: usize) -> Options<'a> {
+        Options {
+            overhang: Angle::from_deg(args.overhang),
+            margin_mm: args.margin,
+            priority: match args.slots {
+                SlotArg::Together => Priority::Together,
+                SlotArg::Single => Priority::Single,
+                SlotArg::OnlySingle => Priority::OnlySingle,
+            },
+            table_first: !args.table_later,
+            budget: args.budget,
+            plans,
+            ..Options::new(&self.goal, self.objective.as_ref(), &self.search)
+        }
+    }
+}
+
+/// The placement that `--origin` and `--turn` ask for; the height is the table's.
+fn placement(args: &PlanArgs, model: &LoadedModel) -> Result<Option<Placement>, Failure> {
+    let Some(text) = &args.origin else { return Ok(None) };
+    let bad = || Failure::Usage(format!("--origin {text}: not two numbers of millimetres; write --origin 12.5,-30"));
+    let (x, y) = text.split_once(',').ok_or_else(bad)?;
+    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(bad);
+    let turn_deg = args.turn.unwrap_or(0.0);
+    if !(-360.0..=360.0).contains(&turn_deg) {
+        return Err(Failure::Usage(format!("--turn {turn_deg} deg is out of -360..360")));
+    }
+    Ok(Some(Placement { origin_mm: [number(x)?, number(y)?, -model.model.bounds.min.z], turn_deg }))
+}
+
+/// Plans, or prints why not and what would help, and fails.
 pub(super) fn make(
     model: &LoadedModel,
     machine: &LoadedProfile,
     args: &PlanArgs,
+    plans: usize,
     console: &Console,
 ) -> Result<Made, Failure> {
+    if !(1..=100).contains(&plans) {
+        return Err(Failure::Usage(format!("--top {plans} is out of 1..100")));
+    }
     let start = Instant::now();
-    let options = options(args, machine)?;
-    let placement = Workpiece::centred(&model.model);
-    let workpiece = Workpiece::place(&model.model, &placement);
-    workpiece.check(&machine.profile)?;
-    plannable(&workpiece)?;
-    let directions = orientations(&workpiece, &options);
+    let asked = Asked::of(args, machine, model)?;
+    let options = asked.options(args, plans);
+    let (base, directions) = standing(model, machine, &asked, &options)?;
     let orient_seconds = start.elapsed().as_secs_f64();
-    let planned = plan(&workpiece, &machine.profile, &directions, &options).inspect_err(|no| explain(no, console))?;
+    let profile = &machine.profile;
+    let found = if asked.placement.is_some() {
+        let workpiece = Workpiece::place(&model.model, &base);
+        plan(&workpiece, profile, &directions, &options).map(|plans| (base, plans))
+    } else {
+        plan_anywhere(&model.model, profile, &base, &directions, &options)
+    };
+    let (placement, plans) = found.inspect_err(|no| {
+        let workpiece = Workpiece::place(&model.model, &base);
+        why::explain(no, &workpiece, profile, &directions, &options, !args.no_remedies, console);
+    })?;
+    if placement != base {
+        let [x, y, _] = placement.origin_mm;
+        console.note(&format!("moved to {x} {y} mm, turned {} deg: there the axes reach", placement.turn_deg));
+    }
+    let best = &plans[0];
     console.detail(&format!(
         "{} directions tried, {} orientations kept, {} steps of the search",
-        planned.tried, planned.candidates, planned.steps
+        best.tried, best.candidates, best.steps
     ));
     let plan = Plan {
         format: Plan::FORMAT.to_owned(),
@@ -74,71 +160,99 @@ pub(super) fn make(
         machine: machine.reference(),
         placement,
         parts: model.model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
-        slots: planned.slots.clone(),
+        slots: best.slots.clone(),
     };
-    plan.check(&machine.profile.kinematics(), model.model.parts.len())?;
-    Ok(Made { plan, planned, orient_seconds, seconds: start.elapsed().as_secs_f64() })
+    plan.check(&profile.kinematics(), model.model.parts.len())?;
+    let objective = asked.goal.text.clone();
+    Ok(Made { plan, plans, objective, orient_seconds, seconds: start.elapsed().as_secs_f64() })
 }
 
-fn options(args: &PlanArgs, machine: &LoadedProfile) -> Result<Options, Failure> {
-    let layer = machine.profile.process.layer_height_mm;
-    let objective = named(&args.objective, layer).ok_or_else(|| {
-        let near = crate::orient::nearest(&args.objective, &crate::orient::OBJECTIVES);
-        Failure::Usage(format!("--objective {}: not known; did you mean {near}?", args.objective))
+/// Where the model stands at first, and the directions to try there.
+fn standing(
+    model: &LoadedModel,
+    machine: &LoadedProfile,
+    asked: &Asked,
+    options: &Options<'_>,
+) -> Result<(Placement, Vec<Vec<Direction>>), Failure> {
+    let base = match asked.placement {
+        Some(given) => given,
+        None => centred(&model.model, &machine.profile)?,
+    };
+    let workpiece = Workpiece::place(&model.model, &base);
+    workpiece.check(&machine.profile)?;
+    plannable(&workpiece)?;
+    Ok((base, orientations(&workpiece, options)))
+}
+
+/// `--all`: every sequence, as it is found.
+fn list(args: &Verb, model: &LoadedModel, machine: &LoadedProfile, console: &Console) -> Result<(), Failure> {
+    let start = Instant::now();
+    let asked = Asked::of(&args.plan, machine, model)?;
+    let options = asked.options(&args.plan, 1);
+    let (base, directions) = standing(model, machine, &asked, &options)?;
+    let workpiece = Workpiece::place(&model.model, &base);
+    let mut listed: Vec<Vec<Slot>> = Vec::new();
+    let mut seen = 0usize;
+    let complete = sequences(&workpiece, &machine.profile, &directions, &options, |slots| {
+        seen += 1;
+        if seen > args.limit {
+            return false;
+        }
+        if console.json() {
+            listed.push(slots);
+        } else {
+            console.result(&line(&slots));
+        }
+        true
     })?;
-    if !(0.0..=90.0).contains(&args.overhang) {
-        return Err(Failure::Usage(format!("--overhang {} deg is out of 0..90", args.overhang)));
+    let count = seen.min(args.limit);
+    let seconds = start.elapsed().as_secs_f64();
+    if console.json() {
+        console.document(&json!({"sequences": listed, "count": count, "complete": complete, "seconds": seconds}));
+    } else if complete {
+        console.note(&format!("{count} sequences, all there are, {seconds:.2} s"));
+    } else {
+        console.note(&format!("{count} sequences and more; --limit and --budget say how many, {seconds:.2} s"));
     }
-    if !(0.0..=100.0).contains(&args.margin) {
-        return Err(Failure::Usage(format!("--margin {} mm is out of 0..100", args.margin)));
-    }
-    Ok(Options {
-        objective,
-        overhang: Angle::from_deg(args.overhang),
-        margin_mm: args.margin,
-        priority: match args.slots {
-            SlotArg::Together => Priority::Together,
-            SlotArg::Single => Priority::Single,
-            SlotArg::OnlySingle => Priority::OnlySingle,
-        },
-        table_first: !args.table_later,
-        search: Multistart { seed: args.seed, ..Multistart::default() },
-        budget: args.budget,
-    })
+    Ok(())
 }
 
-/// The reasons of an infeasible object: as the document, or as a list.
-fn explain(no: &Infeasible, console: &Console) {
-    let Infeasible::NoPlan { summary, reasons } = no else { return };
-    if console.json() {
-        let rows: Vec<Value> = reasons
-            .iter()
-            .map(|r| json!({"part": r.part, "orientation": r.up, "blocked_by": r.blocked_by, "depth_mm": r.depth_mm, "text": r.text}))
-            .collect();
-        console.document(&json!({"feasible": false, "summary": summary, "reasons": rows}));
-        return;
-    }
-    let mut text = String::new();
-    const SHOWN: usize = 12;
-    for r in reasons.iter().take(SHOWN) {
-        let [x, y, z] = r.up;
-        let _ = writeln!(text, "  part {} with up ({x:.3}, {y:.3}, {z:.3}): {}", r.part, r.text);
-    }
-    if reasons.len() > SHOWN {
-        let _ = writeln!(text, "  and {} more; --json lists them", reasons.len() - SHOWN);
-    }
-    console.note(text.trim_end());
+/// A sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
+fn line(slots: &[Slot]) -> String {
+    let setup = |prints: &Vec<&crate::planning::Print>| {
+        let parts: Vec<String> = prints.iter().map(|p| p.part.to_string()).collect();
+        format!("{} @ {} {}", parts.join(","), prints[0].tilt_deg, prints[0].rotation_deg)
+    };
+    let slot = |slot: &Slot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
+    slots.iter().map(slot).collect::<Vec<_>>().join(" | ")
 }
 
 impl Made {
+    pub(super) fn best(&self) -> &Planned {
+        &self.plans[0]
+    }
+
     pub(super) fn document(&self) -> Value {
         let mut document = json!(self.plan);
-        if let Some(map) = document.as_object_mut() {
-            map.insert("objective".to_owned(), json!("bss"));
-            map.insert("value".to_owned(), json!(self.planned.value));
-            map.insert("lower_bound".to_owned(), json!(self.planned.lower_bound));
-            map.insert("clearance_mm".to_owned(), json!(self.planned.clearance_mm));
-            map.insert("seconds".to_owned(), json!(self.seconds));
+        let best = self.best();
+        let more = json!({
+            "objective": self.objective,
+            "value": best.value,
+            "lower_bound": best.lower_bound,
+            "gap": best.value - best.lower_bound,
+            "sequence_size": best.sequence_size,
+            "pose_changes": best.pose_changes,
+            "seconds_print_estimate": best.seconds,
+            "staircase_mm3": best.staircase_mm3,
+            "clearance_mm": best.clearance_mm,
+            "evaluations": best.steps,
+            "seconds": self.seconds,
+        });
+        if let (Some(map), Some(more)) = (document.as_object_mut(), more.as_object()) {
+            map.extend(more.clone());
+            if self.plans.len() > 1 {
+                map.insert("alternatives".to_owned(), self.plans.iter().map(alternative).collect());
+            }
         }
         document
     }
@@ -154,13 +268,48 @@ impl Made {
                 let _ = writeln!(out, "  {}{a} {}{c}: parts {}", k.tilt.letter, k.rotation.letter, parts.join(", "));
             }
         }
-        let (value, bound) = (self.planned.value, self.planned.lower_bound);
-        let proof = if value <= bound { "the least possible" } else { "not proved least" };
+        let best = self.best();
+        let name = if self.objective == "bss" { "building sequence size" } else { &self.objective };
+        let proof = if best.value <= best.lower_bound { "the least possible" } else { "not proved least" };
         let _ = writeln!(
             out,
-            "building sequence size {value} (at least {bound}: {proof}), clearance {:.2} mm, {:.2} s",
-            self.planned.clearance_mm, self.seconds
+            "{name} {} (at least {}: {proof}), {} pose changes, clearance {:.2} mm, {:.2} s",
+            shown(best.value),
+            shown(best.lower_bound),
+            best.pose_changes,
+            best.clearance_mm,
+            self.seconds
         );
         out
     }
+
+    /// The plans beside each other.
+    fn comparison(&self) -> String {
+        let mut out =
+            format!("{:>4} {:>14} {:>6} {:>6} {:>6} {:>9}\n", "plan", self.objective, "slots", "bss", "poses", "time");
+        for (i, p) in self.plans.iter().enumerate() {
+            let (slots, minutes) = (p.slots.len(), p.seconds / 60.0);
+            let value = shown(p.value);
+            let (size, poses) = (p.sequence_size, p.pose_changes);
+            let _ = writeln!(out, "{i:>4} {value:>14} {slots:>6} {size:>6} {poses:>6} {minutes:>5.0} min");
+        }
+        out
+    }
+}
+
+fn alternative(planned: &Planned) -> Value {
+    json!({
+        "slots": planned.slots,
+        "value": planned.value,
+        "sequence_size": planned.sequence_size,
+        "pose_changes": planned.pose_changes,
+        "seconds_print_estimate": planned.seconds,
+        "staircase_mm3": planned.staircase_mm3,
+        "clearance_mm": planned.clearance_mm,
+    })
+}
+
+/// Whole numbers as such, others to six digits.
+fn shown(value: f64) -> String {
+    if value.fract() == 0.0 { format!("{value}") } else { format!("{value:.6}") }
 }

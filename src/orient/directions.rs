@@ -1,6 +1,6 @@
 //! The directions a planner should try for one part.
 
-use super::{Facets, Multistart, Objective, Search, SupportArea};
+use super::{Facets, Objective, Search, SupportArea};
 use crate::geom::Vec3;
 
 /// A build direction with its worth.
@@ -23,7 +23,7 @@ const MOST_CROSSED: usize = 8;
 /// their mutual cross products, and the minima of `objective` and of the support area that `search` finds.
 ///
 /// Exact directions come before found ones, so that a minimum that merely approaches a facet normal is dropped for it.
-pub fn directions(facets: &Facets, also: &[Vec3], objective: &dyn Objective, search: &Multistart) -> Vec<Direction> {
+pub fn directions(facets: &Facets, also: &[Vec3], objective: &dyn Objective, search: &dyn Search) -> Vec<Direction> {
     let mut order: Vec<usize> = (0..facets.normals.len()).collect();
     order.sort_by(|&a, &b| facets.areas[b].total_cmp(&facets.areas[a]).then(a.cmp(&b)));
     let mut exact: Vec<Vec3> = Vec::new();

@@ -19,6 +19,7 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
+use super::candidates::Candidate;
 use super::goal::Rank;
 use super::part_set::PartSet;
 use super::sequence::{Choice, Priority, Problem, Sequence};
@@ -71,6 +72,19 @@ impl Tariff {
         }
         tariff.cheapest = tariff.price.iter().map(|p| p.iter().copied().min().unwrap_or_default()).collect();
         tariff
+    }
+
+    /// What `sequence` costs.
+    pub(super) fn of_sequence(&self, sequence: &Sequence, candidates: &[Vec<Candidate>]) -> Cost {
+        let mut sum = times(&self.slot, sequence.len());
+        let mut table = None;
+        for (t, &(part, k)) in sequence.iter().enumerate().flat_map(|(t, slot)| slot.iter().map(move |c| (t, c))) {
+            sum = plus(&sum, &plus(&self.price[part][k], &times(&self.waiting, t)));
+            if table.replace(candidates[part][k].setup) != Some(candidates[part][k].setup) {
+                sum = plus(&sum, &self.setup);
+            }
+        }
+        sum
     }
 
     /// The first rank of `cost` in the goal's own unit.
@@ -364,6 +378,11 @@ impl<'a> Search<'a> {
                 (Act::Close, _) => slots.push(Vec::new()),
                 _ => {}
             }
+        }
+        // The parts of one setup grow together; their order says nothing.
+        let setup = |&(part, k): &Choice| self.problem.candidates[part][k].setup;
+        for slot in &mut slots {
+            slot.chunk_by_mut(|a, b| setup(a) == setup(b)).for_each(<[Choice]>::sort_unstable);
         }
         slots
     }

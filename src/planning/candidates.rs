@@ -1,16 +1,17 @@
-//! The orientations a part may be printed in: directions, merged by machine setup, filtered by what the machine can do.
+//! The orientations a part may be printed in: directions, merged by machine setup, and what stands against each.
 
 use super::collision::{Head, contact_mm};
 use super::part_set::PartSet;
+use super::planner::Options;
 use super::solid::Solid;
 use super::support::{Needs, Neighbours, needs};
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Bounds, Dir, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
-use crate::orient::{Direction, Facets, Multistart, Objective, directions};
+use crate::orient::{Direction, Facets, Objective, Search, directions};
 use crate::profile::Profile;
 
-/// One way to print one part.
+/// One way to print one part that nothing but other parts stands against.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// The build direction.
@@ -24,33 +25,56 @@ pub struct Candidate {
     pub(super) needs: Needs,
 }
 
-/// Why a direction is not a candidate.
+/// What rules an orientation out, whatever the order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Against {
+    /// It would overhang or begin in the air even if all other parts stood.
+    Support,
+    /// No axis reaches the pose.
+    Reach,
+    /// The tip would leave X, Y or Z.
+    Limits,
+    /// The head would meet the table.
+    Table,
+    /// The head, the part or the table would meet the machine's frame.
+    Frame,
+}
+
+/// One thing against one orientation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rejected {
-    /// The build direction.
-    pub up: Vec3,
-    /// What stands against it.
-    pub reason: String,
-    /// Who: a part's number, `"table"`, `"limits"`, `"support"`.
-    pub blocked_by: String,
+pub(super) struct Objection {
+    pub(super) against: Against,
+    /// In words.
+    pub(super) text: String,
     /// How deep the head would reach in, mm; 0 where it is no collision.
-    pub depth_mm: f64,
+    pub(super) depth_mm: f64,
+}
+
+/// A direction at one of its poses, with what stands against it.
+#[derive(Clone, Debug)]
+pub(super) struct Way {
+    pub(super) up: Dir<Table>,
+    pub(super) pose: Pose,
+    pub(super) value: f64,
+    pub(super) needs: Needs,
+    /// The first objection, unless all were asked for.
+    pub(super) objections: Vec<Objection>,
 }
 
 /// Directions that differ by less than this (radians, 0.02 degrees) are one setup: 0.04 mm over 100 mm, a tenth of a line.
 const SAME_SETUP: f64 = 3.5e-4;
-/// How many candidates of a part are kept, the best by objective; the search's width.
-const MOST: usize = 1000;
 
-/// What all parts' candidates share.
+/// The model on the machine, and the poses in use.
 pub(super) struct Setups<'a> {
     pub(super) workpiece: &'a Workpiece<'a>,
     pub(super) profile: &'a Profile,
     pub(super) table: TableKinematics,
     pub(super) head: Head,
-    pub(super) threshold: Angle,
+    built: Head,
+    options: &'a Options<'a>,
     /// By part, on the table.
     pub(super) solids: Vec<Solid>,
+    pub(super) slab: Solid,
     /// The poses, by setup number.
     pub(super) poses: Vec<(Dir<Table>, Pose)>,
 }
@@ -58,12 +82,13 @@ pub(super) struct Setups<'a> {
 /// A part's candidates and what was turned down.
 pub(super) struct Choice {
     pub(super) candidates: Vec<Candidate>,
-    pub(super) rejected: Vec<Rejected>,
+    /// With at least one objection each.
+    pub(super) rejected: Vec<Way>,
     pub(super) tried: usize,
 }
 
 /// The directions to try for every part, in parallel.
-pub(super) fn all_directions(workpiece: &Workpiece<'_>, f: &dyn Objective, search: &Multistart) -> Vec<Vec<Direction>> {
+pub(super) fn all_directions(workpiece: &Workpiece<'_>, f: &dyn Objective, search: &dyn Search) -> Vec<Vec<Direction>> {
     use rayon::prelude::*;
     (0..workpiece.parts.len())
         .into_par_iter()
@@ -79,75 +104,159 @@ pub(super) fn all_directions(workpiece: &Workpiece<'_>, f: &dyn Objective, searc
         .collect()
 }
 
-impl Setups<'_> {
+impl<'a> Setups<'a> {
+    pub(super) fn new(workpiece: &'a Workpiece<'a>, profile: &'a Profile, options: &'a Options<'a>) -> Self {
+        use rayon::prelude::*;
+        let slab = profile.table_slab().iter().map(|p| p - Vec3::z() * options.pedestal_mm).collect();
+        Self {
+            workpiece,
+            profile,
+            table: profile.kinematics(),
+            head: Head::of(profile),
+            built: Head::as_built(profile),
+            options,
+            solids: workpiece.parts.par_iter().map(Solid::of).collect(),
+            slab: Solid::hull(slab),
+            poses: Vec::new(),
+        }
+    }
+
     /// The candidates of `part` among `tried`.
     pub(super) fn choose(&mut self, part: usize, tried: &[Direction]) -> Choice {
-        let neighbours = Neighbours::of(self.workpiece, part);
-        let count = self.workpiece.parts.len();
-        let mut everyone = PartSet::new(count);
-        (0..count).filter(|&q| q != part).for_each(|q| everyone.insert(q));
         let mut choice = Choice { candidates: Vec::new(), rejected: Vec::new(), tried: tried.len() };
-        for direction in tried {
-            let Some(up) = Dir::new(direction.up) else { continue };
-            let up = self.merged(up);
-            if choice.candidates.iter().any(|c| (c.up.unit() - up.unit()).norm() < SAME_SETUP) {
+        for way in self.ways(part, tried, false) {
+            if !way.objections.is_empty() {
+                choice.rejected.push(way);
                 continue;
             }
-            let needs = needs(&self.workpiece.parts[part], &neighbours, up, self.threshold, count);
-            if !needs.met_by(&everyone) {
-                let missing = needs.missing(&everyone);
-                let reason = if missing > 0.0 {
-                    format!("{missing:.1} mm2 would overhang beyond {:.0} deg without support", self.threshold.deg())
-                } else {
-                    "it would begin in the air".to_owned()
-                };
-                choice.rejected.push(rejected(up, reason, "support", 0.0));
-                continue;
-            }
-            self.try_poses(part, up, direction.value, &needs, &mut choice);
-            if choice.candidates.len() >= MOST {
-                break;
-            }
+            let setup = self.setup(way.up, way.pose);
+            let Way { up, pose, value, needs, .. } = way;
+            choice.candidates.push(Candidate { up, pose, setup, value, needs });
         }
         choice
     }
 
-    fn try_poses(&mut self, part: usize, up: Dir<Table>, value: f64, needs: &Needs, choice: &mut Choice) {
-        if let Err(unreachable) = self.table.upright(up, Pose::LEVEL) {
-            choice.rejected.push(rejected(up, unreachable.to_string(), "limits", 0.0));
-            return;
-        }
-        let mut poses = self.table.solutions(up, Pose::LEVEL);
-        poses.retain(|p| self.table.tilt.admits(p.tilt));
-        for pose in poses {
-            match self.machine_objects(part, pose) {
-                Some(no) => choice.rejected.push(Rejected { up: *up.unit(), ..no }),
-                None => {
-                    let setup = self.setup(up, pose);
-                    choice.candidates.push(Candidate { up, pose, setup, value, needs: needs.clone() });
-                }
+    /// Every direction of `tried` at each of its poses, with the first objection or `all` of them.
+    pub(super) fn ways(&self, part: usize, tried: &[Direction], all: bool) -> Vec<Way> {
+        let neighbours = Neighbours::of(self.workpiece, part);
+        let count = self.workpiece.parts.len();
+        let mut everyone = PartSet::new(count);
+        (0..count).filter(|&q| q != part).for_each(|q| everyone.insert(q));
+        let mut ways: Vec<Way> = Vec::new();
+        let mut known: Vec<Dir<Table>> = Vec::new();
+        for direction in tried {
+            let Some(up) = Dir::new(direction.up) else { continue };
+            let up = self.merged(up);
+            if known.iter().any(|k| (k.unit() - up.unit()).norm() < SAME_SETUP) {
+                continue;
             }
+            known.push(up);
+            let carried = self.options.supported.contains(&part);
+            let needs = if carried {
+                Needs::none()
+            } else {
+                needs(&self.workpiece.parts[part], &neighbours, up, self.options.overhang, count)
+            };
+            let unsupported = (!needs.met_by(&everyone)).then(|| Objection {
+                against: Against::Support,
+                text: self.hanging(&needs, &everyone),
+                depth_mm: 0.0,
+            });
+            for pose in self.table.solutions(up, Pose::LEVEL) {
+                let mut objections: Vec<Objection> = unsupported.iter().cloned().collect();
+                if all || objections.is_empty() {
+                    self.machine_objects(part, up, pose, all, &mut objections);
+                }
+                ways.push(Way { up, pose, value: direction.value, needs: needs.clone(), objections });
+            }
+        }
+        ways
+    }
+
+    fn hanging(&self, needs: &Needs, everyone: &PartSet) -> String {
+        let missing = needs.missing(everyone);
+        if missing > 0.0 {
+            format!("{missing:.1} mm2 would overhang beyond {:.0} deg without support", self.options.overhang.deg())
+        } else {
+            "it would begin in the air".to_owned()
         }
     }
 
-    /// What the machine has against printing `part` at `pose`: stops or the table.
-    fn machine_objects(&self, part: usize, pose: Pose) -> Option<Rejected> {
-        let motion = self.table.forward(pose);
-        let solid = &self.solids[part];
-        let limits = self.profile.linear_limits();
-        let reached = Bounds::of(solid.points().iter().map(|p| motion.rotation * p + motion.translation));
-        for corner in [reached.min, reached.max] {
-            if let Some(out) = limits.violation(&corner) {
-                return Some(rejected(Dir::z(), out.to_string(), "limits", 0.0));
-            }
+    /// What the machine has against printing `part` at `pose`: an axis' reach, stops, the table or the frame.
+    fn machine_objects(&self, part: usize, up: Dir<Table>, pose: Pose, all: bool, objections: &mut Vec<Objection>) {
+        let enough = |objections: &Vec<Objection>| !all && !objections.is_empty();
+        if let Some(text) = self.out_of_reach(up, pose) {
+            objections.push(Objection { against: Against::Reach, text, depth_mm: 0.0 });
         }
-        let slab = Solid::hull(self.profile.table_slab());
-        let lift = contact_mm(self.profile);
-        let clearance = self.head.clearance(&motion, solid, &slab, lift, 1e-3);
+        let motion = self.table.forward(pose);
+        let checks = [Self::leaves_limits, Self::meets_table, Self::meets_frame];
+        for check in checks {
+            if enough(objections) {
+                return;
+            }
+            objections.extend(check(self, part, &motion));
+        }
+    }
+
+    fn out_of_reach(&self, up: Dir<Table>, pose: Pose) -> Option<String> {
+        if !self.table.tilt.admits(pose.tilt) {
+            // The other pose may be within reach; the sentence names the stop that this direction comes nearest to.
+            return Some(match self.table.upright(up, Pose::LEVEL) {
+                Err(unreachable) => unreachable.to_string(),
+                Ok(_) => {
+                    let word = self.table.tilt.word_of(pose.tilt).deg();
+                    format!("{}{word:.1} is beyond the axis", char::from(self.table.tilt.letter))
+                }
+            });
+        }
+        let turn = Angle::from_deg(360.0);
+        let reachable = [pose.rotation, pose.rotation + turn, pose.rotation - turn];
+        (!reachable.into_iter().any(|r| self.table.rotation.admits(r))).then(|| {
+            let word = self.table.rotation.word_of(pose.rotation).deg();
+            format!("{}{word:.1} is beyond the axis", char::from(self.table.rotation.letter))
+        })
+    }
+
+    fn leaves_limits(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
+        let limits = self.profile.linear_limits();
+        let reached = self.reached(part, motion);
+        let out = [reached.min, reached.max].into_iter().find_map(|corner| limits.violation(&corner))?;
+        Some(Objection { against: Against::Limits, text: out.to_string(), depth_mm: 0.0 })
+    }
+
+    /// The box of the tip positions on `part`, machine frame.
+    pub(super) fn reached(&self, part: usize, motion: &Rigid<Table, Machine>) -> Bounds {
+        Bounds::of(self.solids[part].points().iter().map(|p| motion.rotation * p + motion.translation))
+    }
+
+    fn meets_table(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
+        let (solid, lift) = (&self.solids[part], contact_mm(self.profile));
+        let clearance = self.head.clearance(motion, solid, &self.slab, lift, 1e-3);
         (clearance.mm == 0.0).then(|| {
-            let depth = self.head.depth(&motion, solid, &slab, lift);
-            let reason = format!("the {} would reach {depth:.1} mm into the table", clearance.piece);
-            rejected(Dir::z(), reason, "table", depth)
+            let depth_mm = self.head.depth(motion, solid, &self.slab, lift);
+            let text = format!("the {} would reach {depth_mm:.1} mm into the table", clearance.piece);
+            Objection { against: Against::Table, text, depth_mm }
+        })
+    }
+
+    fn meets_frame(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
+        let back = motion.inverse();
+        self.profile.fixed_bodies().into_iter().find_map(|body| {
+            let frame = Solid::hull(body.points.iter().map(|p| back.rotation * p + back.translation).collect());
+            let by = |what: &str| {
+                let text = format!("{what} would meet the frame's {}", body.name);
+                Some(Objection { against: Against::Frame, text, depth_mm: 0.0 })
+            };
+            let apart = |moving: &Solid| moving.swept_clearance(motion, [true; 3], &[Vec3::zeros()], &frame, 1e-3);
+            if apart(&self.slab).distance() == 0.0 {
+                return by("the table");
+            }
+            if apart(&self.solids[part]).distance() == 0.0 {
+                return by("the part");
+            }
+            let hull = Solid::hull(self.solids[part].points().to_vec());
+            let clearance = self.built.clearance(motion, &hull, &frame, 0.0, 1e-3);
+            if clearance.mm == 0.0 { by(&format!("the {}", clearance.piece)) } else { None }
         })
     }
 
@@ -157,17 +266,14 @@ impl Setups<'_> {
         known.into_iter().find(|known| (known.unit() - up.unit()).norm() < SAME_SETUP).unwrap_or(up)
     }
 
-    fn setup(&mut self, up: Dir<Table>, pose: Pose) -> usize {
+    /// The number of the setup with this direction and pose, a new one if there is none.
+    pub(super) fn setup(&mut self, up: Dir<Table>, pose: Pose) -> usize {
         let same = |(known, at): &(Dir<Table>, Pose)| known == &up && at == &pose;
         self.poses.iter().position(same).unwrap_or_else(|| {
             self.poses.push((up, pose));
             self.poses.len() - 1
         })
     }
-}
-
-fn rejected(up: Dir<Table>, reason: String, blocked_by: &str, depth_mm: f64) -> Rejected {
-    Rejected { up: *up.unit(), reason, blocked_by: blocked_by.to_owned(), depth_mm }
 }
 
 /// The table's slab at a pose, machine coordinates.

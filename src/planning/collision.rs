@@ -57,8 +57,18 @@ impl Head {
 
     /// A head of these bodies.
     pub fn from_bodies(bodies: &[Body]) -> Self {
+        Self::reaching(bodies, UPWARD)
+    }
+
+    /// The head as it is built, without the upward reach: for the frame, parts of which may well be above it. What it
+    /// sweeps must then be convex, or an obstacle inside the sweep would be missed.
+    pub(super) fn as_built(profile: &Profile) -> Self {
+        Self::reaching(&profile.head_bodies(), 0.0)
+    }
+
+    fn reaching(bodies: &[Body], upward: f64) -> Self {
         let pieces = bodies.iter().map(|body| {
-            let upward = if body.follows[2] { UPWARD } else { 0.0 };
+            let upward = if body.follows[2] { upward } else { 0.0 };
             let raised = body.points.iter().map(|p| p + Vec3::z() * upward);
             Piece {
                 name: body.name.clone(),

@@ -11,10 +11,11 @@
 //! Prices come from `orient`'s objectives (their own units: mm³, mm², mm ..) or are seconds of an estimate.
 
 use super::candidates::Candidate;
+use super::sequence::Sequence;
 use super::workpiece::Workpiece;
 use crate::geom::{Dir, Table, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::orient::{BadObjective, Facets, Objective, Settings, nearest, objective};
+use crate::orient::{BadObjective, Facets, Objective, Settings, Staircase, nearest, objective};
 use crate::profile::Profile;
 
 /// What a plan minimises.
@@ -109,6 +110,14 @@ pub(super) struct Rank {
     pub(super) price: Vec<Vec<f64>>,
 }
 
+/// A plan in figures.
+pub(super) struct Worth {
+    pub(super) sequence_size: usize,
+    pub(super) pose_changes: usize,
+    pub(super) seconds: f64,
+    pub(super) staircase_mm3: f64,
+}
+
 /// What prices are worked out from.
 pub(super) struct Pricing<'a> {
     pub(super) workpiece: &'a Workpiece<'a>,
@@ -139,6 +148,25 @@ impl Pricing<'_> {
             ranks.push(bare(0.0, 1.0));
         }
         ranks
+    }
+
+    /// What is said of every plan, whatever its goal.
+    pub(super) fn worth(&self, sequence: &Sequence, candidates: &[Vec<Candidate>]) -> Worth {
+        let mut worth = Worth { sequence_size: 0, pose_changes: 0, seconds: 0.0, staircase_mm3: 0.0 };
+        let staircase = Staircase { layer_mm: self.profile.process.layer_height_mm };
+        let mut table = None;
+        for (t, slot) in sequence.iter().enumerate() {
+            for &(part, k) in slot {
+                let way = &candidates[part][k];
+                worth.sequence_size += t;
+                worth.pose_changes += usize::from(table != Some(way.setup));
+                table = Some(way.setup);
+                worth.seconds += print_seconds(&self.workpiece.parts[part], way.up, self.profile);
+                worth.staircase_mm3 += staircase.value(&Facets::of(&self.workpiece.parts[part]), way.up.unit());
+            }
+        }
+        worth.seconds += worth.pose_changes as f64 * turn_seconds(self.profile);
+        worth
     }
 
     fn rank(&self, terms: &[(f64, Term)], candidates: &[Vec<Candidate>]) -> Rank {

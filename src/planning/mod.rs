@@ -12,22 +12,28 @@ mod candidates;
 mod collision;
 mod goal;
 mod part_set;
+mod placement;
 mod plan;
 mod planner;
+mod remedies;
 mod sequence;
 mod sheet;
+mod site;
 mod solid;
 mod support;
+mod whynot;
 mod workpiece;
 
-pub use candidates::{Candidate, Rejected, table_solid};
+pub use candidates::{Candidate, table_solid};
 pub use collision::{Head, LIFT_LAYERS, contact_mm};
+pub use goal::{Goal, PLAN_TERMS};
 pub use part_set::PartSet;
+pub use placement::{centred, plan_anywhere};
 pub use plan::{MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, Slot, sha256_hex};
-pub use planner::{
-    CLEARANCE_SOUGHT_MM, Infeasible, MOST_PARTS, Options, Planned, Reason, orientations, plan, plannable,
-};
+pub use planner::{Infeasible, MOST_PARTS, Options, Planned, Reason, orientations, plan, plannable, sequences};
+pub use remedies::{Remedy, Wish, can_be_helped};
 pub use sequence::{Priority, Sequence};
 pub use sheet::sheet;
+pub use site::CLEARANCE_SOUGHT_MM;
 pub use solid::Solid;
 pub use workpiece::{Misplaced, Workpiece};

@@ -1,25 +1,26 @@
 //! Model and profile to a plan, or to the reasons why there is none.
 
-use std::collections::VecDeque;
-
-use rayon::prelude::*;
-
-use super::candidates::{Candidate, Choice, Rejected, Setups, all_directions};
-use super::collision::{Clearance, Head, LIFT_LAYERS, contact_mm};
+use super::best::{Limits, Tariff, best};
+use super::candidates::{Candidate, Choice, Setups, all_directions};
+use super::goal::{Goal, Pricing};
 use super::part_set::PartSet;
 use super::plan::{Print, Slot};
 use super::sequence::{End, Priority, Problem, Sequence, enumerate};
-use super::solid::Solid;
+use super::site::{Site, set_of};
+use super::whynot;
 use super::workpiece::Workpiece;
-use crate::geom::{Angle, Machine, Rigid, Table, Vec3};
+use crate::geom::Angle;
 use crate::motion::Pose;
-use crate::orient::{Direction, Multistart, Objective};
+use crate::orient::{Direction, Objective, Search};
 use crate::profile::Profile;
 
 /// What to plan for.
-pub struct Options {
-    /// Which orientations are tried first.
-    pub objective: Box<dyn Objective>,
+#[derive(Clone)]
+pub struct Options<'a> {
+    /// What the plan minimises.
+    pub goal: &'a Goal,
+    /// What the search for orientations minimises; decides where the goal does not look at orientations.
+    pub objective: &'a dyn Objective,
     /// Overhangs up to this angle from the vertical need no support.
     pub overhang: Angle,
     /// Room the head must keep from parts it does not print on, mm.
@@ -29,9 +30,37 @@ pub struct Options {
     /// Whether everything on the table belongs to the first slot.
     pub table_first: bool,
     /// The search for orientations.
-    pub search: Multistart,
-    /// Most steps of the sequence search.
+    pub search: &'a dyn Search,
+    /// Most steps of the sequence search: candidates looked at.
     pub budget: u64,
+    /// How many distinct plans are wanted.
+    pub plans: usize,
+    /// The table's surface lies this much lower than the model's foot: the height of a pedestal, mm.
+    pub pedestal_mm: f64,
+    /// Parts that may overhang: something else carries them.
+    pub supported: Vec<usize>,
+    /// Whether a failure is explained; the search for remedies only asks yes or no.
+    pub explain: bool,
+}
+
+impl<'a> Options<'a> {
+    /// What `trunnion plan` asks for without flags.
+    pub fn new(goal: &'a Goal, objective: &'a dyn Objective, search: &'a dyn Search) -> Self {
+        Self {
+            goal,
+            objective,
+            overhang: Angle::from_deg(45.0),
+            margin_mm: 0.5,
+            priority: Priority::Together,
+            table_first: true,
+            search,
+            budget: 20_000_000,
+            plans: 1,
+            pedestal_mm: 0.0,
+            supported: Vec::new(),
+            explain: true,
+        }
+    }
 }
 
 /// A plan's slots and what is known of them.
@@ -39,12 +68,20 @@ pub struct Options {
 pub struct Planned {
     /// The slots.
     pub slots: Vec<Slot>,
-    /// Building sequence size, eq. (8): the sum of the parts' slot numbers.
+    /// The goal's value.
     pub value: f64,
-    /// No sequence can be below it: every part comes at least as many slots after the table as there are parts between.
+    /// No plan over these candidates has a lower value, proved.
     pub lower_bound: f64,
+    /// Building sequence size, eq. (8): the sum of the parts' slot numbers.
+    pub sequence_size: usize,
+    /// Pose changes, the first pose included.
+    pub pose_changes: usize,
+    /// Estimated seconds of printing and turning.
+    pub seconds: f64,
+    /// Staircase error, eq. of seed 004 section 4, summed over the parts, mm³.
+    pub staircase_mm3: f64,
     /// How far the head stays from parts it does not print on and from the table, at the least, mm; at most
-    /// [`CLEARANCE_SOUGHT_MM`].
+    /// [`CLEARANCE_SOUGHT_MM`](super::CLEARANCE_SOUGHT_MM).
     pub clearance_mm: f64,
     /// Directions tried, over all parts.
     pub tried: usize,
@@ -54,9 +91,6 @@ pub struct Planned {
     pub steps: u64,
 }
 
-/// Clearances beyond this are not worked out, mm.
-pub const CLEARANCE_SOUGHT_MM: f64 = 20.0;
-
 /// Why one part at one orientation cannot be printed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reason {
@@ -64,7 +98,7 @@ pub struct Reason {
     pub part: usize,
     /// The build direction, table frame.
     pub up: [f64; 3],
-    /// A part's number, `"table"`, `"limits"` or `"support"`.
+    /// A part's number, `"table"`, `"limits"` (an axis or its reach), `"frame"` or `"support"`.
     pub blocked_by: String,
     /// How deep the head would reach in, mm.
     pub depth_mm: f64,
@@ -92,13 +126,21 @@ pub enum Infeasible {
         /// Its name.
         name: String,
     },
+    /// No place on the table lets every part within the machine's axes.
+    #[error("{summary}")]
+    NoPlace {
+        /// One sentence.
+        summary: String,
+    },
     /// A part has no orientation, or no order works.
     #[error("{summary}")]
     NoPlan {
         /// One sentence.
         summary: String,
-        /// One for each orientation that was looked at.
+        /// A set of reasons none of which can be left out: without any one of them there would be a plan.
         reasons: Vec<Reason>,
+        /// Whether that was proved; otherwise the set may hold more than it need.
+        least: bool,
     },
     /// The search's budget ran out.
     #[error("no sequence found within {steps} steps; raise --budget, or give fewer parts")]
@@ -110,6 +152,9 @@ pub enum Infeasible {
 
 /// More parts than this are refused at once.
 pub const MOST_PARTS: usize = 400;
+
+/// States that the search for the best sequence may keep; some 300 bytes each.
+const MOST_STATES: usize = 400_000;
 
 /// Whether planning can begin: not too many parts, none that hangs together with nothing.
 ///
@@ -128,251 +173,193 @@ pub fn plannable(workpiece: &Workpiece<'_>) -> Result<(), Infeasible> {
 }
 
 /// The directions to try for each part, best first by `options`' objective, table frame.
-pub fn orientations(workpiece: &Workpiece<'_>, options: &Options) -> Vec<Vec<Direction>> {
-    all_directions(workpiece, options.objective.as_ref(), &options.search)
+pub fn orientations(workpiece: &Workpiece<'_>, options: &Options<'_>) -> Vec<Vec<Direction>> {
+    all_directions(workpiece, options.objective, options.search)
 }
 
-/// Plans `workpiece` on the machine of `profile` with the `directions` of [`orientations`].
+/// The best plans of `workpiece` where it stands, on the machine of `profile`, with the `directions` of
+/// [`orientations`]; at least one, the best first, `options.plans` at most.
 ///
 /// # Errors
 ///
-/// [`Infeasible`] with a reason for every orientation that stands in the way.
+/// [`Infeasible`] with the reasons, if `options.explain`.
 pub fn plan(
     workpiece: &Workpiece<'_>,
     profile: &Profile,
     directions: &[Vec<Direction>],
-    options: &Options,
-) -> Result<Planned, Infeasible> {
-    let parts = workpiece.parts.len();
-    plannable(workpiece)?;
-    let mut setups = Setups {
-        workpiece,
-        profile,
-        table: profile.kinematics(),
-        head: Head::of(profile),
-        threshold: options.overhang,
-        solids: workpiece.parts.par_iter().map(Solid::of).collect(),
-        poses: Vec::new(),
+    options: &Options<'_>,
+) -> Result<Vec<Planned>, Infeasible> {
+    let why_not = || match options.explain {
+        true => whynot::explain(workpiece, profile, directions, options),
+        false => Infeasible::NoPlan { summary: String::new(), reasons: Vec::new(), least: false },
     };
-    let choices: Vec<Choice> = directions.iter().enumerate().map(|(p, tried)| setups.choose(p, tried)).collect();
-    if let Some(part) = choices.iter().position(|c| c.candidates.is_empty()) {
-        return Err(no_orientation(workpiece, part, &choices[part]));
-    }
-    let site = Site::of(&setups, options.margin_mm);
-    let candidates: Vec<Vec<Candidate>> = choices.iter().map(|c| c.candidates.clone()).collect();
-    let blocked = site.blocked(&candidates);
-    let on_table = set_of(parts, workpiece.model.on_table.iter().copied());
-    let search = |priority| {
-        let problem = Problem {
-            candidates: &candidates,
-            blocked: &blocked,
-            touching: &site.touching,
-            on_table: &on_table,
-            table_first: options.table_first,
-            priority,
-        };
-        let mut first: Option<Sequence> = None;
-        let outcome = enumerate(&problem, options.budget, |sequence| {
-            first = Some(sequence.clone());
-            false
-        });
-        (first, outcome)
-    };
-    let (mut first, mut outcome) = match options.priority {
-        // Going back step by step, a slot of two deep down would come before single slots from higher up.
-        Priority::Single => search(Priority::OnlySingle),
-        other => search(other),
-    };
-    if first.is_none() && options.priority == Priority::Single {
-        (first, outcome) = search(Priority::Single);
-    }
-    let Some(sequence) = first else {
-        return Err(match outcome.end {
-            End::Budget => Infeasible::Budget { steps: outcome.steps },
-            _ => site.no_sequence(&candidates, &blocked, &outcome.farthest),
-        });
-    };
-    Ok(Planned {
-        value: sequence.iter().enumerate().map(|(t, slot)| (t * slot.len()) as f64).sum(),
-        lower_bound: depths(&site.touching, &workpiece.model.on_table).iter().sum(),
-        clearance_mm: site.clearance(&candidates, &sequence),
-        slots: slots_of(&sequence, &candidates, &setups),
-        tried: choices.iter().map(|c| c.tried).sum(),
-        candidates: candidates.iter().map(Vec::len).sum(),
-        steps: outcome.steps,
+    on_task(workpiece, profile, directions, options, |task| task.solve()).map_err(|end| match end {
+        Stuck::Before(no) => no,
+        Stuck::Search(End::Budget) => Infeasible::Budget { steps: options.budget },
+        Stuck::Ways | Stuck::Search(_) => why_not(),
     })
 }
 
-fn set_of(parts: usize, members: impl IntoIterator<Item = usize>) -> PartSet {
-    let mut set = PartSet::new(parts);
-    members.into_iter().for_each(|p| set.insert(p));
-    set
-}
-
-/// Parts at their poses, for collision questions.
-struct Site<'a> {
-    workpiece: &'a Workpiece<'a>,
-    profile: &'a Profile,
-    head: &'a Head,
-    margin_mm: f64,
-    /// Parts that share an interface.
-    touching: Vec<PartSet>,
-    /// Parts that lie so near to each other that the head cannot keep its margin from the one at the other.
-    near: Vec<PartSet>,
-    /// By part, on the table.
-    solids: &'a [Solid],
-    table: Solid,
-    /// By setup.
-    motions: Vec<Rigid<Table, Machine>>,
-}
-
-impl<'a> Site<'a> {
-    fn of(setups: &'a Setups<'a>, margin_mm: f64) -> Self {
-        let parts = setups.workpiece.parts.len();
-        let mut touching = vec![PartSet::new(parts); parts];
-        for interface in &setups.workpiece.model.interfaces {
-            touching[interface.a].insert(interface.b);
-            touching[interface.b].insert(interface.a);
-        }
-        let solids = &setups.solids;
-        let near = near(solids, margin_mm + contact_mm(setups.profile));
-        let motions = setups.poses.iter().map(|(_, pose)| setups.table.forward(*pose)).collect();
-        let Setups { workpiece, profile, head, .. } = setups;
-        let table = Solid::hull(profile.table_slab());
-        Site { workpiece, profile, head, margin_mm, touching, near, solids, table, motions }
-    }
-
-    fn lift(&self, part: usize, other: usize) -> f64 {
-        if self.near[part].has(other) {
-            contact_mm(self.profile)
-        } else {
-            LIFT_LAYERS * self.profile.process.layer_height_mm
-        }
-    }
-
-    fn margin(&self, part: usize, other: usize) -> f64 {
-        if self.near[part].has(other) { 1e-3 } else { self.margin_mm.max(1e-3) }
-    }
-
-    /// `[part][candidate]` -> the parts that must not be there before.
-    fn blocked(&self, candidates: &[Vec<Candidate>]) -> Vec<Vec<PartSet>> {
-        let parts = candidates.len();
-        let of_part = |part: usize| {
-            let one = |c: &Candidate| {
-                let others = (0..parts).filter(|&q| q != part && self.blocks(part, q, c.setup));
-                set_of(parts, others)
-            };
-            candidates[part].iter().map(one).collect()
-        };
-        (0..parts).into_par_iter().map(of_part).collect()
-    }
-
-    fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
-        let margin = self.margin(part, other);
-        self.between(part, other, setup, margin).mm < margin
-    }
-
-    fn between(&self, part: usize, other: usize, setup: usize, enough: f64) -> Clearance {
-        let lift = self.lift(part, other);
-        self.head.clearance(&self.motions[setup], &self.solids[part], &self.solids[other], lift, enough)
-    }
-
-    /// The least room between the head and what it passes in `sequence`.
-    fn clearance(&self, candidates: &[Vec<Candidate>], sequence: &Sequence) -> f64 {
-        let mut least = CLEARANCE_SOUGHT_MM;
-        let mut printed: Vec<usize> = Vec::new();
-        for slot in sequence {
-            for &(part, k) in slot {
-                let setup = candidates[part][k].setup;
-                for &other in printed.iter().filter(|&&q| !self.near[part].has(q)) {
-                    least = self.between(part, other, setup, least).mm.min(least);
-                }
-                if !self.workpiece.model.on_table.contains(&part) {
-                    let motion = &self.motions[setup];
-                    least = self.head.clearance(motion, &self.solids[part], &self.table, 0.0, least).mm.min(least);
-                }
-            }
-            printed.extend(slot.iter().map(|&(part, _)| part));
-        }
-        least
-    }
-
-    /// Why the parts that no branch could print cannot be.
-    fn no_sequence(&self, candidates: &[Vec<Candidate>], blocked: &[Vec<PartSet>], farthest: &PartSet) -> Infeasible {
-        let stuck: Vec<usize> = (0..candidates.len()).filter(|&p| !farthest.has(p)).collect();
-        let mut reasons = Vec::new();
-        for &part in &stuck {
-            for (k, candidate) in candidates[part].iter().enumerate() {
-                let up = (*candidate.up.unit()).into();
-                if !candidate.needs.met_by(farthest) {
-                    let missing = candidate.needs.missing(farthest);
-                    let text = format!("{missing:.1} mm2 would overhang without what is printed later");
-                    reasons.push(Reason { part, up, blocked_by: "support".to_owned(), depth_mm: 0.0, text });
-                }
-                for other in blocked[part][k].iter().filter(|&q| farthest.has(q)) {
-                    let (solids, lift) = (&self.solids, self.lift(part, other));
-                    let motion = &self.motions[candidate.setup];
-                    let depth = self.head.depth(motion, &solids[part], &solids[other], lift);
-                    let piece = self.between(part, other, candidate.setup, self.margin(part, other)).piece;
-                    let text = format!("the {piece} would reach {depth:.1} mm into part {other}");
-                    reasons.push(Reason { part, up, blocked_by: other.to_string(), depth_mm: depth, text });
-                }
-            }
-        }
-        let names: Vec<String> = stuck.iter().map(ToString::to_string).collect();
-        let summary = format!(
-            "no order prints parts {}: {}",
-            names.join(", "),
-            reasons.first().map_or("they wait for each other".to_owned(), |r| format!("part {}: {}", r.part, r.text))
-        );
-        Infeasible::NoPlan { summary, reasons }
-    }
-}
-
-/// For each part: those within `reach` mm of it.
-fn near(solids: &[Solid], reach: f64) -> Vec<PartSet> {
-    let still = Rigid::<Table, Table>::shift(Vec3::zeros());
-    let point = [Vec3::zeros()];
-    let of_part = |part: usize| {
-        let others = (0..solids.len()).filter(|&q| {
-            q != part && solids[part].swept_clearance(&still, [true; 3], &point, &solids[q], reach).distance() < reach
+/// Calls `found` for every feasible sequence of slots until it returns `false`; whether all were seen.
+///
+/// # Errors
+///
+/// [`Infeasible`], without reasons, where there is none.
+pub fn sequences(
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+    directions: &[Vec<Direction>],
+    options: &Options<'_>,
+    mut found: impl FnMut(Vec<Slot>) -> bool,
+) -> Result<bool, Infeasible> {
+    let every = |task: &Task<'_>| {
+        let on_table = task.on_table();
+        let problem = task.problem(options.priority, &on_table);
+        let mut any = false;
+        let outcome = enumerate(&problem, options.budget, |sequence| {
+            any = true;
+            found(slots_of(sequence, task.candidates, task.setups))
         });
-        set_of(solids.len(), others)
+        if any || outcome.end == End::Budget { Ok(outcome.end == End::Exhausted) } else { Err(outcome.end) }
     };
-    (0..solids.len()).into_par_iter().map(of_part).collect()
+    on_task(workpiece, profile, directions, options, every).map_err(|end| match end {
+        Stuck::Before(no) => no,
+        _ => Infeasible::NoPlan { summary: "there is no sequence".to_owned(), reasons: Vec::new(), least: false },
+    })
 }
 
-/// Fewest parts between each part and the table.
-fn depths(touching: &[PartSet], on_table: &[usize]) -> Vec<f64> {
-    let mut depth = vec![f64::INFINITY; touching.len()];
-    let mut queue: VecDeque<usize> = on_table.iter().copied().collect();
-    on_table.iter().for_each(|&p| depth[p] = 0.0);
-    while let Some(part) = queue.pop_front() {
-        for next in touching[part].iter() {
-            if depth[next].is_infinite() {
-                depth[next] = depth[part] + 1.0;
-                queue.push_back(next);
-            }
+/// Where planning stopped.
+enum Stuck {
+    Before(Infeasible),
+    /// A part has no way to be printed.
+    Ways,
+    Search(End),
+}
+
+/// Works out who is in whose way, and hands it to `work`.
+fn on_task<T>(
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+    directions: &[Vec<Direction>],
+    options: &Options<'_>,
+    work: impl FnOnce(&Task<'_>) -> Result<T, End>,
+) -> Result<T, Stuck> {
+    plannable(workpiece).map_err(Stuck::Before)?;
+    let mut setups = Setups::new(workpiece, profile, options);
+    let choices: Vec<Choice> = directions.iter().enumerate().map(|(p, tried)| setups.choose(p, tried)).collect();
+    if choices.iter().any(|c| c.candidates.is_empty()) {
+        return Err(Stuck::Ways);
+    }
+    let site = Site::of(&setups, options.margin_mm);
+    let tried = choices.iter().map(|c| c.tried).sum();
+    let candidates: Vec<Vec<Candidate>> = choices.into_iter().map(|c| c.candidates).collect();
+    let blocked = site.blocked(&candidates);
+    let task = Task { setups: &setups, site: &site, candidates: &candidates, blocked: &blocked, options, tried };
+    work(&task).map_err(Stuck::Search)
+}
+
+/// Everything worked out, ready for the search.
+struct Task<'a> {
+    setups: &'a Setups<'a>,
+    site: &'a Site<'a>,
+    candidates: &'a [Vec<Candidate>],
+    blocked: &'a [Vec<PartSet>],
+    options: &'a Options<'a>,
+    tried: usize,
+}
+
+impl Task<'_> {
+    fn on_table(&self) -> PartSet {
+        set_of(self.candidates.len(), self.setups.workpiece.model.on_table.iter().copied())
+    }
+
+    fn problem<'b>(&'b self, priority: Priority, on_table: &'b PartSet) -> Problem<'b> {
+        Problem {
+            candidates: self.candidates,
+            blocked: self.blocked,
+            touching: &self.site.touching,
+            on_table,
+            table_first: self.options.table_first,
+            priority,
         }
     }
-    depth
-}
 
-fn no_orientation(workpiece: &Workpiece<'_>, part: usize, choice: &Choice) -> Infeasible {
-    let reason = |r: &Rejected| Reason {
-        part,
-        up: r.up.into(),
-        blocked_by: r.blocked_by.clone(),
-        depth_mm: r.depth_mm,
-        text: r.reason.clone(),
-    };
-    let mut reasons: Vec<Reason> = choice.rejected.iter().map(reason).collect();
-    // The nearest misses first: what the machine refuses although the part would stand.
-    reasons.sort_by_key(|r| r.blocked_by == "support");
-    let first = reasons.first().map_or("no direction to try".to_owned(), |r| r.text.clone());
-    let name = &workpiece.model.parts[part].name;
-    let summary = format!("part {part} ({name}) cannot be printed in any of {} orientations: {first}", choice.tried);
-    Infeasible::NoPlan { summary, reasons }
+    fn solve(&self) -> Result<Vec<Planned>, End> {
+        let on_table = self.on_table();
+        let problem = |priority| self.problem(priority, &on_table);
+        match self.options.priority {
+            Priority::Single => match self.cheapest(&problem(Priority::OnlySingle)) {
+                // Going back step by step, a slot of two deep down would come before single slots from higher up.
+                Err(_) => {
+                    let (sequence, steps) = self.first(&problem(Priority::Single))?;
+                    Ok(vec![self.priced(&sequence, f64::NEG_INFINITY, steps)])
+                }
+                found => found,
+            },
+            priority => self.cheapest(&problem(priority)),
+        }
+    }
+
+    fn first(&self, problem: &Problem<'_>) -> Result<(Sequence, u64), End> {
+        let mut first = None;
+        let outcome = enumerate(problem, self.options.budget, |sequence| {
+            first = Some(sequence.clone());
+            false
+        });
+        first.map(|sequence| (sequence, outcome.steps)).ok_or(outcome.end)
+    }
+
+    fn cheapest(&self, problem: &Problem<'_>) -> Result<Vec<Planned>, End> {
+        let tariff = self.tariff();
+        let limits = Limits { plans: self.options.plans.max(1), steps: self.options.budget, states: MOST_STATES };
+        let found = best(problem, &tariff, &limits);
+        let bound = found.bound.map_or(f64::INFINITY, |b| tariff.value(&b));
+        if found.plans.is_empty() {
+            if found.proved {
+                return Err(End::Exhausted);
+            }
+            // The quick look and the search for the best ran out; the printed algorithms may still find one.
+            let (sequence, steps) = self.first(problem)?;
+            return Ok(vec![self.priced(&sequence, bound, found.steps + steps)]);
+        }
+        let plans = found.plans.iter().map(|(cost, sequence)| {
+            let value = tariff.value(cost);
+            self.planned(sequence, value, bound.min(value), found.steps)
+        });
+        Ok(plans.collect())
+    }
+
+    fn tariff(&self) -> Tariff {
+        let Setups { workpiece, profile, .. } = self.setups;
+        let pricing = Pricing { workpiece, profile, also: self.options.objective };
+        Tariff::of(&pricing.ranks(self.options.goal, self.candidates))
+    }
+
+    /// A sequence that was not found by its price.
+    fn priced(&self, sequence: &Sequence, lower_bound: f64, steps: u64) -> Planned {
+        let tariff = self.tariff();
+        let value = tariff.value(&tariff.of_sequence(sequence, self.candidates));
+        self.planned(sequence, value, lower_bound, steps)
+    }
+
+    fn planned(&self, sequence: &Sequence, value: f64, lower_bound: f64, steps: u64) -> Planned {
+        let Setups { workpiece, profile, .. } = self.setups;
+        let worth = Pricing { workpiece, profile, also: self.options.objective };
+        let worth = worth.worth(sequence, self.candidates);
+        Planned {
+            slots: slots_of(sequence, self.candidates, self.setups),
+            value,
+            lower_bound,
+            sequence_size: worth.sequence_size,
+            pose_changes: worth.pose_changes,
+            seconds: worth.seconds,
+            staircase_mm3: worth.staircase_mm3,
+            clearance_mm: self.site.clearance(self.candidates, sequence),
+            tried: self.tried,
+            candidates: self.candidates.iter().map(Vec::len).sum(),
+            steps,
+        }
+    }
 }
 
 /// The sequence with the rotation unwound from setup to setup.

@@ -45,9 +45,17 @@ impl Needs {
     }
 
     /// A part that stands anywhere.
-    #[cfg(test)]
     pub(super) fn none() -> Self {
         Self { overhang_mm2: 0.0, carried: Vec::new(), beginnings: Vec::new() }
+    }
+
+    /// The parts it may have to wait for, ascending.
+    pub(super) fn carriers(&self) -> Vec<usize> {
+        let below = self.beginnings.iter().flat_map(PartSet::iter);
+        let mut parts: Vec<usize> = self.carried.iter().map(|(q, _)| *q).chain(below).collect();
+        parts.sort_unstable();
+        parts.dedup();
+        parts
     }
 
     /// The overhang that nothing in `printed` carries, mm²; 0 within the slack.

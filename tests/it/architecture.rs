@@ -173,7 +173,8 @@ fn test_file(path: &str, sources: &[Source]) -> Option<bool> {
     let declared = |text: &str| {
         let code = masked(text);
         let plain: String = code.split_whitespace().collect::<Vec<_>>().join(" ");
-        plain.contains(&format!("#[cfg(test)] mod {};", parts[named]))
+        let name = parts[named];
+        ["mod", "pub(super) mod"].iter().any(|m| plain.contains(&format!("#[cfg(test)] {m} {name};")))
     };
     Some(parent.is_some_and(|(_, text)| declared(text)))
 }

@@ -1,0 +1,282 @@
+//! What would help an infeasible object, each remedy checked by planning with it.
+//!
+//! One thing is changed at a time, as little of it as helps: the machine's reach, the head, the place, the support, the way
+//! the model stands. A remedy is only named after a plan was found with it.
+
+use super::placement::centred;
+use super::planner::{Infeasible, Options, orientations, plan};
+use super::workpiece::Workpiece;
+use crate::geom::{Angle, Object, Rigid, Vec3};
+use crate::mesh::{Model, TriangleMesh};
+use crate::orient::Direction;
+use crate::profile::Profile;
+
+/// Something that would give a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remedy {
+    /// `tilt`, `head-width`, `nozzle-length`, `pedestal`, `margin`, `overhang`, `support`, `table-later` or `base`.
+    pub kind: &'static str,
+    /// How much of it: deg, a share, mm, deg, or a part's number, by kind.
+    pub amount: f64,
+    /// In words.
+    pub text: String,
+}
+
+/// The object, the machine and the wish that has no plan.
+pub struct Wish<'a> {
+    /// The model where it stands.
+    pub workpiece: &'a Workpiece<'a>,
+    /// The machine.
+    pub profile: &'a Profile,
+    /// What was tried.
+    pub directions: &'a [Vec<Direction>],
+    /// How it was tried.
+    pub options: &'a Options<'a>,
+    /// Parts that the reasons name.
+    pub concerned: &'a [usize],
+}
+
+/// Steps of each check: a remedy must be plain, not proved best.
+const STEPS: u64 = 400_000;
+
+impl Wish<'_> {
+    /// Every remedy that this version knows and that helps, `told` after each kind that was tried.
+    pub fn remedies(&self, mut told: impl FnMut(&str)) -> Vec<Remedy> {
+        type Try<'w, 'a> = (&'static str, fn(&'w Wish<'a>) -> Vec<Remedy>);
+        let tries: [Try<'_, '_>; 8] = [
+            ("more tilt", Self::more_tilt),
+            ("a slimmer head", Self::slimmer_head),
+            ("a longer nozzle", Self::longer_nozzle),
+            ("a pedestal", Self::pedestal),
+            ("less room", Self::less_margin),
+            ("support", Self::support),
+            ("a later slot", Self::table_later),
+            ("another base", Self::other_base),
+        ];
+        let mut found = Vec::new();
+        for (name, try_it) in tries {
+            told(name);
+            found.extend(try_it(self));
+        }
+        found
+    }
+
+    fn helps(&self, profile: &Profile, change: impl FnOnce(&mut Options<'_>)) -> bool {
+        let mut options =
+            Options { explain: false, plans: 1, budget: self.options.budget.min(STEPS), ..self.options.clone() };
+        change(&mut options);
+        plan(self.workpiece, profile, self.directions, &options).is_ok()
+    }
+
+    fn with_profile(&self, change: impl FnOnce(&mut Profile)) -> bool {
+        let mut profile = self.profile.clone();
+        change(&mut profile);
+        self.helps(&profile, |_| {})
+    }
+
+    fn more_tilt(&self) -> Vec<Remedy> {
+        let tilt = &self.profile.kinematics.tilt;
+        let (low, high) = (tilt.min_deg, tilt.max_deg);
+        let helps = |reach: f64| {
+            self.with_profile(|p| {
+                p.kinematics.tilt.min_deg = low.min(-reach);
+                p.kinematics.tilt.max_deg = high.max(reach);
+            })
+        };
+        let Some(reach) = least(1.0, 180.0, 1.0, helps) else { return Vec::new() };
+        let text = format!(
+            "a table that tilts to {reach:.0} deg either way (this one: {low}..{high}) would do, if X, Y and Z stay as they are"
+        );
+        vec![Remedy { kind: "tilt", amount: reach, text }]
+    }
+
+    fn slimmer_head(&self) -> Vec<Remedy> {
+        // The least change is the widest head: search for the narrowing.
+        let helps = |narrowing: f64| self.with_profile(|p| scale_head(p, 1.0 - narrowing / 100.0));
+        let Some(narrowing) = least(1.0, 95.0, 1.0, helps) else { return Vec::new() };
+        let share = 100.0 - narrowing;
+        let text = format!("a head {share:.0} % as wide would do");
+        vec![Remedy { kind: "head-width", amount: share / 100.0, text }]
+    }
+
+    fn longer_nozzle(&self) -> Vec<Remedy> {
+        let helps = |more: f64| self.with_profile(|p| raise_head(p, more));
+        let Some(more) = least(1.0, 64.0, 0.5, helps) else { return Vec::new() };
+        let text = format!("a nozzle {more:.1} mm longer, as wide as its tip, would do");
+        vec![Remedy { kind: "nozzle-length", amount: more, text }]
+    }
+
+    fn pedestal(&self) -> Vec<Remedy> {
+        let helps = |height: f64| {
+            let mut profile = self.profile.clone();
+            profile.kinematics.offset_mm[2] += height;
+            self.helps(&profile, |o| o.pedestal_mm += height)
+        };
+        let Some(height) = least(1.0, 128.0, 0.5, helps) else { return Vec::new() };
+        let text = format!("lifting the model by {height:.1} mm, on a pedestal of its own footprint, would do");
+        vec![Remedy { kind: "pedestal", amount: height, text }]
+    }
+
+    fn less_margin(&self) -> Vec<Remedy> {
+        let margin = self.options.margin_mm;
+        let helps = |less: f64| self.helps(self.profile, |o| o.margin_mm = (margin - less).max(0.0));
+        let Some(less) = least(0.1, margin, 0.05, helps) else { return Vec::new() };
+        let left = (margin - less).max(0.0);
+        vec![Remedy {
+            kind: "margin",
+            amount: left,
+            text: format!("--margin {left:.2} would do (asked for: {margin} mm)"),
+        }]
+    }
+
+    /// Steeper overhangs, or support below one part.
+    fn support(&self) -> Vec<Remedy> {
+        let asked = self.options.overhang.deg();
+        let helps = |more: f64| self.helps(self.profile, |o| o.overhang = Angle::from_deg(asked + more));
+        let mut found = Vec::new();
+        if let Some(more) = least(1.0, 89.0 - asked, 1.0, helps) {
+            let angle = asked + more;
+            let text =
+                format!("--overhang {angle:.0} would do, if the material bridges that (asked for: {asked:.0} deg)");
+            found.push(Remedy { kind: "overhang", amount: angle, text });
+        }
+        for &part in self.concerned {
+            if self.helps(self.profile, |o| o.supported.push(part)) {
+                let name = &self.workpiece.model.parts[part].name;
+                let text = format!("support below part {part} ({name}) would do");
+                found.push(Remedy { kind: "support", amount: part as f64, text });
+            }
+        }
+        found
+    }
+
+    fn table_later(&self) -> Vec<Remedy> {
+        let helps = self.options.table_first && self.helps(self.profile, |o| o.table_first = false);
+        let text = "--table-later would do: parts that stand on the table wait for later slots".to_owned();
+        if helps { vec![Remedy { kind: "table-later", amount: 0.0, text }] } else { Vec::new() }
+    }
+
+    /// The model laid on another large flat face.
+    fn other_base(&self) -> Vec<Remedy> {
+        let mut found = Vec::new();
+        for (part, normal) in feet(self.workpiece.model) {
+            let model = laid_on(self.workpiece.model, &normal);
+            if !model.floating().is_empty() || !model.on_table.contains(&part) {
+                continue;
+            }
+            let Ok(placement) = centred(&model, self.profile) else { continue };
+            let workpiece = Workpiece::place(&model, &placement);
+            let options =
+                Options { explain: false, plans: 1, budget: self.options.budget.min(STEPS), ..self.options.clone() };
+            let directions = orientations(&workpiece, &options);
+            if plan(&workpiece, self.profile, &directions, &options).is_ok() {
+                let name = &model.parts[part].name;
+                let [x, y, z] = [normal.x, normal.y, normal.z].map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
+                let text = format!(
+                    "standing the model on part {part} ({name}), its ({x:.3}, {y:.3}, {z:.3}) downward, would do"
+                );
+                found.push(Remedy { kind: "base", amount: part as f64, text });
+                break;
+            }
+        }
+        found
+    }
+}
+
+/// The least `x` in `first..=most` (to `step`) at which `helps`; `None` where not even `most` does. Monotone remedies are
+/// assumed: more of one helps at least as much.
+fn least(first: f64, most: f64, step: f64, helps: impl Fn(f64) -> bool) -> Option<f64> {
+    if most < first || !helps(most) {
+        return None;
+    }
+    let (mut low, mut high) = (0.0, most);
+    while high - low > step {
+        let middle = ((low + high) / 2.0 / step).round() * step;
+        if middle <= low || middle >= high {
+            break;
+        }
+        if helps(middle) { high = middle } else { low = middle }
+    }
+    Some(high)
+}
+
+/// All pieces of the head narrowed about the tip's axis.
+fn scale_head(profile: &mut Profile, share: f64) {
+    for body in &mut profile.head.body {
+        if let Some(r) = &mut body.r_mm {
+            r.iter_mut().for_each(|r| *r *= share);
+        }
+        for corner in [&mut body.min_mm, &mut body.max_mm].into_iter().flatten() {
+            corner.iter_mut().take(2).for_each(|v| *v *= share);
+        }
+        for point in body.points_mm.iter_mut().flatten() {
+            point.iter_mut().take(2).for_each(|v| *v *= share);
+        }
+    }
+}
+
+/// All pieces of the head raised; the room below is a tip as wide as the lowest piece's lower end.
+fn raise_head(profile: &mut Profile, by: f64) {
+    let mut tip: Option<(f64, f64)> = None;
+    for body in &mut profile.head.body {
+        if let (Some(z), Some(r)) = (&mut body.z_mm, body.r_mm) {
+            if tip.is_none_or(|(low, _)| z[0] < low) {
+                tip = Some((z[0], r[0]));
+            }
+            z.iter_mut().for_each(|z| *z += by);
+        }
+        for corner in [&mut body.min_mm, &mut body.max_mm].into_iter().flatten() {
+            corner[2] += by;
+        }
+        for point in body.points_mm.iter_mut().flatten() {
+            point[2] += by;
+        }
+    }
+    if let (Some((low, radius)), Some(first)) = (tip, profile.head.body.iter().find(|b| b.z_mm.is_some()).cloned()) {
+        let needle = crate::profile::BodySpec {
+            name: "longer nozzle".to_owned(),
+            z_mm: Some([low, low + by]),
+            r_mm: Some([radius, radius]),
+            ..first
+        };
+        profile.head.body.push(needle);
+    }
+}
+
+/// Directions of large flat faces at which the whole model could stand, with the part whose face it is; the largest first.
+fn feet(model: &Model) -> Vec<(usize, Vec3)> {
+    const MOST: usize = 6;
+    let mut faces: Vec<(usize, Vec3, f64)> = Vec::new();
+    for part in &model.parts {
+        for facet in 0..part.mesh.facets().len() {
+            let Some(normal) = part.mesh.normal(facet) else { continue };
+            let outmost = part.mesh.corners(facet)[0].dot(&normal);
+            let beyond = |v: &Vec3| v.dot(&normal) > outmost + 0.01;
+            if normal.z < -0.999 || model.parts.iter().any(|p| p.mesh.vertices().iter().any(beyond)) {
+                continue;
+            }
+            let area = part.mesh.facet_area(facet);
+            match faces.iter_mut().find(|(id, n, _)| *id == part.id && (n - normal).norm() < 1e-3) {
+                Some((.., sum)) => *sum += area,
+                None => faces.push((part.id, normal, area)),
+            }
+        }
+    }
+    faces.sort_by(|a, b| b.2.total_cmp(&a.2).then(a.0.cmp(&b.0)));
+    faces.truncate(MOST);
+    faces.into_iter().map(|(part, normal, _)| (part, normal)).collect()
+}
+
+/// The model turned so that `down` points down.
+fn laid_on(model: &Model, down: &Vec3) -> Model {
+    let turn = nalgebra::Rotation3::rotation_between(down, &-Vec3::z())
+        .unwrap_or_else(|| nalgebra::Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
+    let motion: Rigid<Object, Object> = Rigid::new(*turn.matrix(), Vec3::zeros());
+    let part = |p: &crate::mesh::Part| -> (String, TriangleMesh<Object>) { (p.name.clone(), p.mesh.moved(&motion)) };
+    Model::from_parts(model.parts.iter().map(part).collect())
+}
+
+/// Whether remedies are worth looking for: only an object that has reasons can be helped.
+pub fn can_be_helped(no: &Infeasible) -> bool {
+    matches!(no, Infeasible::NoPlan { .. } | Infeasible::NoPlace { .. })
+}

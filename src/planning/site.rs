@@ -1,0 +1,151 @@
+//! Parts at their poses: who is in whose way, and how much room is left.
+
+use rayon::prelude::*;
+
+use super::candidates::{Candidate, Setups};
+use super::collision::{Clearance, LIFT_LAYERS, contact_mm};
+use super::part_set::PartSet;
+use super::sequence::{Choice, Sequence};
+use super::solid::Solid;
+use crate::geom::{Machine, Rigid, Table, Vec3};
+
+/// Clearances beyond this are not worked out, mm.
+pub const CLEARANCE_SOUGHT_MM: f64 = 20.0;
+
+/// Collision questions about one placement.
+pub(super) struct Site<'a> {
+    setups: &'a Setups<'a>,
+    margin_mm: f64,
+    /// Parts that share an interface.
+    pub(super) touching: Vec<PartSet>,
+    /// Parts that lie so near to each other that the head cannot keep its margin from the one at the other.
+    near: Vec<PartSet>,
+    /// By setup.
+    motions: Vec<Rigid<Table, Machine>>,
+    /// By setup: parts that the frame would meet.
+    at_frame: Vec<PartSet>,
+}
+
+impl<'a> Site<'a> {
+    pub(super) fn of(setups: &'a Setups<'a>, margin_mm: f64) -> Self {
+        let parts = setups.workpiece.parts.len();
+        let mut touching = vec![PartSet::new(parts); parts];
+        for interface in &setups.workpiece.model.interfaces {
+            touching[interface.a].insert(interface.b);
+            touching[interface.b].insert(interface.a);
+        }
+        let near = near(&setups.solids, margin_mm + contact_mm(setups.profile));
+        let motions: Vec<_> = setups.poses.iter().map(|(_, pose)| setups.table.forward(*pose)).collect();
+        let frame = setups.profile.fixed_bodies();
+        let at_frame = motions.iter().map(|motion| {
+            let back: Rigid<Machine, Table> = motion.inverse();
+            let pieces: Vec<Solid> = frame
+                .iter()
+                .map(|b| Solid::hull(b.points.iter().map(|p| back.rotation * p + back.translation).collect()))
+                .collect();
+            let meets = |q: &usize| pieces.iter().any(|piece| touches(&setups.solids[*q], piece));
+            set_of(parts, (0..parts).filter(meets))
+        });
+        let at_frame = at_frame.collect();
+        Self { setups, margin_mm, touching, near, motions, at_frame }
+    }
+
+    fn lift(&self, part: usize, other: usize) -> f64 {
+        if self.near[part].has(other) {
+            contact_mm(self.setups.profile)
+        } else {
+            LIFT_LAYERS * self.setups.profile.process.layer_height_mm
+        }
+    }
+
+    fn margin(&self, part: usize, other: usize) -> f64 {
+        if self.near[part].has(other) { 1e-3 } else { self.margin_mm.max(1e-3) }
+    }
+
+    /// `[part][candidate]` -> the parts that must not be there before.
+    pub(super) fn blocked(&self, candidates: &[Vec<Candidate>]) -> Vec<Vec<PartSet>> {
+        let parts = candidates.len();
+        // One task a candidate: parts differ a hundredfold in facets.
+        let tasks: Vec<(usize, usize)> =
+            candidates.iter().enumerate().flat_map(|(part, c)| c.iter().map(move |c| (part, c.setup))).collect();
+        let one = |&(part, setup): &(usize, usize)| {
+            set_of(parts, (0..parts).filter(|&q| q != part && self.blocks(part, q, setup)))
+        };
+        let mut sets = tasks.par_iter().map(one).collect::<Vec<PartSet>>().into_iter();
+        candidates.iter().map(|c| sets.by_ref().take(c.len()).collect()).collect()
+    }
+
+    fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
+        let margin = self.margin(part, other);
+        self.at_frame[setup].has(other) || self.between(part, other, setup, margin).mm < margin
+    }
+
+    /// How far the head stays from `other` while it prints `part` in `setup`, up to `enough` mm.
+    fn between(&self, part: usize, other: usize, setup: usize, enough: f64) -> Clearance {
+        let (solids, lift) = (&self.setups.solids, self.lift(part, other));
+        self.setups.head.clearance(&self.motions[setup], &solids[part], &solids[other], lift, enough)
+    }
+
+    /// What reaches into `other`, and how deep, mm; for explanations.
+    pub(super) fn intrusion(&self, part: usize, other: usize, setup: usize) -> (String, f64) {
+        if self.at_frame[setup].has(other) {
+            return (format!("part {other} would meet the machine's frame"), 0.0);
+        }
+        let (solids, lift) = (&self.setups.solids, self.lift(part, other));
+        let depth = self.setups.head.depth(&self.motions[setup], &solids[part], &solids[other], lift);
+        let piece = self.between(part, other, setup, self.margin(part, other)).piece;
+        (format!("the {piece} would reach {depth:.1} mm into part {other}"), depth)
+    }
+
+    /// The least room between the head and what it passes in `sequence`, mm; at most [`CLEARANCE_SOUGHT_MM`].
+    pub(super) fn clearance(&self, candidates: &[Vec<Candidate>], sequence: &Sequence) -> f64 {
+        let mut least = CLEARANCE_SOUGHT_MM;
+        let mut printed: Vec<usize> = Vec::new();
+        let setup_of = |&(part, k): &Choice| candidates[part][k].setup;
+        for slot in sequence {
+            // The parts of one setup grow together and are no obstacles to each other.
+            for group in slot.chunk_by(|a, b| setup_of(a) == setup_of(b)) {
+                for choice in group {
+                    least = self.room(choice.0, setup_of(choice), &printed, least);
+                }
+                printed.extend(group.iter().map(|&(part, _)| part));
+            }
+        }
+        least
+    }
+
+    fn room(&self, part: usize, setup: usize, printed: &[usize], enough: f64) -> f64 {
+        let mut least = enough;
+        for &other in printed.iter().filter(|&&q| !self.near[part].has(q)) {
+            least = self.between(part, other, setup, least).mm.min(least);
+        }
+        if !self.setups.workpiece.model.on_table.contains(&part) {
+            let (motion, solid) = (&self.motions[setup], &self.setups.solids[part]);
+            least = self.setups.head.clearance(motion, solid, &self.setups.slab, 0.0, least).mm.min(least);
+        }
+        least
+    }
+}
+
+/// The parts of `members`, in a set for `parts`.
+pub(super) fn set_of(parts: usize, members: impl IntoIterator<Item = usize>) -> PartSet {
+    let mut set = PartSet::new(parts);
+    members.into_iter().for_each(|p| set.insert(p));
+    set
+}
+
+fn touches(a: &Solid, b: &Solid) -> bool {
+    let still = Rigid::<Table, Table>::shift(Vec3::zeros());
+    a.swept_clearance(&still, [true; 3], &[Vec3::zeros()], b, 1e-3).distance() == 0.0
+}
+
+/// For each part: those within `reach` mm of it.
+fn near(solids: &[Solid], reach: f64) -> Vec<PartSet> {
+    let still = Rigid::<Table, Table>::shift(Vec3::zeros());
+    let point = [Vec3::zeros()];
+    let within = |part: usize, q: usize| {
+        solids[part].swept_clearance(&still, [true; 3], &point, &solids[q], reach).distance() < reach
+    };
+    let of_part = |part: usize| set_of(solids.len(), (0..solids.len()).filter(|&q| q != part && within(part, q)));
+    (0..solids.len()).into_par_iter().map(of_part).collect()
+}

@@ -1,0 +1,253 @@
+//! Why there is no plan: a set of reasons none of which can be left out.
+//!
+//! Every orientation that was tried comes back with all that stands against it, and what stands against it becomes a
+//! **constraint** that can be lifted: "part 7 must be supported", "part 7 must stay clear of part 3", "the tilt of part 7
+//! must be within reach". The set of all constraints is infeasible; one after the other is lifted, and stays lifted where the
+//! rest is infeasible still (the *deletion filter* for irreducible infeasible subsystems, J. W. Chinneck, *Feasibility and
+//! Infeasibility in Optimization*, 2008, section 6.3). What remains is irreducible: lift any one of it and there is a
+//! plan. Each answer is the complete search's; where its budget ends before, the constraint stays and the set is not
+//! called least.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use super::candidates::{Against, Candidate, Setups, Way};
+use super::part_set::PartSet;
+use super::planner::{Infeasible, Options, Reason};
+use super::sequence::{End, Priority, Problem, enumerate};
+use super::site::{Site, set_of};
+use super::support::Needs;
+use super::workpiece::Workpiece;
+use crate::orient::Direction;
+use crate::profile::Profile;
+
+/// Something that could be lifted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Constraint {
+    /// What the machine or the support has against a part at any orientation.
+    Own(usize, Against),
+    /// The head, printing the first, must stay clear of the second.
+    Past(usize, usize),
+}
+
+impl Constraint {
+    fn part(self) -> usize {
+        match self {
+            Self::Own(part, _) | Self::Past(part, _) => part,
+        }
+    }
+}
+
+/// Steps of each question, most directions of a part that are looked at, and most constraints that are tried one by one.
+const STEPS: u64 = 200_000;
+const MOST_WAYS: usize = 64;
+const MOST_SINGLE: usize = 600;
+
+/// Everything that stands against everything.
+struct Case<'a> {
+    ways: Vec<Vec<Way>>,
+    candidates: Vec<Vec<Candidate>>,
+    blocked: Vec<Vec<PartSet>>,
+    site: &'a Site<'a>,
+    on_table: PartSet,
+    options: &'a Options<'a>,
+}
+
+/// The reasons why `workpiece` cannot be printed where it stands.
+pub(super) fn explain(
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+    directions: &[Vec<Direction>],
+    options: &Options<'_>,
+) -> Infeasible {
+    let mut setups = Setups::new(workpiece, profile, options);
+    let ways: Vec<Vec<Way>> =
+        directions.iter().enumerate().map(|(p, tried)| nearest_misses(&setups, p, tried)).collect();
+    let mut candidates: Vec<Vec<Candidate>> = Vec::new();
+    for of_part in &ways {
+        let one = |way: &Way| {
+            let setup = setups.setup(way.up, way.pose);
+            Candidate { up: way.up, pose: way.pose, setup, value: way.value, needs: way.needs.clone() }
+        };
+        candidates.push(of_part.iter().map(one).collect());
+    }
+    let site = Site::of(&setups, options.margin_mm);
+    let blocked = site.blocked(&candidates);
+    let parts = ways.len();
+    let on_table = set_of(parts, workpiece.model.on_table.iter().copied());
+    let case = Case { ways, candidates, blocked, site: &site, on_table, options };
+    case.explain(workpiece)
+}
+
+/// The ways of a part with all objections, those with the fewest first.
+fn nearest_misses(setups: &Setups<'_>, part: usize, tried: &[Direction]) -> Vec<Way> {
+    let mut ways = setups.ways(part, tried, true);
+    ways.sort_by_key(|way| way.objections.len());
+    ways.truncate(MOST_WAYS);
+    ways
+}
+
+impl Case<'_> {
+    fn explain(&self, workpiece: &Workpiece<'_>) -> Infeasible {
+        let all = self.constraints();
+        let (stuck, mut decided) = self.stuck(&all);
+        // What concerns the parts that got stuck is asked last, and so is likelier to stay.
+        let mut order: Vec<Constraint> = all.iter().copied().collect();
+        order.sort_by_key(|c| (stuck.has(c.part()), *c));
+        let mut kept = all;
+        self.lift_by_part(&order, &mut kept, &mut decided);
+        let left: Vec<Constraint> = order.into_iter().filter(|c| kept.contains(c)).collect();
+        for constraint in left.iter().take(MOST_SINGLE) {
+            self.lift(&[*constraint], &mut kept, &mut decided);
+        }
+        let least = decided && left.len() <= MOST_SINGLE;
+        let reasons = self.reasons(&kept);
+        Infeasible::NoPlan { summary: summary(workpiece, &kept, &reasons), reasons, least }
+    }
+
+    fn constraints(&self) -> BTreeSet<Constraint> {
+        let mut all = BTreeSet::new();
+        for (part, ways) in self.ways.iter().enumerate() {
+            let own = ways.iter().flat_map(|w| &w.objections).map(|o| Constraint::Own(part, o.against));
+            all.extend(own);
+            // What can be carried by others only is a question of the order, and can be lifted too.
+            all.insert(Constraint::Own(part, Against::Support));
+            all.extend(self.blocked[part].iter().flat_map(PartSet::iter).map(|q| Constraint::Past(part, q)));
+        }
+        all
+    }
+
+    /// Whole parts first: most have nothing to do with it.
+    fn lift_by_part(&self, order: &[Constraint], kept: &mut BTreeSet<Constraint>, decided: &mut bool) {
+        let mut parts: Vec<usize> = order.iter().map(|c| c.part()).collect();
+        parts.dedup();
+        for part in parts {
+            let of_part: Vec<Constraint> = order.iter().copied().filter(|c| c.part() == part).collect();
+            self.lift(&of_part, kept, decided);
+        }
+    }
+
+    /// Lifts `these` for good if there is no plan without them either.
+    fn lift(&self, these: &[Constraint], kept: &mut BTreeSet<Constraint>, decided: &mut bool) {
+        let without: BTreeSet<Constraint> = kept.iter().copied().filter(|c| !these.contains(c)).collect();
+        match self.feasible(&without) {
+            End::Exhausted => *kept = without,
+            End::Stopped => {}
+            End::Budget => *decided = false,
+        }
+    }
+
+    fn stuck(&self, kept: &BTreeSet<Constraint>) -> (PartSet, bool) {
+        let (end, farthest) = self.search(kept);
+        let parts = self.ways.len();
+        (set_of(parts, (0..parts).filter(|&p| !farthest.has(p))), end == End::Exhausted)
+    }
+
+    /// [`End::Stopped`] where there is a plan under `kept`.
+    fn feasible(&self, kept: &BTreeSet<Constraint>) -> End {
+        self.search(kept).0
+    }
+
+    fn search(&self, kept: &BTreeSet<Constraint>) -> (End, PartSet) {
+        let parts = self.ways.len();
+        let mut candidates: Vec<Vec<Candidate>> = Vec::new();
+        let mut blocked: Vec<Vec<PartSet>> = Vec::new();
+        for part in 0..parts {
+            let supported = !kept.contains(&Constraint::Own(part, Against::Support));
+            let free = |k: &usize| {
+                let mut against = self.ways[part][*k].objections.iter().map(|o| o.against);
+                !against.any(|a| kept.contains(&Constraint::Own(part, a)))
+            };
+            let ways: Vec<usize> = (0..self.ways[part].len()).filter(free).collect();
+            if ways.is_empty() {
+                return (End::Exhausted, set_of(parts, (0..parts).filter(|&p| p != part)));
+            }
+            let candidate = |&k: &usize| {
+                let known = &self.candidates[part][k];
+                let needs = if supported { Needs::none() } else { known.needs.clone() };
+                Candidate { needs, ..known.clone() }
+            };
+            candidates.push(ways.iter().map(candidate).collect());
+            let set = |&k: &usize| {
+                let in_force = |q: &usize| kept.contains(&Constraint::Past(part, *q));
+                set_of(parts, self.blocked[part][k].iter().filter(in_force))
+            };
+            blocked.push(ways.iter().map(set).collect());
+        }
+        let problem = Problem {
+            candidates: &candidates,
+            blocked: &blocked,
+            touching: &self.site.touching,
+            on_table: &self.on_table,
+            table_first: self.options.table_first,
+            priority: match self.options.priority {
+                Priority::OnlySingle => Priority::OnlySingle,
+                _ => Priority::Together,
+            },
+        };
+        let outcome = enumerate(&problem, STEPS, |_| false);
+        (outcome.end, outcome.farthest)
+    }
+
+    /// What each kept constraint says of each orientation of its part.
+    fn reasons(&self, kept: &BTreeSet<Constraint>) -> Vec<Reason> {
+        let mut reasons = Vec::new();
+        let parts: BTreeSet<usize> = kept.iter().map(|c| c.part()).collect();
+        for part in parts {
+            for (k, way) in self.ways[part].iter().enumerate() {
+                reasons.extend(self.reason(part, k, way, kept));
+            }
+        }
+        reasons
+    }
+
+    /// Why `part` cannot be printed in its way `k`: every kept constraint that it offends, or the support it waits for.
+    fn reason(&self, part: usize, k: usize, way: &Way, kept: &BTreeSet<Constraint>) -> Vec<Reason> {
+        let up = (*way.up.unit()).into();
+        let mut reasons = Vec::new();
+        for objection in &way.objections {
+            if kept.contains(&Constraint::Own(part, objection.against)) {
+                let blocked_by = match objection.against {
+                    Against::Support => "support",
+                    Against::Reach => "limits",
+                    Against::Limits => "limits",
+                    Against::Table => "table",
+                    Against::Frame => "frame",
+                };
+                let (text, depth_mm) = (objection.text.clone(), objection.depth_mm);
+                reasons.push(Reason { part, up, blocked_by: blocked_by.to_owned(), depth_mm, text });
+            }
+        }
+        for other in self.blocked[part][k].iter().filter(|&q| kept.contains(&Constraint::Past(part, q))) {
+            let (text, depth_mm) = self.site.intrusion(part, other, self.candidates[part][k].setup);
+            reasons.push(Reason { part, up, blocked_by: other.to_string(), depth_mm, text });
+        }
+        let waits = || self.ways[part][k].needs.carriers();
+        if reasons.is_empty() && kept.contains(&Constraint::Own(part, Against::Support)) && !waits().is_empty() {
+            let names: Vec<String> = waits().iter().map(ToString::to_string).collect();
+            let text = format!("it would hang in the air until parts {} stand", names.join(", "));
+            reasons.push(Reason { part, up, blocked_by: "support".to_owned(), depth_mm: 0.0, text });
+        }
+        reasons
+    }
+}
+
+/// One sentence: which parts, and the nearest miss of each.
+fn summary(workpiece: &Workpiece<'_>, kept: &BTreeSet<Constraint>, reasons: &[Reason]) -> String {
+    let parts: BTreeSet<usize> = kept.iter().map(|c| c.part()).collect();
+    let named = |part: &usize| format!("part {part} ({})", workpiece.model.parts[*part].name);
+    let mut text = match parts.len() {
+        0 => "no order prints all parts".to_owned(),
+        1 => format!("{} cannot be printed in any orientation", parts.iter().map(named).collect::<String>()),
+        _ => format!("no order prints {}", parts.iter().map(named).collect::<Vec<_>>().join(" and ")),
+    };
+    for part in parts.iter().take(3) {
+        // A support reason names no way out; what the machine refuses although the part would stand does.
+        let of_part = || reasons.iter().filter(|r| r.part == *part);
+        let first = of_part().find(|r| r.blocked_by != "support").or_else(|| of_part().next());
+        if let Some(reason) = first {
+            let _ = write!(text, "{} part {part}: {}", if text.contains(':') { ";" } else { ":" }, reason.text);
+        }
+    }
+    text
+}
