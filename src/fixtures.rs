@@ -31,6 +31,59 @@ pub fn all() -> Vec<Fixture> {
     vec![cube(), two_boxes(), ding(), y_tree(), candelabrum()]
 }
 
+/// Objects that fool a planner which looks at a part's six extreme corners only, or not at all.
+pub fn tricks() -> Vec<Fixture> {
+    vec![bar_beside_post(), between_towers(), under_the_gantry(), caged(), hook()]
+}
+
+/// A plate with a post, and a bar of 100 mm that passes the post 7 mm away: near it at mid-length only.
+pub fn bar_beside_post() -> Fixture {
+    let post = solid_box(Vec3::new(-5.0, -5.0, 8.0), Vec3::new(5.0, 5.0, 48.0));
+    let bar = solid_box(Vec3::new(-50.0, 12.0, 8.0), Vec3::new(50.0, 18.0, 12.0));
+    Fixture { file: "bar-beside-post.stl", parts: named([("plate", plate()), ("post", post), ("bar", bar)]) }
+}
+
+/// A plate with a stub between the two towers of a U whose foot lies 26 mm behind it: the way from tower to tower, at the
+/// first layers, leads through the stub, and later the towers leave the head no room to print it.
+pub fn between_towers() -> Fixture {
+    let stub = solid_box(Vec3::new(-4.0, -4.0, 8.0), Vec3::new(4.0, 4.0, 16.0));
+    let grid = [vec![-22.0, -14.0, 14.0, 22.0], vec![-4.0, 4.0, 30.0, 36.0], vec![8.0, 12.0, 60.0]];
+    let towers = cells(&grid, |[x, y, z]| (z == 0 && (x != 1 || y == 2)) || (z == 1 && x != 1 && y == 0));
+    Fixture { file: "between-towers.stl", parts: named([("plate", plate()), ("stub", stub), ("towers", towers)]) }
+}
+
+/// A cube on the floor of a tunnel with a roof of two 45 degree slopes: no order and no tilt lets a head in.
+pub fn caged() -> Fixture {
+    let house = |width: f64, floor: f64, eaves: f64| {
+        [[-width, floor], [width, floor], [width, eaves], [0.0, eaves + width], [-width, eaves]]
+    };
+    let tunnel = pipe(&house(25.0, 0.0, 20.0), &house(20.0, 5.0, 20.0), [-40.0, 40.0]);
+    let cube = solid_box(Vec3::new(-6.0, -6.0, 5.0), Vec3::new(6.0, 6.0, 17.0));
+    Fixture { file: "caged.stl", parts: named([("tunnel", tunnel), ("cube", cube)]) }
+}
+
+/// A hook whose point hangs down: printed standing it begins in the air, lying on its side it does not.
+pub fn hook() -> Fixture {
+    let grid = [vec![-20.0, -10.0, 10.0, 20.0], vec![-5.0, 5.0], vec![0.0, 10.0, 30.0, 50.0, 60.0]];
+    let hook = cells(&grid, |[x, _, z]| match x {
+        0 => true,
+        1 => z == 0 || z == 3,
+        _ => z == 0 || z >= 2,
+    });
+    Fixture { file: "hook.stl", parts: named([("hook", hook)]) }
+}
+
+/// A low block 100 mm behind a post: far from the nozzle's block, but below a gantry beam of 40 mm height.
+pub fn under_the_gantry() -> Fixture {
+    let post = solid_box(Vec3::new(-5.0, -50.0, 8.0), Vec3::new(5.0, -40.0, 68.0));
+    let block = solid_box(Vec3::new(4.0, 40.0, 8.0), Vec3::new(14.0, 50.0, 14.0));
+    Fixture { file: "under-the-gantry.stl", parts: named([("plate", plate()), ("post", post), ("block", block)]) }
+}
+
+fn plate() -> TriangleMesh<Object> {
+    solid_box(Vec3::new(-60.0, -60.0, 0.0), Vec3::new(60.0, 60.0, 8.0))
+}
+
 /// One 20 mm cube: 8000 mm³, 2400 mm², 12 facets.
 pub fn cube() -> Fixture {
     let part = solid_box(Vec3::new(-10.0, -10.0, 0.0), Vec3::new(10.0, 10.0, 20.0));
@@ -182,6 +235,68 @@ pub fn prism(outline: &[[f64; 2]], y: [f64; 2]) -> TriangleMesh<Object> {
     tube(&reversed(at(y[0])), &reversed(at(y[1])), false)
 }
 
+/// The closed surface of the cells that `filled` names on a grid of planes `[x, y, z]`, ascending; corners shared. Cells that meet
+/// in an edge or corner only make a surface that is not manifold.
+fn cells(planes: &[Vec<f64>; 3], filled: impl Fn([usize; 3]) -> bool) -> TriangleMesh<Object> {
+    let count = |axis: usize| planes[axis].len() - 1;
+    let full = |cell: [isize; 3]| {
+        let inside = (0..3).all(|a| (0..count(a) as isize).contains(&cell[a]));
+        inside && filled(cell.map(|c| c as usize))
+    };
+    let mut vertices: Vec<Vec3> = Vec::new();
+    let mut facets = Vec::new();
+    for x in 0..count(0) {
+        for y in 0..count(1) {
+            for z in 0..count(2) {
+                let cell = [x as isize, y as isize, z as isize];
+                for (axis, side) in (0..3).flat_map(|a| [(a, 0), (a, 1)]).filter(|_| full(cell)) {
+                    let mut beyond = cell;
+                    beyond[axis] += if side == 0 { -1 } else { 1 };
+                    if full(beyond) {
+                        continue;
+                    }
+                    // The face's corners, counter-clockwise seen from outside.
+                    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+                    let mut ring = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[du, dv]: [usize; 2]| {
+                        let mut at = [x, y, z];
+                        at[axis] += side;
+                        at[u] += du;
+                        at[v] += dv;
+                        let corner = Vec3::from_fn(|i, _| planes[i][at[i]]);
+                        vertices.iter().position(|known| *known == corner).unwrap_or_else(|| {
+                            vertices.push(corner);
+                            vertices.len() - 1
+                        }) as u32
+                    });
+                    if side == 0 {
+                        ring.reverse();
+                    }
+                    facets.extend([[ring[0], ring[1], ring[2]], [ring[0], ring[2], ring[3]]]);
+                }
+            }
+        }
+    }
+    TriangleMesh::new(vertices, facets)
+}
+
+/// A pipe along y between an outer and an inner `(x, z)` outline of as many corners, both counter-clockwise seen against +Y.
+fn pipe(outer: &[[f64; 2]], inner: &[[f64; 2]], y: [f64; 2]) -> TriangleMesh<Object> {
+    let n = outer.len() as u32;
+    let rings = [(outer, y[0]), (outer, y[1]), (inner, y[0]), (inner, y[1])];
+    let vertices = rings.iter().flat_map(|(ring, y)| ring.iter().map(|&[x, z]| Vec3::new(x, *y, z))).collect();
+    let mut facets = Vec::new();
+    let mut quad = |a: u32, b: u32, c: u32, d: u32| facets.extend([[a, c, b], [a, d, c]]);
+    for k in 0..n {
+        let next = (k + 1) % n;
+        let at = |ring: u32, k: u32| ring * n + k;
+        quad(at(0, k), at(0, next), at(1, next), at(1, k));
+        quad(at(2, next), at(2, k), at(3, k), at(3, next));
+        quad(at(0, next), at(0, k), at(2, k), at(2, next));
+        quad(at(1, k), at(1, next), at(3, next), at(3, k));
+    }
+    TriangleMesh::new(vertices, facets)
+}
+
 /// `sides` points around an ellipse with these radii along x and y about `centre`, counter-clockwise seen from +Z.
 fn ring(radii: [f64; 2], centre: Vec3, sides: usize) -> Vec<Vec3> {
     let angle = |k: usize| std::f64::consts::TAU * k as f64 / sides as f64;
@@ -212,7 +327,7 @@ fn tube(low: &[Vec3], high: &[Vec3], centred: bool) -> TriangleMesh<Object> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Fixture, all, candelabrum, cube, ding, two_boxes, y_tree};
+    use super::{Fixture, all, candelabrum, cube, ding, tricks, two_boxes, y_tree};
     use crate::geom::Vec3;
     use crate::mesh::{Model, ReadOptions, read_model};
 
@@ -239,9 +354,20 @@ mod tests {
     }
 
     #[test]
+    fn tricks_are_closed_models() {
+        let parts: Vec<usize> = tricks().iter().map(|fixture| model(fixture).parts.len()).collect();
+        assert_eq!(parts, [3, 3, 3, 2, 1]);
+        let volumes: Vec<f64> = tricks().iter().map(|f| f.parts[f.parts.len() - 1].1.volume()).collect();
+        let towers = 4.0 * (2.0 * 8.0 * 40.0 + 28.0 * 6.0) + 2.0 * 48.0 * 64.0;
+        for (got, wanted) in volumes.iter().zip([2400.0, towers, 600.0, 1728.0, 14_000.0]) {
+            assert!((got - wanted).abs() < 1e-6, "{got} {wanted}");
+        }
+    }
+
+    #[test]
     fn committed_files_are_the_generated_bytes() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
-        for fixture in all() {
+        for fixture in all().into_iter().chain(tricks()) {
             let path = folder.join(fixture.file);
             if std::env::var_os("UPDATE_FIXTURES").is_some() {
                 std::fs::write(&path, fixture.stl()).unwrap();

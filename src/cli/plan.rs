@@ -25,7 +25,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if args.all {
         return list(args, &model, &machine, console);
     }
-    let made = make(&model, &machine, &args.plan, args.top.unwrap_or(1), console)?;
+    let wish = Wanted { plans: args.top.unwrap_or(1), sheet: args.sheet.as_deref() };
+    let made = make(&model, &machine, &args.plan, &wish, console)?;
     if let Some(path) = &args.output {
         files::write(path, made.plan.to_text().as_bytes())?;
     }
@@ -116,14 +117,23 @@ fn placement(args: &PlanArgs, model: &LoadedModel) -> Result<Option<Placement>, 
     Ok(Some(Placement { origin_mm: [number(x)?, number(y)?, -model.model.bounds.min.z], turn_deg }))
 }
 
+/// What is wanted beside the plan.
+pub(super) struct Wanted<'a> {
+    /// How many distinct plans.
+    pub(super) plans: usize,
+    /// Where the picture goes, also of an object without a plan.
+    pub(super) sheet: Option<&'a Path>,
+}
+
 /// Plans, or prints why not and what would help, and fails.
 pub(super) fn make(
     model: &LoadedModel,
     machine: &LoadedProfile,
     args: &PlanArgs,
-    plans: usize,
+    wish: &Wanted<'_>,
     console: &Console,
 ) -> Result<Made, Failure> {
+    let plans = wish.plans;
     if !(1..=100).contains(&plans) {
         return Err(Failure::Usage(format!("--top {plans} is out of 1..100")));
     }
@@ -139,10 +149,14 @@ pub(super) fn make(
     } else {
         plan_anywhere(&model.model, profile, &base, &directions, &options)
     };
-    let (placement, plans) = found.inspect_err(|no| {
-        let workpiece = Workpiece::place(&model.model, &base);
-        why::explain(no, &workpiece, profile, &directions, &options, !args.no_remedies, console);
-    })?;
+    let (placement, plans) = match found {
+        Ok(found) => found,
+        Err(no) => {
+            let workpiece = Workpiece::place(&model.model, &base);
+            why::explain(&no, &workpiece, profile, &directions, &options, !args.no_remedies, wish.sheet, console)?;
+            return Err(no.into());
+        }
+    };
     if placement != base {
         let [x, y, _] = placement.origin_mm;
         console.note(&format!("moved to {x} {y} mm, turned {} deg: there the axes reach", placement.turn_deg));

@@ -46,7 +46,7 @@ fn work(args: &Verb, console: &Console) -> Result<Value, Failure> {
     console.note(&format!("{} parts in {}", model.model.parts.len(), args.model.model.display()));
     let scratch = Scratch::new()?;
     let slicer = choose(&args.slicing, &scratch)?;
-    let made = plan::make(&model, &machine, &args.plan, 1, console)?;
+    let made = plan::make(&model, &machine, &args.plan, &plan::Wanted { plans: 1, sheet: None }, console)?;
     clock.lap("plan");
     clock.split("plan", "orient", made.orient_seconds);
     console.note(made.text(&machine).trim_end());

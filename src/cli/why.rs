@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::Console;
+use super::{Console, Failure, files};
 use crate::orient::Direction;
-use crate::planning::{Infeasible, Options, Reason, Remedy, Wish, Workpiece, can_be_helped};
+use crate::planning::{Infeasible, Options, Reason, Remedy, Wish, Workpiece, can_be_helped, sheet_of_reasons};
 use crate::profile::Profile;
 
 /// Prints reasons and remedies; what no remedy can help is left to the error's own sentence.
@@ -18,15 +19,19 @@ pub(super) fn explain(
     directions: &[Vec<Direction>],
     options: &Options<'_>,
     seek: bool,
+    picture: Option<&Path>,
     console: &Console,
-) {
+) -> Result<(), Failure> {
     if !can_be_helped(no) {
-        return;
+        return Ok(());
     }
     let (reasons, least): (&[Reason], bool) = match no {
         Infeasible::NoPlan { reasons, least, .. } => (reasons, *least),
         _ => (&[], false),
     };
+    if let (Some(path), false) = (picture, reasons.is_empty()) {
+        files::write(path, sheet_of_reasons(reasons, workpiece, profile).as_bytes())?;
+    }
     let mut concerned: Vec<usize> = reasons.iter().map(|r| r.part).collect();
     concerned.sort_unstable();
     concerned.dedup();
@@ -46,6 +51,7 @@ pub(super) fn explain(
     } else {
         console.note(text(workpiece, reasons, least, seek, &remedies).trim_end());
     }
+    Ok(())
 }
 
 fn document(summary: &str, reasons: &[Reason], least: bool, remedies: &[Remedy]) -> Value {
@@ -73,9 +79,9 @@ fn text(workpiece: &Workpiece<'_>, reasons: &[Reason], least: bool, sought: bool
     for (part, by) in &by_part {
         let _ = writeln!(out, "  part {part} ({})", workpiece.model.parts[*part].name);
         for (blocked_by, of_this) in by {
-            let nearest = of_this.iter().min_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
-            let Some(nearest) = nearest else { continue };
-            let [x, y, z] = nearest.up;
+            // The ways with the least against them come first.
+            let Some(nearest) = of_this.first() else { continue };
+            let [x, y, z] = nearest.up.map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
             let what = match blocked_by.parse::<usize>() {
                 Ok(other) => format!("part {other}"),
                 Err(_) => (*blocked_by).to_owned(),

@@ -33,7 +33,7 @@ pub use plan::{MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print,
 pub use planner::{Infeasible, MOST_PARTS, Options, Planned, Reason, orientations, plan, plannable, sequences};
 pub use remedies::{Remedy, Wish, can_be_helped};
 pub use sequence::{Priority, Sequence};
-pub use sheet::sheet;
+pub use sheet::{sheet, sheet_of_reasons};
 pub use site::CLEARANCE_SOUGHT_MM;
 pub use solid::Solid;
 pub use workpiece::{Misplaced, Workpiece};

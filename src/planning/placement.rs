@@ -85,7 +85,11 @@ pub fn plan_anywhere(
         let workpiece = Workpiece::place(model, &turn);
         let directions: Vec<Vec<Direction>> = directions.iter().map(|of_part| all_turned(of_part, turn_deg)).collect();
         match places(&workpiece, profile, &directions, options) {
-            Err(why) => _ = nowhere.get_or_insert(why),
+            Err(Nowhere::NotThePlace) => {
+                reached = true;
+                break;
+            }
+            Err(Nowhere::Proved(why)) => _ = nowhere.get_or_insert(why),
             Ok(spots) => {
                 reached = true;
                 for [x, y] in spots {
@@ -118,20 +122,32 @@ fn all_turned(directions: &[Direction], turn_deg: f64) -> Vec<Direction> {
     directions.iter().map(|d| Direction { up: turn * d.up, ..*d }).collect()
 }
 
+/// Why a turn of the model has no place.
+enum Nowhere {
+    /// Some part would not stand, or is out of the tilt's reach, wherever it is.
+    NotThePlace,
+    /// The axes reach none; in words.
+    Proved(String),
+}
+
 /// Shifts of `workpiece` at which every part has a way within the axes, the least first; or which part has none.
 fn places(
     workpiece: &Workpiece<'_>,
     profile: &Profile,
     directions: &[Vec<Direction>],
     options: &Options<'_>,
-) -> Result<Vec<Spot>, String> {
+) -> Result<Vec<Spot>, Nowhere> {
     let setups = Setups::new(workpiece, profile, options);
     let mut cells = vec![on_table(workpiece, profile)];
     for (part, tried) in directions.iter().enumerate() {
         let mut polygons: Vec<Cell> = Vec::new();
         let ways = setups.ways(part, tried, true);
         let within = |a: &Against| matches!(a, Against::Support | Against::Reach);
-        for way in ways.iter().filter(|w| !w.objections.iter().any(|o| within(&o.against))) {
+        let standing: Vec<_> = ways.iter().filter(|w| !w.objections.iter().any(|o| within(&o.against))).collect();
+        if standing.is_empty() {
+            return Err(Nowhere::NotThePlace);
+        }
+        for way in standing {
             add_cell(&mut polygons, shifts(&setups, part, way.pose));
         }
         let mut next: Vec<Cell> = Vec::new();
@@ -141,7 +157,7 @@ fn places(
             }
         }
         if next.is_empty() {
-            return Err(nowhere(workpiece, part, !polygons.is_empty()));
+            return Err(Nowhere::Proved(nowhere(workpiece, part, !polygons.is_empty())));
         }
         next.sort_by(|a, b| area(b).total_cmp(&area(a)));
         next.truncate(MOST_CELLS);

@@ -104,6 +104,11 @@ pub struct Reason {
     pub depth_mm: f64,
     /// In words.
     pub text: String,
+    /// The pose it is about.
+    pub pose: Pose,
+    /// Where the tip is when the head strikes, table frame; for the picture. `None` where nothing strikes, or where no
+    /// place was met among those that were looked at.
+    pub tip: Option<[f64; 3]>,
 }
 
 /// No sequence was found.

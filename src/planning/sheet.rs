@@ -7,9 +7,10 @@ use std::fmt::Write;
 
 use super::candidates::table_solid;
 use super::plan::{Plan, Print};
+use super::planner::Reason;
 use super::solid::Solid;
 use super::workpiece::Workpiece;
-use crate::geom::{Bounds, Vec3};
+use crate::geom::{Body, Bounds, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::profile::Profile;
 
@@ -24,12 +25,68 @@ const TABLE: &str = "#c9ced6";
 const PRINTED: &str = "#8f99a8";
 const NEW: &str = "#e4572e";
 const HEAD: &str = "#2f3e4e";
+const STRUCK: &str = "#e8b93c";
 
 struct Shape {
     outlines: Vec<Vec<[f64; 2]>>,
     depth: f64,
     fill: &'static str,
     opacity: f64,
+}
+
+/// A frame's shapes and the two lines of words below it.
+type Frame = (Vec<Shape>, [String; 2]);
+
+/// So much of the head around the tip is drawn, mm.
+const HEAD_SHOWN_MM: f64 = 60.0;
+/// Most frames of a sheet of reasons.
+const MOST_REASONS: usize = 6;
+
+/// The sheet of `reasons` why there is no plan: for each part and each thing in its way the nearest miss, the table at that
+/// pose, the part in colour and, where the head would strike, the head there.
+pub fn sheet_of_reasons(reasons: &[Reason], workpiece: &Workpiece<'_>, profile: &Profile) -> String {
+    let mut frames: Vec<Frame> = Vec::new();
+    let mut shown: Vec<(usize, &str)> = Vec::new();
+    // The ways with the least against them come first.
+    for reason in reasons {
+        if frames.len() < MOST_REASONS && !shown.contains(&(reason.part, &reason.blocked_by)) {
+            shown.push((reason.part, &reason.blocked_by));
+            frames.push(reason_frame(reason, workpiece, profile));
+        }
+    }
+    page(&frames)
+}
+
+fn reason_frame(reason: &Reason, workpiece: &Workpiece<'_>, profile: &Profile) -> Frame {
+    let table = profile.kinematics();
+    let motion = table.forward(reason.pose);
+    let place = |part: usize| -> TriangleMesh<crate::geom::Machine> { workpiece.parts[part].moved(&motion) };
+    let mut shapes = vec![solid_shape(table_solid(profile, &motion).points(), TABLE, 1.0)];
+    for part in 0..workpiece.parts.len() {
+        let other = reason.blocked_by.parse() == Ok(part);
+        let (fill, opacity) = match (part == reason.part, other) {
+            (true, _) => (NEW, 1.0),
+            (_, true) => (STRUCK, 0.8),
+            _ => (PRINTED, 0.35),
+        };
+        shapes.push(Shape { opacity, ..part_shape(&place(part), fill) });
+    }
+    if let Some(tip) = reason.tip {
+        let tip = motion.rotation * Vec3::from(tip) + motion.translation;
+        // Pieces that do not follow every axis are as long as the machine: drawn where they strike, and only near the tip.
+        let strikes = |b: &Body| b.follows == [true; 3] || reason.text.contains(&b.name);
+        for body in profile.head_bodies().iter().filter(|b| strikes(b)) {
+            let follow = |i: usize| if body.follows[i] { tip[i] } else { 0.0 };
+            let near = |i: usize, v: f64| v.clamp(tip[i] - HEAD_SHOWN_MM, tip[i] + HEAD_SHOWN_MM);
+            let at = |p: &Vec3| Vec3::from_fn(|i, _| near(i, p[i] + follow(i)));
+            let points: Vec<Vec3> = body.points.iter().map(at).collect();
+            shapes.push(Shape { depth: f64::INFINITY, ..solid_shape(&points, HEAD, 0.55) });
+        }
+    }
+    shapes.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+    let (tilt, turn) = (table.tilt.word_of(reason.pose.tilt).deg(), table.rotation.word_of(reason.pose.rotation).deg());
+    let (a, c) = (table.tilt.letter as char, table.rotation.letter as char);
+    (shapes, [format!("part {}: {a}{tilt:.1} {c}{turn:.1}", reason.part), reason.text.clone()])
 }
 
 /// The sheet of `plan`.
@@ -42,8 +99,12 @@ pub fn sheet(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> Strin
             printed.extend(setup.iter().map(|p| p.part));
         }
     }
+    page(&frames)
+}
+
+fn page(frames: &[Frame]) -> String {
     let rows = frames.len().div_ceil(COLUMNS).max(1);
-    let (width, height) = (FRAME * COLUMNS.min(frames.len()) as f64, (FRAME + WORDS) * rows as f64);
+    let (width, height) = (FRAME * COLUMNS.min(frames.len()).max(1) as f64, (FRAME + WORDS) * rows as f64);
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n"
     );
@@ -53,10 +114,13 @@ pub fn sheet(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> Strin
         draw(&mut out, shapes);
         for (line, text) in words.iter().enumerate() {
             let y = FRAME + 12.0 + 15.0 * line as f64;
+            // A long sentence is set smaller rather than cut.
+            let size = (FRAME * 1.9 / text.chars().count().max(1) as f64).clamp(6.0, 13.0);
+            let text = text.replace('&', "&amp;").replace('<', "&lt;");
+            let x = FRAME / 2.0;
             let _ = writeln!(
                 out,
-                "<text x=\"{}\" y=\"{y}\" text-anchor=\"middle\" fill=\"#222222\">{text}</text>",
-                FRAME / 2.0
+                "<text x=\"{x}\" y=\"{y}\" font-size=\"{size:.1}\" text-anchor=\"middle\" fill=\"#222222\">{text}</text>"
             );
         }
         out.push_str("</g>\n");
@@ -65,13 +129,7 @@ pub fn sheet(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> Strin
     out
 }
 
-fn frame(
-    slot: usize,
-    setup: &[&Print],
-    printed: &[usize],
-    workpiece: &Workpiece<'_>,
-    profile: &Profile,
-) -> (Vec<Shape>, [String; 2]) {
+fn frame(slot: usize, setup: &[&Print], printed: &[usize], workpiece: &Workpiece<'_>, profile: &Profile) -> Frame {
     let table = profile.kinematics();
     let motion = table.forward(setup[0].pose(&table));
     let place = |part: usize| -> TriangleMesh<crate::geom::Machine> { workpiece.parts[part].moved(&motion) };
@@ -123,7 +181,13 @@ fn part_shape<F>(mesh: &TriangleMesh<F>, fill: &'static str) -> Shape {
     if Solid::of(mesh).is_hull() {
         return whole;
     }
-    let facets = (0..mesh.facets().len()).map(|i| mesh.corners(i).map(|c| project(&c).0).to_vec()).collect();
+    // Only what faces the reader: facets seen from behind turn the other way round and would cancel those before them.
+    let facing = |ring: &Vec<[f64; 2]>| {
+        let [a, b, c] = [ring[0], ring[1], ring[2]];
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) < 0.0
+    };
+    let rings = (0..mesh.facets().len()).map(|i| mesh.corners(i).map(|c| project(&c).0).to_vec());
+    let facets = rings.filter(facing).collect();
     Shape { outlines: facets, ..whole }
 }
 

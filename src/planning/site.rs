@@ -8,6 +8,7 @@ use super::part_set::PartSet;
 use super::sequence::{Choice, Sequence};
 use super::solid::Solid;
 use crate::geom::{Machine, Rigid, Table, Vec3};
+use crate::mesh::TriangleMesh;
 
 /// Clearances beyond this are not worked out, mm.
 pub const CLEARANCE_SOUGHT_MM: f64 = 20.0;
@@ -92,9 +93,31 @@ impl<'a> Site<'a> {
             return (format!("part {other} would meet the machine's frame"), 0.0);
         }
         let (solids, lift) = (&self.setups.solids, self.lift(part, other));
+        let Clearance { mm, piece } = self.between(part, other, setup, self.margin(part, other));
+        if mm > 0.0 {
+            return (
+                format!("the {piece} would pass part {other} at {mm:.1} mm (wanted: {:.1} mm)", self.margin_mm),
+                0.0,
+            );
+        }
         let depth = self.setups.head.depth(&self.motions[setup], &solids[part], &solids[other], lift);
-        let piece = self.between(part, other, setup, self.margin(part, other)).piece;
         (format!("the {piece} would reach {depth:.1} mm into part {other}"), depth)
+    }
+
+    /// A tip position on `part`, table frame, at which the head strikes `other` (the table if `None`), among points spread
+    /// over its facets; the one nearest to the middle of all that strike. For pictures only.
+    pub(super) fn strikes(&self, part: usize, other: Option<usize>, setup: usize) -> Option<Vec3> {
+        let (obstacle, lift) = match other {
+            Some(other) => (&self.setups.solids[other], self.lift(part, other)),
+            None => (&self.setups.slab, contact_mm(self.setups.profile)),
+        };
+        let strikes = |tip: &Vec3| {
+            let swept = Solid::hull(vec![*tip]);
+            self.setups.head.clearance(&self.motions[setup], &swept, obstacle, lift, 1e-3).mm == 0.0
+        };
+        let struck: Vec<Vec3> = spread(&self.setups.workpiece.parts[part]).into_iter().filter(strikes).collect();
+        let middle = struck.iter().sum::<Vec3>() / struck.len().max(1) as f64;
+        struck.into_iter().min_by(|a, b| (a - middle).norm().total_cmp(&(b - middle).norm()))
     }
 
     /// The least room between the head and what it passes in `sequence`, mm; at most [`CLEARANCE_SOUGHT_MM`].
@@ -132,6 +155,22 @@ pub(super) fn set_of(parts: usize, members: impl IntoIterator<Item = usize>) -> 
     let mut set = PartSet::new(parts);
     members.into_iter().for_each(|p| set.insert(p));
     set
+}
+
+/// Some 1000 points on a mesh, at least one a facet.
+fn spread(mesh: &TriangleMesh<Table>) -> Vec<Vec3> {
+    let steps = (1000 / mesh.facets().len().max(1)).isqrt().clamp(1, 24);
+    let mut points = Vec::new();
+    for facet in 0..mesh.facets().len() {
+        let [a, b, c] = mesh.corners(facet);
+        for i in 0..steps {
+            for j in 0..steps - i {
+                let at = |k: usize| (k as f64 + 1.0 / 3.0) / steps as f64;
+                points.push(a + (b - a) * at(i) + (c - a) * at(j));
+            }
+        }
+    }
+    points
 }
 
 fn touches(a: &Solid, b: &Solid) -> bool {

@@ -18,6 +18,7 @@ use super::sequence::{End, Priority, Problem, enumerate};
 use super::site::{Site, set_of};
 use super::support::Needs;
 use super::workpiece::Workpiece;
+use crate::geom::Vec3;
 use crate::orient::Direction;
 use crate::profile::Profile;
 
@@ -203,30 +204,37 @@ impl Case<'_> {
 
     /// Why `part` cannot be printed in its way `k`: every kept constraint that it offends, or the support it waits for.
     fn reason(&self, part: usize, k: usize, way: &Way, kept: &BTreeSet<Constraint>) -> Vec<Reason> {
-        let up = (*way.up.unit()).into();
         let mut reasons = Vec::new();
+        let reason = |blocked_by: &str, (text, depth_mm): (String, f64), tip: Option<Vec3>| Reason {
+            part,
+            up: (*way.up.unit()).into(),
+            blocked_by: blocked_by.to_owned(),
+            depth_mm,
+            text,
+            pose: way.pose,
+            tip: tip.map(Into::into),
+        };
+        let setup = self.candidates[part][k].setup;
         for objection in &way.objections {
             if kept.contains(&Constraint::Own(part, objection.against)) {
-                let blocked_by = match objection.against {
-                    Against::Support => "support",
-                    Against::Reach => "limits",
-                    Against::Limits => "limits",
-                    Against::Table => "table",
-                    Against::Frame => "frame",
+                let (blocked_by, tip) = match objection.against {
+                    Against::Support => ("support", None),
+                    Against::Reach | Against::Limits => ("limits", None),
+                    Against::Table => ("table", self.site.strikes(part, None, setup)),
+                    Against::Frame => ("frame", None),
                 };
-                let (text, depth_mm) = (objection.text.clone(), objection.depth_mm);
-                reasons.push(Reason { part, up, blocked_by: blocked_by.to_owned(), depth_mm, text });
+                reasons.push(reason(blocked_by, (objection.text.clone(), objection.depth_mm), tip));
             }
         }
         for other in self.blocked[part][k].iter().filter(|&q| kept.contains(&Constraint::Past(part, q))) {
-            let (text, depth_mm) = self.site.intrusion(part, other, self.candidates[part][k].setup);
-            reasons.push(Reason { part, up, blocked_by: other.to_string(), depth_mm, text });
+            let tip = self.site.strikes(part, Some(other), setup);
+            reasons.push(reason(&other.to_string(), self.site.intrusion(part, other, setup), tip));
         }
-        let waits = || self.ways[part][k].needs.carriers();
-        if reasons.is_empty() && kept.contains(&Constraint::Own(part, Against::Support)) && !waits().is_empty() {
-            let names: Vec<String> = waits().iter().map(ToString::to_string).collect();
+        let carriers = way.needs.carriers();
+        if reasons.is_empty() && kept.contains(&Constraint::Own(part, Against::Support)) && !carriers.is_empty() {
+            let names: Vec<String> = carriers.iter().map(ToString::to_string).collect();
             let text = format!("it would hang in the air until parts {} stand", names.join(", "));
-            reasons.push(Reason { part, up, blocked_by: "support".to_owned(), depth_mm: 0.0, text });
+            reasons.push(reason("support", (text, 0.0), None));
         }
         reasons
     }
@@ -242,10 +250,10 @@ fn summary(workpiece: &Workpiece<'_>, kept: &BTreeSet<Constraint>, reasons: &[Re
         _ => format!("no order prints {}", parts.iter().map(named).collect::<Vec<_>>().join(" and ")),
     };
     for part in parts.iter().take(3) {
-        // A support reason names no way out; what the machine refuses although the part would stand does.
+        // The ways with the least against them come first. A support reason names no way out; what the machine refuses
+        // although the part would stand does.
         let of_part = || reasons.iter().filter(|r| r.part == *part);
-        let first = of_part().find(|r| r.blocked_by != "support").or_else(|| of_part().next());
-        if let Some(reason) = first {
+        if let Some(reason) = of_part().find(|r| r.blocked_by != "support").or_else(|| of_part().next()) {
             let _ = write!(text, "{} part {part}: {}", if text.contains(':') { ";" } else { ":" }, reason.text);
         }
     }
