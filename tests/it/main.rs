@@ -8,6 +8,7 @@ mod hooks;
 mod kinematics;
 mod linuxcnc;
 mod mutants;
+mod oracle;
 mod orient;
 mod pipeline;
 mod rust_source;
