@@ -116,15 +116,27 @@ pub(super) struct Limits {
     pub(super) states: usize,
 }
 
+/// How much the quick looks hurry, one after the other.
+const HASTES: [i64; 3] = [2, 8, 40];
+
 /// The cheapest plans of `problem`, whose priority decides whether a slot may hold more than one part.
 pub(super) fn best(problem: &Problem<'_>, tariff: &Tariff, limits: &Limits) -> Best {
-    // A quick look first: a plan in hand lets the proof leave out whatever cannot beat it.
-    let share = Limits { steps: limits.steps / 5, states: limits.states / 5, plans: 1 };
-    let mut quick = Search::new(problem, tariff, share, 3);
-    quick.run();
+    // A quick look first: a plan in hand lets the proof leave out whatever cannot beat it. More haste finds a plan where
+    // less does not, but a worse one.
+    let (mut plans, mut steps) = (Vec::new(), 0);
+    for haste in HASTES {
+        let share = Limits { steps: limits.steps / 10, states: limits.states / 10, plans: 1 };
+        let mut quick = Search::new(problem, tariff, share, haste);
+        quick.run();
+        steps += quick.steps;
+        plans = quick.plans;
+        if !plans.is_empty() || quick.finished {
+            break;
+        }
+    }
     let mut search = Search::new(problem, tariff, *limits, 1);
-    search.steps = quick.steps;
-    search.plans = quick.plans;
+    search.steps = steps;
+    search.plans = plans;
     search.run();
     Best {
         bound: search.open.iter().map(|e| e.0.0.floor).min(),
@@ -192,6 +204,8 @@ struct Search<'a> {
     haste: i64,
     /// For each part: those that mind it.
     minded_by: Vec<PartSet>,
+    /// For each part: those that come no later, since it stands in the way of all their ways.
+    no_later: Vec<PartSet>,
     nodes: Vec<Node>,
     /// How each state was met: cost and signature, the cheapest of as many as plans are wanted. The best plans pass through
     /// a state only by its so many best beginnings.
@@ -223,6 +237,7 @@ impl<'a> Search<'a> {
             tariff,
             limits,
             haste,
+            no_later: no_later(problem),
             minded_by,
             nodes: Vec::new(),
             met: HashMap::new(),
@@ -512,24 +527,38 @@ impl<'a> Search<'a> {
         loop {
             let mut next = reached.union(&placed);
             let first = state.closed.is_empty() && level == 0;
-            pending.retain(|&(part, k)| {
-                let candidate = &self.problem.candidates[part][k];
-                if !self.starts(part, first, &reached) || !candidate.needs.met_by(&reached) {
-                    return true;
+            let before = next.clone();
+            let mut grown = |pending: &mut Vec<Choice>| {
+                pending.retain(|&(part, k)| {
+                    let candidate = &self.problem.candidates[part][k];
+                    if !self.starts(part, first, &reached)
+                        || !candidate.needs.met_by(&reached)
+                        || !self.no_later[part].within(&next)
+                    {
+                        return true;
+                    }
+                    let waits = if self.single() { 0 } else { level };
+                    let price = plus(&self.tariff.price[part][k], &times(&self.tariff.waiting, waits));
+                    if least[part].is_none() {
+                        last_needed = level;
+                    }
+                    least[part] = Some(least[part].map_or(price, |known| known.min(price)));
+                    if let Some(of_part) = setups.get_mut(part) {
+                        of_part.push(candidate.setup);
+                    }
+                    next.insert(part);
+                    false
+                })
+            };
+            // What must come no later may become possible in the same slot.
+            loop {
+                let count = pending.len();
+                grown(&mut pending);
+                if pending.len() == count {
+                    break;
                 }
-                let waits = if self.single() { 0 } else { level };
-                let price = plus(&self.tariff.price[part][k], &times(&self.tariff.waiting, waits));
-                if least[part].is_none() {
-                    last_needed = level;
-                }
-                least[part] = Some(least[part].map_or(price, |known| known.min(price)));
-                if let Some(of_part) = setups.get_mut(part) {
-                    of_part.push(candidate.setup);
-                }
-                next.insert(part);
-                false
-            });
-            if next == reached {
+            }
+            if next == before && next == reached {
                 break;
             }
             reached = next;
@@ -547,6 +576,33 @@ impl<'a> Search<'a> {
         let turns = if setups.is_empty() { 0 } else { setups_needed(&mut setups, state.table) };
         Some(plus(&plus(&sum, &times(&self.tariff.slot, slots)), &times(&self.tariff.setup, turns)))
     }
+}
+
+/// For each part those whose every way it blocks: they come in the same slot or before. Parts that would have to come no
+/// later than each other can only be printed together, and say nothing.
+fn no_later(problem: &Problem<'_>) -> Vec<PartSet> {
+    let parts = problem.candidates.len();
+    let mut sets = vec![PartSet::new(parts); parts];
+    for (other, ways) in problem.blocked.iter().enumerate() {
+        for (part, set) in sets.iter_mut().enumerate() {
+            if part != other && !ways.is_empty() && ways.iter().all(|blocked| blocked.has(part)) {
+                set.insert(other);
+            }
+        }
+    }
+    let mut closure = sets.clone();
+    for middle in 0..parts {
+        let through = closure[middle].clone();
+        for set in closure.iter_mut().filter(|set| set.has(middle)) {
+            *set = set.union(&through);
+        }
+    }
+    for part in 0..parts {
+        for other in closure[part].iter().filter(|&q| closure[q].has(part)) {
+            sets[part].remove(other);
+        }
+    }
+    sets
 }
 
 /// The finaliser of `splitmix64`: a sum of scrambled words tells sets apart.

@@ -115,6 +115,12 @@ impl Head {
         least
     }
 
+    /// Whether the head keeps `margin` mm from `obstacle` while its tip visits all of `swept` raised by `lift` mm, both at the
+    /// pose whose motion is `at`.
+    pub fn clears<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, lift: f64, margin: f64) -> bool {
+        self.clearance(at, swept, obstacle, lift, margin).mm >= margin
+    }
+
     /// Whether the head stays clear of `obstacle` while the tip, raised by `lift` mm, goes straight from `from` to `to`.
     pub fn passes(&self, from: Vec3, to: Vec3, obstacle: &Solid, lift: f64) -> bool {
         self.sweeps_clear(&[from, to], obstacle, lift)

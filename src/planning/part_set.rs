@@ -30,6 +30,11 @@ impl PartSet {
         self.0.iter().zip(&other.0).any(|(a, b)| a & b != 0)
     }
 
+    /// Whether all its parts are in `other`.
+    pub fn within(&self, other: &Self) -> bool {
+        self.0.iter().zip(&other.0).all(|(a, b)| a & !b == 0)
+    }
+
     /// The parts, ascending.
     pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         self.0

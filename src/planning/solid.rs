@@ -131,6 +131,10 @@ impl Query<'_> {
             if self.gap(&box_a, &box_b) >= least {
                 continue;
             }
+            // The boxes around boxes are wide where the tool is slender: before a pair is opened, it is asked exactly.
+            if !(leaf_a && leaf_b) && self.hulls(&box_a, &box_b, least).distance() >= least {
+                continue;
+            }
             match (leaf_a, leaf_b) {
                 (true, true) => match self.leaf(a, b, least) {
                     Separation::Meeting => return Separation::Meeting,
@@ -158,6 +162,17 @@ impl Query<'_> {
         let max = a.max.component_mul(&self.mask) + self.tool_box.max;
         let apart = |i: usize| (b.min[i] - max[i]).max(min[i] - b.max[i]).max(0.0);
         Vec3::new(apart(0), apart(1), apart(2)).norm()
+    }
+
+    /// The separation of what the tool sweeps over box `a` from box `b`.
+    fn hulls(&self, a: &Bounds, b: &Bounds, enough: f64) -> Separation {
+        let corner = |b: &Bounds, d: &Vec3| {
+            let d = self.back * d;
+            let far = Vec3::from_fn(|i, _| if d[i] > 0.0 { b.max[i] } else { b.min[i] });
+            self.turn * far + self.shift
+        };
+        let of_swept = |d: &Vec3| corner(a, &d.component_mul(&self.mask)).component_mul(&self.mask);
+        separation(|d| of_swept(d) + support(self.tool, d) - corner(b, &-d), enough)
     }
 
     /// The box around a turned box.

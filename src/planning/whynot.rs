@@ -8,6 +8,7 @@
 //! plan. Each answer is the complete search's; where its budget ends before, the constraint stays and the set is not
 //! called least.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -39,10 +40,11 @@ impl Constraint {
     }
 }
 
-/// Steps of each question, most directions of a part that are looked at, and most constraints that are tried one by one.
+/// Steps of one question, and of all of them together: a second or two.
 const STEPS: u64 = 200_000;
+const ALL_STEPS: u64 = 5_000_000;
+/// Most ways of a part that are looked at.
 const MOST_WAYS: usize = 64;
-const MOST_SINGLE: usize = 600;
 
 /// Everything that stands against everything.
 struct Case<'a> {
@@ -52,6 +54,8 @@ struct Case<'a> {
     site: &'a Site<'a>,
     on_table: PartSet,
     options: &'a Options<'a>,
+    /// Steps that are left for all questions.
+    steps: Cell<u64>,
 }
 
 /// The reasons why `workpiece` cannot be printed where it stands.
@@ -76,7 +80,7 @@ pub(super) fn explain(
     let blocked = site.blocked(&candidates);
     let parts = ways.len();
     let on_table = set_of(parts, workpiece.model.on_table.iter().copied());
-    let case = Case { ways, candidates, blocked, site: &site, on_table, options };
+    let case = Case { ways, candidates, blocked, site: &site, on_table, options, steps: Cell::new(ALL_STEPS) };
     case.explain(workpiece)
 }
 
@@ -98,10 +102,10 @@ impl Case<'_> {
         let mut kept = all;
         self.lift_by_part(&order, &mut kept, &mut decided);
         let left: Vec<Constraint> = order.into_iter().filter(|c| kept.contains(c)).collect();
-        for constraint in left.iter().take(MOST_SINGLE) {
-            self.lift(&[*constraint], &mut kept, &mut decided);
+        for constraint in left {
+            self.lift(&[constraint], &mut kept, &mut decided);
         }
-        let least = decided && left.len() <= MOST_SINGLE;
+        let least = decided;
         let reasons = self.reasons(&kept);
         Infeasible::NoPlan { summary: summary(workpiece, &kept, &reasons), reasons, least }
     }
@@ -151,6 +155,9 @@ impl Case<'_> {
 
     fn search(&self, kept: &BTreeSet<Constraint>) -> (End, PartSet) {
         let parts = self.ways.len();
+        if self.steps.get() == 0 {
+            return (End::Budget, PartSet::new(parts));
+        }
         let mut candidates: Vec<Vec<Candidate>> = Vec::new();
         let mut blocked: Vec<Vec<PartSet>> = Vec::new();
         for part in 0..parts {
@@ -186,7 +193,10 @@ impl Case<'_> {
                 _ => Priority::Together,
             },
         };
-        let outcome = enumerate(&problem, STEPS, |_| false);
+        let outcome = enumerate(&problem, STEPS.min(self.steps.get()), |_| false);
+        // Handing the parts over costs steps too, or a hundred thousand trivial questions would be free.
+        let cost = outcome.steps + (parts * parts) as u64;
+        self.steps.set(self.steps.get().saturating_sub(cost));
         (outcome.end, outcome.farthest)
     }
 
