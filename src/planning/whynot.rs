@@ -205,9 +205,11 @@ impl Case<'_> {
         let mut reasons = Vec::new();
         let parts: BTreeSet<usize> = kept.iter().map(|c| c.part()).collect();
         for part in parts {
-            for (k, way) in self.ways[part].iter().enumerate() {
-                reasons.extend(self.reason(part, k, way, kept));
-            }
+            let ways = self.ways[part].iter().enumerate();
+            let mut of_ways: Vec<Vec<Reason>> = ways.map(|(k, way)| self.reason(part, k, way, kept)).collect();
+            // The ways with the least against them come first.
+            of_ways.sort_by_key(Vec::len);
+            reasons.extend(of_ways.into_iter().flatten());
         }
         reasons
     }

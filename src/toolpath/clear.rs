@@ -1,6 +1,6 @@
 //! Whether a travel at a pose clears what stands there, and how high it must go if not.
 
-use crate::geom::{Bounds, Vec3};
+use crate::geom::{Bounds, Machine, Rigid, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{Head, Solid, Workpiece, contact_mm, table_solid};
 use crate::profile::Profile;
@@ -8,22 +8,31 @@ use crate::profile::Profile;
 /// How deep the middle of the tip may run into what stands, in layers: by so much a slicer rounds a top up or down.
 const GRAZE_LAYERS: f64 = 0.5;
 
+/// Parts nearer than so many contact depths count as touching.
+const NEAR_CONTACTS: f64 = 2.0;
+
 /// What stands at one pose before a setup begins: the table and the parts printed before.
 pub(super) struct Obstacles<'a> {
     head: &'a Head,
     /// The tip's middle alone.
     tip: Head,
     graze: f64,
+    /// What stands; the table last.
     solids: Vec<Solid>,
+    /// The parts that the first solids are.
+    printed: Vec<usize>,
+    /// Pairs of a part of the setup and the place in `solids` of one that it touches or nearly does.
+    near: Vec<(usize, usize)>,
     contact: f64,
     /// Above this the tip clears everything, mm, machine Z.
     pub(super) over_all: f64,
 }
 
 impl<'a> Obstacles<'a> {
+    /// `printing` are the parts of the setup.
     pub(super) fn at(
         pose: Pose,
-        printed: &[usize],
+        (printed, printing): (&[usize], &[usize]),
         workpiece: &Workpiece<'_>,
         table: &TableKinematics,
         profile: &Profile,
@@ -32,6 +41,18 @@ impl<'a> Obstacles<'a> {
         let motion = table.forward(pose);
         let moved = |part: &usize| Solid::of(&workpiece.parts[*part]).moved(&motion.rotation, &motion.translation);
         let mut solids: Vec<Solid> = printed.iter().map(moved).collect();
+        let contact = contact_mm(profile);
+        let still = Rigid::<Machine, Machine>::shift(Vec3::zeros());
+        let mut near = Vec::new();
+        for part in printing {
+            let own = moved(part);
+            for (place, other) in solids.iter().enumerate() {
+                let gap = own.swept_clearance(&still, [true; 3], &[Vec3::zeros()], other, NEAR_CONTACTS * contact);
+                if gap.distance() < NEAR_CONTACTS * contact {
+                    near.push((*part, place));
+                }
+            }
+        }
         solids.push(table_solid(profile, &motion));
         let top = solids.iter().map(|s| s.bounds.max.z).fold(f64::NEG_INFINITY, f64::max);
         Self {
@@ -39,15 +60,18 @@ impl<'a> Obstacles<'a> {
             tip: Head::point(),
             graze: profile.process.layer_height_mm * GRAZE_LAYERS,
             solids,
-            contact: contact_mm(profile),
+            printed: printed.to_vec(),
+            near,
+            contact,
             over_all: top + profile.transition.clearance_mm,
         }
     }
 
-    /// Whether the straight travel is free. As everywhere the nozzle's rim may touch what it prints on, to the depth of
-    /// a line; but across a top that stands beside the print it must not plough that deep.
-    pub(super) fn free(&self, from: Vec3, to: Vec3) -> bool {
-        self.within(&[from, to])
+    /// Whether the straight travel of `part` is free. As everywhere the nozzle's rim may touch what it prints on, to the
+    /// depth of a line; but across a top that stands beside the print it must not plough that deep, and past a part that the
+    /// print does not touch it keeps as much room.
+    pub(super) fn free(&self, part: usize, from: Vec3, to: Vec3) -> bool {
+        self.within(part, &[from, to])
     }
 
     /// Whether the straight travel is free with as much room to spare: what a travel of our own owes, since it has no
@@ -57,14 +81,18 @@ impl<'a> Obstacles<'a> {
     }
 
     /// Whether every travel inside `region` (machine coordinates of the tip) is free.
-    pub(super) fn free_within(&self, region: &Bounds) -> bool {
+    pub(super) fn free_within(&self, part: usize, region: &Bounds) -> bool {
         let corners = (0..8).map(|i| Vec3::from_fn(|a, _| if i >> a & 1 == 0 { region.min[a] } else { region.max[a] }));
         let corners: Vec<Vec3> = corners.collect();
-        self.within(&corners)
+        self.within(part, &corners)
     }
 
-    fn within(&self, corners: &[Vec3]) -> bool {
-        let clear = |s: &Solid| self.head.sweeps_clear(corners, s, self.contact);
-        self.solids.iter().all(|s| clear(s) && self.tip.sweeps_clear(corners, s, self.graze))
+    fn within(&self, part: usize, corners: &[Vec3]) -> bool {
+        let clear = |(place, solid): (usize, &Solid)| {
+            let beside = place == self.printed.len() || self.near.contains(&(part, place));
+            let lift = if beside { self.contact } else { -self.contact };
+            self.head.sweeps_clear(corners, solid, lift) && self.tip.sweeps_clear(corners, solid, self.graze.min(lift))
+        };
+        self.solids.iter().enumerate().all(clear)
     }
 }

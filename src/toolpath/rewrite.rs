@@ -280,8 +280,10 @@ impl Writer<'_> {
     fn setup(&mut self, group: &[Entry<'_>]) -> Result<(), RewriteError> {
         let pose = group[0].print.pose(self.table);
         self.change_pose(pose, group);
-        let obstacles = Obstacles::at(pose, &self.printed, self.job.workpiece, self.table, self.job.profile, self.head);
-        let open: Vec<bool> = group.iter().map(|e| obstacles.free_within(&region(e))).collect();
+        let printing: Vec<usize> = group.iter().map(|e| e.print.part).collect();
+        let stands = (&self.printed[..], &printing[..]);
+        let obstacles = Obstacles::at(pose, stands, self.job.workpiece, self.table, self.job.profile, self.head);
+        let open: Vec<bool> = group.iter().map(|e| obstacles.free_within(e.print.part, &region(e))).collect();
         for chunk in chunks(group)? {
             let same = self.current == Some(chunk.entry.input.print);
             if !same {
@@ -413,7 +415,7 @@ impl Writer<'_> {
             return;
         }
         if let (Some(obstacles), true) = (obstacles, !step.prints())
-            && !obstacles.free(from, to)
+            && !obstacles.free(entry.print.part, from, to)
         {
             self.over(from, to, step.e, feed, obstacles);
             return;

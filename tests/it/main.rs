@@ -11,6 +11,7 @@ mod mutants;
 mod oracle;
 mod orient;
 mod pipeline;
+mod planning;
 mod rust_source;
 mod sliced_files;
 mod support;
