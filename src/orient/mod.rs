@@ -9,6 +9,7 @@
 
 mod bound;
 mod certified;
+mod column;
 mod dips;
 mod direct;
 mod directions;
@@ -21,23 +22,28 @@ mod names;
 mod nelder_mead;
 mod normals;
 mod objective;
+mod sight;
 mod sphere;
+mod sums;
 #[cfg(test)]
 mod tests;
+mod trial;
 mod volumes;
 
-pub use bound::{Bound, Cap, has_bounds};
+pub use bound::{Cap, Local, Minorant, has_bounds};
 pub use certified::Certified;
+pub use column::SupportVolumeColumn;
 pub use dips::turned;
 pub use direct::Direct;
 pub use directions::{Direction, directions};
-pub use facets::{Facet, Facets};
+pub use facets::{Facet, Facets, Normals};
 pub use grid::Grid;
 pub use multistart::Multistart;
 pub use names::{BadObjective, OBJECTIVES, Settings, WeightedSum, named, nearest, objective};
 pub use nelder_mead::NelderMead;
 pub use normals::{NormalZ, OverhangAngle};
 pub use objective::{Height, Objective, Staircase, SupportArea};
+pub use sight::{Alexander, Cost, FIELD_FACETS, Smoothing, Supported};
 pub use sphere::{from_angles, to_angles};
 pub use volumes::{ContactArea, SupportVolumeConvex, TanhOverhang, WeightedNormalZ};
 
@@ -63,6 +69,17 @@ pub struct Found {
     pub lower_bound: Option<f64>,
     /// Why it ended.
     pub stop: Stop,
+    /// The best value so far, whenever it became better.
+    pub history: Vec<Improvement>,
+}
+
+/// A new best value of a search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Improvement {
+    /// Evaluations until then, this one included.
+    pub evaluations: usize,
+    /// The value.
+    pub value: f64,
 }
 
 /// Why a search ended.

@@ -6,7 +6,8 @@
 //! [`directions`](super::directions).
 
 use super::sphere::{lattice, tangents};
-use super::{Facets, Found, Minimum, Objective, Search, Stop, distinct};
+use super::trial::{Random, Trial};
+use super::{Facets, Found, Minimum, Objective, Search, Stop};
 use crate::geom::Vec3;
 
 /// Multistart direct search.
@@ -28,62 +29,53 @@ impl Default for Multistart {
 
 /// A walk ends when its step is below this (radians): 0.00006 degrees, less than a rotary word can say.
 const LAST_STEP: f64 = 1e-6;
+
 impl Search for Multistart {
     fn name(&self) -> &'static str {
         "multistart"
     }
 
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
-        let mut evaluations = 0;
-        let minima = (0..self.starts)
-            .map(|i| self.walk(objective, facets, lattice(i, self.starts), i as u64, &mut evaluations))
-            .collect();
-        Found { minima: distinct(minima), evaluations, lower_bound: None, stop: Stop::Converged }
+        let mut trial = Trial::new(objective, facets, self.starts.saturating_mul(self.budget));
+        let (mut minima, mut stop) = (Vec::new(), Stop::Converged);
+        for i in 0..self.starts {
+            let (minimum, step) = self.walk(&mut trial, lattice(i, self.starts), i as u64);
+            minima.push(minimum);
+            stop = if step > LAST_STEP { Stop::Budget } else { stop };
+        }
+        trial.found(minima, None, stop)
     }
 }
 
 impl Multistart {
-    fn walk(&self, f: &dyn Objective, facets: &Facets, start: Vec3, index: u64, spent: &mut usize) -> Minimum {
-        let mut random = Random(self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (index + 1));
-        let mut at = Minimum { up: start, value: f.value(facets, &start) };
+    /// One walk: where it ended, and its last step.
+    fn walk(&self, trial: &mut Trial<'_>, start: Vec3, index: u64) -> (Minimum, f64) {
+        let mut random = Random::seeded(self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (index + 1));
+        let mut at = trial.at(start);
         let mut step = 0.1;
-        let mut left = self.budget;
+        let mut left = self.budget.saturating_sub(1);
         while step > LAST_STEP && left > 1 {
-            let tangent = random.tangent(&at.up);
-            let tries = [tangent, -tangent].map(|t| (at.up + t * step).normalize());
             left -= 2;
-            *spent += 2;
-            let better = tries
-                .map(|up| Minimum { up, value: f.value(facets, &up) })
-                .into_iter()
-                .filter(|m| m.value < at.value)
-                .min_by(|a, b| a.value.total_cmp(&b.value));
-            match better {
-                Some(minimum) => {
-                    at = minimum;
-                    step = (step * 2.0).min(0.2);
-                }
-                None => step *= 0.7,
+            let better = polled(trial, &mut random, &at, step);
+            if let Some(minimum) = better {
+                at = minimum;
+                step = (step * 2.0).min(0.2);
+            } else {
+                step *= 0.7;
             }
         }
-        at
+        (at, step)
     }
 }
 
-/// A 64-bit linear congruential generator: all that spreading directions asks for.
-struct Random(u64);
-
-impl Random {
-    fn angle(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64 * std::f64::consts::TAU
-    }
-
-    fn tangent(&mut self, up: &Vec3) -> Vec3 {
-        let [e1, e2] = tangents(up);
-        let (s, c) = self.angle().sin_cos();
-        e1 * c + e2 * s
-    }
+/// The better of two steps along a random tangent and against it, where that is better than `at`.
+fn polled(trial: &mut Trial<'_>, random: &mut Random, at: &Minimum, step: f64) -> Option<Minimum> {
+    let [e1, e2] = tangents(&at.up);
+    let (s, c) = (random.unit() * std::f64::consts::TAU).sin_cos();
+    let along = (e1 * c + e2 * s) * step;
+    let tries = [along, -along].map(|t| trial.at((at.up + t).normalize()));
+    let better = tries.into_iter().filter(|m| m.value < at.value);
+    better.min_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What an objective is, and those of seed 004 section 4.
 
 use super::facets::tangential;
-use super::{Bound, Cap, Facets, bound};
+use super::{Cap, Facets, Local, bound};
 use crate::geom::Vec3;
 
 /// How bad a build direction is; smaller is better.
@@ -16,8 +16,8 @@ pub trait Objective: Sync {
     /// one side. `None` for a function that is constant between its jumps.
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3>;
 
-    /// A lower bound over `cap` that holds; it need not be better than `enough`. `None` where this version has none.
-    fn bound(&self, _facets: &Facets, _cap: &Cap, _enough: f64) -> Option<Bound> {
+    /// What is known on the whole sphere, for lower bounds that hold; `None` where this version has none.
+    fn local<'a>(&'a self, _facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         None
     }
 }
@@ -38,31 +38,23 @@ impl Objective for Staircase {
     }
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        let sum: f64 = facets
-            .normals
-            .iter()
-            .zip(&facets.areas)
-            .map(|(n, area)| {
-                let along = n.dot(up).abs();
-                if along >= FLAT { 0.0 } else { along * area }
-            })
-            .sum();
+        let sum: f64 = facets.normals().sum(|n, area, _| {
+            let along = n.dot(up).abs();
+            if along >= FLAT { 0.0 } else { along * area }
+        });
         sum * self.layer_mm * self.layer_mm / 2.0
     }
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
-        let mut sum = Vec3::zeros();
-        for (n, area) in facets.normals.iter().zip(&facets.areas) {
+        let sum: Vec3 = facets.normals().sum(|n, area, _| {
             let along = n.dot(up);
-            if along.abs() < FLAT {
-                sum += n * (area * along.signum());
-            }
-        }
+            n * if along.abs() < FLAT { area * along.signum() } else { 0.0 }
+        });
         Some(tangential(sum, up) * (self.layer_mm * self.layer_mm / 2.0))
     }
 
-    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
-        Some(bound::staircase(self, facets, cap, enough))
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Shadow::of(facets, self.layer_mm * self.layer_mm / 2.0, false)))
     }
 }
 
@@ -78,26 +70,22 @@ impl Objective for SupportArea {
     }
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        let down = facets.normals.iter().zip(&facets.areas).map(|(n, area)| {
+        facets.normals().sum(|n, area, _| {
             let along = n.dot(up);
             if along < 0.0 && along > -FLAT { -along * area } else { 0.0 }
-        });
-        down.sum()
+        })
     }
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
-        let mut sum = Vec3::zeros();
-        for (n, area) in facets.normals.iter().zip(&facets.areas) {
+        let sum: Vec3 = facets.normals().sum(|n, area, _| {
             let along = n.dot(up);
-            if along < 0.0 && along > -FLAT {
-                sum -= n * *area;
-            }
-        }
+            n * if along < 0.0 && along > -FLAT { -area } else { 0.0 }
+        });
         Some(tangential(sum, up))
     }
 
-    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
-        Some(bound::support_area(self, facets, cap, enough))
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Shadow::of(facets, 1.0, true)))
     }
 }
 
@@ -111,16 +99,15 @@ impl Objective for Height {
     }
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        let (low, high) = facets.extent(up);
-        high - low
+        facets.extent(up)
     }
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         Some(tangential(facets.lowest(&-up) - facets.lowest(up), up))
     }
 
-    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
-        Some(bound::height(self, facets, cap, enough))
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Extent { facets, cap: Cap::WHOLE }))
     }
 }
 

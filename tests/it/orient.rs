@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use trunnion::geom::{Angle, Vec3};
-use trunnion::mesh::{ReadOptions, Unit, read_model, read_surface};
+use trunnion::geom::{Angle, Object, Vec3};
+use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, read_surface};
 use trunnion::orient::{
-    Certified, Direct, Facets, Grid, Height, Multistart, NelderMead, Objective, OverhangAngle, Search, Settings,
-    TanhOverhang, WeightedNormalZ, from_angles, objective,
+    Certified, Direct, Facets, Grid, Height, Multistart, NelderMead, OBJECTIVES, Objective, OverhangAngle, Search,
+    Settings, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
 };
 
 use crate::pipeline::fixture;
@@ -147,20 +147,101 @@ fn certified_proves_castros_minima_and_no_random_direction_is_below() {
     }
 }
 
+/// The gaps that are promised, relative, with their objectives.
+const GAPS: [(&str, f64); 9] = [
+    ("staircase", 1e-6),
+    ("support-area", 1e-6),
+    ("height", 1e-6),
+    ("overhang-angle", 1e-6),
+    ("normal-z", 1e-6),
+    ("weighted-normal-z", 1e-6),
+    ("support-volume-convex", 1e-3),
+    ("tanh-overhang", 1e-3),
+    ("0.7*staircase+0.3*height", 1e-6),
+];
+
 #[test]
 fn certified_closes_the_gap_for_every_objective_with_bounds() {
     let Some(folder) = meshes() else { return };
-    let mut numbers = Numbers::seeded(4);
-    // The smallest and the open one: all seven take a minute here. Every seed mesh closed when this was written.
-    for file in ["decimated-knight.off", "camel_b.obj"] {
+    // The smallest, the open one and one more: the rest takes a minute here. All closed when this was written.
+    for file in ["decimated-knight.off", "camel_b.obj", "cow.off"] {
         let part = facets(&folder.join("castro"), file);
-        for name in ["staircase", "support-area", "height", "overhang-angle", "normal-z"] {
+        for (name, gap) in GAPS.into_iter().filter(|(name, _)| file != "camel_b.obj" || *name != "tanh-overhang") {
             let f = objective(name, &Settings::default()).unwrap();
-            let found = Certified::default().search(f.as_ref(), &part);
+            let found = Certified { gap, ..Certified::default() }.search(f.as_ref(), &part);
             let (best, lower) = (found.minima[0].value, found.lower_bound.unwrap());
-            assert!(lower <= best && best - lower <= 1e-6 * best, "{file} {name}: {lower} for {best}");
-            for _ in 0..20_000 {
-                assert!(f.value(&part, &anywhere(&mut numbers)) >= lower, "{file} {name}");
+            assert!(lower <= best && best - lower <= gap * best, "{file} {name}: {lower} for {best}");
+            assert_eq!(found.stop, Stop::Converged, "{file} {name}");
+        }
+    }
+}
+
+/// The made-up solids of the sampling test: lumps with waves of many kinds, and the pieces of the fixtures.
+fn solids() -> Vec<(String, Facets)> {
+    let lumps = (0..8).map(|i| (format!("lump {i}"), Facets::of(&lump(8 + i, i as f64))));
+    let fixtures = trunnion::fixtures::all().into_iter().flat_map(|fixture| fixture.parts);
+    lumps.chain(fixtures.take(12).map(|(name, mesh)| (name, Facets::of(&mesh)))).collect()
+}
+
+/// A closed surface about the origin, star-shaped, of about `4 rings^2` facets.
+fn lump(rings: usize, kind: f64) -> TriangleMesh<Object> {
+    use std::f64::consts::PI;
+    let turns = 2 * rings;
+    let at = |i: usize, j: usize| {
+        let d = from_angles(2.0 * PI * j as f64 / turns as f64, PI * i as f64 / rings as f64 - PI / 2.0);
+        let wave = ((2.0 + kind) * d.x + kind).sin() + 0.5 * ((3.0 + kind) * d.y * d.z - kind).cos();
+        d * (20.0 + 5.0 * wave)
+    };
+    let mut points = vec![at(0, 0), at(rings, 0)];
+    points.extend((1..rings).flat_map(|i| (0..turns).map(move |j| (i, j))).map(|(i, j)| at(i, j)));
+    let index = |i: usize, j: usize| (2 + (i - 1) * turns + j % turns) as u32;
+    let mut facets = Vec::new();
+    for j in 0..turns {
+        facets.push([0, index(1, j + 1), index(1, j)]);
+        facets.push([1, index(rings - 1, j), index(rings - 1, j + 1)]);
+        for i in 1..rings - 1 {
+            let quad = [index(i, j), index(i, j + 1), index(i + 1, j + 1), index(i + 1, j)];
+            facets.extend([[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]);
+        }
+    }
+    let mesh = TriangleMesh::new(points, facets);
+    let turned = mesh.facets().iter().map(|f| [f[0], f[2], f[1]]).collect();
+    if mesh.volume() > 0.0 { mesh } else { TriangleMesh::new(mesh.vertices().to_vec(), turned) }
+}
+
+/// Also directions beside the found minima and beside facet normals, where functions with kinks and dips are low.
+#[test]
+fn no_direction_is_below_a_bound_whatever_the_solid_and_the_objective() {
+    let sample: usize = std::env::var("TRUNNION_SAMPLE").ok().and_then(|n| n.parse().ok()).unwrap_or(1000);
+    let mut parts = solids();
+    if let Some(folder) = meshes() {
+        for file in ["decimated-knight.off", "cow.off", "camel_b.obj"] {
+            parts.push((file.to_owned(), facets(&folder.join("castro"), file)));
+        }
+    }
+    assert!(parts.len() >= 20);
+    let mut numbers = Numbers::seeded(7);
+    let names = OBJECTIVES.into_iter().chain(["0.7*staircase+0.3*height", "support-area+0.1*contact-area"]);
+    for name in names {
+        let f = objective(name, &Settings::default()).unwrap();
+        for (part, facets) in &parts {
+            // Not driven far: a bound that holds holds early as well.
+            let found = Certified { gap: 1e-3, budget: 3000 }.search(f.as_ref(), facets);
+            let lower = found.lower_bound.unwrap_or(f64::NEG_INFINITY);
+            let best = found.minima[0];
+            for i in 0..sample {
+                let up = match i % 3 {
+                    0 => anywhere(&mut numbers),
+                    1 => (best.up + Vec3::from(numbers.triple(0.02))).normalize(),
+                    _ => {
+                        let normals = &facets.normals().units;
+                        let n = normals[(numbers.between(0.0, normals.len() as f64) as usize).min(normals.len() - 1)];
+                        let sense = if i % 2 == 0 { 1.0 } else { -1.0 };
+                        (n * sense + Vec3::from(numbers.triple(0.001))).normalize()
+                    }
+                };
+                let value = f.value(facets, &up);
+                assert!(value >= lower, "{part} {name} at {up:?}: {value} for {lower}");
             }
         }
     }
