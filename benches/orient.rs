@@ -143,3 +143,27 @@ fn support_volume_column(bencher: Bencher<'_, '_>, name: &str) {
     eprintln!("  {name}: {}", f.value(&facets, &up));
     bencher.bench(|| f.value(&facets, &up));
 }
+
+/// Connectivity sets of 10,000 facets, and one evaluation with its gradient.
+#[divan::bench(sample_count = 1, sample_size = 1)]
+fn connectivity_ten_thousand(bencher: Bencher<'_, '_>) {
+    let mesh = lump(71);
+    bencher.bench(|| {
+        let facets = Facets::of(&mesh);
+        let f = objective("support-volume", &Settings::default()).expect("known");
+        f.gradient(&facets, &Vec3::z())
+    });
+}
+
+/// Against the column yardstick on 100,000 facets, all that faces down held.
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn support_volume_hundred_thousand(bencher: Bencher<'_, '_>) {
+    let facets = Facets::of(&lump(224));
+    let settings = Settings { overhang: trunnion::geom::Angle::from_deg(0.0), ..Settings::default() };
+    let [f, yardstick] = ["support-volume", "support-volume-column"].map(|n| objective(n, &settings).expect("known"));
+    for up in [Vec3::z(), Vec3::x(), Vec3::new(0.3, -0.5, 0.8).normalize(), Vec3::new(-0.6, 0.0, -0.8)] {
+        let (value, wanted) = (f.value(&facets, &up), yardstick.value(&facets, &up));
+        eprintln!("  {} facets: {value} for {wanted}, {:+.2} %", facets.each.len(), (value / wanted - 1.0) * 100.0);
+    }
+    bencher.bench(|| f.value(&facets, &Vec3::z()));
+}

@@ -13,7 +13,7 @@ use super::bound::lower;
 use super::nelder_mead::descend;
 use super::sphere::lattice;
 use super::trial::Trial;
-use super::{Cap, Facets, Found, Local, Minimum, NelderMead, Objective, Search, Stop};
+use super::{Cap, Facets, Found, Local, Minimum, NelderMead, Objective, Proof, Search, Stop};
 use crate::geom::Vec3;
 
 /// Best-first branch and bound, begun with the minima of simplex searches.
@@ -30,6 +30,14 @@ pub struct Certified {
 impl Default for Certified {
     fn default() -> Self {
         Self { gap: 1e-6, budget: 400_000 }
+    }
+}
+
+impl Certified {
+    /// As far as is worth it for `objective`.
+    pub fn of(objective: &dyn Objective) -> Self {
+        let Proof { gap, budget } = objective.proof();
+        Self { gap, budget }
     }
 }
 

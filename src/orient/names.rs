@@ -1,8 +1,9 @@
 //! Objectives by name, and sums of them.
 
 use super::{
-    Alexander, Cap, ContactArea, Cost, Facets, Height, Local, Minorant, NormalZ, Objective, OverhangAngle, Smoothing,
-    Staircase, SupportArea, SupportVolumeColumn, SupportVolumeConvex, Supported, TanhOverhang, WeightedNormalZ,
+    Alexander, Cap, ContactArea, Cost, Facets, Height, Local, Minorant, NormalZ, Objective, OverhangAngle, Proof,
+    Smoothing, Staircase, SupportArea, SupportVolumeColumn, SupportVolumeConvex, Supported, TanhOverhang,
+    WeightedNormalZ,
 };
 use crate::geom::{Angle, Vec3};
 
@@ -191,6 +192,11 @@ impl Objective for WeightedSum {
 
     /// The sum of the terms' minorants, each taken near the same direction. `None` with a negative weight, for which an
     /// upper bound of the term would be needed.
+    fn proof(&self) -> Proof {
+        let all = self.terms.iter().map(|(_, f)| f.proof());
+        all.fold(Proof::EXACT, |a, b| Proof { gap: a.gap.max(b.gap), budget: a.budget.min(b.budget) })
+    }
+
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         let term = |(weight, f): &'a (f64, Box<dyn Objective>)| Some((*weight, f.local(facets)?));
         let terms = self.terms.iter().map(|t| term(t).filter(|(weight, _)| *weight >= 0.0));

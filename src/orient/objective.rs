@@ -16,10 +16,33 @@ pub trait Objective: Sync {
     /// one side. `None` for a function that is constant between its jumps.
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3>;
 
+    /// What is worth proving of it.
+    fn proof(&self) -> Proof {
+        Proof::EXACT
+    }
+
     /// What is known on the whole sphere, for lower bounds that hold; `None` where this version has none.
     fn local<'a>(&'a self, _facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         None
     }
+}
+
+/// How far `certified` goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proof {
+    /// It ends when the lower bound is within this of the best value, relative.
+    pub gap: f64,
+    /// Evaluations and bounds at most; the gap is then what it is.
+    pub budget: usize,
+}
+
+impl Proof {
+    /// For the objectives whose bounds are of second order.
+    pub const EXACT: Self = Self { gap: 1e-6, budget: 400_000 };
+    /// For those that jump, or bend sharply.
+    pub const CLOSE: Self = Self { gap: 1e-3, budget: 400_000 };
+    /// For those whose bounds are of first order and whose evaluations take long: seldom reached.
+    pub const ROUGH: Self = Self { gap: 1e-2, budget: 2_000 };
 }
 
 /// `|d.n|` from here on is a facet parallel to the layers: no staircase, no support. 1 - cos(0.1 degree).

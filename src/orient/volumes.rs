@@ -5,7 +5,7 @@
 
 use super::facets::tangential;
 use super::objective::FLAT;
-use super::{Cap, Facets, Local, Objective, bound};
+use super::{Cap, Facets, Local, Objective, Proof, bound};
 use crate::geom::{Angle, Vec3};
 use crate::mesh::TABLE_GAP_MM;
 
@@ -72,6 +72,10 @@ impl Objective for SupportVolumeConvex {
         Some(tangential(sum, up))
     }
 
+    fn proof(&self) -> Proof {
+        Proof::CLOSE
+    }
+
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         Some(Box::new(bound::Columns::of(facets, self.overhang)))
     }
@@ -135,6 +139,10 @@ impl Objective for TanhOverhang {
             facet.area * (square * by_s * th) + arm * (lift * s.abs() * (1.0 + ts) * (1.0 - th * th))
         });
         Some(tangential(sum, up) * 0.25)
+    }
+
+    fn proof(&self) -> Proof {
+        Proof::CLOSE
     }
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {

@@ -7,7 +7,7 @@ mod tests;
 
 pub(crate) use raster::Raster;
 
-use super::{Facets, Objective};
+use super::{Facets, Objective, Proof};
 use crate::geom::{Angle, Vec3};
 
 /// The volume between every surface point that overhangs and what lies below it, the part itself or the bed, mm³.
@@ -36,6 +36,10 @@ impl Objective for SupportVolumeColumn {
         let gaps = raster.gaps().filter(|gap| hangs[gap.above as usize]);
         let length: f64 = gaps.map(|gap| gap.to - gap.from).sum();
         length * raster.width * raster.width
+    }
+
+    fn proof(&self) -> Proof {
+        Proof::ROUGH
     }
 
     fn gradient(&self, _: &Facets, _: &Vec3) -> Option<Vec3> {

@@ -166,13 +166,6 @@ impl Raster {
         self.first.len()
     }
 
-    /// How many columns' middles lie on each facet, seen along the direction.
-    pub(crate) fn seen(&self, facets: usize) -> Vec<u32> {
-        let mut seen = vec![0; facets];
-        self.hits.iter().for_each(|hit| seen[hit.facet as usize] += 1);
-        seen
-    }
-
     /// The point of a column's middle at a height along the direction, in the part's frame.
     pub(crate) fn point(&self, column: usize, z: f64) -> Vec3 {
         let middle = |k: usize, i: usize| self.corner[k] + (i as f64 + 0.5) * self.width;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::super::bound::Shadow;
 use super::super::facets::tangential;
-use super::super::{Cap, Facets, Local, Minorant, Objective};
+use super::super::{Cap, Facets, Local, Minorant, Objective, Proof};
 use super::Tree;
 use crate::geom::{Angle, Vec3};
 use crate::mesh::TABLE_GAP_MM;
@@ -62,6 +62,10 @@ impl Objective for Alexander {
         };
         let contact: Vec3 = (0..facets.each.len()).map(slope).sum();
         Some(tangential(stairs + contact * self.penalty_mm, up))
+    }
+
+    fn proof(&self) -> Proof {
+        Proof::ROUGH
     }
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {

@@ -8,16 +8,16 @@ use crate::geom::Vec3;
 /// From so many facets on, connectivity sets (0.05 F² pairs) are not worked out.
 pub const FIELD_FACETS: usize = 20_001;
 
-/// For each facet the share of its columns that begin below a hanging facet, weighted by how much that one hangs: what
-/// `U_i W_i` stands for. 0 for a facet that no column's middle meets.
-pub(super) fn shares(objective: &Supported, facets: &Facets, masks: &Masks, up: &Vec3) -> Vec<f64> {
+/// For each facet the area across the direction of the columns that begin on it below a hanging facet, weighted by how
+/// much that one hangs, mm²: what `U_i W_i A_i n.d` stands for. Small facets that no column's middle meets have none, their
+/// neighbours the more.
+pub(super) fn carried(objective: &Supported, facets: &Facets, masks: &Masks, up: &Vec3) -> Vec<f64> {
     let raster = Raster::of(facets, up, objective.resolution_mm);
     let mut carried = vec![0.0; facets.each.len()];
     for gap in raster.gaps() {
         if let Some(below) = gap.below {
-            carried[below as usize] += masks[gap.above as usize][0];
+            carried[below as usize] += masks[gap.above as usize][0] * raster.width * raster.width;
         }
     }
-    let seen = raster.seen(facets.each.len());
-    carried.iter().zip(seen).map(|(sum, count)| sum / f64::from(count.max(1))).collect()
+    carried
 }

@@ -21,7 +21,7 @@ pub(crate) use sets::Sets;
 pub(crate) use tree::Tree;
 
 use super::facets::tangential;
-use super::{Facets, Local, Objective};
+use super::{Facets, Local, Objective, Proof};
 use crate::geom::{Angle, Vec3};
 use bound::Smooth;
 
@@ -84,7 +84,7 @@ pub enum Cost {
 ///
 /// `M_i = D_i + U_i / |C_i| sum_j v_ij D_j` (equation 4.2) over the facets `j` that `i` sees, `v_ij = d.(c_j - c_i) /
 /// |c_j - c_i|`. The sets are worked out when first asked for, from about 0.05 F² pairs. From [`FIELD_FACETS`] facets on
-/// they are not: there the share of facet `i` that carries support is taken from the part's columns along `d` instead,
+/// they are not: there the area of facet `i` that carries support is taken from the part's columns along `d` instead,
 /// which has no gradient and no bound. Closed meshes only; 0 for no facets.
 #[derive(Clone, Copy, Debug)]
 pub struct Supported {
@@ -157,17 +157,17 @@ impl Supported {
     pub fn by_facet(&self, facets: &Facets, up: &Vec3) -> Vec<f64> {
         let masks = self.masks(facets, up);
         let low = self.smoothing.bed(facets, up).0;
-        let shares = self.is_large(facets).then(|| field::shares(self, facets, &masks, up));
+        let field = self.is_large(facets).then(|| field::carried(self, facets, &masks, up));
         let cost = |i: usize| {
             let (facet, [d, _, u, _]) = (&facets.each[i], masks[i]);
-            let w = match &shares {
-                Some(shares) => shares[i],
-                None if u > NOTHING => self.carried(facets, &masks, i, up).0,
+            let (size, along, h) = (facet.area.norm(), facet.area.dot(up), facet.barycentre.dot(up) - low);
+            // What carries, of the facet's own area.
+            let carries = match &field {
+                Some(carried) => carried[i] / along.max(1e-3 * size),
+                None if u > NOTHING => u * self.carried(facets, &masks, i, up).0,
                 None => 0.0,
             };
-            let share = if shares.is_some() { w } else { u * w };
-            let volume = -facet.area.dot(up) * (facet.barycentre.dot(up) - low);
-            (d + share) * if self.cost == Cost::Interface { facet.area.norm() } else { volume }
+            (d + carries) * if self.cost == Cost::Interface { size } else { -along * h }
         };
         (0..facets.each.len()).map(cost).collect()
     }
@@ -201,6 +201,10 @@ impl Objective for Supported {
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         (!self.is_large(facets)).then(|| tangential(self.both(facets, up).1, up))
+    }
+
+    fn proof(&self) -> Proof {
+        Proof::ROUGH
     }
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {

@@ -103,7 +103,7 @@ fn volume_and_interface_are_the_printed_formulas() {
             let got = f.value(&facets, &up);
             assert!((got - wanted).abs() < 1e-9 * wanted.abs(), "{cost:?} {up:?}: {got} for {wanted}");
             let by_facet: f64 = f.by_facet(&facets, &up).iter().sum();
-            assert!((by_facet - wanted).abs() < 1e-9 * wanted.abs());
+            assert!((by_facet - wanted).abs() < 1e-9 * wanted.abs(), "{cost:?}: {by_facet}");
         }
     }
 }
