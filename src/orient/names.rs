@@ -186,6 +186,10 @@ impl Objective for WeightedSum {
         self.terms.iter().map(|(weight, f)| weight * f.value(facets, up)).sum()
     }
 
+    fn needs_closed(&self) -> bool {
+        self.terms.iter().any(|(_, f)| f.needs_closed())
+    }
+
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         self.terms.iter().try_fold(Vec3::zeros(), |sum, (weight, f)| Some(sum + f.gradient(facets, up)? * *weight))
     }

@@ -16,6 +16,16 @@ pub trait Objective: Sync {
     /// one side. `None` for a function that is constant between its jumps.
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3>;
 
+    /// What each facet adds to the value at `up`, where it is a sum over the facets that can be painted.
+    fn by_facet(&self, _facets: &Facets, _up: &Vec3) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Whether it means anything on closed meshes alone: a volume, or what needs an inside.
+    fn needs_closed(&self) -> bool {
+        false
+    }
+
     /// What is worth proving of it.
     fn proof(&self) -> Proof {
         Proof::EXACT

@@ -61,6 +61,10 @@ impl Objective for SupportVolumeConvex {
         })
     }
 
+    fn needs_closed(&self) -> bool {
+        true
+    }
+
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         let (lowest, from) = (facets.lowest(up), self.overhang.rad().sin());
         let normals = facets.normals();

@@ -315,12 +315,19 @@ fn the_written_part_stands_with_its_best_direction_up() {
 #[test]
 fn bad_words_are_refused_with_a_remedy() {
     let (cube, tree) = (fixture("cube"), fixture("y-tree"));
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 15] = [
         (&[&cube, "--objective", "staircas"], "did you mean staircase?"),
         (&[&cube, "--objective", "1*height+-1*staircase"], "sum to 0"),
         (&[&cube, "--objective", ""], "is unknown"),
         (&[&cube, "--method", "certain"], "did you mean certified?"),
-        (&[&cube, "--part", "9"], "--part 9 is out of range"),
+        (&[&cube, "--part", "9"], "9 is out of range"),
+        (&[&cube, "--part", ""], "names no part"),
+        (&[&cube, "--part", "2-1"], "names no part"),
+        (&[&cube, "--part", "all"], "is no part; write 0,3,5-7"),
+        (&[&cube, "--resolution", "0"], "--resolution 0 is out of 0.01..100 mm"),
+        (&[&cube, "--contact-area-min", "500"], "no direction lays so much on the bed; the most is 400.000 mm2"),
+        (&[&cube, "--view", &cube], "is also an input"),
+        (&[&tree, "--landscape", "never-written.png"], "take all as one with --whole"),
         (&[&cube, "--budget", "3"], "give at least 100"),
         (&[&cube, "--overhang", "90"], "--overhang 90 is out of 0..90 deg"),
         (&[&tree, "-o", "never-written.stl"], "choose one with --part N"),
@@ -344,5 +351,98 @@ fn an_open_mesh_is_taken_for_normals_and_refused_for_volumes() {
     assert!(out.contains("normal-z by certified"), "{out}");
     let (code, _, said) = run(&[file, "--objective", "support-volume-convex"]);
     assert_eq!(code, 2);
-    assert!(said.contains("open edges"), "{said}");
+    assert!(said.contains("open edges") && said.contains("must be closed"), "{said}");
+}
+
+/// A file of one mesh in OFF, and what `orient` says of it.
+fn of_off(text: &str, args: &[&str]) -> (i32, String, String) {
+    let folder = folder();
+    let file = folder.path().join("mesh.off");
+    std::fs::write(&file, text).unwrap();
+    run(&[&[file.to_str().unwrap(), "--unit", "mm"], args].concat())
+}
+
+#[test]
+fn meshes_that_are_hardly_any_are_refused_or_have_a_plain_result() {
+    let all =
+        ["staircase", "height", "normal-z", "weighted-normal-z", "overhang-angle", "contact-area", "tanh-overhang"];
+    let args: Vec<&str> = all.iter().flat_map(|name| ["--objective", name]).chain(["--json"]).collect();
+    let far = "OFF\n4 4 0\n0 0 0\n1e9 0 0\n0 1e9 0\n0 0 1e9\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    let (code, _, said) = of_off(far, &args);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("1000000000"), "coordinates of 1e9 mm: {said}");
+    let flat = "OFF\n4 2 0\n0 0 0\n20 0 0\n0 20 0\n20 20 0\n3 0 1 2\n3 1 3 2\n";
+    let one = "OFF\n3 1 0\n0 0 0\n20 0 0\n0 20 0\n3 0 1 2\n";
+    let twice = "OFF\n4 8 0\n0 0 0\n9 0 0\n0 8 0\n0 0 7\n3 0 2 1\n3 0 2 1\n3 0 1 3\n3 0 1 3\n3 0 3 2\n3 0 3 2\n3 1 2 3\n3 1 2 3\n";
+    let line = "OFF\n3 1 0\n0 0 0\n10 0 0\n20 0 0\n3 0 1 2\n";
+    for text in [flat, one, twice, line] {
+        let (code, out, said) = of_off(text, &args);
+        if code == 0 {
+            let document: serde_json::Value = serde_json::from_str(&out).unwrap();
+            for result in document["parts"][0]["results"].as_array().unwrap() {
+                let value = result["minima"][0]["value"].as_f64().unwrap();
+                let bound = result["lower_bound"].as_f64().unwrap();
+                assert!(value.is_finite() && bound <= value, "{result}");
+            }
+        } else {
+            assert_eq!(code, 2, "{text}: {said}");
+            assert!(said.starts_with("error: ") || said.contains("\nerror: "), "{text}: {said}");
+        }
+    }
+    // One facet lying flat is as low as it can be: 0 mm.
+    let (code, out, said) = of_off(one, &["--objective", "height", "--json"]);
+    assert_eq!(code, 0, "{said}");
+    let document: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(document["parts"][0]["results"][0]["minima"][0]["value"].as_f64().unwrap() < 1e-6);
+}
+
+#[test]
+fn pictures_comparison_and_contact_are_written() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (land, seen, out) = (path("land.png"), path("seen.png"), path("turned.3mf"));
+    let boxes = fixture("two-boxes");
+    let (code, text, said) = run(&[
+        &boxes,
+        "--whole",
+        "--objective",
+        "support-volume-column",
+        "--objective",
+        "height",
+        "--budget",
+        "300",
+        "--landscape",
+        &land,
+        "--view",
+        &seen,
+        "-o",
+        &out,
+        "--compare",
+        "--json",
+        "--resolution",
+        "1",
+    ]);
+    assert_eq!(code, 0, "{said}");
+    for file in [&land, &seen] {
+        assert_eq!(&std::fs::read(file).unwrap()[..8], b"\x89PNG\r\n\x1a\n");
+    }
+    assert!(std::fs::metadata(&out).unwrap().len() > 500);
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let rows = document["parts"][0]["compare"].as_array().unwrap();
+    assert_eq!(rows.len(), 3);
+    // As it lies: the beam of 30 x 20 mm hangs 40 mm above the bed; the post stands on 20 x 20 mm.
+    let lies = |key: &str| rows[0][key].as_f64().unwrap();
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-6 * b, "{a} for {b}");
+    near(lies("support_volume_mm3"), 30.0 * 20.0 * 40.0);
+    near(lies("overhang_area_mm2"), 600.0);
+    near(lies("height_mm"), 60.0);
+    near(lies("contact_area_mm2"), 400.0);
+    assert!(rows[1]["support_volume_mm3"].as_f64().unwrap() < 1.0, "on its side it needs none: {}", rows[1]);
+    let (code, text, said) = run(&[&boxes, "--whole", "--objective", "height", "--contact-area-min", "1000", "--json"]);
+    assert_eq!(code, 0, "{said}");
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let result = &document["parts"][0]["results"][0];
+    // The least height lays the L flat (1800 mm2 of it, 20 mm high).
+    near(result["minima"][0]["value"].as_f64().unwrap(), 20.0);
+    assert!(result["lower_bound"].as_f64().unwrap() <= 20.0);
 }

@@ -42,6 +42,10 @@ impl Objective for SupportVolumeColumn {
         Proof::ROUGH
     }
 
+    fn needs_closed(&self) -> bool {
+        true
+    }
+
     fn gradient(&self, _: &Facets, _: &Vec3) -> Option<Vec3> {
         None
     }

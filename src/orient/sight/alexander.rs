@@ -50,6 +50,10 @@ impl Objective for Alexander {
         self.layer_mm * stairs + self.penalty_mm * contact
     }
 
+    fn needs_closed(&self) -> bool {
+        true
+    }
+
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         let stairs = super::super::Staircase { layer_mm: 1.0 }.gradient(facets, up)? * (2.0 * self.layer_mm);
         let (needs, tree) = (self.needs(facets, up), facets.tree());

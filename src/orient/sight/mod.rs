@@ -154,7 +154,7 @@ impl Supported {
     }
 
     /// The summand of each facet: what seed 002, figure 4.6 paints.
-    pub fn by_facet(&self, facets: &Facets, up: &Vec3) -> Vec<f64> {
+    pub(super) fn costs(&self, facets: &Facets, up: &Vec3) -> Vec<f64> {
         let masks = self.masks(facets, up);
         let low = self.smoothing.bed(facets, up).0;
         let field = self.is_large(facets).then(|| field::carried(self, facets, &masks, up));
@@ -194,13 +194,21 @@ impl Objective for Supported {
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
         if self.is_large(facets) {
-            return self.by_facet(facets, up).iter().sum();
+            return self.costs(facets, up).iter().sum();
         }
         self.both(facets, up).0
     }
 
+    fn needs_closed(&self) -> bool {
+        true
+    }
+
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         (!self.is_large(facets)).then(|| tangential(self.both(facets, up).1, up))
+    }
+
+    fn by_facet(&self, facets: &Facets, up: &Vec3) -> Option<Vec<f64>> {
+        Some(self.costs(facets, up))
     }
 
     fn proof(&self) -> Proof {

@@ -102,7 +102,7 @@ fn volume_and_interface_are_the_printed_formulas() {
             let f = Supported { cost, smoothing: smoothing(), resolution_mm: 0.5 };
             let got = f.value(&facets, &up);
             assert!((got - wanted).abs() < 1e-9 * wanted.abs(), "{cost:?} {up:?}: {got} for {wanted}");
-            let by_facet: f64 = f.by_facet(&facets, &up).iter().sum();
+            let by_facet: f64 = f.costs(&facets, &up).iter().sum();
             assert!((by_facet - wanted).abs() < 1e-9 * wanted.abs(), "{cost:?}: {by_facet}");
         }
     }
