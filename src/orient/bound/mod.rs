@@ -19,7 +19,7 @@ pub(super) use angle::Leaning;
 pub(super) use contact::Lying;
 pub(super) use extent::{Extent, Heights, Quadratic};
 pub(super) use tanh::Hanging;
-pub(super) use volume::Columns;
+pub(super) use volume::{Columns, quadratic};
 pub(super) use zonotope::Shadow;
 
 use super::sphere::tangents;

@@ -57,7 +57,7 @@ impl<'a> Columns<'a> {
 }
 
 /// The minorant of `d'Bd` on a cap, for any square `B`.
-pub(super) fn quadratic(b: &Mat3, cap: &Cap) -> Minorant {
+pub(crate) fn quadratic(b: &Mat3, cap: &Cap) -> Minorant {
     let c = &cap.centre;
     let symmetric = (b + b.transpose()) * 0.5;
     let at = symmetric * c;

@@ -1,13 +1,14 @@
 //! `support-volume-column`: the true volume of supports that stand straight below what overhangs, the honest judge of all
 //! other support objectives.
 
+mod bound;
 mod raster;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use raster::Raster;
 
-use super::{Facets, Objective, Proof};
+use super::{Facets, Local, Objective, Proof};
 use crate::geom::{Angle, Vec3};
 
 /// The volume between every surface point that overhangs and what lies below it, the part itself or the bed, mm³.
@@ -48,5 +49,9 @@ impl Objective for SupportVolumeColumn {
 
     fn gradient(&self, _: &Facets, _: &Vec3) -> Option<Vec3> {
         None
+    }
+
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Free::of(self, facets)))
     }
 }

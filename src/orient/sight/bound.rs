@@ -10,13 +10,12 @@ use crate::geom::Vec3;
 pub(super) struct Smooth<'a> {
     f: &'a Supported,
     facets: &'a Facets,
-    cap: Cap,
     least: f64,
 }
 
 impl<'a> Smooth<'a> {
     pub(super) fn of(f: &'a Supported, facets: &'a Facets) -> Self {
-        Self { f, facets, cap: Cap::WHOLE, least: f64::NEG_INFINITY }
+        Self { f, facets, least: f64::NEG_INFINITY }
     }
 
     /// The least and largest `x` of facet `i`.
@@ -81,7 +80,7 @@ impl<'a> Smooth<'a> {
 
 impl<'a> Local<'a> for Smooth<'a> {
     fn within(&self, cap: &Cap) -> Box<dyn Local<'a> + 'a> {
-        Box::new(Self { f: self.f, facets: self.facets, cap: *cap, least: self.least(cap).max(self.least) })
+        Box::new(Self { f: self.f, facets: self.facets, least: self.least(cap).max(self.least) })
     }
 
     /// Not known without an evaluation: always worth one.
