@@ -18,7 +18,7 @@ use crate::geom::Vec3;
 
 /// Best-first branch and bound, begun with the minima of simplex searches.
 ///
-/// For an objective without bounds ([`Objective::bound`] says `None`) only those minima come back, with no lower bound.
+/// For an objective without bounds ([`Objective::local`] says `None`) only those minima come back, with no lower bound.
 #[derive(Clone, Copy, Debug)]
 pub struct Certified {
     /// Ends when the lower bound is within this of the best value, relative.

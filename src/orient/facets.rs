@@ -148,6 +148,14 @@ impl Normals {
             m.x.total_cmp(&n.x).then(m.y.total_cmp(&n.y)).then(m.z.total_cmp(&n.z)).then(a.cmp(b))
         };
         order.sort_unstable_by(by_normal);
+        let mut last: Option<&Vec3> = None;
+        let distinct = order.iter().filter(|&&i| {
+            let unit = &units[i as usize];
+            let new = last.is_none_or(|known| !same(known, unit));
+            last = if new { Some(unit) } else { last };
+            new
+        });
+        all.reserve(distinct.count());
         for i in order {
             let facet = &each[i as usize];
             all.add(units[i as usize], facet.area.norm(), facet.barycentre);
@@ -155,10 +163,18 @@ impl Normals {
         all
     }
 
+    /// Makes room for so many normals and no more.
+    fn reserve(&mut self, count: usize) {
+        self.units.reserve_exact(count);
+        self.areas.reserve_exact(count);
+        self.counts.reserve_exact(count);
+        self.moments.reserve_exact(count);
+    }
+
     /// Counts a facet in with its normal; normals come sorted.
     fn add(&mut self, normal: Vec3, area: f64, barycentre: Vec3) {
         let last = self.units.len().wrapping_sub(1);
-        if self.units.last().is_some_and(|known| (known - normal).norm_squared() < SAME_NORMAL * SAME_NORMAL) {
+        if self.units.last().is_some_and(|known| same(known, &normal)) {
             self.areas[last] += area;
             self.counts[last] += 1.0;
             self.moments[last] += barycentre * area;
@@ -185,6 +201,10 @@ impl Normals {
         order.sort_by(|&a, &b| self.areas[b].total_cmp(&self.areas[a]).then(a.cmp(&b)));
         order
     }
+}
+
+fn same(a: &Vec3, b: &Vec3) -> bool {
+    (a - b).norm_squared() < SAME_NORMAL * SAME_NORMAL
 }
 
 /// `vector` without its part along the unit direction `up`.

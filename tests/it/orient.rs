@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use trunnion::geom::{Angle, Object, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, read_surface};
 use trunnion::orient::{
-    Certified, Direct, Facets, Grid, Height, Multistart, NelderMead, OBJECTIVES, Objective, OverhangAngle, Search,
-    Settings, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
+    Certified, DifferentialEvolution, Direct, Facets, Grid, Height, Method, Multistart, NelderMead, OBJECTIVES,
+    Objective, OverhangAngle, Search, Settings, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
 };
 
 use crate::pipeline::fixture;
-use crate::support::{Numbers, folder, root, skip, trunnion};
+use crate::support::{Numbers, folder, note, root, skip, trunnion};
 
 /// The seeds' meshes: beside the repository, or where TRUNNION_MESHES says.
 fn meshes() -> Option<PathBuf> {
@@ -118,10 +118,13 @@ fn tanh_overhang_reaches_puris_values() {
     }
     let cube = facets(&folder.join("puri"), "cube.stl");
     near(f.value(&cube, &Vec3::z()), 0.0347253, 1e-6, "the cube as it lies");
-    // Seed 001 turns the other way about both axes: its (-2.618, 0) is our (2.618, 0).
-    // There we have 0.12323 against its 0.12232; why, is not known (a kink lies near).
+    // Seed 001 turns the other way about both axes: its (-2.618, 0) is our (2.618, 0). The cut lies flat 0.00006 degrees beside
+    // 150 degrees, as the corners were rounded; the seed's own formula in numpy has the same values at both angles.
     let cylinder = facets(&folder.join("puri"), "cut cylinder.stl");
-    near(f.value(&cylinder, &from_angles(150f64.to_radians(), 0.0)), 0.12232, 1e-2, "the cylinder on its cut");
+    let at = |degrees: f64| f.value(&cylinder, &from_angles(degrees.to_radians(), 0.0));
+    near(at(150.0), 0.12323195753807824, 1e-9, "the cylinder at 150 degrees");
+    near(at(149.9999426482676), 0.12235677620446601, 1e-9, "the cylinder on its cut");
+    near(at(149.9999426482676), 0.12232, 4e-4, "the seed's figure");
 }
 
 /// Evenly spread over the sphere.
@@ -358,6 +361,45 @@ fn an_open_mesh_is_taken_for_normals_and_refused_for_volumes() {
     let (code, _, said) = run(&[file, "--objective", "support-volume-convex"]);
     assert_eq!(code, 2);
     assert!(said.contains("open edges") && said.contains("must be closed"), "{said}");
+}
+
+/// Values of 80,000 facets, which are summed in parallel, and the sets of facets that see each other.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let (large, small) = (Facets::of(&lump(141, 2.0)), lump(9, 3.0));
+    assert!(large.each.len() > 1 << 16);
+    let up = Vec3::new(0.3, -0.5, 0.81).normalize();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let of = |name: &str, facets: &Facets| {
+                objective(name, &Settings::default()).unwrap().value(facets, &up).to_bits()
+            };
+            let names = ["staircase", "support-area", "tanh-overhang", "weighted-normal-z", "normal-z"];
+            let mut bits: Vec<u64> = names.map(|name| of(name, &large)).to_vec();
+            bits.push(of("support-volume", &Facets::of(&small)));
+            let f = objective("weighted-normal-z", &Settings::default()).unwrap();
+            bits.push(Certified::default().search(f.as_ref(), &large).lower_bound.unwrap().to_bits());
+            bits
+        })
+    };
+    let alone = on(1);
+    assert_eq!(alone, on(2));
+    assert_eq!(alone, on(5));
+}
+
+/// Seed 002, table 5.2: four Latin hypercube starts by BFGS took 181 evaluations, differential evolution 708.
+#[test]
+fn evaluations_are_of_the_order_of_the_seeds_comparison() {
+    let part = Facets::of(&lump(6, 1.0));
+    let f = objective("support-volume-convex-smooth", &Settings { k: 5.0, w: 1.0, ..Settings::default() }).unwrap();
+    let starts =
+        Multistart { starts: 4, from: Starts::LatinHypercube, descent: Some(Method::Bfgs), ..Multistart::default() };
+    let walked = starts.search(f.as_ref(), &part);
+    let evolved = DifferentialEvolution::default().search(f.as_ref(), &part);
+    note(&format!("4 x BFGS {} evaluations, evolution {}", walked.evaluations, evolved.evaluations));
+    assert!(walked.evaluations < 4 * 181, "{}", walked.evaluations);
+    assert!((708 / 4..708 * 4).contains(&evolved.evaluations), "{}", evolved.evaluations);
 }
 
 /// A file of one mesh in OFF, and what `orient` says of it.

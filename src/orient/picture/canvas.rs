@@ -59,7 +59,8 @@ impl Canvas {
         let [p, q, r] = corners;
         let normal = (q - p).cross(&(r - p));
         let light = normal.dot(&(self.axes[2] + self.axes[1] * 0.4 - self.axes[0] * 0.3).normalize()) / normal.norm();
-        if !(normal.dot(&self.axes[2]) > 0.0) {
+        // Also a facet without area, which shows nothing.
+        if light.is_nan() || normal.dot(&self.axes[2]) <= 0.0 {
             return;
         }
         let shaded = colour.map(|c| (f64::from(c) * (0.45 + 0.55 * light.max(0.0))) as u8);
