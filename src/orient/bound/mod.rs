@@ -63,6 +63,11 @@ pub trait Local<'a>: Send + Sync {
     /// A function nowhere above the objective on the cap, chosen to be near it at `e`.
     fn minorant(&self, e: &Vec3) -> Minorant;
 
+    /// The minorants near each of `places`; some may be left out.
+    fn minorants(&self, places: &[Vec3]) -> Vec<Minorant> {
+        places.iter().map(|e| self.minorant(e)).collect()
+    }
+
     /// The objective at the centre but for rounding, or less: where that beats the best known, it is worth an evaluation.
     fn estimate(&self) -> f64;
 
@@ -187,7 +192,7 @@ pub(super) fn lower(local: &dyn Local<'_>, cap: &Cap, enough: f64) -> f64 {
         return alone;
     }
     let mut all = vec![centre];
-    for one in rim(cap).map(|e| local.minorant(&e)) {
+    for one in local.minorants(&rim(cap).collect::<Vec<_>>()) {
         if all.iter().all(|known| known.slope != one.slope) {
             all.push(one);
         }

@@ -182,6 +182,17 @@ impl Sum {
     }
 }
 
+impl Hanging<'_> {
+    /// `sum` with the facets of open sign, each with the sign it has at `e`.
+    fn completed(&self, mut sum: Sum, open: &[u32], v: &Vec3, e: &Vec3) -> Minorant {
+        for &i in open {
+            let term = self.term(i, v);
+            sum.add(&term, if term.a.dot(e) < 0.0 { -1.0 } else { 1.0 }, &self.cap);
+        }
+        sum.minorant(&self.cap).added(0.25, &Minorant::ZERO)
+    }
+}
+
 impl<'a> Local<'a> for Hanging<'a> {
     fn within(&self, cap: &Cap) -> Box<dyn Local<'a> + 'a> {
         let square = self.f.factors()[0];
@@ -204,12 +215,25 @@ impl<'a> Local<'a> for Hanging<'a> {
 
     fn minorant(&self, e: &Vec3) -> Minorant {
         let v = self.facets.lowest(e);
-        let other = if v == self.low { None } else { Some(self.sorted(&v)) };
-        let (mut sum, open) = other.as_ref().map_or((self.settled, &*self.open), |(sum, open)| (*sum, open));
-        for &i in open {
-            let term = self.term(i, &v);
-            sum.add(&term, if term.a.dot(e) < 0.0 { -1.0 } else { 1.0 }, &self.cap);
+        if v == self.low {
+            return self.completed(self.settled, &self.open, &v, e);
         }
-        sum.minorant(&self.cap).added(0.25, &Minorant::ZERO)
+        let (sum, open) = self.sorted(&v);
+        self.completed(sum, &open, &v, e)
+    }
+
+    /// The facets are sorted once for each corner.
+    fn minorants(&self, places: &[Vec3]) -> Vec<Minorant> {
+        let mut known: Vec<(Vec3, Sum, Arc<Vec<u32>>)> = vec![(self.low, self.settled, self.open.clone())];
+        let one = |e: &Vec3| {
+            let v = self.facets.lowest(e);
+            let place = known.iter().position(|(corner, ..)| *corner == v).unwrap_or_else(|| {
+                let (sum, open) = self.sorted(&v);
+                known.push((v, sum, Arc::new(open)));
+                known.len() - 1
+            });
+            self.completed(known[place].1, &known[place].2, &v, e)
+        };
+        places.iter().map(one).collect()
     }
 }

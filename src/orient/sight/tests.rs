@@ -151,3 +151,18 @@ fn bounds_hold_and_are_not_empty() {
         }
     }
 }
+
+/// Above the limit the columns stand in for the sets; the yardstick measures the gaps themselves.
+#[test]
+fn on_large_parts_the_volume_is_within_five_percent_of_the_column_yardstick() {
+    let facets = Facets::of(&bent(14));
+    assert!(facets.each.len() >= FIELD_FACETS);
+    let smoothing = Smoothing { overhang: Angle::from_deg(0.0), k: 20.0, w: 400.0, ..smoothing() };
+    let f = Supported { cost: Cost::Volume, smoothing, resolution_mm: 0.05 };
+    let column = crate::orient::SupportVolumeColumn { overhang: Angle::from_deg(0.0), resolution_mm: 0.05 };
+    for up in (0..12).map(|i| lattice(i, 12)) {
+        let (got, wanted) = (f.value(&facets, &up), column.value(&facets, &up));
+        assert!((got - wanted).abs() < 0.05 * wanted, "{up:?}: {got} for {wanted}");
+        assert_eq!(f.gradient(&facets, &up), None);
+    }
+}
