@@ -180,30 +180,50 @@ pub(super) struct Orient {
     #[command(flatten)]
     pub(super) model: ModelArgs,
     /// staircase, support-area, height, overhang-angle, normal-z, weighted-normal-z, tanh-overhang,
-    /// support-volume-convex, contact-area, or a sum such as 0.7*staircase+0.3*height; may be given several times
+    /// support-volume-convex, support-volume-convex-smooth, support-volume, support-volume-column, interface-area,
+    /// alexander, contact-area, or a sum such as 0.7*staircase+0.3*height; may be given several times
     #[arg(long, default_value = "staircase", value_name = "NAME")]
     pub(super) objective: Vec<String>,
-    /// certified (best value and a lower bound), multistart, nelder-mead, direct or grid
+    /// certified (best value and a lower bound), mmls (all minima, seed 004), multistart, bfgs, cg, newton-cg, nelder-mead,
+    /// direct, differential-evolution or grid
     #[arg(long, default_value = "certified")]
     pub(super) method: String,
-    /// Only this part [default: each]
-    #[arg(long, value_name = "N")]
-    pub(super) part: Option<usize>,
+    /// Only these parts, as 0,3,5-7 [default: each]
+    #[arg(long, value_name = "N", conflicts_with = "whole")]
+    pub(super) part: Option<String>,
+    /// All parts together as one
+    #[arg(long)]
+    pub(super) whole: bool,
     /// Most evaluations for one objective [default: the method's own]
     #[arg(long, value_name = "N")]
     pub(super) budget: Option<usize>,
-    /// Seed of multistart; the other methods draw no numbers
+    /// Seed of the methods that draw numbers: mmls, multistart, differential-evolution
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
-    /// Overhangs up to this angle from the vertical cost nothing in overhang-angle and support-volume-convex
+    /// Surfaces up to this angle from the vertical need no support
     #[arg(long, default_value_t = 45.0, value_name = "DEG")]
     pub(super) overhang: f64,
-    /// Layer height of staircase
+    /// Layer height of staircase and alexander
     #[arg(long, default_value_t = 0.2, value_name = "MM")]
     pub(super) layer: f64,
+    /// Width of the columns that support volumes are measured by
+    #[arg(long, default_value_t = 0.5, value_name = "MM")]
+    pub(super) resolution: f64,
+    /// Only directions that lay at least this much flat on the bed
+    #[arg(long, value_name = "MM2")]
+    pub(super) contact_area_min: Option<f64>,
+    /// Also the model as it lies beside each best: support volume, overhang area, staircase, height, contact area
+    #[arg(long)]
+    pub(super) compare: bool,
     /// Write the part with the first objective's best direction up, on z = 0 (STL; 3MF by its ending)
     #[arg(short, long, value_name = "OUT.stl")]
     pub(super) output: Option<PathBuf>,
+    /// Draw the first objective over alpha and beta, its minima ringed (the best in red)
+    #[arg(long, value_name = "OUT.png")]
+    pub(super) landscape: Option<PathBuf>,
+    /// Draw the part as the first objective would have it: overhangs, or what each facet costs, and supports
+    #[arg(long, value_name = "OUT.png")]
+    pub(super) view: Option<PathBuf>,
 }
 
 #[derive(ClapArgs)]

@@ -7,14 +7,18 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::sync::Arc;
 
+use super::bound::lower;
 use super::nelder_mead::descend;
-use super::{Cap, Facets, Found, Minimum, NelderMead, Objective, Search, Stop, distinct};
+use super::sphere::lattice;
+use super::trial::Trial;
+use super::{Cap, Facets, Found, Local, Minimum, NelderMead, Objective, Proof, Search, Stop};
 use crate::geom::Vec3;
 
 /// Best-first branch and bound, begun with the minima of simplex searches.
 ///
-/// For an objective without bounds ([`Objective::bound`] says `None`) only those minima come back, with no lower bound.
+/// For an objective without bounds ([`Objective::local`] says `None`) only those minima come back, with no lower bound.
 #[derive(Clone, Copy, Debug)]
 pub struct Certified {
     /// Ends when the lower bound is within this of the best value, relative.
@@ -29,12 +33,24 @@ impl Default for Certified {
     }
 }
 
+impl Certified {
+    /// As far as is worth it for `objective`.
+    pub fn of(objective: &dyn Objective) -> Self {
+        let Proof { gap, budget } = objective.proof();
+        Self { gap, budget }
+    }
+}
+
 /// Of the budget, what the simplex searches at the beginning may take.
 const FIRST_SHARE: usize = 4;
 /// Simplex searches at the beginning: for the list of local minima, the best is found whatever their number.
-const STARTS: usize = 16;
-/// Evaluations of a descent from a direction that beats the best so far.
-const POLISH: usize = 300;
+const STARTS: usize = 10;
+/// Evaluations of each of them, and the simplex (radians) that ends it: local minima are listed to 0.001 degrees.
+const FIRST: usize = 80;
+const FIRST_STEP: f64 = 1e-5;
+/// Evaluations of a descent from a direction that beats the best so far, and the simplex that ends it.
+const POLISH: usize = 200;
+const POLISHED: f64 = 1e-9;
 
 impl Search for Certified {
     fn name(&self) -> &'static str {
@@ -42,91 +58,93 @@ impl Search for Certified {
     }
 
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
-        let first =
-            NelderMead { starts: STARTS, budget: (self.budget / FIRST_SHARE).min(10_000), ..NelderMead::default() };
-        let begun = first.search(objective, facets);
-        if !super::has_bounds(objective, facets) {
-            return begun;
-        }
-        let (best, spent) = (begun.minima[0], begun.evaluations);
-        let mut run =
-            Run { f: objective, facets, gap: self.gap, best, spent, heap: BinaryHeap::new(), floor: f64::INFINITY };
-        run.begin();
-        let stop = run.narrow(self.budget);
+        let Some(whole) = objective.local(facets) else {
+            return NelderMead { budget: self.budget.min(20_000), ..NelderMead::default() }.search(objective, facets);
+        };
+        let mut trial = Trial::new(objective, facets, self.budget);
+        let share = self.budget / FIRST_SHARE / STARTS;
+        let mut minima: Vec<Minimum> =
+            (0..STARTS).map(|i| descend(&mut trial, lattice(i, STARTS), share.min(FIRST), FIRST_STEP)).collect();
+        minima.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let best = descend(&mut trial, minima[0].up, POLISH.min(share), POLISHED);
+        let best = if best.value < minima[0].value { best } else { minima[0] };
+        let mut run = Run { trial, gap: self.gap, best, heap: BinaryHeap::new(), floor: f64::INFINITY };
+        run.begin(&Arc::from(whole));
+        let stop = run.narrow();
         let lower = run.heap.peek().map_or(run.floor, |cell| run.floor.min(cell.bound)).min(run.best.value);
-        let minima = distinct([vec![run.best], begun.minima].concat());
-        Found { minima, evaluations: run.spent, lower_bound: Some(lower), stop }
+        minima.push(run.best);
+        run.trial.found(minima, Some(lower), stop)
     }
 }
 
+type Known<'a> = Arc<dyn Local<'a> + 'a>;
+
 struct Run<'a> {
-    f: &'a dyn Objective,
-    facets: &'a Facets,
+    trial: Trial<'a>,
     gap: f64,
     best: Minimum,
-    spent: usize,
-    heap: BinaryHeap<Cell>,
+    heap: BinaryHeap<Cell<'a>>,
     /// The least bound of the cells that were put aside.
     floor: f64,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
     /// From here on a bound is good enough.
     fn enough(&self) -> f64 {
         self.best.value - self.gap * self.best.value.abs()
     }
 
-    fn begin(&mut self) {
+    fn begin(&mut self, whole: &Known<'a>) {
         for face in 0..6 {
             for i in 0..4 {
                 let middle = [f64::from(i % 2) - 0.5, f64::from(i / 2) - 0.5];
-                self.look(face, middle, 0.5);
+                self.look(whole, face, middle, 0.5);
             }
         }
     }
 
-    fn narrow(&mut self, budget: usize) -> Stop {
+    fn narrow(&mut self) -> Stop {
         while let Some(cell) = self.heap.pop() {
             if cell.bound >= self.enough() || cell.half < SMALLEST {
                 self.floor = self.floor.min(cell.bound);
                 continue;
             }
-            if self.spent + 8 + 2 * POLISH > budget {
+            if self.trial.left() < 12 + POLISH {
                 self.heap.push(cell);
                 return Stop::Budget;
             }
             let half = cell.half / 2.0;
             for (u, v) in [(-half, -half), (half, -half), (-half, half), (half, half)] {
-                self.look(cell.face, [cell.middle[0] + u, cell.middle[1] + v], half);
+                self.look(&cell.known, cell.face, [cell.middle[0] + u, cell.middle[1] + v], half);
             }
         }
         Stop::Converged
     }
 
     /// Bounds a cell and tries what it suggests.
-    fn look(&mut self, face: usize, middle: [f64; 2], half: f64) {
+    fn look(&mut self, parent: &Known<'a>, face: usize, middle: [f64; 2], half: f64) {
         let cap = cap(face, middle, half);
-        self.try_at(cap.centre);
-        let enough = self.enough();
-        let Some(bound) = self.f.bound(self.facets, &cap, enough) else { return };
-        self.spent += 1;
-        if bound.value >= enough {
-            self.floor = self.floor.min(bound.value);
+        let known: Known<'a> = Arc::from(parent.within(&cap));
+        let bound = lower(known.as_ref(), &cap, self.enough());
+        self.trial.charge();
+        if bound >= self.enough() {
+            self.floor = self.floor.min(bound);
             return;
         }
-        if let Some(hint) = bound.hint {
+        if known.estimate() < self.enough() {
+            self.try_at(cap.centre);
+        }
+        if let Some(hint) = known.hint() {
             self.try_at(hint);
         }
-        self.heap.push(Cell { bound: bound.value, face, middle, half });
+        self.heap.push(Cell { bound, face, middle, half, known });
     }
 
     fn try_at(&mut self, up: Vec3) {
-        let value = self.f.value(self.facets, &up);
-        self.spent += 1;
-        if value < self.enough() {
-            let (minimum, used) = descend(self.f, self.facets, up, POLISH);
-            self.spent += used;
-            self.best = if minimum.value < value { minimum } else { Minimum { up, value } };
+        let tried = self.trial.at(up);
+        if tried.value < self.enough() {
+            let polished = descend(&mut self.trial, up, POLISH, POLISHED);
+            self.best = if polished.value < tried.value { polished } else { tried };
         }
     }
 }
@@ -134,15 +152,15 @@ impl Run<'_> {
 /// A cell is not cut below this (of a face of 2 x 2): its directions are then equal to the last digits.
 const SMALLEST: f64 = 1e-13;
 
-#[derive(Clone, Copy, Debug)]
-struct Cell {
+struct Cell<'a> {
     bound: f64,
     face: usize,
     middle: [f64; 2],
     half: f64,
+    known: Known<'a>,
 }
 
-impl Ord for Cell {
+impl Ord for Cell<'_> {
     /// The lowest bound is the greatest; of equals the larger cell, then by place, so that the order is one.
     fn cmp(&self, other: &Self) -> Ordering {
         let by_bound = other.bound.total_cmp(&self.bound).then(self.half.total_cmp(&other.half));
@@ -151,19 +169,19 @@ impl Ord for Cell {
     }
 }
 
-impl PartialOrd for Cell {
+impl PartialOrd for Cell<'_> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for Cell {
+impl PartialEq for Cell<'_> {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Cell {}
+impl Eq for Cell<'_> {}
 
 /// The direction of a point of the cube's face `face`, coordinates from -1 to 1.
 pub(super) fn direction(face: usize, [u, v]: [f64; 2]) -> Vec3 {
@@ -188,7 +206,7 @@ fn cap(face: usize, middle: [f64; 2], half: f64) -> Cap {
 mod tests {
     use super::*;
     use crate::orient::sphere::lattice;
-    use crate::orient::{ContactArea, Height, Staircase};
+    use crate::orient::{Height, Settings, Staircase, objective};
 
     #[test]
     fn cells_cover_the_sphere_and_lie_in_their_caps() {
@@ -224,6 +242,7 @@ mod tests {
     #[test]
     fn what_has_no_bound_gets_none() {
         let facets = Facets::with(vec![Vec3::z()], vec![1.0], vec![Vec3::zeros()]);
-        assert_eq!(Certified::default().search(&ContactArea, &facets).lower_bound, None);
+        let negative = objective("2*height+-1*staircase", &Settings::default()).unwrap();
+        assert_eq!(Certified::default().search(negative.as_ref(), &facets).lower_bound, None);
     }
 }

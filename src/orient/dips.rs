@@ -1,9 +1,9 @@
 //! What no descent finds: the narrow dips at facet normals.
 
 use super::sphere::tangents;
-use super::{Facets, Found, Minimum, Objective, distinct};
-use crate::geom::Vec3;
-use crate::mesh::TriangleMesh;
+use super::{ContactArea, Facets, Found, Minimum, Objective, distinct};
+use crate::geom::{Angle, Vec3};
+use crate::mesh::{TABLE_GAP_MM, TriangleMesh};
 
 /// Both senses of the so many largest normals are tried.
 const MOST_NORMALS: usize = 100;
@@ -15,11 +15,10 @@ impl Found {
     /// holds for every direction.
     #[must_use]
     pub fn with_dips(mut self, objective: &dyn Objective, facets: &Facets) -> Self {
-        let mut order: Vec<usize> = (0..facets.normals.len()).collect();
-        order.sort_by(|&a, &b| facets.areas[b].total_cmp(&facets.areas[a]).then(a.cmp(&b)));
+        let (normals, order) = (&facets.normals().units, facets.normals().by_area());
         let mut minima = std::mem::take(&mut self.minima);
         for &i in order.iter().take(MOST_NORMALS) {
-            for up in [facets.normals[i], -facets.normals[i]] {
+            for up in [normals[i], -normals[i]] {
                 let value = objective.value(facets, &up);
                 self.evaluations += 5;
                 if beside(&up).iter().all(|d| objective.value(facets, d) > value) {
@@ -36,11 +35,44 @@ fn beside(up: &Vec3) -> [Vec3; 4] {
     [e1, -e1, e2, -e2].map(|t| (up + t * BESIDE).normalize())
 }
 
+/// All directions that lay at least `least_mm2` flat on the bed, with the values of `objective`, best first: the opposites of
+/// the normals of facets that nothing lies below. Facets within the flatness tolerance of such a direction count, and one
+/// direction stands for those within half a degree that are worse. None where no facet can lie on a plane.
+pub fn laid(facets: &Facets, least_mm2: f64, objective: &dyn Objective) -> Vec<Minimum> {
+    let mut ups: Vec<Vec3> = Vec::new();
+    for facet in &facets.each {
+        let up = -facet.area.normalize();
+        let low = facets.lowest(&up).dot(&up);
+        if facet.barycentre.dot(&up) <= low + TABLE_GAP_MM {
+            ups.push(up);
+        }
+    }
+    ups.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
+    ups.dedup_by(|a, b| (*a - *b).norm() < 1e-9);
+    let enough = |up: &Vec3| 0.0 - ContactArea.value(facets, up) >= least_mm2;
+    let all = ups.into_iter().filter(enough).map(|up| Minimum { up, value: objective.value(facets, &up) });
+    distinct(all.collect())
+}
+
+/// The area of what faces down by more than `overhang` from the vertical and does not lie on the bed, mm².
+pub fn overhang_area(facets: &Facets, up: &Vec3, overhang: Angle) -> f64 {
+    let (bed, from) = (facets.lowest(up).dot(up) + TABLE_GAP_MM, overhang.rad().sin());
+    facets.sum(|f| {
+        let size = f.area.norm();
+        if -f.area.dot(up) > from * size && f.barycentre.dot(up) > bed { size } else { 0.0 }
+    })
+}
+
+/// The least rotation that brings the unit direction `up` to +Z; for -Z half a turn about X.
+pub fn turned_by(up: &Vec3) -> nalgebra::UnitQuaternion<f64> {
+    let half = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
+    nalgebra::UnitQuaternion::rotation_between(up, &Vec3::z()).unwrap_or(half)
+}
+
 /// `mesh` turned by the least rotation that brings the unit direction `up` to +Z (for -Z: half a turn about X), lowest
 /// point at z = 0; x and y of the turned mesh stay as they come. No points stay none.
 pub fn turned<F, G>(mesh: &TriangleMesh<F>, up: &Vec3) -> TriangleMesh<G> {
-    let half = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
-    let turn = nalgebra::UnitQuaternion::rotation_between(up, &Vec3::z()).unwrap_or(half);
+    let turn = turned_by(up);
     let mut vertices: Vec<Vec3> = mesh.vertices().iter().map(|v| turn * v).collect();
     let low = vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
     vertices.iter_mut().for_each(|v| v.z -= low);
@@ -51,7 +83,7 @@ pub fn turned<F, G>(mesh: &TriangleMesh<F>, up: &Vec3) -> TriangleMesh<G> {
 mod tests {
     use super::*;
     use crate::geom::{Object, Slot};
-    use crate::orient::{ContactArea, NelderMead, Search};
+    use crate::orient::{NelderMead, Search};
 
     fn wedge() -> TriangleMesh<Object> {
         let points = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 3.0, 1.0], [0.0, 0.0, 3.0]];
@@ -75,9 +107,9 @@ mod tests {
         for up in [Vec3::x(), Vec3::z(), -Vec3::z(), Vec3::new(1.0, 2.0, -2.0) / 3.0] {
             let (mesh, facets) = (wedge(), Facets::of(&wedge()));
             let turned: TriangleMesh<Slot> = turned(&mesh, &up);
-            let (low, high) = facets.extent(&up);
+
             assert!(turned.bounds().min.z.abs() < 1e-12);
-            assert!((turned.bounds().max.z - (high - low)).abs() < 1e-12, "{up:?}");
+            assert!((turned.bounds().max.z - facets.extent(&up)).abs() < 1e-12, "{up:?}");
             assert!((turned.volume() - mesh.volume()).abs() < 1e-12, "not mirrored");
         }
     }

@@ -5,6 +5,7 @@
 //! `[-pi, pi]^2`, which covers the sphere twice; the faces cover it once and have no poles.
 
 use super::certified::direction;
+use super::trial::Trial;
 use super::{Facets, Found, Minimum, Objective, Search, Stop};
 use crate::geom::Vec3;
 
@@ -32,8 +33,9 @@ impl Search for Direct {
     }
 
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
-        let look = |face: usize, middle: [f64; 2], cuts: [usize; 2]| {
-            let value = objective.value(facets, &direction(face, middle));
+        let mut trial = Trial::new(objective, facets, self.budget);
+        let mut look = |face: usize, middle: [f64; 2], cuts: [usize; 2]| {
+            let value = trial.value(&direction(face, middle));
             Rectangle { face, middle, cuts, value }
         };
         let mut all: Vec<Rectangle> = (0..6).map(|face| look(face, [0.0; 2], [0; 2])).collect();
@@ -60,7 +62,7 @@ impl Search for Direct {
         }
         let best = all.iter().min_by(|a, b| a.value.total_cmp(&b.value));
         let minima = best.map(|r| Minimum { up: r.up(), value: r.value }).into_iter().collect();
-        Found { minima, evaluations: all.len(), lower_bound: None, stop }
+        trial.found(minima, None, stop)
     }
 }
 

@@ -24,17 +24,15 @@ const MOST_CROSSED: usize = 8;
 ///
 /// Exact directions come before found ones, so that a minimum that merely approaches a facet normal is dropped for it.
 pub fn directions(facets: &Facets, also: &[Vec3], objective: &dyn Objective, search: &dyn Search) -> Vec<Direction> {
-    let mut order: Vec<usize> = (0..facets.normals.len()).collect();
-    order.sort_by(|&a, &b| facets.areas[b].total_cmp(&facets.areas[a]).then(a.cmp(&b)));
+    let (normals, order) = (&facets.normals().units, facets.normals().by_area());
     let mut exact: Vec<Vec3> = Vec::new();
     for &normal in also {
         push(&mut exact, normal);
     }
     for &i in order.iter().take(MOST_NORMALS) {
-        push(&mut exact, facets.normals[i]);
+        push(&mut exact, normals[i]);
     }
-    let crossed: Vec<Vec3> =
-        also.iter().copied().chain(order.iter().take(MOST_CROSSED).map(|&i| facets.normals[i])).collect();
+    let crossed: Vec<Vec3> = also.iter().copied().chain(order.iter().take(MOST_CROSSED).map(|&i| normals[i])).collect();
     for (i, a) in crossed.iter().enumerate() {
         for b in &crossed[i + 1..] {
             let across = a.cross(b);

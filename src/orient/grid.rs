@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::{Facets, Found, Minimum, Objective, Search, Stop, distinct, from_angles};
+use super::trial::Trial;
+use super::{Facets, Found, Minimum, Objective, Search, Stop, from_angles};
 
 /// The grid of `(alpha, beta)` with equal steps, poles once; its minima are the places lower than all their neighbours.
 #[derive(Clone, Copy, Debug)]
@@ -26,10 +27,9 @@ impl Search for Grid {
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
         let most = (self.budget.saturating_sub(2) as f64 / 2.0).sqrt() as usize;
         // An even number, so that the equator and with it all three axes are on the grid.
-        let grid = Rows::of(objective, facets, (most / 2 * 2).max(2));
-        let minima = grid.lowest();
-        let evaluations = 2 + grid.between.iter().map(Vec::len).sum::<usize>();
-        Found { minima: distinct(minima), evaluations, lower_bound: None, stop: Stop::Converged }
+        let mut trial = Trial::new(objective, facets, self.budget);
+        let minima = Rows::of(&mut trial, (most / 2 * 2).max(2)).lowest();
+        trial.found(minima, None, Stop::Converged)
     }
 }
 
@@ -41,15 +41,15 @@ struct Rows {
 }
 
 impl Rows {
-    fn of(objective: &dyn Objective, facets: &Facets, rows: usize) -> Self {
-        let at = |row: usize, turn: usize| {
+    fn of(trial: &mut Trial<'_>, rows: usize) -> Self {
+        let mut at = |row: usize, turn: usize| {
             let step = PI / rows as f64;
-            let up = from_angles(step * turn as f64, step * row as f64 - FRAC_PI_2);
-            Minimum { up, value: objective.value(facets, &up) }
+            trial.at(from_angles(step * turn as f64, step * row as f64 - FRAC_PI_2))
         };
         let turns = 2 * rows;
         let between = (1..rows).map(|row| (0..turns).map(|turn| at(row, turn)).collect()).collect();
-        Self { poles: [at(0, 0), at(rows, 0)], between, turns }
+        let poles = [at(0, 0), at(rows, 0)];
+        Self { poles, between, turns }
     }
 
     /// The value in a row counted from the first pole, 0.

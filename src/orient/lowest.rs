@@ -17,10 +17,10 @@ struct Node {
     centre: Vec3,
     half: Vec3,
     /// Its points.
-    from: usize,
-    to: usize,
-    /// Its two children, if any.
-    children: Option<[usize; 2]>,
+    from: u32,
+    to: u32,
+    /// Its two children, if any: the first follows it.
+    second: Option<std::num::NonZeroU32>,
 }
 
 /// A leaf holds at most so many points.
@@ -39,13 +39,14 @@ impl Lowest {
         let bounds = Bounds::of(self.points[from..to].iter().copied());
         let half = bounds.size() * 0.5;
         let index = self.nodes.len();
-        self.nodes.push(Node { centre: bounds.centre(), half, from, to, children: None });
+        self.nodes.push(Node { centre: bounds.centre(), half, from: from as u32, to: to as u32, second: None });
         if to - from > LEAF {
             let axis = half.imax();
             let middle = (to - from) / 2;
             self.points[from..to].select_nth_unstable_by(middle, |a, b| a[axis].total_cmp(&b[axis]));
-            let children = [self.split(from, from + middle), self.split(from + middle, to)];
-            self.nodes[index].children = Some(children);
+            self.split(from, from + middle);
+            let second = self.split(from + middle, to);
+            self.nodes[index].second = std::num::NonZeroU32::new(second as u32);
         }
         index
     }
@@ -54,27 +55,28 @@ impl Lowest {
     pub(super) fn along(&self, up: &Vec3) -> Vec3 {
         let mut best = (f64::INFINITY, Vec3::zeros());
         if !self.nodes.is_empty() {
-            self.visit(0, up, &mut best);
+            self.visit(0, &[*up, up.abs()], &mut best);
         }
         best.1
     }
 
-    fn bound(&self, node: usize, up: &Vec3) -> f64 {
+    fn bound(&self, node: usize, [up, size]: &[Vec3; 2]) -> f64 {
         let node = &self.nodes[node];
-        node.centre.dot(up) - node.half.dot(&up.abs())
+        node.centre.dot(up) - node.half.dot(size)
     }
 
-    fn visit(&self, index: usize, up: &Vec3, best: &mut (f64, Vec3)) {
+    fn visit(&self, index: usize, up: &[Vec3; 2], best: &mut (f64, Vec3)) {
         let node = &self.nodes[index];
-        let Some([a, b]) = node.children else {
-            for point in &self.points[node.from..node.to] {
-                let along = point.dot(up);
+        let Some(second) = node.second else {
+            for point in &self.points[node.from as usize..node.to as usize] {
+                let along = point.dot(&up[0]);
                 if along < best.0 {
                     *best = (along, *point);
                 }
             }
             return;
         };
+        let (a, b) = (index + 1, second.get() as usize);
         let (low_a, low_b) = (self.bound(a, up), self.bound(b, up));
         let order = if low_a <= low_b { [(low_a, a), (low_b, b)] } else { [(low_b, b), (low_a, a)] };
         for (low, child) in order {

@@ -14,18 +14,39 @@ pub(super) struct Moments {
     pub(super) square: Mat3,
 }
 
+/// The sums before they are made symmetric: `Q`, and `Q` weighted by each coordinate of the barycentre, each as the six
+/// entries xx, xy, xz, yy, yz, zz.
+#[derive(Clone, Copy, Default)]
+struct Plain([[f64; 6]; 4]);
+
+impl std::iter::Sum for Plain {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), |mut sum, one| {
+            sum.0.iter_mut().flatten().zip(one.0.iter().flatten()).for_each(|(a, b)| *a += b);
+            sum
+        })
+    }
+}
+
 impl Moments {
     pub(super) fn of(facets: &Facets) -> Self {
-        let bounds = crate::geom::Bounds::of(facets.points.iter().copied());
-        let centre = if bounds.is_empty() { Vec3::zeros() } else { bounds.centre() };
-        let (mut plain, mut square) = ([Mat3::zeros(); 3], Mat3::zeros());
-        for ((n, &area), moment) in facets.normals.iter().zip(&facets.areas).zip(&facets.moments) {
-            let outer = n * n.transpose();
-            let arm = moment - centre * area;
-            square += outer * area;
-            (0..3).for_each(|i| plain[i] += outer * arm[i]);
-        }
-        Self { centre, cubic: symmetric(&plain), square }
+        let centre = facets.middle();
+        let plain: Plain = facets.sum(|facet| {
+            let (a, arm) = (facet.area, facet.barycentre - centre);
+            let n = a / a.norm();
+            // `area` is A n already: one factor of n carries the area.
+            let outer = [a.x * n.x, a.x * n.y, a.x * n.z, a.y * n.y, a.y * n.z, a.z * n.z];
+            Plain([outer, outer.map(|o| o * arm.x), outer.map(|o| o * arm.y), outer.map(|o| o * arm.z)])
+        });
+        let full = |[xx, xy, xz, yy, yz, zz]: [f64; 6]| Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        let [square, x, y, z] = plain.0.map(full);
+        Self { centre, cubic: symmetric(&[x, y, z]), square }
+    }
+
+    /// `f` at `d`, of which `lowest` is the lowest point.
+    pub(super) fn value(&self, lowest: &Vec3, d: &Vec3) -> f64 {
+        let once = self.cubic[0] * d.x + self.cubic[1] * d.y + self.cubic[2] * d.z;
+        (once * d).dot(d) - (lowest - self.centre).dot(d) * (self.square * d).dot(d)
     }
 
     /// The cubic form of `T - p (x) Q`, symmetric: below `f` everywhere for every `p` of the convex hull, and equal to
@@ -48,9 +69,14 @@ fn symmetric(plain: &[Mat3; 3]) -> [Mat3; 3] {
 pub(super) struct Cubic([Mat3; 3]);
 
 impl Cubic {
+    /// `S(d, ., .)`, a symmetric matrix.
+    pub(super) fn once(&self, d: &Vec3) -> Mat3 {
+        self.0[0] * d.x + self.0[1] * d.y + self.0[2] * d.z
+    }
+
     /// `S(d, d, .)`; the value is this along `d`, the plain gradient three times this.
     pub(super) fn at(&self, d: &Vec3) -> Vec3 {
-        Vec3::new((self.0[0] * d).dot(d), (self.0[1] * d).dot(d), (self.0[2] * d).dot(d))
+        self.once(d) * d
     }
 
     /// The root of the sum of squares of its entries: no value on unit vectors is larger.

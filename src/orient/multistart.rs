@@ -1,89 +1,135 @@
-//! Probabilistic direct search from many starts on the sphere.
+//! Descents from many starts on the sphere: along the gradient, or by a probabilistic direct search.
 //!
-//! Each start walks by a step along a random tangent direction or against it, as in seed 004's appendix (a two-point
+//! The direct search walks by a step along a random tangent direction or against it, as in seed 004's appendix (a two-point
 //! probabilistic direct search), here on the sphere itself so that there is neither a pole nor a seam. Kinks do not
 //! stop it, since no gradient is used; isolated dips at facet normals are out of its reach and belong to
 //! [`directions`](super::directions).
 
-use super::sphere::{lattice, tangents};
-use super::{Facets, Found, Minimum, Objective, Search, Stop, distinct};
+use std::f64::consts::{PI, TAU};
+
+use super::evolution::latin;
+use super::gradient::{Method, follow};
+use super::nelder_mead::descend;
+use super::sphere::{from_angles, lattice, tangents};
+use super::trial::{Random, Trial};
+use super::{Facets, Found, Minimum, Objective, Search, Stop};
 use crate::geom::Vec3;
 
 /// Multistart direct search.
 #[derive(Clone, Copy, Debug)]
 pub struct Multistart {
-    /// How many starts, spread evenly (Fibonacci's lattice).
+    /// How many starts.
     pub starts: usize,
     /// Evaluations of one walk at most.
     pub budget: usize,
-    /// Seed of the tangent directions.
+    /// Seed of the starts that are drawn, and of the tangent directions.
     pub seed: u64,
+    /// Where they start.
+    pub from: Starts,
+    /// Down the gradient, and by a simplex where a kink ends that; a direct search where there is none.
+    pub descent: Option<Method>,
+}
+
+/// Where a multistart starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Starts {
+    /// Spread evenly: Fibonacci's lattice.
+    Lattice,
+    /// The centres of a grid in the two angles, twice as many in alpha as in beta. (Seed 000's 32 starts are meant so, but
+    /// by a slip, `(i + h) / 2` for `i + h / 2`, they are not, and miss the optimum of one of its parts.)
+    GridCentres,
+    /// A Latin hypercube over the sphere.
+    LatinHypercube,
+    /// Drawn evenly from the sphere.
+    Random,
+}
+
+impl Starts {
+    fn directions(self, count: usize, seed: u64) -> Vec<Vec3> {
+        let mut random = Random::seeded(seed);
+        let rows = ((count as f64 / 2.0).sqrt().round() as usize).max(1);
+        let turns = count.div_ceil(rows);
+        let step = |i: usize, of: usize| (i as f64 + 0.5) / of as f64 - 0.5;
+        let centre = |i: usize| from_angles(TAU * step(i % turns, turns), PI * step(i / turns, rows));
+        match self {
+            Self::Lattice => (0..count).map(|i| lattice(i, count)).collect(),
+            Self::GridCentres => (0..count).map(centre).collect(),
+            Self::LatinHypercube => latin(&mut random, count).into_iter().map(|[a, b]| from_angles(a, b)).collect(),
+            Self::Random => (0..count).map(|_| random.direction()).collect(),
+        }
+    }
 }
 
 impl Default for Multistart {
     fn default() -> Self {
-        Self { starts: 32, budget: 400, seed: 1 }
+        Self { starts: 32, budget: 400, seed: 1, from: Starts::Lattice, descent: None }
     }
 }
 
 /// A walk ends when its step is below this (radians): 0.00006 degrees, less than a rotary word can say.
 const LAST_STEP: f64 = 1e-6;
+
 impl Search for Multistart {
     fn name(&self) -> &'static str {
         "multistart"
     }
 
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
-        let mut evaluations = 0;
-        let minima = (0..self.starts)
-            .map(|i| self.walk(objective, facets, lattice(i, self.starts), i as u64, &mut evaluations))
-            .collect();
-        Found { minima: distinct(minima), evaluations, lower_bound: None, stop: Stop::Converged }
+        let mut trial = Trial::new(objective, facets, self.starts.saturating_mul(self.budget));
+        let (mut minima, mut stop) = (Vec::new(), Stop::Converged);
+        for (i, start) in self.from.directions(self.starts, self.seed).into_iter().enumerate() {
+            let (minimum, ended) = match self.descent {
+                Some(method) => self.descend(&mut trial, method, start),
+                None => self.walk(&mut trial, start, i as u64),
+            };
+            minima.push(minimum);
+            stop = if ended == Stop::Budget { ended } else { stop };
+        }
+        trial.found(minima, None, stop)
     }
 }
 
 impl Multistart {
-    fn walk(&self, f: &dyn Objective, facets: &Facets, start: Vec3, index: u64, spent: &mut usize) -> Minimum {
-        let mut random = Random(self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (index + 1));
-        let mut at = Minimum { up: start, value: f.value(facets, &start) };
+    /// Down the gradient, the last part by a simplex.
+    fn descend(&self, trial: &mut Trial<'_>, method: Method, start: Vec3) -> (Minimum, Stop) {
+        let before = trial.spent();
+        let (low, stop) = follow(trial, method, start, self.budget * 2 / 3);
+        let left = self.budget.saturating_sub(trial.spent() - before);
+        if left < 12 {
+            return (low, Stop::Budget);
+        }
+        let ended = descend(trial, low.up, left, LAST_STEP);
+        (if ended.value < low.value { ended } else { low }, stop)
+    }
+
+    /// One direct search.
+    fn walk(&self, trial: &mut Trial<'_>, start: Vec3, index: u64) -> (Minimum, Stop) {
+        let mut random = Random::seeded(self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (index + 1));
+        let mut at = trial.at(start);
         let mut step = 0.1;
-        let mut left = self.budget;
+        let mut left = self.budget.saturating_sub(1);
         while step > LAST_STEP && left > 1 {
-            let tangent = random.tangent(&at.up);
-            let tries = [tangent, -tangent].map(|t| (at.up + t * step).normalize());
             left -= 2;
-            *spent += 2;
-            let better = tries
-                .map(|up| Minimum { up, value: f.value(facets, &up) })
-                .into_iter()
-                .filter(|m| m.value < at.value)
-                .min_by(|a, b| a.value.total_cmp(&b.value));
-            match better {
-                Some(minimum) => {
-                    at = minimum;
-                    step = (step * 2.0).min(0.2);
-                }
-                None => step *= 0.7,
+            let better = polled(trial, &mut random, &at, step);
+            if let Some(minimum) = better {
+                at = minimum;
+                step = (step * 2.0).min(0.2);
+            } else {
+                step *= 0.7;
             }
         }
-        at
+        (at, if step > LAST_STEP { Stop::Budget } else { Stop::Converged })
     }
 }
 
-/// A 64-bit linear congruential generator: all that spreading directions asks for.
-struct Random(u64);
-
-impl Random {
-    fn angle(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64 * std::f64::consts::TAU
-    }
-
-    fn tangent(&mut self, up: &Vec3) -> Vec3 {
-        let [e1, e2] = tangents(up);
-        let (s, c) = self.angle().sin_cos();
-        e1 * c + e2 * s
-    }
+/// The better of two steps along a random tangent and against it, where that is better than `at`.
+fn polled(trial: &mut Trial<'_>, random: &mut Random, at: &Minimum, step: f64) -> Option<Minimum> {
+    let [e1, e2] = tangents(&at.up);
+    let (s, c) = (random.unit() * std::f64::consts::TAU).sin_cos();
+    let along = (e1 * c + e2 * s) * step;
+    let tries = [along, -along].map(|t| trial.at((at.up + t).normalize()));
+    let better = tries.into_iter().filter(|m| m.value < at.value);
+    better.min_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! Objectives by name, and sums of them.
 
 use super::{
-    Bound, Cap, ContactArea, Facets, Height, NormalZ, Objective, OverhangAngle, Staircase, SupportArea,
-    SupportVolumeConvex, TanhOverhang, WeightedNormalZ,
+    Alexander, Cap, ContactArea, Cost, Facets, Height, Local, Minorant, NormalZ, Objective, OverhangAngle, Proof,
+    Smoothing, Staircase, SupportArea, SupportVolumeColumn, SupportVolumeConvex, Supported, TanhOverhang,
+    WeightedNormalZ,
 };
 use crate::geom::{Angle, Vec3};
 
 /// The names of [`objective`], in the order of METHODS.
-pub const OBJECTIVES: [&str; 9] = [
+pub const OBJECTIVES: [&str; 14] = [
     "staircase",
     "support-area",
     "height",
@@ -16,6 +17,11 @@ pub const OBJECTIVES: [&str; 9] = [
     "weighted-normal-z",
     "tanh-overhang",
     "support-volume-convex",
+    "support-volume-convex-smooth",
+    "support-volume",
+    "support-volume-column",
+    "interface-area",
+    "alexander",
     "contact-area",
 ];
 
@@ -28,11 +34,33 @@ pub struct Settings {
     pub overhang: Angle,
     /// Units of `tanh-overhang` in one mm.
     pub tanh_scale: f64,
+    /// Width of the columns of `support-volume-column`, mm.
+    pub resolution_mm: f64,
+    /// Steepness of the steps of the smoothed objectives.
+    pub k: f64,
+    /// Weight of the lowest points in the smoothed objectives, 1/mm.
+    pub w: f64,
+    /// From this angle from the vertical on, surfaces that face up carry support in the smoothed objectives.
+    pub carrying: Angle,
+    /// Sides of a support's contact in `alexander`, mm.
+    pub sides_mm: [f64; 2],
+    /// Penalty of supported and touched surfaces in `alexander`, mm.
+    pub penalty_mm: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { layer_mm: 0.2, overhang: Angle::from_deg(45.0), tanh_scale: 1.0 }
+        Self {
+            layer_mm: 0.2,
+            overhang: Angle::from_deg(45.0),
+            tanh_scale: 1.0,
+            resolution_mm: 0.5,
+            k: 20.0,
+            w: 40.0,
+            carrying: Angle::from_deg(0.0),
+            sides_mm: [1.0, 1.0],
+            penalty_mm: 10.0,
+        }
     }
 }
 
@@ -91,6 +119,9 @@ pub fn objective(text: &str, settings: &Settings) -> Result<Box<dyn Objective>, 
 }
 
 fn plain(name: &str, settings: &Settings) -> Result<Box<dyn Objective>, BadObjective> {
+    let smoothing =
+        Smoothing { overhang: settings.overhang, carrying: settings.carrying, k: settings.k, w: settings.w };
+    let supported = |cost| Box::new(Supported { cost, smoothing, resolution_mm: settings.resolution_mm });
     Ok(match name {
         "staircase" => Box::new(Staircase { layer_mm: settings.layer_mm }),
         "support-area" => Box::new(SupportArea),
@@ -100,6 +131,18 @@ fn plain(name: &str, settings: &Settings) -> Result<Box<dyn Objective>, BadObjec
         "weighted-normal-z" => Box::new(WeightedNormalZ),
         "tanh-overhang" => Box::new(TanhOverhang { scale: settings.tanh_scale }),
         "support-volume-convex" => Box::new(SupportVolumeConvex { overhang: settings.overhang }),
+        "support-volume-column" => {
+            Box::new(SupportVolumeColumn { overhang: settings.overhang, resolution_mm: settings.resolution_mm })
+        }
+        "support-volume-convex-smooth" => supported(Cost::Convex),
+        "support-volume" => supported(Cost::Volume),
+        "interface-area" => supported(Cost::Interface),
+        "alexander" => Box::new(Alexander {
+            layer_mm: settings.layer_mm,
+            sides_mm: settings.sides_mm,
+            penalty_mm: settings.penalty_mm,
+            overhang: settings.overhang,
+        }),
         "contact-area" => Box::new(ContactArea),
         _ => return Err(BadObjective::Unknown { name: name.to_owned(), nearest: nearest(name, &OBJECTIVES) }),
     })
@@ -143,16 +186,52 @@ impl Objective for WeightedSum {
         self.terms.iter().map(|(weight, f)| weight * f.value(facets, up)).sum()
     }
 
+    fn needs_closed(&self) -> bool {
+        self.terms.iter().any(|(_, f)| f.needs_closed())
+    }
+
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         self.terms.iter().try_fold(Vec3::zeros(), |sum, (weight, f)| Some(sum + f.gradient(facets, up)? * *weight))
     }
 
-    /// The sum of the terms' bounds: no direction can be below each of them. `None` with a negative weight.
-    fn bound(&self, facets: &Facets, cap: &Cap, _: f64) -> Option<Bound> {
-        self.terms.iter().try_fold(Bound { value: 0.0, hint: None }, |sum, (weight, f)| {
-            let term = f.bound(facets, cap, f64::INFINITY).filter(|_| *weight >= 0.0)?;
-            Some(Bound { value: sum.value + weight * term.value, hint: sum.hint.or(term.hint) })
-        })
+    /// The sum of the terms' minorants, each taken near the same direction. `None` with a negative weight, for which an
+    /// upper bound of the term would be needed.
+    fn proof(&self) -> Proof {
+        let all = self.terms.iter().map(|(_, f)| f.proof());
+        all.fold(Proof::EXACT, |a, b| Proof { gap: a.gap.max(b.gap), budget: a.budget.min(b.budget) })
+    }
+
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        let term = |(weight, f): &'a (f64, Box<dyn Objective>)| Some((*weight, f.local(facets)?));
+        let terms = self.terms.iter().map(|t| term(t).filter(|(weight, _)| *weight >= 0.0));
+        Some(Box::new(LocalSum { terms: terms.collect::<Option<Vec<_>>>()? }))
+    }
+}
+
+/// Terms with their weights, none of them negative.
+struct LocalSum<'a> {
+    terms: Vec<(f64, Box<dyn Local<'a> + 'a>)>,
+}
+
+impl<'a> Local<'a> for LocalSum<'a> {
+    fn within(&self, cap: &Cap) -> Box<dyn Local<'a> + 'a> {
+        Box::new(Self { terms: self.terms.iter().map(|(weight, term)| (*weight, term.within(cap))).collect() })
+    }
+
+    fn estimate(&self) -> f64 {
+        self.terms.iter().map(|(weight, term)| weight * term.estimate()).sum()
+    }
+
+    fn minorant(&self, e: &Vec3) -> Minorant {
+        self.terms.iter().fold(Minorant::ZERO, |sum, (weight, term)| term.minorant(e).added(*weight, &sum))
+    }
+
+    fn floor(&self) -> f64 {
+        self.terms.iter().map(|(weight, term)| if *weight > 0.0 { weight * term.floor() } else { 0.0 }).sum()
+    }
+
+    fn hint(&self) -> Option<Vec3> {
+        self.terms.iter().find_map(|(_, term)| term.hint())
     }
 }
 

@@ -1,7 +1,8 @@
 //! Nelder and Mead's simplex on the sphere: no gradient, and kinks do no harm at the scale of a simplex.
 
 use super::sphere::{lattice, tangents};
-use super::{Facets, Found, Minimum, Objective, Search, Stop, distinct};
+use super::trial::Trial;
+use super::{Facets, Found, Minimum, Objective, Search, Stop};
 use crate::geom::Vec3;
 
 /// Simplex searches from many starts, each in the plane that touches the sphere at its best point so far.
@@ -40,55 +41,51 @@ impl Search for NelderMead {
             Some(start) => vec![start],
             None => (0..self.starts).map(|i| lattice(i, self.starts)).collect(),
         };
-        let mut spent = 0;
-        let mut minima = Vec::new();
+        let mut trial = Trial::new(objective, facets, self.budget);
+        let (mut minima, mut stop) = (Vec::new(), Stop::Converged);
         for (i, start) in starts.iter().enumerate() {
-            let share = (self.budget - spent) / (starts.len() - i);
-            let (minimum, used) = descend(objective, facets, *start, share);
-            minima.push(minimum);
-            spent += used;
+            let share = trial.left() / (starts.len() - i);
+            let before = trial.spent();
+            minima.push(descend(&mut trial, *start, share, LAST_STEP));
+            stop = if trial.spent() - before + 4 > share { Stop::Budget } else { stop };
         }
-        let stop = if spent >= self.budget { Stop::Budget } else { Stop::Converged };
-        Found { minima: distinct(minima), evaluations: spent, lower_bound: None, stop }
+        trial.found(minima, None, stop)
     }
 }
 
-/// Walks down from `start` with at most `budget` evaluations (at least 1); the best point and what was spent.
-pub(super) fn descend(f: &dyn Objective, facets: &Facets, start: Vec3, budget: usize) -> (Minimum, usize) {
-    let mut best = Minimum { up: start.normalize(), value: f.value(facets, &start.normalize()) };
-    let mut spent = 1;
+/// Walks down from `start` with at most `budget` evaluations (at least 1) until the simplex is smaller than `last`.
+pub(super) fn descend(trial: &mut Trial<'_>, start: Vec3, budget: usize, last: f64) -> Minimum {
+    let mut best = trial.at(start.normalize());
+    let until = trial.spent() + budget.saturating_sub(1);
     let mut edge = FIRST_STEP;
     for _ in 0..MOST_RESTARTS {
         let before = best;
-        spent += collapse(f, facets, &mut best, edge, budget.saturating_sub(spent));
-        if before.value - best.value <= 1e-12 * before.value.abs() || spent + 3 > budget {
+        collapse(trial, &mut best, [edge, last], until);
+        let gain = before.value - best.value;
+        if gain <= (1e-12f64).max(1e-3 * last) * before.value.abs() || trial.spent() + 3 > until {
             break;
         }
         edge = (before.up - best.up).norm().clamp(1e-6, FIRST_STEP);
     }
-    (best, spent)
+    best
 }
 
 type Corner = ([f64; 2], f64);
 
-/// One simplex from `best` until it is small; `best` becomes its best corner.
-fn collapse(f: &dyn Objective, facets: &Facets, best: &mut Minimum, edge: f64, budget: usize) -> usize {
+/// One simplex with the first edge from `best` until it is smaller than the last; `best` becomes its best corner.
+fn collapse(trial: &mut Trial<'_>, best: &mut Minimum, [edge, last]: [f64; 2], until: usize) {
+    if trial.spent() + 6 > until {
+        return;
+    }
     let (centre, [e1, e2]) = (best.up, tangents(&best.up));
     let up = |p: [f64; 2]| (centre + e1 * p[0] + e2 * p[1]).normalize();
-    let mut spent = 0;
-    let mut at = |p: [f64; 2]| {
-        spent += 1;
-        (p, f.value(facets, &up(p)))
-    };
-    if budget < 6 {
-        return 0;
-    }
+    let mut left = until - trial.spent() - 2;
+    let mut at = |p: [f64; 2]| (p, trial.value(&up(p)));
     let mut corners: [Corner; 3] = [([0.0; 2], best.value), at([edge, 0.0]), at([-0.5 * edge, 0.8 * edge])];
-    let mut left = budget - 2;
     loop {
         corners.sort_by(|a, b| a.1.total_cmp(&b.1));
         let size = (1..3).map(|i| distance(corners[i].0, corners[0].0)).fold(0.0, f64::max);
-        if size < LAST_STEP || left < 4 || distance(corners[0].0, [0.0; 2]) > REACH {
+        if size < last || left < 4 || distance(corners[0].0, [0.0; 2]) > REACH {
             break;
         }
         left -= step(&mut corners, &mut at);
@@ -96,7 +93,6 @@ fn collapse(f: &dyn Objective, facets: &Facets, best: &mut Minimum, edge: f64, b
     if corners[0].1 < best.value {
         *best = Minimum { up: up(corners[0].0), value: corners[0].1 };
     }
-    spent
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {

@@ -1,8 +1,8 @@
 //! The objectives of seed 000 that know the facets' normals alone: an open mesh will do.
 
 use super::facets::tangential;
-use super::{Bound, Cap, Facets, Objective, bound};
-use crate::geom::{Angle, Vec3};
+use super::{Facets, Local, Objective, bound};
+use crate::geom::{Angle, Mat3, Vec3};
 
 /// `sum max(|acos(n.d) - pi/2| - theta, 0)` over the facets, each counted once whatever its area (seed 000, equation
 /// 3.1.2), radians; 0 for a mesh of walls.
@@ -22,24 +22,26 @@ impl Objective for OverhangAngle {
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
         let theta = self.theta.rad();
-        let lean = |n: &Vec3| (n.dot(up).abs().min(1.0).asin() - theta).max(0.0);
-        facets.normals.iter().zip(&facets.counts).map(|(n, count)| count * lean(n)).sum()
+        let (normals, from) = (facets.normals(), theta.sin());
+        normals.sum(|n, _, i| {
+            let along = n.dot(up).abs();
+            if along > from { normals.counts[i] * (along.min(1.0).asin() - theta).max(0.0) } else { 0.0 }
+        })
     }
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         let from = self.theta.rad().sin();
-        let mut sum = Vec3::zeros();
-        for (n, count) in facets.normals.iter().zip(&facets.counts) {
+        let normals = facets.normals();
+        let sum: Vec3 = normals.sum(|n, _, i| {
             let along = n.dot(up);
-            if along.abs() > from && along.abs() < TIP {
-                sum += n * (count * along.signum() / (1.0 - along * along).sqrt());
-            }
-        }
+            let leans = along.abs() > from && along.abs() < TIP;
+            n * if leans { normals.counts[i] * along.signum() / (1.0 - along * along).sqrt() } else { 0.0 }
+        });
         Some(tangential(sum, up))
     }
 
-    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
-        Some(bound::overhang_angle(self, facets, cap, enough))
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Leaning::of(facets, self.theta)))
     }
 }
 
@@ -55,18 +57,19 @@ impl Objective for NormalZ {
     }
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        facets.normals.iter().zip(&facets.counts).map(|(n, count)| count * n.dot(up).powi(2)).sum()
+        let normals = facets.normals();
+        normals.sum(|n, _, i| normals.counts[i] * n.dot(up).powi(2))
     }
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
-        let mut sum = Vec3::zeros();
-        for (n, count) in facets.normals.iter().zip(&facets.counts) {
-            sum += n * (2.0 * count * n.dot(up));
-        }
+        let normals = facets.normals();
+        let sum: Vec3 = normals.sum(|n, _, i| n * (2.0 * normals.counts[i] * n.dot(up)));
         Some(tangential(sum, up))
     }
 
-    fn bound(&self, facets: &Facets, _: &Cap, _: f64) -> Option<Bound> {
-        Some(bound::normal_z(self, facets))
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        let normals = facets.normals();
+        let form: Mat3 = normals.sum(|n, _, i| n * n.transpose() * normals.counts[i]);
+        Some(Box::new(bound::Quadratic::of(&form)))
     }
 }

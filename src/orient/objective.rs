@@ -1,7 +1,7 @@
 //! What an objective is, and those of seed 004 section 4.
 
 use super::facets::tangential;
-use super::{Bound, Cap, Facets, bound};
+use super::{Cap, Facets, Local, bound};
 use crate::geom::Vec3;
 
 /// How bad a build direction is; smaller is better.
@@ -16,10 +16,43 @@ pub trait Objective: Sync {
     /// one side. `None` for a function that is constant between its jumps.
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3>;
 
-    /// A lower bound over `cap` that holds; it need not be better than `enough`. `None` where this version has none.
-    fn bound(&self, _facets: &Facets, _cap: &Cap, _enough: f64) -> Option<Bound> {
+    /// What each facet adds to the value at `up`, where it is a sum over the facets that can be painted.
+    fn by_facet(&self, _facets: &Facets, _up: &Vec3) -> Option<Vec<f64>> {
         None
     }
+
+    /// Whether it means anything on closed meshes alone: a volume, or what needs an inside.
+    fn needs_closed(&self) -> bool {
+        false
+    }
+
+    /// What is worth proving of it.
+    fn proof(&self) -> Proof {
+        Proof::EXACT
+    }
+
+    /// What is known on the whole sphere, for lower bounds that hold; `None` where this version has none.
+    fn local<'a>(&'a self, _facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        None
+    }
+}
+
+/// How far `certified` goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proof {
+    /// It ends when the lower bound is within this of the best value, relative.
+    pub gap: f64,
+    /// Evaluations and bounds at most; the gap is then what it is.
+    pub budget: usize,
+}
+
+impl Proof {
+    /// For the objectives whose bounds are of second order.
+    pub const EXACT: Self = Self { gap: 1e-6, budget: 400_000 };
+    /// For those that jump, or bend sharply.
+    pub const CLOSE: Self = Self { gap: 1e-3, budget: 400_000 };
+    /// For those whose bounds are of first order and whose evaluations take long: seldom reached.
+    pub const ROUGH: Self = Self { gap: 1e-2, budget: 2_000 };
 }
 
 /// `|d.n|` from here on is a facet parallel to the layers: no staircase, no support. 1 - cos(0.1 degree).
@@ -38,31 +71,23 @@ impl Objective for Staircase {
     }
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        let sum: f64 = facets
-            .normals
-            .iter()
-            .zip(&facets.areas)
-            .map(|(n, area)| {
-                let along = n.dot(up).abs();
-                if along >= FLAT { 0.0 } else { along * area }
-            })
-            .sum();
+        let sum: f64 = facets.normals().sum(|n, area, _| {
+            let along = n.dot(up).abs();
+            if along >= FLAT { 0.0 } else { along * area }
+        });
         sum * self.layer_mm * self.layer_mm / 2.0
     }
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
-        let mut sum = Vec3::zeros();
-        for (n, area) in facets.normals.iter().zip(&facets.areas) {
+        let sum: Vec3 = facets.normals().sum(|n, area, _| {
             let along = n.dot(up);
-            if along.abs() < FLAT {
-                sum += n * (area * along.signum());
-            }
-        }
+            n * if along.abs() < FLAT { area * along.signum() } else { 0.0 }
+        });
         Some(tangential(sum, up) * (self.layer_mm * self.layer_mm / 2.0))
     }
 
-    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
-        Some(bound::staircase(self, facets, cap, enough))
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Shadow::of(facets, self.layer_mm * self.layer_mm / 2.0, false)))
     }
 }
 
@@ -78,26 +103,22 @@ impl Objective for SupportArea {
     }
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        let down = facets.normals.iter().zip(&facets.areas).map(|(n, area)| {
+        facets.normals().sum(|n, area, _| {
             let along = n.dot(up);
             if along < 0.0 && along > -FLAT { -along * area } else { 0.0 }
-        });
-        down.sum()
+        })
     }
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
-        let mut sum = Vec3::zeros();
-        for (n, area) in facets.normals.iter().zip(&facets.areas) {
+        let sum: Vec3 = facets.normals().sum(|n, area, _| {
             let along = n.dot(up);
-            if along < 0.0 && along > -FLAT {
-                sum -= n * *area;
-            }
-        }
+            n * if along < 0.0 && along > -FLAT { -area } else { 0.0 }
+        });
         Some(tangential(sum, up))
     }
 
-    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
-        Some(bound::support_area(self, facets, cap, enough))
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Shadow::of(facets, 1.0, true)))
     }
 }
 
@@ -111,16 +132,15 @@ impl Objective for Height {
     }
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        let (low, high) = facets.extent(up);
-        high - low
+        facets.extent(up)
     }
 
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         Some(tangential(facets.lowest(&-up) - facets.lowest(up), up))
     }
 
-    fn bound(&self, facets: &Facets, cap: &Cap, enough: f64) -> Option<Bound> {
-        Some(bound::height(self, facets, cap, enough))
+    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Extent { facets, cap: Cap::WHOLE }))
     }
 }
 

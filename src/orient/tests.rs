@@ -64,8 +64,12 @@ fn tanh_overhang_of_one_level_facet_is_the_formula_of_the_code() {
 fn gradients_agree_with_central_differences() {
     const STEP: f64 = 1e-5;
     let facets = stone();
-    for name in OBJECTIVES.into_iter().filter(|&name| name != "contact-area").chain(["0.7*height+2*normal-z"]) {
+    for name in OBJECTIVES.into_iter().chain(["0.7*height+2*normal-z"]) {
         let f = objective(name, &Settings::default()).unwrap();
+        if f.gradient(&facets, &Vec3::z()).is_none() {
+            assert!(matches!(name, "contact-area" | "support-volume-column"), "{name}");
+            continue;
+        }
         let mut checked = 0;
         for up in (0..200).map(|i| lattice(i, 200)) {
             let along = tangents(&up);
@@ -86,7 +90,6 @@ fn gradients_agree_with_central_differences() {
         }
         assert!(checked > 300, "{name}: only {checked} of 400 away from kinks");
     }
-    assert_eq!(ContactArea.gradient(&facets, &Vec3::z()), None);
 }
 
 #[test]

@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use trunnion::geom::{Angle, Vec3};
-use trunnion::mesh::{ReadOptions, Unit, read_model, read_surface};
+use trunnion::geom::{Angle, Object, Vec3};
+use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, read_surface};
 use trunnion::orient::{
-    Certified, Direct, Facets, Grid, Height, Multistart, NelderMead, Objective, OverhangAngle, Search, Settings,
-    TanhOverhang, WeightedNormalZ, from_angles, objective,
+    Certified, DifferentialEvolution, Direct, Facets, Grid, Height, Method, Multistart, NelderMead, OBJECTIVES,
+    Objective, OverhangAngle, Search, Settings, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
 };
 
 use crate::pipeline::fixture;
-use crate::support::{Numbers, folder, root, skip, trunnion};
+use crate::support::{Numbers, folder, note, root, skip, trunnion};
 
 /// The seeds' meshes: beside the repository, or where TRUNNION_MESHES says.
 fn meshes() -> Option<PathBuf> {
@@ -118,10 +118,13 @@ fn tanh_overhang_reaches_puris_values() {
     }
     let cube = facets(&folder.join("puri"), "cube.stl");
     near(f.value(&cube, &Vec3::z()), 0.0347253, 1e-6, "the cube as it lies");
-    // Seed 001 turns the other way about both axes: its (-2.618, 0) is our (2.618, 0).
-    // There we have 0.12323 against its 0.12232; why, is not known (a kink lies near).
+    // Seed 001 turns the other way about both axes: its (-2.618, 0) is our (2.618, 0). The cut lies flat 0.00006 degrees beside
+    // 150 degrees, as the corners were rounded; the seed's own formula in numpy has the same values at both angles.
     let cylinder = facets(&folder.join("puri"), "cut cylinder.stl");
-    near(f.value(&cylinder, &from_angles(150f64.to_radians(), 0.0)), 0.12232, 1e-2, "the cylinder on its cut");
+    let at = |degrees: f64| f.value(&cylinder, &from_angles(degrees.to_radians(), 0.0));
+    near(at(150.0), 0.12323195753807824, 1e-9, "the cylinder at 150 degrees");
+    near(at(149.9999426482676), 0.12235677620446601, 1e-9, "the cylinder on its cut");
+    near(at(149.9999426482676), 0.12232, 4e-4, "the seed's figure");
 }
 
 /// Evenly spread over the sphere.
@@ -147,20 +150,107 @@ fn certified_proves_castros_minima_and_no_random_direction_is_below() {
     }
 }
 
+/// The gaps that are promised, relative, with their objectives.
+const GAPS: [(&str, f64); 9] = [
+    ("staircase", 1e-6),
+    ("support-area", 1e-6),
+    ("height", 1e-6),
+    ("overhang-angle", 1e-6),
+    ("normal-z", 1e-6),
+    ("weighted-normal-z", 1e-6),
+    ("support-volume-convex", 1e-3),
+    ("tanh-overhang", 1e-3),
+    ("0.7*staircase+0.3*height", 1e-6),
+];
+
 #[test]
 fn certified_closes_the_gap_for_every_objective_with_bounds() {
     let Some(folder) = meshes() else { return };
-    let mut numbers = Numbers::seeded(4);
-    // The smallest and the open one: all seven take a minute here. Every seed mesh closed when this was written.
-    for file in ["decimated-knight.off", "camel_b.obj"] {
+    // The smallest, the open one and one more: the rest takes a minute here. All closed when this was written.
+    for file in ["decimated-knight.off", "camel_b.obj", "cow.off"] {
         let part = facets(&folder.join("castro"), file);
-        for name in ["staircase", "support-area", "height", "overhang-angle", "normal-z"] {
+        for (name, gap) in GAPS.into_iter().filter(|(name, _)| file != "camel_b.obj" || *name != "tanh-overhang") {
             let f = objective(name, &Settings::default()).unwrap();
-            let found = Certified::default().search(f.as_ref(), &part);
+            let found = Certified { gap, ..Certified::default() }.search(f.as_ref(), &part);
             let (best, lower) = (found.minima[0].value, found.lower_bound.unwrap());
-            assert!(lower <= best && best - lower <= 1e-6 * best, "{file} {name}: {lower} for {best}");
-            for _ in 0..20_000 {
-                assert!(f.value(&part, &anywhere(&mut numbers)) >= lower, "{file} {name}");
+            assert!(lower <= best && best - lower <= gap * best, "{file} {name}: {lower} for {best}");
+            assert_eq!(found.stop, Stop::Converged, "{file} {name}");
+        }
+    }
+}
+
+/// The made-up solids of the sampling test: lumps with waves of many kinds, and the pieces of the fixtures.
+fn solids() -> Vec<(String, Facets)> {
+    let lumps = (0..8).map(|i| (format!("lump {i}"), Facets::of(&lump(8 + i, i as f64))));
+    let fixtures = trunnion::fixtures::all().into_iter().flat_map(|fixture| fixture.parts);
+    lumps.chain(fixtures.take(12).map(|(name, mesh)| (name, Facets::of(&mesh)))).collect()
+}
+
+/// A closed surface about the origin, star-shaped, of about `4 rings^2` facets.
+fn lump(rings: usize, kind: f64) -> TriangleMesh<Object> {
+    use std::f64::consts::PI;
+    let turns = 2 * rings;
+    let at = |i: usize, j: usize| {
+        let d = from_angles(2.0 * PI * j as f64 / turns as f64, PI * i as f64 / rings as f64 - PI / 2.0);
+        let wave = ((2.0 + kind) * d.x + kind).sin() + 0.5 * ((3.0 + kind) * d.y * d.z - kind).cos();
+        d * (20.0 + 5.0 * wave)
+    };
+    let mut points = vec![at(0, 0), at(rings, 0)];
+    points.extend((1..rings).flat_map(|i| (0..turns).map(move |j| (i, j))).map(|(i, j)| at(i, j)));
+    let index = |i: usize, j: usize| (2 + (i - 1) * turns + j % turns) as u32;
+    let mut facets = Vec::new();
+    for j in 0..turns {
+        facets.push([0, index(1, j + 1), index(1, j)]);
+        facets.push([1, index(rings - 1, j), index(rings - 1, j + 1)]);
+        for i in 1..rings - 1 {
+            let quad = [index(i, j), index(i, j + 1), index(i + 1, j + 1), index(i + 1, j)];
+            facets.extend([[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]);
+        }
+    }
+    let mesh = TriangleMesh::new(points, facets);
+    let turned = mesh.facets().iter().map(|f| [f[0], f[2], f[1]]).collect();
+    if mesh.volume() > 0.0 { mesh } else { TriangleMesh::new(mesh.vertices().to_vec(), turned) }
+}
+
+/// TRUNNION_SAMPLE says how many directions (1,000,000 were tried when this was written), a 500th of them for the slow ones.
+/// Also directions beside the found minima and beside facet normals, where functions with kinks and dips are low.
+#[test]
+fn no_direction_is_below_a_bound_whatever_the_solid_and_the_objective() {
+    let sample: Option<usize> = std::env::var("TRUNNION_SAMPLE").ok().and_then(|n| n.parse().ok());
+    let mut parts = solids();
+    if let Some(folder) = meshes() {
+        for file in ["decimated-knight.off", "cow.off", "camel_b.obj"] {
+            parts.push((file.to_owned(), facets(&folder.join("castro"), file)));
+        }
+    }
+    assert!(parts.len() >= 20);
+    let mut numbers = Numbers::seeded(7);
+    let names = OBJECTIVES.into_iter().chain(["0.7*staircase+0.3*height", "support-area+0.1*contact-area"]);
+    for name in names {
+        let f = objective(name, &Settings::default()).unwrap();
+        // Volumes with supports on the part take long.
+        let slow = f.proof().gap > 1e-3 || name == "tanh-overhang";
+        let sample = sample.map_or(if slow { 60 } else { 1000 }, |many| if slow { many / 500 } else { many });
+        for (part, facets) in parts.iter().filter(|(_, facets)| !slow || facets.each.len() < 1100) {
+            // Not driven far: a bound that holds holds early as well.
+            let found = Certified { gap: 1e-3, budget: if slow { 600 } else { 2500 } }.search(f.as_ref(), facets);
+            let lower = found.lower_bound.unwrap_or(f64::NEG_INFINITY);
+            let best = found.minima[0];
+            for i in 0..sample {
+                let up = match i % 3 {
+                    0 => anywhere(&mut numbers),
+                    1 => (best.up + Vec3::from(numbers.triple(0.02))).normalize(),
+                    _ => {
+                        let normals = &facets.normals().units;
+                        let n = normals[(numbers.between(0.0, normals.len() as f64) as usize).min(normals.len() - 1)];
+                        let sense = if i % 2 == 0 { 1.0 } else { -1.0 };
+                        (n * sense + Vec3::from(numbers.triple(0.001))).normalize()
+                    }
+                };
+                // The column volume is sampled, its bound is of the exact one: the columns' own error.
+                let error = if name == "support-volume-column" { 5e-3 * best.value.abs() } else { 0.0 };
+                let value = f.value(facets, &up) + error;
+                assert!(value >= lower, "{part} {name} at {up:?}: {value} for {lower}");
             }
         }
     }
@@ -234,12 +324,19 @@ fn the_written_part_stands_with_its_best_direction_up() {
 #[test]
 fn bad_words_are_refused_with_a_remedy() {
     let (cube, tree) = (fixture("cube"), fixture("y-tree"));
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 15] = [
         (&[&cube, "--objective", "staircas"], "did you mean staircase?"),
         (&[&cube, "--objective", "1*height+-1*staircase"], "sum to 0"),
         (&[&cube, "--objective", ""], "is unknown"),
         (&[&cube, "--method", "certain"], "did you mean certified?"),
-        (&[&cube, "--part", "9"], "--part 9 is out of range"),
+        (&[&cube, "--part", "9"], "9 is out of range"),
+        (&[&cube, "--part", ""], "names no part"),
+        (&[&cube, "--part", "2-1"], "names no part"),
+        (&[&cube, "--part", "all"], "is no part; write 0,3,5-7"),
+        (&[&cube, "--resolution", "0"], "--resolution 0 is out of 0.01..100 mm"),
+        (&[&cube, "--contact-area-min", "500"], "no direction lays so much on the bed; the most is 400.000 mm2"),
+        (&[&cube, "--view", &cube], "is also an input"),
+        (&[&tree, "--landscape", "never-written.png"], "take all as one with --whole"),
         (&[&cube, "--budget", "3"], "give at least 100"),
         (&[&cube, "--overhang", "90"], "--overhang 90 is out of 0..90 deg"),
         (&[&tree, "-o", "never-written.stl"], "choose one with --part N"),
@@ -263,5 +360,137 @@ fn an_open_mesh_is_taken_for_normals_and_refused_for_volumes() {
     assert!(out.contains("normal-z by certified"), "{out}");
     let (code, _, said) = run(&[file, "--objective", "support-volume-convex"]);
     assert_eq!(code, 2);
-    assert!(said.contains("open edges"), "{said}");
+    assert!(said.contains("open edges") && said.contains("must be closed"), "{said}");
+}
+
+/// Values of 80,000 facets, which are summed in parallel, and the sets of facets that see each other.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let (large, small) = (Facets::of(&lump(141, 2.0)), lump(9, 3.0));
+    assert!(large.each.len() > 1 << 16);
+    let up = Vec3::new(0.3, -0.5, 0.81).normalize();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let of = |name: &str, facets: &Facets| {
+                objective(name, &Settings::default()).unwrap().value(facets, &up).to_bits()
+            };
+            let names = ["staircase", "support-area", "tanh-overhang", "weighted-normal-z", "normal-z"];
+            let mut bits: Vec<u64> = names.map(|name| of(name, &large)).to_vec();
+            bits.push(of("support-volume", &Facets::of(&small)));
+            let f = objective("weighted-normal-z", &Settings::default()).unwrap();
+            bits.push(Certified::default().search(f.as_ref(), &large).lower_bound.unwrap().to_bits());
+            bits
+        })
+    };
+    let alone = on(1);
+    assert_eq!(alone, on(2));
+    assert_eq!(alone, on(5));
+}
+
+/// Seed 002, table 5.2: four Latin hypercube starts by BFGS took 181 evaluations, differential evolution 708.
+#[test]
+fn evaluations_are_of_the_order_of_the_seeds_comparison() {
+    let part = Facets::of(&lump(6, 1.0));
+    let f = objective("support-volume-convex-smooth", &Settings { k: 5.0, w: 1.0, ..Settings::default() }).unwrap();
+    let starts =
+        Multistart { starts: 4, from: Starts::LatinHypercube, descent: Some(Method::Bfgs), ..Multistart::default() };
+    let walked = starts.search(f.as_ref(), &part);
+    let evolved = DifferentialEvolution::default().search(f.as_ref(), &part);
+    note(&format!("4 x BFGS {} evaluations, evolution {}", walked.evaluations, evolved.evaluations));
+    assert!(walked.evaluations < 4 * 181, "{}", walked.evaluations);
+    assert!((708 / 4..708 * 4).contains(&evolved.evaluations), "{}", evolved.evaluations);
+}
+
+/// A file of one mesh in OFF, and what `orient` says of it.
+fn of_off(text: &str, args: &[&str]) -> (i32, String, String) {
+    let folder = folder();
+    let file = folder.path().join("mesh.off");
+    std::fs::write(&file, text).unwrap();
+    run(&[&[file.to_str().unwrap(), "--unit", "mm"], args].concat())
+}
+
+#[test]
+fn meshes_that_are_hardly_any_are_refused_or_have_a_plain_result() {
+    let all =
+        ["staircase", "height", "normal-z", "weighted-normal-z", "overhang-angle", "contact-area", "tanh-overhang"];
+    let args: Vec<&str> = all.iter().flat_map(|name| ["--objective", name]).chain(["--json"]).collect();
+    let far = "OFF\n4 4 0\n0 0 0\n1e9 0 0\n0 1e9 0\n0 0 1e9\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    let (code, _, said) = of_off(far, &args);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("1000000000"), "coordinates of 1e9 mm: {said}");
+    let flat = "OFF\n4 2 0\n0 0 0\n20 0 0\n0 20 0\n20 20 0\n3 0 1 2\n3 1 3 2\n";
+    let one = "OFF\n3 1 0\n0 0 0\n20 0 0\n0 20 0\n3 0 1 2\n";
+    let twice = "OFF\n4 8 0\n0 0 0\n9 0 0\n0 8 0\n0 0 7\n3 0 2 1\n3 0 2 1\n3 0 1 3\n3 0 1 3\n3 0 3 2\n3 0 3 2\n3 1 2 3\n3 1 2 3\n";
+    let line = "OFF\n3 1 0\n0 0 0\n10 0 0\n20 0 0\n3 0 1 2\n";
+    for text in [flat, one, twice, line] {
+        let (code, out, said) = of_off(text, &args);
+        if code == 0 {
+            let document: serde_json::Value = serde_json::from_str(&out).unwrap();
+            for result in document["parts"][0]["results"].as_array().unwrap() {
+                let value = result["minima"][0]["value"].as_f64().unwrap();
+                let bound = result["lower_bound"].as_f64().unwrap();
+                assert!(value.is_finite() && bound <= value, "{result}");
+            }
+        } else {
+            assert_eq!(code, 2, "{text}: {said}");
+            assert!(said.starts_with("error: ") || said.contains("\nerror: "), "{text}: {said}");
+        }
+    }
+    // One facet lying flat is as low as it can be: 0 mm.
+    let (code, out, said) = of_off(one, &["--objective", "height", "--json"]);
+    assert_eq!(code, 0, "{said}");
+    let document: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(document["parts"][0]["results"][0]["minima"][0]["value"].as_f64().unwrap() < 1e-6);
+}
+
+#[test]
+fn pictures_comparison_and_contact_are_written() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (land, seen, out) = (path("land.png"), path("seen.png"), path("turned.3mf"));
+    let boxes = fixture("two-boxes");
+    let (code, text, said) = run(&[
+        &boxes,
+        "--whole",
+        "--objective",
+        "support-volume-column",
+        "--objective",
+        "height",
+        "--budget",
+        "300",
+        "--landscape",
+        &land,
+        "--view",
+        &seen,
+        "-o",
+        &out,
+        "--compare",
+        "--json",
+        "--resolution",
+        "1",
+    ]);
+    assert_eq!(code, 0, "{said}");
+    for file in [&land, &seen] {
+        assert_eq!(&std::fs::read(file).unwrap()[..8], b"\x89PNG\r\n\x1a\n");
+    }
+    assert!(std::fs::metadata(&out).unwrap().len() > 500);
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let rows = document["parts"][0]["compare"].as_array().unwrap();
+    assert_eq!(rows.len(), 3);
+    // As it lies: the beam of 30 x 20 mm hangs 40 mm above the bed; the post stands on 20 x 20 mm.
+    let lies = |key: &str| rows[0][key].as_f64().unwrap();
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-6 * b, "{a} for {b}");
+    near(lies("support_volume_mm3"), 30.0 * 20.0 * 40.0);
+    near(lies("overhang_area_mm2"), 600.0);
+    near(lies("height_mm"), 60.0);
+    near(lies("contact_area_mm2"), 400.0);
+    assert!(rows[1]["support_volume_mm3"].as_f64().unwrap() < 1.0, "on its side it needs none: {}", rows[1]);
+    let (code, text, said) = run(&[&boxes, "--whole", "--objective", "height", "--contact-area-min", "1000", "--json"]);
+    assert_eq!(code, 0, "{said}");
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let result = &document["parts"][0]["results"][0];
+    // The least height lays the L flat (1800 mm2 of it, 20 mm high).
+    near(result["minima"][0]["value"].as_f64().unwrap(), 20.0);
+    assert!(result["lower_bound"].as_f64().unwrap() <= 20.0);
 }

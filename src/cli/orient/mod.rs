@@ -1,0 +1,159 @@
+//! `trunnion orient`
+
+mod asked;
+mod compare;
+mod outcome;
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::args::{ModelArgs, Orient};
+use super::{Console, Failure, files, load};
+use crate::geom::{Object, Slot, Vec3};
+use crate::mesh::{Fault, ReadOptions, TriangleMesh, Unit, read_surface, stl_binary, threemf};
+use crate::orient::{Facets, Paint, landscape, turned, view};
+use asked::Asked;
+use outcome::Done;
+
+pub(super) fn run(args: &Orient, console: &Console) -> Result<(), Failure> {
+    let asked = Asked::of(args)?;
+    let outputs = [&args.output, &args.landscape, &args.view];
+    for path in outputs.into_iter().flatten() {
+        files::check_output(path, &[&args.model.model])?;
+    }
+    let parts = chosen(args, parts(args, &asked, console)?)?;
+    if outputs.iter().any(|path| path.is_some()) && parts.len() != 1 {
+        let text = format!(
+            "-o, --landscape and --view are of one part, and there are {}; choose one with --part N, or take all as one with --whole",
+            parts.len()
+        );
+        return Err(Failure::Usage(text));
+    }
+    let progress = console.progress("orienting", parts.len() * asked.objectives.len());
+    let mut done = Vec::new();
+    for (id, mesh) in &parts {
+        let facets = Facets::of(mesh);
+        let mut results = Vec::new();
+        for f in &asked.objectives {
+            results.push(asked.result(f.as_ref(), &facets)?);
+            progress.at(done.len() * asked.objectives.len() + results.len());
+        }
+        let compared = args.compare.then(|| compare::table(&facets, &results, &asked.settings));
+        done.push(Done { id: *id, facets: mesh.facets().len(), results, compared });
+    }
+    drop(progress);
+    if let [(id, mesh)] = &parts[..] {
+        write_all(args, &asked, (*id, mesh), &done[0])?;
+    }
+    if console.json() {
+        let parts: Vec<Value> = done.iter().map(Done::document).collect();
+        console.document(&json!({"model": args.model.model.display().to_string(), "parts": parts}));
+    } else {
+        console.result(&done.iter().map(Done::text).collect::<String>());
+    }
+    Ok(())
+}
+
+/// The oriented part and the pictures that are asked for, of the first objective.
+fn write_all(
+    args: &Orient,
+    asked: &Asked,
+    (id, mesh): (usize, &TriangleMesh<Object>),
+    done: &Done,
+) -> Result<(), Failure> {
+    let (f, found) = (asked.objectives[0].as_ref(), &done.results[0].found);
+    let up = found.minima[0].up;
+    if let Some(path) = &args.output {
+        write(path, id, mesh, &up)?;
+    }
+    let facets = Facets::of(mesh);
+    let picture = |path: &Path, picture: crate::orient::Picture| {
+        let bytes = picture.png().map_err(|e| Failure::Usage(format!("{}: {e}", path.display())))?;
+        files::write(path, &bytes)
+    };
+    if let Some(path) = &args.landscape {
+        picture(path, landscape(f, &facets, &found.minima))?;
+    }
+    if let Some(path) = &args.view {
+        let costs = f.by_facet(&facets, &up);
+        let overhang = asked.settings.overhang;
+        let paint = costs.as_ref().map_or(Paint::Overhangs(overhang), |costs| Paint::Costs(costs, overhang));
+        picture(path, view(&facets, &up, paint))?;
+    }
+    Ok(())
+}
+
+type Numbered = (usize, TriangleMesh<Object>);
+
+/// The model's closed parts; or its open surface as one, where no volume is asked for.
+fn parts(args: &Orient, asked: &Asked, console: &Console) -> Result<Vec<Numbered>, Failure> {
+    let error = match load::model(&args.model, console) {
+        Ok(loaded) if args.whole => return Ok(vec![(0, joined(loaded.model.parts.iter().map(|part| &part.mesh)))]),
+        Ok(loaded) => return Ok(loaded.model.parts.into_iter().map(|part| (part.id, part.mesh)).collect()),
+        Err(error) => error,
+    };
+    let open = matches!(&error, Failure::Mesh(e) if matches!(e.fault, Fault::Open { .. } | Fault::Winding { .. }));
+    if !open || args.compare {
+        return Err(error);
+    }
+    if let Some(f) = asked.objectives.iter().find(|f| f.needs_closed()) {
+        return Err(Failure::Usage(format!(
+            "{error}; {} is a volume or needs an inside, so the mesh must be closed",
+            f.name()
+        )));
+    }
+    console.warning(&format!("{error}: taken as one surface, since no volume is asked for"));
+    surface(&args.model).map(|mesh| vec![(0, mesh)])
+}
+
+fn surface(args: &ModelArgs) -> Result<TriangleMesh<Object>, Failure> {
+    let unit = args.unit.as_deref().map(str::parse::<Unit>).transpose().map_err(|e| Failure::Usage(e.to_string()))?;
+    let bytes = files::read(&args.model)?;
+    Ok(read_surface(&bytes, &args.model.display().to_string(), &ReadOptions { unit, repair: false })?)
+}
+
+/// All parts as one mesh.
+fn joined<'a>(parts: impl Iterator<Item = &'a TriangleMesh<Object>>) -> TriangleMesh<Object> {
+    let (mut vertices, mut facets) = (Vec::new(), Vec::new());
+    for part in parts {
+        let first = vertices.len() as u32;
+        vertices.extend_from_slice(part.vertices());
+        facets.extend(part.facets().iter().map(|facet| facet.map(|i| i + first)));
+    }
+    TriangleMesh::new(vertices, facets)
+}
+
+/// The parts that `--part` names: numbers and ranges, as `0,3,5-7`.
+fn chosen(args: &Orient, mut parts: Vec<Numbered>) -> Result<Vec<Numbered>, Failure> {
+    let Some(text) = &args.part else { return Ok(parts) };
+    let bad = |why: String| Failure::Usage(format!("--part {text:?}: {why}"));
+    let mut wanted = Vec::new();
+    for word in text.split(',').map(str::trim).filter(|word| !word.is_empty()) {
+        let (first, last) = word.split_once('-').unwrap_or((word, word));
+        let number =
+            |t: &str| t.trim().parse::<usize>().map_err(|_| bad(format!("{word:?} is no part; write 0,3,5-7")));
+        wanted.push(number(first)?..=number(last)?);
+    }
+    if wanted.iter().all(|range| range.is_empty()) {
+        return Err(bad("names no part; write a number, or leave it out for all parts".to_owned()));
+    }
+    let last = parts.len() - 1;
+    if let Some(range) = wanted.iter().find(|range| *range.end() > last) {
+        return Err(bad(format!(
+            "{} is out of range: {} has parts 0..{last}",
+            range.end(),
+            args.model.model.display()
+        )));
+    }
+    parts.retain(|(id, _)| wanted.iter().any(|range| range.contains(id)));
+    Ok(parts)
+}
+
+/// The part with `up` turned to +Z and its lowest point at z = 0.
+fn write(path: &Path, id: usize, mesh: &TriangleMesh<Object>, up: &Vec3) -> Result<(), Failure> {
+    let mesh: TriangleMesh<Slot> = turned(mesh, up);
+    let is_3mf = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("3mf"));
+    let bytes = if is_3mf { threemf(&[(format!("part-{id}"), &mesh)]) } else { stl_binary(&mesh) };
+    files::write(path, &bytes)
+}
