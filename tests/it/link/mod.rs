@@ -1,0 +1,4 @@
+//! The printer link: fault matrix, transcripts, soak, the real pty, and Python programs at either end.
+
+mod bench_machine;
+mod faults;
