@@ -18,6 +18,7 @@ mod program;
 mod reply;
 mod resume;
 mod sender;
+pub mod serial;
 pub mod sim;
 mod timing;
 mod wire;

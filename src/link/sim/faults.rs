@@ -140,6 +140,11 @@ impl Script {
         Self { at: Vec::new(), random: faults.to_vec(), probability, numbers: seed, lines: 0 }
     }
 
+    /// The faults that have a line.
+    pub fn scheduled(&self) -> Vec<(u64, Fault)> {
+        self.at.clone()
+    }
+
     /// Adds one to a script.
     pub fn add(&mut self, line: u64, fault: Fault) {
         self.at.push((line, fault));

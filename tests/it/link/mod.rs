@@ -2,3 +2,5 @@
 
 mod bench_machine;
 mod faults;
+#[cfg(unix)]
+mod real;
