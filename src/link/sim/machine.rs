@@ -79,13 +79,15 @@ pub(super) struct Machine {
     /// Whether a target beyond the limits is cut to them, as Marlin does, or refused.
     pub(super) clamps: bool,
     pub(super) clamped: u32,
+    /// Whether G93 is known: not to Marlin and Klipper.
+    inverse_time: bool,
 }
 
 /// A homing move is this slow at least.
 const HOMING: Time = Duration::from_secs(8);
 
 impl Machine {
-    pub(super) fn new(model: Model, clamps: bool) -> Self {
+    pub(super) fn new(model: Model, clamps: bool, inverse_time: bool) -> Self {
         let at = [0.0; 6];
         let mut controller = Controller::new(model.reading.clone());
         controller.at = Position { linear: [Some(0.0); 3], tilt: Some(Angle::ZERO), rotation: Some(Angle::ZERO) };
@@ -101,6 +103,7 @@ impl Machine {
             model,
             clamps,
             clamped: 0,
+            inverse_time,
         }
     }
 
@@ -133,7 +136,7 @@ impl Machine {
         if self.planner.is_full() {
             return Took::Again;
         }
-        if line.kind == LineKind::Macro {
+        if line.kind == LineKind::Macro || (!self.inverse_time && line.commands.contains(&Command::g(93))) {
             return Took::Refused(Refusal::Unknown);
         }
         let before = self.controller.clone();
@@ -309,7 +312,7 @@ impl Machine {
     pub(super) fn restart(&mut self, now: Time) {
         self.kill(now);
         let at = self.planner.position(now);
-        let mut fresh = Self::new(self.model.clone(), self.clamps);
+        let mut fresh = Self::new(self.model.clone(), self.clamps, self.inverse_time);
         fresh.planner.place([0.0; 6]);
         fresh.planner.starved = self.planner.starved;
         fresh.nozzle = self.nozzle.clone();

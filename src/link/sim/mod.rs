@@ -138,7 +138,7 @@ impl Sim {
         let clamps = protocol == Protocol::Marlin;
         let mut sim = Self {
             protocol,
-            machine: Machine::new(model, clamps),
+            machine: Machine::new(model, clamps, matches!(protocol, Protocol::RepRapFirmware | Protocol::Grbl)),
             quirks,
             script,
             cable: VecDeque::new(),

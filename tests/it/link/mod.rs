@@ -3,4 +3,9 @@
 mod bench_machine;
 mod faults;
 #[cfg(unix)]
+mod prepared;
+#[cfg(unix)]
+mod python;
+#[cfg(unix)]
 mod real;
+mod transcripts;
