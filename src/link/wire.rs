@@ -102,12 +102,23 @@ pub(crate) struct Filling {
     zero: bool,
     /// A blank behind it.
     blank: bool,
+    /// A zero behind the block's first fraction.
+    tail: bool,
 }
 
-/// The seams of the last lines: of a run of these that could melt together, the sums must not cancel.
+/// The end of the block's first fraction, where one more zero says nothing; `None` without a fraction, and in texts.
+fn fraction_end(block: &[u8]) -> Option<usize> {
+    let point = memchr(b'.', block).filter(|_| matches!(block.get(..2), Some(b"G0" | b"G1" | b"G2" | b"G3")))?;
+    let digits = block[point + 1..].iter().take_while(|b| b.is_ascii_digit()).count();
+    (digits > 0).then_some(point + 1 + digits)
+}
+
+/// The seams of the last lines: of a run of these that could melt together, the sums must not cancel, and neither may the
+/// beginning of one that is cut anywhere and melts into the next.
 ///
-/// Two lines never do. For three to five a filling is found that prevents it; longer runs do not fit into Marlin's line of 96
-/// bytes and are cut there.
+/// Two whole lines never do. Against the other cases the best of four fillings is taken; an XOR of eight bits cannot be made
+/// proof against everything (measured in the tests: a fiftieth of the cut lines and an eighth of the runs are left that plain
+/// lines would let pass).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Seams {
     /// Sums of all seams up to each of the last lines, the newest first.
@@ -121,27 +132,69 @@ impl Seams {
     /// The filling with which line `number` ends no run that cancels; the plain line where that is so already.
     pub(crate) fn fill(&mut self, number: i64, block: &[u8]) -> Filling {
         let mut digits = [0_u8; 21];
-        let plain = checksum(integer_digits(&mut digits, number)) ^ b'N' ^ checksum(block);
-        let fillings =
-            [(false, false), (false, true), (true, false), (true, true)].map(|(zero, blank)| Filling { zero, blank });
-        let sum_with = |f: &Filling| {
-            let body = plain ^ if f.zero { b'0' } else { 0 } ^ if f.blank { b' ' } else { 0 };
-            self.sum ^ seam(body)
-        };
+        let head = checksum(integer_digits(&mut digits, number)) ^ b'N';
+        let block_sum = checksum(block);
+        let tail = fraction_end(block);
+        let head_of = |f: &Filling| head ^ if f.zero { b'0' } else { 0 } ^ if f.blank { b' ' } else { 0 };
+        let whole = |f: &Filling| head_of(f) ^ block_sum ^ if f.tail { b'0' } else { 0 };
+        let sum_with = |f: &Filling| self.sum ^ seam(whole(f));
         let nearest = |f: &Filling| self.sums.iter().position(|s| *s == sum_with(f)).unwrap_or(Self::RUN);
-        let mut filling = fillings[0];
-        for other in &fillings[1..] {
-            if nearest(&filling) == Self::RUN {
+        let beginnings = [Beginnings::of(block, None), Beginnings::of(block, tail)];
+        let safe = |f: &Filling| !beginnings[usize::from(f.tail)].cancel(head_of(f), whole(f));
+        let rank = |f: &Filling| (safe(f), nearest(f));
+        let mut filling = Filling::default();
+        for bits in 1_u8..if tail.is_some() { 8 } else { 4 } {
+            if rank(&filling) == (true, Self::RUN) {
                 break;
             }
-            if nearest(other) > nearest(&filling) {
-                filling = *other;
+            let other = Filling { zero: bits & 1 > 0, blank: bits & 2 > 0, tail: bits & 4 > 0 };
+            if rank(&other) > rank(&filling) {
+                filling = other;
             }
         }
         self.sum = sum_with(&filling);
         self.sums.copy_within(0..Self::RUN - 1, 1);
         self.sums[0] = self.sum;
         filling
+    }
+}
+
+/// The sums of all beginnings of a block. A line that is cut where its sum is 0 melts into the next one unseen.
+struct Beginnings([u64; 4]);
+
+impl Beginnings {
+    /// With one more zero at `zero_at`.
+    fn of(block: &[u8], zero_at: Option<usize>) -> Self {
+        let mut seen = Self([0; 4]);
+        let mut sum = 0_u8;
+        for (index, byte) in block.iter().enumerate() {
+            if zero_at == Some(index) {
+                sum ^= b'0';
+                seen.add(sum);
+            }
+            sum ^= byte;
+            seen.add(sum);
+        }
+        if zero_at == Some(block.len()) {
+            seen.add(sum ^ b'0');
+        }
+        seen
+    }
+
+    fn add(&mut self, sum: u8) {
+        self.0[usize::from(sum >> 6)] |= 1 << (sum & 63);
+    }
+
+    fn contain(&self, sum: u8) -> bool {
+        self.0[usize::from(sum >> 6)] >> (sum & 63) & 1 == 1
+    }
+
+    /// Whether a beginning of the line sums to 0, where what stands before the block sums to `head`, all of it to `whole`.
+    fn cancel(&self, head: u8, whole: u8) -> bool {
+        let digits = [whole / 100, whole / 10 % 10].map(|d| b'0' + d);
+        let first = if whole >= 100 { digits[0] } else { digits[1] };
+        let behind = [whole ^ b'*', whole ^ b'*' ^ first, whole ^ b'*' ^ digits[0] ^ digits[1]];
+        self.contain(head) || behind[..if whole >= 100 { 3 } else { 2 }].contains(&0)
     }
 }
 
@@ -156,7 +209,14 @@ pub(crate) fn push_spaced(out: &mut Vec<u8>, number: i64, filling: Filling, bloc
     if filling.blank {
         out.push(b' ');
     }
-    out.extend_from_slice(block);
+    match fraction_end(block).filter(|_| filling.tail) {
+        Some(end) => {
+            out.extend_from_slice(&block[..end]);
+            out.push(b'0');
+            out.extend_from_slice(&block[end..]);
+        }
+        None => out.extend_from_slice(block),
+    }
     let sum = checksum(&out[start..]);
     out.push(b'*');
     push_integer(out, i64::from(sum));
@@ -353,7 +413,7 @@ mod tests {
 
     /// Nor do three or more, which plain lines sometimes do; as Marlin checks it: the sum in front of the last `*`.
     #[test]
-    fn no_run_of_lines_melted_into_one_passes_the_checksum() {
+    fn lines_melted_or_cut_hardly_ever_pass_the_checksum() {
         let passes = |lines: &[Vec<u8>]| {
             let melted: Vec<u8> = lines.iter().flat_map(|l| l[..l.len() - 1].to_vec()).collect();
             let star = melted.iter().rposition(|b| *b == b'*').unwrap();
@@ -366,17 +426,25 @@ mod tests {
             push_numbered(&mut one, number, block.as_bytes());
             let filling = seams.fill(number, block.as_bytes());
             push_spaced(&mut two, number, filling, block.as_bytes());
-            assert!(two.len() <= numbered_len(number, block.as_bytes()) + 2);
+            assert!(two.len() <= numbered_len(number, block.as_bytes()) + 3);
             plain.push(one);
             filled.push(two);
         }
         let count = |lines: &[Vec<u8>], run: usize| lines.windows(run).filter(|w| passes(w)).count();
         assert!(count(&plain, 3) > 100, "the danger is real: {}", count(&plain, 3));
-        for run in 2..=6 {
-            assert_eq!(count(&filled, run), 0, "{run} lines");
-        }
+        assert_eq!(count(&filled, 2), 0);
+        let runs = |lines: &[Vec<u8>]| (3..=6).map(|run| count(lines, run)).sum::<usize>();
+        assert!(runs(&filled) * 8 < runs(&plain), "{} {}", runs(&filled), runs(&plain));
+        // A line cut anywhere, its end lost with the newline, melts into the next.
+        let cut = |lines: &[Vec<u8>]| {
+            let pairs = lines.windows(2);
+            pairs
+                .map(|w| (1..w[0].len()).filter(|&n| passes(&[[&w[0][..n], b"\n"].concat(), w[1].clone()])).count())
+                .sum::<usize>()
+        };
+        assert!(cut(&plain) > 1000 && cut(&filled) * 50 < cut(&plain), "{} {}", cut(&plain), cut(&filled));
         let bytes = |lines: &[Vec<u8>]| lines.iter().map(Vec::len).sum::<usize>() as f64;
-        assert!(bytes(&filled) < bytes(&plain) * 1.01, "{}", bytes(&filled) / bytes(&plain));
+        assert!(bytes(&filled) < bytes(&plain) * 1.03, "{}", bytes(&filled) / bytes(&plain));
     }
 
     #[test]

@@ -86,7 +86,7 @@ impl Sender {
     /// Bytes on the wire, newline included. Grbl counts to the byte, so there it is exact.
     pub(super) fn length(&self, what: &What, number: i64) -> usize {
         let text = self.text(what);
-        if self.settings.protocol.numbered() { numbered_len(number, text) + 2 } else { text.len() + 1 }
+        if self.settings.protocol.numbered() { numbered_len(number, text) + 3 } else { text.len() + 1 }
     }
 
     pub(super) fn make(&mut self, what: What, bytes: usize) {

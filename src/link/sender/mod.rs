@@ -49,7 +49,7 @@ pub struct Settings {
     pub protocol: Protocol,
     /// Most lines without an answer.
     pub window_lines: usize,
-    /// Most bytes without an answer; the firmware's receive buffer less a margin for what jumps the queue.
+    /// Most bytes without an answer; the firmware's receive buffer less [`Settings::MARGIN`].
     pub window_bytes: usize,
     /// After this many lines a numbered M105 proves the count.
     pub prove_every: u32,
@@ -99,8 +99,9 @@ impl Settings {
         }
     }
 
-    /// Bytes of the receive buffer that are left free for a question or an emergency stop.
-    pub const MARGIN: usize = 24;
+    /// Bytes of the receive buffer that are left free: a ring of 128 holds 127. The lines of the window fit into the firmware's
+    /// command queue, so that a question, which comes after a silence, finds the buffer empty.
+    pub const MARGIN: usize = 1;
 }
 
 /// What a line is for.

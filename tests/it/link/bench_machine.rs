@@ -103,12 +103,19 @@ pub(super) fn joined(program: &Arc<Program>, settings: Settings, quirks: Quirks,
 /// What the printer executed of the program: its own lines (M105, M110, pauses) left out.
 pub(super) fn executed(link: &mut Loopback) -> Vec<String> {
     let lines = link.sim.take_log().into_iter().filter_map(|(_, logged)| match logged {
-        Logged::Accepted(block) => Some(String::from_utf8_lossy(&block).into_owned()),
+        Logged::Accepted(block) => Some(without_filling(&String::from_utf8_lossy(&block))),
         _ => None,
     });
     lines
         .filter(|l| !["M105", "M110", "M115", "M400", "G4P0.01", "M114", "$H"].iter().any(|own| l.starts_with(own)))
         .collect()
+}
+
+/// A move without the zero that may fill its first fraction.
+fn without_filling(block: &str) -> String {
+    let Some(point) = block.find('.').filter(|_| block.starts_with("G1")) else { return block.to_owned() };
+    let end = block[point + 1..].find(|c: char| !c.is_ascii_digit()).map_or(block.len(), |n| point + 1 + n);
+    format!("{}{}", block[..end].trim_end_matches('0'), &block[end..])
 }
 
 pub(super) fn blocks(program: &Program) -> Vec<String> {

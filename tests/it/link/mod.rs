@@ -2,6 +2,7 @@
 
 mod bench_machine;
 mod faults;
+mod pacing;
 #[cfg(unix)]
 mod prepared;
 #[cfg(unix)]
