@@ -97,6 +97,7 @@ fn processor(id: u32) -> f64 {
 }
 
 /// `trunnion send` to `trunnion simulate`.
+#[expect(clippy::print_stdout, reason = "a bench prints its figures")]
 fn pty() {
     let dir = tempfile::tempdir().expect("a folder");
     let (file, link) = (dir.path().join("a.gcode"), dir.path().join("tty"));

@@ -303,7 +303,7 @@ pub enum ReentryError {
 impl Reentry {
     /// The re-entry for a print of which blocks before `answered` were answered.
     ///
-    /// An answered block may still have been in the printer's planner, so that the last [`PLANNER_BLOCKS`] of them do not
+    /// An answered block may still have been in the printer's planner, so that the last two dozen of them do not
     /// count as executed. The print goes on at the last slot, print or layer that began before that.
     ///
     /// # Errors
