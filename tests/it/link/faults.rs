@@ -540,3 +540,19 @@ fn short_soaks_of_twelve_seeds() {
         assert_once_each(&program, &executed(&mut link));
     }
 }
+
+#[test]
+fn a_wrong_baud_rate_is_told_from_a_mute_printer() {
+    use trunnion::link::Sender;
+    let program = program(MARLIN, &text(MARLIN, 5));
+    let mut sender = Sender::new(program, settings(MARLIN));
+    let mut now = Duration::ZERO;
+    while sender.outcome().is_none() && now < Duration::from_secs(600) {
+        sender.poll(now);
+        let waiting = sender.pending().len();
+        sender.took(waiting);
+        sender.receive(now, b"\xf8\x80\xfe\x06\xe6\x98\n");
+        now += Duration::from_millis(250);
+    }
+    assert_eq!(sender.outcome(), Some(&Outcome::Stopped(Stop::Noise)));
+}
