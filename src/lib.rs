@@ -4,6 +4,7 @@ pub mod cli;
 pub mod fixtures;
 pub mod gcode;
 pub mod geom;
+pub mod link;
 pub mod mesh;
 pub mod motion;
 pub mod orient;

@@ -50,6 +50,10 @@ pub(super) enum Verb {
     Rewrite(Rewrite),
     /// Replay a finished file on the machine model and report what is wrong with it
     Verify(Verify),
+    /// Stream a verified file to a printer: every line once, in order, or stop safely
+    Send(Send),
+    /// Be a printer: on a pseudo-terminal or a TCP address, with motion, heat, and faults on purpose
+    Simulate(Simulate),
     /// List, show and check machine profiles
     #[command(subcommand)]
     Profile(Profile),
@@ -167,6 +171,11 @@ pub(super) struct Prepare {
     /// Keep the plan
     #[arg(long, value_name = "FILE")]
     pub(super) plan_out: Option<PathBuf>,
+    /// Go on and print: a serial device, or tcp:host:port
+    #[arg(long, value_name = "PATH")]
+    pub(super) port: Option<String>,
+    #[command(flatten)]
+    pub(super) stream: StreamArgs,
 }
 
 #[derive(ClapArgs)]
@@ -312,6 +321,81 @@ pub(super) struct Verify {
     pub(super) plan: PathBuf,
     #[command(flatten)]
     pub(super) plan_ref: PlanRef,
+}
+
+/// How to stream.
+#[derive(ClapArgs)]
+pub(super) struct StreamArgs {
+    /// Go on with a print that was broken off: by the printer's own counter, or after a reset from the last layer
+    #[arg(long)]
+    pub(super) resume: bool,
+    /// Do not ask before the machine homes and moves for --resume
+    #[arg(long)]
+    pub(super) yes: bool,
+    /// Where the journal is kept [default: OUT.gcode.journal]
+    #[arg(long, value_name = "FILE")]
+    pub(super) journal: Option<PathBuf>,
+    /// Bits a second [default: the profile's]
+    #[arg(long)]
+    pub(super) baud: Option<u32>,
+    /// Wait this long for a device that has gone, before giving up
+    #[arg(long, default_value_t = 600, value_name = "SECONDS")]
+    pub(super) wait: u64,
+    /// Where devices stand under their own names
+    #[arg(long, default_value = "/dev/serial/by-id", value_name = "DIR", hide = true)]
+    pub(super) devices: PathBuf,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Send {
+    /// The file to print
+    pub(super) gcode: PathBuf,
+    /// A serial device, or tcp:host:port
+    #[arg(long, value_name = "PATH", required_unless_present = "dry_run")]
+    pub(super) port: Option<String>,
+    /// The plan it was made by: the file is verified against it first
+    #[arg(long, value_name = "PLAN.json")]
+    pub(super) plan: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) plan_ref: PlanRef,
+    /// Send a file that nothing was proved of (give the profile with -m)
+    #[arg(long, conflicts_with = "plan")]
+    pub(super) unverified: bool,
+    /// Print on the simulated printer in no time, and open no port
+    #[arg(long)]
+    pub(super) dry_run: bool,
+    #[command(flatten)]
+    pub(super) stream: StreamArgs,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Simulate {
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+    /// A link that is made to the pseudo-terminal, or tcp:PORT (this machine only), or tcp:host:port
+    #[arg(long, value_name = "PATH")]
+    pub(super) link: String,
+    /// Simulated seconds a second, or max: no waiting at all
+    #[arg(long, default_value = "1", value_name = "FACTOR")]
+    pub(super) speed: String,
+    /// Heaters this many times as fast as real ones
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
+    pub(super) heat: f64,
+    /// A fault: NAME@LINE, NAME:PROBABILITY or random:PROBABILITY; may be given several times
+    #[arg(long, value_name = "FAULT")]
+    pub(super) fault: Vec<String>,
+    /// Seed of random faults
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy or latches-errors
+    #[arg(long, value_name = "NAME")]
+    pub(super) quirk: Vec<String>,
+    /// Bits a second of the simulated wire [default: no limit]
+    #[arg(long)]
+    pub(super) baud: Option<u32>,
+    /// Write every accepted line and the pose after every move
+    #[arg(long, value_name = "FILE")]
+    pub(super) log: Option<PathBuf>,
 }
 
 #[derive(Subcommand)]

@@ -8,6 +8,10 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     std::fs::read(path).map_err(|source| Failure::Read { path: path.to_owned(), source })
 }
 
+pub(super) fn size(path: &Path) -> Result<u64, Failure> {
+    std::fs::metadata(path).map(|m| m.len()).map_err(|source| Failure::Read { path: path.to_owned(), source })
+}
+
 pub(super) fn read_text(path: &Path) -> Result<String, Failure> {
     let bytes = read(path)?;
     String::from_utf8(bytes).map_err(|_| Failure::Usage(format!("{}: not a text file", path.display())))
@@ -87,7 +91,7 @@ impl Drop for Scratch {
     }
 }
 
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(suffix);
     PathBuf::from(name)

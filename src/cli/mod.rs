@@ -7,14 +7,19 @@ mod args;
 mod failure;
 mod files;
 mod inspect;
+mod journal_file;
 mod load;
 mod orient;
 mod plan;
 mod prepare;
+mod printer;
 mod profile;
 mod progress;
 mod rewrite;
+mod send;
+mod simulate;
 mod slice;
+mod stream;
 mod verify;
 mod why;
 
@@ -45,6 +50,8 @@ pub fn run() -> ExitCode {
         Verb::Slice(verb) => slice::run(&verb, &console),
         Verb::Rewrite(verb) => rewrite::run(&verb, &console),
         Verb::Verify(verb) => verify::run(&verb, &console),
+        Verb::Send(verb) => send::run(&verb, &console),
+        Verb::Simulate(verb) => simulate::run(&verb, &console),
         Verb::Profile(verb) => profile::run(&verb, &console),
     };
     match done {

@@ -153,7 +153,8 @@ pub(super) fn make(
         Ok(found) => found,
         Err(no) => {
             let workpiece = Workpiece::place(&model.model, &base);
-            why::explain(&no, &workpiece, profile, &directions, &options, !args.no_remedies, wish.sheet, console)?;
+            let wanted = (!args.no_remedies, wish.sheet);
+            why::explain(&no, (&workpiece, profile), (&directions, &options), wanted, console)?;
             return Err(no.into());
         }
     };

@@ -9,7 +9,7 @@ use super::args::Prepare as Verb;
 use super::files::Scratch;
 use super::rewrite::{finish, read_prints};
 use super::slice::{Prints, choose};
-use super::{Console, Failure, files, load, plan};
+use super::{Console, Failure, files, load, plan, send};
 use crate::planning::{Workpiece, sha256_hex};
 use crate::toolpath::{Input, Segment, SlicedError};
 
@@ -25,19 +25,15 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         }
     }
     let done = work(args, console);
-    if done.is_err()
-        && let Some(aside) = files::set_aside(&args.output)
-    {
+    // A file that is proved stays, whatever becomes of the printer.
+    let unproved = done.as_ref().is_err_and(|failure| !matches!(failure, Failure::Printer(_) | Failure::Port(_)));
+    if unproved && let Some(aside) = files::set_aside(&args.output) {
         console.warning(&format!("the file of an earlier run is now {}", aside.display()));
     }
-    let document = done?;
-    if console.json() {
-        console.document(&document);
-    }
-    Ok(())
+    done
 }
 
-fn work(args: &Verb, console: &Console) -> Result<Value, Failure> {
+fn work(args: &Verb, console: &Console) -> Result<(), Failure> {
     let mut clock = Clock::default();
     let machine = load::machine(&args.machine)?;
     let bed = load::bed(&args.bed)?;
@@ -85,13 +81,20 @@ fn work(args: &Verb, console: &Console) -> Result<Value, Failure> {
         verify["seconds_print"].as_f64().unwrap_or(0.0) / 60.0,
         verify["clearance_mm"].as_f64().unwrap_or(0.0),
     ));
-    Ok(json!({
+    let document = json!({
         "output": args.output.display().to_string(),
         "plan": made.document(),
         "verify": verify,
         "slicer": {"name": slicer.name(), "version": slicer.version()},
         "seconds": clock.document(),
-    }))
+    });
+    if console.json() {
+        console.document(&document);
+    }
+    let Some(port) = &args.port else { return Ok(()) };
+    let (plan, workpiece) = (Some(&made.plan), Some(&workpiece));
+    let job = send::Job { path: &args.output, bytes: &gcode, machine: &machine, plan, workpiece };
+    send::stream(&job, port, &args.stream, console)
 }
 
 /// One print a file.

@@ -64,6 +64,13 @@ impl Console {
         let _ = writeln!(std::io::stderr(), "{text}");
     }
 
+    /// Where a long job is: in one place of a terminal, nowhere else.
+    pub(crate) fn status(&self, text: &str) {
+        if !self.quiet && std::io::stderr().is_terminal() {
+            let _ = write!(std::io::stderr(), "\r{text:<78}\r");
+        }
+    }
+
     /// A bar of `of` steps called `what`.
     pub(crate) fn progress(&self, what: &'static str, of: usize) -> Progress {
         let shown = !self.quiet && std::io::stderr().is_terminal();

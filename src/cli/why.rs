@@ -14,12 +14,9 @@ use crate::profile::Profile;
 /// Prints reasons and remedies; what no remedy can help is left to the error's own sentence.
 pub(super) fn explain(
     no: &Infeasible,
-    workpiece: &Workpiece<'_>,
-    profile: &Profile,
-    directions: &[Vec<Direction>],
-    options: &Options<'_>,
-    seek: bool,
-    picture: Option<&Path>,
+    (workpiece, profile): (&Workpiece<'_>, &Profile),
+    (directions, options): (&[Vec<Direction>], &Options<'_>),
+    (seek, picture): (bool, Option<&Path>),
     console: &Console,
 ) -> Result<(), Failure> {
     if !can_be_helped(no) {

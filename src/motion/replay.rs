@@ -180,6 +180,26 @@ impl Controller {
         self.feed
     }
 
+    /// Whether axis words are targets (G90).
+    pub fn is_absolute(&self) -> bool {
+        self.absolute
+    }
+
+    /// Whether the extruder's words are targets (M82).
+    pub fn extruder_is_absolute(&self) -> bool {
+        self.extruder_absolute
+    }
+
+    /// What the extruder counts, mm as the file counts.
+    pub fn extruder_count(&self) -> f64 {
+        self.extruder_count
+    }
+
+    /// Whether F is an inverse time (G93).
+    pub fn is_inverse_time(&self) -> bool {
+        self.inverse_time
+    }
+
     /// Takes one line and says what it did.
     ///
     /// # Errors

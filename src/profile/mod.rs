@@ -12,6 +12,6 @@ mod schema;
 pub use layers::{Origin, ProfileError, SHIPPED, resolve, shipped};
 pub use process::SliceSettings;
 pub use schema::{
-    BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, Profile,
-    RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
+    BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, OnStop,
+    Profile, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
 };

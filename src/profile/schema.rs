@@ -261,6 +261,18 @@ pub struct Transition {
     pub z_mm_per_min: f64,
 }
 
+/// What becomes of the heaters when a print is stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnStop {
+    /// Both off.
+    Off,
+    /// The nozzle off, the bed kept.
+    KeepBed,
+    /// As they are.
+    Keep,
+}
+
 /// `[link]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -271,4 +283,16 @@ pub struct Link {
     pub baud: u32,
     /// Bytes the firmware buffers.
     pub buffer: u32,
+    /// Commands the firmware buffers.
+    pub commands: u32,
+    /// Bytes of the firmware's longest line.
+    pub longest_line: u32,
+    /// What the printer must call itself; empty for any.
+    pub identity: String,
+    /// Heaters after a fault or a cancel.
+    pub on_stop: OnStop,
+    /// How far the head leaves the part in a pause.
+    pub lift_mm: f64,
+    /// Lines that home with a part on the table.
+    pub rehome: String,
 }

@@ -6,6 +6,7 @@ mod bad_input;
 mod cura;
 mod hooks;
 mod kinematics;
+mod link;
 mod linuxcnc;
 mod mutants;
 mod oracle;

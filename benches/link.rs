@@ -1,0 +1,137 @@
+//! The link: lines a second and processor time a line, in process and over a pseudo-terminal.
+//!
+//! In process both ends run on one thread in virtual time, so that wall time is processor time. Over the pseudo-terminal the two
+//! commands talk to each other; the processor time of both is printed first.
+
+use std::process::Command;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use trunnion::geom::Vec3;
+use trunnion::link::sim::{Model, Quirks, Script, Sim};
+use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Rates, Retreat, Rules, Sender, Settings};
+use trunnion::motion::LinearLimits;
+use trunnion::profile::{resolve, shipped};
+
+const LINES: u32 = 20_000;
+
+fn main() {
+    pty();
+    divan::main();
+}
+
+/// Moves of five axes, 55 bytes a line on the wire.
+fn text() -> String {
+    let mut text = "G21\nG90\nM83\nG28\nM109 S200\nG1 F12000\n".to_owned();
+    for i in 0..LINES {
+        let x = f64::from(i % 200) * 0.1;
+        text += &format!("G1 X{x:.3} Y{:.3} Z10.205 A31.125 C120.{:03} E0.00415\n", 50.125 + x, i % 1000);
+    }
+    text
+}
+
+fn ends(protocol: Protocol) -> (Arc<Program>, Settings, Model) {
+    let (file, toml) = shipped("generic-ac").expect("shipped");
+    let profile = resolve(file, toml).expect("resolves").0;
+    let table = profile.kinematics();
+    let axes = [table.tilt, table.rotation];
+    let rules = Rules { protocol, longest_line: 96, reading: profile.reading(), rates: Rates::default() };
+    let program = Arc::new(Program::read(text().as_bytes(), &rules).expect("a program"));
+    let retreat = Retreat {
+        axes: axes.clone(),
+        z_max_mm: 300.0,
+        lift_mm: 20.0,
+        retract_mm: 2.0,
+        retract_feed: 2100.0,
+        travel_feed: 6000.0,
+        z_feed: 900.0,
+        extruder: b'E',
+        heaters: Heaters::Off,
+        home: Vec::new(),
+    };
+    let model = Model {
+        reading: profile.reading(),
+        axes,
+        limits: LinearLimits { min: Vec3::new(-150.0, -200.0, -80.0), max: Vec3::new(150.0, 200.0, 320.0) },
+        home_mm: [-150.0, -200.0, 320.0],
+        rates: Rates::default(),
+        accelerations: [1000.0, 1000.0, 200.0, 100.0, 100.0, 3000.0],
+        junction_mm: 0.02,
+        coldest_extrusion_c: 170.0,
+        heat_factor: 1.0,
+        person: Duration::from_secs(30),
+    };
+    (program, Settings::new(protocol, profile.reading(), retreat), model)
+}
+
+/// Host and simulated printer on one thread, faults none.
+#[divan::bench(args = ["marlin", "rrf", "klipper"])]
+fn in_process(bencher: Bencher<'_, '_>, name: &str) {
+    let protocol = Protocol::named(name).expect("a protocol");
+    let (program, settings, model) = ends(protocol);
+    bencher.counter(ItemsCount::new(program.len())).bench_local(|| {
+        let sim = Sim::new(protocol, model.clone(), Quirks::of(protocol), Script::none()).without_log();
+        let mut link = Loopback::new(Sender::new(Arc::clone(&program), settings.clone()), sim);
+        assert_eq!(link.run(Duration::from_secs(1_000_000)), Some(Outcome::Done));
+    });
+}
+
+/// Taking a file apart, times of all blocks included.
+#[divan::bench]
+fn read_program(bencher: Bencher<'_, '_>) {
+    let text = text();
+    let (_, settings, _) = ends(Protocol::Marlin);
+    let rules =
+        Rules { protocol: Protocol::Marlin, longest_line: 96, reading: settings.reading, rates: Rates::default() };
+    bencher.counter(ItemsCount::new(LINES)).bench_local(|| Program::read(text.as_bytes(), &rules).expect("a program"));
+}
+
+/// Processor seconds of a process so far, from Linux's `/proc`; 0 elsewhere.
+fn processor(id: u32) -> f64 {
+    let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).unwrap_or(0.0);
+    (ticks(11) + ticks(12)) / 100.0
+}
+
+/// `trunnion send` to `trunnion simulate`.
+#[expect(clippy::print_stdout, reason = "a bench prints its figures")]
+fn pty() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (file, link) = (dir.path().join("a.gcode"), dir.path().join("tty"));
+    std::fs::write(&file, text()).expect("written");
+    let binary = env!("CARGO_BIN_EXE_trunnion");
+    let mut printer = Command::new(binary)
+        .args(["simulate", "-q", "-m", "generic-ac", "--speed", "max", "--heat", "100", "--link"])
+        .arg(&link)
+        .spawn()
+        .expect("the printer");
+    let start = Instant::now();
+    while !link.exists() && start.elapsed() < Duration::from_secs(10) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let start = Instant::now();
+    let mut host = Command::new(binary)
+        .args(["send", "-q", "--unverified", "-m", "generic-ac", "--port"])
+        .arg(&link)
+        .arg(&file)
+        .spawn()
+        .expect("the host");
+    let mut used = 0.0;
+    while host.try_wait().expect("the host").is_none() && start.elapsed() < Duration::from_secs(60) {
+        used = processor(host.id());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    let lines = f64::from(LINES);
+    let machine = processor(printer.id());
+    println!(
+        "pty: {:.0} lines/s; processor time a line: host {:.1} us, printer {:.1} us",
+        lines / seconds,
+        used / lines * 1e6,
+        machine / lines * 1e6
+    );
+    let _ = (printer.kill(), printer.wait());
+}

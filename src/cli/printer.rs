@@ -1,0 +1,99 @@
+//! A profile as the link's settings: how it is sent to, left, and simulated.
+
+use std::time::Duration;
+
+use super::Failure;
+use crate::link::sim::{Model, Quirks};
+use crate::link::{Heaters, Protocol, Rates, Retreat, Rules, Settings};
+use crate::profile::{OnStop, Profile};
+
+pub(super) fn protocol(profile: &Profile) -> Result<Protocol, Failure> {
+    let name = &profile.link.protocol;
+    Protocol::named(name).ok_or_else(|| {
+        Failure::Usage(format!(
+            "profile {}: [link] protocol is {name:?}, which cannot be streamed to; known are marlin, rrf, klipper and grbl",
+            profile.machine.name
+        ))
+    })
+}
+
+fn rates(profile: &Profile) -> Rates {
+    Rates {
+        feed_mm_per_min: profile.limits.max_feed_mm_per_min,
+        tilt_deg_per_s: profile.kinematics.tilt.max_deg_per_s,
+        rotation_deg_per_s: profile.kinematics.rotation.max_deg_per_s,
+    }
+}
+
+pub(super) fn rules(profile: &Profile) -> Result<Rules, Failure> {
+    Ok(Rules {
+        protocol: protocol(profile)?,
+        longest_line: profile.link.longest_line as usize,
+        reading: profile.reading(),
+        rates: rates(profile),
+    })
+}
+
+pub(super) fn retreat(profile: &Profile) -> Retreat {
+    let table = profile.kinematics();
+    let (transition, link) = (&profile.transition, &profile.link);
+    Retreat {
+        axes: [table.tilt, table.rotation],
+        z_max_mm: profile.limits.z_mm[1],
+        lift_mm: link.lift_mm,
+        retract_mm: transition.retract_mm,
+        retract_feed: transition.retract_mm_per_s * 60.0,
+        travel_feed: transition.travel_mm_per_min,
+        z_feed: transition.z_mm_per_min,
+        extruder: profile.dialect.extruder as u8,
+        heaters: match link.on_stop {
+            OnStop::Off => Heaters::Off,
+            OnStop::KeepBed => Heaters::KeepBed,
+            OnStop::Keep => Heaters::Keep,
+        },
+        home: link.rehome.lines().map(str::trim).filter(|l| !l.is_empty()).map(str::to_owned).collect(),
+    }
+}
+
+pub(super) fn settings(profile: &Profile) -> Result<Settings, Failure> {
+    let protocol = protocol(profile)?;
+    let mut settings = Settings::new(protocol, profile.reading(), retreat(profile));
+    let buffer = profile.link.buffer as usize;
+    settings.window_bytes = match protocol {
+        Protocol::Grbl => buffer.saturating_sub(1),
+        Protocol::Klipper => settings.window_bytes,
+        Protocol::Marlin | Protocol::RepRapFirmware => buffer.saturating_sub(Settings::MARGIN),
+    };
+    if protocol == Protocol::Marlin {
+        settings.window_lines = (profile.link.commands as usize).max(1);
+    }
+    settings.identity = Some(profile.link.identity.clone()).filter(|i| !i.is_empty());
+    Ok(settings)
+}
+
+/// The machine that a profile describes, as far as it does; accelerations are those of an ordinary printer.
+pub(super) fn model(profile: &Profile) -> Result<Model, Failure> {
+    let table = profile.kinematics();
+    let limits = profile.linear_limits();
+    let heated = protocol(profile)? != Protocol::Grbl;
+    Ok(Model {
+        reading: profile.reading(),
+        axes: [table.tilt, table.rotation],
+        home_mm: [limits.min.x, limits.min.y, limits.max.z],
+        limits,
+        rates: rates(profile),
+        accelerations: [1000.0, 1000.0, 200.0, 100.0, 100.0, 3000.0],
+        junction_mm: 0.02,
+        coldest_extrusion_c: if heated { 170.0 } else { 0.0 },
+        heat_factor: 1.0,
+        person: Duration::from_secs(30),
+    })
+}
+
+pub(super) fn quirks(profile: &Profile) -> Result<Quirks, Failure> {
+    let mut quirks = Quirks::of(protocol(profile)?);
+    quirks.receive_buffer = profile.link.buffer as usize;
+    quirks.queue = (profile.link.commands as usize).max(1);
+    quirks.name.clone_from(&profile.machine.name);
+    Ok(quirks)
+}

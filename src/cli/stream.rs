@@ -1,0 +1,356 @@
+//! The loop between a sender and a port: bytes, clock, journal, interrupts, words for the user.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
+use serde_json::{Value, json};
+
+use super::journal_file::JournalFile;
+use super::{Console, Failure};
+use crate::link::serial::{Address, Incoming, Port, find_again};
+use crate::link::{Event, MarkKind, Outcome, Record, Sender, Stop, Temperatures, Time};
+
+/// Ctrl-C so far: once is a safe pause, twice an emergency stop.
+static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
+
+const NAP: Duration = Duration::from_millis(100);
+const EVERY: Duration = Duration::from_secs(1);
+const REOPEN_EVERY: Duration = Duration::from_millis(500);
+/// After the end the last bytes get this long to leave.
+const LAST_BYTES: Duration = Duration::from_secs(2);
+
+/// Catches Ctrl-C from now on.
+pub(super) fn catch_interrupts() {
+    let _ = ctrlc::set_handler(|| {
+        INTERRUPTS.fetch_add(1, Ordering::Relaxed);
+    });
+}
+
+/// Where the printer is, and how it is found again.
+pub(super) struct Place {
+    pub(super) address: Address,
+    pub(super) baud: u32,
+    pub(super) identity: Option<String>,
+    pub(super) devices: PathBuf,
+    pub(super) wait: Duration,
+}
+
+pub(super) struct Stream<'a> {
+    sender: Sender,
+    port: Option<Port>,
+    place: Place,
+    journal: JournalFile,
+    console: &'a Console,
+    start: Instant,
+    seconds_to: Vec<f64>,
+    said: Instant,
+    lost_at: Option<Instant>,
+    tried: Instant,
+    temperatures: Temperatures,
+    interrupts: u32,
+    full: bool,
+    typed: Option<Receiver<String>>,
+    paused: bool,
+}
+
+impl<'a> Stream<'a> {
+    pub(super) fn new(sender: Sender, port: Port, place: Place, journal: JournalFile, console: &'a Console) -> Self {
+        let program = sender.program();
+        let mut sum = 0.0;
+        let mut seconds_to = vec![0.0];
+        for index in 0..program.len() {
+            sum += program.seconds(index);
+            seconds_to.push(sum);
+        }
+        let now = Instant::now();
+        Self {
+            sender,
+            port: Some(port),
+            place,
+            journal,
+            console,
+            start: now,
+            seconds_to,
+            said: now,
+            lost_at: None,
+            tried: now,
+            temperatures: Temperatures::default(),
+            interrupts: INTERRUPTS.load(Ordering::Relaxed),
+            full: false,
+            typed: None,
+            paused: false,
+        }
+    }
+
+    fn now(&self) -> Time {
+        self.start.elapsed()
+    }
+
+    /// Runs to the end.
+    pub(super) fn run(mut self) -> Result<Outcome, Failure> {
+        self.event("start", json!({}));
+        let (now, resuming) = (self.now(), self.sender.wake(self.now()).is_none());
+        if resuming {
+            self.sender.reconnected(now);
+        }
+        loop {
+            self.interrupted()?;
+            if self.port.is_none() && !self.reopened()? {
+                continue;
+            }
+            self.sender.poll(self.now());
+            self.take_events();
+            let sent = self.write();
+            if let Some(outcome) = self.sender.outcome().cloned() {
+                return self.close(outcome);
+            }
+            if self.paused && self.leave_after_pause() {
+                self.journal.progress(self.sender.progress(), true);
+                return Err(self.paused_for_good());
+            }
+            self.progress();
+            self.listen(sent);
+        }
+    }
+
+    /// Writes the journal first, then bytes; whether all went.
+    fn write(&mut self) -> bool {
+        let kept = self.journal.retry() && self.journal.progress(self.sender.progress(), false);
+        if !kept {
+            if !std::mem::replace(&mut self.full, true) {
+                let path = self.journal.path().display().to_string();
+                self.console
+                    .warning(&format!("{path}: no room for the journal; nothing is sent until there is: free some"));
+                self.event("full", json!({"journal": path}));
+            }
+            return false;
+        }
+        self.full = false;
+        let Some(port) = &self.port else { return false };
+        let count = port.write(self.sender.pending());
+        self.sender.took(count);
+        self.sender.pending().is_empty()
+    }
+
+    fn listen(&mut self, sent: bool) {
+        let now = self.now();
+        let wake = self.sender.wake(now).map_or(NAP, |wake| wake.saturating_sub(now)).min(NAP);
+        let nap = if sent { wake } else { Duration::from_micros(200) };
+        let Some(port) = &self.port else { return };
+        match port.incoming().recv_timeout(nap) {
+            Ok(Incoming::Bytes(bytes)) => {
+                let now = self.start.elapsed();
+                self.sender.receive(now, &bytes);
+            }
+            Ok(Incoming::Gone(why)) => self.lost(&why),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => self.lost("the port closed"),
+        }
+    }
+
+    fn lost(&mut self, why: &str) {
+        self.port = None;
+        self.lost_at = Some(Instant::now());
+        let now = self.now();
+        self.sender.lost(now);
+        self.journal.progress(self.sender.progress(), true);
+        let wait = self.place.wait.as_secs();
+        self.console.warning(&format!("the link is gone ({why}); waiting up to {wait} s for the same device"));
+        self.event("lost", json!({"why": why}));
+    }
+
+    /// Looks for the same device, wherever it is now.
+    fn reopened(&mut self) -> Result<bool, Failure> {
+        let since = self.lost_at.map_or(Duration::ZERO, |at| at.elapsed());
+        if since > self.place.wait {
+            let text = format!(
+                "the device has not come back within {} s; trunnion send --resume goes on",
+                self.place.wait.as_secs()
+            );
+            self.event("stopped", json!({"reason": text}));
+            return Err(Failure::Printer(text));
+        }
+        if self.tried.elapsed() < REOPEN_EVERY {
+            std::thread::sleep(NAP.min(REOPEN_EVERY));
+            return Ok(false);
+        }
+        self.tried = Instant::now();
+        let address = find_again(&self.place.address, self.place.identity.as_deref(), &self.place.devices);
+        let Ok(port) = Port::open(&address, self.place.baud) else { return Ok(false) };
+        self.port = Some(port);
+        self.lost_at = None;
+        let now = self.now();
+        self.sender.reconnected(now);
+        Ok(true)
+    }
+
+    fn interrupted(&mut self) -> Result<(), Failure> {
+        let count = INTERRUPTS.load(Ordering::Relaxed);
+        if count == self.interrupts {
+            return Ok(());
+        }
+        let first = self.interrupts == 0 && count == 1;
+        self.interrupts = count;
+        if first && self.sender.progress().sent > 0 {
+            self.console.note("pausing: the moves under way end first; Ctrl-C again is an emergency stop");
+            self.sender.pause();
+            return Ok(());
+        }
+        self.sender.emergency_stop();
+        if let Some(port) = &self.port {
+            port.write_first(self.sender.pending());
+            let count = self.sender.pending().len();
+            self.sender.took(count);
+            return Ok(());
+        }
+        Err(Failure::Printer("emergency stop, but the link is gone: switch the printer off".to_owned()))
+    }
+
+    fn take_events(&mut self) {
+        while let Some(event) = self.sender.next_event() {
+            match event {
+                Event::Journal(record) => {
+                    self.journal.record(&record);
+                }
+                Event::Connected(identity) => {
+                    let first = identity.lines().next().unwrap_or_default().to_owned();
+                    self.journal.record(&Record::Printer(first.clone()));
+                    self.console.note(&format!("printer: {first}"));
+                }
+                Event::Resend { number, file_line, why } => {
+                    self.console.detail(&format!("line {number} on the wire goes out again ({why})"));
+                    self.event("resend", json!({"number": number, "file_line": file_line, "why": why}));
+                }
+                Event::Temperatures(t) => self.temperatures = t,
+                Event::UserWait => self.console.note("the printer waits for somebody"),
+                Event::Note(text) => self.console.note(&text),
+                Event::Paused => self.pause(),
+                Event::Resumed => {
+                    self.paused = false;
+                    self.event("resumed", json!({}));
+                }
+                Event::Position(_) | Event::Status(_) | Event::Over(_) => {}
+            }
+        }
+    }
+
+    fn pause(&mut self) {
+        self.paused = true;
+        self.event("pause", json!({}));
+        if std::io::stdin().is_terminal() {
+            self.console.note("paused above the part; Enter goes on, c and Enter cancels, Ctrl-C is an emergency stop");
+            let (typed, lines) = bounded(1);
+            self.typed = Some(lines);
+            std::thread::spawn(move || {
+                let mut text = String::new();
+                let _ = std::io::stdin().read_line(&mut text);
+                let _ = typed.send(text);
+            });
+        }
+    }
+
+    /// In a pause: what was typed is done; without a terminal nobody can type, and the program ends here.
+    fn leave_after_pause(&mut self) -> bool {
+        let Some(typed) = &self.typed else { return true };
+        if let Ok(text) = typed.try_recv() {
+            self.typed = None;
+            self.interrupts = 0;
+            INTERRUPTS.store(0, Ordering::Relaxed);
+            self.paused = false;
+            if text.trim().eq_ignore_ascii_case("c") { self.sender.cancel() } else { self.sender.resume() }
+        }
+        false
+    }
+
+    fn paused_for_good(&mut self) -> Failure {
+        let line = self.line();
+        let text = format!("paused at line {line} above the part, heaters kept; trunnion send --resume goes on");
+        self.event("stopped", json!({"reason": text}));
+        Failure::Printer(text)
+    }
+
+    fn close(&mut self, outcome: Outcome) -> Result<Outcome, Failure> {
+        let end = Instant::now() + LAST_BYTES;
+        while Instant::now() < end && !(self.write() && self.port.as_ref().is_none_or(Port::is_drained)) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        // The writer thread still holds the last piece for a moment.
+        std::thread::sleep(Duration::from_millis(50));
+        self.take_events();
+        self.journal.progress(self.sender.progress(), true);
+        match &outcome {
+            Outcome::Done => self.event("done", json!({"resends": self.sender.progress().resends})),
+            Outcome::Stopped(why) => {
+                self.journal.record(&Record::Stopped(why.to_string()));
+                if matches!(why, Stop::Reset { .. }) {
+                    self.event("reset", json!({"reason": why.to_string()}));
+                }
+                self.event("stopped", json!({"reason": why.to_string()}));
+            }
+            Outcome::Cancelled => self.event("stopped", json!({"reason": "cancelled"})),
+            Outcome::EmergencyStopped => self.event("stopped", json!({"reason": "emergency stop"})),
+        }
+        Ok(outcome)
+    }
+
+    fn line(&self) -> u32 {
+        let progress = self.sender.progress();
+        self.sender.program().file_line(progress.acked.saturating_sub(1))
+    }
+
+    fn progress(&mut self) {
+        if self.said.elapsed() < EVERY {
+            return;
+        }
+        self.said = Instant::now();
+        let (facts, text) = self.facts();
+        self.event("progress", facts);
+        if !self.console.json() {
+            self.console.status(&text);
+        }
+    }
+
+    fn facts(&self) -> (Value, String) {
+        let progress = self.sender.progress();
+        let program = self.sender.program();
+        let behind = program.marks.partition_point(|m| m.block < progress.acked.max(1));
+        let layer = program.marks[..behind].iter().filter(|m| m.kind == MarkKind::Layer).count();
+        let slot = program.marks[..behind]
+            .iter()
+            .rev()
+            .find_map(|m| if let MarkKind::Slot(n) = m.kind { Some(n) } else { None });
+        let at = |block: u32| self.seconds_to.get(block as usize).copied().unwrap_or(0.0);
+        let left = at(program.len()) - at(progress.acked);
+        let celsius = |t: Option<[f64; 2]>| t.map(|[now, _]| now);
+        let (nozzle, bed) = (celsius(self.temperatures.nozzle), celsius(self.temperatures.bed));
+        let facts = json!({
+            "layer": layer, "slot": slot, "seconds_left": left, "nozzle_c": nozzle, "bed_c": bed,
+            "resends": progress.resends,
+        });
+        let heat = nozzle.map_or(String::new(), |n| format!(", nozzle {n:.0}, bed {:.0}", bed.unwrap_or(0.0)));
+        let slot = slot.map_or(String::new(), |s| format!(", slot {s}"));
+        let text = format!(
+            "line {} of {}, layer {layer}{slot}, about {:.0} min left{heat}",
+            self.line(),
+            program.file_line(program.len()),
+            left / 60.0
+        );
+        (facts, text)
+    }
+
+    /// One event line with `--json`.
+    fn event(&self, name: &str, facts: Value) {
+        if !self.console.json() {
+            return;
+        }
+        let program = self.sender.program();
+        let mut line = json!({"event": name, "line": self.line(), "of": program.file_line(program.len())});
+        if let (Some(all), Value::Object(more)) = (line.as_object_mut(), facts) {
+            all.extend(more);
+        }
+        self.console.result(&line.to_string());
+    }
+}

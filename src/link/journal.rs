@@ -1,0 +1,267 @@
+//! The log from which a broken print goes on: text, one record a line, only ever appended.
+//!
+//! ```text
+//! trunnion-journal 1
+//! file <sha256> <bytes> <path>
+//! profile <sha256> <name>
+//! device <identity of the port>
+//! printer <what M115 says>
+//! boot <the host's boot>
+//! run <number> <block>     from this number on, numbers carry blocks from this one on
+//! ack <number> <block>     lines up to this number are proven accepted; blocks before this one are answered
+//! anew                     numbers begin again
+//! away | back              the head has left the part | is back
+//! done | stopped <why>
+//! ```
+//!
+//! `run` records are written before the lines they speak of are sent; `ack` records in groups, so that the last may be
+//! missing: they are lower bounds. A last line without its newline was cut short and counts for nothing.
+
+/// What identifies a job.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Header {
+    /// Of the file as sent.
+    pub sha256: String,
+    /// Its size.
+    pub bytes: u64,
+    /// Where it was.
+    pub path: String,
+    /// Of the resolved profile.
+    pub profile_sha256: String,
+    /// The profile's name.
+    pub profile: String,
+    /// The port's identity.
+    pub device: String,
+    /// The host's boot, from which the operating system's buffers date.
+    pub boot: String,
+}
+
+/// One line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Record {
+    /// Numbers from `number` on carry blocks from `block` on.
+    Run {
+        /// On the wire.
+        number: i64,
+        /// Of the program.
+        block: u32,
+    },
+    /// Lines up to `number` are proven accepted, blocks before `block` are answered.
+    Ack {
+        /// On the wire.
+        number: i64,
+        /// Of the program.
+        block: u32,
+    },
+    /// What the printer calls itself.
+    Printer(String),
+    /// Numbers begin again.
+    Anew,
+    /// The head has left, or is leaving, the part.
+    Away,
+    /// It is back.
+    Back,
+    /// The program has ended.
+    Done,
+    /// It was stopped.
+    Stopped(String),
+}
+
+/// What a journal knows in the end.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Standing {
+    /// The job.
+    pub header: Header,
+    /// The printer's words.
+    pub printer: String,
+    /// Lines up to this number are accepted.
+    pub proven: i64,
+    /// Blocks before this one are answered; more may be.
+    pub answered: u32,
+    /// Whether the head was away from the part.
+    pub away: bool,
+    /// Whether the program ended.
+    pub done: bool,
+    runs: Vec<(i64, u32)>,
+}
+
+/// Why a journal cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum JournalError {
+    /// Not one of ours.
+    #[error("not a journal of trunnion send (its first line should be \"trunnion-journal 1\")")]
+    Foreign,
+    /// A line that no version of ours writes.
+    #[error("line {line} of the journal cannot be read: {text:?}")]
+    Broken {
+        /// From 1.
+        line: usize,
+        /// Its text.
+        text: String,
+    },
+}
+
+const FIRST: &str = "trunnion-journal 1";
+
+impl Header {
+    /// The journal's beginning.
+    pub fn to_text(&self) -> String {
+        let Self { sha256, bytes, path, profile_sha256, profile, device, boot } = self;
+        let one = |text: &str| text.replace(['\n', '\r'], " ");
+        format!(
+            "{FIRST}\nfile {sha256} {bytes} {}\nprofile {profile_sha256} {}\ndevice {}\nboot {}\n",
+            one(path),
+            one(profile),
+            one(device),
+            one(boot)
+        )
+    }
+}
+
+impl Record {
+    /// The record's line, newline included.
+    pub fn to_text(&self) -> String {
+        match self {
+            Self::Run { number, block } => format!("run {number} {block}\n"),
+            Self::Ack { number, block } => format!("ack {number} {block}\n"),
+            Self::Printer(text) => format!("printer {}\n", text.replace(['\n', '\r'], " ")),
+            Self::Anew => "anew\n".to_owned(),
+            Self::Away => "away\n".to_owned(),
+            Self::Back => "back\n".to_owned(),
+            Self::Done => "done\n".to_owned(),
+            Self::Stopped(why) => format!("stopped {}\n", why.replace(['\n', '\r'], " ")),
+        }
+    }
+}
+
+impl Standing {
+    /// Reads a journal.
+    ///
+    /// # Errors
+    ///
+    /// [`JournalError`] where a whole line is not one of ours.
+    pub fn parse(text: &str) -> Result<Self, JournalError> {
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        let mut lines = whole.lines();
+        if lines.next() != Some(FIRST) {
+            return Err(JournalError::Foreign);
+        }
+        let mut standing = Self::default();
+        for (index, line) in lines.enumerate() {
+            let broken = || JournalError::Broken { line: index + 2, text: line.to_owned() };
+            standing.take(line).ok_or_else(broken)?;
+        }
+        Ok(standing)
+    }
+
+    fn take(&mut self, line: &str) -> Option<()> {
+        let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
+        let pair = || {
+            let (a, b) = rest.split_once(' ')?;
+            Some((a.parse::<i64>().ok()?, b.parse::<u32>().ok()?))
+        };
+        match word {
+            "file" => {
+                let mut words = rest.splitn(3, ' ');
+                self.header.sha256 = words.next()?.to_owned();
+                self.header.bytes = words.next()?.parse().ok()?;
+                self.header.path = words.next()?.to_owned();
+            }
+            "profile" => {
+                let (hash, name) = rest.split_once(' ')?;
+                (self.header.profile_sha256, self.header.profile) = (hash.to_owned(), name.to_owned());
+            }
+            "device" => self.header.device = rest.to_owned(),
+            "boot" => self.header.boot = rest.to_owned(),
+            "printer" => self.printer = rest.to_owned(),
+            "run" => {
+                let (number, block) = pair()?;
+                self.runs.retain(|(n, _)| *n < number);
+                self.runs.push((number, block));
+            }
+            "ack" => {
+                let (number, block) = pair()?;
+                (self.proven, self.answered) = (number, block);
+            }
+            "anew" => {
+                self.runs.clear();
+                self.proven = 0;
+            }
+            "away" => self.away = true,
+            "back" => self.away = false,
+            "done" => self.done = true,
+            "stopped" => {}
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// The first block that is not accepted where the printer's last accepted line is `number`.
+    pub fn next_block(&self, number: i64) -> u32 {
+        let next = number + 1;
+        let run = self.runs.iter().rev().find(|(start, _)| *start <= next);
+        run.map_or(0, |(start, block)| block + u32::try_from(next - start).unwrap_or(0))
+    }
+
+    /// The block that line `number` carries; `None` for a line of our own.
+    pub fn block_at(&self, number: i64) -> Option<u32> {
+        let block = self.next_block(number - 1);
+        (self.next_block(number) == block + 1).then_some(block)
+    }
+
+    /// The highest number that can have been sent of a program of `blocks`.
+    pub fn last(&self, blocks: u32) -> i64 {
+        self.runs.last().map_or(self.proven, |(number, block)| number + i64::from(blocks.saturating_sub(*block)))
+    }
+
+    /// Whether any line was ever numbered.
+    pub fn began(&self) -> bool {
+        !self.runs.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn journal(records: &[Record]) -> Standing {
+        let header = Header { sha256: "ab".into(), bytes: 7, path: "a b.gcode".into(), ..Header::default() };
+        let text: String = records.iter().map(Record::to_text).collect();
+        Standing::parse(&(header.to_text() + &text)).unwrap()
+    }
+
+    #[test]
+    fn a_line_number_names_its_block() {
+        // Lines 1 and 2 are ours, 3..=34 carry blocks 0..=31, 35 is ours, 36 on carries 32 on.
+        let runs = [(2, 0), (3, 0), (36, 32)].map(|(number, block)| Record::Run { number, block });
+        let standing =
+            journal(&[runs[0].clone(), runs[1].clone(), Record::Ack { number: 2, block: 0 }, runs[2].clone()]);
+        assert_eq!([1, 2, 3, 34, 35, 36].map(|n| standing.next_block(n)), [0, 0, 1, 32, 32, 33]);
+        assert_eq!([2, 3, 34, 35, 36].map(|n| standing.block_at(n)), [None, Some(0), Some(31), None, Some(32)]);
+        assert_eq!((standing.proven, standing.header.path.as_str()), (2, "a b.gcode"));
+    }
+
+    #[test]
+    fn numbers_given_anew_after_a_break_take_the_place_of_the_old() {
+        let run = |number, block| Record::Run { number, block };
+        let standing = journal(&[run(3, 0), run(36, 32), run(21, 17), run(22, 17)]);
+        assert_eq!([19, 20, 21, 22, 40].map(|n| standing.next_block(n)), [17, 17, 17, 18, 36]);
+    }
+
+    #[test]
+    fn a_torn_end_counts_for_nothing_and_rubbish_is_named() {
+        let text = Header::default().to_text() + "run 3 0\nack 9 6\nack 1";
+        let standing = Standing::parse(&text).unwrap();
+        assert_eq!((standing.proven, standing.answered), (9, 6));
+        assert_eq!(Standing::parse("G28\n"), Err(JournalError::Foreign));
+        let broken = Standing::parse(&(Header::default().to_text() + "nonsense\n"));
+        assert!(matches!(broken, Err(JournalError::Broken { line: 6, .. })), "{broken:?}");
+    }
+
+    #[test]
+    fn away_and_done_are_remembered() {
+        let standing =
+            journal(&[Record::Away, Record::Back, Record::Away, Record::Done, Record::Stopped("a\nb".into())]);
+        assert!(standing.away && standing.done);
+    }
+}

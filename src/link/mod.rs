@@ -1,0 +1,33 @@
+//! The printer link: exactly-once streaming, resume, and a simulated printer that knows motion.
+//!
+//! ```text
+//! file --Program--> blocks --Sender--> bytes on the wire --> Sim or a printer
+//!                             ^  '--> Journal            <-- replies
+//! ```
+//!
+//! [`Sender`] and [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial.rs`
+//! touches the world. The rule: an accepted number is executed once; a line known to be accepted is never sent again;
+//! what is unknown stops the print with its reason.
+//!
+//! This room must not know profiles, plans or files: `cli` builds its settings. Sources: `field/link.md`,
+//! `field/firmware.md` sections 3 and 4.
+
+mod journal;
+mod loopback;
+mod program;
+mod reply;
+mod resume;
+mod sender;
+pub mod serial;
+pub mod sim;
+mod timing;
+mod wire;
+
+pub use journal::{Header, JournalError, Record, Standing};
+pub use loopback::{Heading, Loopback};
+pub use program::{LARGEST_FILE, Mark, MarkKind, Program, ProgramError, Rules};
+pub use reply::{Busy, Reply, Status, Temperatures};
+pub use resume::{Heaters, Reentry, ReentryError, Retreat, State};
+pub use sender::{Event, Outcome, Progress, Sender, Settings, Stop, Time};
+pub use timing::{Rates, TooSlow, seconds, too_slow};
+pub use wire::{LineAssembler, Protocol, checksum, push_compact, push_numbered};

@@ -1,0 +1,291 @@
+//! What a printer's line means.
+//!
+//! `ok` is only `^ok(\s|$)`: an `ok` glued into other text by noise is none. Texts: `field/firmware.md` section 3, taken from
+//! the firmwares themselves.
+
+use super::wire::Protocol;
+
+/// Current and wanted temperatures, degrees Celsius.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Temperatures {
+    /// The nozzle, and what it shall become.
+    pub nozzle: Option<[f64; 2]>,
+    /// The table, and what it shall become.
+    pub bed: Option<[f64; 2]>,
+}
+
+/// Why a printer keeps the host waiting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Busy {
+    /// It works.
+    Processing,
+    /// A person must do something: no time-out.
+    User,
+}
+
+/// Grbl's `<Run|MPos:..|Bf:15,128>`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Status {
+    /// `Idle`, `Run`, `Hold:0`, `Alarm`, ...
+    pub state: String,
+    /// Free planner blocks and free receive bytes.
+    pub free: Option<[usize; 2]>,
+    /// Machine position, in the firmware's order of axes.
+    pub position: Vec<f64>,
+}
+
+/// One line of a printer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reply {
+    /// `ok`, with what stands behind it.
+    Ok {
+        /// `N` of `ok N3 P15 B3`.
+        number: Option<i64>,
+        /// Whether it carries temperatures, as only the answer to M105 does.
+        report: Option<Temperatures>,
+    },
+    /// `Resend: 5`; `None` where the number cannot be read.
+    Resend(Option<i64>),
+    /// A wire error that the printer mends by a resend, with its `Last Line:`.
+    LineError(Option<i64>),
+    /// An error whose meaning is not known to be harmless.
+    Error(String),
+    /// The printer has stopped for good.
+    Fatal(String),
+    /// A sign of life.
+    Busy(Busy),
+    /// A report of its own accord.
+    Temperatures(Temperatures),
+    /// `X:10.00 Y:0.00 .. Count`: words and values.
+    Position(Vec<(u8, f64)>),
+    /// The firmware's first words after a reset.
+    Greeting(String),
+    /// `echo:Unknown command: ".."`, with the command.
+    Unknown(String),
+    /// `FIRMWARE_NAME:..`, `[VER:..]`.
+    Identity(String),
+    /// Grbl's `error:22`.
+    Refused(u32),
+    /// Grbl's `ALARM:2`.
+    Alarm(u32),
+    /// Grbl's answer to `?`.
+    Status(Status),
+    /// Anything else: life, no meaning.
+    Chatter,
+}
+
+impl Reply {
+    /// Reads one line.
+    pub fn read(protocol: Protocol, line: &[u8]) -> Self {
+        if line == b"ok" {
+            return Self::Ok { number: None, report: None };
+        }
+        let text = String::from_utf8_lossy(line);
+        match protocol {
+            Protocol::Grbl => grbl(&text),
+            _ => printer(protocol, &text),
+        }
+    }
+}
+
+fn printer(protocol: Protocol, text: &str) -> Reply {
+    if let Some(rest) = text.strip_prefix("ok")
+        && rest.starts_with(|c: char| c.is_ascii_whitespace())
+    {
+        if rest.contains("FIRMWARE_NAME") {
+            return Reply::Ok { number: None, report: None };
+        }
+        let number = rest.split_ascii_whitespace().find_map(|w| w.strip_prefix('N')?.parse().ok());
+        return Reply::Ok { number, report: temperatures(rest) };
+    }
+    if let Some(rest) = text.strip_prefix("Resend:").or_else(|| text.strip_prefix("rs ")) {
+        return Reply::Resend(rest.trim().trim_start_matches('N').parse().ok());
+    }
+    if protocol == Protocol::Klipper {
+        if let Some(rest) = text.strip_prefix("!!") {
+            return Reply::Error(rest.trim().to_owned());
+        }
+        if let Some(state) = text.strip_prefix("// Klipper state: ") {
+            let gone = matches!(state.trim(), "Shutdown" | "Disconnect");
+            return if gone { Reply::Fatal(format!("Klipper state: {}", state.trim())) } else { Reply::Chatter };
+        }
+    }
+    if text.starts_with("Error:") {
+        return error(text);
+    }
+    echo(text)
+}
+
+/// Pieces of the wire errors' texts: one wrong byte cannot spoil them all.
+const WIRE_ERRORS: [&str; 6] = ["checksum", "mismatch", "Last Line", "Line Number", "with line", "Number+1"];
+const FATAL: [&str; 9] = [
+    "halted",
+    "kill()",
+    "KILL",
+    "Thermal Runaway",
+    "Heating failed",
+    "MAXTEMP",
+    "MINTEMP",
+    "Printer stopped",
+    "system stopped",
+];
+
+fn error(text: &str) -> Reply {
+    let body = text["Error:".len()..].trim();
+    if FATAL.iter().any(|f| body.contains(f)) {
+        return Reply::Fatal(body.to_owned());
+    }
+    if WIRE_ERRORS.iter().any(|f| body.contains(f)) {
+        let last = body.split_once("Last Line:").and_then(|(_, n)| n.trim().parse().ok());
+        return Reply::LineError(last);
+    }
+    Reply::Error(body.to_owned())
+}
+
+fn echo(text: &str) -> Reply {
+    if let Some(rest) = text.strip_prefix("echo:busy:") {
+        let user = rest.contains("paused");
+        return Reply::Busy(if user { Busy::User } else { Busy::Processing });
+    }
+    if let Some(rest) = text.strip_prefix("echo:Unknown command:").or_else(|| text.strip_prefix("// Unknown command:"))
+    {
+        return Reply::Unknown(rest.trim().trim_matches('"').to_owned());
+    }
+    if text == "start" || text == "PowerUp" || text.starts_with("Marlin ") || text.starts_with("RepRapFirmware for ") {
+        return Reply::Greeting(text.to_owned());
+    }
+    if text.contains("FIRMWARE_NAME:") || text.starts_with("Cap:") {
+        return Reply::Identity(text.to_owned());
+    }
+    if text.starts_with("X:") {
+        return Reply::Position(position(text));
+    }
+    match temperatures(text) {
+        Some(found) if text.starts_with([' ', 'T', 'B']) => Reply::Temperatures(found),
+        _ => Reply::Chatter,
+    }
+}
+
+/// The words of `X:10.00 Y:0.00 Z:0.00 A:9.00 C:0.00 E:7.00 Count X:-15200`, up to `Count`.
+fn position(text: &str) -> Vec<(u8, f64)> {
+    let stated = text.split(" Count").next().unwrap_or_default();
+    let word = |w: &str| {
+        let (letter, value) = w.split_once(':')?;
+        Some((*letter.as_bytes().first()?, value.parse().ok()?))
+    };
+    stated.split_ascii_whitespace().filter_map(word).collect()
+}
+
+/// `T:19.38 /0.00 B:19.38 /0.00 @:0`, `T0:` for the first tool too; `None` without either.
+fn temperatures(text: &str) -> Option<Temperatures> {
+    let mut found = Temperatures::default();
+    let mut words = text.split_ascii_whitespace().peekable();
+    while let Some(word) = words.next() {
+        let Some((name, now)) = word.split_once(':') else { continue };
+        let Ok(now) = now.parse::<f64>() else { continue };
+        let wanted = words.peek().and_then(|w| w.strip_prefix('/')?.parse().ok()).unwrap_or(0.0);
+        match name {
+            "T" | "T0" if found.nozzle.is_none() => found.nozzle = Some([now, wanted]),
+            "B" => found.bed = Some([now, wanted]),
+            _ => {}
+        }
+    }
+    (found != Temperatures::default()).then_some(found)
+}
+
+fn grbl(text: &str) -> Reply {
+    if let Some(code) = text.strip_prefix("error:") {
+        return code.trim().parse().map_or(Reply::Error(text.to_owned()), Reply::Refused);
+    }
+    if let Some(code) = text.strip_prefix("ALARM:") {
+        return Reply::Alarm(code.trim().parse().unwrap_or(0));
+    }
+    if text.starts_with("Grbl ") || text.starts_with("GrblHAL ") {
+        return Reply::Greeting(text.to_owned());
+    }
+    if text.starts_with("[VER:") || text.starts_with("[OPT:") || text.starts_with("[AXS:") {
+        return Reply::Identity(text.to_owned());
+    }
+    match text.strip_prefix('<').and_then(|t| t.strip_suffix('>')) {
+        Some(inner) => Reply::Status(status(inner)),
+        None => Reply::Chatter,
+    }
+}
+
+fn status(inner: &str) -> Status {
+    let mut fields = inner.split('|');
+    let mut found = Status { state: fields.next().unwrap_or_default().to_owned(), ..Status::default() };
+    for field in fields {
+        let Some((name, value)) = field.split_once(':') else { continue };
+        match name {
+            "Bf" => {
+                let both: Vec<usize> = value.split(',').filter_map(|v| v.parse().ok()).collect();
+                found.free = <[usize; 2]>::try_from(both).ok();
+            }
+            "MPos" => found.position = value.split(',').filter_map(|v| v.parse().ok()).collect(),
+            _ => {}
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn marlin(text: &str) -> Reply {
+        Reply::read(Protocol::Marlin, text.as_bytes())
+    }
+
+    const BARE: Reply = Reply::Ok { number: None, report: None };
+
+    #[test]
+    fn ok_is_a_word_of_its_own() {
+        assert_eq!(marlin("ok"), BARE);
+        assert_eq!(marlin("ok P15 B3"), BARE);
+        assert_eq!(marlin("ok N3 P15 B3"), Reply::Ok { number: Some(3), report: None });
+        for no in ["okay", "oecho:ok", "o k", "k", "o", "xok", "echo:ok", "Ok", "ok\u{fffd}"] {
+            assert!(!matches!(marlin(no), Reply::Ok { .. }), "{no}");
+        }
+        assert!(!matches!(Reply::read(Protocol::Marlin, b"\xffok"), Reply::Ok { .. }));
+    }
+
+    #[test]
+    fn only_the_answer_to_m105_carries_temperatures() {
+        let Reply::Ok { report: Some(t), .. } = marlin("ok T:19.38 /0.00 B:20.50 /60.00 @:0 B@:0") else { panic!() };
+        assert_eq!((t.nozzle, t.bed), (Some([19.38, 0.0]), Some([20.5, 60.0])));
+        let auto = marlin(" T:30.36 /200.00 B:20.00 /0.00 @:0 W:?");
+        assert!(matches!(auto, Reply::Temperatures(t) if t.nozzle == Some([30.36, 200.0])));
+    }
+
+    #[test]
+    fn wire_errors_survive_a_wrong_byte_and_fatal_ones_are_known() {
+        assert_eq!(marlin("Error:checksum mismatch, Last Line: 41"), Reply::LineError(Some(41)));
+        assert_eq!(marlin("Error:chec?sum mismatch, Last Line: 41"), Reply::LineError(Some(41)));
+        assert_eq!(marlin("Error:No Checksum with line number, Last Line: 3"), Reply::LineError(Some(3)));
+        assert_eq!(marlin("Resend: 42"), Reply::Resend(Some(42)));
+        assert_eq!(marlin("rs N42"), Reply::Resend(Some(42)));
+        assert_eq!(marlin("Resend: 4z"), Reply::Resend(None));
+        for text in ["Error:Printer halted. kill() called!", "Error:Thermal Runaway, system stopped! Heater_ID: 0"] {
+            assert!(matches!(marlin(text), Reply::Fatal(_)), "{text}");
+        }
+        assert!(matches!(marlin("Error:Probing Failed"), Reply::Error(_)));
+    }
+
+    #[test]
+    fn reads_grbl_status_and_greeting() {
+        let read = |text: &str| Reply::read(Protocol::Grbl, text.as_bytes());
+        let Reply::Status(s) = read("<Idle|MPos:1.000,-2.000,0.000|Bf:15,128|FS:0,0>") else { panic!() };
+        assert_eq!((s.state.as_str(), s.free, s.position), ("Idle", Some([15, 128]), vec![1.0, -2.0, 0.0]));
+        assert_eq!(read("error:20"), Reply::Refused(20));
+        assert_eq!(read("ALARM:2"), Reply::Alarm(2));
+        assert!(matches!(read("Grbl 1.1h ['$' for help]"), Reply::Greeting(_)));
+    }
+
+    #[test]
+    fn reads_the_position_up_to_the_steps() {
+        let read = marlin("X:10.00 Y:0.00 Z:-3.50 A:999.00 C:0.00 E:7.00 Count X:-15200 Y:1");
+        let words = vec![(b'X', 10.0), (b'Y', 0.0), (b'Z', -3.5), (b'A', 999.0), (b'C', 0.0), (b'E', 7.0)];
+        assert_eq!(read, Reply::Position(words));
+    }
+}

@@ -1,0 +1,359 @@
+//! The state of a program at a block, leaving the part and coming back to it, and re-entry after a reset.
+//!
+//! The tool's axis is machine +Z at any tilt, because it is the table that turns; so leaving is a lift in Z, and the table's
+//! axes turn only at the height where they cannot touch anything.
+//!
+//! Units: mm, degrees in the written words, mm/min.
+
+use super::program::{MarkKind, Program};
+use super::sender::PLANNER_BLOCKS;
+use super::wire::Protocol;
+use crate::gcode::{Command, ParsedLine, push_fixed};
+use crate::geom::Angle;
+use crate::motion::AxisRange;
+use crate::motion::replay::{Controller, Position, Reading, ReplayError};
+
+/// What the machine is told before a block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Tip and table.
+    pub at: Position,
+    /// G90.
+    pub absolute: bool,
+    /// M82.
+    pub extruder_absolute: bool,
+    /// What the extruder counts.
+    pub extruder_count: f64,
+    /// The last F.
+    pub feed: Option<f64>,
+    /// G93.
+    pub inverse_time: bool,
+    /// Nozzle, degrees Celsius.
+    pub nozzle_c: f64,
+    /// Bed, degrees Celsius.
+    pub bed_c: f64,
+    /// The last line of each setting that stays: fans, accelerations, flow, tool.
+    pub kept: Vec<(Command, String)>,
+    /// Whether anything was extruded before.
+    pub printed: bool,
+}
+
+/// M-codes whose last line is still in force: fans, limits, accelerations, jerk, speed and flow factors, pressure advance.
+const KEPT: [u32; 12] = [106, 107, 201, 203, 204, 205, 220, 221, 572, 900, 566, 42];
+
+impl State {
+    /// The state before block `block`, by replaying everything in front of it.
+    ///
+    /// # Errors
+    ///
+    /// [`ReplayError`] where a line has no meaning that is known.
+    pub fn before(program: &Program, reading: &Reading, block: u32) -> Result<Self, ReplayError> {
+        let mut controller = Controller::new(reading.clone());
+        let mut line = ParsedLine::default();
+        let mut state = Self {
+            at: Position::default(),
+            absolute: true,
+            extruder_absolute: true,
+            extruder_count: 0.0,
+            feed: None,
+            inverse_time: false,
+            nozzle_c: 0.0,
+            bed_c: 0.0,
+            kept: Vec::new(),
+            printed: false,
+        };
+        for index in 0..block.min(program.len()) {
+            let bytes = program.block(index);
+            if line.read(bytes).is_err() {
+                continue;
+            }
+            let step = controller.step(&line)?;
+            if let crate::motion::replay::Step::Move(m) = &step {
+                state.printed |= m.e > 0.0 && m.written != 0;
+            }
+            state.keep(&line, bytes);
+        }
+        state.at = controller.at;
+        state.absolute = controller.is_absolute();
+        state.extruder_absolute = controller.extruder_is_absolute();
+        state.extruder_count = controller.extruder_count();
+        state.feed = controller.feed();
+        state.inverse_time = controller.is_inverse_time();
+        Ok(state)
+    }
+
+    fn keep(&mut self, line: &ParsedLine, bytes: &[u8]) {
+        let Some(&command) = line.commands.first() else { return };
+        let target = line.value(b'S').or_else(|| line.value(b'R'));
+        match (command.letter, command.number) {
+            (b'M', 104 | 109) => self.nozzle_c = target.unwrap_or(self.nozzle_c),
+            (b'M', 140 | 190) => self.bed_c = target.unwrap_or(self.bed_c),
+            (b'M', number) if KEPT.contains(&number) => {
+                let fan = |n| matches!(n, 106 | 107);
+                self.kept.retain(|(c, _)| c.number != number && !(fan(number) && fan(c.number)));
+                self.kept.push((command, String::from_utf8_lossy(bytes).into_owned()));
+            }
+            (b'T', _) => {
+                self.kept.retain(|(c, _)| c.letter != b'T');
+                self.kept.insert(0, (command, String::from_utf8_lossy(bytes).into_owned()));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What becomes of the heaters when a print is stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heaters {
+    /// Both off.
+    Off,
+    /// The nozzle off, the bed kept so that the part stays on it.
+    KeepBed,
+    /// As they are.
+    Keep,
+}
+
+/// How the head leaves and comes back, from the profile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Retreat {
+    /// The table's axes: tilt, rotation.
+    pub axes: [AxisRange; 2],
+    /// The highest Z.
+    pub z_max_mm: f64,
+    /// How far up.
+    pub lift_mm: f64,
+    /// Filament pulled.
+    pub retract_mm: f64,
+    /// Speed of the pull, mm/min.
+    pub retract_feed: f64,
+    /// In X and Y, mm/min.
+    pub travel_feed: f64,
+    /// In Z, mm/min.
+    pub z_feed: f64,
+    /// The extruder's letter.
+    pub extruder: u8,
+    /// After a fault or a cancel.
+    pub heaters: Heaters,
+    /// Lines that home the machine without touching a part on its table; empty where there is no such way.
+    pub home: Vec<String>,
+}
+
+impl Retreat {
+    /// The line that waits until the last move has ended.
+    pub fn drain(&self, protocol: Protocol) -> &'static str {
+        if protocol == Protocol::Grbl { "G4P0.01" } else { "M400" }
+    }
+
+    /// Heater lines after a fault.
+    pub fn heaters_on_stop(&self) -> &'static [&'static str] {
+        match self.heaters {
+            Heaters::Off => &["M104S0", "M140S0"],
+            Heaters::KeepBed => &["M104S0"],
+            Heaters::Keep => &[],
+        }
+    }
+
+    /// Heater lines after a cancel.
+    pub fn heaters_on_cancel(&self, protocol: Protocol) -> Vec<String> {
+        if protocol == Protocol::Grbl {
+            return Vec::new();
+        }
+        self.heaters_on_stop().iter().chain(&["M107"]).map(|l| (*l).to_owned()).collect()
+    }
+
+    fn pull(&self, sign: &str, protocol: Protocol) -> Vec<String> {
+        if protocol == Protocol::Grbl && self.extruder == b'E' {
+            return Vec::new();
+        }
+        let (letter, feed) = (char::from(self.extruder), number(self.retract_feed));
+        vec!["G91".to_owned(), format!("G1{letter}{sign}{}F{feed}", number(self.retract_mm)), "G90".to_owned()]
+    }
+
+    /// From `state` up along the tool's axis; the table stays.
+    pub fn leave(&self, state: &State, protocol: Protocol) -> Vec<String> {
+        let mut lines = vec![self.drain(protocol).to_owned()];
+        if protocol != Protocol::Grbl {
+            lines.push("M114".to_owned());
+        }
+        let Some(z) = state.at.linear[2] else { return lines };
+        lines.push("G94".to_owned());
+        if !state.inverse_time {
+            lines.pop();
+        }
+        if state.printed {
+            if protocol != Protocol::Grbl {
+                lines.push("M83".to_owned());
+            }
+            lines.extend(self.pull("-", protocol));
+        }
+        if lines.last().is_none_or(|l| l != "G90") {
+            lines.push("G90".to_owned());
+        }
+        let up = (z + self.lift_mm).min(self.z_max_mm.max(z));
+        lines.push(format!("G1Z{}F{}", number(up), number(self.z_feed)));
+        lines.push(self.drain(protocol).to_owned());
+        lines
+    }
+
+    /// From above back to `state`: heat, the table's axes each alone, X and Y, down, filament, modes.
+    pub fn come_back(&self, state: &State, protocol: Protocol) -> Vec<String> {
+        let mut lines = Vec::new();
+        if protocol != Protocol::Grbl {
+            lines.extend((state.bed_c > 0.0).then(|| format!("M190S{}", number(state.bed_c))));
+            lines.extend((state.nozzle_c > 0.0).then(|| format!("M109S{}", number(state.nozzle_c))));
+        }
+        lines.push("G90".to_owned());
+        lines.extend(self.turn(state));
+        if let [Some(x), Some(y), Some(z)] = state.at.linear {
+            lines.push(format!("G1X{}Y{}F{}", number(x), number(y), number(self.travel_feed)));
+            lines.push(format!("G1Z{}F{}", number(z), number(self.z_feed)));
+        }
+        if state.printed {
+            if protocol != Protocol::Grbl {
+                lines.push("M83".to_owned());
+            }
+            lines.extend(self.pull("", protocol));
+        }
+        lines.extend(self.modes(state, protocol));
+        lines
+    }
+
+    fn turn(&self, state: &State) -> Vec<String> {
+        let angles = [state.at.tilt, state.at.rotation];
+        let word = |(axis, angle): (&AxisRange, Option<Angle>)| {
+            let rate = axis.max_rate.to_degrees() * 60.0;
+            Some(format!(
+                "G1{}{}F{}",
+                char::from(axis.letter),
+                number(axis.word_of(angle?).deg()),
+                number(rate.floor())
+            ))
+        };
+        self.axes.iter().zip(angles).filter_map(word).collect()
+    }
+
+    fn modes(&self, state: &State, protocol: Protocol) -> Vec<String> {
+        let mut lines = Vec::new();
+        if !state.absolute {
+            lines.push("G91".to_owned());
+        }
+        if protocol != Protocol::Grbl {
+            lines.push(if state.extruder_absolute { "M82" } else { "M83" }.to_owned());
+            lines.push(format!("G92E{}", number(state.extruder_count)));
+        }
+        if state.inverse_time {
+            lines.push("G93".to_owned());
+        } else if let Some(feed) = state.feed {
+            lines.push(format!("G1F{}", number(feed)));
+        }
+        lines
+    }
+}
+
+fn number(value: f64) -> String {
+    let mut out = Vec::new();
+    push_fixed(&mut out, value.clamp(-1e9, 1e9), 5);
+    String::from_utf8(out).unwrap_or_default()
+}
+
+/// How a print is taken up again after the printer has forgotten where it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reentry {
+    /// The block with which it goes on.
+    pub block: u32,
+    /// Its line of the file.
+    pub file_line: u32,
+    /// The last block that is known to be executed.
+    pub executed: u32,
+    /// Our own lines before it.
+    pub lines: Vec<String>,
+    /// What will happen, a sentence each.
+    pub words: Vec<String>,
+    /// The state there.
+    pub state: State,
+}
+
+/// Why a print cannot be taken up again.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReentryError {
+    /// Homing could hit the part.
+    #[error(
+        "the profile gives no way to home with a part on the table ([link] rehome): homing as usual could drive the nozzle \
+         into the print"
+    )]
+    NoHoming,
+    /// Nothing to begin at.
+    #[error(
+        "no layer or slot of the file lies before line {line}, the last that is known to be executed; print it anew"
+    )]
+    NoBoundary {
+        /// Of the file.
+        line: u32,
+    },
+    /// The replay cannot follow.
+    #[error("the file cannot be followed up to line {line}: {why}")]
+    Unknown {
+        /// Of the file.
+        line: u32,
+        /// What the replay says.
+        why: String,
+    },
+}
+
+impl Reentry {
+    /// The re-entry for a print of which blocks before `answered` were answered.
+    ///
+    /// An answered block may still have been in the printer's planner, so that the last two dozen of them do not
+    /// count as executed. The print goes on at the last slot, print or layer that began before that.
+    ///
+    /// # Errors
+    ///
+    /// [`ReentryError`] where that is not safe.
+    pub fn find(program: &Program, reading: &Reading, retreat: &Retreat, answered: u32) -> Result<Self, ReentryError> {
+        let executed = answered.saturating_sub(PLANNER_BLOCKS);
+        let line = program.file_line(executed);
+        if retreat.home.is_empty() {
+            return Err(ReentryError::NoHoming);
+        }
+        let unknown = |why: ReplayError| ReentryError::Unknown { line, why: why.to_string() };
+        let known = |s: &State| s.at.tip().is_some() && s.at.pose().is_some();
+        for mark in program.marks.iter().rev().filter(|m| m.block <= executed) {
+            let state = State::before(program, reading, mark.block).map_err(unknown)?;
+            if known(&state) {
+                return Ok(Self::at(program, retreat, mark.kind, mark.block, executed, state));
+            }
+        }
+        Err(ReentryError::NoBoundary { line })
+    }
+
+    fn at(program: &Program, retreat: &Retreat, kind: MarkKind, block: u32, executed: u32, state: State) -> Self {
+        let top = number(retreat.z_max_mm);
+        let mut lines = Vec::new();
+        let protocol = Protocol::Marlin;
+        lines.extend((state.bed_c > 0.0).then(|| format!("M140S{}", number(state.bed_c))));
+        lines.extend(retreat.home.iter().cloned());
+        lines.push("G90".to_owned());
+        lines.push(format!("G1Z{top}F{}", number(retreat.z_feed)));
+        lines.extend(state.kept.iter().map(|(_, text)| text.clone()));
+        lines.extend(retreat.come_back(&state, protocol));
+        let [x, y, z] = state.at.linear.map(|v| number(v.unwrap_or(0.0)));
+        let file_line = program.file_line(block);
+        let what = match kind {
+            MarkKind::Slot(n) => format!("slot {n}"),
+            MarkKind::Print(n) => format!("print {n}"),
+            MarkKind::Layer => "its layer".to_owned(),
+        };
+        let turns = retreat.turn(&state).join(", ");
+        let words = vec![
+            format!("lines up to {} of the file are known to be executed", program.file_line(executed)),
+            format!("heat the bed to {:.0} and home with: {}", state.bed_c, retreat.home.join(", ")),
+            format!("up to Z {top}, heat the nozzle to {:.0}, turn the table: {turns}", state.nozzle_c),
+            format!("across to X {x} Y {y}, straight down to Z {z}, prime {} mm", number(retreat.retract_mm)),
+            format!(
+                "go on with {what}, line {file_line}; {} lines are printed again",
+                program.file_line(executed).saturating_sub(file_line)
+            ),
+        ];
+        Self { block, file_line, executed, lines, words, state }
+    }
+}

@@ -1,0 +1,136 @@
+//! Grbl, grblHAL, FluidNC: no counter, no checksum; answers are counted and the status report is the witness.
+//!
+//! A status report that shows more bytes in the receive buffer than are counted as unanswered proves a false `ok`; a machine
+//! that idles while lines are unanswered proves a lost one. Either stops the print in feed hold, since neither can be told
+//! from a line that was lost or melted into another.
+
+use std::time::Duration;
+
+use super::{Event, Sender, Stage, Stop, Time};
+use crate::link::reply::{Reply, Status};
+
+/// How often the status is asked for.
+pub(super) const STATUS_EVERY: Time = Duration::from_millis(500);
+/// Statuses without an answer before the machine counts as mute.
+const UNANSWERED: Time = Duration::from_secs(10);
+/// An idle machine answers within this.
+const IDLE: Time = Duration::from_secs(2);
+
+impl Sender {
+    pub(super) fn hear_hello_grbl(&mut self, now: Time, reply: &Reply) {
+        match reply {
+            Reply::Ok { .. } => self.out.push(b'?'),
+            Reply::Status(status) if status.state.starts_with("Idle") => {
+                self.stage = Stage::Flow;
+                self.heard = now;
+                self.moved = now;
+                self.take_buffer_size();
+                self.now_ready();
+            }
+            Reply::Status(status) => {
+                let hint =
+                    if status.state.starts_with("Alarm") { "; home it ($H) or unlock it ($X) first" } else { "" };
+                self.stop(Stop::NotReady { state: format!("its state is {}{hint}", status.state) });
+            }
+            Reply::Refused(code) => {
+                let state = format!("it answers error:{code} ({}) to $I", meaning(*code));
+                self.stop(Stop::NotReady { state });
+            }
+            Reply::Alarm(code) => self.stop(Stop::NotReady { state: format!("ALARM:{code}; home it ($H) first") }),
+            _ => {}
+        }
+    }
+
+    /// `[OPT:V,15,128]`: planner blocks, receive bytes.
+    fn take_buffer_size(&mut self) {
+        let line = self.identity.lines().find_map(|l| l.strip_prefix("[OPT:"));
+        let sizes = line.map(|l| l.trim_end_matches(']').split(',').collect::<Vec<_>>());
+        if let Some(bytes) = sizes.and_then(|s| s.get(2)?.parse::<usize>().ok()) {
+            self.rx_total = bytes;
+            self.settings.window_bytes = self.settings.window_bytes.min(bytes.saturating_sub(1));
+        }
+    }
+
+    pub(super) fn hear_grbl(&mut self, now: Time, reply: Reply) {
+        match reply {
+            Reply::Ok { .. } => {
+                self.heard = now;
+                self.idle_seen = None;
+                self.answered(now, None, false);
+            }
+            Reply::Refused(code) if self.in_flight() > 0 => {
+                let line = self.line_of(self.credited + 1);
+                self.stop(Stop::Refused { line, code, meaning: meaning(code) });
+            }
+            Reply::Alarm(code) => self.stop(Stop::Fatal { text: format!("ALARM:{code} ({})", alarm(code)) }),
+            Reply::Error(text) => {
+                let line = self.line_of(self.credited + 1);
+                self.stop(Stop::Error { text, line });
+            }
+            Reply::Status(status) => self.status(now, status),
+            _ => {}
+        }
+    }
+
+    fn status(&mut self, now: Time, status: Status) {
+        self.heard = now;
+        let waiting = status.state.starts_with("Hold") || status.state.starts_with("Door");
+        if waiting && !self.user_wait {
+            self.event(Event::UserWait);
+        }
+        self.user_wait = waiting;
+        if status.state.starts_with("Alarm") {
+            self.stop(Stop::Fatal { text: format!("its state is {}", status.state) });
+            return;
+        }
+        let used = status.free.map_or(0, |[_, bytes]| self.rx_total.saturating_sub(bytes));
+        // One byte of the ring is never used, and grblHAL counts it as used.
+        let too_many = used > self.bytes_out + 1;
+        let idle = status.state.starts_with("Idle") && self.in_flight() > 0;
+        self.event(Event::Status(status));
+        let since = if idle { *self.idle_seen.get_or_insert(now) } else { now };
+        if !idle {
+            self.idle_seen = None;
+        }
+        if too_many || now > since + IDLE {
+            let (first, last) = (self.line_of(self.credited + 1), self.line_of(self.cursor - 1));
+            self.stop(Stop::Unaccounted { lines: self.in_flight(), first, last });
+        }
+    }
+
+    pub(super) fn watch_grbl(&mut self, now: Time) {
+        if now > self.asked + STATUS_EVERY {
+            self.asked = now;
+            self.out.push(b'?');
+        }
+        if now > self.heard.max(self.moved) + UNANSWERED {
+            self.mute(now, (UNANSWERED.as_millis() / STATUS_EVERY.as_millis()) as u32);
+        }
+    }
+}
+
+fn meaning(code: u32) -> &'static str {
+    match code {
+        1 => "a letter was expected",
+        2 => "a number is missing or wrong",
+        8 => "not while it moves",
+        9 => "locked: home or unlock it",
+        11 => "the line is too long",
+        15 => "beyond the machine's travel",
+        20 => "a command it does not know",
+        22 => "no feed rate",
+        24 => "two commands want the same axis words",
+        33 => "an arc that cannot be",
+        _ => "see the firmware's list",
+    }
+}
+
+fn alarm(code: u32) -> &'static str {
+    match code {
+        1 => "hard limit",
+        2 => "soft limit",
+        3 => "reset while moving",
+        8 | 9 => "homing failed",
+        _ => "see the firmware's list",
+    }
+}

@@ -1,0 +1,207 @@
+//! Faults on purpose: at a line by its count, or at random lines from a seed.
+//!
+//! A line's count is its place among all lines that have arrived, from 1, the host's own questions included.
+
+use std::time::Duration;
+
+use super::Time;
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// One bit of the line turns over.
+    Corrupt,
+    /// One byte is lost.
+    LoseByte,
+    /// The line is lost.
+    Drop,
+    /// Its newline is lost.
+    Join,
+    /// It arrives twice.
+    Duplicate,
+    /// Its second half and its newline are lost, as when a receive buffer runs over.
+    Overflow,
+    /// It is worked on only after a second.
+    Slow,
+    /// Its `ok` is lost.
+    LoseOk,
+    /// Its `ok` comes as `o`.
+    MangleOk,
+    /// Its `ok` comes in two reads.
+    SplitOk,
+    /// Its `ok` comes twice.
+    DoubleOk,
+    /// Its `ok` comes three seconds late.
+    DelayOk,
+    /// Noise comes before its `ok`.
+    Noise,
+    /// It is refused without `Resend` and `ok`.
+    ErrorOnly,
+    /// It is refused once with a number that is wrong.
+    GarbledResend,
+    /// A resend of the line that is next anyway.
+    ResendNext,
+    /// A resend of line 1.
+    ResendOld,
+    /// It, and every line after it, is refused for ever.
+    EndlessResend,
+    /// An `ok` that belongs to nothing.
+    StrayOk,
+    /// `start` in the middle of things, from nobody.
+    FalseStart,
+    /// A fatal error; the printer is dead.
+    Fatal,
+    /// An error that no host knows.
+    StrangeError,
+    /// No byte comes back any more.
+    Mute,
+    /// The firmware begins anew.
+    Reset,
+    /// The same after some seconds without power.
+    PowerLoss,
+    /// The USB plug is pulled for two seconds; the printer lives.
+    HangUp,
+}
+
+/// Names as the command line has them.
+pub const NAMES: [(&str, Fault); 26] = [
+    ("corrupt", Fault::Corrupt),
+    ("lose-byte", Fault::LoseByte),
+    ("drop", Fault::Drop),
+    ("join", Fault::Join),
+    ("duplicate", Fault::Duplicate),
+    ("rx-overflow", Fault::Overflow),
+    ("slow", Fault::Slow),
+    ("lose-ok", Fault::LoseOk),
+    ("mangle-ok", Fault::MangleOk),
+    ("split-ok", Fault::SplitOk),
+    ("double-ok", Fault::DoubleOk),
+    ("delay-ok", Fault::DelayOk),
+    ("noise", Fault::Noise),
+    ("error-only", Fault::ErrorOnly),
+    ("garbled-resend", Fault::GarbledResend),
+    ("resend-next", Fault::ResendNext),
+    ("resend-old", Fault::ResendOld),
+    ("endless-resend", Fault::EndlessResend),
+    ("stray-ok", Fault::StrayOk),
+    ("false-start", Fault::FalseStart),
+    ("fatal", Fault::Fatal),
+    ("strange-error", Fault::StrangeError),
+    ("mute", Fault::Mute),
+    ("reset", Fault::Reset),
+    ("power-loss", Fault::PowerLoss),
+    ("hang-up", Fault::HangUp),
+];
+
+/// Faults after which a host that can count goes on.
+pub const SURVIVABLE: [Fault; 17] = [
+    Fault::Corrupt,
+    Fault::LoseByte,
+    Fault::Drop,
+    Fault::Join,
+    Fault::Duplicate,
+    Fault::Overflow,
+    Fault::Slow,
+    Fault::LoseOk,
+    Fault::MangleOk,
+    Fault::SplitOk,
+    Fault::DoubleOk,
+    Fault::DelayOk,
+    Fault::Noise,
+    Fault::ErrorOnly,
+    Fault::GarbledResend,
+    Fault::ResendNext,
+    Fault::StrayOk,
+];
+
+/// When and which.
+#[derive(Clone, Debug)]
+pub struct Script {
+    at: Vec<(u64, Fault)>,
+    random: Vec<Fault>,
+    probability: f64,
+    numbers: u64,
+    lines: u64,
+}
+
+impl Script {
+    /// No faults.
+    pub fn none() -> Self {
+        Self::at(&[])
+    }
+
+    /// Each fault once, at its line.
+    pub fn at(faults: &[(u64, Fault)]) -> Self {
+        Self { at: faults.to_vec(), random: Vec::new(), probability: 0.0, numbers: 1, lines: 0 }
+    }
+
+    /// One of `faults` with `probability` at each line; the same lines for the same seed.
+    pub fn random(faults: &[Fault], probability: f64, seed: u64) -> Self {
+        Self { at: Vec::new(), random: faults.to_vec(), probability, numbers: seed, lines: 0 }
+    }
+
+    /// The faults that have a line.
+    pub fn scheduled(&self) -> Vec<(u64, Fault)> {
+        self.at.clone()
+    }
+
+    /// Adds one to a script.
+    pub fn add(&mut self, line: u64, fault: Fault) {
+        self.at.push((line, fault));
+    }
+
+    /// `SplitMix64` (Steele, Lea and Flood, 2014).
+    pub(super) fn draw(&mut self) -> u64 {
+        self.numbers = self.numbers.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.numbers;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn unit(&mut self) -> f64 {
+        (self.draw() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Counts a line and says what befalls it.
+    pub(super) fn next(&mut self) -> Option<Fault> {
+        self.lines += 1;
+        if let Some(index) = self.at.iter().position(|(line, _)| *line == self.lines) {
+            return Some(self.at.swap_remove(index).1);
+        }
+        if self.random.is_empty() || self.unit() >= self.probability {
+            return None;
+        }
+        let index = self.draw() as usize % self.random.len();
+        Some(self.random[index])
+    }
+
+    /// Whether anything can still happen.
+    pub(super) fn is_active(&self) -> bool {
+        !self.at.is_empty() || !self.random.is_empty()
+    }
+}
+
+/// What the wire makes of a line, its newline included.
+pub(super) fn spoil(fault: Option<Fault>, line: &mut Vec<u8>, draw: u64) {
+    let body = line.len().saturating_sub(1).max(1);
+    let place = (draw >> 8) as usize % body;
+    match fault {
+        Some(Fault::Corrupt) => line[place] ^= 1 << (draw % 7),
+        Some(Fault::LoseByte) => {
+            line.remove(place);
+        }
+        Some(Fault::Drop) => line.clear(),
+        Some(Fault::Join) => {
+            line.pop();
+        }
+        Some(Fault::Duplicate) => line.extend_from_within(..),
+        Some(Fault::Overflow) => line.truncate(line.len() / 2),
+        _ => {}
+    }
+}
+
+/// How late a late `ok` is.
+pub(super) const LATE: Time = Duration::from_secs(3);
+/// How slow a slow line is.
+pub(super) const SLOW: Time = Duration::from_secs(1);

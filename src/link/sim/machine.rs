@@ -1,0 +1,344 @@
+//! The machine behind the firmware: modal state, planner, limits, homing, heat. It knows no wire.
+
+use std::time::Duration;
+
+use super::Time;
+use super::heat::Heater;
+use super::planner::{Axes, Planner};
+use crate::gcode::{Command, LineKind, ParsedLine};
+use crate::geom::Angle;
+use crate::link::timing::{Rates, seconds};
+use crate::motion::replay::{Controller, Move, Position, Reading, Step};
+use crate::motion::{AxisRange, LinearLimits};
+
+/// The machine that is simulated.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// How lines are read.
+    pub reading: Reading,
+    /// The table's axes: tilt, rotation.
+    pub axes: [AxisRange; 2],
+    /// Where the tip may go.
+    pub limits: LinearLimits,
+    /// Where homing leaves X, Y and Z, mm.
+    pub home_mm: [f64; 3],
+    /// The axes' fastest.
+    pub rates: Rates,
+    /// mm/s^2 of X, Y, Z and E, deg/s^2 of tilt and rotation.
+    pub accelerations: [f64; 6],
+    /// Deviation at corners, mm.
+    pub junction_mm: f64,
+    /// Below this the extruder does not move, degrees Celsius; 0 for a machine without heaters.
+    pub coldest_extrusion_c: f64,
+    /// Heating and cooling this many times as fast as real ones.
+    pub heat_factor: f64,
+    /// How long a person takes at M0 and M600.
+    pub person: Time,
+}
+
+/// What a line did.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Took {
+    /// Executed, or in the planner.
+    Done,
+    /// Once more when the planner has room or has run dry.
+    Again,
+    /// Done at this time.
+    At(Time),
+    /// Until the heater is there.
+    Heat { bed: bool },
+    /// Until somebody has come.
+    Person(Time),
+    /// Not executed.
+    Refused(Refusal),
+    /// Executed in part: the extruder did not move.
+    Cold,
+}
+
+/// Why a line was not executed.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Refusal {
+    Unknown,
+    Beyond(Axes),
+    NotHomed,
+    NoFeed,
+}
+
+/// Axes, heaters and modes.
+#[derive(Clone, Debug)]
+pub(super) struct Machine {
+    pub(super) model: Model,
+    pub(super) planner: Planner,
+    controller: Controller,
+    pub(super) nozzle: Heater,
+    pub(super) bed: Heater,
+    pub(super) homed: bool,
+    extruded: f64,
+    line: ParsedLine,
+    until: Option<Time>,
+    /// Whether a target beyond the limits is cut to them, as Marlin does, or refused.
+    pub(super) clamps: bool,
+    pub(super) clamped: u32,
+    /// Whether G93 is known: not to Marlin and Klipper.
+    inverse_time: bool,
+}
+
+/// A homing move is this slow at least.
+const HOMING: Time = Duration::from_secs(8);
+
+impl Machine {
+    pub(super) fn new(model: Model, clamps: bool, inverse_time: bool) -> Self {
+        let at = [0.0; 6];
+        let mut controller = Controller::new(model.reading.clone());
+        controller.at = Position { linear: [Some(0.0); 3], tilt: Some(Angle::ZERO), rotation: Some(Angle::ZERO) };
+        Self {
+            planner: Planner::new(model.accelerations, model.junction_mm, at),
+            controller,
+            nozzle: Heater::new(3.0 * model.heat_factor),
+            bed: Heater::new(0.5 * model.heat_factor),
+            homed: false,
+            extruded: 0.0,
+            line: ParsedLine::default(),
+            until: None,
+            model,
+            clamps,
+            clamped: 0,
+            inverse_time,
+        }
+    }
+
+    /// The words of the axes: machine X, Y, Z, the table's words, E.
+    fn words(&self, at: &Position) -> Axes {
+        let [x, y, z] = at.linear.map(|v| v.unwrap_or(0.0));
+        let word = |axis: &AxisRange, angle: Option<Angle>| angle.map_or(0.0, |a| axis.word_of(a).deg());
+        [x, y, z, word(&self.model.axes[0], at.tilt), word(&self.model.axes[1], at.rotation), self.extruded]
+    }
+
+    /// Executes one block, or says what it waits for; called again until it is done.
+    pub(super) fn execute(&mut self, now: Time, block: &[u8]) -> Took {
+        if let Some(until) = self.until {
+            if until > now {
+                return Took::At(until);
+            }
+            self.until = None;
+            return Took::Done;
+        }
+        let mut line = std::mem::take(&mut self.line);
+        let took = match line.read(block) {
+            Ok(()) => self.run(now, &line),
+            Err(_) => Took::Refused(Refusal::Unknown),
+        };
+        self.line = line;
+        took
+    }
+
+    fn run(&mut self, now: Time, line: &ParsedLine) -> Took {
+        if self.planner.is_full() {
+            return Took::Again;
+        }
+        if line.kind == LineKind::Macro || (!self.inverse_time && line.commands.contains(&Command::g(93))) {
+            return Took::Refused(Refusal::Unknown);
+        }
+        let before = self.controller.clone();
+        match self.controller.step(line) {
+            Ok(Step::Move(m)) => self.make_move(now, &m, before),
+            Ok(Step::Home) => self.drained(before, |machine| machine.go_home(now, line)),
+            Ok(Step::Dwell(s)) => {
+                self.drained(before, |machine| machine.wait(now + Duration::from_secs_f64(s.clamp(0.0, 1e5))))
+            }
+            Ok(Step::Other(command)) => self.other(now, command, line, before),
+            Ok(_) => Took::Done,
+            Err(_) => {
+                self.controller = before;
+                Took::Refused(Refusal::Unknown)
+            }
+        }
+    }
+
+    /// Does `act` once the planner is empty; until then the modal state is as `before`.
+    fn drained(&mut self, before: Controller, act: impl FnOnce(&mut Self) -> Took) -> Took {
+        if self.planner.is_idle() {
+            self.planner.expect_pause();
+            return act(self);
+        }
+        self.controller = before;
+        Took::Again
+    }
+
+    fn wait(&mut self, until: Time) -> Took {
+        self.until = Some(until);
+        Took::At(until)
+    }
+
+    fn make_move(&mut self, now: Time, m: &Move, before: Controller) -> Took {
+        if !m.rapid && m.feed.is_none() {
+            self.controller = before;
+            return Took::Refused(Refusal::NoFeed);
+        }
+        if !self.homed && (m.written != 0 || m.rotary_written) && self.needs_home() {
+            self.controller = before;
+            return Took::Refused(Refusal::NotHomed);
+        }
+        let to = self.words(&m.to);
+        let beyond = self.beyond(&to);
+        if beyond && !self.clamps {
+            self.controller = before;
+            return Took::Refused(Refusal::Beyond(to));
+        }
+        if beyond {
+            self.clamped += 1;
+            self.cut(m);
+        }
+        let cold = m.e > 0.0 && self.nozzle.at(now) < self.model.coldest_extrusion_c;
+        if !cold {
+            self.extruded += m.e;
+        }
+        let end = self.words(&self.controller.at.clone());
+        self.planner.push(now, end, seconds(m, &self.model.rates));
+        if cold { Took::Cold } else { Took::Done }
+    }
+
+    /// Marlin moves before homing; the others do not.
+    fn needs_home(&self) -> bool {
+        !self.clamps
+    }
+
+    fn beyond(&self, to: &Axes) -> bool {
+        if !self.homed {
+            return false;
+        }
+        let tip = crate::geom::Vec3::new(to[0], to[1], to[2]);
+        let outside = |i: usize| {
+            let axis = &self.model.axes[i];
+            !axis.admits(axis.angle_of(Angle::from_deg(to[3 + i])))
+        };
+        self.model.limits.violation(&tip).is_some() || outside(0) || outside(1)
+    }
+
+    fn cut(&mut self, m: &Move) {
+        let mut at = m.to;
+        for i in 0..3 {
+            at.linear[i] = at.linear[i].map(|v| v.clamp(self.model.limits.min[i], self.model.limits.max[i]));
+        }
+        let cut = |axis: &AxisRange, angle: Option<Angle>| {
+            angle.map(|a| match axis.range {
+                Some((low, high)) => axis.angle_of(Angle::from_deg(axis.word_of(a).deg().clamp(low.deg(), high.deg()))),
+                None => a,
+            })
+        };
+        at.tilt = cut(&self.model.axes[0], at.tilt);
+        at.rotation = cut(&self.model.axes[1], at.rotation);
+        self.controller.at = at;
+    }
+
+    fn go_home(&mut self, now: Time, line: &ParsedLine) -> Took {
+        let tilt = self.model.axes[0].letter;
+        let rotation = self.model.axes[1].letter;
+        let all = ![b'X', b'Y', b'Z', tilt, rotation].iter().any(|l| line.has(*l));
+        let had = self.words_before();
+        for (i, letter) in [b'X', b'Y', b'Z'].into_iter().enumerate() {
+            let to = if all || line.has(letter) { self.model.home_mm[i] } else { had[i] };
+            self.controller.at.linear[i] = Some(to);
+        }
+        if all || line.has(tilt) {
+            self.controller.at.tilt = Some(Angle::ZERO);
+        }
+        if all || line.has(rotation) {
+            self.controller.at.rotation = Some(Angle::ZERO);
+        }
+        self.homed = true;
+        let at = self.words(&self.controller.at.clone());
+        self.planner.place(at);
+        self.wait(now + HOMING)
+    }
+
+    fn words_before(&self) -> Axes {
+        self.planner.end()
+    }
+
+    fn other(&mut self, now: Time, command: Command, line: &ParsedLine, before: Controller) -> Took {
+        let target = line.value(b'S').or_else(|| line.value(b'R'));
+        match (command.letter, command.number) {
+            (b'M', 104 | 109) => {
+                self.nozzle.set(now, target.unwrap_or(0.0));
+                if command.number == 109 { self.heat(now, false) } else { Took::Done }
+            }
+            (b'M', 140 | 190) => {
+                self.bed.set(now, target.unwrap_or(0.0));
+                if command.number == 190 { self.heat(now, true) } else { Took::Done }
+            }
+            (b'M', 400) => self.drained(before, |_| Took::Done),
+            (b'M', 0 | 1 | 600) => {
+                let until = now + self.model.person;
+                self.drained(before, |machine| {
+                    machine.until = Some(until);
+                    Took::Person(until)
+                })
+            }
+            (b'M', n) if KNOWN.contains(&n) => Took::Done,
+            (b'G', 29) => self.drained(before, |machine| machine.go_home(now, line)),
+            (b'G', 10) | (b'T', 0) => Took::Done,
+            _ => Took::Refused(Refusal::Unknown),
+        }
+    }
+
+    fn heat(&mut self, now: Time, bed: bool) -> Took {
+        let heater = if bed { &self.bed } else { &self.nozzle };
+        self.planner.expect_pause();
+        let there = heater.reached(now);
+        if there <= now {
+            return Took::Done;
+        }
+        self.until = Some(there);
+        Took::Heat { bed }
+    }
+
+    /// Ends a wait for heat or a person.
+    pub(super) fn end_wait(&mut self, now: Time) {
+        if self.until.is_some() {
+            self.until = Some(now);
+        }
+    }
+
+    /// Everything stops, the heaters too.
+    pub(super) fn kill(&mut self, now: Time) {
+        self.planner.abort(now);
+        self.nozzle.set(now, 0.0);
+        self.bed.set(now, 0.0);
+        self.until = None;
+    }
+
+    /// The firmware begins anew: modes and homing are forgotten, heat and place stay.
+    pub(super) fn restart(&mut self, now: Time) {
+        self.kill(now);
+        let at = self.planner.position(now);
+        let mut fresh = Self::new(self.model.clone(), self.clamps, self.inverse_time);
+        fresh.planner.place([0.0; 6]);
+        fresh.planner.starved = self.planner.starved;
+        fresh.nozzle = self.nozzle.clone();
+        fresh.bed = self.bed.clone();
+        // The axes stand where they stood, but the firmware believes they are at zero.
+        let _ = at;
+        *self = fresh;
+    }
+}
+
+/// M-codes that a printer takes without motion.
+const KNOWN: [u32; 47] = [
+    3, 4, 5, 7, 8, 9, 17, 18, 20, 21, 25, 27, 30, 31, 42, 75, 76, 77, 84, 85, 92, 105, 106, 107, 110, 111, 113, 114,
+    115, 117, 118, 119, 155, 200, 201, 203, 204, 205, 206, 211, 220, 221, 300, 420, 486, 566, 900,
+];
+
+impl Machine {
+    /// When the command in hand ends by itself.
+    pub(super) fn waits_until(&self) -> Option<Time> {
+        self.until
+    }
+}
+
+impl Machine {
+    pub(super) fn set_heat_factor(&mut self, factor: f64) {
+        self.nozzle = Heater::new(3.0 * factor);
+        self.bed = Heater::new(0.5 * factor);
+    }
+}

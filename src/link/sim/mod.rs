@@ -1,0 +1,529 @@
+//! A simulated printer: the same wires as a real one, with motion, heat, and faults on purpose.
+//!
+//! A state machine with a passed-in clock, like the sender. Its texts are those of the firmwares
+//! (`field/firmware.md` section 3); transcripts of these in `fixtures/wire/` are played against it, and Python programs that
+//! share no code with it talk to it, so that it is not its own witness.
+
+mod faults;
+mod grbl;
+mod heat;
+mod machine;
+mod marlin;
+mod plain;
+mod planner;
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+pub use faults::{Fault, NAMES, SURVIVABLE, Script};
+pub use machine::Model;
+pub use planner::Axes;
+
+use super::Time;
+use super::wire::Protocol;
+use faults::{LATE, SLOW, spoil};
+use machine::{Machine, Took};
+
+/// How a firmware differs from its kind.
+#[derive(Clone, Debug)]
+pub struct Quirks {
+    /// `ok N3 P15 B3`.
+    pub advanced_ok: bool,
+    /// An `ok` after `Resend:`.
+    pub ok_after_resend: bool,
+    /// Marlin from 2.1 drops a line that it already has without a word; older ones refuse it.
+    pub silent_duplicates: bool,
+    /// M112, M108 and M410 act before they are queued.
+    pub emergency_parser: bool,
+    /// `echo:busy:` and `wait`.
+    pub busy: bool,
+    /// Commands that are queued.
+    pub queue: usize,
+    /// Bytes of the receive buffer; what does not fit is lost where `overflows`.
+    pub receive_buffer: usize,
+    /// An 8-bit UART: no flow control.
+    pub overflows: bool,
+    /// grblHAL latches an error until a blank line, `$` or reset.
+    pub latches_errors: bool,
+    /// Bits a second in each direction; 0 for none.
+    pub baud: u32,
+    /// What it is called.
+    pub name: String,
+    /// Its own number, for M115.
+    pub uuid: String,
+}
+
+impl Quirks {
+    /// An ordinary firmware of this protocol.
+    pub fn of(protocol: Protocol) -> Self {
+        Self {
+            advanced_ok: false,
+            ok_after_resend: true,
+            silent_duplicates: true,
+            emergency_parser: true,
+            busy: true,
+            queue: 4,
+            receive_buffer: if protocol == Protocol::RepRapFirmware { 256 } else { 128 },
+            overflows: matches!(protocol, Protocol::Marlin | Protocol::Grbl),
+            latches_errors: false,
+            baud: 0,
+            name: "trunnion".to_owned(),
+            uuid: "cede2a2f-41a2-4748-9b12-c55c62f367ff".to_owned(),
+        }
+    }
+}
+
+/// What it did.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Logged {
+    /// A block was accepted for execution, without number and checksum.
+    Accepted(Vec<u8>),
+    /// A move ended here.
+    Pose(Axes),
+    /// It began anew.
+    Restarted,
+    /// It died.
+    Killed,
+}
+
+/// The simulated printer.
+#[derive(Clone, Debug)]
+pub struct Sim {
+    protocol: Protocol,
+    quirks: Quirks,
+    machine: Machine,
+    script: Script,
+    /// Bytes on the cable with the time they arrive.
+    cable: VecDeque<(Time, u8)>,
+    cable_free: Time,
+    half_line: Vec<u8>,
+    rx: VecDeque<u8>,
+    queue: VecDeque<Queued>,
+    last_number: i64,
+    out: Vec<u8>,
+    taken: usize,
+    /// Replies that are still to come.
+    late: VecDeque<(Time, Vec<u8>)>,
+    reply_free: Time,
+    spoiled_ok: Option<Fault>,
+    slow_until: Time,
+    now: Time,
+    busy_next: Time,
+    report_next: Option<Time>,
+    report_every: Time,
+    heating: Option<bool>,
+    person: bool,
+    alarm: bool,
+    latched: u32,
+    dead: bool,
+    mute: bool,
+    endless: bool,
+    garble: bool,
+    off_until: Option<Time>,
+    hang_up: bool,
+    logging: bool,
+    log: Vec<(Time, Logged)>,
+}
+
+#[derive(Clone, Debug)]
+struct Queued {
+    block: Vec<u8>,
+    number: Option<i64>,
+    begun: bool,
+}
+
+impl Sim {
+    /// A printer just switched on: its greeting is waiting to be read.
+    pub fn new(protocol: Protocol, model: Model, quirks: Quirks, script: Script) -> Self {
+        let clamps = protocol == Protocol::Marlin;
+        let mut sim = Self {
+            protocol,
+            machine: Machine::new(model, clamps, matches!(protocol, Protocol::RepRapFirmware | Protocol::Grbl)),
+            quirks,
+            script,
+            cable: VecDeque::new(),
+            cable_free: Time::ZERO,
+            half_line: Vec::new(),
+            rx: VecDeque::new(),
+            queue: VecDeque::new(),
+            last_number: 0,
+            out: Vec::new(),
+            taken: 0,
+            late: VecDeque::new(),
+            reply_free: Time::ZERO,
+            spoiled_ok: None,
+            slow_until: Time::ZERO,
+            now: Time::ZERO,
+            busy_next: Time::ZERO,
+            report_next: None,
+            report_every: Time::ZERO,
+            heating: None,
+            person: false,
+            alarm: false,
+            latched: 0,
+            dead: false,
+            mute: false,
+            endless: false,
+            garble: false,
+            off_until: None,
+            hang_up: false,
+            logging: true,
+            log: Vec::new(),
+        };
+        sim.greet();
+        sim
+    }
+
+    /// Takes bytes from the host.
+    pub fn receive(&mut self, now: Time, bytes: &[u8]) {
+        self.advance(now);
+        if self.off_until.is_some() {
+            return;
+        }
+        if self.quirks.baud > 0 {
+            let each = Duration::from_secs_f64(10.0 / f64::from(self.quirks.baud));
+            for &byte in bytes {
+                self.cable_free = self.cable_free.max(now) + each;
+                self.cable.push_back((self.cable_free, byte));
+            }
+        } else {
+            self.arrive(bytes);
+        }
+        self.work();
+    }
+
+    /// Bytes at the printer's end of the cable; faults befall whole lines.
+    fn arrive(&mut self, bytes: &[u8]) {
+        if !self.script.is_active() {
+            if !self.half_line.is_empty() {
+                let held = std::mem::take(&mut self.half_line);
+                self.buffer(&held);
+            }
+            self.buffer(bytes);
+            return;
+        }
+        for &byte in bytes {
+            if self.protocol == Protocol::Grbl && grbl::is_real_time(byte) {
+                self.buffer(&[byte]);
+                continue;
+            }
+            self.half_line.push(byte);
+            if byte == b'\n' {
+                let mut line = std::mem::take(&mut self.half_line);
+                if line.len() > 1 {
+                    let fault = self.script.next();
+                    let draw = self.script.draw();
+                    spoil(fault, &mut line, draw);
+                    self.befall(fault);
+                }
+                self.buffer(&line);
+                self.work();
+            }
+        }
+    }
+
+    /// Faults that are not the wire's.
+    fn befall(&mut self, fault: Option<Fault>) {
+        let Some(fault) = fault else { return };
+        match fault {
+            Fault::LoseOk
+            | Fault::MangleOk
+            | Fault::SplitOk
+            | Fault::DoubleOk
+            | Fault::DelayOk
+            | Fault::Noise
+            | Fault::ErrorOnly => {
+                self.spoiled_ok = Some(fault);
+            }
+            Fault::GarbledResend => self.garble = true,
+            Fault::ResendNext => self.say(&format!("Resend: {}", self.last_number + 1)),
+            Fault::ResendOld => self.say("Resend: 1"),
+            Fault::EndlessResend => self.endless = true,
+            Fault::StrayOk => self.say("ok"),
+            Fault::FalseStart => self.say("start"),
+            Fault::StrangeError => self.say("Error:Probing Failed"),
+            Fault::Fatal => {
+                self.say("Error:Thermal Runaway, system stopped! Heater_ID: 0");
+                self.die();
+            }
+            Fault::Mute => self.mute = true,
+            Fault::Reset => self.restart(Duration::from_millis(300)),
+            Fault::PowerLoss => self.restart(Duration::from_secs(5)),
+            Fault::HangUp => self.hang_up = true,
+            Fault::Slow => self.slow_until = self.now + SLOW,
+            _ => {}
+        }
+    }
+
+    fn buffer(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            if self.protocol == Protocol::Grbl && grbl::is_real_time(byte) {
+                self.real_time(byte);
+            } else if !self.quirks.overflows || self.rx.len() < self.quirks.receive_buffer {
+                self.rx.push_back(byte);
+            }
+        }
+    }
+
+    /// One whole line from the receive buffer, without its end.
+    fn next_rx_line(&mut self) -> Option<Vec<u8>> {
+        let end = self.rx.iter().position(|b| matches!(b, b'\n' | b'\r'))?;
+        let line: Vec<u8> = self.rx.drain(..end).collect();
+        self.rx.pop_front();
+        Some(line)
+    }
+
+    /// Lets time pass.
+    pub fn advance(&mut self, now: Time) {
+        while let Some(wake) = self.next_wake().filter(|w| *w <= now) {
+            self.now = self.now.max(wake);
+            self.step();
+        }
+        self.now = self.now.max(now);
+        self.step();
+    }
+
+    fn step(&mut self) {
+        let now = self.now;
+        if let Some(until) = self.off_until {
+            if now < until {
+                return;
+            }
+            self.off_until = None;
+            self.greet();
+        }
+        let mut arrived = Vec::new();
+        while self.cable.front().is_some_and(|(at, _)| *at <= now) {
+            arrived.extend(self.cable.pop_front().map(|(_, byte)| byte));
+        }
+        if !arrived.is_empty() {
+            self.arrive(&arrived);
+        }
+        self.work();
+        self.deliver();
+    }
+
+    /// Motion, commands and reports, as far as they go now.
+    fn work(&mut self) {
+        let mut ended = Vec::new();
+        let logging = self.logging;
+        self.machine.planner.advance(self.now, |at, axes| {
+            if logging {
+                ended.push((at, Logged::Pose(*axes)));
+            }
+        });
+        self.log.extend(ended);
+        if self.dead
+            && self.protocol == Protocol::RepRapFirmware
+            && memchr::memmem::find(self.rx.make_contiguous(), b"M999").is_some()
+        {
+            self.restart(Duration::from_millis(500));
+        }
+        if self.dead || self.now < self.slow_until {
+            return;
+        }
+        match self.protocol {
+            Protocol::Marlin => self.work_marlin(),
+            Protocol::Grbl => self.work_grbl(),
+            Protocol::RepRapFirmware | Protocol::Klipper => self.work_plain(),
+        }
+        self.report();
+    }
+
+    /// When something happens by itself.
+    pub fn next_wake(&self) -> Option<Time> {
+        if let Some(until) = self.off_until {
+            return Some(until);
+        }
+        let waits = self.machine_wait();
+        let slow = (self.slow_until > self.now).then_some(self.slow_until);
+        let late = self.late.front().map(|(at, _)| *at);
+        let cable = self.cable.front().map(|(at, _)| *at);
+        let busy = (self.quirks.busy && !self.queue.is_empty() && !self.dead).then_some(self.busy_next);
+        let all = [self.machine.planner.wake(), waits, slow, late, cable, busy, self.report_next];
+        all.into_iter().flatten().filter(|t| *t > self.now).min()
+    }
+
+    /// Whether only the clock is waited for: nothing has arrived that is not yet done.
+    pub fn is_idle(&self) -> bool {
+        self.queue.is_empty() && self.rx.is_empty() && self.cable.is_empty() && self.machine.planner.is_idle()
+    }
+
+    /// Bytes for the host.
+    pub fn pending(&self) -> &[u8] {
+        &self.out[self.taken..]
+    }
+
+    /// The host has taken `count` of [`Sim::pending`].
+    pub fn took(&mut self, count: usize) {
+        self.taken = (self.taken + count).min(self.out.len());
+        if self.taken == self.out.len() {
+            self.out.clear();
+            self.taken = 0;
+        }
+    }
+
+    /// Whether the plug was pulled since the last call.
+    pub fn take_hang_up(&mut self) -> bool {
+        std::mem::take(&mut self.hang_up)
+    }
+
+    /// The host has gone, or the plug: bytes under way are lost.
+    pub fn unplugged(&mut self) {
+        self.out.clear();
+        self.taken = 0;
+        self.cable.clear();
+        self.late.clear();
+        self.half_line.clear();
+    }
+
+    /// Power off for `time`; then the greeting comes again.
+    pub fn restart(&mut self, time: Time) {
+        self.machine.restart(self.now);
+        self.queue.clear();
+        self.rx.clear();
+        self.cable.clear();
+        self.half_line.clear();
+        self.late.clear();
+        self.last_number = 0;
+        (self.heating, self.person, self.dead, self.mute, self.endless) = (None, false, false, false, false);
+        self.spoiled_ok = None;
+        self.report_next = None;
+        self.alarm = false;
+        self.off_until = Some(self.now + time);
+        self.note(Logged::Restarted);
+    }
+
+    fn die(&mut self) {
+        self.machine.kill(self.now);
+        self.dead = true;
+        self.note(Logged::Killed);
+    }
+
+    /// What happened since the last call.
+    pub fn take_log(&mut self) -> Vec<(Time, Logged)> {
+        std::mem::take(&mut self.log)
+    }
+
+    /// Keeps no log.
+    pub fn without_log(mut self) -> Self {
+        self.logging = false;
+        self
+    }
+
+    /// Where the axes are: X, Y, Z, tilt, rotation (as words), E.
+    pub fn position(&self, now: Time) -> Axes {
+        self.machine.planner.position(now)
+    }
+
+    /// How often the planner ran dry in the middle of motion.
+    pub fn starved(&self) -> u32 {
+        self.machine.planner.starved
+    }
+
+    /// Targets that were cut to the limits.
+    pub fn clamped(&self) -> u32 {
+        self.machine.clamped
+    }
+
+    /// Nozzle and bed, degrees Celsius.
+    pub fn temperatures(&self, now: Time) -> [f64; 2] {
+        [self.machine.nozzle.at(now), self.machine.bed.at(now)]
+    }
+
+    fn note(&mut self, what: Logged) {
+        if self.logging {
+            self.log.push((self.now, what));
+        }
+    }
+
+    fn greet(&mut self) {
+        match self.protocol {
+            Protocol::Marlin => {
+                self.say("start");
+                self.say("Marlin bugfix-2.1.x");
+                self.say("echo: Last Updated: 2024-09-29 | Author: (none, default config)");
+                self.say("echo:Hardcoded Default Settings Loaded");
+            }
+            Protocol::Grbl => self.greet_grbl(),
+            Protocol::RepRapFirmware => self.say("RepRapFirmware for trunnion is up and running."),
+            Protocol::Klipper => self.say("// Klipper state: Ready"),
+        }
+    }
+
+    /// One line to the host.
+    fn say(&mut self, text: &str) {
+        let mut line = text.as_bytes().to_vec();
+        line.push(b'\n');
+        self.emit(Duration::ZERO, line);
+    }
+
+    fn emit(&mut self, delay: Time, line: Vec<u8>) {
+        if self.mute {
+            return;
+        }
+        let each = if self.quirks.baud > 0 { 10.0 / f64::from(self.quirks.baud) } else { 0.0 };
+        self.reply_free = self.reply_free.max(self.now + delay) + Duration::from_secs_f64(each * line.len() as f64);
+        if self.late.is_empty() && self.reply_free <= self.now {
+            self.out.extend_from_slice(&line);
+        } else {
+            self.late.push_back((self.reply_free, line));
+        }
+    }
+
+    fn deliver(&mut self) {
+        while self.late.front().is_some_and(|(at, _)| *at <= self.now) {
+            if let Some((_, line)) = self.late.pop_front() {
+                self.out.extend_from_slice(&line);
+            }
+        }
+    }
+
+    /// An `ok`, as the faults leave it.
+    fn say_ok(&mut self, text: &str) {
+        match self.spoiled_ok.take() {
+            None | Some(Fault::ErrorOnly) => self.say(text),
+            Some(Fault::LoseOk) => {}
+            Some(Fault::MangleOk) => {
+                let spoilt = text.replacen("ok", "o", 1);
+                self.say(&spoilt);
+            }
+            Some(Fault::DoubleOk) => {
+                self.say(text);
+                self.say(text);
+            }
+            Some(Fault::DelayOk) => self.emit(LATE, [text.as_bytes(), b"\n"].concat()),
+            Some(Fault::Noise) => {
+                self.emit(Duration::ZERO, b"\xff\xfe\0\x80ok?\xc3(\n".to_vec());
+                self.say(text);
+            }
+            Some(_) => {
+                let (first, second) = text.split_at(1);
+                self.emit(Duration::ZERO, first.as_bytes().to_vec());
+                self.emit(Duration::from_millis(700), [second.as_bytes(), b"\n"].concat());
+            }
+        }
+    }
+
+    fn machine_wait(&self) -> Option<Time> {
+        self.machine.waits_until()
+    }
+}
+
+/// Settings while it runs, for tests and the command line.
+impl Sim {
+    /// Faults from now on; lines count from here.
+    pub fn set_script(&mut self, script: Script) {
+        self.script = script;
+    }
+
+    /// Heaters this many times as fast as real ones.
+    pub fn set_heat_factor(&mut self, factor: f64) {
+        self.machine.set_heat_factor(factor);
+    }
+
+    /// How long a person takes.
+    pub fn set_person(&mut self, time: Time) {
+        self.machine.model.person = time;
+    }
+}

@@ -1,0 +1,195 @@
+//! How long blocks take, and whether a link carries them in time.
+//!
+//! A line on a serial wire costs ten bits a byte. What a program needs is taken over stretches of one planner's worth of
+//! blocks: shorter bursts are hidden by the planner.
+
+use super::program::Program;
+use super::wire::{Protocol, numbered_len};
+use crate::motion::replay::Move;
+
+/// The axes' fastest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rates {
+    /// Of the tip, mm/min.
+    pub feed_mm_per_min: f64,
+    /// Of the tilt, deg/s.
+    pub tilt_deg_per_s: f64,
+    /// Of the rotation, deg/s.
+    pub rotation_deg_per_s: f64,
+}
+
+impl Default for Rates {
+    fn default() -> Self {
+        Self { feed_mm_per_min: 12_000.0, tilt_deg_per_s: 20.0, rotation_deg_per_s: 30.0 }
+    }
+}
+
+/// How far a move goes: mm of the tip (arcs along their chords' length), degrees of tilt and rotation.
+pub(crate) fn extent(m: &Move) -> (f64, f64, f64) {
+    let along = |i: usize| m.to.linear[i].zip(m.from.linear[i]).map_or(0.0, |(to, from)| to - from);
+    let (dx, dy, dz) = (along(0), along(1), along(2));
+    let length = match m.arc {
+        Some(arc) if arc.by_radius.is_none() => {
+            let radius = arc.to_centre[0].hypot(arc.to_centre[1]);
+            let [i, j] = arc.to_centre;
+            let (start, end) = ((-j).atan2(-i), (dy - j).atan2(dx - i));
+            let turn = if arc.clockwise { start - end } else { end - start };
+            let sweep = turn.rem_euclid(std::f64::consts::TAU);
+            let sweep = if sweep < 1e-9 { std::f64::consts::TAU } else { sweep };
+            (radius * sweep).hypot(dz)
+        }
+        _ => dx.hypot(dy).hypot(dz),
+    };
+    let turned = |to: Option<crate::geom::Angle>, from: Option<crate::geom::Angle>| {
+        to.zip(from).map_or(0.0, |(to, from)| (to.deg() - from.deg()).abs())
+    };
+    (length, turned(m.to.tilt, m.from.tilt), turned(m.to.rotation, m.from.rotation))
+}
+
+/// Seconds of a move at constant speed; F counts mm where the tip moves, else degrees, else filament.
+///
+/// Without F, or from an unknown place, 0.
+pub fn seconds(m: &Move, rates: &Rates) -> f64 {
+    let (length, tilt, rotation) = extent(m);
+    let counted = if length > 0.0 {
+        length
+    } else if tilt > 0.0 || rotation > 0.0 {
+        tilt.hypot(rotation)
+    } else {
+        m.e.abs()
+    };
+    let asked = match m.feed {
+        Some(f) if f > 0.0 && m.inverse_time => 60.0 / f,
+        Some(f) if f > 0.0 => counted / f * 60.0,
+        _ => 0.0,
+    };
+    let fastest = (length / rates.feed_mm_per_min * 60.0)
+        .max(tilt / rates.tilt_deg_per_s)
+        .max(rotation / rates.rotation_deg_per_s);
+    asked.max(fastest)
+}
+
+/// A stretch of a program that a link is too slow for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TooSlow {
+    /// Lines a second that the densest stretch needs.
+    pub needed: f64,
+    /// Lines a second that the link carries there.
+    pub carried: f64,
+    /// Bytes a line there.
+    pub bytes: f64,
+    /// Mean length of a segment there, mm of tip travel at `speed`; 0 where nothing moves.
+    pub segment_mm: f64,
+    /// Mean speed there, mm/s.
+    pub speed: f64,
+    /// The densest stretch's first line in the file.
+    pub file_line: u32,
+    /// Seconds of the program that are too dense.
+    pub seconds: f64,
+    /// Seconds of the whole program.
+    pub of_seconds: f64,
+    /// The link's speed.
+    pub baud: u32,
+}
+
+impl std::fmt::Display for TooSlow {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { needed, carried, bytes, segment_mm, speed, file_line, baud, .. } = self;
+        write!(
+            f,
+            "{segment_mm:.2} mm segments at {speed:.0} mm/s need {needed:.0} lines/s; this link carries {carried:.0} \
+             ({baud} baud, {bytes:.0} bytes a line), first about line {file_line}: the printer will slow down and may \
+             leave blobs for {:.0} of {:.0} s; use native USB, a higher baud, or coarser segments",
+            self.seconds, self.of_seconds
+        )
+    }
+}
+
+/// Blocks that a firmware's planner holds ahead.
+const STRETCH: usize = 16;
+
+/// Whether `program` needs more lines a second than a wire of `baud` carries; `None` where it carries all of them.
+pub fn too_slow(program: &Program, protocol: Protocol, baud: u32, rates: &Rates) -> Option<TooSlow> {
+    let per_second = f64::from(baud) / 10.0;
+    let wire = |i: u32| {
+        let block = program.block(i);
+        if protocol.numbered() { numbered_len(i64::from(i) + 1, block) - 1 } else { block.len() + 1 }
+    };
+    let mut worst: Option<TooSlow> = None;
+    let (mut dense, mut all) = (0.0, 0.0);
+    for start in (0..program.len()).step_by(STRETCH) {
+        let stretch = start..program.len().min(start + STRETCH as u32);
+        let took: f64 = stretch.clone().map(|i| program.seconds(i)).sum();
+        let bytes: usize = stretch.clone().map(wire).sum();
+        let lines = stretch.len() as f64;
+        all += took;
+        // A stretch with hardly any motion is settings; only motion starves.
+        let moving = stretch.clone().filter(|&i| program.seconds(i) > 0.0).count();
+        if moving * 2 < stretch.len() || bytes as f64 / per_second <= took {
+            continue;
+        }
+        dense += took;
+        let (needed, bytes_each) = (lines / took, bytes as f64 / lines);
+        if worst.is_none_or(|w| needed > w.needed) {
+            let speed = speed_of(program, stretch.clone(), rates);
+            worst = Some(TooSlow {
+                needed,
+                carried: per_second / bytes_each,
+                bytes: bytes_each,
+                segment_mm: speed * took / lines,
+                speed,
+                file_line: program.file_line(start),
+                seconds: 0.0,
+                of_seconds: 0.0,
+                baud,
+            });
+        }
+    }
+    worst.map(|w| TooSlow { seconds: dense, of_seconds: all, ..w })
+}
+
+/// Speed of the last F at or before the stretch's middle, mm/s.
+fn speed_of(program: &Program, stretch: std::ops::Range<u32>, rates: &Rates) -> f64 {
+    let feed = |i: u32| {
+        let block = program.block(i);
+        let at = memchr::memchr(b'F', block)?;
+        std::str::from_utf8(&block[at + 1..]).ok()?.parse::<f64>().ok()
+    };
+    let found = (0..stretch.end).rev().take(10_000).find_map(feed);
+    found.unwrap_or(rates.feed_mm_per_min).min(rates.feed_mm_per_min) / 60.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::program::Rules;
+    use crate::motion::replay::Reading;
+
+    fn program(segment: f64, feed: u32) -> Program {
+        let mut text = format!("G1 X0 Y0 Z10 F{feed}\n");
+        for i in 1..400 {
+            text += &format!("G1 X{:.3} Y50.125 Z10.205 A31.125 C-120.245 E0.00415\n", f64::from(i) * segment);
+        }
+        let axis = |letter| crate::motion::AxisRange {
+            letter,
+            direction: 1.0,
+            zero: crate::geom::Angle::ZERO,
+            range: None,
+            max_rate: 1.0,
+        };
+        let reading = Reading { rotary: Some((axis(b'A'), axis(b'C'))), ..Reading::sliced() };
+        let rules = Rules { protocol: Protocol::Marlin, longest_line: 96, reading, rates: Rates::default() };
+        Program::read(text.as_bytes(), &rules).unwrap()
+    }
+
+    /// `field/link.md` section 3: 60 mm/s at 0.1 mm is 600 lines/s.
+    #[test]
+    fn tenth_millimetre_segments_at_60_mm_s_need_600_lines_a_second() {
+        let slow = too_slow(&program(0.1, 3600), Protocol::Marlin, 250_000, &Rates::default()).unwrap();
+        assert!((slow.needed - 600.0).abs() < 1.0 && (slow.segment_mm - 0.1).abs() < 0.005, "{slow:?}");
+        assert!((slow.carried - 25_000.0 / slow.bytes).abs() < 1e-6 && slow.carried < 600.0, "{slow:?}");
+        assert!(slow.to_string().contains("0.10 mm segments at 60 mm/s need 600 lines/s"), "{slow}");
+        assert_eq!(too_slow(&program(0.1, 3600), Protocol::Marlin, 2_000_000, &Rates::default()), None);
+        assert_eq!(too_slow(&program(1.0, 3600), Protocol::Marlin, 115_200, &Rates::default()), None);
+    }
+}

@@ -1,0 +1,404 @@
+//! The two commands at both ends of a real pseudo-terminal: a host that is killed, a printer that goes and comes back, and
+//! everything a user can get wrong.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::support::{Numbers, folder, note, said, skip, trunnion};
+
+/// Nothing here may take longer: what hangs is killed.
+const LIMIT: Duration = Duration::from_secs(90);
+
+/// A process that ends with its owner.
+pub(super) struct Running(pub(super) Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A simulated printer behind `link`.
+pub(super) fn simulate(link: &Path, profile: &Path, more: &[&str]) -> Running {
+    let _ = std::fs::remove_file(link);
+    let mut command = trunnion();
+    command.args(["simulate", "-q", "--heat", "50", "-m"]).arg(profile).arg("--link").arg(link).args(more);
+    let child = command.stderr(Stdio::null()).spawn().unwrap();
+    let running = Running(child);
+    wait_for("the link", || link.exists());
+    running
+}
+
+fn wait_for(what: &str, mut there: impl FnMut() -> bool) {
+    let until = Instant::now() + LIMIT;
+    while !there() {
+        assert!(Instant::now() < until, "{what} did not come");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Runs to its end, or is killed.
+pub(super) fn output(command: &mut Command) -> Output {
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let (mut out, mut err) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
+    let read_err = std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let _ = err.read_to_end(&mut text);
+        text
+    });
+    let read_out = std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let _ = out.read_to_end(&mut text);
+        text
+    });
+    let until = Instant::now() + LIMIT;
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if Instant::now() > until {
+            let _ = child.kill();
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    Output { status, stdout: read_out.join().unwrap(), stderr: read_err.join().unwrap() }
+}
+
+/// A profile whose machine can home with a part on its table.
+pub(super) fn profile(folder: &Path) -> PathBuf {
+    let path = folder.join("machine.toml");
+    let text = "extends = \"generic-ac\"\n[machine]\nname = \"bench\"\n[link]\nrehome = \"G28\"\n";
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// Every move different, in layers, at known poses.
+pub(super) fn gcode(folder: &Path, moves: u32) -> PathBuf {
+    let mut text = "G21\nG90\nM83\nG28\nG1 A0 F600\nG1 C0 F600\nM104 S200\nM109 S200\nG1 F3000\n".to_owned();
+    for i in 0..moves {
+        if i % 40 == 0 {
+            text += &format!(";LAYER_CHANGE\nG1 Z{:.4}\n", 1.0 + f64::from(i) * 0.005);
+        }
+        text += &format!("G1 X{} Y{:.3} E{:.5}\n", i % 7, f64::from(i) * 0.001, 0.02 + f64::from(i) * 1e-5);
+    }
+    let path = folder.join("part.gcode");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+pub(super) fn send(gcode: &Path, profile: &Path, port: &Path) -> Command {
+    let mut command = trunnion();
+    command.arg("send").arg(gcode).args(["--unverified", "-m"]).arg(profile).arg("--port").arg(port);
+    command
+}
+
+/// The words of a block without blanks or needless digits, so that both ends' ways of writing compare equal.
+fn plain(line: &str) -> String {
+    let code = line.split(';').next().unwrap();
+    let mut out = String::new();
+    for word in code.replace('E', " E").split_whitespace() {
+        out += word;
+    }
+    let mut words = String::new();
+    let mut number = String::new();
+    for c in out.chars().chain(std::iter::once('\n')) {
+        if c.is_ascii_digit() || matches!(c, '.' | '-') {
+            number.push(c);
+            continue;
+        }
+        if !number.is_empty() {
+            words += &number.parse::<f64>().unwrap().to_string();
+            number.clear();
+        }
+        words.push(c);
+    }
+    words.trim().to_owned()
+}
+
+pub(super) fn wanted(gcode: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(gcode).unwrap();
+    text.lines().filter(|l| !l.is_empty() && !l.starts_with(';')).map(plain).collect()
+}
+
+/// What the printer's log says it executed, its housekeeping left out.
+pub(super) fn executed(log: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(log).unwrap();
+    let own = ["M105", "M110", "M115", "M400", "M114"];
+    let lines = text.lines().filter_map(|l| l.split_once(" line ").map(|(_, block)| block));
+    lines.filter(|l| !own.iter().any(|o| l.starts_with(o))).map(plain).collect()
+}
+
+#[track_caller]
+fn assert_same(wanted: &[String], executed: &[String]) {
+    let first = wanted.iter().zip(executed).position(|(w, e)| w != e);
+    assert!(
+        wanted == executed,
+        "{} wanted, {} executed, first difference {first:?}: {:?}",
+        wanted.len(),
+        executed.len(),
+        first.map(|i| (&wanted[i], &executed[i]))
+    );
+}
+
+#[test]
+fn a_file_goes_over_the_pty_and_over_tcp() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 400));
+    let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
+    let printer = simulate(&link, &profile, &["--speed", "max", "--log", log.to_str().unwrap()]);
+    let done = output(send(&gcode, &profile, &link).arg("--json"));
+    assert!(done.status.success(), "{}", said(&done));
+    assert_same(&wanted(&gcode), &executed(&log));
+    let events = String::from_utf8_lossy(&done.stdout).into_owned();
+    let names: Vec<String> = events
+        .lines()
+        .map(|l| serde_json::from_str::<serde_json::Value>(l).unwrap()["event"].as_str().unwrap().to_owned())
+        .collect();
+    assert_eq!((names.first().map(String::as_str), names.last().map(String::as_str)), (Some("start"), Some("done")));
+    drop(printer);
+    let mut tcp = trunnion();
+    tcp.args(["simulate", "--heat", "50", "--speed", "max", "-m"])
+        .arg(&profile)
+        .args(["--link", "tcp:0"])
+        .stderr(Stdio::piped());
+    let mut printer = Running(tcp.spawn().unwrap());
+    let mut text = [0_u8; 200];
+    let n = printer.0.stderr.as_mut().unwrap().read(&mut text).unwrap();
+    let words = String::from_utf8_lossy(&text[..n]).into_owned();
+    let port =
+        words.split("(tcp:").nth(1).and_then(|t| t.split(')').next()).unwrap_or_else(|| panic!("{words}")).to_owned();
+    assert!(port.starts_with("127.0.0.1:"), "this machine only by default: {port}");
+    let done = output(&mut send(&gcode, &profile, Path::new(&format!("tcp:{port}"))));
+    assert!(done.status.success(), "{}", said(&done));
+}
+
+#[test]
+fn a_host_killed_at_20_random_moments_prints_the_same_program() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 4000));
+    let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
+    let _printer = simulate(&link, &profile, &["--speed", "30", "--log", log.to_str().unwrap()]);
+    let mut numbers = Numbers::seeded(20);
+    let mut kills = 0;
+    let mut first = true;
+    while kills < 20 {
+        let mut command = send(&gcode, &profile, &link);
+        if !std::mem::take(&mut first) {
+            command.arg("--resume");
+        }
+        let mut host = Running(command.stdin(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
+        std::thread::sleep(Duration::from_secs_f64(numbers.between(0.02, 0.5)));
+        if host.0.try_wait().unwrap().is_some() {
+            break;
+        }
+        drop(host);
+        kills += 1;
+    }
+    assert_eq!(kills, 20, "the print ended before the last kill");
+    assert!(executed(&log).len() < wanted(&gcode).len(), "the print ended before the last kill");
+    let done = output(send(&gcode, &profile, &link).arg("--resume"));
+    assert!(done.status.success(), "{}", said(&done));
+    assert_same(&wanted(&gcode), &executed(&log));
+    note(&format!("{} lines, 20 kills: none missing, none doubled", wanted(&gcode).len()));
+    let again = output(send(&gcode, &profile, &link).arg("--resume"));
+    assert!(!again.status.success() && said(&again).contains("has ended"), "{}", said(&again));
+}
+
+#[test]
+fn usb_gone_and_back_under_another_path() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 600));
+    let (link, log, names) = (dir.path().join("tty"), dir.path().join("sim.log"), dir.path().join("by-id"));
+    let _printer =
+        simulate(&link, &profile, &["--speed", "20", "--fault", "hang-up@300", "--log", log.to_str().unwrap()]);
+    std::fs::create_dir(&names).unwrap();
+    std::os::unix::fs::symlink(&link, names.join("usb-bench-0001")).unwrap();
+    // The device itself, so that only its identity can find it again.
+    let device = std::fs::read_link(&link).unwrap();
+    let mut host = send(&gcode, &profile, &device);
+    host.arg("--json").arg("--devices").arg(&names).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let host = host.spawn().unwrap();
+    wait_for("the hang-up", || !link.exists());
+    // Somebody else takes the number, once the simulator has let go of it.
+    std::thread::sleep(Duration::from_millis(500));
+    let _other = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR).unwrap();
+    let _and_another = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR).unwrap();
+    let done = host.wait_with_output().unwrap();
+    assert!(done.status.success(), "{}", said(&done));
+    assert_ne!(std::fs::read_link(&link).unwrap(), device, "the device has another path now");
+    assert!(
+        said(&done).contains("\"event\":\"lost\"") && said(&done).contains("\"event\":\"resumed\""),
+        "{}",
+        said(&done)
+    );
+    assert_same(&wanted(&gcode), &executed(&log));
+}
+
+#[test]
+fn a_printer_killed_and_back_is_re_entered_at_a_layer() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 1200));
+    let (link, log, second) = (dir.path().join("tty"), dir.path().join("1.log"), dir.path().join("2.log"));
+    let printer = simulate(&link, &profile, &["--speed", "20", "--log", log.to_str().unwrap()]);
+    let mut host = send(&gcode, &profile, &link);
+    let host = host.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_for("half of the print", || executed(&log).len() > 500);
+    drop(printer);
+    let _printer = simulate(&link, &profile, &["--speed", "max", "--log", second.to_str().unwrap()]);
+    let stopped = host.wait_with_output().unwrap();
+    assert_eq!(stopped.status.code(), Some(4), "{}", said(&stopped));
+    assert!(said(&stopped).contains("was reset"), "{}", said(&stopped));
+    assert!(executed(&second).is_empty(), "nothing may move after a reset");
+    let asked = output(send(&gcode, &profile, &link).arg("--resume"));
+    assert_eq!(asked.status.code(), Some(4), "{}", said(&asked));
+    assert!(
+        said(&asked).contains("nothing was moved") && said(&asked).contains("straight down to Z"),
+        "{}",
+        said(&asked)
+    );
+    assert!(executed(&second).is_empty(), "nothing may move before somebody has agreed");
+    let done = output(send(&gcode, &profile, &link).args(["--resume", "--yes"]));
+    assert!(done.status.success(), "{}", said(&done));
+    let (all, before, after) = (wanted(&gcode), executed(&log), executed(&second));
+    let way: Vec<&String> =
+        after.iter().take_while(|l| !all.contains(l) || l.starts_with("G28") || l.starts_with("G90")).collect();
+    let again = all.iter().position(|l| l.starts_with("G1Z") && after.contains(l)).unwrap();
+    assert!(way.iter().any(|l| l.as_str() == "G28"), "{way:?}");
+    assert!(again <= before.len(), "a line is missing: {again} > {}", before.len());
+    assert!(before.len() - again < 120, "too much again: {again} of {}", before.len());
+    assert_same(&all[again..], &after[after.len() - (all.len() - again)..]);
+    // Safely: up before across, across before down.
+    let of = |prefix: &str| after.iter().position(|l| l.starts_with(prefix)).unwrap();
+    assert!(of("G1Z320") < of("G1X") && of("G28") < of("G1Z320"), "{:?}", &after[..20]);
+}
+
+#[test]
+fn ports_that_are_missing_busy_or_no_ports_are_sentences() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 3000));
+    let fails = |port: &Path, words: &str| {
+        let done = output(&mut send(&gcode, &profile, port));
+        assert!(done.status.code() == Some(4) && said(&done).contains(words), "{:?} {}", done.status, said(&done));
+    };
+    fails(&dir.path().join("nothing"), "no such port");
+    fails(&gcode, "not a serial port");
+    fails(Path::new("tcp:127.0.0.1:1"), "tcp:127.0.0.1:1: ");
+    let link = dir.path().join("tty");
+    let _printer = simulate(&link, &profile, &[]);
+    let mut first = send(&gcode, &profile, &link);
+    let journal = dir.path().join("part.gcode.journal");
+    let _first = Running(first.stdin(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
+    wait_for("the first host", || journal.exists());
+    std::thread::sleep(Duration::from_millis(300));
+    let second = output(send(&gcode, &profile, &link).arg("--journal").arg(dir.path().join("other")));
+    assert!(second.status.code() == Some(4) && said(&second).contains("held by another program"), "{}", said(&second));
+}
+
+#[test]
+fn files_that_changed_are_too_big_unverified_or_forbidden_are_sentences() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 400));
+    let link = dir.path().join("tty");
+    let fails = |command: &mut Command, code: i32, words: &str| {
+        let done = output(command);
+        assert!(done.status.code() == Some(code) && said(&done).contains(words), "{:?} {}", done.status, said(&done));
+    };
+    fails(trunnion().arg("send").arg(&gcode).arg("--port").arg(&link), 2, "only a file that verifies is sent");
+    let big = dir.path().join("big.gcode");
+    std::fs::File::create(&big).unwrap().set_len((1 << 30) + 1).unwrap();
+    fails(&mut send(&big, &profile, &link), 2, "1 GiB");
+    let sly = dir.path().join("sly.gcode");
+    std::fs::write(&sly, "G28\nM112\n").unwrap();
+    fails(&mut send(&sly, &profile, &link), 2, "line 2: M112 is the emergency stop");
+    // The file changes while it is printed: the print is not touched by that, but it cannot be resumed.
+    let log = dir.path().join("sim.log");
+    let _printer = simulate(&link, &profile, &["--speed", "20", "--log", log.to_str().unwrap()]);
+    let all = wanted(&gcode);
+    let mut host = send(&gcode, &profile, &link);
+    let mut host = Running(host.stdin(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
+    wait_for("the print", || executed(&log).len() > 50);
+    std::fs::write(&gcode, "G28\n").unwrap();
+    assert!(host.0.wait().unwrap().success());
+    assert_same(&all, &executed(&log));
+    fails(send(&gcode, &profile, &link).arg("--resume"), 2, "has changed since the print began");
+}
+
+#[test]
+fn a_full_disk_another_printer_and_a_dead_one_are_sentences() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 400));
+    let link = dir.path().join("tty");
+    let log = dir.path().join("sim.log");
+    let printer = simulate(&link, &profile, &["--speed", "max", "--log", log.to_str().unwrap()]);
+    let full = output(send(&gcode, &profile, &link).args(["--journal", "/dev/full"]));
+    assert!(full.status.code() == Some(2) && said(&full).contains("/dev/full: cannot be written"), "{}", said(&full));
+    assert!(executed(&log).is_empty(), "nothing was sent");
+    let other = dir.path().join("other.toml");
+    std::fs::write(&other, "extends = \"generic-ac\"\n[link]\nidentity = \"UUID:ffff\"\n").unwrap();
+    let wrong = output(&mut send(&gcode, &other, &link));
+    assert!(
+        wrong.status.code() == Some(4) && said(&wrong).contains("wrong port, or wrong profile"),
+        "{}",
+        said(&wrong)
+    );
+    drop(printer);
+    let _printer = simulate(&link, &profile, &["--fault", "fatal@1"]);
+    let dead = output(&mut send(&gcode, &profile, &link));
+    assert!(dead.status.code() == Some(4) && said(&dead).contains("Thermal Runaway"), "{}", said(&dead));
+}
+
+#[test]
+fn ctrl_c_is_a_safe_pause_and_twice_an_emergency_stop() {
+    if !crate::support::installed("kill") && !Path::new("/bin/kill").exists() {
+        skip("ctrl-c: no kill command");
+        return;
+    }
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 2000));
+    let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
+    let _printer = simulate(&link, &profile, &["--speed", "20", "--log", log.to_str().unwrap()]);
+    let interrupt = |host: &Child| {
+        let done = Command::new("kill").args(["-INT", &host.id().to_string()]).status().unwrap();
+        assert!(done.success());
+    };
+    let start = |resume: bool| {
+        let mut command = send(&gcode, &profile, &link);
+        if resume {
+            command.arg("--resume");
+        }
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let host = start(false);
+    wait_for("the print", || executed(&log).len() > 100);
+    interrupt(&host);
+    let paused = host.wait_with_output().unwrap();
+    assert!(paused.status.code() == Some(4) && said(&paused).contains("paused at line"), "{}", said(&paused));
+    let lines = executed(&log);
+    let (up, z) = lines
+        .iter()
+        .rev()
+        .find_map(|l| Some((l, l.strip_prefix("G1Z")?.split('F').next()?.parse::<f64>().ok()?)))
+        .unwrap();
+    assert!(z > 20.0, "the head has left the part: {up}");
+    // Going on comes back to the part first, then takes up the next line.
+    let host = start(true);
+    wait_for("the print to go on", || executed(&log).len() > lines.len() + 200);
+    interrupt(&host);
+    std::thread::sleep(Duration::from_millis(60));
+    interrupt(&host);
+    let stopped = host.wait_with_output().unwrap();
+    assert!(stopped.status.code() == Some(4), "{}", said(&stopped));
+    wait_for("the emergency stop", || {
+        std::fs::read_to_string(&log).unwrap().contains(" killed") || said(&stopped).contains("paused")
+    });
+    let (all, done) = (wanted(&gcode), executed(&log));
+    let mut rest = all.iter().peekable();
+    for line in &done {
+        rest.next_if(|w| *w == line);
+    }
+    let printed = all.len() - rest.count();
+    assert!(printed > lines.len(), "{printed}: every line of the file came in order through pause and return");
+}
