@@ -102,6 +102,12 @@ pub(super) struct PlanArgs {
     /// [default: the plan's objective where it is one of parts, else staircase]
     #[arg(long, value_name = "NAME")]
     pub(super) orient_by: Option<String>,
+    /// The search for orientations, any of `trunnion orient` [default: a multistart of quick descents]
+    #[arg(long, value_name = "METHOD")]
+    pub(super) method: Option<String>,
+    /// Most evaluations of that search, for one part and objective [default: the method's own]
+    #[arg(long, value_name = "N")]
+    pub(super) orient_budget: Option<usize>,
     /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)
     #[arg(long, default_value_t = 45.0, value_name = "DEG")]
     pub(super) overhang: f64,

@@ -10,10 +10,10 @@ use super::args::{Plan as Verb, PlanArgs, SlotArg};
 use super::load::{LoadedModel, LoadedProfile};
 use super::{Console, Failure, files, load, why};
 use crate::geom::Angle;
-use crate::orient::{Direction, Multistart, Objective, Settings, objective};
+use crate::orient::{Direction, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
 use crate::planning::{
-    Goal, Options, PartRef, Placement, Plan, Planned, Priority, Slot, Workpiece, centred, orientations, plan,
-    plan_anywhere, plannable, sequences, sheet,
+    Goal, Options, PartRef, Placement, Plan, Planned, Priority, Slot, ThreeAxis, WithinSlot, Workpiece, centred,
+    orientations, plan, plan_anywhere, plannable, sequences, sheet, three_axis,
 };
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -51,6 +51,8 @@ pub(super) struct Made {
     /// The best first; the plan is of the first.
     pub(super) plans: Vec<Planned>,
     objective: String,
+    /// Printing in three axes on supports, where plans are compared.
+    plain: Option<ThreeAxis>,
     /// Of `seconds`, what the search for orientations took.
     pub(super) orient_seconds: f64,
     pub(super) seconds: f64,
@@ -60,7 +62,7 @@ pub(super) struct Made {
 pub(super) struct Asked {
     goal: Goal,
     objective: Box<dyn Objective>,
-    search: Multistart,
+    search: Box<dyn Search>,
     placement: Option<Placement>,
 }
 
@@ -83,7 +85,18 @@ impl Asked {
         if !(0.0..=100.0).contains(&args.margin) {
             return Err(Failure::Usage(format!("--margin {} mm is out of 0..100", args.margin)));
         }
-        let search = Multistart { seed: args.seed, ..Multistart::default() };
+        if args.orient_budget == Some(0) {
+            return Err(Failure::Usage("--orient-budget 0: allowed is 1 and more".to_owned()));
+        }
+        let search: Box<dyn Search> = match &args.method {
+            None => {
+                let usual = Multistart { seed: args.seed, ..Multistart::default() };
+                Box::new(Multistart { budget: args.orient_budget.unwrap_or(usual.budget), ..usual })
+            }
+            Some(name) => method(name, objective.as_ref(), args.orient_budget, args.seed).ok_or_else(|| {
+                Failure::Usage(format!("--method {name}: not known; did you mean {}?", nearest(name, &METHODS)))
+            })?,
+        };
         Ok(Self { goal, objective, search, placement: placement(args, model)? })
     }
 
@@ -99,7 +112,7 @@ impl Asked {
             table_first: !args.table_later,
             budget: args.budget,
             plans,
-            ..Options::new(&self.goal, self.objective.as_ref(), &self.search)
+            ..Options::new(&self.goal, self.objective.as_ref(), self.search.as_ref())
         }
     }
 }
@@ -179,7 +192,11 @@ pub(super) fn make(
     };
     plan.check(&profile.kinematics(), model.model.parts.len())?;
     let objective = asked.goal.text.clone();
-    Ok(Made { plan, plans, objective, orient_seconds, seconds: start.elapsed().as_secs_f64() })
+    let plain = (wish.plans > 1).then(|| {
+        let workpiece = Workpiece::place(&model.model, &placement);
+        three_axis(&workpiece, profile, Angle::from_deg(args.overhang))
+    });
+    Ok(Made { plan, plans, objective, plain, orient_seconds, seconds: start.elapsed().as_secs_f64() })
 }
 
 /// Where the model stands at first, and the directions to try there.
@@ -258,7 +275,8 @@ impl Made {
             "sequence_size": best.sequence_size,
             "pose_changes": best.pose_changes,
             "seconds_print_estimate": best.seconds,
-            "staircase_mm3": best.staircase_mm3,
+            "staircase": best.staircase,
+            "within_slots": best.within_slots.iter().map(within).collect::<Vec<_>>(),
             "clearance_mm": best.clearance_mm,
             "evaluations": best.steps,
             "seconds": self.seconds,
@@ -267,6 +285,11 @@ impl Made {
             map.extend(more.clone());
             if self.plans.len() > 1 {
                 map.insert("alternatives".to_owned(), self.plans.iter().map(alternative).collect());
+            }
+            if let Some(plain) = &self.plain {
+                let (seconds, support, staircase) = (plain.seconds, plain.support_mm3, plain.staircase);
+                let row = json!({"seconds_print_estimate": seconds, "support_mm3": support, "staircase": staircase});
+                map.insert("three_axis".to_owned(), row);
             }
         }
         document
@@ -284,6 +307,14 @@ impl Made {
             }
         }
         let best = self.best();
+        for w in &best.within_slots {
+            let (minutes, by_layer) = (w.seconds / 60.0, w.seconds_layer_by_layer / 60.0);
+            let _ = writeln!(
+                out,
+                "slot {}, pose by pose: {} turns, {minutes:.1} min; layer by layer it would be {} turns, {by_layer:.0} min",
+                w.slot, w.turns, w.turns_layer_by_layer
+            );
+        }
         let name = if self.objective == "bss" { "building sequence size" } else { &self.objective };
         let proof = if best.value <= best.lower_bound { "the least possible" } else { "not proved least" };
         let _ = writeln!(
@@ -305,11 +336,34 @@ impl Made {
         for (i, p) in self.plans.iter().enumerate() {
             let (slots, minutes) = (p.slots.len(), p.seconds / 60.0);
             let value = shown(p.value);
-            let (size, poses) = (p.sequence_size, p.pose_changes);
-            let _ = writeln!(out, "{i:>4} {value:>14} {slots:>6} {size:>6} {poses:>6} {minutes:>5.0} min");
+            let (size, poses, staircase) = (p.sequence_size, p.pose_changes, p.staircase);
+            let _ = writeln!(
+                out,
+                "{i:>8} {value:>14} {slots:>6} {size:>6} {poses:>6} {minutes:>5.0} min {:>8} mm3 {staircase:>10.4}",
+                0
+            );
+        }
+        if let Some(plain) = &self.plain {
+            let (minutes, support, staircase) = (plain.seconds / 60.0, plain.support_mm3, plain.staircase);
+            let _ = writeln!(
+                out,
+                "{:>8} {:>14} {:>6} {:>6} {:>6} {minutes:>5.0} min {support:>8.0} mm3 {staircase:>10.4}",
+                "3 axes", "-", "-", "-", 0
+            );
         }
         out
     }
+}
+
+fn within(w: &WithinSlot) -> Value {
+    json!({
+        "slot": w.slot,
+        "chosen": "pose-by-pose",
+        "turns": w.turns,
+        "seconds": w.seconds,
+        "turns_layer_by_layer": w.turns_layer_by_layer,
+        "seconds_layer_by_layer": w.seconds_layer_by_layer,
+    })
 }
 
 fn alternative(planned: &Planned) -> Value {
@@ -319,7 +373,7 @@ fn alternative(planned: &Planned) -> Value {
         "sequence_size": planned.sequence_size,
         "pose_changes": planned.pose_changes,
         "seconds_print_estimate": planned.seconds,
-        "staircase_mm3": planned.staircase_mm3,
+        "staircase": planned.staircase,
         "clearance_mm": planned.clearance_mm,
     })
 }

@@ -11,7 +11,7 @@
 //! Prices come from `orient`'s objectives (their own units: mm³, mm², mm ..) or are seconds of an estimate.
 
 use super::candidates::Candidate;
-use super::sequence::Sequence;
+use super::sequence::{Choice, Sequence};
 use super::workpiece::Workpiece;
 use crate::geom::{Dir, Table, Vec3};
 use crate::mesh::TriangleMesh;
@@ -110,12 +110,28 @@ pub(super) struct Rank {
     pub(super) price: Vec<Vec<f64>>,
 }
 
+/// The price of two ways to print a slot's setups: one pose after the other (the way that is chosen, always), or all poses in
+/// each layer, with a turn between them. Only turning is counted; the printing itself is the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WithinSlot {
+    /// The slot.
+    pub slot: usize,
+    /// Turns between its poses, pose by pose.
+    pub turns: usize,
+    /// Estimated seconds of them.
+    pub seconds: f64,
+    /// Turns layer by layer.
+    pub turns_layer_by_layer: usize,
+    /// Estimated seconds of those.
+    pub seconds_layer_by_layer: f64,
+}
+
 /// A plan in figures.
 pub(super) struct Worth {
     pub(super) sequence_size: usize,
     pub(super) pose_changes: usize,
     pub(super) seconds: f64,
-    pub(super) staircase_mm3: f64,
+    pub(super) staircase: f64,
 }
 
 /// What prices are worked out from.
@@ -150,9 +166,39 @@ impl Pricing<'_> {
         ranks
     }
 
+    /// What each slot with several setups would take pose by pose, as it is printed, and layer by layer.
+    pub(super) fn within_slots(&self, sequence: &Sequence, candidates: &[Vec<Candidate>]) -> Vec<WithinSlot> {
+        let setup = |&(part, k): &Choice| candidates[part][k].setup;
+        let mut all = Vec::new();
+        for (slot, choices) in sequence.iter().enumerate() {
+            let layers_of = |&(part, k): &Choice| {
+                let along = self.workpiece.parts[part].vertices().iter().map(|v| v.dot(candidates[part][k].up.unit()));
+                let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+                ((high - low) / self.profile.process.layer_height_mm).ceil() as usize
+            };
+            let groups = choices.chunk_by(|a, b| setup(a) == setup(b));
+            let mut layers: Vec<usize> = groups.map(|g| g.iter().map(layers_of).max().unwrap_or(0)).collect();
+            if layers.len() < 2 {
+                continue;
+            }
+            // Every layer visits every pose that still has one, and ends where the next layer begins: a turn less than poses.
+            layers.sort_unstable();
+            let by_layer = layers[..layers.len() - 1].iter().sum::<usize>();
+            let (turns, each) = (layers.len() - 1, turn_seconds(self.profile));
+            all.push(WithinSlot {
+                slot,
+                turns,
+                seconds: turns as f64 * each,
+                turns_layer_by_layer: by_layer,
+                seconds_layer_by_layer: by_layer as f64 * each,
+            });
+        }
+        all
+    }
+
     /// What is said of every plan, whatever its goal.
     pub(super) fn worth(&self, sequence: &Sequence, candidates: &[Vec<Candidate>]) -> Worth {
-        let mut worth = Worth { sequence_size: 0, pose_changes: 0, seconds: 0.0, staircase_mm3: 0.0 };
+        let mut worth = Worth { sequence_size: 0, pose_changes: 0, seconds: 0.0, staircase: 0.0 };
         let staircase = Staircase { layer_mm: self.profile.process.layer_height_mm };
         let mut table = None;
         for (t, slot) in sequence.iter().enumerate() {
@@ -162,7 +208,7 @@ impl Pricing<'_> {
                 worth.pose_changes += usize::from(table != Some(way.setup));
                 table = Some(way.setup);
                 worth.seconds += print_seconds(&self.workpiece.parts[part], way.up, self.profile);
-                worth.staircase_mm3 += staircase.value(&Facets::of(&self.workpiece.parts[part]), way.up.unit());
+                worth.staircase += staircase.value(&Facets::of(&self.workpiece.parts[part]), way.up.unit());
             }
         }
         worth.seconds += worth.pose_changes as f64 * turn_seconds(self.profile);
@@ -230,6 +276,15 @@ const TURNING_RISE_MM: f64 = 50.0;
 const LAYER_SECONDS: f64 = 0.6;
 /// Infill lines are this much longer than volume over cross section says, for walls and turns slow the head down.
 const SLOWED: f64 = 1.15;
+
+/// Supports are printed as sparsely as this, whatever the part's infill.
+const SUPPORT_DENSITY: f64 = 0.15;
+
+/// An estimate of the seconds that supports of this volume take.
+pub(super) fn support_seconds(volume_mm3: f64, profile: &Profile) -> f64 {
+    let process = &profile.process;
+    volume_mm3 * SUPPORT_DENSITY * SLOWED / (process.line_width_mm * process.layer_height_mm * process.infill_mm_per_s)
+}
 
 /// An estimate of the seconds that printing `mesh` along `up` takes: shell and fill at their own speeds, and a time for each
 /// layer. Meant for comparing plans; the verified file says the true time.

@@ -2,7 +2,7 @@
 
 use super::best::{Limits, Tariff, best};
 use super::candidates::{Candidate, Choice, Setups, all_directions};
-use super::goal::{Goal, Pricing};
+use super::goal::{Goal, Pricing, WithinSlot};
 use super::part_set::PartSet;
 use super::plan::{Print, Slot};
 use super::sequence::{End, Priority, Problem, Sequence, enumerate};
@@ -78,8 +78,10 @@ pub struct Planned {
     pub pose_changes: usize,
     /// Estimated seconds of printing and turning.
     pub seconds: f64,
-    /// Staircase error, eq. of seed 004 section 4, summed over the parts, mm³.
-    pub staircase_mm3: f64,
+    /// Staircase error (seed 004, section 4), summed over the parts, mm⁴.
+    pub staircase: f64,
+    /// Slots with several poses: what printing them pose by pose costs, and what layer by layer would.
+    pub within_slots: Vec<WithinSlot>,
     /// How far the head stays from parts it does not print on and from the table, at the least, mm; at most
     /// [`CLEARANCE_SOUGHT_MM`](super::CLEARANCE_SOUGHT_MM).
     pub clearance_mm: f64,
@@ -350,6 +352,7 @@ impl Task<'_> {
     fn planned(&self, sequence: &Sequence, value: f64, lower_bound: f64, steps: u64) -> Planned {
         let Setups { workpiece, profile, .. } = self.setups;
         let worth = Pricing { workpiece, profile, also: self.options.objective };
+        let within_slots = worth.within_slots(sequence, self.candidates);
         let worth = worth.worth(sequence, self.candidates);
         Planned {
             slots: slots_of(sequence, self.candidates, self.setups),
@@ -358,7 +361,8 @@ impl Task<'_> {
             sequence_size: worth.sequence_size,
             pose_changes: worth.pose_changes,
             seconds: worth.seconds,
-            staircase_mm3: worth.staircase_mm3,
+            staircase: worth.staircase,
+            within_slots,
             clearance_mm: self.site.clearance(self.candidates, sequence),
             tried: self.tried,
             candidates: self.candidates.iter().map(Vec::len).sum(),

@@ -223,6 +223,18 @@ fn goals_are_names_and_sums_with_a_bound() {
     let alternatives = document["alternatives"].as_array().unwrap();
     let values: Vec<f64> = alternatives.iter().map(|a| a["value"].as_f64().unwrap()).collect();
     assert!(values.len() == 3 && values.is_sorted(), "{values:?}");
+    // The beam of 30 x 20 mm hangs 40 mm above the table.
+    let (_, boxes, _) = plan(&fixture("two-boxes"), &["-m", "generic-ac", "--top", "2"]);
+    let support = boxes["three_axis"]["support_mm3"].as_f64().unwrap();
+    assert!((support - 24_000.0).abs() < 500.0, "{support}");
+    let within = document["within_slots"].as_array().unwrap();
+    assert_eq!((within.len(), &within[0]["turns"]), (1, &Value::from(1)), "both branches are in one slot");
+    assert!(within[0]["turns_layer_by_layer"].as_u64().unwrap() > 100);
+    for (method, code) in [("mmls", 0), ("direct", 0), ("mmlz", 2)] {
+        let (got, _, said) = plan(&model, &["-m", "generic-ac", "--method", method, "--orient-budget", "500"]);
+        assert_eq!(got, code, "{method}: {said}");
+    }
+    assert_eq!(plan(&model, &["-m", "generic-ac", "--orient-budget", "0"]).0, 2);
 }
 
 #[test]
