@@ -287,7 +287,8 @@ pub(super) fn support_seconds(volume_mm3: f64, profile: &Profile) -> f64 {
 }
 
 /// An estimate of the seconds that printing `mesh` along `up` takes: shell and fill at their own speeds, and a time for each
-/// layer. Meant for comparing plans; the verified file says the true time.
+/// layer. Meant for comparing plans; the verified file says the true time. Against the replayed files of the built-in slicer on
+/// `generic-ac` it is 3 to 8 % high on two-boxes, ding and y-tree, and 25 % low on the candelabrum, whose parts are tiny.
 pub(super) fn print_seconds(mesh: &TriangleMesh<Table>, up: Dir<Table>, profile: &Profile) -> f64 {
     let process = &profile.process;
     let volume: f64 = mesh.volume();

@@ -68,6 +68,12 @@ pub(super) fn explain(
     let mut setups = Setups::new(workpiece, profile, options);
     let ways: Vec<Vec<Way>> =
         directions.iter().enumerate().map(|(p, tried)| nearest_misses(&setups, p, tried)).collect();
+    if let Some(part) = ways.iter().position(Vec::is_empty) {
+        let name = &workpiece.model.parts[part].name;
+        let summary =
+            format!("part {part} ({name}) has no orientation to try; give --method and --orient-budget others");
+        return Infeasible::NoPlan { summary, reasons: Vec::new(), least: true };
+    }
     let mut candidates: Vec<Vec<Candidate>> = Vec::new();
     for of_part in &ways {
         let one = |way: &Way| {

@@ -404,3 +404,15 @@ fn every_small_object_is_planned_as_by_brute_force() {
         "{feasible}, {infeasible}, {many}: the test has grown blunt"
     );
 }
+
+#[test]
+fn a_part_without_an_orientation_is_named() {
+    let boxes = [Cuboid { min: [-8.0, -8.0, 0.0], max: [8.0, 8.0, 8.0] }];
+    let model = Model::from_parts(vec![("alone".to_owned(), boxes[0].mesh())]);
+    let workpiece = Workpiece::place(&model, &Workpiece::centred(&model));
+    let goal = Goal::parse("bss", &Settings::default()).unwrap();
+    let (objective, search) = (Staircase { layer_mm: 0.2 }, Multistart::default());
+    let options = Options::new(&goal, &objective, &search);
+    let refused = plan(&workpiece, &machine([-90.0, 90.0]), &[Vec::new()], &options).unwrap_err();
+    assert!(refused.to_string().contains("part 0 (alone) has no orientation to try"), "{refused}");
+}
