@@ -21,6 +21,9 @@ use crate::link::{
 use crate::planning::sha256_hex;
 use crate::verify::{Job as Proof, Rule, verify};
 
+/// A journal's end that had not reached the disk when the host lost its power is shorter than this.
+const UNWRITTEN_S: f64 = 10.0;
+
 /// A file on its way to a printer.
 pub(super) struct Job<'a> {
     pub(super) path: &'a Path,
@@ -255,15 +258,28 @@ fn reentry(
     if job.plan.is_none() {
         console.warning("without --plan nothing proves that the way back to the part is clear");
     }
-    prove_way(job, program, &entry, answered)?;
+    prove_way(job, program, &entry, printed_at_most(program, settings, standing))?;
     Ok(entry)
 }
 
-/// The way down to the part, replayed behind everything that may have been printed.
-fn prove_way(job: &Job<'_>, program: &Program, entry: &Reentry, answered: u32) -> Result<(), Failure> {
+/// The last block that can have been printed.
+///
+/// Where a run begins is written down before it is sent, and a run ends with the next proof. A host that lost its power may
+/// have lost the journal's end too: what the printer can execute in [`UNWRITTEN_S`] is added.
+fn printed_at_most(program: &Program, settings: &crate::link::Settings, standing: &Standing) -> u32 {
+    let mut last = standing.reach.saturating_add(settings.prove_every);
+    let mut left = if standing.header.boot == journal_file::boot() { 0.0 } else { UNWRITTEN_S };
+    while left > 0.0 && last < program.len() {
+        left -= program.seconds(last);
+        last += 1;
+    }
+    last.min(program.len().saturating_sub(1))
+}
+
+/// The way down to the part, replayed behind everything up to block `printed`.
+fn prove_way(job: &Job<'_>, program: &Program, entry: &Reentry, printed: u32) -> Result<(), Failure> {
     let (Some(plan), Some(workpiece)) = (job.plan, job.workpiece) else { return Ok(()) };
-    // What was sent and not answered may have been printed too.
-    let last = program.file_line((answered + 2 * 24).min(program.len() - 1));
+    let last = program.file_line(printed);
     let printed = crate::gcode::lines(job.bytes).take(last as usize);
     let mut text: Vec<u8> = printed.flat_map(|l| [l.bytes, b"\n"].concat()).collect();
     let way = |l: &&String| l.starts_with("G1") || l.starts_with("G90");

@@ -78,6 +78,9 @@ pub struct Standing {
     pub proven: i64,
     /// Blocks before this one are answered; more may be.
     pub answered: u32,
+    /// Blocks before this one, and those up to the next proof, may have been printed at some time: numbers that begin anew
+    /// leave what is printed where it is.
+    pub reach: u32,
     /// Whether the head was away from the part.
     pub away: bool,
     /// Whether the program ended.
@@ -178,10 +181,12 @@ impl Standing {
                 let (number, block) = pair()?;
                 self.runs.retain(|(n, _)| *n < number);
                 self.runs.push((number, block));
+                self.reach = self.reach.max(block);
             }
             "ack" => {
                 let (number, block) = pair()?;
                 (self.proven, self.answered) = (number, block);
+                self.reach = self.reach.max(block);
             }
             "anew" => {
                 self.runs.clear();
@@ -246,6 +251,16 @@ mod tests {
         let run = |number, block| Record::Run { number, block };
         let standing = journal(&[run(3, 0), run(36, 32), run(21, 17), run(22, 17)]);
         assert_eq!([19, 20, 21, 22, 40].map(|n| standing.next_block(n)), [17, 17, 17, 18, 36]);
+    }
+
+    #[test]
+    fn what_was_printed_before_a_re_entry_is_not_forgotten() {
+        let run = |number, block| Record::Run { number, block };
+        let first = [run(3, 0), run(36, 32), Record::Ack { number: 70, block: 60 }];
+        let again = [Record::Anew, run(3, 20), Record::Ack { number: 9, block: 25 }];
+        assert_eq!(journal(&first).reach, 60);
+        let standing = journal(&[first.as_slice(), &again].concat());
+        assert_eq!((standing.reach, standing.answered), (60, 25));
     }
 
     #[test]
