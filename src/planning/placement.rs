@@ -124,7 +124,7 @@ fn all_turned(directions: &[Direction], turn_deg: f64) -> Vec<Direction> {
 
 /// Why a turn of the model has no place.
 enum Nowhere {
-    /// Some part would not stand, or is out of the tilt's reach, wherever it is.
+    /// Some part would not stand, or is out of the tilt's reach, wherever it is; or too many cells were dropped to know.
     NotThePlace,
     /// The axes reach none; in words.
     Proved(String),
@@ -139,6 +139,7 @@ fn places(
 ) -> Result<Vec<Spot>, Nowhere> {
     let setups = Setups::new(workpiece, profile, options);
     let mut cells = vec![on_table(workpiece, profile)];
+    let mut dropped = false;
     for (part, tried) in directions.iter().enumerate() {
         let mut polygons: Vec<Cell> = Vec::new();
         let ways = setups.ways(part, tried, true);
@@ -156,10 +157,14 @@ fn places(
                 add_cell(&mut next, common(cell, polygon));
             }
         }
+        if next.is_empty() && dropped {
+            return Err(Nowhere::NotThePlace);
+        }
         if next.is_empty() {
             return Err(Nowhere::Proved(nowhere(workpiece, part, !polygons.is_empty())));
         }
         next.sort_by(|a, b| area(b).total_cmp(&area(a)));
+        dropped |= next.len() > MOST_CELLS;
         next.truncate(MOST_CELLS);
         cells = next;
     }

@@ -299,7 +299,9 @@ impl Task<'_> {
                 // Going back step by step, a slot of two deep down would come before single slots from higher up.
                 Err(_) => {
                     let (sequence, steps) = self.first(&problem(Priority::Single))?;
-                    Ok(vec![self.priced(&sequence, f64::NEG_INFINITY, steps)])
+                    // Whatever comes first, it is one of all sequences, and no cheaper than the cheapest.
+                    let all = self.cheapest(&problem(Priority::Together))?;
+                    Ok(vec![self.priced(&sequence, all[0].lower_bound, steps)])
                 }
                 found => found,
             },
