@@ -57,7 +57,8 @@ impl Objective for SupportVolumeConvex {
         let normals = facets.normals();
         normals.sum(|n, area, i| {
             let along = n.dot(up);
-            if -along > from { -along * (normals.moments[i].dot(up) - area * low) } else { 0.0 }
+            // By rounding errors a facet on the bed may seem to lie below it.
+            if -along > from { -along * (normals.moments[i].dot(up) - area * low).max(0.0) } else { 0.0 }
         })
     }
 
@@ -129,7 +130,7 @@ impl Objective for TanhOverhang {
         let (low, [square, lift]) = (facets.lowest(up).dot(up), self.factors());
         let sum: f64 = facets.sum(|facet| {
             let s = square * facet.area.dot(up);
-            s.abs() * one_and_tanh(s) * tanh(lift * (facet.barycentre.dot(up) - low))
+            s.abs() * one_and_tanh(s) * tanh(lift * (facet.barycentre.dot(up) - low).max(0.0))
         });
         sum * 0.25
     }
