@@ -48,7 +48,7 @@ mod tests;
 mod trial;
 mod volumes;
 
-pub use bound::{Cap, Local, Minorant, has_bounds};
+pub use bound::{Cap, Local, Minorant, has_bounds, lower};
 pub use certified::Certified;
 pub use column::SupportVolumeColumn;
 pub use dips::{laid, overhang_area, turned, turned_by};

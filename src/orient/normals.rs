@@ -12,6 +12,9 @@ pub struct OverhangAngle {
     pub theta: Angle,
 }
 
+/// From this `|n.d|` on the angle is taken from the sine: `acos` would turn an error of 1e-16 into one of 1e-8.
+const STEEP: f64 = 0.9;
+
 /// Nearer to 1 than this, `acos` has no slope that means anything: the tip of a cone, 1.4e-6 degrees wide.
 const TIP: f64 = 1.0 - 3e-16;
 
@@ -25,7 +28,12 @@ impl Objective for OverhangAngle {
         let (normals, from) = (facets.normals(), theta.sin());
         normals.sum(|n, _, i| {
             let along = n.dot(up).abs();
-            if along > from { normals.counts[i] * (along.min(1.0).asin() - theta).max(0.0) } else { 0.0 }
+            if along <= from {
+                return 0.0;
+            }
+            let steep = || std::f64::consts::FRAC_PI_2 - n.cross(up).norm().min(1.0).asin();
+            let lean = if along > STEEP { steep() } else { along.asin() };
+            normals.counts[i] * (lean - theta).max(0.0)
         })
     }
 

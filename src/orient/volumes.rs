@@ -57,7 +57,8 @@ impl Objective for SupportVolumeConvex {
         let normals = facets.normals();
         normals.sum(|n, area, i| {
             let along = n.dot(up);
-            if -along > from { -along * (normals.moments[i].dot(up) - area * low) } else { 0.0 }
+            // By rounding errors a facet on the bed may seem to lie below it.
+            if -along > from { -along * (normals.moments[i].dot(up) - area * low).max(0.0) } else { 0.0 }
         })
     }
 
@@ -134,7 +135,10 @@ impl Objective for TanhOverhang {
         let sum: f64 = facets.sum(|facet| {
             let s = square * facet.area.dot(up);
             // Half of all facets, on most parts: 1e-19 of what one that hangs costs.
-            if s < NOTHING { 0.0 } else { s.abs() * one_and_tanh(s) * tanh(lift * (facet.barycentre.dot(up) - low)) }
+            if s < NOTHING {
+                return 0.0;
+            }
+            s.abs() * one_and_tanh(s) * tanh(lift * (facet.barycentre.dot(up) - low).max(0.0))
         });
         sum * 0.25
     }

@@ -3,6 +3,7 @@
 
 mod architecture;
 mod bad_input;
+mod columns;
 mod cura;
 mod hooks;
 mod kinematics;
@@ -11,9 +12,11 @@ mod linuxcnc;
 mod mutants;
 mod oracle;
 mod orient;
+mod orient_sample;
 mod pipeline;
 mod planning;
 mod rust_source;
 mod sliced_files;
+mod solids;
 mod support;
 mod turns;

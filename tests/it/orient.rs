@@ -2,18 +2,20 @@
 
 use std::path::PathBuf;
 
-use trunnion::geom::{Angle, Object, Vec3};
-use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, read_surface};
+use trunnion::geom::{Angle, Vec3};
+use trunnion::mesh::{ReadOptions, Unit, read_model, read_surface};
 use trunnion::orient::{
-    Certified, DifferentialEvolution, Direct, Facets, Grid, Height, Method, Multistart, NelderMead, OBJECTIVES,
-    Objective, OverhangAngle, Search, Settings, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
+    Certified, DifferentialEvolution, Direct, Facets, Grid, Height, Method, Multistart, NelderMead, Objective,
+    OverhangAngle, Search, Settings, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
 };
 
+use crate::orient_sample::anywhere;
 use crate::pipeline::fixture;
+use crate::solids::lump;
 use crate::support::{Numbers, folder, note, root, skip, trunnion};
 
 /// The seeds' meshes: beside the repository, or where TRUNNION_MESHES says.
-fn meshes() -> Option<PathBuf> {
+pub(crate) fn meshes() -> Option<PathBuf> {
     let given = std::env::var_os("TRUNNION_MESHES").map(PathBuf::from);
     let folder = given.unwrap_or_else(|| root().join("../shared/data/meshes"));
     if !folder.is_dir() {
@@ -24,7 +26,7 @@ fn meshes() -> Option<PathBuf> {
 }
 
 /// A seed's mesh in its file's own numbers: the tables know no unit.
-fn facets(folder: &std::path::Path, name: &str) -> Facets {
+pub(crate) fn facets(folder: &std::path::Path, name: &str) -> Facets {
     let bytes = std::fs::read(folder.join(name)).unwrap();
     let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
     Facets::of(&read_surface(&bytes, name, &options).unwrap())
@@ -35,8 +37,8 @@ fn near(got: f64, wanted: f64, relative: f64, what: &str) {
 }
 
 /// A value printed with so many digits is known to half of its last one.
-struct Castro {
-    file: &'static str,
+pub(crate) struct Castro {
+    pub(crate) file: &'static str,
     facets: usize,
     least: f64,
     angles: (f64, f64),
@@ -56,7 +58,7 @@ const fn castro(
 }
 
 /// Seed 000, tables 4.2.1 and 3.1.1, re-run with all vertices in the minimum; files' frames.
-const CASTRO: [Castro; 7] = [
+pub(crate) const CASTRO: [Castro; 7] = [
     castro("arm.obj", 16618, 0.068232214, (-2.7448, 0.0799), [0.147013, 2141.807, 409.5150]),
     castro("horse_quad.obj", 4796, 3.7903823e-4, (-1.4297, 0.2636), [4.94891e-4, 565.5352, 214.8947]),
     castro("decimated-max.obj", 10540, 5441945.9, (-1.8056, 0.0250), [8.78922e6, 1051.674, 431.6156]),
@@ -127,13 +129,6 @@ fn tanh_overhang_reaches_puris_values() {
     near(at(149.9999426482676), 0.12232, 4e-4, "the seed's figure");
 }
 
-/// Evenly spread over the sphere.
-fn anywhere(numbers: &mut Numbers) -> Vec3 {
-    let (z, turn) = (numbers.between(-1.0, 1.0), numbers.between(0.0, std::f64::consts::TAU));
-    let r = (1.0 - z * z).sqrt();
-    Vec3::new(r * turn.cos(), r * turn.sin(), z)
-}
-
 #[test]
 fn certified_proves_castros_minima_and_no_random_direction_is_below() {
     let Some(folder) = meshes() else { return };
@@ -175,83 +170,6 @@ fn certified_closes_the_gap_for_every_objective_with_bounds() {
             let (best, lower) = (found.minima[0].value, found.lower_bound.unwrap());
             assert!(lower <= best && best - lower <= gap * best, "{file} {name}: {lower} for {best}");
             assert_eq!(found.stop, Stop::Converged, "{file} {name}");
-        }
-    }
-}
-
-/// The made-up solids of the sampling test: lumps with waves of many kinds, and the pieces of the fixtures.
-fn solids() -> Vec<(String, Facets)> {
-    let lumps = (0..8).map(|i| (format!("lump {i}"), Facets::of(&lump(8 + i, i as f64))));
-    let fixtures = trunnion::fixtures::all().into_iter().flat_map(|fixture| fixture.parts);
-    lumps.chain(fixtures.take(12).map(|(name, mesh)| (name, Facets::of(&mesh)))).collect()
-}
-
-/// A closed surface about the origin, star-shaped, of about `4 rings^2` facets.
-fn lump(rings: usize, kind: f64) -> TriangleMesh<Object> {
-    use std::f64::consts::PI;
-    let turns = 2 * rings;
-    let at = |i: usize, j: usize| {
-        let d = from_angles(2.0 * PI * j as f64 / turns as f64, PI * i as f64 / rings as f64 - PI / 2.0);
-        let wave = ((2.0 + kind) * d.x + kind).sin() + 0.5 * ((3.0 + kind) * d.y * d.z - kind).cos();
-        d * (20.0 + 5.0 * wave)
-    };
-    let mut points = vec![at(0, 0), at(rings, 0)];
-    points.extend((1..rings).flat_map(|i| (0..turns).map(move |j| (i, j))).map(|(i, j)| at(i, j)));
-    let index = |i: usize, j: usize| (2 + (i - 1) * turns + j % turns) as u32;
-    let mut facets = Vec::new();
-    for j in 0..turns {
-        facets.push([0, index(1, j + 1), index(1, j)]);
-        facets.push([1, index(rings - 1, j), index(rings - 1, j + 1)]);
-        for i in 1..rings - 1 {
-            let quad = [index(i, j), index(i, j + 1), index(i + 1, j + 1), index(i + 1, j)];
-            facets.extend([[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]);
-        }
-    }
-    let mesh = TriangleMesh::new(points, facets);
-    let turned = mesh.facets().iter().map(|f| [f[0], f[2], f[1]]).collect();
-    if mesh.volume() > 0.0 { mesh } else { TriangleMesh::new(mesh.vertices().to_vec(), turned) }
-}
-
-/// TRUNNION_SAMPLE says how many directions (1,000,000 were tried when this was written), a 500th of them for the slow ones.
-/// Also directions beside the found minima and beside facet normals, where functions with kinks and dips are low.
-#[test]
-fn no_direction_is_below_a_bound_whatever_the_solid_and_the_objective() {
-    let sample: Option<usize> = std::env::var("TRUNNION_SAMPLE").ok().and_then(|n| n.parse().ok());
-    let mut parts = solids();
-    if let Some(folder) = meshes() {
-        for file in ["decimated-knight.off", "cow.off", "camel_b.obj"] {
-            parts.push((file.to_owned(), facets(&folder.join("castro"), file)));
-        }
-    }
-    assert!(parts.len() >= 20);
-    let mut numbers = Numbers::seeded(7);
-    let names = OBJECTIVES.into_iter().chain(["0.7*staircase+0.3*height", "support-area+0.1*contact-area"]);
-    for name in names {
-        let f = objective(name, &Settings::default()).unwrap();
-        // Volumes with supports on the part take long.
-        let slow = f.proof().gap > 1e-3 || name == "tanh-overhang";
-        let sample = sample.map_or(if slow { 60 } else { 1000 }, |many| if slow { many / 500 } else { many });
-        for (part, facets) in parts.iter().filter(|(_, facets)| !slow || facets.each.len() < 1100) {
-            // Not driven far: a bound that holds holds early as well.
-            let found = Certified { gap: 1e-3, budget: if slow { 600 } else { 2500 } }.search(f.as_ref(), facets);
-            let lower = found.lower_bound.unwrap_or(f64::NEG_INFINITY);
-            let best = found.minima[0];
-            for i in 0..sample {
-                let up = match i % 3 {
-                    0 => anywhere(&mut numbers),
-                    1 => (best.up + Vec3::from(numbers.triple(0.02))).normalize(),
-                    _ => {
-                        let normals = &facets.normals().units;
-                        let n = normals[(numbers.between(0.0, normals.len() as f64) as usize).min(normals.len() - 1)];
-                        let sense = if i % 2 == 0 { 1.0 } else { -1.0 };
-                        (n * sense + Vec3::from(numbers.triple(0.001))).normalize()
-                    }
-                };
-                // The column volume is sampled, its bound is of the exact one: the columns' own error.
-                let error = if name == "support-volume-column" { 5e-3 * best.value.abs() } else { 0.0 };
-                let value = f.value(facets, &up) + error;
-                assert!(value >= lower, "{part} {name} at {up:?}: {value} for {lower}");
-            }
         }
     }
 }

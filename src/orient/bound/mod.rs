@@ -183,8 +183,10 @@ fn rim(cap: &Cap) -> impl Iterator<Item = Vec3> + use<> {
     })
 }
 
-/// A lower bound over `cap` of what `local` knows; with the centre's minorant alone where that gives more than `enough`.
-pub(super) fn lower(local: &dyn Local<'_>, cap: &Cap, enough: f64) -> f64 {
+/// A lower bound over `cap` of what `local` knows there, in the objective's unit: no direction of the cap is below it.
+///
+/// With the centre's minorant alone where that gives more than `enough`, or where the centre itself is below `enough`.
+pub fn lower(local: &dyn Local<'_>, cap: &Cap, enough: f64) -> f64 {
     let centre = local.minorant(&cap.centre);
     let floor = local.floor();
     let alone = best(&[centre], cap.radius).max(floor);
