@@ -50,7 +50,7 @@ mod volumes;
 
 pub use bound::{Cap, Local, Minorant, has_bounds, lower};
 pub use certified::Certified;
-pub use column::SupportVolumeColumn;
+pub use column::{BOUNDED_FACETS, SupportVolumeColumn};
 pub use dips::{laid, overhang_area, turned, turned_by};
 pub use direct::Direct;
 pub use directions::{Direction, directions};

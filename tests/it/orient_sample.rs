@@ -257,7 +257,6 @@ fn the_column_volume_is_the_exact_one_but_for_its_columns() {
 
 /// What crosses itself has no exact volume here: its columns are sampled finely. A facet within another shell needs no support.
 #[test]
-#[ignore = "the bound takes a column within another shell to be free: fails on the box in a box"]
 fn no_direction_is_below_the_column_bound_of_shells_that_overlap() {
     let f = SupportVolumeColumn { overhang: Angle::from_deg(45.0), resolution_mm: 0.2 };
     let value = |solid: &Solid, up: &Vec3| f.value(&solid.facets, up) * 1.01 + 1.0;

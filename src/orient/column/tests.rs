@@ -13,7 +13,7 @@ fn add(points: &mut Vec<Vec3>, facets: &mut Vec<[u32; 3]>, low: [f64; 3], high: 
     facets.extend(quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|f| f.map(|i| i + first)));
 }
 
-fn boxes(all: &[([f64; 3], [f64; 3])]) -> Facets {
+pub(super) fn boxes(all: &[([f64; 3], [f64; 3])]) -> Facets {
     let (mut points, mut facets) = (vec![], vec![]);
     all.iter().for_each(|(low, high)| add(&mut points, &mut facets, *low, *high));
     Facets::of(&TriangleMesh::<Object>::new(points, facets))

@@ -82,9 +82,29 @@ impl Tree {
         best.1
     }
 
+    /// Calls `meet` with the facets whose own boxes meet `bounds`, until it says `false`.
+    pub(crate) fn within(&self, bounds: &Bounds, meet: &mut impl FnMut(u32) -> bool) {
+        let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0] };
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index];
+            if !bounds.meets(&Bounds { min: node.low, max: node.high }) {
+                continue;
+            }
+            if let Some(second) = node.second {
+                stack.extend([second.get() as usize, index + 1]);
+                continue;
+            }
+            for (a, u, v, facet) in &self.facets[node.from as usize..node.to as usize] {
+                if bounds.meets(&Bounds::of([*a, a + u, a + v])) && !meet(*facet) {
+                    return;
+                }
+            }
+        }
+    }
+
     /// Calls `hit` with the places, in lengths of `along`, where the line meets facets before `until`; it says until where
     /// to look further.
-    fn visit(&self, from: &Vec3, along: &Vec3, until: f64, hit: &mut impl FnMut(f64, u32) -> f64) {
+    pub(crate) fn visit(&self, from: &Vec3, along: &Vec3, until: f64, hit: &mut impl FnMut(f64, u32) -> f64) {
         if self.nodes.is_empty() {
             return;
         }
