@@ -11,5 +11,6 @@ pub mod orient;
 pub mod planning;
 pub mod profile;
 pub mod slicing;
+pub mod spelling;
 pub mod toolpath;
 pub mod verify;

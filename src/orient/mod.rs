@@ -47,6 +47,7 @@ mod sums;
 mod tests;
 mod trial;
 mod volumes;
+mod weighted;
 
 pub use bound::{Cap, Local, Minorant, has_bounds, lower};
 pub use certified::Certified;
@@ -61,7 +62,7 @@ pub use grid::Grid;
 pub use methods::{METHODS, method, minima};
 pub use mmls::Mmls;
 pub use multistart::{Multistart, Starts};
-pub use names::{BadObjective, OBJECTIVES, Settings, WeightedSum, named, nearest, objective};
+pub use names::{BadObjective, OBJECTIVES, Settings, named, nearest, objective};
 pub use nelder_mead::NelderMead;
 pub use normals::{NormalZ, OverhangAngle};
 pub use objective::{Height, Objective, Proof, Staircase, SupportArea};
@@ -69,6 +70,7 @@ pub use picture::{Paint, Picture, landscape, view};
 pub use sight::{Alexander, Cost, FIELD_FACETS, Smoothing, Supported};
 pub use sphere::{from_angles, to_angles};
 pub use volumes::{ContactArea, SupportVolumeConvex, TanhOverhang, WeightedNormalZ};
+pub use weighted::WeightedSum;
 
 use crate::geom::Vec3;
 

@@ -1,11 +1,11 @@
-//! Objectives by name, and sums of them.
+//! Objectives by name.
 
 use super::{
-    Alexander, Cap, ContactArea, Cost, Facets, Height, Local, Minorant, NormalZ, Objective, OverhangAngle, Proof,
-    Smoothing, Staircase, SupportArea, SupportVolumeColumn, SupportVolumeConvex, Supported, TanhOverhang,
-    WeightedNormalZ,
+    Alexander, ContactArea, Cost, Height, NormalZ, Objective, OverhangAngle, Smoothing, Staircase, SupportArea,
+    SupportVolumeColumn, SupportVolumeConvex, Supported, TanhOverhang, WeightedNormalZ, WeightedSum,
 };
-use crate::geom::{Angle, Vec3};
+use crate::geom::Angle;
+use crate::spelling;
 
 /// The names of [`objective`], in the order of METHODS.
 pub const OBJECTIVES: [&str; 14] = [
@@ -155,84 +155,7 @@ pub fn named(name: &str, layer_mm: f64) -> Option<Box<dyn Objective>> {
 
 /// The one of `known` nearest to `wanted` by edits (Levenshtein), the earlier of two as near; empty for none.
 pub fn nearest(wanted: &str, known: &[&'static str]) -> &'static str {
-    known.iter().min_by_key(|name| edits(wanted, name)).copied().unwrap_or("")
-}
-
-fn edits(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.chars().count()).collect();
-    for (i, one) in a.chars().enumerate() {
-        let mut corner = std::mem::replace(&mut row[0], i + 1);
-        for (j, other) in b.chars().enumerate() {
-            let changed = corner + usize::from(one != other);
-            corner = row[j + 1];
-            row[j + 1] = changed.min(corner + 1).min(row[j] + 1);
-        }
-    }
-    row.last().copied().unwrap_or(0)
-}
-
-/// A sum of objectives with weights, raw (seed 002 equation 4.9, seed 004 equation 9); its name is the text it came of.
-pub struct WeightedSum {
-    text: String,
-    terms: Vec<(f64, Box<dyn Objective>)>,
-}
-
-impl Objective for WeightedSum {
-    fn name(&self) -> &str {
-        &self.text
-    }
-
-    fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        self.terms.iter().map(|(weight, f)| weight * f.value(facets, up)).sum()
-    }
-
-    fn needs_closed(&self) -> bool {
-        self.terms.iter().any(|(_, f)| f.needs_closed())
-    }
-
-    fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
-        self.terms.iter().try_fold(Vec3::zeros(), |sum, (weight, f)| Some(sum + f.gradient(facets, up)? * *weight))
-    }
-
-    /// The sum of the terms' minorants, each taken near the same direction. `None` with a negative weight, for which an
-    /// upper bound of the term would be needed.
-    fn proof(&self) -> Proof {
-        let all = self.terms.iter().map(|(_, f)| f.proof());
-        all.fold(Proof::EXACT, |a, b| Proof { gap: a.gap.max(b.gap), budget: a.budget.min(b.budget) })
-    }
-
-    fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
-        let term = |(weight, f): &'a (f64, Box<dyn Objective>)| Some((*weight, f.local(facets)?));
-        let terms = self.terms.iter().map(|t| term(t).filter(|(weight, _)| *weight >= 0.0));
-        Some(Box::new(LocalSum { terms: terms.collect::<Option<Vec<_>>>()? }))
-    }
-}
-
-/// Terms with their weights, none of them negative.
-struct LocalSum<'a> {
-    terms: Vec<(f64, Box<dyn Local<'a> + 'a>)>,
-}
-
-impl<'a> Local<'a> for LocalSum<'a> {
-    fn within(&self, cap: &Cap) -> Box<dyn Local<'a> + 'a> {
-        Box::new(Self { terms: self.terms.iter().map(|(weight, term)| (*weight, term.within(cap))).collect() })
-    }
-
-    fn estimate(&self) -> f64 {
-        self.terms.iter().map(|(weight, term)| weight * term.estimate()).sum()
-    }
-
-    fn minorant(&self, e: &Vec3) -> Minorant {
-        self.terms.iter().fold(Minorant::ZERO, |sum, (weight, term)| term.minorant(e).added(*weight, &sum))
-    }
-
-    fn floor(&self) -> f64 {
-        self.terms.iter().map(|(weight, term)| if *weight > 0.0 { weight * term.floor() } else { 0.0 }).sum()
-    }
-
-    fn hint(&self) -> Option<Vec3> {
-        self.terms.iter().find_map(|(_, term)| term.hint())
-    }
+    spelling::nearest(wanted, known.iter().copied()).map_or("", |(_, name)| name)
 }
 
 #[cfg(test)]
@@ -244,17 +167,6 @@ mod tests {
         for name in OBJECTIVES {
             assert_eq!(objective(name, &Settings::default()).unwrap().name(), name);
         }
-    }
-
-    #[test]
-    fn a_sum_adds_raw_values_and_gradients() {
-        let facets = Facets::with(vec![Vec3::x(), -Vec3::x()], vec![2.0, 3.0], vec![Vec3::zeros(), Vec3::x() * 4.0]);
-        let up = Vec3::new(0.6, 0.0, 0.8);
-        let sum = objective("2*height + 0.5*normal-z", &Settings::default()).unwrap();
-        assert!((sum.value(&facets, &up) - (2.0 * 4.0 * 0.6 + 0.5 * 2.0 * 0.36)).abs() < 1e-12);
-        let wanted = (Vec3::x() * 8.0 + Vec3::x() * (0.5 * 4.0 * 0.6)).dot(&Vec3::new(0.8, 0.0, -0.6));
-        let got = sum.gradient(&facets, &up).unwrap();
-        assert!((got.dot(&Vec3::new(0.8, 0.0, -0.6)) - wanted).abs() < 1e-12, "{got:?} {wanted}");
     }
 
     #[test]

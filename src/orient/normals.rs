@@ -51,6 +51,10 @@ impl Objective for OverhangAngle {
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         Some(Box::new(bound::Leaning::of(facets, self.theta)))
     }
+
+    fn negated<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::MinusLeaning::of(facets, self.theta)))
+    }
 }
 
 /// `sum (n.d)^2` over the facets, each counted once (seed 000, equation 3.2.2), no unit.
@@ -76,8 +80,16 @@ impl Objective for NormalZ {
     }
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
-        let normals = facets.normals();
-        let form: Mat3 = normals.sum(|n, _, i| n * n.transpose() * normals.counts[i]);
-        Some(Box::new(bound::Quadratic::of(&form)))
+        Some(Box::new(bound::Quadratic::of(&form(facets))))
     }
+
+    fn negated<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::Quadratic::of(&-form(facets))))
+    }
+}
+
+/// `sum n n'`.
+fn form(facets: &Facets) -> Mat3 {
+    let normals = facets.normals();
+    normals.sum(|n, _, i| n * n.transpose() * normals.counts[i])
 }

@@ -35,6 +35,16 @@ pub trait Objective: Sync {
     fn local<'a>(&'a self, _facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         None
     }
+
+    /// The same of minus the objective, for negative weights in sums.
+    fn negated<'a>(&'a self, _facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        None
+    }
+
+    /// Why there is no bound for the part with `facets`, as a sentence; `None` where there is one.
+    fn unproved(&self, _facets: &Facets) -> Option<String> {
+        None
+    }
 }
 
 /// How far `certified` goes.
@@ -89,6 +99,10 @@ impl Objective for Staircase {
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         Some(Box::new(bound::Shadow::of(facets, self.layer_mm * self.layer_mm / 2.0, false)))
     }
+
+    fn negated<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::MinusShadow::of(facets, self.layer_mm * self.layer_mm / 2.0, false)))
+    }
 }
 
 /// Area that faces down, projected: `sum A |d.n|` over `d.n < 0` but not flat down (seed 004, section 4), mm².
@@ -120,6 +134,10 @@ impl Objective for SupportArea {
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         Some(Box::new(bound::Shadow::of(facets, 1.0, true)))
     }
+
+    fn negated<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::MinusShadow::of(facets, 1.0, true)))
+    }
 }
 
 /// Height along the direction, `max v.d - min v.d` (seed 004, section 4: building time), mm.
@@ -141,6 +159,10 @@ impl Objective for Height {
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         Some(Box::new(bound::Extent { facets, cap: Cap::WHOLE }))
+    }
+
+    fn negated<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::MinusHeight::of(facets)))
     }
 }
 

@@ -33,6 +33,10 @@ impl Objective for WeightedNormalZ {
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         Some(Box::new(bound::Heights { facets, cap: Cap::WHOLE }))
     }
+
+    fn negated<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::MinusHeights::of(facets)))
+    }
 }
 
 /// The volume under all that overhangs, down to the bed: `sum -A n.d (b.d - min v.d)` over `-n.d > sin(overhang)`
@@ -83,6 +87,10 @@ impl Objective for SupportVolumeConvex {
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         Some(Box::new(bound::Columns::of(facets, self.overhang)))
+    }
+
+    fn negated<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::MinusColumns::of(facets, self.overhang)))
     }
 }
 
@@ -192,5 +200,9 @@ impl Objective for ContactArea {
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         Some(Box::new(bound::Lying::of(facets)))
+    }
+
+    fn negated<'a>(&'a self, _: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
+        Some(Box::new(bound::SomeArea))
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use toml::{Table, Value};
 
 use super::schema::Profile;
+use crate::spelling;
 
 /// The reference of every key.
 const DEFAULTS: (&str, &str) =
@@ -257,25 +258,8 @@ fn key_lines(text: &str) -> BTreeMap<String, usize> {
 
 /// The name nearest to `wanted` by edits, where it is near at all.
 pub(crate) fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    let scored = names.into_iter().map(|name| (edits(wanted, name), name));
-    let (distance, name) = scored.min()?;
+    let (distance, name) = spelling::nearest(wanted, names)?;
     (distance <= wanted.len().max(name.len()) / 2).then(|| name.to_owned())
-}
-
-/// Levenshtein's distance.
-fn edits(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let next = (diagonal + usize::from(ca != cb)).min(row[j] + 1).min(row[j + 1] + 1);
-            diagonal = row[j + 1];
-            row[j + 1] = next;
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::support::root;
 
 /// The rooms, lowest floor first. Rooms of one floor do not know each other.
 const FLOORS: [&[&str]; 10] = [
-    &["geom", "gcode"],
+    &["geom", "gcode", "spelling"],
     &["mesh", "motion"],
     &["fixtures"],
     &["profile", "link"],

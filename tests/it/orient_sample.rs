@@ -170,7 +170,7 @@ fn solids() -> Vec<Solid> {
 }
 
 /// All of them on the twenty solids: those that are below their bounds.
-fn below(names: &[&str], gap: f64, budget: usize) -> Vec<String> {
+fn below(names: &[&str], gap: f64, budget: usize, sample: usize) -> Vec<String> {
     let solids = solids();
     let mut all = Vec::new();
     for name in names {
@@ -178,7 +178,7 @@ fn below(names: &[&str], gap: f64, budget: usize) -> Vec<String> {
         let value = |solid: &Solid, up: &Vec3| f.value(&solid.facets, up);
         let mut seen = Seen::none();
         for solid in &solids {
-            let effort = Effort { gap, budget, count: sample() / solids.len() };
+            let effort = Effort { gap, budget, count: sample / solids.len() };
             let found = over_the_sphere(&mut seen, f.as_ref(), &value, solid, effort);
             in_caps(&mut seen, f.as_ref(), &value, solid, &found, [CAPS, IN_CAP]);
         }
@@ -198,7 +198,7 @@ fn nothing(below: &[String]) {
 
 #[test]
 fn no_direction_is_below_the_bound_of_an_analytic_objective() {
-    nothing(&below(&ANALYTIC, 1e-5, 4000));
+    nothing(&below(&ANALYTIC, 1e-5, 4000, sample()));
 }
 
 const ANALYTIC: [&str; 9] = [
@@ -213,13 +213,33 @@ const ANALYTIC: [&str; 9] = [
     "0.7*staircase+0.3*height",
 ];
 
+/// Negative weights: upper bounds of the objectives, alone and against a lower one.
+const NEGATIVE: [&str; 11] = [
+    "-1*staircase",
+    "-1*support-area",
+    "-1*height",
+    "-1*overhang-angle",
+    "-1*normal-z",
+    "-1*weighted-normal-z",
+    "-1*support-volume-convex",
+    "-1*contact-area",
+    "height+-0.5*normal-z",
+    "staircase+-0.01*weighted-normal-z",
+    "0.1*support-volume-convex+-1*support-area",
+];
+
+#[test]
+fn no_direction_is_below_the_bound_of_a_sum_with_a_negative_weight() {
+    nothing(&below(&NEGATIVE, 1e-4, 4000, sample() / 4));
+}
+
 /// Those whose evaluations take long.
 const SLOW: [&str; 5] =
     ["tanh-overhang", "support-volume-convex-smooth", "support-volume", "interface-area", "alexander"];
 
 #[test]
 fn no_direction_is_below_the_bound_of_a_slow_objective() {
-    nothing(&below(&SLOW, 1e-3, 1500));
+    nothing(&below(&SLOW, 1e-3, 1500, sample()));
 }
 
 /// The sampled volume has the error of its columns, its bound is of the exact one: so that is what is sampled here.

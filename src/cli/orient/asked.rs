@@ -50,11 +50,16 @@ impl Asked {
             found.minima = standing(f, facets, least)?;
             found.evaluations += found.minima.len();
         }
-        // A mesh without area has nothing to tell directions by.
+        let found = finite(found);
+        let unproved = found.lower_bound.is_none().then(|| match search.name() {
+            "certified" => f.unproved(facets).unwrap_or_else(|| "no bound was reached".to_owned()),
+            name => format!("{name} proves nothing; --method certified does"),
+        });
         Ok(Outcome {
             objective: f.name().to_owned(),
             method: search.name(),
-            found: finite(found),
+            found,
+            unproved,
             seconds: start.elapsed().as_secs_f64(),
         })
     }

@@ -34,6 +34,9 @@ pub(super) fn run(args: &Orient, console: &Console) -> Result<(), Failure> {
     let mut done = Vec::new();
     for (id, mesh) in &parts {
         let facets = Facets::of(mesh);
+        if facets.each.is_empty() {
+            return Err(without_area(*id, mesh));
+        }
         let mut results = Vec::new();
         for f in &asked.objectives {
             results.push(asked.result(f.as_ref(), &facets)?);
@@ -53,6 +56,13 @@ pub(super) fn run(args: &Orient, console: &Console) -> Result<(), Failure> {
         console.result(&done.iter().map(Done::text).collect::<String>());
     }
     Ok(())
+}
+
+fn without_area(id: usize, mesh: &TriangleMesh<Object>) -> Failure {
+    let count = mesh.facets().len();
+    Failure::Usage(format!(
+        "part {id}: none of its {count} facets has an area, so no direction is better than another; export the model again"
+    ))
 }
 
 /// The oriented part and the pictures that are asked for, of the first objective.

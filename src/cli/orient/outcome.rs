@@ -15,6 +15,8 @@ pub(super) struct Outcome {
     pub(super) objective: String,
     pub(super) method: &'static str,
     pub(super) found: Found,
+    /// Why there is no lower bound, where there is none.
+    pub(super) unproved: Option<String>,
     pub(super) seconds: f64,
 }
 
@@ -28,7 +30,11 @@ impl Outcome {
         let best = self.best().value;
         let gap = if best == bound { 0.0 } else { (best - bound) / best.abs() };
         let end = if self.found.stop == Stop::Budget { ", where the budget ended" } else { "" };
-        if gap.is_finite() { format!(" (gap {gap:.1e}{end})") } else { format!(" (gap {:.3e}{end})", best - bound) }
+        if gap.is_finite() && bound != 0.0 {
+            format!(" (gap {gap:.1e}{end})")
+        } else {
+            format!(" (gap {:.3e}{end})", best - bound)
+        }
     }
 
     fn kind(&self, minimum: &Minimum) -> &'static str {
@@ -37,24 +43,29 @@ impl Outcome {
     }
 
     fn document(&self) -> Value {
+        // Minus nothing is nothing: `+ 0.0` takes the sign off.
         let minimum = |m: &Minimum| {
             let (alpha, beta) = to_angles(&m.up);
             json!({
-                "value": m.value, "up": m.up.as_slice(), "kind": self.kind(m),
+                "value": m.value + 0.0, "up": m.up.as_slice(), "kind": self.kind(m),
                 "alpha_deg": alpha.to_degrees(), "beta_deg": beta.to_degrees(),
             })
         };
-        json!({
+        let mut document = json!({
             "objective": self.objective, "method": self.method,
             "minima": self.found.minima.iter().map(minimum).collect::<Vec<_>>(),
             "lower_bound": self.found.lower_bound, "stop": stopped(self.found.stop), "evaluations": self.found.evaluations, "seconds": self.seconds,
-        })
+        });
+        if let Some(why) = &self.unproved {
+            document["unproved"] = why.as_str().into();
+        }
+        document
     }
 
     fn text(&self, out: &mut String) {
         let proof = match self.found.lower_bound {
             Some(bound) => format!("proved at least {bound:.9e}{}", self.gap(bound)),
-            None => "not proved".to_owned(),
+            None => self.unproved.as_ref().map_or("not proved".to_owned(), |why| format!("not proved ({why})")),
         };
         let (evaluations, seconds) = (self.found.evaluations, self.seconds);
         let _ = writeln!(
@@ -67,7 +78,7 @@ impl Outcome {
             let (alpha, beta) = to_angles(&m.up);
             let up = format!("({:.5}, {:.5}, {:.5})", m.up.x, m.up.y, m.up.z);
             let (alpha, beta) = (alpha.to_degrees(), beta.to_degrees());
-            let _ = writeln!(out, "    {:<17.9e} {up:30} {alpha:8.3} {beta:8.3}  {}", m.value, self.kind(m));
+            let _ = writeln!(out, "    {:<17.9e} {up:30} {alpha:8.3} {beta:8.3}  {}", m.value + 0.0, self.kind(m));
         }
         if self.found.minima.len() > SHOWN {
             let _ = writeln!(out, "    and {} more; --json lists them", self.found.minima.len() - SHOWN);

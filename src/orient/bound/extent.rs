@@ -3,6 +3,7 @@
 use super::super::Facets;
 use super::super::facets::tangential;
 use super::super::sphere::tangents;
+use super::volume::quadratic;
 use super::{Cap, Local, Minorant};
 use crate::geom::{Mat3, Vec3};
 
@@ -48,15 +49,20 @@ impl<'a> Local<'a> for Heights<'a> {
     }
 
     fn minorant(&self, e: &Vec3) -> Minorant {
-        let c = &self.cap.centre;
         let form = self.facets.sums().form(&self.facets.lowest(e));
-        let once = form.once(c);
-        let (at, size) = (once * c, form.norm());
-        let value = at.dot(c);
-        let here = 3.0 * value - 6.0 * least_across(&once, c);
-        let curve = (9.0 * size).min(here + 27.0 * size * self.cap.radius);
-        Minorant { value, slope: tangential(at * 3.0, c), curve }
+        let once = form.once(&self.cap.centre);
+        cubic(&once, form.norm(), &self.cap)
     }
+}
+
+/// The minorant of a symmetric cubic form of the given size, of which `once` is `S(c, ., .)` at the centre.
+pub(super) fn cubic(once: &Mat3, size: f64, cap: &Cap) -> Minorant {
+    let c = &cap.centre;
+    let at = once * c;
+    let value = at.dot(c);
+    let here = 3.0 * value - 6.0 * least_across(once, c);
+    let curve = (9.0 * size).min(here + 27.0 * size * cap.radius);
+    Minorant { value, slope: tangential(at * 3.0, c), curve }
 }
 
 /// The least `t'Mt` of a symmetric `M` over unit `t` at right angles to `c`.
@@ -67,33 +73,42 @@ pub(super) fn least_across(m: &Mat3, c: &Vec3) -> f64 {
     0.5 * (a + d) - (0.5 * (a - d)).hypot(b)
 }
 
-/// `normal-z` is the quadratic form of `N = sum n n'`: nowhere below its smallest eigenvalue, and there at its eigenvector.
+/// `normal-z` is the quadratic form of `N = sum n n'`, minus it that of `-N`: nowhere below its smallest eigenvalue, and there
+/// at its eigenvector. For sums with others its own minorant on the cap is better than that.
 #[derive(Clone)]
 pub(crate) struct Quadratic {
+    form: Mat3,
     least: f64,
     at: Vec3,
+    cap: Cap,
 }
 
 impl Quadratic {
     pub(crate) fn of(form: &Mat3) -> Self {
         let solved = form.symmetric_eigen();
         let i = solved.eigenvalues.imin();
-        let least = (solved.eigenvalues[i] - super::ROUNDING * form.trace()).max(0.0);
-        Self { least, at: solved.eigenvectors.column(i).into_owned() }
+        let least = solved.eigenvalues[i] - super::ROUNDING * form.trace().abs();
+        // A sum of squares is not negative.
+        let least = if form.trace() > 0.0 { least.max(0.0) } else { least };
+        Self { form: *form, least, at: solved.eigenvectors.column(i).into_owned(), cap: Cap::WHOLE }
     }
 }
 
 impl<'a> Local<'a> for Quadratic {
-    fn within(&self, _: &Cap) -> Box<dyn Local<'a> + 'a> {
-        Box::new(self.clone())
+    fn within(&self, cap: &Cap) -> Box<dyn Local<'a> + 'a> {
+        Box::new(Self { cap: *cap, ..self.clone() })
     }
 
     fn estimate(&self) -> f64 {
-        self.least
+        (self.form * self.cap.centre).dot(&self.cap.centre)
     }
 
     fn minorant(&self, _: &Vec3) -> Minorant {
-        Minorant { value: self.least, ..Minorant::ZERO }
+        quadratic(&self.form, &self.cap)
+    }
+
+    fn floor(&self) -> f64 {
+        self.least
     }
 
     fn hint(&self) -> Option<Vec3> {

@@ -11,6 +11,7 @@
 mod angle;
 mod contact;
 mod extent;
+mod negated;
 mod tanh;
 mod volume;
 mod zonotope;
@@ -18,6 +19,7 @@ mod zonotope;
 pub(super) use angle::Leaning;
 pub(super) use contact::Lying;
 pub(super) use extent::{Extent, Heights, Quadratic};
+pub(super) use negated::{MinusColumns, MinusHeight, MinusHeights, MinusLeaning, MinusShadow, SomeArea};
 pub(super) use tanh::Hanging;
 pub(super) use volume::{Columns, quadratic};
 pub(super) use zonotope::Shadow;

@@ -218,4 +218,11 @@ impl Objective for Supported {
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
         if self.is_large(facets) { None } else { Some(Box::new(Smooth::of(self, facets))) }
     }
+
+    fn unproved(&self, facets: &Facets) -> Option<String> {
+        let (name, count) = (self.name(), facets.each.len());
+        self.is_large(facets).then(|| {
+            format!("{name} has no bound from {FIELD_FACETS} facets on, and there are {count}; support-volume-column has one")
+        })
+    }
 }

@@ -1,0 +1,39 @@
+//! The known name that somebody may have meant: for every refusal of an unknown one. No units; source: Levenshtein 1966.
+
+/// The one of `known` nearest to `wanted` and by how many edits (Levenshtein: letters put in, left out or changed), the first
+/// of those as near; `None` for no names.
+pub fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<(usize, &'a str)> {
+    known.into_iter().map(|name| (edits(wanted, name), name)).min_by_key(|(edits, _)| *edits)
+}
+
+fn edits(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.chars().count()).collect();
+    for (i, one) in a.chars().enumerate() {
+        let mut corner = std::mem::replace(&mut row[0], i + 1);
+        for (j, other) in b.chars().enumerate() {
+            let changed = corner + usize::from(one != other);
+            corner = row[j + 1];
+            row[j + 1] = changed.min(corner + 1).min(row[j] + 1);
+        }
+    }
+    row.last().copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fewest_edits_win_and_the_first_of_two() {
+        assert_eq!(nearest("staircas", ["height", "staircase"]), Some((1, "staircase")));
+        assert_eq!(nearest("kitten", ["sitting", "mitten"]), Some((1, "mitten")));
+        assert_eq!(nearest("ab", ["ac", "ad"]), Some((1, "ac")));
+        assert_eq!(nearest("höhe", ["hohe", ""]), Some((1, "hohe")), "letters, not bytes");
+        assert_eq!((nearest("", ["abc"]), nearest("x", [])), (Some((3, "abc")), None));
+    }
+
+    #[test]
+    fn edits_of_the_textbook() {
+        assert_eq!([edits("kitten", "sitting"), edits("", "abc"), edits("abc", ""), edits("a", "a")], [3, 3, 3, 0]);
+    }
+}
