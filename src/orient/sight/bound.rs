@@ -1,5 +1,7 @@
 //! Bounds of the smoothed objectives, by intervals.
 
+use rayon::prelude::*;
+
 use super::super::{Cap, Facets, Local, Minorant};
 use super::{Cost, Supported};
 use crate::geom::Vec3;
@@ -24,19 +26,27 @@ impl<'a> Smooth<'a> {
         cap.range(&(area / area.norm()))
     }
 
-    /// The least and largest of `1/|C_i| sum_j v_ij D_j`.
-    fn carried(&self, cap: &Cap, hanging: &[[f64; 2]], i: usize) -> [f64; 2] {
-        let set = if self.f.cost == Cost::Convex { &[][..] } else { self.facets.sets().of_facet(i) };
-        let sum = set.iter().fold([0.0; 2], |sum, &j| {
-            let [d0, d1] = hanging[j as usize];
+    /// The least and largest of `1/|C_i| sum_j v_ij D_j`; `heights` are along the cap's centre.
+    fn carried(&self, cap: &Cap, heights: &[f64], hanging: &[[f64; 2]], i: usize) -> [f64; 2] {
+        if self.f.cost == Cost::Convex {
+            return [0.0; 2];
+        }
+        let (sets, (sine, cosine)) = (self.facets.sets(), cap.radius.min(std::f64::consts::PI).sin_cos());
+        let mut sum = [0.0; 2];
+        for (j, inverse) in sets.with_inverse(i) {
+            let [d0, d1] = hanging[j];
             if d1 < super::NOTHING {
-                return sum;
+                continue;
             }
-            let between = self.facets.each[j as usize].barycentre - self.facets.each[i].barycentre;
-            let [v0, v1] = cap.range(&between.normalize());
-            [sum[0] + (v0 * d0).min(v0 * d1), sum[1] + (v1 * d0).max(v1 * d1)]
-        });
-        sum.map(|s| s / set.len().max(1) as f64)
+            // A unit vector's component is the cosine of its angle, from which that strays by the cap's radius.
+            let v = (heights[j] - heights[i]) * inverse;
+            let across = (1.0 - v * v).max(0.0).sqrt() * sine;
+            let v0 = if v >= -cosine { v * cosine - across - 1e-12 } else { -1.0 };
+            let v1 = if v <= cosine { v * cosine + across + 1e-12 } else { 1.0 };
+            sum[0] += (v0 * d0).min(v0 * d1);
+            sum[1] += (v1 * d0).max(v1 * d1);
+        }
+        sum.map(|s| s / sets.of_facet(i).len().max(1) as f64)
     }
 
     fn least(&self, cap: &Cap) -> f64 {
@@ -47,34 +57,30 @@ impl<'a> Smooth<'a> {
             along.iter().map(|[x0, x1]| [smoothing.hangs(*x1)[0], smoothing.hangs(*x0)[0]]).collect();
         let low = self.facets.lowest(&cap.centre);
         let below = (self.facets.points.len().max(1) as f64).ln() / smoothing.w;
-        let mut sum = 0.0;
-        for (i, facet) in self.facets.each.iter().enumerate() {
-            let ([x0, x1], [d0, d1]) = (along[i], hanging[i]);
+        // `b.d - min v.d` exceeds its value at the centre by no more than twice the reach, turned by the cap.
+        let across = 4.0 * self.facets.reach() * (0.5 * cap.radius.min(std::f64::consts::PI)).sin();
+        let heights: Vec<f64> = self.facets.each.iter().map(|f| f.barycentre.dot(&cap.centre)).collect();
+        let term = |i: usize| {
+            let (facet, [x0, x1], [d0, d1]) = (&self.facets.each[i], along[i], hanging[i]);
             let area = facet.area.norm();
             let [u0, u1] = [x0, x1].map(|x| smoothing.carries(x)[0]);
-            let [w0, w1] = if u1 > super::NOTHING { self.carried(cap, &hanging, i) } else { [0.0; 2] };
+            let [w0, w1] = if u1 > super::NOTHING { self.carried(cap, &heights, &hanging, i) } else { [0.0; 2] };
             let m0 = d0 + (u0 * w0).min(u1 * w0);
             let m1 = d1 + (u0 * w1).max(u1 * w1);
             if self.f.cost == Cost::Interface {
-                sum += area * m0;
-                continue;
+                return area * m0;
             }
             // Above the lowest point's tangent plane at least, and not more above it than above all points.
             let h0 = cap.range(&(facet.barycentre - low))[0].max(0.0);
-            let h1 = self.highest(cap, &facet.barycentre) + below;
+            let h1 = heights[i] - low.dot(&cap.centre) + across + below;
             let [y0, y1] = [-x1, -x0];
             // The least of m y h over the box of the three.
             let my = [m0 * y0, m0 * y1, m1 * y0, m1 * y1].into_iter().fold(f64::INFINITY, f64::min);
-            sum += area * if my < 0.0 { my * h1 } else { my * h0 };
-        }
+            area * if my < 0.0 { my * h1 } else { my * h0 }
+        };
+        let terms: Vec<f64> = (0..count).into_par_iter().map(term).collect();
+        let sum: f64 = terms.iter().sum();
         sum - 1e-12 * sum.abs()
-    }
-
-    /// `b.d - min v.d` at most on the cap: what it is at the centre, and the part's reach across.
-    fn highest(&self, cap: &Cap, b: &Vec3) -> f64 {
-        let low = self.facets.lowest(&cap.centre);
-        let reach = self.facets.reach();
-        (b - low).dot(&cap.centre) + 2.0 * reach * 2.0 * (0.5 * cap.radius.min(std::f64::consts::PI)).sin()
     }
 }
 

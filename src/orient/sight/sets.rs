@@ -14,6 +14,8 @@ pub(crate) struct Sets {
     /// Where each facet's set begins in `others`, and the end.
     starts: Vec<u32>,
     others: Vec<u32>,
+    /// One by the distance to each of them, 1/mm.
+    inverse: Vec<f64>,
 }
 
 impl Sets {
@@ -25,10 +27,12 @@ impl Sets {
         later.iter().flatten().for_each(|&j| sizes[j as usize] += 1);
         let mut starts = vec![0; count + 1];
         (0..count).for_each(|i| starts[i + 1] = starts[i] + sizes[i]);
-        let mut others = vec![0; starts[count] as usize];
+        let (mut others, mut inverse) = (vec![0; starts[count] as usize], vec![0.0; starts[count] as usize]);
         let mut next = starts.clone();
         let mut put = |i: usize, j: u32| {
-            others[next[i] as usize] = j;
+            let place = next[i] as usize;
+            let between = facets.each[j as usize].barycentre - facets.each[i].barycentre;
+            (others[place], inverse[place]) = (j, 1.0 / between.norm());
             next[i] += 1;
         };
         for (i, set) in later.iter().enumerate() {
@@ -37,12 +41,22 @@ impl Sets {
                 put(j as usize, i as u32);
             }
         }
-        Self { starts, others }
+        Self { starts, others, inverse }
     }
 
     /// The set of facet `i`.
     pub(crate) fn of_facet(&self, i: usize) -> &[u32] {
-        &self.others[self.starts[i] as usize..self.starts[i + 1] as usize]
+        &self.others[self.range(i)]
+    }
+
+    /// The set of facet `i`, each with one by its distance.
+    pub(crate) fn with_inverse(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let others = self.others[self.range(i)].iter().map(|j| *j as usize);
+        others.zip(self.inverse[self.range(i)].iter().copied())
+    }
+
+    fn range(&self, i: usize) -> std::ops::Range<usize> {
+        self.starts[i] as usize..self.starts[i + 1] as usize
     }
 }
 
