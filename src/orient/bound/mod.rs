@@ -12,6 +12,7 @@ mod angle;
 mod contact;
 mod extent;
 mod negated;
+mod negated_heights;
 mod tanh;
 mod volume;
 mod zonotope;
@@ -19,13 +20,13 @@ mod zonotope;
 pub(super) use angle::Leaning;
 pub(super) use contact::Lying;
 pub(super) use extent::{Extent, Heights, Quadratic};
-pub(super) use negated::{MinusColumns, MinusHeight, MinusHeights, MinusLeaning, MinusShadow, SomeArea};
+pub(super) use negated::{MinusLeaning, MinusShadow, SomeArea};
+pub(super) use negated_heights::{MinusColumns, MinusHeight, MinusHeights};
 pub(super) use tanh::Hanging;
 pub(super) use volume::{Columns, quadratic};
 pub(super) use zonotope::Shadow;
 
 use super::sphere::tangents;
-use super::{Facets, Objective};
 use crate::geom::Vec3;
 
 /// All directions within `radius` (radians) of `centre`; from pi on the whole sphere.
@@ -202,9 +203,4 @@ pub fn lower(local: &dyn Local<'_>, cap: &Cap, enough: f64) -> f64 {
         }
     }
     best(&all, cap.radius).max(floor)
-}
-
-/// Whether `f` has bounds at all for the part with `facets`.
-pub fn has_bounds(f: &dyn Objective, facets: &Facets) -> bool {
-    f.local(facets).is_some()
 }
