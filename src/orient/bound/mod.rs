@@ -3,7 +3,8 @@
 //! All of them come from minorants: smooth functions `g <= f` on the cap of which the value and slope at its centre and
 //! a bound of the curvature are known. Along a great circle from the centre, Taylor's theorem gives `g(t) >= g(0) -
 //! |g'(0)| t - curve t^2 / 2`. A convex mixture of minorants is a minorant, and at a kink the right mixture has no slope:
-//! that makes the bounds of second order beside kinks as well. A weighted sum of minorants is one of the weighted sum.
+//! that makes the bounds of second order beside kinks as well. A weighted sum of minorants is one of the weighted sum;
+//! for a negative weight it takes a minorant of minus the objective (`negated`, `negated_heights`).
 //!
 //! What a cap has settled (a facet's side, say) is settled on all caps inside it: a [`Local`] hands the rest down, so
 //! that small caps cost little.
