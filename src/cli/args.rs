@@ -196,8 +196,8 @@ pub(super) struct Orient {
     pub(super) model: ModelArgs,
     /// staircase, support-area, height, overhang-angle, normal-z, weighted-normal-z, tanh-overhang,
     /// support-volume-convex, support-volume-convex-smooth, support-volume, support-volume-column, interface-area,
-    /// alexander, contact-area, or a sum such as 0.7*staircase+0.3*height; may be given several times
-    #[arg(long, default_value = "staircase", value_name = "NAME")]
+    /// alexander, contact-area, or a sum such as 0.7*staircase+0.3*height, weights of either sign; may be given several times
+    #[arg(long, default_value = "staircase", value_name = "NAME", allow_hyphen_values = true)]
     pub(super) objective: Vec<String>,
     /// certified (best value and a lower bound), mmls (all minima, seed 004), multistart, bfgs, cg, newton-cg, nelder-mead,
     /// direct, differential-evolution or grid

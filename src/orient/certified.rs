@@ -89,9 +89,10 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// From here on a bound is good enough.
+    /// From here on a bound is good enough: within the gap, or of the best value by no more than rounding makes of the
+    /// largest (a relative gap to 0 would never close).
     fn enough(&self) -> f64 {
-        self.best.value - self.gap * self.best.value.abs()
+        self.best.value - (self.gap * self.best.value.abs()).max(ROUNDED * self.trial.size())
     }
 
     fn begin(&mut self, whole: &Known<'a>) {
@@ -148,6 +149,9 @@ impl<'a> Run<'a> {
         }
     }
 }
+
+/// Of the largest value: a difference that is none.
+const ROUNDED: f64 = 1e-13;
 
 /// A cell is not cut below this (of a face of 2 x 2): its directions are then equal to the last digits.
 const SMALLEST: f64 = 1e-13;

@@ -49,7 +49,7 @@ mod trial;
 mod volumes;
 mod weighted;
 
-pub use bound::{Cap, Local, Minorant, has_bounds, lower};
+pub use bound::{Cap, Local, Minorant, lower};
 pub use certified::Certified;
 pub use column::{BOUNDED_FACETS, SupportVolumeColumn};
 pub use dips::{laid, overhang_area, turned, turned_by};

@@ -10,18 +10,23 @@ pub(super) struct Trial<'a> {
     budget: usize,
     spent: usize,
     best: f64,
+    /// The largest size of a value so far.
+    size: f64,
     history: Vec<Improvement>,
 }
 
 impl<'a> Trial<'a> {
     pub(super) fn new(f: &'a dyn Objective, facets: &'a Facets, budget: usize) -> Self {
-        Self { f, facets, budget, spent: 0, best: f64::INFINITY, history: Vec::new() }
+        Self { f, facets, budget, spent: 0, best: f64::INFINITY, size: 0.0, history: Vec::new() }
     }
 
     /// The value at `up`; one evaluation.
     pub(super) fn value(&mut self, up: &Vec3) -> f64 {
         self.spent += 1;
         let value = self.f.value(self.facets, up);
+        if value.is_finite() {
+            self.size = self.size.max(value.abs());
+        }
         if value < self.best {
             self.best = value;
             self.history.push(Improvement { evaluations: self.spent, value });
@@ -43,6 +48,11 @@ impl<'a> Trial<'a> {
     /// Counts work that was no evaluation but took as long.
     pub(super) fn charge(&mut self) {
         self.spent += 1;
+    }
+
+    /// The largest size of a value so far: what rounding errors are measured by.
+    pub(super) fn size(&self) -> f64 {
+        self.size
     }
 
     /// How many evaluations are left.

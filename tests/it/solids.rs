@@ -18,6 +18,11 @@ pub(crate) fn twenty() -> Vec<(String, Mesh)> {
         let one = solid_box(Vec3::zeros(), size(&mut numbers));
         all.push((format!("box {i}"), if i < 2 { one } else { turned(&one, &mut numbers) }));
     }
+    // Far from the origin sums lose digits.
+    let far = Vec3::new(1e4, -2e4, 5e3);
+    for (_, mesh) in &mut all[1..] {
+        *mesh = TriangleMesh::new(mesh.vertices().iter().map(|v| v + far).collect(), mesh.facets().to_vec());
+    }
     let cavity = solid_box(Vec3::repeat(3.0), Vec3::new(15.0, 11.0, 7.0));
     let outside = solid_box(Vec3::zeros(), Vec3::new(20.0, 15.0, 12.0));
     all.push(("hollow box".to_owned(), turned(&joined(&[outside, inside_out(&cavity)]), &mut numbers)));

@@ -3,7 +3,8 @@
 //! All of them come from minorants: smooth functions `g <= f` on the cap of which the value and slope at its centre and
 //! a bound of the curvature are known. Along a great circle from the centre, Taylor's theorem gives `g(t) >= g(0) -
 //! |g'(0)| t - curve t^2 / 2`. A convex mixture of minorants is a minorant, and at a kink the right mixture has no slope:
-//! that makes the bounds of second order beside kinks as well. A weighted sum of minorants is one of the weighted sum.
+//! that makes the bounds of second order beside kinks as well. A weighted sum of minorants is one of the weighted sum;
+//! for a negative weight it takes a minorant of minus the objective (`negated`, `negated_heights`).
 //!
 //! What a cap has settled (a facet's side, say) is settled on all caps inside it: a [`Local`] hands the rest down, so
 //! that small caps cost little.
@@ -12,6 +13,7 @@ mod angle;
 mod contact;
 mod extent;
 mod negated;
+mod negated_heights;
 mod tanh;
 mod volume;
 mod zonotope;
@@ -19,13 +21,13 @@ mod zonotope;
 pub(super) use angle::Leaning;
 pub(super) use contact::Lying;
 pub(super) use extent::{Extent, Heights, Quadratic};
-pub(super) use negated::{MinusColumns, MinusHeight, MinusHeights, MinusLeaning, MinusShadow, SomeArea};
+pub(super) use negated::{MinusLeaning, MinusShadow, SomeArea};
+pub(super) use negated_heights::{MinusColumns, MinusHeight, MinusHeights};
 pub(super) use tanh::Hanging;
 pub(super) use volume::{Columns, quadratic};
 pub(super) use zonotope::Shadow;
 
 use super::sphere::tangents;
-use super::{Facets, Objective};
 use crate::geom::Vec3;
 
 /// All directions within `radius` (radians) of `centre`; from pi on the whole sphere.
@@ -202,9 +204,4 @@ pub fn lower(local: &dyn Local<'_>, cap: &Cap, enough: f64) -> f64 {
         }
     }
     best(&all, cap.radius).max(floor)
-}
-
-/// Whether `f` has bounds at all for the part with `facets`.
-pub fn has_bounds(f: &dyn Objective, facets: &Facets) -> bool {
-    f.local(facets).is_some()
 }

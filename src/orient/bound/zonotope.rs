@@ -26,6 +26,8 @@ pub(crate) struct Shadow<'a> {
     /// May lie flat on the cap.
     flat: Arc<Vec<u32>>,
     dip: Option<Vec3>,
+    /// Taken off for rounding, mm²: where all areas nearly cancel out, what is relative to their sum is not enough.
+    slack: f64,
 }
 
 impl<'a> Shadow<'a> {
@@ -33,7 +35,8 @@ impl<'a> Shadow<'a> {
         let normals = facets.normals();
         let open = Arc::new((0..normals.units.len() as u32).collect());
         let (flat, settled) = (Arc::default(), Vec3::zeros());
-        Self { normals, scale, down, cap: Cap::WHOLE, settled, open, flat, dip: None }
+        let slack = super::ROUNDING * normals.areas.iter().sum::<f64>();
+        Self { normals, scale, down, cap: Cap::WHOLE, settled, open, flat, dip: None, slack }
     }
 
     fn narrowed(&self, cap: &Cap) -> Self {
@@ -82,7 +85,8 @@ impl<'a> Local<'a> for Shadow<'a> {
             let sign = if along < 0.0 { -1.0 } else { f64::from(u8::from(!self.down)) };
             sum += n * (area * sign);
         }
-        Minorant::linear(sum, &self.cap).added(self.scale, &Minorant::ZERO)
+        let linear = Minorant::linear(sum, &self.cap);
+        Minorant { value: linear.value - self.slack, ..linear }.added(self.scale, &Minorant::ZERO)
     }
 
     fn hint(&self) -> Option<Vec3> {

@@ -97,7 +97,9 @@ impl<'a> Local<'a> for Hanging<'a> {
             let s = frame.line(&(self.facets.each[**i as usize].area * square));
             s.at + s.stray >= NOTHING
         };
-        let may = Arc::new(self.may.iter().filter(may).copied().collect());
+        let fewer: Vec<u32> = self.may.iter().filter(may).copied().collect();
+        // A list is worth its room where it is a good deal shorter.
+        let may = if 4 * fewer.len() < 3 * self.may.len() { Arc::new(fewer) } else { self.may.clone() };
         let low = self.facets.lowest(&cap.centre);
         let mut local = Self { frame, may, low, settled: Sum::default(), open: Arc::default(), ..*self };
         let (settled, open) = local.sorted(&low);
