@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
+use crossbeam_channel::{Receiver, bounded};
 use serde_json::{Value, json};
 
 use super::journal_file::JournalFile;
 use super::{Console, Failure};
-use crate::link::serial::{Address, Incoming, Port, find_again};
+use crate::link::serial::{Address, Heard, Port, find_again};
 use crate::link::{Event, MarkKind, Outcome, Record, Sender, Stop, Temperatures, Time};
 
 /// Ctrl-C so far: once is a safe pause, twice an emergency stop.
@@ -118,8 +118,10 @@ impl<'a> Stream<'a> {
 
     /// Writes the journal first, then bytes; whether all went.
     fn write(&mut self) -> bool {
+        // An emergency stop waits for nothing.
+        let stopping = matches!(self.sender.outcome(), Some(Outcome::EmergencyStopped));
         let kept = self.journal.retry() && self.journal.progress(self.sender.progress(), false);
-        if !kept {
+        if !kept && !stopping {
             if !std::mem::replace(&mut self.full, true) {
                 let path = self.journal.path().display().to_string();
                 self.console
@@ -129,7 +131,7 @@ impl<'a> Stream<'a> {
             return false;
         }
         self.full = false;
-        let Some(port) = &self.port else { return false };
+        let Some(port) = &mut self.port else { return false };
         let count = port.write(self.sender.pending());
         self.sender.took(count);
         self.sender.pending().is_empty()
@@ -138,16 +140,12 @@ impl<'a> Stream<'a> {
     fn listen(&mut self, sent: bool) {
         let now = self.now();
         let wake = self.sender.wake(now).map_or(NAP, |wake| wake.saturating_sub(now)).min(NAP);
-        let nap = if sent { wake } else { Duration::from_micros(200) };
-        let Some(port) = &self.port else { return };
-        match port.incoming().recv_timeout(nap) {
-            Ok(Incoming::Bytes(bytes)) => {
-                let now = self.start.elapsed();
-                self.sender.receive(now, &bytes);
-            }
-            Ok(Incoming::Gone(why)) => self.lost(&why),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => self.lost("the port closed"),
+        let Some(port) = &mut self.port else { return };
+        // Without room for the journal nothing goes out, whatever room the port has.
+        match port.read(wake, !sent && !self.full) {
+            Heard::Bytes(bytes) => self.sender.receive(self.start.elapsed(), bytes),
+            Heard::Gone(why) => self.lost(&why),
+            Heard::Nothing => {}
         }
     }
 
@@ -200,10 +198,7 @@ impl<'a> Stream<'a> {
             return Ok(());
         }
         self.sender.emergency_stop();
-        if let Some(port) = &self.port {
-            port.write_first(self.sender.pending());
-            let count = self.sender.pending().len();
-            self.sender.took(count);
+        if self.port.is_some() {
             return Ok(());
         }
         Err(Failure::Printer("emergency stop, but the link is gone: switch the printer off".to_owned()))
@@ -274,11 +269,13 @@ impl<'a> Stream<'a> {
 
     fn close(&mut self, outcome: Outcome) -> Result<Outcome, Failure> {
         let end = Instant::now() + LAST_BYTES;
-        while Instant::now() < end && !(self.write() && self.port.as_ref().is_none_or(Port::is_drained)) {
+        while Instant::now() < end && !self.write() {
             std::thread::sleep(Duration::from_millis(5));
         }
-        // The writer thread still holds the last piece for a moment.
-        std::thread::sleep(Duration::from_millis(50));
+        if outcome != Outcome::Done {
+            // Last words that nobody will answer: some devices forget them when they are closed at once.
+            std::thread::sleep(Duration::from_millis(50));
+        }
         self.take_events();
         self.journal.progress(self.sender.progress(), true);
         match &outcome {

@@ -5,7 +5,7 @@
 //!                             ^  '--> Journal            <-- replies
 //! ```
 //!
-//! [`Sender`] and [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial.rs`
+//! [`Sender`] and [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial/`
 //! touches the world. The rule: an accepted number is executed once; a line known to be accepted is never sent again;
 //! what is unknown stops the print with its reason.
 //!

@@ -349,6 +349,11 @@ impl Sim {
         self.queue.is_empty() && self.rx.is_empty() && self.cable.is_empty() && self.machine.planner.is_idle()
     }
 
+    /// Whether lines have arrived that are not yet dealt with.
+    pub fn has_lines(&self) -> bool {
+        !self.queue.is_empty() || !self.rx.is_empty()
+    }
+
     /// Bytes for the host.
     pub fn pending(&self) -> &[u8] {
         &self.out[self.taken..]
