@@ -60,10 +60,11 @@ fn apply_quirks(quirks: &mut crate::link::sim::Quirks, args: &Verb) -> Result<()
             "no-emergency-parser" => quirks.emergency_parser = false,
             "no-busy" => quirks.busy = false,
             "latches-errors" => quirks.latches_errors = true,
+            "three-axes" => quirks.axes = 3,
             other => {
                 return Err(Failure::Usage(format!(
                     "--quirk {other}: known are advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, \
-                     latches-errors"
+                     latches-errors, three-axes"
                 )));
             }
         }

@@ -51,6 +51,9 @@ pub(super) struct Stream<'a> {
     tried: Instant,
     temperatures: Temperatures,
     interrupts: u32,
+    /// The disk takes nothing more; what is kept for a pause can still be written.
+    short: bool,
+    /// Not even that.
     full: bool,
     typed: Option<Receiver<String>>,
     paused: bool,
@@ -79,6 +82,7 @@ impl<'a> Stream<'a> {
             tried: now,
             temperatures: Temperatures::default(),
             interrupts: INTERRUPTS.load(Ordering::Relaxed),
+            short: false,
             full: false,
             typed: None,
             paused: false,
@@ -121,11 +125,11 @@ impl<'a> Stream<'a> {
         // An emergency stop waits for nothing.
         let stopping = matches!(self.sender.outcome(), Some(Outcome::EmergencyStopped));
         let kept = self.journal.retry() && self.journal.progress(self.sender.progress(), false);
+        self.keep_room();
         if !kept && !stopping {
             if !std::mem::replace(&mut self.full, true) {
                 let path = self.journal.path().display().to_string();
-                self.console
-                    .warning(&format!("{path}: no room for the journal; nothing is sent until there is: free some"));
+                self.console.warning(&format!("{path}: cannot be written any more; nothing is sent until it can"));
                 self.event("full", json!({"journal": path}));
             }
             return false;
@@ -135,6 +139,21 @@ impl<'a> Stream<'a> {
         let count = port.write(self.sender.pending());
         self.sender.took(count);
         self.sender.pending().is_empty()
+    }
+
+    /// Pauses where the disk runs full, while the way off the part can still be written down.
+    fn keep_room(&mut self) {
+        let short = self.journal.renew().is_err();
+        if short {
+            // Again and again: a pause is not heard on the way back from another.
+            self.sender.pause();
+        }
+        if short && !self.short {
+            let path = self.journal.path().display().to_string();
+            self.console.warning(&format!("{path}: no room left on the disk for the journal; pausing"));
+            self.event("full", json!({"journal": path}));
+        }
+        self.short = short;
     }
 
     fn listen(&mut self, sent: bool) {
@@ -252,17 +271,29 @@ impl<'a> Stream<'a> {
         let Some(typed) = &self.typed else { return true };
         if let Ok(text) = typed.try_recv() {
             self.typed = None;
+            let cancel = text.trim().eq_ignore_ascii_case("c");
+            if self.short && !cancel {
+                self.console.warning("there is still no room on the disk for the journal");
+                self.pause();
+                return false;
+            }
             self.interrupts = 0;
             INTERRUPTS.store(0, Ordering::Relaxed);
             self.paused = false;
-            if text.trim().eq_ignore_ascii_case("c") { self.sender.cancel() } else { self.sender.resume() }
+            if cancel { self.sender.cancel() } else { self.sender.resume() }
         }
         false
     }
 
     fn paused_for_good(&mut self) -> Failure {
         let line = self.line();
-        let text = format!("paused at line {line} above the part, heaters kept; trunnion send --resume goes on");
+        let why = match self.short {
+            true => format!("{}: no room left on the disk: ", self.journal.path().display()),
+            false => String::new(),
+        };
+        let first = if self.short { "free some, then " } else { "" };
+        let text =
+            format!("{why}paused at line {line} above the part, heaters kept; {first}trunnion send --resume goes on");
         self.event("stopped", json!({"reason": text}));
         Failure::Printer(text)
     }

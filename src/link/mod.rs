@@ -14,6 +14,7 @@
 
 mod journal;
 mod loopback;
+mod preflight;
 mod program;
 mod reply;
 mod resume;
@@ -25,6 +26,7 @@ mod wire;
 
 pub use journal::{Header, JournalError, Record, Standing};
 pub use loopback::{Heading, Loopback};
+pub use preflight::{Abilities, Unfit};
 pub use program::{LARGEST_FILE, Mark, MarkKind, Program, ProgramError, Rules};
 pub use reply::{Busy, Reply, Status, Temperatures};
 pub use resume::{Heaters, Reentry, ReentryError, Retreat, State};

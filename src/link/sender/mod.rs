@@ -29,6 +29,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub(crate) use listen::is_slow;
 pub(crate) use probe::PLANNER_BLOCKS;
 pub use stop::{Outcome, Stop};
 
@@ -252,6 +253,9 @@ pub struct Sender {
     asked: Time,
     lost_at_least_once: bool,
     idle_seen: Option<Time>,
+    /// Where the file has brought the axes, until the printer's own word of it comes.
+    believed: Vec<(u8, f64)>,
+    elsewhere: Option<Stop>,
     noise: (u32, u32),
     outcome: Option<Outcome>,
     events: VecDeque<Event>,
@@ -327,6 +331,8 @@ impl Sender {
             asked: Time::ZERO,
             lost_at_least_once: false,
             idle_seen: None,
+            believed: Vec::new(),
+            elsewhere: None,
             noise: (0, 0),
             outcome: None,
             events: VecDeque::new(),

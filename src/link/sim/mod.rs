@@ -51,6 +51,8 @@ pub struct Quirks {
     pub name: String,
     /// Its own number, for M115.
     pub uuid: String,
+    /// `AXIS_COUNT` of M115.
+    pub axes: u32,
 }
 
 impl Quirks {
@@ -69,6 +71,7 @@ impl Quirks {
             baud: 0,
             name: "trunnion".to_owned(),
             uuid: "cede2a2f-41a2-4748-9b12-c55c62f367ff".to_owned(),
+            axes: 5,
         }
     }
 }
