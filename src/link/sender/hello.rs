@@ -5,7 +5,8 @@ use std::time::Duration;
 use super::{Goal, Sender, Stage, Stop, Time, What};
 use crate::link::journal::Standing;
 use crate::link::reply::Reply;
-use crate::link::wire::{Filling, Protocol, push_numbered};
+use crate::link::seams::Filling;
+use crate::link::wire::{Protocol, push_numbered};
 
 /// A printer that was reset by opening the port is silent for some seconds.
 const HELLO_EVERY: Time = Duration::from_secs(3);

@@ -37,7 +37,8 @@ use super::journal::{Record, Standing};
 use super::program::Program;
 use super::reply::{Status, Temperatures};
 use super::resume::Retreat;
-use super::wire::{Filling, LineAssembler, Protocol, Seams};
+use super::seams::{Filling, Seams};
+use super::wire::{LineAssembler, Protocol};
 use crate::motion::replay::Reading;
 
 /// Time since any fixed moment.

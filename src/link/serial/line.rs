@@ -30,11 +30,14 @@ impl Line {
         Ok(Self { file: master, _locked: None })
     }
 
-    pub(super) fn wait(&self, wait: Duration, full: bool) {
+    /// Whether there is something to read: bytes, or the news that none will come any more.
+    pub(super) fn wait(&self, wait: Duration, full: bool) -> bool {
         use rustix::event::{PollFd, PollFlags, Timespec, poll};
         let flags = if full { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
+        let mut fds = [PollFd::new(&self.file, flags)];
         // A wait that fails is a short one: the read behind it says why.
-        let _ = poll(&mut [PollFd::new(&self.file, flags)], Timespec::try_from(wait).ok().as_ref());
+        let failed = poll(&mut fds, Timespec::try_from(wait).ok().as_ref()).is_err();
+        failed || !(fds[0].revents() - PollFlags::OUT).is_empty()
     }
 
     pub(super) fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {

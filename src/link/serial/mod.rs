@@ -161,8 +161,8 @@ impl Port {
         if let Some(why) = self.gone.take() {
             return Heard::Gone(why);
         }
-        if !wait.is_zero() {
-            self.line.wait(wait, full);
+        if !wait.is_zero() && !self.line.wait(wait, full) {
+            return Heard::Nothing;
         }
         match self.line.read(&mut self.buffer) {
             Ok(0) => Heard::Gone("the other end closed".to_owned()),

@@ -60,11 +60,12 @@ impl Line {
         Self { incoming, outgoing, rest: RefCell::new(None), closed }
     }
 
-    pub(super) fn wait(&self, wait: Duration, _full: bool) {
+    pub(super) fn wait(&self, wait: Duration, _full: bool) -> bool {
         let mut rest = self.rest.borrow_mut();
         if rest.is_none() {
             *rest = self.incoming.recv_timeout(wait).ok();
         }
+        rest.is_some()
     }
 
     pub(super) fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
