@@ -1,9 +1,12 @@
 //! The link: lines a second and processor time a line, in process and over a pseudo-terminal.
 //!
 //! In process both ends run on one thread in virtual time, so that wall time is processor time. Over the pseudo-terminal the two
-//! commands talk to each other; the processor time of both is printed first.
+//! commands talk to each other, on two cores and (with `taskset`) on one; lines a second and the processor time of both are
+//! printed first. The window makes the difference: Marlin's usual 128 bytes hold two or three five-axis lines, and so many
+//! are carried by one exchange of the two processes; the wide one is that of a firmware with 2048 bytes and 32 commands.
 
-use std::process::Command;
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -18,14 +21,23 @@ use trunnion::profile::{resolve, shipped};
 const LINES: u32 = 20_000;
 
 fn main() {
-    pty();
+    let dir = tempfile::tempdir().expect("a folder");
+    let wide = dir.path().join("wide.toml");
+    let toml = "extends = \"generic-ac\"\n[machine]\nname = \"wide\"\n[link]\nbuffer = 2048\ncommands = 32\n";
+    std::fs::write(&wide, toml).expect("written");
+    for (name, profile, lines) in [("128 bytes", Path::new("generic-ac"), LINES * 2), ("2048 bytes", &wide, LINES * 10)]
+    {
+        for cores in [2, 1] {
+            pty(dir.path(), name, profile, lines, cores);
+        }
+    }
     divan::main();
 }
 
 /// Moves of five axes, 55 bytes a line on the wire.
-fn text() -> String {
+fn text(lines: u32) -> String {
     let mut text = "G21\nG90\nM83\nG28\nM109 S200\nG1 F12000\n".to_owned();
-    for i in 0..LINES {
+    for i in 0..lines {
         let x = f64::from(i % 200) * 0.1;
         text += &format!("G1 X{x:.3} Y{:.3} Z10.205 A31.125 C120.{:03} E0.00415\n", 50.125 + x, i % 1000);
     }
@@ -38,7 +50,7 @@ fn ends(protocol: Protocol) -> (Arc<Program>, Settings, Model) {
     let table = profile.kinematics();
     let axes = [table.tilt, table.rotation];
     let rules = Rules { protocol, longest_line: 96, reading: profile.reading(), rates: Rates::default() };
-    let program = Arc::new(Program::read(text().as_bytes(), &rules).expect("a program"));
+    let program = Arc::new(Program::read(text(LINES).as_bytes(), &rules).expect("a program"));
     let retreat = Retreat {
         axes: axes.clone(),
         z_max_mm: 300.0,
@@ -81,7 +93,7 @@ fn in_process(bencher: Bencher<'_, '_>, name: &str) {
 /// Taking a file apart, times of all blocks included.
 #[divan::bench]
 fn read_program(bencher: Bencher<'_, '_>) {
-    let text = text();
+    let text = text(LINES);
     let (_, settings, _) = ends(Protocol::Marlin);
     let rules =
         Rules { protocol: Protocol::Marlin, longest_line: 96, reading: settings.reading, rates: Rates::default() };
@@ -96,39 +108,46 @@ fn processor(id: u32) -> f64 {
     (ticks(11) + ticks(12)) / 100.0
 }
 
+/// The command, on one core where `cores` is 1.
+fn trunnion(cores: u32) -> Command {
+    let binary = env!("CARGO_BIN_EXE_trunnion");
+    if cores > 1 {
+        return Command::new(binary);
+    }
+    let mut command = Command::new("taskset");
+    command.args(["-c", "0", binary]);
+    command
+}
+
 /// `trunnion send` to `trunnion simulate`.
 #[expect(clippy::print_stdout, reason = "a bench prints its figures")]
-fn pty() {
-    let dir = tempfile::tempdir().expect("a folder");
-    let (file, link) = (dir.path().join("a.gcode"), dir.path().join("tty"));
-    std::fs::write(&file, text()).expect("written");
-    let binary = env!("CARGO_BIN_EXE_trunnion");
-    let mut printer = Command::new(binary)
-        .args(["simulate", "-q", "-m", "generic-ac", "--speed", "max", "--heat", "100", "--link"])
-        .arg(&link)
-        .spawn()
-        .expect("the printer");
+fn pty(dir: &Path, name: &str, profile: &Path, lines: u32, cores: u32) {
+    let (file, link) = (dir.join("a.gcode"), dir.join("tty"));
+    std::fs::write(&file, text(lines)).expect("written");
+    let mut printer = trunnion(cores);
+    printer.args(["simulate", "-q", "--speed", "max", "--heat", "100", "-m"]).arg(profile).arg("--link").arg(&link);
+    let Ok(mut printer) = printer.spawn() else {
+        println!("pty, {name}, one core: taskset is not installed");
+        return;
+    };
     let start = Instant::now();
     while !link.exists() && start.elapsed() < Duration::from_secs(10) {
         std::thread::sleep(Duration::from_millis(10));
     }
     let start = Instant::now();
-    let mut host = Command::new(binary)
-        .args(["send", "-q", "--unverified", "-m", "generic-ac", "--port"])
-        .arg(&link)
-        .arg(&file)
-        .spawn()
-        .expect("the host");
+    let mut host = trunnion(cores);
+    host.args(["send", "-q", "--unverified", "-m"]).arg(profile).arg("--port").arg(&link).arg(&file);
+    let mut host = host.stderr(Stdio::null()).spawn().expect("the host");
     let mut used = 0.0;
     while host.try_wait().expect("the host").is_none() && start.elapsed() < Duration::from_secs(60) {
         used = processor(host.id());
         std::thread::sleep(Duration::from_millis(5));
     }
     let seconds = start.elapsed().as_secs_f64();
-    let lines = f64::from(LINES);
-    let machine = processor(printer.id());
+    let ended = host.wait().expect("the host");
+    let (lines, machine) = (f64::from(lines), processor(printer.id()));
     println!(
-        "pty: {:.0} lines/s; processor time a line: host {:.1} us, printer {:.1} us",
+        "pty, {name}, {cores} cores: {:.0} lines/s; processor time a line: host {:.1} us, printer {:.1} us; {ended}",
         lines / seconds,
         used / lines * 1e6,
         machine / lines * 1e6

@@ -1,7 +1,11 @@
 //! The journal on disk: written before the bytes it speaks of are sent, brought to the platter in groups.
+//!
+//! Behind its end lie zeros, [`RESERVE`] bytes at least, which are written over: when a disk runs full in the middle of a print,
+//! the head can still leave the part with every line in the journal. (A file system that never writes in place may not
+//! keep that promise; then nothing more is sent.)
 
 use std::fs::{File, OpenOptions};
-use std::io::Write;
+use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -13,9 +17,18 @@ use crate::link::{Header, JournalError, Progress, Record, Standing};
 /// Acknowledgements are written this often, and brought to the disk with them.
 const GROUP: Duration = Duration::from_millis(200);
 
+/// What a pause writes, and more.
+const RESERVE: u64 = 2048;
+/// By this much the reserve is renewed.
+const RENEWED: [u8; 8192] = [0; 8192];
+
 pub(super) struct JournalFile {
     path: PathBuf,
     file: File,
+    /// Behind the last record.
+    end: u64,
+    /// Behind the zeros; as far as can be where the journal is a device.
+    room: u64,
     /// What could not be written yet, for want of room.
     held: Vec<u8>,
     sync: Sender<()>,
@@ -27,29 +40,25 @@ impl JournalFile {
     /// A new journal; one of an earlier print is put aside.
     pub(super) fn create(path: &Path, header: &Header) -> Result<Self, Failure> {
         let failed = |source| Failure::Write { path: path.to_owned(), source };
-        let file = File::create(path).map_err(failed)?;
-        let mut journal = Self::over(path, file)?;
-        journal.file.write_all(header.to_text().as_bytes()).map_err(failed)?;
-        // A journal that cannot reach the disk is found out now.
-        journal.file.sync_data().or_else(not_a_file).map_err(failed)?;
-        Ok(journal)
+        let mut file = File::create(path).map_err(failed)?;
+        let text = header.to_text();
+        file.write_all(text.as_bytes()).map_err(failed)?;
+        Self::over(path, file, text.len() as u64)
     }
 
     /// The journal of a print that goes on.
     pub(super) fn reopen(path: &Path) -> Result<Self, Failure> {
         let failed = |source| Failure::Write { path: path.to_owned(), source };
-        let mut file = OpenOptions::new().read(true).append(true).open(path).map_err(failed)?;
+        let bytes = super::files::read(path)?;
+        let written = memchr::memchr(0, &bytes).unwrap_or(bytes.len());
         // A torn last line would spoil the next.
-        if std::fs::read(path).is_ok_and(|bytes| !bytes.ends_with(b"\n")) {
-            let whole = std::fs::read(path).map_err(failed)?;
-            let end = whole.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
-            file.set_len(end as u64).map_err(failed)?;
-        }
-        file.flush().map_err(failed)?;
-        Self::over(path, file)
+        let end = memchr::memrchr(b'\n', &bytes[..written]).map_or(0, |i| i as u64 + 1);
+        let file = OpenOptions::new().read(true).write(true).open(path).map_err(failed)?;
+        file.set_len(end).map_err(failed)?;
+        Self::over(path, file, end)
     }
 
-    fn over(path: &Path, file: File) -> Result<Self, Failure> {
+    fn over(path: &Path, file: File, end: u64) -> Result<Self, Failure> {
         let failed = |source| Failure::Write { path: path.to_owned(), source };
         let twin = file.try_clone().map_err(failed)?;
         let (sync, asked) = bounded::<()>(1);
@@ -58,7 +67,29 @@ impl JournalFile {
                 let _ = twin.sync_data();
             }
         });
-        Ok(Self { path: path.to_owned(), file, held: Vec::new(), sync, acked: 0, written: Instant::now() })
+        let room = if file.metadata().is_ok_and(|m| m.is_file()) { end } else { u64::MAX };
+        let (path, held) = (path.to_owned(), Vec::new());
+        let mut journal = Self { path, file, end, room, held, sync, acked: 0, written: Instant::now() };
+        journal.renew().map_err(failed)?;
+        // A journal that cannot reach the disk is found out now.
+        journal.file.sync_data().or_else(not_a_file).map_err(failed)?;
+        Ok(journal)
+    }
+
+    /// Keeps room for what a pause writes.
+    ///
+    /// # Errors
+    ///
+    /// The system's, where the disk takes no more; what is kept already can still be written.
+    pub(super) fn renew(&mut self) -> std::io::Result<()> {
+        while self.room < self.end.saturating_add(RESERVE) {
+            self.file.seek(SeekFrom::Start(self.room))?;
+            match self.file.write(&RENEWED)? {
+                0 => return Err(ErrorKind::WriteZero.into()),
+                n => self.room += n as u64,
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -74,12 +105,23 @@ impl JournalFile {
     /// Tries again what was held.
     pub(super) fn retry(&mut self) -> bool {
         while !self.held.is_empty() {
-            match self.file.write(&self.held) {
+            let fits = self.end + self.held.len() as u64 <= self.room;
+            if !fits && self.renew().is_err() {
+                return false;
+            }
+            match self.at_end().and_then(|()| self.file.write(&self.held)) {
                 Ok(0) | Err(_) => return false,
-                Ok(n) => drop(self.held.drain(..n)),
+                Ok(n) => {
+                    self.end += n as u64;
+                    drop(self.held.drain(..n));
+                }
             }
         }
         true
+    }
+
+    fn at_end(&mut self) -> std::io::Result<()> {
+        if self.room == u64::MAX { Ok(()) } else { self.file.seek(SeekFrom::Start(self.end)).map(|_| ()) }
     }
 
     /// Writes how far the printer is, now and then.
@@ -92,6 +134,15 @@ impl JournalFile {
         let written = self.record(&Record::Ack { number: progress.proven, block: progress.acked });
         let _ = self.sync.try_send(());
         written
+    }
+}
+
+impl Drop for JournalFile {
+    /// The zeros go; a host that is killed leaves them, which does no harm.
+    fn drop(&mut self) {
+        if self.room < u64::MAX {
+            let _ = self.file.set_len(self.end);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::Failure;
 use crate::link::sim::{Model, Quirks};
-use crate::link::{Heaters, Protocol, Rates, Retreat, Rules, Settings};
+use crate::link::{Abilities, Heaters, Protocol, Rates, Retreat, Rules, Settings};
 use crate::profile::{OnStop, Profile};
 
 pub(super) fn protocol(profile: &Profile) -> Result<Protocol, Failure> {
@@ -32,6 +32,17 @@ pub(super) fn rules(profile: &Profile) -> Result<Rules, Failure> {
         reading: profile.reading(),
         rates: rates(profile),
     })
+}
+
+pub(super) fn abilities(profile: &Profile) -> Abilities {
+    let table = profile.kinematics();
+    Abilities {
+        reading: profile.reading(),
+        limits: profile.linear_limits(),
+        axes: [table.tilt, table.rotation],
+        max_nozzle_c: profile.link.max_nozzle_c,
+        max_bed_c: profile.link.max_bed_c,
+    }
 }
 
 pub(super) fn retreat(profile: &Profile) -> Retreat {

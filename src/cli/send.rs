@@ -91,6 +91,9 @@ fn program(job: &Job<'_>, args: &StreamArgs, console: &Console) -> Result<Arc<Pr
             "line {line}: {why}; a print that breaks off behind it can only go on if the printer still counts"
         ));
     }
+    if let Some(unfit) = printer::abilities(profile).lacking(&program) {
+        return Err(Failure::Findings(format!("{}: {unfit}; nothing was sent", job.path.display())));
+    }
     if rules.protocol != Protocol::Klipper
         && let Some(slow) = too_slow(&program, rules.protocol, args.baud.unwrap_or(profile.link.baud), &rules.rates)
     {
@@ -276,18 +279,11 @@ fn printed_at_most(program: &Program, settings: &crate::link::Settings, standing
     last.min(program.len().saturating_sub(1))
 }
 
-/// The way down to the part, replayed behind everything up to block `printed`.
+/// The way down to the part and what is printed again there, replayed behind everything up to block `printed`.
 fn prove_way(job: &Job<'_>, program: &Program, entry: &Reentry, printed: u32) -> Result<(), Failure> {
     let (Some(plan), Some(workpiece)) = (job.plan, job.workpiece) else { return Ok(()) };
     let last = program.file_line(printed);
-    let printed = crate::gcode::lines(job.bytes).take(last as usize);
-    let mut text: Vec<u8> = printed.flat_map(|l| [l.bytes, b"\n"].concat()).collect();
-    let way = |l: &&String| l.starts_with("G1") || l.starts_with("G90");
-    let pulls = |l: &&String| l.contains('E');
-    for line in entry.lines.iter().filter(way).filter(|l| !pulls(l)) {
-        text.extend_from_slice(line.as_bytes());
-        text.push(b'\n');
-    }
+    let text = way_text(job.bytes, last, entry);
     let report = verify(&text, &Proof { profile: &job.machine.profile, plan, workpiece });
     let hits =
         |r: Rule| matches!(r, Rule::HeadCollision | Rule::TurnCollision | Rule::AxisLimit | Rule::UnknownPosition);
@@ -295,6 +291,27 @@ fn prove_way(job: &Job<'_>, program: &Program, entry: &Reentry, printed: u32) ->
         Some(f) => Err(Failure::Printer(format!("the way back to the part is not clear: {}", f.text))),
         None => Ok(()),
     }
+}
+
+/// Lines up to `last`, our own way back, and the lines between once more: they go where material may stand already.
+fn way_text(file: &[u8], last: u32, entry: &Reentry) -> Vec<u8> {
+    let mut text = Vec::with_capacity(file.len());
+    let mut again = Vec::new();
+    for line in crate::gcode::lines(file).take_while(|l| l.number <= last) {
+        let repeated = line.number >= entry.file_line;
+        for part in std::iter::once(&mut text).chain(repeated.then_some(&mut again)) {
+            part.extend_from_slice(line.bytes);
+            part.push(b'\n');
+        }
+    }
+    let moves = |l: &&String| ["G1", "G90", "G91", "G93", "G94"].iter().any(|g| l.starts_with(g));
+    // What is pulled and primed is none of the file's filament.
+    for line in entry.lines.iter().filter(moves).filter(|l| !l.contains('E')) {
+        text.extend_from_slice(line.as_bytes());
+        text.push(b'\n');
+    }
+    text.extend_from_slice(&again);
+    text
 }
 
 /// Nothing moves before somebody has agreed.

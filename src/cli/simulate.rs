@@ -9,13 +9,17 @@ use std::time::{Duration, Instant};
 use super::args::Simulate as Verb;
 use super::{Console, Failure, load, printer};
 use crate::link::Time;
-use crate::link::serial::{Incoming, Port, Server};
+use crate::link::serial::{Heard, Port, Server};
 use crate::link::sim::{Fault, Logged, NAMES, SURVIVABLE, Script, Sim};
 
 /// How long a pulled plug stays out.
 const UNPLUGGED: Duration = Duration::from_secs(2);
 /// The longest sleep, so that an interrupt is seen.
 const NAP: Duration = Duration::from_millis(50);
+/// At full speed: without a byte for this long the clock jumps.
+const QUIET: Duration = Duration::from_millis(1);
+/// At full speed: so often the clock jumps for lines in hand before the port is looked at again.
+const JUMPS: u32 = 64;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let machine = load::profile(&args.machine.profile)?;
@@ -56,10 +60,11 @@ fn apply_quirks(quirks: &mut crate::link::sim::Quirks, args: &Verb) -> Result<()
             "no-emergency-parser" => quirks.emergency_parser = false,
             "no-busy" => quirks.busy = false,
             "latches-errors" => quirks.latches_errors = true,
+            "three-axes" => quirks.axes = 3,
             other => {
                 return Err(Failure::Usage(format!(
                     "--quirk {other}: known are advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, \
-                     latches-errors"
+                     latches-errors, three-axes"
                 )));
             }
         }
@@ -124,7 +129,7 @@ impl Bench {
                 if ended.load(Ordering::Relaxed) {
                     return Ok(());
                 }
-                let port = match server.connect() {
+                let mut port = match server.connect() {
                     Ok(port) => port,
                     Err(e) if e.kind() == std::io::ErrorKind::WouldBlock => {
                         std::thread::sleep(NAP);
@@ -132,7 +137,7 @@ impl Bench {
                     }
                     Err(e) => return Err(Failure::Usage(format!("{}: {e}", args.link))),
                 };
-                let unplugged = self.talk(&port, ended)?;
+                let unplugged = self.talk(&mut port, ended)?;
                 if unplugged {
                     break;
                 }
@@ -144,49 +149,55 @@ impl Bench {
     }
 
     /// One host; `true` where the plug was pulled, `false` where the host has left.
-    fn talk(&mut self, port: &Port, ended: &AtomicBool) -> Result<bool, Failure> {
+    fn talk(&mut self, port: &mut Port, ended: &AtomicBool) -> Result<bool, Failure> {
         while !ended.load(Ordering::Relaxed) {
+            self.sim.advance(self.now());
+            self.hurry();
             let now = self.now();
-            self.sim.advance(now);
-            let busy = self.send(port);
+            let full = !self.send(port);
             self.write_log()?;
             if self.sim.take_hang_up() {
                 return Ok(true);
             }
-            match port.incoming().recv_timeout(self.nap(now, busy)) {
-                Ok(Incoming::Bytes(bytes)) => {
+            match port.read(self.nap(now), full) {
+                Heard::Bytes(bytes) => {
                     let now = self.now();
-                    self.sim.receive(now, &bytes);
+                    self.sim.receive(now, bytes);
                 }
-                Ok(Incoming::Gone(_)) => {
+                Heard::Gone(_) => {
                     self.sim.unplugged();
                     return Ok(false);
                 }
-                Err(crossbeam_channel::RecvTimeoutError::Timeout) if busy => {}
-                Err(crossbeam_channel::RecvTimeoutError::Timeout) => self.skip(),
-                Err(crossbeam_channel::RecvTimeoutError::Disconnected) => return Ok(false),
+                Heard::Nothing if full => {}
+                Heard::Nothing => self.skip(),
             }
         }
         Ok(false)
     }
 
-    /// Hands over what is to be said; whether some is left.
-    fn send(&mut self, port: &Port) -> bool {
-        let count = port.write(self.sim.pending());
-        self.sim.took(count);
-        !self.sim.pending().is_empty()
+    /// At full speed all lines in hand are dealt with, so that one write answers them.
+    fn hurry(&mut self) {
+        let mut jumps = 0;
+        while self.speed.is_none() && self.sim.has_lines() && jumps < JUMPS {
+            self.skip();
+            self.sim.advance(self.now());
+            jumps += 1;
+        }
     }
 
-    fn nap(&self, now: Time, busy: bool) -> Duration {
-        if busy {
-            return Duration::from_micros(200);
-        }
+    /// Hands over what is to be said; whether all went.
+    fn send(&mut self, port: &mut Port) -> bool {
+        let count = port.write(self.sim.pending());
+        self.sim.took(count);
+        self.sim.pending().is_empty()
+    }
+
+    fn nap(&self, now: Time) -> Duration {
         let wake = self.sim.next_wake().map_or(NAP, |wake| wake.saturating_sub(now));
         match self.speed {
             Some(speed) => wake.div_f64(speed).clamp(Duration::from_micros(20), NAP),
-            // Nothing has come for a moment: the clock may jump.
             None if self.sim.is_idle() => NAP,
-            None => Duration::from_micros(50),
+            None => QUIET,
         }
     }
 

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
+use crossbeam_channel::{Receiver, bounded};
 use serde_json::{Value, json};
 
 use super::journal_file::JournalFile;
 use super::{Console, Failure};
-use crate::link::serial::{Address, Incoming, Port, find_again};
+use crate::link::serial::{Address, Heard, Port, find_again};
 use crate::link::{Event, MarkKind, Outcome, Record, Sender, Stop, Temperatures, Time};
 
 /// Ctrl-C so far: once is a safe pause, twice an emergency stop.
@@ -51,6 +51,9 @@ pub(super) struct Stream<'a> {
     tried: Instant,
     temperatures: Temperatures,
     interrupts: u32,
+    /// The disk takes nothing more; what is kept for a pause can still be written.
+    short: bool,
+    /// Not even that.
     full: bool,
     typed: Option<Receiver<String>>,
     paused: bool,
@@ -79,6 +82,7 @@ impl<'a> Stream<'a> {
             tried: now,
             temperatures: Temperatures::default(),
             interrupts: INTERRUPTS.load(Ordering::Relaxed),
+            short: false,
             full: false,
             typed: None,
             paused: false,
@@ -118,36 +122,49 @@ impl<'a> Stream<'a> {
 
     /// Writes the journal first, then bytes; whether all went.
     fn write(&mut self) -> bool {
+        // An emergency stop waits for nothing.
+        let stopping = matches!(self.sender.outcome(), Some(Outcome::EmergencyStopped));
         let kept = self.journal.retry() && self.journal.progress(self.sender.progress(), false);
-        if !kept {
+        self.keep_room();
+        if !kept && !stopping {
             if !std::mem::replace(&mut self.full, true) {
                 let path = self.journal.path().display().to_string();
-                self.console
-                    .warning(&format!("{path}: no room for the journal; nothing is sent until there is: free some"));
+                self.console.warning(&format!("{path}: cannot be written any more; nothing is sent until it can"));
                 self.event("full", json!({"journal": path}));
             }
             return false;
         }
         self.full = false;
-        let Some(port) = &self.port else { return false };
+        let Some(port) = &mut self.port else { return false };
         let count = port.write(self.sender.pending());
         self.sender.took(count);
         self.sender.pending().is_empty()
     }
 
+    /// Pauses where the disk runs full, while the way off the part can still be written down.
+    fn keep_room(&mut self) {
+        let short = self.journal.renew().is_err();
+        if short {
+            // Again and again: a pause is not heard on the way back from another.
+            self.sender.pause();
+        }
+        if short && !self.short {
+            let path = self.journal.path().display().to_string();
+            self.console.warning(&format!("{path}: no room left on the disk for the journal; pausing"));
+            self.event("full", json!({"journal": path}));
+        }
+        self.short = short;
+    }
+
     fn listen(&mut self, sent: bool) {
         let now = self.now();
         let wake = self.sender.wake(now).map_or(NAP, |wake| wake.saturating_sub(now)).min(NAP);
-        let nap = if sent { wake } else { Duration::from_micros(200) };
-        let Some(port) = &self.port else { return };
-        match port.incoming().recv_timeout(nap) {
-            Ok(Incoming::Bytes(bytes)) => {
-                let now = self.start.elapsed();
-                self.sender.receive(now, &bytes);
-            }
-            Ok(Incoming::Gone(why)) => self.lost(&why),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => self.lost("the port closed"),
+        let Some(port) = &mut self.port else { return };
+        // Without room for the journal nothing goes out, whatever room the port has.
+        match port.read(wake, !sent && !self.full) {
+            Heard::Bytes(bytes) => self.sender.receive(self.start.elapsed(), bytes),
+            Heard::Gone(why) => self.lost(&why),
+            Heard::Nothing => {}
         }
     }
 
@@ -200,10 +217,7 @@ impl<'a> Stream<'a> {
             return Ok(());
         }
         self.sender.emergency_stop();
-        if let Some(port) = &self.port {
-            port.write_first(self.sender.pending());
-            let count = self.sender.pending().len();
-            self.sender.took(count);
+        if self.port.is_some() {
             return Ok(());
         }
         Err(Failure::Printer("emergency stop, but the link is gone: switch the printer off".to_owned()))
@@ -257,28 +271,42 @@ impl<'a> Stream<'a> {
         let Some(typed) = &self.typed else { return true };
         if let Ok(text) = typed.try_recv() {
             self.typed = None;
+            let cancel = text.trim().eq_ignore_ascii_case("c");
+            if self.short && !cancel {
+                self.console.warning("there is still no room on the disk for the journal");
+                self.pause();
+                return false;
+            }
             self.interrupts = 0;
             INTERRUPTS.store(0, Ordering::Relaxed);
             self.paused = false;
-            if text.trim().eq_ignore_ascii_case("c") { self.sender.cancel() } else { self.sender.resume() }
+            if cancel { self.sender.cancel() } else { self.sender.resume() }
         }
         false
     }
 
     fn paused_for_good(&mut self) -> Failure {
         let line = self.line();
-        let text = format!("paused at line {line} above the part, heaters kept; trunnion send --resume goes on");
+        let why = match self.short {
+            true => format!("{}: no room left on the disk: ", self.journal.path().display()),
+            false => String::new(),
+        };
+        let first = if self.short { "free some, then " } else { "" };
+        let text =
+            format!("{why}paused at line {line} above the part, heaters kept; {first}trunnion send --resume goes on");
         self.event("stopped", json!({"reason": text}));
         Failure::Printer(text)
     }
 
     fn close(&mut self, outcome: Outcome) -> Result<Outcome, Failure> {
         let end = Instant::now() + LAST_BYTES;
-        while Instant::now() < end && !(self.write() && self.port.as_ref().is_none_or(Port::is_drained)) {
+        while Instant::now() < end && !self.write() {
             std::thread::sleep(Duration::from_millis(5));
         }
-        // The writer thread still holds the last piece for a moment.
-        std::thread::sleep(Duration::from_millis(50));
+        if outcome != Outcome::Done {
+            // Last words that nobody will answer: some devices forget them when they are closed at once.
+            std::thread::sleep(Duration::from_millis(50));
+        }
         self.take_events();
         self.journal.progress(self.sender.progress(), true);
         match &outcome {

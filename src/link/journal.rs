@@ -15,7 +15,8 @@
 //! ```
 //!
 //! `run` records are written before the lines they speak of are sent; `ack` records in groups, so that the last may be
-//! missing: they are lower bounds. A last line without its newline was cut short and counts for nothing.
+//! missing: they are lower bounds. A last line without its newline was cut short and counts for nothing, and so does
+//! everything from the first zero byte on: room that is kept for what a pause must still write on a full disk.
 
 /// What identifies a job.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -144,6 +145,8 @@ impl Standing {
     ///
     /// [`JournalError`] where a whole line is not one of ours.
     pub fn parse(text: &str) -> Result<Self, JournalError> {
+        // Zeros are room kept for what a pause will write.
+        let text = text.split('\0').next().unwrap_or_default();
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let mut lines = whole.lines();
         if lines.next() != Some(FIRST) {
@@ -268,6 +271,7 @@ mod tests {
         let text = Header::default().to_text() + "run 3 0\nack 9 6\nack 1";
         let standing = Standing::parse(&text).unwrap();
         assert_eq!((standing.proven, standing.answered), (9, 6));
+        assert_eq!(Standing::parse(&(text + "\0\0\0ack 99 99\n")).unwrap(), standing);
         assert_eq!(Standing::parse("G28\n"), Err(JournalError::Foreign));
         let broken = Standing::parse(&(Header::default().to_text() + "nonsense\n"));
         assert!(matches!(broken, Err(JournalError::Broken { line: 6, .. })), "{broken:?}");

@@ -5,29 +5,34 @@
 //!                             ^  '--> Journal            <-- replies
 //! ```
 //!
-//! [`Sender`] and [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial.rs`
+//! [`Sender`] and [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial/`
 //! touches the world. The rule: an accepted number is executed once; a line known to be accepted is never sent again;
 //! what is unknown stops the print with its reason.
 //!
 //! This room must not know profiles, plans or files: `cli` builds its settings. Sources: `field/link.md`,
 //! `field/firmware.md` sections 3 and 4.
 
+mod compact;
 mod journal;
 mod loopback;
+mod preflight;
 mod program;
 mod reply;
 mod resume;
+mod seams;
 mod sender;
 pub mod serial;
 pub mod sim;
 mod timing;
 mod wire;
 
+pub use compact::push_compact;
 pub use journal::{Header, JournalError, Record, Standing};
 pub use loopback::{Heading, Loopback};
+pub use preflight::{Abilities, Unfit};
 pub use program::{LARGEST_FILE, Mark, MarkKind, Program, ProgramError, Rules};
 pub use reply::{Busy, Reply, Status, Temperatures};
 pub use resume::{Heaters, Reentry, ReentryError, Retreat, State};
 pub use sender::{Event, Outcome, Progress, Sender, Settings, Stop, Time};
 pub use timing::{Rates, TooSlow, seconds, too_slow};
-pub use wire::{LineAssembler, Protocol, checksum, push_compact, push_numbered};
+pub use wire::{LineAssembler, Protocol, checksum, push_numbered};

@@ -6,8 +6,9 @@
 //!
 //! Units: seconds, bytes, file lines from 1, blocks from 0.
 
+use super::compact::push_compact;
 use super::timing::{Rates, seconds};
-use super::wire::{Protocol, numbered_len, push_compact};
+use super::wire::{Protocol, numbered_len};
 use crate::gcode::{Command, LineKind, ParsedLine, lines};
 use crate::motion::replay::{Controller, Reading, Step};
 

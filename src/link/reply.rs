@@ -266,7 +266,16 @@ mod tests {
         assert_eq!(marlin("Resend: 42"), Reply::Resend(Some(42)));
         assert_eq!(marlin("rs N42"), Reply::Resend(Some(42)));
         assert_eq!(marlin("Resend: 4z"), Reply::Resend(None));
-        for text in ["Error:Printer halted. kill() called!", "Error:Thermal Runaway, system stopped! Heater_ID: 0"] {
+        for text in [
+            "Error:Printer halted. kill() called!",
+            "Error:Printer stopped due to errors. Fix the error and use M999 to restart. (Temperature is reset. Set it after \
+             restarting)",
+            "Error:Thermal Runaway, system stopped! Heater_ID: 0",
+            "Error:Heating failed, system stopped! Heater_ID: bed",
+            "Error:MAXTEMP triggered, system stopped! Heater_ID: 0",
+            "Error:MINTEMP triggered, system stopped! Heater_ID: 0",
+            "Error:!! KILL caused by KILL button/pin",
+        ] {
             assert!(matches!(marlin(text), Reply::Fatal(_)), "{text}");
         }
         assert!(matches!(marlin("Error:Probing Failed"), Reply::Error(_)));
@@ -277,6 +286,10 @@ mod tests {
         let read = |text: &str| Reply::read(Protocol::Grbl, text.as_bytes());
         let Reply::Status(s) = read("<Idle|MPos:1.000,-2.000,0.000|Bf:15,128|FS:0,0>") else { panic!() };
         assert_eq!((s.state.as_str(), s.free, s.position), ("Idle", Some([15, 128]), vec![1.0, -2.0, 0.0]));
+        // grblHAL, five axes.
+        let hal = "<Idle|MPos:0.000,0.000,0.000,0.000,0.000|Bf:100,1023|FS:0,0|Ov:100,100,100|A:|H:0|TLR:0>";
+        assert!(matches!(read(hal), Reply::Status(s) if s.free == Some([100, 1023]) && s.position.len() == 5));
+        assert!(matches!(read("GrblHAL 1.1f ['$' or '$HELP' for help]"), Reply::Greeting(_)));
         assert_eq!(read("error:20"), Reply::Refused(20));
         assert_eq!(read("ALARM:2"), Reply::Alarm(2));
         assert!(matches!(read("Grbl 1.1h ['$' for help]"), Reply::Greeting(_)));

@@ -169,6 +169,14 @@ impl Retreat {
         vec!["G91".to_owned(), format!("G1{letter}{sign}{}F{feed}", number(self.retract_mm)), "G90".to_owned()]
     }
 
+    /// The words of all axes that are known at `state`, as M114 has them.
+    pub fn words(&self, state: &State) -> Vec<(u8, f64)> {
+        let linear = [b'X', b'Y', b'Z'].into_iter().zip(state.at.linear);
+        let angles = self.axes.iter().zip([state.at.tilt, state.at.rotation]);
+        let angles = angles.map(|(axis, angle)| (axis.letter, angle.map(|a| axis.word_of(a).deg())));
+        linear.chain(angles).filter_map(|(letter, value)| Some((letter, value?))).collect()
+    }
+
     /// From `state` up along the tool's axis; the table stays.
     pub fn leave(&self, state: &State, protocol: Protocol) -> Vec<String> {
         let mut lines = vec![self.drain(protocol).to_owned()];

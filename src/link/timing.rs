@@ -4,6 +4,7 @@
 //! blocks: shorter bursts are hidden by the planner.
 
 use super::program::Program;
+use super::sender::is_slow;
 use super::wire::{Protocol, numbered_len};
 use crate::motion::replay::Move;
 
@@ -106,7 +107,7 @@ impl std::fmt::Display for TooSlow {
 }
 
 /// Blocks that a firmware's planner holds ahead.
-const STRETCH: usize = 16;
+const STRETCH: u32 = 16;
 
 /// Whether `program` needs more lines a second than a wire of `baud` carries; `None` where it carries all of them.
 pub fn too_slow(program: &Program, protocol: Protocol, baud: u32, rates: &Rates) -> Option<TooSlow> {
@@ -116,29 +117,39 @@ pub fn too_slow(program: &Program, protocol: Protocol, baud: u32, rates: &Rates)
         if protocol.numbered() { numbered_len(i64::from(i) + 1, block) - 1 } else { block.len() + 1 }
     };
     let mut worst: Option<TooSlow> = None;
-    let (mut dense, mut all) = (0.0, 0.0);
-    for start in (0..program.len()).step_by(STRETCH) {
-        let stretch = start..program.len().min(start + STRETCH as u32);
+    let mut dense = 0.0;
+    let all = (0..program.len()).map(|i| program.seconds(i)).sum();
+    let mut start = 0;
+    while start < program.len() {
+        let stretch = start..program.len().min(start + STRETCH);
+        let waits = stretch.clone().find(|&i| is_slow(program.block(i)));
+        // Settings in front of the motion starve nobody, and a command that waits empties the planner on purpose.
+        if program.seconds(start) == 0.0 || waits.is_some() {
+            start = waits.unwrap_or(start) + 1;
+            continue;
+        }
+        start = stretch.end;
         let took: f64 = stretch.clone().map(|i| program.seconds(i)).sum();
         let bytes: usize = stretch.clone().map(wire).sum();
         let lines = stretch.len() as f64;
-        all += took;
-        // A stretch with hardly any motion is settings; only motion starves.
+        // Shorter bursts are hidden by the planner, and a stretch with hardly any motion is settings.
         let moving = stretch.clone().filter(|&i| program.seconds(i) > 0.0).count();
-        if moving * 2 < stretch.len() || bytes as f64 / per_second <= took {
+        let full = stretch.len() == STRETCH as usize && moving * 2 >= stretch.len();
+        if !full || bytes as f64 / per_second <= took {
             continue;
         }
         dense += took;
         let (needed, bytes_each) = (lines / took, bytes as f64 / lines);
         if worst.is_none_or(|w| needed > w.needed) {
             let speed = speed_of(program, stretch.clone(), rates);
+            let file_line = program.file_line(stretch.start);
             worst = Some(TooSlow {
                 needed,
                 carried: per_second / bytes_each,
                 bytes: bytes_each,
-                segment_mm: speed * took / lines,
+                segment_mm: speed * took / moving as f64,
                 speed,
-                file_line: program.file_line(start),
+                file_line,
                 seconds: 0.0,
                 of_seconds: 0.0,
                 baud,
@@ -166,7 +177,11 @@ mod tests {
     use crate::motion::replay::Reading;
 
     fn program(segment: f64, feed: u32) -> Program {
-        let mut text = format!("G1 X0 Y0 Z10 F{feed}\n");
+        behind("", segment, feed)
+    }
+
+    fn behind(start: &str, segment: f64, feed: u32) -> Program {
+        let mut text = format!("{start}G1 X0 Y0 Z10 F{feed}\n");
         for i in 1..400 {
             text += &format!("G1 X{:.3} Y50.125 Z10.205 A31.125 C-120.245 E0.00415\n", f64::from(i) * segment);
         }
@@ -189,6 +204,10 @@ mod tests {
         assert!((slow.needed - 600.0).abs() < 1.0 && (slow.segment_mm - 0.1).abs() < 0.005, "{slow:?}");
         assert!((slow.carried - 25_000.0 / slow.bytes).abs() < 1e-6 && slow.carried < 600.0, "{slow:?}");
         assert!(slow.to_string().contains("0.10 mm segments at 60 mm/s need 600 lines/s"), "{slow}");
+        // Settings in front of the motion are none of it.
+        let set = "G21\nG90\nM83\nG28\nM109 S200\nM106 S255\nM204 P800\n";
+        let behind = too_slow(&behind(set, 0.1, 3600), Protocol::Marlin, 250_000, &Rates::default()).unwrap();
+        assert!((behind.needed - 600.0).abs() < 1.0 && (behind.bytes - slow.bytes).abs() < 2.0, "{behind:?}");
         assert_eq!(too_slow(&program(0.1, 3600), Protocol::Marlin, 2_000_000, &Rates::default()), None);
         assert_eq!(too_slow(&program(1.0, 3600), Protocol::Marlin, 115_200, &Rates::default()), None);
     }

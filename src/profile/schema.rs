@@ -289,6 +289,10 @@ pub struct Link {
     pub longest_line: u32,
     /// What the printer must call itself; empty for any.
     pub identity: String,
+    /// The hottest that the nozzle may be asked to become.
+    pub max_nozzle_c: f64,
+    /// The same for the bed.
+    pub max_bed_c: f64,
     /// Heaters after a fault or a cancel.
     pub on_stop: OnStop,
     /// How far the head leaves the part in a pause.

@@ -35,7 +35,7 @@ const NEVER: [(&str, &[&str], &str); 5] = [
 const FIXTURES_ONLY_IN: [&str; 1] = ["cli"];
 
 /// The only places that touch files, processes, ports, clock, threads, environment and standard streams.
-const WORLD_ONLY_IN: [&str; 4] = ["src/cli/", "src/slicing/process.rs", "src/link/serial.rs", "src/main.rs"];
+const WORLD_ONLY_IN: [&str; 4] = ["src/cli/", "src/slicing/process.rs", "src/link/serial/", "src/main.rs"];
 const WORLD: [&str; 14] = [
     "std::fs",
     "std::process",
@@ -303,7 +303,7 @@ fn what_verify_and_motion_must_not_know_is_found() {
 
 #[test]
 fn touching_the_world_is_found() {
-    let places = "src/cli/, src/slicing/process.rs, src/link/serial.rs, src/main.rs";
+    let places = "src/cli/, src/slicing/process.rs, src/link/serial/, src/main.rs";
     for (text, what) in [
         ("use std::fs;", "std::fs"),
         ("fn f() { std::process::exit(1) }", "std::process"),
@@ -318,7 +318,7 @@ fn touching_the_world_is_found() {
     }
     let spawned = house(&[("src/planning/x.rs", "fn f() { std::thread::spawn(g); }")]);
     assert!(spawned.iter().any(|f| f.contains("thread::spawn belongs in")), "{spawned:?}");
-    for place in ["src/cli/io.rs", "src/slicing/process.rs", "src/link/serial.rs", "src/main.rs"] {
+    for place in ["src/cli/io.rs", "src/slicing/process.rs", "src/link/serial/line.rs", "src/main.rs"] {
         none(&house(&[(place, "use std::{env, fs}; use std::time::Instant; fn f() { std::thread::spawn(g); }")]));
     }
 }

@@ -1,9 +1,12 @@
 //! Pause, go on, cancel, and the end of the program.
 
-use super::{Event, Goal, Outcome, Sender, Step, Time, What};
+use super::{Event, Goal, Outcome, Sender, Step, Stop, Time, What};
 use crate::link::journal::Record;
 use crate::link::resume::State;
 use crate::link::wire::Protocol;
+
+/// M114 has two decimals, and a step of any usual axis is less than this, mm or degrees.
+const SAME_PLACE: f64 = 0.05;
 
 impl Sender {
     /// No further block; when those under way are answered the head leaves the part along the tool's axis and waits.
@@ -54,6 +57,17 @@ impl Sender {
         self.state().map_or(Vec::new(), |state| self.settings.retreat.come_back(&state, self.settings.protocol))
     }
 
+    /// The printer's word of where it stands before it leaves the part, against where the file has brought it.
+    pub(super) fn compare(&mut self, words: &[(u8, f64)]) {
+        for (letter, believed) in std::mem::take(&mut self.believed) {
+            let Some((_, found)) = words.iter().find(|(l, _)| *l == letter) else { continue };
+            if (found - believed).abs() > SAME_PLACE && self.elsewhere.is_none() {
+                let line = self.program.file_line(self.next_block.saturating_sub(1));
+                self.elsewhere = Some(Stop::Elsewhere { axis: char::from(letter), found: *found, believed, line });
+            }
+        }
+    }
+
     /// The next step towards a pause, a cancel or the end.
     pub(super) fn advance_goal(&mut self, now: Time) {
         if self.cursor <= self.last() || !self.scripts.is_empty() || self.in_flight() > 0 || !self.ready {
@@ -68,7 +82,10 @@ impl Sender {
             }
             Goal::Leave { cancel, step: Step::Draining } => {
                 let lines = match self.state() {
-                    Some(state) => self.settings.retreat.leave(&state, self.settings.protocol),
+                    Some(state) => {
+                        self.believed = self.settings.retreat.words(&state);
+                        self.settings.retreat.leave(&state, self.settings.protocol)
+                    }
                     None => vec![self.settings.retreat.drain(self.settings.protocol).to_owned()],
                 };
                 self.event(Event::Journal(Record::Away));
@@ -88,6 +105,10 @@ impl Sender {
                 }
             }
             Goal::Leave { cancel: false, step: Step::Leaving } => {
+                if let Some(elsewhere) = self.elsewhere.take() {
+                    self.stop(elsewhere);
+                    return;
+                }
                 self.goal = Goal::Leave { cancel: false, step: Step::Away };
                 self.event(Event::Paused);
             }

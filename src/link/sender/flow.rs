@@ -2,7 +2,8 @@
 
 use super::{Event, Goal, Sender, Sent, Stage, Step, Time, What};
 use crate::link::journal::Record;
-use crate::link::wire::{Filling, Protocol, numbered_len, push_spaced};
+use crate::link::seams::{Filling, push_spaced};
+use crate::link::wire::{Protocol, numbered_len};
 
 impl Sender {
     /// The highest number made.

@@ -5,11 +5,21 @@ use std::time::Duration;
 use super::{Goal, Sender, Stage, Stop, Time, What};
 use crate::link::journal::Standing;
 use crate::link::reply::Reply;
-use crate::link::wire::{Filling, Protocol, push_numbered};
+use crate::link::seams::Filling;
+use crate::link::wire::{Protocol, push_numbered};
 
 /// A printer that was reset by opening the port is silent for some seconds.
 const HELLO_EVERY: Time = Duration::from_secs(3);
 const HELLOS: u32 = 10;
+
+/// Three that move straight and the table's two.
+const AXES: u32 = 5;
+
+/// What Marlin says of itself in M115 (`AXIS_COUNT:5`, extruders not counted); `None` where it says nothing.
+fn axes(identity: &str) -> Option<u32> {
+    let word = identity.split_ascii_whitespace().find_map(|w| w.strip_prefix("AXIS_COUNT:"))?;
+    word.parse().ok()
+}
 
 impl Sender {
     /// Asks for the printer's attention, again and again.
@@ -95,6 +105,10 @@ impl Sender {
         let wanted = match &self.settings.identity {
             Some(wanted) if !text.contains(wanted.as_str()) => wanted.clone(),
             _ if other => format!("a printer of protocol {}", self.settings.protocol.name()),
+            _ if axes(text).is_some_and(|count| count < AXES) => {
+                let [tilt, rotation] = self.settings.retreat.axes.each_ref().map(|a| char::from(a.letter));
+                format!("a printer of at least {AXES} axes (X Y Z {tilt} {rotation})")
+            }
             _ => return,
         };
         self.stop(Stop::OtherPrinter { found: text.to_owned(), wanted });

@@ -34,6 +34,7 @@ impl Sender {
             Reply::Busy(busy) => self.busy(now, busy),
             Reply::Position(words) => {
                 self.heard = now;
+                self.compare(&words);
                 self.event(Event::Position(words));
             }
             _ if matches!(self.stage, Stage::Hello { .. }) => self.hear_hello(now, &reply),

@@ -29,6 +29,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub(crate) use listen::is_slow;
 pub(crate) use probe::PLANNER_BLOCKS;
 pub use stop::{Outcome, Stop};
 
@@ -36,7 +37,8 @@ use super::journal::{Record, Standing};
 use super::program::Program;
 use super::reply::{Status, Temperatures};
 use super::resume::Retreat;
-use super::wire::{Filling, LineAssembler, Protocol, Seams};
+use super::seams::{Filling, Seams};
+use super::wire::{LineAssembler, Protocol};
 use crate::motion::replay::Reading;
 
 /// Time since any fixed moment.
@@ -252,6 +254,9 @@ pub struct Sender {
     asked: Time,
     lost_at_least_once: bool,
     idle_seen: Option<Time>,
+    /// Where the file has brought the axes, until the printer's own word of it comes.
+    believed: Vec<(u8, f64)>,
+    elsewhere: Option<Stop>,
     noise: (u32, u32),
     outcome: Option<Outcome>,
     events: VecDeque<Event>,
@@ -327,6 +332,8 @@ impl Sender {
             asked: Time::ZERO,
             lost_at_least_once: false,
             idle_seen: None,
+            believed: Vec::new(),
+            elsewhere: None,
             noise: (0, 0),
             outcome: None,
             events: VecDeque::new(),

@@ -92,6 +92,21 @@ pub enum Stop {
         /// Of the file.
         last: u32,
     },
+    /// Its M114 is not where the file has brought it.
+    #[error(
+        "the printer says that {axis} stands at {found:.2}, but line {line} of the file has brought it to {believed:.2}: a move \
+         was cut short, or something else moved it; the head is above the part"
+    )]
+    Elsewhere {
+        /// The axis' letter.
+        axis: char,
+        /// The printer's word, mm or degrees.
+        found: f64,
+        /// Ours.
+        believed: f64,
+        /// Of the file.
+        line: u32,
+    },
     /// Another printer, or another firmware.
     #[error("the printer calls itself {found:?}, not {wanted:?}: wrong port, or wrong profile")]
     OtherPrinter {

@@ -122,7 +122,13 @@ pub struct Script {
     probability: f64,
     numbers: u64,
     lines: u64,
+    /// The last random cut.
+    cut: u64,
 }
+
+/// Random cuts are so many lines apart, more than a window. Two in one window can cancel under XOR, once in 256 pairs: the
+/// firmware then executes a line that was never sent, and no host can see it from the answers.
+const CUTS_APART: u64 = 8;
 
 impl Script {
     /// No faults.
@@ -132,12 +138,12 @@ impl Script {
 
     /// Each fault once, at its line.
     pub fn at(faults: &[(u64, Fault)]) -> Self {
-        Self { at: faults.to_vec(), random: Vec::new(), probability: 0.0, numbers: 1, lines: 0 }
+        Self { at: faults.to_vec(), random: Vec::new(), probability: 0.0, numbers: 1, lines: 0, cut: 0 }
     }
 
     /// One of `faults` with `probability` at each line; the same lines for the same seed.
     pub fn random(faults: &[Fault], probability: f64, seed: u64) -> Self {
-        Self { at: Vec::new(), random: faults.to_vec(), probability, numbers: seed, lines: 0 }
+        Self { at: Vec::new(), random: faults.to_vec(), probability, numbers: seed, lines: 0, cut: 0 }
     }
 
     /// The faults that have a line.
@@ -173,7 +179,13 @@ impl Script {
             return None;
         }
         let index = self.draw() as usize % self.random.len();
-        Some(self.random[index])
+        match self.random[index] {
+            Fault::Overflow if self.cut > 0 && self.lines - self.cut < CUTS_APART => None,
+            fault => {
+                self.cut = if fault == Fault::Overflow { self.lines } else { self.cut };
+                Some(fault)
+            }
+        }
     }
 
     /// Whether anything can still happen.

@@ -178,6 +178,11 @@ impl Sim {
 
     /// Commands that answer at once; `true` where the command is dealt with.
     fn answer_marlin(&mut self, command: &Queued) -> bool {
+        if command.block.trim_ascii().is_empty() {
+            self.say("echo:Unknown command: \"\"");
+            self.acknowledge(command);
+            return true;
+        }
         let head: Vec<u8> = command.block.iter().copied().take(4).collect();
         match head.as_slice() {
             b"M105" => {
@@ -217,8 +222,8 @@ impl Sim {
         let Self { quirks, .. } = self;
         let text = format!(
             "FIRMWARE_NAME:Marlin bugfix-2.1.x (Nov 21 2026) SOURCE_CODE_URL:github.com/MarlinFirmware/Marlin PROTOCOL_VERSION:1.0 \
-             MACHINE_TYPE:{} KINEMATICS:Cartesian EXTRUDER_COUNT:1 AXIS_COUNT:5 UUID:{}",
-            quirks.name, quirks.uuid
+             MACHINE_TYPE:{} KINEMATICS:Cartesian EXTRUDER_COUNT:1 AXIS_COUNT:{} UUID:{}",
+            quirks.name, quirks.axes, quirks.uuid
         );
         let parser = u8::from(quirks.emergency_parser);
         self.say(&text);

@@ -4,6 +4,7 @@
 //! (`field/firmware.md` section 3); transcripts of these in `fixtures/wire/` are played against it, and Python programs that
 //! share no code with it talk to it, so that it is not its own witness.
 
+mod cable;
 mod faults;
 mod grbl;
 mod heat;
@@ -11,6 +12,7 @@ mod machine;
 mod marlin;
 mod plain;
 mod planner;
+mod quirks;
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -18,60 +20,11 @@ use std::time::Duration;
 pub use faults::{Fault, NAMES, SURVIVABLE, Script};
 pub use machine::Model;
 pub use planner::Axes;
+pub use quirks::Quirks;
 
 use super::Time;
 use super::wire::Protocol;
-use faults::{LATE, SLOW, spoil};
 use machine::{Machine, Took};
-
-/// How a firmware differs from its kind.
-#[derive(Clone, Debug)]
-pub struct Quirks {
-    /// `ok N3 P15 B3`.
-    pub advanced_ok: bool,
-    /// An `ok` after `Resend:`.
-    pub ok_after_resend: bool,
-    /// Marlin from 2.1 drops a line that it already has without a word; older ones refuse it.
-    pub silent_duplicates: bool,
-    /// M112, M108 and M410 act before they are queued.
-    pub emergency_parser: bool,
-    /// `echo:busy:` and `wait`.
-    pub busy: bool,
-    /// Commands that are queued.
-    pub queue: usize,
-    /// Bytes of the receive buffer; what does not fit is lost where `overflows`.
-    pub receive_buffer: usize,
-    /// An 8-bit UART: no flow control.
-    pub overflows: bool,
-    /// grblHAL latches an error until a blank line, `$` or reset.
-    pub latches_errors: bool,
-    /// Bits a second in each direction; 0 for none.
-    pub baud: u32,
-    /// What it is called.
-    pub name: String,
-    /// Its own number, for M115.
-    pub uuid: String,
-}
-
-impl Quirks {
-    /// An ordinary firmware of this protocol.
-    pub fn of(protocol: Protocol) -> Self {
-        Self {
-            advanced_ok: false,
-            ok_after_resend: true,
-            silent_duplicates: true,
-            emergency_parser: true,
-            busy: true,
-            queue: 4,
-            receive_buffer: if protocol == Protocol::RepRapFirmware { 256 } else { 128 },
-            overflows: matches!(protocol, Protocol::Marlin | Protocol::Grbl),
-            latches_errors: false,
-            baud: 0,
-            name: "trunnion".to_owned(),
-            uuid: "cede2a2f-41a2-4748-9b12-c55c62f367ff".to_owned(),
-        }
-    }
-}
 
 /// What it did.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,87 +145,6 @@ impl Sim {
         self.work();
     }
 
-    /// Bytes at the printer's end of the cable; faults befall whole lines.
-    fn arrive(&mut self, bytes: &[u8]) {
-        if !self.script.is_active() {
-            if !self.half_line.is_empty() {
-                let held = std::mem::take(&mut self.half_line);
-                self.buffer(&held);
-            }
-            self.buffer(bytes);
-            return;
-        }
-        for &byte in bytes {
-            if self.protocol == Protocol::Grbl && grbl::is_real_time(byte) {
-                self.buffer(&[byte]);
-                continue;
-            }
-            self.half_line.push(byte);
-            if byte == b'\n' {
-                let mut line = std::mem::take(&mut self.half_line);
-                if line.len() > 1 {
-                    let fault = self.script.next();
-                    let draw = self.script.draw();
-                    spoil(fault, &mut line, draw);
-                    self.befall(fault);
-                }
-                self.buffer(&line);
-                self.work();
-            }
-        }
-    }
-
-    /// Faults that are not the wire's.
-    fn befall(&mut self, fault: Option<Fault>) {
-        let Some(fault) = fault else { return };
-        match fault {
-            Fault::LoseOk
-            | Fault::MangleOk
-            | Fault::SplitOk
-            | Fault::DoubleOk
-            | Fault::DelayOk
-            | Fault::Noise
-            | Fault::ErrorOnly => {
-                self.spoiled_ok = Some(fault);
-            }
-            Fault::GarbledResend => self.garble = true,
-            Fault::ResendNext => self.say(&format!("Resend: {}", self.last_number + 1)),
-            Fault::ResendOld => self.say("Resend: 1"),
-            Fault::EndlessResend => self.endless = true,
-            Fault::StrayOk => self.say("ok"),
-            Fault::FalseStart => self.say("start"),
-            Fault::StrangeError => self.say("Error:Probing Failed"),
-            Fault::Fatal => {
-                self.say("Error:Thermal Runaway, system stopped! Heater_ID: 0");
-                self.die();
-            }
-            Fault::Mute => self.mute = true,
-            Fault::Reset => self.restart(Duration::from_millis(300)),
-            Fault::PowerLoss => self.restart(Duration::from_secs(5)),
-            Fault::HangUp => self.hang_up = true,
-            Fault::Slow => self.slow_until = self.now + SLOW,
-            _ => {}
-        }
-    }
-
-    fn buffer(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            if self.protocol == Protocol::Grbl && grbl::is_real_time(byte) {
-                self.real_time(byte);
-            } else if !self.quirks.overflows || self.rx.len() < self.quirks.receive_buffer {
-                self.rx.push_back(byte);
-            }
-        }
-    }
-
-    /// One whole line from the receive buffer, without its end.
-    fn next_rx_line(&mut self) -> Option<Vec<u8>> {
-        let end = self.rx.iter().position(|b| matches!(b, b'\n' | b'\r'))?;
-        let line: Vec<u8> = self.rx.drain(..end).collect();
-        self.rx.pop_front();
-        Some(line)
-    }
-
     /// Lets time pass.
     pub fn advance(&mut self, now: Time) {
         while let Some(wake) = self.next_wake().filter(|w| *w <= now) {
@@ -347,6 +219,11 @@ impl Sim {
     /// Whether only the clock is waited for: nothing has arrived that is not yet done.
     pub fn is_idle(&self) -> bool {
         self.queue.is_empty() && self.rx.is_empty() && self.cable.is_empty() && self.machine.planner.is_idle()
+    }
+
+    /// Whether lines have arrived that are not yet dealt with.
+    pub fn has_lines(&self) -> bool {
+        !self.queue.is_empty() || !self.rx.is_empty()
     }
 
     /// Bytes for the host.
@@ -448,60 +325,6 @@ impl Sim {
             Protocol::Grbl => self.greet_grbl(),
             Protocol::RepRapFirmware => self.say("RepRapFirmware for trunnion is up and running."),
             Protocol::Klipper => self.say("// Klipper state: Ready"),
-        }
-    }
-
-    /// One line to the host.
-    fn say(&mut self, text: &str) {
-        let mut line = text.as_bytes().to_vec();
-        line.push(b'\n');
-        self.emit(Duration::ZERO, line);
-    }
-
-    fn emit(&mut self, delay: Time, line: Vec<u8>) {
-        if self.mute {
-            return;
-        }
-        let each = if self.quirks.baud > 0 { 10.0 / f64::from(self.quirks.baud) } else { 0.0 };
-        self.reply_free = self.reply_free.max(self.now + delay) + Duration::from_secs_f64(each * line.len() as f64);
-        if self.late.is_empty() && self.reply_free <= self.now {
-            self.out.extend_from_slice(&line);
-        } else {
-            self.late.push_back((self.reply_free, line));
-        }
-    }
-
-    fn deliver(&mut self) {
-        while self.late.front().is_some_and(|(at, _)| *at <= self.now) {
-            if let Some((_, line)) = self.late.pop_front() {
-                self.out.extend_from_slice(&line);
-            }
-        }
-    }
-
-    /// An `ok`, as the faults leave it.
-    fn say_ok(&mut self, text: &str) {
-        match self.spoiled_ok.take() {
-            None | Some(Fault::ErrorOnly) => self.say(text),
-            Some(Fault::LoseOk) => {}
-            Some(Fault::MangleOk) => {
-                let spoilt = text.replacen("ok", "o", 1);
-                self.say(&spoilt);
-            }
-            Some(Fault::DoubleOk) => {
-                self.say(text);
-                self.say(text);
-            }
-            Some(Fault::DelayOk) => self.emit(LATE, [text.as_bytes(), b"\n"].concat()),
-            Some(Fault::Noise) => {
-                self.emit(Duration::ZERO, b"\xff\xfe\0\x80ok?\xc3(\n".to_vec());
-                self.say(text);
-            }
-            Some(_) => {
-                let (first, second) = text.split_at(1);
-                self.emit(Duration::ZERO, first.as_bytes().to_vec());
-                self.emit(Duration::from_millis(700), [second.as_bytes(), b"\n"].concat());
-            }
         }
     }
 

@@ -1,8 +1,11 @@
 //! The printer link: fault matrix, transcripts, soak, the real pty, and Python programs at either end.
 
+#[cfg(unix)]
+mod bad_day;
 mod bench_machine;
 mod faults;
 mod pacing;
+mod pause;
 #[cfg(unix)]
 mod prepared;
 #[cfg(unix)]
@@ -10,3 +13,5 @@ mod python;
 #[cfg(unix)]
 mod real;
 mod transcripts;
+#[cfg(unix)]
+mod way_back;

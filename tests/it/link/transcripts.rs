@@ -22,6 +22,7 @@ enum Act {
 struct Transcript {
     name: String,
     protocol: Protocol,
+    quirks: Quirks,
     program: Arc<Program>,
     acts: Vec<Act>,
     outcome: String,
@@ -32,7 +33,7 @@ fn transcripts() -> Vec<Transcript> {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     paths.retain(|p| p.extension().is_some_and(|e| e == "txt"));
     paths.sort();
-    assert!(paths.len() >= 15, "{} transcripts", paths.len());
+    assert!(paths.len() >= 27, "{} transcripts", paths.len());
     paths
         .iter()
         .map(|path| read(path.file_stem().unwrap().to_str().unwrap(), &std::fs::read_to_string(path).unwrap()))
@@ -42,10 +43,12 @@ fn transcripts() -> Vec<Transcript> {
 fn read(name: &str, text: &str) -> Transcript {
     let (mut protocol, mut blocks, mut acts, mut outcome) =
         (Protocol::Marlin, String::new(), Vec::new(), String::new());
+    let mut advanced_ok = false;
     for line in text.lines().filter(|l| !l.starts_with('#')) {
         let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
         match word {
             "protocol" => protocol = Protocol::named(rest).unwrap(),
+            "quirk" => advanced_ok = rest == "advanced-ok",
             "program" => blocks += &format!("{rest}\n"),
             "->" => acts.push(Act::Host(rest.to_owned())),
             "~>" => acts.push(Act::Arrives(rest.to_owned())),
@@ -55,7 +58,8 @@ fn read(name: &str, text: &str) -> Transcript {
             other => panic!("{name}: {other:?} is no word of a transcript"),
         }
     }
-    Transcript { name: name.to_owned(), protocol, program: program(protocol, &blocks), acts, outcome }
+    let quirks = Quirks { advanced_ok, ..Quirks::of(protocol) };
+    Transcript { name: name.to_owned(), protocol, quirks, program: program(protocol, &blocks), acts, outcome }
 }
 
 /// `..` in `pattern` stands for any text.
@@ -136,7 +140,7 @@ fn the_sender_says_what_the_transcripts_say() {
 #[test]
 fn the_simulated_printer_says_what_the_transcripts_say() {
     for t in transcripts() {
-        let mut sim = Sim::new(t.protocol, model(), Quirks::of(t.protocol), Script::none());
+        let mut sim = Sim::new(t.protocol, model(), t.quirks.clone(), Script::none());
         sim.took(usize::MAX);
         let mut now = Duration::from_secs(1);
         let mut said: Vec<String> = Vec::new();
@@ -151,7 +155,11 @@ fn the_simulated_printer_says_what_the_transcripts_say() {
                     continue;
                 }
                 (Act::Wait(seconds), _) => {
+                    assert!(said.is_empty(), "{}: more was said: {said:?}", t.name);
                     now += Duration::from_secs_f64(*seconds);
+                    sim.advance(now);
+                    said.extend(String::from_utf8_lossy(sim.pending()).lines().map(str::to_owned));
+                    sim.took(usize::MAX);
                     continue;
                 }
             };

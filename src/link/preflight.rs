@@ -1,0 +1,175 @@
+//! What a machine cannot do is found before the first byte: targets beyond its axes, and more heat than it has.
+//!
+//! Firmwares differ in what they do with such lines: Marlin cuts the target to the limit without a word and prints a spoilt part,
+//! others refuse it in the middle of the print. Ends of moves are checked, not what an arc does between them; a place that is
+//! not known (after homing) is not checked. Grbl's family has no heaters here.
+//!
+//! Units: mm, degrees, degrees Celsius; lines of the file from 1.
+
+use super::program::Program;
+use crate::gcode::ParsedLine;
+use crate::geom::Angle;
+use crate::motion::replay::{Controller, Move, Reading, Step};
+use crate::motion::{AxisRange, LinearLimits};
+
+/// What the machine can do.
+#[derive(Clone, Debug)]
+pub struct Abilities {
+    /// How lines are replayed.
+    pub reading: Reading,
+    /// Where the tip may go.
+    pub limits: LinearLimits,
+    /// The table's axes: tilt, rotation.
+    pub axes: [AxisRange; 2],
+    /// The hottest nozzle.
+    pub max_nozzle_c: f64,
+    /// The hottest bed.
+    pub max_bed_c: f64,
+}
+
+/// What it cannot.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unfit {
+    /// A target outside.
+    #[error("line {line}: {axis} {target} lies beyond the machine's {low} .. {high}")]
+    Beyond {
+        /// Of the file.
+        line: u32,
+        /// The axis' letter.
+        axis: char,
+        /// mm or degrees.
+        target: f64,
+        /// The lowest.
+        low: f64,
+        /// The highest.
+        high: f64,
+    },
+    /// Too hot.
+    #[error("line {line}: {target} C for the {heater}; the profile allows {allowed} C ([link] {key})")]
+    TooHot {
+        /// Of the file.
+        line: u32,
+        /// Which.
+        heater: &'static str,
+        /// Asked for.
+        target: f64,
+        /// The most.
+        allowed: f64,
+        /// Where the profile says so.
+        key: &'static str,
+    },
+}
+
+impl Abilities {
+    /// The first line of `program` that asks for more than the machine can do; `None` where there is none.
+    ///
+    /// Behind a line that the replay cannot follow ([`Program::unknown`]) only heat is checked.
+    pub fn lacking(&self, program: &Program) -> Option<Unfit> {
+        let mut controller = Some(Controller::new(self.reading.clone()));
+        let mut parsed = ParsedLine::default();
+        for block in 0..program.len() {
+            if parsed.read(program.block(block)).is_err() {
+                continue;
+            }
+            let line = program.file_line(block);
+            if let Some(hot) = self.too_hot(&parsed, line) {
+                return Some(hot);
+            }
+            match controller.as_mut().map(|c| c.step(&parsed)) {
+                Some(Ok(Step::Move(m))) => {
+                    if let Some(beyond) = self.beyond(&m, line) {
+                        return Some(beyond);
+                    }
+                }
+                Some(Err(_)) => controller = None,
+                _ => {}
+            }
+        }
+        None
+    }
+
+    fn too_hot(&self, parsed: &ParsedLine, line: u32) -> Option<Unfit> {
+        let command = parsed.commands.first().filter(|c| c.letter == b'M')?;
+        let (heater, key, allowed) = match command.number {
+            104 | 109 => ("nozzle", "max_nozzle_c", self.max_nozzle_c),
+            140 | 190 => ("bed", "max_bed_c", self.max_bed_c),
+            _ => return None,
+        };
+        let target = parsed.value(b'S').or_else(|| parsed.value(b'R')).filter(|t| *t > allowed)?;
+        Some(Unfit::TooHot { line, heater, target, allowed, key })
+    }
+
+    fn beyond(&self, m: &Move, line: u32) -> Option<Unfit> {
+        for (i, axis) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+            let (low, high) = (self.limits.min[i], self.limits.max[i]);
+            let outside = |v: &f64| !(low - ROUNDING..=high + ROUNDING).contains(v);
+            let target = m.to.linear[i].filter(|_| m.to.linear[i] != m.from.linear[i]).filter(outside);
+            if let Some(target) = target {
+                return Some(Unfit::Beyond { line, axis, target, low, high });
+            }
+        }
+        let turned = [(m.to.tilt, m.from.tilt), (m.to.rotation, m.from.rotation)];
+        for (axis, (to, from)) in self.axes.iter().zip(turned) {
+            let Some(target) = to.filter(|t| to != from && !axis.admits(*t)) else { continue };
+            let (low, high) = axis.range.map_or((0.0, 0.0), |(low, high)| (tidy(low), tidy(high)));
+            let target = tidy(axis.word_of(target));
+            return Some(Unfit::Beyond { line, axis: char::from(axis.letter), target, low, high });
+        }
+        None
+    }
+}
+
+/// Degrees as they were written.
+fn tidy(angle: Angle) -> f64 {
+    (angle.deg() * 1e6).round() / 1e6
+}
+
+/// Files carry three to five decimals.
+const ROUNDING: f64 = 1e-3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Vec3;
+    use crate::link::{Protocol, Rates, Rules};
+
+    fn lacking(text: &str) -> Option<String> {
+        let axis = |letter, range: Option<(f64, f64)>| AxisRange {
+            letter,
+            direction: 1.0,
+            zero: Angle::ZERO,
+            range: range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high))),
+            max_rate: 1.0,
+        };
+        let axes = [axis(b'A', Some((-15.0, 90.0))), axis(b'C', None)];
+        let reading = Reading { rotary: Some((axes[0].clone(), axes[1].clone())), ..Reading::sliced() };
+        let rules =
+            Rules { protocol: Protocol::Marlin, longest_line: 96, reading: reading.clone(), rates: Rates::default() };
+        let limits = LinearLimits { min: Vec3::new(-100.0, -100.0, 0.0), max: Vec3::new(100.0, 100.0, 200.0) };
+        let abilities = Abilities { reading, limits, axes, max_nozzle_c: 260.0, max_bed_c: 140.0 };
+        let program = Program::read(text.as_bytes(), &rules).unwrap();
+        abilities.lacking(&program).map(|u| u.to_string())
+    }
+
+    #[test]
+    fn what_lies_beyond_an_axis_is_named_with_its_line() {
+        let said = |text: &str| lacking(text).unwrap_or_default();
+        assert_eq!(said("G28\nG1 X100 F600\nG1 X100.5\n"), "line 3: X 100.5 lies beyond the machine's -100 .. 100");
+        assert_eq!(said("G28\nG91\nG1 Z5 F600\nG90\nG1 Z-.1\n"), "line 5: Z -0.1 lies beyond the machine's 0 .. 200");
+        assert_eq!(said("G28\nG1 A-20 F600\n"), "line 2: A -20 lies beyond the machine's -15 .. 90");
+        assert_eq!(lacking("G28\nG1 X-100 Y100 Z200 A90 C7200 F600\n"), None);
+    }
+
+    #[test]
+    fn more_heat_than_the_machine_has_is_named_with_its_key() {
+        let said = |text: &str| lacking(text).unwrap_or_default();
+        assert_eq!(
+            said("M104 S260\nM109 R261\n"),
+            "line 2: 261 C for the nozzle; the profile allows 260 C ([link] max_nozzle_c)"
+        );
+        assert!(said("M140 S141").contains("for the bed") && said("M190 S141").contains("max_bed_c"));
+        assert_eq!(lacking("M104 S260\nM140 S140\nM106 S255\n"), None);
+        // Behind a line that the replay cannot follow, too.
+        assert!(said("G92 X5\nG1 X9999 F60\nM109 S400\n").starts_with("line 3: 400 C"));
+    }
+}

@@ -1,0 +1,252 @@
+//! Ports: serial devices, TCP addresses, and the pseudo-terminal of the simulated printer.
+//!
+//! Reads and writes never wait, so that neither a full nor a silent port can hold up the other direction: one thread does
+//! both and sleeps in one `poll` for either. A serial device is opened for us alone, without hanging up when it is closed
+//! (HUPCL off), because DTR falling resets many boards. `serialport` is used without `libudev`; devices are told apart by
+//! `/dev/serial/by-id`.
+//!
+//! The only place of this room that touches the world.
+
+#[cfg(unix)]
+mod line;
+mod server;
+#[cfg(any(test, not(unix)))]
+mod threads;
+
+use std::io::ErrorKind;
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+#[cfg(unix)]
+use line::{Line, Native, side_door};
+pub use server::Server;
+#[cfg(not(unix))]
+use threads::{Line, Native, side_door};
+
+/// A read or write gives up after this, to see whether the port is still wanted.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Where a printer is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Address {
+    /// A device or a link to one.
+    Device(PathBuf),
+    /// `tcp:host:port`.
+    Tcp(String),
+}
+
+impl Address {
+    /// `tcp:host:port`, anything else is a path.
+    pub fn parse(text: &str) -> Self {
+        match text.strip_prefix("tcp:") {
+            Some(address) => Self::Tcp(address.to_owned()),
+            None => Self::Device(PathBuf::from(text)),
+        }
+    }
+}
+
+/// Why a port cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum PortError {
+    /// No such device.
+    #[error("{}: no such port; is the printer switched on and plugged in? ports now: {}", path.display(), list(ports))]
+    Missing {
+        /// As asked for.
+        path: PathBuf,
+        /// What is there.
+        ports: Vec<String>,
+    },
+    /// Held by another program.
+    #[error("{}: held by another program (OctoPrint, a slicer, another trunnion?); end it first", path.display())]
+    Busy {
+        /// As asked for.
+        path: PathBuf,
+    },
+    /// Not for this user.
+    #[error(
+        "{}: permission denied; on Debian and Ubuntu: sudo adduser $USER dialout, then log in again",
+        path.display()
+    )]
+    Denied {
+        /// As asked for.
+        path: PathBuf,
+    },
+    /// Not a port.
+    #[error("{}: not a serial port: {why}", path.display())]
+    Other {
+        /// As asked for.
+        path: PathBuf,
+        /// The system's words.
+        why: String,
+    },
+    /// Nobody listens.
+    #[error("tcp:{address}: {why}")]
+    Tcp {
+        /// As asked for.
+        address: String,
+        /// The system's words.
+        why: String,
+    },
+}
+
+fn list(ports: &[String]) -> String {
+    if ports.is_empty() { "none".to_owned() } else { ports.join(", ") }
+}
+
+/// What a port has to say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Heard<'a> {
+    /// Bytes.
+    Bytes(&'a [u8]),
+    /// The other end is gone.
+    Gone(String),
+    /// Not a byte in the time given.
+    Nothing,
+}
+
+/// An open port; closed when dropped.
+#[derive(Debug)]
+pub struct Port {
+    line: Line,
+    buffer: Box<[u8]>,
+    gone: Option<String>,
+}
+
+impl Port {
+    /// Opens a device or a TCP address.
+    ///
+    /// # Errors
+    ///
+    /// [`PortError`] with what to do.
+    pub fn open(address: &Address, baud: u32) -> Result<Self, PortError> {
+        match address {
+            Address::Device(path) => Self::device(path, baud),
+            Address::Tcp(address) => {
+                let failed = |e: std::io::Error| PortError::Tcp { address: address.clone(), why: e.to_string() };
+                let stream = TcpStream::connect(address).map_err(failed)?;
+                Self::stream(stream).map_err(failed)
+            }
+        }
+    }
+
+    fn device(path: &Path, baud: u32) -> Result<Self, PortError> {
+        if let Err(error) = std::fs::metadata(path) {
+            return Err(port_error(path, error.kind(), error.to_string()));
+        }
+        // Before the lock, which would keep ourselves out.
+        let side = side_door(path);
+        let mut locked = locked(path, baud);
+        if matches!(locked, Err(PortError::Busy { .. })) {
+            // A program that has just ended may not have let go yet.
+            std::thread::sleep(PATIENCE * 3);
+            locked = self::locked(path, baud);
+        }
+        let locked = locked?;
+        let side = side.or_else(|_| side_door(path)).map_err(|e| port_error(path, e.kind(), e.to_string()))?;
+        Line::device(side, locked).map(Self::over).map_err(|e| port_error(path, e.kind(), e.to_string()))
+    }
+
+    fn stream(stream: TcpStream) -> std::io::Result<Self> {
+        stream.set_nodelay(true)?;
+        Line::stream(stream).map(Self::over)
+    }
+
+    fn over(line: Line) -> Self {
+        Self { line, buffer: vec![0; 16_384].into(), gone: None }
+    }
+
+    /// What has arrived, waiting up to `wait` for it; where `full`, also until [`Port::write`] may take something again.
+    pub fn read(&mut self, wait: Duration, full: bool) -> Heard<'_> {
+        if let Some(why) = self.gone.take() {
+            return Heard::Gone(why);
+        }
+        if !wait.is_zero() && !self.line.wait(wait, full) {
+            return Heard::Nothing;
+        }
+        match self.line.read(&mut self.buffer) {
+            Ok(0) => Heard::Gone("the other end closed".to_owned()),
+            Ok(n) => Heard::Bytes(&self.buffer[..n]),
+            Err(e) if is_patience(&e) => Heard::Nothing,
+            Err(e) => Heard::Gone(e.to_string()),
+        }
+    }
+
+    /// Hands over the beginning of `bytes` without waiting; how many were taken.
+    pub fn write(&mut self, bytes: &[u8]) -> usize {
+        if bytes.is_empty() || self.gone.is_some() {
+            return 0;
+        }
+        match self.line.write(bytes) {
+            Ok(n) => n,
+            Err(e) if is_patience(&e) => 0,
+            Err(e) => {
+                self.gone = Some(e.to_string());
+                0
+            }
+        }
+    }
+}
+
+/// The device opened for us alone, at its speed.
+fn locked(path: &Path, baud: u32) -> Result<Native, PortError> {
+    let asked = serialport::new(path.to_string_lossy(), baud).timeout(PATIENCE).preserve_dtr_on_open();
+    asked.open_native().map_err(|e| open_error(path, &e))
+}
+
+fn is_patience(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}
+
+fn open_error(path: &Path, error: &serialport::Error) -> PortError {
+    let text = error.to_string();
+    match error.kind() {
+        serialport::ErrorKind::NoDevice
+            if text.contains("busy") || text.contains("lock") || text.contains("temporarily") =>
+        {
+            PortError::Busy { path: path.to_owned() }
+        }
+        serialport::ErrorKind::Io(kind) => port_error(path, kind, text),
+        serialport::ErrorKind::NoDevice => port_error(path, ErrorKind::NotFound, text),
+        _ => PortError::Other { path: path.to_owned(), why: text },
+    }
+}
+
+fn port_error(path: &Path, kind: ErrorKind, why: String) -> PortError {
+    let path = path.to_owned();
+    match kind {
+        ErrorKind::NotFound => PortError::Missing { path, ports: ports() },
+        ErrorKind::PermissionDenied => PortError::Denied { path },
+        ErrorKind::ResourceBusy | ErrorKind::WouldBlock => PortError::Busy { path },
+        _ if why.contains("busy") || why.contains("lock") => PortError::Busy { path },
+        _ => PortError::Other { path, why },
+    }
+}
+
+/// The serial devices that are there now.
+pub fn ports() -> Vec<String> {
+    let mut found: Vec<String> =
+        serialport::available_ports().unwrap_or_default().into_iter().map(|p| p.port_name).collect();
+    found.sort();
+    found
+}
+
+/// The name under which `folder` (`/dev/serial/by-id`) has the device at `path`; `None` where it has none.
+pub fn identity(path: &Path, folder: &Path) -> Option<String> {
+    let device = std::fs::canonicalize(path).ok()?;
+    let entries = std::fs::read_dir(folder).ok()?;
+    let mut names = entries.filter_map(|e| {
+        let entry = e.ok()?;
+        (std::fs::canonicalize(entry.path()).ok()? == device).then(|| entry.file_name().to_string_lossy().into_owned())
+    });
+    names.next()
+}
+
+/// The address at which a device is to be found again: by its identity wherever it is now, else where it was.
+pub fn find_again(address: &Address, identity: Option<&str>, folder: &Path) -> Address {
+    let again = identity.map(|name| folder.join(name)).filter(|path| path.exists());
+    match again {
+        Some(path) => Address::Device(path),
+        None => address.clone(),
+    }
+}

@@ -1,0 +1,90 @@
+//! After a reset of the printer: `send --resume --plan` proves the way back to the part, and what is printed once more there,
+//! against everything that may stand on the table by then.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use super::real::{executed, output, profile, simulate, wanted};
+use crate::support::{folder, root, said, trunnion};
+
+/// Two boxes, the second on the side of the first: the file as sent, its plan beside it.
+fn prepared(dir: &Path, machine: &Path) -> PathBuf {
+    let file = dir.join("out.gcode");
+    let mut command = trunnion();
+    command
+        .args(["prepare", "-q", "--slicer", "builtin", "-m"])
+        .arg(machine)
+        .arg(root().join("fixtures/two-boxes.stl"));
+    let done = output(command.arg("-o").arg(&file).arg("--plan-out").arg(dir.join("plan.json")));
+    assert!(done.status.success(), "{}", said(&done));
+    file
+}
+
+fn send(file: &Path, link: &Path, more: &[&str]) -> Output {
+    let plan = file.parent().unwrap().join("plan.json");
+    output(trunnion().arg("send").arg(file).arg("--plan").arg(plan).arg("--port").arg(link).args(more))
+}
+
+/// Prints `file` up to a reset before its line `block` and tries to go on; what was said, and what was executed before and after.
+fn reset_at(dir: &Path, machine: &Path, file: &Path, block: u32) -> (Output, Vec<String>, Vec<String>) {
+    let (link, log) = (dir.join("tty"), dir.join("sim.log"));
+    let fault = format!("reset@{block}");
+    let printer = ["--speed", "max", "--fault", fault.as_str(), "--log", log.to_str().unwrap()];
+    let _printer = simulate(&link, machine, &printer);
+    let stopped = send(file, &link, &[]);
+    assert!(stopped.status.code() == Some(4) && said(&stopped).contains("was reset"), "{}", said(&stopped));
+    let before = executed(&log).len();
+    let resumed = send(file, &link, &["--resume", "--yes"]);
+    let mut all = executed(&log);
+    let after = all.split_off(before);
+    (resumed, all, after)
+}
+
+/// The file's line number of the `n`th layer of print `print`.
+fn layer(file: &Path, print: u32, n: usize) -> u32 {
+    let text = std::fs::read_to_string(file).unwrap();
+    let start = text.lines().position(|l| l.starts_with(&format!(";TRUNNION print={print} "))).unwrap();
+    let layers = text.lines().enumerate().skip(start).filter(|(_, l)| *l == ";LAYER_CHANGE");
+    u32::try_from(layers.map(|(i, _)| i).nth(n).unwrap()).unwrap()
+}
+
+#[test]
+fn a_way_back_that_is_clear_is_gone_at_both_poses() {
+    let dir = folder();
+    let machine = profile(dir.path());
+    let file = prepared(dir.path(), &machine);
+    let all = wanted(&file);
+    // In the middle of a long layer of the upright print, and of the one on its side.
+    for (print, text) in [(0, "G1A0F"), (1, "G1A90F")] {
+        let wire = |line: u32| {
+            let text = std::fs::read_to_string(&file).unwrap();
+            let blocks = text.lines().take(line as usize).filter(|l| !l.is_empty() && !l.starts_with(';')).count();
+            u32::try_from(blocks + blocks / 32).unwrap()
+        };
+        let (resumed, before, after) = reset_at(dir.path(), &machine, &file, wire(layer(&file, print, 2)) + 100);
+        assert!(resumed.status.success(), "print {print}: {}", said(&resumed));
+        let tail = after.iter().rev().zip(all.iter().rev()).take_while(|(a, w)| a == w).count();
+        assert!(tail + before.len() >= all.len(), "print {print}: lines are missing between the two");
+        assert!(before.len() + tail < all.len() + 300, "print {print}: too much is printed again");
+        let own = &after[..after.len() - tail];
+        assert!(own.iter().any(|l| l == "G28") && own.iter().any(|l| l.starts_with(text)), "print {print}: {own:?}");
+    }
+}
+
+#[test]
+fn a_way_back_through_what_is_printed_is_refused_and_nothing_moves() {
+    let dir = folder();
+    let machine = profile(dir.path());
+    let file = prepared(dir.path(), &machine);
+    // Without its layers a slot can only be begun anew, through all that it has printed.
+    let text = std::fs::read_to_string(&file).unwrap();
+    let plain = dir.path().join("plain.gcode");
+    let lines: String = text.lines().filter(|l| *l != ";LAYER_CHANGE").map(|l| format!("{l}\n")).collect();
+    std::fs::write(&plain, lines).unwrap();
+    for block in [600, 16_500] {
+        let (resumed, _, after) = reset_at(dir.path(), &machine, &plain, block);
+        assert_eq!(resumed.status.code(), Some(4), "{}", said(&resumed));
+        assert!(said(&resumed).contains("the way back to the part is not clear: nozzle reaches"), "{}", said(&resumed));
+        assert!(after.is_empty(), "nothing may move: {after:?}");
+    }
+}
