@@ -149,6 +149,12 @@ pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>) -> Result<Rewritten, Rewrite
         let most = job.profile.limits.max_feed_mm_per_min;
         writer.warnings.push(format!("feeds up to {feed:.0} mm/min were lowered to the machine's {most:.0} mm/min"));
     }
+    let waits_s: f64 = entries.iter().map(|entry| entry.input.sliced.waits_s).sum();
+    if waits_s > 0.0 {
+        writer.warnings.push(format!(
+            "waits (G4) of {waits_s} s inside the prints are left out: a hot nozzle does not stand on the part"
+        ));
+    }
     Ok(Rewritten { gcode: writer.out.bytes, warnings: writer.warnings })
 }
 

@@ -70,6 +70,8 @@ pub struct SlicedPrint {
     pub extrusion: Bounds,
     /// Filament laid down, mm.
     pub filament_mm: f64,
+    /// Waits (G4) between its first and last extrusion, s. They are left out of what is written.
+    pub waits_s: f64,
     /// Nozzle temperature set before the first extrusion.
     pub nozzle_c: Option<f64>,
     /// Bed temperature set before the first extrusion.
@@ -208,6 +210,8 @@ struct Reader<'a> {
     pending: Vec<Pending>,
     extrusion: Bounds,
     filament_mm: f64,
+    /// Waits up to the last extrusion, and since.
+    waits_s: [f64; 2],
     /// Nozzle and bed as last set.
     heat: [Option<f64>; 2],
     /// The same when the print began.
@@ -239,6 +243,7 @@ impl<'a> Reader<'a> {
             pending: Vec::new(),
             extrusion: Bounds::EMPTY,
             filament_mm: 0.0,
+            waits_s: [0.0; 2],
             heat: [None; 2],
             heat_at_first: [None; 2],
             prologue: Vec::new(),
@@ -270,7 +275,8 @@ impl<'a> Reader<'a> {
             self.pending.push(Pending { item: None, suspect: None, comment: false, state: false });
         }
         match step {
-            Step::Nothing | Step::ExtruderSet(_) | Step::Dwell(_) => {}
+            Step::Nothing | Step::ExtruderSet(_) => {}
+            Step::Dwell(seconds) => self.waits_s[1] += seconds.max(0.0),
             Step::Move(m) => self.take_move(&m, parsed, start, text.len())?,
             Step::FirmwareRetract(pull) => self.push(Item::FirmwareRetract(pull)),
             Step::Home => self.suspect(whole, None),
@@ -394,6 +400,10 @@ impl<'a> Reader<'a> {
             flatten(from, to, arc, 0.01).into_iter().for_each(|p| self.extrusion.add(p));
         }
         self.filament_mm += step.e;
+        let waited = std::mem::take(&mut self.waits_s[1]);
+        if !self.layers.is_empty() {
+            self.waits_s[0] += waited;
+        }
         self.begin_layer_if_new(from.z)?;
         if let Some(layer) = self.layers.last_mut() {
             layer.body.push(Item::Step(step));
@@ -470,6 +480,7 @@ impl<'a> Reader<'a> {
             layers: std::mem::take(&mut self.layers),
             extrusion: std::mem::replace(&mut self.extrusion, Bounds::EMPTY),
             filament_mm: std::mem::take(&mut self.filament_mm),
+            waits_s: std::mem::take(&mut self.waits_s)[0],
             nozzle_c: self.heat_at_first[0],
             bed_c: self.heat_at_first[1],
             prologue: std::mem::take(&mut self.prologue),
@@ -536,6 +547,13 @@ mod tests {
         assert_eq!((print.nozzle_c, print.bed_c), (Some(215.0), Some(65.0)));
         assert_eq!((print.extrusion.min, print.extrusion.max), (Vec3::new(0.0, 0.0, 0.2), Vec3::new(10.0, 10.0, 0.4)));
         assert_eq!((print.prologue.len(), print.epilogue.len(), print.layers[0].lead.len()), (1, 1, 1));
+    }
+
+    #[test]
+    fn waits_are_counted_between_the_first_and_the_last_extrusion() {
+        let waiting = TWO_LAYERS.replace("G28", "G28\nG4 S9").replace("M106", "G4 P1500\nG4 S2\nM106");
+        assert_eq!(one(&waiting.replace("M107", "G4 S20\nM107")).waits_s, 3.5);
+        assert_eq!(one(TWO_LAYERS).waits_s, 0.0);
     }
 
     #[test]

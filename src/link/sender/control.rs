@@ -11,8 +11,10 @@ const SAME_PLACE: f64 = 0.05;
 impl Sender {
     /// No further block; when those under way are answered the head leaves the part along the tool's axis and waits.
     pub fn pause(&mut self) {
-        if self.goal == Goal::Print {
-            self.goal = Goal::Leave { cancel: false, step: Step::Draining };
+        match self.goal {
+            Goal::Print => self.goal = Goal::Leave { cancel: false, step: Step::Draining },
+            Goal::Return => self.pause_behind = true,
+            Goal::Leave { .. } => {}
         }
     }
 
@@ -93,11 +95,11 @@ impl Sender {
                 self.goal = Goal::Leave { cancel, step: Step::Leaving };
             }
             Goal::Leave { cancel: true, step: Step::Leaving } => {
-                if self.finishing {
+                if self.cooling {
                     self.finish(Outcome::Cancelled);
                     return;
                 }
-                self.finishing = true;
+                self.cooling = true;
                 let lines = self.settings.retreat.heaters_on_cancel(self.settings.protocol);
                 self.queue(&lines);
                 if lines.is_empty() {
@@ -116,7 +118,8 @@ impl Sender {
             Goal::Return => {
                 self.event(Event::Journal(Record::Back));
                 self.event(Event::Resumed);
-                self.goal = Goal::Print;
+                let again = std::mem::take(&mut self.pause_behind);
+                self.goal = if again { Goal::Leave { cancel: false, step: Step::Draining } } else { Goal::Print };
             }
         }
     }

@@ -23,9 +23,9 @@ impl Sender {
         self.sent(number).map(|s| &s.what)
     }
 
-    /// The first M105 without an answer.
+    /// The first M105 without an answer, ours or the file's: nothing else is answered with temperatures.
     pub(super) fn proof_in_flight(&self) -> Option<i64> {
-        (self.credited + 1..self.cursor).find(|&n| matches!(self.what(n), Some(What::Proof)))
+        (self.credited + 1..self.cursor).find(|&n| self.what(n).is_some_and(|what| self.text(what) == b"M105"))
     }
 
     /// Sends what the window has room for: lines to repeat first, then new ones.
@@ -92,6 +92,7 @@ impl Sender {
 
     pub(super) fn make(&mut self, what: What, bytes: usize) {
         self.since_proof += 1;
+        self.begun |= matches!(what, What::Block(_) | What::Script(_));
         match what {
             What::Block(index) => self.next_block = index + 1,
             _ => {
@@ -184,7 +185,7 @@ impl Sender {
     fn acked(&mut self, what: &What) {
         match what {
             What::Block(index) => self.acked_blocks = self.acked_blocks.max(index + 1),
-            What::Proof if !self.ready && self.scripts.is_empty() => self.now_ready(),
+            What::Proof if !self.ready && !self.renumber && self.scripts.is_empty() => self.now_ready(),
             _ => {}
         }
     }

@@ -53,8 +53,10 @@ impl Sender {
         self.out.clear();
         self.history.clear();
         (self.proven, self.credited, self.cursor, self.bytes_out) = (0, 0, 1, 0);
-        let own = |w: &What| !matches!(w, What::Identify | What::Proof);
-        self.scripts.retain(own);
+        // The question and the proof come again; a proof behind lines of our own stays.
+        while self.scripts.front().is_some_and(|w| matches!(w, What::Identify | What::Proof)) {
+            self.scripts.pop_front();
+        }
         self.pending_last = None;
         self.pending_error = None;
         self.identity.clear();
@@ -135,8 +137,8 @@ impl Sender {
         self.next_block = standing.next_block(self.proven).min(self.end_block);
         self.acked_blocks = self.next_block;
         if standing.away {
-            let lines = self.return_lines();
-            self.scripts.extend(lines.iter().map(|l| What::Script(l.as_bytes().into())));
+            // From which block is not known before the printer's counter is.
+            self.way_back_owed = true;
             self.goal = Goal::Return;
         }
         self.lost_at_least_once = true;

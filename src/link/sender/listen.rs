@@ -54,8 +54,8 @@ impl Sender {
             if !self.user_wait {
                 self.event(Event::UserWait);
             }
-            self.user_wait = true;
         }
+        self.user_wait = busy == Busy::User;
     }
 
     fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<crate::link::reply::Temperatures>) {
@@ -88,7 +88,7 @@ impl Sender {
             && now > at + COMPANION
         {
             self.pending_last = None;
-            self.refuse(now, last + 1, false);
+            self.refuse(now, last.saturating_add(1), false);
         }
     }
 
@@ -117,7 +117,7 @@ impl Sender {
         self.heard = now;
         self.swallow_ok = self.resends_end_with_ok || matches!(self.stage, Stage::Probe { .. });
         self.pending_error = None;
-        let stated = self.pending_last.take().map(|(last, _)| last + 1);
+        let stated = self.pending_last.take().map(|(last, _)| last.saturating_add(1));
         let Some(number) = number else {
             match stated {
                 Some(stated) => self.refuse(now, stated, false),

@@ -230,7 +230,15 @@ pub struct Sender {
     goal: Goal,
     /// Identified and proven: blocks may go.
     ready: bool,
+    /// Something that moves or heats has been put on the wire: from here on a doubt is no fresh start.
+    begun: bool,
     finishing: bool,
+    /// The heaters' last lines are under way.
+    cooling: bool,
+    /// A pause that waits until the head is back on the part.
+    pause_behind: bool,
+    /// The way back from a pause, to be worked out when the printer has said where it is.
+    way_back_owed: bool,
     identity: String,
     emergency_parser: bool,
     /// While this number is not credited, one line at a time.
@@ -310,7 +318,11 @@ impl Sender {
             stage: Stage::Hello { asked: None, tries: 0 },
             goal: Goal::Print,
             ready: false,
+            begun: false,
             finishing: false,
+            cooling: false,
+            pause_behind: false,
+            way_back_owed: false,
             identity: String::new(),
             emergency_parser: false,
             narrow: 0,

@@ -17,7 +17,15 @@ const BOOT: Time = Duration::from_secs(2);
 impl Sender {
     /// Time-outs while lines are in flight.
     pub(super) fn watch(&mut self, now: Time) {
-        if self.in_flight() == 0 || self.user_wait {
+        if self.in_flight() == 0 {
+            return;
+        }
+        // A person takes his time, and the printer says so again and again; then it may be that only its `ok` is lost.
+        if self.user_wait && self.settings.protocol == Protocol::Grbl {
+            self.watch_grbl(now);
+            return;
+        }
+        if self.user_wait && now < self.heard + self.settings.long_silence {
             return;
         }
         let quiet = now.saturating_sub(self.moved);
@@ -44,7 +52,7 @@ impl Sender {
 
     /// Holds everything until the printer has said where it is.
     pub(super) fn doubt(&mut self, now: Time, why: &'static str) {
-        if !self.ready && !self.lost_at_least_once {
+        if !self.ready && !self.lost_at_least_once && !self.begun {
             // Nothing has moved yet: the greeting begins again.
             self.restart(now);
             return;
@@ -177,7 +185,12 @@ impl Sender {
     /// After a break of the link: the printer identifies itself again before a line of motion, under new numbers.
     fn renumber_from(&mut self, found: i64) {
         let blocks = self.history.iter().find_map(|s| if let What::Block(i) = s.what { Some(i) } else { None });
-        self.next_block = blocks.unwrap_or(self.next_block);
+        // Where all are taken, the journal's last word may be older than the printer's.
+        self.next_block = blocks.unwrap_or_else(|| self.next_block.max(self.acked_blocks));
+        if std::mem::take(&mut self.way_back_owed) {
+            let lines = self.return_lines();
+            self.scripts.extend(lines.iter().map(|l| What::Script(l.as_bytes().into())));
+        }
         let scripts: Vec<What> =
             self.history.drain(..).filter(|s| matches!(s.what, What::Script(_))).map(|s| s.what).collect();
         scripts.into_iter().rev().for_each(|s| self.scripts.push_front(s));
@@ -209,7 +222,7 @@ impl Sender {
         }
         self.heard = now;
         self.moved = now;
-        if !self.ready && !self.lost_at_least_once {
+        if !self.ready && !self.lost_at_least_once && !self.begun {
             self.restart(now);
         } else if self.settings.protocol == Protocol::Marlin {
             self.ready = false;
@@ -227,7 +240,7 @@ impl Sender {
     /// A greeting in the middle of things.
     pub(super) fn greeted(&mut self, now: Time, text: String) {
         self.heard = now;
-        if matches!(self.stage, Stage::Hello { .. }) || (!self.ready && !self.lost_at_least_once) {
+        if matches!(self.stage, Stage::Hello { .. }) || (!self.ready && !self.lost_at_least_once && !self.begun) {
             self.restart(now);
             return;
         }
@@ -259,7 +272,7 @@ impl Sender {
         self.ready = true;
         let identity = self.identity.clone();
         self.event(Event::Connected(identity));
-        if self.lost_at_least_once {
+        if self.lost_at_least_once && !self.goal_is_reached() {
             self.event(Event::Resumed);
         }
     }

@@ -203,13 +203,18 @@ impl Sender {
         }
     }
 
-    /// What the port has not taken is dropped; a line cut in two by that is ended.
+    /// What the port has not taken is dropped; a line cut in two by that is ended, with its rest where no checksum would refuse it.
     pub(super) fn drop_unsent(&mut self) {
         let cut = self.taken > 0 && self.out.get(self.taken - 1).is_some_and(|b| *b != b'\n');
         let counts_blanks = matches!(self.settings.protocol, Protocol::Grbl | Protocol::Klipper);
+        let unsent = &self.out[self.taken..];
+        let rest = unsent.iter().position(|b| *b == b'\n').map_or(Vec::new(), |end| unsent[..=end].to_vec());
         self.out.clear();
         self.taken = 0;
-        if cut || !counts_blanks {
+        if cut && counts_blanks {
+            // Without checksums half a line would be executed as another one: it goes out whole.
+            self.out = rest;
+        } else if !counts_blanks {
             self.out.push(b'\n');
         }
     }

@@ -8,6 +8,7 @@ mod pacing;
 mod pause;
 #[cfg(unix)]
 mod prepared;
+mod prologue;
 #[cfg(unix)]
 mod python;
 #[cfg(unix)]
