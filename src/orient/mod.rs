@@ -30,6 +30,7 @@ mod evolution;
 mod facets;
 mod gradient;
 mod grid;
+mod hyperbolic;
 mod lowest;
 mod methods;
 mod mmls;

@@ -4,6 +4,7 @@
 //! from the part itself.
 
 use super::facets::tangential;
+use super::hyperbolic::{one_and_tanh, tanh};
 use super::objective::FLAT;
 use super::{Cap, Facets, Local, Objective, Proof, bound};
 use crate::geom::{Angle, Vec3};
@@ -103,21 +104,6 @@ impl Objective for SupportVolumeConvex {
 pub struct TanhOverhang {
     /// Units of the formula in one mm; 1 takes mm as they are.
     pub scale: f64,
-}
-
-/// `1 + tanh x`, without the cancellation where it is small.
-pub(super) fn one_and_tanh(x: f64) -> f64 {
-    2.0 / (1.0 + (-2.0 * x).exp())
-}
-
-/// `tanh x` by one exponential, three times as fast as the library's and as near: by its series where that is small.
-pub(super) fn tanh(x: f64) -> f64 {
-    if x.abs() < 0.05 {
-        let x2 = x * x;
-        return x * (1.0 - x2 * (1.0 / 3.0 - x2 * (2.0 / 15.0 - x2 * (17.0 / 315.0 - x2 * 62.0 / 2835.0))));
-    }
-    // From 20 on it is 1 to the last digit.
-    if x > 20.0 { 1.0 } else { 1.0 - 2.0 / (1.0 + (2.0 * x).exp()) }
 }
 
 /// `1 + tanh S` is below 1e-19 from here down.

@@ -8,7 +8,7 @@ use super::super::Facets;
 use super::super::volumes::TanhOverhang;
 use super::{Cap, Local, Minorant};
 use crate::geom::Vec3;
-use term::{Frame, Sum, Term};
+use term::{Frame, Line, Sum, Term};
 
 /// A facet costs `|S| (1 + tanh S) tanh h` with `S` and `h` linear in `d`: `h = max (b - v).d` over the corners `v`, so any
 /// `v` gives less, and `|S|` is the larger of `+-S`. With `v` and the sign fixed the cost is smooth, `u(S) tanh h`. Its
@@ -20,13 +20,16 @@ use term::{Frame, Sum, Term};
 ///
 /// A facet whose term would count for less than nothing is left out, for none costs less: so is one of open sign whose `h` may
 /// be negative (for a `v` that is not the lowest), and one that faces up too steeply to cost more than a rounding error.
+/// One that faces down steeply and lies high costs `2 S` but for 1e-10: those are one linear function, and settled.
 #[derive(Clone)]
 pub(crate) struct Hanging<'a> {
     f: &'a TanhOverhang,
     facets: &'a Facets,
     frame: Frame,
-    /// Facets that may cost something on the cap.
+    /// Facets that may cost something on the cap, without those in `even`.
     may: Arc<Vec<u32>>,
+    /// Of those that cost `2 S` on the cap, the sum of the vectors that `S` is linear in.
+    even: Vec3,
     /// The corner lowest at the centre.
     low: Vec3,
     /// With that corner, the facets whose sign is settled.
@@ -40,6 +43,15 @@ pub(crate) struct Hanging<'a> {
 /// `1 + tanh S` is below 1e-15 from here down.
 const NOTHING: f64 = -18.0;
 
+/// From here on `tanh` is above `1 - 8e-11`.
+const ONE: f64 = 12.0;
+
+/// `(1 + tanh S) tanh h` is no less where neither is below `ONE`.
+const TWICE: f64 = 2.0 * (1.0 - 2e-10);
+
+/// Caps beyond this radius (radians) are cut unseen: no bound of theirs would say anything.
+const WIDE: f64 = 0.4;
+
 /// Up to this radius (radians) the other corners are looked at as well.
 const KINKED: f64 = 0.03;
 
@@ -51,6 +63,7 @@ impl<'a> Hanging<'a> {
             facets,
             frame: Frame::of(&Cap::WHOLE),
             may,
+            even: Vec3::zeros(),
             low: Vec3::zeros(),
             settled: Sum::default(),
             open: Arc::default(),
@@ -58,20 +71,35 @@ impl<'a> Hanging<'a> {
         }
     }
 
-    fn term(&self, i: u32, v: &Vec3) -> Term {
-        let facet = &self.facets.each[i as usize];
-        let [square, lift] = self.f.factors();
-        Term { s: self.frame.line(&(facet.area * square)), h: self.frame.line(&((facet.barycentre - v) * lift)) }
+    /// The vector that `S` is linear in.
+    fn steep(&self, i: u32) -> Vec3 {
+        self.facets.each[i as usize].area * self.f.factors()[0]
     }
 
-    /// The sum with corner `v` over facets whose sign is settled, and the facets whose sign is open but that count.
-    fn sorted(&self, v: &Vec3) -> (Sum, Vec<u32>) {
+    fn height(&self, i: u32, v: &Vec3) -> Line {
+        self.frame.line(&((self.facets.each[i as usize].barycentre - v) * self.f.factors()[1]))
+    }
+
+    /// The sum with corner `v` over facets whose sign is settled, and the facets whose sign is open but that count; `kept` is
+    /// told of all that may cost something and are not even.
+    fn sorted(&self, v: &Vec3, mut kept: impl FnMut(u32)) -> (Sum, Vec<u32>) {
         let (mut sum, mut open) = (Sum::default(), Vec::new());
         for &i in self.may.iter() {
-            let term = self.term(i, v);
+            let steep = self.steep(i);
+            let s = self.frame.line(&steep);
+            if s.at + s.stray < NOTHING {
+                continue;
+            }
+            let h = self.height(i, v);
+            if s.least() >= ONE && h.least() >= ONE {
+                sum.even += steep;
+                continue;
+            }
+            kept(i);
+            let term = Term { s, h };
             if !term.is_open() {
-                sum.add(&term, term.s.at.signum(), &self.frame);
-            } else if term.h.at >= term.h.stray {
+                sum.add(&term, s.at.signum(), &self.frame);
+            } else if h.at >= h.stray {
                 open.push(i);
             }
         }
@@ -83,33 +111,38 @@ impl Hanging<'_> {
     /// `sum` with the facets of open sign, each with the sign it has at `e`.
     fn completed(&self, mut sum: Sum, open: &[u32], v: &Vec3, e: &Vec3) -> Minorant {
         for &i in open {
-            let rises = self.f.factors()[0] * self.facets.each[i as usize].area.dot(e);
-            sum.add(&self.term(i, v), if rises < 0.0 { -1.0 } else { 1.0 }, &self.frame);
+            let steep = self.steep(i);
+            let term = Term { s: self.frame.line(&steep), h: self.height(i, v) };
+            sum.add(&term, if steep.dot(e) < 0.0 { -1.0 } else { 1.0 }, &self.frame);
         }
-        sum.minorant(&self.frame).added(0.25, &Minorant::ZERO)
+        let even = Minorant::linear((self.even + sum.even) * TWICE, &self.frame.cap);
+        even.added(0.25, &sum.minorant(&self.frame).added(0.25, &Minorant::ZERO))
     }
 }
 
 impl<'a> Local<'a> for Hanging<'a> {
     fn within(&self, cap: &Cap) -> Box<dyn Local<'a> + 'a> {
-        let (frame, square) = (Frame::of(cap), self.f.factors()[0]);
-        let may = |i: &&u32| {
-            let s = frame.line(&(self.facets.each[**i as usize].area * square));
-            s.at + s.stray >= NOTHING
-        };
-        let fewer: Vec<u32> = self.may.iter().filter(may).copied().collect();
+        let (frame, low) = (Frame::of(cap), self.facets.lowest(&cap.centre));
+        let none = (Sum::default(), Arc::default());
+        let mut local = Self { frame, low, settled: none.0, open: none.1, centre: Minorant::ZERO, ..self.clone() };
+        if cap.radius > WIDE {
+            return Box::new(local);
+        }
+        let mut fewer = Vec::with_capacity(self.may.len());
+        let (mut settled, open) = local.sorted(&low, |i| fewer.push(i));
         // A list is worth its room where it is a good deal shorter.
-        let may = if 4 * fewer.len() < 3 * self.may.len() { Arc::new(fewer) } else { self.may.clone() };
-        let low = self.facets.lowest(&cap.centre);
-        let mut local = Self { frame, may, low, settled: Sum::default(), open: Arc::default(), ..*self };
-        let (settled, open) = local.sorted(&low);
+        if 4 * fewer.len() < 3 * self.may.len() {
+            fewer.shrink_to_fit();
+            local.even += std::mem::take(&mut settled.even);
+            local.may = Arc::new(fewer);
+        }
         (local.settled, local.open) = (settled, Arc::new(open));
         local.centre = local.completed(local.settled, &local.open, &local.low, &cap.centre);
         Box::new(local)
     }
 
     fn estimate(&self) -> f64 {
-        self.centre.value
+        if self.frame.cap.radius > WIDE { f64::INFINITY } else { self.centre.value }
     }
 
     fn minorant(&self, e: &Vec3) -> Minorant {
@@ -120,7 +153,7 @@ impl<'a> Local<'a> for Hanging<'a> {
         if v == self.low {
             return self.completed(self.settled, &self.open, &v, e);
         }
-        let (sum, open) = self.sorted(&v);
+        let (sum, open) = self.sorted(&v, |_| ());
         self.completed(sum, &open, &v, e)
     }
 
@@ -133,7 +166,7 @@ impl<'a> Local<'a> for Hanging<'a> {
         let one = |e: &Vec3| {
             let v = self.facets.lowest(e);
             let place = known.iter().position(|(corner, ..)| *corner == v).unwrap_or_else(|| {
-                let (sum, open) = self.sorted(&v);
+                let (sum, open) = self.sorted(&v, |_| ());
                 known.push((v, sum, Arc::new(open)));
                 known.len() - 1
             });

@@ -1,7 +1,7 @@
 //! What one facet costs on a cap, `u(S) tanh h`, and how far that and its derivatives may change there.
 
+use super::super::super::hyperbolic::{one_and_tanh, tanh};
 use super::super::super::sphere::tangents;
-use super::super::super::volumes::{one_and_tanh, tanh};
 use super::{Cap, Minorant};
 use crate::geom::Vec3;
 
@@ -42,6 +42,13 @@ pub(super) struct Line {
     fast: f64,
 }
 
+impl Line {
+    /// Nowhere on the cap is it below.
+    pub(super) fn least(&self) -> f64 {
+        self.at - self.stray
+    }
+}
+
 /// One facet on a cap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Term {
@@ -67,9 +74,11 @@ impl Sizes {
         let (s0, s1) = (s.at - s.stray, s.at + s.stray);
         let far = s0.abs().max(s1.abs());
         let near = if is_open { 0.0 } else { s0.abs().min(s1.abs()) };
-        // sech^2 S = 1 - tanh^2 S <= 4 exp(-2 |S|), and tanh is no steeper than 1.
+        // sech^2 S = 1 - tanh^2 S <= 4 exp(-2 |S|), it falls and grows by exp(2) at most where S changes by 1, exp(x) is
+        // nowhere above 1 / (1 - x), and tanh is no steeper than 1.
         let sech = match near {
             n if n > 20.0 => 1e-16,
+            n if n > 1.0 && s.stray < 0.1 => (((1.0 - ts * ts) + 1e-15) / (1.0 - 2.0 * s.stray)).min(1.0),
             n if n > 1.0 => (4.0 * (-2.0 * n).exp()).min(1.0),
             _ => 1.0 - (ts.abs() - s.stray).max(0.0).powi(2),
         };
@@ -118,6 +127,8 @@ pub(super) struct Sum {
     second: f64,
     /// The third exceeds this nowhere.
     third: f64,
+    /// Of the facets that cost `2 S`, the sum of the vectors that `S` is linear in.
+    pub(super) even: Vec3,
 }
 
 impl Sum {
@@ -131,10 +142,12 @@ impl Sum {
         let (u1, u2) = (sign * (1.0 + ts + s.at * sech), sign * 2.0 * sech * (1.0 - s.at * ts));
         let sizes = Sizes::of(s, ts, sign, term.is_open());
         let r = frame.cap.radius;
-        let (th, held) = (tanh(h.at), tanh(h.at - h.stray).max(0.0));
-        let both = sizes.along_both(s, h);
+        let th = tanh(h.at);
+        let held = held(h, th);
         let alone = sizes.along(s, sizes.concave).map(|bound| bound * held);
-        if u > 0.0 && u * (th - held) + 0.5 * alone[0] * r * r < 0.5 * both[0] * r * r {
+        // Where tanh h is 1 there is nothing to choose.
+        let both = if held > LEVEL { [f64::INFINITY; 2] } else { sizes.along_both(s, h) };
+        if held > LEVEL || u > 0.0 && u * (th - held) + 0.5 * alone[0] * r * r < 0.5 * both[0] * r * r {
             let slope = s.slope.map(|x| x * u1 * held);
             let turn = u1 * s.at * held;
             return self.count(u * held, slope, products(s, s).map(|x| x * u2 * held), turn, alone, r);
@@ -164,6 +177,22 @@ impl Sum {
         let curve = self.second.min(here + self.third * frame.cap.radius + 1e-12 * self.second);
         let slope = frame.across[0] * self.slope[0] + frame.across[1] * self.slope[1];
         Minorant { value: self.value, slope, curve }
+    }
+}
+
+/// From here on `tanh h` is as good as constant.
+const LEVEL: f64 = 1.0 - 1e-9;
+
+/// The least `tanh h` on the cap, 0 where that is negative, from `th` at the centre: by the theorem of addition where `h` strays
+/// little.
+fn held(h: &Line, th: f64) -> f64 {
+    match h.least() {
+        least if least <= 0.0 => 0.0,
+        _ if h.stray < 0.6 => {
+            let less = tanh(h.stray);
+            ((th - less) / (1.0 - th * less)).max(0.0)
+        }
+        least => tanh(least),
     }
 }
 
