@@ -12,6 +12,7 @@ mod prepared;
 mod python;
 #[cfg(unix)]
 mod real;
+mod second_resume;
 mod transcripts;
 #[cfg(unix)]
 mod way_back;
