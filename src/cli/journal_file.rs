@@ -37,7 +37,7 @@ pub(super) struct JournalFile {
 }
 
 impl JournalFile {
-    /// A new journal; one of an earlier print is put aside.
+    /// A new journal, written over what was there: one that is still wanted has been put aside before.
     pub(super) fn create(path: &Path, header: &Header) -> Result<Self, Failure> {
         let failed = |source| Failure::Write { path: path.to_owned(), source };
         let mut file = File::create(path).map_err(failed)?;
@@ -92,6 +92,12 @@ impl JournalFile {
         Ok(())
     }
 
+    /// As on a disk that takes nothing.
+    #[cfg(test)]
+    pub(super) fn takes_nothing(&mut self) {
+        (self.file, self.room) = (File::open(&self.path).expect("it was written just now"), self.end);
+    }
+
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
@@ -113,6 +119,8 @@ impl JournalFile {
                 Ok(0) | Err(_) => return false,
                 Ok(n) => {
                     self.end += n as u64;
+                    // More than was kept: the next zeros begin behind it.
+                    self.room = self.room.max(self.end);
                     drop(self.held.drain(..n));
                 }
             }
@@ -164,4 +172,25 @@ pub(super) fn read(path: &Path) -> Result<Standing, Failure> {
 /// What tells this boot of the host from any other; empty where the system does not say.
 pub(super) fn boot() -> String {
     std::fs::read_to_string("/proc/sys/kernel/random/boot_id").map(|id| id.trim().to_owned()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_never_go_over_records_that_are_longer_than_the_reserve() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("journal");
+        let mut journal = JournalFile::create(&path, &Header::default()).unwrap();
+        // As after a while without room: more is held than one renewal keeps.
+        let long = Record::Printer("x".repeat(3 * RENEWED.len()));
+        assert!(journal.record(&long) && journal.record(&Record::Run { number: 3, block: 0 }));
+        journal.renew().unwrap();
+        assert!(journal.record(&Record::Ack { number: 9, block: 6 }));
+        drop(journal);
+        let text = Header::default().to_text() + &long.to_text() + "run 3 0\nack 9 6\n";
+        assert!(std::fs::read_to_string(&path).unwrap() == text, "zeros between the records");
+        assert_eq!(read(&path).unwrap().answered, 6);
+    }
 }

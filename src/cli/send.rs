@@ -162,7 +162,10 @@ pub(super) fn stream(job: &Job<'_>, port: &str, args: &StreamArgs, console: &Con
     }
     let same_boot = standing.header.boot == journal_file::boot();
     let mut opened = opened;
-    if settings.protocol == Protocol::Marlin && same_boot {
+    if standing.entering {
+        console.note("the way back to the part was broken off: it is gone again from its beginning");
+    }
+    if settings.protocol == Protocol::Marlin && same_boot && standing.counts() {
         console.note(&format!(
             "asking the printer's counter; lines up to {} on the wire are known to be accepted",
             standing.proven
@@ -179,6 +182,7 @@ pub(super) fn stream(job: &Job<'_>, port: &str, args: &StreamArgs, console: &Con
     let entry = reentry(job, &program, &settings, &journal_file::read(&path)?, console)?;
     agree(&entry, args, console)?;
     let mut journal = JournalFile::reopen(&path)?;
+    journal.record(&Record::Entering);
     journal.record(&Record::Anew);
     let sender = Sender::reentering(program, settings, &entry.lines, entry.block);
     ended(Stream::new(sender, opened, place, journal, console).run()?)

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, bounded};
+use crossbeam_channel::{Receiver, TryRecvError, bounded};
 use serde_json::{Value, json};
 
 use super::journal_file::JournalFile;
@@ -47,6 +47,7 @@ pub(super) struct Stream<'a> {
     start: Instant,
     seconds_to: Vec<f64>,
     said: Instant,
+    /// Since when no byte has come, once the link was lost.
     lost_at: Option<Instant>,
     tried: Instant,
     temperatures: Temperatures,
@@ -101,7 +102,7 @@ impl<'a> Stream<'a> {
             self.sender.reconnected(now);
         }
         loop {
-            self.interrupted()?;
+            self.interrupted(INTERRUPTS.load(Ordering::Relaxed))?;
             if self.port.is_none() && !self.reopened()? {
                 continue;
             }
@@ -122,8 +123,8 @@ impl<'a> Stream<'a> {
 
     /// Writes the journal first, then bytes; whether all went.
     fn write(&mut self) -> bool {
-        // An emergency stop waits for nothing.
-        let stopping = matches!(self.sender.outcome(), Some(Outcome::EmergencyStopped));
+        // Last words, heaters off or a feed hold, wait for nothing.
+        let stopping = self.sender.outcome().is_some();
         let kept = self.journal.retry() && self.journal.progress(self.sender.progress(), false);
         self.keep_room();
         if !kept && !stopping {
@@ -162,7 +163,11 @@ impl<'a> Stream<'a> {
         let Some(port) = &mut self.port else { return };
         // Without room for the journal nothing goes out, whatever room the port has.
         match port.read(wake, !sent && !self.full) {
-            Heard::Bytes(bytes) => self.sender.receive(self.start.elapsed(), bytes),
+            Heard::Bytes(bytes) => {
+                // Only a word is a sign of life: something between may accept and hang up again and again.
+                self.lost_at = None;
+                self.sender.receive(self.start.elapsed(), bytes);
+            }
             Heard::Gone(why) => self.lost(&why),
             Heard::Nothing => {}
         }
@@ -170,10 +175,14 @@ impl<'a> Stream<'a> {
 
     fn lost(&mut self, why: &str) {
         self.port = None;
-        self.lost_at = Some(Instant::now());
+        let again = self.lost_at.is_some();
+        self.lost_at.get_or_insert_with(Instant::now);
         let now = self.now();
         self.sender.lost(now);
         self.journal.progress(self.sender.progress(), true);
+        if again {
+            return;
+        }
         let wait = self.place.wait.as_secs();
         self.console.warning(&format!("the link is gone ({why}); waiting up to {wait} s for the same device"));
         self.event("lost", json!({"why": why}));
@@ -198,18 +207,17 @@ impl<'a> Stream<'a> {
         let address = find_again(&self.place.address, self.place.identity.as_deref(), &self.place.devices);
         let Ok(port) = Port::open(&address, self.place.baud) else { return Ok(false) };
         self.port = Some(port);
-        self.lost_at = None;
         let now = self.now();
         self.sender.reconnected(now);
         Ok(true)
     }
 
-    fn interrupted(&mut self) -> Result<(), Failure> {
-        let count = INTERRUPTS.load(Ordering::Relaxed);
+    fn interrupted(&mut self, count: u32) -> Result<(), Failure> {
         if count == self.interrupts {
             return Ok(());
         }
-        let first = self.interrupts == 0 && count == 1;
+        // A pause may have come without an interrupt: from a disk that is full.
+        let first = self.interrupts == 0 && count == 1 && !self.paused;
         self.interrupts = count;
         if first && self.sender.progress().sent > 0 {
             self.console.note("pausing: the moves under way end first; Ctrl-C again is an emergency stop");
@@ -217,10 +225,13 @@ impl<'a> Stream<'a> {
             return Ok(());
         }
         self.sender.emergency_stop();
-        if self.port.is_some() {
-            return Ok(());
-        }
-        Err(Failure::Printer("emergency stop, but the link is gone: switch the printer off".to_owned()))
+        let Some(port) = &mut self.port else {
+            return Err(Failure::Printer("emergency stop, but the link is gone: switch the printer off".to_owned()));
+        };
+        // Before the journal, the screen, or anything else that could hang.
+        let count = port.write(self.sender.pending());
+        self.sender.took(count);
+        Ok(())
     }
 
     fn take_events(&mut self) {
@@ -260,16 +271,23 @@ impl<'a> Stream<'a> {
             self.typed = Some(lines);
             std::thread::spawn(move || {
                 let mut text = String::new();
-                let _ = std::io::stdin().read_line(&mut text);
-                let _ = typed.send(text);
+                // The end of input is no Enter.
+                if std::io::stdin().read_line(&mut text).is_ok_and(|n| n > 0) {
+                    let _ = typed.send(text);
+                }
             });
         }
     }
 
-    /// In a pause: what was typed is done; without a terminal nobody can type, and the program ends here.
+    /// In a pause: what was typed is done; without a terminal, or behind the end of its input, nobody can type, and the program
+    /// ends here.
     fn leave_after_pause(&mut self) -> bool {
         let Some(typed) = &self.typed else { return true };
-        if let Ok(text) = typed.try_recv() {
+        let heard = typed.try_recv();
+        if matches!(heard, Err(TryRecvError::Disconnected)) {
+            return true;
+        }
+        if let Ok(text) = heard {
             self.typed = None;
             let cancel = text.trim().eq_ignore_ascii_case("c");
             if self.short && !cancel {
@@ -307,8 +325,13 @@ impl<'a> Stream<'a> {
             // Last words that nobody will answer: some devices forget them when they are closed at once.
             std::thread::sleep(Duration::from_millis(50));
         }
+        // A mere newline ends a line that was cut in two.
+        let unsaid = self.sender.pending().iter().any(|b| *b != b'\n');
         self.take_events();
         self.journal.progress(self.sender.progress(), true);
+        if unsaid {
+            return Err(self.unsaid(&outcome));
+        }
         match &outcome {
             Outcome::Done => self.event("done", json!({"resends": self.sender.progress().resends})),
             Outcome::Stopped(why) => {
@@ -322,6 +345,20 @@ impl<'a> Stream<'a> {
             Outcome::EmergencyStopped => self.event("stopped", json!({"reason": "emergency stop"})),
         }
         Ok(outcome)
+    }
+
+    /// Last words that the port did not take.
+    fn unsaid(&mut self, outcome: &Outcome) -> Failure {
+        let why = match outcome {
+            Outcome::Stopped(why) => {
+                self.journal.record(&Record::Stopped(why.to_string()));
+                why.to_string()
+            }
+            _ => "emergency stop".to_owned(),
+        };
+        let text = format!("{why}; but the port takes nothing more, not even that: switch the printer off");
+        self.event("stopped", json!({"reason": text}));
+        Failure::Printer(text)
     }
 
     fn line(&self) -> u32 {
@@ -382,3 +419,6 @@ impl<'a> Stream<'a> {
         self.console.result(&line.to_string());
     }
 }
+
+#[cfg(test)]
+mod tests;

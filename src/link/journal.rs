@@ -9,13 +9,15 @@
 //! boot <the host's boot>
 //! run <number> <block>     from this number on, numbers carry blocks from this one on
 //! ack <number> <block>     lines up to this number are proven accepted; blocks before this one are answered
-//! anew                     numbers begin again
+//! entering                 the machine is homed and brought to the part anew, from the beginning of that until `back`
+//! anew                     numbers begin again, and the machine is nowhere
 //! away | back              the head has left the part | is back
 //! done | stopped <why>
 //! ```
 //!
 //! `run` records are written before the lines they speak of are sent; `ack` records in groups, so that the last may be
-//! missing: they are lower bounds. A last line without its newline was cut short and counts for nothing, and so does
+//! missing: they are lower bounds. `entering` comes before its `anew`, so that an end that is torn between the two never looks
+//! like a print whose printer still counts: until `back` the way to the part is gone again from its beginning. A last line without its newline was cut short and counts for nothing, and so does
 //! everything from the first zero byte on: room that is kept for what a pause must still write on a full disk.
 
 /// What identifies a job.
@@ -56,6 +58,8 @@ pub enum Record {
     },
     /// What the printer calls itself.
     Printer(String),
+    /// The machine is homed and brought to the part anew; until [`Record::Back`] nothing of that counts as done.
+    Entering,
     /// Numbers begin again.
     Anew,
     /// The head has left, or is leaving, the part.
@@ -77,13 +81,15 @@ pub struct Standing {
     pub printer: String,
     /// Lines up to this number are accepted.
     pub proven: i64,
-    /// Blocks before this one are answered; more may be.
+    /// Blocks before this one are answered, under whichever numbers; more may be.
     pub answered: u32,
     /// Blocks before this one, and those up to the next proof, may have been printed at some time: numbers that begin anew
     /// leave what is printed where it is.
     pub reach: u32,
     /// Whether the head was away from the part.
     pub away: bool,
+    /// Whether the way back to the part after a reset was begun and not ended.
+    pub entering: bool,
     /// Whether the program ended.
     pub done: bool,
     runs: Vec<(i64, u32)>,
@@ -129,6 +135,7 @@ impl Record {
             Self::Run { number, block } => format!("run {number} {block}\n"),
             Self::Ack { number, block } => format!("ack {number} {block}\n"),
             Self::Printer(text) => format!("printer {}\n", text.replace(['\n', '\r'], " ")),
+            Self::Entering => "entering\n".to_owned(),
             Self::Anew => "anew\n".to_owned(),
             Self::Away => "away\n".to_owned(),
             Self::Back => "back\n".to_owned(),
@@ -188,15 +195,17 @@ impl Standing {
             }
             "ack" => {
                 let (number, block) = pair()?;
-                (self.proven, self.answered) = (number, block);
+                // A re-entry that breaks off takes nothing back of what was printed before it.
+                (self.proven, self.answered) = (number, self.answered.max(block));
                 self.reach = self.reach.max(block);
             }
             "anew" => {
                 self.runs.clear();
-                self.proven = 0;
+                (self.proven, self.away) = (0, false);
             }
+            "entering" => self.entering = true,
             "away" => self.away = true,
-            "back" => self.away = false,
+            "back" => (self.away, self.entering) = (false, false),
             "done" => self.done = true,
             "stopped" => {}
             _ => return None,
@@ -222,9 +231,15 @@ impl Standing {
         self.runs.last().map_or(self.proven, |(number, block)| number + i64::from(blocks.saturating_sub(*block)))
     }
 
-    /// Whether any line was ever numbered.
+    /// Whether any line was ever numbered, under these numbers or under earlier ones: something may stand on the table.
     pub fn began(&self) -> bool {
-        !self.runs.is_empty()
+        self.entering || self.reach > 0 || !self.runs.is_empty()
+    }
+
+    /// Whether a counter that agrees is enough to go on: the machine is where the program has brought it, and not on the way
+    /// there after a reset.
+    pub fn counts(&self) -> bool {
+        !self.entering && !self.runs.is_empty()
     }
 }
 
@@ -263,7 +278,26 @@ mod tests {
         let again = [Record::Anew, run(3, 20), Record::Ack { number: 9, block: 25 }];
         assert_eq!(journal(&first).reach, 60);
         let standing = journal(&[first.as_slice(), &again].concat());
-        assert_eq!((standing.reach, standing.answered), (60, 25));
+        assert_eq!((standing.reach, standing.answered), (60, 60));
+    }
+
+    #[test]
+    fn a_re_entry_that_has_not_ended_is_a_print_that_began_and_counts_for_nothing() {
+        let run = |number, block| Record::Run { number, block };
+        let printed = [run(3, 0), run(36, 32), Record::Ack { number: 70, block: 60 }, Record::Away];
+        assert!(journal(&printed).began() && journal(&printed).counts());
+        let entry = [Record::Entering, Record::Anew, run(2, 40), run(3, 40), Record::Ack { number: 9, block: 40 }];
+        for cut in 1..=entry.len() {
+            let standing = journal(&[&printed[..], &entry[..cut]].concat());
+            assert!(standing.began() && !standing.counts() && standing.entering, "{cut}: {standing:?}");
+            assert_eq!((standing.away, standing.answered, standing.reach), (cut < 2, 60, 60), "{cut}");
+        }
+        let ended = journal(&[&printed[..], &entry, &[Record::Back]].concat());
+        assert!(ended.began() && ended.counts() && !ended.entering && !ended.away, "{ended:?}");
+        // Numbers that begin anew in mid-print, cut before their first run.
+        let anew = journal(&[&printed[..3], &[Record::Anew]].concat());
+        assert!(anew.began() && !anew.counts(), "{anew:?}");
+        assert!(!journal(&[]).began());
     }
 
     #[test]

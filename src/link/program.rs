@@ -107,6 +107,9 @@ pub enum ProgramError {
 /// The largest file that is sent as one job, bytes.
 pub const LARGEST_FILE: u64 = 1 << 30;
 
+/// What a block asks for beyond this is cut, so that sums of such times are still times: 11 days.
+const LONGEST_S: f64 = 1e6;
+
 /// A number of the size that a program's last lines have, for the length of a line.
 const LATE_NUMBER: i64 = 9_999_999;
 
@@ -141,8 +144,8 @@ impl Program {
                 continue;
             }
             let took = match controller.step(&parsed) {
-                Ok(Step::Move(m)) => seconds(&m, &rules.rates),
-                Ok(Step::Dwell(s)) => s.clamp(0.0, 1e6),
+                Ok(Step::Move(m)) => seconds(&m, &rules.rates).min(LONGEST_S),
+                Ok(Step::Dwell(s)) => s.clamp(0.0, LONGEST_S),
                 Ok(_) => 0.0,
                 Err(why) => {
                     program.unknown.get_or_insert((line.number, why.to_string()));
@@ -207,7 +210,7 @@ impl Program {
         self.file_lines.get(index as usize).or(self.file_lines.last()).copied().unwrap_or(0)
     }
 
-    /// Seconds that block `index` asks for, accelerations left out.
+    /// Seconds that block `index` asks for, accelerations left out; 10⁶ at most.
     pub fn seconds(&self, index: u32) -> f64 {
         self.seconds.get(index as usize).map_or(0.0, |s| f64::from(*s))
     }
@@ -327,6 +330,14 @@ mod tests {
         assert!((program.seconds(2) - 1.0).abs() < 1e-6);
         let slot = Mark { block: 1, kind: MarkKind::Slot(3) };
         assert_eq!(program.marks, [slot, Mark { block: 1, kind: MarkKind::Layer }]);
+    }
+
+    #[test]
+    fn a_feed_next_to_nothing_gives_a_time_that_can_be_waited_for() {
+        for feed in ["0.0000000000000000001", "0.00000000000000000000000000000000000000000000000001", "0.001"] {
+            let program = read(format!("G28\nG1 X0\nG1 X100 F{feed}\n").as_bytes()).unwrap();
+            assert!((program.seconds(2) - 1e6).abs() < 1.0, "F{feed}: {} s", program.seconds(2));
+        }
     }
 
     #[test]

@@ -32,14 +32,39 @@ pub struct State {
     pub nozzle_c: f64,
     /// Bed, degrees Celsius.
     pub bed_c: f64,
-    /// The last line of each setting that stays: fans, accelerations, flow, tool.
+    /// The last line of each setting that stays, and earlier ones of which it says only a part: fans, accelerations, flow, tool.
     pub kept: Vec<(Command, String)>,
     /// Whether anything was extruded before.
     pub printed: bool,
 }
 
-/// M-codes whose last line is still in force: fans, limits, accelerations, jerk, speed and flow factors, pressure advance.
-const KEPT: [u32; 12] = [106, 107, 201, 203, 204, 205, 220, 221, 572, 900, 566, 42];
+/// M-codes that stay in force: fans, pins, the chamber, reports, limits, accelerations, jerk, firmware retraction, speed and flow
+/// factors, pressure advance, input shaping, queues.
+const KEPT: [u32; 18] = [42, 106, 107, 141, 155, 201, 203, 204, 205, 207, 208, 220, 221, 566, 572, 593, 595, 900];
+
+/// Both speak of a fan.
+const FANS: [u32; 2] = [106, 107];
+
+/// Whether what `old` sets is set again by `new`, a later line: the same fan, pin or extruder, and every word of `old`.
+fn replaces(new: &ParsedLine, old: &ParsedLine) -> bool {
+    let (Some(n), Some(o)) = (new.commands.first(), old.commands.first()) else { return false };
+    let fans = [n, o].iter().all(|c| FANS.contains(&c.number));
+    let index = match n.number {
+        42 | 106 | 107 => b'P',
+        572 => b'D',
+        // Shapers have their axis as a bare letter.
+        _ => 0,
+    };
+    if n.letter != o.letter || (n.number != o.number && !fans) {
+        return false;
+    }
+    if index != 0 && new.value(index).unwrap_or(0.0) != old.value(index).unwrap_or(0.0) {
+        return false;
+    }
+    // A T word is read as a command.
+    let tools = |line: &ParsedLine| line.commands[1..].iter().any(|c| c.letter == b'T');
+    fans || (old.words.iter().all(|w| new.has(w.letter)) && (!tools(old) || tools(new)))
+}
 
 impl State {
     /// The state before block `block`, by replaying everything in front of it.
@@ -89,8 +114,8 @@ impl State {
             (b'M', 104 | 109) => self.nozzle_c = target.unwrap_or(self.nozzle_c),
             (b'M', 140 | 190) => self.bed_c = target.unwrap_or(self.bed_c),
             (b'M', number) if KEPT.contains(&number) => {
-                let fan = |n| matches!(n, 106 | 107);
-                self.kept.retain(|(c, _)| c.number != number && !(fan(number) && fan(c.number)));
+                let mut old = ParsedLine::default();
+                self.kept.retain(|(_, text)| old.read(text.as_bytes()).is_err() || !replaces(line, &old));
                 self.kept.push((command, String::from_utf8_lossy(bytes).into_owned()));
             }
             (b'T', _) => {
@@ -264,6 +289,9 @@ fn number(value: f64) -> String {
     String::from_utf8(out).unwrap_or_default()
 }
 
+/// Motion that a printer may hold and has answered already, seconds: Klipper buffers about 2.
+const BUFFERED_S: f64 = 3.0;
+
 /// How a print is taken up again after the printer has forgotten where it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reentry {
@@ -311,14 +339,20 @@ pub enum ReentryError {
 impl Reentry {
     /// The re-entry for a print of which blocks before `answered` were answered.
     ///
-    /// An answered block may still have been in the printer's planner, so that the last two dozen of them do not
-    /// count as executed. The print goes on at the last slot, print or layer that began before that.
+    /// An answered block may still have been in the printer's planner, or in a buffer that holds motion by its time, so that
+    /// the last two dozen of them, and three seconds before those, do not count as executed. The print goes on at the last
+    /// slot, print or layer that began before that.
     ///
     /// # Errors
     ///
     /// [`ReentryError`] where that is not safe.
     pub fn find(program: &Program, reading: &Reading, retreat: &Retreat, answered: u32) -> Result<Self, ReentryError> {
-        let executed = answered.saturating_sub(PLANNER_BLOCKS);
+        let mut executed = answered.saturating_sub(PLANNER_BLOCKS);
+        let mut left = BUFFERED_S;
+        while left > 0.0 && executed > 0 {
+            executed -= 1;
+            left -= program.seconds(executed);
+        }
         let line = program.file_line(executed);
         if retreat.home.is_empty() {
             return Err(ReentryError::NoHoming);
@@ -339,6 +373,9 @@ impl Reentry {
         let mut lines = Vec::new();
         let protocol = Protocol::Marlin;
         lines.extend((state.bed_c > 0.0).then(|| format!("M140S{}", number(state.bed_c))));
+        // The printer may not have been reset since an earlier way back ended in the file's modes.
+        lines.extend(state.inverse_time.then(|| "G94".to_owned()));
+        lines.push("G90".to_owned());
         lines.extend(retreat.home.iter().cloned());
         lines.push("G90".to_owned());
         lines.push(format!("G1Z{top}F{}", number(retreat.z_feed)));

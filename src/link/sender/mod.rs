@@ -279,11 +279,20 @@ impl Sender {
 
     /// A sender for a part of the program, first `prologue`, then `blocks`.
     ///
-    /// For a re-entry after a reset: `prologue` brings the machine to the state that the first block expects.
+    /// For a re-entry after a reset: `prologue` brings the machine to the state that the first block expects. When its last line is
+    /// proven [`Record::Back`] is to be journalled; until then nothing of it counts as done.
     pub fn reentering(program: Arc<Program>, settings: Settings, prologue: &[String], first: u32) -> Self {
         let end = program.len();
         let mut sender = Self::with_blocks(program, settings, first.min(end)..end);
         sender.prepend(prologue);
+        if !prologue.is_empty() {
+            // Only when the way is proven is the head back.
+            sender.goal = Goal::Return;
+            // A greeting among the first words drops the proof behind the way: then it is due by itself, and not only when the
+            // head has long stood on the part.
+            let lines = u32::try_from(prologue.len()).unwrap_or(u32::MAX);
+            sender.settings.prove_every = sender.settings.prove_every.min(lines);
+        }
         sender
     }
 

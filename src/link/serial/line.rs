@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 pub(super) type Native = serialport::TTYPort;
+pub(super) type Side = std::fs::File;
 
 /// A port's two directions, neither of which can hold up the other: nothing here waits but [`Line::wait`].
 #[derive(Debug)]
@@ -16,7 +17,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub(super) fn device(side: std::fs::File, locked: Native) -> std::io::Result<Self> {
+    pub(super) fn device(side: Side, locked: Native) -> std::io::Result<Self> {
         Ok(Self { file: side, _locked: Some(locked) })
     }
 
@@ -50,7 +51,7 @@ impl Line {
 }
 
 /// The device without waiting, its modem lines kept up when it is closed: DTR falling resets many boards.
-pub(super) fn side_door(path: &Path) -> std::io::Result<std::fs::File> {
+pub(super) fn side_door(path: &Path) -> std::io::Result<Side> {
     use rustix::fs::{Mode, OFlags};
     use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;

@@ -14,18 +14,21 @@ mod server;
 mod threads;
 
 use std::io::ErrorKind;
-use std::net::TcpStream;
+use std::net::{TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 #[cfg(unix)]
-use line::{Line, Native, side_door};
+use line::{Line, Native, Side, side_door};
 pub use server::Server;
 #[cfg(not(unix))]
-use threads::{Line, Native, side_door};
+use threads::{Line, Native, Side, side_door};
 
 /// A read or write gives up after this, to see whether the port is still wanted.
 const PATIENCE: Duration = Duration::from_millis(100);
+
+/// A place in the net that does not answer within this is not there.
+const CONNECT: Duration = Duration::from_secs(2);
 
 /// Where a printer is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -124,7 +127,7 @@ impl Port {
             Address::Device(path) => Self::device(path, baud),
             Address::Tcp(address) => {
                 let failed = |e: std::io::Error| PortError::Tcp { address: address.clone(), why: e.to_string() };
-                let stream = TcpStream::connect(address).map_err(failed)?;
+                let stream = reached(address).map_err(failed)?;
                 Self::stream(stream).map_err(failed)
             }
         }
@@ -134,16 +137,13 @@ impl Port {
         if let Err(error) = std::fs::metadata(path) {
             return Err(port_error(path, error.kind(), error.to_string()));
         }
-        // Before the lock, which would keep ourselves out.
-        let side = side_door(path);
-        let mut locked = locked(path, baud);
-        if matches!(locked, Err(PortError::Busy { .. })) {
+        let mut doors = both(path, baud);
+        if matches!(doors, Err(PortError::Busy { .. })) {
             // A program that has just ended may not have let go yet.
             std::thread::sleep(PATIENCE * 3);
-            locked = self::locked(path, baud);
+            doors = both(path, baud);
         }
-        let locked = locked?;
-        let side = side.or_else(|_| side_door(path)).map_err(|e| port_error(path, e.kind(), e.to_string()))?;
+        let (side, locked) = doors?;
         Line::device(side, locked).map(Self::over).map_err(|e| port_error(path, e.kind(), e.to_string()))
     }
 
@@ -186,6 +186,25 @@ impl Port {
             }
         }
     }
+}
+
+/// The first of an address' places that answers in time; a place that swallows everything would hold up an emergency stop for
+/// minutes.
+fn reached(address: &str) -> std::io::Result<TcpStream> {
+    let mut last = std::io::Error::from(ErrorKind::AddrNotAvailable);
+    for place in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&place, CONNECT) {
+            Ok(stream) => return Ok(stream),
+            Err(e) => last = e,
+        }
+    }
+    Err(last)
+}
+
+/// The device twice: the side door before the lock, which would keep ourselves out.
+fn both(path: &Path, baud: u32) -> Result<(Side, Native), PortError> {
+    let side = side_door(path).map_err(|e| port_error(path, e.kind(), e.to_string()))?;
+    Ok((side, locked(path, baud)?))
 }
 
 /// The device opened for us alone, at its speed.

@@ -19,10 +19,12 @@ const PIECE: usize = 256;
 
 #[cfg(not(unix))]
 pub(super) type Native = serialport::COMPort;
+#[cfg(not(unix))]
+pub(super) type Side = ();
 
 /// Nothing: the device is opened once, for both directions.
 #[cfg(not(unix))]
-pub(super) fn side_door(_path: &Path) -> std::io::Result<()> {
+pub(super) fn side_door(_path: &Path) -> std::io::Result<Side> {
     Ok(())
 }
 

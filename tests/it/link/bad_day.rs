@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::real::{Running, executed, gcode, output, profile, send, simulate, wanted};
+use super::real::{
+    Running, executed, gcode, interrupt, killed, listened, output, profile, send, simulate, terminal, wait_for, wanted,
+};
 use crate::support::{folder, note, said, skip, trunnion};
 
 /// A file system of `bytes` that goes with its owner; `None` where this user may not mount one.
@@ -62,6 +64,42 @@ fn a_disk_that_runs_full_in_mid_print_is_a_pause_and_the_print_goes_on_when_ther
     }
     assert_eq!(rest.count(), 0, "a line is missing");
     assert!(lines.len() - all.len() < 25, "{} lines more than the file has", lines.len() - all.len());
+}
+
+/// The pause came without a Ctrl-C, so that the first is already what its words say.
+#[test]
+fn in_a_pause_from_a_full_disk_one_ctrl_c_is_an_emergency_stop() {
+    let dir = folder();
+    let Some(disk) = SmallDisk::mount(dir.path().join("small"), 65_536) else {
+        skip("ctrl-c in a pause from a full disk: this user may not mount a small file system");
+        return;
+    };
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 30_000));
+    let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
+    std::fs::write(disk.0.join("filler"), [1; 53_248]).unwrap();
+    let _printer = simulate(&link, &profile, &["--speed", "max", "--log", log.to_str().unwrap()]);
+    let (_keys, screen) = terminal();
+    let mut host = send(&gcode, &profile, &link);
+    let host = host.arg("--journal").arg(disk.0.join("journal")).stdin(screen).stderr(Stdio::piped()).spawn().unwrap();
+    let mut host = Running(host);
+    let words = listened(&mut host.0);
+    wait_for("the pause", || words.lock().unwrap().contains("Ctrl-C is an emergency stop"));
+    assert!(words.lock().unwrap().contains("no room left on the disk") && !killed(&log));
+    interrupt(&host.0);
+    wait_for("the emergency stop", || killed(&log));
+    assert_eq!(host.0.wait().unwrap().code(), Some(4), "{}", words.lock().unwrap());
+}
+
+#[test]
+fn a_link_that_opens_and_closes_again_and_again_is_given_up() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 10));
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp:{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || listener.incoming().for_each(drop));
+    let given_up = output(send(&gcode, &profile, Path::new(&port)).args(["--wait", "2"]));
+    assert_eq!(given_up.status.code(), Some(4), "{}", said(&given_up));
+    assert!(said(&given_up).contains("has not come back within 2 s"), "{}", said(&given_up));
 }
 
 #[test]

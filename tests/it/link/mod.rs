@@ -13,6 +13,7 @@ mod prologue;
 mod python;
 #[cfg(unix)]
 mod real;
+mod second_resume;
 mod transcripts;
 #[cfg(unix)]
 mod way_back;

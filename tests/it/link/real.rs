@@ -1,12 +1,13 @@
 //! The two commands at both ends of a real pseudo-terminal: a host that is killed, a printer that goes and comes back, and
 //! everything a user can get wrong.
 
-use std::io::Read;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::support::{Numbers, folder, note, said, skip, trunnion};
+use crate::support::{Numbers, folder, note, said, trunnion};
 
 /// Nothing here may take longer: what hangs is killed.
 const LIMIT: Duration = Duration::from_secs(90);
@@ -32,7 +33,7 @@ pub(super) fn simulate(link: &Path, profile: &Path, more: &[&str]) -> Running {
     running
 }
 
-fn wait_for(what: &str, mut there: impl FnMut() -> bool) {
+pub(super) fn wait_for(what: &str, mut there: impl FnMut() -> bool) {
     let until = Instant::now() + LIMIT;
     while !there() {
         assert!(Instant::now() < until, "{what} did not come");
@@ -65,6 +66,44 @@ pub(super) fn output(command: &mut Command) -> Output {
         std::thread::sleep(Duration::from_millis(5));
     };
     Output { status, stdout: read_out.join().unwrap(), stderr: read_err.join().unwrap() }
+}
+
+/// Ctrl-C.
+pub(super) fn interrupt(host: &Child) {
+    let done = Command::new("kill").args(["-INT", &host.id().to_string()]).status().expect("a kill command");
+    assert!(done.success());
+}
+
+/// Whether the printer has had an emergency stop.
+pub(super) fn killed(log: &Path) -> bool {
+    std::fs::read_to_string(log).unwrap().contains(" killed")
+}
+
+/// What a running host says on stderr, as it comes.
+pub(super) fn listened(host: &mut Child) -> Arc<Mutex<String>> {
+    let mut words = host.stderr.take().unwrap();
+    let text = Arc::new(Mutex::new(String::new()));
+    let heard = Arc::clone(&text);
+    std::thread::spawn(move || {
+        let mut bytes = [0; 1024];
+        while let Ok(n) = words.read(&mut bytes)
+            && n > 0
+        {
+            heard.lock().unwrap().push_str(&String::from_utf8_lossy(&bytes[..n]));
+        }
+    });
+    text
+}
+
+/// A keyboard, and the terminal that it belongs to.
+pub(super) fn terminal() -> (std::fs::File, std::fs::File) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let keys = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+    grantpt(&keys).unwrap();
+    unlockpt(&keys).unwrap();
+    let name = ptsname(&keys, Vec::new()).unwrap().into_string().unwrap();
+    let screen = std::fs::OpenOptions::new().read(true).write(true).open(name).unwrap();
+    (std::fs::File::from(keys), screen)
 }
 
 /// A profile whose machine can home with a part on its table.
@@ -351,27 +390,13 @@ fn a_full_disk_another_printer_and_a_dead_one_are_sentences() {
 }
 
 #[test]
-fn ctrl_c_is_a_safe_pause_and_twice_an_emergency_stop() {
-    if !crate::support::installed("kill") && !Path::new("/bin/kill").exists() {
-        skip("ctrl-c: no kill command");
-        return;
-    }
+fn ctrl_c_is_a_safe_pause() {
     let dir = folder();
     let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 2000));
     let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
     let _printer = simulate(&link, &profile, &["--speed", "20", "--log", log.to_str().unwrap()]);
-    let interrupt = |host: &Child| {
-        let done = Command::new("kill").args(["-INT", &host.id().to_string()]).status().unwrap();
-        assert!(done.success());
-    };
-    let start = |resume: bool| {
-        let mut command = send(&gcode, &profile, &link);
-        if resume {
-            command.arg("--resume");
-        }
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
-    };
-    let host = start(false);
+    let mut host = send(&gcode, &profile, &link);
+    let host = host.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     wait_for("the print", || executed(&log).len() > 100);
     interrupt(&host);
     let paused = host.wait_with_output().unwrap();
@@ -384,21 +409,56 @@ fn ctrl_c_is_a_safe_pause_and_twice_an_emergency_stop() {
         .unwrap();
     assert!(z > 20.0, "the head has left the part: {up}");
     // Going on comes back to the part first, then takes up the next line.
-    let host = start(true);
-    wait_for("the print to go on", || executed(&log).len() > lines.len() + 200);
-    interrupt(&host);
-    std::thread::sleep(Duration::from_millis(60));
-    interrupt(&host);
-    let stopped = host.wait_with_output().unwrap();
-    assert!(stopped.status.code() == Some(4), "{}", said(&stopped));
-    wait_for("the emergency stop", || {
-        std::fs::read_to_string(&log).unwrap().contains(" killed") || said(&stopped).contains("paused")
-    });
+    let done = output(send(&gcode, &profile, &link).arg("--resume"));
+    assert!(done.status.success(), "{}", said(&done));
     let (all, done) = (wanted(&gcode), executed(&log));
     let mut rest = all.iter().peekable();
     for line in &done {
         rest.next_if(|w| *w == line);
     }
-    let printed = all.len() - rest.count();
-    assert!(printed > lines.len(), "{printed}: every line of the file came in order through pause and return");
+    assert_eq!(rest.count(), 0, "every line of the file came in order through pause and return");
+    assert!(done.len() - all.len() < 25, "{} lines more than the file has", done.len() - all.len());
+}
+
+#[test]
+fn a_second_ctrl_c_is_an_emergency_stop_in_the_middle_of_a_move() {
+    let dir = folder();
+    let profile = profile(dir.path());
+    let (link, log, gcode) = (dir.path().join("tty"), dir.path().join("sim.log"), dir.path().join("slow.gcode"));
+    // A pause would come after an hour.
+    std::fs::write(&gcode, "G28\nG1 X0 Y0 F6000\nG1 X100 F1.6\nG1 X0\n").unwrap();
+    let _printer = simulate(&link, &profile, &["--log", log.to_str().unwrap()]);
+    let host = send(&gcode, &profile, &link).stdin(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut host = Running(host);
+    let words = listened(&mut host.0);
+    wait_for("the long move", || executed(&log).len() > 2);
+    interrupt(&host.0);
+    wait_for("the pause", || words.lock().unwrap().contains("Ctrl-C again is an emergency stop"));
+    assert!(!killed(&log) && host.0.try_wait().unwrap().is_none(), "{}", words.lock().unwrap());
+    interrupt(&host.0);
+    wait_for("the emergency stop", || killed(&log));
+    assert_eq!(host.0.wait().unwrap().code(), Some(4));
+    wait_for("its word", || words.lock().unwrap().contains("emergency stop; reset the printer"));
+}
+
+/// The end of input, Ctrl-D, is not the Enter that goes on.
+#[test]
+fn the_end_of_input_in_a_pause_moves_nothing() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 2000));
+    let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
+    let _printer = simulate(&link, &profile, &["--speed", "20", "--log", log.to_str().unwrap()]);
+    let (mut keys, terminal) = terminal();
+    let host = send(&gcode, &profile, &link).stdin(terminal).stderr(Stdio::piped()).spawn().unwrap();
+    let mut host = Running(host);
+    let words = listened(&mut host.0);
+    wait_for("the print", || executed(&log).len() > 100);
+    interrupt(&host.0);
+    wait_for("the pause", || words.lock().unwrap().contains("paused above the part"));
+    let lines = executed(&log);
+    keys.write_all(&[4]).unwrap();
+    wait_for("the end", || host.0.try_wait().unwrap().is_some());
+    assert_eq!(host.0.wait().unwrap().code(), Some(4), "{}", words.lock().unwrap());
+    wait_for("its word", || words.lock().unwrap().contains("trunnion send --resume goes on"));
+    assert_eq!(executed(&log), lines, "nothing moves");
 }

@@ -1,0 +1,91 @@
+//! What must leave whatever else hangs: last words and the emergency stop.
+
+use std::io::Read;
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::*;
+use crate::cli::{load, printer};
+use crate::link::{Header, Program};
+
+/// A print that has begun, over a wire whose other end is in our hands; its journal is in `folder`.
+fn begun<'a>(folder: &Path, console: &'a Console) -> (Stream<'a>, TcpStream) {
+    let profile = load::profile("generic-ac").unwrap().profile;
+    let program = Program::read(b"G28\nG1 X1 F600\n", &printer::rules(&profile).unwrap()).unwrap();
+    let mut sender = Sender::new(Arc::new(program), printer::settings(&profile).unwrap());
+    sender.poll(Time::ZERO);
+    sender.receive(Time::ZERO, b"ok\n");
+    sender.took(sender.pending().len());
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = Address::Tcp(listener.local_addr().unwrap().to_string());
+    let port = Port::open(&address, 115_200).unwrap();
+    let (far, _) = listener.accept().unwrap();
+    far.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let place = Place { address, baud: 115_200, identity: None, devices: PathBuf::new(), wait: Duration::ZERO };
+    let journal = JournalFile::create(&folder.join("journal"), &Header::default()).unwrap();
+    (Stream::new(sender, port, place, journal, console), far)
+}
+
+/// What has arrived, up to the first that ends with `end`.
+fn heard(far: &mut TcpStream, end: &str) -> String {
+    let mut text = String::new();
+    let mut byte = [0];
+    while !text.ends_with(end) && far.read(&mut byte).is_ok_and(|n| n > 0) {
+        text.push(char::from(byte[0]));
+    }
+    text
+}
+
+#[test]
+fn heaters_go_off_though_the_journal_takes_nothing() {
+    let (folder, console) = (tempfile::tempdir().unwrap(), Console::new(false, true, false));
+    let (mut stream, mut far) = begun(folder.path(), &console);
+    stream.journal.takes_nothing();
+    assert!(!stream.journal.record(&Record::Away));
+    stream.sender.receive(Time::ZERO, b"Error:something new\nok\n");
+    assert!(
+        matches!(stream.sender.outcome(), Some(Outcome::Stopped(Stop::Error { .. }))),
+        "{:?}",
+        stream.sender.outcome()
+    );
+    assert!(stream.write(), "the last words wait for the journal");
+    assert_eq!(heard(&mut far, "M140S0\n").trim_start(), "M104S0\nM140S0\n");
+}
+
+#[test]
+fn an_emergency_stop_is_on_the_wire_before_anything_else_is_done() {
+    let (folder, console) = (tempfile::tempdir().unwrap(), Console::new(false, true, false));
+    let (mut stream, mut far) = begun(folder.path(), &console);
+    stream.interrupts = 1;
+    stream.interrupted(2).unwrap();
+    assert!(heard(&mut far, "M112\n").ends_with("M112\n"));
+    // In a pause that came from a full disk the first interrupt is one, as its words say.
+    let (mut stream, mut far) = begun(folder.path(), &console);
+    (stream.interrupts, stream.paused) = (0, true);
+    for _ in 0..4 {
+        stream.sender.poll(Time::ZERO);
+        stream.sender.receive(Time::ZERO, b"ok\nok T:20.0 /0.0 B:20.0 /0.0\n");
+    }
+    assert!(stream.sender.progress().sent > 0 && stream.sender.outcome().is_none());
+    stream.interrupted(1).unwrap();
+    assert_eq!(stream.sender.outcome(), Some(&Outcome::EmergencyStopped));
+    assert!(heard(&mut far, "M112\n").ends_with("M112\n"));
+}
+
+#[test]
+fn last_words_that_the_port_does_not_take_are_said_to_be_unsaid() {
+    let (folder, console) = (tempfile::tempdir().unwrap(), Console::new(false, true, false));
+    let (mut stream, _far) = begun(folder.path(), &console);
+    // Nobody reads: until nothing more fits between the two ends.
+    let mut refused = 0;
+    while refused < 20 {
+        if stream.port.as_mut().unwrap().write(&[b'\n'; 65_536]) == 0 {
+            refused += 1;
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+    stream.sender.emergency_stop();
+    let said = stream.close(Outcome::EmergencyStopped).unwrap_err().to_string();
+    assert!(said.contains("the port takes nothing more") && said.contains("switch the printer off"), "{said}");
+}

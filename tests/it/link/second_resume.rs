@@ -1,0 +1,216 @@
+//! What breaks off on the way back to the part goes the whole way again: never on from the middle of it, and never from the
+//! file's first line.
+
+#[cfg(unix)]
+mod commands;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use trunnion::link::sim::{Fault, Quirks, Script};
+use trunnion::link::{
+    Event, Header, Loopback, Outcome, Program, Protocol, Record, Reentry, Sender, Standing, State, Stop,
+};
+
+use super::bench_machine::{blocks, end, executed, joined, program, reading, retreat, settings, text};
+
+const MARLIN: Protocol = Protocol::Marlin;
+const STEP: Duration = Duration::from_millis(250);
+
+/// A journal as the disk has it: what the sender has said, and how far it is after each step.
+struct Journal {
+    text: String,
+    seen: usize,
+    acked: i64,
+}
+
+impl Journal {
+    fn new() -> Self {
+        Self { text: Header::default().to_text(), seen: 0, acked: 0 }
+    }
+
+    fn step(&mut self, link: &mut Loopback) {
+        let to = link.now() + STEP;
+        link.run_to(to);
+        for event in &link.events()[self.seen..] {
+            if let Event::Journal(record) = event {
+                self.text += &record.to_text();
+            }
+        }
+        self.seen = link.events().len();
+        let progress = link.sender.progress();
+        if progress.proven != self.acked {
+            self.acked = progress.proven;
+            self.text += &Record::Ack { number: progress.proven, block: progress.acked }.to_text();
+        }
+    }
+
+    fn standing(&self) -> Standing {
+        Standing::parse(&self.text).unwrap()
+    }
+
+    /// The next host's sender: the counter where it is enough, else the way back from its beginning.
+    fn go_on(&mut self, program: &Arc<Program>, entry: &Reentry) -> Sender {
+        let standing = self.standing();
+        assert!(standing.began(), "{}", self.text);
+        if standing.counts() {
+            return Sender::resuming(Arc::clone(program), settings(MARLIN), &standing);
+        }
+        let found = Reentry::find(program, &reading(), &retreat(), standing.answered).unwrap();
+        assert_eq!(found.block, entry.block, "the same layer as before");
+        self.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
+        Sender::reentering(Arc::clone(program), settings(MARLIN), &entry.lines, entry.block)
+    }
+}
+
+/// A print that a reset has broken off, its journal, and the way back; the printer's log begins there.
+fn broken_off() -> (Arc<Program>, Loopback, Journal, Reentry) {
+    let at_a_pose = text(MARLIN, 300).replace("G28\n", "G28\nG1 A0 F600\nG1 C0 F600\nG1 X0 Y0 Z5 F6000\n");
+    let program = program(MARLIN, &at_a_pose);
+    let script = Script::at(&[(200, Fault::Reset)]);
+    let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), script);
+    let mut journal = Journal::new();
+    while link.sender.outcome().is_none() {
+        journal.step(&mut link);
+    }
+    assert!(matches!(link.sender.outcome(), Some(Outcome::Stopped(Stop::Reset { .. }))));
+    executed(&mut link);
+    let entry = Reentry::find(&program, &reading(), &retreat(), journal.standing().answered).unwrap();
+    journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
+    link.sender = Sender::reentering(Arc::clone(&program), settings(MARLIN), &entry.lines, entry.block);
+    journal.acked = 0;
+    (program, link, journal, entry)
+}
+
+/// The way back and everything from the entry's block on, as `executed` has them.
+fn wanted(program: &Program, entry: &Reentry) -> Vec<String> {
+    let own = entry.lines.iter().filter(|l| l.as_str() != "M400").cloned();
+    own.chain(blocks(program).split_off(entry.block as usize)).collect()
+}
+
+/// At every quarter of a second of the way back, and some way into the print behind it, the host is killed.
+#[test]
+fn a_host_killed_anywhere_on_the_way_back_goes_it_again_or_has_ended_it() {
+    let (program, mut link, mut journal, entry) = broken_off();
+    let wanted = wanted(&program, &entry);
+    let (mut again, mut on) = (0, 0);
+    while link.sender.progress().acked < entry.block + 40 {
+        journal.step(&mut link);
+        let (mut cut, mut text) = (link.clone(), Journal { text: journal.text.clone(), ..Journal::new() });
+        let counts = text.standing().counts();
+        cut.sender = text.go_on(&program, &entry);
+        let now = cut.now();
+        cut.sender.reconnected(now);
+        assert_eq!(end(&mut cut), Outcome::Done, "after {now:?}: {:?}", cut.events().last());
+        let done = executed(&mut cut);
+        let tail = &done[done.len().saturating_sub(wanted.len())..];
+        let first = tail.iter().zip(&wanted).position(|(d, w)| d != w);
+        assert!(tail == wanted, "after {now:?}: {first:?} {:?}", first.map(|i| (&tail[i], &wanted[i])));
+        let before = &done[..done.len() - wanted.len()];
+        assert!(before.iter().all(|l| entry.lines.contains(l)), "after {now:?}: {before:?}");
+        assert!(!counts || before.is_empty(), "after {now:?}: the way was gone twice");
+        if counts { on += 1 } else { again += 1 }
+    }
+    assert!(again > 10 && on > 3, "{again} kills on the way, {on} behind it");
+}
+
+#[test]
+fn the_way_back_is_ended_once_it_is_proven_and_before_the_next_block_goes_out() {
+    let (_, mut link, mut journal, entry) = broken_off();
+    while !journal.text.ends_with("back\n") {
+        journal.step(&mut link);
+        let back = journal.text.rfind("back\n").unwrap_or(journal.text.len());
+        if back < journal.text.len() {
+            break;
+        }
+        assert!(link.sender.progress().sent == entry.block, "a block goes out before the way is ended");
+    }
+    let standing = journal.standing();
+    assert!(standing.counts() && !standing.entering && !standing.away, "{standing:?}");
+}
+
+/// Reset on the way back, and again a few lines behind it: each time the same way to the same layer.
+#[test]
+fn re_entries_that_break_off_do_not_step_back_layer_by_layer() {
+    let (program, mut link, mut journal, entry) = broken_off();
+    for behind in [0, 3, 30] {
+        while link.sender.progress().acked < entry.block + behind || !journal.standing().runs_began() {
+            journal.step(&mut link);
+        }
+        let now = link.now();
+        link.sim.restart(now);
+        while link.sender.outcome().is_none() {
+            journal.step(&mut link);
+        }
+        assert!(matches!(link.sender.outcome(), Some(Outcome::Stopped(Stop::Reset { .. }))), "{behind}");
+        let found = Reentry::find(&program, &reading(), &retreat(), journal.standing().answered).unwrap();
+        assert_eq!((found.block, &found.lines), (entry.block, &entry.lines), "after {behind} lines");
+        journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
+        journal.acked = 0;
+        link.sender = Sender::reentering(Arc::clone(&program), settings(MARLIN), &entry.lines, entry.block);
+    }
+    assert_eq!(end(&mut link), Outcome::Done);
+    let (done, wanted) = (executed(&mut link), wanted(&program, &entry));
+    assert!(done.ends_with(&wanted), "{} done, {} wanted last", done.len(), wanted.len());
+}
+
+trait Began {
+    /// Whether lines went out since the numbers began anew.
+    fn runs_began(&self) -> bool;
+}
+
+impl Began for Standing {
+    fn runs_began(&self) -> bool {
+        self.proven > 2
+    }
+}
+
+/// Some firmwares answer a move when it is in a buffer that holds seconds of motion, however many lines that is.
+#[test]
+fn what_seconds_of_motion_ago_was_answered_may_not_have_been_executed() {
+    // 0.05 s a line: 24 lines are 1.2 s.
+    let layer = |z: u32| {
+        let moves: String = (0..200).map(|i| format!("G1 X{} E0.01\n", i % 2)).collect();
+        format!(";LAYER_CHANGE\nG1 Z{z}\n{moves}")
+    };
+    let file = format!("G28\nG90\nM83\nG1 A0 C0 F600\nG1 X0 Y0 Z1 F1200\n{}{}", layer(1), layer(2));
+    let program = program(Protocol::Klipper, &file);
+    let [first, second] = [program.marks[0].block, program.marks[1].block];
+    let found = |answered| Reentry::find(&program, &reading(), &retreat(), answered).unwrap();
+    for (behind, block) in [(20, first), (26, first), (60, first), (120, second)] {
+        let found = found(second + behind);
+        assert_eq!(found.block, block, "{behind} lines behind the mark: {}", found.executed);
+    }
+}
+
+#[test]
+fn settings_that_a_file_gives_in_parts_are_all_restored() {
+    let kept = |text: &str| {
+        let program = program(MARLIN, text);
+        let state = State::before(&program, &reading(), program.len()).unwrap();
+        state.kept.into_iter().map(|(_, line)| line).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        kept("M205 X8 Y8 Z0.4 E1.5\nM205 S0 T0\nM201 X1000\nM201 Y900\nM203 X200 Y200\nM203 Z12\n"),
+        ["M205X8Y8Z.4 E1.5", "M205S0T0", "M201X1000", "M201Y900", "M203X200Y200", "M203Z12"]
+    );
+    // What a later line says again counts from there.
+    assert_eq!(kept("M204 P1000 T2000\nM204 P500\nM204 P800 T900\n"), ["M204P800T900"]);
+    assert_eq!(kept("M106 S100\nM106 P1 S50\nM106 S200\nM106 P1 S60\n"), ["M106S200", "M106P1S60"]);
+    assert_eq!(kept("M106 S100\nM106 P1 S50\nM107\n"), ["M106P1S50", "M107"]);
+    let others = ["M141S40", "M155S2", "M207S2", "M208S0", "M593F40", "M595P60"];
+    assert_eq!(kept(&(others.join("\n") + "\n")), others);
+    assert_eq!(kept("M593 X F40\nM593 Y F35\nM593 X F50\n"), ["M593YF35", "M593XF50"]);
+}
+
+/// Where the way back broke off behind its last line, the printer may still read F as a rate.
+#[test]
+fn the_way_back_begins_in_the_modes_that_it_is_written_in() {
+    let text = "G28\nG90\nG1 A0 C0 F600\nG1 X0 Y0 Z5 F1200\nG93\n;LAYER_CHANGE\n".to_owned()
+        + &"G1 X1 F60\nG1 X0 F60\n".repeat(90);
+    let program = program(MARLIN, &text);
+    let entry = Reentry::find(&program, &reading(), &retreat(), program.len()).unwrap();
+    let at = |line: &str| entry.lines.iter().position(|l| l == line);
+    assert!(at("G94").unwrap() < at("G28").unwrap() && at("G90").unwrap() < at("G28").unwrap(), "{:?}", entry.lines);
+    assert_eq!(entry.lines.last().map(String::as_str), Some("G93"));
+}

@@ -1,0 +1,118 @@
+//! The same with the two commands: hosts killed, printers reset twice.
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+
+use crate::link::real::{Running, executed, gcode, output, profile, send, simulate, wait_for, wanted};
+use crate::support::{folder, said, trunnion};
+
+/// A print broken off by a reset, and its first printer gone.
+fn broken_off(dir: &Path) -> (PathBuf, PathBuf, PathBuf) {
+    let (machine, file, link) = (profile(dir), gcode(dir, 600), dir.join("tty"));
+    let _printer = simulate(&link, &machine, &["--speed", "max", "--fault", "reset@300"]);
+    let stopped = output(&mut send(&file, &machine, &link));
+    assert!(stopped.status.code() == Some(4) && said(&stopped).contains("was reset"), "{}", said(&stopped));
+    (machine, file, link)
+}
+
+/// What was executed from the last homing on.
+fn from_homing(log: &Path) -> Vec<String> {
+    let mut all = executed(log);
+    let home = all.iter().rposition(|l| l == "G28").expect("homed");
+    all.split_off(home)
+}
+
+/// The whole way back, then the file from a layer to its end.
+#[track_caller]
+fn assert_whole_way(file: &Path, log: &Path) {
+    let (all, done) = (wanted(file), from_homing(log));
+    let way: Vec<&str> = ["G28", "G90", "G1Z320F", "M109S200", "G90", "G1A0F", "G1C0F", "G1X", "G1Z"].to_vec();
+    for (line, want) in done.iter().zip(&way) {
+        assert!(line.starts_with(want), "{want}: {:?}", &done[..20.min(done.len())]);
+    }
+    let tail = done.iter().rev().zip(all.iter().rev()).take_while(|(d, w)| d == w).count();
+    assert!(all[all.len() - tail].starts_with("G1Z"), "from a layer on: {:?}", all[all.len() - tail]);
+    assert!((400..all.len()).contains(&tail) && done.len() - tail < 30, "{tail} of {}", all.len());
+}
+
+#[test]
+fn a_way_back_whose_printer_never_answered_is_gone_again_and_the_print_is_not_begun_anew() {
+    let dir = folder();
+    let (machine, file, link) = broken_off(dir.path());
+    // A printer that says once that it counts from 0, and then nothing more.
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp:{}", listener.local_addr().unwrap());
+    let mute = std::thread::spawn(move || {
+        let (mut wire, _) = listener.accept().unwrap();
+        for line in BufReader::new(wire.try_clone().unwrap()).lines().map_while(Result::ok) {
+            if line.contains("M105") {
+                let words = b"Error:Line Number is not Last Line Number+1, Last Line: 0\nResend: 1\nok\n";
+                let _ = wire.write_all(words);
+            }
+        }
+        let (wire, _) = listener.accept().unwrap();
+        let mut lines = BufReader::new(wire).lines().map_while(Result::ok);
+        assert!(lines.any(|l| l.contains("M110")));
+        lines
+    });
+    let mut host = send(&file, &machine, Path::new(&port));
+    let host = host.args(["--resume", "--yes"]).stdin(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let host = Running(host);
+    let _open = mute.join().unwrap();
+    drop(host);
+    let log = dir.path().join("2.log");
+    let _printer = simulate(&link, &machine, &["--speed", "max", "--log", log.to_str().unwrap()]);
+    let done = output(send(&file, &machine, &link).args(["--resume", "--yes"]));
+    assert!(done.status.success(), "{}", said(&done));
+    assert!(!executed(&log).contains(&"G21".to_owned()), "the print began anew on the part: {}", said(&done));
+    assert_whole_way(&file, &log);
+}
+
+#[test]
+fn a_host_killed_while_the_way_back_heats_goes_the_whole_way_again() {
+    let dir = folder();
+    let (machine, file, link) = broken_off(dir.path());
+    let log = dir.path().join("2.log");
+    // Heats for about ten seconds.
+    let mut printer = trunnion();
+    printer.args(["simulate", "-q", "--speed", "20", "-m"]).arg(&machine).arg("--link").arg(&link);
+    let _printer = Running(printer.arg("--log").arg(&log).stderr(Stdio::null()).spawn().unwrap());
+    wait_for("the link", || link.exists());
+    let mut host = send(&file, &machine, &link);
+    let host = host.args(["--resume", "--yes"]).stdin(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let host = Running(host);
+    wait_for("the heating", || executed(&log).iter().any(|l| l == "M109S200"));
+    drop(host);
+    let first = executed(&log);
+    assert!(first.contains(&"G28".to_owned()) && !first.iter().any(|l| l.starts_with("G1A0")), "{first:?}");
+    let asked = output(send(&file, &machine, &link).arg("--resume"));
+    assert!(asked.status.code() == Some(4) && said(&asked).contains("nothing was moved"), "{}", said(&asked));
+    assert_eq!(executed(&log), first, "nothing moves before somebody has agreed");
+    let done = output(send(&file, &machine, &link).args(["--resume", "--yes"]));
+    assert!(done.status.success(), "{}", said(&done));
+    assert_eq!(executed(&log).iter().filter(|l| *l == "G28").count(), 2, "homed again");
+    assert_whole_way(&file, &log);
+}
+
+#[test]
+fn a_reset_on_the_way_back_and_one_behind_it_are_further_ways_back_to_the_same_layer() {
+    // Lines of the second printer: two questions, three first words, the way back to about the 22nd.
+    for fault in ["reset@12", "reset@60"] {
+        let dir = folder();
+        let (machine, file, link) = broken_off(dir.path());
+        let log = dir.path().join("2.log");
+        let _printer = simulate(&link, &machine, &["--speed", "max", "--fault", fault, "--log", log.to_str().unwrap()]);
+        let resume = || output(send(&file, &machine, &link).args(["--resume", "--yes"]));
+        let layer = |text: String| text.split("go on with its layer, line ").nth(1).map(|t| t[..5].to_owned());
+        let again = resume();
+        assert!(again.status.code() == Some(4) && said(&again).contains("was reset"), "{fault}: {}", said(&again));
+        let done = resume();
+        assert!(done.status.success(), "{fault}: {}", said(&done));
+        assert!(layer(said(&done)).is_some(), "{fault}: {}", said(&done));
+        assert_eq!(layer(said(&done)), layer(said(&again)), "{fault}");
+        assert!(!executed(&log).contains(&"G21".to_owned()), "{fault}: the print began anew on the part");
+        assert_whole_way(&file, &log);
+    }
+}
