@@ -50,10 +50,8 @@ impl Sender {
 
     fn busy(&mut self, now: Time, busy: Busy) {
         self.heard = now;
-        if busy == Busy::User {
-            if !self.user_wait {
-                self.event(Event::UserWait);
-            }
+        if busy == Busy::User && !self.user_wait {
+            self.event(Event::UserWait);
         }
         self.user_wait = busy == Busy::User;
     }
