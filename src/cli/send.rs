@@ -257,7 +257,7 @@ fn reentry(
         ));
     }
     let answered = standing.answered.max(standing.next_block(standing.proven));
-    let found = Reentry::find(program, &settings.reading, &settings.retreat, answered);
+    let found = Reentry::find(program, &settings.reading, &settings.retreat, answered, settings.protocol);
     let entry = found.map_err(|e| Failure::Printer(e.to_string()))?;
     for words in &entry.words {
         console.note(&format!("  {words}"));

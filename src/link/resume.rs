@@ -289,7 +289,7 @@ fn number(value: f64) -> String {
     String::from_utf8(out).unwrap_or_default()
 }
 
-/// Motion that a printer may hold and has answered already, seconds: Klipper buffers about 2.
+/// Motion that a printer other than Marlin may hold and has answered already, seconds: Klipper buffers about 2.
 const BUFFERED_S: f64 = 3.0;
 
 /// How a print is taken up again after the printer has forgotten where it is.
@@ -339,16 +339,23 @@ pub enum ReentryError {
 impl Reentry {
     /// The re-entry for a print of which blocks before `answered` were answered.
     ///
-    /// An answered block may still have been in the printer's planner, or in a buffer that holds motion by its time, so that
-    /// the last two dozen of them, and three seconds before those, do not count as executed. The print goes on at the last
+    /// An answered block may still have been in the printer's planner, or (not on Marlin) in a buffer that holds motion by its
+    /// time, so that the last two dozen of them, and three seconds before those, do not count as executed. The print goes on at the last
     /// slot, print or layer that began before that.
     ///
     /// # Errors
     ///
     /// [`ReentryError`] where that is not safe.
-    pub fn find(program: &Program, reading: &Reading, retreat: &Retreat, answered: u32) -> Result<Self, ReentryError> {
+    pub fn find(
+        program: &Program,
+        reading: &Reading,
+        retreat: &Retreat,
+        answered: u32,
+        protocol: Protocol,
+    ) -> Result<Self, ReentryError> {
         let mut executed = answered.saturating_sub(PLANNER_BLOCKS);
-        let mut left = BUFFERED_S;
+        // Marlin answers what its planner has room for, however long that takes.
+        let mut left = if protocol == Protocol::Marlin { 0.0 } else { BUFFERED_S };
         while left > 0.0 && executed > 0 {
             executed -= 1;
             left -= program.seconds(executed);

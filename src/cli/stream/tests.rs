@@ -80,9 +80,12 @@ fn last_words_that_the_port_does_not_take_are_said_to_be_unsaid() {
     // Nobody reads: until nothing more fits between the two ends.
     let mut refused = 0;
     while refused < 20 {
-        if stream.port.as_mut().unwrap().write(&[b'\n'; 65_536]) == 0 {
+        let port = stream.port.as_mut().unwrap();
+        if port.write(&[b'\n'; 65_536]) == 0 && port.write(b"\n") == 0 {
             refused += 1;
             std::thread::sleep(Duration::from_millis(10));
+        } else {
+            refused = 0;
         }
     }
     stream.sender.emergency_stop();

@@ -288,10 +288,6 @@ impl Sender {
         if !prologue.is_empty() {
             // Only when the way is proven is the head back.
             sender.goal = Goal::Return;
-            // A greeting among the first words drops the proof behind the way: then it is due by itself, and not only when the
-            // head has long stood on the part.
-            let lines = u32::try_from(prologue.len()).unwrap_or(u32::MAX);
-            sender.settings.prove_every = sender.settings.prove_every.min(lines);
         }
         sender
     }
