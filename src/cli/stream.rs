@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
@@ -10,13 +11,22 @@ use serde_json::{Value, json};
 
 use super::journal_file::JournalFile;
 use super::{Console, Failure};
-use crate::link::serial::{Address, Heard, Port, find_again};
+use crate::link::serial::{Address, Heard, Port, Twin, find_again};
 use crate::link::{Event, MarkKind, Outcome, Record, Sender, Stop, Temperatures, Time};
 
 /// Ctrl-C so far: once is a safe pause, twice an emergency stop.
 static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
 
+/// What the second Ctrl-C writes by itself, were the print's own thread held up by a disk or by a screen that takes nothing.
+static LAST_WORDS: Mutex<Option<(Twin, &'static [u8])>> = Mutex::new(None);
+
+fn keep_last_words(words: Option<(Twin, &'static [u8])>) {
+    *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
+}
+
 const NAP: Duration = Duration::from_millis(100);
+/// More than a nap, and soon enough.
+const HEAD_START: Duration = Duration::from_millis(300);
 const EVERY: Duration = Duration::from_secs(1);
 const REOPEN_EVERY: Duration = Duration::from_millis(500);
 /// After the end the last bytes get this long to leave.
@@ -25,7 +35,14 @@ const LAST_BYTES: Duration = Duration::from_secs(2);
 /// Catches Ctrl-C from now on.
 pub(super) fn catch_interrupts() {
     let _ = ctrlc::set_handler(|| {
-        INTERRUPTS.fetch_add(1, Ordering::Relaxed);
+        if INTERRUPTS.fetch_add(1, Ordering::Relaxed) == 0 {
+            return;
+        }
+        // The print's own thread stops in better order, if it still can.
+        std::thread::sleep(HEAD_START);
+        if let Some((port, words)) = LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
+            port.write(words);
+        }
     });
 }
 
@@ -96,6 +113,7 @@ impl<'a> Stream<'a> {
 
     /// Runs to the end.
     pub(super) fn run(mut self) -> Result<Outcome, Failure> {
+        self.hand_on();
         self.event("start", json!({}));
         let (now, resuming) = (self.now(), self.sender.wake(self.now()).is_none());
         if resuming {
@@ -119,6 +137,12 @@ impl<'a> Stream<'a> {
             self.progress();
             self.listen(sent);
         }
+    }
+
+    /// Gives the second Ctrl-C a hand on the port that is open now.
+    fn hand_on(&self) {
+        let twin = self.port.as_ref().and_then(Port::twin);
+        keep_last_words(twin.map(|twin| (twin, self.sender.stop_words())));
     }
 
     /// Writes the journal first, then bytes; whether all went.
@@ -175,6 +199,7 @@ impl<'a> Stream<'a> {
 
     fn lost(&mut self, why: &str) {
         self.port = None;
+        keep_last_words(None);
         let again = self.lost_at.is_some();
         self.lost_at.get_or_insert_with(Instant::now);
         let now = self.now();
@@ -207,6 +232,7 @@ impl<'a> Stream<'a> {
         let address = find_again(&self.place.address, self.place.identity.as_deref(), &self.place.devices);
         let Ok(port) = Port::open(&address, self.place.baud) else { return Ok(false) };
         self.port = Some(port);
+        self.hand_on();
         let now = self.now();
         self.sender.reconnected(now);
         Ok(true)
@@ -225,6 +251,7 @@ impl<'a> Stream<'a> {
             return Ok(());
         }
         self.sender.emergency_stop();
+        keep_last_words(None);
         let Some(port) = &mut self.port else {
             return Err(Failure::Printer("emergency stop, but the link is gone: switch the printer off".to_owned()));
         };
@@ -317,6 +344,7 @@ impl<'a> Stream<'a> {
     }
 
     fn close(&mut self, outcome: Outcome) -> Result<Outcome, Failure> {
+        keep_last_words(None);
         let end = Instant::now() + LAST_BYTES;
         while Instant::now() < end && !self.write() {
             std::thread::sleep(Duration::from_millis(5));

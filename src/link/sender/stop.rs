@@ -203,6 +203,11 @@ impl Sender {
         }
     }
 
+    /// Bytes that stop the printer whatever was sent before, for whoever cannot wait for [`Sender::emergency_stop`].
+    pub fn stop_words(&self) -> &'static [u8] {
+        if self.settings.protocol == Protocol::Grbl { b"\x18" } else { b"\nM112\n" }
+    }
+
     /// What the port has not taken is dropped; a line cut in two by that is ended, with its rest where no checksum would refuse it.
     pub(super) fn drop_unsent(&mut self) {
         let cut = self.taken > 0 && self.out.get(self.taken - 1).is_some_and(|b| *b != b'\n');

@@ -48,6 +48,10 @@ impl Line {
     pub(super) fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.file.write(bytes)
     }
+
+    pub(super) fn twin(&self) -> Option<Side> {
+        self.file.try_clone().ok()
+    }
 }
 
 /// The device without waiting, its modem lines kept up when it is closed: DTR falling resets many boards.

@@ -108,6 +108,23 @@ pub enum Heard<'a> {
     Nothing,
 }
 
+#[cfg(unix)]
+type Hand = Side;
+#[cfg(not(unix))]
+type Hand = std::io::Sink;
+
+/// Another hand on an open port: it only writes.
+#[derive(Debug)]
+pub struct Twin(Hand);
+
+impl Twin {
+    /// Writes what the port takes at once.
+    pub fn write(&mut self, bytes: &[u8]) {
+        use std::io::Write;
+        let _ = self.0.write(bytes);
+    }
+}
+
 /// An open port; closed when dropped.
 #[derive(Debug)]
 pub struct Port {
@@ -131,6 +148,18 @@ impl Port {
                 Self::stream(stream).map_err(failed)
             }
         }
+    }
+
+    /// Another hand on the same port, for the words that can wait for nothing; `None` where the system has none.
+    #[cfg(unix)]
+    pub fn twin(&self) -> Option<Twin> {
+        self.line.twin().map(Twin)
+    }
+
+    /// Another hand on the same port: this system has none.
+    #[cfg(not(unix))]
+    pub fn twin(&self) -> Option<Twin> {
+        None
     }
 
     fn device(path: &Path, baud: u32) -> Result<Self, PortError> {

@@ -441,6 +441,33 @@ fn a_second_ctrl_c_is_an_emergency_stop_in_the_middle_of_a_move() {
     wait_for("its word", || words.lock().unwrap().contains("emergency stop; reset the printer"));
 }
 
+/// The print's own thread hangs in its first word to a reader that does not read.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_second_ctrl_c_stops_the_printer_though_the_screen_takes_nothing() {
+    let dir = folder();
+    let (profile, gcode) = (profile(dir.path()), gcode(dir.path(), 2000));
+    let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
+    let _printer = simulate(&link, &profile, &["--log", log.to_str().unwrap()]);
+    let (_reader, mut screen) = std::io::pipe().unwrap();
+    screen.write_all(&[b'\n'; 65_536]).unwrap();
+    let host = send(&gcode, &profile, &link).arg("--json").stdin(Stdio::null()).stdout(screen).spawn().unwrap();
+    let host = Running(host);
+    let status = format!("/proc/{}/status", host.0.id());
+    // Bit 1: the interrupt is caught, and no longer deadly.
+    wait_for("the handler", || {
+        let text = std::fs::read_to_string(&status).unwrap();
+        let caught = text.lines().find_map(|l| l.strip_prefix("SigCgt:")).unwrap().trim().to_owned();
+        u64::from_str_radix(&caught, 16).unwrap() & 2 != 0
+    });
+    wait_for("the emergency stop", || {
+        interrupt(&host.0);
+        std::thread::sleep(Duration::from_millis(50));
+        killed(&log)
+    });
+    assert!(executed(&log).is_empty(), "the print had not begun");
+}
+
 /// The end of input, Ctrl-D, is not the Enter that goes on.
 #[test]
 fn the_end_of_input_in_a_pause_moves_nothing() {
