@@ -9,7 +9,7 @@ use trunnion::orient::{Multistart, Settings, Staircase};
 use trunnion::planning::{Goal, MachineRef, ModelRef, Options, PartRef, Plan, Planned, Workpiece, orientations, plan};
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{BuiltIn, SliceJob, Slicer};
-use trunnion::toolpath::{Input, Job, Segment, print_name, read_sliced, rewrite, slot_mesh};
+use trunnion::toolpath::{Input, InputWords, Job, Segment, print_name, read_sliced, rewrite, slot_mesh};
 use trunnion::verify;
 
 fn main() {
@@ -86,8 +86,11 @@ impl Made {
 
     fn rewritten(&self) -> Vec<u8> {
         let workpiece = self.workpiece();
-        let segments: Vec<Segment> =
-            self.sliced.iter().map(|bytes| read_sliced(bytes, "bench").expect("reads").remove(0)).collect();
+        let segments: Vec<Segment> = self
+            .sliced
+            .iter()
+            .map(|bytes| read_sliced(bytes, "bench", InputWords::default()).expect("reads").remove(0))
+            .collect();
         let input = |(print, segment): (usize, &'_ Segment)| (print, segment.sliced.clone());
         let read: Vec<_> = segments.iter().enumerate().map(input).collect();
         let inputs: Vec<Input<'_>> = read

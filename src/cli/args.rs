@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
+use crate::job::{PlanOptions, SlicingOptions};
+
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
 #[derive(Parser)]
 #[command(version, about, max_term_width = 100, after_help = AFTER_HELP)]
@@ -32,7 +34,7 @@ The way from inside a slicer's window:
   post-processing script:  trunnion rewrite --in-place --plan /path/plan.json
 
 Exit codes: 0 done; 1 done, and the answer is no (findings, no plan); 2 usage or bad input;
-3 the slicer failed; 4 printer or wire.";
+3 the slicer failed; 4 printer or wire; 130 interrupted.";
 
 #[derive(Subcommand)]
 pub(super) enum Verb {
@@ -96,7 +98,7 @@ pub(super) enum SlotArg {
 pub(super) struct PlanArgs {
     /// What the plan minimises: bss (sum of the parts' slot numbers), time, setups, slots, any objective of
     /// `trunnion orient` summed over the parts, or a sum such as 1*bss+0.01*staircase
-    #[arg(long, default_value = "bss")]
+    #[arg(long, default_value_t = PlanOptions::default().objective)]
     pub(super) objective: String,
     /// What the search for orientations minimises; decides where the plan's own objective does not look at orientations
     /// [default: the plan's objective where it is one of parts, else staircase]
@@ -109,10 +111,10 @@ pub(super) struct PlanArgs {
     #[arg(long, value_name = "N")]
     pub(super) orient_budget: Option<usize>,
     /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)
-    #[arg(long, default_value_t = 45.0, value_name = "DEG")]
+    #[arg(long, default_value_t = PlanOptions::default().overhang_deg, value_name = "DEG")]
     pub(super) overhang: f64,
     /// Room the head keeps from parts it does not print on
-    #[arg(long, default_value_t = 0.5, value_name = "MM")]
+    #[arg(long, default_value_t = PlanOptions::default().margin_mm, value_name = "MM")]
     pub(super) margin: f64,
     /// What comes first
     #[arg(long, value_enum, default_value = "together")]
@@ -121,7 +123,7 @@ pub(super) struct PlanArgs {
     #[arg(long)]
     pub(super) table_later: bool,
     /// Seed of the orientation search
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = PlanOptions::default().seed)]
     pub(super) seed: u64,
     /// Where the file's origin comes to lie on the table [default: the model centred; elsewhere if the axes do not reach]
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
@@ -133,7 +135,7 @@ pub(super) struct PlanArgs {
     #[arg(long)]
     pub(super) no_remedies: bool,
     /// Most steps of the sequence search
-    #[arg(long, default_value_t = 20_000_000, value_name = "STEPS")]
+    #[arg(long, default_value_t = PlanOptions::default().budget, value_name = "STEPS")]
     pub(super) budget: u64,
 }
 
@@ -141,13 +143,13 @@ pub(super) struct PlanArgs {
 #[derive(ClapArgs)]
 pub(super) struct SliceArgs {
     /// auto, builtin, prusa-slicer, slic3r, or the path of one
-    #[arg(long, default_value = "auto")]
+    #[arg(long, default_value_t = SlicingOptions::default().slicer.to_string())]
     pub(super) slicer: String,
     /// The slicer's own configuration, over the profile's [process]; may be given several times
     #[arg(long = "slicer-config", value_name = "FILE")]
     pub(super) slicer_config: Vec<PathBuf>,
     /// Give the slicer up after this long for one print
-    #[arg(long, default_value_t = 300, value_name = "SECONDS")]
+    #[arg(long, default_value_t = SlicingOptions::default().timeout.as_secs(), value_name = "SECONDS")]
     pub(super) slicer_timeout: u64,
 }
 

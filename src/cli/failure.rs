@@ -1,79 +1,74 @@
-//! Everything that can go wrong, and the exit code that says so.
+//! Everything that can go wrong, in the command's words, and the exit code that says so.
 
-use std::path::PathBuf;
-
-use crate::link::ProgramError;
-use crate::link::serial::PortError;
-use crate::mesh::MeshError;
-use crate::planning::{Infeasible, Misplaced, PlanError};
-use crate::profile::ProfileError;
+use super::interrupts;
+use crate::job;
+use crate::planning::Infeasible;
 use crate::slicing::SliceError;
-use crate::toolpath::{RewriteError, SlicedError};
 
 /// Why a verb did not do its work.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    /// A file that cannot be read.
-    #[error("{}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's words.
-        source: std::io::Error,
-    },
-    /// A file that cannot be written.
-    #[error("{}: cannot be written: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
+    #[error("{}", in_flags(.0))]
+    Job(job::Error),
+    /// A result that did not arrive.
+    #[error("the result cannot be written to stdout: {source}{}", job::remedy(source))]
+    Stdout {
         /// The system's words.
         source: std::io::Error,
     },
     /// Bad words on the command line that clap cannot know of.
     #[error("{0}")]
     Usage(String),
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    #[error(transparent)]
-    Profile(#[from] ProfileError),
-    #[error(transparent)]
-    Misplaced(#[from] Misplaced),
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    #[error(transparent)]
-    Infeasible(#[from] Infeasible),
-    #[error(transparent)]
-    Slice(#[from] SliceError),
-    #[error(transparent)]
-    Sliced(#[from] SlicedError),
-    #[error(transparent)]
-    Rewrite(#[from] RewriteError),
-    #[error("{}: {source}", path.display())]
-    Program {
-        /// The file to be sent.
-        path: PathBuf,
-        /// Why it cannot be.
-        source: ProgramError,
-    },
-    #[error(transparent)]
-    Port(#[from] PortError),
-    /// The printer or the wire ended the print.
-    #[error("{0}")]
-    Printer(String),
     /// The work was done and says no.
     #[error("{0}")]
     Findings(String),
 }
 
+impl<E: Into<job::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self::Job(error.into())
+    }
+}
+
+/// A job's error, with the flag that is its remedy.
+fn in_flags(error: &job::Error) -> String {
+    match error {
+        job::Error::Setting(bad) => format!("--{bad}"),
+        job::Error::Log { .. } => format!("--{error}"),
+        job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
+        job::Error::Refused { line } => format!("nothing was moved; --yes goes on at line {line} as said above"),
+        job::Error::NoModel { .. } => format!("{error}; say where with --model"),
+        other => other.to_string(),
+    }
+}
+
 impl Failure {
-    /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 2 for everything that the user gave.
+    /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Findings(_) => 1,
-            Self::Infeasible(Infeasible::NoPlan { .. } | Infeasible::NoPlace { .. } | Infeasible::Budget { .. }) => 1,
-            Self::Slice(error) if error.is_slicer_failure() => 3,
-            Self::Port(_) | Self::Printer(_) => 4,
+            Self::Job(error) => exit_code_of(error),
             _ => 2,
         }
+    }
+}
+
+fn exit_code_of(error: &job::Error) -> u8 {
+    match error {
+        job::Error::Rejected(_) | job::Error::Unfit { .. } => 1,
+        job::Error::Port(_) | job::Error::Printer(_) | job::Error::Refused { .. } => 4,
+        job::Error::Infeasible(why) => answer_is_no(why),
+        job::Error::NoPlan(no) => answer_is_no(&no.infeasible),
+        job::Error::Slice(SliceError::Interrupted) => interrupts::EXIT_CODE,
+        job::Error::Slice(error) if error.is_slicer_failure() => 3,
+        _ => 2,
+    }
+}
+
+/// 1 where a plan was looked for and there is none, 2 where planning could not begin.
+fn answer_is_no(why: &Infeasible) -> u8 {
+    match why {
+        Infeasible::NoPlan { .. } | Infeasible::NoPlace { .. } | Infeasible::Budget { .. } => 1,
+        _ => 2,
     }
 }

@@ -5,11 +5,12 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::args::Inspect;
-use super::{Console, Failure, load};
+use super::{Console, Failure};
+use crate::job;
 use crate::mesh::{Model, Part};
 
 pub(super) fn run(args: &Inspect, console: &Console) -> Result<(), Failure> {
-    let loaded = load::model(&args.model, console)?;
+    let loaded = job::load_model(&args.model.source()?, &console.world())?;
     if console.json() {
         console.document(&document(&loaded.model));
     } else {

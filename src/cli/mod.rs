@@ -1,25 +1,23 @@
-//! The command line: one short module a verb, files, progress, terminal text.
+//! The command line: one short module a verb, progress, terminal text.
 //!
-//! Together with `slicing/process.rs` and `main.rs` the only place that touches the world. Results go to stdout (one
-//! JSON document with `--json`), everything else to stderr.
+//! What is done is `job`'s; here are arguments, text and documents. Results go to stdout (one JSON document with `--json`),
+//! everything else to stderr.
 
 mod args;
 mod failure;
-mod files;
 mod inspect;
-mod journal_file;
-mod load;
+mod interrupts;
+mod operator;
 mod orient;
 mod plan;
 mod prepare;
-mod printer;
 mod profile;
 mod progress;
+mod requests;
 mod rewrite;
 mod send;
 mod simulate;
 mod slice;
-mod stream;
 mod verify;
 mod why;
 
@@ -37,8 +35,9 @@ pub fn run() -> ExitCode {
         Ok(args) => args,
         Err(error) => {
             // Help and version are no mistake; a closed pipe while printing them is none either.
-            let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+            let lost = error.print().err().filter(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
+            let lost = lost.map(|source| progress::error(&Failure::Stdout { source }.to_string()));
+            return ExitCode::from(if error.use_stderr() || lost.is_some() { 2 } else { 0 });
         }
     };
     let console = Console::new(args.json, args.quiet, args.verbose);
@@ -54,11 +53,8 @@ pub fn run() -> ExitCode {
         Verb::Simulate(verb) => simulate::run(&verb, &console),
         Verb::Profile(verb) => profile::run(&verb, &console),
     };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            console.error(&failure.to_string());
-            ExitCode::from(failure.exit_code())
-        }
-    }
+    // What the verb itself says comes first.
+    let failures = [done, console.end()].map(Result::err);
+    failures.iter().flatten().for_each(|failure| progress::error(&failure.to_string()));
+    failures.iter().flatten().next().map_or(ExitCode::SUCCESS, |first| ExitCode::from(first.exit_code()))
 }

@@ -1,146 +1,106 @@
-//! `trunnion prepare`: the whole way, in memory, with one file at the end or none.
+//! `trunnion prepare`: the whole way, with one file at the end or none.
 
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
 use super::args::Prepare as Verb;
-use super::files::Scratch;
-use super::rewrite::{finish, read_prints};
-use super::slice::{Prints, choose};
-use super::{Console, Failure, files, load, plan, send};
-use crate::planning::{Workpiece, sha256_hex};
-use crate::toolpath::{Input, Segment, SlicedError};
+use super::requests::{outputs, profile_file};
+use super::{Console, Failure, plan, send, verify};
+use crate::job::{self, Bar, Output, PrepareRequest, PrepareResult, Progress, Seconds, SendRequest, Step, World};
+use crate::verify::Report;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
-    let inputs: Vec<&Path> =
-        [args.model.model.as_path(), Path::new(&args.machine.profile)].into_iter().chain(configs).collect();
-    files::check_output(&args.output, &inputs)?;
-    if let Some(plan) = &args.plan_out {
-        files::check_output(plan, &inputs)?;
-        if *plan == args.output {
-            return Err(Failure::Usage(format!("{} is both the output and the plan; give two names", plan.display())));
-        }
-    }
-    let done = work(args, console);
-    // A file that is proved stays, whatever becomes of the printer.
-    let unproved = done.as_ref().is_err_and(|failure| !matches!(failure, Failure::Printer(_) | Failure::Port(_)));
-    if unproved && let Some(aside) = files::set_aside(&args.output) {
+    let profile = profile_file(&args.machine.profile);
+    let read = [args.model.model.as_path()].into_iter().chain(profile.as_deref());
+    let mut outputs = outputs(read.chain(configs));
+    let output = outputs.claim(&args.output)?;
+    let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let journal = args.port.as_ref().map(|_| send::journal(&mut outputs, &args.output, &args.stream)).transpose()?;
+    let done = work(args, &output, plan.as_ref(), console);
+    if done.is_err()
+        && let Some(aside) = output.set_aside()?
+    {
         console.warning(&format!("the file of an earlier run is now {}", aside.display()));
     }
-    done
+    let done = done?;
+    let (Some(port), Some(journal)) = (&args.port, journal) else { return Ok(()) };
+    // A file that is proved stays, whatever becomes of the printer.
+    let plan = &done.planned.plan;
+    let (path, program, machine, options) = (&args.output, &done.gcode, &plan.machine, &args.stream.options());
+    let request = SendRequest { path, program, machine, plan: Some(plan), options };
+    send::stream(&request, (port, &journal), &args.stream, console)
 }
 
-fn work(args: &Verb, console: &Console) -> Result<(), Failure> {
-    let mut clock = Clock::default();
-    let machine = load::machine(&args.machine)?;
-    let bed = load::bed(&args.bed)?;
-    let model = load::model(&args.model, console)?;
-    clock.lap("read");
-    console.note(&format!("{} parts in {}", model.model.parts.len(), args.model.model.display()));
-    let scratch = Scratch::new()?;
-    let slicer = choose(&args.slicing, &scratch)?;
-    let made = plan::make(&model, &machine, &args.plan, &plan::Wanted { plans: 1, sheet: None }, console)?;
-    clock.lap("plan");
-    clock.split("plan", "orient", made.orient_seconds);
-    console.note(made.text(&machine).trim_end());
-    let plan_text = made.plan.to_text();
-    let workpiece = Workpiece::place(&model.model, &made.plan.placement);
-    let prints = Prints::of(&made.plan, &workpiece, &machine.profile, bed);
-    let sliced = prints.slice(slicer.as_ref(), &machine.profile, bed, console)?;
-    clock.lap("slice");
-    console.note(&format!("{} prints sliced by {} {}", sliced.len(), slicer.name(), slicer.version()));
-    let segments = read_all(&sliced, &prints.names)?;
-    let inputs: Vec<Input<'_>> = segments
-        .iter()
-        .enumerate()
-        .map(|(print, segment)| Input {
-            print,
-            centre_mm: [bed[0] / 2.0, bed[1] / 2.0],
-            file: &prints.names[print],
-            bytes: &sliced[print],
-            sliced: &segment.sliced,
-        })
-        .collect();
-    let (gcode, proof) =
-        finish(&inputs, &made.plan, &sha256_hex(plan_text.as_bytes()), &machine.profile, &workpiece, console)?;
-    clock.lap("rewrite");
-    if let Some(path) = &args.plan_out {
-        files::write(path, plan_text.as_bytes())?;
+fn work(args: &Verb, output: &Output, plan_out: Option<&Output>, console: &Console) -> Result<PrepareResult, Failure> {
+    let request = PrepareRequest {
+        model: args.model.source()?,
+        machine: args.machine.source(),
+        plan: args.plan.options()?,
+        slicing: args.slicing.options(&args.bed)?,
+    };
+    let teller = Teller(console);
+    let done = job::prepare(&request, &World { progress: &teller, ..console.world() });
+    let done = match done {
+        Err(job::Error::NoPlan(_)) => plan::explained(done, None, console)?,
+        done => verify::explained(done, console)?,
+    };
+    if let Some(plan) = plan_out {
+        plan.write(done.planned.plan.plan.to_text().as_bytes())?;
     }
-    files::write(&args.output, &gcode)?;
-    let verify = &proof["verify"];
-    let verify_seconds = verify["seconds"].as_f64().unwrap_or(0.0);
-    clock.split("rewrite", "verify", verify_seconds);
-    console.note(&format!(
-        "{}: {} lines, verified; about {:.0} min, clearance {:.2} mm",
-        args.output.display(),
-        gcode.iter().filter(|b| **b == b'\n').count(),
-        verify["seconds_print"].as_f64().unwrap_or(0.0) / 60.0,
-        verify["clearance_mm"].as_f64().unwrap_or(0.0),
-    ));
-    let document = json!({
-        "output": args.output.display().to_string(),
-        "plan": made.document(),
-        "verify": verify,
-        "slicer": {"name": slicer.name(), "version": slicer.version()},
-        "seconds": clock.document(),
-    });
-    if console.json() {
-        console.document(&document);
-    }
-    let Some(port) = &args.port else { return Ok(()) };
-    let (plan, workpiece) = (Some(&made.plan), Some(&workpiece));
-    let job = send::Job { path: &args.output, bytes: &gcode, machine: &machine, plan, workpiece };
-    send::stream(&job, port, &args.stream, console)
-}
-
-/// One print a file.
-fn read_all(sliced: &[Vec<u8>], names: &[String]) -> Result<Vec<Segment>, Failure> {
-    let mut segments = Vec::new();
-    for (bytes, name) in sliced.iter().zip(names) {
-        let found = read_prints(bytes, name)?;
-        segments.push(found.into_iter().next().ok_or_else(|| SlicedError::NoExtrusion { file: name.clone() })?);
-    }
-    Ok(segments)
-}
-
-/// Seconds of each step.
-struct Clock {
-    last: Instant,
-    laps: Vec<(&'static str, f64)>,
-}
-
-impl Default for Clock {
-    fn default() -> Self {
-        Self { last: Instant::now(), laps: vec![("read", 0.0), ("orient", 0.0)] }
-    }
-}
-
-impl Clock {
-    fn lap(&mut self, name: &'static str) {
-        let seconds = self.last.elapsed().as_secs_f64();
-        self.last = Instant::now();
-        self.add(name, seconds);
-    }
-
-    fn add(&mut self, name: &'static str, seconds: f64) {
-        match self.laps.iter_mut().find(|(n, _)| *n == name) {
-            Some((_, sum)) => *sum += seconds,
-            None => self.laps.push((name, seconds)),
+    output.write(done.gcode.program())?;
+    if let Some(report) = done.gcode.report() {
+        console.note(&format!(
+            "{}: {} lines, verified; about {:.0} min, clearance {:.2} mm",
+            args.output.display(),
+            done.gcode.program().iter().filter(|b| **b == b'\n').count(),
+            report.seconds_print / 60.0,
+            report.clearance_mm,
+        ));
+        if console.json() {
+            console.document(&document(args, &done, report));
         }
     }
+    Ok(done)
+}
 
-    /// `seconds` of lap `from` were `to`'s.
-    fn split(&mut self, from: &'static str, to: &'static str, seconds: f64) {
-        self.add(from, -seconds);
-        self.add(to, seconds);
+fn document(args: &Verb, done: &PrepareResult, report: &Report) -> Value {
+    let Seconds { read, orient, plan, slice, rewrite, verify } = done.seconds;
+    json!({
+        "output": args.output.display().to_string(),
+        "plan": plan::document(&done.planned),
+        "verify": verify::document(report, verify),
+        "slicer": {"name": done.slicer.name, "version": done.slicer.version},
+        "seconds": {
+            "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,
+        },
+    })
+}
+
+/// The terminal, told step by step.
+struct Teller<'a>(&'a Console);
+
+impl Progress for Teller<'_> {
+    fn warning(&self, text: &str) {
+        self.0.warning(text);
     }
 
-    fn document(&self) -> Value {
-        let laps = self.laps.iter().map(|(name, seconds)| ((*name).to_owned(), json!(seconds.max(0.0))));
-        Value::Object(laps.collect())
+    fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_> {
+        self.0.begin(what, of)
+    }
+
+    fn reached(&self, step: Step<'_>) {
+        match step {
+            Step::Read(model) => self.0.note(&format!("{} parts in {}", model.model.parts.len(), model.file)),
+            Step::Planned(made) => {
+                plan::search(made, self.0);
+                self.0.note(plan::text(made).trim_end());
+            }
+            Step::Sliced(done) => {
+                let (count, by) = (done.sliced.len(), &done.slicer);
+                self.0.note(&format!("{count} prints sliced by {} {}", by.name, by.version));
+            }
+        }
     }
 }

@@ -5,7 +5,8 @@ use std::fmt::Write;
 use serde_json::json;
 
 use super::args::Profile as Verb;
-use super::{Console, Failure, load};
+use super::{Console, Failure};
+use crate::job;
 use crate::profile::SHIPPED;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -13,7 +14,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         Verb::List => list(console),
         Verb::Show { profile } => show(profile, console),
         Verb::Check { profile } => {
-            let loaded = load::profile(profile)?;
+            let loaded = job::load_profile(&profile.as_str().into(), &console.world())?;
             if console.json() {
                 console.document(&json!({"profile": loaded.name, "sha256": loaded.sha256, "ok": true}));
             } else {
@@ -28,7 +29,7 @@ fn list(console: &Console) -> Result<(), Failure> {
     let mut rows = Vec::new();
     let mut text = String::new();
     for (name, _, _) in SHIPPED {
-        let machine = load::profile(name)?.profile.machine;
+        let machine = job::load_profile(&name.into(), &console.world())?.profile.machine;
         let tested =
             if machine.tested_on.is_empty() { "no real machine yet".to_owned() } else { machine.tested_on.join(", ") };
         let _ = writeln!(text, "{name:20} {}; tested on: {tested}", machine.about);
@@ -43,7 +44,7 @@ fn list(console: &Console) -> Result<(), Failure> {
 }
 
 fn show(name: &str, console: &Console) -> Result<(), Failure> {
-    let loaded = load::profile(name)?;
+    let loaded = job::load_profile(&name.into(), &console.world())?;
     if console.json() {
         console.document(&json!(loaded.profile));
         return Ok(());

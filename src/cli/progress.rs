@@ -1,16 +1,21 @@
 //! What the user sees while waiting: a bar on a terminal after a second, nothing in a pipe.
 
-use std::cell::RefCell;
-use std::io::{IsTerminal, Write};
+use std::cell::{OnceCell, RefCell};
+use std::io::{Error, ErrorKind, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{Failure, interrupts};
+use crate::job::{Bar, Installed, Progress, World};
 
 /// The terminal, as the flags have set it.
 pub(crate) struct Console {
     json: bool,
     quiet: bool,
     verbose: bool,
+    /// The first result that did not arrive.
+    lost: OnceCell<Error>,
 }
 
 /// A bar comes only where the work takes longer than this.
@@ -18,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Console {
     pub(super) fn new(json: bool, quiet: bool, verbose: bool) -> Self {
-        Self { json, quiet, verbose }
+        Self { json, quiet, verbose, lost: OnceCell::new() }
     }
 
     /// Whether results are one JSON document.
@@ -26,9 +31,26 @@ impl Console {
         self.json
     }
 
-    /// A result, on stdout. A reader that has gone away is no error.
+    /// A result, on stdout. A reader that has gone away is no error; any other is kept for [`Console::end`], since a
+    /// print goes on whatever becomes of the screen.
     pub(crate) fn result(&self, text: &str) {
-        let _ = writeln!(std::io::stdout(), "{}", text.trim_end());
+        if let Err(error) = writeln!(std::io::stdout(), "{}", text.trim_end()) {
+            self.lose(error);
+        }
+    }
+
+    fn lose(&self, error: Error) {
+        if error.kind() != ErrorKind::BrokenPipe {
+            let _ = self.lost.set(error);
+        }
+    }
+
+    /// Whether all results have arrived.
+    pub(super) fn end(self) -> Result<(), Failure> {
+        if let Err(error) = std::io::stdout().flush() {
+            self.lose(error);
+        }
+        self.lost.into_inner().map_or(Ok(()), |source| Err(Failure::Stdout { source }))
     }
 
     /// A result as JSON, on stdout.
@@ -39,29 +61,15 @@ impl Console {
     /// A step that is done, on stderr.
     pub(crate) fn note(&self, text: &str) {
         if !self.quiet {
-            self.say(text);
+            say(text);
         }
     }
 
     /// A detail for `-v`, on stderr.
     pub(crate) fn detail(&self, text: &str) {
         if self.verbose && !self.quiet {
-            self.say(text);
+            say(text);
         }
-    }
-
-    /// Something the user should know even with `-q`.
-    pub(crate) fn warning(&self, text: &str) {
-        self.say(&format!("warning: {text}"));
-    }
-
-    /// Why it failed.
-    pub(super) fn error(&self, text: &str) {
-        self.say(&format!("error: {text}"));
-    }
-
-    fn say(&self, text: &str) {
-        let _ = writeln!(std::io::stderr(), "{text}");
     }
 
     /// Where a long job is: in one place of a terminal, nowhere else.
@@ -71,15 +79,39 @@ impl Console {
         }
     }
 
-    /// A bar of `of` steps called `what`.
-    pub(crate) fn progress(&self, what: &'static str, of: usize) -> Progress {
-        let shown = !self.quiet && std::io::stderr().is_terminal();
-        Progress { what, of, shown, start: Instant::now(), bar: RefCell::new(None) }
+    /// Something the user should know even with `-q`.
+    pub(crate) fn warning(&self, text: &str) {
+        say(&format!("warning: {text}"));
+    }
+
+    /// This computer, with this terminal watching.
+    pub(crate) fn world(&self) -> World<'_> {
+        World { slicers: &Installed { interrupt: interrupts::stop_slicers }, ..World::here(self) }
     }
 }
 
+impl Progress for Console {
+    fn warning(&self, text: &str) {
+        Self::warning(self, text);
+    }
+
+    fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_> {
+        let shown = !self.quiet && std::io::stderr().is_terminal();
+        Box::new(SlowBar { what, of, shown, start: Instant::now(), bar: RefCell::new(None) })
+    }
+}
+
+/// Why it failed.
+pub(super) fn error(text: &str) {
+    say(&format!("error: {text}"));
+}
+
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
 /// A bar that waits a second before it shows.
-pub(crate) struct Progress {
+struct SlowBar {
     what: &'static str,
     of: usize,
     shown: bool,
@@ -87,9 +119,8 @@ pub(crate) struct Progress {
     bar: RefCell<Option<ProgressBar>>,
 }
 
-impl Progress {
-    /// `done` steps are done.
-    pub(crate) fn at(&self, done: usize) {
+impl Bar for SlowBar {
+    fn at(&self, done: usize) {
         if !self.shown || self.start.elapsed() < PATIENCE {
             return;
         }
@@ -105,7 +136,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for SlowBar {
     fn drop(&mut self) {
         if let Some(bar) = self.bar.borrow_mut().take() {
             bar.finish_and_clear();

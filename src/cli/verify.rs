@@ -1,56 +1,36 @@
 //! `trunnion verify`
 
 use std::fmt::Write;
-use std::time::Instant;
 
 use serde_json::{Value, json};
 
 use super::args::Verify as Verb;
-use super::{Console, Failure, files, load};
-use crate::planning::{Plan, Workpiece};
-use crate::profile::Profile;
-use crate::verify::{Job, Report, verify};
+use super::{Console, Failure};
+use crate::job::{self, Error, Rejected, Source, VerifyRequest};
+use crate::verify::Report;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
-    let loaded = load::plan(&args.plan, &args.plan_ref, console)?;
-    let bytes = files::read(&args.gcode)?;
-    let workpiece = loaded.workpiece();
-    let start = Instant::now();
-    let report = verify(&bytes, &Job { profile: &loaded.machine.profile, plan: &loaded.plan, workpiece: &workpiece });
-    let seconds = start.elapsed().as_secs_f64();
+    let world = console.world();
+    let plan = job::load_plan(&args.plan_ref.source(&args.plan), &world)?;
+    let done = job::verify(&VerifyRequest { program: &Source::from(&args.gcode), plan: &plan }, &world)?;
     if console.json() {
-        console.document(&document(&report, seconds));
+        console.document(&document(&done.report, done.seconds));
     } else {
-        console.result(&text(&report));
+        console.result(&text(&done.report));
     }
-    if report.is_clean() { Ok(()) } else { Err(Failure::Findings(summary(&report))) }
+    done.verified().map(drop).map_err(Failure::from)
 }
 
-/// Verifies a file that is about to be written; findings are printed and fail.
-pub(super) fn prove(
-    bytes: &[u8],
-    plan: &Plan,
-    profile: &Profile,
-    workpiece: &Workpiece<'_>,
-    console: &Console,
-) -> Result<(Report, f64), Failure> {
-    let start = Instant::now();
-    let report = verify(bytes, &Job { profile, plan, workpiece });
-    let seconds = start.elapsed().as_secs_f64();
-    if report.is_clean() {
-        return Ok((report, seconds));
-    }
+/// Where the program that was to be written has findings, prints them.
+pub(super) fn explained<T>(done: Result<T, Error>, console: &Console) -> Result<T, Failure> {
+    let Err(Error::Rejected(rejected)) = &done else { return Ok(done?) };
+    let Rejected { report, seconds } = rejected.as_ref();
     if console.json() {
-        console.document(&json!({"verify": document(&report, seconds)}));
+        console.document(&json!({"verify": document(report, *seconds)}));
     } else {
-        console.note(&text(&report));
+        console.note(&text(report));
     }
-    Err(Failure::Findings(format!("{}; no file was written", summary(&report))))
-}
-
-fn summary(report: &Report) -> String {
-    let first = report.findings.first().map_or(String::new(), |f| format!(": line {}: {}", f.line, f.text));
-    format!("{} findings{first}", report.count())
+    Err(Failure::Findings(format!("{rejected}; no file was written")))
 }
 
 pub(super) fn document(report: &Report, seconds: f64) -> Value {

@@ -2,51 +2,29 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::{Console, Failure, files};
-use crate::orient::Direction;
-use crate::planning::{Infeasible, Options, Reason, Remedy, Wish, Workpiece, can_be_helped, sheet_of_reasons};
-use crate::profile::Profile;
+use super::{Console, Failure};
+use crate::job::{NoPlan, Output};
+use crate::mesh::Model;
+use crate::planning::{Reason, Remedy, can_be_helped};
 
 /// Prints reasons and remedies; what no remedy can help is left to the error's own sentence.
-pub(super) fn explain(
-    no: &Infeasible,
-    (workpiece, profile): (&Workpiece<'_>, &Profile),
-    (directions, options): (&[Vec<Direction>], &Options<'_>),
-    (seek, picture): (bool, Option<&Path>),
-    console: &Console,
-) -> Result<(), Failure> {
-    if !can_be_helped(no) {
+pub(super) fn explain(no: &NoPlan, picture: Option<&Output>, console: &Console) -> Result<(), Failure> {
+    if !can_be_helped(&no.infeasible) {
         return Ok(());
     }
-    let (reasons, least): (&[Reason], bool) = match no {
-        Infeasible::NoPlan { reasons, least, .. } => (reasons, *least),
-        _ => (&[], false),
-    };
-    if let (Some(path), false) = (picture, reasons.is_empty()) {
-        files::write(path, sheet_of_reasons(reasons, workpiece, profile).as_bytes())?;
+    if let Some((picture, sheet)) = picture.zip(no.sheet()) {
+        picture.write(sheet.as_bytes())?;
     }
-    let mut concerned: Vec<usize> = reasons.iter().map(|r| r.part).collect();
-    concerned.sort_unstable();
-    concerned.dedup();
-    let wish = Wish { workpiece, profile, directions, options, concerned: &concerned };
-    let remedies = if seek {
-        let progress = console.progress("remedies", 8);
-        let mut done = 0;
-        wish.remedies(|_| {
-            done += 1;
-            progress.at(done);
-        })
-    } else {
-        Vec::new()
-    };
+    let (reasons, least) = no.reasons();
+    let sought = no.remedies.is_some();
+    let remedies = no.remedies.as_deref().unwrap_or_default();
     if console.json() {
-        console.document(&document(&no.to_string(), reasons, least, &remedies));
+        console.document(&document(&no.infeasible.to_string(), reasons, least, remedies));
     } else {
-        console.note(text(workpiece, reasons, least, seek, &remedies).trim_end());
+        console.note(text(&no.model.model, reasons, least, sought, remedies).trim_end());
     }
     Ok(())
 }
@@ -64,7 +42,7 @@ fn document(summary: &str, reasons: &[Reason], least: bool, remedies: &[Remedy])
 }
 
 /// Per part: how many orientations each thing stands against, with the nearest miss of each.
-fn text(workpiece: &Workpiece<'_>, reasons: &[Reason], least: bool, sought: bool, remedies: &[Remedy]) -> String {
+fn text(model: &Model, reasons: &[Reason], least: bool, sought: bool, remedies: &[Remedy]) -> String {
     let mut out = String::new();
     let mut by_part: BTreeMap<usize, BTreeMap<&str, Vec<&Reason>>> = BTreeMap::new();
     for reason in reasons {
@@ -74,7 +52,7 @@ fn text(workpiece: &Workpiece<'_>, reasons: &[Reason], least: bool, sought: bool
         let _ = writeln!(out, "each of these is needed to rule a plan out:");
     }
     for (part, by) in &by_part {
-        let _ = writeln!(out, "  part {part} ({})", workpiece.model.parts[*part].name);
+        let _ = writeln!(out, "  part {part} ({})", model.parts[*part].name);
         for (blocked_by, of_this) in by {
             // The ways with the least against them come first.
             let Some(nearest) = of_this.first() else { continue };

@@ -8,6 +8,8 @@
 //! This room must not know frames, poses, modal state or units: that is `motion`'s.
 
 mod lines;
+pub mod marks;
+pub mod meaning;
 mod number;
 mod parse;
 

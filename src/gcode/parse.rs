@@ -2,11 +2,6 @@
 //!
 //! Source of the grammar's oddities: the real files behind `field/slicers.md` section 5.
 
-use nom::bytes::complete::take_while;
-use nom::character::complete::satisfy;
-use nom::combinator::{consumed, opt};
-use nom::{IResult, Parser};
-
 /// A letter with the number that follows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word {
@@ -101,11 +96,14 @@ pub struct ParsedLine {
     pub comment: std::ops::Range<usize>,
     /// The span of the code: without line number, checksum and `;` comment.
     pub code: std::ops::Range<usize>,
+    /// The code's bytes where it is text or a macro, whose meaning is in its letters; else empty.
+    pub text: Vec<u8>,
 }
 
 impl Default for ParsedLine {
     fn default() -> Self {
-        Self { kind: LineKind::Empty, words: Vec::new(), commands: Vec::new(), comment: 0..0, code: 0..0 }
+        let (words, commands, text) = (Vec::new(), Vec::new(), Vec::new());
+        Self { kind: LineKind::Empty, words, commands, comment: 0..0, code: 0..0, text }
     }
 }
 
@@ -131,6 +129,7 @@ impl ParsedLine {
     pub fn read(&mut self, line: &[u8]) -> Result<(), ParseError> {
         self.words.clear();
         self.commands.clear();
+        self.text.clear();
         self.kind = LineKind::Empty;
         let text_end = memchr::memchr(b';', line).unwrap_or(line.len());
         self.comment = (text_end + 1).min(line.len())..line.len();
@@ -147,9 +146,14 @@ impl ParsedLine {
         self.drop_number_and_checksum(line)?;
         if is_macro(&line[self.code.clone()]) {
             self.kind = LineKind::Macro;
+            self.text.extend_from_slice(&line[self.code.clone()]);
             return Ok(());
         }
-        self.read_words(line)
+        self.read_words(line)?;
+        if self.kind == LineKind::Text {
+            self.text.extend_from_slice(&line[self.code.clone()]);
+        }
+        Ok(())
     }
 
     fn drop_number_and_checksum(&mut self, line: &[u8]) -> Result<(), ParseError> {
@@ -185,9 +189,8 @@ impl ParsedLine {
                     None => return Err(ParseError::OpenComment { column: at + 1 }),
                 },
                 _ => {
-                    let (rest, (letter, value, minor)) =
-                        word(&line[at..end]).map_err(|_: nom::Err<()>| unexpected(line, at))?;
-                    at = end - rest.len();
+                    let (letter, value, minor, length) = word(&line[at..end]).ok_or_else(|| unexpected(line, at))?;
+                    at += length;
                     if self.take(letter, value, minor) {
                         self.kind = LineKind::Text;
                         return Ok(());
@@ -244,25 +247,41 @@ fn unexpected(line: &[u8], at: usize) -> ParseError {
     ParseError::Unexpected { found, column: at + 1 }
 }
 
-type WordParts = (u8, Option<f64>, u8);
+/// The word at the start of `input`: its letter, its number, the first digit behind the point, and its length in bytes.
+///
+/// A text in quotes and the further members of a list (`M208 U-200:200`) are passed over. `None` where there is no word.
+fn word(input: &[u8]) -> Option<(u8, Option<f64>, u8, usize)> {
+    let letter = input.first().filter(|b| b.is_ascii_alphabetic())?.to_ascii_uppercase();
+    let start = skip_blank(input, 1, input.len());
+    if input.get(start) == Some(&b'"') {
+        let end = memchr::memchr(b'"', &input[start + 1..])?;
+        return Some((letter, None, 0, start + end + 2));
+    }
+    let Some((value, minor, length)) = number(&input[start..])? else { return Some((letter, None, 0, start)) };
+    let mut at = start + length;
+    while input.get(at) == Some(&b':') {
+        at += 1 + number(&input[at + 1..])?.map_or(0, |(_, _, length)| length);
+    }
+    Some((letter, Some(value), minor, at))
+}
 
-fn word(input: &[u8]) -> IResult<&[u8], WordParts, ()> {
-    let (input, letter) = satisfy(|c| c.is_ascii_alphabetic()).parse(input)?;
-    let (input, _) = take_while(|b| b == b' ' || b == b'\t').parse(input)?;
-    let (input, (span, (sign, whole, fraction))) = consumed((
-        opt(satisfy(|c| c == '-' || c == '+')),
-        take_while(|b: u8| b.is_ascii_digit()),
-        opt((satisfy(|c| c == '.'), take_while(|b: u8| b.is_ascii_digit()))),
-    ))
-    .parse(input)?;
-    let fraction = fraction.map_or(&b""[..], |(_, digits)| digits);
-    let letter = (letter as u8).to_ascii_uppercase();
+/// The number at the start of `input`, the first digit behind its point, and its length; `Some(None)` where none begins,
+/// `None` for a sign or a point without a digit.
+#[expect(clippy::option_option, reason = "no number is fine, half a number is not")]
+fn number(input: &[u8]) -> Option<Option<(f64, u8, usize)>> {
+    let signed = usize::from(matches!(input.first(), Some(b'-' | b'+')));
+    let digits = |from: usize| input[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let whole = &input[signed..signed + digits(signed)];
+    let mut at = signed + whole.len();
+    let pointed = input.get(at) == Some(&b'.');
+    at += usize::from(pointed);
+    let fraction = if pointed { &input[at..at + digits(at)] } else { &[] };
+    at += fraction.len();
     if whole.is_empty() && fraction.is_empty() {
-        // A sign or a point without a digit is no number, and no blank belongs to a bare letter.
-        return if span.is_empty() { Ok((input, (letter, None, 0))) } else { Err(nom::Err::Error(())) };
+        return if at == 0 { Some(None) } else { None };
     }
     let minor = fraction.first().map_or(0, |digit| digit - b'0');
-    Ok((input, (letter, Some(decimal(sign == Some('-'), whole, fraction)), minor)))
+    Some(Some((decimal(input.first() == Some(&b'-'), whole, fraction), minor, at)))
 }
 
 /// The value of `whole.fraction`: exact as `str::parse` up to 15 digits, by way of it beyond.
@@ -328,6 +347,8 @@ mod tests {
         assert_eq!(read(b"%").kind, LineKind::Percent);
         let text = read(b"M117 X marks the spot");
         assert_eq!((text.kind, text.words.len()), (LineKind::Text, 0));
+        assert_eq!(words(b"M98 P\"home all.g\" S1"), vec![('P', None), ('S', Some(1.0))]);
+        assert_eq!(words(b"M208 U-200:200 X1"), vec![('U', Some(-200.0)), ('X', Some(1.0))]);
         assert_eq!(read(b"G92.1").commands, vec![Command { letter: b'G', number: 92, minor: 1 }]);
         assert_eq!(read(b"G01 X1").commands, vec![Command::g(1)]);
     }
@@ -344,7 +365,7 @@ mod tests {
     #[test]
     fn refuses_what_is_no_gcode() {
         let mut line = ParsedLine::default();
-        for bad in [&b"G1 X--5"[..], b"G1 X5 !", b"G1 (open", b"\xff\xfe", b"G1 X-"] {
+        for bad in [&b"G1 X--5"[..], b"G1 X5 !", b"G1 (open", b"\xff\xfe", b"G1 X-", b"M98 P\"x", b"M208 X1:-"] {
             assert!(line.read(bad).is_err(), "{:?}", String::from_utf8_lossy(bad));
         }
     }

@@ -1,4 +1,4 @@
-//! The log from which a broken print goes on: text, one record a line, only ever appended.
+//! The log from which a broken print goes on: text, one record a line, each behind the last; none is ever changed.
 //!
 //! ```text
 //! trunnion-journal 1
@@ -17,8 +17,9 @@
 //!
 //! `run` records are written before the lines they speak of are sent; `ack` records in groups, so that the last may be
 //! missing: they are lower bounds. `entering` comes before its `anew`, so that an end that is torn between the two never looks
-//! like a print whose printer still counts: until `back` the way to the part is gone again from its beginning. A last line without its newline was cut short and counts for nothing, and so does
-//! everything from the first zero byte on: room that is kept for what a pause must still write on a full disk.
+//! like a print whose printer still counts: until `back` the re-entry is repeated from its start. A last line without
+//! its newline was cut short and counts for nothing, and so does everything from the first zero byte on: room that is kept for
+//! what a pause must still write on a full disk.
 
 /// What identifies a job.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

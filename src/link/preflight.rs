@@ -8,6 +8,7 @@
 
 use super::program::Program;
 use crate::gcode::ParsedLine;
+use crate::gcode::meaning::{Effect, Heater, effect};
 use crate::geom::Angle;
 use crate::motion::replay::{Controller, Move, Reading, Step};
 use crate::motion::{AxisRange, LinearLimits};
@@ -65,14 +66,15 @@ impl Abilities {
     ///
     /// Behind a line that the replay cannot follow ([`Program::unknown`]) only heat is checked.
     pub fn lacking(&self, program: &Program) -> Option<Unfit> {
-        let mut controller = Some(Controller::new(self.reading.clone()));
+        let reading = program.reading(&self.reading);
+        let mut controller = Some(Controller::new(reading.clone()));
         let mut parsed = ParsedLine::default();
         for block in 0..program.len() {
             if parsed.read(program.block(block)).is_err() {
                 continue;
             }
             let line = program.file_line(block);
-            if let Some(hot) = self.too_hot(&parsed, line) {
+            if let Some(hot) = self.too_hot(&reading, &parsed, line) {
                 return Some(hot);
             }
             match controller.as_mut().map(|c| c.step(&parsed)) {
@@ -88,15 +90,16 @@ impl Abilities {
         None
     }
 
-    fn too_hot(&self, parsed: &ParsedLine, line: u32) -> Option<Unfit> {
-        let command = parsed.commands.first().filter(|c| c.letter == b'M')?;
-        let (heater, key, allowed) = match command.number {
-            104 | 109 => ("nozzle", "max_nozzle_c", self.max_nozzle_c),
-            140 | 190 => ("bed", "max_bed_c", self.max_bed_c),
-            _ => return None,
+    fn too_hot(&self, reading: &Reading, parsed: &ParsedLine, line: u32) -> Option<Unfit> {
+        let Effect::Heat { heater, target_c: Some(target), .. } = effect(reading.firmware, parsed) else {
+            return None;
         };
-        let target = parsed.value(b'S').or_else(|| parsed.value(b'R')).filter(|t| *t > allowed)?;
-        Some(Unfit::TooHot { line, heater, target, allowed, key })
+        let (heater, key, allowed) = match heater {
+            Heater::Nozzle | Heater::OtherNozzle(_) => ("nozzle", "max_nozzle_c", self.max_nozzle_c),
+            Heater::Bed => ("bed", "max_bed_c", self.max_bed_c),
+            Heater::Chamber => return None,
+        };
+        (target > allowed).then_some(Unfit::TooHot { line, heater, target, allowed, key })
     }
 
     fn beyond(&self, m: &Move, line: u32) -> Option<Unfit> {

@@ -9,6 +9,8 @@
 use super::compact::push_compact;
 use super::timing::{Rates, seconds};
 use super::wire::{Protocol, numbered_len};
+use crate::gcode::marks;
+use crate::gcode::meaning::{Effect, Firmware, Hazard, effect, waits};
 use crate::gcode::{Command, LineKind, ParsedLine, lines};
 use crate::motion::replay::{Controller, Reading, Step};
 
@@ -48,10 +50,13 @@ pub struct Mark {
 /// The program on its way to the machine.
 #[derive(Clone, Debug)]
 pub struct Program {
+    firmware: Firmware,
     bytes: Vec<u8>,
     ends: Vec<u32>,
     file_lines: Vec<u32>,
     seconds: Vec<f32>,
+    /// The blocks at which the program waits for something other than its own motion, in order.
+    waiting: Vec<u32>,
     /// Slots, prints and layers, in order.
     pub marks: Vec<Mark>,
     /// The first line that the replay could not follow, with its reason; a re-entry is then impossible.
@@ -123,16 +128,19 @@ impl Program {
         if file.len() as u64 > LARGEST_FILE {
             return Err(ProgramError::TooBig { bytes: file.len() as u64, allowed: LARGEST_FILE });
         }
+        let firmware = rules.protocol.firmware();
         let mut program = Self {
+            firmware,
             bytes: Vec::with_capacity(file.len()),
             ends: Vec::new(),
             file_lines: Vec::new(),
             seconds: Vec::new(),
+            waiting: Vec::new(),
             marks: Vec::new(),
             unknown: None,
         };
         let mut parsed = ParsedLine::default();
-        let mut controller = Controller::new(rules.reading.clone());
+        let mut controller = Controller::new(Reading { firmware, ..rules.reading.clone() });
         for line in lines(file) {
             let damaged = |why: String| ProgramError::Damaged { line: line.number, why };
             parsed.read(line.bytes).map_err(|e| damaged(e.to_string()))?;
@@ -145,13 +153,16 @@ impl Program {
             }
             let took = match controller.step(&parsed) {
                 Ok(Step::Move(m)) => seconds(&m, &rules.rates).min(LONGEST_S),
-                Ok(Step::Dwell(s)) => s.clamp(0.0, LONGEST_S),
+                Ok(Step::Effect(Effect::Dwell(s))) => s.clamp(0.0, LONGEST_S),
                 Ok(_) => 0.0,
                 Err(why) => {
                     program.unknown.get_or_insert((line.number, why.to_string()));
                     0.0
                 }
             };
+            if waits(firmware, &parsed) {
+                program.waiting.push(program.seconds.len() as u32);
+            }
             program.seconds.push(took as f32);
         }
         if program.ends.is_empty() { Err(ProgramError::Empty) } else { Ok(program) }
@@ -184,6 +195,11 @@ impl Program {
         Ok(true)
     }
 
+    /// Whose words its blocks are, as `reading` reads them.
+    pub(super) fn reading(&self, reading: &Reading) -> Reading {
+        Reading { firmware: self.firmware, ..reading.clone() }
+    }
+
     /// How many blocks there are.
     pub fn len(&self) -> u32 {
         self.ends.len() as u32
@@ -208,6 +224,11 @@ impl Program {
     /// The line of the file that block `index` stands on; the last one's for an index at or beyond the end.
     pub fn file_line(&self, index: u32) -> u32 {
         self.file_lines.get(index as usize).or(self.file_lines.last()).copied().unwrap_or(0)
+    }
+
+    /// Whether the program stands at block `index` until heat, homing, a person or the end of a wait.
+    pub fn waits(&self, index: u32) -> bool {
+        self.waiting.binary_search(&index).is_ok()
     }
 
     /// Seconds that block `index` asks for, accelerations left out; 10⁶ at most.
@@ -237,31 +258,17 @@ fn rewrite_numbering_text(bytes: &mut [u8], start: usize, parsed: &ParsedLine) {
     }
 }
 
-/// M-codes that would break the count of answers, and why.
-const OUT_OF_BAND: [(u32, &str); 11] = [
-    (110, "sets the printer's line counter, which streaming needs"),
-    (112, "is the emergency stop"),
-    (108, "jumps the queue and is answered out of order"),
-    (410, "jumps the queue and is answered out of order"),
-    (876, "jumps the queue and is answered out of order"),
-    (23, "prints another file from the printer's card"),
-    (24, "prints another file from the printer's card"),
-    (28, "makes the printer write all that follows to its card"),
-    (32, "prints another file from the printer's card"),
-    (29, "ends a file on the printer's card"),
-    (999, "resets the printer's error state or the printer"),
-];
-
 /// The beginnings of lines that mean something to a host; M118 must not print them.
 const HOST_WORDS: [&str; 10] = ["ok", "resend", "rs ", "error", "start", "!!", "wait", "grbl", "alarm", "//"];
 
 fn forbidden(block: &[u8], parsed: &ParsedLine, protocol: Protocol) -> Option<(String, &'static str)> {
-    let found = parsed.commands.iter().find_map(|c| {
-        let rule = OUT_OF_BAND.iter().find(|(number, _)| c.letter == b'M' && c.number == *number)?;
-        Some((c.to_string(), rule.1))
-    });
-    if found.is_some() {
-        return found;
+    let firmware = protocol.firmware();
+    // They would break the count of answers, or print something else.
+    if let Effect::Hazard(hazard @ (Hazard::Counter | Hazard::OutOfBand | Hazard::File | Hazard::Stop)) =
+        effect(firmware, parsed)
+    {
+        let name = parsed.commands.first().map_or_else(|| first_word(block), ToString::to_string);
+        return Some((name, hazard.does()));
     }
     if parsed.commands.first() == Some(&Command::m(118)) {
         let text = String::from_utf8_lossy(&block[4..]).to_ascii_lowercase();
@@ -276,12 +283,16 @@ fn forbidden(block: &[u8], parsed: &ParsedLine, protocol: Protocol) -> Option<(S
     if protocol == Protocol::Grbl { not_grbl(block, parsed) } else { None }
 }
 
-/// The M-codes of RS274/NGC that Grbl's family takes.
-const GRBL_M: [u32; 16] = [0, 1, 2, 3, 4, 5, 7, 8, 9, 30, 56, 62, 63, 64, 65, 67];
+fn first_word(block: &[u8]) -> String {
+    String::from_utf8_lossy(block).split(' ').next().unwrap_or_default().to_owned()
+}
 
 fn not_grbl(block: &[u8], parsed: &ParsedLine) -> Option<(String, &'static str)> {
-    if let Some(c) = parsed.commands.iter().find(|c| c.letter == b'M' && !GRBL_M.contains(&c.number)) {
-        return Some((c.to_string(), "is not known to Grbl (error:20); use a profile whose dialect is rs274"));
+    let not_g = parsed.commands.first().is_none_or(|c| c.letter != b'G');
+    // A G-code that it does not know it answers with an error itself, and the print stops there.
+    if not_g && effect(Firmware::Grbl, parsed) == Effect::Hazard(Hazard::Unknown) {
+        let name = parsed.commands.first().map_or_else(|| first_word(block), ToString::to_string);
+        return Some((name, "is not known to Grbl (error:20); use a profile whose dialect is rs274"));
     }
     if parsed.has(b'E') {
         return Some((
@@ -294,16 +305,11 @@ fn not_grbl(block: &[u8], parsed: &ParsedLine) -> Option<(String, &'static str)>
 }
 
 fn mark(comment: &[u8]) -> Option<MarkKind> {
-    if comment.starts_with(b"LAYER_CHANGE") || comment.starts_with(b"LAYER:") {
-        return Some(MarkKind::Layer);
-    }
-    let own = std::str::from_utf8(comment.strip_prefix(b"TRUNNION ")?).ok()?;
-    let (key, rest) = own.split_once('=')?;
-    let number = rest.split_ascii_whitespace().next()?.parse().ok()?;
-    match key {
-        "slot" => Some(MarkKind::Slot(number)),
-        "print" => Some(MarkKind::Print(number)),
-        _ => None,
+    match marks::mark(comment) {
+        Some(marks::Mark::Slot(slot)) => Some(MarkKind::Slot(slot as u32)),
+        Some(marks::Mark::Print { print, .. }) => Some(MarkKind::Print(print as u32)),
+        Some(_) => None,
+        None => (marks::hint(comment) == Some(marks::Hint::Layer)).then_some(MarkKind::Layer),
     }
 }
 

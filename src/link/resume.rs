@@ -6,9 +6,10 @@
 //! Units: mm, degrees in the written words, mm/min.
 
 use super::program::{MarkKind, Program};
-use super::sender::PLANNER_BLOCKS;
+use super::sender::Settings;
 use super::wire::Protocol;
-use crate::gcode::{Command, ParsedLine, push_fixed};
+use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater, effect, index_letter};
+use crate::gcode::{ParsedLine, push_fixed};
 use crate::geom::Angle;
 use crate::motion::AxisRange;
 use crate::motion::replay::{Controller, Position, Reading, ReplayError};
@@ -33,37 +34,27 @@ pub struct State {
     /// Bed, degrees Celsius.
     pub bed_c: f64,
     /// The last line of each setting that stays, and earlier ones of which it says only a part: fans, accelerations, flow, tool.
-    pub kept: Vec<(Command, String)>,
+    pub kept: Vec<String>,
     /// Whether anything was extruded before.
     pub printed: bool,
 }
 
-/// M-codes that stay in force: fans, pins, the chamber, reports, limits, accelerations, jerk, firmware retraction, speed and flow
-/// factors, pressure advance, input shaping, queues.
-const KEPT: [u32; 18] = [42, 106, 107, 141, 155, 201, 203, 204, 205, 207, 208, 220, 221, 566, 572, 593, 595, 900];
-
-/// Both speak of a fan.
-const FANS: [u32; 2] = [106, 107];
-
 /// Whether what `old` sets is set again by `new`, a later line: the same fan, pin or extruder, and every word of `old`.
-fn replaces(new: &ParsedLine, old: &ParsedLine) -> bool {
-    let (Some(n), Some(o)) = (new.commands.first(), old.commands.first()) else { return false };
-    let fans = [n, o].iter().all(|c| FANS.contains(&c.number));
-    let index = match n.number {
-        42 | 106 | 107 => b'P',
-        572 => b'D',
-        // Shapers have their axis as a bare letter.
-        _ => 0,
+fn replaces(new: &ParsedLine, old: &ParsedLine, firmware: Firmware) -> bool {
+    let (Some(n), Some(o)) = (new.commands.first(), old.commands.first()) else {
+        // By name: the same first word.
+        let name = |line: &ParsedLine| line.text.split(|b| *b == b' ').next().map(<[u8]>::to_ascii_uppercase);
+        return new.kind == old.kind && name(new) == name(old);
     };
-    if n.letter != o.letter || (n.number != o.number && !fans) {
-        return false;
+    let fan = |line: &ParsedLine| match effect(firmware, line) {
+        Effect::Fan { index, .. } => Some(index),
+        _ => None,
+    };
+    if let (Some(new), Some(old)) = (fan(new), fan(old)) {
+        return new == old;
     }
-    if index != 0 && new.value(index).unwrap_or(0.0) != old.value(index).unwrap_or(0.0) {
-        return false;
-    }
-    // A T word is read as a command.
-    let tools = |line: &ParsedLine| line.commands[1..].iter().any(|c| c.letter == b'T');
-    fans || (old.words.iter().all(|w| new.has(w.letter)) && (!tools(old) || tools(new)))
+    let index = |line: &ParsedLine| index_letter(*n).and_then(|letter| line.value(letter)).unwrap_or(0.0);
+    n == o && index(new) == index(old) && old.words.iter().all(|w| new.has(w.letter))
 }
 
 impl State {
@@ -73,6 +64,7 @@ impl State {
     ///
     /// [`ReplayError`] where a line has no meaning that is known.
     pub fn before(program: &Program, reading: &Reading, block: u32) -> Result<Self, ReplayError> {
+        let reading = program.reading(reading);
         let mut controller = Controller::new(reading.clone());
         let mut line = ParsedLine::default();
         let mut state = Self {
@@ -96,7 +88,7 @@ impl State {
             if let crate::motion::replay::Step::Move(m) = &step {
                 state.printed |= m.e > 0.0 && m.written != 0;
             }
-            state.keep(&line, bytes);
+            state.keep(reading.firmware, &line, bytes);
         }
         state.at = controller.at;
         state.absolute = controller.is_absolute();
@@ -107,20 +99,23 @@ impl State {
         Ok(state)
     }
 
-    fn keep(&mut self, line: &ParsedLine, bytes: &[u8]) {
-        let Some(&command) = line.commands.first() else { return };
-        let target = line.value(b'S').or_else(|| line.value(b'R'));
-        match (command.letter, command.number) {
-            (b'M', 104 | 109) => self.nozzle_c = target.unwrap_or(self.nozzle_c),
-            (b'M', 140 | 190) => self.bed_c = target.unwrap_or(self.bed_c),
-            (b'M', number) if KEPT.contains(&number) => {
-                let mut old = ParsedLine::default();
-                self.kept.retain(|(_, text)| old.read(text.as_bytes()).is_err() || !replaces(line, &old));
-                self.kept.push((command, String::from_utf8_lossy(bytes).into_owned()));
+    fn keep(&mut self, firmware: Firmware, line: &ParsedLine, bytes: &[u8]) {
+        match effect(firmware, line) {
+            Effect::Heat { heater: Heater::Nozzle, target_c, .. } => self.nozzle_c = target_c.unwrap_or(self.nozzle_c),
+            Effect::Heat { heater: Heater::Bed, target_c, .. } => self.bed_c = target_c.unwrap_or(self.bed_c),
+            Effect::HeatersOff => (self.nozzle_c, self.bed_c) = (0.0, 0.0),
+            Effect::Hazard(Hazard::Tool) => {
+                self.kept.retain(|text| !matches!(text.as_bytes().first(), Some(b'T')));
+                self.kept.insert(0, String::from_utf8_lossy(bytes).into_owned());
             }
-            (b'T', _) => {
-                self.kept.retain(|(c, _)| c.letter != b'T');
-                self.kept.insert(0, (command, String::from_utf8_lossy(bytes).into_owned()));
+            Effect::Heat { .. }
+            | Effect::Fan { .. }
+            | Effect::Setting
+            | Effect::Factor { .. }
+            | Effect::Hazard(Hazard::Output) => {
+                let mut old = ParsedLine::default();
+                self.kept.retain(|text| old.read(text.as_bytes()).is_err() || !replaces(line, &old, firmware));
+                self.kept.push(String::from_utf8_lossy(bytes).into_owned());
             }
             _ => {}
         }
@@ -340,22 +335,17 @@ impl Reentry {
     /// The re-entry for a print of which blocks before `answered` were answered.
     ///
     /// An answered block may still have been in the printer's planner, or (not on Marlin) in a buffer that holds motion by its
-    /// time, so that the last two dozen of them, and three seconds before those, do not count as executed. The print goes on at the last
-    /// slot, print or layer that began before that.
+    /// time, so that the last [`Settings::planner_blocks`] of them, and three seconds before those, do not count as executed. The
+    /// print goes on at the last slot, print or layer that began before that.
     ///
     /// # Errors
     ///
     /// [`ReentryError`] where that is not safe.
-    pub fn find(
-        program: &Program,
-        reading: &Reading,
-        retreat: &Retreat,
-        answered: u32,
-        protocol: Protocol,
-    ) -> Result<Self, ReentryError> {
-        let mut executed = answered.saturating_sub(PLANNER_BLOCKS);
+    pub fn find(program: &Program, settings: &Settings, answered: u32) -> Result<Self, ReentryError> {
+        let Settings { protocol, reading, retreat, planner_blocks, .. } = settings;
+        let mut executed = answered.saturating_sub(*planner_blocks);
         // Marlin answers what its planner has room for, however long that takes.
-        let mut left = if protocol == Protocol::Marlin { 0.0 } else { BUFFERED_S };
+        let mut left = if *protocol == Protocol::Marlin { 0.0 } else { BUFFERED_S };
         while left > 0.0 && executed > 0 {
             executed -= 1;
             left -= program.seconds(executed);
@@ -386,7 +376,7 @@ impl Reentry {
         lines.extend(retreat.home.iter().cloned());
         lines.push("G90".to_owned());
         lines.push(format!("G1Z{top}F{}", number(retreat.z_feed)));
-        lines.extend(state.kept.iter().map(|(_, text)| text.clone()));
+        lines.extend(state.kept.iter().cloned());
         lines.extend(retreat.come_back(&state, protocol));
         let [x, y, z] = state.at.linear.map(|v| number(v.unwrap_or(0.0)));
         let file_line = program.file_line(block);

@@ -4,7 +4,6 @@
 //! blocks: shorter bursts are hidden by the planner.
 
 use super::program::Program;
-use super::sender::is_slow;
 use super::wire::{Protocol, numbered_len};
 use crate::motion::replay::Move;
 
@@ -122,7 +121,7 @@ pub fn too_slow(program: &Program, protocol: Protocol, baud: u32, rates: &Rates)
     let mut start = 0;
     while start < program.len() {
         let stretch = start..program.len().min(start + STRETCH);
-        let waits = stretch.clone().find(|&i| is_slow(program.block(i)));
+        let waits = stretch.clone().find(|&i| program.waits(i));
         // Settings in front of the motion starve nobody, and a command that waits empties the planner on purpose.
         if program.seconds(start) == 0.0 || waits.is_some() {
             start = waits.unwrap_or(start) + 1;

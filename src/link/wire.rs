@@ -4,6 +4,7 @@
 //!
 //! This file must not know what a reply means: that is `reply`'s.
 
+use crate::gcode::meaning::Firmware;
 use memchr::memchr2;
 
 /// Which firmware's manners the wire has.
@@ -28,6 +29,16 @@ impl Protocol {
             "klipper" => Some(Self::Klipper),
             "grbl" => Some(Self::Grbl),
             _ => None,
+        }
+    }
+
+    /// Whose words are understood at the other end.
+    pub fn firmware(self) -> Firmware {
+        match self {
+            Self::Marlin => Firmware::Marlin,
+            Self::RepRapFirmware => Firmware::RepRapFirmware,
+            Self::Klipper => Firmware::Klipper,
+            Self::Grbl => Firmware::Grbl,
         }
     }
 

@@ -136,6 +136,24 @@ pub enum Fault {
         /// What is wrong with it.
         trouble: &'static str,
     },
+    /// A 3MF that unpacks to far more than a model would.
+    #[error(
+        "{packed} bytes that unpack to more than {} MiB, or hold a tag or text of more than 16 MiB (allowed: 200 times \
+         their size, 64 MiB at least, 4096 MiB at most); this is no model, or save it again in the program that made it",
+        allowed >> 20
+    )]
+    Unpacked {
+        /// The archive's size, bytes.
+        packed: u64,
+        /// What it may unpack to, bytes.
+        allowed: u64,
+    },
+    /// More objects than this library takes on.
+    #[error("more than {limit} objects, items and components; simplify the model")]
+    TooManyObjects {
+        /// The most it takes.
+        limit: usize,
+    },
     /// A surface with holes.
     #[error(
         "{edges} open edges (a solid has 0), one at ({:.3}, {:.3}, {:.3}) in file units; {remedy}",

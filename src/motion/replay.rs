@@ -1,21 +1,24 @@
 //! G-code lines to moves: the modal state of a controller, and nothing else.
 //!
-//! One interpreter serves the sliced input (three axes), our own output (five), verification and timing. It knows
-//! G0-G4, G10/G11, G17, G21, G28, G90/G91, G92 E, G93/G94, M82/M83; every other M-code is handed on as
-//! [`Step::Other`]; every other G-code, inches, other planes, work offsets and `G92 X..` are refused, since their
-//! meaning differs between firmwares or would move the part without our seeing it.
+//! One interpreter serves the sliced input (three axes), our own output (five), verification and timing. It carries out
+//! moves and modes (G0-G3, G17, G21, G90/G91, G92 E, G93/G94, M82/M83); every other line is handed on as the
+//! [`Effect`] that `gcode::meaning` says it has. Inches, other planes, `G92 X..`, words that no move has and several
+//! commands on a line where the firmware would take only the first are refused.
 //!
 //! Units: mm, radians, mm/min as written in the file.
 
 use std::ops::RangeInclusive;
 
 use super::kinematics::{AxisRange, Pose};
-use crate::gcode::{Command, LineKind, ParsedLine};
+use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
+use crate::gcode::{Command, ParsedLine};
 use crate::geom::{Angle, Vec3};
 
 /// What the reader must know of the dialect.
 #[derive(Clone, Debug)]
 pub struct Reading {
+    /// Whose words they are.
+    pub firmware: Firmware,
     /// The extruder's letter, `b'E'` for most.
     pub extruder: u8,
     /// The tilt and rotation axes; `None` for sliced input, where a rotary word is refused.
@@ -25,9 +28,15 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Sliced 3-axis input, as PrusaSlicer, Slic3r and Cura write it.
+    /// Sliced 3-axis input in Marlin's words, as PrusaSlicer, Slic3r and Cura write it where nothing else is chosen.
     pub fn sliced() -> Self {
-        Self { extruder: b'E', rotary: None, absolute_switches_extruder: true }
+        Self::sliced_for(Firmware::Marlin)
+    }
+
+    /// Sliced 3-axis input in the words of `firmware`.
+    pub fn sliced_for(firmware: Firmware) -> Self {
+        let absolute_switches_extruder = firmware.absolute_switches_extruder();
+        Self { firmware, extruder: b'E', rotary: None, absolute_switches_extruder }
     }
 }
 
@@ -92,25 +101,16 @@ pub struct Move {
 }
 
 /// What a line did.
-#[expect(clippy::large_enum_variant, reason = "nearly every line is a move; a box would be an allocation a line")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     /// Nothing that moves: blank, comment, mode.
     Nothing,
     /// A move.
     Move(Move),
-    /// Firmware retraction: `true` for G10 (pull), `false` for G11 (push).
-    FirmwareRetract(bool),
-    /// G28 in any form: X, Y and Z are unknown afterwards.
-    Home,
-    /// G4, seconds.
-    Dwell(f64),
     /// The extruder's count was set (G92 E) to this value.
     ExtruderSet(f64),
-    /// A command that the interpreter has no part in.
-    Other(Command),
-    /// A macro or a text command.
-    Text,
+    /// Anything else; after homing and after whatever moves unseen the position is unknown.
+    Effect(Effect),
 }
 
 /// Why a line cannot be interpreted safely.
@@ -130,9 +130,15 @@ pub enum ReplayError {
     /// `G92` on anything but the extruder.
     #[error("G92 on an axis other than the extruder shifts all later coordinates; remove it")]
     ShiftedAxes,
-    /// A G-code without a safe meaning here.
-    #[error("{0} has no meaning that trunnion knows; remove it from the slicer's custom G-code")]
-    Unsupported(Command),
+    /// A word that no move has: `G1 R2` (from a stored place) and `G1 H2` (motors without limits) on RepRapFirmware.
+    #[error("{0} word in a move: firmwares differ in what it does; remove it")]
+    StrayWord(char),
+    /// Several commands on a line.
+    #[error("{0} and {1} on one line: this firmware carries out only the first; write each on a line of its own")]
+    SeveralCommands(Command, Command),
+    /// A mode that this firmware does not have.
+    #[error("{0} is not known to this firmware, which would go on in the mode before")]
+    UnknownMode(Command),
     /// An arc without a centre.
     #[error("arc without I, J or R")]
     ArcCentre,
@@ -206,21 +212,27 @@ impl Controller {
     ///
     /// [`ReplayError`] for what has no safe meaning; the state is then unspecified.
     pub fn step(&mut self, line: &ParsedLine) -> Result<Step, ReplayError> {
-        match line.kind {
-            LineKind::Empty | LineKind::Percent => return Ok(Step::Nothing),
-            LineKind::Macro | LineKind::Text => return Ok(Step::Text),
-            LineKind::Words => {}
+        if let [first, second, ..] = line.commands[..]
+            && matches!(self.reading.firmware, Firmware::Marlin | Firmware::Klipper)
+        {
+            return Err(ReplayError::SeveralCommands(first, second));
         }
-        let mut step = None;
+        // Nearly every line is a plain move.
+        let plain = matches!(line.commands[..], [Command { letter: b'G', number: 0..=3, minor: 0 }]);
+        if !plain {
+            match effect(self.reading.firmware, line) {
+                Effect::Nothing => return Ok(Step::Nothing),
+                Effect::Motion => {}
+                other => return self.other(other, line),
+            }
+        }
         let mut motion = None;
         for &command in &line.commands {
             match (command.letter, command.number, command.minor) {
                 (b'G', 0..=3, 0) => motion = Some(command.number),
-                _ => step = self.mode(command, line)?.or(step),
+                (b'G', 92, 0) => return self.set_extruder(line),
+                _ => self.mode(command),
             }
-        }
-        if let Some(step) = step {
-            return Ok(step);
         }
         let bare_words = line.commands.is_empty() && line.words.iter().any(|w| self.is_axis(w.letter));
         if motion.is_none() && bare_words {
@@ -233,6 +245,27 @@ impl Controller {
         self.motion = Some(kind);
         self.take_feed(line);
         self.make_move(kind, line)
+    }
+
+    /// A line that is neither a move nor a mode.
+    fn other(&mut self, effect: Effect, line: &ParsedLine) -> Result<Step, ReplayError> {
+        let command = line.commands.first().filter(|c| c.letter == b'G').map_or((0, 0), |c| (c.number, c.minor));
+        match (effect, command) {
+            (Effect::Hazard(_), (20 | 70, 0)) => return Err(ReplayError::Inches),
+            (Effect::Hazard(_), (plane @ (18 | 19), 0)) => return Err(ReplayError::Plane(plane)),
+            (Effect::Hazard(_), (92, 0)) => return Err(ReplayError::ShiftedAxes),
+            (Effect::Hazard(Hazard::Unknown), (93, 0)) => return Err(ReplayError::UnknownMode(line.commands[0])),
+            (Effect::Hazard(Hazard::MotorsOff), _) => self.at = Position::default(),
+            (
+                Effect::Home
+                | Effect::Hazard(Hazard::Shift | Hazard::Steps | Hazard::Units | Hazard::Moves | Hazard::Unknown),
+                _,
+            ) => {
+                self.at.linear = [None; 3];
+            }
+            _ => {}
+        }
+        Ok(Step::Effect(effect))
     }
 
     fn is_axis(&self, letter: u8) -> bool {
@@ -251,46 +284,14 @@ impl Controller {
         }
     }
 
-    /// Everything that is not a move; `Some` where the line is thereby dealt with.
-    fn mode(&mut self, command: Command, line: &ParsedLine) -> Result<Option<Step>, ReplayError> {
-        if command.letter == b'T' {
-            return Ok(Some(Step::Other(command)));
+    /// A mode; those that change nothing here (G17, G21, ..) are passed over.
+    fn mode(&mut self, command: Command) {
+        match (command.letter, command.number) {
+            (b'M', 82 | 83) => self.extruder_absolute = command.number == 82,
+            (b'G', 90 | 91) => self.set_absolute(command.number == 90),
+            (b'G', 93 | 94) => self.inverse_time = command.number == 93,
+            _ => {}
         }
-        if command.letter == b'M' {
-            match command.number {
-                82 => self.extruder_absolute = true,
-                83 => self.extruder_absolute = false,
-                _ => return Ok(Some(Step::Other(command))),
-            }
-            return Ok(None);
-        }
-        match (command.number, command.minor) {
-            (4, 0) => {
-                let seconds = line.value(b'S').or_else(|| line.value(b'P').map(|ms| ms / 1000.0));
-                return Ok(Some(Step::Dwell(seconds.unwrap_or(0.0))));
-            }
-            (10 | 11, 0) if !line.words.iter().any(|w| matches!(w.letter, b'L' | b'P' | b'X' | b'Y' | b'Z')) => {
-                return Ok(Some(Step::FirmwareRetract(command.number == 10)));
-            }
-            (10, 0) if line.has(b'P') && !line.has(b'L') => return Ok(Some(Step::Other(command))),
-            (17, 0) | (21, 0) | (40, 0) | (49, 0) | (61, _) | (64, 0) | (80, 0) => {}
-            (18 | 19, 0) => return Err(ReplayError::Plane(command.number)),
-            (20, 0) => return Err(ReplayError::Inches),
-            (28, 0) => {
-                self.at.linear = [None; 3];
-                return Ok(Some(Step::Home));
-            }
-            (29, 0) => {
-                self.at.linear = [None; 3];
-                return Ok(Some(Step::Other(command)));
-            }
-            (90 | 91, 0) => self.set_absolute(command.number == 90),
-            (92, 0) => return self.set_extruder(line).map(Some),
-            (93, 0) => self.inverse_time = true,
-            (94, 0) => self.inverse_time = false,
-            _ => return Err(ReplayError::Unsupported(command)),
-        }
-        Ok(None)
     }
 
     fn set_absolute(&mut self, absolute: bool) {
@@ -332,7 +333,9 @@ impl Controller {
                     any = true;
                     continue;
                 }
-                _ => continue,
+                b'F' => continue,
+                b'I' | b'J' | b'R' | b'P' if kind >= 2 => continue,
+                letter => return Err(ReplayError::StrayWord(char::from(letter))),
             };
             to.linear[axis] = self.target(from.linear[axis], number(word)?);
             written |= 1 << axis;
@@ -513,16 +516,21 @@ mod tests {
         assert_eq!(refused("G1 X1 A5"), ReplayError::RotaryWord('A'));
         assert_eq!(refused("G92 X0"), ReplayError::ShiftedAxes);
         assert_eq!(refused("G92"), ReplayError::ShiftedAxes);
-        assert_eq!(refused("G54"), ReplayError::Unsupported(Command::g(54)));
-        assert_eq!(refused("G5 X1 Y1"), ReplayError::Unsupported(Command::g(5)));
+        assert_eq!(refused("G1 X1 R2"), ReplayError::StrayWord('R'));
+        assert_eq!(refused("G1 H2 Z5"), ReplayError::StrayWord('H'));
+        assert_eq!(refused("G90 G1 X5"), ReplayError::SeveralCommands(Command::g(90), Command::g(1)));
+        assert_eq!(refused("G93"), ReplayError::UnknownMode(Command::g(93)));
         assert_eq!(refused("G1 X"), ReplayError::BareWord('X'));
     }
 
     #[test]
-    fn firmware_retraction_is_not_a_tool_temperature() {
-        assert_eq!(run("G10").1, vec![Step::FirmwareRetract(true)]);
-        assert_eq!(run("G11").1, vec![Step::FirmwareRetract(false)]);
-        assert_eq!(run("G10 S210 P0").1, vec![Step::Other(Command::g(10))]);
+    fn what_is_no_move_is_handed_on_and_the_place_is_forgotten_where_it_may_move() {
+        let (controller, steps) = run("G1 X1 Y1 Z1\nG10\nM106\nM206 Z5");
+        assert_eq!(steps[1], Step::Effect(Effect::Retract(true)));
+        assert_eq!(steps[3], Step::Effect(Effect::Hazard(Hazard::Shift)));
+        assert_eq!(controller.at.linear, [None; 3]);
+        assert_eq!(run("G1 X1 Y1 Z1\nM106\nM204 P5").0.at.linear, [Some(1.0); 3]);
+        assert_eq!(run("G5 X1").1, vec![Step::Effect(Effect::Hazard(Hazard::Unknown))]);
     }
 
     #[test]

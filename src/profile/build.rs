@@ -1,15 +1,22 @@
 //! A resolved profile to the types of `geom` and `motion`, and the checks of its values.
 
-use super::layers::{Origin, ProfileError};
-use super::schema::{BodyKind, BodySpec, Profile, TiltAxisName};
+use super::layers::{Origin, ProfileError, out_of_range};
+use super::schema::{BodyKind, BodySpec, Commands, FeedReference, Profile, TiltAxisName};
+use crate::gcode::meaning::Firmware;
 use crate::geom::{Angle, Body, Vec3};
 use crate::motion::replay::Reading;
 use crate::motion::{AxisRange, LinearLimits, TableKinematics, TiltAbout};
+use crate::trace::{self, FeedCount, Rates};
 
 /// Corners of the polygon that stands for a round table; circumscribed, so it contains the disc.
 const DISC_SIDES: usize = 72;
 
 impl Profile {
+    /// All values as one text: equal for equal profiles, and the other way round.
+    pub fn canonical(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
     /// The kinematic chain with its axes.
     pub fn kinematics(&self) -> TableKinematics {
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
@@ -51,10 +58,34 @@ impl Profile {
     pub fn reading(&self) -> Reading {
         let table = self.kinematics();
         Reading {
+            firmware: self.firmware(),
             extruder: self.dialect.extruder as u8,
             rotary: Some((table.tilt, table.rotation)),
             absolute_switches_extruder: self.dialect.g90_switches_extruder,
         }
+    }
+
+    /// How final files are read: words, what F means, the axes' speeds.
+    pub fn trace_setting(&self) -> trace::Setting {
+        let table = self.kinematics();
+        let axis = |a: &AxisRange| (char::from(a.letter), a.max_rate.to_degrees());
+        let feed = match self.dialect.feed {
+            FeedReference::AllAxes => FeedCount::AllAxes,
+            FeedReference::LargestAxis => FeedCount::LargestAxis,
+            FeedReference::LinearOnly | FeedReference::InverseTime => FeedCount::Linear,
+        };
+        let rates = Rates {
+            feed,
+            max_feed: self.limits.max_feed_mm_per_min,
+            rapid_is_free: self.dialect.commands == Commands::Rs274,
+            axes: [axis(&table.tilt), axis(&table.rotation)],
+        };
+        trace::Setting { reading: self.reading(), rates }
+    }
+
+    /// Whose words are written for it.
+    pub fn firmware(&self) -> Firmware {
+        Firmware::named(&self.dialect.firmware).unwrap_or_default()
     }
 
     /// The head's convex pieces, tip at the origin.
@@ -96,14 +127,16 @@ impl Profile {
         }
     }
 
-    /// Values that no machine can have.
+    /// What relates several keys; each by itself is in its range.
     pub(super) fn check(&self, origin: &Origin) -> Result<(), ProfileError> {
         let check = |key: &str, fine: bool, value: String, allowed: &str| {
             let place = origin.get(key).cloned().unwrap_or_default();
             let error = ProfileError::Range { place, key: key.to_owned(), value, allowed: allowed.to_owned() };
             if fine { Ok(()) } else { Err(error) }
         };
-        let positive = |key: &str, value: f64| check(key, value > 0.0, value.to_string(), "> 0");
+        let firmware = &self.dialect.firmware;
+        let known = Firmware::NAMES.map(|(name, _)| name).join(", ");
+        check("dialect.firmware", Firmware::named(firmware).is_some(), firmware.clone(), &format!("one of {known}"))?;
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
         check("kinematics.tilt.direction", tilt.direction.abs() == 1, tilt.direction.to_string(), "1 or -1")?;
         check(
@@ -113,8 +146,7 @@ impl Profile {
             "1 or -1",
         )?;
         let range = format!("{}..{}", tilt.min_deg, tilt.max_deg);
-        let sane = tilt.min_deg <= tilt.max_deg && tilt.min_deg >= -180.0 && tilt.max_deg <= 180.0;
-        check("kinematics.tilt.max_deg", sane, range, "min_deg..180, min_deg from -180")?;
+        check("kinematics.tilt.max_deg", tilt.min_deg <= tilt.max_deg, range, "min_deg..max_deg, ordered")?;
         let both = rotation.min_deg.is_some() == rotation.max_deg.is_some();
         let ordered = rotation.min_deg.zip(rotation.max_deg).is_none_or(|(a, b)| a <= b);
         let range = format!("{:?}..{:?}", rotation.min_deg, rotation.max_deg);
@@ -124,20 +156,7 @@ impl Profile {
         {
             check(key, low < high, format!("[{low}, {high}]"), "[lowest, highest]")?;
         }
-        positive("kinematics.tilt.max_deg_per_s", tilt.max_deg_per_s)?;
-        positive("kinematics.rotation.max_deg_per_s", rotation.max_deg_per_s)?;
-        positive("limits.max_feed_mm_per_min", self.limits.max_feed_mm_per_min)?;
-        positive("process.layer_height_mm", self.process.layer_height_mm)?;
-        positive("process.line_width_mm", self.process.line_width_mm)?;
-        positive("process.filament_mm", self.process.filament_mm)?;
-        positive("transition.travel_mm_per_min", self.transition.travel_mm_per_min)?;
-        positive("transition.z_mm_per_min", self.transition.z_mm_per_min)?;
-        let not_negative = |key: &str, value: f64| check(key, value >= 0.0, value.to_string(), ">= 0");
-        not_negative("table.thickness_mm", self.table.thickness_mm)?;
-        not_negative("table.keep_out_mm", self.table.keep_out_mm)?;
-        not_negative("transition.retract_mm", self.transition.retract_mm)?;
-        not_negative("transition.clearance_mm", self.transition.clearance_mm)?;
-        positive("transition.retract_mm_per_s", self.transition.retract_mm_per_s)?;
+        self.process.fit().map_err(|out| out_of_range(out, origin))?;
         if let Some([x, y]) = self.transition.park_mm {
             let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
             let inside = within(x, self.limits.x_mm) && within(y, self.limits.y_mm);
@@ -158,7 +177,8 @@ impl Profile {
             text,
             "three different capitals, none of F G I J K M N R T X Y Z",
         )?;
-        self.check_bodies(origin)
+        self.check_bodies(origin)?;
+        self.check_code(origin)
     }
 
     fn check_bodies(&self, origin: &Origin) -> Result<(), ProfileError> {

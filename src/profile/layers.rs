@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use toml::{Table, Value};
 
+use super::ranges::{self, OutOfRange};
 use super::schema::Profile;
 use crate::spelling;
 
@@ -73,6 +74,18 @@ pub enum ProfileError {
         /// The deserialiser's words.
         message: String,
     },
+    /// A line of the machine's own code that cannot be carried out.
+    #[error("{place}: {key}{}: {why}", if line.is_empty() { String::new() } else { format!(": {line:?}") })]
+    Code {
+        /// `file:line`.
+        place: String,
+        /// The key.
+        key: String,
+        /// The line; empty where it is about all of them.
+        line: String,
+        /// What is wrong.
+        why: String,
+    },
     /// A value that no machine can have.
     #[error("{place}: {key} = {value} is out of {allowed}")]
     Range {
@@ -128,8 +141,10 @@ pub fn resolve(file: &str, text: &str) -> Result<(Profile, Origin), ProfileError
             origin.insert(key.to_owned(), place(key));
         });
     }
-    sane("", &Value::Table(merged.clone()), &origin)?;
-    let profile: Profile = Value::Table(merged).try_into().map_err(|error: toml::de::Error| {
+    let merged = Value::Table(merged);
+    sane("", &merged, &origin)?;
+    ranges::check("", &merged).map_err(|out| out_of_range(out, &origin))?;
+    let profile: Profile = merged.try_into().map_err(|error: toml::de::Error| {
         let message = error.to_string().trim().replace('\n', " ");
         // The deserialiser ends with the key, and only the user's own layer can be of the wrong type.
         let key = message.rsplit("in `").next().and_then(|rest| rest.strip_suffix('`'));
@@ -140,6 +155,26 @@ pub fn resolve(file: &str, text: &str) -> Result<(Profile, Origin), ProfileError
     Ok((profile, origin))
 }
 
+impl Profile {
+    /// Whether a profile that was made or changed in code is one that a file could hold.
+    ///
+    /// # Errors
+    ///
+    /// [`ProfileError::Range`] with key, value and range.
+    pub fn validate(&self) -> Result<(), ProfileError> {
+        let place = format!("profile {}", self.machine.name);
+        let untold = |error: toml::ser::Error| ProfileError::Type { place: place.clone(), message: error.to_string() };
+        let values = Table::try_from(self).map_err(untold)?;
+        let mut keys = Vec::new();
+        collect_keys(&values, "", &mut keys);
+        let origin = keys.into_iter().map(|key| (key, place.clone())).collect();
+        let values = Value::Table(values);
+        sane("", &values, &origin)?;
+        ranges::check("", &values).map_err(|out| out_of_range(out, &origin))?;
+        self.check(&origin)
+    }
+}
+
 fn parse(file: &str, text: &str) -> Result<Table, ProfileError> {
     text.parse::<Table>().map_err(|error| ProfileError::Syntax {
         file: file.to_owned(),
@@ -147,26 +182,22 @@ fn parse(file: &str, text: &str) -> Result<Table, ProfileError> {
     })
 }
 
-/// Beyond this no length, angle, speed or temperature of a machine lies.
-const LARGEST: f64 = 1e7;
+/// The number at its place; the keys of a body have the origin of their list.
+pub(super) fn out_of_range(out: OutOfRange, origin: &Origin) -> ProfileError {
+    let list = out.key.rsplit_once('.').map_or("", |(list, _)| list);
+    let place = origin.get(&out.key).or_else(|| origin.get(list)).cloned().unwrap_or_default();
+    ProfileError::Range { place, key: out.key, value: out.value, allowed: out.allowed }
+}
 
-/// Refuses numbers that are none or beyond all machines, and texts that would become lines of G-code.
+/// Refuses texts that would become lines of G-code.
 fn sane(key: &str, value: &Value, origin: &Origin) -> Result<(), ProfileError> {
-    let refuse = |allowed: &str| {
-        let place = origin.get(key).cloned().unwrap_or_default();
-        Err(ProfileError::Range { place, key: key.to_owned(), value: value.to_string(), allowed: allowed.to_owned() })
-    };
     match value {
-        Value::Float(number) if number.is_nan() || number.abs() > LARGEST => refuse("numbers from -1e7 to 1e7"),
         Value::String(text) if !MANY_LINES.contains(&key) && text.contains(char::is_control) => {
-            refuse("text of one line")
+            let (value, allowed) = (value.to_string(), "text of one line".to_owned());
+            Err(out_of_range(OutOfRange { key: key.to_owned(), value, allowed }, origin))
         }
         Value::Array(all) => all.iter().try_for_each(|one| sane(key, one, origin)),
-        Value::Table(table) => {
-            // The keys of a body have the origin of their list.
-            let inner = |name: &str| if origin.contains_key(key) { key.to_owned() } else { join(key, name) };
-            table.iter().try_for_each(|(name, one)| sane(&inner(name), one, origin))
-        }
+        Value::Table(table) => table.iter().try_for_each(|(name, one)| sane(&join(key, name), one, origin)),
         _ => Ok(()),
     }
 }
@@ -302,9 +333,12 @@ mod tests {
         let cases = [
             ("[kinematics]\npivot_mm = [nan, 0.0, 0.0]", "m.toml:2: kinematics.pivot_mm"),
             ("[process]\nlayer_height_mm = inf", "m.toml:2: process.layer_height_mm"),
-            ("[table]\nthickness_mm = -3.0", "m.toml:2: table.thickness_mm = -3 is out of >= 0"),
-            ("[transition]\nretract_mm = -2.0", "m.toml:2: transition.retract_mm = -2 is out of >= 0"),
-            ("[transition]\nretract_mm_per_s = 0.0", "m.toml:2: transition.retract_mm_per_s = 0 is out of > 0"),
+            ("[table]\nthickness_mm = -3.0", "m.toml:2: table.thickness_mm = -3.0 is out of 0..1000 mm"),
+            ("[transition]\nretract_mm = -2.0", "m.toml:2: transition.retract_mm = -2.0 is out of 0..100 mm"),
+            (
+                "[transition]\nretract_mm_per_s = 0.0",
+                "m.toml:2: transition.retract_mm_per_s = 0.0 is out of 0.1..2000 mm/s",
+            ),
             ("[transition]\nclearance_mm = -1.0", "m.toml:2: transition.clearance_mm"),
             ("[transition]\n\npark_mm = [900.0, 0.0]", "m.toml:3: transition.park_mm = [900.0, 0.0] is out of limits"),
             ("[head]\nbody = []", "m.toml:2: head.body = [] is out of at least one body"),
@@ -312,6 +346,26 @@ mod tests {
             (
                 "[[head.body]]\nname = \"n\"\nkind = \"box\"\nmin_mm = [0, 0, nan]\nmax_mm = [1, 1, 1]",
                 "m.toml:1: head.body",
+            ),
+            ("[process]\nnozzle_mm = -3", "m.toml:2: process.nozzle_mm = -3 is out of 0.1..2 mm"),
+            ("[process]\ninfill = 7", "m.toml:2: process.infill = 7 is out of 0..1"),
+            ("[process]\nwalls = 0", "m.toml:2: process.walls = 0 is out of 1..100"),
+            ("[process]\nwalls = -1", "m.toml:2: process.walls = -1 is out of 1..100"),
+            ("[process]\nfan = nan", "m.toml:2: process.fan = nan is out of 0..1"),
+            ("[process]\ntravel_mm_per_s = 0.0", "m.toml:2: process.travel_mm_per_s = 0.0 is out of 0.1..2000 mm/s"),
+            ("[process]\nnozzle_c = 2100.0", "m.toml:2: process.nozzle_c = 2100.0 is out of 0..500 deg C"),
+            (
+                "[process]\nlayer_height_mm = 0.6",
+                "m.toml:2: process.layer_height_mm = 0.6 is out of 0..0.4 mm: no layer",
+            ),
+            ("[process]\nline_width_mm = 0.15", "m.toml:2: process.line_width_mm = 0.15 is out of 0.2..1.6 mm: half"),
+            ("[link]\nbaud = 0", "m.toml:2: link.baud = 0 is out of 300..12000000"),
+            ("[link]\nlift_mm = -20", "m.toml:2: link.lift_mm = -20 is out of 0..1000 mm"),
+            ("[limits]\nx_mm = [0.0, inf]", "m.toml:2: limits.x_mm = inf is out of -10000..10000 mm"),
+            ("[kinematics.tilt]\ndirection = 0", "m.toml:2: kinematics.tilt.direction = 0 is out of 1 or -1"),
+            (
+                "[fixed]\nbody = [{ name = \"n\", kind = \"frustum\", z_mm = [0, 1], r_mm = [-1, 1] }]",
+                "m.toml:2: fixed.body.r_mm = -1 is out of 0..10000 mm",
             ),
             ("extends = 5", "m.toml:1: extends = 5 is no name"),
             ("[kinematics.tilt]\nmax_deg = \"ninety\"", "m.toml:2: invalid type: string \"ninety\""),
@@ -323,10 +377,46 @@ mod tests {
         }
     }
 
+    /// Every key of a number, with the line of `defaults.toml` it stands on; optional ones and those of bodies without.
+    fn numeric_keys() -> Vec<(String, Option<&'static str>)> {
+        fn walk(value: &Value, key: &str, into: &mut Vec<String>) {
+            match value {
+                Value::Table(table) => table.iter().for_each(|(name, one)| walk(one, &join(key, name), into)),
+                Value::Array(all) => all.iter().for_each(|one| walk(one, key, into)),
+                Value::Integer(_) | Value::Float(_) => into.push(key.to_owned()),
+                _ => {}
+            }
+        }
+        let (file, text) = DEFAULTS;
+        let mut found = Vec::new();
+        walk(&Value::Table(parse(file, text).unwrap()), "", &mut found);
+        let absent = OPTIONAL.map(str::to_owned).into_iter();
+        let of_bodies = BODY_KEYS.into_iter().filter(|key| key.ends_with("_mm")).map(|key| format!("fixed.body.{key}"));
+        found.extend(absent.chain(of_bodies));
+        found.dedup();
+        let lines = key_lines(text);
+        let line = |key: &String| lines.get(key).and_then(|&line| text.lines().nth(line - 1));
+        found.into_iter().map(|key| (key.clone(), line(&key).filter(|_| !key.contains("body")))).collect()
+    }
+
+    #[test]
+    fn every_number_has_a_range_and_the_reference_shows_it() {
+        let keys = numeric_keys();
+        assert!(keys.len() > 50, "only {} keys were found", keys.len());
+        for (key, line) in keys {
+            let allowed = ranges::allowed(&key).unwrap_or_else(|| panic!("{key}: no range; give it one in ranges.rs"));
+            let shown = line.and_then(|line| line.rsplit_once("# ")).map(|(_, comment)| comment.trim());
+            assert!(
+                shown.is_none_or(|shown| shown == allowed),
+                "{key}: defaults.toml shows {shown:?}, it is {allowed}"
+            );
+        }
+    }
+
     #[test]
     fn out_of_range_names_place_value_and_range() {
         let text = "[kinematics.tilt]\ndirection = 2\n";
         let error = resolve("mine.toml", text).unwrap_err().to_string();
-        assert_eq!(error, "mine.toml:2: kinematics.tilt.direction = 2 is out of 1 or -1");
+        assert_eq!(error, "mine.toml:2: kinematics.tilt.direction = 2 is out of -1..1");
     }
 }

@@ -5,12 +5,15 @@
 //! angles degrees, as every key's suffix says; [`Profile::kinematics`] and its neighbours turn them into `motion`'s types.
 
 mod build;
+mod code;
 mod layers;
 mod process;
+mod ranges;
 mod schema;
 
 pub use layers::{Origin, ProfileError, SHIPPED, resolve, shipped};
 pub use process::SliceSettings;
+pub use ranges::{OutOfRange, check_number};
 pub use schema::{
     BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, OnStop,
     Profile, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,

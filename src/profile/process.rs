@@ -1,6 +1,9 @@
 //! How a slot is sliced: the few numbers that every slicer understands.
 
 use serde::{Deserialize, Serialize};
+use toml::Value;
+
+use super::ranges::{self, OutOfRange};
 
 /// Process settings of one print; lengths in mm, speeds in mm/s, temperatures in deg C.
 ///
@@ -44,6 +47,8 @@ pub struct SliceSettings {
     pub nozzle_c: f64,
     /// Bed temperature; 0 leaves the bed alone.
     pub bed_c: f64,
+    /// What a line may span over air between two ends on material.
+    pub bridge_mm: f64,
     /// Part fan, 0 to 1, from the second layer on.
     pub fan: f64,
 }
@@ -69,7 +74,42 @@ impl Default for SliceSettings {
             retract_from_mm: 1.5,
             nozzle_c: 210.0,
             bed_c: 60.0,
+            bridge_mm: 8.0,
             fan: 1.0,
         }
+    }
+}
+
+impl SliceSettings {
+    /// Whether a slicer can print with these.
+    ///
+    /// # Errors
+    ///
+    /// The first setting that is out of its range, or does not fit to the nozzle.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let unreadable = |error: toml::ser::Error| OutOfRange {
+            key: "process".to_owned(),
+            value: error.to_string(),
+            allowed: "numbers".to_owned(),
+        };
+        ranges::check("process", &Value::try_from(self).map_err(unreadable)?)?;
+        self.fit()
+    }
+
+    /// Whether layers and lines fit to the nozzle.
+    pub(super) fn fit(&self) -> Result<(), OutOfRange> {
+        let out = |key: &str, value: f64, allowed: String| {
+            Err(OutOfRange { key: format!("process.{key}"), value: value.to_string(), allowed })
+        };
+        let (layer, width, nozzle) = (self.layer_height_mm, self.line_width_mm, self.nozzle_mm);
+        if layer > nozzle {
+            return out("layer_height_mm", layer, format!("0..{nozzle} mm: no layer is higher than the nozzle's bore"));
+        }
+        let (least, most) = ((0.5 * nozzle).max(layer), 4.0 * nozzle);
+        if !(least..=most).contains(&width) {
+            let why = "half the nozzle's bore and the layer's height at least, 4 bores at most";
+            return out("line_width_mm", width, format!("{least}..{most} mm: {why}"));
+        }
+        Ok(())
     }
 }

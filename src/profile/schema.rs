@@ -117,6 +117,10 @@ pub struct Limits {
     pub z_mm: [f64; 2],
     /// Fastest F.
     pub max_feed_mm_per_min: f64,
+    /// Below this nothing may be extruded.
+    pub min_extrude_c: f64,
+    /// The most that the hot end melts.
+    pub max_flow_mm3_per_s: f64,
 }
 
 /// `[table]`
@@ -236,6 +240,8 @@ pub struct Dialect {
     pub extrusion: Extrusion,
     /// Whether G90/G91 switch the extruder.
     pub g90_switches_extruder: bool,
+    /// Commands that may pass although their effect is not followed.
+    pub allow: Vec<String>,
     /// Before the first move.
     pub start: String,
     /// After the last.
@@ -285,6 +291,8 @@ pub struct Link {
     pub buffer: u32,
     /// Commands the firmware buffers.
     pub commands: u32,
+    /// Moves that the firmware's planner holds.
+    pub planner: u32,
     /// Bytes of the firmware's longest line.
     pub longest_line: u32,
     /// What the printer must call itself; empty for any.

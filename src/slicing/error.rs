@@ -3,23 +3,14 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::profile::OutOfRange;
+
 /// Why a slot could not be sliced.
 #[derive(Debug, thiserror::Error)]
 pub enum SliceError {
     /// A setting lies outside its range.
-    #[error("setting {name} is {value} {unit}, allowed is {allowed}; {remedy}")]
-    Setting {
-        /// The setting's name.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// The value's unit.
-        unit: &'static str,
-        /// What is allowed.
-        allowed: String,
-        /// What to do about it.
-        remedy: &'static str,
-    },
+    #[error("setting {0}")]
+    Setting(#[from] OutOfRange),
     /// The mesh has no facets, or a coordinate that is not a number.
     #[error("the mesh of `{name}` has no facets or a coordinate that is not a number; export it again")]
     BadMesh {
@@ -107,6 +98,31 @@ pub enum SliceError {
         /// The time allowed, s.
         seconds: f64,
     },
+    /// A program that should say what it is says nothing.
+    #[error("{} did not answer --help within {seconds:.1} s; give another program, or use --slicer builtin", .path.display())]
+    Silent {
+        /// The program.
+        path: PathBuf,
+        /// The time allowed, s.
+        seconds: f64,
+    },
+    /// The slicer wrote more than any print needs.
+    #[error(
+        "{slicer} wrote {bytes} bytes for `{name}`, allowed are {allowed}; simplify the mesh, or take larger layers"
+    )]
+    TooBig {
+        /// The slicer's name.
+        slicer: String,
+        /// The job's name.
+        name: String,
+        /// The size of its file when it was given up.
+        bytes: u64,
+        /// The largest that is read.
+        allowed: u64,
+    },
+    /// Somebody asked for an end.
+    #[error("interrupted; the slicer was stopped and nothing was written")]
+    Interrupted,
     /// The slicer ended with an error.
     #[error("{slicer} failed on `{name}` ({status}): {last_lines}")]
     Failed {
@@ -148,7 +164,12 @@ impl SliceError {
     pub fn is_slicer_failure(&self) -> bool {
         matches!(
             self,
-            Self::TimedOut { .. } | Self::Failed { .. } | Self::NoOutput { .. } | Self::NothingExtruded { .. }
+            Self::TimedOut { .. }
+                | Self::Silent { .. }
+                | Self::TooBig { .. }
+                | Self::Failed { .. }
+                | Self::NoOutput { .. }
+                | Self::NothingExtruded { .. }
         )
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use super::{SliceError, SliceSettings};
+use super::SliceError;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
@@ -47,44 +47,6 @@ impl SliceJob {
         }
         Ok(layers as usize)
     }
-}
-
-/// Refuses settings that no slicer can print with.
-pub(super) fn check_settings(s: &SliceSettings) -> Result<(), SliceError> {
-    in_range("nozzle_mm", s.nozzle_mm, "mm", 0.05, 5.0, "give the bore of the nozzle")?;
-    in_range("filament_mm", s.filament_mm, "mm", 0.5, 5.0, "give the filament's diameter")?;
-    in_range("layer_height_mm", s.layer_height_mm, "mm", 0.01, s.nozzle_mm, "keep it below the nozzle bore")?;
-    let widest = 3.0 * s.nozzle_mm;
-    in_range("line_width_mm", s.line_width_mm, "mm", s.layer_height_mm, widest, "about 1.1 nozzle bores is usual")?;
-    in_range("infill", s.infill, "(a share)", 0.0, 1.0, "0 is hollow, 1 is solid")?;
-    in_range("fan", s.fan, "(a share)", 0.0, 1.0, "0 is off, 1 is full")?;
-    let speeds = [
-        ("outer_wall_mm_per_s", s.outer_wall_mm_per_s),
-        ("inner_wall_mm_per_s", s.inner_wall_mm_per_s),
-        ("infill_mm_per_s", s.infill_mm_per_s),
-        ("first_layer_mm_per_s", s.first_layer_mm_per_s),
-        ("travel_mm_per_s", s.travel_mm_per_s),
-        ("retract_mm_per_s", s.retract_mm_per_s),
-    ];
-    for (name, value) in speeds {
-        in_range(name, value, "mm/s", 0.1, 2000.0, "give a speed that the machine can run")?;
-    }
-    in_range("retract_mm", s.retract_mm, "mm", 0.0, 50.0, "0 turns retraction off")?;
-    in_range("retract_from_mm", s.retract_from_mm, "mm", 0.0, 1000.0, "about 1.5 mm is usual")
-}
-
-fn in_range(
-    name: &'static str,
-    value: f64,
-    unit: &'static str,
-    low: f64,
-    high: f64,
-    remedy: &'static str,
-) -> Result<(), SliceError> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(SliceError::Setting { name, value, unit, allowed: format!("{low} to {high} {unit}"), remedy })
 }
 
 /// Which slicer the user wants.

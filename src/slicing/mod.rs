@@ -9,9 +9,11 @@ pub mod builtin;
 mod config;
 mod error;
 mod external;
+mod interrupt;
 mod job;
 mod process;
 mod prusa;
+mod said;
 // The settings belong to the profile, a floor below.
 mod slic3r;
 #[cfg(test)]
@@ -24,6 +26,7 @@ pub use crate::profile::SliceSettings;
 pub use builtin::BuiltIn;
 pub use config::config_values;
 pub use error::SliceError;
+pub use interrupt::Interrupt;
 pub use job::{SliceJob, SlicerChoice};
 pub use process::{ExternalOptions, find};
 

@@ -14,6 +14,7 @@
 
 mod clear;
 mod export;
+mod joint;
 mod modal;
 mod output;
 mod policy;
@@ -22,4 +23,4 @@ mod sliced;
 
 pub use export::{BoxMismatch, SlotMesh, project_layout, slot_mesh};
 pub use rewrite::{Input, Job, RewriteError, Rewritten, rewrite};
-pub use sliced::{Item, Layer, Segment, SlicedError, SlicedPrint, Step3, print_name, read_sliced};
+pub use sliced::{InputWords, Item, Layer, Segment, SlicedError, SlicedPrint, Step3, print_name, read_sliced};

@@ -3,85 +3,150 @@
 //! Prints of one setup take turns layer by layer, and prints of one plan may be sliced with different settings. Each must
 //! find at its turn what its own slicer left it with, not what the print before it set.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::gcode::ParsedLine;
+use crate::gcode::meaning::{Effect, Firmware, Heater, effect, index_letter};
+use crate::gcode::{Command, ParsedLine};
 
-/// Settings by command (with the tool or fan they are for) and letter.
+/// What a line sets.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Key {
+    Nozzle(u32),
+    Bed,
+    Chamber,
+    Fan(u32),
+    /// Limits, flow compensation: what stays until the next such line; with the extruder or pin it is for.
+    Setting(Command, u32),
+    /// The same by name, its first two words.
+    Named(String),
+}
+
+/// What is in force, each with its words.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Modal(BTreeMap<(u32, u32), BTreeMap<u8, f64>>);
+pub(super) struct Modal(BTreeMap<Key, Words>);
 
-const NOZZLE: u32 = 104;
-const BED: u32 = 140;
-const FAN: u32 = 106;
-/// Speed and flow of everything, percent; 100 where nobody has set them.
-const FACTORS: [u32; 2] = [220, 221];
-/// Limits, flow compensation: what stays until the next such line.
-const OTHERS: [u32; 11] = [201, 203, 204, 205, 207, 208, 220, 221, 572, 593, 900];
+/// Numbers by letter, or the whole line where it is a name and its values.
+#[derive(Clone, Debug, PartialEq)]
+enum Words {
+    Letters(BTreeMap<u8, f64>),
+    Line(String),
+}
 
 impl Modal {
     /// The heat that a print begins with.
     pub(super) fn heated(nozzle: Option<f64>, bed: Option<f64>) -> Self {
         let mut modal = Self::default();
-        for (code, value) in [(NOZZLE, nozzle), (BED, bed)] {
+        for (key, value) in [(Key::Nozzle(0), nozzle), (Key::Bed, bed)] {
             if let Some(celsius) = value {
-                modal.0.insert((code, 0), BTreeMap::from([(b'S', celsius)]));
+                modal.set(key, [(b'S', celsius)]);
             }
         }
         modal
     }
 
-    /// Takes note of a line that is passed on.
-    pub(super) fn note(&mut self, line: &[u8]) {
+    /// Takes note of a line in the words of `firmware` that is passed on.
+    pub(super) fn note(&mut self, firmware: Firmware, line: &[u8]) {
         let mut parsed = ParsedLine::default();
-        let Some(code) = parsed.read(line).ok().and_then(|()| parsed.commands.first().copied()) else { return };
-        let of = |letter: u8| parsed.value(letter).unwrap_or(0.0) as u32;
-        let (key, words) = match (code.letter, code.number) {
-            (b'M', 104 | 109) => ((NOZZLE, of(b'T')), parsed.value(b'S').or(parsed.value(b'R')).map(|s| (b'S', s))),
-            (b'M', 140 | 190) => ((BED, 0), parsed.value(b'S').or(parsed.value(b'R')).map(|s| (b'S', s))),
-            (b'M', 106) => ((FAN, of(b'P')), Some((b'S', parsed.value(b'S').unwrap_or(255.0)))),
-            (b'M', 107) => ((FAN, of(b'P')), Some((b'S', 0.0))),
-            (b'M', number) if OTHERS.contains(&number) => {
-                let known = self.0.entry((number, of(b'D'))).or_default();
-                known.extend(parsed.words.iter().filter_map(|w| Some((w.letter, w.value?))));
-                return;
+        if parsed.read(line).is_err() {
+            return;
+        }
+        match effect(firmware, &parsed) {
+            Effect::Heat { heater, target_c: Some(celsius), .. } => {
+                let key = match heater {
+                    Heater::Nozzle => Key::Nozzle(0),
+                    Heater::OtherNozzle(tool) => Key::Nozzle(tool),
+                    Heater::Bed => Key::Bed,
+                    Heater::Chamber => Key::Chamber,
+                };
+                self.set(key, [(b'S', celsius)]);
             }
-            _ => return,
-        };
-        self.0.entry(key).or_default().extend(words);
+            // A hundredth of a step of the 255 is below what any fan is set to.
+            Effect::Fan { index, share } => self.set(Key::Fan(index), [(b'S', (share * 25500.0).round() / 100.0)]),
+            Effect::Setting | Effect::Factor { .. } => self.setting(&parsed),
+            _ => {}
+        }
     }
 
-    /// The lines that bring what is in force to what `wanted` says; what `wanted` has never set is left alone, but
-    /// fans are off and factors 100 % until somebody sets them.
+    fn setting(&mut self, parsed: &ParsedLine) {
+        let Some(&command) = parsed.commands.first() else {
+            let line = String::from_utf8_lossy(&parsed.text).into_owned();
+            let name: Vec<&str> = line.split_ascii_whitespace().take(1).collect();
+            let key = Key::Named(name.join(" ").to_ascii_uppercase());
+            self.0.insert(key, Words::Line(line));
+            return;
+        };
+        let index = index_letter(command).and_then(|letter| parsed.value(letter)).unwrap_or(0.0) as u32;
+        let words = parsed.words.iter().filter_map(|w| Some((w.letter, w.value?)));
+        self.set(Key::Setting(command, index), words);
+    }
+
+    fn set(&mut self, key: Key, words: impl IntoIterator<Item = (u8, f64)>) {
+        let known = self.0.entry(key).or_insert_with(|| Words::Letters(BTreeMap::new()));
+        if let Words::Letters(known) = known {
+            known.extend(words);
+        }
+    }
+
+    /// The lines, in Marlin's words, that bring what is in force to what `wanted` says; what `wanted` has never set is left
+    /// alone, but fans are off until somebody sets them.
     pub(super) fn change_to(&self, wanted: &Self) -> Vec<String> {
         let mut wanted = wanted.0.clone();
-        for key in self.0.keys().filter(|key| key.0 == FAN || FACTORS.contains(&key.0)) {
-            let unset = if key.0 == FAN { 0.0 } else { 100.0 };
-            wanted.entry(*key).or_default().entry(b'S').or_insert(unset);
+        for key in self.0.keys().filter(|key| matches!(key, Key::Fan(_))) {
+            let off = || Words::Letters(BTreeMap::from([(b'S', 0.0)]));
+            wanted.entry(key.clone()).or_insert_with(off);
         }
-        let differs = |key: &(u32, u32), letter: &u8, value: &f64| {
-            self.0.get(key).and_then(|words| words.get(letter)).is_none_or(|now| now != value)
+        let new = |key: &Key, words: &Words| match (self.0.get(key), words) {
+            (Some(Words::Letters(now)), Words::Letters(then)) => then.iter().any(|(l, v)| now.get(l) != Some(v)),
+            (now, then) => now != Some(then),
         };
-        let mut lines = Vec::new();
-        for (key, words) in &wanted {
-            if words.iter().any(|(letter, value)| differs(key, letter, value)) {
-                lines.push(line(*key, words));
-            }
-        }
-        lines
+        wanted.iter().filter(|(key, words)| new(key, words)).map(|(key, words)| line(key, words)).collect()
     }
 }
 
 /// The command that sets `words`; a nozzle that changes is waited for.
-fn line((code, index): (u32, u32), words: &BTreeMap<u8, f64>) -> String {
-    let text: String = words.iter().map(|(letter, value)| format!(" {}{value}", char::from(*letter))).collect();
-    match (code, index) {
-        (FAN, 0) if words.get(&b'S') == Some(&0.0) => "M107".to_owned(),
-        (FAN, 1..) => format!("M106 P{index}{text}"),
-        (NOZZLE, 0) => format!("M109{text}"),
-        (NOZZLE, _) => format!("M109 T{index}{text}"),
-        _ => format!("M{code}{text}"),
+fn line(key: &Key, words: &Words) -> String {
+    let letters = match words {
+        Words::Line(line) => return line.clone(),
+        Words::Letters(letters) => letters,
+    };
+    let text: String = letters.iter().map(|(letter, value)| format!(" {}{value}", char::from(*letter))).collect();
+    match key {
+        Key::Fan(0) if letters.get(&b'S') == Some(&0.0) => "M107".to_owned(),
+        Key::Fan(0) => format!("M106{text}"),
+        Key::Fan(index) => format!("M106 P{index}{text}"),
+        Key::Nozzle(0) => format!("M109{text}"),
+        Key::Nozzle(tool) => format!("M109 T{tool}{text}"),
+        Key::Bed => format!("M140{text}"),
+        Key::Chamber => format!("M141{text}"),
+        Key::Setting(command, _) => format!("{command}{text}"),
+        Key::Named(name) => name.clone(),
     }
+}
+
+/// `line`, written for one firmware, in the words of another: as it stands where it means the same there, heat and fans spelt
+/// anew, `None` where there is nothing like it.
+pub(super) fn translated(line: &[u8], from: Firmware, to: Firmware) -> Option<Cow<'_, [u8]>> {
+    if from == to || !to.is_printer() {
+        return Some(Cow::Borrowed(line));
+    }
+    let mut parsed = ParsedLine::default();
+    parsed.read(line).ok()?;
+    let meant = effect(from, &parsed);
+    if meant == effect(to, &parsed) && !matches!(meant, Effect::Hazard(_)) {
+        return Some(Cow::Borrowed(line));
+    }
+    let text = match meant {
+        Effect::Heat { heater: Heater::Nozzle, target_c: Some(c), waits } => {
+            format!("M10{} S{c}", if waits { 9 } else { 4 })
+        }
+        Effect::Heat { heater: Heater::Bed, target_c: Some(c), waits } => {
+            format!("M1{}0 S{c}", if waits { 9 } else { 4 })
+        }
+        Effect::Fan { index: 0, share } => format!("M106 S{}", (share * 25500.0).round() / 100.0),
+        _ => return None,
+    };
+    Some(Cow::Owned(text.into_bytes()))
 }
 
 #[cfg(test)]
@@ -90,17 +155,43 @@ mod tests {
 
     fn after(lines: &[&str]) -> Modal {
         let mut modal = Modal::default();
-        lines.iter().for_each(|l| modal.note(l.as_bytes()));
+        lines.iter().for_each(|l| modal.note(Firmware::Marlin, l.as_bytes()));
         modal
     }
 
     #[test]
     fn a_print_finds_its_own_fan_heat_and_limits() {
-        let here = after(&["M106 S255", "M104 S200 T0 ; x", "M204 P500", "M204 T900", "M221 S95"]);
+        let here = after(&["M106 S255", "M104 S200 T0 ; x", "M204 P500", "M204 T900"]);
         let there = after(&["M106 S89.25", "M109 S215", "M204 P800 T900"]);
         let change = here.change_to(&there);
-        assert_eq!(change, ["M109 S215", "M106 S89.25", "M204 P800 T900", "M221 S100"]);
-        assert_eq!(here.change_to(&after(&["M204 P500"])), ["M107", "M221 S100"]);
+        assert_eq!(change, ["M109 S215", "M106 S89.25", "M204 P800 T900"]);
+        assert_eq!(here.change_to(&after(&["M204 P500"])), ["M107"]);
+    }
+
+    #[test]
+    fn what_is_set_by_name_is_said_again() {
+        let by_name = |lines: &[&str]| {
+            let mut modal = Modal::default();
+            lines.iter().for_each(|l| modal.note(Firmware::Klipper, l.as_bytes()));
+            modal
+        };
+        let here = by_name(&["SET_PRESSURE_ADVANCE ADVANCE=0.04"]);
+        let there = by_name(&["SET_PRESSURE_ADVANCE ADVANCE=0.02"]);
+        assert_eq!(here.change_to(&there), ["SET_PRESSURE_ADVANCE ADVANCE=0.02"]);
+        assert_eq!(here.change_to(&here), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_line_is_spelt_in_the_machines_own_words() {
+        let said = |line: &str, from, to| {
+            translated(line.as_bytes(), from, to).map(|l| String::from_utf8_lossy(&l).into_owned())
+        };
+        let (marlin, rrf, klipper) = (Firmware::Marlin, Firmware::RepRapFirmware, Firmware::Klipper);
+        assert_eq!(said("G10 P0 S210", rrf, marlin).as_deref(), Some("M104 S210"));
+        assert_eq!(said("M106 S0.5", rrf, marlin).as_deref(), Some("M106 S127.5"));
+        assert_eq!(said("M204 P500", marlin, rrf).as_deref(), Some("M204 P500"));
+        assert_eq!(said("SET_PRESSURE_ADVANCE ADVANCE=0.04", klipper, marlin), None);
+        assert!(said("SET_PRESSURE_ADVANCE ADVANCE=0.04", klipper, klipper).is_some());
     }
 
     #[test]

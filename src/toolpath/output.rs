@@ -1,5 +1,6 @@
 //! Blocks of the machine's dialect, written once and in one place.
 
+use crate::gcode::meaning::Firmware;
 use crate::gcode::{push_fixed, round_to};
 use crate::geom::Vec3;
 use crate::motion::replay::Arc;
@@ -43,6 +44,11 @@ impl<'a> Output<'a> {
             print: prints,
             lowered: None,
         }
+    }
+
+    /// Whose words are written.
+    pub(super) fn firmware(&self) -> Firmware {
+        self.profile.firmware()
     }
 
     /// Where the tip is, if all is known.

@@ -8,7 +8,9 @@
 
 use std::ops::Range;
 
-use super::policy::{Fate, Stage, fate_of_command, fate_of_comment, fate_of_text};
+use super::policy::{CommandPolicy, Stage, keeps_comment, policy};
+use crate::gcode::marks::Bead;
+use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater, effect};
 use crate::gcode::{LineKind, ParseError, ParsedLine, lines};
 use crate::geom::{Bounds, Vec3};
 use crate::motion::replay::{Arc, Controller, Move, Reading, ReplayError, Step, flatten};
@@ -70,6 +72,18 @@ pub struct SlicedPrint {
     pub extrusion: Bounds,
     /// Filament laid down, mm.
     pub filament_mm: f64,
+    /// Whose words its lines are.
+    pub firmware: Firmware,
+    /// Commands of its start and end code that were left out and might be missed, each once.
+    pub replaced: Vec<String>,
+    /// The slicer's own factor on all flow (its extrusion multiplier); 1 where the file does not say.
+    pub multiplier: f64,
+    /// The cross-section that its slicer fills.
+    pub bead: Bead,
+    /// By how much the slicer moves outer walls outward on purpose, mm; `None` where the file does not say.
+    pub outset_mm: Option<f64>,
+    /// Widths of its lines, mm, that the head states; empty where the lines state their own.
+    pub widths_mm: Vec<f64>,
     /// Waits (G4) between its first and last extrusion, s. They are left out of what is written.
     pub waits_s: f64,
     /// Nozzle temperature set before the first extrusion.
@@ -160,6 +174,27 @@ pub enum SlicedError {
         /// The label that came back.
         label: String,
     },
+    /// Not what the slicer says it laid.
+    #[error(
+        "{file}: {counted_mm:.2} mm of filament are laid down, and the file says that {stated_mm:.2} mm are used; it was changed after \
+         slicing, or is damaged; slice again"
+    )]
+    Filament {
+        /// The file.
+        file: String,
+        /// What its moves add up to.
+        counted_mm: f64,
+        /// What its comment says.
+        stated_mm: f64,
+    },
+    /// The end is missing.
+    #[error(
+        "{file}: the slicer's own closing comments are missing (\"filament used\"): the file was cut short; slice again"
+    )]
+    Torn {
+        /// The file.
+        file: String,
+    },
     /// Our own output.
     #[error("{file}:{line}: already rewritten by trunnion; give the slicer's own file")]
     Rewritten {
@@ -173,16 +208,25 @@ pub enum SlicedError {
 /// Extrusions whose heights differ by less than this are one layer, mm: the last printed digit.
 const SAME_LAYER: f64 = 1.5e-3;
 
+/// How sliced files are read for a machine.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct InputWords<'a> {
+    /// Whose words a file is taken to be in where it does not say so itself (`gcode_flavor`, `;FLAVOR:`).
+    pub firmware: Firmware,
+    /// Commands that the profile lets pass although nobody knows or follows what they do (`[dialect] allow`).
+    pub allow: &'a [String],
+}
+
 /// Reads `bytes` as one or several prints; `file` is for the messages.
 ///
 /// # Errors
 ///
 /// [`SlicedError`] with file and line for everything that cannot be rewritten safely.
-pub fn read_sliced(bytes: &[u8], file: &str) -> Result<Vec<Segment>, SlicedError> {
+pub fn read_sliced(bytes: &[u8], file: &str, words: InputWords<'_>) -> Result<Vec<Segment>, SlicedError> {
     if bytes.starts_with(b"GCDE") {
         return Err(SlicedError::Binary { file: file.to_owned() });
     }
-    let mut reader = Reader::new(file, bytes);
+    let mut reader = Reader::new(file, bytes, words);
     let mut parsed = ParsedLine::default();
     for line in lines(bytes) {
         reader.line = line.number;
@@ -197,10 +241,62 @@ pub fn read_sliced(bytes: &[u8], file: &str) -> Result<Vec<Segment>, SlicedError
     reader.finish()
 }
 
+/// How much of a file's beginning and end is searched for its flavour; PrusaSlicer's settings at the end are some 15 kB.
+const FLAVOR_WITHIN: usize = 64 * 1024;
+
+/// The firmware that the file says it is for.
+fn stated_firmware(bytes: &[u8]) -> Option<Firmware> {
+    let parts = [&bytes[..bytes.len().min(FLAVOR_WITHIN)], &bytes[bytes.len().saturating_sub(FLAVOR_WITHIN)..]];
+    parts.iter().find_map(|part| {
+        [&b"; gcode_flavor = "[..], b";FLAVOR:"].iter().find_map(|key| {
+            let rest = &part[memchr::memmem::find(part, key)? + key.len()..];
+            let end = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
+            Firmware::of_flavor(&String::from_utf8_lossy(&rest[..end]))
+        })
+    })
+}
+
+/// The cross-section of the slicer that the file says it is from.
+fn stated_bead(bytes: &[u8]) -> Bead {
+    let head = &bytes[..bytes.len().min(FLAVOR_WITHIN)];
+    let cura = [&b";Generated with Cura"[..], b";FLAVOR:"].iter().any(|key| memchr::memmem::find(head, key).is_some());
+    if cura { Bead::Square } else { Bead::Round }
+}
+
+/// The widths that the file's head states, as Slic3r and PrusaSlicer write them, where no line states its own.
+fn stated_widths(bytes: &[u8]) -> Vec<f64> {
+    if memchr::memmem::find(bytes, b"\n;WIDTH:").is_some() {
+        return Vec::new();
+    }
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(FLAVOR_WITHIN)]);
+    let width =
+        |line: &str| line.strip_prefix("; ")?.split_once("extrusion width = ")?.1.split("mm").next()?.parse().ok();
+    let mut widths: Vec<f64> = head.lines().filter_map(width).filter(|w| *w > 0.0).collect();
+    widths.sort_by(f64::total_cmp);
+    widths.dedup();
+    widths
+}
+
+/// Whether a line is a macro that Klipper has from the start.
+fn has_klipper_macros(bytes: &[u8]) -> bool {
+    let mut parsed = ParsedLine::default();
+    lines(bytes).any(|line| {
+        let name = line.bytes.len() > 2 && line.bytes[..3].iter().all(|b| b.is_ascii_alphabetic() || *b == b'_');
+        name && parsed.read(line.bytes).is_ok()
+            && parsed.kind == LineKind::Macro
+            && !matches!(effect(Firmware::Klipper, &parsed), Effect::Hazard(Hazard::Unknown))
+    })
+}
+
 struct Reader<'a> {
     file: &'a str,
     bytes: &'a [u8],
     line: u32,
+    firmware: Firmware,
+    bead: Bead,
+    widths_mm: Vec<f64>,
+    allow: &'a [String],
+    replaced: Vec<String>,
     controller: Controller,
     done: Vec<Segment>,
     label: Option<usize>,
@@ -210,6 +306,8 @@ struct Reader<'a> {
     pending: Vec<Pending>,
     extrusion: Bounds,
     filament_mm: f64,
+    /// Moves that lay filament.
+    laying: usize,
     /// Waits up to the last extrusion, and since.
     waits_s: [f64; 2],
     /// Nozzle and bed as last set.
@@ -230,12 +328,22 @@ struct Pending {
 }
 
 impl<'a> Reader<'a> {
-    fn new(file: &'a str, bytes: &'a [u8]) -> Self {
+    fn new(file: &'a str, bytes: &'a [u8], words: InputWords<'a>) -> Self {
+        // RS274 machines print no slicer's own words: what is not stated is a printer's.
+        let unstated = if words.firmware.is_printer() { words.firmware } else { Firmware::Marlin };
+        let stated = stated_firmware(bytes).unwrap_or(unstated);
+        // PrusaSlicer before 2.6 had no flavour for Klipper, whose users chose Marlin's and wrote macros.
+        let firmware = if stated == Firmware::Marlin && has_klipper_macros(bytes) { Firmware::Klipper } else { stated };
         Self {
             file,
             bytes,
             line: 0,
-            controller: Controller::new(Reading::sliced()),
+            firmware,
+            bead: stated_bead(bytes),
+            widths_mm: stated_widths(bytes),
+            allow: words.allow,
+            replaced: Vec::new(),
+            controller: Controller::new(Reading::sliced_for(firmware)),
             done: Vec::new(),
             label: None,
             seen: Vec::new(),
@@ -243,6 +351,7 @@ impl<'a> Reader<'a> {
             pending: Vec::new(),
             extrusion: Bounds::EMPTY,
             filament_mm: 0.0,
+            laying: 0,
             waits_s: [0.0; 2],
             heat: [None; 2],
             heat_at_first: [None; 2],
@@ -258,7 +367,7 @@ impl<'a> Reader<'a> {
                 return Err(SlicedError::Rewritten { file: self.file.to_owned(), line: self.line });
             }
             self.relabel(comment)?;
-            if !comment.is_empty() && fate_of_comment(comment) == Fate::Keep {
+            if !comment.is_empty() && keeps_comment(comment) {
                 self.pending.push(Pending {
                     item: Some(Item::Keep(whole)),
                     suspect: None,
@@ -276,85 +385,56 @@ impl<'a> Reader<'a> {
         }
         match step {
             Step::Nothing | Step::ExtruderSet(_) => {}
-            Step::Dwell(seconds) => self.waits_s[1] += seconds.max(0.0),
             Step::Move(m) => self.take_move(&m, parsed, start, text.len())?,
-            Step::FirmwareRetract(pull) => self.push(Item::FirmwareRetract(pull)),
-            Step::Home => self.suspect(whole, None),
-            Step::Other(command) => {
-                self.temperature(command.number, parsed);
-                let fates = [Stage::Outside, Stage::Within].map(|stage| fate_of_command(command, stage));
-                self.by_fate(fates, whole);
-            }
-            Step::Text => {
-                let code = &text[parsed.code.clone()];
-                if parsed.commands.first().is_some_and(|c| c.number == 486) {
-                    self.relabel(code)?;
+            Step::Effect(Effect::Dwell(seconds)) => self.waits_s[1] += seconds.max(0.0),
+            Step::Effect(Effect::Retract(pull)) => self.push(Item::FirmwareRetract(pull)),
+            Step::Effect(effect) => {
+                if effect == Effect::Label {
+                    self.relabel(&text[parsed.code.clone()])?;
                 }
-                let fates = [Stage::Outside, Stage::Within].map(|stage| fate_of_text(code, parsed, stage));
-                self.by_fate(fates, whole);
+                self.temperature(effect);
+                self.by_policy(effect, parsed, whole);
             }
         }
         Ok(())
     }
 
-    fn by_fate(&mut self, [outside, within]: [Fate; 2], whole: Range<usize>) {
-        match (outside, within) {
-            (_, Fate::Refuse) => {
-                let keep = (outside == Fate::Keep).then(|| Item::Keep(whole.clone()));
-                if outside == Fate::Refuse {
-                    // Refused wherever it stands: as if extrusion had come before and after.
-                    self.pending.push(Pending {
-                        item: None,
-                        suspect: Some((u32::MAX, whole)),
-                        comment: false,
-                        state: false,
-                    });
-                    if let Some(last) = self.pending.last_mut() {
-                        last.suspect = last.suspect.take().map(|(_, span)| (self.line, span));
-                        last.state = true;
-                    }
-                } else {
-                    self.suspect(whole, keep);
-                }
-            }
-            (Fate::Keep, Fate::Keep) => {
-                self.pending.push(Pending {
-                    item: Some(Item::Keep(whole)),
-                    suspect: None,
-                    comment: false,
-                    state: true,
-                });
-            }
-            (Fate::Drop, Fate::Keep) => {
-                self.pending.push(Pending {
-                    item: Some(Item::Keep(whole)),
-                    suspect: None,
-                    comment: false,
-                    state: false,
-                });
-            }
-            _ => {}
+    fn by_policy(&mut self, effect: Effect, parsed: &ParsedLine, whole: Range<usize>) {
+        use CommandPolicy::{Drop, Keep, Refuse, Replace};
+        let name = command_name(parsed);
+        let allowed = self.allow.iter().any(|a| a.eq_ignore_ascii_case(&name));
+        let policies = [Stage::Outside, Stage::Within].map(|stage| policy(effect, stage, allowed));
+        if policies[0] == Replace && self.pending.iter().all(|p| p.suspect.is_none()) && !self.replaced.contains(&name)
+        {
+            self.replaced.push(name);
         }
-    }
-
-    fn suspect(&mut self, span: Range<usize>, item: Option<Item>) {
-        self.pending.push(Pending { item, suspect: Some((self.line, span)), comment: false, state: false });
+        let keep = || Some(Item::Keep(whole.clone()));
+        let pending = match policies {
+            // Refused wherever it stands: as if extrusion had come before and after.
+            [Refuse, _] => Pending { item: None, suspect: Some((self.line, whole)), comment: false, state: true },
+            [Keep, Refuse] => Pending { item: keep(), suspect: Some((self.line, whole)), comment: false, state: false },
+            [_, Refuse] => Pending { item: None, suspect: Some((self.line, whole)), comment: false, state: false },
+            [Keep, _] => Pending { item: keep(), suspect: None, comment: false, state: true },
+            [Drop | Replace, Keep] => Pending { item: keep(), suspect: None, comment: false, state: false },
+            [Drop | Replace, Drop | Replace] => return,
+        };
+        self.pending.push(pending);
     }
 
     fn push(&mut self, item: Item) {
         self.pending.push(Pending { item: Some(item), suspect: None, comment: false, state: false });
     }
 
-    fn temperature(&mut self, code: u32, parsed: &ParsedLine) {
-        // Another tool's heat is none of ours.
-        if parsed.value(b'T').is_some_and(|t| t != 0.0) {
-            return;
-        }
-        let value = parsed.value(b'S').or(parsed.value(b'R')).filter(|&s| s > 0.0);
-        match code {
-            104 | 109 => self.heat[0] = value.or(self.heat[0]),
-            140 | 190 => self.heat[1] = value.or(self.heat[1]),
-            _ => {}
+    fn temperature(&mut self, effect: Effect) {
+        let Effect::Heat { heater, target_c: Some(target), .. } = effect else { return };
+        let slot = match heater {
+            Heater::Nozzle => 0,
+            Heater::Bed => 1,
+            // Another tool's heat is none of ours.
+            Heater::OtherNozzle(_) | Heater::Chamber => return,
+        };
+        if target > 0.0 {
+            self.heat[slot] = Some(target);
         }
     }
 
@@ -400,6 +480,7 @@ impl<'a> Reader<'a> {
             flatten(from, to, arc, 0.01).into_iter().for_each(|p| self.extrusion.add(p));
         }
         self.filament_mm += step.e;
+        self.laying += 1;
         let waited = std::mem::take(&mut self.waits_s[1]);
         if !self.layers.is_empty() {
             self.waits_s[0] += waited;
@@ -480,6 +561,12 @@ impl<'a> Reader<'a> {
             layers: std::mem::take(&mut self.layers),
             extrusion: std::mem::replace(&mut self.extrusion, Bounds::EMPTY),
             filament_mm: std::mem::take(&mut self.filament_mm),
+            firmware: self.firmware,
+            replaced: std::mem::take(&mut self.replaced),
+            multiplier: 1.0,
+            bead: self.bead,
+            widths_mm: self.widths_mm.clone(),
+            outset_mm: None,
             waits_s: std::mem::take(&mut self.waits_s)[0],
             nozzle_c: self.heat_at_first[0],
             bed_c: self.heat_at_first[1],
@@ -497,7 +584,46 @@ impl<'a> Reader<'a> {
             return Err(self.refused(number, span));
         }
         self.close();
-        Ok(self.done)
+        let counted_mm: f64 = self.done.iter().map(|segment| segment.sliced.filament_mm).sum();
+        match stated_filament(self.bytes) {
+            Some(stated_mm) if (stated_mm - counted_mm).abs() > STATED_MM + DIGIT_MM * self.laying as f64 => {
+                Err(SlicedError::Filament { file: self.file.to_owned(), counted_mm, stated_mm })
+            }
+            None if states_its_filament(self.bytes) => Err(SlicedError::Torn { file: self.file.to_owned() }),
+            _ => Ok(self.done),
+        }
+    }
+}
+
+/// Whether the file's head is that of a slicer that closes each file with the filament it takes.
+fn states_its_filament(bytes: &[u8]) -> bool {
+    const SLICERS: [&[u8]; 3] =
+        [b"; generated by PrusaSlicer", b"; generated by Slic3r", b"; generated by trunnion built-in"];
+    let head = &bytes[..bytes.len().min(FLAVOR_WITHIN)];
+    SLICERS.iter().any(|name| memchr::memmem::find(head, name).is_some())
+}
+
+/// What a slicer's own sum may be off, mm: its last digit (Slic3r writes one).
+const STATED_MM: f64 = 0.06;
+/// And what the last digit of each move may add to that, mm.
+const DIGIT_MM: f64 = 5e-6;
+
+/// `; filament used [mm] = 1266.93` (PrusaSlicer), `; filament used = 1330.3mm (..)` (Slic3r); `None` without it, and where there are
+/// several extruders.
+fn stated_filament(bytes: &[u8]) -> Option<f64> {
+    let key = b"\n; filament used";
+    let at = memchr::memmem::rfind(bytes, b"\n; filament used [mm] =").or_else(|| memchr::memmem::rfind(bytes, key))?;
+    let rest = &bytes[at + 1..];
+    let line = String::from_utf8_lossy(&rest[..memchr::memchr(b'\n', rest).unwrap_or(rest.len())]).into_owned();
+    let value = line.split_once('=')?.1.split('(').next()?.trim().trim_end_matches("mm");
+    value.parse().ok().filter(|mm| *mm > 0.0)
+}
+
+/// The command that a line begins with, by its name: `M42`, `SET_PIN`.
+fn command_name(parsed: &ParsedLine) -> String {
+    match parsed.commands.first() {
+        Some(command) => command.to_string(),
+        None => String::from_utf8_lossy(&parsed.text).split([' ', '=']).next().unwrap_or_default().to_owned(),
     }
 }
 
@@ -525,13 +651,13 @@ mod tests {
     use super::*;
 
     fn one(text: &str) -> SlicedPrint {
-        let mut all = read_sliced(text.as_bytes(), "t.gcode").unwrap();
+        let mut all = read_sliced(text.as_bytes(), "t.gcode", InputWords::default()).unwrap();
         assert_eq!(all.len(), 1);
         all.remove(0).sliced
     }
 
     fn refused(text: &str) -> String {
-        read_sliced(text.as_bytes(), "t.gcode").unwrap_err().to_string()
+        read_sliced(text.as_bytes(), "t.gcode", InputWords::default()).unwrap_err().to_string()
     }
 
     const TWO_LAYERS: &str = "; generated by hand\nM109 S215\nM140 S65\nG28\nG90\nM83\n;TYPE:Perimeter\nG1 X0 Y0 Z.2 F3000\nG1 X10 E1 F1200\nG1 Y10 E1\nG1 E-2\nG1 Z.4\nM106 S255\nG1 X0 Y0\nG1 E2\nG1 X10 E1\nM107\nM84\n; the end\n";
@@ -562,6 +688,11 @@ mod tests {
         assert!(refused(&body("G28")).contains("t.gcode:5: \"G28\" cannot be rewritten safely"));
         assert!(refused(&body("M600")).contains("t.gcode:5"));
         assert!(refused(&body("PAUSE")).contains("PAUSE"));
+        for line in
+            ["M206 Z5", "M428", "M290 Z-2", "M92 E90", "M221 S95", "T1", "M84", "M112", "G10 P0 Z5", "M104 S0\nM81"]
+        {
+            assert!(refused(&body(line)).contains("t.gcode:"), "{line}");
+        }
         assert!(refused(&body("G20")).contains("inches"));
         assert!(refused(&body("G18")).contains("XY plane"));
         assert!(refused(&body("G1 X5 A3")).contains("A word"));
@@ -580,7 +711,7 @@ mod tests {
             )
         };
         let text = format!("G90\nM83\n{}M107\nG1 X50\n{}", object(0), object(3));
-        let all = read_sliced(text.as_bytes(), "t").unwrap();
+        let all = read_sliced(text.as_bytes(), "t", InputWords::default()).unwrap();
         assert_eq!(all.iter().map(|s| s.print).collect::<Vec<_>>(), vec![Some(0), Some(3)]);
         assert_eq!(all[1].sliced.extrusion.max.x, 9.0);
         let mixed = format!("G90\nM83\n{}{}{}", object(0), object(3), object(0));

@@ -1,8 +1,8 @@
 //! What has been laid down, as the file lays it, and the table: rendered into a field at a pose, or as spheres.
 
+use super::acts::Stroke;
 use super::field::{Field, Rect};
 use super::hull::outline;
-use super::trace::Stroke;
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 
 /// Edge of the cubes by which beads are gathered into spheres, mm.

@@ -1,41 +1,56 @@
 //! The final file, replayed on the machine's model and held against the plan.
 //!
 //! ```text
-//! bytes -> reader (syntax, limits, rates, pose, retractions, filament, order) -> Trace of strokes and turns
-//!       -> outside (inside its part?)   -> walk (in air? head, turning, frame against what this very file lays down)
+//! bytes --trace::read--> Trace -> program       (syntax, commands, limits, speeds, pose, order, heat, retraction, filament, the end)
+//!                              -> walk          (in air? head, turning, frame against what this very file lays down)
+//!                              -> prints        (layer-height, complete; registration, outside-part; flow: by layer, with the part's sections)
 //! ```
 //!
 //! The file is judged by its last bytes alone: nothing is taken from the rewriter but the marks that name prints, and
 //! material is what the replay lays down, not the meshes. Heights and distances are conservative bounds, so that "free"
 //! is proved; where the bound does not suffice the answer is a finding.
 //!
-//! Not covered: strings, sagging and shrinkage; accelerations; the head against the frame; what M-codes and macros do.
+//! Not covered: strings, sagging and shrinkage; accelerations; the head against the frame.
 //!
 //! This room must not know the rewriter or slicers: it shares `motion`'s replay and chain with them and nothing else.
 
+mod acts;
+mod commands;
 mod field;
+mod flow;
 mod hull;
-mod marks;
+mod layers;
 mod material;
-mod outside;
-mod rates;
-mod reader;
+mod prints;
+mod program;
+mod registration;
 mod report;
-mod shell;
 mod support;
 mod tally;
 #[cfg(test)]
 mod tests;
-mod trace;
 mod turning;
 mod walk;
 
 pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Report, Rule};
 
 use crate::geom::Vec3;
+use crate::motion::Pose;
 use crate::planning::{Plan, Workpiece};
 use crate::profile::Profile;
-use trace::Planned;
+use crate::trace;
+use acts::Acts;
+
+/// A print of the plan, with its place in the order.
+#[derive(Clone, Copy, Debug)]
+struct Planned {
+    slot: usize,
+    part: usize,
+    /// The setup, counted over all slots.
+    setup: usize,
+    pose: Pose,
+    up: Vec3,
+}
 
 /// What a file is held against.
 #[derive(Clone, Copy)]
@@ -53,23 +68,29 @@ pub struct Job<'a> {
 /// The report does not depend on the number of threads.
 pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
     let planned = planned(job);
-    let read = reader::replay(bytes, job.profile, &planned);
-    let acts = &read.trace.acts;
-    let (walked, outside) =
-        rayon::join(|| walk::walk(acts, job, &planned, read.last_line), || outside::check(acts, job, &planned));
-    let mut all = read.findings;
+    let trace = trace::read(bytes, &job.profile.trace_setting());
+    let printed = prints::gather(&trace, job, &planned);
+    let acts = Acts::new(&trace, job.profile, &printed);
+    let (walked, (checked, prints)) = rayon::join(
+        || walk::walk(&acts, job, &planned),
+        || {
+            let program = || program::check(bytes, &trace, job.profile, &planned);
+            rayon::join(program, || prints::check(&printed))
+        },
+    );
+    let mut all = checked.findings;
     all.absorb(walked.findings);
-    all.absorb(outside);
+    all.absorb(prints);
     let (findings, counts) = all.finish();
     Report {
         findings,
         counts,
         clearance_mm: walked.clearance,
         clearance_line: walked.clearance_line,
-        moves: read.trace.moves,
-        slots: read.tally.slots(&planned),
-        filament_mm: read.tally.filament,
-        seconds_print: read.trace.seconds,
+        moves: trace.len(),
+        slots: checked.tally.slots(&planned),
+        filament_mm: checked.tally.filament,
+        seconds_print: trace.seconds(),
     }
 }
 

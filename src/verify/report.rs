@@ -11,6 +11,8 @@ use serde::Serialize;
 pub enum Rule {
     /// Every line is understood.
     Syntax,
+    /// What every command does is known, and harmless where it stands.
+    Command,
     /// No axis is sent beyond its stops.
     AxisLimit,
     /// No axis is sent faster than it can go.
@@ -29,6 +31,16 @@ pub enum Rule {
     TurnCollision,
     /// As much filament is laid down as was sliced.
     Filament,
+    /// Each line takes the filament that its width and height hold, no faster than the nozzle melts it.
+    Flow,
+    /// Nothing is pushed through a cold nozzle, and nothing is asked to become too hot.
+    Heat,
+    /// Layers follow each other at the height that they are laid with, the first one on what carries it.
+    LayerHeight,
+    /// Each print lies where its part is: not moved, turned, scaled.
+    Registration,
+    /// Every layer of every part is there, and the machine's own end.
+    Complete,
     /// What is pulled back is pushed again before printing goes on.
     Retract,
     /// Nothing is printed or passed over before the machine's place is known.

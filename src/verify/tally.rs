@@ -1,7 +1,7 @@
 //! What is counted along the way: filament per print, retractions, the order of the prints.
 
+use super::Planned;
 use super::report::{Findings, Place, Rule};
-use super::trace::Planned;
 
 /// Pulled filament that may still be missing, or pushed that may be over, when printing starts, mm: the restart
 /// allowances that slicers add on purpose.
@@ -9,6 +9,9 @@ const RETRACT_SLACK_MM: f64 = 0.3;
 /// What the sums may differ by, mm: the last digits of both, since the writer carries the remainder of its roundings on
 /// from move to move. The shortest line a slicer writes takes about as much, so a line lost or doubled is seen.
 const FILAMENT_SLACK_MM: f64 = 1e-3;
+
+/// The part of the profile's retraction that must be there while the table turns.
+const LEAST_PULLED: f64 = 0.5;
 
 #[derive(Clone, Default)]
 struct Laid {
@@ -72,6 +75,17 @@ impl Tally {
         self.disturbed = true;
     }
 
+    /// The table turns: what hangs in the nozzle must have been pulled back, `usual` mm as the profile has it.
+    pub(super) fn turn(&mut self, usual: f64, at: Place, findings: &mut Findings) {
+        let least = usual * LEAST_PULLED;
+        let pulled = -self.balance;
+        if self.started && !self.firmware_pulled && pulled < least {
+            findings.add(Rule::Retract, at, [pulled, least], || {
+                format!("the table turns with {pulled:.2} mm of filament pulled back; at least {least:.2} mm")
+            });
+        }
+    }
+
     /// A printing move of `e` mm.
     pub(super) fn lay(
         &mut self,
@@ -112,8 +126,7 @@ impl Tally {
         if self.firmware_pulled {
             findings.add(Rule::Retract, at, [1.0, 0.0], || "printing starts between G10 and G11".to_owned());
         }
-        self.balance = 0.0;
-        self.disturbed = false;
+        (self.balance, self.disturbed) = (0.0, false);
     }
 
     /// Another print goes on: its setup must be the same or a later one.

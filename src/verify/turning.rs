@@ -5,9 +5,9 @@
 //! Material counts as spheres (see [`Material::spheres`]), the head reaches upward without end, and the frame's
 //! pieces are taken as they are.
 
+use super::acts::Turn;
 use super::hull::Hull;
 use super::material::Material;
-use super::trace::Turn;
 use crate::geom::convex::{separation, support};
 use crate::geom::{Bounds, Vec3};
 use crate::motion::{Pose, TableKinematics};

@@ -4,19 +4,24 @@
 //! proved free the move is halved, down to pieces so short that what remains is no artefact of the box.
 
 use super::Job;
+use super::Planned;
+use super::acts::{Acts, Blind, Go, Kind, Stroke, Turn};
 use super::field::{Field, Rect};
 use super::hull::Hull;
 use super::material::Material;
 use super::report::{CLEARANCE_CAP_MM, Findings, Place, Rule};
 use super::support::Laying;
-use super::trace::{Act, Blind, Kind, Planned, Stroke, Turn};
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::contact_mm;
+use crate::trace::Move;
 
 /// The shortest piece of a move by which the nozzle, mm, and the rest of the head are judged.
 const FINEST_MM: [f64; 2] = [0.1, 0.5];
+
+/// How deep the tip may be in the table, mm: beds are no flatter.
+const INTO_TABLE_MM: f64 = 0.05;
 
 /// What the walk found.
 pub(super) struct Walked {
@@ -26,30 +31,37 @@ pub(super) struct Walked {
 }
 
 /// Walks through `acts`.
-pub(super) fn walk(acts: &[Act], job: &Job<'_>, planned: &[Planned], last_line: u32) -> Walked {
+pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walked {
     let contact = contact_mm(job.profile);
     let hulls = |bodies: Vec<_>| bodies.into_iter().map(|b| Hull::new(b, contact)).collect();
     let mut walker = Walker {
+        acts,
         planned,
         table: job.profile.kinematics(),
         head: hulls(job.profile.head_bodies()),
         fixed: hulls(job.profile.fixed_bodies()),
         contact,
+        bridge_mm: job.profile.process.bridge_mm,
+        slab_mm: job.profile.table.thickness_mm,
+        beyond_table: Box::new(|x, y| job.profile.beyond_table(x, y) - job.profile.table.keep_out_mm),
         material: Material::new(job.profile.table_slab()),
         setup: None,
         pose: None,
-        laying: Laying::default(),
+        laying: Laying::new(job.profile.process.bridge_mm),
         walked: Walked { findings: Findings::default(), clearance: CLEARANCE_CAP_MM, clearance_line: 0 },
         print: None,
     };
-    for (index, act) in acts.iter().enumerate() {
-        match act {
-            Act::Turn(turn) => walker.turn(turn),
-            Act::Blind(blind) => walker.blind(blind, &acts[index..]),
-            Act::Stroke(stroke) => walker.stroke(stroke, &acts[index..]),
+    for m in acts.trace.moves() {
+        if let Some(turn) = acts.turn(&m) {
+            walker.turn(&turn);
+        }
+        match acts.go(&m) {
+            Some(Go::Blind(blind)) => walker.blind(&blind, m.index),
+            Some(Go::Stroke(stroke)) => walker.stroke(&stroke, m.index),
+            None => {}
         }
     }
-    walker.rest(last_line);
+    walker.rest(acts.trace.lines);
     walker.walked
 }
 
@@ -60,11 +72,15 @@ struct Setup {
 }
 
 struct Walker<'a> {
+    acts: &'a Acts<'a>,
     planned: &'a [Planned],
     table: TableKinematics,
     head: Vec<Hull>,
     fixed: Vec<Hull>,
     contact: f64,
+    bridge_mm: f64,
+    slab_mm: f64,
+    beyond_table: Box<dyn Fn(f64, f64) -> f64 + 'a>,
     material: Material,
     setup: Option<Setup>,
     pose: Option<Pose>,
@@ -79,23 +95,24 @@ impl Walker<'_> {
         Place { line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) }
     }
 
-    fn stroke(&mut self, stroke: &Stroke, ahead: &[Act]) {
+    fn stroke(&mut self, stroke: &Stroke, from: usize) {
         if stroke.print != self.print {
             self.end_line();
             self.print = stroke.print;
         }
-        self.set_up(ahead);
+        self.set_up(from);
         let Some(mut setup) = self.setup.take() else {
             let within = Bounds::of([stroke.from, stroke.to]);
             self.over_the_ball(&Blind { within, line: stroke.line });
             return;
         };
+        self.check_table(&setup.back, stroke);
         self.sweep(&setup.field, [stroke.from, stroke.to], stroke.line);
         let mut gaps = Vec::new();
         match stroke.kind {
             Kind::Travel => self.laying.end(&mut setup.field, &mut gaps),
-            Kind::Print(role) => {
-                self.laying.lay(stroke, role, &mut setup.field, &mut gaps);
+            Kind::Print => {
+                self.laying.lay(stroke, &mut setup.field, &mut gaps);
                 self.material.lay(stroke, &setup.back);
             }
         }
@@ -103,9 +120,25 @@ impl Walker<'_> {
         self.tell(gaps);
     }
 
-    fn blind(&mut self, blind: &Blind, ahead: &[Act]) {
+    /// The tip itself below the table's surface: there is nothing soft to give way.
+    fn check_table(&mut self, back: &Rigid<Machine, Table>, stroke: &Stroke) {
+        let points = [stroke.from, (stroke.from + stroke.to) * 0.5, stroke.to];
+        let depth = |p: Vec3| {
+            let at = back.point(p.into()).at;
+            if (self.beyond_table)(at.x, at.y) < 0.0 { -at.z } else { 0.0 }
+        };
+        let deepest = points.into_iter().map(depth).fold(0.0, f64::max);
+        if deepest > INTO_TABLE_MM && deepest < self.slab_mm {
+            let at = self.place(stroke.line);
+            self.walked.findings.add(Rule::HeadCollision, at, [deepest, INTO_TABLE_MM], || {
+                format!("the tip is {deepest:.3} mm inside the table; at most {INTO_TABLE_MM} mm")
+            });
+        }
+    }
+
+    fn blind(&mut self, blind: &Blind, from: usize) {
         self.end_line();
-        self.set_up(ahead);
+        self.set_up(from);
         match self.setup.take() {
             None => self.over_the_ball(blind),
             Some(setup) => {
@@ -156,12 +189,14 @@ impl Walker<'_> {
     }
 
     /// Makes the field for the pose, if it is known and not made yet.
-    fn set_up(&mut self, ahead: &[Act]) {
+    fn set_up(&mut self, from: usize) {
         let (None, Some(pose)) = (&self.setup, self.pose) else { return };
         let motion = self.table.forward(pose);
-        let here = ahead.iter().take_while(|act| !matches!(act, Act::Turn(_)));
-        let printed = here.filter_map(|act| match act {
-            Act::Stroke(s) if s.kind != Kind::Travel => Some([s.from, s.to]),
+        let trace = self.acts.trace;
+        let here = (from..trace.len()).map(|i| trace.at(i));
+        let here = here.take_while(|m| m.index == from || !trace.turns(m));
+        let printed = here.filter(Move::prints).filter_map(|m| match self.acts.go(&m) {
+            Some(Go::Stroke(stroke)) => Some([stroke.from, stroke.to]),
             _ => None,
         });
         let tips = Bounds::of(printed.flatten());
@@ -172,7 +207,7 @@ impl Walker<'_> {
         let mut gaps = Vec::new();
         match &mut self.setup {
             Some(setup) => self.laying.end(&mut setup.field, &mut gaps),
-            None => self.laying = Laying::default(),
+            None => self.laying = Laying::new(self.bridge_mm),
         }
         self.tell(gaps);
     }
@@ -182,7 +217,12 @@ impl Walker<'_> {
             let print = gap.stroke.print.map(|p| &self.planned[p as usize]);
             let at = Place { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
             self.walked.findings.add(Rule::InAir, at, [gap.length, gap.allowed], || {
-                format!("{:.2} mm of line are laid on nothing; such a line may span {:.1} mm", gap.length, gap.allowed)
+                let held = match gap.held {
+                    [true, true] => "between two ends on material ([process] bridge_mm)",
+                    [false, false] => "with neither end on material",
+                    _ => "with one end in the air",
+                };
+                format!("{:.2} mm of line are laid on nothing; {held} at most {:.1} mm", gap.length, gap.allowed)
             });
         }
     }

@@ -153,6 +153,20 @@ fn profiles_with_unknown_keys_and_plans_of_other_models() {
 }
 
 #[test]
+fn what_no_machine_can_be_is_not_called_fine() {
+    let folder = folder();
+    let profile = file(folder.path(), "mine.toml", b"extends = \"generic-ac\"\n[process]\nnozzle_mm = -3\n");
+    let check = trunnion().args(["profile", "check", &profile]).output().unwrap();
+    assert_eq!(check.status.code(), Some(2), "{}", said(&check));
+    assert!(said(&check).contains("mine.toml:3: process.nozzle_mm = -3 is out of 0.1..2 mm"), "{}", said(&check));
+    let gcode = file(folder.path(), "x.gcode", b"G28\n");
+    let send = ["send", &gcode, "--unverified", "-m", "generic-ac", "--dry-run", "--baud", "0"];
+    let send = trunnion().args(send).output().unwrap();
+    assert_eq!(send.status.code(), Some(2), "{}", said(&send));
+    assert!(said(&send).contains("--baud 0 is out of 300..12000000"), "{}", said(&send));
+}
+
+#[test]
 fn a_slicer_that_fails_hangs_or_drops_the_part_is_exit_code_three() {
     let folder = folder();
     let fake = |name: &str, body: &str| {
@@ -181,6 +195,48 @@ fn a_slicer_that_fails_hangs_or_drops_the_part_is_exit_code_three() {
     assert_eq!(code, Some(3), "{text}");
     let (code, text) = run(&fake("silent", "exit 0"), &[]);
     assert_eq!(code, Some(3), "{text}");
+}
+
+/// A slicer's files, and the slicer, go with the command, whatever it is doing when it is interrupted.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupt_ends_the_slicer_and_leaves_nothing() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let script = "#!/bin/sh\nhere=\"$(dirname \"$0\")\"\n\
+        if [ \"$1\" = --help ]; then touch \"$here/asked\"; echo 'PrusaSlicer-2.5.0 based on Slic3r'; exit 0; fi\n\
+        sleep 600 & echo $! > \"$here/child.new\"; mv \"$here/child.new\" \"$here/child\"; wait\n";
+    let slicer = file(folder.path(), "fake", script.as_bytes());
+    std::fs::set_permissions(&slicer, std::fs::Permissions::from_mode(0o755)).unwrap();
+    std::fs::create_dir(at("temporary")).unwrap();
+    let interrupted = |model: &str, mark: &str, signal: &str| {
+        let mut command = trunnion();
+        command.args(["prepare", &fixture(model), "-m", "generic-ac", "--slicer", &slicer, "-q", "-o"]);
+        command.arg(at("out.gcode")).env("TMPDIR", at("temporary")).stderr(std::process::Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let end = std::time::Instant::now() + std::time::Duration::from_secs(60);
+        while !at(mark).exists() {
+            assert!(std::time::Instant::now() < end && child.try_wait().unwrap().is_none(), "{mark} does not come");
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert!(std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let run = child.wait_with_output().unwrap();
+        assert_eq!(run.status.code(), Some(130), "{}", said(&run));
+        assert!(said(&run).contains("error: interrupted"), "{}", said(&run));
+        assert_eq!(std::fs::read_dir(at("temporary")).unwrap().count(), 0, "{signal}: files are left");
+        assert!(!at("out.gcode").exists());
+    };
+    for signal in ["-INT", "-TERM"] {
+        interrupted("cube", "child", signal);
+        let child = std::fs::read_to_string(at("child")).unwrap();
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.trim())).unwrap_or_default();
+        assert!(status.is_empty() || status.contains("State:\tZ"), "{signal}: the slicer's child lives on");
+        // While it is asked what it is, or in the planning behind that.
+        std::fs::remove_file(at("asked")).unwrap();
+        interrupted("candelabrum", "asked", signal);
+        std::fs::remove_file(at("child")).unwrap();
+    }
 }
 
 #[test]

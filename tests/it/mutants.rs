@@ -110,7 +110,8 @@ fn every_mutant_of_a_real_file_is_caught_by_its_rule() {
     names(&hasty, "axis-rate");
     names(&victim.broken_by(|lines| lines[laying] += " F99000"), "axis-rate");
     names(&victim.broken_by(|lines| lines[laying] = "G1 X--5".to_owned()), "syntax");
-    names(&victim.broken_by(|lines| lines[laying] = "G54".to_owned()), "syntax");
+    names(&victim.broken_by(|lines| lines[laying] = "G20".to_owned()), "syntax");
+    names(&victim.broken_by(|lines| lines[laying] = "G54".to_owned()), "command");
     names(&victim.broken_by(|lines| lines.insert(laying, "G28".to_owned())), "unknown-position");
     let unmarked = victim.broken_by(|lines| lines.retain(|l| !l.starts_with(";TRUNNION expect print=1")));
     names(&unmarked, "sequence");

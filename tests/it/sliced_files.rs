@@ -5,7 +5,7 @@ use std::process::Command;
 
 use trunnion::gcode::{ParsedLine, lines};
 use trunnion::motion::replay::{Controller, Reading};
-use trunnion::toolpath::read_sliced;
+use trunnion::toolpath::{InputWords, read_sliced};
 
 use crate::support::{Numbers, root, skip};
 
@@ -52,7 +52,7 @@ fn filament_is_what_the_slicer_says_it_is() {
     ];
     for (name, layers) in cases {
         let Some(bytes) = unpack(name) else { return };
-        let print = &read_sliced(&bytes, name).unwrap()[0].sliced;
+        let print = &read_sliced(&bytes, name, InputWords::default()).unwrap()[0].sliced;
         let stated = stated_filament(&String::from_utf8_lossy(&bytes)).unwrap();
         assert!((print.filament_mm - stated).abs() < 0.06, "{name}: {} for {stated}", print.filament_mm);
         assert_eq!(print.layers.len(), layers, "{name}");
@@ -63,7 +63,10 @@ fn filament_is_what_the_slicer_says_it_is() {
 fn the_same_slice_spelt_otherwise_reads_the_same() {
     for (one, other) in [("ps_stem_abs", "ps_stem_abs_nospace_lower"), ("ps_base_rel", "ps_base_rel_crlf")] {
         let (Some(a), Some(b)) = (unpack(one), unpack(other)) else { return };
-        let (a, b) = (read_sliced(&a, one).unwrap(), read_sliced(&b, other).unwrap());
+        let (a, b) = (
+            read_sliced(&a, one, InputWords::default()).unwrap(),
+            read_sliced(&b, other, InputWords::default()).unwrap(),
+        );
         let (a, b) = (&a[0].sliced, &b[0].sliced);
         assert_eq!(a.extrusion, b.extrusion);
         assert!((a.filament_mm - b.filament_mm).abs() < 1e-9);
@@ -74,7 +77,7 @@ fn the_same_slice_spelt_otherwise_reads_the_same() {
 #[test]
 fn an_extruder_called_a_is_refused() {
     let Some(bytes) = unpack("ps_mach3_Aaxis") else { return };
-    let text = read_sliced(&bytes, "mach3.gcode").unwrap_err().to_string();
+    let text = read_sliced(&bytes, "mach3.gcode", InputWords::default()).unwrap_err().to_string();
     assert!(text.contains("mach3.gcode:26") && text.contains("flavour that extrudes with E"), "{text}");
 }
 
@@ -107,6 +110,6 @@ fn noise_in_sliced_files_never_panics() {
                 _ => bytes.insert(at, numbers.between(32.0, 127.0) as u8),
             }
         }
-        let _ = read_sliced(&bytes, "noise");
+        let _ = read_sliced(&bytes, "noise", InputWords::default());
     }
 }

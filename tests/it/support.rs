@@ -72,3 +72,21 @@ impl Numbers {
         [(); 3].map(|()| self.between(-reach, reach))
     }
 }
+
+/// A file system of `bytes` that goes with its owner; `None` where this user may not mount one.
+pub(crate) struct SmallDisk(pub(crate) PathBuf);
+
+impl SmallDisk {
+    pub(crate) fn mount(at: PathBuf, bytes: u32) -> Option<Self> {
+        std::fs::create_dir(&at).unwrap();
+        let size = format!("size={bytes}");
+        let done = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(&at).output();
+        done.is_ok_and(|d| d.status.success()).then_some(Self(at))
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(&self.0).status();
+    }
+}

@@ -4,13 +4,15 @@ mod asked;
 mod compare;
 mod outcome;
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
 use super::args::{ModelArgs, Orient};
-use super::{Console, Failure, files, load};
+use super::requests::outputs;
+use super::{Console, Failure};
 use crate::geom::{Object, Slot, Vec3};
+use crate::job::{self, Disk, Files, Output, Progress};
 use crate::mesh::{Fault, ReadOptions, TriangleMesh, Unit, read_surface, stl_binary, threemf};
 use crate::orient::{Facets, Paint, landscape, turned, view};
 use asked::Asked;
@@ -18,19 +20,18 @@ use outcome::Done;
 
 pub(super) fn run(args: &Orient, console: &Console) -> Result<(), Failure> {
     let asked = Asked::of(args)?;
-    let outputs = [&args.output, &args.landscape, &args.view];
-    for path in outputs.into_iter().flatten() {
-        files::check_output(path, &[&args.model.model])?;
-    }
+    let mut outputs = outputs([args.model.model.as_path()]);
+    let mut claim = |path: &Option<PathBuf>| path.as_deref().map(|path| outputs.claim(path)).transpose();
+    let wanted = [claim(&args.output)?, claim(&args.landscape)?, claim(&args.view)?];
     let parts = chosen(args, parts(args, &asked, console)?)?;
-    if outputs.iter().any(|path| path.is_some()) && parts.len() != 1 {
+    if wanted.iter().any(Option::is_some) && parts.len() != 1 {
         let text = format!(
             "-o, --landscape and --view are of one part, and there are {}; choose one with --part N, or take all as one with --whole",
             parts.len()
         );
         return Err(Failure::Usage(text));
     }
-    let progress = console.progress("orienting", parts.len() * asked.objectives.len());
+    let progress = console.begin("orienting", parts.len() * asked.objectives.len());
     let mut done = Vec::new();
     for (id, mesh) in &parts {
         let facets = Facets::of(mesh);
@@ -47,7 +48,7 @@ pub(super) fn run(args: &Orient, console: &Console) -> Result<(), Failure> {
     }
     drop(progress);
     if let [(id, mesh)] = &parts[..] {
-        write_all(args, &asked, (*id, mesh), &done[0])?;
+        write_all(&wanted, &asked, (*id, mesh), &done[0])?;
     }
     if console.json() {
         let parts: Vec<Value> = done.iter().map(Done::document).collect();
@@ -67,29 +68,29 @@ fn without_area(id: usize, mesh: &TriangleMesh<Object>) -> Failure {
 
 /// The oriented part and the pictures that are asked for, of the first objective.
 fn write_all(
-    args: &Orient,
+    [oriented, drawn, viewed]: &[Option<Output>; 3],
     asked: &Asked,
     (id, mesh): (usize, &TriangleMesh<Object>),
     done: &Done,
 ) -> Result<(), Failure> {
     let (f, found) = (asked.objectives[0].as_ref(), &done.results[0].found);
     let up = found.minima[0].up;
-    if let Some(path) = &args.output {
-        write(path, id, mesh, &up)?;
+    if let Some(output) = oriented {
+        write(output, id, mesh, &up)?;
     }
     let facets = Facets::of(mesh);
-    let picture = |path: &Path, picture: crate::orient::Picture| {
-        let bytes = picture.png().map_err(|e| Failure::Usage(format!("{}: {e}", path.display())))?;
-        files::write(path, &bytes)
+    let picture = |output: &Output, picture: crate::orient::Picture| -> Result<(), Failure> {
+        let bytes = picture.png().map_err(|e| Failure::Usage(format!("{}: {e}", output.path().display())))?;
+        Ok(output.write(&bytes)?)
     };
-    if let Some(path) = &args.landscape {
-        picture(path, landscape(f, &facets, &found.minima))?;
+    if let Some(output) = drawn {
+        picture(output, landscape(f, &facets, &found.minima))?;
     }
-    if let Some(path) = &args.view {
+    if let Some(output) = viewed {
         let costs = f.by_facet(&facets, &up);
         let overhang = asked.settings.overhang;
         let paint = costs.as_ref().map_or(Paint::Overhangs(overhang), |costs| Paint::Costs(costs, overhang));
-        picture(path, view(&facets, &up, paint))?;
+        picture(output, view(&facets, &up, paint))?;
     }
     Ok(())
 }
@@ -98,12 +99,12 @@ type Numbered = (usize, TriangleMesh<Object>);
 
 /// The model's closed parts; or its open surface as one, where no volume is asked for.
 fn parts(args: &Orient, asked: &Asked, console: &Console) -> Result<Vec<Numbered>, Failure> {
-    let error = match load::model(&args.model, console) {
+    let error = match args.model.source().and_then(|source| Ok(job::load_model(&source, &console.world())?)) {
         Ok(loaded) if args.whole => return Ok(vec![(0, joined(loaded.model.parts.iter().map(|part| &part.mesh)))]),
         Ok(loaded) => return Ok(loaded.model.parts.into_iter().map(|part| (part.id, part.mesh)).collect()),
         Err(error) => error,
     };
-    let open = matches!(&error, Failure::Mesh(e) if matches!(e.fault, Fault::Open { .. } | Fault::Winding { .. }));
+    let open = matches!(&error, Failure::Job(job::Error::Mesh(e)) if matches!(e.fault, Fault::Open { .. } | Fault::Winding { .. }));
     if !open || args.compare {
         return Err(error);
     }
@@ -119,7 +120,7 @@ fn parts(args: &Orient, asked: &Asked, console: &Console) -> Result<Vec<Numbered
 
 fn surface(args: &ModelArgs) -> Result<TriangleMesh<Object>, Failure> {
     let unit = args.unit.as_deref().map(str::parse::<Unit>).transpose().map_err(|e| Failure::Usage(e.to_string()))?;
-    let bytes = files::read(&args.model)?;
+    let bytes = Disk.read(&args.model)?;
     Ok(read_surface(&bytes, &args.model.display().to_string(), &ReadOptions { unit, repair: false })?)
 }
 
@@ -161,9 +162,9 @@ fn chosen(args: &Orient, mut parts: Vec<Numbered>) -> Result<Vec<Numbered>, Fail
 }
 
 /// The part with `up` turned to +Z and its lowest point at z = 0.
-fn write(path: &Path, id: usize, mesh: &TriangleMesh<Object>, up: &Vec3) -> Result<(), Failure> {
+fn write(output: &Output, id: usize, mesh: &TriangleMesh<Object>, up: &Vec3) -> Result<(), Failure> {
     let mesh: TriangleMesh<Slot> = turned(mesh, up);
-    let is_3mf = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("3mf"));
+    let is_3mf = output.path().extension().is_some_and(|end| end.eq_ignore_ascii_case("3mf"));
     let bytes = if is_3mf { threemf(&[(format!("part-{id}"), &mesh)]) } else { stl_binary(&mesh) };
-    files::write(path, &bytes)
+    Ok(output.write(&bytes)?)
 }

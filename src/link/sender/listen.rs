@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use super::{Event, Sender, Stage, Stop, Time, What};
+use crate::gcode::ParsedLine;
+use crate::gcode::meaning::waits;
 use crate::link::reply::{Busy, Reply};
 use crate::link::wire::Protocol;
 
@@ -180,28 +182,24 @@ impl Sender {
     /// Whether a command is in hand that may take minutes.
     pub(super) fn waits_long(&self) -> bool {
         (self.credited + 1..self.cursor).any(|n| match self.what(n) {
-            Some(What::Block(index)) => is_slow(self.program.block(*index)),
-            Some(What::Script(text)) => is_slow(text),
+            Some(What::Block(index)) => self.program.waits(*index),
+            Some(What::Script(text)) => self.script_waits(text),
             _ => false,
         })
     }
 
+    /// What is no G-code is one of Grbl's `$` commands; its homing waits.
+    fn script_waits(&self, text: &[u8]) -> bool {
+        let mut line = ParsedLine::default();
+        match line.read(text) {
+            Ok(()) => waits(self.settings.protocol.firmware(), &line),
+            Err(_) => text.starts_with(b"$H"),
+        }
+    }
+
     /// Seconds of motion that may still lie before the answer: the planner's and the window's blocks.
     pub(super) fn motion_in_hand(&self) -> f64 {
-        let first = self.acked_blocks.saturating_sub(super::probe::PLANNER_BLOCKS);
+        let first = self.acked_blocks.saturating_sub(self.settings.planner_blocks);
         (first..self.next_block).map(|i| self.program.seconds(i)).sum()
     }
-}
-
-/// Commands that wait: homing, levelling, heating, draining, dwelling, a person, tools, files' ends.
-pub(crate) fn is_slow(block: &[u8]) -> bool {
-    const SLOW: [&[u8]; 17] = [
-        b"G28", b"G29", b"G34", b"G4", b"M109", b"M190", b"M191", b"M116", b"M400", b"M0", b"M1", b"M600", b"M226",
-        b"M303", b"M25", b"T", b"$H",
-    ];
-    let command = block.iter().skip(1).take_while(|b| b.is_ascii_digit()).count() + 1;
-    let head = &block[..command.min(block.len())];
-    SLOW.iter().any(|slow| {
-        *slow == head || (*slow == b"T" && head.first() == Some(&b'T')) || (*slow == b"$H" && block.starts_with(b"$H"))
-    }) || block.first().is_some_and(|b| !matches!(b, b'G' | b'M')) && block.len() > 1 && block[1].is_ascii_alphabetic()
 }

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Every line has a number, on the wire or only here. An `ok` moves `credited`. Only proof moves `proven`: the answer to a
-//! numbered M105 (its `ok` alone carries temperatures, so nothing else can be taken for it) or an error's
-//! `Last Line: n` together with `Resend: n+1`. Lines stay in the history until proven, so that a doubled or lost `ok`
+//! numbered M105, ours or the file's (its `ok` alone carries temperatures, so nothing else can be taken for it), or an
+//! error's `Last Line: n` together with `Resend: n+1`. Lines stay in the history until proven, so that a doubled or lost `ok`
 //! is mended by the printer's own counter. Where a protocol has no counter, what cannot be accounted for stops the print.
 //!
 //! A line goes out again only on the printer's word that it has not taken it; after a silence the printer is asked with a line
@@ -29,8 +29,6 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub(crate) use listen::is_slow;
-pub(crate) use probe::PLANNER_BLOCKS;
 pub use stop::{Outcome, Stop};
 
 use super::journal::{Record, Standing};
@@ -53,6 +51,8 @@ pub struct Settings {
     pub window_lines: usize,
     /// Most bytes without an answer; the firmware's receive buffer less [`Settings::MARGIN`].
     pub window_bytes: usize,
+    /// Blocks that the firmware's planner and queue hold: so many answered ones may not be executed.
+    pub planner_blocks: u32,
     /// After this many lines a numbered M105 proves the count.
     pub prove_every: u32,
     /// Without a word for this long, beyond what the motion in hand takes, the printer is asked.
@@ -88,6 +88,7 @@ impl Settings {
             protocol,
             window_lines,
             window_bytes,
+            planner_blocks: 24,
             prove_every: 32,
             silence: Duration::from_secs(4),
             long_silence: Duration::from_secs(300),

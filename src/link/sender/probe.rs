@@ -5,9 +5,6 @@ use std::time::Duration;
 use super::{Event, Sender, Stage, Stop, Time, What};
 use crate::link::wire::{Protocol, push_numbered};
 
-/// Blocks that a firmware's planner and queue hold, about.
-pub(crate) const PLANNER_BLOCKS: u32 = 24;
-
 /// An `ok` that belongs to a resend follows it within this.
 const RESENDS_OWN_OK: Time = Duration::from_millis(100);
 

@@ -5,7 +5,8 @@ use std::time::Duration;
 use super::Time;
 use super::heat::Heater;
 use super::planner::{Axes, Planner};
-use crate::gcode::{Command, LineKind, ParsedLine};
+use crate::gcode::ParsedLine;
+use crate::gcode::meaning::{self, Effect, Firmware, Hazard};
 use crate::geom::Angle;
 use crate::link::timing::{Rates, seconds};
 use crate::motion::replay::{Controller, Move, Position, Reading, Step};
@@ -79,17 +80,16 @@ pub(super) struct Machine {
     /// Whether a target beyond the limits is cut to them, as Marlin does, or refused.
     pub(super) clamps: bool,
     pub(super) clamped: u32,
-    /// Whether G93 is known: not to Marlin and Klipper.
-    inverse_time: bool,
+    firmware: Firmware,
 }
 
 /// A homing move is this slow at least.
 const HOMING: Time = Duration::from_secs(8);
 
 impl Machine {
-    pub(super) fn new(model: Model, clamps: bool, inverse_time: bool) -> Self {
+    pub(super) fn new(model: Model, clamps: bool, firmware: Firmware) -> Self {
         let at = [0.0; 6];
-        let mut controller = Controller::new(model.reading.clone());
+        let mut controller = Controller::new(Reading { firmware, ..model.reading.clone() });
         controller.at = Position { linear: [Some(0.0); 3], tilt: Some(Angle::ZERO), rotation: Some(Angle::ZERO) };
         Self {
             planner: Planner::new(model.accelerations, model.junction_mm, at),
@@ -103,7 +103,7 @@ impl Machine {
             model,
             clamps,
             clamped: 0,
-            inverse_time,
+            firmware,
         }
     }
 
@@ -136,17 +136,10 @@ impl Machine {
         if self.planner.is_full() {
             return Took::Again;
         }
-        if line.kind == LineKind::Macro || (!self.inverse_time && line.commands.contains(&Command::g(93))) {
-            return Took::Refused(Refusal::Unknown);
-        }
         let before = self.controller.clone();
         match self.controller.step(line) {
             Ok(Step::Move(m)) => self.make_move(now, &m, before),
-            Ok(Step::Home) => self.drained(before, |machine| machine.go_home(now, line)),
-            Ok(Step::Dwell(s)) => {
-                self.drained(before, |machine| machine.wait(now + Duration::from_secs_f64(s.clamp(0.0, 1e5))))
-            }
-            Ok(Step::Other(command)) => self.other(now, command, line, before),
+            Ok(Step::Effect(effect)) => self.other(now, effect, line, before),
             Ok(_) => Took::Done,
             Err(_) => {
                 self.controller = before;
@@ -256,29 +249,42 @@ impl Machine {
         self.planner.end()
     }
 
-    fn other(&mut self, now: Time, command: Command, line: &ParsedLine, before: Controller) -> Took {
-        let target = line.value(b'S').or_else(|| line.value(b'R'));
-        match (command.letter, command.number) {
-            (b'M', 104 | 109) => {
-                self.nozzle.set(now, target.unwrap_or(0.0));
-                if command.number == 109 { self.heat(now, false) } else { Took::Done }
+    /// What `gcode::meaning` says that is no move.
+    fn other(&mut self, now: Time, effect: Effect, line: &ParsedLine, before: Controller) -> Took {
+        match effect {
+            Effect::Home | Effect::Hazard(Hazard::Moves) => self.drained(before, |machine| machine.go_home(now, line)),
+            Effect::Dwell(s) => {
+                self.drained(before, |machine| machine.wait(now + Duration::from_secs_f64(s.clamp(0.0, 1e5))))
             }
-            (b'M', 140 | 190) => {
-                self.bed.set(now, target.unwrap_or(0.0));
-                if command.number == 190 { self.heat(now, true) } else { Took::Done }
+            Effect::Drain => self.drained(before, |_| Took::Done),
+            Effect::Heat { heater: heater @ (meaning::Heater::Nozzle | meaning::Heater::Bed), target_c, waits } => {
+                let bed = heater == meaning::Heater::Bed;
+                let own = if bed { &mut self.bed } else { &mut self.nozzle };
+                own.set(now, target_c.unwrap_or(0.0));
+                if waits { self.heat(now, bed) } else { Took::Done }
             }
-            (b'M', 400) => self.drained(before, |_| Took::Done),
-            (b'M', 0 | 1 | 600) => {
+            Effect::HeatersOff => {
+                self.nozzle.set(now, 0.0);
+                self.bed.set(now, 0.0);
+                Took::Done
+            }
+            Effect::Hazard(Hazard::Person) => {
                 let until = now + self.model.person;
                 self.drained(before, |machine| {
                     machine.until = Some(until);
                     Took::Person(until)
                 })
             }
-            (b'M', n) if KNOWN.contains(&n) => Took::Done,
-            (b'G', 29) => self.drained(before, |machine| machine.go_home(now, line)),
-            (b'G', 10) | (b'T', 0) => Took::Done,
-            _ => Took::Refused(Refusal::Unknown),
+            Effect::Hazard(Hazard::Unknown | Hazard::Tool) => {
+                self.controller = before;
+                Took::Refused(Refusal::Unknown)
+            }
+            Effect::Hazard(_) => {
+                // The simulated machine has no offsets or steps to change; its place stays what it was.
+                self.controller = before;
+                Took::Done
+            }
+            _ => Took::Done,
         }
     }
 
@@ -312,7 +318,7 @@ impl Machine {
     pub(super) fn restart(&mut self, now: Time) {
         self.kill(now);
         let at = self.planner.position(now);
-        let mut fresh = Self::new(self.model.clone(), self.clamps, self.inverse_time);
+        let mut fresh = Self::new(self.model.clone(), self.clamps, self.firmware);
         fresh.planner.place([0.0; 6]);
         fresh.planner.starved = self.planner.starved;
         fresh.nozzle = self.nozzle.clone();
@@ -322,12 +328,6 @@ impl Machine {
         *self = fresh;
     }
 }
-
-/// M-codes that a printer takes without motion.
-const KNOWN: [u32; 47] = [
-    3, 4, 5, 7, 8, 9, 17, 18, 20, 21, 25, 27, 30, 31, 42, 75, 76, 77, 84, 85, 92, 105, 106, 107, 110, 111, 113, 114,
-    115, 117, 118, 119, 155, 200, 201, 203, 204, 205, 206, 211, 220, 221, 300, 420, 486, 566, 900,
-];
 
 impl Machine {
     /// When the command in hand ends by itself.

@@ -91,7 +91,7 @@ impl Sim {
         let clamps = protocol == Protocol::Marlin;
         let mut sim = Self {
             protocol,
-            machine: Machine::new(model, clamps, matches!(protocol, Protocol::RepRapFirmware | Protocol::Grbl)),
+            machine: Machine::new(model, clamps, protocol.firmware()),
             quirks,
             script,
             cable: VecDeque::new(),

@@ -1,5 +1,6 @@
 //! Model files, recognised by content first and by name second.
 
+mod meter;
 mod obj;
 mod off;
 mod stl_ascii;

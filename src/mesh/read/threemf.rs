@@ -5,6 +5,7 @@ use std::io::{BufReader, Cursor, Read};
 
 use zip::ZipArchive;
 
+use super::meter::Meter;
 use super::threemf_xml::{self, ModelFile, Object, Reference, Transform};
 use crate::geom::Vec3;
 use crate::mesh::error::{Fault, Located, Place, coordinate};
@@ -12,8 +13,10 @@ use crate::mesh::soup::{Label, MAX_FACETS, Soup};
 
 /// Where the model is when the archive's relations do not say.
 const USUAL_PATH: &str = "3D/3dmodel.model";
-/// The most bytes one entry may unpack to, so that a small archive cannot fill the memory.
-const MAX_UNPACKED: u64 = 4 << 30;
+/// Models pack five to fifty times smaller, nothing but repetitions a thousand times.
+const MAX_RATIO: u64 = 200;
+/// What any archive may unpack to, and no archive may exceed.
+const UNPACKED: [u64; 2] = [64 << 20, 4 << 30];
 /// Components within components; deeper ones only go round in a circle.
 const MAX_DEPTH: usize = 32;
 /// The most placed objects, so that components that double level by level end.
@@ -22,7 +25,8 @@ const MAX_BODIES: usize = 100_000;
 /// Reads every build item, in order; each mesh that an item places is a body of its own.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| archive_fault(&error))?;
-    let mut package = Package { archive, files: BTreeMap::new() };
+    let allowed = (bytes.len() as u64).saturating_mul(MAX_RATIO).clamp(UNPACKED[0], UNPACKED[1]);
+    let mut package = Package { archive, files: BTreeMap::new(), packed: bytes.len() as u64, allowed, left: allowed };
     let root = package.root_path();
     package.load(&root)?;
     let mut build = Build { package, soup: Soup::default(), trail: Vec::new() };
@@ -42,6 +46,11 @@ fn archive_fault(error: &zip::result::ZipError) -> Located {
 struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
     files: BTreeMap<String, ModelFile>,
+    packed: u64,
+    /// The most bytes that all of it may unpack to, so that a small archive cannot fill the memory.
+    allowed: u64,
+    /// Of these, what is left.
+    left: u64,
 }
 
 impl Package<'_> {
@@ -61,7 +70,16 @@ impl Package<'_> {
                 .archive
                 .by_name(path)
                 .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(Place::File))?;
-            let file = threemf_xml::parse(BufReader::new(entry.take(MAX_UNPACKED)), path)?;
+            let (packed, allowed) = (self.packed, self.allowed);
+            let over = || Fault::Unpacked { packed, allowed }.at(Place::File);
+            if entry.size() > self.left {
+                return Err(over());
+            }
+            // An archive may say anything of itself: what comes out is measured as well.
+            let mut text = Meter::new(BufReader::new(entry), self.left);
+            let file = threemf_xml::parse(&mut text, path);
+            self.left = text.left();
+            let file = if text.is_over() { Err(over()) } else { file }?;
             self.files.insert(path.to_owned(), file);
         }
         Ok(())
@@ -125,6 +143,7 @@ impl Build<'_> {
 #[cfg(test)]
 mod tests {
     use super::read;
+    use super::threemf_xml::MAX_NAMED;
     use crate::geom::{Bounds, Vec3};
     use crate::mesh::Unit;
     use crate::mesh::error::Fault;
@@ -215,6 +234,41 @@ mod tests {
         assert_eq!(read(&cut).unwrap_err().fault, Fault::IndexOutOfRange { index: 4, count: 4, first: 0 });
         assert!(matches!(read(b"PK\x03\x04rubbish").unwrap_err().fault, Fault::Archive { .. }));
         assert!(matches!(read(&zipped(&[("a", b"b")])).unwrap_err().fault, Fault::Archive { .. }));
+    }
+
+    #[test]
+    fn an_archive_that_unpacks_to_far_more_than_its_size_is_refused() {
+        let padded = |mebibytes: usize, between: &str| {
+            let pad = format!("{}{between}", " ".repeat((1 << 20) - between.len())).repeat(mebibytes);
+            let objects = format!(r#"<object id="1">{MESH}</object>{pad}"#);
+            model(&objects, r#"<item objectid="1"/>"#)
+        };
+        assert_eq!(read(&padded(63, "<x/>")).unwrap().facets.len(), 4);
+        let bomb = padded(65, "<x/>");
+        let fault = Fault::Unpacked { packed: bomb.len() as u64, allowed: 64 << 20 };
+        assert!(bomb.len() < 1 << 20, "{} bytes", bomb.len());
+        assert!(fault.to_string().contains("more than 64 MiB"), "{fault}");
+        assert_eq!(read(&bomb).unwrap_err().fault, fault);
+        assert!(matches!(read(&padded(20, "")).unwrap_err().fault, Fault::Unpacked { .. }), "one text of 20 MiB");
+        // Two files of half the size each are as large together.
+        let rels = |to: &str| format!(r#"<component p:path="/{to}.model" objectid="1"/>"#);
+        let root = format!(
+            r#"<model xmlns:p="p"><resources><object id="5"><components>{}{}</components></object></resources>
+            <build><item objectid="5"/></build></model>"#,
+            rels("a"),
+            rels("b")
+        );
+        let pad = format!("{}<x/>", " ".repeat(1 << 20)).repeat(40);
+        let half = format!(r#"<model><resources><object id="1">{MESH}</object>{pad}</resources></model>"#);
+        let two = [("3D/3dmodel.model", root.as_str()), ("a.model", &half), ("b.model", &half)];
+        let two = zipped(&two.map(|(name, text)| (name, text.as_bytes())));
+        assert!(matches!(read(&two).unwrap_err().fault, Fault::Unpacked { .. }));
+    }
+
+    #[test]
+    fn tags_that_each_take_much_room_are_counted() {
+        let many = r#"<item objectid="1"/>"#.repeat(MAX_NAMED + 1);
+        assert_eq!(read(&model("", &many)).unwrap_err().fault, Fault::TooManyObjects { limit: MAX_NAMED });
     }
 
     #[test]

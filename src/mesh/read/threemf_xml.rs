@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
+use std::rc::Rc;
 
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
+use super::meter::Meter;
 use crate::geom::{Mat3, Vec3};
 use crate::mesh::Unit;
 use crate::mesh::error::{Fault, Located, Place, coordinate};
@@ -76,17 +78,23 @@ impl Object {
     }
 }
 
+/// The most objects, items and components of a file: each takes far more room than its tag.
+pub(super) const MAX_NAMED: usize = 100_000;
+
 /// What one model file holds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ModelFile {
     pub(super) unit: Unit,
-    pub(super) objects: BTreeMap<String, Object>,
+    /// Shared with what places them: a mesh is kept once.
+    pub(super) objects: BTreeMap<String, Rc<Object>>,
     pub(super) items: Vec<Reference>,
     current: String,
+    /// Objects, items and components so far.
+    named: usize,
 }
 
 /// Parses the model file `path` from its unpacked text.
-pub(super) fn parse(text: impl BufRead, path: &str) -> Result<ModelFile, Located> {
+pub(super) fn parse(text: &mut Meter<impl BufRead>, path: &str) -> Result<ModelFile, Located> {
     let mut reader = Reader::from_reader(text);
     let mut file = ModelFile::default();
     let mut buffer = Vec::new();
@@ -99,7 +107,7 @@ pub(super) fn parse(text: impl BufRead, path: &str) -> Result<ModelFile, Located
                 file.object().and_then(|object| object.check()).map(|()| false)
             }
             // Once more: text that breaks off leaves an object unchecked.
-            Ok(Event::Eof) => file.objects.values().try_for_each(Object::check).map(|()| true),
+            Ok(Event::Eof) => file.objects.values().try_for_each(|object| object.check()).map(|()| true),
             Ok(_) => Ok(false),
             Err(error) => Err(Fault::Xml { reason: error.to_string() }),
         };
@@ -107,6 +115,7 @@ pub(super) fn parse(text: impl BufRead, path: &str) -> Result<ModelFile, Located
             return Ok(file);
         }
         buffer.clear();
+        reader.get_mut().piece();
     }
 }
 
@@ -129,12 +138,18 @@ pub(super) fn model_target(text: &str) -> Option<String> {
 
 impl ModelFile {
     fn open(&mut self, tag: &BytesStart<'_>) -> Result<(), Fault> {
+        if matches!(tag.local_name().as_ref(), "object" | "item" | "component") {
+            self.named += 1;
+            if self.named > MAX_NAMED {
+                return Err(Fault::TooManyObjects { limit: MAX_NAMED });
+            }
+        }
         match tag.local_name().as_ref() {
             "model" => self.unit = unit(attribute(tag, "unit")?.as_deref())?,
             "object" => {
                 self.current = required(tag, "id")?;
                 let name = attribute(tag, "name")?.filter(|name| !name.trim().is_empty());
-                self.objects.insert(self.current.clone(), Object { name, ..Object::default() });
+                self.objects.insert(self.current.clone(), Rc::new(Object { name, ..Object::default() }));
             }
             "item" => self.items.push(reference(tag)?),
             "vertex" => {
@@ -157,6 +172,7 @@ impl ModelFile {
     fn object(&mut self) -> Result<&mut Object, Fault> {
         self.objects
             .get_mut(&self.current)
+            .map(Rc::make_mut)
             .ok_or(Fault::Syntax { found: "mesh or component".to_owned(), expected: "an object around it" })
     }
 }

@@ -25,7 +25,6 @@ use self::plan::{PlannedLayer, all_walls, planned};
 use self::region::{Point, Region, area_mm2, units};
 use self::skins::Stack;
 use self::walls::{NARROWEST, Walled};
-use super::job::check_settings;
 use super::{SliceError, SliceJob, SliceSettings, Slicer};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
@@ -89,7 +88,7 @@ impl Slicer for BuiltIn {
 /// Settings out of range, a mesh without facets, off the bed, off z = 0 or lower than half a layer, and a part of
 /// which no line could be printed.
 pub fn slice(mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Vec<u8>, SliceError> {
-    check_settings(settings)?;
+    settings.check()?;
     let count = job.layers(mesh, settings.layer_height_mm)?;
     let line = Line::new(settings);
     let planes: Vec<f64> = (0..count).map(|k| (k as f64 + 0.5) * settings.layer_height_mm).collect();
@@ -176,7 +175,7 @@ fn footer(s: &SliceSettings, filament_mm: f64) -> String {
     format!(
         "; filament used [mm] = {filament_mm:.2}\n; filament used [cm3] = {cm3:.2}\n\n\
          ; bed_temperature = {}\n; bottom_solid_layers = {}\n; extrusion_width = {}\n; filament_diameter = {}\n\
-         ; fill_density = {}%\n; layer_height = {}\n; nozzle_diameter = {}\n; perimeters = {}\n; temperature = {}\n\
+         ; fill_density = {}%\n; gcode_flavor = marlin\n; layer_height = {}\n; nozzle_diameter = {}\n; perimeters = {}\n; temperature = {}\n\
          ; top_solid_layers = {}\n",
         s.bed_c,
         s.bottom_layers,

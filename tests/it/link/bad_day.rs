@@ -3,32 +3,14 @@
 
 use std::io::Read;
 use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use super::real::{
     Running, executed, gcode, interrupt, killed, listened, output, profile, send, simulate, terminal, wait_for, wanted,
 };
-use crate::support::{folder, note, said, skip, trunnion};
-
-/// A file system of `bytes` that goes with its owner; `None` where this user may not mount one.
-struct SmallDisk(PathBuf);
-
-impl SmallDisk {
-    fn mount(at: PathBuf, bytes: u32) -> Option<Self> {
-        std::fs::create_dir(&at).unwrap();
-        let size = format!("size={bytes}");
-        let done = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(&at).output();
-        done.is_ok_and(|d| d.status.success()).then_some(Self(at))
-    }
-}
-
-impl Drop for SmallDisk {
-    fn drop(&mut self) {
-        let _ = Command::new("umount").arg(&self.0).status();
-    }
-}
+use crate::support::{SmallDisk, folder, note, said, skip, trunnion};
 
 #[test]
 fn a_disk_that_runs_full_in_mid_print_is_a_pause_and_the_print_goes_on_when_there_is_room() {
@@ -120,7 +102,8 @@ fn a_port_of_another_user_says_what_to_do() {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        std::fs::set_permissions(dir.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
+        // It is the port that is to be denied, not the journal, which is asked for before.
+        std::fs::set_permissions(dir.path(), std::fs::Permissions::from_mode(0o777)).unwrap();
     }
     let mut command = other();
     command.arg("send").arg(&gcode).args(["--unverified", "-m"]).arg(&profile).arg("--port").arg(&link);

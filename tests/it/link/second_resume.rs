@@ -12,7 +12,7 @@ use trunnion::link::{
     Event, Header, Loopback, Outcome, Program, Protocol, Record, Reentry, Sender, Standing, State, Stop,
 };
 
-use super::bench_machine::{blocks, end, executed, joined, program, reading, retreat, settings, text};
+use super::bench_machine::{blocks, end, executed, joined, program, reading, settings, text};
 
 const MARLIN: Protocol = Protocol::Marlin;
 const STEP: Duration = Duration::from_millis(250);
@@ -56,7 +56,7 @@ impl Journal {
         if standing.counts() {
             return Sender::resuming(Arc::clone(program), settings(MARLIN), &standing);
         }
-        let found = Reentry::find(program, &reading(), &retreat(), standing.answered, MARLIN).unwrap();
+        let found = Reentry::find(program, &settings(MARLIN), standing.answered).unwrap();
         assert_eq!(found.block, entry.block, "the same layer as before");
         self.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
         Sender::reentering(Arc::clone(program), settings(MARLIN), &entry.lines, entry.block)
@@ -75,7 +75,7 @@ fn broken_off() -> (Arc<Program>, Loopback, Journal, Reentry) {
     }
     assert!(matches!(link.sender.outcome(), Some(Outcome::Stopped(Stop::Reset { .. }))));
     executed(&mut link);
-    let entry = Reentry::find(&program, &reading(), &retreat(), journal.standing().answered, MARLIN).unwrap();
+    let entry = Reentry::find(&program, &settings(MARLIN), journal.standing().answered).unwrap();
     journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
     link.sender = Sender::reentering(Arc::clone(&program), settings(MARLIN), &entry.lines, entry.block);
     journal.acked = 0;
@@ -143,7 +143,7 @@ fn re_entries_that_break_off_do_not_step_back_layer_by_layer() {
         }
         let outcome = link.sender.outcome();
         assert!(matches!(outcome, Some(Outcome::Stopped(Stop::Reset { .. }))), "{behind}: {outcome:?}");
-        let found = Reentry::find(&program, &reading(), &retreat(), journal.standing().answered, MARLIN).unwrap();
+        let found = Reentry::find(&program, &settings(MARLIN), journal.standing().answered).unwrap();
         assert_eq!((found.block, &found.lines), (entry.block, &entry.lines), "after {behind} lines");
         journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
         journal.acked = 0;
@@ -176,7 +176,7 @@ fn what_seconds_of_motion_ago_was_answered_may_not_have_been_executed() {
     let file = format!("G28\nG90\nM83\nG1 A0 C0 F600\nG1 X0 Y0 Z1 F1200\n{}{}", layer(1), layer(2));
     let program = program(Protocol::Klipper, &file);
     let [first, second] = [program.marks[0].block, program.marks[1].block];
-    let found = |answered| Reentry::find(&program, &reading(), &retreat(), answered, Protocol::Klipper).unwrap();
+    let found = |answered| Reentry::find(&program, &settings(Protocol::Klipper), answered).unwrap();
     for (behind, block) in [(20, first), (26, first), (60, first), (120, second)] {
         let found = found(second + behind);
         assert_eq!(found.block, block, "{behind} lines behind the mark: {}", found.executed);
@@ -188,7 +188,7 @@ fn settings_that_a_file_gives_in_parts_are_all_restored() {
     let kept = |text: &str| {
         let program = program(MARLIN, text);
         let state = State::before(&program, &reading(), program.len()).unwrap();
-        state.kept.into_iter().map(|(_, line)| line).collect::<Vec<_>>()
+        state.kept
     };
     assert_eq!(
         kept("M205 X8 Y8 Z0.4 E1.5\nM205 S0 T0\nM201 X1000\nM201 Y900\nM203 X200 Y200\nM203 Z12\n"),
@@ -208,8 +208,9 @@ fn settings_that_a_file_gives_in_parts_are_all_restored() {
 fn the_way_back_begins_in_the_modes_that_it_is_written_in() {
     let text = "G28\nG90\nG1 A0 C0 F600\nG1 X0 Y0 Z5 F1200\nG93\n;LAYER_CHANGE\n".to_owned()
         + &"G1 X1 F60\nG1 X0 F60\n".repeat(90);
-    let program = program(MARLIN, &text);
-    let entry = Reentry::find(&program, &reading(), &retreat(), program.len(), MARLIN).unwrap();
+    // Marlin has no G93.
+    let program = program(Protocol::RepRapFirmware, &text);
+    let entry = Reentry::find(&program, &settings(Protocol::RepRapFirmware), program.len()).unwrap();
     let at = |line: &str| entry.lines.iter().position(|l| l == line);
     assert!(at("G94").unwrap() < at("G28").unwrap() && at("G90").unwrap() < at("G28").unwrap(), "{:?}", entry.lines);
     assert_eq!(entry.lines.last().map(String::as_str), Some("G93"));

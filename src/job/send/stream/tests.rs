@@ -6,12 +6,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::*;
-use crate::cli::{load, printer};
+use crate::job::send::operator::Unattended;
+use crate::job::{self, Outputs, Silent, World, printer};
 use crate::link::{Header, Program};
 
 /// A print that has begun, over a wire whose other end is in our hands; its journal is in `folder`.
-fn begun<'a>(folder: &Path, console: &'a Console) -> (Stream<'a>, TcpStream) {
-    let profile = load::profile("generic-ac").unwrap().profile;
+fn begun<'a>(folder: &Path, world: &'a World<'a>) -> (Stream<'a>, TcpStream) {
+    let profile = job::load_profile(&"generic-ac".into(), world).unwrap().profile;
     let program = Program::read(b"G28\nG1 X1 F600\n", &printer::rules(&profile).unwrap()).unwrap();
     let mut sender = Sender::new(Arc::new(program), printer::settings(&profile).unwrap());
     sender.poll(Time::ZERO);
@@ -23,8 +24,9 @@ fn begun<'a>(folder: &Path, console: &'a Console) -> (Stream<'a>, TcpStream) {
     let (far, _) = listener.accept().unwrap();
     far.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
     let place = Place { address, baud: 115_200, identity: None, devices: PathBuf::new(), wait: Duration::ZERO };
-    let journal = JournalFile::create(&folder.join("journal"), &Header::default()).unwrap();
-    (Stream::new(sender, port, place, journal, console), far)
+    let journal =
+        JournalFile::create(&Outputs::new(None).claim(&folder.join("journal")).unwrap(), &Header::default()).unwrap();
+    (Stream::new(sender, port, place, journal, (world, &Unattended)), far)
 }
 
 /// What has arrived, up to the first that ends with `end`.
@@ -39,8 +41,8 @@ fn heard(far: &mut TcpStream, end: &str) -> String {
 
 #[test]
 fn heaters_go_off_though_the_journal_takes_nothing() {
-    let (folder, console) = (tempfile::tempdir().unwrap(), Console::new(false, true, false));
-    let (mut stream, mut far) = begun(folder.path(), &console);
+    let (folder, world) = (tempfile::tempdir().unwrap(), World::here(&Silent));
+    let (mut stream, mut far) = begun(folder.path(), &world);
     stream.journal.takes_nothing();
     assert!(!stream.journal.record(&Record::Away));
     stream.sender.receive(Time::ZERO, b"Error:something new\nok\n");
@@ -55,13 +57,13 @@ fn heaters_go_off_though_the_journal_takes_nothing() {
 
 #[test]
 fn an_emergency_stop_is_on_the_wire_before_anything_else_is_done() {
-    let (folder, console) = (tempfile::tempdir().unwrap(), Console::new(false, true, false));
-    let (mut stream, mut far) = begun(folder.path(), &console);
+    let (folder, world) = (tempfile::tempdir().unwrap(), World::here(&Silent));
+    let (mut stream, mut far) = begun(folder.path(), &world);
     stream.interrupts = 1;
     stream.interrupted(2).unwrap();
     assert!(heard(&mut far, "M112\n").ends_with("M112\n"));
     // In a pause that came from a full disk the first interrupt is one, as its words say.
-    let (mut stream, mut far) = begun(folder.path(), &console);
+    let (mut stream, mut far) = begun(folder.path(), &world);
     (stream.interrupts, stream.paused) = (0, true);
     for _ in 0..4 {
         stream.sender.poll(Time::ZERO);
@@ -76,8 +78,8 @@ fn an_emergency_stop_is_on_the_wire_before_anything_else_is_done() {
 #[cfg(unix)]
 #[test]
 fn last_words_that_the_port_does_not_take_are_said_to_be_unsaid() {
-    let (folder, console) = (tempfile::tempdir().unwrap(), Console::new(false, true, false));
-    let (mut stream, _far) = begun(folder.path(), &console);
+    let (folder, world) = (tempfile::tempdir().unwrap(), World::here(&Silent));
+    let (mut stream, _far) = begun(folder.path(), &world);
     // A terminal that nobody reads holds some kilobytes and no more.
     let link = folder.path().join("tty");
     let _unread = crate::link::serial::Server::open(&link.display().to_string()).unwrap();

@@ -11,8 +11,9 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Sender, bounded};
 
-use super::Failure;
-use crate::link::{Header, JournalError, Progress, Record, Standing};
+use super::{Disk, Files, Output};
+use crate::job::Error;
+use crate::link::{Header, Progress, Record, Standing};
 
 /// Acknowledgements are written this often, and brought to the disk with them.
 const GROUP: Duration = Duration::from_millis(200);
@@ -22,12 +23,12 @@ const RESERVE: u64 = 2048;
 /// By this much the reserve is renewed.
 const RENEWED: [u8; 8192] = [0; 8192];
 
-pub(super) struct JournalFile {
+pub(crate) struct JournalFile {
     path: PathBuf,
     file: File,
     /// Behind the last record.
     end: u64,
-    /// Behind the zeros; as far as can be where the journal is a device.
+    /// Behind the zeros.
     room: u64,
     /// What could not be written yet, for want of room.
     held: Vec<u8>,
@@ -38,18 +39,18 @@ pub(super) struct JournalFile {
 
 impl JournalFile {
     /// A new journal, written over what was there: one that is still wanted has been put aside before.
-    pub(super) fn create(path: &Path, header: &Header) -> Result<Self, Failure> {
-        let failed = |source| Failure::Write { path: path.to_owned(), source };
-        let mut file = File::create(path).map_err(failed)?;
+    pub(crate) fn create(output: &Output, header: &Header) -> Result<Self, Error> {
+        let failed = |source| Error::Write { path: output.path().to_owned(), source };
+        let mut file = output.create()?;
         let text = header.to_text();
         file.write_all(text.as_bytes()).map_err(failed)?;
-        Self::over(path, file, text.len() as u64)
+        Self::over(output.path(), file, text.len() as u64)
     }
 
     /// The journal of a print that goes on.
-    pub(super) fn reopen(path: &Path) -> Result<Self, Failure> {
-        let failed = |source| Failure::Write { path: path.to_owned(), source };
-        let bytes = super::files::read(path)?;
+    pub(crate) fn reopen(path: &Path) -> Result<Self, Error> {
+        let failed = |source| Error::Write { path: path.to_owned(), source };
+        let bytes = Disk.read(path)?;
         let written = memchr::memchr(0, &bytes).unwrap_or(bytes.len());
         // A torn last line would spoil the next.
         let end = memchr::memrchr(b'\n', &bytes[..written]).map_or(0, |i| i as u64 + 1);
@@ -58,8 +59,8 @@ impl JournalFile {
         Self::over(path, file, end)
     }
 
-    fn over(path: &Path, file: File, end: u64) -> Result<Self, Failure> {
-        let failed = |source| Failure::Write { path: path.to_owned(), source };
+    fn over(path: &Path, file: File, end: u64) -> Result<Self, Error> {
+        let failed = |source| Error::Write { path: path.to_owned(), source };
         let twin = file.try_clone().map_err(failed)?;
         let (sync, asked) = bounded::<()>(1);
         std::thread::spawn(move || {
@@ -67,12 +68,11 @@ impl JournalFile {
                 let _ = twin.sync_data();
             }
         });
-        let room = if file.metadata().is_ok_and(|m| m.is_file()) { end } else { u64::MAX };
         let (path, held) = (path.to_owned(), Vec::new());
-        let mut journal = Self { path, file, end, room, held, sync, acked: 0, written: Instant::now() };
+        let mut journal = Self { path, file, end, room: end, held, sync, acked: 0, written: Instant::now() };
         journal.renew().map_err(failed)?;
         // A journal that cannot reach the disk is found out now.
-        journal.file.sync_data().or_else(not_a_file).map_err(failed)?;
+        journal.file.sync_data().map_err(failed)?;
         Ok(journal)
     }
 
@@ -81,8 +81,8 @@ impl JournalFile {
     /// # Errors
     ///
     /// The system's, where the disk takes no more; what is kept already can still be written.
-    pub(super) fn renew(&mut self) -> std::io::Result<()> {
-        while self.room < self.end.saturating_add(RESERVE) {
+    pub(crate) fn renew(&mut self) -> std::io::Result<()> {
+        while self.room < self.end + RESERVE {
             self.file.seek(SeekFrom::Start(self.room))?;
             match self.file.write(&RENEWED)? {
                 0 => return Err(ErrorKind::WriteZero.into()),
@@ -94,22 +94,22 @@ impl JournalFile {
 
     /// As on a disk that takes nothing.
     #[cfg(test)]
-    pub(super) fn takes_nothing(&mut self) {
+    pub(crate) fn takes_nothing(&mut self) {
         (self.file, self.room) = (File::open(&self.path).expect("it was written just now"), self.end);
     }
 
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// Writes a record; `false` where the disk takes nothing, and nothing may be sent until it does.
-    pub(super) fn record(&mut self, record: &Record) -> bool {
+    pub(crate) fn record(&mut self, record: &Record) -> bool {
         self.held.extend_from_slice(record.to_text().as_bytes());
         self.retry()
     }
 
     /// Tries again what was held.
-    pub(super) fn retry(&mut self) -> bool {
+    pub(crate) fn retry(&mut self) -> bool {
         while !self.held.is_empty() {
             let fits = self.end + self.held.len() as u64 <= self.room;
             if !fits && self.renew().is_err() {
@@ -129,11 +129,11 @@ impl JournalFile {
     }
 
     fn at_end(&mut self) -> std::io::Result<()> {
-        if self.room == u64::MAX { Ok(()) } else { self.file.seek(SeekFrom::Start(self.end)).map(|_| ()) }
+        self.file.seek(SeekFrom::Start(self.end)).map(|_| ())
     }
 
     /// Writes how far the printer is, now and then.
-    pub(super) fn progress(&mut self, progress: Progress, now: bool) -> bool {
+    pub(crate) fn progress(&mut self, progress: Progress, now: bool) -> bool {
         if progress.proven == self.acked || (!now && self.written.elapsed() < GROUP) {
             return self.held.is_empty();
         }
@@ -148,41 +148,26 @@ impl JournalFile {
 impl Drop for JournalFile {
     /// The zeros go; a host that is killed leaves them, which does no harm.
     fn drop(&mut self) {
-        if self.room < u64::MAX {
-            let _ = self.file.set_len(self.end);
-        }
+        let _ = self.file.set_len(self.end);
     }
-}
-
-/// Pipes and character devices cannot be synchronised, and need not.
-fn not_a_file(error: std::io::Error) -> std::io::Result<()> {
-    if error.kind() == std::io::ErrorKind::InvalidInput { Ok(()) } else { Err(error) }
 }
 
 /// What a journal says.
-pub(super) fn read(path: &Path) -> Result<Standing, Failure> {
-    // A device would be read without end.
-    if path.exists() && !path.is_file() {
-        return Err(Failure::Usage(format!("{}: not a file", path.display())));
-    }
-    let text = super::files::read_text(path)?;
-    Standing::parse(&text).map_err(|e: JournalError| Failure::Usage(format!("{}: {e}", path.display())))
-}
-
-/// What tells this boot of the host from any other; empty where the system does not say.
-pub(super) fn boot() -> String {
-    std::fs::read_to_string("/proc/sys/kernel/random/boot_id").map(|id| id.trim().to_owned()).unwrap_or_default()
+pub(crate) fn read(path: &Path) -> Result<Standing, Error> {
+    let text = String::from_utf8(Disk.read(path)?).map_err(|_| Error::NotText { name: path.display().to_string() })?;
+    Standing::parse(&text).map_err(|source| Error::Journal { path: path.to_owned(), source })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::job::Outputs;
 
     #[test]
     fn zeros_never_go_over_records_that_are_longer_than_the_reserve() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("journal");
-        let mut journal = JournalFile::create(&path, &Header::default()).unwrap();
+        let mut journal = JournalFile::create(&Outputs::new(None).claim(&path).unwrap(), &Header::default()).unwrap();
         // As after a while without room: more is held than one renewal keeps.
         let long = Record::Printer("x".repeat(3 * RENEWED.len()));
         assert!(journal.record(&long) && journal.record(&Record::Run { number: 3, block: 0 }));

@@ -2,19 +2,15 @@
 
 use std::time::Duration;
 
-use super::Failure;
+use super::Error;
 use crate::link::sim::{Model, Quirks};
 use crate::link::{Abilities, Heaters, Protocol, Rates, Retreat, Rules, Settings};
 use crate::profile::{OnStop, Profile};
 
-pub(super) fn protocol(profile: &Profile) -> Result<Protocol, Failure> {
+pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
     let name = &profile.link.protocol;
-    Protocol::named(name).ok_or_else(|| {
-        Failure::Usage(format!(
-            "profile {}: [link] protocol is {name:?}, which cannot be streamed to; known are marlin, rrf, klipper and grbl",
-            profile.machine.name
-        ))
-    })
+    Protocol::named(name)
+        .ok_or_else(|| Error::Protocol { profile: profile.machine.name.clone(), protocol: name.clone() })
 }
 
 fn rates(profile: &Profile) -> Rates {
@@ -25,7 +21,7 @@ fn rates(profile: &Profile) -> Rates {
     }
 }
 
-pub(super) fn rules(profile: &Profile) -> Result<Rules, Failure> {
+pub(crate) fn rules(profile: &Profile) -> Result<Rules, Error> {
     Ok(Rules {
         protocol: protocol(profile)?,
         longest_line: profile.link.longest_line as usize,
@@ -34,7 +30,7 @@ pub(super) fn rules(profile: &Profile) -> Result<Rules, Failure> {
     })
 }
 
-pub(super) fn abilities(profile: &Profile) -> Abilities {
+pub(crate) fn abilities(profile: &Profile) -> Abilities {
     let table = profile.kinematics();
     Abilities {
         reading: profile.reading(),
@@ -45,7 +41,7 @@ pub(super) fn abilities(profile: &Profile) -> Abilities {
     }
 }
 
-pub(super) fn retreat(profile: &Profile) -> Retreat {
+pub(crate) fn retreat(profile: &Profile) -> Retreat {
     let table = profile.kinematics();
     let (transition, link) = (&profile.transition, &profile.link);
     Retreat {
@@ -66,7 +62,7 @@ pub(super) fn retreat(profile: &Profile) -> Retreat {
     }
 }
 
-pub(super) fn settings(profile: &Profile) -> Result<Settings, Failure> {
+pub(crate) fn settings(profile: &Profile) -> Result<Settings, Error> {
     let protocol = protocol(profile)?;
     let mut settings = Settings::new(protocol, profile.reading(), retreat(profile));
     let buffer = profile.link.buffer as usize;
@@ -78,12 +74,13 @@ pub(super) fn settings(profile: &Profile) -> Result<Settings, Failure> {
     if protocol == Protocol::Marlin {
         settings.window_lines = (profile.link.commands as usize).max(1);
     }
+    settings.planner_blocks = profile.link.planner;
     settings.identity = Some(profile.link.identity.clone()).filter(|i| !i.is_empty());
     Ok(settings)
 }
 
 /// The machine that a profile describes, as far as it does; accelerations are those of an ordinary printer.
-pub(super) fn model(profile: &Profile) -> Result<Model, Failure> {
+pub(crate) fn model(profile: &Profile) -> Result<Model, Error> {
     let table = profile.kinematics();
     let limits = profile.linear_limits();
     let heated = protocol(profile)? != Protocol::Grbl;
@@ -101,7 +98,7 @@ pub(super) fn model(profile: &Profile) -> Result<Model, Failure> {
     })
 }
 
-pub(super) fn quirks(profile: &Profile) -> Result<Quirks, Failure> {
+pub(crate) fn quirks(profile: &Profile) -> Result<Quirks, Error> {
     let mut quirks = Quirks::of(protocol(profile)?);
     quirks.receive_buffer = profile.link.buffer as usize;
     quirks.queue = (profile.link.commands as usize).max(1);

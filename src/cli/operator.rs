@@ -1,0 +1,189 @@
+//! The terminal as the one who stands by a print: events as lines, Ctrl-C, what is typed.
+
+use std::cell::RefCell;
+use std::io::{BufRead, IsTerminal};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use crossbeam_channel::{Receiver, TryRecvError, bounded};
+use serde_json::{Value, json};
+
+use super::Console;
+use super::interrupts::on_interrupt;
+use crate::job::{Answer, At, Figures, Operator, Sending};
+use crate::link::Reentry;
+use crate::link::serial::Twin;
+
+/// Ctrl-C so far: once is a safe pause, twice an emergency stop.
+static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
+
+/// What the second Ctrl-C writes by itself, were the print's own thread held up by a disk or by a screen that takes nothing.
+static LAST_WORDS: Mutex<Option<(Twin, &'static [u8])>> = Mutex::new(None);
+
+/// More than the print's own thread naps, and soon enough.
+const HEAD_START: Duration = Duration::from_millis(300);
+
+pub(super) struct Terminal<'a> {
+    console: &'a Console,
+    /// Whether `--yes` has agreed to everything.
+    yes: bool,
+    typed: RefCell<Option<Receiver<String>>>,
+}
+
+impl<'a> Terminal<'a> {
+    pub(super) fn new(console: &'a Console, yes: bool) -> Self {
+        Self { console, yes, typed: RefCell::new(None) }
+    }
+
+    /// In a pause, where somebody can type.
+    fn listen(&self) {
+        if !std::io::stdin().is_terminal() {
+            return;
+        }
+        let text = "paused above the part; Enter goes on, c and Enter cancels, Ctrl-C is an emergency stop";
+        self.console.note(text);
+        let (typed, lines) = bounded(1);
+        self.typed.replace(Some(lines));
+        std::thread::spawn(move || {
+            let mut text = String::new();
+            // The end of input is no Enter.
+            if std::io::stdin().read_line(&mut text).is_ok_and(|n| n > 0) {
+                let _ = typed.send(text);
+            }
+        });
+    }
+
+    fn say(&self, what: &Sending<'_>, at: At) {
+        let console = self.console;
+        match what {
+            Sending::Printer(name) => console.note(&format!("printer: {name}")),
+            Sending::Resend { number, why, .. } => {
+                console.detail(&format!("line {number} on the wire goes out again ({why})"));
+            }
+            Sending::UserWait => console.note("the printer waits for somebody"),
+            Sending::Note(text) => console.note(text),
+            Sending::Progress(figures) if !console.json() => console.status(&status(figures, at)),
+            Sending::Pausing => {
+                console.note("pausing: the moves under way end first; Ctrl-C again is an emergency stop");
+            }
+            Sending::Short { journal } => {
+                console.warning(&format!("{journal}: no room left on the disk for the journal; pausing"));
+            }
+            Sending::StillShort => console.warning("there is still no room on the disk for the journal"),
+            Sending::Full { journal } => {
+                console.warning(&format!("{journal}: cannot be written any more; nothing is sent until it can"));
+            }
+            Sending::Lost { why, wait } => {
+                let wait = wait.as_secs();
+                console.warning(&format!("the link is gone ({why}); waiting up to {wait} s for the same device"));
+            }
+            Sending::Aside { journal } => {
+                let journal = journal.display();
+                console.warning(&format!("the journal of a print that was broken off is now {journal}"));
+            }
+            Sending::UnprovedWay => {
+                console.warning("without --plan nothing proves that the way back to the part is clear");
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Operator for Terminal<'_> {
+    fn told(&self, what: &Sending<'_>, at: At) {
+        self.say(what, at);
+        if let (true, Some((name, Value::Object(facts)))) = (self.console.json(), event(what)) {
+            let mut line = json!({"event": name, "line": at.line, "of": at.of});
+            line.as_object_mut().into_iter().for_each(|all| all.extend(facts.clone()));
+            self.console.result(&line.to_string());
+        }
+        if matches!(what, Sending::Paused) {
+            self.listen();
+        }
+    }
+
+    fn begin(&self) {
+        on_interrupt(|| {
+            if INTERRUPTS.fetch_add(1, Ordering::Relaxed) == 0 {
+                return;
+            }
+            // The print's own thread stops in better order, if it still can.
+            std::thread::sleep(HEAD_START);
+            if let Some((port, words)) = LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
+                port.write(words);
+            }
+        });
+    }
+
+    fn interrupts(&self) -> u32 {
+        INTERRUPTS.load(Ordering::Relaxed)
+    }
+
+    fn forget_interrupts(&self) {
+        INTERRUPTS.store(0, Ordering::Relaxed);
+    }
+
+    fn last_words(&self, words: Option<(Twin, &'static [u8])>) {
+        *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
+    }
+
+    /// Without a terminal, or behind the end of its input, nobody can type.
+    fn answer(&self) -> Answer {
+        let mut typed = self.typed.borrow_mut();
+        let Some(lines) = typed.as_ref() else { return Answer::Nobody };
+        let text = match lines.try_recv() {
+            Ok(text) => text,
+            Err(TryRecvError::Empty) => return Answer::NotYet,
+            Err(TryRecvError::Disconnected) => return Answer::Nobody,
+        };
+        *typed = None;
+        if text.trim().eq_ignore_ascii_case("c") { Answer::Cancel } else { Answer::GoOn }
+    }
+
+    fn agrees(&self, _: &Reentry) -> bool {
+        if self.yes {
+            return true;
+        }
+        if !std::io::stdin().is_terminal() {
+            return false;
+        }
+        self.console.note("type yes to do so:");
+        let mut text = String::new();
+        let read = std::io::stdin().lock().read_line(&mut text);
+        read.is_ok() && text.trim() == "yes"
+    }
+}
+
+/// The name and the facts of an event, as `--json` writes it.
+fn event(what: &Sending<'_>) -> Option<(&'static str, Value)> {
+    Some(match what {
+        Sending::Start => ("start", json!({})),
+        Sending::Resend { number, file_line, why } => {
+            ("resend", json!({"number": number, "file_line": file_line, "why": why}))
+        }
+        Sending::Progress(f) => {
+            let facts = json!({
+                "layer": f.layer, "slot": f.slot, "seconds_left": f.seconds_left, "nozzle_c": f.nozzle_c, "bed_c": f.bed_c,
+                "resends": f.resends,
+            });
+            ("progress", facts)
+        }
+        Sending::Paused => ("pause", json!({})),
+        Sending::Resumed => ("resumed", json!({})),
+        Sending::Short { journal } | Sending::Full { journal } => ("full", json!({"journal": journal})),
+        Sending::Lost { why, .. } => ("lost", json!({"why": why})),
+        Sending::Reset { reason } => ("reset", json!({"reason": reason})),
+        Sending::Stopped { reason } => ("stopped", json!({"reason": reason})),
+        Sending::Done { resends } => ("done", json!({"resends": resends})),
+        _ => return None,
+    })
+}
+
+fn status(figures: &Figures, at: At) -> String {
+    let bed = figures.bed_c.unwrap_or(0.0);
+    let heat = figures.nozzle_c.map_or(String::new(), |nozzle| format!(", nozzle {nozzle:.0}, bed {bed:.0}"));
+    let slot = figures.slot.map_or(String::new(), |slot| format!(", slot {slot}"));
+    let (line, of, layer, left) = (at.line, at.of, figures.layer, figures.seconds_left / 60.0);
+    format!("line {line} of {of}, layer {layer}{slot}, about {left:.0} min left{heat}")
+}

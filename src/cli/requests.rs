@@ -1,0 +1,106 @@
+//! Flags as the requests of `job`.
+
+use std::any::Any;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use super::args::{BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs, SlotArg};
+use super::{Failure, interrupts};
+use crate::job::{
+    LARGEST_BED_MM, MachineSource, ModelSource, Outputs, Place, PlanOptions, PlanSource, SlicingOptions, Source,
+};
+use crate::mesh::Unit;
+use crate::planning::Priority;
+use crate::slicing::SlicerChoice;
+
+impl ModelArgs {
+    pub(super) fn source(&self) -> Result<ModelSource, Failure> {
+        let unit = self.unit.as_deref().map(str::parse::<Unit>).transpose();
+        let unit = unit.map_err(|e| Failure::Usage(e.to_string()))?;
+        Ok(ModelSource { source: Source::from(&self.model), unit, repair: self.repair })
+    }
+}
+
+impl MachineArgs {
+    pub(super) fn source(&self) -> MachineSource {
+        MachineSource::from(self.profile.as_str())
+    }
+}
+
+impl PlanArgs {
+    pub(super) fn options(&self) -> Result<PlanOptions, Failure> {
+        Ok(PlanOptions {
+            objective: self.objective.clone(),
+            orient_by: self.orient_by.clone(),
+            method: self.method.clone(),
+            orient_budget: self.orient_budget,
+            overhang_deg: self.overhang,
+            margin_mm: self.margin,
+            priority: match self.slots {
+                SlotArg::Together => Priority::Together,
+                SlotArg::Single => Priority::Single,
+                SlotArg::OnlySingle => Priority::OnlySingle,
+            },
+            table_first: !self.table_later,
+            seed: self.seed,
+            place: self.origin.as_deref().map(|text| self.place(text)).transpose()?,
+            remedies: !self.no_remedies,
+            budget: self.budget,
+            plans: 1,
+        })
+    }
+
+    /// The place that `--origin` and `--turn` ask for.
+    fn place(&self, text: &str) -> Result<Place, Failure> {
+        let bad =
+            || Failure::Usage(format!("--origin {text}: not two numbers of millimetres; write --origin 12.5,-30"));
+        let (x, y) = text.split_once(',').ok_or_else(bad)?;
+        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(bad);
+        Ok(Place { origin_mm: [number(x)?, number(y)?], turn_deg: self.turn.unwrap_or(0.0) })
+    }
+}
+
+impl SliceArgs {
+    pub(super) fn options(&self, bed: &BedArgs) -> Result<SlicingOptions, Failure> {
+        Ok(SlicingOptions {
+            slicer: self.slicer.parse().unwrap_or(SlicerChoice::Auto),
+            configs: self.slicer_config.clone(),
+            timeout: Duration::from_secs(self.slicer_timeout),
+            bed_mm: bed.size()?,
+        })
+    }
+}
+
+impl PlanRef {
+    pub(super) fn source(&self, plan: &Path) -> PlanSource {
+        PlanSource {
+            plan: plan.into(),
+            model: self.model.as_ref().map(Source::from),
+            machine: self.profile.as_deref().map(MachineSource::from),
+        }
+    }
+}
+
+impl BedArgs {
+    /// The bed's size.
+    pub(super) fn size(&self) -> Result<[f64; 2], Failure> {
+        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= LARGEST_BED_MM);
+        let parsed = self.bed.split_once(['x', 'X', ',']).and_then(|(x, y)| Some([number(x)?, number(y)?]));
+        parsed.ok_or_else(|| {
+            Failure::Usage(format!(
+                "--bed {}: give width x depth in mm up to {LARGEST_BED_MM}, for example 250x210",
+                self.bed
+            ))
+        })
+    }
+}
+
+/// The right to write, for a call that reads `inputs`.
+pub(super) fn outputs<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Outputs {
+    Outputs::new(inputs).held_by(|| -> Box<dyn Any> { Box::new(interrupts::held()) })
+}
+
+/// The file that a profile's word means; `None` for a shipped name.
+pub(super) fn profile_file(word: &str) -> Option<PathBuf> {
+    MachineSource::from(word).path().map(Path::to_owned)
+}

@@ -1,0 +1,236 @@
+//! Why a job was not done, with the facts as fields.
+
+use std::io::ErrorKind;
+use std::path::PathBuf;
+
+use super::{BadSetting, NoPlan, Rejected};
+use crate::link::serial::PortError;
+use crate::link::{JournalError, ProgramError, Unfit};
+use crate::mesh::{MeshError, UnknownUnit};
+use crate::planning::{Infeasible, Misplaced, PlanError};
+use crate::profile::ProfileError;
+use crate::slicing::SliceError;
+use crate::toolpath::{RewriteError, SlicedError};
+
+/// Why a job was not done.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file that cannot be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A file that cannot be written.
+    #[error("{}: cannot be written: {source}{}", path.display(), remedy(source))]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A pipe or a device might never end.
+    #[error("{} is {kind}; give the name of a file", path.display())]
+    NotAFile {
+        /// What was to be read.
+        path: PathBuf,
+        /// What it is.
+        kind: &'static str,
+    },
+    /// A file that could not be held beside what is made of it.
+    #[error("{}: {bytes} bytes; at most {most} (4 GiB) are read", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        bytes: u64,
+        /// What is allowed.
+        most: u64,
+    },
+    /// Not UTF-8.
+    #[error("{name}: not a text file")]
+    NotText {
+        /// The file.
+        name: String,
+    },
+    /// An output that is no file.
+    #[error("{} is {kind}; give the name of a file for the output", path.display())]
+    NoOutput {
+        /// What was to be written.
+        path: PathBuf,
+        /// What it is.
+        kind: &'static str,
+    },
+    /// An output in a folder that is not there.
+    #[error("{}: there is no folder {}; make it first", path.display(), folder.display())]
+    NoFolder {
+        /// The output.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// An output whose owner forbids writing.
+    #[error("{} is protected against writing; allow writing to it, or give the output another name", path.display())]
+    Protected {
+        /// The output.
+        path: PathBuf,
+    },
+    /// An output that the same call reads, or writes otherwise.
+    #[error("{} is also {what}; give the output another name", path.display())]
+    Twice {
+        /// The output.
+        path: PathBuf,
+        /// `an input` or `another output`.
+        what: &'static str,
+    },
+    /// A plan whose model is neither where it says nor beside it.
+    #[error("{plan}: the model {model} is not there")]
+    NoModel {
+        /// The plan.
+        plan: String,
+        /// The model's file, as the plan names it.
+        model: String,
+    },
+    /// A plan whose model has a unit that nobody knows.
+    #[error("{plan}: {source}")]
+    Unit {
+        /// The plan.
+        plan: String,
+        /// The unit.
+        source: UnknownUnit,
+    },
+    /// A setting of a request that cannot be.
+    #[error(transparent)]
+    Setting(#[from] BadSetting),
+    /// A model that cannot be read.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A profile that makes no sense.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
+    /// A model that does not lie on its table.
+    #[error(transparent)]
+    Misplaced(#[from] Misplaced),
+    /// A plan that is none, or is stale.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A model that cannot be planned at all, or has no sequence.
+    #[error(transparent)]
+    Infeasible(#[from] Infeasible),
+    /// A model without a plan, with reasons and remedies.
+    #[error("{}", .0.infeasible)]
+    NoPlan(Box<NoPlan>),
+    /// The slicer failed.
+    #[error(transparent)]
+    Slice(#[from] SliceError),
+    /// A sliced file that is not understood.
+    #[error(transparent)]
+    Sliced(#[from] SlicedError),
+    /// Sliced files that do not make a program.
+    #[error(transparent)]
+    Rewrite(#[from] RewriteError),
+    /// A sliced file that could be any print of the plan.
+    #[error("{file}: which print is it? name the file print-NN.., label objects in the slicer")]
+    WhichPrint {
+        /// The file.
+        file: String,
+    },
+    /// A program that cannot be sent line by line.
+    #[error("{}: {source}", path.display())]
+    Program {
+        /// The program.
+        path: PathBuf,
+        /// Why.
+        source: ProgramError,
+    },
+    /// A program that the printer cannot do.
+    #[error("{}: {unfit}; nothing was sent", path.display())]
+    Unfit {
+        /// The program.
+        path: PathBuf,
+        /// What it cannot.
+        unfit: Unfit,
+    },
+    /// A profile whose printer nobody can stream to.
+    #[error(
+        "profile {profile}: [link] protocol is {protocol:?}, which cannot be streamed to; known are marlin, rrf, klipper and grbl"
+    )]
+    Protocol {
+        /// The profile.
+        profile: String,
+        /// As it says.
+        protocol: String,
+    },
+    /// A journal that is none.
+    #[error("{}: {source}", path.display())]
+    Journal {
+        /// The journal.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: JournalError,
+    },
+    /// A program that is not the one whose print broke off.
+    #[error("{}: the file has changed since the print began ({then} bytes then, {now} now); what was printed cannot be matched to it", path.display())]
+    ProgramChanged {
+        /// The program.
+        path: PathBuf,
+        /// Its size when the print began.
+        then: u64,
+        /// Its size now.
+        now: u64,
+    },
+    /// A machine that is not the one whose print broke off.
+    #[error("profile {profile} has changed since the print began; give the same one")]
+    ProfileChanged {
+        /// The profile.
+        profile: String,
+    },
+    /// A print that did not break off.
+    #[error("{}: this print has ended; there is nothing to go on with", path.display())]
+    Ended {
+        /// The program.
+        path: PathBuf,
+    },
+    /// The operator does not want the machine to move.
+    #[error("nothing was moved; the print would go on at line {line}")]
+    Refused {
+        /// The line of the program.
+        line: u32,
+    },
+    /// A place where no host can connect.
+    #[error("{link}: {source}")]
+    Link {
+        /// The place.
+        link: String,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A simulated printer's log that takes nothing.
+    #[error("log: {source}")]
+    Log {
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A port that cannot be had.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// The printer, the wire or the operator ended the print.
+    #[error("{0}")]
+    Printer(String),
+    /// The program was made, and has findings.
+    #[error("{0}")]
+    Rejected(Box<Rejected>),
+}
+
+/// What can be done where the system's own words do not say; begins with a semicolon, or is empty.
+pub fn remedy(source: &std::io::Error) -> &'static str {
+    match source.kind() {
+        ErrorKind::StorageFull => "; free some room on the disk, or choose another",
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "; choose another folder, or allow writing there"
+        }
+        _ => "",
+    }
+}

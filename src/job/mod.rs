@@ -1,0 +1,49 @@
+//! The jobs that the command and a library's user have in common: typed request and [`World`] in, typed result out.
+//!
+//! ```text
+//! PrepareRequest --prepare--> PrepareResult{planned, gcode: Verified}      all of the following, in memory
+//! PlanRequest    --plan--> PlanResult{plan: CheckedPlan}                   or Error::NoPlan{reasons, remedies}
+//! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
+//! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
+//! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
+//! Verified       --send, resume, rehearse--> the printer                   an Operator stands by
+//! ```
+//!
+//! What a job touches beyond its own values (files, slicers, ports, the clock, whoever watches) comes with its [`World`];
+//! `world/` holds the real one. Results are values: to write one, claim its file before the work with [`Outputs`]. There is no
+//! JSON here, no flags and no terminal: those are the command's.
+//! Lengths mm, angles degrees, times seconds where a name does not say otherwise.
+
+mod bench;
+mod error;
+mod load;
+mod plan;
+mod prepare;
+pub(crate) mod printer;
+mod progress;
+mod rewrite;
+mod send;
+mod setting;
+mod slice;
+mod source;
+mod verify;
+mod world;
+
+pub use bench::Bench;
+pub use error::{Error, remedy};
+pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
+pub use plan::{Listed, NoPlan, Place, PlanOptions, PlanRequest, PlanResult, plan, sequences};
+pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
+pub use progress::{Bar, Progress, Silent, Step};
+pub use rewrite::{RewriteRequest, RewriteResult, rewrite};
+pub use send::{
+    Answer, At, Figures, Operator, Rehearsal, SendOptions, SendRequest, Sending, Unattended, Wire, can_be_sent,
+    rehearse, resume, send,
+};
+pub use setting::BadSetting;
+pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, slice};
+pub use source::{MachineSource, ModelSource, Source};
+pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
+pub use world::{
+    Clock, Disk, Files, Installed, Output, Outputs, OwnPorts, Ports, Slicers, SystemClock, World, with_suffix,
+};

@@ -1,0 +1,222 @@
+//! Orientations and a sequence for a model on a machine, or why there is none and what would help.
+
+mod options;
+
+use super::{
+    CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World, load_model, load_profile,
+};
+use crate::orient::Direction;
+use crate::planning::{
+    self, Infeasible, Options, PartRef, Placement, Plan, Planned, Reason, Remedy, Slot, ThreeAxis, Wish, Workpiece,
+    can_be_helped, plan_anywhere, sha256_hex, sheet, sheet_of_reasons, three_axis,
+};
+use crate::profile::Profile;
+use options::Asked;
+pub use options::{Place, PlanOptions};
+
+/// A model and a machine, and how to plan.
+#[derive(Clone, Debug)]
+pub struct PlanRequest {
+    /// The model.
+    pub model: ModelSource,
+    /// The machine.
+    pub machine: MachineSource,
+    /// How.
+    pub options: PlanOptions,
+}
+
+impl PlanRequest {
+    /// As the command does it without flags.
+    pub fn new(model: impl Into<ModelSource>, machine: impl Into<MachineSource>) -> Self {
+        Self { model: model.into(), machine: machine.into(), options: PlanOptions::default() }
+    }
+}
+
+/// A plan with what the search says of it.
+#[derive(Clone, Debug)]
+pub struct PlanResult {
+    /// The best plan, with its model and machine.
+    pub plan: CheckedPlan,
+    /// All that were asked for, the best first; at least one.
+    pub plans: Vec<Planned>,
+    /// What was minimised.
+    pub objective: String,
+    /// Printing in three axes on supports, where several plans were asked for.
+    pub three_axis: Option<ThreeAxis>,
+    /// Whether the model stands elsewhere than in the middle, because only there the axes reach.
+    pub moved: bool,
+    /// Of `seconds`, what the search for orientations took.
+    pub orient_seconds: f64,
+    /// What planning took.
+    pub seconds: f64,
+}
+
+impl PlanResult {
+    /// The best of the plans.
+    pub fn best(&self) -> &Planned {
+        &self.plans[0]
+    }
+
+    /// The plan as one picture (SVG), a frame for each pose.
+    pub fn sheet(&self) -> String {
+        sheet(&self.plan.plan, &self.plan.workpiece(), &self.plan.machine.profile)
+    }
+}
+
+/// No plan was found: why, and what would help.
+#[derive(Clone, Debug)]
+pub struct NoPlan {
+    /// Why.
+    pub infeasible: Infeasible,
+    /// What would help, each by itself; `None` where it was not looked for.
+    pub remedies: Option<Vec<Remedy>>,
+    /// The model.
+    pub model: LoadedModel,
+    machine: LoadedProfile,
+    base: Placement,
+}
+
+impl NoPlan {
+    /// The reasons, and whether none of them can be left out.
+    pub fn reasons(&self) -> (&[Reason], bool) {
+        if let Infeasible::NoPlan { reasons, least, .. } = &self.infeasible { (reasons, *least) } else { (&[], false) }
+    }
+
+    /// The reasons as one picture (SVG); `None` where there are none that can be drawn.
+    pub fn sheet(&self) -> Option<String> {
+        let workpiece = Workpiece::place(&self.model.model, &self.base);
+        let (reasons, _) = self.reasons();
+        (!reasons.is_empty()).then(|| sheet_of_reasons(reasons, &workpiece, &self.machine.profile))
+    }
+}
+
+/// Plans.
+///
+/// # Errors
+///
+/// [`Error::NoPlan`] with reasons and remedies; [`Error::Infeasible`] and [`Error::Misplaced`] for a model that cannot be
+/// planned at all; [`Error::Setting`]; what reading model and machine may say.
+pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
+    let machine = load_profile(&request.machine, world)?;
+    let model = load_model(&request.model, world)?;
+    planned(model, machine, &request.options, world)
+}
+
+/// Plans what is loaded already.
+pub(super) fn planned(
+    model: LoadedModel,
+    machine: LoadedProfile,
+    options: &PlanOptions,
+    world: &World<'_>,
+) -> Result<PlanResult, Error> {
+    let start = world.clock.now();
+    let seconds = || (world.clock.now() - start).as_secs_f64();
+    let asked = Asked::of(options, &machine, &model)?;
+    let wanted = asked.options(options);
+    let (base, profile) = (asked.base, &machine.profile);
+    let workpiece = Workpiece::place(&model.model, &base);
+    let directions = asked.directions(&workpiece, &machine, &wanted)?;
+    let orient_seconds = seconds();
+    let found = if options.place.is_some() {
+        planning::plan(&workpiece, profile, &directions, &wanted).map(|plans| (base, plans))
+    } else {
+        plan_anywhere(&model.model, profile, &base, &directions, &wanted)
+    };
+    let (placement, plans) = match found {
+        Ok(found) => found,
+        Err(infeasible) => {
+            let seek = options.remedies && can_be_helped(&infeasible);
+            let seek = seek.then(|| remedies(&infeasible, (&workpiece, profile), (&directions, &wanted), world));
+            drop(workpiece);
+            return Err(Error::NoPlan(Box::new(NoPlan { infeasible, remedies: seek, model, machine, base })));
+        }
+    };
+    let plan = checked(model, machine, placement, &plans[0])?;
+    let compared = options.plans > 1;
+    let three_axis = compared.then(|| three_axis(&plan.workpiece(), &plan.machine.profile, wanted.overhang));
+    let (objective, moved) = (asked.goal.text.clone(), placement != base);
+    Ok(PlanResult { plan, plans, objective, three_axis, moved, orient_seconds, seconds: seconds() })
+}
+
+/// The plan's document, held against its model and machine.
+fn checked(
+    model: LoadedModel,
+    machine: LoadedProfile,
+    placement: Placement,
+    best: &Planned,
+) -> Result<CheckedPlan, Error> {
+    let plan = Plan {
+        format: Plan::FORMAT.to_owned(),
+        version: Plan::VERSION,
+        made_by: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
+        model: model.reference(),
+        machine: machine.reference(),
+        placement,
+        parts: model.model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
+        slots: best.slots.clone(),
+    };
+    plan.check(&machine.profile.kinematics(), model.model.parts.len())?;
+    Ok(CheckedPlan { sha256: sha256_hex(plan.to_text().as_bytes()), plan, model, machine })
+}
+
+/// Kinds of remedies that are tried.
+const KINDS: usize = 8;
+
+fn remedies(
+    no: &Infeasible,
+    (workpiece, profile): (&Workpiece<'_>, &Profile),
+    (directions, options): (&[Vec<Direction>], &Options<'_>),
+    world: &World<'_>,
+) -> Vec<Remedy> {
+    let reasons: &[Reason] = if let Infeasible::NoPlan { reasons, .. } = no { reasons } else { &[] };
+    let mut concerned: Vec<usize> = reasons.iter().map(|r| r.part).collect();
+    concerned.sort_unstable();
+    concerned.dedup();
+    let bar = world.progress.begin("remedies", KINDS);
+    let mut done = 0;
+    Wish { workpiece, profile, directions, options, concerned: &concerned }.remedies(|_| {
+        done += 1;
+        bar.at(done);
+    })
+}
+
+/// How many sequences were listed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Listed {
+    /// How many.
+    pub count: usize,
+    /// Whether these are all there are.
+    pub complete: bool,
+    /// What listing took.
+    pub seconds: f64,
+}
+
+/// Hands every feasible sequence to `each` as it is found, `most` at most.
+///
+/// # Errors
+///
+/// As [`plan`], but [`Error::Infeasible`] without remedies where there is none.
+pub fn sequences(
+    request: &PlanRequest,
+    most: usize,
+    world: &World<'_>,
+    mut each: impl FnMut(Vec<Slot>),
+) -> Result<Listed, Error> {
+    let machine = load_profile(&request.machine, world)?;
+    let model = load_model(&request.model, world)?;
+    let start = world.clock.now();
+    let asked = Asked::of(&request.options, &machine, &model)?;
+    let options = asked.options(&request.options);
+    let workpiece = Workpiece::place(&model.model, &asked.base);
+    let directions = asked.directions(&workpiece, &machine, &options)?;
+    let mut seen = 0;
+    let complete = planning::sequences(&workpiece, &machine.profile, &directions, &options, |slots| {
+        seen += 1;
+        let wanted = seen <= most;
+        if wanted {
+            each(slots);
+        }
+        wanted
+    })?;
+    Ok(Listed { count: seen.min(most), complete, seconds: (world.clock.now() - start).as_secs_f64() })
+}

@@ -1,0 +1,139 @@
+//! How to plan, as values of plain types, checked and made into what `planning` asks for.
+
+use crate::geom::Angle;
+use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile};
+use crate::orient::{Direction, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
+use crate::planning::{Goal, Options, Placement, Priority, Workpiece, centred, orientations, plannable};
+
+/// How to plan; the default is what the command does without flags.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanOptions {
+    /// What the plan minimises: `bss`, `time`, `setups`, `slots`, an objective of orientations summed over the parts, or a
+    /// weighted sum of such.
+    pub objective: String,
+    /// What the search for orientations minimises; `None`: the plan's objective where it is one of parts, else staircase.
+    pub orient_by: Option<String>,
+    /// The search for orientations; `None`: a multistart of quick descents.
+    pub method: Option<String>,
+    /// Most evaluations of that search, for one part and objective; `None`: the method's own.
+    pub orient_budget: Option<usize>,
+    /// Overhangs up to this angle from the vertical need no support.
+    pub overhang_deg: f64,
+    /// Room the head keeps from parts it does not print on.
+    pub margin_mm: f64,
+    /// Which sequences come first.
+    pub priority: Priority,
+    /// Whether everything on the table belongs to the first slot.
+    pub table_first: bool,
+    /// Seed of the orientation search.
+    pub seed: u64,
+    /// Where the file's origin comes to lie on the table; `None`: the model centred, elsewhere if the axes do not reach.
+    pub place: Option<Place>,
+    /// Whether to look for what would help where there is no plan.
+    pub remedies: bool,
+    /// Most steps of the sequence search.
+    pub budget: u64,
+    /// How many distinct plans, 1 to 100; beside several stands printing in three axes.
+    pub plans: usize,
+}
+
+/// A place on the table; the height is the table's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Where the file's origin lies.
+    pub origin_mm: [f64; 2],
+    /// The turn about the table's normal.
+    pub turn_deg: f64,
+}
+
+impl Default for PlanOptions {
+    fn default() -> Self {
+        Self {
+            objective: "bss".to_owned(),
+            orient_by: None,
+            method: None,
+            orient_budget: None,
+            overhang_deg: 45.0,
+            margin_mm: 0.5,
+            priority: Priority::Together,
+            table_first: true,
+            seed: 1,
+            place: None,
+            remedies: true,
+            budget: 20_000_000,
+            plans: 1,
+        }
+    }
+}
+
+/// What the options ask for, checked; `Options` borrow from it.
+pub(super) struct Asked {
+    pub(super) goal: Goal,
+    objective: Box<dyn Objective>,
+    search: Box<dyn Search>,
+    /// Where the model stands at first.
+    pub(super) base: Placement,
+}
+
+impl Asked {
+    pub(super) fn of(options: &PlanOptions, machine: &LoadedProfile, model: &LoadedModel) -> Result<Self, Error> {
+        BadSetting::within("top", options.plans as f64, "", [1.0, 100.0])?;
+        let settings = Settings { layer_mm: machine.profile.process.layer_height_mm, ..Settings::default() };
+        let bad = |name| move |source| BadSetting::Objective { name, source };
+        let goal = Goal::parse(&options.objective, &settings).map_err(bad("objective"))?;
+        let of_goal = || objective(&options.objective, &settings).or_else(|_| objective("staircase", &settings));
+        let given = options.orient_by.as_ref().map(|text| objective(text, &settings));
+        let objective = given.unwrap_or_else(of_goal).map_err(bad("orient-by"))?;
+        BadSetting::within("overhang", options.overhang_deg, " deg", [0.0, 90.0])?;
+        BadSetting::within("margin", options.margin_mm, " mm", [0.0, 100.0])?;
+        if options.orient_budget == Some(0) {
+            return Err(BadSetting::Zero { name: "orient-budget" }.into());
+        }
+        let search = search(options, objective.as_ref())?;
+        let base = match options.place {
+            Some(place) => {
+                BadSetting::within("turn", place.turn_deg, " deg", [-360.0, 360.0])?;
+                let [x, y] = place.origin_mm;
+                Placement { origin_mm: [x, y, -model.model.bounds.min.z], turn_deg: place.turn_deg }
+            }
+            None => centred(&model.model, &machine.profile)?,
+        };
+        Ok(Self { goal, objective, search, base })
+    }
+
+    pub(super) fn options<'a>(&'a self, options: &PlanOptions) -> Options<'a> {
+        Options {
+            overhang: Angle::from_deg(options.overhang_deg),
+            margin_mm: options.margin_mm,
+            priority: options.priority,
+            table_first: options.table_first,
+            budget: options.budget,
+            plans: options.plans,
+            ..Options::new(&self.goal, self.objective.as_ref(), self.search.as_ref())
+        }
+    }
+
+    /// The directions to try where the model stands at first.
+    pub(super) fn directions(
+        &self,
+        workpiece: &Workpiece<'_>,
+        machine: &LoadedProfile,
+        options: &Options<'_>,
+    ) -> Result<Vec<Vec<Direction>>, Error> {
+        workpiece.check(&machine.profile)?;
+        plannable(workpiece)?;
+        Ok(orientations(workpiece, options))
+    }
+}
+
+fn search(options: &PlanOptions, objective: &dyn Objective) -> Result<Box<dyn Search>, BadSetting> {
+    let Some(name) = &options.method else {
+        let usual = Multistart { seed: options.seed, ..Multistart::default() };
+        return Ok(Box::new(Multistart { budget: options.orient_budget.unwrap_or(usual.budget), ..usual }));
+    };
+    method(name, objective, options.orient_budget, options.seed).ok_or_else(|| BadSetting::Method {
+        name: "method",
+        given: name.clone(),
+        nearest: nearest(name, &METHODS).to_string(),
+    })
+}

@@ -1,0 +1,125 @@
+//! The main job: from a model to a verified program, in memory.
+
+use super::plan::planned;
+use super::progress::Step;
+use super::rewrite::{finish, read_prints};
+use super::slice::slice_by;
+use super::{
+    Error, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult, SlicerName, SlicingOptions,
+    Verified, World, load_model, load_profile,
+};
+use crate::toolpath::{Input, Segment, SlicedError};
+
+/// A model and a machine, and how to bring them together.
+#[derive(Clone, Debug)]
+pub struct PrepareRequest {
+    /// The model.
+    pub model: ModelSource,
+    /// The machine.
+    pub machine: MachineSource,
+    /// How to plan.
+    pub plan: PlanOptions,
+    /// How to slice.
+    pub slicing: SlicingOptions,
+}
+
+impl PrepareRequest {
+    /// As the command does it without flags.
+    pub fn new(model: impl Into<ModelSource>, machine: impl Into<MachineSource>) -> Self {
+        let (plan, slicing) = (PlanOptions::default(), SlicingOptions::default());
+        Self { model: model.into(), machine: machine.into(), plan, slicing }
+    }
+}
+
+/// The program, and how it came about.
+#[derive(Clone, Debug)]
+pub struct PrepareResult {
+    /// The program for the machine, proved.
+    pub gcode: Verified<Vec<u8>>,
+    /// The plan, with its model and machine.
+    pub planned: PlanResult,
+    /// Who sliced.
+    pub slicer: SlicerName,
+    /// What should be known; told already.
+    pub warnings: Vec<String>,
+    /// What each step took.
+    pub seconds: Seconds,
+}
+
+/// What each step took, seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seconds {
+    /// Reading model and profile.
+    pub read: f64,
+    /// The search for orientations.
+    pub orient: f64,
+    /// The search for a sequence, with finding the slicer.
+    pub plan: f64,
+    /// The slicer.
+    pub slice: f64,
+    /// Rewriting.
+    pub rewrite: f64,
+    /// The replay.
+    pub verify: f64,
+}
+
+/// Does everything: reads, plans, has sliced, rewrites and verifies.
+///
+/// # Errors
+///
+/// What any of the steps may say; the first that cannot be done ends the job.
+pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareResult, Error> {
+    let mut seconds = Seconds::default();
+    let mut last = world.clock.now();
+    let mut lap = || {
+        let (now, before) = (world.clock.now(), last);
+        last = now;
+        (now - before).as_secs_f64()
+    };
+    let machine = load_profile(&request.machine, world)?;
+    let model = load_model(&request.model, world)?;
+    seconds.read = lap();
+    world.progress.reached(Step::Read(&model));
+    // A slicer that is not there is found out before the long search.
+    let slicer = request.slicing.slicer(world)?;
+    let plan = planned(model, machine, &request.plan, world)?;
+    seconds.orient = plan.orient_seconds;
+    seconds.plan = (lap() - seconds.orient).max(0.0);
+    world.progress.reached(Step::Planned(&plan));
+    let prints = Prints::of(&plan.plan, request.slicing.bed_mm);
+    let done = slice_by(slicer.as_ref(), &prints, &plan.plan, world)?;
+    seconds.slice = lap();
+    world.progress.reached(Step::Sliced(&done));
+    let RewriteResult { gcode, warnings, verify_seconds } = rewrite_all(&done.sliced, &prints, &plan, world)?;
+    seconds.verify = verify_seconds;
+    seconds.rewrite = (lap() - verify_seconds).max(0.0);
+    let warnings = plan.plan.model.model.warnings.iter().cloned().chain(warnings).collect();
+    Ok(PrepareResult { gcode, planned: plan, slicer: done.slicer, warnings, seconds })
+}
+
+/// One print a file.
+fn rewrite_all(
+    sliced: &[Vec<u8>],
+    prints: &Prints,
+    plan: &PlanResult,
+    world: &World<'_>,
+) -> Result<RewriteResult, Error> {
+    let mut segments: Vec<Segment> = Vec::new();
+    for (bytes, name) in sliced.iter().zip(&prints.names) {
+        let found = read_prints(bytes, name, &plan.plan.machine.profile)?;
+        segments.push(found.into_iter().next().ok_or_else(|| SlicedError::NoExtrusion { file: name.clone() })?);
+    }
+    let centre_mm = prints.centre();
+    let inputs: Vec<Input<'_>> = segments
+        .iter()
+        .enumerate()
+        .map(|(print, segment)| Input {
+            print,
+            centre_mm,
+            file: &prints.names[print],
+            bytes: &sliced[print],
+            sliced: &segment.sliced,
+        })
+        .collect();
+    finish(&inputs, &plan.plan, world)
+}

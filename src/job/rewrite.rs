@@ -1,0 +1,141 @@
+//! Sliced files to one verified program.
+
+use std::path::Path;
+
+use super::verify::replayed;
+use super::{CheckedPlan, Error, Source, Verified, World};
+use crate::profile::Profile;
+use crate::slicing::config_values;
+use crate::toolpath::{Input, InputWords, Job, Segment, project_layout, read_sliced, rewrite as rewritten, slot_mesh};
+
+/// Sliced files and the plan they were sliced for.
+#[derive(Clone, Debug)]
+pub struct RewriteRequest<'a> {
+    /// The plan.
+    pub plan: &'a CheckedPlan,
+    /// Each is one print (by its object label, by its name `print-NN..`, or by `print`), or several one by one.
+    pub sliced: Vec<Source>,
+    /// Which print of the plan an unlabelled file is.
+    pub print: Option<usize>,
+    /// Size of the slicer's bed, on whose centre each print stands.
+    pub bed_mm: [f64; 2],
+}
+
+/// The program for the machine.
+#[derive(Clone, Debug)]
+pub struct RewriteResult {
+    /// The program, proved.
+    pub gcode: Verified<Vec<u8>>,
+    /// What should be known; told already.
+    pub warnings: Vec<String>,
+    /// What the replay took.
+    pub verify_seconds: f64,
+}
+
+/// Rewrites sliced files for the machine, and verifies the result.
+///
+/// # Errors
+///
+/// [`Error::Sliced`] and [`Error::Rewrite`] for files that are not understood or do not fit the plan,
+/// [`Error::WhichPrint`], and [`Error::Rejected`] where the result has findings.
+pub fn rewrite(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<RewriteResult, Error> {
+    let plan = request.plan;
+    let mut sources = Vec::new();
+    for source in &request.sliced {
+        sources.push((source.name(), source.bytes(world)?));
+    }
+    let mut segments = Vec::new();
+    for (file, bytes) in &sources {
+        segments.push(read_prints(bytes, file, &plan.machine.profile)?);
+    }
+    let assigned = assign(request, &segments)?;
+    let inputs: Vec<Input<'_>> = assigned
+        .iter()
+        .map(|p| Input {
+            print: p.print,
+            centre_mm: p.centre(plan, request.bed_mm),
+            file: &sources[p.source].0,
+            bytes: &sources[p.source].1,
+            sliced: &p.segment.sliced,
+        })
+        .collect();
+    finish(&inputs, plan, world)
+}
+
+/// The prints of a sliced file; heat that no line of it sets is taken from the settings at its end.
+pub(super) fn read_prints(bytes: &[u8], file: &str, profile: &Profile) -> Result<Vec<Segment>, Error> {
+    let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow };
+    let mut segments = read_sliced(bytes, file, words)?;
+    let settings = config_values(bytes);
+    let celsius = |keys: [&str; 2]| {
+        let first_tool = |key: &str| settings.get(key)?.split([',', ';']).next()?.trim().parse::<f64>().ok();
+        keys.into_iter().filter_map(first_tool).find(|&c| c > 0.0)
+    };
+    for segment in &mut segments {
+        let sliced = &mut segment.sliced;
+        sliced.nozzle_c = sliced.nozzle_c.or_else(|| celsius(["first_layer_temperature", "temperature"]));
+        let multiplier =
+            settings.get("extrusion_multiplier").and_then(|v| v.split([',', ';']).next()?.trim().parse().ok());
+        sliced.multiplier = multiplier.unwrap_or(sliced.multiplier);
+        // The block of settings says it where it is there at all; a slicer that knows no such key compensates nothing.
+        let outset = settings.get("xy_size_compensation").map_or(Some(0.0), |v| v.trim().parse().ok());
+        sliced.outset_mm = outset.filter(|_| settings.contains_key("layer_height"));
+        sliced.bed_c = sliced.bed_c.or_else(|| celsius(["first_layer_bed_temperature", "bed_temperature"]));
+    }
+    Ok(segments)
+}
+
+/// Rewrites and verifies.
+pub(super) fn finish(inputs: &[Input<'_>], plan: &CheckedPlan, world: &World<'_>) -> Result<RewriteResult, Error> {
+    let workpiece = plan.workpiece();
+    let (profile, plan_sha256) = (&plan.machine.profile, &plan.sha256);
+    let made = rewritten(inputs, &Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece })?;
+    made.warnings.iter().for_each(|w| world.progress.warning(w));
+    let replay = replayed(made.gcode, plan, world);
+    let verify_seconds = replay.seconds;
+    Ok(RewriteResult { gcode: replay.verified()?, warnings: made.warnings, verify_seconds })
+}
+
+/// A print found in a file.
+struct Assigned<'a> {
+    print: usize,
+    source: usize,
+    segment: &'a Segment,
+    /// Whether it comes from a project with all prints side by side.
+    in_project: bool,
+}
+
+impl Assigned<'_> {
+    fn centre(&self, plan: &CheckedPlan, bed: [f64; 2]) -> [f64; 2] {
+        let middle = [bed[0] / 2.0, bed[1] / 2.0];
+        if !self.in_project {
+            return middle;
+        }
+        let (table, workpiece) = (plan.machine.profile.kinematics(), plan.workpiece());
+        let sizes: Vec<_> =
+            plan.prints().map(|(_, p)| slot_mesh(&workpiece, &table, p, middle).mesh.bounds().size()).collect();
+        project_layout(&sizes).0.get(self.print).copied().unwrap_or(middle)
+    }
+}
+
+fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<Segment>]) -> Result<Vec<Assigned<'a>>, Error> {
+    let only = request.plan.prints().count() == 1;
+    let mut found = Vec::new();
+    for (source, segments) in all.iter().enumerate() {
+        let in_project = segments.len() > 1;
+        let file = request.sliced[source].name();
+        for segment in segments {
+            let print = request.print.or(segment.print).or_else(|| print_of_file(&file)).or(only.then_some(0));
+            let print = print.ok_or_else(|| Error::WhichPrint { file: file.clone().into_owned() })?;
+            found.push(Assigned { print, source, segment, in_project });
+        }
+    }
+    Ok(found)
+}
+
+/// The number in a name like `print-03-arm.gcode`.
+fn print_of_file(file: &str) -> Option<usize> {
+    let name = Path::new(file).file_name()?.to_str()?;
+    let digits: String = name.strip_prefix("print-")?.chars().take_while(char::is_ascii_digit).collect();
+    digits.parse().ok()
+}

@@ -1,0 +1,179 @@
+//! A print that broke off goes on: by the printer's own counter, or after a reset from the last layer.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::operator::{Operator, Sending};
+use super::stream::{Place, Stream};
+use super::{SendRequest, Wire, begin, ended, place, program, start};
+use crate::job::world::{JournalFile, read_journal};
+use crate::job::{Error, World, printer};
+use crate::link::serial::Port;
+use crate::link::{Outcome, Program, Protocol, Record, Reentry, Sender, Settings, Standing, Stop};
+use crate::planning::sha256_hex;
+use crate::verify::{Job as Proof, Rule, verify};
+
+/// A journal's end that had not reached the disk when the host lost its power is shorter than this.
+const UNWRITTEN_S: f64 = 10.0;
+
+/// Goes on with a print that broke off, as its journal says; one that never began is sent from its first line.
+///
+/// # Errors
+///
+/// As [`send`](super::send()); [`Error::Journal`], [`Error::ProgramChanged`], [`Error::ProfileChanged`] and
+/// [`Error::Ended`] for a journal that does not lead on; [`Error::Refused`] where the operator does not agree.
+pub fn resume(
+    request: &SendRequest<'_>,
+    wire: &Wire<'_>,
+    world: &World<'_>,
+    operator: &dyn Operator,
+) -> Result<(), Error> {
+    let program = program(request, world)?;
+    let standing = standing(request, wire.journal.path())?;
+    let mut settings = printer::settings(&request.machine.profile)?;
+    let found = place(request, wire, world);
+    let mut opened = world.ports.open(&found.address, found.baud)?;
+    operator.begin();
+    if !standing.began() {
+        return begin(request, wire, (program, opened, found), (world, operator));
+    }
+    let told = (world, operator);
+    if let Some(uuid) = standing.printer.split_ascii_whitespace().find(|w| w.starts_with("UUID:")) {
+        settings.identity = Some(uuid.to_owned());
+    }
+    if standing.entering {
+        let text = "the re-entry was interrupted; repeating it from the start";
+        operator.told(&Sending::Note(text), start(&program));
+    }
+    let same_boot = standing.header.boot == world.clock.boot();
+    if settings.protocol == Protocol::Marlin && same_boot && standing.counts() {
+        let place = place(request, wire, world);
+        let sender = Sender::resuming(Arc::clone(&program), settings.clone(), &standing);
+        let stream = (sender, opened, place);
+        if let Some(outcome) = by_counter(&program, standing.proven, stream, wire, told)? {
+            return ended(outcome);
+        }
+        opened = world.ports.open(&found.address, found.baud)?;
+    }
+    let standing = read_journal(wire.journal.path())?;
+    let entry = reentry(request, &program, &settings, &standing, told)?;
+    if !operator.agrees(&entry) {
+        return Err(Error::Refused { line: entry.file_line });
+    }
+    let mut journal = JournalFile::reopen(wire.journal.path())?;
+    journal.record(&Record::Entering);
+    journal.record(&Record::Anew);
+    let sender = Sender::reentering(program, settings, &entry.lines, entry.block);
+    ended(Stream::new(sender, opened, found, journal, told).run()?)
+}
+
+/// Goes on by the printer's own counter; `None` where it has lost count.
+fn by_counter(
+    program: &Program,
+    proven: i64,
+    (sender, port, place): (Sender, Port, Place),
+    wire: &Wire<'_>,
+    (world, operator): (&World<'_>, &dyn Operator),
+) -> Result<Option<Outcome>, Error> {
+    let note = |text: &str| operator.told(&Sending::Note(text), start(program));
+    note(&format!("asking the printer's counter; lines up to {proven} on the wire are known to be accepted"));
+    let journal = JournalFile::reopen(wire.journal.path())?;
+    let outcome = Stream::new(sender, port, place, journal, (world, operator)).run()?;
+    let Outcome::Stopped(why @ (Stop::Reset { .. } | Stop::Counter { .. })) = &outcome else {
+        return Ok(Some(outcome));
+    };
+    note(&why.to_string());
+    Ok(None)
+}
+
+/// What the journal says, if it is this job's.
+fn standing(request: &SendRequest<'_>, path: &Path) -> Result<Standing, Error> {
+    let standing = read_journal(path)?;
+    let (program, path) = (request.program.program(), request.path.to_owned());
+    if standing.header.sha256 != sha256_hex(program) {
+        return Err(Error::ProgramChanged { path, then: standing.header.bytes, now: program.len() as u64 });
+    }
+    if standing.header.profile_sha256 != request.machine.sha256 {
+        return Err(Error::ProfileChanged { profile: request.machine.name.clone() });
+    }
+    if standing.done {
+        return Err(Error::Ended { path });
+    }
+    Ok(standing)
+}
+
+fn reentry(
+    request: &SendRequest<'_>,
+    program: &Program,
+    settings: &Settings,
+    standing: &Standing,
+    (world, operator): (&World<'_>, &dyn Operator),
+) -> Result<Reentry, Error> {
+    if settings.protocol == Protocol::Grbl {
+        return Err(Error::Printer(
+            "a print cannot go on after a reset of Grbl: it has no line counter to ask".to_owned(),
+        ));
+    }
+    let answered = standing.answered.max(standing.next_block(standing.proven));
+    let found = Reentry::find(program, settings, answered);
+    let entry = found.map_err(|e| Error::Printer(e.to_string()))?;
+    for words in &entry.words {
+        operator.told(&Sending::Note(&format!("  {words}")), start(program));
+    }
+    if request.plan.is_none() {
+        operator.told(&Sending::UnprovedWay, start(program));
+    }
+    let same_boot = standing.header.boot == world.clock.boot();
+    prove_way(request, program, &entry, printed_at_most(program, settings, standing, same_boot))?;
+    Ok(entry)
+}
+
+/// The last block that can have been printed.
+///
+/// Where a run begins is written down before it is sent, and a run ends with the next proof. A host that lost its power may
+/// have lost the journal's end too: what the printer can execute in [`UNWRITTEN_S`] is added.
+fn printed_at_most(program: &Program, settings: &Settings, standing: &Standing, same_boot: bool) -> u32 {
+    let mut last = standing.reach.saturating_add(settings.prove_every);
+    let mut left = if same_boot { 0.0 } else { UNWRITTEN_S };
+    while left > 0.0 && last < program.len() {
+        left -= program.seconds(last);
+        last += 1;
+    }
+    last.min(program.len().saturating_sub(1))
+}
+
+/// The way down to the part and what is printed again there, replayed behind everything up to block `printed`.
+fn prove_way(request: &SendRequest<'_>, program: &Program, entry: &Reentry, printed: u32) -> Result<(), Error> {
+    let Some(plan) = request.plan else { return Ok(()) };
+    let last = program.file_line(printed);
+    let text = way_text(request.program.program(), last, entry);
+    let workpiece = plan.workpiece();
+    let report = verify(&text, &Proof { profile: &request.machine.profile, plan: &plan.plan, workpiece: &workpiece });
+    let hits =
+        |r: Rule| matches!(r, Rule::HeadCollision | Rule::TurnCollision | Rule::AxisLimit | Rule::UnknownPosition);
+    match report.findings.iter().find(|f| f.line > last && hits(f.rule)) {
+        Some(f) => Err(Error::Printer(format!("the way back to the part is not clear: {}", f.text))),
+        None => Ok(()),
+    }
+}
+
+/// Lines up to `last`, our own way back, and the lines between once more: they go where material may stand already.
+fn way_text(file: &[u8], last: u32, entry: &Reentry) -> Vec<u8> {
+    let mut text = Vec::with_capacity(file.len());
+    let mut again = Vec::new();
+    for line in crate::gcode::lines(file).take_while(|l| l.number <= last) {
+        let repeated = line.number >= entry.file_line;
+        for part in std::iter::once(&mut text).chain(repeated.then_some(&mut again)) {
+            part.extend_from_slice(line.bytes);
+            part.push(b'\n');
+        }
+    }
+    let moves = |l: &&String| ["G1", "G90", "G91", "G93", "G94"].iter().any(|g| l.starts_with(g));
+    // What is pulled and primed is none of the file's filament.
+    for line in entry.lines.iter().filter(moves).filter(|l| !l.contains('E')) {
+        text.extend_from_slice(line.as_bytes());
+        text.push(b'\n');
+    }
+    text.extend_from_slice(&again);
+    text
+}

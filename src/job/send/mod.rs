@@ -1,0 +1,184 @@
+//! What is proved goes out to a printer, once; what breaks off can go on.
+
+mod again;
+mod operator;
+mod rehearsal;
+mod stream;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::world::{JournalFile, read_journal};
+use super::{BadSetting, CheckedPlan, Error, LoadedProfile, Output, Verified, World, printer};
+use crate::link::serial::{Address, Port};
+use crate::link::{Header, LARGEST_FILE, Outcome, Program, ProgramError, Protocol, Sender, too_slow};
+use crate::planning::sha256_hex;
+use crate::profile::check_number;
+pub use again::resume;
+pub use operator::{Answer, At, Figures, Operator, Sending, Unattended};
+pub use rehearsal::{Rehearsal, rehearse};
+use stream::{Place, Stream};
+
+/// A program on its way to a printer.
+#[derive(Clone, Copy, Debug)]
+pub struct SendRequest<'a> {
+    /// The program's file, as messages and the journal call it.
+    pub path: &'a Path,
+    /// The program.
+    pub program: &'a Verified<Vec<u8>>,
+    /// The machine.
+    pub machine: &'a LoadedProfile,
+    /// The plan, which proves the way back to the part after a reset; `None` for an unverified program.
+    pub plan: Option<&'a CheckedPlan>,
+    /// How to stream.
+    pub options: &'a SendOptions,
+}
+
+/// How to stream.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SendOptions {
+    /// Bits a second; `None`: the profile's.
+    pub baud: Option<u32>,
+    /// A device that has gone is waited for this long.
+    pub wait: Duration,
+    /// Where devices stand under their own names.
+    pub devices: PathBuf,
+}
+
+impl Default for SendOptions {
+    fn default() -> Self {
+        Self { baud: None, wait: Duration::from_secs(600), devices: PathBuf::from("/dev/serial/by-id") }
+    }
+}
+
+/// Where the printer is, and where what was sent is written down.
+#[derive(Clone, Copy, Debug)]
+pub struct Wire<'a> {
+    /// The printer.
+    pub address: &'a Address,
+    /// The journal, by which a print that breaks off can go on.
+    pub journal: &'a Output,
+}
+
+/// Streams a program to a printer: every line once, in order, or a safe stop.
+///
+/// # Errors
+///
+/// [`Error::Program`], [`Error::Unfit`], [`Error::Protocol`] and [`Error::Setting`] before anything is sent;
+/// [`Error::Port`] and [`Error::Printer`] where printer, wire or operator end the print.
+pub fn send(
+    request: &SendRequest<'_>,
+    wire: &Wire<'_>,
+    world: &World<'_>,
+    operator: &dyn Operator,
+) -> Result<(), Error> {
+    let program = program(request, world)?;
+    let place = place(request, wire, world);
+    let opened = world.ports.open(&place.address, place.baud)?;
+    operator.begin();
+    begin(request, wire, (program, opened, place), (world, operator))
+}
+
+/// Sends from the first line on.
+fn begin(
+    request: &SendRequest<'_>,
+    wire: &Wire<'_>,
+    (program, port, place): (Arc<Program>, Port, Place),
+    (world, operator): (&World<'_>, &dyn Operator),
+) -> Result<(), Error> {
+    let settings = printer::settings(&request.machine.profile)?;
+    if let Some(journal) = broken_off(wire.journal)? {
+        operator.told(&Sending::Aside { journal: &journal }, start(&program));
+    }
+    let journal = JournalFile::create(wire.journal, &header(request, &place, world))?;
+    let sender = Sender::new(program, settings);
+    ended(Stream::new(sender, port, place, journal, (world, operator)).run()?)
+}
+
+fn start(program: &Program) -> At {
+    At { line: 0, of: program.file_line(program.len()) }
+}
+
+/// That a program has a size that can be sent; it need not be read for that.
+///
+/// # Errors
+///
+/// [`Error::Program`], and what keeps a file from being read.
+pub fn can_be_sent(path: &Path, world: &World<'_>) -> Result<(), Error> {
+    let bytes = world.files.size(path)?;
+    if bytes > LARGEST_FILE {
+        let source = ProgramError::TooBig { bytes, allowed: LARGEST_FILE };
+        return Err(Error::Program { path: path.to_owned(), source });
+    }
+    Ok(())
+}
+
+/// The file as blocks, after the checks that need no printer.
+fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>, Error> {
+    let (profile, baud) = (&request.machine.profile, request.options.baud);
+    if let Some(baud) = baud {
+        check_number("link.baud", f64::from(baud)).map_err(|source| BadSetting::Number { name: "baud", source })?;
+    }
+    let rules = printer::rules(profile)?;
+    let path = || request.path.to_owned();
+    let read = Program::read(request.program.program(), &rules);
+    let program = read.map_err(|source| Error::Program { path: path(), source })?;
+    if let Some((line, why)) = &program.unknown {
+        world.progress.warning(&format!(
+            "line {line}: {why}; a print that breaks off behind it can only go on if the printer still counts"
+        ));
+    }
+    if let Some(unfit) = printer::abilities(profile).lacking(&program) {
+        return Err(Error::Unfit { path: path(), unfit });
+    }
+    if rules.protocol != Protocol::Klipper
+        && let Some(slow) = too_slow(&program, rules.protocol, baud.unwrap_or(profile.link.baud), &rules.rates)
+    {
+        world.progress.warning(&slow.to_string());
+    }
+    Ok(Arc::new(program))
+}
+
+fn place(request: &SendRequest<'_>, wire: &Wire<'_>, world: &World<'_>) -> Place {
+    let options = request.options;
+    let identity = match wire.address {
+        Address::Device(path) => world.ports.identity(path, &options.devices),
+        Address::Tcp(_) => None,
+    };
+    Place {
+        baud: options.baud.unwrap_or(request.machine.profile.link.baud),
+        identity,
+        devices: options.devices.clone(),
+        wait: options.wait,
+        address: wire.address.clone(),
+    }
+}
+
+fn header(request: &SendRequest<'_>, place: &Place, world: &World<'_>) -> Header {
+    let program = request.program.program();
+    Header {
+        sha256: sha256_hex(program),
+        bytes: program.len() as u64,
+        path: request.path.display().to_string(),
+        profile_sha256: request.machine.sha256.clone(),
+        profile: request.machine.name.clone(),
+        device: place.identity.clone().unwrap_or_default(),
+        boot: world.clock.boot(),
+    }
+}
+
+/// Puts the journal of an unfinished print aside.
+fn broken_off(kept: &Output) -> Result<Option<PathBuf>, Error> {
+    let unfinished = read_journal(kept.path()).is_ok_and(|s| s.began() && !s.done);
+    if unfinished { kept.set_aside() } else { Ok(None) }
+}
+
+fn ended(outcome: Outcome) -> Result<(), Error> {
+    match outcome {
+        Outcome::Done => Ok(()),
+        Outcome::Cancelled => Err(Error::Printer("cancelled".to_owned())),
+        Outcome::EmergencyStopped => Err(Error::Printer("emergency stop; reset the printer".to_owned())),
+        Outcome::Stopped(why) => Err(Error::Printer(why.to_string())),
+    }
+}

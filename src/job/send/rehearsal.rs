@@ -1,0 +1,53 @@
+//! A print on the simulated printer, in no time.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::{SendRequest, program};
+use crate::job::{Error, World, printer};
+use crate::link::sim::{Script, Sim};
+use crate::link::{Loopback, Outcome, Protocol, Sender};
+
+/// Nothing prints longer than this.
+const LONGEST: Duration = Duration::from_secs(60 * 24 * 3600);
+
+/// What a rehearsal came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rehearsal {
+    /// Lines sent.
+    pub lines: u32,
+    /// The file's last line that was sent.
+    pub last_line: u32,
+    /// How long the print would take, with heating and accelerations.
+    pub seconds: f64,
+    /// Targets beyond an axis of the profile.
+    pub clamped: u32,
+}
+
+/// Prints on the simulated printer in virtual time; no port is opened.
+///
+/// # Errors
+///
+/// As [`send`](super::send()) before anything is sent, and [`Error::Printer`] where the print does not come to its end.
+pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsal, Error> {
+    let program = program(request, world)?;
+    let profile = &request.machine.profile;
+    let protocol = printer::protocol(profile)?;
+    let mut sim = Sim::new(protocol, printer::model(profile)?, printer::quirks(profile)?, Script::none()).without_log();
+    if protocol == Protocol::Grbl {
+        sim.receive(Duration::ZERO, b"$H\n");
+        sim.advance(Duration::from_secs(60));
+        sim.took(usize::MAX);
+    }
+    let mut link = Loopback::new(Sender::new(Arc::clone(&program), printer::settings(profile)?), sim);
+    match link.run(LONGEST) {
+        Some(Outcome::Done) => Ok(Rehearsal {
+            lines: program.len(),
+            last_line: program.file_line(program.len()),
+            seconds: link.now().as_secs_f64(),
+            clamped: link.sim.clamped(),
+        }),
+        Some(Outcome::Stopped(why)) => Err(Error::Printer(format!("rehearsal: {why}"))),
+        _ => Err(Error::Printer("rehearsal: it did not end".to_owned())),
+    }
+}

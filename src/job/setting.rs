@@ -1,0 +1,61 @@
+//! Settings of requests that cannot be. Every text begins with the setting's name, so that the command can make a flag of it.
+
+use crate::orient::BadObjective;
+use crate::profile::OutOfRange;
+
+/// A setting of a request that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BadSetting {
+    /// A number out of its range.
+    #[error("{name} {value}{unit} is out of {}..{}", allowed[0], allowed[1])]
+    OutOfRange {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its unit, with a space before it; empty for counts.
+        unit: &'static str,
+        /// The least and the most.
+        allowed: [f64; 2],
+    },
+    /// A number out of the range that profiles have.
+    #[error("{name} {} is out of {}", source.value, source.allowed)]
+    Number {
+        /// The setting.
+        name: &'static str,
+        /// The number and its range.
+        source: OutOfRange,
+    },
+    /// A count of nothing.
+    #[error("{name} 0: allowed is 1 and more")]
+    Zero {
+        /// The setting.
+        name: &'static str,
+    },
+    /// An objective that is none.
+    #[error("{name}: {source}")]
+    Objective {
+        /// The setting.
+        name: &'static str,
+        /// What is wrong with it.
+        source: BadObjective,
+    },
+    /// A method that nobody knows.
+    #[error("{name} {given}: not known; did you mean {nearest}?")]
+    Method {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        given: String,
+        /// The nearest that is known.
+        nearest: String,
+    },
+}
+
+impl BadSetting {
+    /// That `value` lies in `allowed`.
+    pub(super) fn within(name: &'static str, value: f64, unit: &'static str, allowed: [f64; 2]) -> Result<(), Self> {
+        let inside = (allowed[0]..=allowed[1]).contains(&value);
+        if inside { Ok(()) } else { Err(Self::OutOfRange { name, value, unit, allowed }) }
+    }
+}

@@ -1,0 +1,103 @@
+//! A program replayed against its plan, and the type that only such a replay gives: [`Verified`].
+
+use super::{CheckedPlan, Error, Source, World};
+use crate::verify::{Job, Report, verify as replay};
+
+/// A finished program and the plan it was made by.
+#[derive(Clone, Copy, Debug)]
+pub struct VerifyRequest<'a> {
+    /// The program, G-code for the machine.
+    pub program: &'a Source,
+    /// Its plan.
+    pub plan: &'a CheckedPlan,
+}
+
+/// What the replay says.
+#[derive(Clone, Debug)]
+pub struct VerifyResult {
+    /// Findings and figures.
+    pub report: Report,
+    /// What the replay took.
+    pub seconds: f64,
+    program: Vec<u8>,
+}
+
+impl VerifyResult {
+    /// The program, if nothing was found wrong with it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Rejected`] with the report.
+    pub fn verified(self) -> Result<Verified<Vec<u8>>, Error> {
+        let Self { report, seconds, program } = self;
+        if report.is_clean() {
+            Ok(Verified { program, report: Some(report) })
+        } else {
+            Err(Error::Rejected(Box::new(Rejected { report, seconds })))
+        }
+    }
+}
+
+/// Replays a finished program on its machine's model. Findings are no error here; [`VerifyResult::verified`] makes them one.
+///
+/// # Errors
+///
+/// What keeps the program from being read.
+pub fn verify(request: &VerifyRequest<'_>, world: &World<'_>) -> Result<VerifyResult, Error> {
+    let program = request.program.bytes(world)?.into_owned();
+    Ok(replayed(program, request.plan, world))
+}
+
+/// The replay of bytes in hand.
+pub(super) fn replayed(program: Vec<u8>, plan: &CheckedPlan, world: &World<'_>) -> VerifyResult {
+    let start = world.clock.now();
+    let workpiece = plan.workpiece();
+    let report = replay(&program, &Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
+    VerifyResult { report, seconds: (world.clock.now() - start).as_secs_f64(), program }
+}
+
+/// A program with findings.
+#[derive(Clone, Debug)]
+pub struct Rejected {
+    /// What was found.
+    pub report: Report,
+    /// What the replay took.
+    pub seconds: f64,
+}
+
+impl std::fmt::Display for Rejected {
+    /// The number of findings, and the first.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} findings", self.report.count())?;
+        match self.report.findings.first() {
+            Some(first) => write!(f, ": line {}: {}", first.line, first.text),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A program for a machine of which a replay has proved that nothing is wrong with it.
+///
+/// Only a replay without findings makes one, or somebody who says in words that there was none: [`Verified::unverified`].
+#[derive(Clone, Debug)]
+pub struct Verified<P> {
+    program: P,
+    report: Option<Report>,
+}
+
+impl<P> Verified<P> {
+    /// A program that nothing was proved of, sent at the caller's own risk: nothing is known of what the head will hit.
+    pub fn unverified(program: P) -> Self {
+        Self { program, report: None }
+    }
+
+    /// The program.
+    pub fn program(&self) -> &P {
+        &self.program
+    }
+
+    /// What the replay said; `None` where there was none.
+    pub fn report(&self) -> Option<&Report> {
+        self.report.as_ref()
+    }
+}

@@ -1,0 +1,69 @@
+//! The disk: whole files of a size that can be held are read. What is written is in `outputs.rs`.
+
+use std::fs::{File, Metadata};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::Files;
+use crate::job::Error;
+
+/// Beyond this nothing is read: it could not be held beside what is made of it.
+const LARGEST: u64 = 4 << 30;
+
+/// What `metadata` is of, where it is no file.
+pub(super) fn kind_of(metadata: &Metadata) -> Option<&'static str> {
+    let kind = metadata.file_type();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return Some("a pipe");
+        }
+        if kind.is_socket() {
+            return Some("a socket");
+        }
+        if kind.is_char_device() || kind.is_block_device() {
+            return Some("a device");
+        }
+    }
+    match () {
+        () if kind.is_dir() => Some("a folder"),
+        () if kind.is_file() => None,
+        () => Some("no file"),
+    }
+}
+
+/// This computer's disk.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Disk;
+
+impl Files for Disk {
+    fn size(&self, path: &Path) -> Result<u64, Error> {
+        let metadata = std::fs::metadata(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+        let (path, bytes, most) = (path.to_owned(), metadata.len(), LARGEST);
+        match kind_of(&metadata) {
+            Some(kind) => Err(Error::NotAFile { path, kind }),
+            None if bytes > most => Err(Error::TooLarge { path, bytes, most }),
+            None => Ok(bytes),
+        }
+    }
+
+    fn read(&self, path: &Path) -> Result<Vec<u8>, Error> {
+        let size = self.size(path)?;
+        let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0));
+        // One more than there may be: a file that grows meanwhile is cut there and fails as what it is then.
+        let read = File::open(path).and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes));
+        read.map(|_| bytes).map_err(|source| Error::Read { path: path.to_owned(), source })
+    }
+
+    fn exists(&self, path: &Path) -> bool {
+        path.exists()
+    }
+}
+
+/// `path` with `suffix` behind its whole name.
+pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    PathBuf::from(name)
+}

@@ -1,0 +1,68 @@
+//! The slicers of this computer, each with a folder for its files that goes with it.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use tempfile::TempDir;
+
+use super::Slicers;
+use crate::geom::Slot;
+use crate::job::Error;
+use crate::mesh::TriangleMesh;
+use crate::slicing::{ExternalOptions, Interrupt, SliceError, SliceJob, SliceSettings, Slicer, SlicerChoice, find};
+
+/// The slicers that are installed, and the built-in one.
+#[derive(Clone, Copy, Debug)]
+pub struct Installed {
+    /// What stops them; given the folder that is to be cleared then.
+    pub interrupt: fn(&Path) -> Interrupt,
+}
+
+impl Default for Installed {
+    /// Nothing stops them but their time.
+    fn default() -> Self {
+        Self { interrupt: |_| Interrupt::default() }
+    }
+}
+
+impl Slicers for Installed {
+    fn find(&self, choice: &SlicerChoice, configs: &[PathBuf], timeout: Duration) -> Result<Box<dyn Slicer>, Error> {
+        let scratch = scratch()?;
+        let (configs, work_dir) = (configs.to_vec(), scratch.path().to_owned());
+        let interrupt = (self.interrupt)(scratch.path());
+        let slicer = find(choice, &ExternalOptions { configs, timeout, work_dir, interrupt })?;
+        Ok(Box::new(Housed { slicer, _scratch: scratch }))
+    }
+}
+
+/// A folder for the slicer's files, gone when dropped.
+fn scratch() -> Result<TempDir, Error> {
+    let folder = std::env::temp_dir();
+    let made = tempfile::Builder::new().prefix("trunnion-").tempdir_in(&folder);
+    made.map_err(|source| Error::Write { path: folder, source })
+}
+
+/// A slicer with its folder.
+struct Housed {
+    slicer: Box<dyn Slicer>,
+    _scratch: TempDir,
+}
+
+impl Slicer for Housed {
+    fn name(&self) -> &str {
+        self.slicer.name()
+    }
+
+    fn version(&self) -> &str {
+        self.slicer.version()
+    }
+
+    fn slice(
+        &self,
+        mesh: &TriangleMesh<Slot>,
+        settings: &SliceSettings,
+        job: &SliceJob,
+    ) -> Result<Vec<u8>, SliceError> {
+        self.slicer.slice(mesh, settings, job)
+    }
+}

@@ -1,0 +1,167 @@
+//! A part's cross-sections, and how far a point of the plane lies from their outlines.
+//!
+//! ```text
+//! mesh (build direction +z) --Sections::of--> facets by height --at(z)--> Section --signed_distance(p)--> mm, inside negative
+//! ```
+//!
+//! Every slicer lays its outer walls half a line inside the outline of the layer's middle, so this is the surface that sliced
+//! lines are compared with: exact at any overhang, where the distance in space is not.
+//!
+//! The side of a point is told by the outline's winding number, so that parts of several overlapping shells are solid where
+//! any of them is. Units: mm, in the mesh's own frame.
+
+mod fit;
+mod outline;
+
+pub use fit::{Fit, Sample, fit};
+pub use outline::Section;
+
+use crate::geom::Vec3;
+use crate::mesh::TriangleMesh;
+
+/// Height of a bin of facets, mm: about a few layers.
+const BIN_MM: f64 = 0.5;
+/// Bins at most; a very high part gets higher ones.
+const MOST_BINS: f64 = 20_000.0;
+
+/// A mesh, ready to be cut at any height.
+pub struct Sections {
+    facets: Vec<[Vec3; 3]>,
+    /// Lowest and highest z.
+    range: [f64; 2],
+    bin_mm: f64,
+    /// Where each bin's facets begin in `members`.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Sections {
+    /// The mesh's facets by height.
+    pub fn of<F>(mesh: &TriangleMesh<F>) -> Self {
+        let facets: Vec<[Vec3; 3]> = (0..mesh.facets().len()).map(|i| mesh.corners(i)).collect();
+        let heights = facets.iter().flatten().map(|p| p.z);
+        let range = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |r, z| [r[0].min(z), r[1].max(z)]);
+        let bin_mm = BIN_MM.max((range[1] - range[0]) / MOST_BINS);
+        let bins = if facets.is_empty() { 1 } else { ((range[1] - range[0]) / bin_mm) as usize + 1 };
+        let mut all = Self { facets, range, bin_mm, starts: vec![0; bins + 1], members: Vec::new() };
+        all.file();
+        all
+    }
+
+    /// Counts, then places, each facet in every bin that it reaches.
+    fn file(&mut self) {
+        let bins: Vec<[usize; 2]> = self.facets.iter().map(|f| self.bins_of(f)).collect();
+        for [first, last] in &bins {
+            self.starts[*first..=*last].iter_mut().for_each(|count| *count += 1);
+        }
+        let mut total = 0;
+        for start in &mut self.starts {
+            total += std::mem::replace(start, total);
+        }
+        self.members = vec![0; total as usize];
+        let mut next = self.starts.clone();
+        for (facet, [first, last]) in bins.iter().enumerate() {
+            for place in &mut next[*first..=*last] {
+                self.members[*place as usize] = facet as u32;
+                *place += 1;
+            }
+        }
+    }
+
+    fn bins_of(&self, facet: &[Vec3; 3]) -> [usize; 2] {
+        let z = facet.map(|p| p.z);
+        [z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2])].map(|z| self.bin(z))
+    }
+
+    fn bin(&self, z: f64) -> usize {
+        (((z - self.range[0]) / self.bin_mm).max(0.0) as usize).min(self.starts.len() - 2)
+    }
+
+    /// Lowest and highest z of the part; infinite and inside out for one without facets.
+    pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+
+    /// The cut at height `z`: material to the left of each segment. Empty outside the part.
+    ///
+    /// A corner at exactly `z` counts as above, so that the outline is closed.
+    pub fn at(&self, z: f64) -> Section {
+        let mut segments = Vec::new();
+        if z >= self.range[0] && z <= self.range[1] {
+            let bin = self.bin(z);
+            let members = &self.members[self.starts[bin] as usize..self.starts[bin + 1] as usize];
+            segments.extend(members.iter().filter_map(|&i| cut(&self.facets[i as usize], z)));
+        }
+        Section::new(segments)
+    }
+}
+
+/// Where the plane at `z` cuts a facet, from the edge that goes down through it to the one that comes up: with the normal
+/// outward, material lies to the left.
+fn cut(corners: &[Vec3; 3], z: f64) -> Option<[[f64; 2]; 2]> {
+    let above = corners.map(|p| p.z >= z);
+    let (mut down, mut up) = (None, None);
+    for i in 0..3 {
+        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+        if above[i] != above[(i + 1) % 3] {
+            // From the lower end, so that two facets of one edge agree to the last bit.
+            let (low, high) = if above[i] { (b, a) } else { (a, b) };
+            let share = (z - low.z) / (high.z - low.z);
+            let point = [low.x + (high.x - low.x) * share, low.y + (high.y - low.y) * share];
+            *(if above[i] { &mut down } else { &mut up }) = Some(point);
+        }
+    }
+    let (from, to) = (down?, up?);
+    (from != to).then_some([from, to])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::{Rigid, Table};
+
+    fn sections(min: [f64; 3], max: [f64; 3]) -> Sections {
+        let mesh = crate::fixtures::solid_box(Vec3::from(min), Vec3::from(max));
+        Sections::of(&mesh.moved::<Table>(&Rigid::shift(Vec3::zeros())))
+    }
+
+    #[test]
+    fn a_box_by_hand() {
+        let all = sections([0.0; 3], [10.0, 6.0, 8.0]);
+        let section = all.at(3.0);
+        for (p, wanted) in [
+            ([5.0, 3.0], -2.0),
+            ([5.0, 0.5], -0.5),
+            ([9.75, 3.0], -0.25),
+            ([10.5, 3.0], 0.5),
+            ([11.0, 7.0], 2f64.sqrt()),
+            ([-30.0, 3.0], 2.0),
+            ([10.0, 3.0], 0.0),
+        ] {
+            // Beyond 2 mm distances are not told apart.
+            let got = section.signed_distance(p);
+            assert!((got - wanted).abs() < 1e-9, "{p:?}: {got}, wanted {wanted}");
+        }
+        assert!((section.perimeter() - 32.0).abs() < 1e-9 && (section.area() - 60.0).abs() < 1e-9);
+        assert!(all.at(8.5).is_empty() && all.at(-0.1).is_empty());
+    }
+
+    #[test]
+    fn a_curved_part_is_closed_and_as_every_segment_tried_says() {
+        let fixture = crate::fixtures::candelabrum();
+        let mesh = fixture.parts[11].1.moved::<Table>(&Rigid::shift(Vec3::zeros()));
+        let all = Sections::of(&mesh);
+        let [low, high] = all.range();
+        for k in 1..20 {
+            let section = all.at(low + (high - low) * f64::from(k) / 20.0);
+            let bounds = section.bounds();
+            for i in 0..60u32 {
+                let share = |n: u32| f64::from((i * n) % 61) / 60.0;
+                let p = [0, 1].map(|a| bounds[0][a] - 1.0 + (bounds[1][a] - bounds[0][a] + 2.0) * share([37, 53][a]));
+                let wanted = section.by_brute_force(p);
+                let got = section.signed_distance(p);
+                assert!((got - wanted).abs() < 1e-9, "{p:?} at {k}: {got}, wanted {wanted}");
+            }
+        }
+    }
+}

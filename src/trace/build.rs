@@ -1,0 +1,205 @@
+//! Bytes to a [`Trace`]: the one place that reads a final file.
+
+use std::collections::BTreeMap;
+
+use super::rates::{Extent, Feed};
+use super::{Event, Setting, State, Trace, What, Zone, flag, units};
+use crate::gcode::marks::{Hint, Mark, Role, hint, mark};
+use crate::gcode::meaning::{Effect, Hazard, Heater};
+use crate::gcode::{LineKind, ParsedLine, lines};
+use crate::geom::Vec3;
+use crate::motion::replay::{Controller, Move, Position, Step, flatten};
+
+/// How far chords may leave an arc, mm: far below every tolerance that is asked of a place.
+const CHORD_MM: f64 = 0.01;
+
+/// The program in `bytes`, as the machine of `setting` would carry it out.
+///
+/// Never fails: what has no safe meaning is a [`What::Refused`], and the moves behind it begin where the last one ended.
+pub fn read(bytes: &[u8], setting: &Setting) -> Trace {
+    let mut builder = Builder::new(setting, bytes.len());
+    let mut parsed = ParsedLine::default();
+    for line in lines(bytes) {
+        builder.line = line.number;
+        if let Err(error) = parsed.read(line.bytes) {
+            builder.event(What::Refused(error.to_string()));
+            continue;
+        }
+        if parsed.kind == LineKind::Empty {
+            builder.comment(&line.bytes[parsed.comment.clone()]);
+            continue;
+        }
+        match builder.controller.step(&parsed) {
+            Ok(Step::Move(m)) => builder.make(&m),
+            Ok(Step::Nothing | Step::ExtruderSet(_)) => {}
+            Ok(Step::Effect(effect)) => {
+                let start = line.bytes.as_ptr() as usize - bytes.as_ptr() as usize;
+                builder.effect(effect, start + parsed.code.start..start + parsed.code.end);
+            }
+            Err(error) => builder.event(What::Refused(error.to_string())),
+        }
+    }
+    builder.trace.lines = builder.line;
+    builder.trace
+}
+
+/// What a slicer says of the lines that follow.
+#[derive(Clone, Copy, Default)]
+struct Said {
+    role: Role,
+    width_um: u16,
+    height_um: u16,
+}
+
+struct Builder<'a> {
+    setting: &'a Setting,
+    controller: Controller,
+    trace: Trace,
+    line: u32,
+    state: State,
+    said: Said,
+    /// The same by print: prints take turns layer by layer, and none repeats what it has said.
+    said_by: BTreeMap<u32, Said>,
+    target_c: f32,
+}
+
+impl<'a> Builder<'a> {
+    fn new(setting: &'a Setting, bytes: usize) -> Self {
+        let state = State { tilt: None, rotation: None, print: None, slot: None, zone: Zone::Start, nozzle_c: 0.0 };
+        let mut trace = Trace { states: vec![state], ..Trace::default() };
+        // A line of a print has some thirty bytes.
+        let count = bytes / 28;
+        trace.line.reserve(count);
+        trace.to.iter_mut().for_each(|axis| axis.reserve(count));
+        [&mut trace.e, &mut trace.feed, &mut trace.seconds].into_iter().for_each(|column| column.reserve(count));
+        trace.state.reserve(count);
+        [&mut trace.width_um, &mut trace.height_um, &mut trace.flags].into_iter().for_each(|c| c.reserve(count));
+        trace.role.reserve(count);
+        let controller = Controller::new(setting.reading.clone());
+        let (said, said_by) = (Said::default(), BTreeMap::new());
+        Self { setting, controller, trace, line: 0, state, said, said_by, target_c: 0.0 }
+    }
+
+    fn event(&mut self, what: What) {
+        self.trace.events.push(Event { before: self.trace.line.len() as u32, line: self.line, what });
+    }
+
+    fn comment(&mut self, comment: &[u8]) {
+        let um = |mm: f64| (mm * 1000.0).round().clamp(1.0, 65535.0) as u16;
+        match hint(comment) {
+            Some(Hint::Role(role)) => return self.said.role = role,
+            Some(Hint::Width(mm)) => return self.said.width_um = um(mm),
+            Some(Hint::Height(mm)) => return self.said.height_um = um(mm),
+            Some(Hint::Layer) => return self.event(What::Layer),
+            None => {}
+        }
+        let Some(mark) = mark(comment) else { return };
+        match &mark {
+            Mark::Slot(slot) => {
+                self.leave_print(None);
+                (self.state.slot, self.state.zone) = (Some(*slot as u32), Zone::Prints);
+            }
+            Mark::Print { print, .. } => self.leave_print(Some(*print as u32)),
+            Mark::End => {
+                self.leave_print(None);
+                self.state.zone = Zone::End;
+            }
+            Mark::Broken => return self.event(What::BrokenMark(String::from_utf8_lossy(comment).into_owned())),
+            Mark::Expect(_) | Mark::Other => {}
+        }
+        self.event(What::Mark(mark));
+    }
+
+    fn leave_print(&mut self, next: Option<u32>) {
+        if let Some(print) = self.state.print {
+            self.said_by.insert(print, self.said);
+        }
+        self.state.print = next;
+        self.said = next.and_then(|print| self.said_by.get(&print)).copied().unwrap_or_default();
+    }
+
+    fn effect(&mut self, effect: Effect, span: std::ops::Range<usize>) {
+        match effect {
+            Effect::Dwell(seconds) => self.trace.waits_s += seconds.max(0.0),
+            Effect::Heat { heater: Heater::Nozzle, target_c, waits } => {
+                let target = target_c.map_or(self.target_c, |c| c as f32);
+                self.target_c = target;
+                self.state.nozzle_c = if waits { target } else { self.state.nozzle_c.min(target) };
+            }
+            Effect::HeatWait => self.state.nozzle_c = self.target_c,
+            Effect::HeatersOff | Effect::Hazard(Hazard::Stop | Hazard::End) => {
+                (self.target_c, self.state.nozzle_c) = (0.0, 0.0);
+            }
+            _ => {}
+        }
+        self.event(What::Effect(effect, span));
+    }
+
+    fn make(&mut self, m: &Move) {
+        (self.state.tilt, self.state.rotation) = (m.to.tilt, m.to.rotation);
+        if self.trace.states.last() != Some(&self.state) {
+            self.trace.states.push(self.state);
+        }
+        let path = self.path(m);
+        let length = match &path[..] {
+            // What is not known takes no time; it moves all the same.
+            [] => known_length(m),
+            path => path.windows(2).map(|w| (w[1] - w[0]).norm()).sum(),
+        };
+        let turns = [(m.from.tilt, m.to.tilt), (m.from.rotation, m.to.rotation)]
+            .map(|(from, to)| if from == to { Some(0.0) } else { Some((to? - from?).abs().deg()) });
+        let extent = Extent { length, linear: length > 0.0 || m.from.linear != m.to.linear, turns, e: m.e };
+        let feed = Feed { value: m.feed, inverse_time: m.inverse_time, rapid: m.rapid, rotary: m.rotary_written };
+        let (seconds, fast) = self.setting.rates.check(&feed, &extent);
+        if let Some(fast) = fast {
+            self.event(What::TooFast(fast));
+        }
+        let mut flags = u16::from(m.written)
+            | if m.rapid { flag::RAPID } else { 0 }
+            | if m.inverse_time { flag::INVERSE_TIME } else { 0 }
+            | if m.rotary_written { flag::ROTARY } else { 0 }
+            | if m.arc.is_some() { flag::ARC } else { 0 };
+        (0..3).filter(|&i| m.from.linear[i].is_none()).for_each(|i| flags |= 1 << (flag::FROM_UNKNOWN + i as u16));
+        if path.len() <= 2 {
+            self.push(m, &m.to, m.e, seconds, flags);
+            return;
+        }
+        for pair in path.windows(2) {
+            let share = if length > 0.0 { (pair[1] - pair[0]).norm() / length } else { 0.0 };
+            let to = Position { linear: [Some(pair[1].x), Some(pair[1].y), Some(pair[1].z)], ..m.to };
+            self.push(m, &to, m.e * share, seconds * share, flags);
+            flags |= flag::CHORD;
+        }
+    }
+
+    fn push(&mut self, m: &Move, to: &Position, e: f64, seconds: f64, flags: u16) {
+        let trace = &mut self.trace;
+        trace.line.push(self.line);
+        let at = units(to);
+        trace.to.iter_mut().zip(at).for_each(|(axis, v)| axis.push(v));
+        trace.e.push(e as f32);
+        trace.feed.push(m.feed.map_or(f32::NAN, |f| f as f32));
+        trace.seconds.push(seconds as f32);
+        trace.state.push(trace.states.len() as u32 - 1);
+        trace.width_um.push(self.said.width_um);
+        trace.height_um.push(self.said.height_um);
+        trace.role.push(self.said.role);
+        trace.flags.push(flags);
+    }
+
+    /// Where the tip goes, chord by chord, the start included; empty where not all of it is known or nothing moves.
+    fn path(&self, m: &Move) -> Vec<Vec3> {
+        let Some((from, to)) = m.from.tip().zip(m.to.tip()) else { return Vec::new() };
+        let mut path = vec![from];
+        match &m.arc {
+            Some(arc) => path.extend(flatten(from, to, arc, CHORD_MM)),
+            None => path.push(to),
+        }
+        path
+    }
+}
+
+fn known_length(m: &Move) -> f64 {
+    let along = |i: usize| m.from.linear[i].zip(m.to.linear[i]).map_or(0.0, |(from, to)| to - from);
+    Vec3::from_fn(|i, _| along(i)).norm()
+}

@@ -1,0 +1,90 @@
+//! What a program does, by hand.
+
+use super::{FeedCount, Rates, Setting, What, Zone, read};
+use crate::gcode::marks::{Mark, Role};
+use crate::gcode::meaning::{Effect, Hazard};
+use crate::motion::replay::Reading;
+
+fn setting() -> Setting {
+    let axes = [('A', 20.0), ('C', 30.0)];
+    let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
+    Setting { reading: Reading::sliced(), rates }
+}
+
+fn trace(text: &str) -> super::Trace {
+    read(text.as_bytes(), &setting())
+}
+
+#[test]
+fn moves_have_their_line_place_filament_and_time() {
+    let trace = trace("M83\nG1 X10 Y0 Z.2 F600\n\nG1 X20 E.5\nG1 E-1 F1800\n");
+    assert_eq!((trace.len(), trace.lines), (3, 5));
+    let [first, second, third] = [0, 1, 2].map(|i| trace.at(i));
+    assert_eq!((first.line, first.from, first.to), (2, [None; 3], [Some(10.0), Some(0.0), Some(0.2)]));
+    assert!(!first.prints() && first.ends().is_none() && second.prints() && !third.prints() && !third.travels());
+    assert!((second.seconds - 1.0).abs() < 1e-6 && (second.e - 0.5).abs() < 1e-6, "{second:?}");
+    assert!((trace.seconds() - 1.0 - 1.0 / 30.0).abs() < 1e-3, "{}", trace.seconds());
+    assert!(trace.bytes() <= 48 * trace.len() + 2 * size_of::<super::State>(), "{} bytes", trace.bytes());
+}
+
+#[test]
+fn prints_that_take_turns_find_what_their_slicer_said_last() {
+    let trace = trace(
+        "M83\nG1 X0 Y0 Z0\n;TRUNNION slot=0 part=0,1 A=0 C=0\n;TRUNNION print=0 part=0\n;TYPE:External perimeter\n;WIDTH:0.5\n;HEIGHT:0.2\n\
+         G1 X1 E1\n;TRUNNION print=1 part=1\nG1 X2 E1\n;TYPE:Solid infill\nG1 X3 E1\n;TRUNNION print=0 part=0\nG1 X4 E1\n;TRUNNION end\nG1 X5\n",
+    );
+    let said: Vec<_> = trace.moves().map(|m| (m.role, m.width, trace.state(&m).print)).collect();
+    let wall = (Role::OuterWall, Some(0.5), Some(0));
+    let none = |print| (Role::Unknown, None, print);
+    assert_eq!(said[1..], [wall, none(Some(1)), (Role::Solid, None, Some(1)), wall, none(None)]);
+    assert_eq!(trace.state(&trace.at(5)).zone, Zone::End);
+}
+
+#[test]
+fn the_nozzle_is_as_hot_as_has_been_waited_for() {
+    let at = |text: &str| {
+        let trace = trace(&format!("{text}\nG1 X1 Y1 Z1\n"));
+        let last = trace.at(trace.len() - 1);
+        trace.state(&last).nozzle_c
+    };
+    for (text, celsius) in [
+        ("M104 S200", 0.0),
+        ("M109 S200", 200.0),
+        ("M109 S200\nM104 S215", 200.0),
+        ("M109 S200\nM104 S180", 180.0),
+        ("M109 S200\nM104 S0", 0.0),
+        ("M104 S200\nM116", 200.0),
+        ("M109 S200\nM109 T1 S90", 200.0),
+        ("M109 S200\nM112", 0.0),
+    ] {
+        assert_eq!(at(text), celsius as f32, "{text}");
+    }
+}
+
+#[test]
+fn an_arc_is_chords_of_one_line_that_share_its_filament() {
+    let trace = trace("M83\nG1 X5 Y0 Z0 F600\nG3 X-5 Y0 I-5 J0 E2\n");
+    assert!(trace.len() > 20, "{}", trace.len());
+    let chords: Vec<_> = trace.moves().skip(1).collect();
+    assert!(chords.iter().all(|m| m.is_arc() && m.line == 3 && m.prints()));
+    assert!(!chords[0].continues_arc() && chords[1].continues_arc());
+    assert!((chords.iter().map(|m| m.e).sum::<f64>() - 2.0).abs() < 1e-5);
+    for m in &chords {
+        let [_, to] = m.ends().unwrap();
+        assert!((to.x.hypot(to.y) - 5.0).abs() < 1e-3, "{to:?}");
+    }
+}
+
+#[test]
+fn everything_else_is_an_event_before_the_move_that_follows() {
+    let trace = trace("G28\nG1 X1 Y1 Z1 F600\nM206 Z5\nG1 X2\nG20\n;TRUNNION end\n;TRUNNION print=x\n;LAYER:3\n");
+    let events: Vec<_> = trace.events.iter().map(|e| (e.before, e.line)).collect();
+    assert_eq!(events, [(0, 1), (1, 3), (2, 5), (2, 6), (2, 7), (2, 8)]);
+    let what: Vec<&What> = trace.events.iter().map(|e| &e.what).collect();
+    assert!(matches!(what[0], What::Effect(Effect::Home, span) if *span == (0..3)));
+    assert!(matches!(what[1], What::Effect(Effect::Hazard(Hazard::Shift), _)));
+    assert!(matches!(what[2], What::Refused(text) if text.contains("inches")));
+    assert!(matches!((what[3], what[4], what[5]), (What::Mark(Mark::End), What::BrokenMark(_), What::Layer)));
+    // What shifts coordinates leaves the place unknown.
+    assert_eq!((trace.at(1).from, trace.at(1).to), ([None; 3], [Some(2.0), None, None]));
+}

@@ -1,0 +1,86 @@
+//! Rule `command`: what every line that is no move does is known, and harmless where it stands.
+//!
+//! What shifts coordinates, changes steps, factors or tools, lets motors go or is unknown may stand only where the profile's
+//! own start or end code has it, or where `[dialect] allow` names it.
+
+use crate::gcode::ParsedLine;
+use crate::gcode::meaning::{Effect, Hazard};
+use crate::profile::Dialect;
+use crate::trace::Zone;
+
+/// What the profile lets pass.
+pub(super) struct Permitted<'a> {
+    start: Vec<&'a str>,
+    end: Vec<&'a str>,
+    allow: &'a [String],
+}
+
+impl<'a> Permitted<'a> {
+    pub(super) fn by(dialect: &'a Dialect) -> Self {
+        let lines = |text: &'a str| text.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
+        Self { start: lines(&dialect.start), end: lines(&dialect.end), allow: &dialect.allow }
+    }
+
+    /// The end code's lines, in order.
+    pub(super) fn end(&self) -> &[&'a str] {
+        &self.end
+    }
+
+    /// What is wrong with a line of this effect at this place, as a sentence; `None` where nothing is.
+    pub(super) fn objection(&self, effect: Effect, zone: Zone, line: &ParsedLine, text: &[u8]) -> Option<String> {
+        let does = match effect {
+            Effect::Hazard(hazard) => hazard.does(),
+            Effect::Factor { percent: Some(100.0), .. } => return None,
+            Effect::Factor { speed: true, .. } => "changes the speed of all later moves",
+            Effect::Factor { .. } => "changes the flow of all later lines",
+            Effect::Home if zone == Zone::Prints => "homes in the middle of the print",
+            Effect::HeatersOff if zone == Zone::Prints => "switches all heaters off in the middle of the print",
+            _ => return None,
+        };
+        let own = match zone {
+            Zone::Start => &self.start[..],
+            Zone::End => &self.end[..],
+            Zone::Prints => &[],
+        };
+        let text = String::from_utf8_lossy(text);
+        let text = text.trim();
+        let name = line
+            .commands
+            .first()
+            .map_or_else(|| text.split([' ', '=']).next().unwrap_or_default().to_owned(), ToString::to_string);
+        // The tool in use is followed nowhere.
+        let allowed =
+            self.allow.iter().any(|a| a.eq_ignore_ascii_case(&name)) && effect != Effect::Hazard(Hazard::Tool);
+        if allowed || own.iter().any(|template| fits(template, text)) {
+            return None;
+        }
+        let place = match zone {
+            Zone::Start => "and is not in the profile's [dialect] start",
+            Zone::Prints => "and stands among the prints",
+            Zone::End => "and is not in the profile's [dialect] end",
+        };
+        Some(format!("{name} {does}, {place}; take it out, or name it in [dialect] allow"))
+    }
+}
+
+/// Whether `line` is `template` with numbers in the place of `{nozzle_c}` and `{bed_c}`.
+pub(super) fn fits(template: &str, line: &str) -> bool {
+    let Some((before, rest)) = template.split_once('{') else { return template == line };
+    let Some((_, after)) = rest.split_once('}') else { return template == line };
+    let Some(line) = line.strip_prefix(before) else { return false };
+    let digits = line.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
+    digits > 0 && fits(after, &line[digits..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fits;
+
+    #[test]
+    fn a_line_of_the_start_code_is_known_with_its_numbers_filled_in() {
+        assert!(fits("M109 S{nozzle_c}", "M109 S215.5") && fits("G28", "G28"));
+        assert!(fits("START N={nozzle_c} B={bed_c}", "START N=215 B=60"));
+        assert!(!fits("M109 S{nozzle_c}", "M109 S") && !fits("M109 S{nozzle_c}", "M104 S215"));
+        assert!(!fits("START N={nozzle_c} B={bed_c}", "START N=215 B=60 X"));
+    }
+}

@@ -1,0 +1,187 @@
+//! Rule `flow`: each line takes the filament that its width and height hold, no faster than the nozzle melts it.
+//!
+//! A bead `w` wide and `h` high is a rectangle with round sides, `h (w - h) + pi h^2 / 4` (PrusaSlicer, Slic3r, OrcaSlicer, the
+//! built-in slicer; a bridge's thread is the same with `w = h`), or the rectangle `w h` (Cura). Where the file
+//! states width and height, a line must take what the others of its role take, to 1 %; where it does not, a thin line may be one that
+//! fills a gap, and only the sum over a print is held closely.
+
+use std::collections::BTreeMap;
+
+use super::prints::{Level, Printed};
+use super::report::{Findings, Place, Rule};
+use crate::gcode::marks::Role;
+use crate::trace::Move;
+
+/// What the sum over a print may be off where widths are stated, and where they are the profile's, relative.
+const MOST_OFF: [f64; 2] = [0.04, 0.08];
+/// What the lines of one role may be off together, relative: slicers have factors for skins and first layers.
+const ONE_ROLE: f64 = 0.1;
+/// What one line may be off the others of its role where its width is stated, relative: real slicers keep to 0.1 % and the last
+/// digits. Arcs are fitted within 5 %, and each slicer draws the threads of its bridges as it likes.
+const ONE_LINE: f64 = 0.01;
+const ONE_ARC: f64 = 0.1;
+const ONE_THREAD: f64 = 0.25;
+/// Fewer lines of a role than this tell nothing of what is usual for it.
+const FEWEST: usize = 5;
+/// What the last digits of length and filament add to that, mm of length.
+const DIGITS_MM: f64 = 0.004;
+/// Where no width is stated: thin lines fill gaps, and the most is a full line or a bridge's round thread.
+const UNSTATED: [f64; 2] = [0.03, 1.15];
+/// Filament in lines shorter than this says little of their cross-section, mm.
+const SHORT_MM: f64 = 0.15;
+/// What rounding of F may add to the flow, relative.
+const RATE_SLACK: f64 = 0.01;
+/// Factors that a slicer may be set to.
+const MULTIPLIERS: [f64; 2] = [0.8, 1.25];
+
+/// Holds one print's lines against their cross-sections.
+pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
+    let at = |line| Place { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+    let part = printed.planned.part;
+    let [low, high] = MULTIPLIERS;
+    let line = printed.levels.first().map_or(0, |l| l.line);
+    if !(low..=high).contains(&printed.flow.multiplier) {
+        findings.add(Rule::Flow, at(line), [printed.flow.multiplier, high], || {
+            format!(
+                "part {part} was sliced with an extrusion multiplier of {}; {low} to {high} are taken",
+                printed.flow.multiplier
+            )
+        });
+        return;
+    }
+    let mut sums = [Sum::default(), Sum::default()];
+    let mut by_role: BTreeMap<Role, Vec<f64>> = BTreeMap::new();
+    each(printed, |line| {
+        sums[usize::from(!line.stated)].add(line);
+        if line.stated && !line.is_thread() {
+            by_role.entry(line.m.role).or_default().push(line.laid / line.held);
+        }
+    });
+    let by_role: BTreeMap<Role, f64> = by_role.into_iter().map(|(role, ratios)| (role, usual(ratios))).collect();
+    each(printed, |line| one(printed, line, by_role.get(&line.m.role).copied().unwrap_or(1.0), findings));
+    for level in &printed.levels {
+        level.beads.iter().for_each(|&index| melts(printed, &printed.bead(index), findings));
+    }
+    for (role, &ratio) in by_role.iter().filter(|(_, ratio)| (*ratio - 1.0).abs() > ONE_ROLE) {
+        findings.add(Rule::Flow, at(line), [ratio, 1.0 + ONE_ROLE], || {
+            format!(
+                "the lines that the slicer calls {role:?} in part {part} take {ratio:.3} of the filament that they hold; {:.2} to {:.2} is right",
+                1.0 - ONE_ROLE,
+                1.0 + ONE_ROLE
+            )
+        });
+    }
+    for (sum, most) in sums.iter().zip(MOST_OFF) {
+        let ratio = sum.ratio();
+        if (ratio - 1.0).abs() > most {
+            findings.add(Rule::Flow, at(line), [ratio, 1.0 + most], || {
+                format!(
+                    "the lines of part {part} take {ratio:.3} of the filament that their width and height hold; {:.2} to {:.2} is right \
+                     (check the filament's diameter, the extrusion multiplier, and that E counts mm)",
+                    1.0 - most,
+                    1.0 + most
+                )
+            });
+        }
+    }
+}
+
+/// The median, so that a few wrong lines do not pass for the rule; 1 where there are too few to tell.
+fn usual(mut ratios: Vec<f64>) -> f64 {
+    if ratios.len() < FEWEST {
+        return 1.0;
+    }
+    let middle = ratios.len() / 2;
+    *ratios.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    laid: f64,
+    held: f64,
+}
+
+impl Sum {
+    fn add(&mut self, line: &Line) {
+        // Threads over air are drawn as thick as each slicer likes.
+        if !line.is_thread() {
+            (self.laid, self.held) = (self.laid + line.laid, self.held + line.held);
+        }
+    }
+
+    /// Laid over held; 1 for nothing.
+    fn ratio(&self) -> f64 {
+        if self.held > 0.0 { self.laid / self.held } else { 1.0 }
+    }
+}
+
+/// A line long enough to tell, with its volume and its cross-section's, mm³.
+struct Line {
+    m: Move,
+    length: f64,
+    width: f64,
+    height: f64,
+    stated: bool,
+    laid: f64,
+    held: f64,
+}
+
+impl Line {
+    fn of(printed: &Printed<'_>, level: &Level, m: Move) -> Option<Self> {
+        let length = m.ends().map(|[from, to]| (to - from).norm()).filter(|length| *length >= SHORT_MM)?;
+        let stated = m.width.is_some() && m.height.is_some();
+        let (width, height) = (printed.width(&m, level), m.height.unwrap_or_else(|| level.height()));
+        let held = printed.flow.bead.area(width, height) * length * printed.flow.multiplier;
+        Some(Self { m, length, width, height, stated, laid: m.e * printed.filament_mm2, held })
+    }
+
+    fn is_thread(&self) -> bool {
+        matches!(self.m.role, Role::Bridge | Role::Overhang)
+    }
+}
+
+/// Visits the lines that have a cross-section of their own: ironing has next to none.
+fn each(printed: &Printed<'_>, mut visit: impl FnMut(&Line)) {
+    for level in &printed.levels {
+        let beads = level.beads.iter().map(|&index| printed.bead(index)).filter(|m| m.role != Role::Ironing);
+        beads.filter_map(|m| Line::of(printed, level, m)).for_each(|line| visit(&line));
+    }
+}
+
+/// One line against its own cross-section, and where its width is stated against the `usual` ratio of its role.
+fn one(printed: &Printed<'_>, line: &Line, usual: f64, findings: &mut Findings) {
+    let digits = DIGITS_MM / line.length;
+    let around = |most: f64| (usual - most - digits, usual + most + digits);
+    let (low, high) = match line.stated {
+        true if line.is_thread() => around(ONE_THREAD),
+        true if line.m.is_arc() => around(ONE_ARC),
+        true => around(ONE_LINE),
+        false => {
+            let nozzle = printed.job.profile.process.nozzle_mm;
+            let thread = printed.flow.bead.area(nozzle, nozzle) * line.length * printed.flow.multiplier / line.held;
+            (UNSTATED[0] - digits, UNSTATED[1] * thread.max(1.0) + digits)
+        }
+    };
+    let ratio = line.laid / line.held;
+    if !(low..=high).contains(&ratio) {
+        let at = Place { line: line.m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        findings.add(Rule::Flow, at, [ratio, if ratio < low { low } else { high }], || {
+            let Line { length, width, height, .. } = line;
+            format!(
+                "{length:.2} mm of line take {ratio:.3} of the filament that {width:.2} x {height:.2} mm hold; {low:.2} to {high:.2} is right"
+            )
+        });
+    }
+}
+
+/// The hot end's own limit.
+fn melts(printed: &Printed<'_>, m: &Move, findings: &mut Findings) {
+    let most = printed.job.profile.limits.max_flow_mm3_per_s;
+    let rate = m.e * printed.filament_mm2 / m.seconds;
+    if m.seconds > 0.0 && rate > most * (1.0 + RATE_SLACK) {
+        let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        findings.add(Rule::Flow, at, [rate, most], || {
+            format!("{rate:.1} mm3/s of filament; the hot end melts at most {most:.1} ([limits] max_flow_mm3_per_s)")
+        });
+    }
+}

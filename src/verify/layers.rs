@@ -1,0 +1,136 @@
+//! Rules `layer-height` and `complete`: each layer stands as high over the one before as its beads are, the first over what
+//! carries the part, and every layer is there, up to the top.
+
+use super::prints::{Level, Printed};
+use super::report::{Findings, Place, Rule};
+
+/// What a layer's height may be off, mm: well below what a nozzle bears, well above what digits lose.
+const HEIGHT_MM: f64 = 0.05;
+/// Where no height is stated: what the filament of a layer of unusual height may be off what that height holds, relative.
+const FLOW_OFF: f64 = 0.15;
+/// A section at least so many lines wide is printed by every slicer.
+const WIDE_LINES: f64 = 3.0;
+
+/// Holds the layers of one print against each other and against the part.
+pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
+    let (Some(first), Some(last)) = (printed.levels.first(), printed.levels.last()) else { return };
+    let usual = usual_height(&printed.levels);
+    begins(printed, first, usual, findings);
+    for pair in printed.levels.windows(2) {
+        follows(printed, &pair[0], &pair[1], usual, findings);
+    }
+    ends(printed, last, usual, findings);
+}
+
+fn place(printed: &Printed<'_>, line: u32) -> Place {
+    Place { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) }
+}
+
+/// The median height of the layers but the first.
+fn usual_height(levels: &[Level]) -> f64 {
+    let mut heights: Vec<f64> = levels.iter().skip(usize::from(levels.len() > 1)).map(Level::height).collect();
+    heights.sort_by(f64::total_cmp);
+    heights[heights.len() / 2]
+}
+
+/// The first layer begins at the part's lowest point, or above a piece that is too narrow to print.
+fn begins(printed: &Printed<'_>, first: &Level, usual: f64, findings: &mut Findings) {
+    let height = first.stated.unwrap_or(usual);
+    let bottom = printed.sections.range()[0] - printed.joint_mm;
+    let off = first.z - height - bottom;
+    if off > usual / 2.0 {
+        if let Some(z) = printable_between(printed, bottom, first.z - height, usual) {
+            findings.add(Rule::Complete, place(printed, first.line), [off, usual / 2.0], || {
+                format!(
+                    "part {} is printed from {off:.2} mm above its lowest point on; the layer at Z {z:.2} is not there",
+                    printed.planned.part
+                )
+            });
+        }
+    } else if off.abs() > HEIGHT_MM && (first.stated.is_some() || !holds_its_height(printed, first)) {
+        findings.add(Rule::LayerHeight, place(printed, first.line), [off, HEIGHT_MM], || {
+            let (part, which) = (printed.planned.part, if off > 0.0 { "high" } else { "low" });
+            format!("the first layer of part {part} lies {:.3} mm too {which} for its height of {height:.2} mm; at most {HEIGHT_MM} mm", off.abs())
+        });
+    }
+}
+
+fn follows(printed: &Printed<'_>, below: &Level, level: &Level, usual: f64, findings: &mut Findings) {
+    let height = level.stated.unwrap_or(usual);
+    let off = level.gap - height;
+    if off.abs() <= HEIGHT_MM {
+        return;
+    }
+    if off > usual / 2.0
+        && let Some(z) = printable_between(printed, below.z, level.z - height, usual)
+    {
+        findings.add(Rule::Complete, place(printed, level.line), [off, HEIGHT_MM], || {
+            format!(
+                "{off:.2} mm of part {} are left out below this layer; there is none at Z {z:.2}",
+                printed.planned.part
+            )
+        });
+        return;
+    }
+    if level.stated.map_or_else(|| !holds_its_height(printed, level), |_| off <= usual / 2.0) {
+        findings.add(Rule::LayerHeight, place(printed, level.line), [level.gap, height], || {
+            format!(
+                "the tip is {:.3} mm above the layer below, and the beads are {height:.3} mm high (to {HEIGHT_MM} mm)",
+                level.gap
+            )
+        });
+    }
+}
+
+/// Whether a layer without a stated height takes the filament that its gap holds: then it was meant to be so high.
+fn holds_its_height(printed: &Printed<'_>, level: &Level) -> bool {
+    let width = printed.job.profile.process.line_width_mm;
+    let (mut laid, mut held) = (0.0, 0.0);
+    for &index in &level.beads {
+        let m = printed.bead(index);
+        let length = m.ends().map_or(0.0, |[from, to]| (to - from).norm());
+        let (one, all) = (m.e * printed.filament_mm2, printed.flow.bead.area(width, level.gap) * length);
+        // Thin lines that fill gaps say nothing of the height.
+        if one > all * 0.5 || printed.flow.widths.is_empty() {
+            (laid, held) = (laid + one, held + all * printed.flow.multiplier);
+        }
+    }
+    held > 0.0 && (laid / held - 1.0).abs() <= FLOW_OFF
+}
+
+/// The last layer ends at the part's top, to within a layer, but for what is too narrow to print.
+fn ends(printed: &Printed<'_>, last: &Level, usual: f64, findings: &mut Findings) {
+    let top = printed.sections.range()[1];
+    let over = last.z - top;
+    if over > usual + HEIGHT_MM {
+        findings.add(Rule::LayerHeight, place(printed, last.line), [over, usual], || {
+            format!(
+                "part {} is printed {over:.2} mm higher than it is; at most a layer, {usual:.2} mm",
+                printed.planned.part
+            )
+        });
+    }
+    if -over > usual
+        && let Some(z) = printable_between(printed, last.z, top, usual)
+    {
+        findings.add(Rule::Complete, place(printed, last.line), [-over, usual], || {
+            format!(
+                "part {} ends {:.2} mm below its top; the layer at Z {z:.2} is not there",
+                printed.planned.part, -over
+            )
+        });
+    }
+}
+
+/// The first height between `low` and `high`, in steps of a layer, at which whole layers are left out that any slicer prints.
+fn printable_between(printed: &Printed<'_>, low: f64, high: f64, layer: f64) -> Option<f64> {
+    let wide = WIDE_LINES * printed.job.profile.process.line_width_mm;
+    let count = ((high - low) / layer + 0.25).floor() as usize;
+    let at = |k: usize| low + (k as f64 + 0.5) * layer;
+    (0..count).map(at).find(|&z| {
+        let section = printed.sections.at(z);
+        let [min, max] = section.bounds();
+        let narrow = (max[0] - min[0]).min(max[1] - min[1]);
+        !section.is_empty() && narrow > wide && section.area() > wide * section.perimeter() / 4.0
+    })
+}

@@ -1,0 +1,228 @@
+//! The beads of each print by layer, with the part's own cross-sections: what the rules of shape look at.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::report::Findings;
+use super::{Job, Planned, flow, layers, registration};
+use crate::gcode::marks::{Bead, Expect, Mark, Role};
+use crate::planning::{self, joint_gap_mm};
+use crate::section::{Section, Sections};
+use crate::trace::{Move, Trace, What};
+
+/// Heights that differ by less are one layer, mm: the last printed digit.
+const SAME_LAYER_MM: f64 = 1.5e-3;
+
+/// One layer of one print.
+pub(super) struct Level {
+    /// The tip's height, machine coordinates, mm.
+    pub(super) z: f64,
+    /// What the slicer says the layer is high; `None` where it does not.
+    pub(super) stated: Option<f64>,
+    /// How much higher than the layer before; the first one than the part's lowest point.
+    pub(super) gap: f64,
+    /// Its first line in the file.
+    pub(super) line: u32,
+    /// Its beads, as moves of the trace.
+    pub(super) beads: Vec<u32>,
+}
+
+impl Level {
+    /// How high its beads are, mm.
+    pub(super) fn height(&self) -> f64 {
+        self.stated.unwrap_or(self.gap)
+    }
+}
+
+/// One print, as the file lays it.
+pub(super) struct Printed<'a> {
+    pub(super) trace: &'a Trace,
+    pub(super) job: &'a Job<'a>,
+    pub(super) planned: &'a Planned,
+    /// The part at its pose, machine coordinates.
+    pub(super) sections: Sections,
+    /// Lowest first.
+    pub(super) levels: Vec<Level>,
+    /// How far its lowest point lies above what carries it, mm; 0 where nothing printed does.
+    pub(super) joint_mm: f64,
+    /// What the header says of its flow.
+    pub(super) flow: Expect,
+    /// Whether the slicer says which lines are outer walls.
+    pub(super) has_roles: bool,
+    /// Cross-section of the filament, mm².
+    pub(super) filament_mm2: f64,
+}
+
+impl Printed<'_> {
+    pub(super) fn bead(&self, index: u32) -> Move {
+        self.trace.at(index as usize)
+    }
+
+    /// Width of a line, mm: as stated, else the nearest to its filament of those that the slicer's header states, else as the
+    /// profile has it.
+    pub(super) fn width(&self, m: &Move, level: &Level) -> f64 {
+        if let Some(width) = m.width {
+            return width;
+        }
+        let held = self.held_width(m, level);
+        let nearest = self.flow.widths.iter().copied().min_by(|a, b| (a - held).abs().total_cmp(&(b - held).abs()));
+        nearest.unwrap_or(self.job.profile.process.line_width_mm)
+    }
+
+    /// The width that a line's filament gives it at the layer's height, mm.
+    fn held_width(&self, m: &Move, level: &Level) -> f64 {
+        let (length, height) = (m.ends().map_or(0.0, |[from, to]| (to - from).norm()), level.height());
+        if length == 0.0 || height <= 0.0 {
+            return 0.0;
+        }
+        m.e * self.filament_mm2 / length / height + height * (1.0 - PI / 4.0)
+    }
+
+    /// The tip's height and the layer's of each level, lowest first.
+    pub(super) fn heights(&self) -> Vec<[f64; 2]> {
+        self.levels.iter().map(|level| [level.z, level.height()]).collect()
+    }
+
+    /// The same, but where nothing is stated no wider than its filament makes it: slicers fill gaps with thin lines, some
+    /// without a word.
+    pub(super) fn laid_width(&self, m: &Move, level: &Level) -> f64 {
+        let width = self.width(m, level);
+        if m.width.is_some() { width } else { width.min(self.held_width(m, level).max(0.0)) }
+    }
+
+    /// Takes note of what carries it, of the prints before: the first layer begins where that was really printed to.
+    fn stand_on(&mut self, before: &[planning::Printed]) {
+        self.joint_mm = joint_gap_mm(self.job.workpiece, self.planned.part, self.planned.up, before);
+        let joint = self.joint_mm;
+        if let Some(first) = self.levels.first_mut() {
+            first.gap += joint;
+        }
+    }
+
+    /// What it is for those that stand on it.
+    fn as_printed(&self) -> Option<planning::Printed> {
+        let height_mm = self.levels.last()?.z - self.sections.range()[0];
+        Some(planning::Printed { part: self.planned.part, up: self.planned.up, height_mm })
+    }
+
+    /// The part's section that a slicer takes for a layer.
+    pub(super) fn section(&self, level: &Level) -> Section {
+        self.sections.at(level.z - level.height() / 2.0)
+    }
+}
+
+/// Every print of which the file lays something, in the order of the plan.
+pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Planned]) -> Vec<Option<Printed<'a>>> {
+    let beads = by_print(trace, planned.len());
+    let flows = stated_flows(trace, planned.len());
+    let each = beads.into_par_iter().zip(flows).zip(planned);
+    let one = |((beads, flow), plan): ((Vec<u32>, Expect), &'a Planned)| {
+        if beads.is_empty() { None } else { printed(trace, job, plan, &beads, flow) }
+    };
+    let mut all: Vec<Option<Printed<'_>>> = each.map(one).collect();
+    let mut before = Vec::new();
+    for print in all.iter_mut().flatten() {
+        print.stand_on(&before);
+        before.extend(print.as_printed());
+    }
+    all
+}
+
+/// Findings of all rules of shape.
+pub(super) fn check(printed: &[Option<Printed<'_>>]) -> Findings {
+    let each = printed.par_iter().flatten().map(|printed| {
+        let mut findings = Findings::default();
+        layers::check(printed, &mut findings);
+        registration::check(printed, &mut findings);
+        flow::check(printed, &mut findings);
+        findings
+    });
+    let found: Vec<Findings> = each.collect();
+    found.into_iter().fold(Findings::default(), |mut all, one| {
+        all.absorb(one);
+        all
+    })
+}
+
+/// The printing moves of each print whose ends are known.
+fn by_print(trace: &Trace, prints: usize) -> Vec<Vec<u32>> {
+    let mut all = vec![Vec::new(); prints];
+    for m in trace.moves().filter(Move::prints) {
+        let print = trace.state(&m).print.map(|p| p as usize).filter(|p| *p < prints);
+        if let (Some(print), Some(_)) = (print, m.ends()) {
+            all[print].push(m.index as u32);
+        }
+    }
+    all
+}
+
+/// What the header says of each print's flow.
+fn stated_flows(trace: &Trace, prints: usize) -> Vec<Expect> {
+    let none = Expect {
+        print: 0,
+        part: 0,
+        filament_mm: 0.0,
+        multiplier: 1.0,
+        bead: Bead::Round,
+        widths: Vec::new(),
+        outset_mm: None,
+    };
+    let mut all = vec![none; prints];
+    for event in &trace.events {
+        if let What::Mark(Mark::Expect(expect)) = &event.what
+            && let Some(slot) = all.get_mut(expect.print)
+        {
+            *slot = expect.clone();
+        }
+    }
+    all
+}
+
+fn printed<'a>(
+    trace: &'a Trace,
+    job: &'a Job<'a>,
+    planned: &'a Planned,
+    beads: &[u32],
+    flow: Expect,
+) -> Option<Printed<'a>> {
+    let part = job.workpiece.parts.get(planned.part)?;
+    let sections = Sections::of(&part.moved(&job.profile.kinematics().forward(planned.pose)));
+    let has_roles = beads.iter().any(|&i| trace.at(i as usize).role == Role::OuterWall);
+    let levels = levels(trace, beads, sections.range()[0]);
+    let filament_mm2 = PI / 4.0 * job.profile.process.filament_mm.powi(2);
+    Some(Printed { trace, job, planned, sections, levels, joint_mm: 0.0, flow, has_roles, filament_mm2 })
+}
+
+/// The level beads by height; lines that rise while they are laid belong to none.
+fn levels(trace: &Trace, beads: &[u32], bottom: f64) -> Vec<Level> {
+    let mut all: Vec<Level> = Vec::new();
+    let mut last = None;
+    for &index in beads {
+        let m = trace.at(index as usize);
+        let Some([from, to]) = m.ends() else { continue };
+        if (to.z - from.z).abs() > SAME_LAYER_MM {
+            continue;
+        }
+        let same = |level: &Level| (level.z - to.z).abs() <= SAME_LAYER_MM;
+        let place = last.filter(|&i: &usize| same(&all[i])).or_else(|| all.iter().rposition(same));
+        let place = place.unwrap_or_else(|| {
+            all.push(Level { z: to.z, stated: None, gap: 0.0, line: m.line, beads: Vec::new() });
+            all.len() - 1
+        });
+        last = Some(place);
+        let level = &mut all[place];
+        // Threads over air and combined infill are of another height than their layer.
+        if !matches!(m.role, Role::Bridge | Role::Overhang | Role::Infill) {
+            level.stated = level.stated.or(m.height);
+        }
+        level.beads.push(index);
+    }
+    all.sort_by(|a, b| a.z.total_cmp(&b.z));
+    let mut below = bottom;
+    for level in &mut all {
+        level.gap = level.z - below;
+        below = level.z;
+    }
+    all
+}

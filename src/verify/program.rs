@@ -1,0 +1,319 @@
+//! The rules that need no geometry but the pose: syntax, commands, limits, speeds, order, heat, retraction, the end.
+
+use super::Planned;
+use super::commands::{Permitted, fits};
+use super::report::{Findings, Place, Rule};
+use super::tally::Tally;
+use crate::gcode::ParsedLine;
+use crate::gcode::marks::{END_MARK, Expect, Mark};
+use crate::gcode::meaning::{Effect, Firmware, Heater};
+use crate::geom::Vec3;
+use crate::motion::{AxisRange, LinearLimits, Pose, TableKinematics};
+use crate::profile::Profile;
+use crate::trace::{Event, Move, State, Trace, What, Zone};
+
+/// How well a pose must be the plan's, degrees: ten times the last digit written.
+const POSE_DEG: f64 = 1e-3;
+/// How well the pose must bring the build direction upright (chord): the last digit of the plan's `up` and angles.
+const UPRIGHT: f64 = 2e-5;
+
+/// What was counted on the way.
+pub(super) struct Checked {
+    pub(super) findings: Findings,
+    pub(super) tally: Tally,
+}
+
+/// Holds the program against the machine and the plan.
+pub(super) fn check(bytes: &[u8], trace: &Trace, profile: &Profile, planned: &[Planned]) -> Checked {
+    let mut checker = Checker::new(bytes, trace, profile, planned);
+    let mut events = trace.events.iter().peekable();
+    for m in trace.moves() {
+        while let Some(event) = events.next_if(|e| e.before as usize <= m.index) {
+            checker.event(event);
+        }
+        checker.make(&m);
+    }
+    events.for_each(|event| checker.event(event));
+    checker.finish()
+}
+
+struct Checker<'a> {
+    bytes: &'a [u8],
+    trace: &'a Trace,
+    profile: &'a Profile,
+    planned: &'a [Planned],
+    table: TableKinematics,
+    limits: LinearLimits,
+    permitted: Permitted<'a>,
+    firmware: Firmware,
+    tally: Tally,
+    findings: Findings,
+    line: u32,
+    print: Option<usize>,
+    slot: Option<usize>,
+    zone: Zone,
+    ended: bool,
+    /// Whether the nozzle has been found too cold since it last changed.
+    told_cold: bool,
+    /// The state whose pose was judged last, and what is wrong with it.
+    judged: (Option<State>, Option<(f64, String)>),
+}
+
+impl<'a> Checker<'a> {
+    fn new(bytes: &'a [u8], trace: &'a Trace, profile: &'a Profile, planned: &'a [Planned]) -> Self {
+        Self {
+            bytes,
+            trace,
+            profile,
+            planned,
+            table: profile.kinematics(),
+            limits: profile.linear_limits(),
+            permitted: Permitted::by(&profile.dialect),
+            firmware: profile.firmware(),
+            tally: Tally::new(planned.len()),
+            findings: Findings::default(),
+            line: 0,
+            print: None,
+            slot: None,
+            zone: Zone::Start,
+            ended: false,
+            told_cold: false,
+            judged: (None, None),
+        }
+    }
+
+    fn place(&self) -> Place {
+        let print = self.print.map(|p| &self.planned[p]);
+        Place { line: self.line, slot: print.map(|p| p.slot).or(self.slot), part: print.map(|p| p.part) }
+    }
+
+    fn say(&mut self, rule: Rule, numbers: [f64; 2], text: impl FnOnce() -> String) {
+        self.findings.add(rule, self.place(), numbers, text);
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.line = event.line;
+        match &event.what {
+            What::Mark(mark) => self.mark(mark),
+            What::BrokenMark(text) => self.say(Rule::Syntax, [0.0; 2], || format!("mark {text:?} cannot be read")),
+            What::Refused(text) => self.say(Rule::Syntax, [0.0; 2], || text.clone()),
+            What::TooFast(fast) => self.say(Rule::AxisRate, [fast.measured, fast.allowed], || fast.text.clone()),
+            What::Effect(effect, span) => self.effect(*effect, span.clone()),
+            What::Layer => {}
+        }
+    }
+
+    fn mark(&mut self, mark: &Mark) {
+        match mark {
+            Mark::Slot(slot) => (self.slot, self.print, self.zone) = (Some(*slot), None, Zone::Prints),
+            Mark::End => (self.print, self.zone, self.ended) = (None, Zone::End, true),
+            Mark::Expect(Expect { print, part, filament_mm, .. }) => {
+                if self.known(*print, *part) && !self.tally.expect(*print, *filament_mm) {
+                    self.say(Rule::Sequence, [2.0, 1.0], || format!("print {print} is announced twice"));
+                }
+            }
+            Mark::Print { print, part } => self.begin(*print, *part),
+            Mark::Other | Mark::Broken => {}
+        }
+    }
+
+    fn begin(&mut self, print: usize, part: usize) {
+        self.print = self.known(print, part).then_some(print);
+        let Some(slot) = self.print.map(|p| self.planned[p].slot) else { return };
+        if self.slot != Some(slot) {
+            let marked = self.slot.map_or("no slot".to_owned(), |s| format!("slot {s}"));
+            self.say(Rule::Sequence, [slot as f64, self.slot.map_or(-1.0, |s| s as f64)], || {
+                format!("print {print} belongs to slot {slot}, and {marked} is marked")
+            });
+        }
+    }
+
+    fn known(&mut self, print: usize, part: usize) -> bool {
+        let wanted = self.planned.get(print).map(|p| p.part);
+        if wanted != Some(part) {
+            self.say(Rule::Sequence, [part as f64, wanted.map_or(-1.0, |p| p as f64)], || match wanted {
+                Some(wanted) => format!("print {print} is marked as part {part}; in the plan it is part {wanted}"),
+                None => format!("print {print} is not in the plan"),
+            });
+        }
+        wanted.is_some()
+    }
+
+    fn effect(&mut self, effect: Effect, span: std::ops::Range<usize>) {
+        let text = &self.bytes[span];
+        let mut parsed = ParsedLine::default();
+        if parsed.read(text).is_ok()
+            && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, text)
+        {
+            self.say(Rule::Command, [0.0; 2], || objection);
+        }
+        match effect {
+            Effect::Retract(pull) => {
+                let at = self.place();
+                self.tally.firmware(pull, at, &mut self.findings);
+            }
+            Effect::Heat { heater, target_c: Some(target), .. } => self.target(heater, target),
+            _ => {}
+        }
+        self.told_cold = false;
+    }
+
+    /// More heat than the machine has.
+    fn target(&mut self, heater: Heater, target: f64) {
+        let (name, key, most) = match heater {
+            Heater::Nozzle | Heater::OtherNozzle(_) => ("nozzle", "max_nozzle_c", self.profile.link.max_nozzle_c),
+            Heater::Bed => ("bed", "max_bed_c", self.profile.link.max_bed_c),
+            Heater::Chamber => return,
+        };
+        if target > most {
+            self.say(Rule::Heat, [target, most], || {
+                format!("{target} C for the {name}; at most {most} C ([link] {key})")
+            });
+        }
+    }
+
+    fn make(&mut self, m: &Move) {
+        self.line = m.line;
+        self.check_limits(m);
+        let turns = self.trace.turns(m);
+        if turns && m.e > 0.0 {
+            self.say(Rule::TurnWhileExtruding, [m.e, 0.0], || {
+                format!("the table turns while {:.3} mm of filament are pushed", m.e)
+            });
+        }
+        if turns {
+            let (at, pulled) = (self.place(), self.profile.transition.retract_mm);
+            self.tally.turn(pulled, at, &mut self.findings);
+        }
+        let prints = m.prints();
+        self.check_known(m, prints);
+        if m.e > 0.0 {
+            self.check_heat(m);
+        }
+        if prints {
+            self.lay(m);
+        } else if m.e != 0.0 {
+            self.tally.pull(m.e);
+        }
+    }
+
+    fn check_limits(&mut self, m: &Move) {
+        for i in 0..3 {
+            let (Some(value), low, high) = (m.to[i], self.limits.min[i], self.limits.max[i]) else { continue };
+            // The other coordinates are taken from inside, so that only this one is judged.
+            let mut probe = (self.limits.min + self.limits.max) * 0.5;
+            probe[i] = value;
+            let judged = m.wrote(i) || m.continues_arc();
+            if let (true, Some(out)) = (judged, self.limits.violation(&probe)) {
+                self.say(Rule::AxisLimit, [value, if value < low { low } else { high }], || out.to_string());
+            }
+        }
+        if !m.wrote_rotary() {
+            return;
+        }
+        let state = *self.trace.state(m);
+        let axes = [(self.table.tilt.clone(), state.tilt), (self.table.rotation.clone(), state.rotation)];
+        for (axis, angle) in axes {
+            let (Some(angle), Some((low, high))) = (angle, axis.range) else { continue };
+            if !axis.admits(angle) {
+                let (word, low, high) = (axis.word_of(angle).deg(), low.deg(), high.deg());
+                self.say(Rule::AxisLimit, [word, if word < low { low } else { high }], || {
+                    let letter = char::from(axis.letter);
+                    format!("{letter} {word:.3} deg is beyond the axis, which reaches {low:.3}..{high:.3}")
+                });
+            }
+        }
+    }
+
+    fn check_known(&mut self, m: &Move, prints: bool) {
+        let sideways = m.wrote(0) || m.wrote(1);
+        let unknown = m.ends().is_none() || self.trace.state(m).pose().is_none();
+        let text = if prints && unknown {
+            "filament is laid while the tip's place or the table's pose is unknown"
+        } else if sideways && m.to[2].is_none() {
+            "the head moves sideways at an unknown height"
+        } else if sideways && unknown && self.tally.started() {
+            "the head moves sideways from an unknown place, with something printed on the table"
+        } else {
+            return;
+        };
+        self.say(Rule::UnknownPosition, [0.0; 2], || text.to_owned());
+    }
+
+    /// Filament is pushed through a nozzle that is known to be hot.
+    fn check_heat(&mut self, m: &Move) {
+        let (now, least) = (f64::from(self.trace.state(m).nozzle_c), self.profile.limits.min_extrude_c);
+        // Machines of RS274/NGC heat outside the program.
+        if !self.firmware.is_printer() || now >= least || std::mem::replace(&mut self.told_cold, true) {
+            return;
+        }
+        self.say(Rule::Heat, [now, least], || {
+            if now > 0.0 {
+                format!("filament is pushed at {now:.0} C; at least {least:.0} C ([limits] min_extrude_c)")
+            } else {
+                format!("filament is pushed before the nozzle was heated and waited for (M109), or after it was switched off; at least {least:.0} C")
+            }
+        });
+    }
+
+    fn lay(&mut self, m: &Move) {
+        let at = self.place();
+        self.tally.lay(self.print, m.e, self.planned, at, &mut self.findings);
+        let state = *self.trace.state(m);
+        if self.judged.0 != Some(state) {
+            self.judged = (Some(state), self.pose_fault(&state));
+        }
+        if let Some((off, text)) = self.judged.1.clone() {
+            self.say(Rule::Pose, [off, POSE_DEG], || text);
+        }
+    }
+
+    /// What is wrong with the pose for the print.
+    fn pose_fault(&self, state: &State) -> Option<(f64, String)> {
+        let Some(plan) = self.print.map(|p| &self.planned[p]) else {
+            return Some((0.0, "filament is laid before any print is marked".to_owned()));
+        };
+        let pose = state.pose()?;
+        let tilt = (pose.tilt - plan.pose.tilt).abs().deg();
+        let rotation = (pose.rotation - plan.pose.rotation).wrapped().abs().deg();
+        let tip = self.table.forward(pose).rotation * plan.up - Vec3::z();
+        let off = tilt.max(rotation);
+        if off <= POSE_DEG && tip.norm() <= UPRIGHT {
+            return None;
+        }
+        let word = |axis: &AxisRange, angle| format!("{}{:.3}", char::from(axis.letter), axis.word_of(angle).deg());
+        let words = |p: Pose| [word(&self.table.tilt, p.tilt), word(&self.table.rotation, p.rotation)].join(" ");
+        let lean = 2.0 * (tip.norm() / 2.0).min(1.0).asin();
+        let text = format!(
+            "part {} is printed at {}, {:.3} deg from upright; the plan says {} (to {POSE_DEG} deg)",
+            plan.part,
+            words(pose),
+            lean.to_degrees(),
+            words(plan.pose)
+        );
+        Some((off.max(lean.to_degrees()), text))
+    }
+
+    fn finish(mut self) -> Checked {
+        self.line = self.trace.lines.max(1);
+        self.print = None;
+        self.tally.finish(self.planned, self.line, &mut self.findings);
+        if !self.ended {
+            self.say(Rule::Complete, [0.0, 1.0], || "the file ends before its last mark: it was cut short".to_owned());
+        } else if let Some(missing) = self.missing_end() {
+            let missing = missing.to_owned();
+            self.say(Rule::Complete, [0.0, 1.0], || {
+                format!("the end code's {missing:?} is not there: heaters or motors may stay on")
+            });
+        }
+        Checked { findings: self.findings, tally: self.tally }
+    }
+
+    /// The first line of the profile's end code that does not follow the end's mark, in order.
+    fn missing_end(&self) -> Option<&'a str> {
+        let at = memchr::memmem::rfind(self.bytes, END_MARK.as_bytes())?;
+        let text = String::from_utf8_lossy(&self.bytes[at..]);
+        let mut lines = text.lines().map(str::trim);
+        self.permitted.end().iter().copied().find(|template| !lines.any(|line| fits(template, line)))
+    }
+}

@@ -1,0 +1,224 @@
+//! Rules `registration` and `outside-part`: each print lies where its part is, and no line of it outside.
+//!
+//! Slicers lay the middle of an outer wall half a line inside the outline of the layer's middle. So over all of them a shift,
+//! a turn and a scale show to hundredths of a millimetre (`section::fit`), and no line's edge may leave the outline by more
+//! than a little. Whether a whole line stays inside is settled as exactly as its ends: the distance changes by at most 1 mm a
+//! mm, so with `f` at both ends of a piece of length `l` no point of it lies farther out than `(f0 + f1 + l) / 2`.
+
+use super::prints::{Level, Printed};
+use super::report::{Findings, Place, Rule};
+use crate::gcode::marks::Role;
+use crate::section::{Fit, Sample, Section, fit};
+use crate::trace::Move;
+
+/// How far a print may be shifted, and its farthest point be turned or scaled, mm.
+const MOST_MM: f64 = 0.1;
+/// How far all walls may stand out together where the slicer does not say by how much it compensates (Cura), mm.
+const MOST_OFFSET_MM: f64 = 0.25;
+/// How far the edge of one line may leave the outline, beyond what all walls do, mm.
+const MOST_OUT_MM: f64 = 0.2;
+/// How far an outer wall may lie too far inside, mm: an elephant's foot is compensated by 0.2 mm and more.
+const MOST_IN_MM: f64 = 0.4;
+/// How far the middle of any line may leave the outline, mm.
+const ROUND_END_MM: f64 = 0.03;
+/// Walls farther off are no outer walls, mm; where the slicer names none, a line farther off may be the next wall.
+const STRAY_MM: [f64; 2] = [0.8, 0.2];
+/// The part of the outline that must have an outer wall beside it.
+const LEAST_COVERED: f64 = 0.5;
+/// Samples of one print that are taken, about.
+const SAMPLES: usize = 6000;
+/// Spacing of samples along a wall, mm.
+const SPACING_MM: f64 = 3.0;
+/// Pieces shorter than this are judged by the farther of their ends, mm.
+const SHORTEST_MM: f64 = 0.05;
+
+/// Holds one print against its part.
+pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
+    let walls: usize = printed.levels.iter().map(|l| l.beads.iter().filter(|&&i| is_outer(printed, i)).count()).sum();
+    let every = walls.div_ceil(SAMPLES).max(1);
+    let mut samples = Vec::new();
+    let (mut taken, mut covered, mut outline) = (0, 0.0, 0.0);
+    let mut sections = Vec::with_capacity(printed.levels.len());
+    let [centre_x, centre_y] = centre(printed);
+    for level in &printed.levels {
+        let section = printed.section(level);
+        for &index in level.beads.iter().filter(|&&i| is_outer(printed, i)) {
+            taken += 1;
+            if taken % every == 0 {
+                covered += sample(printed, (level, &section), index, [centre_x, centre_y], &mut samples) * every as f64;
+            }
+        }
+        outline += section.perimeter();
+        sections.push(section);
+    }
+    let found = fit(&samples);
+    let registered = found.as_ref().is_none_or(|fit| registration(printed, fit, &samples, findings));
+    let share = covered / outline;
+    if outline > 0.0 && share < LEAST_COVERED {
+        findings.add(Rule::Registration, place(printed), [share, LEAST_COVERED], || {
+            format!(
+                "only {:.0} % of the outline of part {} have an outer wall beside them; it was moved, scaled or cut in the slicer, or is \
+                 too thin for whole lines",
+                share * 100.0,
+                printed.planned.part
+            )
+        });
+    }
+    // Where all of it is moved, that is the one thing to say.
+    if registered {
+        let offset = found.map_or(0.0, |fit| fit.offset).clamp(-MOST_OFFSET_MM, MOST_OFFSET_MM);
+        printed
+            .levels
+            .iter()
+            .zip(&sections)
+            .for_each(|(level, section)| outside(printed, level, section, offset, findings));
+    }
+}
+
+fn is_outer(printed: &Printed<'_>, index: u32) -> bool {
+    !printed.has_roles || printed.bead(index).role == Role::OuterWall
+}
+
+/// The middle of the part in the plane.
+fn centre(printed: &Printed<'_>) -> [f64; 2] {
+    let [low, high] = printed.sections.range();
+    let [min, max] = printed.sections.at((low + high) / 2.0).bounds();
+    let middle = [0, 1].map(|a| (min[a] + max[a]) / 2.0);
+    if middle.iter().all(|v| v.is_finite()) { middle } else { [0.0; 2] }
+}
+
+/// Takes samples of a wall; the length of it that lies along the outline, mm.
+fn sample(
+    printed: &Printed<'_>,
+    (level, section): (&Level, &Section),
+    index: u32,
+    centre: [f64; 2],
+    samples: &mut Vec<Sample>,
+) -> f64 {
+    let m = printed.bead(index);
+    let Some([from, to]) = m.ends() else { return 0.0 };
+    let stray = STRAY_MM[usize::from(!printed.has_roles)];
+    let mut along = 0.0;
+    let half = printed.width(&m, level) / 2.0;
+    let count = ((to - from).norm() / SPACING_MM).ceil().max(1.0);
+    for k in 0..count as usize {
+        let p = from + (to - from) * ((k as f64 + 0.5) / count);
+        let (distance, normal) = section.nearest([p.x, p.y]);
+        let out = distance + half;
+        if let (Some(normal), true) = (normal, out.abs() < stray) {
+            samples.push(Sample { at: [p.x - centre[0], p.y - centre[1]], normal, out });
+            along += (to - from).norm() / count;
+        }
+    }
+    along
+}
+
+fn place(printed: &Printed<'_>) -> Place {
+    let line = printed.levels.first().map_or(0, |l| l.line);
+    Place { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) }
+}
+
+/// Whether the fit is that of a print in its place.
+fn registration(printed: &Printed<'_>, fit: &Fit, samples: &[Sample], findings: &mut Findings) -> bool {
+    let at = place(printed);
+    let part = printed.planned.part;
+    let worst = [
+        (fit.shift_mm(), format!("shifted by X {:+.2} Y {:+.2} mm", fit.shift[0], fit.shift[1])),
+        (fit.turn_mm(), format!("turned by {:+.2} deg, {:.2} mm at its rim", fit.turn.to_degrees(), fit.turn_mm())),
+        (fit.scale_mm(), format!("scaled by {:.4}, {:.2} mm at its rim", 1.0 + fit.scale, fit.scale_mm())),
+    ];
+    let mut fine = true;
+    for (mm, text) in worst {
+        if mm > MOST_MM {
+            fine = false;
+            findings
+                .add(Rule::Registration, at, [mm, MOST_MM], || format!("part {part} is {text}; at most {MOST_MM} mm"));
+        }
+    }
+    // Of a square or round part nobody can tell a scale from an offset: so all that is explained counts together.
+    let (wanted, most) = match printed.flow.outset_mm {
+        Some(outset) => (outset, MOST_MM),
+        None => (0.0, MOST_OFFSET_MM),
+    };
+    let out = samples
+        .iter()
+        .map(|s| fit.explains(s) - wanted)
+        .fold(0.0, |most: f64, v| if v.abs() > most.abs() { v } else { most });
+    if fine && out.abs() > most {
+        fine = false;
+        findings.add(Rule::Registration, at, [out, most], || {
+            let side = if out > 0.0 { "outside" } else { "inside" };
+            format!("the outer walls of part {part} lie up to {:.2} mm too far {side}; at most {most} mm", out.abs())
+        });
+    }
+    fine
+}
+
+/// Lines whose edge leaves the outline.
+fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {
+    // The end of one line is mostly the start of the next.
+    let mut last = ([f64::NAN; 2], 0.0);
+    for &index in &level.beads {
+        let m = printed.bead(index);
+        let Some([from, to]) = m.ends() else { continue };
+        let half = printed.laid_width(&m, level) / 2.0;
+        // A line that fills what is narrower than two of them ends on the outline, and its round end beyond.
+        let most = MOST_OUT_MM.max(half + ROUND_END_MM) + offset.max(0.0);
+        let [a, b] = [from, to].map(|p| [p.x, p.y]);
+        if m.role == Role::OuterWall {
+            inside(printed, &m, section, [a, b], half - offset.min(0.0), findings);
+        }
+        let farthest = farthest(section, a, b, most - half, &mut last) + half;
+        if farthest > most {
+            let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+            findings.add(Rule::OutsidePart, at, [farthest, most], || {
+                format!(
+                    "a line's edge lies {farthest:.3} mm outside part {}; at most {most:.2} mm",
+                    printed.planned.part
+                )
+            });
+        }
+    }
+}
+
+/// An outer wall that leaves the outline inward: no slicer lays one there.
+fn inside(
+    printed: &Printed<'_>,
+    m: &Move,
+    section: &Section,
+    [a, b]: [[f64; 2]; 2],
+    half: f64,
+    findings: &mut Findings,
+) {
+    let count = ((b[0] - a[0]).hypot(b[1] - a[1]) / SPACING_MM).ceil().max(1.0) as usize;
+    let point = |k: usize| [0, 1].map(|i| a[i] + (b[i] - a[i]) * (k as f64 / count as f64));
+    let deepest = (0..=count).map(|k| -half - section.signed_distance(point(k))).fold(0.0, f64::max);
+    if deepest > MOST_IN_MM {
+        let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        findings.add(Rule::Registration, at, [deepest, MOST_IN_MM], || {
+            format!(
+                "an outer wall lies {deepest:.3} mm too far inside the outline of part {}; at most {MOST_IN_MM} mm",
+                printed.planned.part
+            )
+        });
+    }
+}
+
+/// The distance of the farthest point between `a` and `b`, or any value within `most`.
+fn farthest(section: &Section, a: [f64; 2], b: [f64; 2], most: f64, last: &mut ([f64; 2], f64)) -> f64 {
+    let start = if last.0 == a { last.1 } else { section.signed_distance(a) };
+    let end = section.signed_distance(b);
+    *last = (b, end);
+    between(section, (a, start), (b, end), most)
+}
+
+fn between(section: &Section, a: ([f64; 2], f64), b: ([f64; 2], f64), most: f64) -> f64 {
+    let length = (b.0[0] - a.0[0]).hypot(b.0[1] - a.0[1]);
+    let (worst, bound) = (a.1.max(b.1), (a.1 + b.1 + length) / 2.0);
+    if worst > most || length < SHORTEST_MM || bound <= most {
+        return worst;
+    }
+    let middle = [0, 1].map(|i| (a.0[i] + b.0[i]) / 2.0);
+    let middle = (middle, section.signed_distance(middle));
+    between(section, a, middle, most).max(between(section, middle, b, most))
+}

@@ -1,0 +1,193 @@
+//! The jobs as a library's user calls them: in a made-up world, from bytes, step by step.
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use trunnion::job::{
+    self, Bar, Clock, Error, Files, MachineSource, PlanRequest, PlanSource, Ports, PrepareRequest, Prints, Progress,
+    RewriteRequest, Silent, SliceRequest, Slicers, Source, Step, VerifyRequest, World,
+};
+use trunnion::link::serial::{Address, Port, PortError, Server};
+use trunnion::profile::{Profile, resolve, shipped};
+use trunnion::slicing::{BuiltIn, Slicer, SlicerChoice};
+
+use crate::support::root;
+
+/// Files that are on no disk.
+struct Shelf(BTreeMap<PathBuf, Vec<u8>>);
+
+impl Files for Shelf {
+    fn size(&self, path: &Path) -> Result<u64, Error> {
+        self.read(path).map(|bytes| bytes.len() as u64)
+    }
+
+    fn read(&self, path: &Path) -> Result<Vec<u8>, Error> {
+        let missing = || Error::Read { path: path.to_owned(), source: std::io::ErrorKind::NotFound.into() };
+        self.0.get(path).cloned().ok_or_else(missing)
+    }
+
+    fn exists(&self, path: &Path) -> bool {
+        self.0.contains_key(path)
+    }
+}
+
+/// A computer that has the built-in slicer, no ports, and a clock on which every look takes a second.
+struct Made {
+    looks: Cell<u64>,
+}
+
+impl Slicers for Made {
+    fn find(&self, _: &SlicerChoice, _: &[PathBuf], _: Duration) -> Result<Box<dyn Slicer>, Error> {
+        Ok(Box::new(BuiltIn))
+    }
+}
+
+impl Clock for Made {
+    fn now(&self) -> Duration {
+        self.looks.set(self.looks.get() + 1);
+        Duration::from_secs(self.looks.get())
+    }
+
+    fn sleep(&self, _: Duration) {}
+
+    fn boot(&self) -> String {
+        String::new()
+    }
+}
+
+impl Ports for Made {
+    fn open(&self, address: &Address, _: u32) -> Result<Port, PortError> {
+        panic!("nobody asked for {address:?}")
+    }
+
+    fn serve(&self, place: &str) -> Result<Server, PortError> {
+        panic!("nobody asked for {place}")
+    }
+
+    fn identity(&self, _: &Path, _: &Path) -> Option<String> {
+        None
+    }
+
+    fn find_again(&self, address: &Address, _: Option<&str>, _: &Path) -> Address {
+        address.clone()
+    }
+}
+
+/// What somebody who watches has seen.
+#[derive(Default)]
+struct Seen(RefCell<Vec<String>>);
+
+impl Progress for Seen {
+    fn warning(&self, text: &str) {
+        self.0.borrow_mut().push(text.to_owned());
+    }
+
+    fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_> {
+        self.0.borrow_mut().push(format!("{what} {of}"));
+        Box::new(Silent)
+    }
+
+    fn reached(&self, step: Step<'_>) {
+        self.0.borrow_mut().push(match step {
+            Step::Read(model) => format!("read {}", model.model.parts.len()),
+            Step::Planned(made) => format!("planned {}", made.best().slots.len()),
+            Step::Sliced(done) => format!("sliced {}", done.sliced.len()),
+        });
+    }
+}
+
+fn fixture(name: &str) -> Source {
+    let path = root().join("fixtures").join(name);
+    Source::Bytes { name: name.to_owned(), bytes: std::fs::read(path).unwrap() }
+}
+
+fn generic() -> Profile {
+    let (file, text) = shipped("generic-ac").unwrap();
+    resolve(file, text).unwrap().0
+}
+
+fn builtin() -> PrepareRequest {
+    let mut request = PrepareRequest::new(fixture("two-boxes.stl"), "generic-ac");
+    request.slicing.slicer = SlicerChoice::BuiltIn;
+    request
+}
+
+#[test]
+fn the_main_job_needs_nothing_but_its_world() {
+    let (made, seen) = (Made { looks: Cell::new(0) }, Seen::default());
+    let Source::Bytes { bytes, .. } = fixture("two-boxes.stl") else { unreachable!() };
+    let shelf = Shelf(BTreeMap::from([(PathBuf::from("two-boxes.stl"), bytes)]));
+    let world = World { files: &shelf, slicers: &made, ports: &made, clock: &made, progress: &seen };
+    let request = PrepareRequest::new("two-boxes.stl", generic());
+    let done = job::prepare(&request, &world).unwrap();
+    assert_eq!(*seen.0.borrow(), ["read 2", "planned 2", "slicing 2", "sliced 2"]);
+    assert_eq!((done.slicer.name.as_str(), done.warnings.len()), ("built-in slicer", 0));
+    let report = done.gcode.report().unwrap();
+    assert!(report.is_clean() && report.slots == 2, "{report:?}");
+    // Times are the clock's, whole seconds here, and none is counted twice.
+    let s = done.seconds;
+    let sum = s.read + s.orient + s.plan + s.slice + s.rewrite + s.verify;
+    assert!(sum > 5.0 && sum.fract() == 0.0 && sum < made.looks.get() as f64, "{s:?}");
+    // The program does not depend on the world.
+    let here = job::prepare(&builtin(), &World::here(&Silent)).unwrap();
+    assert!(here.gcode.program() == done.gcode.program());
+}
+
+#[test]
+fn each_step_by_itself_gives_the_program_of_the_main_job() {
+    let (world, whole) = (World::here(&Silent), builtin());
+    let expected = job::prepare(&whole, &world).unwrap();
+    let request = PlanRequest { model: whole.model, machine: whole.machine, options: whole.plan };
+    let text = job::plan(&request, &world).unwrap().plan.plan.to_text().into_bytes();
+    let file = Source::Bytes { name: "plan.json".to_owned(), bytes: text };
+    let source = PlanSource { plan: file, model: Some(fixture("two-boxes.stl")), machine: None };
+    let plan = &job::load_plan(&source, &world).unwrap();
+    let prints = &Prints::of(plan, whole.slicing.bed_mm);
+    let sliced = job::slice(&SliceRequest { plan, prints, options: &whole.slicing }, &world).unwrap().sliced;
+    let named = sliced.into_iter().zip(&prints.names);
+    let sliced = named.map(|(bytes, name)| Source::Bytes { name: name.clone(), bytes }).collect();
+    let request = RewriteRequest { plan, sliced, print: None, bed_mm: whole.slicing.bed_mm };
+    let program = job::rewrite(&request, &world).unwrap().gcode;
+    assert!(program.program() == expected.gcode.program());
+    // What is cut short is no verified program.
+    let half = program.program()[..program.program().len() / 2].to_vec();
+    let half = Source::Bytes { name: "half.gcode".to_owned(), bytes: half };
+    let done = job::verify(&VerifyRequest { program: &half, plan }, &world).unwrap();
+    assert!(!done.report.is_clean());
+    let Err(Error::Rejected(rejected)) = done.verified() else { panic!("half a program is verified") };
+    assert!(rejected.to_string().contains("findings: line "), "{rejected}");
+}
+
+#[test]
+fn a_request_that_cannot_be_is_refused_with_the_settings_name() {
+    let world = World::here(&Silent);
+    let mut request = PlanRequest::new(fixture("two-boxes.stl"), "generic-ac");
+    request.options.overhang_deg = 95.0;
+    assert_eq!(job::plan(&request, &world).unwrap_err().to_string(), "overhang 95 deg is out of 0..90");
+    let mut request = builtin();
+    request.slicing.bed_mm = [250.0, 9000.0];
+    let said = job::prepare(&request, &world).unwrap_err().to_string();
+    assert_eq!(said, "bed 9000 mm is out of 0..5000");
+    // A machine in code is held to what a file may hold: by itself, and one key against the other.
+    let mut machine = generic();
+    machine.kinematics.tilt.direction = 2;
+    let said = job::load_profile(&MachineSource::from(machine), &world).unwrap_err().to_string();
+    assert_eq!(said, "profile generic-ac: kinematics.tilt.direction = 2 is out of -1..1");
+    let mut machine = generic();
+    machine.limits.z_mm = [300.0, 0.0];
+    let said = job::load_profile(&MachineSource::from(machine), &world).unwrap_err().to_string();
+    assert!(said.starts_with("profile generic-ac: limits.z_mm"), "{said}");
+}
+
+#[test]
+fn where_there_is_no_plan_the_reasons_come_as_values() {
+    let mut request = PlanRequest::new(fixture("caged.stl"), "generic-ac");
+    request.options.remedies = false;
+    let no = job::plan(&request, &World::here(&Silent)).unwrap_err();
+    let Error::NoPlan(no) = no else { panic!("{no}") };
+    let (reasons, _) = no.reasons();
+    assert!(!reasons.is_empty() && no.remedies.is_none());
+    assert!(no.sheet().is_some_and(|svg| svg.starts_with("<svg") || svg.starts_with("<?xml")));
+}
