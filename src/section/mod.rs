@@ -11,10 +11,12 @@
 //! any of them is. Units: mm, in the mesh's own frame.
 
 mod fit;
+mod grid;
 mod outline;
 
 pub use fit::{Fit, Sample, fit};
-pub use outline::Section;
+pub use grid::{Nearest, Point, Segment, Segments};
+pub use outline::{Search, Section};
 
 use crate::geom::Vec3;
 use crate::mesh::TriangleMesh;

@@ -83,6 +83,9 @@ impl Rates {
     /// What F is a speed of, for this move.
     fn counted(&self, extent: &Extent) -> f64 {
         let [tilt, rotation] = extent.turns.map(|t| t.unwrap_or(0.0));
+        if tilt == 0.0 && rotation == 0.0 && extent.length > 0.0 {
+            return extent.length;
+        }
         let (length, turned) = (extent.length, tilt.hypot(rotation));
         let all = match self.feed {
             FeedCount::AllAxes => length.hypot(turned),

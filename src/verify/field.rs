@@ -65,61 +65,88 @@ impl Field {
         self.levels.last().map_or(f64::NEG_INFINITY, |l| f64::from(l.top[0]))
     }
 
-    /// Takes what stands now as made earlier.
+    /// Takes what was rendered as made earlier.
     pub(super) fn settle(&mut self) {
+        for depth in 1..self.levels.len() {
+            let (finer, coarser) = self.levels.split_at_mut(depth);
+            let (finer, coarser) = (&finer[depth - 1], &mut coarser[0]);
+            for (row, cells) in finer.top.chunks_exact(finer.columns).enumerate() {
+                let above = &mut coarser.top[row / FAN * coarser.columns..][..coarser.columns];
+                for (cells, top) in cells.chunks(FAN).zip(above) {
+                    *top = cells.iter().fold(*top, |most, v| most.max(*v));
+                }
+            }
+        }
         self.earlier = self.levels[0].top.clone();
     }
 
-    /// What cell `(x, y)` of the finest level holds.
-    pub(super) fn top(&self, x: usize, y: usize) -> f64 {
-        f64::from(self.levels[0].top[y * self.levels[0].columns + x])
-    }
-
-    /// Raises cell `(x, y)` of the finest level to `height`, and what lies above it in the pyramid.
-    pub(super) fn raise(&mut self, x: usize, y: usize, height: f64) {
+    /// Raises the cells whose centre lies within `reach` of the segment `ends` to `height`.
+    pub(super) fn deposit(&mut self, ends: [[f64; 2]; 2], reach: f64, height: f64) {
         let height = (height + ROUNDING) as f32;
-        let (mut x, mut y) = (x, y);
-        for level in &mut self.levels {
-            let top = &mut level.top[y * level.columns + x];
-            if *top >= height {
-                return;
+        let mut rows = self.rows(ends, reach);
+        while let Some((row, columns)) = rows.next(&self.levels[0]) {
+            let (mut row, mut first, mut last) = (row, *columns.start(), *columns.end());
+            for level in &mut self.levels {
+                let cells = &mut level.top[row * level.columns + first..=row * level.columns + last];
+                let lower = cells.iter().fold(false, |lower, top| lower | (*top < height));
+                if !lower {
+                    break;
+                }
+                cells.iter_mut().for_each(|top| *top = top.max(height));
+                (row, first, last) = (row / FAN, first / FAN, last / FAN);
             }
-            *top = height;
-            (x, y) = (x / FAN, y / FAN);
         }
     }
 
-    /// Calls `visit(field, column, row, centre)` for the cells whose centre may lie within `reach` of the segment from
-    /// `a` to `b`: row by row, the cells of the slanted band and few more.
-    pub(super) fn along(
-        &mut self,
-        [a, b]: [[f64; 2]; 2],
-        reach: f64,
-        mut visit: impl FnMut(&mut Self, usize, usize, [f64; 2]),
-    ) {
-        let (cell, columns, rows) = (self.levels[0].cell, self.levels[0].columns, self.levels[0].rows);
-        let index = |v: f64, axis: usize, most: usize| {
-            (((v - self.origin[axis]) / cell).floor().max(0.0) as usize).min(most - 1)
-        };
-        let low = index(a[1].min(b[1]) - reach, 1, rows);
-        let high = index(a[1].max(b[1]) + reach, 1, rows);
-        for row in low..=high {
+    /// Calls `height(x, y, top)` for the cells whose centre lies within `reach` of the segment `ends`, and raises them to what
+    /// it answers; [`Field::settle`] must follow.
+    pub(super) fn render(&mut self, ends: [[f64; 2]; 2], reach: f64, height: impl Fn(f64, f64, f64) -> Option<f64>) {
+        let mut rows = self.rows(ends, reach);
+        let cell = self.levels[0].cell;
+        while let Some((row, columns)) = rows.next(&self.levels[0]) {
             let y = self.origin[1] + (row as f64 + 0.5) * cell;
-            let [left, right] = crossing(a, b, [y - reach, y + reach]);
-            let first = (((left - reach - self.origin[0]) / cell).floor().max(0.0) as usize).min(columns - 1);
-            let last = (((right + reach - self.origin[0]) / cell).floor().max(0.0) as usize).min(columns - 1);
-            for column in first..=last {
+            let start = row * self.levels[0].columns;
+            for column in columns {
+                let top = &mut self.levels[0].top[start + column];
                 let x = self.origin[0] + (column as f64 + 0.5) * cell;
-                visit(self, column, row, [x, y]);
+                if let Some(height) = height(x, y, f64::from(*top)) {
+                    *top = top.max((height + ROUNDING) as f32);
+                }
             }
         }
+    }
+
+    /// Raises to `height(x, y)` the cells of each row whose centre lies within `span(y)`; [`Field::settle`] must follow.
+    pub(super) fn render_rows(&mut self, span: impl Fn(f64) -> Option<[f64; 2]>, height: impl Fn(f64, f64) -> f64) {
+        let (origin, level) = (self.origin, &mut self.levels[0]);
+        for (row, cells) in level.top.chunks_exact_mut(level.columns).enumerate() {
+            let y = origin[1] + (row as f64 + 0.5) * level.cell;
+            let Some(columns) = span(y).and_then(|span| columns(span, origin[0], level.cell, level.columns)) else {
+                continue;
+            };
+            for column in columns {
+                let x = origin[0] + (column as f64 + 0.5) * level.cell;
+                cells[column] = cells[column].max((height(x, y) + ROUNDING) as f32);
+            }
+        }
+    }
+
+    /// The rows of cells about a segment.
+    fn rows(&self, [a, b]: [[f64; 2]; 2], reach: f64) -> Rows {
+        let level = &self.levels[0];
+        let row = |y: f64| ((y - self.origin[1]) / level.cell).max(0.0) as usize;
+        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+        let length = (dx * dx + dy * dy).sqrt();
+        let along = if length > 1e-9 { [dx / length, dy / length] } else { [1.0, 0.0] };
+        let last = row(a[1].max(b[1]) + reach).min(level.rows - 1);
+        Rows { origin: self.origin, a, b, along, length, reach, row: row(a[1].min(b[1]) - reach), last }
     }
 
     /// Whether anything within `reach` (a square) of `at` stands at `height` or higher, or stood at `earlier_height` or
     /// higher before this setup.
     pub(super) fn stands(&self, at: [f64; 2], reach: f64, height: f64, earlier_height: f64) -> bool {
         let level = &self.levels[0];
-        let index = |v: f64, axis: usize| ((v - self.origin[axis]) / level.cell).floor();
+        let index = |v: f64, axis: usize| (v - self.origin[axis]) / level.cell;
         let holds = |i: usize| f64::from(level.top[i]) >= height || f64::from(self.earlier[i]) >= earlier_height;
         let limit = [level.columns, level.rows];
         let clamp = |v: f64, axis: usize| (v.max(0.0) as usize).min(limit[axis] - 1);
@@ -137,27 +164,36 @@ impl Field {
     /// Sound: for a cell, the underside is at least the greatest of its supporting planes' least values over all
     /// offsets from origin to cell.
     pub(super) fn room(&self, hull: &Hull, origins: &Rect, z: f64, cap: f64) -> f64 {
+        let probe = Probe::new(hull, origins, z, 0.0);
         let mut best = cap;
-        let bounds = [[hull.bounds.min.x, hull.bounds.max.x], [hull.bounds.min.y, hull.bounds.max.y]];
-        let reach = [0, 1].map(|i| [origins.min[i] + bounds[i][0], origins.max[i] + bounds[i][1]]);
-        self.descend(
-            self.levels.len() - 1,
-            [0, 0],
-            &Probe { hull, origins, reach, z, lowest: z + hull.bounds.min.z },
-            &mut best,
-        );
+        self.descend(self.levels.len() - 1, [0, 0], &probe, &mut best, |probe, cell, top| probe.above(cell, top));
         best
     }
 
-    fn descend(&self, depth: usize, [x, y]: [usize; 2], probe: &Probe<'_>, best: &mut f64) {
+    /// A lower bound of the distance (mm) in any direction between `hull` with all above it, its origin anywhere in `origins` at
+    /// height `z`, and what stands; below 0 where they may meet. Distances of `cap` and more are not told apart.
+    pub(super) fn distance(&self, hull: &Hull, origins: &Rect, z: f64, cap: f64) -> f64 {
+        let probe = Probe::new(hull, origins, z, cap.max(0.0));
+        let mut best = cap;
+        self.descend(self.levels.len() - 1, [0, 0], &probe, &mut best, |probe, cell, top| probe.away(cell, top));
+        best
+    }
+
+    fn descend<M: Fn(&Probe<'_>, &Rect, f64) -> Option<f64> + Copy>(
+        &self,
+        depth: usize,
+        [x, y]: [usize; 2],
+        probe: &Probe<'_>,
+        best: &mut f64,
+        measure: M,
+    ) {
         let level = &self.levels[depth];
         let top = f64::from(level.top[y * level.columns + x]);
         if probe.lowest - top >= *best {
             return;
         }
         let min = [self.origin[0] + x as f64 * level.cell, self.origin[1] + y as f64 * level.cell];
-        let Some(under) = probe.underside(&Rect { min, max: min.map(|v| v + level.cell) }) else { return };
-        let room = under - top;
+        let Some(room) = measure(probe, &Rect { min, max: min.map(|v| v + level.cell) }, top) else { return };
         if room >= *best {
             return;
         }
@@ -167,13 +203,13 @@ impl Field {
         }
         let finer = &self.levels[depth - 1];
         let range = |axis: usize, at: usize, most: usize| {
-            let index = |v: f64| ((v - self.origin[axis]) / finer.cell).floor().max(0.0) as usize;
+            let index = |v: f64| ((v - self.origin[axis]) / finer.cell).max(0.0) as usize;
             let first = (at * FAN).max(index(probe.reach[axis][0]));
             first..(at * FAN + FAN).min(most).min(index(probe.reach[axis][1]) + 1)
         };
         let columns = range(0, x, finer.columns);
         for row in range(1, y, finer.rows) {
-            columns.clone().for_each(|column| self.descend(depth - 1, [column, row], probe, best));
+            columns.clone().for_each(|column| self.descend(depth - 1, [column, row], probe, best, measure));
         }
     }
 }
@@ -187,33 +223,109 @@ struct Probe<'a> {
     lowest: f64,
 }
 
-impl Probe<'_> {
-    /// A lower bound of the underside over `cell`; `None` where the hull is not above it.
-    fn underside(&self, cell: &Rect) -> Option<f64> {
+impl<'a> Probe<'a> {
+    fn new(hull: &'a Hull, origins: &'a Rect, z: f64, around: f64) -> Self {
+        let bounds = [[hull.bounds.min.x, hull.bounds.max.x], [hull.bounds.min.y, hull.bounds.max.y]];
+        let reach = [0, 1].map(|i| [origins.min[i] + bounds[i][0] - around, origins.max[i] + bounds[i][1] + around]);
+        Self { hull, origins, reach, z, lowest: z + hull.bounds.min.z }
+    }
+
+    /// The least value of `a x + b y` over all offsets from origin to `cell`.
+    fn least(&self, cell: &Rect) -> impl Fn(f64, f64) -> f64 {
         let low = [0, 1].map(|i| cell.min[i] - self.origins.max[i]);
         let high = [0, 1].map(|i| cell.max[i] - self.origins.min[i]);
-        let least =
-            |a: f64, b: f64| a * if a > 0.0 { low[0] } else { high[0] } + b * if b > 0.0 { low[1] } else { high[1] };
+        move |a, b| a * if a > 0.0 { low[0] } else { high[0] } + b * if b > 0.0 { low[1] } else { high[1] }
+    }
+
+    /// A lower bound of the distance from what stands in `cell` up to `top`: that of one of the planes.
+    fn away(&self, cell: &Rect, top: f64) -> Option<f64> {
+        let least = self.least(cell);
+        let sides = self.hull.sides.iter();
+        Some(sides.map(|&[x, y, z, c]| least(x, y) + z * (top - self.z) - c).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// A lower bound of the room between the underside and what stands in `cell` up to `top`; `None` where the hull is not above
+    /// it.
+    fn above(&self, cell: &Rect, top: f64) -> Option<f64> {
+        let least = self.least(cell);
         if self.hull.outline.iter().any(|&[x, y, c]| least(x, y) > c) {
             return None;
         }
-        Some(self.z + self.hull.under.iter().map(|&[a, b, c]| least(a, b) + c).fold(f64::NEG_INFINITY, f64::max))
+        Some(self.z + self.hull.under.iter().map(|&[a, b, c]| least(a, b) + c).fold(f64::NEG_INFINITY, f64::max) - top)
     }
 }
 
-/// Where the segment from `a` to `b` runs in X while its Y lies within `band`; both ends' X where it never does.
-fn crossing(a: [f64; 2], b: [f64; 2], band: [f64; 2]) -> [f64; 2] {
-    let rise = b[1] - a[1];
-    let (mut from, mut to) = (0.0f64, 1.0f64);
-    if rise.abs() > 1e-9 {
-        let [s, t] = band.map(|y| (y - a[1]) / rise);
-        from = from.max(s.min(t));
-        to = to.min(s.max(t));
+/// The rows of a field that a segment comes near to, and which of their cells.
+struct Rows {
+    origin: [f64; 2],
+    a: [f64; 2],
+    b: [f64; 2],
+    /// Unit vector from `a` to `b`.
+    along: [f64; 2],
+    length: f64,
+    reach: f64,
+    row: usize,
+    last: usize,
+}
+
+impl Rows {
+    /// The next row and the columns whose cells' centres lie within reach.
+    fn next(&mut self, level: &Level) -> Option<(usize, std::ops::RangeInclusive<usize>)> {
+        while self.row <= self.last {
+            let row = self.row;
+            self.row += 1;
+            let Some(span) = self.span(self.origin[1] + (row as f64 + 0.5) * level.cell) else { continue };
+            if let Some(columns) = columns(span, self.origin[0], level.cell, level.columns) {
+                return Some((row, columns));
+            }
+        }
+        None
     }
-    if from > to {
-        return [a[0].min(b[0]), a[0].max(b[0])];
+
+    /// From where to where the line at height `y` lies within reach of the segment: what is within reach of either end, or
+    /// beside it, is one interval because all of it is convex.
+    fn span(&self, y: f64) -> Option<[f64; 2]> {
+        let mut span = [f64::INFINITY, f64::NEG_INFINITY];
+        for end in [self.a, self.b] {
+            let rest = self.reach * self.reach - (y - end[1]) * (y - end[1]);
+            if rest >= 0.0 {
+                let half = rest.sqrt();
+                span = [span[0].min(end[0] - half), span[1].max(end[0] + half)];
+            }
+        }
+        let [ux, uy] = self.along;
+        let dy = y - self.a[1];
+        // Beside it: 0 <= dx ux + dy uy <= length and |dy ux - dx uy| <= reach.
+        let along = between(ux, -dy * uy, self.length - dy * uy);
+        let across = between(uy, dy * ux - self.reach, dy * ux + self.reach);
+        let (from, to) = (along[0].max(across[0]), along[1].min(across[1]));
+        if from <= to {
+            span = [span[0].min(self.a[0] + from), span[1].max(self.a[0] + to)];
+        }
+        (span[0] <= span[1]).then_some(span)
     }
-    let [p, q] = [from, to].map(|t| a[0] + (b[0] - a[0]) * t);
+}
+
+/// The columns of `count` whose cells' centres lie in `span`.
+fn columns(span: [f64; 2], origin: f64, cell: f64, count: usize) -> Option<std::ops::RangeInclusive<usize>> {
+    let [first, last] = span.map(|x| (x - origin) / cell - 0.5);
+    // A hair more: rounding must not leave out a cell.
+    let (first, last) = ((first - 1e-9).max(-1.0), (last + 1e-9).min(count as f64 - 1.0));
+    if last < 0.0 {
+        return None;
+    }
+    let whole = first.max(0.0) as usize;
+    let first = whole + usize::from((whole as f64) < first);
+    (first <= last as usize).then(|| first..=last as usize)
+}
+
+/// Where `low <= factor x <= high`; inside out for nowhere.
+fn between(factor: f64, low: f64, high: f64) -> [f64; 2] {
+    if factor.abs() < 1e-12 {
+        let inside = low <= 0.0 && 0.0 <= high;
+        return if inside { [f64::NEG_INFINITY, f64::INFINITY] } else { [f64::INFINITY, f64::NEG_INFINITY] };
+    }
+    let [p, q] = [low / factor, high / factor];
     [p.min(q), p.max(q)]
 }
 
@@ -225,7 +337,7 @@ mod tests {
     fn field() -> Field {
         let mut field = Field::new(&Rect { min: [-20.0, -20.0], max: [20.0, 20.0] });
         // A post 2 mm wide and 30 high about (10, 0).
-        field.along([[10.0, -1.0], [10.0, 1.0]], 1.0, |f, x, y, _| f.raise(x, y, 30.0));
+        field.deposit([[10.0, -1.0], [10.0, 1.0]], 1.0, 30.0);
         field
     }
 
@@ -259,9 +371,39 @@ mod tests {
     }
 
     #[test]
-    fn a_crossing_holds_the_part_in_the_band() {
-        assert_eq!(crossing([0.0, 0.0], [10.0, 10.0], [4.0, 6.0]), [4.0, 6.0]);
-        assert_eq!(crossing([10.0, 0.0], [0.0, 10.0], [4.0, 6.0]), [4.0, 6.0]);
-        assert_eq!(crossing([3.0, 5.0], [1.0, 5.0], [4.0, 6.0]), [1.0, 3.0]);
+    fn the_cells_about_a_segment_are_those_within_reach() {
+        let mut at = 1u64;
+        let mut share = || {
+            at = at.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (at >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for round in 0..300 {
+            let mut p = || [(); 2].map(|()| share() * 44.0 - 22.0);
+            let (a, mut b) = (p(), p());
+            match round % 4 {
+                0 => b[0] = a[0],
+                1 => b[1] = a[1],
+                2 => b = a,
+                _ => {}
+            }
+            let reach = 0.2 + 2.0 * share();
+            let mut field = Field::new(&Rect { min: [-20.0, -20.0], max: [20.0, 20.0] });
+            field.deposit([a, b], reach, 7.0);
+            let level = &field.levels[0];
+            for (i, top) in level.top.iter().enumerate() {
+                let centre = [i % level.columns, i / level.columns].map(|n| (n as f64 + 0.5) * level.cell - 20.0);
+                let away = crate::verify::material::to_segment(centre, [a, b]);
+                assert!(
+                    (away - reach).abs() < 1e-6 || (away < reach) == (*top > 0.0),
+                    "{a:?} {b:?} {reach} {centre:?}"
+                );
+            }
+            let mut rendered = Field::new(&Rect { min: [-20.0, -20.0], max: [20.0, 20.0] });
+            rendered.render([a, b], reach, |_, _, _| Some(7.0));
+            rendered.settle();
+            for (one, other) in field.levels.iter().zip(&rendered.levels) {
+                assert_eq!(one.top, other.top);
+            }
+        }
     }
 }

@@ -30,6 +30,9 @@ pub(super) struct Hull {
     pub(super) under: Vec<[f64; 3]>,
     /// The outline seen from above: `nx x + ny y <= c`, unit normals.
     pub(super) outline: Vec<[f64; 3]>,
+    /// Underside and outline as half-spaces `nx x + ny y + nz z <= c`, unit normals, `nz` not above 0: together they hold the piece
+    /// and all above it.
+    pub(super) sides: Vec<[f64; 4]>,
     /// Whether it carries the tip, which touches what it prints on.
     pub(super) tip: bool,
 }
@@ -43,7 +46,12 @@ impl Hull {
             below.map(|f| [-f.normal.x / f.normal.z, -f.normal.y / f.normal.z, f.offset / f.normal.z]).collect();
         under.push([0.0, 0.0, bounds.min.z]);
         let tip = body.follows == [true; 3] && bounds.min.z < contact;
-        Self { name: body.name.clone(), outline: outline(&body.points), bounds, faces, under, tip, body }
+        let outline = outline(&body.points);
+        let downward =
+            faces.iter().filter(|f| f.normal.z < -1e-6).map(|f| [f.normal.x, f.normal.y, f.normal.z, f.offset]);
+        let upright = outline.iter().map(|&[x, y, c]| [x, y, 0.0, c]);
+        let sides = downward.chain(upright).chain([[0.0, 0.0, -1.0, -bounds.min.z]]).collect();
+        Self { name: body.name.clone(), outline, bounds, faces, under, sides, tip, body }
     }
 
     /// A lower bound of the distance (mm) of `p`, seen from the piece's origin, from the piece and all above it.

@@ -2,6 +2,7 @@
 
 use super::acts::Stroke;
 use super::field::{Field, Rect};
+use super::floor::Floor;
 use super::hull::outline;
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 
@@ -10,11 +11,42 @@ const CUBE_MM: f64 = 2.0;
 /// Spacing of the points taken of a bead's axis for that, mm.
 const ALONG_MM: f64 = 1.0;
 
-/// A bead: a capsule about its axis, table frame.
+/// A bead: the box that its width and height fill along its axis, within a capsule about that.
 #[derive(Clone, Copy)]
-struct Bead {
-    ends: [Vec3; 2],
-    radius: f64,
+pub(super) struct Bead {
+    /// The middle of its cross-section at both ends.
+    pub(super) ends: [Vec3; 2],
+    /// Of the circle about its cross-section.
+    pub(super) radius: f64,
+    /// Half its height, along the build direction.
+    half_up: Vec3,
+    half_width: f64,
+    /// The print that it belongs to.
+    pub(super) print: Option<u32>,
+}
+
+impl Bead {
+    /// How far any of its points lies from its axis at most, mm.
+    pub(super) fn reach(&self) -> f64 {
+        self.radius + self.half_width
+    }
+
+    /// Where it is at a pose.
+    pub(super) fn at(&self, pose: &Rigid<Table, Machine>) -> Self {
+        let ends = self.ends.map(|p| pose.point(p.into()).at);
+        Self { ends, half_up: pose.rotation * self.half_up, ..*self }
+    }
+
+    /// Its point farthest along `d`, a line's ends taken half a width longer.
+    pub(super) fn support(&self, d: &Vec3) -> Vec3 {
+        let [a, b] = self.ends;
+        let along =
+            (b - a).try_normalize(1e-9).unwrap_or_else(|| self.half_up.cross(&Vec3::new(0.3, 0.5, 0.8)).normalize());
+        let across = along.cross(&self.half_up).try_normalize(1e-12).unwrap_or_else(Vec3::zeros);
+        let signed = |v: Vec3| if v.dot(d) > 0.0 { v } else { -v };
+        let end = if a.dot(d) > b.dot(d) { a } else { b };
+        end + signed(along * self.half_width) + signed(across * self.half_width) + signed(self.half_up)
+    }
 }
 
 /// All beads so far, and the table's slab.
@@ -41,6 +73,11 @@ impl Material {
         &self.slab
     }
 
+    /// All beads, in the order in which they were laid, table frame.
+    pub(super) fn beads(&self) -> &[Bead] {
+        &self.beads
+    }
+
     /// Keeps a printed stroke, laid at the pose whose inverse is `back`.
     ///
     /// The bead's cross-section, `width x height` below the tip, lies within a circle about its middle.
@@ -48,13 +85,14 @@ impl Material {
         let (width, height) = (f64::from(stroke.width), f64::from(stroke.height));
         let down = Vec3::z() * (height / 2.0);
         let ends = [stroke.from, stroke.to].map(|tip| back.point((tip - down).into()).at);
-        let radius = (width / 2.0).hypot(height / 2.0);
+        let radius = (width * width + height * height).sqrt() / 2.0;
         self.thickest = self.thickest.max(radius);
         for end in &ends {
             self.reach = self.reach.max(end.norm() + radius);
-            self.reach_sideways = self.reach_sideways.max(end.x.hypot(end.y) + radius);
+            self.reach_sideways = self.reach_sideways.max((end.x * end.x + end.y * end.y).sqrt() + radius);
         }
-        self.beads.push(Bead { ends, radius });
+        let half_up = back.rotation * down;
+        self.beads.push(Bead { ends, radius, half_up, half_width: width / 2.0, print: stroke.print });
     }
 
     /// Centres of spheres, table frame, that together hold all beads, and their common radius.
@@ -76,9 +114,14 @@ impl Material {
         (self.cubes.iter().map(centre).collect(), radius)
     }
 
-    /// The field of everything laid so far and the table, seen at `pose`, with room for tips in `tips`.
-    pub(super) fn field(&self, pose: &Rigid<Table, Machine>, tips: &Bounds) -> Field {
-        let beads: Vec<Bead> = self.beads.iter().map(|b| moved(b, pose)).collect();
+    /// The field of what has been laid so far and the table, seen at `pose`, with room for tips in `tips`; what stands too low to
+    /// come near the head anywhere (see [`Floor`]) is left out.
+    pub(super) fn field(&self, pose: &Rigid<Table, Machine>, tips: &Bounds, floor: &Floor) -> Field {
+        let matters = |bead: &Bead| {
+            let [a, b] = bead.ends;
+            a.z.max(b.z) + bead.radius >= floor.under([a, b], bead.radius)
+        };
+        let beads: Vec<Bead> = self.beads.iter().map(|b| b.at(pose)).filter(matters).collect();
         let slab: Vec<Vec3> = self.slab.iter().map(|&p| pose.point(p.into()).at).collect();
         let mut all = Bounds::of(slab.iter().copied().chain(beads.iter().flat_map(|b| b.ends)));
         if !tips.is_empty() {
@@ -94,21 +137,11 @@ impl Material {
     }
 }
 
-fn moved(bead: &Bead, pose: &Rigid<Table, Machine>) -> Bead {
-    Bead { ends: bead.ends.map(|p| pose.point(p.into()).at), radius: bead.radius }
-}
-
 /// Raises the cells that the stroke being printed fills: its tip's height over its width.
 pub(super) fn deposit(field: &mut Field, stroke: &Stroke) {
     let (a, b) = (stroke.from, stroke.to);
-    let top = a.z.max(b.z);
     let reach = f64::from(stroke.width) / 2.0 + field.reach();
-    let ends = [[a.x, a.y], [b.x, b.y]];
-    field.along(ends, reach, |field, x, y, centre| {
-        if to_segment(centre, ends) <= reach {
-            field.raise(x, y, top);
-        }
-    });
+    field.deposit([[a.x, a.y], [b.x, b.y]], reach, a.z.max(b.z));
 }
 
 /// Raises the cells under a capsule to upper bounds of its top.
@@ -118,46 +151,61 @@ pub(super) fn deposit(field: &mut Field, stroke: &Stroke) {
 fn render(field: &mut Field, bead: &Bead) {
     let ([a, b], r, slack) = (bead.ends, bead.radius, field.reach());
     let ends = [[a.x, a.y], [b.x, b.y]];
-    let length = (b.x - a.x).hypot(b.y - a.y);
+    let [dx, dy] = [b.x - a.x, b.y - a.y];
+    let length = (dx * dx + dy * dy).sqrt();
     let highest = a.z.max(b.z);
-    let along = if length > 1e-6 { [(b.x - a.x) / length, (b.y - a.y) / length] } else { [0.0; 2] };
+    let along = if length > 1e-6 { [dx / length, dy / length] } else { [0.0; 2] };
     let slope = if length > 1e-6 { (b.z - a.z) / length } else { 0.0 };
     let stretch = (1.0 + slope * slope).sqrt();
-    field.along(ends, r + slack, |field, x, y, centre| {
-        if field.top(x, y) >= highest + r {
-            return;
+    field.render(ends, r + slack, |x, y, top| {
+        if top >= highest + r {
+            return None;
         }
-        let away = (to_segment(centre, ends) - slack).max(0.0);
-        if away > r {
-            return;
+        let (dx, dy) = (x - a.x, y - a.y);
+        let (u, d) = (dx * along[0] + dy * along[1], (dx * along[1] - dy * along[0]).abs());
+        let lateral = (d - slack).max(0.0).min(r);
+        if length > 1e-6 && (0.0..=length).contains(&u) {
+            // Over the axis itself the sphere at the upper end is no higher than this but near that end.
+            let side = (r * r - lateral * lateral).sqrt();
+            return Some((a.z + slope * u + slope.abs() * slack + stretch * side).min(highest + side));
         }
-        let mut top = highest + (r * r - away * away).sqrt();
-        if length > 1e-6 {
-            let (dx, dy) = (centre[0] - a.x, centre[1] - a.y);
-            let (u, d) = (dx * along[0] + dy * along[1], (dx * along[1] - dy * along[0]).abs());
-            let lateral = (d - slack).max(0.0).min(r);
-            top = top.min(a.z + slope * u + slope.abs() * slack + stretch * (r * r - lateral * lateral).sqrt());
+        let away = (to_segment([x, y], ends) - slack).max(0.0).min(r);
+        let sphere = highest + (r * r - away * away).sqrt();
+        if length <= 1e-6 {
+            return Some(sphere);
         }
-        field.raise(x, y, top);
+        let side = a.z + slope * u + slope.abs() * slack + stretch * (r * r - lateral * lateral).sqrt();
+        Some(sphere.min(side))
     });
 }
 
 /// Raises the cells under the table: the least of the planes of its faces that look up, within its outline.
 fn render_slab(field: &mut Field, slab: &[Vec3]) {
-    let half = slab.len() / 2;
     let slack = field.reach();
-    let planes = upper_planes(slab, half);
+    // Over a whole cell a plane is no higher than over its middle and its slope over half a diagonal.
+    let planes: Vec<[f64; 3]> = upper_planes(slab, slab.len() / 2)
+        .into_iter()
+        .map(|[a, b, c]| [a, b, c + (a * a + b * b).sqrt() * slack])
+        .collect();
     let edges = outline(slab);
-    let bounds = Bounds::of(slab.iter().copied());
-    let middle = (bounds.min.y + bounds.max.y) / 2.0;
-    let reach = (bounds.max.y - bounds.min.y) / 2.0 + slack;
-    field.along([[bounds.min.x, middle], [bounds.max.x, middle]], reach, |field, x, y, [cx, cy]| {
-        if edges.iter().any(|[nx, ny, c]| nx * cx + ny * cy > c + slack) {
-            return;
+    let top = slab.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+    let span = |y: f64| {
+        let mut span = [f64::NEG_INFINITY, f64::INFINITY];
+        for &[nx, ny, c] in &edges {
+            let rest = c + slack - ny * y;
+            if nx.abs() < 1e-12 {
+                if rest < 0.0 {
+                    return None;
+                }
+            } else if nx > 0.0 {
+                span[1] = span[1].min(rest / nx);
+            } else {
+                span[0] = span[0].max(rest / nx);
+            }
         }
-        let height = |&[a, b, c]: &[f64; 3]| a * cx + b * cy + c + a.hypot(b) * slack;
-        field.raise(x, y, planes.iter().map(height).fold(bounds.max.z, f64::min));
-    });
+        Some(span)
+    };
+    field.render_rows(span, |x, y| planes.iter().map(|[a, b, c]| a * x + b * y + c).fold(top, f64::min));
 }
 
 /// `z <= a x + b y + c` for the slab's faces that look up: its surface, or its underside where it stands on its head, and
@@ -170,7 +218,8 @@ fn upper_planes(slab: &[Vec3], half: usize) -> Vec<[f64; 3]> {
     faces.map(|(n, on)| [-n.x / n.z, -n.y / n.z, n.dot(&on) / n.z]).collect()
 }
 
-fn to_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
+/// The distance of `p` from a segment.
+pub(super) fn to_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let (abx, aby) = (b[0] - a[0], b[1] - a[1]);
     let square = abx * abx + aby * aby;
     let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;

@@ -16,11 +16,14 @@
 
 mod acts;
 mod commands;
+mod coverage;
 mod field;
+mod floor;
 mod flow;
 mod hull;
 mod layers;
 mod material;
+mod near;
 mod prints;
 mod program;
 mod registration;

@@ -5,10 +5,11 @@
 //! than a little. Whether a whole line stays inside is settled as exactly as its ends: the distance changes by at most 1 mm a
 //! mm, so with `f` at both ends of a piece of length `l` no point of it lies farther out than `(f0 + f1 + l) / 2`.
 
+use super::coverage;
 use super::prints::{Level, Printed};
 use super::report::{Findings, Place, Rule};
 use crate::gcode::marks::Role;
-use crate::section::{Fit, Sample, Section, fit};
+use crate::section::{Fit, Sample, Search, Section, fit};
 use crate::trace::Move;
 
 /// How far a print may be shifted, and its farthest point be turned or scaled, mm.
@@ -26,9 +27,11 @@ const STRAY_MM: [f64; 2] = [0.8, 0.2];
 /// The part of the outline that must have an outer wall beside it.
 const LEAST_COVERED: f64 = 0.5;
 /// Samples of one print that are taken, about.
-const SAMPLES: usize = 6000;
+const SAMPLES: usize = 2000;
 /// Spacing of samples along a wall, mm.
 const SPACING_MM: f64 = 3.0;
+/// Deeper inside than this no distance need be exact, mm.
+const EXACT_MM: f64 = 0.8;
 /// Pieces shorter than this are judged by the farther of their ends, mm.
 const SHORTEST_MM: f64 = 0.05;
 
@@ -42,10 +45,12 @@ pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
     let [centre_x, centre_y] = centre(printed);
     for level in &printed.levels {
         let section = printed.section(level);
+        let mut search = section.search();
         for &index in level.beads.iter().filter(|&&i| is_outer(printed, i)) {
             taken += 1;
             if taken % every == 0 {
-                covered += sample(printed, (level, &section), index, [centre_x, centre_y], &mut samples) * every as f64;
+                let along = sample(printed, (level, &mut search), index, [centre_x, centre_y], &mut samples);
+                covered += along * every as f64;
             }
         }
         outline += section.perimeter();
@@ -67,11 +72,10 @@ pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
     // Where all of it is moved, that is the one thing to say.
     if registered {
         let offset = found.map_or(0.0, |fit| fit.offset).clamp(-MOST_OFFSET_MM, MOST_OFFSET_MM);
-        printed
-            .levels
-            .iter()
-            .zip(&sections)
-            .for_each(|(level, section)| outside(printed, level, section, offset, findings));
+        for (level, section) in printed.levels.iter().zip(&sections) {
+            outside(printed, level, section, offset, findings);
+            coverage::check(printed, level, section, offset, findings);
+        }
     }
 }
 
@@ -90,7 +94,7 @@ fn centre(printed: &Printed<'_>) -> [f64; 2] {
 /// Takes samples of a wall; the length of it that lies along the outline, mm.
 fn sample(
     printed: &Printed<'_>,
-    (level, section): (&Level, &Section),
+    (level, search): (&Level, &mut Search<'_>),
     index: u32,
     centre: [f64; 2],
     samples: &mut Vec<Sample>,
@@ -103,7 +107,7 @@ fn sample(
     let count = ((to - from).norm() / SPACING_MM).ceil().max(1.0);
     for k in 0..count as usize {
         let p = from + (to - from) * ((k as f64 + 0.5) / count);
-        let (distance, normal) = section.nearest([p.x, p.y]);
+        let (distance, normal) = search.nearest([p.x, p.y]);
         let out = distance + half;
         if let (Some(normal), true) = (normal, out.abs() < stray) {
             samples.push(Sample { at: [p.x - centre[0], p.y - centre[1]], normal, out });
@@ -158,6 +162,7 @@ fn registration(printed: &Printed<'_>, fit: &Fit, samples: &[Sample], findings: 
 fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {
     // The end of one line is mostly the start of the next.
     let mut last = ([f64::NAN; 2], 0.0);
+    let mut search = section.search();
     for &index in &level.beads {
         let m = printed.bead(index);
         let Some([from, to]) = m.ends() else { continue };
@@ -165,10 +170,13 @@ fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64,
         // A line that fills what is narrower than two of them ends on the outline, and its round end beyond.
         let most = MOST_OUT_MM.max(half + ROUND_END_MM) + offset.max(0.0);
         let [a, b] = [from, to].map(|p| [p.x, p.y]);
+        let start = if last.0 == a { last.1 } else { search.shallow(a, EXACT_MM) };
+        let end = search.shallow(b, EXACT_MM);
+        last = (b, end);
         if m.role == Role::OuterWall {
-            inside(printed, &m, section, [a, b], half - offset.min(0.0), findings);
+            inside(printed, &m, &mut search, [(a, start), (b, end)], half - offset.min(0.0), findings);
         }
-        let farthest = farthest(section, a, b, most - half, &mut last) + half;
+        let farthest = between(&mut search, (a, start), (b, end), most - half) + half;
         if farthest > most {
             let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
             findings.add(Rule::OutsidePart, at, [farthest, most], || {
@@ -185,14 +193,16 @@ fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64,
 fn inside(
     printed: &Printed<'_>,
     m: &Move,
-    section: &Section,
-    [a, b]: [[f64; 2]; 2],
+    search: &mut Search<'_>,
+    [a, b]: [Known; 2],
     half: f64,
     findings: &mut Findings,
 ) {
-    let count = ((b[0] - a[0]).hypot(b[1] - a[1]) / SPACING_MM).ceil().max(1.0) as usize;
-    let point = |k: usize| [0, 1].map(|i| a[i] + (b[i] - a[i]) * (k as f64 / count as f64));
-    let deepest = (0..=count).map(|k| -half - section.signed_distance(point(k))).fold(0.0, f64::max);
+    let [dx, dy] = [0, 1].map(|i| b.0[i] - a.0[i]);
+    let count = ((dx * dx + dy * dy).sqrt() / SPACING_MM).ceil().max(1.0) as usize;
+    let point = |k: usize| [0, 1].map(|i| a.0[i] + (b.0[i] - a.0[i]) * (k as f64 / count as f64));
+    let between = (1..count).map(|k| search.signed_distance(point(k)));
+    let deepest = between.chain([a.1, b.1]).map(|distance| -half - distance).fold(0.0, f64::max);
     if deepest > MOST_IN_MM {
         let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Registration, at, [deepest, MOST_IN_MM], || {
@@ -204,21 +214,18 @@ fn inside(
     }
 }
 
-/// The distance of the farthest point between `a` and `b`, or any value within `most`.
-fn farthest(section: &Section, a: [f64; 2], b: [f64; 2], most: f64, last: &mut ([f64; 2], f64)) -> f64 {
-    let start = if last.0 == a { last.1 } else { section.signed_distance(a) };
-    let end = section.signed_distance(b);
-    *last = (b, end);
-    between(section, (a, start), (b, end), most)
-}
+/// A point and its signed distance.
+type Known = ([f64; 2], f64);
 
-fn between(section: &Section, a: ([f64; 2], f64), b: ([f64; 2], f64), most: f64) -> f64 {
-    let length = (b.0[0] - a.0[0]).hypot(b.0[1] - a.0[1]);
+/// The signed distance of the farthest point between `a` and `b`, or any value within `most`.
+fn between(search: &mut Search<'_>, a: Known, b: Known, most: f64) -> f64 {
+    let [dx, dy] = [0, 1].map(|i| b.0[i] - a.0[i]);
+    let length = (dx * dx + dy * dy).sqrt();
     let (worst, bound) = (a.1.max(b.1), (a.1 + b.1 + length) / 2.0);
     if worst > most || length < SHORTEST_MM || bound <= most {
         return worst;
     }
     let middle = [0, 1].map(|i| (a.0[i] + b.0[i]) / 2.0);
-    let middle = (middle, section.signed_distance(middle));
-    between(section, a, middle, most).max(between(section, middle, b, most))
+    let middle = (middle, search.shallow(middle, EXACT_MM));
+    between(search, a, middle, most).max(between(search, middle, b, most))
 }

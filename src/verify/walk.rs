@@ -7,18 +7,22 @@ use super::Job;
 use super::Planned;
 use super::acts::{Acts, Blind, Go, Kind, Stroke, Turn};
 use super::field::{Field, Rect};
+use super::floor::Floor;
 use super::hull::Hull;
 use super::material::Material;
+use super::near::{Among, Near, Others};
 use super::report::{CLEARANCE_CAP_MM, Findings, Place, Rule};
 use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::contact_mm;
-use crate::trace::Move;
 
 /// The shortest piece of a move by which the nozzle, mm, and the rest of the head are judged.
 const FINEST_MM: [f64; 2] = [0.1, 0.5];
+
+/// To how much the least distance is told, mm.
+const FIGURE_MM: f64 = 0.01;
 
 /// How deep the tip may be in the table, mm: beds are no flatter.
 const INTO_TABLE_MM: f64 = 0.05;
@@ -45,6 +49,8 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         slab_mm: job.profile.table.thickness_mm,
         beyond_table: Box::new(|x, y| job.profile.beyond_table(x, y) - job.profile.table.keep_out_mm),
         material: Material::new(job.profile.table_slab()),
+        strangers: strangers(job, planned),
+        on_table: &job.workpiece.model.on_table,
         setup: None,
         pose: None,
         laying: Laying::new(job.profile.process.bridge_mm),
@@ -65,9 +71,20 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
     walker.walked
 }
 
+/// For each print, the others that its part shares no face with.
+fn strangers(job: &Job<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
+    let apart = |a: usize, b: usize| {
+        let joined = |(x, y)| x == a && y == b || x == b && y == a;
+        a != b && !job.workpiece.model.interfaces.iter().any(|one| joined((one.a, one.b)))
+    };
+    planned.iter().map(|one| planned.iter().map(|other| apart(one.part, other.part)).collect()).collect()
+}
+
 /// One pose, and what stands there.
 struct Setup {
     field: Field,
+    near: Near,
+    others: Others,
     back: Rigid<Machine, Table>,
 }
 
@@ -82,6 +99,10 @@ struct Walker<'a> {
     slab_mm: f64,
     beyond_table: Box<dyn Fn(f64, f64) -> f64 + 'a>,
     material: Material,
+    /// By print, which others it neither stands on nor carries.
+    strangers: Vec<Vec<bool>>,
+    /// Parts that stand on the table.
+    on_table: &'a [usize],
     setup: Option<Setup>,
     pose: Option<Pose>,
     laying: Laying,
@@ -90,6 +111,13 @@ struct Walker<'a> {
 }
 
 impl Walker<'_> {
+    /// Other prints are strangers from here on.
+    fn forget(&mut self) {
+        let Some(setup) = &mut self.setup else { return };
+        setup.others.forget();
+        self.head.iter().enumerate().filter(|(_, hull)| hull.tip).for_each(|(piece, _)| setup.near.forget(piece));
+    }
+
     fn place(&self, line: u32) -> Place {
         let print = self.print.map(|p| &self.planned[p as usize]);
         Place { line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) }
@@ -99,6 +127,7 @@ impl Walker<'_> {
         if stroke.print != self.print {
             self.end_line();
             self.print = stroke.print;
+            self.forget();
         }
         self.set_up(from);
         let Some(mut setup) = self.setup.take() else {
@@ -107,13 +136,14 @@ impl Walker<'_> {
             return;
         };
         self.check_table(&setup.back, stroke);
-        self.sweep(&setup.field, [stroke.from, stroke.to], stroke.line);
+        self.sweep(&mut setup, [stroke.from, stroke.to], stroke.line, FINEST_MM);
         let mut gaps = Vec::new();
         match stroke.kind {
             Kind::Travel => self.laying.end(&mut setup.field, &mut gaps),
             Kind::Print => {
                 self.laying.lay(stroke, &mut setup.field, &mut gaps);
                 self.material.lay(stroke, &setup.back);
+                setup.others.lay(stroke);
             }
         }
         self.setup = Some(setup);
@@ -141,10 +171,10 @@ impl Walker<'_> {
         self.set_up(from);
         match self.setup.take() {
             None => self.over_the_ball(blind),
-            Some(setup) => {
+            Some(mut setup) => {
                 // The tip may be anywhere in the box, so there is nothing to halve.
                 let ends = [blind.within.min, blind.within.max];
-                self.sweep_pieces(&setup.field, ends, blind.line, [f64::INFINITY; 2]);
+                self.sweep(&mut setup, ends, blind.line, [f64::INFINITY; 2]);
                 self.setup = Some(setup);
             }
         }
@@ -188,19 +218,35 @@ impl Walker<'_> {
         }
     }
 
-    /// Makes the field for the pose, if it is known and not made yet.
+    /// Makes the field for the pose, if it is known and not made yet: move `from` is the first at it.
     fn set_up(&mut self, from: usize) {
         let (None, Some(pose)) = (&self.setup, self.pose) else { return };
         let motion = self.table.forward(pose);
         let trace = self.acts.trace;
         let here = (from..trace.len()).map(|i| trace.at(i));
         let here = here.take_while(|m| m.index == from || !trace.turns(m));
-        let printed = here.filter(Move::prints).filter_map(|m| match self.acts.go(&m) {
-            Some(Go::Stroke(stroke)) => Some([stroke.from, stroke.to]),
-            _ => None,
+        let ways: Vec<[Vec3; 2]> = here
+            .filter_map(|m| match self.acts.go(&m)? {
+                Go::Stroke(stroke) => Some([stroke.from, stroke.to]),
+                Go::Blind(blind) => Some([blind.within.min, blind.within.max]),
+            })
+            .collect();
+        let tips = Bounds::of(ways.iter().flatten().copied());
+        let mut floor = Floor::new(&tips.inflated(self.reach()));
+        ways.iter().for_each(|way| floor.goes(*way));
+        floor.settle(&self.head, self.walked.clearance.max(0.0));
+        self.setup = Some(Setup {
+            field: self.material.field(&motion, &tips, &floor),
+            near: Near::new(motion, &self.material, self.head.len()),
+            others: Others::new(&motion, &self.material, self.planned.len()),
+            back: motion.inverse(),
         });
-        let tips = Bounds::of(printed.flatten());
-        self.setup = Some(Setup { field: self.material.field(&motion, &tips), back: motion.inverse() });
+    }
+
+    /// How far from the tip any piece of the head is felt, mm.
+    fn reach(&self) -> f64 {
+        let far = |h: &Hull| [h.bounds.min.x, h.bounds.max.x, h.bounds.min.y, h.bounds.max.y].map(f64::abs);
+        self.head.iter().flat_map(far).fold(0.0, f64::max) + self.walked.clearance.max(0.0) + 10.0
     }
 
     fn end_line(&mut self) {
@@ -248,50 +294,88 @@ impl Walker<'_> {
         }
     }
 
-    fn sweep(&mut self, field: &Field, ends: [Vec3; 2], line: u32) {
-        // Most moves are far above everything for all pieces but one or two.
-        self.sweep_pieces(field, ends, line, FINEST_MM);
-    }
-
-    fn sweep_pieces(&mut self, field: &Field, ends: [Vec3; 2], line: u32, finest: [f64; 2]) {
+    /// The head on the tip's way between `ends`; judged by pieces of the way down to `finest`.
+    fn sweep(&mut self, setup: &mut Setup, ends: [Vec3; 2], line: u32, finest: [f64; 2]) {
         let head = std::mem::take(&mut self.head);
-        for hull in &head {
-            let (allowed, finest) = if hull.tip { (-self.contact, finest[0]) } else { (0.0, finest[1]) };
-            let cap = if hull.tip { allowed } else { self.walked.clearance.max(0.0) };
-            let room = least_room(field, hull, ends, finest, cap);
-            if room >= cap {
-                continue;
-            }
-            if !hull.tip {
-                self.note(room, line);
-            }
-            if room < allowed {
-                let (at, name) = (self.place(line), &hull.name);
-                self.walked.findings.add(Rule::HeadCollision, at, [-room, -allowed], || {
-                    format!(
-                        "{name} reaches {:.2} mm into the table or what is printed; at most {:.3} mm",
-                        -room, -allowed
-                    )
-                });
+        for (piece, hull) in head.iter().enumerate() {
+            if hull.tip {
+                self.touch(setup, hull, ends, line, finest[0]);
+                if finest[0].is_finite() {
+                    self.beside(setup, (piece, hull), ends, line);
+                }
+            } else {
+                self.pass(setup, (piece, hull), ends, line, finest[1]);
             }
         }
         self.head = head;
     }
+
+    /// The piece that carries the tip may dip into what it prints on by as much as lines give way.
+    fn touch(&mut self, setup: &Setup, hull: &Hull, ends: [Vec3; 2], line: u32, finest: f64) {
+        let room = least(&setup.field, hull, ends, finest, -self.contact, Field::room);
+        if room < -self.contact {
+            self.hit(hull, line, [-room, self.contact]);
+        }
+    }
+
+    /// It stays away from all prints that carry nothing of the one it prints, and from the table where that does not stand on it.
+    fn beside(&mut self, setup: &mut Setup, piece: (usize, &Hull), ends: [Vec3; 2], line: u32) {
+        let (Some(print), cap) = (self.print.map(|p| p as usize), self.walked.clearance) else { return };
+        let (strangers, hull) = (&self.strangers[print], piece.1);
+        let stands = self.on_table.contains(&self.planned[print].part);
+        if cap <= 0.0 || !setup.others.nearer(strangers, !stands, hull, ends, cap) {
+            return;
+        }
+        let among = Among::Strangers { strangers, table: !stands };
+        let room = setup.near.distance(&self.material, piece, ends, cap, among);
+        self.note(room, line);
+    }
+
+    /// The rest of the head touches nothing at all.
+    fn pass(&mut self, setup: &mut Setup, piece: (usize, &Hull), ends: [Vec3; 2], line: u32, finest: f64) {
+        let cap = self.walked.clearance.max(0.0);
+        let bound = least(&setup.field, piece.1, ends, finest, cap, Field::distance);
+        if bound >= cap - FIGURE_MM {
+            return;
+        }
+        // Somewhere in a box is not on the way between its corners.
+        let way = finest.is_finite();
+        let room = if way { setup.near.distance(&self.material, piece, ends, cap, Among::All) } else { 0.0 };
+        let room = if room > 0.0 || (!way && bound > 0.0) { room.max(bound) } else { bound.min(0.0) };
+        self.note(room, line);
+        if room <= 0.0 {
+            self.hit(piece.1, line, [-room, 0.0]);
+        }
+    }
+
+    fn hit(&mut self, hull: &Hull, line: u32, [deep, most]: [f64; 2]) {
+        let (at, name) = (self.place(line), &hull.name);
+        self.walked.findings.add(Rule::HeadCollision, at, [deep, most], || {
+            format!("{name} reaches {deep:.2} mm into the table or what is printed; at most {most:.3} mm")
+        });
+    }
 }
 
-/// The least vertical room under `hull` on the way of the tip, up to `cap`.
-fn least_room(field: &Field, hull: &Hull, [a, b]: [Vec3; 2], finest: f64, cap: f64) -> f64 {
+/// A lower bound of what `measure` says of `hull` on the way of the tip, up to `cap`.
+fn least(
+    field: &Field,
+    hull: &Hull,
+    [a, b]: [Vec3; 2],
+    finest: f64,
+    cap: f64,
+    measure: impl Fn(&Field, &Hull, &Rect, f64, f64) -> f64 + Copy,
+) -> f64 {
     let low = a.inf(&b);
     let (low, high) = (hull.body.origin_at(&low), hull.body.origin_at(&a.sup(&b)));
     if low.z + hull.bounds.min.z - field.highest() >= cap {
         return cap;
     }
     let origins = Rect { min: [low.x, low.y], max: [high.x, high.y] };
-    let room = field.room(hull, &origins, low.z, cap);
-    if room >= cap || (b - a).norm() <= finest {
-        return room;
+    let bound = measure(field, hull, &origins, low.z, cap);
+    if bound >= cap || (b - a).norm() <= finest {
+        return bound;
     }
     let middle = (a + b) * 0.5;
-    let first = least_room(field, hull, [a, middle], finest, cap);
-    least_room(field, hull, [middle, b], finest, first.min(cap)).min(first)
+    let first = least(field, hull, [a, middle], finest, cap, measure);
+    least(field, hull, [middle, b], finest, first.min(cap), measure).min(first)
 }

@@ -16,8 +16,6 @@ use crate::support::{Numbers, folder, installed, note, said, skip, trunnion};
 const CHANGES: usize = 60;
 /// Filament that may lie elsewhere unseen, mm³: 4 mm of line.
 const UNSEEN_MM3: f64 = 0.35;
-/// A side of a wall laid twice, and another left out: no rule asks yet whether each place of an outline has its wall.
-const SIDE_MM3: f64 = 7.0;
 /// Edge of the cubes, mm.
 const CUBE_MM: f64 = 0.5;
 
@@ -132,7 +130,9 @@ fn changes_are_seen(model: &str, slicer: &str, seed: u64, unseen_mm3: f64) {
     let original = laid(&rewritten(&slice, &plan, &path("whole.gcode")).expect("the slice as it is"), &setting);
     let mut numbers = Numbers::seeded(seed);
     let (mut seen, mut without_effect) = (0, 0);
-    for _ in 0..CHANGES {
+    // More for a longer search by hand: TRUNNION_CHANGES=2000.
+    let changes = std::env::var("TRUNNION_CHANGES").ok().and_then(|n| n.parse().ok()).unwrap_or(CHANGES);
+    for _ in 0..changes {
         let mut lines = whole.clone();
         let what = mutate(&mut lines, &mut numbers);
         let changed = path("changed.gcode");
@@ -147,9 +147,9 @@ fn changes_are_seen(model: &str, slicer: &str, seed: u64, unseen_mm3: f64) {
         }
     }
     note(&format!(
-        "{model}, {slicer}: of {CHANGES} random changes {seen} were refused, {without_effect} changed nothing"
+        "{model}, {slicer}: of {changes} random changes {seen} were refused, {without_effect} changed nothing"
     ));
-    assert!(seen > CHANGES / 3, "{model}, {slicer}: only {seen} of {CHANGES} changes were seen");
+    assert!(seen > changes / 3, "{model}, {slicer}: only {seen} of {changes} changes were seen");
 }
 
 #[test]
@@ -159,11 +159,11 @@ fn built_in_slices() {
 
 #[test]
 fn prusa_slicer_slices() {
-    changes_are_seen("cube", "prusa-slicer", 12, SIDE_MM3);
+    changes_are_seen("cube", "prusa-slicer", 12, UNSEEN_MM3);
 }
 
 #[test]
 fn slic3r_slices() {
     // Slic3r does not say how wide a line is, so that a line in a wrong place may pass for one that fills a gap.
-    changes_are_seen("cube", "slic3r", 13, SIDE_MM3);
+    changes_are_seen("cube", "slic3r", 13, UNSEEN_MM3);
 }

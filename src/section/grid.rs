@@ -1,0 +1,323 @@
+//! Segments of a plane, filed by square cells: which of them is nearest to a point.
+
+/// Edge of a cell, mm.
+const CELL_MM: f64 = 1.0;
+/// Cells at most along one side; what is very large gets larger cells.
+const MOST_CELLS: f64 = 1000.0;
+/// How near to a segment's end the nearest point may lie to be taken for a corner, as a part of its length.
+const CORNER: f64 = 1e-9;
+/// By how much a segment is taken longer when it is filed, mm: rounding must not lose it at a cell's edge.
+const ROUNDING_MM: f64 = 1e-6;
+
+/// A point of the plane, mm.
+pub type Point = [f64; 2];
+/// From one point to another.
+pub type Segment = [Point; 2];
+
+/// Segments by cell.
+pub struct Segments {
+    all: Vec<Segment>,
+    bounds: [Point; 2],
+    /// The grid's lowest corner.
+    low: Point,
+    cell: f64,
+    count: [usize; 2],
+    /// Where each cell's segments begin in `members`.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+    /// How many rings of cells around each, itself the first, hold no segment; what is far from all is told at once.
+    empty_rings: Vec<u8>,
+}
+
+/// The nearest segment to a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Nearest {
+    /// Its place among the segments.
+    pub index: u32,
+    /// How far away it is, mm.
+    pub distance: f64,
+    /// Whether its nearest point is an end of it, where the side of the point is another question.
+    pub corner: bool,
+    /// Whether the point is to its left.
+    pub left: bool,
+}
+
+impl Segments {
+    /// `all` in their cells.
+    pub fn new(all: Vec<Segment>) -> Self {
+        let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        for point in all.iter().flatten() {
+            for axis in 0..2 {
+                bounds[0][axis] = bounds[0][axis].min(point[axis]);
+                bounds[1][axis] = bounds[1][axis].max(point[axis]);
+            }
+        }
+        let low = if all.is_empty() { [0.0; 2] } else { bounds[0] };
+        let size = if all.is_empty() { [0.0; 2] } else { [0, 1].map(|a| bounds[1][a] - bounds[0][a]) };
+        let cell = CELL_MM.max(size[0].max(size[1]) / MOST_CELLS);
+        let count = size.map(|s| (s / cell) as usize + 1);
+        let cells = count[0] * count[1];
+        let (starts, empty_rings) = (vec![0; cells + 1], Vec::new());
+        let mut segments = Self { all, bounds, low, cell, count, starts, members: Vec::new(), empty_rings };
+        segments.file();
+        segments.count_empty_rings();
+        segments
+    }
+
+    /// The segments, in the order in which they were given.
+    pub fn all(&self) -> &[Segment] {
+        &self.all
+    }
+
+    /// Lowest and highest corner, mm; infinite and inside out for none.
+    pub fn bounds(&self) -> [Point; 2] {
+        self.bounds
+    }
+
+    /// Columns and rows.
+    pub(super) fn count(&self) -> [usize; 2] {
+        self.count
+    }
+
+    /// Edge of a cell, mm.
+    pub(super) fn cell_mm(&self) -> f64 {
+        self.cell
+    }
+
+    /// The middle of a cell.
+    pub(super) fn centre(&self, [column, row]: [usize; 2]) -> Point {
+        [0, 1].map(|a| self.low[a] + ([column, row][a] as f64 + 0.5) * self.cell)
+    }
+
+    /// The segments of a cell.
+    pub(super) fn members(&self, cell: usize) -> impl Iterator<Item = &Segment> {
+        let members = &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize];
+        members.iter().map(|&index| &self.all[index as usize])
+    }
+
+    /// The cell that holds `p`; `None` outside the grid.
+    pub(super) fn cell_of(&self, p: Point) -> Option<usize> {
+        let [column, row] = self.home(p);
+        let inside = column >= 0 && row >= 0 && column < self.count[0] as isize && row < self.count[1] as isize;
+        inside.then(|| row as usize * self.count[0] + column as usize)
+    }
+
+    /// How far (mm) `p`, a point of cell `cell`, is from every segment at least.
+    pub(super) fn least_away(&self, p: Point, cell: usize) -> f64 {
+        match self.empty_rings[cell] {
+            0 => 0.0,
+            rings => f64::from(rings - 1) * self.cell + self.to_border(p),
+        }
+    }
+
+    /// Column and row of the cell that would hold `p`, were the grid endless.
+    fn home(&self, p: Point) -> [isize; 2] {
+        [0, 1].map(|a| floor((p[a] - self.low[a]) / self.cell))
+    }
+
+    /// The distance from `p` to the nearest side of its cell.
+    fn to_border(&self, p: Point) -> f64 {
+        let inside = [0, 1].map(|a| {
+            let at = (p[a] - self.low[a]) / self.cell;
+            let share = at - floor(at) as f64;
+            share.min(1.0 - share)
+        });
+        inside[0].min(inside[1]).max(0.0) * self.cell
+    }
+
+    /// The nearest segment that is nearer to `p` than `cap` mm. `likely` is tried first: for points that follow one another
+    /// it settles most of the search.
+    pub fn nearest(&self, p: Point, cap: f64, likely: Option<u32>) -> Option<Nearest> {
+        if self.all.is_empty() {
+            return None;
+        }
+        let mut best = Best { square: cap * cap, index: None, corner: false, left: true };
+        if let Some(&segment) = likely.and_then(|index| self.all.get(index as usize)) {
+            best.take(segment, likely, p);
+        }
+        let home = self.home(p);
+        let first = self.cell_of(p).map_or(0, |cell| isize::from(self.empty_rings[cell]));
+        let border = self.to_border(p);
+        for ring in first..=(cap / self.cell).ceil() as isize {
+            // Nothing of this ring is nearer than so much.
+            let away = if ring == 0 { 0.0 } else { (ring - 1) as f64 * self.cell + border };
+            if away * away >= best.square {
+                break;
+            }
+            self.ring(home, ring, p, &mut best);
+        }
+        let index = best.index?;
+        Some(Nearest { index, distance: best.square.sqrt(), corner: best.corner, left: best.left })
+    }
+
+    /// Tries the segments of the cells that lie `ring` cells from `home`.
+    fn ring(&self, home: [isize; 2], ring: isize, p: Point, best: &mut Best) {
+        let [columns, rows] = self.count.map(|n| n as isize);
+        let beyond = |at: isize, axis: usize| {
+            let low = self.low[axis] + at as f64 * self.cell;
+            (low - p[axis]).max(p[axis] - low - self.cell).max(0.0)
+        };
+        for row in (home[1] - ring).max(0)..=(home[1] + ring).min(rows - 1) {
+            let dy = beyond(row, 1);
+            let edge = (row - home[1]).abs() == ring;
+            let step = if edge || ring == 0 { 1 } else { 2 * ring };
+            let mut column = home[0] - ring;
+            while column <= home[0] + ring {
+                if (0..columns).contains(&column) {
+                    let dx = beyond(column, 0);
+                    if dx * dx + dy * dy < best.square {
+                        self.cell((row * columns + column) as usize, p, best);
+                    }
+                }
+                column += step;
+            }
+        }
+    }
+
+    fn cell(&self, cell: usize, p: Point, best: &mut Best) {
+        for &index in &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
+            best.take(self.all[index as usize], Some(index), p);
+        }
+    }
+
+    /// Counts, then places, each segment in every cell that it runs through.
+    fn file(&mut self) {
+        let mut starts = std::mem::take(&mut self.starts);
+        for segment in &self.all {
+            self.through(segment, |cell| starts[cell] += 1);
+        }
+        let mut total = 0;
+        for start in &mut starts {
+            total += std::mem::replace(start, total);
+        }
+        let mut members = vec![0; total as usize];
+        let mut next = starts.clone();
+        for (index, segment) in self.all.iter().enumerate() {
+            self.through(segment, |cell| {
+                members[next[cell] as usize] = index as u32;
+                next[cell] += 1;
+            });
+        }
+        (self.starts, self.members) = (starts, members);
+    }
+
+    /// Visits the cells that a segment runs through, row by row.
+    fn through(&self, [a, b]: &Segment, mut visit: impl FnMut(usize)) {
+        let index = |v: f64, axis: usize| {
+            floor((v - self.low[axis]) / self.cell).clamp(0, self.count[axis] as isize - 1) as usize
+        };
+        let [low, high] = [index(a[1].min(b[1]) - ROUNDING_MM, 1), index(a[1].max(b[1]) + ROUNDING_MM, 1)];
+        for row in low..=high {
+            let [mut left, mut right] = [a[0].min(b[0]), a[0].max(b[0])];
+            if low < high {
+                let bottom = self.low[1] + row as f64 * self.cell;
+                let rise = b[1] - a[1];
+                let at = |y: f64| a[0] + (b[0] - a[0]) * ((y - a[1]) / rise).clamp(0.0, 1.0);
+                let [x, y] = [at(bottom - ROUNDING_MM), at(bottom + self.cell + ROUNDING_MM)];
+                (left, right) = (x.min(y), x.max(y));
+            }
+            for column in index(left - ROUNDING_MM, 0)..=index(right + ROUNDING_MM, 0) {
+                visit(row * self.count[0] + column);
+            }
+        }
+    }
+
+    /// Chessboard distances to the nearest cell with a segment, forward and back over the grid.
+    fn count_empty_rings(&mut self) {
+        let [columns, rows] = self.count;
+        let full = |cell: usize| self.starts[cell] < self.starts[cell + 1];
+        let mut rings: Vec<u8> = (0..columns * rows).map(|cell| if full(cell) { 0 } else { u8::MAX }).collect();
+        let mut pass = |cells: &mut dyn Iterator<Item = usize>, sign: isize| {
+            for cell in cells {
+                if rings[cell] == 0 {
+                    continue;
+                }
+                let (column, row) = ((cell % columns) as isize, (cell / columns) as isize);
+                for (dx, dy) in [(-1, 0), (-1, -1), (0, -1), (1, -1)] {
+                    let (x, y) = (column + sign * dx, row + sign * dy);
+                    if (0..columns as isize).contains(&x) && (0..rows as isize).contains(&y) {
+                        let beside = rings[(y * columns as isize + x) as usize];
+                        rings[cell] = rings[cell].min(beside.saturating_add(1));
+                    }
+                }
+            }
+        };
+        pass(&mut (0..columns * rows), 1);
+        pass(&mut (0..columns * rows).rev(), -1);
+        self.empty_rings = rings;
+    }
+}
+
+/// The greatest whole number that is not above `v`, without a call.
+fn floor(v: f64) -> isize {
+    let whole = v as isize;
+    whole - isize::from(whole as f64 > v)
+}
+
+pub(super) struct Best {
+    pub(super) square: f64,
+    pub(super) index: Option<u32>,
+    pub(super) corner: bool,
+    pub(super) left: bool,
+}
+
+impl Best {
+    pub(super) fn take(&mut self, [a, b]: Segment, index: Option<u32>, p: Point) {
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        let (px, py) = (p[0] - a[0], p[1] - a[1]);
+        let square = dx * dx + dy * dy;
+        let along = if square > 0.0 { (px * dx + py * dy) / square } else { 0.0 };
+        let t = along.clamp(0.0, 1.0);
+        let (ex, ey) = (px - dx * t, py - dy * t);
+        let square = ex * ex + ey * ey;
+        if square < self.square {
+            let corner = !(CORNER..=1.0 - CORNER).contains(&along);
+            *self = Self { square, index, corner, left: dx * py - dy * px > 0.0 };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The same numbers every time.
+    fn shares() -> impl FnMut() -> f64 {
+        let mut state = 7u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    #[test]
+    fn the_nearest_of_segments_short_and_long_is_that_of_trying_all() {
+        let mut share = shares();
+        let mut point = |size: f64| [(); 2].map(|()| (share() - 0.5) * size);
+        let all: Vec<Segment> = (0..200)
+            .map(|i| {
+                let (a, by) = (point(30.0), point(if i % 5 == 0 { 30.0 } else { 1.0 }));
+                [a, [a[0] + by[0], a[1] + by[1]]]
+            })
+            .collect();
+        let segments = Segments::new(all.clone());
+        let mut likely = None;
+        for k in 0..5000 {
+            let (p, cap) = (point(40.0), [0.3, 2.0, 5.0][k % 3]);
+            let mut best = Best { square: cap * cap, index: None, corner: false, left: true };
+            all.iter().enumerate().for_each(|(i, s)| best.take(*s, Some(i as u32), p));
+            let got = segments.nearest(p, cap, likely);
+            assert_eq!(got.map(|n| n.distance), best.index.map(|_| best.square.sqrt()), "{p:?}");
+            likely = got.map_or(likely, |n| Some(n.index));
+            if let Some(cell) = segments.cell_of(p) {
+                let away = Best { square: 1e9, index: None, corner: false, left: true };
+                let away = all.iter().fold(away, |mut b, s| {
+                    b.take(*s, Some(0), p);
+                    b
+                });
+                assert!(segments.least_away(p, cell) <= away.square.sqrt() + 1e-9, "{p:?}");
+            }
+        }
+        assert!(Segments::new(Vec::new()).nearest([0.0; 2], 1.0, None).is_none());
+    }
+}
