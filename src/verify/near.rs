@@ -16,7 +16,7 @@ use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 /// Edge of a cell by which beads are found, mm.
 const CELL_MM: f64 = 4.0;
 /// How much farther than asked is looked, so that the answer serves for the moves that follow, mm.
-const AHEAD_MM: f64 = 3.0;
+const AHEAD_MM: f64 = 1.0;
 /// The head's upward reach, and the table's downward, mm; beyond any machine.
 const UPWARD: f64 = 2000.0;
 

@@ -320,7 +320,7 @@ impl Walker<'_> {
 
     /// It stays away from all prints that carry nothing of the one it prints, and from the table where that does not stand on it.
     fn beside(&mut self, setup: &mut Setup, piece: (usize, &Hull), ends: [Vec3; 2], line: u32) {
-        let (Some(print), cap) = (self.print.map(|p| p as usize), self.walked.clearance) else { return };
+        let (Some(print), cap) = (self.print.map(|p| p as usize), self.walked.clearance - FIGURE_MM) else { return };
         let (strangers, hull) = (&self.strangers[print], piece.1);
         let stands = self.on_table.contains(&self.planned[print].part);
         if cap <= 0.0 || !setup.others.nearer(strangers, !stands, hull, ends, cap) {
@@ -328,7 +328,9 @@ impl Walker<'_> {
         }
         let among = Among::Strangers { strangers, table: !stands };
         let room = setup.near.distance(&self.material, piece, ends, cap, among);
-        self.note(room, line);
+        if room < cap {
+            self.note(room, line);
+        }
     }
 
     /// The rest of the head touches nothing at all.

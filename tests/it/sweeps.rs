@@ -69,13 +69,21 @@ impl Subject {
 }
 
 fn rules(file: &Path, plan: &Path) -> Vec<String> {
+    rules_of(&report(file, plan))
+}
+
+fn report(file: &Path, plan: &Path) -> Value {
     let run = trunnion().arg("verify").arg(file).arg("--plan").arg(plan).arg("--json").output().unwrap();
     let report: Value = serde_json::from_slice(&run.stdout).unwrap_or_else(|_| panic!("{}", said(&run)));
+    assert_eq!(run.status.code(), Some(i32::from(!rules_of(&report).is_empty())), "{}", said(&run));
+    report
+}
+
+fn rules_of(report: &Value) -> Vec<String> {
     let mut all: Vec<String> =
         report["findings"].as_array().unwrap().iter().map(|f| f["rule"].as_str().unwrap().to_owned()).collect();
     all.sort();
     all.dedup();
-    assert_eq!(run.status.code(), Some(i32::from(!all.is_empty())), "{}", said(&run));
     all
 }
 
@@ -198,7 +206,49 @@ fn sweep(model: &str, slicer: &str, flow: f64) {
     });
     let mut table = String::new();
     sweeps.iter().for_each(|sweep| sweep.run(subject, &mut table));
+    passing(subject, &mut table);
     note(&format!("swept {}\n{table}", subject.name));
+}
+
+/// The head's block, 10 mm to either side of the tip, driven beside the first print before the table turns: the clearance told is
+/// the room between them, and what touches is caught.
+fn passing(subject: &Subject, table: &mut String) {
+    let span = subject.print(0);
+    let numbers = |letter| {
+        subject.lines[span.lines.clone()]
+            .iter()
+            .filter(move |l| l.contains('E') || letter == 'Z')
+            .filter_map(move |l| word(l, letter))
+    };
+    let (face, top) = (numbers('X').fold(f64::MIN, f64::max) + 0.225, numbers('Z').fold(f64::MIN, f64::max));
+    let turn = subject.lines.iter().position(|l| l.starts_with(";TRUNNION slot=1")).unwrap();
+    let above = subject.lines[..turn].iter().rev().find_map(|l| word(l, 'Z')).unwrap();
+    // The last rise of the print is its lift.
+    let top = if top >= above { numbers('Z').filter(|z| *z < above).fold(f64::MIN, f64::max) } else { top };
+    for gap in [2.0, 0.5, 0.1, 0.05, -0.05, -0.1, -0.5, -2.0] {
+        let mut lines = subject.lines.clone();
+        let way = [
+            format!("G1 X{:.3} Y{:.3} F6000", face + 40.0, span.middle[1]),
+            format!("G1 Z{:.3} F900", top - 15.0),
+            format!("G1 X{:.3} F6000", face + 10.0 + gap),
+            format!("G1 X{:.3} F6000", face + 40.0),
+            format!("G1 Z{above:.3} F900"),
+        ];
+        lines.splice(turn..turn, way);
+        let file = subject.folder.path().join("passing.gcode");
+        std::fs::write(&file, lines.join("\n") + "\n").unwrap();
+        let report = report(&file, &subject.plan);
+        let found = rules_of(&report);
+        assert_eq!(found.contains(&"head-collision".to_owned()), gap < 0.0, "{}, {gap}: {found:?}", subject.name);
+        let told = report["clearance_mm"].as_f64().unwrap();
+        assert!(
+            gap < 0.0 || told <= gap + 0.05 && (told >= gap - 0.05 || gap > 0.15),
+            "{}, {gap}: {told}",
+            subject.name
+        );
+        let _ =
+            writeln!(table, "  {:34} {gap:>8} clearance {told:.3}, {}", "head beside print 0, mm", found.join(", "));
+    }
 }
 
 fn turned(subject: &Subject, print: usize, by: f64) -> Vec<String> {
