@@ -114,7 +114,7 @@ pub enum Error {
     #[error("{source}; {objective} is a volume or needs an inside, so the mesh must be closed")]
     NeedsClosed {
         /// Where it is open.
-        source: MeshError,
+        source: Box<MeshError>,
         /// The objective.
         objective: String,
     },

@@ -110,7 +110,8 @@ fn no_turn(workpiece: &Workpiece<'_>, struck: &[Struck]) -> Infeasible {
     let nearest = struck.last().map(|one| one.text.as_str()).unwrap_or_default();
     let parts = workpiece.parts.len();
     let summary = format!(
-        "no order prints all {parts} parts with every turn of the table clear: {nearest}; give [limits] z_mm more room where the          machine has it, [transition] park_mm beside the table, or another place (--origin)"
+        "no order prints all {parts} parts with every turn of the table clear: {nearest}; give [limits] z_mm more room where the \
+         machine has it, [transition] park_mm beside the table, or another place (--origin)"
     );
     Infeasible::NoPlan { summary, reasons, least: false }
 }

@@ -14,11 +14,11 @@ use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
-use crate::planning::contact_mm;
+use crate::planning::{PIECE_MM, contact_mm};
 use crate::trace::Move;
 
 /// The shortest piece of a move by which the nozzle, mm, and the rest of the head are judged.
-const FINEST_MM: [f64; 2] = [0.1, 0.5];
+const FINEST_MM: [f64; 2] = [PIECE_MM, 0.5];
 
 /// How deep the tip may be in the table, mm: beds are no flatter.
 const INTO_TABLE_MM: f64 = 0.05;

@@ -277,3 +277,38 @@ fn what_is_planned_is_kept_with_ordinary_slicers() {
         }
     }
 }
+
+/// A post of this height with a beam out of its side, on the generic machine with these keys changed.
+fn post_and_beam(height: f64, keys: &str) -> Outcome {
+    let post = solid_box(Vec3::new(-10.0, -10.0, 0.0), Vec3::new(10.0, 10.0, height));
+    let beam = solid_box(Vec3::new(10.0, -10.0, 40.0), Vec3::new(40.0, 10.0, 60.0));
+    let parts = vec![("post".to_owned(), post), ("beam".to_owned(), beam)];
+    Case { seed: 0, parts, machine: format!("extends = \"generic-ac\"\n{keys}") }.prepared(SlicerChoice::BuiltIn)
+}
+
+fn refusal(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Refused(error) => error.to_string(),
+        Outcome::Kept(_) => "it was kept".to_owned(),
+        Outcome::Broken(error) => format!("it was broken: {}", told(error)),
+    }
+}
+
+#[test]
+fn the_first_turn_must_clear_what_the_table_sweeps() {
+    // The disc of 100 x 8 mm, as the polygon around it, sweeps up to Z 100.4; lines and room take 0.8 mm more.
+    let low = refusal(&post_and_beam(60.0, "[limits]\nz_mm = [-80.0, 101.0]\n"));
+    assert!(low.contains("starts from an unknown angle") && low.contains("Z 100.4 mm"), "{low}");
+    let high = post_and_beam(60.0, "[limits]\nz_mm = [-80.0, 102.0]\n");
+    assert!(matches!(high, Outcome::Kept(_)), "{}", refusal(&high));
+}
+
+#[test]
+fn a_turn_below_what_it_sweeps_is_proved_or_refused() {
+    // The post's top stands 1 mm below the end of Z, and the head above it, unless it waits beside the table.
+    let limits = "[limits]\nz_mm = [-80.0, 111.0]\n";
+    let above = refusal(&post_and_beam(110.0, limits));
+    assert!(above.contains("the nozzle is not proved clear of part 0"), "{above}");
+    let beside = post_and_beam(110.0, &format!("{limits}[transition]\npark_mm = [0.0, 170.0]\n"));
+    assert!(matches!(beside, Outcome::Kept(_)), "{}", refusal(&beside));
+}

@@ -216,7 +216,7 @@ fn meshes(request: &OrientRequest, asked: &Asked, world: &World<'_>) -> Result<V
         return Err(error.into());
     }
     if let Some(f) = asked.objectives.iter().find(|f| f.needs_closed()) {
-        return Err(Error::NeedsClosed { source: error, objective: f.name().to_owned() });
+        return Err(Error::NeedsClosed { source: Box::new(error), objective: f.name().to_owned() });
     }
     world.progress.warning(&format!("{error}: taken as one surface, since no volume is asked for"));
     surface(&request.model, world).map(|mesh| vec![(0, mesh)])
