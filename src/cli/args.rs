@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use clap::{Args as ClapArgs, Parser, Subcommand};
 
 use crate::job::{PlanOptions, SlicingOptions};
 
@@ -82,17 +82,6 @@ pub(super) struct MachineArgs {
     pub(super) profile: String,
 }
 
-/// What comes first in a slot.
-#[derive(Clone, Copy, ValueEnum)]
-pub(super) enum SlotArg {
-    /// As many parts in a slot as can be
-    Together,
-    /// One part after the other where possible
-    Single,
-    /// Never two parts in a slot
-    OnlySingle,
-}
-
 /// How to plan.
 #[derive(ClapArgs)]
 pub(super) struct PlanArgs {
@@ -116,9 +105,9 @@ pub(super) struct PlanArgs {
     /// Room the head keeps from parts it does not print on
     #[arg(long, default_value_t = PlanOptions::default().margin_mm, value_name = "MM")]
     pub(super) margin: f64,
-    /// What comes first
-    #[arg(long, value_enum, default_value = "together")]
-    pub(super) slots: SlotArg,
+    /// As many parts in a slot as can be, one after the other where possible, or never two
+    #[arg(long, value_parser = ["together", "single", "only-single"], default_value = "together")]
+    pub(super) slots: String,
     /// Let parts that stand on the table wait for later slots
     #[arg(long)]
     pub(super) table_later: bool,
@@ -411,13 +400,13 @@ pub(super) enum Profile {
     /// The shipped profiles
     List,
     /// A profile with all its values, and where each comes from
-    Show {
-        /// A shipped profile's name, or a TOML file
-        profile: String,
-    },
+    Show(ProfileName),
     /// Whether a profile makes sense
-    Check {
-        /// A shipped profile's name, or a TOML file
-        profile: String,
-    },
+    Check(ProfileName),
+}
+
+#[derive(ClapArgs)]
+pub(super) struct ProfileName {
+    /// A shipped profile's name, or a TOML file
+    pub(super) profile: String,
 }

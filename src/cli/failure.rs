@@ -1,7 +1,6 @@
 //! Everything that can go wrong, in the command's words, and the exit code that says so.
 
-use super::interrupts;
-use crate::job;
+use crate::job::{self, BadSetting, interrupts};
 use crate::planning::Infeasible;
 use crate::slicing::SliceError;
 
@@ -33,7 +32,12 @@ impl<E: Into<job::Error>> From<E> for Failure {
 /// A job's error, with the flag that is its remedy.
 fn in_flags(error: &job::Error) -> String {
     match error {
+        job::Error::Setting(BadSetting::SeveralParts { count }) => format!(
+            "-o, --landscape and --view are of one part, and there are {count}; choose one with --part N, or take all as one with \
+             --whole"
+        ),
         job::Error::Setting(bad) => format!("--{bad}"),
+        job::Error::Simulation(bad) => format!("--{bad}"),
         job::Error::Log { .. } => format!("--{error}"),
         job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
         job::Error::Refused { line } => format!("nothing was moved; --yes goes on at line {line} as said above"),

@@ -6,7 +6,6 @@
 mod args;
 mod failure;
 mod inspect;
-mod interrupts;
 mod operator;
 mod orient;
 mod plan;

@@ -2,27 +2,15 @@
 
 use std::cell::RefCell;
 use std::io::{BufRead, IsTerminal};
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 use serde_json::{Value, json};
 
 use super::Console;
-use super::interrupts::on_interrupt;
+use crate::job::interrupts;
 use crate::job::{Answer, At, Figures, Operator, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
-
-/// Ctrl-C so far: once is a safe pause, twice an emergency stop.
-static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
-
-/// What the second Ctrl-C writes by itself, were the print's own thread held up by a disk or by a screen that takes nothing.
-static LAST_WORDS: Mutex<Option<(Twin, &'static [u8])>> = Mutex::new(None);
-
-/// More than the print's own thread naps, and soon enough.
-const HEAD_START: Duration = Duration::from_millis(300);
 
 pub(super) struct Terminal<'a> {
     console: &'a Console,
@@ -104,28 +92,19 @@ impl Operator for Terminal<'_> {
     }
 
     fn begin(&self) {
-        on_interrupt(|| {
-            if INTERRUPTS.fetch_add(1, Ordering::Relaxed) == 0 {
-                return;
-            }
-            // The print's own thread stops in better order, if it still can.
-            std::thread::sleep(HEAD_START);
-            if let Some((port, words)) = LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
-                port.write(words);
-            }
-        });
+        interrupts::count();
     }
 
     fn interrupts(&self) -> u32 {
-        INTERRUPTS.load(Ordering::Relaxed)
+        interrupts::counted()
     }
 
     fn forget_interrupts(&self) {
-        INTERRUPTS.store(0, Ordering::Relaxed);
+        interrupts::forget();
     }
 
     fn last_words(&self, words: Option<(Twin, &'static [u8])>) {
-        *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
+        interrupts::last_words(words);
     }
 
     /// Without a terminal, or behind the end of its input, nobody can type.

@@ -8,7 +8,7 @@ use super::args::Plan as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure, why};
 use crate::job::{self, Error, Output, PlanRequest, PlanResult};
-use crate::planning::{Planned, Slot, WithinSlot};
+use crate::planning::{Planned, Slot};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
@@ -97,20 +97,13 @@ fn line(slots: &[Slot]) -> String {
 pub(super) fn document(made: &PlanResult) -> Value {
     let mut document = json!(made.plan.plan);
     let best = made.best();
-    let more = json!({
-        "objective": made.objective,
-        "value": best.value,
-        "lower_bound": best.lower_bound,
-        "gap": best.value - best.lower_bound,
-        "sequence_size": best.sequence_size,
-        "pose_changes": best.pose_changes,
-        "seconds_print_estimate": best.seconds,
-        "staircase": best.staircase,
-        "within_slots": best.within_slots.iter().map(within).collect::<Vec<_>>(),
-        "clearance_mm": best.clearance_mm,
-        "evaluations": best.steps,
-        "seconds": made.seconds,
-    });
+    let mut more = figures(best);
+    more["objective"] = made.objective.as_str().into();
+    more["lower_bound"] = best.lower_bound.into();
+    more["gap"] = (best.value - best.lower_bound).into();
+    more["within_slots"] = json!(best.within_slots);
+    more["evaluations"] = best.steps.into();
+    more["seconds"] = made.seconds.into();
     if let (Some(map), Some(more)) = (document.as_object_mut(), more.as_object()) {
         map.extend(more.clone());
         if made.plans.len() > 1 {
@@ -184,26 +177,16 @@ fn comparison(made: &PlanResult) -> String {
     out
 }
 
-fn within(w: &WithinSlot) -> Value {
-    json!({
-        "slot": w.slot,
-        "chosen": "pose-by-pose",
-        "turns": w.turns,
-        "seconds": w.seconds,
-        "turns_layer_by_layer": w.turns_layer_by_layer,
-        "seconds_layer_by_layer": w.seconds_layer_by_layer,
-    })
+fn alternative(planned: &Planned) -> Value {
+    let mut document = figures(planned);
+    document["slots"] = json!(planned.slots);
+    document
 }
 
-fn alternative(planned: &Planned) -> Value {
+fn figures(planned: &Planned) -> Value {
     json!({
-        "slots": planned.slots,
-        "value": planned.value,
-        "sequence_size": planned.sequence_size,
-        "pose_changes": planned.pose_changes,
-        "seconds_print_estimate": planned.seconds,
-        "staircase": planned.staircase,
-        "clearance_mm": planned.clearance_mm,
+        "value": planned.value, "sequence_size": planned.sequence_size, "pose_changes": planned.pose_changes,
+        "seconds_print_estimate": planned.seconds, "staircase": planned.staircase, "clearance_mm": planned.clearance_mm,
     })
 }
 

@@ -19,10 +19,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let journal = args.port.as_ref().map(|_| send::journal(&mut outputs, &args.output, &args.stream)).transpose()?;
     let done = work(args, &output, plan.as_ref(), console);
-    if done.is_err()
-        && let Some(aside) = output.set_aside()?
-    {
-        console.warning(&format!("the file of an earlier run is now {}", aside.display()));
+    if done.is_err() {
+        console.set_aside(&output)?;
     }
     let done = done?;
     let (Some(port), Some(journal)) = (&args.port, journal) else { return Ok(()) };

@@ -12,9 +12,9 @@ use crate::profile::SHIPPED;
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match args {
         Verb::List => list(console),
-        Verb::Show { profile } => show(profile, console),
-        Verb::Check { profile } => {
-            let loaded = job::load_profile(&profile.as_str().into(), &console.world())?;
+        Verb::Show(of) => show(&of.profile, console),
+        Verb::Check(of) => {
+            let loaded = job::load_profile(&of.profile.as_str().into(), &console.world())?;
             if console.json() {
                 console.document(&json!({"profile": loaded.name, "sha256": loaded.sha256, "ok": true}));
             } else {
@@ -49,23 +49,6 @@ fn show(name: &str, console: &Console) -> Result<(), Failure> {
         console.document(&json!(loaded.profile));
         return Ok(());
     }
-    let text = toml::to_string(&loaded.profile).map_err(|e| Failure::Usage(e.to_string()))?;
-    let mut section = String::new();
-    let mut out = String::new();
-    for line in text.lines() {
-        if line.starts_with('[') {
-            section = line.trim_matches(['[', ']']).to_owned();
-        }
-        let key = line.split('=').next().unwrap_or_default().trim();
-        match loaded.origin.get(&format!("{section}.{key}")) {
-            Some(place) if !line.ends_with("\"\"\"") => {
-                let _ = writeln!(out, "{line:48} # {place}");
-            }
-            _ => {
-                let _ = writeln!(out, "{line}");
-            }
-        }
-    }
-    console.result(&out);
+    console.result(&loaded.annotated()?);
     Ok(())
 }

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Failure, interrupts};
-use crate::job::{Bar, Installed, Progress, World};
+use super::Failure;
+use crate::job::{Bar, Installed, Output, Progress, World, interrupts};
 
 /// The terminal, as the flags have set it.
 pub(crate) struct Console {
@@ -82,6 +82,14 @@ impl Console {
     /// Something the user should know even with `-q`.
     pub(crate) fn warning(&self, text: &str) {
         say(&format!("warning: {text}"));
+    }
+
+    /// Puts what an earlier run left in the place of `output` aside, and says so.
+    pub(super) fn set_aside(&self, output: &Output) -> Result<(), Failure> {
+        if let Some(aside) = output.set_aside()? {
+            self.warning(&format!("the file of an earlier run is now {}", aside.display()));
+        }
+        Ok(())
     }
 
     /// This computer, with this terminal watching.

@@ -4,10 +4,11 @@ use std::any::Any;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::args::{BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs, SlotArg};
-use super::{Failure, interrupts};
+use super::Failure;
+use super::args::{BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs};
 use crate::job::{
     LARGEST_BED_MM, MachineSource, ModelSource, Outputs, Place, PlanOptions, PlanSource, SlicingOptions, Source,
+    interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -36,10 +37,10 @@ impl PlanArgs {
             orient_budget: self.orient_budget,
             overhang_deg: self.overhang,
             margin_mm: self.margin,
-            priority: match self.slots {
-                SlotArg::Together => Priority::Together,
-                SlotArg::Single => Priority::Single,
-                SlotArg::OnlySingle => Priority::OnlySingle,
+            priority: match self.slots.as_str() {
+                "single" => Priority::Single,
+                "only-single" => Priority::OnlySingle,
+                _ => Priority::Together,
             },
             table_first: !self.table_later,
             seed: self.seed,

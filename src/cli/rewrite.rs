@@ -38,8 +38,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         Err(failure) => {
             if args.in_place {
                 target.spoil(unprintable(&failure).as_bytes())?;
-            } else if let Some(aside) = target.set_aside()? {
-                console.warning(&format!("the file of an earlier run is now {}", aside.display()));
+            } else {
+                console.set_aside(&target)?;
             }
             Err(failure)
         }

@@ -1,6 +1,6 @@
 //! `trunnion slice`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::json;
 
@@ -52,7 +52,7 @@ impl Places {
     fn claim(args: &Verb, loaded: &CheckedPlan, names: &[String]) -> Result<Self, Failure> {
         let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
         let mut outputs = outputs([args.plan.as_path()].into_iter().chain(loaded.inputs()).chain(configs));
-        create_folder(&args.output)?;
+        outputs.folder(&args.output)?;
         let mut all = |end: &str| -> Result<Vec<Output>, job::Error> {
             names.iter().map(|name| outputs.claim(&args.output.join(format!("{name}.{end}")))).collect()
         };
@@ -60,8 +60,4 @@ impl Places {
         let sliced = if args.meshes_only { Vec::new() } else { all("gcode")? };
         Ok(Self { meshes, sliced, project: outputs.claim(&args.output.join("project.3mf"))? })
     }
-}
-
-fn create_folder(path: &Path) -> Result<(), Failure> {
-    Ok(std::fs::create_dir_all(path).map_err(|source| job::Error::Write { path: path.to_owned(), source })?)
 }

@@ -34,16 +34,9 @@ pub(super) fn explained<T>(done: Result<T, Error>, console: &Console) -> Result<
 }
 
 pub(super) fn document(report: &Report, seconds: f64) -> Value {
-    json!({
-        "findings": report.findings,
-        "clearance_mm": report.clearance_mm,
-        "clearance_line": report.clearance_line,
-        "moves": report.moves,
-        "slots": report.slots,
-        "filament_mm": report.filament_mm,
-        "seconds_print": report.seconds_print,
-        "seconds": seconds,
-    })
+    let mut document = json!(report);
+    document["seconds"] = seconds.into();
+    document
 }
 
 fn text(report: &Report) -> String {

@@ -1,14 +1,12 @@
 //! Why there is no plan, and what would help: as a list for people, or as the document.
 
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde_json::{Value, json};
 
 use super::{Console, Failure};
-use crate::job::{NoPlan, Output};
-use crate::mesh::Model;
-use crate::planning::{Reason, Remedy, can_be_helped};
+use crate::job::{Hindrance, NoPlan, Output};
+use crate::planning::{Reason, can_be_helped};
 
 /// Prints reasons and remedies; what no remedy can help is left to the error's own sentence.
 pub(super) fn explain(no: &NoPlan, picture: Option<&Output>, console: &Console) -> Result<(), Failure> {
@@ -18,66 +16,52 @@ pub(super) fn explain(no: &NoPlan, picture: Option<&Output>, console: &Console) 
     if let Some((picture, sheet)) = picture.zip(no.sheet()) {
         picture.write(sheet.as_bytes())?;
     }
-    let (reasons, least) = no.reasons();
-    let sought = no.remedies.is_some();
-    let remedies = no.remedies.as_deref().unwrap_or_default();
     if console.json() {
-        console.document(&document(&no.infeasible.to_string(), reasons, least, remedies));
+        console.document(&document(no));
     } else {
-        console.note(text(&no.model.model, reasons, least, sought, remedies).trim_end());
+        console.note(text(no).trim_end());
     }
     Ok(())
 }
 
-fn document(summary: &str, reasons: &[Reason], least: bool, remedies: &[Remedy]) -> Value {
+fn document(no: &NoPlan) -> Value {
+    let (reasons, least) = no.reasons();
     let reason = |r: &Reason| json!({"part": r.part, "orientation": r.up, "blocked_by": r.blocked_by, "depth_mm": r.depth_mm, "text": r.text});
-    let remedy = |r: &Remedy| json!({"kind": r.kind, "amount": r.amount, "text": r.text});
     json!({
         "feasible": false,
-        "summary": summary,
+        "summary": no.infeasible.to_string(),
         "reasons": reasons.iter().map(reason).collect::<Vec<_>>(),
         "least": least,
-        "remedies": remedies.iter().map(remedy).collect::<Vec<_>>(),
+        "remedies": no.remedies.as_deref().unwrap_or_default(),
     })
 }
 
 /// Per part: how many orientations each thing stands against, with the nearest miss of each.
-fn text(model: &Model, reasons: &[Reason], least: bool, sought: bool, remedies: &[Remedy]) -> String {
+fn text(no: &NoPlan) -> String {
     let mut out = String::new();
-    let mut by_part: BTreeMap<usize, BTreeMap<&str, Vec<&Reason>>> = BTreeMap::new();
-    for reason in reasons {
-        by_part.entry(reason.part).or_default().entry(&reason.blocked_by).or_default().push(reason);
-    }
-    if least && !by_part.is_empty() {
+    let hindrances = no.hindrances();
+    if no.reasons().1 && !hindrances.is_empty() {
         let _ = writeln!(out, "each of these is needed to rule a plan out:");
     }
-    for (part, by) in &by_part {
-        let _ = writeln!(out, "  part {part} ({})", model.parts[*part].name);
-        for (blocked_by, of_this) in by {
-            // The ways with the least against them come first.
-            let Some(nearest) = of_this.first() else { continue };
-            let [x, y, z] = nearest.up.map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
-            let what = match blocked_by.parse::<usize>() {
-                Ok(other) => format!("part {other}"),
-                Err(_) => (*blocked_by).to_owned(),
-            };
-            let count = of_this.len();
-            let _ =
-                writeln!(out, "    {what}, {count} orientations; with up ({x:.3}, {y:.3}, {z:.3}): {}", nearest.text);
+    let mut last = None;
+    for Hindrance { part, orientations, nearest } in hindrances {
+        if last.replace(part) != Some(part) {
+            let _ = writeln!(out, "  part {part} ({})", no.model.model.parts[part].name);
         }
+        let [x, y, z] = nearest.up.map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
+        let by = &nearest.blocked_by;
+        let what = by.parse::<usize>().map_or_else(|_| by.clone(), |other| format!("part {other}"));
+        let text = &nearest.text;
+        let _ = writeln!(out, "    {what}, {orientations} orientations; with up ({x:.3}, {y:.3}, {z:.3}): {text}");
     }
-    match (sought, remedies.is_empty()) {
-        (true, false) => {
-            let _ = writeln!(out, "checked remedies, each by itself:");
-            remedies.iter().for_each(|r| _ = writeln!(out, "  {}", r.text));
-        }
-        (true, true) => {
-            let _ = writeln!(
-                out,
-                "none of the remedies that were tried helps: tilt, head, nozzle, pedestal, margin, support, base"
-            );
-        }
-        _ => {}
+    let Some(remedies) = &no.remedies else { return out };
+    if remedies.is_empty() {
+        out.push_str(
+            "none of the remedies that were tried helps: tilt, height, head, nozzle, pedestal, margin, support, base\n",
+        );
+    } else {
+        out.push_str("checked remedies, each by itself:\n");
+        remedies.iter().for_each(|r| _ = writeln!(out, "  {}", r.text));
     }
     out
 }

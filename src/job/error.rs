@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-use super::{BadSetting, NoPlan, Rejected};
+use super::{BadSetting, BadSimulation, NoPlan, Rejected};
 use crate::link::serial::PortError;
 use crate::link::{JournalError, ProgramError, Unfit};
 use crate::mesh::{MeshError, UnknownUnit};
@@ -104,9 +104,36 @@ pub enum Error {
     /// A setting of a request that cannot be.
     #[error(transparent)]
     Setting(#[from] BadSetting),
+    /// A simulated printer that cannot be.
+    #[error(transparent)]
+    Simulation(#[from] BadSimulation),
     /// A model that cannot be read.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// An open surface where an objective is a volume or needs an inside.
+    #[error("{source}; {objective} is a volume or needs an inside, so the mesh must be closed")]
+    NeedsClosed {
+        /// Where it is open.
+        source: Box<MeshError>,
+        /// The objective.
+        objective: String,
+    },
+    /// A part of which no direction is better than another.
+    #[error(
+        "part {part}: none of its {facets} facets has an area, so no direction is better than another; export the model again"
+    )]
+    NoArea {
+        /// The part.
+        part: usize,
+        /// Its facets.
+        facets: usize,
+    },
+    /// A profile with a value that TOML has no words for.
+    #[error("the profile cannot be written as TOML: {why}")]
+    Unwritable {
+        /// The writer's words.
+        why: String,
+    },
     /// A profile that makes no sense.
     #[error(transparent)]
     Profile(#[from] ProfileError),

@@ -59,6 +59,26 @@ impl LoadedProfile {
     pub(super) fn reference(&self) -> MachineRef {
         MachineRef { profile: self.name.clone(), sha256: self.sha256.clone() }
     }
+
+    /// Every key with its value, as TOML, and behind it where the value comes from.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unwritable`] for a value that TOML has no words for.
+    pub fn annotated(&self) -> Result<String, Error> {
+        let text = toml::to_string(&self.profile).map_err(|e| Error::Unwritable { why: e.to_string() })?;
+        let (mut section, mut out) = (String::new(), String::new());
+        for line in text.lines() {
+            if line.starts_with('[') {
+                section = line.trim_matches(['[', ']']).to_owned();
+            }
+            let key = line.split('=').next().unwrap_or_default().trim();
+            let place = self.origin.get(&format!("{section}.{key}")).filter(|_| !line.ends_with("\"\"\""));
+            out.push_str(&place.map_or_else(|| line.to_owned(), |place| format!("{line:48} # {place}")));
+            out.push('\n');
+        }
+        Ok(out)
+    }
 }
 
 /// Reads a profile over the shipped ones and the defaults.

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! PrepareRequest --prepare--> PrepareResult{planned, gcode: Verified}      all of the following, in memory
+//! OrientRequest  --orient--> OrientResult{parts}                         orientations of parts, with bounds
 //! PlanRequest    --plan--> PlanResult{plan: CheckedPlan}                   or Error::NoPlan{reasons, remedies}
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
@@ -17,6 +18,7 @@
 mod bench;
 mod error;
 mod load;
+mod orient;
 mod plan;
 mod prepare;
 pub(crate) mod printer;
@@ -24,6 +26,7 @@ mod progress;
 mod rewrite;
 mod send;
 mod setting;
+mod simulate;
 mod slice;
 mod source;
 mod verify;
@@ -32,7 +35,8 @@ mod world;
 pub use bench::Bench;
 pub use error::{Error, remedy};
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
-pub use plan::{Listed, NoPlan, Place, PlanOptions, PlanRequest, PlanResult, plan, sequences};
+pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
+pub use plan::{Hindrance, Listed, NoPlan, Place, PlanOptions, PlanRequest, PlanResult, plan, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use rewrite::{RewriteRequest, RewriteResult, rewrite};
@@ -41,9 +45,11 @@ pub use send::{
     rehearse, resume, send,
 };
 pub use setting::BadSetting;
+pub use simulate::{BadSimulation, SimulateRequest, simulate};
 pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, slice};
 pub use source::{MachineSource, ModelSource, Source};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
+pub(crate) use world::interrupts;
 pub use world::{
     Clock, Disk, Files, Installed, Output, Outputs, OwnPorts, Ports, Slicers, SystemClock, World, with_suffix,
 };

@@ -32,6 +32,44 @@ pub enum BadSetting {
         /// The setting.
         name: &'static str,
     },
+    /// A count that is too low to say anything.
+    #[error("{name} {value} is too few {what}; give at least {least}")]
+    TooFew {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        value: usize,
+        /// The least.
+        least: usize,
+        /// What is counted.
+        what: &'static str,
+    },
+    /// A part that the model does not have.
+    #[error("part {given} is out of range: {model} has parts 0..{last}")]
+    NoSuchPart {
+        /// Its number.
+        given: usize,
+        /// The last part's.
+        last: usize,
+        /// The model.
+        model: String,
+    },
+    /// Several parts where the result is of one.
+    #[error(
+        "part: there are {count} parts, and an oriented file or a picture is of one; choose one, or take all as one (whole)"
+    )]
+    SeveralParts {
+        /// How many.
+        count: usize,
+    },
+    /// No facet as large as asked for.
+    #[error("contact-area-min {least} mm2: no direction lays so much on the bed; the most is {most:.3} mm2")]
+    NoContact {
+        /// What was asked for, mm².
+        least: f64,
+        /// What there is, mm².
+        most: f64,
+    },
     /// An objective that is none.
     #[error("{name}: {source}")]
     Objective {

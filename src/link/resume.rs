@@ -5,6 +5,8 @@
 //!
 //! Units: mm, degrees in the written words, mm/min.
 
+use std::ops::Range;
+
 use super::program::{MarkKind, Program};
 use super::sender::Settings;
 use super::wire::Protocol;
@@ -246,8 +248,9 @@ impl Retreat {
         lines
     }
 
+    /// The rotation first, then the tilt, as the file itself turns: so the way there is the one that was planned.
     fn turn(&self, state: &State) -> Vec<String> {
-        let angles = [state.at.tilt, state.at.rotation];
+        let angles = [state.at.rotation, state.at.tilt];
         let word = |(axis, angle): (&AxisRange, Option<Angle>)| {
             let rate = axis.max_rate.to_degrees() * 60.0;
             Some(format!(
@@ -257,7 +260,7 @@ impl Retreat {
                 number(rate.floor())
             ))
         };
-        self.axes.iter().zip(angles).filter_map(word).collect()
+        self.axes.iter().rev().zip(angles).filter_map(word).collect()
     }
 
     fn modes(&self, state: &State, protocol: Protocol) -> Vec<String> {
@@ -298,6 +301,8 @@ pub struct Reentry {
     pub executed: u32,
     /// Our own lines before it.
     pub lines: Vec<String>,
+    /// Which of them home, as the profile says.
+    pub home: Range<usize>,
     /// What will happen, a sentence each.
     pub words: Vec<String>,
     /// The state there.
@@ -373,6 +378,7 @@ impl Reentry {
         // The printer may not have been reset since an earlier way back ended in the file's modes.
         lines.extend(state.inverse_time.then(|| "G94".to_owned()));
         lines.push("G90".to_owned());
+        let home = lines.len()..lines.len() + retreat.home.len();
         lines.extend(retreat.home.iter().cloned());
         lines.push("G90".to_owned());
         lines.push(format!("G1Z{top}F{}", number(retreat.z_feed)));
@@ -396,6 +402,6 @@ impl Reentry {
                 program.file_line(executed).saturating_sub(file_line)
             ),
         ];
-        Self { block, file_line, executed, lines, words, state }
+        Self { block, file_line, executed, lines, home, words, state }
     }
 }

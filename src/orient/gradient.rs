@@ -78,7 +78,7 @@ type M2 = nalgebra::Matrix2<f64>;
 
 /// A place in the touching plane with its value and gradient there.
 #[derive(Clone, Copy)]
-struct Place {
+struct Footing {
     x: V2,
     up: Vec3,
     value: f64,
@@ -95,14 +95,14 @@ impl Plane {
         Self { centre, axes: tangents(&centre) }
     }
 
-    fn look(&self, trial: &mut Trial<'_>, x: V2) -> Place {
+    fn look(&self, trial: &mut Trial<'_>, x: V2) -> Footing {
         let far = self.centre + self.axes[0] * x.x + self.axes[1] * x.y;
         let length = far.norm();
         let up = far / length;
         let (value, gradient) = trial.both(&up);
         let gradient = gradient.unwrap_or_else(|| differences(trial, &up));
         let gradient = V2::new(gradient.dot(&self.axes[0]), gradient.dot(&self.axes[1])) / length;
-        Place { x, up, value, gradient }
+        Footing { x, up, value, gradient }
     }
 }
 
@@ -162,7 +162,7 @@ struct Memory {
 }
 
 impl Memory {
-    fn direction(&mut self, method: Method, plane: &Plane, trial: &mut Trial<'_>, at: &Place) -> V2 {
+    fn direction(&mut self, method: Method, plane: &Plane, trial: &mut Trial<'_>, at: &Footing) -> V2 {
         let down = -at.gradient;
         let plain = down * (FIRST_STEP / at.gradient.norm());
         let step = match method {
@@ -181,7 +181,7 @@ impl Memory {
     }
 
     /// The BFGS update of the inverse.
-    fn learn(&mut self, from: &Place, to: &Place) {
+    fn learn(&mut self, from: &Footing, to: &Footing) {
         let (s, y) = (to.x - from.x, to.gradient - from.gradient);
         let sy = s.dot(&y);
         if sy <= 1e-12 * s.norm() * y.norm() {
@@ -194,7 +194,7 @@ impl Memory {
 }
 
 /// Newton's step, curvatures by forward differences of the gradient; `None` where the surface is not convex.
-fn newton(plane: &Plane, trial: &mut Trial<'_>, at: &Place) -> Option<V2> {
+fn newton(plane: &Plane, trial: &mut Trial<'_>, at: &Footing) -> Option<V2> {
     let mut column = |e: V2| (plane.look(trial, at.x + e * DIFFERENCE).gradient - at.gradient) / DIFFERENCE;
     let (a, b) = (column(V2::x()), column(V2::y()));
     let hessian = M2::new(a.x, 0.5 * (a.y + b.x), 0.5 * (a.y + b.x), b.y);
@@ -205,10 +205,10 @@ fn newton(plane: &Plane, trial: &mut Trial<'_>, at: &Place) -> Option<V2> {
 
 /// A step that falls enough and does not end where it still falls steeply (Wolfe's conditions, 1e-4 and 0.9), by halving
 /// at the parabola's bottom and by doubling. `None` where no step falls.
-fn search(trial: &mut Trial<'_>, plane: &Plane, at: &Place, step: V2, until: usize) -> Option<Place> {
+fn search(trial: &mut Trial<'_>, plane: &Plane, at: &Footing, step: V2, until: usize) -> Option<Footing> {
     let slope = at.gradient.dot(&step);
     let (mut low, mut high, mut share) = (0.0f64, f64::INFINITY, 1.0f64);
-    let mut best: Option<Place> = None;
+    let mut best: Option<Footing> = None;
     while trial.spent() < until && share * step.norm() > LAST_STEP {
         let tried = plane.look(trial, at.x + step * share);
         if tried.value > at.value + 1e-4 * share * slope {

@@ -9,11 +9,11 @@ use crate::geom::{Bounds, Vec3};
 #[derive(Clone, Debug)]
 pub(super) struct Lowest {
     points: Vec<Vec3>,
-    nodes: Vec<Node>,
+    nodes: Vec<HeightBox>,
 }
 
 #[derive(Clone, Debug)]
-struct Node {
+struct HeightBox {
     centre: Vec3,
     half: Vec3,
     /// Its points.
@@ -39,7 +39,7 @@ impl Lowest {
         let bounds = Bounds::of(self.points[from..to].iter().copied());
         let half = bounds.size() * 0.5;
         let index = self.nodes.len();
-        self.nodes.push(Node { centre: bounds.centre(), half, from: from as u32, to: to as u32, second: None });
+        self.nodes.push(HeightBox { centre: bounds.centre(), half, from: from as u32, to: to as u32, second: None });
         if to - from > LEAF {
             let axis = half.imax();
             let middle = (to - from) / 2;

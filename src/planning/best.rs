@@ -20,9 +20,10 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
 use super::candidates::Candidate;
-use super::goal::Rank;
+use super::options::Priority;
 use super::part_set::PartSet;
-use super::sequence::{Choice, Priority, Problem, Sequence};
+use super::pricing::Rank;
+use super::sequence::{Choice, Problem, Sequence};
 
 /// Most ranks of a goal.
 const RANKS: usize = 4;
@@ -170,7 +171,7 @@ enum Act {
     Close,
 }
 
-struct Node {
+struct Expanded {
     parent: usize,
     act: Act,
     spent: Cost,
@@ -206,7 +207,7 @@ struct Search<'a> {
     minded_by: Vec<PartSet>,
     /// For each part: those that come no later, since it stands in the way of all their ways.
     no_later: Vec<PartSet>,
-    nodes: Vec<Node>,
+    nodes: Vec<Expanded>,
     /// How each state was met: cost and signature, the cheapest of as many as plans are wanted. The best plans pass through
     /// a state only by its so many best beginnings.
     met: HashMap<State, Vec<(Cost, u64)>>,
@@ -253,7 +254,14 @@ impl<'a> Search<'a> {
         let parts = self.problem.candidates.len();
         let none = || PartSet::new(parts);
         let start = State { closed: none(), before: none(), group: none(), left: Vec::new(), setup: None, table: None };
-        self.nodes.push(Node { parent: 0, act: Act::Start, spent: [0; RANKS], state: start, slot: 0, signature: 0 });
+        self.nodes.push(Expanded {
+            parent: 0,
+            act: Act::Start,
+            spent: [0; RANKS],
+            state: start,
+            slot: 0,
+            signature: 0,
+        });
         self.push(0, [i64::MIN; RANKS], [i64::MIN; RANKS], false);
         while let Some(Reverse(ByEstimate(entry))) = self.open.pop() {
             if self.plans.len() >= self.limits.plans && self.worst().is_some_and(|w| entry.floor >= w) {
@@ -310,7 +318,7 @@ impl<'a> Search<'a> {
             if !self.meet(&state, spent, signature) {
                 continue;
             }
-            self.nodes.push(Node { parent: at, act, spent, state, slot, signature });
+            self.nodes.push(Expanded { parent: at, act, spent, state, slot, signature });
             let node = self.nodes.len() - 1;
             if done {
                 complete |= self.keep(node);
@@ -323,7 +331,7 @@ impl<'a> Search<'a> {
     }
 
     fn signed(&self, at: usize, act: Act) -> (u64, u64) {
-        let Node { slot, signature, .. } = self.nodes[at];
+        let Expanded { slot, signature, .. } = self.nodes[at];
         match act {
             Act::Print((part, k)) => {
                 let word = slot << 40 ^ (part as u64) << 20 ^ k as u64;

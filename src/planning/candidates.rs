@@ -1,8 +1,9 @@
 //! The orientations a part may be printed in: directions, merged by machine setup, and what stands against each.
 
-use super::collision::{Head, contact_mm};
+use super::collision::Head;
+use super::options::Options;
+use super::owed::Owed;
 use super::part_set::PartSet;
-use super::planner::Options;
 use super::solid::Solid;
 use super::support::{Needs, Neighbours, needs};
 use super::workpiece::Workpiece;
@@ -80,7 +81,7 @@ pub(super) struct Setups<'a> {
 }
 
 /// A part's candidates and what was turned down.
-pub(super) struct Choice {
+pub(super) struct Sifted {
     pub(super) candidates: Vec<Candidate>,
     /// With at least one objection each.
     pub(super) rejected: Vec<Way>,
@@ -122,18 +123,18 @@ impl<'a> Setups<'a> {
     }
 
     /// The candidates of `part` among `tried`.
-    pub(super) fn choose(&mut self, part: usize, tried: &[Direction]) -> Choice {
-        let mut choice = Choice { candidates: Vec::new(), rejected: Vec::new(), tried: tried.len() };
+    pub(super) fn choose(&mut self, part: usize, tried: &[Direction]) -> Sifted {
+        let mut sifted = Sifted { candidates: Vec::new(), rejected: Vec::new(), tried: tried.len() };
         for way in self.ways(part, tried, false) {
             if !way.objections.is_empty() {
-                choice.rejected.push(way);
+                sifted.rejected.push(way);
                 continue;
             }
             let setup = self.setup(way.up, way.pose);
             let Way { up, pose, value, needs, .. } = way;
-            choice.candidates.push(Candidate { up, pose, setup, value, needs });
+            sifted.candidates.push(Candidate { up, pose, setup, value, needs });
         }
-        choice
+        sifted
     }
 
     /// Every direction of `tried` at each of its poses, with the first objection or `all` of them.
@@ -230,13 +231,18 @@ impl<'a> Setups<'a> {
     }
 
     fn meets_table(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
-        let (solid, lift) = (&self.solids[part], contact_mm(self.profile));
-        let clearance = self.head.clearance(motion, solid, &self.slab, lift, 1e-3);
-        (clearance.mm == 0.0).then(|| {
-            let depth_mm = self.head.depth(motion, solid, &self.slab, lift);
-            let text = format!("the {} would reach {depth_mm:.1} mm into the table", clearance.piece);
-            Objection { against: Against::Table, text, depth_mm }
-        })
+        let (solid, owed) = (&self.solids[part], Owed::to_table(self.profile));
+        let offence = self.head.offence(motion, solid, &self.slab, &owed, 0.0)?;
+        let depth_mm = self.head.depth(motion, solid, &self.slab, &owed);
+        let text = if offence.mm > 0.0 {
+            format!(
+                "the {} would pass the table at {:.1} mm (wanted: {:.1} mm)",
+                offence.piece, offence.mm, owed.rest.mm
+            )
+        } else {
+            format!("the {} would reach {depth_mm:.1} mm into the table", offence.piece)
+        };
+        Some(Objection { against: Against::Table, text, depth_mm })
     }
 
     fn meets_frame(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {

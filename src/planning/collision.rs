@@ -8,6 +8,7 @@
 //! the head for a tip inside the part also does for a tip lower down, and so for one on the part's surface; and no bounded
 //! obstacle can swallow the head.
 
+use super::owed::{Owed, carries_tip, contact_mm};
 use super::solid::Solid;
 use crate::geom::convex::Separation;
 use crate::geom::{Body, Machine, Rigid, Vec3};
@@ -27,17 +28,8 @@ struct Piece {
     name: String,
     points: Vec<Vec3>,
     follows: [bool; 3],
-}
-
-/// The first layer's tip is at least so many layers above the surface it prints on.
-pub const LIFT_LAYERS: f64 = 1.0;
-
-/// How deep the nozzle's flat may reach into a surface it prints on or beside, mm: a layer and half a line width.
-///
-/// A line laid against a slanting interface has its centre half a width from it and its bottom a layer below the tip;
-/// within that reach the soft line itself fills the room, and the nozzle's rim irons it.
-pub fn contact_mm(profile: &Profile) -> f64 {
-    profile.process.layer_height_mm + profile.process.line_width_mm / 2.0
+    /// Whether it carries the tip.
+    tip: bool,
 }
 
 /// The head meets something, or how far it stays away.
@@ -52,21 +44,21 @@ pub(super) struct Clearance {
 impl Head {
     /// The head of `profile`.
     pub fn of(profile: &Profile) -> Self {
-        Self::from_bodies(&profile.head_bodies())
+        Self::reaching(&profile.head_bodies(), UPWARD, contact_mm(profile))
     }
 
-    /// A head of these bodies.
+    /// A head of these bodies; those that begin at the tip carry it.
     pub fn from_bodies(bodies: &[Body]) -> Self {
-        Self::reaching(bodies, UPWARD)
+        Self::reaching(bodies, UPWARD, 1e-3)
     }
 
     /// The head as it is built, without the upward reach: for the frame, parts of which may well be above it. What it
     /// sweeps must then be convex, or an obstacle inside the sweep would be missed.
     pub(super) fn as_built(profile: &Profile) -> Self {
-        Self::reaching(&profile.head_bodies(), 0.0)
+        Self::reaching(&profile.head_bodies(), 0.0, contact_mm(profile))
     }
 
-    fn reaching(bodies: &[Body], upward: f64) -> Self {
+    fn reaching(bodies: &[Body], upward: f64, contact: f64) -> Self {
         let pieces = bodies.iter().map(|body| {
             let upward = if body.follows[2] { upward } else { 0.0 };
             let raised = body.points.iter().map(|p| p + Vec3::z() * upward);
@@ -74,6 +66,7 @@ impl Head {
                 name: body.name.clone(),
                 points: body.points.iter().copied().chain(raised).collect(),
                 follows: body.follows,
+                tip: carries_tip(body, contact),
             }
         });
         Self { pieces: pieces.collect() }
@@ -86,8 +79,15 @@ impl Head {
                 name: "tip".to_owned(),
                 points: vec![Vec3::zeros(), Vec3::z() * UPWARD],
                 follows: [true; 3],
+                tip: true,
             }],
         }
+    }
+
+    /// By piece: its lowest point above the tip, and whether it follows the tip in Z.
+    pub(super) fn lows(&self) -> impl Iterator<Item = (f64, bool)> {
+        let low = |piece: &Piece| piece.points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        self.pieces.iter().map(move |piece| (low(piece), piece.follows[2]))
     }
 
     /// How far the head stays from `obstacle` while its tip visits `swept` raised by `lift` mm, up to `enough` mm; both at
@@ -115,6 +115,26 @@ impl Head {
         least
     }
 
+    /// The piece of the head that comes nearer to `obstacle` than is owed while the tip visits `swept` raised by `lift` mm, and
+    /// how near; `None` where all keep away.
+    pub(super) fn offence<A, B>(
+        &self,
+        at: &Rigid<A, B>,
+        swept: &Solid,
+        obstacle: &Solid,
+        owed: &Owed,
+        lift: f64,
+    ) -> Option<Clearance> {
+        self.pieces.iter().find_map(|piece| {
+            let share = if piece.tip { owed.tip } else { owed.rest };
+            let raise = if piece.follows[2] { Vec3::z() * (share.lift + lift) } else { Vec3::zeros() };
+            let points: Vec<Vec3> = piece.points.iter().map(|p| p + raise).collect();
+            let apart = swept.widened_clearance(at, piece.follows, (&points, share.wider), obstacle, share.mm);
+            let mm = apart.distance();
+            (mm < share.mm).then(|| Clearance { mm, piece: piece.name.clone() })
+        })
+    }
+
     /// Whether the head keeps `margin` mm from `obstacle` while its tip visits all of `swept` raised by `lift` mm, both at the
     /// pose whose motion is `at`.
     pub fn clears<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, lift: f64, margin: f64) -> bool {
@@ -132,9 +152,9 @@ impl Head {
         self.clearance(&still, &Solid::hull(corners.to_vec()), obstacle, lift, 1e-3).mm > 0.0
     }
 
-    /// The lift of the tip (mm, to 0.1) that would free the head from `obstacle`; what explanations call the depth.
-    pub(super) fn depth<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, lift: f64) -> f64 {
-        let meets = |more: f64| self.clearance(at, swept, obstacle, lift + more, 1e-3).mm == 0.0;
+    /// The lift of the tip (mm, to 0.1) that would give `obstacle` what is owed to it; what explanations call the depth.
+    pub(super) fn depth<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, owed: &Owed) -> f64 {
+        let meets = |more: f64| self.offence(at, swept, obstacle, owed, more).is_some();
         let (mut low, mut high) = (0.0, 1.0);
         while high < UPWARD && meets(high) {
             low = high;
@@ -150,6 +170,7 @@ impl Head {
 
 #[cfg(test)]
 mod tests {
+    use super::super::owed::Share;
     use super::*;
 
     fn still() -> Rigid<Machine, Machine> {
@@ -184,8 +205,42 @@ mod tests {
         let bar =
             Solid::hull(Body::cuboid("", Vec3::new(-50.0, 11.0, 0.0), Vec3::new(50.0, 15.0, 4.0), [true; 3]).points);
         // The block's underside is 10 mm above the tip, the post's top at 30: 20 mm less the lift.
-        let depth = head().depth(&still(), &bar, &post(0.0, 30.0), 0.2);
+        let share = Share { lift: 0.2, wider: 0.0, mm: 1e-3 };
+        let depth = head().depth(&still(), &bar, &post(0.0, 30.0), &Owed { tip: share, rest: share });
         assert!((depth - 19.8).abs() < 0.15, "{depth}");
+    }
+
+    #[test]
+    fn only_the_piece_with_the_tip_may_touch() {
+        // The post's flat top lies 0.3 mm above the tip, below the nozzle and nothing else.
+        let spot = Solid::hull(vec![Vec3::new(2.0, 0.0, 29.7)]);
+        let owed = |tip: f64, rest: f64| {
+            let share = |lift| Share { lift, wider: 0.0, mm: 1e-3 };
+            Owed { tip: share(tip), rest: share(rest) }
+        };
+        let piece = |owed: &Owed, tall: f64| {
+            head().offence(&still(), &spot, &post(0.0, tall), owed, 0.0).map(|offence| offence.piece)
+        };
+        assert_eq!(piece(&owed(0.4, 0.0), 30.0), None);
+        assert_eq!(piece(&owed(0.0, 0.4), 30.0), Some("nozzle".to_owned()));
+        // A post beside it that ends 0.1 mm inside the block: what the tip may, the block may not.
+        let beside = Solid::hull(vec![Vec3::new(-9.0, 0.0, 0.0)]);
+        let block = |rest: f64| head().offence(&still(), &beside, &post(0.0, 10.1), &owed(0.4, rest), 0.0);
+        assert_eq!(block(0.0).map(|offence| offence.piece), Some("block".to_owned()));
+        assert_eq!(block(0.2), None);
+    }
+
+    #[test]
+    fn a_wider_nozzle_keeps_farther_from_a_wall() {
+        // The flat of 0.5 mm passes a post whose near side is 0.7 mm away; as 0.3 mm wider it does not.
+        let spot = Solid::hull(vec![Vec3::new(-0.7, 0.0, 0.0)]);
+        let low = post(0.0, 0.1);
+        let owed = |wider| {
+            let share = Share { lift: 0.0, wider, mm: 1e-3 };
+            Owed { tip: share, rest: share }
+        };
+        assert!(head().offence(&still(), &spot, &low, &owed(0.1), 0.0).is_none());
+        assert!(head().offence(&still(), &spot, &low, &owed(0.3), 0.0).is_some());
     }
 
     #[test]

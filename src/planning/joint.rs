@@ -4,7 +4,7 @@
 //! The rewriter makes the first layer so much thicker or thinner, and verification expects it: both ask here. Only faces across
 //! the build direction matter; the sides of a print are as true as its lines.
 
-use super::Workpiece;
+use super::workpiece::Workpiece;
 use crate::geom::Vec3;
 
 /// A part as it was printed.

@@ -9,8 +9,10 @@
 //! only some axes do does, and is worked out anew for every place that is tried.
 
 use super::candidates::{Against, Setups};
+use super::infeasible::Infeasible;
+use super::options::Options;
 use super::plan::Placement;
-use super::planner::{Infeasible, Options, Planned, plan};
+use super::planner::{Planned, plan};
 use super::workpiece::{Misplaced, Workpiece};
 use crate::geom::{Angle, Vec3};
 use crate::mesh::Model;

@@ -1,67 +1,21 @@
 //! Model and profile to a plan, or to the reasons why there is none.
 
 use super::best::{Limits, Tariff, best};
-use super::candidates::{Candidate, Choice, Setups, all_directions};
-use super::goal::{Goal, Pricing, WithinSlot};
+use super::candidates::{Candidate, Setups, Sifted, all_directions};
+use super::infeasible::{Infeasible, MOST_PARTS, Reason};
+use super::options::{Options, Priority};
 use super::part_set::PartSet;
 use super::plan::{Print, Slot};
-use super::sequence::{End, Priority, Problem, Sequence, enumerate};
+use super::pricing::{Pricing, WithinSlot};
+use super::sequence::{End, Problem, Sequence, enumerate};
 use super::site::{Site, set_of};
+use super::turning::{Struck, Turns};
 use super::whynot;
 use super::workpiece::Workpiece;
 use crate::geom::Angle;
 use crate::motion::Pose;
-use crate::orient::{Direction, Objective, Search};
+use crate::orient::Direction;
 use crate::profile::Profile;
-
-/// What to plan for.
-#[derive(Clone)]
-pub struct Options<'a> {
-    /// What the plan minimises.
-    pub goal: &'a Goal,
-    /// What the search for orientations minimises; decides where the goal does not look at orientations.
-    pub objective: &'a dyn Objective,
-    /// Overhangs up to this angle from the vertical need no support.
-    pub overhang: Angle,
-    /// Room the head must keep from parts it does not print on, mm.
-    pub margin_mm: f64,
-    /// Which sequences come first.
-    pub priority: Priority,
-    /// Whether everything on the table belongs to the first slot.
-    pub table_first: bool,
-    /// The search for orientations.
-    pub search: &'a dyn Search,
-    /// Most steps of the sequence search: candidates looked at.
-    pub budget: u64,
-    /// How many distinct plans are wanted.
-    pub plans: usize,
-    /// The table's surface lies this much lower than the model's foot: the height of a pedestal, mm.
-    pub pedestal_mm: f64,
-    /// Parts that may overhang: something else carries them.
-    pub supported: Vec<usize>,
-    /// Whether a failure is explained; the search for remedies only asks yes or no.
-    pub explain: bool,
-}
-
-impl<'a> Options<'a> {
-    /// What `trunnion plan` asks for without flags.
-    pub fn new(goal: &'a Goal, objective: &'a dyn Objective, search: &'a dyn Search) -> Self {
-        Self {
-            goal,
-            objective,
-            overhang: Angle::from_deg(45.0),
-            margin_mm: 0.5,
-            priority: Priority::Together,
-            table_first: true,
-            search,
-            budget: 20_000_000,
-            plans: 1,
-            pedestal_mm: 0.0,
-            supported: Vec::new(),
-            explain: true,
-        }
-    }
-}
 
 /// A plan's slots and what is known of them.
 #[derive(Clone, Debug)]
@@ -92,73 +46,6 @@ pub struct Planned {
     /// Steps of the sequence search.
     pub steps: u64,
 }
-
-/// Why one part at one orientation cannot be printed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reason {
-    /// The part.
-    pub part: usize,
-    /// The build direction, table frame.
-    pub up: [f64; 3],
-    /// A part's number, `"table"`, `"limits"` (an axis or its reach), `"frame"` or `"support"`.
-    pub blocked_by: String,
-    /// How deep the head would reach in, mm.
-    pub depth_mm: f64,
-    /// In words.
-    pub text: String,
-    /// The pose it is about.
-    pub pose: Pose,
-    /// Where the tip is when the head strikes, table frame; for the picture. `None` where nothing strikes, or where no
-    /// place was met among those that were looked at.
-    pub tip: Option<[f64; 3]>,
-}
-
-/// No sequence was found.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Infeasible {
-    /// More parts than the search takes on.
-    #[error(
-        "{parts} parts are too many; this version plans up to {}; join parts that can be printed as one",
-        MOST_PARTS
-    )]
-    TooManyParts {
-        /// How many.
-        parts: usize,
-    },
-    /// Parts that hang together with nothing.
-    #[error("part {part} ({name}) touches neither the table nor another part that does; move it, or join the parts")]
-    Floating {
-        /// The first of them.
-        part: usize,
-        /// Its name.
-        name: String,
-    },
-    /// No place on the table lets every part within the machine's axes.
-    #[error("{summary}")]
-    NoPlace {
-        /// One sentence.
-        summary: String,
-    },
-    /// A part has no orientation, or no order works.
-    #[error("{summary}")]
-    NoPlan {
-        /// One sentence.
-        summary: String,
-        /// A set of reasons none of which can be left out: without any one of them there would be a plan.
-        reasons: Vec<Reason>,
-        /// Whether that was proved; otherwise the set may hold more than it need.
-        least: bool,
-    },
-    /// The search's budget ran out.
-    #[error("no sequence found within {steps} steps; raise --budget, or give fewer parts")]
-    Budget {
-        /// Steps taken.
-        steps: u64,
-    },
-}
-
-/// More parts than this are refused at once.
-pub const MOST_PARTS: usize = 400;
 
 /// States that the search for the best sequence may keep; some 300 bytes each.
 const MOST_STATES: usize = 400_000;
@@ -200,11 +87,33 @@ pub fn plan(
         true => whynot::explain(workpiece, profile, directions, options),
         false => Infeasible::NoPlan { summary: String::new(), reasons: Vec::new(), least: false },
     };
-    on_task(workpiece, profile, directions, options, |task| task.solve()).map_err(|end| match end {
+    on_task(workpiece, profile, directions, options, |task| task.solve_with_turns()).map_err(|end| match end {
         Stuck::Before(no) => no,
         Stuck::Search(End::Budget) => Infeasible::Budget { steps: options.budget },
+        Stuck::Turns(struck) => no_turn(workpiece, &struck),
         Stuck::Ways | Stuck::Search(_) => why_not(),
     })
+}
+
+/// No sequence whose turns are all clear: what was struck, turn by turn.
+fn no_turn(workpiece: &Workpiece<'_>, struck: &[Struck]) -> Infeasible {
+    let reason = |one: &Struck| Reason {
+        part: one.to.first().or(one.part.as_ref()).copied().unwrap_or_default(),
+        up: [0.0, 0.0, 1.0],
+        blocked_by: one.part.map_or("table".to_owned(), |part| part.to_string()),
+        depth_mm: 0.0,
+        text: one.text.clone(),
+        pose: one.pose,
+        tip: None,
+    };
+    let reasons: Vec<Reason> = struck.iter().map(reason).collect();
+    let nearest = struck.last().map(|one| one.text.as_str()).unwrap_or_default();
+    let parts = workpiece.parts.len();
+    let summary = format!(
+        "no order prints all {parts} parts with every turn of the table clear: {nearest}; give [limits] z_mm more room where the \
+         machine has it, [transition] park_mm beside the table, or another place (--origin)"
+    );
+    Infeasible::NoPlan { summary, reasons, least: false }
 }
 
 /// Calls `found` for every feasible sequence of slots until it returns `false`; whether all were seen.
@@ -223,11 +132,17 @@ pub fn sequences(
         let on_table = task.on_table();
         let problem = task.problem(options.priority, &on_table);
         let mut any = false;
+        let turns = Turns::of(task.setups);
         let outcome = enumerate(&problem, options.budget, |sequence| {
+            let slots = slots_of(sequence, task.candidates, task.setups);
+            if turns.struck(&slots).is_some() {
+                return true;
+            }
             any = true;
-            found(slots_of(sequence, task.candidates, task.setups))
+            found(slots)
         });
-        if any || outcome.end == End::Budget { Ok(outcome.end == End::Exhausted) } else { Err(outcome.end) }
+        let some = any || outcome.end == End::Budget;
+        if some { Ok(outcome.end == End::Exhausted) } else { Err(Stuck::Search(outcome.end)) }
     };
     on_task(workpiece, profile, directions, options, every).map_err(|end| match end {
         Stuck::Before(no) => no,
@@ -241,6 +156,8 @@ enum Stuck {
     /// A part has no way to be printed.
     Ways,
     Search(End),
+    /// Every sequence has a turn that is not clear; these were met.
+    Turns(Vec<Struck>),
 }
 
 /// Works out who is in whose way, and hands it to `work`.
@@ -249,11 +166,11 @@ fn on_task<T>(
     profile: &Profile,
     directions: &[Vec<Direction>],
     options: &Options<'_>,
-    work: impl FnOnce(&Task<'_>) -> Result<T, End>,
+    work: impl FnOnce(&Task<'_>) -> Result<T, Stuck>,
 ) -> Result<T, Stuck> {
     plannable(workpiece).map_err(Stuck::Before)?;
     let mut setups = Setups::new(workpiece, profile, options);
-    let choices: Vec<Choice> = directions.iter().enumerate().map(|(p, tried)| setups.choose(p, tried)).collect();
+    let choices: Vec<Sifted> = directions.iter().enumerate().map(|(p, tried)| setups.choose(p, tried)).collect();
     if choices.iter().any(|c| c.candidates.is_empty()) {
         return Err(Stuck::Ways);
     }
@@ -262,7 +179,7 @@ fn on_task<T>(
     let candidates: Vec<Vec<Candidate>> = choices.into_iter().map(|c| c.candidates).collect();
     let blocked = site.blocked(&candidates);
     let task = Task { setups: &setups, site: &site, candidates: &candidates, blocked: &blocked, options, tried };
-    work(&task).map_err(Stuck::Search)
+    work(&task)
 }
 
 /// Everything worked out, ready for the search.
@@ -289,6 +206,42 @@ impl Task<'_> {
             table_first: self.options.table_first,
             priority,
         }
+    }
+
+    /// The best plans among those whose turns are clear: what a turn of a plan strikes must not be there before the setup that it
+    /// leads to, and the search begins anew.
+    fn solve_with_turns(&self) -> Result<Vec<Planned>, Stuck> {
+        let turns = Turns::of(self.setups);
+        let mut blocked = self.blocked.to_vec();
+        let mut met: Vec<Struck> = Vec::new();
+        loop {
+            let plans = match (Task { blocked: &blocked, ..*self }).solve() {
+                Ok(plans) => plans,
+                Err(End::Exhausted) if !met.is_empty() => return Err(Stuck::Turns(met)),
+                Err(end) => return Err(Stuck::Search(end)),
+            };
+            let Some(struck) = plans.iter().find_map(|plan| turns.struck(&plan.slots)) else { return Ok(plans) };
+            let learnt = self.forbid(&struck, &mut blocked);
+            met.push(struck);
+            if !learnt {
+                return Err(Stuck::Turns(met));
+            }
+        }
+    }
+
+    /// Bars what `struck` names from standing before the setup that the turn leads to; whether that is anything new.
+    fn forbid(&self, struck: &Struck, blocked: &mut [Vec<PartSet>]) -> bool {
+        let Some(other) = struck.part else { return false };
+        let mut learnt = false;
+        for &part in struck.to.iter().filter(|&&part| part != other) {
+            for (way, set) in self.candidates[part].iter().zip(&mut blocked[part]) {
+                if is_pose(way.pose, struck.pose) {
+                    learnt |= !set.has(other);
+                    set.insert(other);
+                }
+            }
+        }
+        learnt
     }
 
     fn solve(&self) -> Result<Vec<Planned>, End> {
@@ -371,6 +324,12 @@ impl Task<'_> {
             steps,
         }
     }
+}
+
+/// Whether the words of a plan mean `pose`, whole turns aside.
+fn is_pose(pose: Pose, word: Pose) -> bool {
+    let same = |a: Angle, b: Angle| (a - b).abs().deg() < 1e-3;
+    same(pose.tilt, word.tilt) && same(pose.rotation.nearest_to(word.rotation), word.rotation)
 }
 
 /// The sequence with the rotation unwound from setup to setup.

@@ -3,8 +3,12 @@
 //! One thing is changed at a time, as little of it as helps: the machine's reach, the head, the place, the support, the way
 //! the model stands. A remedy is only named after a plan was found with it.
 
+use serde::Serialize;
+
+use super::infeasible::Infeasible;
+use super::options::Options;
 use super::placement::centred;
-use super::planner::{Infeasible, Options, orientations, plan};
+use super::planner::{orientations, plan};
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh};
@@ -12,11 +16,11 @@ use crate::orient::Direction;
 use crate::profile::Profile;
 
 /// Something that would give a plan.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
-    /// `tilt`, `head-width`, `nozzle-length`, `pedestal`, `margin`, `overhang`, `support`, `table-later` or `base`.
+    /// `tilt`, `height`, `head-width`, `nozzle-length`, `pedestal`, `margin`, `overhang`, `support`, `table-later` or `base`.
     pub kind: &'static str,
-    /// How much of it: deg, a share, mm, deg, or a part's number, by kind.
+    /// How much of it: deg, mm, a share, mm, deg, or a part's number, by kind.
     pub amount: f64,
     /// In words.
     pub text: String,
@@ -43,8 +47,9 @@ impl Wish<'_> {
     /// Every remedy that this version knows and that helps, `told` after each kind that was tried.
     pub fn remedies(&self, mut told: impl FnMut(&str)) -> Vec<Remedy> {
         type Try<'w, 'a> = (&'static str, fn(&'w Wish<'a>) -> Vec<Remedy>);
-        let tries: [Try<'_, '_>; 8] = [
+        let tries: [Try<'_, '_>; 9] = [
             ("more tilt", Self::more_tilt),
+            ("more height", Self::more_height),
             ("a slimmer head", Self::slimmer_head),
             ("a longer nozzle", Self::longer_nozzle),
             ("a pedestal", Self::pedestal),
@@ -88,6 +93,15 @@ impl Wish<'_> {
             "a table that tilts to {reach:.0} deg either way (this one: {low}..{high}) would do, if X, Y and Z stay as they are"
         );
         vec![Remedy { kind: "tilt", amount: reach, text }]
+    }
+
+    fn more_height(&self) -> Vec<Remedy> {
+        let [_, top] = self.profile.limits.z_mm;
+        let helps = |more: f64| self.with_profile(|p| p.limits.z_mm[1] = top + more);
+        let Some(more) = least(1.0, 256.0, 1.0, helps) else { return Vec::new() };
+        let amount = top + more;
+        let text = format!("Z that reaches {amount:.0} mm (this one: {top}) would do");
+        vec![Remedy { kind: "height", amount, text }]
     }
 
     fn slimmer_head(&self) -> Vec<Remedy> {

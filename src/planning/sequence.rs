@@ -13,6 +13,7 @@
 //!   fails with all.
 
 use super::candidates::Candidate;
+use super::options::Priority;
 use super::part_set::PartSet;
 
 /// A part with the number of its candidate.
@@ -20,17 +21,6 @@ pub(super) type Choice = (usize, usize);
 
 /// A feasible sequence: slots of (part, candidate), in printing order.
 pub type Sequence = Vec<Vec<Choice>>;
-
-/// Which sequences come first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Priority {
-    /// As many parts in a slot as can be (line 18 before 19).
-    Together,
-    /// One part after the other where possible (lines 18 and 19 swapped).
-    Single,
-    /// Never two parts in a slot (without line 18).
-    OnlySingle,
-}
 
 /// What the search works on.
 pub(super) struct Problem<'a> {

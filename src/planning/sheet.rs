@@ -6,8 +6,8 @@
 use std::fmt::Write;
 
 use super::candidates::table_solid;
+use super::infeasible::Reason;
 use super::plan::{Plan, Print};
-use super::planner::Reason;
 use super::solid::Solid;
 use super::workpiece::Workpiece;
 use crate::geom::{Body, Bounds, Vec3};

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::candidates::{Candidate, Setups};
-use super::collision::{Clearance, LIFT_LAYERS, contact_mm};
+use super::collision::Clearance;
+use super::owed::{LIFT_LAYERS, Owed, contact_mm};
 use super::part_set::PartSet;
 use super::sequence::{Choice, Sequence};
 use super::solid::Solid;
@@ -16,7 +17,9 @@ pub const CLEARANCE_SOUGHT_MM: f64 = 20.0;
 /// Collision questions about one placement.
 pub(super) struct Site<'a> {
     setups: &'a Setups<'a>,
-    margin_mm: f64,
+    /// What is owed to parts that are near, and to all others.
+    neighbour: Owed,
+    others: Owed,
     /// Parts that share an interface.
     pub(super) touching: Vec<PartSet>,
     /// Parts that lie so near to each other that the head cannot keep its margin from the one at the other.
@@ -35,7 +38,9 @@ impl<'a> Site<'a> {
             touching[interface.a].insert(interface.b);
             touching[interface.b].insert(interface.a);
         }
-        let near = near(&setups.solids, margin_mm + contact_mm(setups.profile));
+        let neighbour = Owed::to_neighbour(setups.profile);
+        let others = Owed::to_others(setups.profile, margin_mm);
+        let near = near(&setups.solids, others.rest.mm + contact_mm(setups.profile));
         let motions: Vec<_> = setups.poses.iter().map(|(_, pose)| setups.table.forward(*pose)).collect();
         let frame = setups.profile.fixed_bodies();
         let at_frame = motions.iter().map(|motion| {
@@ -48,19 +53,12 @@ impl<'a> Site<'a> {
             set_of(parts, (0..parts).filter(meets))
         });
         let at_frame = at_frame.collect();
-        Self { setups, margin_mm, touching, near, motions, at_frame }
+        Self { setups, neighbour, others, touching, near, motions, at_frame }
     }
 
-    fn lift(&self, part: usize, other: usize) -> f64 {
-        if self.near[part].has(other) {
-            contact_mm(self.setups.profile)
-        } else {
-            LIFT_LAYERS * self.setups.profile.process.layer_height_mm
-        }
-    }
-
-    fn margin(&self, part: usize, other: usize) -> f64 {
-        if self.near[part].has(other) { 1e-3 } else { self.margin_mm.max(1e-3) }
+    /// What the head that prints `part` owes `other`.
+    fn owed(&self, part: usize, other: usize) -> &Owed {
+        if self.near[part].has(other) { &self.neighbour } else { &self.others }
     }
 
     /// `[part][candidate]` -> the parts that must not be there before.
@@ -77,43 +75,43 @@ impl<'a> Site<'a> {
     }
 
     fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
-        let margin = self.margin(part, other);
-        self.at_frame[setup].has(other) || self.between(part, other, setup, margin).mm < margin
+        self.at_frame[setup].has(other) || self.offence(part, other, setup).is_some()
     }
 
-    /// How far the head stays from `other` while it prints `part` in `setup`, up to `enough` mm.
-    fn between(&self, part: usize, other: usize, setup: usize, enough: f64) -> Clearance {
-        let (solids, lift) = (&self.setups.solids, self.lift(part, other));
-        self.setups.head.clearance(&self.motions[setup], &solids[part], &solids[other], lift, enough)
+    /// The piece of the head that comes nearer to `other` than it owes while it prints `part` in `setup`.
+    fn offence(&self, part: usize, other: usize, setup: usize) -> Option<Clearance> {
+        let solids = &self.setups.solids;
+        let owed = self.owed(part, other);
+        self.setups.head.offence(&self.motions[setup], &solids[part], &solids[other], owed, 0.0)
     }
 
     /// What reaches into `other`, and how deep, mm; for explanations.
     pub(super) fn intrusion(&self, part: usize, other: usize, setup: usize) -> (String, f64) {
-        if self.at_frame[setup].has(other) {
+        let Some(Clearance { mm, piece }) = self.offence(part, other, setup) else {
             return (format!("part {other} would meet the machine's frame"), 0.0);
-        }
-        let (solids, lift) = (&self.setups.solids, self.lift(part, other));
-        let Clearance { mm, piece } = self.between(part, other, setup, self.margin(part, other));
-        if mm > 0.0 {
+        };
+        let (solids, owed) = (&self.setups.solids, self.owed(part, other));
+        if mm > 0.0 && !self.near[part].has(other) {
             return (
-                format!("the {piece} would pass part {other} at {mm:.1} mm (wanted: {:.1} mm)", self.margin_mm),
+                format!("the {piece} would pass part {other} at {mm:.1} mm (wanted: {:.1} mm)", owed.rest.mm),
                 0.0,
             );
         }
-        let depth = self.setups.head.depth(&self.motions[setup], &solids[part], &solids[other], lift);
+        let depth = self.setups.head.depth(&self.motions[setup], &solids[part], &solids[other], owed);
         (format!("the {piece} would reach {depth:.1} mm into part {other}"), depth)
     }
 
     /// A tip position on `part`, table frame, at which the head strikes `other` (the table if `None`), among points spread
     /// over its facets; the one nearest to the middle of all that strike. For pictures only.
     pub(super) fn strikes(&self, part: usize, other: Option<usize>, setup: usize) -> Option<Vec3> {
-        let (obstacle, lift) = match other {
-            Some(other) => (&self.setups.solids[other], self.lift(part, other)),
-            None => (&self.setups.slab, contact_mm(self.setups.profile)),
+        let table = Owed::to_table(self.setups.profile);
+        let (obstacle, owed) = match other {
+            Some(other) => (&self.setups.solids[other], self.owed(part, other)),
+            None => (&self.setups.slab, &table),
         };
         let strikes = |tip: &Vec3| {
             let swept = Solid::hull(vec![*tip]);
-            self.setups.head.clearance(&self.motions[setup], &swept, obstacle, lift, 1e-3).mm == 0.0
+            self.setups.head.offence(&self.motions[setup], &swept, obstacle, owed, 0.0).is_some()
         };
         let struck: Vec<Vec3> = spread(&self.setups.workpiece.parts[part]).into_iter().filter(strikes).collect();
         let middle = struck.iter().sum::<Vec3>() / struck.len().max(1) as f64;
@@ -140,7 +138,10 @@ impl<'a> Site<'a> {
     fn room(&self, part: usize, setup: usize, printed: &[usize], enough: f64) -> f64 {
         let mut least = enough;
         for &other in printed.iter().filter(|&&q| !self.near[part].has(q)) {
-            least = self.between(part, other, setup, least).mm.min(least);
+            let (solids, lift) = (&self.setups.solids, LIFT_LAYERS * self.setups.profile.process.layer_height_mm);
+            let clearance =
+                self.setups.head.clearance(&self.motions[setup], &solids[part], &solids[other], lift, least);
+            least = clearance.mm.min(least);
         }
         if !self.setups.workpiece.model.on_table.contains(&part) {
             let (motion, solid) = (&self.motions[setup], &self.setups.solids[part]);

@@ -20,12 +20,12 @@ enum Pieces {
     /// The hull of all points is the solid.
     Convex,
     /// Its surface.
-    Facets { facets: Vec<[u32; 3]>, tree: Vec<Node> },
+    Facets { facets: Vec<[u32; 3]>, tree: Vec<FacetBox> },
 }
 
 /// A node of the tree: a leaf has `count > 0` facets from `first`, an inner node its children at `first` and `first + 1`.
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct FacetBox {
     bounds: Bounds,
     first: u32,
     count: u32,
@@ -43,7 +43,7 @@ impl Solid {
             return Self { points, pieces: Pieces::Convex, bounds };
         }
         let mut facets = mesh.facets().to_vec();
-        let mut tree = vec![Node { bounds, first: 0, count: 0 }];
+        let mut tree = vec![FacetBox { bounds, first: 0, count: 0 }];
         build(&points, &mut facets, 0, &mut tree, 0);
         Self { points, pieces: Pieces::Facets { facets, tree }, bounds }
     }
@@ -62,7 +62,7 @@ impl Solid {
             Pieces::Convex => Pieces::Convex,
             Pieces::Facets { facets, .. } => {
                 let mut facets = facets.clone();
-                let mut tree = vec![Node { bounds, first: 0, count: 0 }];
+                let mut tree = vec![FacetBox { bounds, first: 0, count: 0 }];
                 build(&points, &mut facets, 0, &mut tree, 0);
                 Pieces::Facets { facets, tree }
             }
@@ -94,11 +94,26 @@ impl Solid {
         obstacle: &Self,
         enough: f64,
     ) -> Separation {
+        self.widened_clearance(motion, follows, (tool, 0.0), obstacle, enough)
+    }
+
+    /// The same for a tool that is wider by some mm on every side, seen from above.
+    pub(super) fn widened_clearance<A, B>(
+        &self,
+        motion: &Rigid<A, B>,
+        follows: [bool; 3],
+        (tool, wider): (&[Vec3], f64),
+        obstacle: &Self,
+        enough: f64,
+    ) -> Separation {
+        let around = Vec3::new(wider, wider, 0.0);
+        let Bounds { min, max } = Bounds::of(tool.iter().copied());
         let query = Query {
             swept: self,
             mask: Vec3::from_fn(|i, _| if follows[i] { 1.0 } else { 0.0 }),
             tool,
-            tool_box: Bounds::of(tool.iter().copied()),
+            wider,
+            tool_box: Bounds { min: min - around, max: max + around },
             obstacle,
             turn: motion.rotation,
             back: motion.rotation.transpose(),
@@ -113,6 +128,8 @@ struct Query<'a> {
     swept: &'a Solid,
     mask: Vec3,
     tool: &'a [Vec3],
+    /// On every side, seen from above, mm.
+    wider: f64,
     tool_box: Bounds,
     obstacle: &'a Solid,
     turn: Mat3,
@@ -172,7 +189,17 @@ impl Query<'_> {
             self.turn * far + self.shift
         };
         let of_swept = |d: &Vec3| corner(a, &d.component_mul(&self.mask)).component_mul(&self.mask);
-        separation(|d| of_swept(d) + support(self.tool, d) - corner(b, &-d), enough)
+        separation(|d| of_swept(d) + self.of_tool(d) - corner(b, &-d), enough)
+    }
+
+    /// The tool's point farthest along `d`, the disc about each of its points included.
+    fn of_tool(&self, d: &Vec3) -> Vec3 {
+        let point = support(self.tool, d);
+        let across = d.x.hypot(d.y);
+        if self.wider == 0.0 || across < 1e-12 {
+            return point;
+        }
+        point + Vec3::new(d.x, d.y, 0.0) * (self.wider / across)
     }
 
     /// The box around a turned box.
@@ -185,7 +212,7 @@ impl Query<'_> {
         let corner =
             |solid: &Solid, node, d: &Vec3| self.turn * solid.leaf_support(node, &(self.back * d)) + self.shift;
         let of_swept = |d: &Vec3| corner(self.swept, a, &d.component_mul(&self.mask)).component_mul(&self.mask);
-        let reach = |d: &Vec3| of_swept(d) + support(self.tool, d) - corner(self.obstacle, b, &-d);
+        let reach = |d: &Vec3| of_swept(d) + self.of_tool(d) - corner(self.obstacle, b, &-d);
         separation(reach, enough)
     }
 }
@@ -221,10 +248,10 @@ impl Solid {
     }
 }
 
-fn build(points: &[Vec3], facets: &mut [[u32; 3]], offset: usize, tree: &mut Vec<Node>, at: usize) {
+fn build(points: &[Vec3], facets: &mut [[u32; 3]], offset: usize, tree: &mut Vec<FacetBox>, at: usize) {
     let bounds = Bounds::of(facets.iter().flatten().map(|&i| points[i as usize]));
     if facets.len() <= LEAF {
-        tree[at] = Node { bounds, first: offset as u32, count: facets.len() as u32 };
+        tree[at] = FacetBox { bounds, first: offset as u32, count: facets.len() as u32 };
         return;
     }
     let axis = bounds.size().imax();
@@ -232,8 +259,8 @@ fn build(points: &[Vec3], facets: &mut [[u32; 3]], offset: usize, tree: &mut Vec
     let key = |f: &[u32; 3]| f.iter().map(|&i| points[i as usize][axis]).sum::<f64>();
     facets.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
     let first = tree.len();
-    tree.extend([Node { bounds, first: 0, count: 0 }; 2]);
-    tree[at] = Node { bounds, first: first as u32, count: 0 };
+    tree.extend([FacetBox { bounds, first: 0, count: 0 }; 2]);
+    tree[at] = FacetBox { bounds, first: first as u32, count: 0 };
     let (low, high) = facets.split_at_mut(middle);
     build(points, low, offset, tree, first);
     build(points, high, offset + middle, tree, first + 1);

@@ -3,7 +3,7 @@
 //! The whole model as it stands on the table, every part along the table's normal, supports below everything that
 //! overhangs, down to the table or to what lies below (the column volume of `orient`).
 
-use super::goal::{print_seconds, support_seconds};
+use super::pricing::{print_seconds, support_seconds};
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Dir, Table, Vec3};
 use crate::mesh::TriangleMesh;

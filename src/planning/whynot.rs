@@ -13,9 +13,10 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::candidates::{Against, Candidate, Setups, Way};
+use super::infeasible::{Infeasible, Reason};
+use super::options::{Options, Priority};
 use super::part_set::PartSet;
-use super::planner::{Infeasible, Options, Reason};
-use super::sequence::{End, Priority, Problem, enumerate};
+use super::sequence::{End, Problem, enumerate};
 use super::site::{Site, set_of};
 use super::support::Needs;
 use super::workpiece::Workpiece;

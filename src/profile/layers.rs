@@ -29,7 +29,7 @@ const OPTIONAL: [&str; 4] =
     ["kinematics.rotation.min_deg", "kinematics.rotation.max_deg", "table.size_mm", "transition.park_mm"];
 
 /// Texts that are lines of G-code.
-const MANY_LINES: [&str; 2] = ["dialect.start", "dialect.end"];
+const MANY_LINES: [&str; 3] = ["dialect.start", "dialect.end", "link.rehome"];
 
 /// Keys of a `[[head.body]]` or `[[fixed.body]]`.
 const BODY_KEYS: [&str; 8] = ["name", "moves", "kind", "z_mm", "r_mm", "min_mm", "max_mm", "points_mm"];
@@ -417,6 +417,6 @@ mod tests {
     fn out_of_range_names_place_value_and_range() {
         let text = "[kinematics.tilt]\ndirection = 2\n";
         let error = resolve("mine.toml", text).unwrap_err().to_string();
-        assert_eq!(error, "mine.toml:2: kinematics.tilt.direction = 2 is out of -1..1");
+        assert_eq!(error, "mine.toml:2: kinematics.tilt.direction = 2 is out of 1 or -1");
     }
 }

@@ -102,6 +102,9 @@ fn range(key: &str) -> Option<&'static RangeInclusive<f64>> {
 
 /// What `key` may be, as `0.1..2 mm`; `None` for what is no number.
 pub(super) fn allowed(key: &str) -> Option<String> {
+    if key.ends_with(".direction") {
+        return Some("1 or -1".to_owned());
+    }
     let unit = UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or("", |(_, unit)| unit);
     range(key).map(|range| format!("{}..{}{unit}", range.start(), range.end()))
 }

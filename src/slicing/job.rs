@@ -39,8 +39,9 @@ impl SliceJob {
             let [min, max] = [bounds.min, bounds.max].map(|p| [p.x, p.y]);
             return Err(SliceError::OffBed { name: name(), min, max, bed: self.bed_mm });
         }
-        // A millionth of a layer keeps a height of exactly n/2 layers from falling on either side by rounding.
-        let layers = (bounds.max.z / layer_mm + 1e-6).round();
+        // A height of exactly n/2 layers is rounded down: the last layer's middle would be the top face itself, where there is no
+        // section to be held against. A thousandth of a layer keeps it from falling on either side by rounding.
+        let layers = (bounds.max.z / layer_mm - 1e-3).round();
         if layers < 1.0 {
             let half_layer_mm = layer_mm / 2.0;
             return Err(SliceError::TooThin { name: name(), height_mm: bounds.max.z, half_layer_mm });

@@ -136,7 +136,7 @@ pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint, profile: &Profile
 fn check_height(slot: &SlotMesh, sliced: &SlicedPrint, width: f64, layer: f64) -> Result<(), BoxMismatch> {
     let height = slot.mesh.bounds().max.z;
     let top = sliced.extrusion.max.z;
-    let printable = |z: f64| section_box(&slot.mesh, z).is_some_and(|s| s.size().x.min(s.size().y) > 2.0 * width);
+    let printable = |z: f64| thinnest(&slot.mesh, z) > 2.0 * width;
     let mut expected = height;
     while expected > 0.0 && !printable(expected - layer / 2.0) {
         expected -= layer;
@@ -160,15 +160,35 @@ fn extrusion_box(layer: &Layer) -> Bounds {
 
 /// The box of the mesh's cross-section at `z`; `None` where there is none.
 fn section_box(mesh: &TriangleMesh<Slot>, z: f64) -> Option<Bounds> {
-    let mut bounds = Bounds::EMPTY;
-    for facet in 0..mesh.facets().len() {
-        let corners = mesh.corners(facet);
-        for i in 0..3 {
-            let (a, b) = (corners[i], corners[(i + 1) % 3]);
-            if (a.z > z) != (b.z > z) {
-                bounds.add(a + (b - a) * ((z - a.z) / (b.z - a.z)));
-            }
-        }
-    }
+    let bounds = Bounds::of(section(mesh, z).into_iter().flatten());
     (!bounds.is_empty()).then_some(bounds)
+}
+
+/// The least width of the mesh's cross-section at `z` across any of its edges, mm; 0 where there is none. A ridge is thin
+/// whichever way it runs, though the box around it may be wide.
+fn thinnest(mesh: &TriangleMesh<Slot>, z: f64) -> f64 {
+    let edges = section(mesh, z);
+    let across = |[a, b]: &[Vec3; 2]| {
+        let normal = Vec3::new(a.y - b.y, b.x - a.x, 0.0).try_normalize(1e-9)?;
+        let (low, high) = edges
+            .iter()
+            .flatten()
+            .map(|p| p.dot(&normal))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        Some(high - low)
+    };
+    edges.iter().filter_map(across).reduce(f64::min).unwrap_or(0.0)
+}
+
+/// Where the plane at `z` cuts the facets.
+fn section(mesh: &TriangleMesh<Slot>, z: f64) -> Vec<[Vec3; 2]> {
+    let cut = |facet: usize| {
+        let corners = mesh.corners(facet);
+        let mut ends = (0..3).filter_map(|i| {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            ((a.z > z) != (b.z > z)).then(|| a + (b - a) * ((z - a.z) / (b.z - a.z)))
+        });
+        Some([ends.next()?, ends.next()?])
+    };
+    (0..mesh.facets().len()).filter_map(cut).collect()
 }

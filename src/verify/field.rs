@@ -5,8 +5,8 @@
 
 use super::hull::Hull;
 
-/// The finest cell, mm: a little over half a line.
-const FINEST_MM: f64 = 0.25;
+/// The finest cell, mm: a little over half a line. The planner keeps room for it.
+const FINEST_MM: f64 = crate::planning::CELL_MM;
 /// Cells at most; a greater region gets greater cells.
 const MOST_CELLS: f64 = 4e6;
 /// Cells along one side of a coarser cell.

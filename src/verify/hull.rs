@@ -3,6 +3,7 @@
 //! Pieces of the head reach upward without end, as in `planning::collision`: what holds a head up is above it.
 
 use crate::geom::{Body, Bounds, Vec3};
+use crate::planning::carries_tip;
 
 /// Up to so many points the faces are found by trying every three; beyond it supporting planes in fixed directions
 /// stand for them, which makes the piece slightly bigger, never smaller.
@@ -45,7 +46,7 @@ impl Hull {
         let mut under: Vec<[f64; 3]> =
             below.map(|f| [-f.normal.x / f.normal.z, -f.normal.y / f.normal.z, f.offset / f.normal.z]).collect();
         under.push([0.0, 0.0, bounds.min.z]);
-        let tip = body.follows == [true; 3] && bounds.min.z < contact;
+        let tip = carries_tip(&body, contact);
         let outline = outline(&body.points);
         let downward =
             faces.iter().filter(|f| f.normal.z < -1e-6).map(|f| [f.normal.x, f.normal.y, f.normal.z, f.offset]);

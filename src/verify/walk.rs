@@ -16,10 +16,10 @@ use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
-use crate::planning::contact_mm;
+use crate::planning::{PIECE_MM, contact_mm};
 
 /// The shortest piece of a move by which the nozzle, mm, and the rest of the head are judged.
-const FINEST_MM: [f64; 2] = [0.1, 0.5];
+const FINEST_MM: [f64; 2] = [PIECE_MM, 0.5];
 
 /// To how much the least distance is told, mm.
 const FIGURE_MM: f64 = 0.01;

@@ -174,7 +174,7 @@ fn a_request_that_cannot_be_is_refused_with_the_settings_name() {
     let mut machine = generic();
     machine.kinematics.tilt.direction = 2;
     let said = job::load_profile(&MachineSource::from(machine), &world).unwrap_err().to_string();
-    assert_eq!(said, "profile generic-ac: kinematics.tilt.direction = 2 is out of -1..1");
+    assert_eq!(said, "profile generic-ac: kinematics.tilt.direction = 2 is out of 1 or -1");
     let mut machine = generic();
     machine.limits.z_mm = [300.0, 0.0];
     let said = job::load_profile(&MachineSource::from(machine), &world).unwrap_err().to_string();

@@ -19,6 +19,7 @@ mod orient_numpy;
 mod orient_sample;
 mod orient_size;
 mod pipeline;
+mod plan_and_prepare;
 mod planning;
 mod rust_source;
 mod sliced_files;

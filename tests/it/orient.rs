@@ -251,12 +251,12 @@ fn bad_words_are_refused_with_a_remedy() {
         (&[&cube, "--part", ""], "names no part"),
         (&[&cube, "--part", "2-1"], "names no part"),
         (&[&cube, "--part", "all"], "is no part; write 0,3,5-7"),
-        (&[&cube, "--resolution", "0"], "--resolution 0 is out of 0.01..100 mm"),
+        (&[&cube, "--resolution", "0"], "--resolution 0 mm is out of 0.01..100"),
         (&[&cube, "--contact-area-min", "500"], "no direction lays so much on the bed; the most is 400.000 mm2"),
         (&[&cube, "--view", &cube], "is also an input"),
         (&[&tree, "--landscape", "never-written.png"], "take all as one with --whole"),
         (&[&cube, "--budget", "3"], "give at least 100"),
-        (&[&cube, "--overhang", "90"], "--overhang 90 is out of 0..90 deg"),
+        (&[&cube, "--overhang", "90"], "--overhang 90 deg is out of 0..89.9"),
         (&[&tree, "-o", "never-written.stl"], "choose one with --part N"),
     ];
     for (args, wanted) in cases {

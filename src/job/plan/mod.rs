@@ -2,6 +2,8 @@
 
 mod options;
 
+use std::collections::BTreeMap;
+
 use super::{
     CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World, load_model, load_profile,
 };
@@ -76,10 +78,32 @@ pub struct NoPlan {
     base: Placement,
 }
 
+/// One thing that stands in a part's way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hindrance<'a> {
+    /// The part.
+    pub part: usize,
+    /// Of how many orientations.
+    pub orientations: usize,
+    /// The nearest miss.
+    pub nearest: &'a Reason,
+}
+
 impl NoPlan {
     /// The reasons, and whether none of them can be left out.
     pub fn reasons(&self) -> (&[Reason], bool) {
         if let Infeasible::NoPlan { reasons, least, .. } = &self.infeasible { (reasons, *least) } else { (&[], false) }
+    }
+
+    /// The reasons by part and by what stands in the way, those of a part beside each other.
+    pub fn hindrances(&self) -> Vec<Hindrance<'_>> {
+        let mut by: BTreeMap<(usize, &str), Hindrance<'_>> = BTreeMap::new();
+        for reason in self.reasons().0 {
+            // The ways with the least against them come first.
+            let new = || Hindrance { part: reason.part, orientations: 0, nearest: reason };
+            by.entry((reason.part, &reason.blocked_by)).or_insert_with(new).orientations += 1;
+        }
+        by.into_values().collect()
     }
 
     /// The reasons as one picture (SVG); `None` where there are none that can be drawn.
@@ -160,7 +184,7 @@ fn checked(
 }
 
 /// Kinds of remedies that are tried.
-const KINDS: usize = 8;
+const KINDS: usize = 9;
 
 fn remedies(
     no: &Infeasible,

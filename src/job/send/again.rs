@@ -4,14 +4,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::operator::{Operator, Sending};
-use super::stream::{Place, Stream};
+use super::stream::{Connection, Stream};
 use super::{SendRequest, Wire, begin, ended, place, program, start};
+use crate::gcode::ParsedLine;
 use crate::job::world::{JournalFile, read_journal};
 use crate::job::{Error, World, printer};
 use crate::link::serial::Port;
 use crate::link::{Outcome, Program, Protocol, Record, Reentry, Sender, Settings, Standing, Stop};
+use crate::motion::replay::{Controller, Step};
 use crate::planning::sha256_hex;
-use crate::verify::{Job as Proof, Rule, verify};
+use crate::profile::Profile;
+use crate::verify::{Finding, Job as Proof, Rule, verify};
 
 /// A journal's end that had not reached the disk when the host lost its power is shorter than this.
 const UNWRITTEN_S: f64 = 10.0;
@@ -71,7 +74,7 @@ pub fn resume(
 fn by_counter(
     program: &Program,
     proven: i64,
-    (sender, port, place): (Sender, Port, Place),
+    (sender, port, place): (Sender, Port, Connection),
     wire: &Wire<'_>,
     (world, operator): (&World<'_>, &dyn Operator),
 ) -> Result<Option<Outcome>, Error> {
@@ -145,35 +148,83 @@ fn printed_at_most(program: &Program, settings: &Settings, standing: &Standing, 
 /// The way down to the part and what is printed again there, replayed behind everything up to block `printed`.
 fn prove_way(request: &SendRequest<'_>, program: &Program, entry: &Reentry, printed: u32) -> Result<(), Error> {
     let Some(plan) = request.plan else { return Ok(()) };
-    let last = program.file_line(printed);
-    let text = way_text(request.program.program(), last, entry);
+    let way = Way::of(request.program.program(), program.file_line(printed), entry, &request.machine.profile);
     let workpiece = plan.workpiece();
-    let report = verify(&text, &Proof { profile: &request.machine.profile, plan: &plan.plan, workpiece: &workpiece });
-    let hits =
-        |r: Rule| matches!(r, Rule::HeadCollision | Rule::TurnCollision | Rule::AxisLimit | Rule::UnknownPosition);
-    match report.findings.iter().find(|f| f.line > last && hits(f.rule)) {
+    let job = Proof { profile: &request.machine.profile, plan: &plan.plan, workpiece: &workpiece };
+    match verify(&way.text, &job).findings.iter().find(|finding| way.counts(finding)) {
         Some(f) => Err(Error::Printer(format!("the way back to the part is not clear: {}", f.text))),
         None => Ok(()),
     }
 }
 
-/// Lines up to `last`, our own way back, and the lines between once more: they go where material may stand already.
-fn way_text(file: &[u8], last: u32, entry: &Reentry) -> Vec<u8> {
-    let mut text = Vec::with_capacity(file.len());
-    let mut again = Vec::new();
-    for line in crate::gcode::lines(file).take_while(|l| l.number <= last) {
-        let repeated = line.number >= entry.file_line;
-        for part in std::iter::once(&mut text).chain(repeated.then_some(&mut again)) {
-            part.extend_from_slice(line.bytes);
-            part.push(b'\n');
+/// What was printed, and the way back, as one program; lines are numbered from 1.
+struct Way {
+    text: Vec<u8>,
+    /// The last line of what was printed.
+    printed: u32,
+    /// The line of homing behind which the table's pose is known, or the last of homing; the first move at least, with which the
+    /// replay sees the table's pose lost.
+    posed: u32,
+    /// The last line of our own.
+    own: u32,
+}
+
+impl Way {
+    /// Lines up to `last`, the loss of every position, homing as it is written, our own moves, and the lines between once
+    /// more: they go where material may stand already.
+    fn of(file: &[u8], last: u32, entry: &Reentry, profile: &Profile) -> Self {
+        let mut way = Self { text: Vec::with_capacity(file.len()), printed: 0, posed: 0, own: 0 };
+        let mut again = Vec::new();
+        for line in crate::gcode::lines(file).take_while(|l| l.number <= last) {
+            way.push(line.bytes);
+            if line.number >= entry.file_line {
+                again.push(line.bytes);
+            }
+        }
+        way.printed = way.own;
+        // Motors that were off or a board that was reset: nobody knows where anything is, the table's angles included.
+        way.push(b"M84");
+        let mut controller = Controller::new(profile.reading());
+        let mut read = ParsedLine::default();
+        let mut moved = false;
+        let moves = |l: &str| ["G1", "G90", "G91", "G93", "G94"].iter().any(|g| l.starts_with(g));
+        for (index, line) in entry.lines.iter().enumerate() {
+            let homes = entry.home.contains(&index);
+            // What is pulled and primed is none of the file's filament.
+            if !homes && (!moves(line) || line.contains('E')) {
+                continue;
+            }
+            way.push(line.as_bytes());
+            let unknown = controller.at.pose().is_none();
+            // A line that is not understood leaves the pose unknown.
+            let step = read.read(line.as_bytes()).ok().and_then(|()| controller.step(&read).ok());
+            let first = !moved && matches!(step, Some(Step::Move(_)));
+            moved |= first;
+            way.posed = if first || (homes && unknown) { way.own } else { way.posed };
+        }
+        let own = way.own;
+        again.into_iter().for_each(|line| way.push(line));
+        Self { own, ..way }
+    }
+
+    fn push(&mut self, line: &[u8]) {
+        self.text.extend_from_slice(line);
+        self.text.push(b'\n');
+        self.own += 1;
+    }
+
+    /// Whether a finding stands against the way back. That homing itself touches nothing is the profile's word, as long as nobody
+    /// knows where the table is; coming from home, X and Y may be anywhere, and are judged as that.
+    fn counts(&self, finding: &Finding) -> bool {
+        match finding.rule {
+            _ if finding.line <= self.printed => false,
+            Rule::HeadCollision | Rule::AxisLimit => true,
+            Rule::TurnCollision => finding.line > self.posed,
+            Rule::UnknownPosition => finding.line > self.own,
+            _ => false,
         }
     }
-    let moves = |l: &&String| ["G1", "G90", "G91", "G93", "G94"].iter().any(|g| l.starts_with(g));
-    // What is pulled and primed is none of the file's filament.
-    for line in entry.lines.iter().filter(moves).filter(|l| !l.contains('E')) {
-        text.extend_from_slice(line.as_bytes());
-        text.push(b'\n');
-    }
-    text.extend_from_slice(&again);
-    text
 }
+
+#[cfg(test)]
+mod tests;

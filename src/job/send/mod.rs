@@ -18,7 +18,7 @@ use crate::profile::check_number;
 pub use again::resume;
 pub use operator::{Answer, At, Figures, Operator, Sending, Unattended};
 pub use rehearsal::{Rehearsal, rehearse};
-use stream::{Place, Stream};
+use stream::{Connection, Stream};
 
 /// A program on its way to a printer.
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +84,7 @@ pub fn send(
 fn begin(
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
-    (program, port, place): (Arc<Program>, Port, Place),
+    (program, port, place): (Arc<Program>, Port, Connection),
     (world, operator): (&World<'_>, &dyn Operator),
 ) -> Result<(), Error> {
     let settings = printer::settings(&request.machine.profile)?;
@@ -140,13 +140,13 @@ fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>,
     Ok(Arc::new(program))
 }
 
-fn place(request: &SendRequest<'_>, wire: &Wire<'_>, world: &World<'_>) -> Place {
+fn place(request: &SendRequest<'_>, wire: &Wire<'_>, world: &World<'_>) -> Connection {
     let options = request.options;
     let identity = match wire.address {
         Address::Device(path) => world.ports.identity(path, &options.devices),
         Address::Tcp(_) => None,
     };
-    Place {
+    Connection {
         baud: options.baud.unwrap_or(request.machine.profile.link.baud),
         identity,
         devices: options.devices.clone(),
@@ -155,7 +155,7 @@ fn place(request: &SendRequest<'_>, wire: &Wire<'_>, world: &World<'_>) -> Place
     }
 }
 
-fn header(request: &SendRequest<'_>, place: &Place, world: &World<'_>) -> Header {
+fn header(request: &SendRequest<'_>, place: &Connection, world: &World<'_>) -> Header {
     let program = request.program.program();
     Header {
         sha256: sha256_hex(program),

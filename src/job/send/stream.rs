@@ -16,7 +16,7 @@ const REOPEN_EVERY: Duration = Duration::from_millis(500);
 const LAST_BYTES: Duration = Duration::from_secs(2);
 
 /// Where the printer is, and how it is found again.
-pub(super) struct Place {
+pub(super) struct Connection {
     pub(super) address: Address,
     pub(super) baud: u32,
     pub(super) identity: Option<String>,
@@ -27,7 +27,7 @@ pub(super) struct Place {
 pub(super) struct Stream<'a> {
     sender: Sender,
     port: Option<Port>,
-    place: Place,
+    place: Connection,
     journal: JournalFile,
     world: &'a World<'a>,
     operator: &'a dyn Operator,
@@ -50,7 +50,7 @@ impl<'a> Stream<'a> {
     pub(super) fn new(
         sender: Sender,
         port: Port,
-        place: Place,
+        place: Connection,
         journal: JournalFile,
         (world, operator): (&'a World<'a>, &'a dyn Operator),
     ) -> Self {

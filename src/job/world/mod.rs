@@ -1,6 +1,7 @@
 //! What a job touches beyond its own values, as traits, and the real thing: this computer.
 
 mod disk;
+pub(crate) mod interrupts;
 mod journal;
 mod outputs;
 mod slicers;

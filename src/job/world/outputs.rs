@@ -18,15 +18,15 @@ type Hold = fn() -> Box<dyn Any>;
 
 /// All that one call reads and writes.
 pub struct Outputs {
-    inputs: Vec<Place>,
-    claimed: Vec<Place>,
+    inputs: Vec<Spot>,
+    claimed: Vec<Spot>,
     hold: Hold,
 }
 
 impl Outputs {
     /// Of a call that reads `inputs`.
     pub fn new<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Self {
-        Self { inputs: inputs.into_iter().map(Place::of).collect(), claimed: Vec::new(), hold: || Box::new(()) }
+        Self { inputs: inputs.into_iter().map(Spot::of).collect(), claimed: Vec::new(), hold: || Box::new(()) }
     }
 
     /// While a file is put in its place, what `hold` gives is held: a program that ends when it is interrupted waits for that.
@@ -41,7 +41,7 @@ impl Outputs {
     ///
     /// [`Error::Twice`] where it is an output already.
     pub fn reads(&mut self, path: &Path) -> Result<(), Error> {
-        let place = Place::of(path);
+        let place = Spot::of(path);
         if let Some(output) = self.claimed.iter().find(|claimed| claimed.is(&place)) {
             return Err(also(&output.shown, "an input"));
         }
@@ -55,7 +55,7 @@ impl Outputs {
     ///
     /// [`Error::NoOutput`], [`Error::Twice`], [`Error::NoFolder`], [`Error::Protected`] and [`Error::Write`].
     pub fn claim(&mut self, path: &Path) -> Result<Output, Error> {
-        let place = Place::of(path);
+        let place = Spot::of(path);
         for (others, what) in [(&self.inputs, "an input"), (&self.claimed, "another output")] {
             if others.iter().any(|other| other.is(&place)) {
                 return Err(also(path, what));
@@ -66,6 +66,15 @@ impl Outputs {
         self.claimed.push(place);
         Ok(output)
     }
+
+    /// Makes the folder that outputs go to, if it is not there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Write`].
+    pub fn folder(&self, path: &Path) -> Result<(), Error> {
+        std::fs::create_dir_all(path).map_err(|source| Error::Write { path: path.to_owned(), source })
+    }
 }
 
 fn also(path: &Path, what: &'static str) -> Error {
@@ -73,14 +82,14 @@ fn also(path: &Path, what: &'static str) -> Error {
 }
 
 /// A name, and what it stands for.
-struct Place {
+struct Spot {
     shown: PathBuf,
     /// Behind all links, also where there is no file yet.
     target: PathBuf,
     identity: Option<(u64, u64)>,
 }
 
-impl Place {
+impl Spot {
     fn of(path: &Path) -> Self {
         let identity = std::fs::metadata(path).ok().as_ref().and_then(identity);
         Self { shown: path.to_owned(), target: resolved(path), identity }

@@ -9,13 +9,13 @@ use crate::geom::{Bounds, Vec3};
 /// Facets in a tree of boxes.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
-    nodes: Vec<Node>,
+    nodes: Vec<SightBox>,
     /// A corner, two sides and the number of each facet, in the tree's order.
     facets: Vec<(Vec3, Vec3, Vec3, u32)>,
 }
 
 #[derive(Clone, Debug)]
-struct Node {
+struct SightBox {
     low: Vec3,
     high: Vec3,
     from: u32,
@@ -43,7 +43,7 @@ impl Tree {
         let corners = self.facets[from..to].iter().flat_map(|(a, u, v, _)| [*a, a + u, a + v]);
         let bounds = Bounds::of(corners);
         let index = self.nodes.len();
-        self.nodes.push(Node { low: bounds.min, high: bounds.max, from: from as u32, to: to as u32, second: None });
+        self.nodes.push(SightBox { low: bounds.min, high: bounds.max, from: from as u32, to: to as u32, second: None });
         if to - from > LEAF {
             let axis = bounds.size().imax();
             let middle = (to - from) / 2;
@@ -132,7 +132,7 @@ impl Tree {
 }
 
 /// Whether the line runs through the node's box before `until`; touching counts.
-fn meets(node: &Node, from: &Vec3, inverse: &Vec3, until: f64) -> bool {
+fn meets(node: &SightBox, from: &Vec3, inverse: &Vec3, until: f64) -> bool {
     let (mut enter, mut leave) = (0.0f64, until);
     for k in 0..3 {
         let (a, b) = ((node.low[k] - from[k]) * inverse[k], (node.high[k] - from[k]) * inverse[k]);

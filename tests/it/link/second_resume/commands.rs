@@ -28,7 +28,7 @@ fn from_homing(log: &Path) -> Vec<String> {
 #[track_caller]
 fn assert_whole_way(file: &Path, log: &Path) {
     let (all, done) = (wanted(file), from_homing(log));
-    let way: Vec<&str> = ["G28", "G90", "G1Z320F", "M109S200", "G90", "G1A0F", "G1C0F", "G1X", "G1Z"].to_vec();
+    let way: Vec<&str> = ["G28", "G90", "G1Z320F", "M109S200", "G90", "G1C0F", "G1A0F", "G1X", "G1Z"].to_vec();
     for (line, want) in done.iter().zip(&way) {
         assert!(line.starts_with(want), "{want}: {:?}", &done[..20.min(done.len())]);
     }

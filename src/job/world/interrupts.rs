@@ -3,16 +3,17 @@
 //! A process has one handler, so that what it does stands in one place for all: until somebody says otherwise the program
 //! ends there and then, but never while a file is being put in its place.
 
+use std::io::Write;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::progress;
+use crate::link::serial::Twin;
 use crate::slicing::Interrupt;
 
 /// The exit code, as shells give it to what ends by Ctrl-C.
-pub(super) const EXIT_CODE: u8 = 130;
+pub(crate) const EXIT_CODE: u8 = 130;
 
 /// Slicers are stopped and their files cleared within this; then the program ends without.
 const GRACE: Duration = Duration::from_secs(5);
@@ -27,7 +28,7 @@ static ACTION: Mutex<Option<Action>> = Mutex::new(None);
 static HELD: AtomicUsize = AtomicUsize::new(0);
 
 /// From now on an interrupt does `action` and nothing else.
-pub(super) fn on_interrupt(action: impl Fn() + Send + Sync + 'static) {
+pub(crate) fn on_interrupt(action: impl Fn() + Send + Sync + 'static) {
     *ACTION.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(action));
     // A second call changes nothing.
     let _ = ctrlc::set_handler(interrupted);
@@ -43,7 +44,8 @@ fn interrupted() {
 
 fn end() -> ! {
     wait_while(|| HELD.load(Ordering::SeqCst) > 0);
-    progress::error("interrupted");
+    // Nobody is left who could be told otherwise.
+    let _ = writeln!(std::io::stderr(), "error: interrupted");
     std::process::exit(i32::from(EXIT_CODE))
 }
 
@@ -55,7 +57,7 @@ fn wait_while(busy: impl Fn() -> bool) {
 }
 
 /// From now on an interrupt stops the slicers that are given the result, clears `scratch`, and ends the program.
-pub(super) fn stop_slicers(scratch: &Path) -> Interrupt {
+pub(crate) fn stop_slicers(scratch: &Path) -> Interrupt {
     let interrupt = Interrupt::default();
     let (asked, scratch) = (interrupt.clone(), scratch.to_owned());
     if outlives_its_terminal() {
@@ -83,9 +85,9 @@ fn outlives_its_terminal() -> bool {
 }
 
 /// A file is being put in its place: an interrupt waits until this is dropped.
-pub(super) struct Held(());
+pub(crate) struct Held(());
 
-pub(super) fn held() -> Held {
+pub(crate) fn held() -> Held {
     HELD.fetch_add(1, Ordering::SeqCst);
     if !outlives_its_terminal() {
         let _ = ctrlc::set_handler(interrupted);
@@ -97,4 +99,42 @@ impl Drop for Held {
     fn drop(&mut self) {
         HELD.fetch_sub(1, Ordering::SeqCst);
     }
+}
+
+/// Interrupts so far: once is a safe pause, twice an emergency stop.
+static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
+
+/// What the second interrupt writes by itself, were the print's own thread held up by a disk or by a screen that takes nothing.
+static LAST_WORDS: Mutex<Option<(Twin, &'static [u8])>> = Mutex::new(None);
+
+/// More than the print's own thread naps, and soon enough.
+const HEAD_START: Duration = Duration::from_millis(300);
+
+/// From now on an interrupt is counted, and from the second on the last words are written.
+pub(crate) fn count() {
+    on_interrupt(|| {
+        if INTERRUPTS.fetch_add(1, Ordering::Relaxed) == 0 {
+            return;
+        }
+        // The print's own thread stops in better order, if it still can.
+        std::thread::sleep(HEAD_START);
+        if let Some((port, words)) = LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
+            port.write(words);
+        }
+    });
+}
+
+/// How many there were.
+pub(crate) fn counted() -> u32 {
+    INTERRUPTS.load(Ordering::Relaxed)
+}
+
+/// None were.
+pub(crate) fn forget() {
+    INTERRUPTS.store(0, Ordering::Relaxed);
+}
+
+/// What is written from the second one on, and where.
+pub(crate) fn last_words(words: Option<(Twin, &'static [u8])>) {
+    *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }

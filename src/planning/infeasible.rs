@@ -1,0 +1,70 @@
+//! Why there is no plan.
+
+use crate::motion::Pose;
+
+/// Why one part at one orientation cannot be printed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reason {
+    /// The part.
+    pub part: usize,
+    /// The build direction, table frame.
+    pub up: [f64; 3],
+    /// A part's number, `"table"`, `"limits"` (an axis or its reach), `"frame"` or `"support"`.
+    pub blocked_by: String,
+    /// How deep the head would reach in, mm.
+    pub depth_mm: f64,
+    /// In words.
+    pub text: String,
+    /// The pose it is about.
+    pub pose: Pose,
+    /// Where the tip is when the head strikes, table frame; for the picture. `None` where nothing strikes, or where no
+    /// place was met among those that were looked at.
+    pub tip: Option<[f64; 3]>,
+}
+
+/// No sequence was found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Infeasible {
+    /// More parts than the search takes on.
+    #[error(
+        "{parts} parts are too many; this version plans up to {}; join parts that can be printed as one",
+        MOST_PARTS
+    )]
+    TooManyParts {
+        /// How many.
+        parts: usize,
+    },
+    /// Parts that hang together with nothing.
+    #[error("part {part} ({name}) touches neither the table nor another part that does; move it, or join the parts")]
+    Floating {
+        /// The first of them.
+        part: usize,
+        /// Its name.
+        name: String,
+    },
+    /// No place on the table lets every part within the machine's axes.
+    #[error("{summary}")]
+    NoPlace {
+        /// One sentence.
+        summary: String,
+    },
+    /// A part has no orientation, or no order works.
+    #[error("{summary}")]
+    NoPlan {
+        /// One sentence.
+        summary: String,
+        /// A set of reasons none of which can be left out: without any one of them there would be a plan.
+        reasons: Vec<Reason>,
+        /// Whether that was proved; otherwise the set may hold more than it need.
+        least: bool,
+    },
+    /// The search's budget ran out.
+    #[error("no sequence found within {steps} steps; raise --budget, or give fewer parts")]
+    Budget {
+        /// Steps taken.
+        steps: u64,
+    },
+}
+
+/// More parts than this are refused at once.
+pub const MOST_PARTS: usize = 400;

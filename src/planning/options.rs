@@ -1,0 +1,65 @@
+//! What to plan for.
+
+use super::goal::Goal;
+use crate::geom::Angle;
+use crate::orient::{Objective, Search};
+
+/// What to plan for.
+#[derive(Clone)]
+pub struct Options<'a> {
+    /// What the plan minimises.
+    pub goal: &'a Goal,
+    /// What the search for orientations minimises; decides where the goal does not look at orientations.
+    pub objective: &'a dyn Objective,
+    /// Overhangs up to this angle from the vertical need no support.
+    pub overhang: Angle,
+    /// Room the head must keep from parts it does not print on, mm.
+    pub margin_mm: f64,
+    /// Which sequences come first.
+    pub priority: Priority,
+    /// Whether everything on the table belongs to the first slot.
+    pub table_first: bool,
+    /// The search for orientations.
+    pub search: &'a dyn Search,
+    /// Most steps of the sequence search: candidates looked at.
+    pub budget: u64,
+    /// How many distinct plans are wanted.
+    pub plans: usize,
+    /// The table's surface lies this much lower than the model's foot: the height of a pedestal, mm.
+    pub pedestal_mm: f64,
+    /// Parts that may overhang: something else carries them.
+    pub supported: Vec<usize>,
+    /// Whether a failure is explained; the search for remedies only asks yes or no.
+    pub explain: bool,
+}
+
+impl<'a> Options<'a> {
+    /// What `trunnion plan` asks for without flags.
+    pub fn new(goal: &'a Goal, objective: &'a dyn Objective, search: &'a dyn Search) -> Self {
+        Self {
+            goal,
+            objective,
+            overhang: Angle::from_deg(45.0),
+            margin_mm: 0.5,
+            priority: Priority::Together,
+            table_first: true,
+            search,
+            budget: 20_000_000,
+            plans: 1,
+            pedestal_mm: 0.0,
+            supported: Vec::new(),
+            explain: true,
+        }
+    }
+}
+
+/// Which sequences come first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Priority {
+    /// As many parts in a slot as can be (line 18 before 19).
+    Together,
+    /// One part after the other where possible (lines 18 and 19 swapped).
+    Single,
+    /// Never two parts in a slot (without line 18).
+    OnlySingle,
+}

@@ -1,0 +1,314 @@
+//! What the plan says yes to, the rest of the job must keep: random objects are planned, sliced, rewritten and replayed.
+//!
+//! A refusal with its reasons is an answer; a plan whose file is then rejected, or cannot be made, is a broken promise. Each
+//! object is made from its seed alone. `TRUNNION_SEEDS=FROM..TO` looks at other seeds than the few that every run affords, and
+//! `TRUNNION_KEEP=FOLDER` leaves the objects that broke the promise there, with their machines.
+
+use std::path::Path;
+
+use trunnion::fixtures::{NamedMesh, prism, solid_box};
+use trunnion::geom::{Mat3, Object, Rigid, Vec3};
+use trunnion::job::{Error, MachineSource, PrepareRequest, PrepareResult, Silent, Source, World, prepare};
+use trunnion::mesh::{TriangleMesh, stl_binary_parts};
+use trunnion::planning::Infeasible;
+use trunnion::profile::SHIPPED;
+use trunnion::slicing::SlicerChoice;
+
+use crate::support::{Numbers, installed, note, skip};
+
+/// An object and the machine for it.
+struct Case {
+    seed: u64,
+    parts: Vec<NamedMesh>,
+    machine: String,
+}
+
+/// What became of a case.
+enum Outcome {
+    Kept(Box<PrepareResult>),
+    Refused(Error),
+    Broken(Error),
+}
+
+fn whole(numbers: &mut Numbers, most: usize) -> usize {
+    (numbers.between(0.0, most as f64) as usize).min(most - 1)
+}
+
+/// Hundredths, so that heights are those of people and not of a layer.
+fn hundredths(numbers: &mut Numbers, low: f64, high: f64) -> f64 {
+    (numbers.between(low, high) * 100.0).round() / 100.0
+}
+
+/// A box, a prism of up to 24 sides, or a box with one edge cut off, from `low` to `high`, about the axis.
+fn upright(numbers: &mut Numbers, half: f64, [low, high]: [f64; 2]) -> TriangleMesh<Object> {
+    match whole(numbers, 4) {
+        0 | 1 => {
+            let depth = half * numbers.between(0.7, 1.0);
+            solid_box(Vec3::new(-half, -depth, low), Vec3::new(half, depth, high))
+        }
+        2 => column(half, [low, high], 3 + whole(numbers, 22)),
+        _ => {
+            let cut = half * numbers.between(0.1, 0.5);
+            let outline = [[-half, low], [half, low], [half, high - cut.min((high - low) / 2.0)], [half - cut, high]];
+            prism(&[&outline[..], &[[-half, high]]].concat(), [-half, half])
+        }
+    }
+}
+
+fn about_z(deg: f64) -> Mat3 {
+    let (sin, cos) = deg.to_radians().sin_cos();
+    Mat3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
+}
+
+/// A regular prism about the axis.
+fn column(radius: f64, [low, high]: [f64; 2], sides: usize) -> TriangleMesh<Object> {
+    let at = |k: usize, z: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * k as f64 / sides as f64).sin_cos();
+        Vec3::new(radius * cos, radius * sin, z)
+    };
+    let vertices = (0..sides).map(|k| at(k, low)).chain((0..sides).map(|k| at(k, high))).collect();
+    let n = sides as u32;
+    let mut facets = Vec::new();
+    for k in 0..n {
+        let next = (k + 1) % n;
+        facets.extend([[k, next, n + next], [k, n + next, n + k]]);
+    }
+    facets.extend((1..n - 1).flat_map(|k| [[0, k + 1, k], [n, n + k, n + k + 1]]));
+    TriangleMesh::new(vertices, facets)
+}
+
+/// Two or three pieces on each other, each a little narrower; joints at hundredths of a millimetre.
+fn stack(numbers: &mut Numbers) -> Vec<TriangleMesh<Object>> {
+    let (mut z, mut half) = (0.0, hundredths(numbers, 5.0, 16.0));
+    let count = 1 + whole(numbers, 3);
+    let mut parts = Vec::new();
+    for _ in 0..count {
+        let top = z + hundredths(numbers, 2.0, 14.0);
+        parts.push(solid_box(Vec3::new(-half, -half, z), Vec3::new(half, half, top)));
+        (z, half) = (top, half * numbers.between(0.5, 1.0));
+    }
+    if whole(numbers, 2) == 0 {
+        let top = z + hundredths(numbers, 3.0, 12.0);
+        parts.push(upright(numbers, half * 0.9, [z, top]));
+    }
+    parts
+}
+
+/// A post with an arm out of one or both sides, and perhaps an upright on the arm.
+fn arms(numbers: &mut Numbers) -> Vec<TriangleMesh<Object>> {
+    let (half, height) = (hundredths(numbers, 4.0, 10.0), hundredths(numbers, 12.0, 50.0));
+    let mut parts = vec![solid_box(Vec3::new(-half, -half, 0.0), Vec3::new(half, half, height))];
+    for side in [1.0, -1.0].into_iter().take(1 + whole(numbers, 2)) {
+        let thick = hundredths(numbers, 3.0, 10.0).min(height - 2.0);
+        let low = hundredths(numbers, 1.0, height - thick);
+        let (reach, depth) = (half + hundredths(numbers, 4.0, 30.0), half * numbers.between(0.5, 1.0));
+        let ends = [side * half, side * reach];
+        let (x0, x1) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        parts.push(solid_box(Vec3::new(x0, -depth, low), Vec3::new(x1, depth, low + thick)));
+        if reach - half > 10.0 && whole(numbers, 3) == 0 {
+            let top = low + thick + hundredths(numbers, 2.0, 20.0);
+            let (middle, wide) = (side * (reach - 4.0), 3.0);
+            let (low, high) = (low + thick, top);
+            parts.push(solid_box(Vec3::new(middle - wide, -wide, low), Vec3::new(middle + wide, wide, high)));
+        }
+    }
+    parts
+}
+
+/// A trunk whose head is one slope or a roof of two, and a branch straight out of each.
+fn branches(numbers: &mut Numbers) -> Vec<TriangleMesh<Object>> {
+    let (half, low) = (hundredths(numbers, 4.0, 12.0), hundredths(numbers, 5.0, 40.0));
+    let slope = numbers.between(15.0, 75.0).to_radians();
+    let depth = half * numbers.between(0.6, 1.0);
+    let length = hundredths(numbers, 4.0, 35.0);
+    let two = whole(numbers, 2) == 0;
+    let ridge = if two { 0.0 } else { -half };
+    let top = low + (half - ridge) * slope.tan();
+    let mut outline = vec![[-half, 0.0], [half, 0.0], [half, low], [ridge, top]];
+    if two {
+        outline.push([-half, low]);
+    }
+    let out = [length * slope.sin(), length * slope.cos()];
+    let right = [[half, low], [half + out[0], low + out[1]], [ridge + out[0], top + out[1]], [ridge, top]];
+    let mut parts = vec![prism(&outline, [-depth, depth]), prism(&right, [-depth, depth])];
+    if two {
+        let mut left = right.map(|[x, z]| [-x, z]);
+        left.reverse();
+        parts.push(prism(&left, [-depth, depth]));
+    }
+    parts
+}
+
+impl Case {
+    fn of(seed: u64) -> Self {
+        let mut numbers = Numbers::seeded(seed);
+        let (name, ..) = SHIPPED[whole(&mut numbers, SHIPPED.len())];
+        let layer = hundredths(&mut numbers, 0.1, 0.3);
+        let mut parts: Vec<TriangleMesh<Object>> = Vec::new();
+        let groups = 1 + whole(&mut numbers, 3) / 2 + whole(&mut numbers, 4) / 3;
+        // A third of all objects stand on a plate of their own.
+        let floor = if whole(&mut numbers, 3) == 0 { hundredths(&mut numbers, 1.0, 6.0) } else { 0.0 };
+        let mut x = 0.0;
+        for _ in 0..groups {
+            let group = match whole(&mut numbers, 3) {
+                0 => stack(&mut numbers),
+                1 => arms(&mut numbers),
+                _ => branches(&mut numbers),
+            };
+            let turn = [0.0, 0.0, 90.0, 180.0, 270.0, numbers.between(0.0, 360.0)][whole(&mut numbers, 6)];
+            let turned: Rigid<Object, Object> = Rigid::new(about_z(turn), Vec3::zeros());
+            let group: Vec<_> = group.iter().map(|mesh| mesh.moved(&turned)).collect();
+            let low = group.iter().map(|mesh| mesh.bounds().min.x).fold(f64::INFINITY, f64::min);
+            let high = group.iter().map(|mesh| mesh.bounds().max.x).fold(f64::NEG_INFINITY, f64::max);
+            let shift = Rigid::shift(Vec3::new(x - low, numbers.between(-6.0, 6.0), floor));
+            parts.extend(group.iter().map(|mesh| mesh.moved(&shift)));
+            x += high - low + [numbers.between(0.3, 3.0), numbers.between(3.0, 25.0)][whole(&mut numbers, 2)];
+        }
+        if floor > 0.0 {
+            let feet = parts.iter().map(TriangleMesh::bounds).reduce(|a, b| a.union(&b)).unwrap();
+            let (low, high) = (feet.min.add_scalar(-1.5), feet.max.add_scalar(1.5));
+            parts.insert(0, solid_box(Vec3::new(low.x, low.y, 0.0), Vec3::new(high.x, high.y, floor)));
+        }
+        let machine = format!("extends = \"{name}\"\n[process]\nlayer_height_mm = {layer}\n");
+        let parts = parts.into_iter().enumerate().map(|(i, mesh)| (format!("part {i}"), mesh)).collect();
+        Self { seed, parts, machine }
+    }
+
+    fn stl(&self) -> Vec<u8> {
+        stl_binary_parts(&self.parts.iter().map(|(_, mesh)| mesh).collect::<Vec<_>>())
+    }
+
+    fn prepared(&self, slicer: SlicerChoice) -> Outcome {
+        let bytes = |name: &str, bytes: Vec<u8>| Source::Bytes { name: name.to_owned(), bytes };
+        let machine = MachineSource::Toml(bytes("machine.toml", self.machine.clone().into_bytes()));
+        let mut request = PrepareRequest::new(bytes("object.stl", self.stl()), machine);
+        request.slicing.slicer = slicer;
+        // What would help is another promise, and takes a hundred times as long.
+        request.plan.remedies = false;
+        match prepare(&request, &World::here(&Silent)) {
+            Ok(done) => Outcome::Kept(Box::new(done)),
+            Err(error @ (Error::NoPlan(_) | Error::Misplaced(_) | Error::Infeasible(_))) => Outcome::Refused(error),
+            Err(error) => Outcome::Broken(error),
+        }
+    }
+
+    /// For a look by hand.
+    fn keep(&self, folder: &Path) {
+        std::fs::write(folder.join(format!("{}.stl", self.seed)), self.stl()).unwrap();
+        std::fs::write(folder.join(format!("{}.toml", self.seed)), &self.machine).unwrap();
+    }
+}
+
+/// The first finding of each rule, or the error.
+fn told(error: &Error) -> String {
+    let Error::Rejected(rejected) = error else { return error.to_string() };
+    let counts = rejected.report.counts.iter().map(|(rule, count)| {
+        let first = rejected.report.findings.iter().find(|f| f.rule == *rule);
+        first.map_or_else(String::new, |f| format!("{count} x {rule}: line {}: {}", f.line, f.text))
+    });
+    counts.collect::<Vec<_>>().join("; ")
+}
+
+/// Whether a refusal says why.
+fn says_why(error: &Error) -> bool {
+    match error {
+        Error::NoPlan(no) => match &no.infeasible {
+            Infeasible::NoPlan { summary, reasons, .. } => !summary.is_empty() && !reasons.is_empty(),
+            other => !other.to_string().is_empty(),
+        },
+        other => !other.to_string().is_empty(),
+    }
+}
+
+/// The seeds that were asked for, or the usual ones.
+fn seeds(usual: std::ops::Range<u64>) -> std::ops::Range<u64> {
+    let Ok(asked) = std::env::var("TRUNNION_SEEDS") else { return usual };
+    let (from, to) = asked.split_once("..").expect("TRUNNION_SEEDS=FROM..TO");
+    from.parse().unwrap()..to.parse().unwrap()
+}
+
+/// Every seed through `slicer`; how many were kept and refused. Fails with all that broke the promise.
+fn through(slicer: &SlicerChoice, seeds: std::ops::Range<u64>) -> [usize; 2] {
+    let keep = std::env::var_os("TRUNNION_KEEP");
+    let (mut kept, mut refused, mut broken) = (0, 0, Vec::new());
+    for seed in seeds {
+        let case = Case::of(seed);
+        match case.prepared(slicer.clone()) {
+            Outcome::Kept(done) => {
+                let report = done.gcode.report().expect("a replay");
+                assert!(report.is_clean() && report.slots > 0, "seed {seed}");
+                kept += 1;
+            }
+            Outcome::Refused(error) => {
+                assert!(says_why(&error), "seed {seed}: refused without a reason: {error}");
+                if keep.is_some() {
+                    note(&format!("seed {seed} is refused: {error}"));
+                }
+                refused += 1;
+            }
+            Outcome::Broken(error) => {
+                let machine = case.machine.lines().next().unwrap_or_default();
+                broken.push(format!("seed {seed} ({machine}, {} parts): {}", case.parts.len(), told(&error)));
+                if let Some(folder) = &keep {
+                    note(broken.last().unwrap());
+                    case.keep(Path::new(folder));
+                }
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{} of {} broken:\n{}", broken.len(), kept + refused + broken.len(), broken.join("\n"));
+    note(&format!("{slicer:?}: {kept} kept, {refused} refused"));
+    [kept, refused]
+}
+
+#[test]
+fn what_is_planned_is_kept_with_the_builtin_slicer() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, seeds(0..24));
+    assert!(kept > 0 && refused > 0, "{kept} kept, {refused} refused: the objects say nothing");
+}
+
+#[test]
+fn what_is_planned_is_kept_with_ordinary_slicers() {
+    for (program, choice) in [("prusa-slicer", SlicerChoice::PrusaSlicer), ("slic3r", SlicerChoice::Slic3r)] {
+        if installed(program) {
+            through(&choice, seeds(0..6));
+        } else {
+            skip(&format!("{program} is not installed"));
+        }
+    }
+}
+
+/// A post of this height with a beam out of its side, on the generic machine with these keys changed.
+fn post_and_beam(height: f64, keys: &str) -> Outcome {
+    let post = solid_box(Vec3::new(-10.0, -10.0, 0.0), Vec3::new(10.0, 10.0, height));
+    let beam = solid_box(Vec3::new(10.0, -10.0, 40.0), Vec3::new(40.0, 10.0, 60.0));
+    let parts = vec![("post".to_owned(), post), ("beam".to_owned(), beam)];
+    Case { seed: 0, parts, machine: format!("extends = \"generic-ac\"\n{keys}") }.prepared(SlicerChoice::BuiltIn)
+}
+
+fn refusal(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Refused(error) => error.to_string(),
+        Outcome::Kept(_) => "it was kept".to_owned(),
+        Outcome::Broken(error) => format!("it was broken: {}", told(error)),
+    }
+}
+
+#[test]
+fn the_first_turn_must_clear_what_the_table_sweeps() {
+    // The disc of 100 x 8 mm, as the polygon around it, sweeps up to Z 100.4; lines and room take 0.8 mm more.
+    let low = refusal(&post_and_beam(60.0, "[limits]\nz_mm = [-80.0, 101.0]\n"));
+    assert!(low.contains("starts from an unknown angle") && low.contains("Z 100.4 mm"), "{low}");
+    let high = post_and_beam(60.0, "[limits]\nz_mm = [-80.0, 102.0]\n");
+    assert!(matches!(high, Outcome::Kept(_)), "{}", refusal(&high));
+}
+
+#[test]
+fn a_turn_below_what_it_sweeps_is_proved_or_refused() {
+    // The post's top stands 1 mm below the end of Z, and the head above it, unless it waits beside the table.
+    let limits = "[limits]\nz_mm = [-80.0, 111.0]\n";
+    let above = refusal(&post_and_beam(110.0, limits));
+    assert!(above.contains("the nozzle is not proved clear of part 0"), "{above}");
+    let beside = post_and_beam(110.0, &format!("{limits}[transition]\npark_mm = [0.0, 170.0]\n"));
+    assert!(matches!(beside, Outcome::Kept(_)), "{}", refusal(&beside));
+}
