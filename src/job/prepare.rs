@@ -104,7 +104,7 @@ fn rewrite_all(
     plan: &PlanResult,
     world: &World<'_>,
 ) -> Result<RewriteResult, Error> {
-    let mut segments: Vec<Segment> = Vec::new();
+    let mut segments: Vec<Segment<'_>> = Vec::new();
     for (bytes, name) in sliced.iter().zip(&prints.names) {
         let found = read_prints(bytes, name, &plan.plan.machine.profile)?;
         segments.push(found.into_iter().next().ok_or_else(|| SlicedError::NoExtrusion { file: name.clone() })?);
@@ -113,13 +113,7 @@ fn rewrite_all(
     let inputs: Vec<Input<'_>> = segments
         .iter()
         .enumerate()
-        .map(|(print, segment)| Input {
-            print,
-            centre_mm,
-            file: &prints.names[print],
-            bytes: &sliced[print],
-            sliced: &segment.sliced,
-        })
+        .map(|(print, segment)| Input { print, centre_mm, file: &prints.names[print], sliced: &segment.sliced })
         .collect();
     finish(&inputs, &plan.plan, world)
 }

@@ -55,7 +55,6 @@ pub fn rewrite(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Rewrit
             print: p.print,
             centre_mm: p.centre(plan, request.bed_mm),
             file: &sources[p.source].0,
-            bytes: &sources[p.source].1,
             sliced: &p.segment.sliced,
         })
         .collect();
@@ -63,7 +62,7 @@ pub fn rewrite(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Rewrit
 }
 
 /// The prints of a sliced file; heat that no line of it sets is taken from the settings at its end.
-pub(super) fn read_prints(bytes: &[u8], file: &str, profile: &Profile) -> Result<Vec<Segment>, Error> {
+pub(super) fn read_prints<'a>(bytes: &'a [u8], file: &'a str, profile: &'a Profile) -> Result<Vec<Segment<'a>>, Error> {
     let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow };
     let mut segments = read_sliced(bytes, file, words)?;
     let settings = config_values(bytes);
@@ -89,9 +88,11 @@ pub(super) fn read_prints(bytes: &[u8], file: &str, profile: &Profile) -> Result
 pub(super) fn finish(inputs: &[Input<'_>], plan: &CheckedPlan, world: &World<'_>) -> Result<RewriteResult, Error> {
     let workpiece = plan.workpiece();
     let (profile, plan_sha256) = (&plan.machine.profile, &plan.sha256);
-    let made = rewritten(inputs, &Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece })?;
+    let job = Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece };
+    let mut gcode = Vec::new();
+    let made = rewritten(inputs, &job, &mut gcode)?;
     made.warnings.iter().for_each(|w| world.progress.warning(w));
-    let replay = replayed(made.gcode, plan, world);
+    let replay = replayed(gcode, plan, world);
     let verify_seconds = replay.seconds;
     Ok(RewriteResult { gcode: replay.verified()?, warnings: made.warnings, verify_seconds })
 }
@@ -100,7 +101,7 @@ pub(super) fn finish(inputs: &[Input<'_>], plan: &CheckedPlan, world: &World<'_>
 struct Assigned<'a> {
     print: usize,
     source: usize,
-    segment: &'a Segment,
+    segment: &'a Segment<'a>,
     /// Whether it comes from a project with all prints side by side.
     in_project: bool,
 }
@@ -118,7 +119,7 @@ impl Assigned<'_> {
     }
 }
 
-fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<Segment>]) -> Result<Vec<Assigned<'a>>, Error> {
+fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<Segment<'a>>]) -> Result<Vec<Assigned<'a>>, Error> {
     let only = request.plan.prints().count() == 1;
     let mut found = Vec::new();
     for (source, segments) in all.iter().enumerate() {

@@ -7,7 +7,7 @@ use crate::motion::TableKinematics;
 use crate::planning::{Print, Workpiece};
 use crate::profile::Profile;
 
-use super::sliced::{Item, Layer, SlicedPrint};
+use super::sliced::SlicedPrint;
 
 /// A part turned upright, its lowest point at z = 0, centred on the slicer's bed.
 pub struct SlotMesh {
@@ -96,17 +96,16 @@ pub enum BoxMismatch {
 ///
 /// A line's centre lies half a width inside the outline, so half a width beyond it is the user's doing and not the
 /// slicer's. Sharp tips thinner than a line are not printed by any slicer; hence the median for what is missing.
-pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint, profile: &Profile) -> Result<(), BoxMismatch> {
+pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
     let (width, height) = (profile.process.line_width_mm, profile.process.layer_height_mm);
     let mut missing: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     let mut below = 0.0;
+    let mut sections = Sections::of(&slot.mesh);
     for layer in &sliced.layers {
         let thickness = (layer.z - below).clamp(0.01, 2.0 * height);
         below = layer.z;
-        let (Some(section), extruded) = (section_box(&slot.mesh, layer.z - thickness / 2.0), extrusion_box(layer))
-        else {
-            continue;
-        };
+        let Some(section) = sections.extent(layer.z - thickness / 2.0) else { continue };
+        let extruded = &layer.extrusion;
         for (axis, name) in [(0, "x"), (1, "y")] {
             let over = (section.min[axis] - extruded.min[axis]).max(extruded.max[axis] - section.max[axis]);
             if over > width / 2.0 {
@@ -130,13 +129,18 @@ pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint, profile: &Profile
             return Err(BoxMismatch::Short { axis: name, short_mm, allowed_mm: 2.0 * width });
         }
     }
-    check_height(slot, sliced, width, height)
+    check_height(slot, sliced, &mut sections, (width, height))
 }
 
-fn check_height(slot: &SlotMesh, sliced: &SlicedPrint, width: f64, layer: f64) -> Result<(), BoxMismatch> {
+fn check_height(
+    slot: &SlotMesh,
+    sliced: &SlicedPrint<'_>,
+    sections: &mut Sections,
+    (width, layer): (f64, f64),
+) -> Result<(), BoxMismatch> {
     let height = slot.mesh.bounds().max.z;
     let top = sliced.extrusion.max.z;
-    let printable = |z: f64| section_box(&slot.mesh, z).is_some_and(|s| s.size().x.min(s.size().y) > 2.0 * width);
+    let mut printable = |z: f64| sections.extent(z).is_some_and(|s| s.size().x.min(s.size().y) > 2.0 * width);
     let mut expected = height;
     while expected > 0.0 && !printable(expected - layer / 2.0) {
         expected -= layer;
@@ -145,30 +149,72 @@ fn check_height(slot: &SlotMesh, sliced: &SlicedPrint, width: f64, layer: f64) -
     if wrong { Err(BoxMismatch::Height { top, height }) } else { Ok(()) }
 }
 
-fn extrusion_box(layer: &Layer) -> Bounds {
-    let mut bounds = Bounds::EMPTY;
-    for item in &layer.body {
-        if let Item::Step(step) = item
-            && step.prints()
-        {
-            bounds.add(step.from);
-            bounds.add(step.to);
-        }
-    }
-    bounds
+/// The mesh's cross-sections, one after the other: quickest from the lowest up.
+struct Sections {
+    /// Corners, the facet with the lowest first.
+    facets: Vec<[Vec3; 3]>,
+    /// Those that begin at or below `z`.
+    begun: usize,
+    /// Those of them that do not end below it.
+    active: Vec<usize>,
+    z: f64,
 }
 
-/// The box of the mesh's cross-section at `z`; `None` where there is none.
-fn section_box(mesh: &TriangleMesh<Slot>, z: f64) -> Option<Bounds> {
-    let mut bounds = Bounds::EMPTY;
-    for facet in 0..mesh.facets().len() {
-        let corners = mesh.corners(facet);
-        for i in 0..3 {
-            let (a, b) = (corners[i], corners[(i + 1) % 3]);
-            if (a.z > z) != (b.z > z) {
-                bounds.add(a + (b - a) * ((z - a.z) / (b.z - a.z)));
+impl Sections {
+    fn of(mesh: &TriangleMesh<Slot>) -> Self {
+        let mut facets: Vec<[Vec3; 3]> = (0..mesh.facets().len()).map(|facet| mesh.corners(facet)).collect();
+        facets.sort_by(|a, b| lowest(a).total_cmp(&lowest(b)));
+        Self { facets, begun: 0, active: Vec::new(), z: f64::NEG_INFINITY }
+    }
+
+    /// The box of the cross-section at `z`; `None` where there is none.
+    fn extent(&mut self, z: f64) -> Option<Bounds> {
+        if z < self.z {
+            self.begun = 0;
+            self.active.clear();
+        }
+        self.z = z;
+        while self.facets.get(self.begun).is_some_and(|facet| lowest(facet) <= z) {
+            self.active.push(self.begun);
+            self.begun += 1;
+        }
+        let facets = &self.facets;
+        self.active.retain(|facet| facets[*facet].iter().any(|corner| corner.z >= z));
+        let mut bounds = Bounds::EMPTY;
+        for corners in self.active.iter().map(|facet| &facets[*facet]) {
+            for i in 0..3 {
+                let (a, b) = (corners[i], corners[(i + 1) % 3]);
+                if (a.z > z) != (b.z > z) {
+                    bounds.add(a + (b - a) * ((z - a.z) / (b.z - a.z)));
+                }
             }
         }
+        (!bounds.is_empty()).then_some(bounds)
     }
-    (!bounds.is_empty()).then_some(bounds)
+}
+
+fn lowest(corners: &[Vec3; 3]) -> f64 {
+    corners[0].z.min(corners[1].z).min(corners[2].z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_in_any_order_are_those_of_all_facets() {
+        let corner = |i: u32| Vec3::new(f64::from(i * 7 % 13), f64::from(i * 5 % 11), f64::from(i * 3 % 17));
+        let mesh: TriangleMesh<Slot> =
+            TriangleMesh::new((0..40).map(corner).collect(), (0..38).map(|i| [i, i + 1, i + 2]).collect());
+        let mut sections = Sections::of(&mesh);
+        for z in [0.5, 3.0, 16.0, 16.5, 8.0, 8.0, -1.0, 2.5, 17.0] {
+            let all = (0..38).flat_map(|facet| {
+                let c = mesh.corners(facet);
+                [(c[0], c[1]), (c[1], c[2]), (c[2], c[0])]
+            });
+            let cut = all.filter(|(a, b)| (a.z > z) != (b.z > z));
+            let wanted = Bounds::of(cut.map(|(a, b)| a + (b - a) * ((z - a.z) / (b.z - a.z))));
+            assert_eq!(sections.extent(z), (!wanted.is_empty()).then_some(wanted), "{z}");
+        }
+    }
 }

@@ -14,13 +14,19 @@
 
 mod clear;
 mod export;
+mod items;
 mod joint;
 mod modal;
 mod output;
 mod policy;
+mod read;
 mod rewrite;
 mod sliced;
+mod stated;
+mod writer;
 
 pub use export::{BoxMismatch, SlotMesh, project_layout, slot_mesh};
+pub use read::read_sliced;
 pub use rewrite::{Input, Job, RewriteError, Rewritten, rewrite};
-pub use sliced::{InputWords, Item, Layer, Segment, SlicedError, SlicedPrint, Step3, print_name, read_sliced};
+pub use sliced::{InputWords, Layer, Segment, SlicedError, SlicedPrint};
+pub use stated::print_name;

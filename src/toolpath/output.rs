@@ -1,7 +1,7 @@
 //! Blocks of the machine's dialect, written once and in one place.
 
 use crate::gcode::meaning::Firmware;
-use crate::gcode::{push_fixed, round_to};
+use crate::gcode::{push_fixed, push_units, round_to, units_of};
 use crate::geom::Vec3;
 use crate::motion::replay::Arc;
 use crate::motion::{Pose, TableKinematics};
@@ -9,18 +9,24 @@ use crate::profile::{Commands, Extrusion, FeedReference, Profile};
 
 /// Decimals of coordinates, mm.
 const LINEAR: u32 = 3;
+/// Units of coordinates a millimetre.
+const MICRONS: f64 = 1000.0;
 /// Decimals of angles, degrees.
 const ANGULAR: u32 = 4;
 /// Decimals of filament, mm.
 const FILAMENT: u32 = 5;
+/// Decimals of feeds.
+const FEED: u32 = 2;
 
 /// The file as it grows, with what the machine has been told so far.
 pub(super) struct Output<'a> {
     pub(super) bytes: Vec<u8>,
     profile: &'a Profile,
     table: TableKinematics,
-    at: [Option<f64>; 3],
-    feed: Option<f64>,
+    /// X, Y, Z as last written, in units of their last decimal.
+    at: [Option<i64>; 3],
+    /// F as last written, likewise.
+    feed: Option<i64>,
     /// Filament of absolute counting so far.
     extruded: f64,
     /// What rounding has left over, by print, so that each print's sum is right to half a digit.
@@ -54,7 +60,7 @@ impl<'a> Output<'a> {
     /// Where the tip is, if all is known.
     pub(super) fn tip(&self) -> Option<Vec3> {
         let [x, y, z] = self.at;
-        Some(Vec3::new(x?, y?, z?))
+        Some(Vec3::new(x? as f64, y? as f64, z? as f64) / MICRONS)
     }
 
     /// From here on filament laid down belongs to `print`.
@@ -106,7 +112,7 @@ impl<'a> Output<'a> {
 
     /// A move of Z alone, whatever X and Y are.
     pub(super) fn go_z(&mut self, z: f64, feed: f64) {
-        if self.at[2] == Some(round_to(z, LINEAR)) {
+        if self.at[2] == Some(units_of(z, LINEAR)) {
             return;
         }
         self.bytes.extend_from_slice(b"G1");
@@ -148,14 +154,13 @@ impl<'a> Output<'a> {
     }
 
     fn coordinate(&mut self, axis: usize, value: f64) {
-        let value = round_to(value, LINEAR);
-        if self.at[axis] == Some(value) {
+        let units = units_of(value, LINEAR);
+        if self.at[axis] == Some(units) {
             return;
         }
-        self.at[axis] = Some(value);
-        self.bytes.push(b' ');
-        self.bytes.push(b"XYZ"[axis]);
-        push_fixed(&mut self.bytes, value, LINEAR);
+        self.at[axis] = Some(units);
+        self.bytes.extend_from_slice(&[b' ', b"XYZ"[axis]]);
+        push_units(&mut self.bytes, units, LINEAR);
     }
 
     fn arc_words(&mut self, arc: &Arc) {
@@ -193,11 +198,11 @@ impl<'a> Output<'a> {
         if feed > most {
             self.lowered = Some(self.lowered.map_or(feed, |f| f.max(feed)));
         }
-        let feed = round_to(feed.min(most), 2);
-        if self.feed != Some(feed) {
-            self.feed = Some(feed);
+        let units = units_of(feed.min(most), FEED);
+        if self.feed != Some(units) {
+            self.feed = Some(units);
             self.bytes.extend_from_slice(b" F");
-            push_fixed(&mut self.bytes, feed, 2);
+            push_units(&mut self.bytes, units, FEED);
         }
     }
 
