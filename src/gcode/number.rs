@@ -10,13 +10,13 @@ const ROUNDS_BELOW: f64 = 2_251_799_813_685_248.0;
 const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
 
 /// As [`f64::round_ties_even`], which is a call where the processor's own rounding is not built in.
-#[inline]
+#[inline(always)]
 fn round_even(value: f64) -> f64 {
     if value.abs() < ROUNDS_BELOW { ((value + TO_WHOLE) - TO_WHOLE).copysign(value) } else { value.round_ties_even() }
 }
 
 /// `value` rounded to `decimals` places, ties to even of the scaled value: what [`push_fixed`] will print.
-#[inline]
+#[inline(always)]
 pub fn round_to(value: f64, decimals: u32) -> f64 {
     let scale = 10f64.powi(decimals as i32);
     round_even(value * scale) / scale
@@ -29,7 +29,7 @@ pub fn round_to(value: f64, decimals: u32) -> f64 {
 ///
 /// Panics where `value` is not finite or `|value| * 10^decimals` exceeds 2^53: no machine has such a coordinate, so it is
 /// a bug upstream.
-#[inline]
+#[inline(always)]
 pub fn units_of(value: f64, decimals: u32) -> i64 {
     let scaled = round_even(value * 10f64.powi(decimals as i32));
     assert!(scaled.abs() < 9.0e15, "{value} cannot be written with {decimals} decimals");
@@ -41,13 +41,14 @@ pub fn units_of(value: f64, decimals: u32) -> i64 {
 /// # Panics
 ///
 /// As [`units_of`].
-#[inline]
+#[inline(always)]
 pub fn push_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
     push_units(out, units_of(value, decimals), decimals);
 }
 
 /// Appends `units / 10^decimals` as [`push_fixed`] does.
-#[inline]
+// Inlined where `decimals` is known, so that nothing is really divided.
+#[inline(always)]
 pub fn push_units(out: &mut Vec<u8>, units: i64, decimals: u32) {
     if units < 0 {
         out.push(b'-');

@@ -104,6 +104,12 @@ impl<'a> Walk<'a> {
         self.place.controller.at.tip()
     }
 
+    /// What the next line does, where it is a plain one before `end`.
+    #[inline]
+    pub(super) fn plain(&mut self, end: usize) -> Option<PlainStep> {
+        if self.place.at < end { self.place.plain(self.source.bytes) } else { None }
+    }
+
     /// What the next line that is passed on says; `None` where the line at `end` bytes comes first.
     ///
     /// # Errors

@@ -17,6 +17,8 @@ const ANGULAR: u32 = 4;
 const FILAMENT: u32 = 5;
 /// Decimals of feeds.
 const FEED: u32 = 2;
+/// More than a block takes without its comment.
+const MOST_BYTES: usize = 256;
 
 /// The file as it grows, with what the machine has been told so far.
 pub(super) struct Output<'a> {
@@ -25,8 +27,12 @@ pub(super) struct Output<'a> {
     table: TableKinematics,
     /// X, Y, Z as last written, in units of their last decimal.
     at: [Option<i64>; 3],
-    /// F as last written, likewise.
+    /// The same before rounding.
+    given: [f64; 3],
+    /// F as last written, in units of its last decimal.
     feed: Option<i64>,
+    /// The same before rounding.
+    given_feed: f64,
     /// Filament of absolute counting so far.
     extruded: f64,
     /// What rounding has left over, by print, so that each print's sum is right to half a digit.
@@ -44,7 +50,9 @@ impl<'a> Output<'a> {
             profile,
             table: profile.kinematics(),
             at: [None; 3],
+            given: [f64::NAN; 3],
             feed: None,
+            given_feed: f64::NAN,
             extruded: 0.0,
             owed: vec![0.0; prints + 1],
             print: prints,
@@ -121,17 +129,27 @@ impl<'a> Output<'a> {
         self.bytes.push(b'\n');
     }
 
+    /// A straight move without a comment, as nearly all are.
+    #[inline]
+    pub(super) fn go_plain(&mut self, to: Vec3, e: f64, feed: f64) {
+        self.block(b"G1", Some(to), None, e, feed, b"");
+    }
+
     /// Filament alone.
     pub(super) fn filament(&mut self, e: f64, feed: f64, comment: &[u8]) {
         self.block(b"G1", None, None, e, feed, comment);
     }
 
+    #[inline(always)]
     fn block(&mut self, code: &[u8], to: Option<Vec3>, arc: Option<&Arc>, e: f64, feed: f64, comment: &[u8]) {
+        self.bytes.reserve(MOST_BYTES + comment.len());
         let start = self.bytes.len();
         self.bytes.extend_from_slice(code);
         let bare = self.bytes.len();
         if let Some(to) = to {
-            (0..3).for_each(|axis| self.coordinate(axis, to[axis]));
+            self.coordinate(0, to.x);
+            self.coordinate(1, to.y);
+            self.coordinate(2, to.z);
         }
         if let Some(arc) = arc {
             self.arc_words(arc);
@@ -153,7 +171,12 @@ impl<'a> Output<'a> {
         self.bytes.push(b'\n');
     }
 
+    #[inline(always)]
     fn coordinate(&mut self, axis: usize, value: f64) {
+        if value == self.given[axis] {
+            return;
+        }
+        self.given[axis] = value;
         let units = units_of(value, LINEAR);
         if self.at[axis] == Some(units) {
             return;
@@ -181,19 +204,24 @@ impl<'a> Output<'a> {
     /// Filament with the remainder of all roundings before it carried on, so that the sum is right to half a digit.
     fn filament_word(&mut self, e: f64, account: usize) {
         let wanted = e + self.owed[account];
+        let units = units_of(wanted, FILAMENT);
         let written = round_to(wanted, FILAMENT);
         self.owed[account] = wanted - written;
         self.extruded += written;
-        let word = match self.profile.dialect.extrusion {
-            Extrusion::Relative => written,
-            Extrusion::Absolute => self.extruded,
-        };
         self.bytes.extend_from_slice(&[b' ', self.profile.dialect.extruder as u8]);
-        push_fixed(&mut self.bytes, word, FILAMENT);
+        match self.profile.dialect.extrusion {
+            Extrusion::Relative => push_units(&mut self.bytes, units, FILAMENT),
+            Extrusion::Absolute => push_fixed(&mut self.bytes, self.extruded, FILAMENT),
+        }
     }
 
     /// F where it changes, never above what the machine takes.
+    #[inline]
     fn feed_word(&mut self, feed: f64) {
+        if feed == self.given_feed {
+            return;
+        }
+        self.given_feed = feed;
         let most = self.profile.limits.max_feed_mm_per_min;
         if feed > most {
             self.lowered = Some(self.lowered.map_or(feed, |f| f.max(feed)));
@@ -237,6 +265,7 @@ impl<'a> Output<'a> {
             }
             // The next linear block must state its own F.
             self.feed = None;
+            self.given_feed = f64::NAN;
         }
     }
 }

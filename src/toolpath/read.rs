@@ -26,13 +26,26 @@ pub fn read_sliced<'a>(bytes: &'a [u8], file: &'a str, words: InputWords<'a>) ->
     if bytes.starts_with(b"GCDE") {
         return Err(SlicedError::Binary { file: file.to_owned() });
     }
-    let mut reader = Reader::new(file, bytes, words);
-    reader.read()?;
+    // RS274 machines print no slicer's own words: what is not stated is a printer's.
+    let unstated = if words.firmware.is_printer() { words.firmware } else { Firmware::Marlin };
+    let firmware = stated::firmware(bytes).unwrap_or(unstated);
+    let source = SlicedSource { file, bytes, firmware, allow: words.allow };
+    let mut reader = Reader::new(source);
+    let read = reader.read();
+    // PrusaSlicer before 2.6 had no flavour for Klipper, whose users chose Marlin's and wrote macros.
+    if reader.klipper || (read.is_err() && firmware == Firmware::Marlin && stated::has_klipper_macros(bytes)) {
+        let mut reader = Reader::new(SlicedSource { firmware: Firmware::Klipper, ..source });
+        reader.read()?;
+        return reader.finish();
+    }
+    read?;
     reader.finish()
 }
 
 struct Reader<'a> {
     source: SlicedSource<'a>,
+    /// Whether this has ended at a macro of Klipper's in a file that is taken to be Marlin's.
+    klipper: bool,
     /// Behind the line in hand.
     place: Place,
     bead: Bead,
@@ -45,6 +58,10 @@ struct Reader<'a> {
     pending: Vec<Pending>,
     /// Where the moves since then go.
     pending_reach: Bounds,
+    /// Whether there is anything since then.
+    since: bool,
+    /// Where the last extrusion ended.
+    laid_to: Option<Vec3>,
     /// Moves that lay filament.
     laying: usize,
     /// Nozzle and bed as last set.
@@ -109,16 +126,11 @@ struct Here<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(file: &'a str, bytes: &'a [u8], words: InputWords<'a>) -> Self {
-        // RS274 machines print no slicer's own words: what is not stated is a printer's.
-        let unstated = if words.firmware.is_printer() { words.firmware } else { Firmware::Marlin };
-        let said = stated::firmware(bytes).unwrap_or(unstated);
-        // PrusaSlicer before 2.6 had no flavour for Klipper, whose users chose Marlin's and wrote macros.
-        let klipper = said == Firmware::Marlin && stated::has_klipper_macros(bytes);
-        let firmware = if klipper { Firmware::Klipper } else { said };
-        let controller = Controller::new(Reading::sliced_for(firmware));
+    fn new(source: SlicedSource<'a>) -> Self {
+        let (bytes, controller) = (source.bytes, Controller::new(Reading::sliced_for(source.firmware)));
         Self {
-            source: SlicedSource { file, bytes, firmware, allow: words.allow },
+            source,
+            klipper: false,
             place: Place { at: text_start(bytes), line: 0, controller },
             bead: stated::bead(bytes),
             widths_mm: stated::widths(bytes),
@@ -128,6 +140,8 @@ impl<'a> Reader<'a> {
             print: Open::new(),
             pending: Vec::new(),
             pending_reach: Bounds::EMPTY,
+            since: false,
+            laid_to: None,
             laying: 0,
             heat: [None; 2],
         }
@@ -147,7 +161,7 @@ impl<'a> Reader<'a> {
             {
                 if let PlainStep::Move(m) = step {
                     let prints = m.e > 0.0 && m.from != m.to;
-                    if prints { self.lay(m.from, m.to, m.e, start)? } else { self.pending_reach.add(m.to) }
+                    if prints { self.lay(m.from, m.to, m.e, start)? } else { self.travel(m.to) }
                 }
                 continue;
             }
@@ -156,6 +170,10 @@ impl<'a> Reader<'a> {
             self.place.line += 1;
             let (file, line) = (self.source.file, self.place.line);
             parsed.read(text).map_err(|source| SlicedError::Parse { file: file.to_owned(), line, source })?;
+            if self.source.firmware == Firmware::Marlin && stated::is_klipper_macro(&parsed, text) {
+                self.klipper = true;
+                return Ok(());
+            }
             self.take(&parsed, start, text)?;
         }
         Ok(())
@@ -185,7 +203,10 @@ impl<'a> Reader<'a> {
         match step {
             Step::Nothing | Step::ExtruderSet(_) | Step::Effect(Effect::Retract(_)) => {}
             Step::Move(m) => self.take_move(&m, parsed, &Here { start, text, before })?,
-            Step::Effect(Effect::Dwell(seconds)) => self.print.waits_s[1] += seconds.max(0.0),
+            Step::Effect(Effect::Dwell(seconds)) => {
+                self.print.waits_s[1] += seconds.max(0.0);
+                self.since = true;
+            }
             Step::Effect(effect) => {
                 if effect == Effect::Label {
                     self.relabel(&text[parsed.code.clone()])?;
@@ -199,6 +220,7 @@ impl<'a> Reader<'a> {
 
     fn pend(&mut self, span: Range<usize>, pending: Pending) {
         self.pending.push(Pending { span, line: self.place.line, ..pending });
+        self.since = true;
     }
 
     /// Files a line away by what it does.
@@ -249,7 +271,7 @@ impl<'a> Reader<'a> {
         let comment = comment_at(parsed, here.start, here.text.len());
         let Some(step) = Step3::of(m, comment) else { return Ok(()) };
         if !step.prints() {
-            self.pending_reach.add(step.to);
+            self.travel(step.to);
             return Ok(());
         }
         if let Some(arc) = &step.arc {
@@ -262,11 +284,20 @@ impl<'a> Reader<'a> {
         self.lay(step.from, step.to, step.e, here.start)
     }
 
+    /// Notes a move to `to` that lays nothing.
+    #[inline]
+    fn travel(&mut self, to: Vec3) {
+        self.pending_reach.add(to);
+        self.since = true;
+    }
+
     /// Notes extrusion by the line that begins at `start`.
     #[inline]
     fn lay(&mut self, from: Vec3, to: Vec3, e: f64, start: usize) -> Result<(), SlicedError> {
         self.laying += 1;
-        self.pending_within()?;
+        if self.since {
+            self.pending_within()?;
+        }
         let print = &mut self.print;
         print.filament_mm += e;
         if print.layers.last().is_none_or(|layer| (layer.z - from.z).abs() > SAME_LAYER) {
@@ -278,8 +309,12 @@ impl<'a> Reader<'a> {
         }
         if let Some(layer) = print.layers.last_mut() {
             layer.end = self.place.at;
-            layer.extrusion.add(from);
+            // Most extrusions go on where the last one ended.
+            if self.laid_to != Some(from) || layer.extrusion.is_empty() {
+                layer.extrusion.add(from);
+            }
             layer.extrusion.add(to);
+            self.laid_to = Some(to);
         }
         Ok(())
     }
@@ -287,6 +322,7 @@ impl<'a> Reader<'a> {
     /// Takes the pending lines for part of the print, now that extrusion follows them.
     #[inline]
     fn pending_within(&mut self) -> Result<(), SlicedError> {
+        self.since = false;
         let waited = std::mem::take(&mut self.print.waits_s[1]);
         if !self.print.layers.is_empty() {
             self.print.waits_s[0] += waited;
@@ -459,6 +495,19 @@ mod tests {
         assert!(refused("M83\nG1 X5 E1\n").contains("before X, Y and Z are known"));
         assert!(refused(";TRUNNION slot=0\n").contains("already rewritten"));
         assert!(refused(&format!("M6 T1\n{TWO_LAYERS}")).contains("M6"));
+    }
+
+    #[test]
+    fn a_file_of_marlins_flavour_with_klippers_macros_is_klippers() {
+        assert_eq!(one(TWO_LAYERS).firmware, Firmware::Marlin);
+        let text = TWO_LAYERS.replace("G1 Z.4", "SET_PRESSURE_ADVANCE ADVANCE=0.04\nG1 Z.4");
+        assert_eq!(one(&text).firmware, Firmware::Klipper);
+        assert_eq!(one(&text).layers.len(), 2);
+        // Said by another firmware's file it stays what it is there: unknown.
+        let stated = format!("; gcode_flavor = reprapfirmware\n{text}");
+        assert!(refused(&stated).contains("SET_PRESSURE_ADVANCE"));
+        // What is refused before the macro is refused in Klipper's words.
+        assert!(refused(&text.replace("G90", "G20")).contains("t.gcode:5"));
     }
 
     #[test]

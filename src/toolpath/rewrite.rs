@@ -124,7 +124,7 @@ pub(super) struct Entry<'a> {
 ///
 /// [`RewriteError`]. After [`RewriteError::Write`] and [`RewriteError::Sliced`] part of a file is written, which must not
 /// be printed; after all others nothing is.
-pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>, sink: &mut dyn Write) -> Result<Rewritten, RewriteError> {
+pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>, sink: &mut (dyn Write + Send)) -> Result<Rewritten, RewriteError> {
     let table = job.profile.kinematics();
     let entries = entries(inputs, job, &table)?;
     let setups = setups(&entries, job.plan)?;

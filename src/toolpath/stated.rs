@@ -45,11 +45,19 @@ pub(super) fn widths(bytes: &[u8]) -> Vec<f64> {
 pub(super) fn has_klipper_macros(bytes: &[u8]) -> bool {
     let mut parsed = ParsedLine::default();
     lines(bytes).any(|line| {
-        let name = line.bytes.len() > 2 && line.bytes[..3].iter().all(|b| b.is_ascii_alphabetic() || *b == b'_');
-        name && parsed.read(line.bytes).is_ok()
-            && parsed.kind == LineKind::Macro
-            && !matches!(effect(Firmware::Klipper, &parsed), Effect::Hazard(Hazard::Unknown))
+        begins_with_name(line.bytes) && parsed.read(line.bytes).is_ok() && is_klipper_macro(&parsed, line.bytes)
     })
+}
+
+/// The same of one line, whose words are `parsed`.
+pub(super) fn is_klipper_macro(parsed: &ParsedLine, line: &[u8]) -> bool {
+    parsed.kind == LineKind::Macro
+        && begins_with_name(line)
+        && !matches!(effect(Firmware::Klipper, parsed), Effect::Hazard(Hazard::Unknown))
+}
+
+fn begins_with_name(line: &[u8]) -> bool {
+    line.len() > 2 && line[..3].iter().all(|b| b.is_ascii_alphabetic() || *b == b'_')
 }
 
 /// Whether the file's head is that of a slicer that closes each file with the filament it takes.

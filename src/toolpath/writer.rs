@@ -13,7 +13,7 @@ use super::rewrite::{Chunk, Entry, Job, RewriteError};
 use super::sliced::SlicedPrint;
 use crate::gcode::marks::{END_MARK, Expect, Hint, hint, print_mark, slot_mark, version_mark};
 use crate::geom::{Bounds, Vec3};
-use crate::motion::replay::flatten;
+use crate::motion::replay::{PlainStep, flatten};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::Head;
 
@@ -28,7 +28,7 @@ pub(super) struct Writer<'a> {
     table: &'a TableKinematics,
     head: &'a Head,
     out: Output<'a>,
-    sink: &'a mut dyn Write,
+    sink: &'a mut (dyn Write + Send),
     /// Bytes that the sink has.
     written: u64,
     pose: Option<Pose>,
@@ -55,7 +55,7 @@ impl<'a> Writer<'a> {
         table: &'a TableKinematics,
         head: &'a Head,
         prints: usize,
-        sink: &'a mut dyn Write,
+        sink: &'a mut (dyn Write + Send),
     ) -> Self {
         Self {
             job,
@@ -175,9 +175,10 @@ impl<'a> Writer<'a> {
             }
             self.flow = chunk.entry.joint.flow_of(chunk.index);
             let obstacles = if open[chunk.position] { None } else { Some(&obstacles) };
-            while let Some(item) = walk.next(chunk.layer.end)? {
+            loop {
+                self.plain_steps(walk, chunk, obstacles)?;
+                let Some(item) = walk.next(chunk.layer.end)? else { break };
                 self.item(&item, chunk.entry, obstacles);
-                self.hand_over(WRITTEN_AT_ONCE)?;
             }
         }
         self.printed.extend(group.iter().map(|e| e.print.part));
@@ -290,6 +291,29 @@ impl<'a> Writer<'a> {
             Item::FirmwareRetract(pull) => self.out.line(if *pull { "G10" } else { "G11" }),
             Item::Step(step) => self.step(step, entry, obstacles),
         }
+    }
+
+    /// All that come now without anything else between them.
+    fn plain_steps(
+        &mut self,
+        walk: &mut Walk<'_>,
+        chunk: &Chunk<'_>,
+        obstacles: Option<&Obstacles<'_>>,
+    ) -> Result<(), RewriteError> {
+        let (shift, travel) = (chunk.entry.mesh.to_machine, self.job.profile.transition.travel_mm_per_min);
+        while let Some(step) = walk.plain(chunk.layer.end) {
+            let PlainStep::Move(m) = step else { continue };
+            let stays = m.from == m.to;
+            let prints = m.e > 0.0 && !stays;
+            if stays || (obstacles.is_some() && !prints) {
+                self.step(&m.into(), chunk.entry, obstacles);
+            } else {
+                let e = if prints { m.e * self.flow.share } else { m.e };
+                self.out.go_plain(m.to + shift, e, m.feed.unwrap_or(travel));
+            }
+            self.hand_over(WRITTEN_AT_ONCE)?;
+        }
+        Ok(())
     }
 
     fn step(&mut self, step: &Step3, entry: &Entry<'_>, obstacles: Option<&Obstacles<'_>>) {

@@ -1,8 +1,11 @@
 //! The way that nearly all lines of sliced input go: a straight move between known places, counted absolutely.
 
-use super::{Controller, SANE_MM};
+use super::Controller;
 use crate::gcode::PlainMove;
 use crate::geom::Vec3;
+
+/// What any coordinate may be, of either sign; between this and what the general way takes only that can tell.
+const SANE_EITHER_WAY_MM: f64 = 1e6;
 
 /// What a plain line did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +38,7 @@ impl Controller {
     pub fn step_plain(&mut self, line: &PlainMove) -> Option<PlainStep> {
         let [Some(x), Some(y), Some(z)] = self.at.linear else { return None };
         // F is only said, not gone to, and may be any number; what is not written is 0.
-        let sane = line.values[..4].iter().all(|value| SANE_MM.contains(value));
+        let sane = line.values[..4].iter().fold(0.0, |most: f64, value| most.max(value.abs())) <= SANE_EITHER_WAY_MM;
         if !(sane && self.absolute && self.reading.extruder == b'E') {
             return None;
         }
