@@ -12,6 +12,7 @@
 //! The rewriter owns every move between prints, layers of different prints, and poses. What it does not understand it
 //! refuses. This room must not know slicers; it reads what they write.
 
+mod ahead;
 mod clear;
 mod export;
 mod items;

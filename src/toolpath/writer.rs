@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::ops::Range;
 
+use super::ahead::{Ahead, Batch, Lead, Other};
 use super::clear::Obstacles;
-use super::items::{Item, Step3, Walk};
+use super::items::{Item, Step3};
 use super::joint::Flow;
 use super::modal::{Modal, translated};
 use super::output::Output;
@@ -13,7 +14,7 @@ use super::rewrite::{Chunk, Entry, Job, RewriteError};
 use super::sliced::SlicedPrint;
 use crate::gcode::marks::{END_MARK, Expect, Hint, hint, print_mark, slot_mark, version_mark};
 use crate::geom::{Bounds, Vec3};
-use crate::motion::replay::{PlainStep, flatten};
+use crate::motion::replay::{PlainMoved, flatten};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::Head;
 
@@ -167,19 +168,16 @@ impl<'a> Writer<'a> {
         let stands = (&self.printed[..], &printing[..]);
         let obstacles = Obstacles::at(pose, stands, self.job.workpiece, self.table, self.job.profile, self.head);
         let open: Vec<bool> = group.iter().map(|e| obstacles.free_within(e.print.part, &region(e))).collect();
-        let mut walks: Vec<Walk<'_>> = group.iter().map(|entry| entry.input.sliced.walk()).collect();
-        for chunk in chunks {
-            let walk = &mut walks[chunk.position];
-            if self.current != Some(chunk.entry.input.print) {
-                self.enter(chunk, walk, &obstacles)?;
-            }
-            self.flow = chunk.entry.joint.flow_of(chunk.index);
-            let obstacles = if open[chunk.position] { None } else { Some(&obstacles) };
-            loop {
-                self.plain_steps(walk, chunk, obstacles)?;
-                let Some(item) = walk.next(chunk.layer.end)? else { break };
-                self.item(&item, chunk.entry, obstacles);
-            }
+        let place = Place { chunks, obstacles: &obstacles, open: &open };
+        let mut ahead = Ahead::new(group, chunks);
+        let (mut now, mut then) = (Batch::default(), Batch::default());
+        ahead.fill(&mut now)?;
+        let mut layer = 0;
+        while !now.is_empty() {
+            let (filled, written) = rayon::join(|| ahead.fill(&mut then), || self.batch(&now, &mut layer, &place));
+            written?;
+            filled?;
+            std::mem::swap(&mut now, &mut then);
         }
         self.printed.extend(group.iter().map(|e| e.print.part));
         Ok(())
@@ -212,14 +210,13 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Goes to where `chunk` begins to extrude, primed; `walk` comes there too.
-    fn enter(&mut self, chunk: &Chunk<'_>, walk: &mut Walk<'_>, obstacles: &Obstacles<'_>) -> Result<(), RewriteError> {
+    /// Goes to where `chunk` begins to extrude, primed.
+    fn enter(&mut self, chunk: &Chunk<'_>, lead: &Lead, obstacles: &Obstacles<'_>) {
         let transition = &self.job.profile.transition;
         self.retract();
         let sliced = chunk.entry.input.sliced;
-        let lead = lead(chunk, walk)?;
-        let Some(first) = walk.tip() else { return Ok(()) };
-        let start = first + chunk.entry.mesh.to_machine;
+        let Some(start) = lead.start else { return };
+        let start = start + chunk.entry.mesh.to_machine;
         let height = self.travel_height(start, obstacles);
         let (print, part) = (chunk.entry.input.print, chunk.entry.print.part);
         self.out.go_z(height, transition.z_mm_per_min);
@@ -233,14 +230,12 @@ impl<'a> Writer<'a> {
             self.out.keep(line.as_bytes());
             self.in_force.note(self.out.firmware(), line.as_bytes());
         }
-        self.flow = chunk.entry.joint.flow_of(chunk.index);
         lead.kept.iter().for_each(|span| self.keep(chunk.entry, span));
         self.out.go(start, 0.0, transition.z_mm_per_min, b"");
         let prime = transition.retract_mm + lead.owed_mm.max(0.0);
         self.out.filament(prime, transition.retract_mm_per_s * 60.0, b"");
         self.current = Some(print);
         self.out.lays_for(print);
-        Ok(())
     }
 
     /// A little above both ends if that is free, else above everything that stands at this pose.
@@ -293,20 +288,40 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// All that come now without anything else between them.
-    fn plain_steps(
-        &mut self,
-        walk: &mut Walk<'_>,
-        chunk: &Chunk<'_>,
-        obstacles: Option<&Obstacles<'_>>,
-    ) -> Result<(), RewriteError> {
+    /// Writes a batch; `layer` is the one in hand.
+    fn batch(&mut self, batch: &Batch, layer: &mut usize, place: &Place<'_>) -> Result<(), RewriteError> {
+        let mut done = 0;
+        for (before, other) in &batch.others {
+            self.moves(&batch.moves[done..*before], &place.chunks[*layer], place)?;
+            done = *before;
+            match other {
+                Other::Layer(index, lead) => {
+                    *layer = *index;
+                    let chunk = &place.chunks[*index];
+                    self.flow = chunk.entry.joint.flow_of(chunk.index);
+                    if let Some(lead) = lead {
+                        self.enter(chunk, lead, place.obstacles);
+                    }
+                }
+                Other::Item(item) => {
+                    let chunk = &place.chunks[*layer];
+                    self.item(item, chunk.entry, place.obstacles_of(chunk));
+                    self.hand_over(WRITTEN_AT_ONCE)?;
+                }
+            }
+        }
+        self.moves(&batch.moves[done..], &place.chunks[*layer], place)
+    }
+
+    /// Moves of a layer with nothing else between them.
+    fn moves(&mut self, moves: &[PlainMoved], chunk: &Chunk<'_>, place: &Place<'_>) -> Result<(), RewriteError> {
         let (shift, travel) = (chunk.entry.mesh.to_machine, self.job.profile.transition.travel_mm_per_min);
-        while let Some(step) = walk.plain(chunk.layer.end) {
-            let PlainStep::Move(m) = step else { continue };
+        let obstacles = place.obstacles_of(chunk);
+        for m in moves {
             let stays = m.from == m.to;
             let prints = m.e > 0.0 && !stays;
             if stays || (obstacles.is_some() && !prints) {
-                self.step(&m.into(), chunk.entry, obstacles);
+                self.step(&(*m).into(), chunk.entry, obstacles);
             } else {
                 let e = if prints { m.e * self.flow.share } else { m.e };
                 self.out.go_plain(m.to + shift, e, m.feed.unwrap_or(travel));
@@ -363,27 +378,19 @@ fn without_date(line: &[u8]) -> &[u8] {
     &line[..cut.flatten().unwrap_or(line.len())]
 }
 
-/// What is wanted of a lead that a travel of our own replaces.
-struct Lead {
-    kept: Vec<Range<usize>>,
-    /// What it pushes more than it pulls: the slicer's own allowance for a restart, mm.
-    owed_mm: f64,
+/// Where the layers of a setup are printed.
+struct Place<'a> {
+    chunks: &'a [Chunk<'a>],
+    obstacles: &'a Obstacles<'a>,
+    /// Whether an entry's travels clear all obstacles, wherever they go; by its place in the setup.
+    open: &'a [bool],
 }
 
-/// Takes `walk` through the chunk's lead.
-fn lead(chunk: &Chunk<'_>, walk: &mut Walk<'_>) -> Result<Lead, RewriteError> {
-    if chunk.index == 0 {
-        return Ok(Lead { kept: chunk.entry.input.sliced.lead.clone(), owed_mm: 0.0 });
+impl Place<'_> {
+    /// What the travels of a layer may touch.
+    fn obstacles_of(&self, chunk: &Chunk<'_>) -> Option<&Obstacles<'_>> {
+        (!self.open[chunk.position]).then_some(self.obstacles)
     }
-    let mut lead = Lead { kept: Vec::new(), owed_mm: 0.0 };
-    while let Some(item) = walk.next(chunk.layer.body)? {
-        match item {
-            Item::Keep(span) => lead.kept.push(span),
-            Item::Step(step) => lead.owed_mm += step.e,
-            Item::FirmwareRetract(_) => {}
-        }
-    }
-    Ok(lead)
 }
 
 /// Where an entry's tip goes, machine coordinates.

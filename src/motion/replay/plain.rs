@@ -90,9 +90,11 @@ mod tests {
         let (mut fast, mut taken, mut line) = (Controller::new(Reading::sliced()), 0, ParsedLine::default());
         let mut whole = fast.clone();
         let mut state = 3u64;
-        for round in 0..20_000 {
+        let mut any = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            let text = if round < START.len() { START[round] } else { THEN[(state >> 33) as usize % THEN.len()] };
+            THEN[(state >> 33) as usize % THEN.len()]
+        };
+        for text in START.into_iter().chain((0..20_000).map(|_| any())) {
             line.read(text.as_bytes()).unwrap();
             let before = format!("{fast:?}");
             let plain = PlainMove::read(text.as_bytes()).and_then(|plain| fast.step_plain(&plain));
