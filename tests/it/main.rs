@@ -20,6 +20,7 @@ mod orient_sample;
 mod orient_size;
 mod pipeline;
 mod planning;
+mod rewriting;
 mod rust_source;
 mod sliced_files;
 mod solids;
