@@ -86,25 +86,25 @@ impl Made {
 
     fn rewritten(&self) -> Vec<u8> {
         let workpiece = self.workpiece();
-        let segments: Vec<Segment> = self
+        let segments: Vec<Segment<'_>> = self
             .sliced
             .iter()
             .map(|bytes| read_sliced(bytes, "bench", InputWords::default()).expect("reads").remove(0))
             .collect();
-        let input = |(print, segment): (usize, &'_ Segment)| (print, segment.sliced.clone());
-        let read: Vec<_> = segments.iter().enumerate().map(input).collect();
-        let inputs: Vec<Input<'_>> = read
+        let inputs: Vec<Input<'_>> = segments
             .iter()
-            .map(|(print, sliced)| Input {
-                print: *print,
+            .enumerate()
+            .map(|(print, segment)| Input {
+                print,
                 centre_mm: [BED[0] / 2.0, BED[1] / 2.0],
                 file: "bench",
-                bytes: &self.sliced[*print],
-                sliced,
+                sliced: &segment.sliced,
             })
             .collect();
         let job = Job { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece };
-        rewrite(&inputs, &job).expect("rewrites").gcode
+        let mut gcode = Vec::new();
+        rewrite(&inputs, &job, &mut gcode).expect("rewrites");
+        gcode
     }
 }
 

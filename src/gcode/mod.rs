@@ -12,7 +12,9 @@ pub mod marks;
 pub mod meaning;
 mod number;
 mod parse;
+mod plain;
 
-pub use lines::{NumberedLine, lines};
-pub use number::{push_fixed, round_to};
+pub use lines::{NumberedLine, first_line, lines, text_start};
+pub use number::{push_fixed, push_units, round_to, units_of};
 pub use parse::{Command, LineKind, ParseError, ParsedLine, Word};
+pub use plain::PlainMove;

@@ -2,6 +2,9 @@
 //!
 //! Source of the grammar's oddities: the real files behind `field/slicers.md` section 5.
 
+use super::number::POWERS_OF_TEN;
+use super::plain;
+
 /// A letter with the number that follows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word {
@@ -130,6 +133,14 @@ impl ParsedLine {
         self.words.clear();
         self.commands.clear();
         self.text.clear();
+        if self.read_plain(line) { Ok(()) } else { self.read_whole(line) }
+    }
+
+    /// The same by the whole grammar.
+    pub(super) fn read_whole(&mut self, line: &[u8]) -> Result<(), ParseError> {
+        self.words.clear();
+        self.commands.clear();
+        self.text.clear();
         self.kind = LineKind::Empty;
         let text_end = memchr::memchr(b';', line).unwrap_or(line.len());
         self.comment = (text_end + 1).min(line.len())..line.len();
@@ -154,6 +165,28 @@ impl ParsedLine {
             self.text.extend_from_slice(&line[self.code.clone()]);
         }
         Ok(())
+    }
+
+    /// Takes a plain move (see [`plain`](super::plain)), what nearly every line is, in one pass; `false` for all else, with
+    /// words left over.
+    fn read_plain(&mut self, line: &[u8]) -> bool {
+        let words = &mut self.words;
+        let word = |letter, value| {
+            words.push(Word { letter, value: Some(value) });
+            !matches!(letter, b'G' | b'M' | b'T')
+        };
+        let Some(end) = plain::walk(line, word) else { return false };
+        let after = line.get(end..).unwrap_or_default();
+        self.comment = match after {
+            [] | [b'\r'] => line.len()..line.len(),
+            [b';', ..] => end + 1..line.len(),
+            [b' ', b';', ..] => end + 2..line.len(),
+            _ => return false,
+        };
+        self.code = 0..end;
+        self.kind = LineKind::Words;
+        self.commands.push(Command::g(u32::from(line[1] - b'0')));
+        true
     }
 
     fn drop_number_and_checksum(&mut self, line: &[u8]) -> Result<(), ParseError> {
@@ -268,7 +301,7 @@ fn word(input: &[u8]) -> Option<(u8, Option<f64>, u8, usize)> {
 /// The number at the start of `input`, the first digit behind its point, and its length; `Some(None)` where none begins,
 /// `None` for a sign or a point without a digit.
 #[expect(clippy::option_option, reason = "no number is fine, half a number is not")]
-fn number(input: &[u8]) -> Option<Option<(f64, u8, usize)>> {
+pub(super) fn number(input: &[u8]) -> Option<Option<(f64, u8, usize)>> {
     let signed = usize::from(matches!(input.first(), Some(b'-' | b'+')));
     let digits = |from: usize| input[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let whole = &input[signed..signed + digits(signed)];
@@ -286,10 +319,9 @@ fn number(input: &[u8]) -> Option<Option<(f64, u8, usize)>> {
 
 /// The value of `whole.fraction`: exact as `str::parse` up to 15 digits, by way of it beyond.
 fn decimal(negative: bool, whole: &[u8], fraction: &[u8]) -> f64 {
-    const POWERS: [f64; 16] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
     let magnitude = if whole.len() + fraction.len() <= 15 {
         let mantissa = whole.iter().chain(fraction).fold(0u64, |m, digit| m * 10 + u64::from(digit - b'0'));
-        mantissa as f64 / POWERS[fraction.len()]
+        mantissa as f64 / POWERS_OF_TEN[fraction.len()]
     } else {
         let text: String = whole.iter().chain(b".").chain(fraction).map(|&b| b as char).collect();
         text.parse().unwrap_or(f64::INFINITY)

@@ -2,7 +2,7 @@
 
 use super::plan::planned;
 use super::progress::Step;
-use super::rewrite::{finish, read_prints};
+use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
 use super::{
     Error, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult, SlicerName, SlicingOptions,
@@ -90,21 +90,20 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     let done = slice_by(slicer.as_ref(), &prints, &plan.plan, world)?;
     seconds.slice = lap();
     world.progress.reached(Step::Sliced(&done));
-    let RewriteResult { gcode, warnings, verify_seconds } = rewrite_all(&done.sliced, &prints, &plan, world)?;
+    let written = rewrite_all(&done.sliced, &prints, &plan, world)?;
+    let slicer = done.slicer;
+    // Given back before the replay, which needs room of its own.
+    drop(done.sliced);
+    let RewriteResult { gcode, warnings, verify_seconds } = written.verified(&plan.plan, world)?;
     seconds.verify = verify_seconds;
     seconds.rewrite = (lap() - verify_seconds).max(0.0);
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(warnings).collect();
-    Ok(PrepareResult { gcode, planned: plan, slicer: done.slicer, warnings, seconds })
+    Ok(PrepareResult { gcode, planned: plan, slicer, warnings, seconds })
 }
 
 /// One print a file.
-fn rewrite_all(
-    sliced: &[Vec<u8>],
-    prints: &Prints,
-    plan: &PlanResult,
-    world: &World<'_>,
-) -> Result<RewriteResult, Error> {
-    let mut segments: Vec<Segment> = Vec::new();
+fn rewrite_all(sliced: &[Vec<u8>], prints: &Prints, plan: &PlanResult, world: &World<'_>) -> Result<Written, Error> {
+    let mut segments: Vec<Segment<'_>> = Vec::new();
     for (bytes, name) in sliced.iter().zip(&prints.names) {
         let found = read_prints(bytes, name, &plan.plan.machine.profile)?;
         segments.push(found.into_iter().next().ok_or_else(|| SlicedError::NoExtrusion { file: name.clone() })?);
@@ -113,13 +112,7 @@ fn rewrite_all(
     let inputs: Vec<Input<'_>> = segments
         .iter()
         .enumerate()
-        .map(|(print, segment)| Input {
-            print,
-            centre_mm,
-            file: &prints.names[print],
-            bytes: &sliced[print],
-            sliced: &segment.sliced,
-        })
+        .map(|(print, segment)| Input { print, centre_mm, file: &prints.names[print], sliced: &segment.sliced })
         .collect();
-    finish(&inputs, &plan.plan, world)
+    Written::of(&inputs, sliced.iter().map(Vec::len).sum(), &plan.plan, world)
 }

@@ -39,6 +39,12 @@ pub struct RewriteResult {
 /// [`Error::Sliced`] and [`Error::Rewrite`] for files that are not understood or do not fit the plan,
 /// [`Error::WhichPrint`], and [`Error::Rejected`] where the result has findings.
 pub fn rewrite(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<RewriteResult, Error> {
+    // What was read is given back before the replay, which needs room of its own.
+    let written = write(request, world)?;
+    written.verified(request.plan, world)
+}
+
+fn write(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Written, Error> {
     let plan = request.plan;
     let mut sources = Vec::new();
     for source in &request.sliced {
@@ -55,15 +61,14 @@ pub fn rewrite(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Rewrit
             print: p.print,
             centre_mm: p.centre(plan, request.bed_mm),
             file: &sources[p.source].0,
-            bytes: &sources[p.source].1,
             sliced: &p.segment.sliced,
         })
         .collect();
-    finish(&inputs, plan, world)
+    Written::of(&inputs, sources.iter().map(|(_, bytes)| bytes.len()).sum(), plan, world)
 }
 
 /// The prints of a sliced file; heat that no line of it sets is taken from the settings at its end.
-pub(super) fn read_prints(bytes: &[u8], file: &str, profile: &Profile) -> Result<Vec<Segment>, Error> {
+pub(super) fn read_prints<'a>(bytes: &'a [u8], file: &'a str, profile: &'a Profile) -> Result<Vec<Segment<'a>>, Error> {
     let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow };
     let mut segments = read_sliced(bytes, file, words)?;
     let settings = config_values(bytes);
@@ -85,22 +90,43 @@ pub(super) fn read_prints(bytes: &[u8], file: &str, profile: &Profile) -> Result
     Ok(segments)
 }
 
-/// Rewrites and verifies.
-pub(super) fn finish(inputs: &[Input<'_>], plan: &CheckedPlan, world: &World<'_>) -> Result<RewriteResult, Error> {
-    let workpiece = plan.workpiece();
-    let (profile, plan_sha256) = (&plan.machine.profile, &plan.sha256);
-    let made = rewritten(inputs, &Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece })?;
-    made.warnings.iter().for_each(|w| world.progress.warning(w));
-    let replay = replayed(made.gcode, plan, world);
-    let verify_seconds = replay.seconds;
-    Ok(RewriteResult { gcode: replay.verified()?, warnings: made.warnings, verify_seconds })
+/// A program of which nothing is proved yet.
+pub(super) struct Written {
+    gcode: Vec<u8>,
+    warnings: Vec<String>,
+}
+
+impl Written {
+    /// The program of all prints of the plan; `expected` is about how many bytes it will have.
+    pub(super) fn of(
+        inputs: &[Input<'_>],
+        expected: usize,
+        plan: &CheckedPlan,
+        world: &World<'_>,
+    ) -> Result<Self, Error> {
+        let workpiece = plan.workpiece();
+        let (profile, plan_sha256) = (&plan.machine.profile, &plan.sha256);
+        let job = Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece };
+        // An eighth more than was read: a buffer that grows by copies would need room for two of itself.
+        let mut gcode = Vec::with_capacity(expected + expected / 8);
+        let made = rewritten(inputs, &job, &mut gcode)?;
+        made.warnings.iter().for_each(|w| world.progress.warning(w));
+        Ok(Self { gcode, warnings: made.warnings })
+    }
+
+    /// The program, replayed.
+    pub(super) fn verified(self, plan: &CheckedPlan, world: &World<'_>) -> Result<RewriteResult, Error> {
+        let replay = replayed(self.gcode, plan, world);
+        let verify_seconds = replay.seconds;
+        Ok(RewriteResult { gcode: replay.verified()?, warnings: self.warnings, verify_seconds })
+    }
 }
 
 /// A print found in a file.
 struct Assigned<'a> {
     print: usize,
     source: usize,
-    segment: &'a Segment,
+    segment: &'a Segment<'a>,
     /// Whether it comes from a project with all prints side by side.
     in_project: bool,
 }
@@ -118,7 +144,7 @@ impl Assigned<'_> {
     }
 }
 
-fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<Segment>]) -> Result<Vec<Assigned<'a>>, Error> {
+fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<Segment<'a>>]) -> Result<Vec<Assigned<'a>>, Error> {
     let only = request.plan.prints().count() == 1;
     let mut found = Vec::new();
     for (source, segments) in all.iter().enumerate() {

@@ -7,12 +7,16 @@
 //!
 //! Units: mm, radians, mm/min as written in the file.
 
+mod plain;
+
 use std::ops::RangeInclusive;
 
 use super::kinematics::{AxisRange, Pose};
 use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
 use crate::gcode::{Command, ParsedLine};
 use crate::geom::{Angle, Vec3};
+
+pub use plain::{PlainMoved, PlainStep};
 
 /// What the reader must know of the dialect.
 #[derive(Clone, Debug)]

@@ -88,13 +88,18 @@ impl Sections {
     ///
     /// A corner at exactly `z` counts as above, so that the outline is closed.
     pub fn at(&self, z: f64) -> Section {
+        Section::new(self.segments_at(z))
+    }
+
+    /// The same cut as segments alone.
+    pub fn segments_at(&self, z: f64) -> Vec<Segment> {
         let mut segments = Vec::new();
         if z >= self.range[0] && z <= self.range[1] {
             let bin = self.bin(z);
             let members = &self.members[self.starts[bin] as usize..self.starts[bin + 1] as usize];
             segments.extend(members.iter().filter_map(|&i| cut(&self.facets[i as usize], z)));
         }
-        Section::new(segments)
+        segments
     }
 }
 

@@ -6,8 +6,9 @@ use crate::mesh::TriangleMesh;
 use crate::motion::TableKinematics;
 use crate::planning::{Print, Workpiece};
 use crate::profile::Profile;
+use crate::section::{Sections, Segment};
 
-use super::sliced::{Item, Layer, SlicedPrint};
+use super::sliced::SlicedPrint;
 
 /// A part turned upright, its lowest point at z = 0, centred on the slicer's bed.
 pub struct SlotMesh {
@@ -96,17 +97,16 @@ pub enum BoxMismatch {
 ///
 /// A line's centre lies half a width inside the outline, so half a width beyond it is the user's doing and not the
 /// slicer's. Sharp tips thinner than a line are not printed by any slicer; hence the median for what is missing.
-pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint, profile: &Profile) -> Result<(), BoxMismatch> {
+pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
     let (width, height) = (profile.process.line_width_mm, profile.process.layer_height_mm);
     let mut missing: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     let mut below = 0.0;
+    let sections = Sections::of(&slot.mesh);
     for layer in &sliced.layers {
         let thickness = (layer.z - below).clamp(0.01, 2.0 * height);
         below = layer.z;
-        let (Some(section), extruded) = (section_box(&slot.mesh, layer.z - thickness / 2.0), extrusion_box(layer))
-        else {
-            continue;
-        };
+        let Some(section) = extent(&sections.segments_at(layer.z - thickness / 2.0)) else { continue };
+        let extruded = &layer.extrusion;
         for (axis, name) in [(0, "x"), (1, "y")] {
             let over = (section.min[axis] - extruded.min[axis]).max(extruded.max[axis] - section.max[axis]);
             if over > width / 2.0 {
@@ -130,13 +130,18 @@ pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint, profile: &Profile
             return Err(BoxMismatch::Short { axis: name, short_mm, allowed_mm: 2.0 * width });
         }
     }
-    check_height(slot, sliced, width, height)
+    check_height(slot, sliced, &sections, (width, height))
 }
 
-fn check_height(slot: &SlotMesh, sliced: &SlicedPrint, width: f64, layer: f64) -> Result<(), BoxMismatch> {
+fn check_height(
+    slot: &SlotMesh,
+    sliced: &SlicedPrint<'_>,
+    sections: &Sections,
+    (width, layer): (f64, f64),
+) -> Result<(), BoxMismatch> {
     let height = slot.mesh.bounds().max.z;
     let top = sliced.extrusion.max.z;
-    let printable = |z: f64| thinnest(&slot.mesh, z) > 2.0 * width;
+    let printable = |z: f64| thinnest(&sections.segments_at(z)) > 2.0 * width;
     let mut expected = height;
     while expected > 0.0 && !printable(expected - layer / 2.0) {
         expected -= layer;
@@ -145,50 +150,22 @@ fn check_height(slot: &SlotMesh, sliced: &SlicedPrint, width: f64, layer: f64) -
     if wrong { Err(BoxMismatch::Height { top, height }) } else { Ok(()) }
 }
 
-fn extrusion_box(layer: &Layer) -> Bounds {
-    let mut bounds = Bounds::EMPTY;
-    for item in &layer.body {
-        if let Item::Step(step) = item
-            && step.prints()
-        {
-            bounds.add(step.from);
-            bounds.add(step.to);
-        }
-    }
-    bounds
-}
-
-/// The box of the mesh's cross-section at `z`; `None` where there is none.
-fn section_box(mesh: &TriangleMesh<Slot>, z: f64) -> Option<Bounds> {
-    let bounds = Bounds::of(section(mesh, z).into_iter().flatten());
+/// The box of a cross-section; `None` for none.
+fn extent(segments: &[Segment]) -> Option<Bounds> {
+    let bounds = Bounds::of(segments.iter().flatten().map(|&[x, y]| Vec3::new(x, y, 0.0)));
     (!bounds.is_empty()).then_some(bounds)
 }
 
-/// The least width of the mesh's cross-section at `z` across any of its edges, mm; 0 where there is none. A ridge is thin
-/// whichever way it runs, though the box around it may be wide.
-fn thinnest(mesh: &TriangleMesh<Slot>, z: f64) -> f64 {
-    let edges = section(mesh, z);
-    let across = |[a, b]: &[Vec3; 2]| {
-        let normal = Vec3::new(a.y - b.y, b.x - a.x, 0.0).try_normalize(1e-9)?;
-        let (low, high) = edges
-            .iter()
-            .flatten()
-            .map(|p| p.dot(&normal))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        Some(high - low)
+/// The least width of a cross-section across any of its edges, mm; 0 where there is none. A ridge is thin whichever way it
+/// runs, though the box around it may be wide.
+fn thinnest(segments: &[Segment]) -> f64 {
+    let across = |[a, b]: &Segment| {
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        let length = (dx * dx + dy * dy).sqrt();
+        let along = |p: &[f64; 2]| (p[0] * dy - p[1] * dx) / length;
+        let all = segments.iter().flatten().map(along);
+        let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+        (length > 1e-9).then_some(high - low)
     };
-    edges.iter().filter_map(across).reduce(f64::min).unwrap_or(0.0)
-}
-
-/// Where the plane at `z` cuts the facets.
-fn section(mesh: &TriangleMesh<Slot>, z: f64) -> Vec<[Vec3; 2]> {
-    let cut = |facet: usize| {
-        let corners = mesh.corners(facet);
-        let mut ends = (0..3).filter_map(|i| {
-            let (a, b) = (corners[i], corners[(i + 1) % 3]);
-            ((a.z > z) != (b.z > z)).then(|| a + (b - a) * ((z - a.z) / (b.z - a.z)))
-        });
-        Some([ends.next()?, ends.next()?])
-    };
-    (0..mesh.facets().len()).filter_map(cut).collect()
+    segments.iter().filter_map(across).reduce(f64::min).unwrap_or(0.0)
 }

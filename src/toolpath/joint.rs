@@ -4,7 +4,7 @@
 //! (`planning::joint_gap_mm`). The tip stays where it was sliced, so that all further layers are right; the first one's lines
 //! take as much more or less filament as their cross-section grows or shrinks.
 
-use super::sliced::{Item, SlicedPrint};
+use super::sliced::SlicedPrint;
 use crate::profile::SliceSettings;
 
 /// What a layer's lines take.
@@ -37,7 +37,7 @@ const MOST_LAYERS: f64 = 0.65;
 
 impl Joint {
     /// The joint over a gap of `gap_mm`. A gap beyond [`MOST_LAYERS`] is not bridged here; verification says what is missing.
-    pub(super) fn over(gap_mm: f64, sliced: &SlicedPrint, process: &SliceSettings) -> Self {
+    pub(super) fn over(gap_mm: f64, sliced: &SlicedPrint<'_>, process: &SliceSettings) -> Self {
         let Some(first) = sliced.layers.first() else { return Self::default() };
         let height = first.z;
         if gap_mm.abs() < NONE_MM || gap_mm.abs() > MOST_LAYERS * height {
@@ -45,11 +45,8 @@ impl Joint {
         }
         let width = process.line_width_mm;
         let share = sliced.bead.area(width, height + gap_mm) / sliced.bead.area(width, height);
-        let prints = |item: &&Item| matches!(item, Item::Step(step) if step.prints());
-        let laid: f64 =
-            first.body.iter().filter(prints).map(|item| if let Item::Step(s) = item { s.e } else { 0.0 }).sum();
         let first = Flow { share, height_mm: Some(height + gap_mm) };
-        Self { first, added_mm: laid * (share - 1.0) }
+        Self { first, added_mm: sliced.first_layer_mm * (share - 1.0) }
     }
 
     /// What layer `index` takes.

@@ -12,15 +12,22 @@
 //! The rewriter owns every move between prints, layers of different prints, and poses. What it does not understand it
 //! refuses. This room must not know slicers; it reads what they write.
 
+mod ahead;
 mod clear;
 mod export;
+mod items;
 mod joint;
 mod modal;
 mod output;
 mod policy;
+mod read;
 mod rewrite;
 mod sliced;
+mod stated;
+mod writer;
 
 pub use export::{BoxMismatch, SlotMesh, project_layout, slot_mesh};
+pub use read::read_sliced;
 pub use rewrite::{Input, Job, RewriteError, Rewritten, rewrite};
-pub use sliced::{InputWords, Item, Layer, Segment, SlicedError, SlicedPrint, Step3, print_name, read_sliced};
+pub use sliced::{InputWords, Layer, Segment, SlicedError, SlicedPrint};
+pub use stated::print_name;

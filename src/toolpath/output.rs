@@ -1,7 +1,7 @@
 //! Blocks of the machine's dialect, written once and in one place.
 
 use crate::gcode::meaning::Firmware;
-use crate::gcode::{push_fixed, round_to};
+use crate::gcode::{push_fixed, push_units, round_to, units_of};
 use crate::geom::Vec3;
 use crate::motion::replay::Arc;
 use crate::motion::{Pose, TableKinematics};
@@ -9,18 +9,30 @@ use crate::profile::{Commands, Extrusion, FeedReference, Profile};
 
 /// Decimals of coordinates, mm.
 const LINEAR: u32 = 3;
+/// Units of coordinates a millimetre.
+const MICRONS: f64 = 1000.0;
 /// Decimals of angles, degrees.
 const ANGULAR: u32 = 4;
 /// Decimals of filament, mm.
 const FILAMENT: u32 = 5;
+/// Decimals of feeds.
+const FEED: u32 = 2;
+/// More than a block takes without its comment.
+const MOST_BYTES: usize = 256;
 
 /// The file as it grows, with what the machine has been told so far.
 pub(super) struct Output<'a> {
     pub(super) bytes: Vec<u8>,
     profile: &'a Profile,
     table: TableKinematics,
-    at: [Option<f64>; 3],
-    feed: Option<f64>,
+    /// X, Y, Z as last written, in units of their last decimal.
+    at: [Option<i64>; 3],
+    /// The same before rounding.
+    given: [f64; 3],
+    /// F as last written, in units of its last decimal.
+    feed: Option<i64>,
+    /// The same before rounding.
+    given_feed: f64,
     /// Filament of absolute counting so far.
     extruded: f64,
     /// What rounding has left over, by print, so that each print's sum is right to half a digit.
@@ -38,7 +50,9 @@ impl<'a> Output<'a> {
             profile,
             table: profile.kinematics(),
             at: [None; 3],
+            given: [f64::NAN; 3],
             feed: None,
+            given_feed: f64::NAN,
             extruded: 0.0,
             owed: vec![0.0; prints + 1],
             print: prints,
@@ -54,7 +68,7 @@ impl<'a> Output<'a> {
     /// Where the tip is, if all is known.
     pub(super) fn tip(&self) -> Option<Vec3> {
         let [x, y, z] = self.at;
-        Some(Vec3::new(x?, y?, z?))
+        Some(Vec3::new(x? as f64, y? as f64, z? as f64) / MICRONS)
     }
 
     /// From here on filament laid down belongs to `print`.
@@ -106,7 +120,7 @@ impl<'a> Output<'a> {
 
     /// A move of Z alone, whatever X and Y are.
     pub(super) fn go_z(&mut self, z: f64, feed: f64) {
-        if self.at[2] == Some(round_to(z, LINEAR)) {
+        if self.at[2] == Some(units_of(z, LINEAR)) {
             return;
         }
         self.bytes.extend_from_slice(b"G1");
@@ -115,17 +129,27 @@ impl<'a> Output<'a> {
         self.bytes.push(b'\n');
     }
 
+    /// A straight move without a comment, as nearly all are.
+    #[inline]
+    pub(super) fn go_plain(&mut self, to: Vec3, e: f64, feed: f64) {
+        self.block(b"G1", Some(to), None, e, feed, b"");
+    }
+
     /// Filament alone.
     pub(super) fn filament(&mut self, e: f64, feed: f64, comment: &[u8]) {
         self.block(b"G1", None, None, e, feed, comment);
     }
 
+    #[inline(always)]
     fn block(&mut self, code: &[u8], to: Option<Vec3>, arc: Option<&Arc>, e: f64, feed: f64, comment: &[u8]) {
+        self.bytes.reserve(MOST_BYTES + comment.len());
         let start = self.bytes.len();
         self.bytes.extend_from_slice(code);
         let bare = self.bytes.len();
         if let Some(to) = to {
-            (0..3).for_each(|axis| self.coordinate(axis, to[axis]));
+            self.coordinate(0, to.x);
+            self.coordinate(1, to.y);
+            self.coordinate(2, to.z);
         }
         if let Some(arc) = arc {
             self.arc_words(arc);
@@ -147,15 +171,19 @@ impl<'a> Output<'a> {
         self.bytes.push(b'\n');
     }
 
+    #[inline(always)]
     fn coordinate(&mut self, axis: usize, value: f64) {
-        let value = round_to(value, LINEAR);
-        if self.at[axis] == Some(value) {
+        if value == self.given[axis] {
             return;
         }
-        self.at[axis] = Some(value);
-        self.bytes.push(b' ');
-        self.bytes.push(b"XYZ"[axis]);
-        push_fixed(&mut self.bytes, value, LINEAR);
+        self.given[axis] = value;
+        let units = units_of(value, LINEAR);
+        if self.at[axis] == Some(units) {
+            return;
+        }
+        self.at[axis] = Some(units);
+        self.bytes.extend_from_slice(&[b' ', b"XYZ"[axis]]);
+        push_units(&mut self.bytes, units, LINEAR);
     }
 
     fn arc_words(&mut self, arc: &Arc) {
@@ -176,28 +204,33 @@ impl<'a> Output<'a> {
     /// Filament with the remainder of all roundings before it carried on, so that the sum is right to half a digit.
     fn filament_word(&mut self, e: f64, account: usize) {
         let wanted = e + self.owed[account];
+        let units = units_of(wanted, FILAMENT);
         let written = round_to(wanted, FILAMENT);
         self.owed[account] = wanted - written;
         self.extruded += written;
-        let word = match self.profile.dialect.extrusion {
-            Extrusion::Relative => written,
-            Extrusion::Absolute => self.extruded,
-        };
         self.bytes.extend_from_slice(&[b' ', self.profile.dialect.extruder as u8]);
-        push_fixed(&mut self.bytes, word, FILAMENT);
+        match self.profile.dialect.extrusion {
+            Extrusion::Relative => push_units(&mut self.bytes, units, FILAMENT),
+            Extrusion::Absolute => push_fixed(&mut self.bytes, self.extruded, FILAMENT),
+        }
     }
 
     /// F where it changes, never above what the machine takes.
+    #[inline]
     fn feed_word(&mut self, feed: f64) {
+        if feed == self.given_feed {
+            return;
+        }
+        self.given_feed = feed;
         let most = self.profile.limits.max_feed_mm_per_min;
         if feed > most {
             self.lowered = Some(self.lowered.map_or(feed, |f| f.max(feed)));
         }
-        let feed = round_to(feed.min(most), 2);
-        if self.feed != Some(feed) {
-            self.feed = Some(feed);
+        let units = units_of(feed.min(most), FEED);
+        if self.feed != Some(units) {
+            self.feed = Some(units);
             self.bytes.extend_from_slice(b" F");
-            push_fixed(&mut self.bytes, feed, 2);
+            push_units(&mut self.bytes, units, FEED);
         }
     }
 
@@ -232,6 +265,7 @@ impl<'a> Output<'a> {
             }
             // The next linear block must state its own F.
             self.feed = None;
+            self.given_feed = f64::NAN;
         }
     }
 }

@@ -21,6 +21,7 @@ mod orient_size;
 mod pipeline;
 mod plan_and_prepare;
 mod planning;
+mod rewriting;
 mod rust_source;
 mod sliced_files;
 mod solids;

@@ -1,0 +1,527 @@
+//! Sliced G-code, read once: everything in it is checked, and where each layer begins and ends is noted.
+
+use std::ops::Range;
+
+use super::items::{Place, Step3, command_name, comment_at, policies, refused};
+use super::policy::{CommandPolicy, keeps_comment};
+use super::sliced::{InputWords, Layer, Segment, SlicedError, SlicedPrint, SlicedSource};
+use super::stated;
+use crate::gcode::marks::Bead;
+use crate::gcode::meaning::{Effect, Firmware, Heater};
+use crate::gcode::{LineKind, ParsedLine, first_line, text_start};
+use crate::geom::{Bounds, Vec3};
+use crate::motion::replay::{Controller, Move, PlainStep, Reading, Step, flatten};
+
+/// Extrusions whose heights differ by less than this are one layer, mm: the last printed digit.
+const SAME_LAYER: f64 = 1.5e-3;
+
+/// Reads `bytes` as one or several prints; `file` is for the messages.
+///
+/// What comes back borrows the bytes and takes some hundred bytes a layer beside them.
+///
+/// # Errors
+///
+/// [`SlicedError`] with file and line for everything that cannot be rewritten safely.
+pub fn read_sliced<'a>(bytes: &'a [u8], file: &'a str, words: InputWords<'a>) -> Result<Vec<Segment<'a>>, SlicedError> {
+    if bytes.starts_with(b"GCDE") {
+        return Err(SlicedError::Binary { file: file.to_owned() });
+    }
+    // RS274 machines print no slicer's own words: what is not stated is a printer's.
+    let unstated = if words.firmware.is_printer() { words.firmware } else { Firmware::Marlin };
+    let firmware = stated::firmware(bytes).unwrap_or(unstated);
+    let source = SlicedSource { file, bytes, firmware, allow: words.allow };
+    let mut reader = Reader::new(source);
+    let read = reader.read();
+    // PrusaSlicer before 2.6 had no flavour for Klipper, whose users chose Marlin's and wrote macros.
+    if reader.klipper || (read.is_err() && firmware == Firmware::Marlin && stated::has_klipper_macros(bytes)) {
+        let mut reader = Reader::new(SlicedSource { firmware: Firmware::Klipper, ..source });
+        reader.read()?;
+        return reader.finish();
+    }
+    read?;
+    reader.finish()
+}
+
+struct Reader<'a> {
+    source: SlicedSource<'a>,
+    /// Whether this has ended at a macro of Klipper's in a file that is taken to be Marlin's.
+    klipper: bool,
+    /// Behind the line in hand.
+    place: Place,
+    bead: Bead,
+    widths_mm: Vec<f64>,
+    done: Vec<Segment<'a>>,
+    label: Option<usize>,
+    seen: Vec<usize>,
+    print: Open,
+    /// Lines since the last extrusion that are no moves, with what is to be thought of them if no extrusion follows.
+    pending: Vec<Pending>,
+    /// Where the moves since then go.
+    pending_reach: Bounds,
+    /// Whether there is anything since then.
+    since: bool,
+    /// Where the last extrusion ended.
+    laid_to: Option<Vec3>,
+    /// Moves that lay filament.
+    laying: usize,
+    /// Nozzle and bed as last set.
+    heat: [Option<f64>; 2],
+}
+
+/// The print that is being read.
+struct Open {
+    layers: Vec<Layer>,
+    /// Where the first layer's body begins; set with the first layer.
+    start: Option<Place>,
+    lead: Vec<Range<usize>>,
+    prologue: Vec<Range<usize>>,
+    replaced: Vec<String>,
+    reach: Bounds,
+    /// Chords of arcs, which may leave the box of their ends.
+    arcs: Bounds,
+    filament_mm: f64,
+    first_layer_mm: f64,
+    /// Waits up to the last extrusion, and since.
+    waits_s: [f64; 2],
+    /// Nozzle and bed when it began.
+    heat: [Option<f64>; 2],
+}
+
+impl Open {
+    fn new() -> Self {
+        Self {
+            layers: Vec::new(),
+            start: None,
+            lead: Vec::new(),
+            prologue: Vec::new(),
+            replaced: Vec::new(),
+            reach: Bounds::EMPTY,
+            arcs: Bounds::EMPTY,
+            filament_mm: 0.0,
+            first_layer_mm: 0.0,
+            waits_s: [0.0; 2],
+            heat: [None; 2],
+        }
+    }
+}
+
+/// A line whose fate depends on whether extrusion follows.
+struct Pending {
+    span: Range<usize>,
+    line: u32,
+    /// Passed on if it does.
+    kept: bool,
+    /// Refused if extrusion comes before *and* after.
+    suspect: bool,
+    comment: bool,
+    /// Kept, or refused, even when the pose changes around it (fans, limits).
+    state: bool,
+}
+
+/// The line in hand: where it begins, and the state before it, which is asked for only where no layer has begun.
+struct Here<'a> {
+    start: usize,
+    text: &'a [u8],
+    before: Option<Controller>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(source: SlicedSource<'a>) -> Self {
+        let (bytes, controller) = (source.bytes, Controller::new(Reading::sliced_for(source.firmware)));
+        Self {
+            source,
+            klipper: false,
+            place: Place { at: text_start(bytes), line: 0, controller },
+            bead: stated::bead(bytes),
+            widths_mm: stated::widths(bytes),
+            done: Vec::new(),
+            label: None,
+            seen: Vec::new(),
+            print: Open::new(),
+            pending: Vec::new(),
+            pending_reach: Bounds::EMPTY,
+            since: false,
+            laid_to: None,
+            laying: 0,
+            heat: [None; 2],
+        }
+    }
+
+    fn file(&self) -> String {
+        self.source.file.to_owned()
+    }
+
+    fn read(&mut self) -> Result<(), SlicedError> {
+        let bytes = self.source.bytes;
+        let mut parsed = ParsedLine::default();
+        while self.place.at < bytes.len() {
+            let start = self.place.at;
+            if !self.print.layers.is_empty()
+                && let Some(step) = self.place.plain(bytes)
+            {
+                if let PlainStep::Move(m) = step {
+                    let prints = m.e > 0.0 && m.from != m.to;
+                    if prints { self.lay(m.from, m.to, m.e, start)? } else { self.travel(m.to) }
+                }
+                continue;
+            }
+            let (text, length) = first_line(&bytes[start..]);
+            self.place.at += length;
+            self.place.line += 1;
+            let (file, line) = (self.source.file, self.place.line);
+            parsed.read(text).map_err(|source| SlicedError::Parse { file: file.to_owned(), line, source })?;
+            if self.source.firmware == Firmware::Marlin && stated::is_klipper_macro(&parsed, text) {
+                self.klipper = true;
+                return Ok(());
+            }
+            self.take(&parsed, start, text)?;
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, parsed: &ParsedLine, start: usize, text: &'a [u8]) -> Result<(), SlicedError> {
+        let whole = start..start + text.len();
+        if parsed.kind == LineKind::Empty {
+            let comment = &text[parsed.comment.clone()];
+            if comment.starts_with(b"TRUNNION ") {
+                return Err(SlicedError::Rewritten { file: self.file(), line: self.place.line });
+            }
+            self.relabel(comment)?;
+            if !comment.is_empty() && keeps_comment(comment) {
+                self.pend(whole, Pending { kept: true, comment: true, ..Pending::NOTHING });
+            }
+            return Ok(());
+        }
+        let before = self.print.layers.is_empty().then(|| self.place.controller.clone());
+        let (file, line) = (self.source.file, self.place.line);
+        let source = |source| SlicedError::Replay { file: file.to_owned(), line, source };
+        let step = self.place.controller.step(parsed).map_err(source)?;
+        if self.pending.last().is_none_or(|p| p.comment) && self.print.layers.is_empty() {
+            // Marks the end of the file's head even where the line itself leaves nothing behind.
+            self.pend(0..0, Pending::NOTHING);
+        }
+        match step {
+            Step::Nothing | Step::ExtruderSet(_) | Step::Effect(Effect::Retract(_)) => {}
+            Step::Move(m) => self.take_move(&m, parsed, &Here { start, text, before })?,
+            Step::Effect(Effect::Dwell(seconds)) => {
+                self.print.waits_s[1] += seconds.max(0.0);
+                self.since = true;
+            }
+            Step::Effect(effect) => {
+                if effect == Effect::Label {
+                    self.relabel(&text[parsed.code.clone()])?;
+                }
+                self.temperature(effect);
+                self.by_policy(effect, parsed, whole);
+            }
+        }
+        Ok(())
+    }
+
+    fn pend(&mut self, span: Range<usize>, pending: Pending) {
+        self.pending.push(Pending { span, line: self.place.line, ..pending });
+        self.since = true;
+    }
+
+    /// Files a line away by what it does.
+    fn by_policy(&mut self, effect: Effect, parsed: &ParsedLine, whole: Range<usize>) {
+        use CommandPolicy::{Drop, Keep, Refuse, Replace};
+        let policies = policies(effect, parsed, self.source.allow);
+        if policies[0] == Replace && self.pending.iter().all(|p| !p.suspect) {
+            let name = command_name(parsed);
+            if !self.print.replaced.contains(&name) {
+                self.print.replaced.push(name);
+            }
+        }
+        let none = Pending::NOTHING;
+        let pending = match policies {
+            // Refused wherever it stands: as if extrusion had come before and after.
+            [Refuse, _] => Pending { suspect: true, state: true, ..none },
+            [Keep, Refuse] => Pending { kept: true, suspect: true, ..none },
+            [_, Refuse] => Pending { suspect: true, ..none },
+            [Keep, _] => Pending { kept: true, state: true, ..none },
+            [Drop | Replace, Keep] => Pending { kept: true, ..none },
+            [Drop | Replace, Drop | Replace] => return,
+        };
+        self.pend(whole, pending);
+    }
+
+    fn temperature(&mut self, effect: Effect) {
+        let Effect::Heat { heater, target_c: Some(target), .. } = effect else { return };
+        let slot = match heater {
+            Heater::Nozzle => 0,
+            Heater::Bed => 1,
+            // Another tool's heat is none of ours.
+            Heater::OtherNozzle(_) | Heater::Chamber => return,
+        };
+        if target > 0.0 {
+            self.heat[slot] = Some(target);
+        }
+    }
+
+    fn take_move(&mut self, m: &Move, parsed: &ParsedLine, here: &Here<'_>) -> Result<(), SlicedError> {
+        let pushes = m.e > 0.0 && (m.written != 0 || m.arc.is_some());
+        if pushes && m.from.tip().zip(m.to.tip()).is_none() {
+            // What made the position unknown is the better thing to name.
+            if let (false, Some(p)) = (self.print.layers.is_empty(), self.pending.iter().find(|p| p.suspect)) {
+                return Err(refused(&self.source, p.line, p.span.clone()));
+            }
+            return Err(SlicedError::UnknownPosition { file: self.file(), line: self.place.line });
+        }
+        let comment = comment_at(parsed, here.start, here.text.len());
+        let Some(step) = Step3::of(m, comment) else { return Ok(()) };
+        if !step.prints() {
+            self.travel(step.to);
+            return Ok(());
+        }
+        if let Some(arc) = &step.arc {
+            flatten(step.from, step.to, arc, 0.01).into_iter().for_each(|p| self.print.arcs.add(p));
+        }
+        if let Some(controller) = &here.before {
+            let place = Place { at: here.start, line: self.place.line - 1, controller: controller.clone() };
+            self.begin_print(place)?;
+        }
+        self.lay(step.from, step.to, step.e, here.start)
+    }
+
+    /// Notes a move to `to` that lays nothing.
+    #[inline]
+    fn travel(&mut self, to: Vec3) {
+        self.pending_reach.add(to);
+        self.since = true;
+    }
+
+    /// Notes extrusion by the line that begins at `start`.
+    #[inline]
+    fn lay(&mut self, from: Vec3, to: Vec3, e: f64, start: usize) -> Result<(), SlicedError> {
+        self.laying += 1;
+        if self.since {
+            self.pending_within()?;
+        }
+        let print = &mut self.print;
+        print.filament_mm += e;
+        if print.layers.last().is_none_or(|layer| (layer.z - from.z).abs() > SAME_LAYER) {
+            let (body, line) = (start, self.place.line);
+            print.layers.push(Layer { z: from.z, body, end: start, line, extrusion: Bounds::EMPTY });
+        }
+        if print.layers.len() == 1 {
+            print.first_layer_mm += e;
+        }
+        if let Some(layer) = print.layers.last_mut() {
+            layer.end = self.place.at;
+            // Most extrusions go on where the last one ended.
+            if self.laid_to != Some(from) || layer.extrusion.is_empty() {
+                layer.extrusion.add(from);
+            }
+            layer.extrusion.add(to);
+            self.laid_to = Some(to);
+        }
+        Ok(())
+    }
+
+    /// Takes the pending lines for part of the print, now that extrusion follows them.
+    #[inline]
+    fn pending_within(&mut self) -> Result<(), SlicedError> {
+        self.since = false;
+        let waited = std::mem::take(&mut self.print.waits_s[1]);
+        if !self.print.layers.is_empty() {
+            self.print.waits_s[0] += waited;
+        }
+        if let Some(p) = self.pending.iter().find(|p| p.suspect) {
+            return Err(refused(&self.source, p.line, p.span.clone()));
+        }
+        self.pending.clear();
+        self.print.reach = self.print.reach.union(&self.pending_reach);
+        self.pending_reach = Bounds::EMPTY;
+        Ok(())
+    }
+
+    /// Files the lines before the first extrusion away, which begins at `place`.
+    fn begin_print(&mut self, place: Place) -> Result<(), SlicedError> {
+        self.print.heat = self.heat;
+        self.print.start = Some(place);
+        // The way to the first layer comes from the slicer's origin and is replaced by a move of ours.
+        self.pending_reach = Bounds::EMPTY;
+        // The file's own head: comments before anything is commanded. Later ones belong to the first layer.
+        let head = self.pending.iter().take_while(|p| p.comment).count();
+        for (index, line) in std::mem::take(&mut self.pending).into_iter().enumerate() {
+            if line.suspect && line.state {
+                return Err(refused(&self.source, line.line, line.span));
+            }
+            if line.kept && index < head {
+                self.print.prologue.push(line.span);
+            } else if line.kept && (line.state || line.comment) {
+                self.print.lead.push(line.span);
+            }
+        }
+        Ok(())
+    }
+
+    /// A label that names one of our prints closes the print before it.
+    fn relabel(&mut self, comment: &[u8]) -> Result<(), SlicedError> {
+        let Some(print) = stated::label(comment) else { return Ok(()) };
+        if self.label == Some(print) {
+            return Ok(());
+        }
+        if self.seen.contains(&print) {
+            let label = String::from_utf8_lossy(comment).trim().to_owned();
+            return Err(SlicedError::Interleaved { file: self.file(), line: self.place.line, label });
+        }
+        if self.label.is_some() && !self.print.layers.is_empty() {
+            let lead: Vec<Pending> = std::mem::take(&mut self.pending);
+            self.close();
+            // Fans and limits set on the way to the next object belong to it; its travel does not.
+            self.pending = lead.into_iter().filter(|p| p.state || p.suspect).collect();
+        }
+        self.seen.push(print);
+        self.label = Some(print);
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        let print = std::mem::replace(&mut self.print, Open::new());
+        let Some(start) = print.start else { return };
+        let boxes = print.layers.iter().map(|layer| &layer.extrusion);
+        let extrusion = boxes.fold(print.arcs, |all, layer| all.union(layer));
+        let epilogue = self.pending.drain(..).filter(|p| p.comment && p.kept);
+        let sliced = SlicedPrint {
+            extrusion,
+            filament_mm: print.filament_mm,
+            firmware: self.source.firmware,
+            replaced: print.replaced,
+            multiplier: 1.0,
+            bead: self.bead,
+            widths_mm: self.widths_mm.clone(),
+            outset_mm: None,
+            waits_s: print.waits_s[0],
+            nozzle_c: print.heat[0],
+            bed_c: print.heat[1],
+            prologue: print.prologue,
+            epilogue: epilogue.map(|p| p.span).collect(),
+            source: self.source,
+            lead: print.lead,
+            start,
+            // Both ends of every extrusion, and every travel between them.
+            reach: extrusion.union(&print.reach),
+            first_layer_mm: print.first_layer_mm,
+            layers: print.layers,
+        };
+        self.pending_reach = Bounds::EMPTY;
+        self.done.push(Segment { print: self.label, sliced });
+    }
+
+    fn finish(mut self) -> Result<Vec<Segment<'a>>, SlicedError> {
+        if self.print.layers.is_empty() {
+            return Err(SlicedError::NoExtrusion { file: self.file() });
+        }
+        if let Some(p) = self.pending.iter().find(|p| p.state && p.suspect) {
+            return Err(refused(&self.source, p.line, p.span.clone()));
+        }
+        self.close();
+        let counted_mm: f64 = self.done.iter().map(|segment| segment.sliced.filament_mm).sum();
+        let most = stated::STATED_MM + stated::DIGIT_MM * self.laying as f64;
+        match stated::filament_mm(self.source.bytes) {
+            Some(stated_mm) if (stated_mm - counted_mm).abs() > most => {
+                Err(SlicedError::Filament { file: self.file(), counted_mm, stated_mm })
+            }
+            None if stated::states_its_filament(self.source.bytes) => Err(SlicedError::Torn { file: self.file() }),
+            _ => Ok(self.done),
+        }
+    }
+}
+
+impl Pending {
+    /// A line that leaves nothing behind.
+    const NOTHING: Self = Self { span: 0..0, line: 0, kept: false, suspect: false, comment: false, state: false };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(text: &str) -> SlicedPrint<'_> {
+        let mut all = read_sliced(text.as_bytes(), "t.gcode", InputWords::default()).unwrap();
+        assert_eq!(all.len(), 1);
+        all.remove(0).sliced
+    }
+
+    fn refused(text: &str) -> String {
+        read_sliced(text.as_bytes(), "t.gcode", InputWords::default()).unwrap_err().to_string()
+    }
+
+    const TWO_LAYERS: &str = "; generated by hand\nM109 S215\nM140 S65\nG28\nG90\nM83\n;TYPE:Perimeter\nG1 X0 Y0 Z.2 F3000\nG1 X10 E1 F1200\nG1 Y10 E1\nG1 E-2\nG1 Z.4\nM106 S255\nG1 X0 Y0\nG1 E2\nG1 X10 E1\nM107\nM84\n; the end\n";
+
+    #[test]
+    fn layers_begin_behind_the_last_extrusion() {
+        let print = one(TWO_LAYERS);
+        assert_eq!(print.layers.len(), 2);
+        assert_eq!((print.layers[0].z, print.layers[1].z), (0.2, 0.4));
+        let mut walk = print.walk();
+        let mut items = |end: usize| std::iter::from_fn(|| walk.next(end).unwrap()).count();
+        let [first, second] = &print.layers[..] else { panic!("{:?}", print.layers) };
+        assert_eq!([items(first.end), items(second.body), items(second.end)], [2, 5, 1]);
+        // What may not stand within a print is refused again, should it ever be taken for part of one.
+        let beyond = std::iter::from_fn(|| walk.next(usize::MAX).transpose()).find_map(Result::err);
+        assert!(beyond.unwrap().to_string().contains("t.gcode:18: \"M84\" cannot be rewritten"));
+        assert_eq!(print.filament_mm, 3.0);
+        assert_eq!((print.nozzle_c, print.bed_c), (Some(215.0), Some(65.0)));
+        assert_eq!((print.extrusion.min, print.extrusion.max), (Vec3::new(0.0, 0.0, 0.2), Vec3::new(10.0, 10.0, 0.4)));
+        assert_eq!((print.prologue.len(), print.epilogue.len(), print.lead.len()), (1, 1, 1));
+    }
+
+    #[test]
+    fn waits_are_counted_between_the_first_and_the_last_extrusion() {
+        let waiting = TWO_LAYERS.replace("G28", "G28\nG4 S9").replace("M106", "G4 P1500\nG4 S2\nM106");
+        assert_eq!(one(&waiting.replace("M107", "G4 S20\nM107")).waits_s, 3.5);
+        assert_eq!(one(TWO_LAYERS).waits_s, 0.0);
+    }
+
+    #[test]
+    fn what_cannot_be_rewritten_is_named_with_its_line() {
+        let body = |line: &str| format!("G90\nM83\nG1 X0 Y0 Z.2\nG1 X9 E1\n{line}\nG1 X0 E1\n");
+        assert!(refused(&body("G28")).contains("t.gcode:5: \"G28\" cannot be rewritten safely"));
+        assert!(refused(&body("M600")).contains("t.gcode:5"));
+        assert!(refused(&body("PAUSE")).contains("PAUSE"));
+        for line in
+            ["M206 Z5", "M428", "M290 Z-2", "M92 E90", "M221 S95", "T1", "M84", "M112", "G10 P0 Z5", "M104 S0\nM81"]
+        {
+            assert!(refused(&body(line)).contains("t.gcode:"), "{line}");
+        }
+        assert!(refused(&body("G20")).contains("inches"));
+        assert!(refused(&body("G18")).contains("XY plane"));
+        assert!(refused(&body("G1 X5 A3")).contains("A word"));
+        assert!(refused("GCDE\x01\x00").contains("binary"));
+        assert!(refused("G28\nM84\n").contains("nothing is extruded"));
+        assert!(refused("M83\nG1 X5 E1\n").contains("before X, Y and Z are known"));
+        assert!(refused(";TRUNNION slot=0\n").contains("already rewritten"));
+        assert!(refused(&format!("M6 T1\n{TWO_LAYERS}")).contains("M6"));
+    }
+
+    #[test]
+    fn a_file_of_marlins_flavour_with_klippers_macros_is_klippers() {
+        assert_eq!(one(TWO_LAYERS).firmware, Firmware::Marlin);
+        let text = TWO_LAYERS.replace("G1 Z.4", "SET_PRESSURE_ADVANCE ADVANCE=0.04\nG1 Z.4");
+        assert_eq!(one(&text).firmware, Firmware::Klipper);
+        assert_eq!(one(&text).layers.len(), 2);
+        // Said by another firmware's file it stays what it is there: unknown.
+        let stated = format!("; gcode_flavor = reprapfirmware\n{text}");
+        assert!(refused(&stated).contains("SET_PRESSURE_ADVANCE"));
+        // What is refused before the macro is refused in Klipper's words.
+        assert!(refused(&text.replace("G90", "G20")).contains("t.gcode:5"));
+    }
+
+    #[test]
+    fn sequential_objects_come_apart_by_their_labels() {
+        let object = |n: usize| {
+            format!(
+                "; printing object print-{n:02}-x id:0 copy 0\nG1 X0 Y0 Z.2\nG1 X9 E1\n; stop printing object print-{n:02}-x id:0 copy 0\n"
+            )
+        };
+        let text = format!("G90\nM83\n{}M107\nG1 X50\n{}", object(0), object(3));
+        let all = read_sliced(text.as_bytes(), "t", InputWords::default()).unwrap();
+        assert_eq!(all.iter().map(|s| s.print).collect::<Vec<_>>(), vec![Some(0), Some(3)]);
+        assert_eq!(all[1].sliced.extrusion.max.x, 9.0);
+        let mixed = format!("G90\nM83\n{}{}{}", object(0), object(3), object(0));
+        assert!(refused(&mixed).contains("complete individual objects"));
+    }
+}
