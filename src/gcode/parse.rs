@@ -2,7 +2,7 @@
 //!
 //! Source of the grammar's oddities: the real files behind `field/slicers.md` section 5.
 
-use super::number::POWERS_OF_TEN;
+use super::number::number;
 use super::plain;
 
 /// A letter with the number that follows it.
@@ -296,37 +296,6 @@ fn word(input: &[u8]) -> Option<(u8, Option<f64>, u8, usize)> {
         at += 1 + number(&input[at + 1..])?.map_or(0, |(_, _, length)| length);
     }
     Some((letter, Some(value), minor, at))
-}
-
-/// The number at the start of `input`, the first digit behind its point, and its length; `Some(None)` where none begins,
-/// `None` for a sign or a point without a digit.
-#[expect(clippy::option_option, reason = "no number is fine, half a number is not")]
-pub(super) fn number(input: &[u8]) -> Option<Option<(f64, u8, usize)>> {
-    let signed = usize::from(matches!(input.first(), Some(b'-' | b'+')));
-    let digits = |from: usize| input[from..].iter().take_while(|b| b.is_ascii_digit()).count();
-    let whole = &input[signed..signed + digits(signed)];
-    let mut at = signed + whole.len();
-    let pointed = input.get(at) == Some(&b'.');
-    at += usize::from(pointed);
-    let fraction = if pointed { &input[at..at + digits(at)] } else { &[] };
-    at += fraction.len();
-    if whole.is_empty() && fraction.is_empty() {
-        return if at == 0 { Some(None) } else { None };
-    }
-    let minor = fraction.first().map_or(0, |digit| digit - b'0');
-    Some(Some((decimal(input.first() == Some(&b'-'), whole, fraction), minor, at)))
-}
-
-/// The value of `whole.fraction`: exact as `str::parse` up to 15 digits, by way of it beyond.
-fn decimal(negative: bool, whole: &[u8], fraction: &[u8]) -> f64 {
-    let magnitude = if whole.len() + fraction.len() <= 15 {
-        let mantissa = whole.iter().chain(fraction).fold(0u64, |m, digit| m * 10 + u64::from(digit - b'0'));
-        mantissa as f64 / POWERS_OF_TEN[fraction.len()]
-    } else {
-        let text: String = whole.iter().chain(b".").chain(fraction).map(|&b| b as char).collect();
-        text.parse().unwrap_or(f64::INFINITY)
-    };
-    if negative { -magnitude } else { magnitude }
 }
 
 #[cfg(test)]

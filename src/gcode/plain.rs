@@ -7,8 +7,7 @@
 //! What is spelt in any other way is left to the whole grammar of [`ParsedLine::read`](super::ParsedLine::read), which finds the
 //! same words in these.
 
-use super::number::POWERS_OF_TEN;
-use super::parse::number;
+use super::number::{POWERS_OF_TEN, number};
 
 /// A move of X, Y, Z and the extruder E, each at most once.
 #[derive(Clone, Copy, Debug, PartialEq)]

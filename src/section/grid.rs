@@ -9,6 +9,9 @@ const CORNER: f64 = 1e-9;
 /// By how much a segment is taken longer when it is filed, mm: rounding must not lose it at a cell's edge.
 const ROUNDING_MM: f64 = 1e-6;
 
+/// Twice the area of a triangle that may as well be a line, mm²: far more than rounding.
+const UNSURE: f64 = 1e-9;
+
 /// A point of the plane, mm.
 pub type Point = [f64; 2];
 /// From one point to another.
@@ -150,6 +153,16 @@ impl Segments {
         Some(Nearest { index, distance: best.square.sqrt(), corner: best.corner, left: best.left })
     }
 
+    /// Whether a segment meets or touches the way from `a` to `b`.
+    pub fn meets(&self, [a, b]: Segment) -> bool {
+        if self.all.is_empty() {
+            return false;
+        }
+        let mut met = false;
+        self.through(&[a, b], |cell| met = met || self.members(cell).any(|&[p, q]| crosses([a, b], [p, q])));
+        met
+    }
+
     /// Tries the segments of the cells that lie `ring` cells from `home`.
     fn ring(&self, home: [isize; 2], ring: isize, p: Point, best: &mut Best) {
         let [columns, rows] = self.count.map(|n| n as isize);
@@ -248,6 +261,15 @@ impl Segments {
     }
 }
 
+/// Whether two segments meet, or come so near that rounding cannot tell.
+fn crosses([a, b]: Segment, [p, q]: Segment) -> bool {
+    let side = |from: Point, to: Point, at: Point| {
+        (to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0])
+    };
+    let apart = |one: f64, other: f64| one > UNSURE && other > UNSURE || one < -UNSURE && other < -UNSURE;
+    !(apart(side(a, b, p), side(a, b, q)) || apart(side(p, q, a), side(p, q, b)))
+}
+
 /// The greatest whole number that is not above `v`, without a call.
 fn floor(v: f64) -> isize {
     let whole = v as isize;
@@ -318,6 +340,18 @@ mod tests {
                 assert!(segments.least_away(p, cell) <= away.square.sqrt() + 1e-9, "{p:?}");
             }
         }
+        let on = |[a, b]: Segment, t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
+        let (mut met, mut free) = (0, 0);
+        for _ in 0..3000 {
+            let way = [point(36.0), point(36.0)];
+            let got = segments.meets(way);
+            // By the nearest distance along the way, in steps far smaller than what would be missed.
+            let near = (0..=2000).any(|k| segments.nearest(on(way, f64::from(k) / 2000.0), 1e-2, None).is_some());
+            assert!(got || !all.iter().any(|s| crosses(way, *s)), "{way:?}");
+            assert!(!got || near, "{way:?}");
+            (met, free) = (met + u32::from(got), free + u32::from(!got));
+        }
+        assert!(met > 100 && free > 100, "{met} {free}");
         assert!(Segments::new(Vec::new()).nearest([0.0; 2], 1.0, None).is_none());
     }
 }

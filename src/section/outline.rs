@@ -60,6 +60,11 @@ impl Section {
         self.search().nearest(p)
     }
 
+    /// Whether the outline meets or touches the way from one point to another.
+    pub fn meets(&self, way: Segment) -> bool {
+        self.segments.meets(way)
+    }
+
     /// For questions about points that follow one another.
     pub fn search(&self) -> Search<'_> {
         Search { section: self, last: None }

@@ -8,8 +8,8 @@
 
 use std::ops::Range;
 
+use super::inputs::{Chunk, Entry, RewriteError};
 use super::items::{Item, Walk};
-use super::rewrite::{Chunk, Entry, RewriteError};
 use crate::geom::Vec3;
 use crate::motion::replay::{PlainMoved, PlainStep};
 

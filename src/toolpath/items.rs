@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::policy::{CommandPolicy, Stage, keeps_comment, policy};
-use super::sliced::{SlicedError, SlicedSource};
+use super::source::{SlicedError, SlicedSource};
 use crate::gcode::meaning::Effect;
 use crate::gcode::{LineKind, ParsedLine, PlainMove, first_line};
 use crate::geom::Vec3;

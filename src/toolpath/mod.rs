@@ -15,6 +15,7 @@
 mod ahead;
 mod clear;
 mod export;
+mod inputs;
 mod items;
 mod joint;
 mod modal;
@@ -23,11 +24,14 @@ mod policy;
 mod read;
 mod rewrite;
 mod sliced;
+mod source;
 mod stated;
 mod writer;
 
 pub use export::{BoxMismatch, SlotMesh, project_layout, slot_mesh};
+pub use inputs::{Input, Job, RewriteError, Rewritten};
 pub use read::read_sliced;
-pub use rewrite::{Input, Job, RewriteError, Rewritten, rewrite};
-pub use sliced::{InputWords, Layer, Segment, SlicedError, SlicedPrint};
+pub use rewrite::rewrite;
+pub use sliced::{InputWords, Layer, Segment, SlicedPrint};
+pub use source::SlicedError;
 pub use stated::print_name;

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::items::{Place, Step3, command_name, comment_at, policies, refused};
 use super::policy::{CommandPolicy, keeps_comment};
-use super::sliced::{InputWords, Layer, Segment, SlicedError, SlicedPrint, SlicedSource};
+use super::sliced::{InputWords, Layer, Segment, SlicedPrint};
+use super::source::{SlicedError, SlicedSource};
 use super::stated;
 use crate::gcode::marks::Bead;
 use crate::gcode::meaning::{Effect, Firmware, Heater};

@@ -10,11 +10,10 @@
 use std::ops::Range;
 
 use super::items::{Place, Walk};
-use crate::gcode::ParseError;
+use super::source::SlicedSource;
 use crate::gcode::marks::Bead;
 use crate::gcode::meaning::Firmware;
 use crate::geom::Bounds;
-use crate::motion::replay::ReplayError;
 
 /// A layer of one print.
 #[derive(Clone, Debug)]
@@ -85,22 +84,6 @@ impl<'a> SlicedPrint<'a> {
     }
 }
 
-/// A sliced file and what is needed to read its lines again.
-#[derive(Clone, Copy)]
-pub(super) struct SlicedSource<'a> {
-    /// For the messages.
-    pub(super) file: &'a str,
-    pub(super) bytes: &'a [u8],
-    pub(super) firmware: Firmware,
-    pub(super) allow: &'a [String],
-}
-
-impl std::fmt::Debug for SlicedSource<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} ({} bytes)", self.file, self.bytes.len())
-    }
-}
-
 /// A print with the name the slicer gave it.
 #[derive(Clone, Debug)]
 pub struct Segment<'a> {
@@ -108,106 +91,6 @@ pub struct Segment<'a> {
     pub print: Option<usize>,
     /// The print.
     pub sliced: SlicedPrint<'a>,
-}
-
-/// Why a sliced file cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SlicedError {
-    /// Binary G-code.
-    #[error(
-        "{file}: binary G-code; switch off \"Supports binary G-code\" (Printer Settings > General) or binary_gcode = 0, and slice again"
-    )]
-    Binary {
-        /// The file.
-        file: String,
-    },
-    /// A line that is not G-code.
-    #[error("{file}:{line}: {source}")]
-    Parse {
-        /// The file.
-        file: String,
-        /// Counted from 1.
-        line: u32,
-        /// What is wrong.
-        source: ParseError,
-    },
-    /// A line without a safe meaning.
-    #[error("{file}:{line}: {source}")]
-    Replay {
-        /// The file.
-        file: String,
-        /// Counted from 1.
-        line: u32,
-        /// What is wrong.
-        source: ReplayError,
-    },
-    /// A command whose effect at a tilt nobody knows.
-    #[error("{file}:{line}: {text:?} cannot be rewritten safely; remove it from the slicer's custom G-code")]
-    Command {
-        /// The file.
-        file: String,
-        /// Counted from 1.
-        line: u32,
-        /// The line.
-        text: String,
-    },
-    /// Extrusion from an unknown place.
-    #[error("{file}:{line}: extrusion before X, Y and Z are known")]
-    UnknownPosition {
-        /// The file.
-        file: String,
-        /// Counted from 1.
-        line: u32,
-    },
-    /// No extrusion at all.
-    #[error(
-        "{file}: nothing is extruded; the slicer dropped the part, or the file is not for a printer that extrudes with E"
-    )]
-    NoExtrusion {
-        /// The file.
-        file: String,
-    },
-    /// Objects printed all at once.
-    #[error(
-        "{file}:{line}: the printing of {label:?} is interrupted by other objects; switch on \"complete individual objects\" and slice again"
-    )]
-    Interleaved {
-        /// The file.
-        file: String,
-        /// Counted from 1.
-        line: u32,
-        /// The label that came back.
-        label: String,
-    },
-    /// Not what the slicer says it laid.
-    #[error(
-        "{file}: {counted_mm:.2} mm of filament are laid down, and the file says that {stated_mm:.2} mm are used; it was changed after \
-         slicing, or is damaged; slice again"
-    )]
-    Filament {
-        /// The file.
-        file: String,
-        /// What its moves add up to.
-        counted_mm: f64,
-        /// What its comment says.
-        stated_mm: f64,
-    },
-    /// The end is missing.
-    #[error(
-        "{file}: the slicer's own closing comments are missing (\"filament used\"): the file was cut short; slice again"
-    )]
-    Torn {
-        /// The file.
-        file: String,
-    },
-    /// Our own output.
-    #[error("{file}:{line}: already rewritten by trunnion; give the slicer's own file")]
-    Rewritten {
-        /// The file.
-        file: String,
-        /// Counted from 1.
-        line: u32,
-    },
 }
 
 /// How sliced files are read for a machine.

@@ -6,11 +6,11 @@ use std::ops::Range;
 
 use super::ahead::{Ahead, Batch, Lead, Other};
 use super::clear::Obstacles;
+use super::inputs::{Chunk, Entry, Job, RewriteError};
 use super::items::{Item, Step3};
 use super::joint::Flow;
 use super::modal::{Modal, translated};
 use super::output::Output;
-use super::rewrite::{Chunk, Entry, Job, RewriteError};
 use super::sliced::SlicedPrint;
 use crate::gcode::marks::{END_MARK, Expect, Hint, hint, print_mark, slot_mark, version_mark};
 use crate::geom::{Bounds, Vec3};

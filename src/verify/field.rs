@@ -316,7 +316,7 @@ fn columns(span: [f64; 2], origin: f64, cell: f64, count: usize) -> Option<std::
     }
     let whole = first.max(0.0) as usize;
     let first = whole + usize::from((whole as f64) < first);
-    (first <= last as usize).then(|| first..=last as usize)
+    (first <= last as usize).then_some(first..=last as usize)
 }
 
 /// Where `low <= factor x <= high`; inside out for nowhere.

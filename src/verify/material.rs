@@ -28,7 +28,7 @@ pub(super) struct Bead {
 impl Bead {
     /// How far any of its points lies from its axis at most, mm.
     pub(super) fn reach(&self) -> f64 {
-        self.radius + self.half_width
+        (self.radius * self.radius + self.half_width * self.half_width).sqrt()
     }
 
     /// Where it is at a pose.

@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! bytes --trace::read--> Trace -> program       (syntax, commands, limits, speeds, pose, order, heat, retraction, filament, the end)
-//!                              -> walk          (in air? head, turning, frame against what this very file lays down)
-//!                              -> prints        (layer-height, complete; registration, outside-part; flow: by layer, with the part's sections)
+//!                              -> walk          (in air? head, turning, frame against what this very file lays down:
+//!                                               `field` bounds from above, `near` the distance itself)
+//!                              -> prints        (layer-height, complete; registration, coverage, outside-part; flow: by layer, with the part's sections)
 //! ```
 //!
 //! The file is judged by its last bytes alone: nothing is taken from the rewriter but the marks that name prints, and

@@ -5,6 +5,7 @@
 //! setups have laid stands still while a setup lasts, so that a distance once known stays a bound wherever the tip goes from
 //! there: `distance - way`.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 
 use super::acts::Stroke;
@@ -20,15 +21,24 @@ const AHEAD_MM: f64 = 1.0;
 /// The head's upward reach, and the table's downward, mm; beyond any machine.
 const UPWARD: f64 = 2000.0;
 
+/// What rounding to 32 bits may take off a coordinate below 1 m, mm, and more.
+const ROUNDING_MM: f32 = 3e-4;
+
+/// A bead's axis and how far it reaches from it: all that tells most of them apart, side by side in memory.
+#[derive(Clone, Copy)]
+struct Line {
+    ends: [[f32; 3]; 2],
+    reach: f32,
+    bead: u32,
+}
+
 /// The beads of one print in one cell.
 struct Group {
     print: Option<u32>,
-    /// The highest point of them.
-    top: f64,
     /// A box that holds their axes, and how far the thickest reaches from its own, mm.
     axes: Bounds,
     reach: f64,
-    beads: Vec<u32>,
+    lines: Vec<Line>,
 }
 
 /// Beads by place, machine coordinates.
@@ -36,27 +46,28 @@ struct Group {
 struct Cells {
     beads: Vec<Bead>,
     by_cell: HashMap<[i32; 2], Vec<Group>>,
-    /// The last question in which each bead was looked at.
+    /// The last question in which each bead's own distance was taken: long ones stand in several cells.
     asked: Vec<u32>,
     question: u32,
 }
 
 impl Cells {
     fn file(&mut self, bead: Bead) {
-        let (index, top) = (self.beads.len() as u32, top(&bead));
-        let [columns, rows] = cells(&Bounds::of(bead.ends).inflated(bead.radius));
+        let ends = bead.ends.map(|p| [p.x as f32, p.y as f32, p.z as f32]);
+        let line = Line { ends, reach: bead.reach() as f32 + ROUNDING_MM, bead: self.beads.len() as u32 };
+        let axis = Bounds::of(bead.ends);
+        let [columns, rows] = cells(&axis.inflated(bead.radius));
         for row in rows {
             for column in columns.clone() {
                 let groups = self.by_cell.entry([column, row]).or_default();
                 let place = groups.iter().position(|group| group.print == bead.print).unwrap_or_else(|| {
-                    groups.push(Group { print: bead.print, top, axes: Bounds::EMPTY, reach: 0.0, beads: Vec::new() });
+                    groups.push(Group { print: bead.print, axes: Bounds::EMPTY, reach: 0.0, lines: Vec::new() });
                     groups.len() - 1
                 });
                 let group = &mut groups[place];
-                group.top = group.top.max(top);
-                group.axes = group.axes.union(&Bounds::of(bead.ends));
+                group.axes = group.axes.union(&axis);
                 group.reach = group.reach.max(bead.reach());
-                group.beads.push(index);
+                group.lines.push(line);
             }
         }
         self.beads.push(bead);
@@ -69,35 +80,29 @@ impl Cells {
         let mut least = cap;
         self.question += 1;
         let [columns, rows] = cells(&piece.bounds.inflated(cap));
-        let low = piece.bounds.min.z;
         for row in rows {
             for cell in columns.clone().filter_map(|column| self.by_cell.get(&[column, row])) {
                 for group in cell.iter().filter(|group| counts(group.print)) {
-                    if low - group.top >= least || piece.bound(&group.axes, group.reach, least) >= least {
+                    if piece.bound(&group.axes, group.reach, least) >= least {
                         continue;
                     }
-                    for &index in &group.beads {
-                        if std::mem::replace(&mut self.asked[index as usize], self.question) == self.question {
+                    for line in &group.lines {
+                        let bound = piece.bound_of_line(line, least);
+                        if bound >= least {
                             continue;
                         }
-                        let bead = &self.beads[index as usize];
-                        let bound = piece.bound_of_line(bead, least);
-                        least = match bound {
-                            far if far >= least => least,
-                            near if near < exact => least.min(piece.from_bead(bead, least).max(near)),
-                            between => between,
-                        };
+                        let bead = line.bead as usize;
+                        if bound >= exact {
+                            least = bound;
+                        } else if std::mem::replace(&mut self.asked[bead], self.question) != self.question {
+                            least = least.min(piece.to_bead(&self.beads[bead], least).max(bound));
+                        }
                     }
                 }
             }
         }
         least
     }
-}
-
-/// No point of a bead is higher.
-fn top(bead: &Bead) -> f64 {
-    bead.ends[0].z.max(bead.ends[1].z) + bead.radius
 }
 
 fn cells(bounds: &Bounds) -> [std::ops::RangeInclusive<i32>; 2] {
@@ -109,13 +114,20 @@ struct Swept<'a> {
     hull: &'a Hull,
     origins: [Vec3; 2],
     bounds: Bounds,
+    /// Where the way ends along the normal of each of the piece's planes.
+    ends: Vec<f64>,
+    /// The plane that told something far last, which is tried first.
+    telling: Cell<usize>,
 }
 
 impl<'a> Swept<'a> {
     fn new(hull: &'a Hull, ends: [Vec3; 2]) -> Self {
         let origins = ends.map(|tip| hull.body.origin_at(&tip));
         let corners = origins.iter().flat_map(|o| [hull.bounds.min + o, hull.bounds.max + o]);
-        Self { hull, origins, bounds: Bounds::of(corners) }
+        let [a, b] = origins;
+        let end = |&[x, y, z, c]: &[f64; 4]| (x * a.x + y * a.y + z * a.z).max(x * b.x + y * b.y + z * b.z) + c;
+        let ends = hull.sides.iter().map(end).collect();
+        Self { hull, origins, bounds: Bounds::of(corners), ends, telling: Cell::new(0) }
     }
 
     fn support(&self, d: &Vec3) -> Vec3 {
@@ -130,32 +142,37 @@ impl<'a> Swept<'a> {
         self.by_planes(|[x, y, z]| near(x, 0) + near(y, 1) + near(z, 2) - reach, enough)
     }
 
-    /// The same for a bead.
-    fn bound_of_line(&self, bead: &Bead, enough: f64) -> f64 {
-        let ([p, q], reach) = (bead.ends, bead.reach());
-        let along = |[x, y, z]: [f64; 3], v: &Vec3| x * v.x + y * v.y + z * v.z;
-        self.by_planes(|normal| along(normal, &p).min(along(normal, &q)) - reach, enough)
+    /// The same for a line.
+    fn bound_of_line(&self, Line { ends: [p, q], reach, .. }: &Line, enough: f64) -> f64 {
+        let along = |[x, y, z]: [f64; 3], v: &[f32; 3]| x * f64::from(v[0]) + y * f64::from(v[1]) + z * f64::from(v[2]);
+        self.by_planes(|normal| along(normal, p).min(along(normal, q)) - f64::from(*reach), enough)
     }
 
     /// The greatest of `least`, the least place of something along a plane's normal, before the piece's own.
     fn by_planes(&self, least: impl Fn([f64; 3]) -> f64, enough: f64) -> f64 {
-        let [a, b] = self.origins;
-        let mut most = f64::NEG_INFINITY;
-        for &[x, y, z, c] in &self.hull.sides {
-            let own = (x * a.x + y * a.y + z * a.z).max(x * b.x + y * b.y + z * b.z) + c;
-            most = most.max(least([x, y, z]) - own);
+        let away = |i: usize| {
+            let [x, y, z, _] = self.hull.sides[i];
+            least([x, y, z]) - self.ends[i]
+        };
+        let mut most = away(self.telling.get());
+        for plane in 0..self.ends.len() {
             if most >= enough {
                 break;
+            }
+            let mm = away(plane);
+            if mm > most {
+                most = mm;
+                self.telling.set(plane);
             }
         }
         most
     }
 
-    fn from_bead(&self, bead: &Bead, enough: f64) -> f64 {
+    fn to_bead(&self, bead: &Bead, enough: f64) -> f64 {
         separation(|d| self.support(d) - bead.support(&-d), enough).distance()
     }
 
-    fn from_slab(&self, slab: &[Vec3], enough: f64) -> f64 {
+    fn to_slab(&self, slab: &[Vec3], enough: f64) -> f64 {
         separation(|d| self.support(d) - support(slab, &-d), enough).distance()
     }
 }
@@ -248,7 +265,7 @@ impl Near {
             return growing;
         }
         let far = cap + AHEAD_MM;
-        let slab = if among.table() { swept.from_slab(&self.slab, far).min(far) } else { far };
+        let slab = if among.table() { swept.to_slab(&self.slab, far).min(far) } else { far };
         let mut still = self.earlier.distance(&swept, [cap, slab], counts);
         if !among.grows() {
             still = self.own.distance(&swept, [cap, still], counts);

@@ -161,7 +161,7 @@ fn registration(printed: &Printed<'_>, fit: &Fit, samples: &[Sample], findings: 
 /// Lines whose edge leaves the outline.
 fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {
     // The end of one line is mostly the start of the next.
-    let mut last = ([f64::NAN; 2], 0.0);
+    let mut last = ([f64::NAN; 2], false);
     let mut search = section.search();
     for &index in &level.beads {
         let m = printed.bead(index);
@@ -170,13 +170,18 @@ fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64,
         // A line that fills what is narrower than two of them ends on the outline, and its round end beyond.
         let most = MOST_OUT_MM.max(half + ROUND_END_MM) + offset.max(0.0);
         let [a, b] = [from, to].map(|p| [p.x, p.y]);
-        let start = if last.0 == a { last.1 } else { search.shallow(a, EXACT_MM) };
-        let end = search.shallow(b, EXACT_MM);
-        last = (b, end);
         if m.role == Role::OuterWall {
-            inside(printed, &m, &mut search, [(a, start), (b, end)], half - offset.min(0.0), findings);
+            inside(printed, &m, &mut search, [a, b], half - offset.min(0.0), findings);
         }
-        let farthest = between(&mut search, (a, start), (b, end), most - half) + half;
+        // What begins inside and does not meet the outline stays inside, all of it.
+        let begins_inside = if last.0 == a { last.1 } else { section.is_inside(a) };
+        if begins_inside && !section.meets([a, b]) {
+            last = (b, true);
+            continue;
+        }
+        let ends = [a, b].map(|p| (p, search.shallow(p, EXACT_MM)));
+        last = (b, ends[1].1 < 0.0);
+        let farthest = between(&mut search, ends[0], ends[1], most - half) + half;
         if farthest > most {
             let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
             findings.add(Rule::OutsidePart, at, [farthest, most], || {
@@ -194,15 +199,14 @@ fn inside(
     printed: &Printed<'_>,
     m: &Move,
     search: &mut Search<'_>,
-    [a, b]: [Known; 2],
+    [a, b]: [[f64; 2]; 2],
     half: f64,
     findings: &mut Findings,
 ) {
-    let [dx, dy] = [0, 1].map(|i| b.0[i] - a.0[i]);
+    let [dx, dy] = [0, 1].map(|i| b[i] - a[i]);
     let count = ((dx * dx + dy * dy).sqrt() / SPACING_MM).ceil().max(1.0) as usize;
-    let point = |k: usize| [0, 1].map(|i| a.0[i] + (b.0[i] - a.0[i]) * (k as f64 / count as f64));
-    let between = (1..count).map(|k| search.signed_distance(point(k)));
-    let deepest = between.chain([a.1, b.1]).map(|distance| -half - distance).fold(0.0, f64::max);
+    let point = |k: usize| [0, 1].map(|i| a[i] + (b[i] - a[i]) * (k as f64 / count as f64));
+    let deepest = (1..=count).map(|k| -half - search.shallow(point(k), EXACT_MM)).fold(0.0, f64::max);
     if deepest > MOST_IN_MM {
         let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Registration, at, [deepest, MOST_IN_MM], || {

@@ -81,9 +81,10 @@ pub struct Report {
     pub findings: Vec<Finding>,
     /// All findings, kept or not, by rule.
     pub counts: BTreeMap<Rule, usize>,
-    /// A proved lower bound of the room between the head and everything below it over the whole file: vertical, for all
-    /// pieces but the one that carries the tip, in moves at a fixed pose; the true distance, for all pieces, while the
-    /// table turns. At most [`CLEARANCE_CAP_MM`], below 0 where something is hit.
+    /// The least distance between the head and everything that it does not print on, mm, over the whole file: in any direction, to
+    /// 0.05 mm at a fixed pose and a proved lower bound while the table turns. The piece that carries the tip counts against
+    /// prints whose part shares no face with the one being laid, and the table where that does not stand on it; all other pieces
+    /// against everything. At most [`CLEARANCE_CAP_MM`]; where something is hit, minus a bound of how deep.
     pub clearance_mm: f64,
     /// The line with that room; 0 where the cap was never undercut.
     pub clearance_line: u32,

@@ -4,6 +4,7 @@
 mod architecture;
 mod bad_input;
 mod columns;
+mod configurations;
 mod cura;
 mod files_and_streams;
 mod hooks;

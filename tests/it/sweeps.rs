@@ -214,24 +214,24 @@ fn sweep(model: &str, slicer: &str, flow: f64) {
 /// the room between them, and what touches is caught.
 fn passing(subject: &Subject, table: &mut String) {
     let span = subject.print(0);
-    let numbers = |letter| {
-        subject.lines[span.lines.clone()]
-            .iter()
-            .filter(move |l| l.contains('E') || letter == 'Z')
-            .filter_map(move |l| word(l, letter))
-    };
-    let (face, top) = (numbers('X').fold(f64::MIN, f64::max) + 0.225, numbers('Z').fold(f64::MIN, f64::max));
     let turn = subject.lines.iter().position(|l| l.starts_with(";TRUNNION slot=1")).unwrap();
     let above = subject.lines[..turn].iter().rev().find_map(|l| word(l, 'Z')).unwrap();
-    // The last rise of the print is its lift.
-    let top = if top >= above { numbers('Z').filter(|z| *z < above).fold(f64::MIN, f64::max) } else { top };
+    // Where its lines end by height; the last rise of the print is its lift.
+    let (mut y, mut z, mut ends) = (0.0, 0.0, Vec::new());
+    for line in &subject.lines[span.lines.clone()] {
+        (y, z) = (word(line, 'Y').unwrap_or(y), word(line, 'Z').unwrap_or(z));
+        ends.extend((line.starts_with('G') && line.contains('E') && line.contains(['X', 'Y'])).then_some([y, z]));
+    }
+    let top = ends.iter().fold(f64::MIN, |top, [_, z]| top.max(*z));
+    // The block reaches down to 5 mm below the top.
+    let face = ends.iter().filter(|[_, z]| *z > top - 5.0).fold(f64::MIN, |face, [y, _]| face.max(*y)) + 0.225;
     for gap in [2.0, 0.5, 0.1, 0.05, -0.05, -0.1, -0.5, -2.0] {
         let mut lines = subject.lines.clone();
         let way = [
-            format!("G1 X{:.3} Y{:.3} F6000", face + 40.0, span.middle[1]),
+            format!("G1 X{:.3} Y{:.3} F6000", span.middle[0], face + 40.0),
             format!("G1 Z{:.3} F900", top - 15.0),
-            format!("G1 X{:.3} F6000", face + 10.0 + gap),
-            format!("G1 X{:.3} F6000", face + 40.0),
+            format!("G1 Y{:.3} F6000", face + 10.0 + gap),
+            format!("G1 Y{:.3} F6000", face + 40.0),
             format!("G1 Z{above:.3} F900"),
         ];
         lines.splice(turn..turn, way);

@@ -1,0 +1,118 @@
+//! What is rewritten: the inputs of a job, the prints and layers that they are, and why there may be no file.
+
+use super::export::{BoxMismatch, SlotMesh};
+use super::joint::Joint;
+use super::sliced::{Layer, SlicedPrint};
+use super::source::SlicedError;
+use crate::planning::{Plan, Print, Workpiece};
+use crate::profile::Profile;
+
+/// One print's sliced file.
+pub struct Input<'a> {
+    /// The print's number, in the order of [`Plan::prints`].
+    pub print: usize,
+    /// Where on the slicer's bed the print's box is centred.
+    pub centre_mm: [f64; 2],
+    /// The file, for messages.
+    pub file: &'a str,
+    /// What was read from it.
+    pub sliced: &'a SlicedPrint<'a>,
+}
+
+/// What the rewriter works for.
+pub struct Job<'a> {
+    /// The plan.
+    pub plan: &'a Plan,
+    /// The hash of its text.
+    pub plan_sha256: &'a str,
+    /// The machine.
+    pub profile: &'a Profile,
+    /// The model on its table.
+    pub workpiece: &'a Workpiece<'a>,
+}
+
+/// What was written for the machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rewritten {
+    /// How many bytes it is.
+    pub bytes: u64,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Why there is no file for the machine.
+#[derive(Debug, thiserror::Error)]
+pub enum RewriteError {
+    /// What is written to takes no more.
+    #[error("the rewritten file cannot be written: {0}")]
+    Write(#[source] std::io::Error),
+    /// A line that had been read as one that can be rewritten.
+    #[error(transparent)]
+    Sliced(#[from] SlicedError),
+    /// A print without a file.
+    #[error(
+        "no sliced file for print {print} (slot {slot}, part {part}); give one for each print of the plan, named print-{print:02}.."
+    )]
+    Missing {
+        /// The print.
+        print: usize,
+        /// Its slot.
+        slot: usize,
+        /// Its part.
+        part: usize,
+    },
+    /// Two files for one print, or one too many.
+    #[error("{file}: print {print} {problem}")]
+    Unexpected {
+        /// The file.
+        file: String,
+        /// The print.
+        print: usize,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// Not what was handed over.
+    #[error("{file}: print {print} (part {part}): {source}")]
+    Box {
+        /// The file.
+        file: String,
+        /// The print.
+        print: usize,
+        /// The part.
+        part: usize,
+        /// The numbers.
+        source: BoxMismatch,
+    },
+    /// Layers that go down again cannot be interleaved with another print's.
+    #[error(
+        "{file}:{line}: layer at z {z:.3} mm comes after a higher one; this print shares its setup with others, so its layers must go up"
+    )]
+    LayersDescend {
+        /// The file.
+        file: String,
+        /// Its line.
+        line: u32,
+        /// The layer's height, slot frame.
+        z: f64,
+    },
+}
+
+/// A print of the plan with its sliced file.
+pub(super) struct Entry<'a> {
+    pub(super) input: &'a Input<'a>,
+    pub(super) print: &'a Print,
+    pub(super) slot: usize,
+    pub(super) mesh: SlotMesh,
+    pub(super) joint: Joint,
+}
+
+/// A layer of an entry.
+pub(super) struct Chunk<'a> {
+    pub(super) entry: &'a Entry<'a>,
+    /// The entry's place in its setup.
+    pub(super) position: usize,
+    pub(super) layer: &'a Layer,
+    pub(super) index: usize,
+    /// Its height in the machine, mm.
+    pub(super) z: f64,
+}
