@@ -41,7 +41,7 @@ pub type Origin = BTreeMap<String, String>;
 #[derive(Debug, thiserror::Error)]
 pub enum ProfileError {
     /// No shipped profile of that name.
-    #[error("no profile {name:?} is shipped{}; shipped are: {}", nearest.as_ref().map(|n| format!("; did you mean {n:?}?")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "))]
+    #[error("{name:?} is neither a file nor a shipped profile{}; shipped are: {}", nearest.as_ref().map(|n| format!("; did you mean {n:?}?")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "))]
     NoSuchProfile {
         /// As asked for.
         name: String,

@@ -17,9 +17,9 @@ const CHANGES: usize = 60;
 /// Filament that may lie elsewhere unseen, mm³: 4 mm of line where the slicer states widths, so that a line of another length
 /// takes the wrong filament.
 const UNSEEN_MM3: f64 = 0.35;
-/// The same for lines of infill that keep their length: one begun where the last one ended lies slanted by a line's width, and
-/// where no width is stated a diagonal may become the other diagonal. No rule asks where within a part infill lies.
-const INFILL_MM3: [f64; 2] = [1.5, 7.0];
+/// The same where no width is stated: a diagonal of infill may become the other diagonal, which is as long. No rule asks where
+/// within a part infill lies; in long searches an infill line of the built-in slicer, begun a line's width off, is seen to pass too.
+const INFILL_MM3: f64 = 7.0;
 /// Edge of the cubes, mm.
 const CUBE_MM: f64 = 0.5;
 
@@ -162,7 +162,7 @@ fn changes_are_seen(model: &str, slicer: &str, seed: u64, unseen_mm3: f64) {
 
 #[test]
 fn built_in_slices() {
-    changes_are_seen("cube", "builtin", 11, INFILL_MM3[0]);
+    changes_are_seen("cube", "builtin", 11, UNSEEN_MM3);
 }
 
 #[test]
@@ -173,5 +173,5 @@ fn prusa_slicer_slices() {
 #[test]
 fn slic3r_slices() {
     // Slic3r does not say how wide a line is, so that a line in a wrong place may pass for one that fills a gap.
-    changes_are_seen("cube", "slic3r", 13, INFILL_MM3[1]);
+    changes_are_seen("cube", "slic3r", 13, INFILL_MM3);
 }
