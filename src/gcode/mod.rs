@@ -7,6 +7,7 @@
 //!
 //! This room must not know frames, poses, modal state or units: that is `motion`'s.
 
+pub mod checksum;
 mod lines;
 pub mod marks;
 pub mod meaning;

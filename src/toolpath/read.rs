@@ -7,6 +7,7 @@ use super::policy::{CommandPolicy, keeps_comment};
 use super::sliced::{InputWords, Layer, Segment, SlicedPrint};
 use super::source::{SlicedError, SlicedSource};
 use super::stated;
+use crate::gcode::checksum;
 use crate::gcode::marks::Bead;
 use crate::gcode::meaning::{Effect, Firmware, Heater};
 use crate::gcode::{LineKind, ParsedLine, first_line, text_start};
@@ -419,6 +420,9 @@ impl<'a> Reader<'a> {
             return Err(refused(&self.source, p.line, p.span.clone()));
         }
         self.close();
+        if checksum::is_changed(self.source.bytes) {
+            return Err(SlicedError::Changed { file: self.file() });
+        }
         let counted_mm: f64 = self.done.iter().map(|segment| segment.sliced.filament_mm).sum();
         let most = stated::STATED_MM + stated::DIGIT_MM * self.laying as f64;
         match stated::filament_mm(self.source.bytes) {

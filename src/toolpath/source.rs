@@ -102,6 +102,15 @@ pub enum SlicedError {
         /// What its comment says.
         stated_mm: f64,
     },
+    /// Not what the built-in slicer wrote.
+    #[error(
+        "{file}: was changed after the built-in slicer wrote it (its crc32 does not fit); slice again, or take out its last line if the \
+         change is meant"
+    )]
+    Changed {
+        /// The file.
+        file: String,
+    },
     /// The end is missing.
     #[error(
         "{file}: the slicer's own closing comments are missing (\"filament used\"): the file was cut short; slice again"

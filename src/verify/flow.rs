@@ -7,8 +7,11 @@
 
 use std::collections::BTreeMap;
 
-use super::prints::{Level, Printed};
+use super::doubled;
+use super::line::{DIGITS_MM, Line, lines};
+use super::prints::Printed;
 use super::report::{Findings, Place, Rule};
+use super::thin;
 use crate::gcode::marks::Role;
 use crate::trace::Move;
 
@@ -23,12 +26,8 @@ const ONE_ARC: f64 = 0.1;
 const ONE_THREAD: f64 = 0.25;
 /// Fewer lines of a role than this tell nothing of what is usual for it.
 const FEWEST: usize = 5;
-/// What the last digits of length and filament add to that, mm of length.
-const DIGITS_MM: f64 = 0.004;
 /// Where no width is stated: thin lines fill gaps, and the most is a full line or a bridge's round thread.
 const UNSTATED: [f64; 2] = [0.03, 1.15];
-/// Filament in lines shorter than this says little of their cross-section, mm.
-const SHORT_MM: f64 = 0.15;
 /// What rounding of F may add to the flow, relative.
 const RATE_SLACK: f64 = 0.01;
 /// Factors that a slicer may be set to.
@@ -54,13 +53,18 @@ pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
     each(printed, |line| {
         sums[usize::from(!line.stated)].add(line);
         if line.stated && !line.is_thread() {
-            by_role.entry(line.m.role).or_default().push(line.laid / line.held);
+            by_role.entry(line.m.role).or_default().push(line.ratio());
         }
     });
     let by_role: BTreeMap<Role, f64> = by_role.into_iter().map(|(role, ratios)| (role, usual(ratios))).collect();
     each(printed, |line| one(printed, line, by_role.get(&line.m.role).copied().unwrap_or(1.0), findings));
     for level in &printed.levels {
         level.beads.iter().for_each(|&index| melts(printed, &printed.bead(index), findings));
+        let lines = lines(printed, level);
+        doubled::check(printed, level, &lines, findings);
+        if !printed.flow.widths.is_empty() {
+            thin::check(printed, level, &lines, findings);
+        }
     }
     for (role, &ratio) in by_role.iter().filter(|(_, ratio)| (*ratio - 1.0).abs() > ONE_ROLE) {
         findings.add(Rule::Flow, at(line), [ratio, 1.0 + ONE_ROLE], || {
@@ -115,36 +119,10 @@ impl Sum {
     }
 }
 
-/// A line long enough to tell, with its volume and its cross-section's, mm³.
-struct Line {
-    m: Move,
-    length: f64,
-    width: f64,
-    height: f64,
-    stated: bool,
-    laid: f64,
-    held: f64,
-}
-
-impl Line {
-    fn of(printed: &Printed<'_>, level: &Level, m: Move) -> Option<Self> {
-        let length = m.ends().map(|[from, to]| (to - from).norm()).filter(|length| *length >= SHORT_MM)?;
-        let stated = m.width.is_some() && m.height.is_some();
-        let (width, height) = (printed.width(&m, level), m.height.unwrap_or_else(|| level.height()));
-        let held = printed.flow.bead.area(width, height) * length * printed.flow.multiplier;
-        Some(Self { m, length, width, height, stated, laid: m.e * printed.filament_mm2, held })
-    }
-
-    fn is_thread(&self) -> bool {
-        matches!(self.m.role, Role::Bridge | Role::Overhang)
-    }
-}
-
 /// Visits the lines that have a cross-section of their own: ironing has next to none.
 fn each(printed: &Printed<'_>, mut visit: impl FnMut(&Line)) {
     for level in &printed.levels {
-        let beads = level.beads.iter().map(|&index| printed.bead(index)).filter(|m| m.role != Role::Ironing);
-        beads.filter_map(|m| Line::of(printed, level, m)).for_each(|line| visit(&line));
+        lines(printed, level).iter().for_each(&mut visit);
     }
 }
 
@@ -162,7 +140,7 @@ fn one(printed: &Printed<'_>, line: &Line, usual: f64, findings: &mut Findings) 
             (UNSTATED[0] - digits, UNSTATED[1] * thread.max(1.0) + digits)
         }
     };
-    let ratio = line.laid / line.held;
+    let ratio = line.ratio();
     if !(low..=high).contains(&ratio) {
         let at = Place { line: line.m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [ratio, if ratio < low { low } else { high }], || {

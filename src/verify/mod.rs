@@ -18,11 +18,13 @@
 mod acts;
 mod commands;
 mod coverage;
+mod doubled;
 mod field;
 mod floor;
 mod flow;
 mod hull;
 mod layers;
+mod line;
 mod material;
 mod near;
 mod prints;
@@ -33,6 +35,7 @@ mod support;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod thin;
 mod turning;
 mod walk;
 

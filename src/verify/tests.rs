@@ -12,6 +12,8 @@ use crate::mesh::Model;
 use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, Slot, Workpiece};
 use crate::profile::{Profile, resolve, shipped};
 
+mod lines;
+
 const LAYER: f64 = 0.4;
 const WIDTH: f64 = 0.8;
 /// Filament per mm of line: 0.4 x (0.8 - 0.4) + pi/4 0.4^2 mm2 of bead over pi/4 1.75^2 mm2 of filament.
@@ -273,7 +275,7 @@ fn in_air() {
     let (from, to) = (text.find("G1 Z8.000 F900").unwrap(), text.find("G1 Z8.400 F900").unwrap());
     let text =
         format!("{}{}{}", &text[..from], text[from..to].replace("G1 Z8.000 F900", "G1 Z7.600 F900"), &text[to..]);
-    let report = breaks(&text, &[Rule::InAir, Rule::Complete]);
+    let report = breaks(&text, &[Rule::InAir, Rule::Flow, Rule::Complete]);
     assert!(report.findings[0].measured > 9.0, "{:?}", report.findings[0]);
 }
 

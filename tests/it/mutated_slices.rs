@@ -112,7 +112,15 @@ fn rewritten(slice: &Path, plan: &Path, output: &Path) -> Option<Vec<u8>> {
     run.status.success().then(|| std::fs::read(output).unwrap())
 }
 
-fn changes_are_seen(model: &str, slicer: &str, seed: u64, unseen_mm3: f64) {
+/// A slicer, and whether its checksum is left where it states one.
+#[derive(Clone, Copy)]
+enum Sliced {
+    WithChecksum(&'static str),
+    Without(&'static str),
+}
+
+fn changes_are_seen(model: &str, sliced: Sliced, seed: u64, unseen_mm3: f64) {
+    let (Sliced::WithChecksum(slicer) | Sliced::Without(slicer)) = sliced;
     if slicer != "builtin" && !installed(slicer) {
         return skip(&format!("{slicer} is not installed: its slices are not changed at random"));
     }
@@ -129,7 +137,10 @@ fn changes_are_seen(model: &str, slicer: &str, seed: u64, unseen_mm3: f64) {
         .map(|f| f.unwrap().path())
         .find(|f| f.extension().is_some_and(|e| e == "gcode"))
         .unwrap();
-    let whole: Vec<String> = std::fs::read_to_string(&slice).unwrap().lines().map(str::to_owned).collect();
+    let mut whole: Vec<String> = std::fs::read_to_string(&slice).unwrap().lines().map(str::to_owned).collect();
+    if matches!(sliced, Sliced::Without(_)) {
+        whole.retain(|line| !line.starts_with("; crc32 = "));
+    }
     let setting = setting();
     let original = laid(&rewritten(&slice, &plan, &path("whole.gcode")).expect("the slice as it is"), &setting);
     let mut numbers = Numbers::seeded(seed);
@@ -145,6 +156,9 @@ fn changes_are_seen(model: &str, slicer: &str, seed: u64, unseen_mm3: f64) {
             None => seen += 1,
             Some(gcode) => {
                 let moved = elsewhere(&original, &laid(&gcode, &setting));
+                if moved > 0.1 && changes > CHANGES {
+                    println!("{moved:.2} mm3: {what}");
+                }
                 if moved > worst.0 {
                     worst = (moved, what);
                 }
@@ -162,16 +176,20 @@ fn changes_are_seen(model: &str, slicer: &str, seed: u64, unseen_mm3: f64) {
 
 #[test]
 fn built_in_slices() {
-    changes_are_seen("cube", "builtin", 11, UNSEEN_MM3);
+    changes_are_seen("cube", Sliced::WithChecksum("builtin"), 11, 0.0);
+}
+
+#[test]
+fn built_in_slices_without_their_checksum() {
+    changes_are_seen("cube", Sliced::Without("builtin"), 11, UNSEEN_MM3);
 }
 
 #[test]
 fn prusa_slicer_slices() {
-    changes_are_seen("cube", "prusa-slicer", 12, UNSEEN_MM3);
+    changes_are_seen("cube", Sliced::Without("prusa-slicer"), 12, UNSEEN_MM3);
 }
 
 #[test]
 fn slic3r_slices() {
-    // Slic3r does not say how wide a line is, so that a line in a wrong place may pass for one that fills a gap.
-    changes_are_seen("cube", "slic3r", 13, INFILL_MM3);
+    changes_are_seen("cube", Sliced::Without("slic3r"), 13, INFILL_MM3);
 }

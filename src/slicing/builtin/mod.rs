@@ -26,6 +26,7 @@ use self::region::{Point, Region, area_mm2, units};
 use self::skins::Stack;
 use self::walls::{NARROWEST, Walled};
 use super::{SliceError, SliceJob, SliceSettings, Slicer};
+use crate::gcode::checksum;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
@@ -112,6 +113,7 @@ pub fn slice(mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob
     }
     let (mut text, filament_mm) = writer.finish();
     text.extend(footer(settings, filament_mm).into_bytes());
+    text.extend(checksum::closing_line(&text).into_bytes());
     Ok(text)
 }
 

@@ -1,0 +1,143 @@
+//! Rule `flow`, between lines: none is laid on top of another of its layer.
+//!
+//! Plastic laid where plastic is already stands up, and the nozzle hits it on its next way. Slicers let lines overlap by a good part
+//! of their width, where they meet a wall or share a narrow piece, and cross them in patterns; none lets two run along each other on
+//! nearly the same middle for millimetres.
+
+use std::f64::consts::PI;
+
+use super::line::Line;
+use super::prints::{Level, Printed};
+use super::report::{Findings, Place, Rule};
+use crate::section::{Point, Segment};
+
+/// Directions are gathered by so many to a half turn; lines near the border of two belong to both.
+const DIRECTIONS: usize = 60;
+/// How near to it, as a part of one.
+const BORDER: f64 = 0.1;
+/// How near two lines' middles may run, as a part of their width.
+const ON_TOP: f64 = 0.3;
+/// Together they must be wider than this, in usual widths: two thin lines may share the place of one.
+const TOO_WIDE: f64 = 1.3;
+/// What a layer may hold of that, mm.
+const MOST_MM: f64 = 3.0;
+
+/// Holds the lines of one layer against each other.
+pub(super) fn check(printed: &Printed<'_>, level: &Level, lines: &[Line], findings: &mut Findings) {
+    let usual = printed.job.profile.process.line_width_mm;
+    let Some(doubled) = doubled(lines, TOO_WIDE * usual, |line| printed.laid_width(&line.m, level)) else { return };
+    if doubled.length > MOST_MM {
+        let line = lines[doubled.line].m.line;
+        let at = Place { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        findings.add(Rule::Flow, at, [doubled.length, MOST_MM], || {
+            let other = lines[doubled.other].m.line;
+            format!(
+                "{:.2} mm of line are laid on top of other lines of the layer at Z {:.2}, for one of line {other}; at most {MOST_MM} mm",
+                doubled.length, level.z
+            )
+        });
+    }
+}
+
+/// What lies on top of each other in a layer, mm, and the longest pair.
+struct Doubled {
+    length: f64,
+    longest: f64,
+    line: usize,
+    other: usize,
+}
+
+/// A line seen along one direction: where it begins and ends along it, and across.
+#[derive(Clone, Copy)]
+struct Seen {
+    index: usize,
+    along: [f64; 2],
+    across: [f64; 2],
+    width: f64,
+}
+
+fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Option<Doubled> {
+    let origin = lines.iter().find_map(Line::axis)?[0];
+    let mut by_direction: Vec<(usize, Seen)> = Vec::with_capacity(lines.len());
+    for (index, line) in lines.iter().enumerate() {
+        let Some(axis) = line.axis() else { continue };
+        let width = width(line);
+        each_direction(axis, |direction| {
+            by_direction.push((direction, Seen::new(index, axis, origin, direction, width)))
+        });
+    }
+    let least = |seen: &Seen| seen.across[0].min(seen.across[1]);
+    by_direction.sort_unstable_by(|(a, one), (b, other)| {
+        (a, least(one), one.index).partial_cmp(&(b, least(other), other.index)).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let mut pairs: Vec<(usize, usize, f64)> = Vec::new();
+    for (place, (direction, one)) in by_direction.iter().enumerate() {
+        let highest = one.across[0].max(one.across[1]) + ON_TOP * one.width;
+        let next = by_direction[place + 1..].iter();
+        for (_, other) in next.take_while(|(d, other)| d == direction && least(other) <= highest + ON_TOP * other.width)
+        {
+            let length = one.shares(other);
+            if length > 0.0 && one.width + other.width > too_wide {
+                pairs.push((one.index.max(other.index), one.index.min(other.index), length));
+            }
+        }
+    }
+    // Both may be near a border and have met twice.
+    pairs.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(b.2.total_cmp(&a.2)));
+    pairs.dedup_by_key(|pair| (pair.0, pair.1));
+    let mut all = Doubled { length: 0.0, longest: 0.0, line: 0, other: 0 };
+    for (line, other, length) in pairs {
+        all.length += length;
+        if length > all.longest {
+            (all.longest, all.line, all.other) = (length, line, other);
+        }
+    }
+    Some(all)
+}
+
+/// The direction of a segment, and the one beside it where it is near their border; counted from 0 to [`DIRECTIONS`].
+fn each_direction([a, b]: Segment, mut visit: impl FnMut(usize)) {
+    let share =
+        ((b[1] - a[1]).atan2(b[0] - a[0]).rem_euclid(PI) / PI * DIRECTIONS as f64).min(DIRECTIONS as f64 - 1e-9);
+    let (own, rest) = (share as usize, share.fract());
+    visit(own);
+    if rest < BORDER {
+        visit((own + DIRECTIONS - 1) % DIRECTIONS);
+    } else if rest > 1.0 - BORDER {
+        visit((own + 1) % DIRECTIONS);
+    }
+}
+
+impl Seen {
+    fn new(index: usize, [a, b]: Segment, origin: Point, direction: usize, width: f64) -> Self {
+        let (sin, cos) = ((direction as f64 + 0.5) / DIRECTIONS as f64 * PI).sin_cos();
+        let along = |p: Point| (p[0] - origin[0]) * cos + (p[1] - origin[1]) * sin;
+        let across = |p: Point| (p[1] - origin[1]) * cos - (p[0] - origin[0]) * sin;
+        let [a, b] = if along(a) <= along(b) { [a, b] } else { [b, a] };
+        Self { index, along: [along(a), along(b)], across: [across(a), across(b)], width }
+    }
+
+    /// For how long the two run on nearly the same middle, mm.
+    fn shares(&self, other: &Self) -> f64 {
+        let (from, to) = (self.along[0].max(other.along[0]), self.along[1].min(other.along[1]));
+        if to <= from {
+            return 0.0;
+        }
+        let apart = |at: f64| self.across_at(at) - other.across_at(at);
+        let (first, last) = (apart(from), apart(to));
+        let near = ON_TOP * (self.width + other.width) / 2.0;
+        // Where the distance, which changes evenly, lies within `near` of nothing.
+        let (least, most) = (first.min(last), first.max(last));
+        let held = most.min(near) - least.max(-near);
+        match (held < 0.0, most - least > 1e-9) {
+            (true, _) => 0.0,
+            (_, true) => (to - from) * held / (most - least),
+            _ => to - from,
+        }
+    }
+
+    fn across_at(&self, along: f64) -> f64 {
+        let share = (along - self.along[0]) / (self.along[1] - self.along[0]).max(1e-12);
+        self.across[0] + (self.across[1] - self.across[0]) * share
+    }
+}

@@ -1,0 +1,55 @@
+//! A printed line with the filament that it takes and the filament that its cross-section holds: what the rules of flow look at.
+
+use super::prints::{Level, Printed};
+use crate::gcode::marks::Role;
+use crate::section::Segment;
+use crate::trace::Move;
+
+/// What the last digits of length and filament add to what a line may be off, mm of length.
+pub(super) const DIGITS_MM: f64 = 0.004;
+/// Filament in lines shorter than this says little of their cross-section, mm.
+const SHORT_MM: f64 = 0.15;
+
+/// A line long enough to tell.
+pub(super) struct Line {
+    pub(super) m: Move,
+    pub(super) length: f64,
+    pub(super) width: f64,
+    pub(super) height: f64,
+    /// Whether its width and height are.
+    pub(super) stated: bool,
+    /// Its filament, and what its cross-section holds, mm³.
+    pub(super) laid: f64,
+    pub(super) held: f64,
+}
+
+impl Line {
+    fn of(printed: &Printed<'_>, level: &Level, m: Move) -> Option<Self> {
+        let length = m.ends().map(|[from, to]| (to - from).norm()).filter(|length| *length >= SHORT_MM)?;
+        let stated = m.width.is_some() && m.height.is_some();
+        let (width, height) = (printed.width(&m, level), m.height.unwrap_or_else(|| level.height()));
+        let held = printed.flow.bead.area(width, height) * length * printed.flow.multiplier;
+        Some(Self { m, length, width, height, stated, laid: m.e * printed.filament_mm2, held })
+    }
+
+    /// Whether the slicer calls it a thread over air.
+    pub(super) fn is_thread(&self) -> bool {
+        matches!(self.m.role, Role::Bridge | Role::Overhang)
+    }
+
+    /// Laid over held.
+    pub(super) fn ratio(&self) -> f64 {
+        self.laid / self.held
+    }
+
+    /// Its middle, from above.
+    pub(super) fn axis(&self) -> Option<Segment> {
+        self.m.ends().map(|[from, to]| [[from.x, from.y], [to.x, to.y]])
+    }
+}
+
+/// The lines of a layer that have a cross-section of their own: ironing has next to none.
+pub(super) fn lines(printed: &Printed<'_>, level: &Level) -> Vec<Line> {
+    let beads = level.beads.iter().map(|&index| printed.bead(index)).filter(|m| m.role != Role::Ironing);
+    beads.filter_map(|m| Line::of(printed, level, m)).collect()
+}

@@ -1,0 +1,82 @@
+//! Lines on top of each other, and lines whose filament fits no width: one more in a layer of the valid program.
+
+use super::{FLOW, LAYER, Rule, program, run};
+use crate::verify::Report;
+
+/// Infill runs along Y between -3.8 and 3.8, one line at X 0 and the next 0.76 mm away.
+const FROM: f64 = -3.8;
+
+/// The program with one more line in the post's 21st layer, from `from` on and with `flow` of the usual filament, the header counting
+/// that too.
+fn with_line(from: [f64; 2], to: [f64; 2], flow: f64) -> String {
+    let text = program();
+    let e = ((to[0] - from[0]).hypot(to[1] - from[1]) * FLOW * flow * 1e5).round() / 1e5;
+    let key = "expect print=0 part=0 filament_mm=";
+    let at = text.find(key).unwrap() + key.len();
+    let end = at + text[at..].find('\n').unwrap();
+    let filament = text[at..end].parse::<f64>().unwrap() + e;
+    let text = format!("{}{filament:.5}{}", &text[..at], &text[end..]);
+    let (layer, _) = text.match_indices(&format!("G1 Z{:.3}", 22.0 * LAYER)).next().unwrap();
+    let line = format!(
+        "G1 X{:.3} Y{:.3} F6000\nG1 X{:.3} Y{:.3} E{e:.5} F1800\n;TYPE:External perimeter\n",
+        from[0], from[1], to[0], to[1]
+    );
+    format!("{}{line}{}", &text[..layer], &text[layer..])
+}
+
+fn report(text: &str) -> Report {
+    run(text, &super::profile())
+}
+
+fn is_found(report: &Report, words: &str) -> bool {
+    report.findings.iter().any(|f| f.rule == Rule::Flow && f.text.contains(words))
+}
+
+#[test]
+fn a_line_on_top_of_another_is_found_from_three_millimetres_on() {
+    for (beside, length, found) in [
+        (0.0, 7.6, true),
+        (0.1, 7.6, true),
+        (-0.1, 7.6, true),
+        (0.23, 7.6, true),
+        (-0.23, 7.6, true),
+        // Half way to the next line it is on top of neither.
+        (0.26, 7.6, false),
+        (0.38, 7.6, false),
+        (0.76, 7.6, true),
+        (0.0, 3.1, true),
+        (0.0, 2.9, false),
+    ] {
+        let report = report(&with_line([beside, FROM], [beside, FROM + length], 1.0));
+        assert_eq!(is_found(&report, "on top of"), found, "{beside} {length}: {:#?}", report.findings);
+    }
+}
+
+#[test]
+fn two_slanting_lines_share_what_runs_within_reach() {
+    // From one line to the middle between two: within 0.24 mm for 0.24 / 0.38 of 7.6 mm.
+    let report = report(&with_line([0.0, FROM], [0.38, -FROM], 1.0));
+    let found = report.findings.iter().find(|f| f.text.contains("on top of")).unwrap();
+    assert!((found.measured - 7.6 * 0.24 / 0.38).abs() < 0.05, "{found:?}");
+    // Across all of them it is on top of none for long.
+    assert!(!is_found(&super::run(&with_line([FROM, 0.4], [-FROM, 0.4], 1.0), &super::profile()), "on top of"));
+}
+
+#[test]
+fn where_only_the_head_states_widths_a_line_is_of_one_of_them_or_fills_a_gap() {
+    let stated = |text: String| {
+        let key = ";TRUNNION expect print=0";
+        let at = text.find(key).unwrap();
+        let end = at + text[at..].find('\n').unwrap();
+        format!("{} widths_mm=0.8{}", &text[..end], &text[end..])
+    };
+    assert!(report(&stated(program())).is_clean(), "{:#?}", report(&stated(program())).findings);
+    // Across the infill, as if it led somewhere else: with a full line's filament, then with less and less.
+    for (flow, found) in [(1.0, false), (0.98, true), (0.9, true), (0.5, true), (0.1, true)] {
+        let report = report(&stated(with_line([FROM, 0.4], [-FROM, 0.4], flow)));
+        assert_eq!(is_found(&report, "fill no gap"), found, "{flow}: {:#?}", report.findings);
+    }
+    // Between two lines, thin.
+    let report = report(&stated(with_line([0.38, FROM], [0.38, -FROM], 0.1)));
+    assert!(!is_found(&report, "fill no gap"), "{:#?}", report.findings);
+}
