@@ -1,9 +1,15 @@
-//! The known name that somebody may have meant: for every refusal of an unknown one. No units; source: Levenshtein 1966.
+//! Words of messages: the known name that somebody may have meant (Levenshtein 1966), for every refusal of an unknown one, and numbers of
+//! things.
 
 /// The one of `known` nearest to `wanted` and by how many edits (Levenshtein: letters put in, left out or changed), the first
 /// of those as near; `None` for no names.
 pub fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<(usize, &'a str)> {
     known.into_iter().map(|name| (edits(wanted, name), name)).min_by_key(|(edits, _)| *edits)
+}
+
+/// "1 part", "2 parts".
+pub fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 fn edits(a: &str, b: &str) -> usize {
@@ -22,6 +28,11 @@ fn edits(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_thing_and_several() {
+        assert_eq!([0, 1, 2].map(|n| counted(n, "part")), ["0 parts", "1 part", "2 parts"]);
+    }
 
     #[test]
     fn the_fewest_edits_win_and_the_first_of_two() {

@@ -8,6 +8,7 @@ use super::args::Inspect;
 use super::{Console, Failure};
 use crate::job;
 use crate::mesh::{Model, Part};
+use crate::spelling::counted;
 
 pub(super) fn run(args: &Inspect, console: &Console) -> Result<(), Failure> {
     let loaded = job::load_model(&args.model.source()?, &console.world())?;
@@ -45,8 +46,8 @@ fn text(model: &Model) -> String {
     let size = model.bounds.size();
     let _ = writeln!(
         out,
-        "{} parts, {:.2} x {:.2} x {:.2} mm, read in {}",
-        model.parts.len(),
+        "{}, {:.2} x {:.2} x {:.2} mm, read in {}",
+        counted(model.parts.len(), "part"),
         size.x,
         size.y,
         size.z,

@@ -9,6 +9,7 @@ use super::requests::{outputs, profile_file};
 use super::{Console, Failure, why};
 use crate::job::{self, Error, Output, PlanRequest, PlanResult};
 use crate::planning::{Planned, Slot};
+use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
@@ -142,10 +143,10 @@ pub(super) fn text(made: &PlanResult) -> String {
     let proof = if best.value <= best.lower_bound { "the least possible" } else { "not proved least" };
     let _ = writeln!(
         out,
-        "{name} {} (at least {}: {proof}), {} pose changes, clearance {:.2} mm, {:.2} s",
+        "{name} {} (at least {}: {proof}), {}, planned clearance {:.2} mm, {:.2} s",
         shown(best.value),
         shown(best.lower_bound),
-        best.pose_changes,
+        counted(best.pose_changes, "pose change"),
         best.clearance_mm,
         made.seconds
     );

@@ -8,6 +8,7 @@ use super::args::Prepare as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure, plan, send, verify};
 use crate::job::{self, Bar, Output, PrepareRequest, PrepareResult, Progress, Seconds, SendRequest, Step, World};
+use crate::spelling::counted;
 use crate::verify::Report;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -90,14 +91,16 @@ impl Progress for Teller<'_> {
 
     fn reached(&self, step: Step<'_>) {
         match step {
-            Step::Read(model) => self.0.note(&format!("{} parts in {}", model.model.parts.len(), model.file)),
+            Step::Read(model) => {
+                self.0.note(&format!("{} in {}", counted(model.model.parts.len(), "part"), model.file))
+            }
             Step::Planned(made) => {
                 plan::search(made, self.0);
                 self.0.note(plan::text(made).trim_end());
             }
             Step::Sliced(done) => {
-                let (count, by) = (done.sliced.len(), &done.slicer);
-                self.0.note(&format!("{count} prints sliced by {} {}", by.name, by.version));
+                let (prints, by) = (counted(done.sliced.len(), "print"), &done.slicer);
+                self.0.note(&format!("{prints} sliced by {} {}", by.name, by.version));
             }
         }
     }

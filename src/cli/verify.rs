@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::args::Verify as Verb;
 use super::{Console, Failure};
 use crate::job::{self, Error, Rejected, Source, VerifyRequest};
+use crate::spelling::counted;
 use crate::verify::Report;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -51,13 +52,13 @@ fn text(report: &Report) -> String {
     let minutes = report.seconds_print / 60.0;
     let _ = writeln!(
         out,
-        "{} moves in {} slots, {:.0} mm of filament, about {minutes:.0} min, clearance {:.2} mm (line {}), {} findings",
-        report.moves,
-        report.slots,
+        "{} in {}, {:.0} mm of filament, about {minutes:.0} min, clearance {:.2} mm (line {}), {}",
+        counted(report.moves, "move"),
+        counted(report.slots, "slot"),
         report.filament_mm,
         report.clearance_mm,
         report.clearance_line,
-        report.count()
+        counted(report.count(), "finding")
     );
     out
 }

@@ -1,6 +1,7 @@
 //! A program replayed against its plan, and the type that only such a replay gives: [`Verified`].
 
 use super::{CheckedPlan, Error, Source, World};
+use crate::spelling::counted;
 use crate::verify::{Job, Report, verify as replay};
 
 /// A finished program and the plan it was made by.
@@ -68,7 +69,7 @@ pub struct Rejected {
 impl std::fmt::Display for Rejected {
     /// The number of findings, and the first.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} findings", self.report.count())?;
+        write!(f, "{}", counted(self.report.count(), "finding"))?;
         match self.report.findings.first() {
             Some(first) => write!(f, ": line {}: {}", first.line, first.text),
             None => Ok(()),

@@ -13,9 +13,7 @@ pub struct Section {
 }
 
 impl Section {
-    pub(super) fn new(mut segments: Vec<Segment>) -> Self {
-        // A facet that touches the plane with a corner alone has no direction.
-        segments.retain(|[a, b]| a != b);
+    pub(super) fn new(segments: Vec<Segment>) -> Self {
         let segments = Segments::new(segments);
         let mut section = Self { winding: Vec::new(), segments };
         section.wind();

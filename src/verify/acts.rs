@@ -112,6 +112,14 @@ impl<'a> Acts<'a> {
         Some(Go::Stroke(Stroke { from, to, line: m.line, print, kind, width, height }))
     }
 
+    /// The straight line of the tip in move `index`, if it makes one at a fixed pose.
+    pub(super) fn stroke(&self, index: usize) -> Option<Stroke> {
+        match self.go(&self.trace.at(index))? {
+            Go::Stroke(stroke) => Some(stroke),
+            Go::Blind(_) => None,
+        }
+    }
+
     /// Whether an end lies so far beyond the axes that nothing can be said of it but that, which rule `axis-limit` does; a height
     /// field over it would be of cells too coarse for everything else.
     fn is_absurd(&self, m: &Move) -> bool {

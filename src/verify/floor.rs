@@ -4,6 +4,8 @@
 //! tip's lowest height plus `u - near`, taken over all places of the tip from which the piece, widened by `near`, reaches there.
 //! What stands lower everywhere need not be rendered: of a large print hardly anything is left.
 
+use std::collections::VecDeque;
+
 use super::hull::Hull;
 use crate::geom::{Bounds, Vec3};
 
@@ -100,12 +102,23 @@ impl Floor {
             None => [-(last as f64), last as f64],
         };
         let (low, high) = (low.floor() as isize - 1, high.ceil() as isize + 1);
-        let least = |i: isize| {
-            let from = (i - high).max(0);
-            let to = (i - low).min(last);
-            (from..=to).map(|j| line[j as usize]).fold(f64::INFINITY, f64::min)
+        // The places whose value may yet be the least of a window, rising: each is put in and taken out once.
+        let mut rising: VecDeque<isize> = VecDeque::new();
+        let mut entered = 0;
+        let mut least = |i: isize| {
+            while entered <= (i - low).min(last) {
+                while rising.back().is_some_and(|&j| line[j as usize] >= line[entered as usize]) {
+                    rising.pop_back();
+                }
+                rising.push_back(entered);
+                entered += 1;
+            }
+            while rising.front().is_some_and(|&j| j < i - high) {
+                rising.pop_front();
+            }
+            rising.front().map_or(f64::INFINITY, |&j| line[j as usize])
         };
-        (0..=last).map(least).collect()
+        (0..=last).map(&mut least).collect()
     }
 }
 

@@ -6,16 +6,17 @@
 //! there: `distance - way`.
 
 use std::cell::Cell;
-use std::collections::HashMap;
 
-use super::acts::Stroke;
 use super::hull::Hull;
 use super::material::{Bead, Material};
 use crate::geom::convex::{separation, support};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 
-/// Edge of a cell by which beads are found, mm.
+/// Edge of a cell by which beads are found, mm, and how many stand beside each other.
 const CELL_MM: f64 = 4.0;
+const CELLS: usize = 64;
+/// Height of what is held apart in a cell, mm.
+const PILE_MM: f64 = 2.0;
 /// How much farther than asked is looked, so that the answer serves for the moves that follow, mm.
 const AHEAD_MM: f64 = 1.0;
 /// The head's upward reach, and the table's downward, mm; beyond any machine.
@@ -32,87 +33,232 @@ struct Line {
     bead: u32,
 }
 
-/// The beads of one print in one cell.
-struct Group {
-    print: Option<u32>,
-    /// A box that holds their axes, and how far the thickest reaches from its own, mm.
+/// Beads with a box that holds their axes, and how far the thickest reaches from its own, mm.
+struct Pile {
     axes: Bounds,
     reach: f64,
+    /// In the order in which they were laid.
     lines: Vec<Line>,
 }
 
-/// Beads by place, machine coordinates.
-#[derive(Default)]
+impl Pile {
+    const EMPTY: Self = Self { axes: Bounds::EMPTY, reach: 0.0, lines: Vec::new() };
+
+    fn hold(&mut self, axis: &Bounds, reach: f64) {
+        self.axes = self.axes.union(axis);
+        self.reach = self.reach.max(reach);
+    }
+
+    /// Those of the first `count` that were filed.
+    fn laid(&self, count: usize) -> &[Line] {
+        match self.lines.last() {
+            Some(last) if last.bead as usize >= count => {
+                &self.lines[..self.lines.partition_point(|line| (line.bead as usize) < count)]
+            }
+            _ => &self.lines,
+        }
+    }
+}
+
+/// The beads of one print over one cell: all of them without their lines, and by height.
+struct Group {
+    print: Option<u32>,
+    all: Pile,
+    by_height: Vec<(i32, Pile)>,
+}
+
+/// Beads by place, machine coordinates, in the order in which they were laid.
 struct Cells {
     beads: Vec<Bead>,
-    by_cell: HashMap<[i32; 2], Vec<Group>>,
-    /// The last question in which each bead's own distance was taken: long ones stand in several cells.
-    asked: Vec<u32>,
-    question: u32,
+    /// Of the grid.
+    low: [f64; 2],
+    by_cell: Vec<Vec<Group>>,
 }
 
 impl Cells {
-    fn file(&mut self, bead: Bead) {
-        let ends = bead.ends.map(|p| [p.x as f32, p.y as f32, p.z as f32]);
-        let line = Line { ends, reach: bead.reach() as f32 + ROUNDING_MM, bead: self.beads.len() as u32 };
-        let axis = Bounds::of(bead.ends);
-        let [columns, rows] = cells(&axis.inflated(bead.radius));
-        for row in rows {
-            for column in columns.clone() {
-                let groups = self.by_cell.entry([column, row]).or_default();
-                let place = groups.iter().position(|group| group.print == bead.print).unwrap_or_else(|| {
-                    groups.push(Group { print: bead.print, axes: Bounds::EMPTY, reach: 0.0, lines: Vec::new() });
-                    groups.len() - 1
-                });
-                let group = &mut groups[place];
-                group.axes = group.axes.union(&axis);
-                group.reach = group.reach.max(bead.reach());
-                group.lines.push(line);
-            }
-        }
-        self.beads.push(bead);
-        self.asked.push(0);
+    /// Nothing yet; most of what comes lies about `middle`.
+    fn about(middle: &Vec3) -> Self {
+        let half = CELLS as f64 * CELL_MM / 2.0;
+        let by_cell = std::iter::repeat_with(Vec::new).take(CELLS * CELLS).collect();
+        let low = [middle.x - half, middle.y - half];
+        Self { beads: Vec::new(), low, by_cell }
     }
 
-    /// The least distance of the prints that `counts` names from `piece`: the distance itself where it is below `exact` mm, else a
-    /// bound of it, up to `cap`.
-    fn distance(&mut self, piece: &Swept<'_>, [exact, cap]: [f64; 2], counts: impl Fn(Option<u32>) -> bool) -> f64 {
-        let mut least = cap;
-        self.question += 1;
-        let [columns, rows] = cells(&piece.bounds.inflated(cap));
-        for row in rows {
-            for cell in columns.clone().filter_map(|column| self.by_cell.get(&[column, row])) {
-                for group in cell.iter().filter(|group| counts(group.print)) {
-                    if piece.bound(&group.axes, group.reach, least) >= least {
-                        continue;
-                    }
-                    for line in &group.lines {
-                        let bound = piece.bound_of_line(line, least);
-                        if bound >= least {
-                            continue;
-                        }
-                        let bead = line.bead as usize;
-                        if bound >= exact {
-                            least = bound;
-                        } else if std::mem::replace(&mut self.asked[bead], self.question) != self.question {
-                            least = least.min(piece.to_bead(&self.beads[bead], least).max(bound));
-                        }
-                    }
+    fn file(&mut self, bead: Bead) {
+        let ends = bead.ends.map(|p| [p.x as f32, p.y as f32, p.z as f32]);
+        let reach = bead.reach();
+        let line = Line { ends, reach: reach as f32 + ROUNDING_MM, bead: self.beads.len() as u32 };
+        let axis = Bounds::of(bead.ends);
+        let height = (axis.min.z / PILE_MM).floor() as i32;
+        for cell in self.cells(&axis.inflated(bead.radius)) {
+            let groups = &mut self.by_cell[cell];
+            let place = groups.iter().position(|group| group.print == bead.print).unwrap_or_else(|| {
+                groups.push(Group { print: bead.print, all: Pile::EMPTY, by_height: Vec::new() });
+                groups.len() - 1
+            });
+            let group = &mut groups[place];
+            group.all.hold(&axis, reach);
+            let place = group.by_height.iter().rposition(|(at, _)| *at == height).unwrap_or_else(|| {
+                group.by_height.push((height, Pile::EMPTY));
+                group.by_height.len() - 1
+            });
+            let pile = &mut group.by_height[place].1;
+            pile.hold(&axis, reach);
+            pile.lines.push(line);
+        }
+        self.beads.push(bead);
+    }
+
+    /// The cells that a box touches; those at the border also stand for all beyond.
+    fn cells(&self, bounds: &Bounds) -> impl Iterator<Item = usize> + use<> {
+        let [columns, rows] = [0, 1].map(|i| {
+            let index = |v: f64| (((v - self.low[i]) / CELL_MM).max(0.0) as usize).min(CELLS - 1);
+            index(bounds.min[i])..=index(bounds.max[i])
+        });
+        rows.flat_map(move |row| columns.clone().map(move |column| row * CELLS + column))
+    }
+
+    /// Whether one of the prints that `counts` names is nearer than `mm` to `piece`, by its first `laid` beads.
+    fn is_nearer(&self, piece: &Swept<'_>, mm: f64, laid: usize, counts: impl Fn(Option<u32>) -> bool) -> bool {
+        let near = |pile: &Pile| piece.bound(&pile.axes, pile.reach, mm) < mm;
+        let nearer =
+            |line: &Line| piece.bound_of_line(line, mm) < mm && piece.to_bead(&self.beads[line.bead as usize], mm) < mm;
+        self.cells(&piece.bounds.inflated(mm)).flat_map(|cell| &self.by_cell[cell]).any(|group| {
+            counts(group.print)
+                && near(&group.all)
+                && group.by_height.iter().any(|(_, pile)| near(pile) && pile.laid(laid).iter().rev().any(nearer))
+        })
+    }
+
+    /// The distance of the bead that looks nearest, so that little else is left to look at; at most `cap`.
+    fn at_most(&self, piece: &Swept<'_>, cap: f64, laid: usize, counts: &impl Fn(Option<u32>) -> bool) -> f64 {
+        let mut nearest: Option<(f64, &Pile)> = None;
+        self.each_pile(piece, cap, counts, |pile, bound| {
+            if nearest.is_none_or(|(least, _)| bound < least) && !pile.laid(laid).is_empty() {
+                nearest = Some((bound, pile));
+            }
+        });
+        let Some((_, pile)) = nearest else { return cap };
+        let (mut least, mut bead) = (cap, None);
+        for line in pile.laid(laid) {
+            let bound = piece.bound_of_line(line, least);
+            if bound < least {
+                (least, bead) = (bound, Some(line.bead));
+            }
+        }
+        bead.map_or(cap, |bead| piece.to_bead(&self.beads[bead as usize], cap).min(cap))
+    }
+
+    /// Visits the piles that may be nearer than `cap`, with a bound of their distance.
+    fn each_pile<'a>(
+        &'a self,
+        piece: &Swept<'_>,
+        cap: f64,
+        counts: &impl Fn(Option<u32>) -> bool,
+        mut visit: impl FnMut(&'a Pile, f64),
+    ) {
+        for group in self.cells(&piece.bounds.inflated(cap)).flat_map(|cell| &self.by_cell[cell]) {
+            if !counts(group.print) || piece.bound(&group.all.axes, group.all.reach, cap) >= cap {
+                continue;
+            }
+            for (_, pile) in &group.by_height {
+                let bound = piece.bound(&pile.axes, pile.reach, cap);
+                if bound < cap {
+                    visit(pile, bound);
                 }
             }
+        }
+    }
+
+    /// The least distance of the first `laid` beads of the prints that `counts` names from `piece`: the distance itself where it is
+    /// below `exact` mm, else a bound of it, up to `cap`.
+    fn distance(
+        &self,
+        piece: &Swept<'_>,
+        [exact, cap]: [f64; 2],
+        laid: usize,
+        counts: impl Fn(Option<u32>) -> bool,
+    ) -> f64 {
+        let cap = self.at_most(piece, cap, laid, &counts);
+        let mut candidates: Vec<(f64, u32)> = Vec::new();
+        self.each_pile(piece, cap, &counts, |pile, _| {
+            let bounds = pile.laid(laid).iter().map(|line| (piece.bound_of_line(line, cap), line.bead));
+            candidates.extend(bounds.filter(|(bound, _)| *bound < cap));
+        });
+        // The nearest first: most of the others need not be looked at then. Long ones stand in several cells.
+        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        candidates.dedup();
+        let mut least = cap;
+        for (bound, bead) in candidates {
+            if bound >= least {
+                break;
+            }
+            if bound >= exact {
+                least = bound;
+                break;
+            }
+            least = least.min(piece.to_bead(&self.beads[bead as usize], least).max(bound));
         }
         least
     }
 }
 
-fn cells(bounds: &Bounds) -> [std::ops::RangeInclusive<i32>; 2] {
-    [0, 1].map(|i| (bounds.min[i] / CELL_MM).floor() as i32..=(bounds.max[i] / CELL_MM).floor() as i32)
+/// Where the tip goes.
+#[derive(Clone, Copy)]
+pub(super) enum Way {
+    /// Straight from one place to another.
+    Line([Vec3; 2]),
+    /// Anywhere within a box.
+    Within(Bounds),
 }
 
-/// A piece of the head on its way from one place of the tip to another, and everything above it.
+impl Way {
+    /// Its place farthest along `d`.
+    fn support(&self, d: &Vec3) -> Vec3 {
+        match self {
+            Self::Line([a, b]) => *if a.dot(d) > b.dot(d) { a } else { b },
+            Self::Within(all) => Vec3::from_fn(|i, _| if d[i] > 0.0 { all.max[i] } else { all.min[i] }),
+        }
+    }
+
+    fn bounds(&self) -> Bounds {
+        match self {
+            Self::Line(ends) => Bounds::of(*ends),
+            Self::Within(all) => *all,
+        }
+    }
+
+    /// The way of a body's origin.
+    fn of_origin(&self, hull: &Hull) -> Self {
+        match self {
+            Self::Line(ends) => Self::Line(ends.map(|tip| hull.body.origin_at(&tip))),
+            Self::Within(all) => {
+                Self::Within(Bounds { min: hull.body.origin_at(&all.min), max: hull.body.origin_at(&all.max) })
+            }
+        }
+    }
+
+    /// How far any of its places is from `p` at most, mm.
+    fn farthest(&self, p: Vec3) -> f64 {
+        match self {
+            Self::Line(ends) => ends.iter().map(|end| (end - p).norm()).fold(0.0, f64::max),
+            Self::Within(all) => (all.min - p).abs().sup(&(all.max - p).abs()).norm(),
+        }
+    }
+
+    /// A place of it.
+    fn end(&self) -> Vec3 {
+        match self {
+            Self::Line([_, end]) => *end,
+            Self::Within(all) => all.centre(),
+        }
+    }
+}
+
+/// A piece of the head on its way, and everything above it.
 struct Swept<'a> {
     hull: &'a Hull,
-    origins: [Vec3; 2],
+    origins: Way,
     bounds: Bounds,
     /// Where the way ends along the normal of each of the piece's planes.
     ends: Vec<f64>,
@@ -121,19 +267,21 @@ struct Swept<'a> {
 }
 
 impl<'a> Swept<'a> {
-    fn new(hull: &'a Hull, ends: [Vec3; 2]) -> Self {
-        let origins = ends.map(|tip| hull.body.origin_at(&tip));
-        let corners = origins.iter().flat_map(|o| [hull.bounds.min + o, hull.bounds.max + o]);
-        let [a, b] = origins;
-        let end = |&[x, y, z, c]: &[f64; 4]| (x * a.x + y * a.y + z * a.z).max(x * b.x + y * b.y + z * b.z) + c;
+    fn new(hull: &'a Hull, way: &Way) -> Self {
+        let origins = way.of_origin(hull);
+        let all = origins.bounds();
+        let bounds = Bounds { min: hull.bounds.min + all.min, max: hull.bounds.max + all.max };
+        let end = |&[x, y, z, c]: &[f64; 4]| {
+            let normal = Vec3::new(x, y, z);
+            normal.dot(&origins.support(&normal)) + c
+        };
         let ends = hull.sides.iter().map(end).collect();
-        Self { hull, origins, bounds: Bounds::of(corners), ends, telling: Cell::new(0) }
+        Self { hull, origins, bounds, ends, telling: Cell::new(0) }
     }
 
     fn support(&self, d: &Vec3) -> Vec3 {
         let lift = if d.z > 0.0 { Vec3::z() * UPWARD } else { Vec3::zeros() };
-        let [a, b] = self.origins;
-        support(&self.hull.body.points, d) + if a.dot(d) > b.dot(d) { a } else { b } + lift
+        support(&self.hull.body.points, d) + self.origins.support(d) + lift
     }
 
     /// How far all within `reach` of `axes` is at least, by the piece's planes; of `enough` and more any value.
@@ -184,30 +332,20 @@ struct Known {
     mm: f64,
 }
 
-/// What a distance is asked to.
+/// What a run of moves of one print must stay away from.
 #[derive(Clone, Copy)]
-pub(super) enum Among<'a> {
-    /// All that has been laid, and the table.
-    All,
-    /// The prints that are `strangers` to the one being laid, and the table if `table`.
-    Strangers { strangers: &'a [bool], table: bool },
+pub(super) struct Strangers<'a> {
+    /// By print, whether it is one.
+    pub(super) prints: &'a [bool],
+    /// Whether the table is.
+    pub(super) table: bool,
+    /// How many beads had been laid, of all, when the run began.
+    pub(super) laid: usize,
 }
 
-impl Among<'_> {
-    fn counts(self, print: Option<u32>) -> bool {
-        match self {
-            Self::All => true,
-            Self::Strangers { strangers, .. } => print.is_none_or(|p| strangers[p as usize]),
-        }
-    }
-
-    fn table(self) -> bool {
-        matches!(self, Self::All | Self::Strangers { table: true, .. })
-    }
-
-    /// Whether lines are added to it from move to move.
-    fn grows(self) -> bool {
-        matches!(self, Self::All)
+impl Strangers<'_> {
+    fn counts(&self, print: Option<u32>) -> bool {
+        print.is_none_or(|p| self.prints[p as usize])
     }
 }
 
@@ -230,48 +368,68 @@ impl Near {
     /// Nothing filed yet: most setups need none of it.
     pub(super) fn new(motion: Rigid<Table, Machine>, material: &Material, pieces: usize) -> Self {
         let slab = material.slab().iter().map(|&p| motion.point(p.into()).at).collect();
+        let middle = motion.point(Vec3::zeros().into()).at;
         Self {
             motion,
             slab,
-            earlier: Cells::default(),
+            earlier: Cells::about(&middle),
             earlier_beads: material.beads().len(),
-            own: Cells::default(),
+            own: Cells::about(&middle),
             filed: 0,
             known: vec![None; pieces],
         }
     }
 
-    /// Forgets distances: other things count from here on.
-    pub(super) fn forget(&mut self, piece: usize) {
-        self.known[piece] = None;
-    }
-
-    /// The distance (mm) between `hull`, piece number `piece`, on the tip's way between `ends`, and what `among` names; from `cap`
-    /// on not told apart, 0 where they meet.
-    pub(super) fn distance(
-        &mut self,
-        material: &Material,
-        (piece, hull): (usize, &Hull),
-        ends: [Vec3; 2],
-        cap: f64,
-        among: Among<'_>,
-    ) -> f64 {
+    /// The distance (mm) between `hull`, piece number `piece`, on the tip's way, and all that has been laid and the table; from `cap` on
+    /// not told apart, 0 where they meet.
+    pub(super) fn distance(&mut self, material: &Material, (piece, hull): (usize, &Hull), way: &Way, cap: f64) -> f64 {
         self.file(material);
-        let swept = Swept::new(hull, ends);
-        let counts = |print: Option<u32>| among.counts(print);
-        let growing = if among.grows() { self.own.distance(&swept, [cap; 2], counts) } else { cap };
-        let way = |known: Known| ends.iter().map(|end| (end - known.at).norm()).fold(0.0, f64::max);
-        if self.known[piece].is_some_and(|known| known.mm - way(known) >= growing) {
+        let swept = Swept::new(hull, way);
+        let growing = self.own.distance(&swept, [cap; 2], usize::MAX, |_| true);
+        if self.known[piece].is_some_and(|known| known.mm - way.farthest(known.at) >= growing) {
             return growing;
         }
         let far = cap + AHEAD_MM;
-        let slab = if among.table() { swept.to_slab(&self.slab, far).min(far) } else { far };
-        let mut still = self.earlier.distance(&swept, [cap, slab], counts);
-        if !among.grows() {
-            still = self.own.distance(&swept, [cap, still], counts);
-        }
-        self.known[piece] = Some(Known { at: ends[1], mm: still });
+        let slab = swept.to_slab(&self.slab, far).min(far);
+        let still = self.earlier.distance(&swept, [cap, slab], usize::MAX, |_| true);
+        self.known[piece] = Some(Known { at: way.end(), mm: still });
         still.min(growing)
+    }
+
+    /// The same between `hull` and `strangers`.
+    pub(super) fn from_strangers(
+        &mut self,
+        material: &Material,
+        hull: &Hull,
+        way: &Way,
+        cap: f64,
+        strangers: &Strangers<'_>,
+    ) -> f64 {
+        self.file(material);
+        let swept = Swept::new(hull, way);
+        let counts = |print: Option<u32>| strangers.counts(print);
+        let own = strangers.laid.saturating_sub(self.earlier_beads);
+        let slab = if strangers.table { swept.to_slab(&self.slab, cap).min(cap) } else { cap };
+        let earlier = self.earlier.distance(&swept, [slab; 2], usize::MAX, counts);
+        self.own.distance(&swept, [earlier; 2], own, counts)
+    }
+
+    /// Whether that is less than `mm`.
+    pub(super) fn is_nearer(
+        &mut self,
+        material: &Material,
+        hull: &Hull,
+        way: &Way,
+        mm: f64,
+        strangers: &Strangers<'_>,
+    ) -> bool {
+        self.file(material);
+        let swept = Swept::new(hull, way);
+        let counts = |print: Option<u32>| strangers.counts(print);
+        let own = strangers.laid.saturating_sub(self.earlier_beads);
+        (strangers.table && swept.to_slab(&self.slab, mm) < mm)
+            || self.earlier.is_nearer(&swept, mm, usize::MAX, counts)
+            || self.own.is_nearer(&swept, mm, own, counts)
     }
 
     fn file(&mut self, material: &Material) {
@@ -281,60 +439,4 @@ impl Near {
         }
         self.filed = material.beads().len();
     }
-}
-
-/// A box for each print, machine coordinates: what tells most moves that no stranger is near.
-pub(super) struct Others {
-    boxes: Vec<Bounds>,
-    table: Bounds,
-    known: Option<Known>,
-}
-
-impl Others {
-    /// The boxes of what has been laid so far, and of the table.
-    pub(super) fn new(motion: &Rigid<Table, Machine>, material: &Material, prints: usize) -> Self {
-        let mut boxes = vec![Bounds::EMPTY; prints];
-        for bead in material.beads() {
-            if let Some(all) = bead.print.and_then(|p| boxes.get_mut(p as usize)) {
-                let bead = bead.at(motion);
-                *all = all.union(&Bounds::of(bead.ends).inflated(bead.radius));
-            }
-        }
-        let table = Bounds::of(material.slab().iter().map(|&p| motion.point(p.into()).at));
-        Self { boxes, table, known: None }
-    }
-
-    /// Another print's strangers are others.
-    pub(super) fn forget(&mut self) {
-        self.known = None;
-    }
-
-    /// A line is laid.
-    pub(super) fn lay(&mut self, stroke: &Stroke) {
-        if let Some(all) = stroke.print.and_then(|p| self.boxes.get_mut(p as usize)) {
-            let line = Bounds::of([stroke.from, stroke.to]);
-            *all = all.union(&line.inflated(f64::from(stroke.width.max(stroke.height))));
-        }
-    }
-
-    /// Whether one of `strangers`, or the table where that is one, may be nearer than `cap` mm to `hull` on its way.
-    pub(super) fn nearer(&mut self, strangers: &[bool], table: bool, hull: &Hull, ends: [Vec3; 2], cap: f64) -> bool {
-        let way = |known: &Known| ends.iter().map(|end| (end - known.at).norm()).fold(0.0, f64::max);
-        if self.known.as_ref().is_some_and(|known| known.mm - way(known) >= cap) {
-            return false;
-        }
-        let piece = Swept::new(hull, ends).bounds;
-        let boxes = self.boxes.iter().zip(strangers).filter(|(all, stranger)| **stranger && !all.is_empty());
-        let all = boxes.map(|(all, _)| all).chain(table.then_some(&self.table));
-        let mm = all.map(|all| below(&piece, all)).fold(f64::INFINITY, f64::min);
-        self.known = Some(Known { at: ends[1], mm });
-        mm < cap
-    }
-}
-
-/// How far a box is from another and all above that.
-fn below(piece: &Bounds, other: &Bounds) -> f64 {
-    let sideways = [0, 1].map(|i| (other.min[i] - piece.max[i]).max(piece.min[i] - other.max[i]).max(0.0));
-    let under = (piece.min.z - other.max.z).max(0.0);
-    (sideways[0] * sideways[0] + sideways[1] * sideways[1] + under * under).sqrt()
 }

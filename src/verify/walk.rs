@@ -3,6 +3,8 @@
 //! A move at a fixed pose is taken as the box of the tip's places at its lowest height; where that box is not
 //! proved free the move is halved, down to pieces so short that what remains is no artefact of the box.
 
+use std::ops::Range;
+
 use super::Job;
 use super::Planned;
 use super::acts::{Acts, Blind, Go, Kind, Stroke, Turn};
@@ -10,7 +12,7 @@ use super::field::{Field, Rect};
 use super::floor::Floor;
 use super::hull::Hull;
 use super::material::Material;
-use super::near::{Among, Near, Others};
+use super::near::{Near, Strangers, Way};
 use super::report::{CLEARANCE_CAP_MM, Findings, Place, Rule};
 use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
@@ -23,6 +25,12 @@ const FINEST_MM: [f64; 2] = [PIECE_MM, 0.5];
 
 /// To how much the least distance is told, mm.
 const FIGURE_MM: f64 = 0.01;
+
+/// Moves at most that are held against other prints as one, and runs of them at most that wait for it.
+const LONGEST_RUN: usize = 128;
+const MOST_RUNS: usize = 512;
+/// One of so many is looked at first.
+const LOOKED_AT_FIRST: usize = 16;
 
 /// How deep the tip may be in the table, mm: beds are no flatter.
 const INTO_TABLE_MM: f64 = 0.05;
@@ -56,6 +64,7 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         laying: Laying::new(job.profile.process.bridge_mm),
         walked: Walked { findings: Findings::default(), clearance: CLEARANCE_CAP_MM, clearance_line: 0 },
         print: None,
+        runs: Vec::new(),
     };
     for m in acts.trace.moves() {
         if let Some(turn) = acts.turn(&m) {
@@ -84,7 +93,6 @@ fn strangers(job: &Job<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
 struct Setup {
     field: Field,
     near: Near,
-    others: Others,
     back: Rigid<Machine, Table>,
 }
 
@@ -108,16 +116,19 @@ struct Walker<'a> {
     laying: Laying,
     walked: Walked,
     print: Option<u32>,
+    runs: Vec<Run>,
+}
+
+/// Moves of one print after one another.
+struct Run {
+    print: u32,
+    /// Places in the trace.
+    moves: Range<usize>,
+    /// How many beads had been laid before.
+    laid: usize,
 }
 
 impl Walker<'_> {
-    /// Other prints are strangers from here on.
-    fn forget(&mut self) {
-        let Some(setup) = &mut self.setup else { return };
-        setup.others.forget();
-        self.head.iter().enumerate().filter(|(_, hull)| hull.tip).for_each(|(piece, _)| setup.near.forget(piece));
-    }
-
     fn place(&self, line: u32) -> Place {
         let print = self.print.map(|p| &self.planned[p as usize]);
         Place { line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) }
@@ -127,7 +138,6 @@ impl Walker<'_> {
         if stroke.print != self.print {
             self.end_line();
             self.print = stroke.print;
-            self.forget();
         }
         self.set_up(from);
         let Some(mut setup) = self.setup.take() else {
@@ -136,6 +146,7 @@ impl Walker<'_> {
             return;
         };
         self.check_table(&setup.back, stroke);
+        self.passes(&mut setup, from);
         self.sweep(&mut setup, [stroke.from, stroke.to], stroke.line, FINEST_MM);
         let mut gaps = Vec::new();
         match stroke.kind {
@@ -143,7 +154,6 @@ impl Walker<'_> {
             Kind::Print => {
                 self.laying.lay(stroke, &mut setup.field, &mut gaps);
                 self.material.lay(stroke, &setup.back);
-                setup.others.lay(stroke);
             }
         }
         self.setup = Some(setup);
@@ -181,8 +191,7 @@ impl Walker<'_> {
     }
 
     fn turn(&mut self, turn: &Turn) {
-        self.end_line();
-        self.setup = None;
+        self.leave();
         self.pose = turn.to;
         self.print = None;
         let cap = self.walked.clearance.max(ROOM_MM);
@@ -206,7 +215,7 @@ impl Walker<'_> {
 
     /// After the last move: the frame against what was printed since the last turn.
     fn rest(&mut self, line: u32) {
-        self.end_line();
+        self.leave();
         let Some(pose) = self.pose else { return };
         let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
         let passage = turning.standing(pose, &mut self.material);
@@ -238,7 +247,6 @@ impl Walker<'_> {
         self.setup = Some(Setup {
             field: self.material.field(&motion, &tips, &floor),
             near: Near::new(motion, &self.material, self.head.len()),
-            others: Others::new(&motion, &self.material, self.planned.len()),
             back: motion.inverse(),
         });
     }
@@ -247,6 +255,14 @@ impl Walker<'_> {
     fn reach(&self) -> f64 {
         let far = |h: &Hull| [h.bounds.min.x, h.bounds.max.x, h.bounds.min.y, h.bounds.max.y].map(f64::abs);
         self.head.iter().flat_map(far).fold(0.0, f64::max) + self.walked.clearance.max(0.0) + 10.0
+    }
+
+    /// The setup ends here.
+    fn leave(&mut self) {
+        self.end_line();
+        if let Some(mut setup) = self.setup.take() {
+            self.apart(&mut setup);
+        }
     }
 
     fn end_line(&mut self) {
@@ -300,9 +316,6 @@ impl Walker<'_> {
         for (piece, hull) in head.iter().enumerate() {
             if hull.tip {
                 self.touch(setup, hull, ends, line, finest[0]);
-                if finest[0].is_finite() {
-                    self.beside(setup, (piece, hull), ends, line);
-                }
             } else {
                 self.pass(setup, (piece, hull), ends, line, finest[1]);
             }
@@ -318,16 +331,60 @@ impl Walker<'_> {
         }
     }
 
-    /// It stays away from all prints that carry nothing of the one it prints, and from the table where that does not stand on it.
-    fn beside(&mut self, setup: &mut Setup, piece: (usize, &Hull), ends: [Vec3; 2], line: u32) {
-        let (Some(print), cap) = (self.print.map(|p| p as usize), self.walked.clearance - FIGURE_MM) else { return };
-        let (strangers, hull) = (&self.strangers[print], piece.1);
-        let stands = self.on_table.contains(&self.planned[print].part);
-        if cap <= 0.0 || !setup.others.nearer(strangers, !stands, hull, ends, cap) {
+    /// Takes note that a move of the print goes past what it does not stand on; see [`Walker::apart`].
+    fn passes(&mut self, setup: &mut Setup, index: usize) {
+        let Some(print) = self.print else { return };
+        match self.runs.last_mut() {
+            Some(run) if run.print == print && index - run.moves.start < LONGEST_RUN => run.moves.end = index + 1,
+            _ => {
+                if self.runs.len() >= MOST_RUNS {
+                    self.apart(setup);
+                }
+                self.runs.push(Run { print, moves: index..index + 1, laid: self.material.beads().len() });
+            }
+        }
+    }
+
+    /// How near the piece that carries the tip comes to the prints that carry nothing of the one it prints, and to the table where that
+    /// does not stand on it: of all runs of moves so far.
+    ///
+    /// A few are looked at first: what they come near to is what most others need not be looked at for.
+    fn apart(&mut self, setup: &mut Setup) {
+        let runs = std::mem::take(&mut self.runs);
+        let (first, rest): (Vec<_>, Vec<_>) = runs.iter().enumerate().partition(|(i, _)| i % LOOKED_AT_FIRST == 0);
+        let head = std::mem::take(&mut self.head);
+        for (_, run) in first.into_iter().chain(rest) {
+            for hull in head.iter().filter(|hull| hull.tip) {
+                self.stays_apart(setup, hull, run, run.moves.clone());
+            }
+        }
+        self.head = head;
+    }
+
+    /// The same of some moves of a run: as one, then by halves.
+    fn stays_apart(&mut self, setup: &mut Setup, hull: &Hull, run: &Run, moves: Range<usize>) {
+        let cap = self.walked.clearance - FIGURE_MM;
+        let strokes = moves.clone().filter_map(|index| self.acts.stroke(index));
+        let (within, count, line) = strokes.fold((Bounds::EMPTY, 0, 0), |(all, count, _), stroke| {
+            (all.union(&Bounds::of([stroke.from, stroke.to])), count + 1, stroke.line)
+        });
+        if count == 0 || cap <= 0.0 {
             return;
         }
-        let among = Among::Strangers { strangers, table: !stands };
-        let room = setup.near.distance(&self.material, piece, ends, cap, among);
+        let prints = &self.strangers[run.print as usize];
+        let table = !self.on_table.contains(&self.planned[run.print as usize].part);
+        let strangers = Strangers { prints, table, laid: run.laid };
+        if count > 1 {
+            if setup.near.is_nearer(&self.material, hull, &Way::Within(within), cap, &strangers) {
+                let middle = usize::midpoint(moves.start, moves.end);
+                self.stays_apart(setup, hull, run, moves.start..middle);
+                self.stays_apart(setup, hull, run, middle..moves.end);
+            }
+            return;
+        }
+        let Some(stroke) = moves.clone().find_map(|index| self.acts.stroke(index)) else { return };
+        let way = Way::Line([stroke.from, stroke.to]);
+        let room = setup.near.from_strangers(&self.material, hull, &way, cap, &strangers);
         if room < cap {
             self.note(room, line);
         }
@@ -342,7 +399,7 @@ impl Walker<'_> {
         }
         // Somewhere in a box is not on the way between its corners.
         let way = finest.is_finite();
-        let room = if way { setup.near.distance(&self.material, piece, ends, cap, Among::All) } else { 0.0 };
+        let room = if way { setup.near.distance(&self.material, piece, &Way::Line(ends), cap) } else { 0.0 };
         let room = if room > 0.0 || (!way && bound > 0.0) { room.max(bound) } else { bound.min(0.0) };
         self.note(room, line);
         if room <= 0.0 {
