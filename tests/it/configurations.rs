@@ -123,7 +123,9 @@ fn arcs_stay_clean() {
     let name = std::fs::read_dir(folder.path().join("slots")).unwrap().map(|f| f.unwrap().file_name());
     let name = name.map(|n| n.into_string().unwrap()).find(|n| n.ends_with(".gcode")).unwrap();
     let slice = folder.path().join("slots").join(&name);
-    let (text, arcs) = with_arcs(&std::fs::read_to_string(&slice).unwrap());
+    let (mut text, arcs) = with_arcs(&std::fs::read_to_string(&slice).unwrap());
+    // The change is meant.
+    text.truncate(text.rfind("; crc32 = ").unwrap());
     assert!(arcs > 60, "{arcs}");
     std::fs::write(&slice, text).unwrap();
     let gcode = rewritten(folder.path(), &[&name]);
