@@ -29,6 +29,9 @@ pub(super) const NARROWEST: f64 = 0.6;
 /// A wall may come as close to itself as this share of the spacing, as in PrusaSlicer.
 const CLOSEST: f64 = 0.6;
 
+/// The part of a narrow region that loops farther from its border must fill as well to be taken.
+const KEPT: f64 = 0.97;
+
 /// What is narrower than twice this is rounding, grid units: 20 micrometres.
 const ROUNDING: i32 = 100;
 
@@ -60,19 +63,45 @@ fn fill_narrow(narrow: &Region, depth: u32, line: &Line, found: &mut Walled) {
     let inset = (NARROWEST / 2.0 * f64::from(line.width)) as i32;
     for shape in narrow {
         let one = vec![shape.clone()];
-        let centre = grown(&one, -inset);
-        let wide = area_mm2(&grown(&centre, inset));
-        let length: f64 = centre.iter().flatten().map(|ring| perimeter_mm(ring)).sum();
-        let flow = wide / (length * line.spacing_mm);
+        let mut filled = Filled::new(&one, inset, line);
+        // Half of the lines' own width off the border, where that loses nothing: else they would stand out beyond it.
+        let wide = (filled.flow.min(1.0) * f64::from(line.spacing)) as i32 + line.width - line.spacing;
+        if wide / 2 > inset {
+            let farther = Filled::new(&one, wide / 2, line);
+            if farther.area_mm2 >= KEPT * filled.area_mm2 {
+                filled = farther;
+            }
+        }
         // Shorter than a line is wide: a blob, not a line.
-        let printed = length > line.width_mm;
+        let printed = filled.length_mm > line.width_mm;
         if printed {
-            let rings = centre.iter().flatten();
-            found.loops.extend(rings.map(|ring| Loop { points: ring.clone(), depth, flow: flow.min(1.0) }));
+            let rings = filled.centre.iter().flatten();
+            found.loops.extend(rings.map(|ring| Loop { points: ring.clone(), depth, flow: filled.flow.min(1.0) }));
         }
         if depth == 0 {
-            let lost = if printed { minus(&one, &grown(&centre, inset)) } else { one };
+            let lost = if printed { minus(&one, &grown(&filled.centre, filled.inset)) } else { one };
             found.lost.extend(lost.into_iter().filter(|shape| !grown(&vec![shape.clone()], -ROUNDING).is_empty()));
         }
+    }
+}
+
+/// A narrow region with loops along its border.
+struct Filled {
+    centre: Region,
+    /// How far that is from its border, grid units.
+    inset: i32,
+    /// What lies within reach of them, mm².
+    area_mm2: f64,
+    length_mm: f64,
+    /// Of a whole line's cross-section.
+    flow: f64,
+}
+
+impl Filled {
+    fn new(one: &Region, inset: i32, line: &Line) -> Self {
+        let centre = grown(one, -inset);
+        let area_mm2 = area_mm2(&grown(&centre, inset));
+        let length_mm: f64 = centre.iter().flatten().map(|ring| perimeter_mm(ring)).sum();
+        Self { centre, inset, area_mm2, length_mm, flow: area_mm2 / (length_mm * line.spacing_mm) }
     }
 }
