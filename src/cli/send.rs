@@ -89,14 +89,18 @@ pub(super) fn stream(
 fn rehearse(request: &SendRequest<'_>, console: &Console) -> Result<(), Failure> {
     let done = job::rehearse(request, &console.world())?;
     console.note(&format!(
-        "rehearsal: {} lines in {:.0} min with heating and accelerations; {} targets beyond an axis",
+        "rehearsal: {} lines in {:.0} min with heating and accelerations ({:.0} min without); {} targets beyond an axis",
         done.lines,
         done.seconds / 60.0,
+        done.seconds_print / 60.0,
         done.clamped
     ));
     if console.json() {
         let of = done.last_line;
-        let facts = json!({"event": "done", "line": of, "of": of, "dry_run": true, "seconds": done.seconds, "clamped": done.clamped});
+        let facts = json!({
+            "event": "done", "line": of, "of": of, "dry_run": true, "seconds": done.seconds,
+            "seconds_print": done.seconds_print, "clamped": done.clamped,
+        });
         console.result(&facts.to_string());
     }
     if done.clamped > 0 {

@@ -23,6 +23,8 @@ mod seams;
 mod sender;
 pub mod serial;
 pub mod sim;
+#[cfg(test)]
+mod testing;
 mod timing;
 mod wire;
 
@@ -34,5 +36,5 @@ pub use program::{LARGEST_FILE, Mark, MarkKind, Program, ProgramError, Rules};
 pub use reply::{Busy, Reply, Status, Temperatures};
 pub use resume::{Heaters, Reentry, ReentryError, Retreat, State};
 pub use sender::{Event, Outcome, Progress, Sender, Settings, Stop, Time};
-pub use timing::{Rates, TooSlow, seconds, too_slow};
+pub use timing::{TooSlow, too_slow};
 pub use wire::{LineAssembler, Protocol, checksum, push_numbered};

@@ -14,7 +14,8 @@ use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater, effect, index_lett
 use crate::gcode::{ParsedLine, push_fixed};
 use crate::geom::Angle;
 use crate::motion::AxisRange;
-use crate::motion::replay::{Controller, Position, Reading, ReplayError};
+use crate::motion::replay::{Position, ReplayError};
+use crate::trace::Action;
 
 /// What the machine is told before a block.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,50 +66,47 @@ impl State {
     /// # Errors
     ///
     /// [`ReplayError`] where a line has no meaning that is known.
-    pub fn before(program: &Program, reading: &Reading, block: u32) -> Result<Self, ReplayError> {
-        let reading = program.reading(reading);
-        let mut controller = Controller::new(reading.clone());
-        let mut line = ParsedLine::default();
-        let mut state = Self {
-            at: Position::default(),
-            absolute: true,
-            extruder_absolute: true,
-            extruder_count: 0.0,
-            feed: None,
-            inverse_time: false,
-            nozzle_c: 0.0,
-            bed_c: 0.0,
-            kept: Vec::new(),
-            printed: false,
-        };
-        for index in 0..block.min(program.len()) {
-            let bytes = program.block(index);
-            if line.read(bytes).is_err() {
-                continue;
+    pub fn before(program: &Program, block: u32) -> Result<Self, ReplayError> {
+        let mut replay = program.replay();
+        let (mut kept, mut printed) = (Kept { firmware: program.firmware(), lines: Vec::new() }, false);
+        while replay.at() < block
+            && let Some((index, line, action)) = replay.step()
+        {
+            match action? {
+                Action::Move(timed) => printed |= timed.made.e > 0.0 && timed.made.written != 0,
+                Action::Effect(effect) => kept.take(effect, line, program.block(index)),
+                Action::Nothing => {}
             }
-            let step = controller.step(&line)?;
-            if let crate::motion::replay::Step::Move(m) = &step {
-                state.printed |= m.e > 0.0 && m.written != 0;
-            }
-            state.keep(reading.firmware, &line, bytes);
         }
-        state.at = controller.at;
-        state.absolute = controller.is_absolute();
-        state.extruder_absolute = controller.extruder_is_absolute();
-        state.extruder_count = controller.extruder_count();
-        state.feed = controller.feed();
-        state.inverse_time = controller.is_inverse_time();
-        Ok(state)
+        let (controller, targets) = (replay.machine().controller(), replay.machine().targets());
+        Ok(Self {
+            at: controller.at,
+            absolute: controller.is_absolute(),
+            extruder_absolute: controller.extruder_is_absolute(),
+            extruder_count: controller.extruder_count(),
+            feed: controller.feed(),
+            inverse_time: controller.is_inverse_time(),
+            nozzle_c: targets.nozzle_c,
+            bed_c: targets.bed_c,
+            kept: kept.lines,
+            printed,
+        })
     }
+}
 
-    fn keep(&mut self, firmware: Firmware, line: &ParsedLine, bytes: &[u8]) {
-        match effect(firmware, line) {
-            Effect::Heat { heater: Heater::Nozzle, target_c, .. } => self.nozzle_c = target_c.unwrap_or(self.nozzle_c),
-            Effect::Heat { heater: Heater::Bed, target_c, .. } => self.bed_c = target_c.unwrap_or(self.bed_c),
-            Effect::HeatersOff => (self.nozzle_c, self.bed_c) = (0.0, 0.0),
+/// The lines of settings that stay, as a later line replaces an earlier one.
+struct Kept {
+    firmware: Firmware,
+    lines: Vec<String>,
+}
+
+impl Kept {
+    fn take(&mut self, effect: Effect, line: &ParsedLine, bytes: &[u8]) {
+        match effect {
+            Effect::Heat { heater: Heater::Nozzle | Heater::Bed, .. } => {}
             Effect::Hazard(Hazard::Tool) => {
-                self.kept.retain(|text| !matches!(text.as_bytes().first(), Some(b'T')));
-                self.kept.insert(0, String::from_utf8_lossy(bytes).into_owned());
+                self.lines.retain(|text| !matches!(text.as_bytes().first(), Some(b'T')));
+                self.lines.insert(0, String::from_utf8_lossy(bytes).into_owned());
             }
             Effect::Heat { .. }
             | Effect::Fan { .. }
@@ -116,8 +114,8 @@ impl State {
             | Effect::Factor { .. }
             | Effect::Hazard(Hazard::Output) => {
                 let mut old = ParsedLine::default();
-                self.kept.retain(|text| old.read(text.as_bytes()).is_err() || !replaces(line, &old, firmware));
-                self.kept.push(String::from_utf8_lossy(bytes).into_owned());
+                self.lines.retain(|text| old.read(text.as_bytes()).is_err() || !replaces(line, &old, self.firmware));
+                self.lines.push(String::from_utf8_lossy(bytes).into_owned());
             }
             _ => {}
         }
@@ -347,7 +345,7 @@ impl Reentry {
     ///
     /// [`ReentryError`] where that is not safe.
     pub fn find(program: &Program, settings: &Settings, answered: u32) -> Result<Self, ReentryError> {
-        let Settings { protocol, reading, retreat, planner_blocks, .. } = settings;
+        let Settings { protocol, retreat, planner_blocks, .. } = settings;
         let mut executed = answered.saturating_sub(*planner_blocks);
         // Marlin answers what its planner has room for, however long that takes.
         let mut left = if *protocol == Protocol::Marlin { 0.0 } else { BUFFERED_S };
@@ -362,7 +360,7 @@ impl Reentry {
         let unknown = |why: ReplayError| ReentryError::Unknown { line, why: why.to_string() };
         let known = |s: &State| s.at.tip().is_some() && s.at.pose().is_some();
         for mark in program.marks.iter().rev().filter(|m| m.block <= executed) {
-            let state = State::before(program, reading, mark.block).map_err(unknown)?;
+            let state = State::before(program, mark.block).map_err(unknown)?;
             if known(&state) {
                 return Ok(Self::at(program, retreat, mark.kind, mark.block, executed, state));
             }

@@ -133,7 +133,7 @@ fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>,
         return Err(Error::Unfit { path: path(), unfit });
     }
     if rules.protocol != Protocol::Klipper
-        && let Some(slow) = too_slow(&program, rules.protocol, baud.unwrap_or(profile.link.baud), &rules.rates)
+        && let Some(slow) = too_slow(&program, rules.protocol, baud.unwrap_or(profile.link.baud))
     {
         world.progress.warning(&slow.to_string());
     }

@@ -136,7 +136,7 @@ pub struct Figures {
     pub layer: usize,
     /// The plan's slot.
     pub slot: Option<u32>,
-    /// Time left, without accelerations and heating.
+    /// Time left, without accelerations and heating: at the start what `verify` states for the whole print.
     pub seconds_left: f64,
     /// The nozzle.
     pub nozzle_c: Option<f64>,

@@ -18,8 +18,10 @@ pub struct Rehearsal {
     pub lines: u32,
     /// The file's last line that was sent.
     pub last_line: u32,
-    /// How long the print would take, with heating and accelerations.
+    /// How long the print would take on the simulated printer: with homing, heating, accelerations and the wire.
     pub seconds: f64,
+    /// How long its moves and waits take without all that: the time that `verify` states, from the same calculation.
+    pub seconds_print: f64,
     /// Targets beyond an axis of the profile.
     pub clamped: u32,
 }
@@ -45,6 +47,7 @@ pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsa
             lines: program.len(),
             last_line: program.file_line(program.len()),
             seconds: link.now().as_secs_f64(),
+            seconds_print: program.seconds_print(),
             clamped: link.sim.clamped(),
         }),
         Some(Outcome::Stopped(why)) => Err(Error::Printer(format!("rehearsal: {why}"))),

@@ -7,7 +7,7 @@ use super::operator::{Answer, At, Figures, Operator, Sending};
 use crate::job::world::JournalFile;
 use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
-use crate::link::{Event, MarkKind, Outcome, Record, Sender, Stop, Temperatures, Time};
+use crate::link::{Event, MarkKind, Outcome, Program, Record, Sender, Stop, Temperatures, Time};
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);
@@ -32,7 +32,7 @@ pub(super) struct Stream<'a> {
     world: &'a World<'a>,
     operator: &'a dyn Operator,
     start: Duration,
-    seconds_to: Vec<f64>,
+    seconds_left: Left,
     said: Time,
     /// Since when no byte has come, once the link was lost.
     lost_at: Option<Time>,
@@ -54,14 +54,8 @@ impl<'a> Stream<'a> {
         journal: JournalFile,
         (world, operator): (&'a World<'a>, &'a dyn Operator),
     ) -> Self {
-        let program = sender.program();
-        let mut sum = 0.0;
-        let mut seconds_to = vec![0.0];
-        for index in 0..program.len() {
-            sum += program.seconds(index);
-            seconds_to.push(sum);
-        }
         Self {
+            seconds_left: Left::of(sender.program()),
             sender,
             port: Some(port),
             place,
@@ -69,7 +63,6 @@ impl<'a> Stream<'a> {
             world,
             operator,
             start: world.clock.now(),
-            seconds_to,
             said: Time::ZERO,
             lost_at: None,
             tried: Time::ZERO,
@@ -358,10 +351,11 @@ impl<'a> Stream<'a> {
             return;
         }
         self.said = now;
-        self.tell(&Sending::Progress(self.figures()));
+        let figures = self.figures();
+        self.tell(&Sending::Progress(figures));
     }
 
-    fn figures(&self) -> Figures {
+    fn figures(&mut self) -> Figures {
         let progress = self.sender.progress();
         let program = self.sender.program();
         let behind = program.marks.partition_point(|m| m.block < progress.acked.max(1));
@@ -370,13 +364,11 @@ impl<'a> Stream<'a> {
             .iter()
             .rev()
             .find_map(|m| if let MarkKind::Slot(n) = m.kind { Some(n) } else { None });
-        let at = |block: u32| self.seconds_to.get(block as usize).copied().unwrap_or(0.0);
-        let left = at(program.len()) - at(progress.acked);
         let celsius = |t: Option<[f64; 2]>| t.map(|[now, _]| now);
         Figures {
             layer,
             slot,
-            seconds_left: left,
+            seconds_left: self.seconds_left.behind(program, progress.acked),
             nozzle_c: celsius(self.temperatures.nozzle),
             bed_c: celsius(self.temperatures.bed),
             resends: progress.resends,
@@ -386,6 +378,25 @@ impl<'a> Stream<'a> {
     fn tell(&self, what: &Sending<'_>) {
         let program = self.sender.program();
         self.operator.told(what, At { line: self.line(), of: program.file_line(program.len()) });
+    }
+}
+
+/// The time that a program still takes, kept up to date as blocks are answered.
+struct Left {
+    seconds: f64,
+    block: u32,
+}
+
+impl Left {
+    fn of(program: &Program) -> Self {
+        Self { seconds: program.seconds_print(), block: 0 }
+    }
+
+    /// Behind the blocks before `acked`, which never steps back.
+    fn behind(&mut self, program: &Program, acked: u32) -> f64 {
+        self.seconds -= (self.block..acked).map(|block| program.seconds(block)).sum::<f64>();
+        self.block = self.block.max(acked);
+        self.seconds.max(0.0)
     }
 }
 

@@ -52,7 +52,7 @@ impl Sender {
     }
 
     fn state(&self) -> Option<State> {
-        State::before(&self.program, &self.settings.reading, self.next_block).ok()
+        State::before(&self.program, self.next_block).ok()
     }
 
     pub(super) fn return_lines(&self) -> Vec<String> {

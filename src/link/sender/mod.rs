@@ -37,7 +37,6 @@ use super::reply::{Status, Temperatures};
 use super::resume::Retreat;
 use super::seams::{Filling, Seams};
 use super::wire::{LineAssembler, Protocol};
-use crate::motion::replay::Reading;
 
 /// Time since any fixed moment.
 pub type Time = Duration;
@@ -69,15 +68,13 @@ pub struct Settings {
     pub renumber_at: i64,
     /// What the printer must call itself; `None` takes any.
     pub identity: Option<String>,
-    /// How lines are replayed, for the state at a pause.
-    pub reading: Reading,
     /// How the head leaves the part.
     pub retreat: Retreat,
 }
 
 impl Settings {
     /// What suits `protocol`: Marlin's BUFSIZE 4 and 128 bytes, Grbl's 128 bytes, one line at a time for the others.
-    pub fn new(protocol: Protocol, reading: Reading, retreat: Retreat) -> Self {
+    pub fn new(protocol: Protocol, retreat: Retreat) -> Self {
         let (window_lines, window_bytes) = match protocol {
             Protocol::Marlin => (4, 128 - Self::MARGIN),
             Protocol::RepRapFirmware => (1, 256 - Self::MARGIN),
@@ -97,7 +94,6 @@ impl Settings {
             refusals: 10,
             renumber_at: 2_000_000_000,
             identity: None,
-            reading,
             retreat,
         }
     }

@@ -8,9 +8,9 @@ use super::planner::{Axes, Planner};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{self, Effect, Firmware, Hazard};
 use crate::geom::Angle;
-use crate::link::timing::{Rates, seconds};
 use crate::motion::replay::{Controller, Move, Position, Reading, Step};
 use crate::motion::{AxisRange, LinearLimits};
+use crate::trace::Rates;
 
 /// The machine that is simulated.
 #[derive(Clone, Debug)]
@@ -187,7 +187,7 @@ impl Machine {
             self.extruded += m.e;
         }
         let end = self.words(&self.controller.at.clone());
-        self.planner.push(now, end, seconds(m, &self.model.rates));
+        self.planner.push(now, end, self.model.rates.timed(*m).seconds);
         if cold { Took::Cold } else { Took::Done }
     }
 

@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use trunnion::geom::{Angle, Vec3};
 use trunnion::link::sim::{Logged, Model, Quirks, Script, Sim};
-use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Rates, Retreat, Rules, Sender, Settings};
+use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Retreat, Rules, Sender, Settings};
 use trunnion::motion::replay::Reading;
 use trunnion::motion::{AxisRange, LinearLimits};
+use trunnion::trace::{FeedCount, Rates, Setting};
 
 fn axis(letter: u8, range: Option<(f64, f64)>) -> AxisRange {
     let range = range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high)));
@@ -18,9 +19,14 @@ pub(super) fn axes() -> [AxisRange; 2] {
     [axis(b'A', Some((-15.0, 90.0))), axis(b'C', None)]
 }
 
-pub(super) fn reading() -> Reading {
+fn reading() -> Reading {
     let [tilt, rotation] = axes();
     Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() }
+}
+
+fn rates() -> Rates {
+    let axes = [('A', 20.0), ('C', 30.0)];
+    Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes }
 }
 
 pub(super) fn model() -> Model {
@@ -29,7 +35,7 @@ pub(super) fn model() -> Model {
         axes: axes(),
         limits: LinearLimits { min: Vec3::new(-150.0, -150.0, -50.0), max: Vec3::new(150.0, 150.0, 300.0) },
         home_mm: [-150.0, -150.0, 300.0],
-        rates: Rates::default(),
+        rates: rates(),
         accelerations: [1000.0, 1000.0, 200.0, 100.0, 100.0, 2000.0],
         junction_mm: 0.02,
         coldest_extrusion_c: 170.0,
@@ -54,7 +60,7 @@ pub(super) fn retreat() -> Retreat {
 }
 
 pub(super) fn settings(protocol: Protocol) -> Settings {
-    Settings::new(protocol, reading(), retreat())
+    Settings::new(protocol, retreat())
 }
 
 /// Every line different, so that one lost and one doubled cannot hide each other.
@@ -81,7 +87,7 @@ pub(super) fn text_at(protocol: Protocol, moves: u32, feed: u32) -> String {
 
 pub(super) fn program(protocol: Protocol, text: &str) -> Arc<Program> {
     let longest_line = if protocol == Protocol::Grbl { 80 } else { 96 };
-    let rules = Rules { protocol, longest_line, reading: reading(), rates: Rates::default() };
+    let rules = Rules { protocol, longest_line, setting: Setting { reading: reading(), rates: rates() } };
     Arc::new(Program::read(text.as_bytes(), &rules).unwrap())
 }
 
