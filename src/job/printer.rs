@@ -54,16 +54,8 @@ pub(crate) fn retreat(profile: &Profile) -> Retreat {
 
 pub(crate) fn settings(profile: &Profile) -> Result<Settings, Error> {
     let protocol = protocol(profile)?;
-    let mut settings = Settings::new(protocol, retreat(profile));
-    let buffer = profile.link.buffer as usize;
-    settings.window_bytes = match protocol {
-        Protocol::Grbl => buffer.saturating_sub(1),
-        Protocol::Klipper => settings.window_bytes,
-        Protocol::Marlin | Protocol::RepRapFirmware => buffer.saturating_sub(Settings::MARGIN),
-    };
-    if protocol == Protocol::Marlin {
-        settings.window_lines = (profile.link.commands as usize).max(1);
-    }
+    let (buffer, commands) = (profile.link.buffer as usize, profile.link.commands as usize);
+    let mut settings = Settings::new(protocol, retreat(profile)).with_buffers(buffer, commands);
     settings.planner_blocks = profile.link.planner;
     settings.identity = Some(profile.link.identity.clone()).filter(|i| !i.is_empty());
     Ok(settings)
@@ -73,7 +65,7 @@ pub(crate) fn settings(profile: &Profile) -> Result<Settings, Error> {
 pub(crate) fn model(profile: &Profile) -> Result<Model, Error> {
     let table = profile.kinematics();
     let limits = profile.linear_limits();
-    let heated = protocol(profile)? != Protocol::Grbl;
+    let heated = protocol(profile)?.firmware().is_printer();
     Ok(Model {
         reading: profile.reading(),
         axes: [table.tilt, table.rotation],

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use super::sender::{Event, Outcome, Sender, Time};
+use super::Time;
+use super::sender::{Event, Outcome, Sender};
 use super::sim::Sim;
 
 /// How long a pulled plug stays out.

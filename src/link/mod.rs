@@ -15,26 +15,38 @@
 mod compact;
 mod journal;
 mod loopback;
+mod pace;
+mod padding;
 mod preflight;
 mod program;
+mod protocol;
+mod reentry;
 mod reply;
-mod resume;
-mod seams;
+mod retreat;
 mod sender;
 pub mod serial;
+mod settings;
 pub mod sim;
+mod state;
 #[cfg(test)]
 mod testing;
-mod timing;
 mod wire;
 
 pub use compact::push_compact;
 pub use journal::{Header, JournalError, Record, Standing};
 pub use loopback::{Heading, Loopback};
+pub use pace::{TooSlow, too_slow};
 pub use preflight::{Abilities, Unfit};
 pub use program::{LARGEST_FILE, Mark, MarkKind, Program, ProgramError, Rules};
-pub use reply::{Busy, Reply, Status, Temperatures};
-pub use resume::{Heaters, Reentry, ReentryError, Retreat, State};
-pub use sender::{Event, Outcome, Progress, Sender, Settings, Stop, Time};
-pub use timing::{TooSlow, too_slow};
-pub use wire::{LineAssembler, Protocol, checksum, push_numbered};
+pub(crate) use protocol::Accounting;
+pub use protocol::Protocol;
+pub use reentry::{Reentry, ReentryError};
+pub use reply::{Busy, Reply, Status, Temperatures, Wording};
+pub use retreat::{Heaters, Retreat};
+pub use sender::{Event, Outcome, Progress, Sender, Stop};
+pub use settings::Settings;
+pub use state::MachineState;
+pub use wire::{LineAssembler, checksum, push_numbered};
+
+/// Time since any fixed moment.
+pub type Time = std::time::Duration;

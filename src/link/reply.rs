@@ -3,7 +3,16 @@
 //! `ok` is only `^ok(\s|$)`: an `ok` glued into other text by noise is none. Texts: `field/firmware.md` section 3, taken from
 //! the firmwares themselves.
 
-use super::wire::Protocol;
+/// Whose answers they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wording {
+    /// Marlin's and `RepRapFirmware`'s.
+    Printer,
+    /// The same with Klipper's own `!!` and `//`.
+    Klipper,
+    /// Grbl's and its heirs'.
+    Grbl,
+}
 
 /// Current and wanted temperatures, degrees Celsius.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +53,8 @@ pub enum Reply {
         /// Whether it carries temperatures, as only the answer to M105 does.
         report: Option<Temperatures>,
     },
+    /// An `ok` that carries the answer to M115, as Klipper's does.
+    OkIdentity(String),
     /// `Resend: 5`; `None` where the number cannot be read.
     Resend(Option<i64>),
     /// A wire error that the printer mends by a resend, with its `Last Line:`.
@@ -76,24 +87,25 @@ pub enum Reply {
 
 impl Reply {
     /// Reads one line.
-    pub fn read(protocol: Protocol, line: &[u8]) -> Self {
+    pub fn read(wording: Wording, line: &[u8]) -> Self {
         if line == b"ok" {
             return Self::Ok { number: None, report: None };
         }
         let text = String::from_utf8_lossy(line);
-        match protocol {
-            Protocol::Grbl => grbl(&text),
-            _ => printer(protocol, &text),
+        match wording {
+            Wording::Grbl => grbl(&text),
+            Wording::Printer => printer(&text),
+            Wording::Klipper => klipper(&text).unwrap_or_else(|| printer(&text)),
         }
     }
 }
 
-fn printer(protocol: Protocol, text: &str) -> Reply {
+fn printer(text: &str) -> Reply {
     if let Some(rest) = text.strip_prefix("ok")
         && rest.starts_with(|c: char| c.is_ascii_whitespace())
     {
         if rest.contains("FIRMWARE_NAME") {
-            return Reply::Ok { number: None, report: None };
+            return Reply::OkIdentity(rest.trim().to_owned());
         }
         let number = rest.split_ascii_whitespace().find_map(|w| w.strip_prefix('N')?.parse().ok());
         return Reply::Ok { number, report: temperatures(rest) };
@@ -101,19 +113,19 @@ fn printer(protocol: Protocol, text: &str) -> Reply {
     if let Some(rest) = text.strip_prefix("Resend:").or_else(|| text.strip_prefix("rs ")) {
         return Reply::Resend(rest.trim().trim_start_matches('N').parse().ok());
     }
-    if protocol == Protocol::Klipper {
-        if let Some(rest) = text.strip_prefix("!!") {
-            return Reply::Error(rest.trim().to_owned());
-        }
-        if let Some(state) = text.strip_prefix("// Klipper state: ") {
-            let gone = matches!(state.trim(), "Shutdown" | "Disconnect");
-            return if gone { Reply::Fatal(format!("Klipper state: {}", state.trim())) } else { Reply::Chatter };
-        }
-    }
     if text.starts_with("Error:") {
         return error(text);
     }
     echo(text)
+}
+
+fn klipper(text: &str) -> Option<Reply> {
+    if let Some(rest) = text.strip_prefix("!!") {
+        return Some(Reply::Error(rest.trim().to_owned()));
+    }
+    let state = text.strip_prefix("// Klipper state: ")?.trim();
+    let gone = matches!(state, "Shutdown" | "Disconnect");
+    Some(if gone { Reply::Fatal(format!("Klipper state: {state}")) } else { Reply::Chatter })
 }
 
 /// Pieces of the wire errors' texts: one wrong byte cannot spoil them all.
@@ -234,7 +246,7 @@ mod tests {
     use super::*;
 
     fn marlin(text: &str) -> Reply {
-        Reply::read(Protocol::Marlin, text.as_bytes())
+        Reply::read(Wording::Printer, text.as_bytes())
     }
 
     const BARE: Reply = Reply::Ok { number: None, report: None };
@@ -247,7 +259,7 @@ mod tests {
         for no in ["okay", "oecho:ok", "o k", "k", "o", "xok", "echo:ok", "Ok", "ok\u{fffd}"] {
             assert!(!matches!(marlin(no), Reply::Ok { .. }), "{no}");
         }
-        assert!(!matches!(Reply::read(Protocol::Marlin, b"\xffok"), Reply::Ok { .. }));
+        assert!(!matches!(Reply::read(Wording::Printer, b"\xffok"), Reply::Ok { .. }));
     }
 
     #[test]
@@ -283,7 +295,7 @@ mod tests {
 
     #[test]
     fn reads_grbl_status_and_greeting() {
-        let read = |text: &str| Reply::read(Protocol::Grbl, text.as_bytes());
+        let read = |text: &str| Reply::read(Wording::Grbl, text.as_bytes());
         let Reply::Status(s) = read("<Idle|MPos:1.000,-2.000,0.000|Bf:15,128|FS:0,0>") else { panic!() };
         assert_eq!((s.state.as_str(), s.free, s.position), ("Idle", Some([15, 128]), vec![1.0, -2.0, 0.0]));
         // grblHAL, five axes.

@@ -1,7 +1,7 @@
 //! A small machine for the unit tests of this room: A from -15 to 90 degrees, C without end.
 
 use super::program::Rules;
-use super::wire::Protocol;
+use super::protocol::Protocol;
 use crate::geom::Angle;
 use crate::motion::AxisRange;
 use crate::motion::replay::Reading;

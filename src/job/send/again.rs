@@ -10,7 +10,7 @@ use crate::gcode::ParsedLine;
 use crate::job::world::{JournalFile, read_journal};
 use crate::job::{Error, World, printer};
 use crate::link::serial::Port;
-use crate::link::{Outcome, Program, Protocol, Record, Reentry, Sender, Settings, Standing, Stop};
+use crate::link::{Accounting, Outcome, Program, Record, Reentry, Sender, Settings, Standing, Stop};
 use crate::motion::replay::{Controller, Step};
 use crate::planning::sha256_hex;
 use crate::profile::Profile;
@@ -49,7 +49,7 @@ pub fn resume(
         operator.told(&Sending::Note(text), start(&program));
     }
     let same_boot = standing.header.boot == world.clock.boot();
-    if settings.protocol == Protocol::Marlin && same_boot && standing.counts() {
+    if settings.protocol.manners().accounting == Accounting::Counter && same_boot && standing.counts() {
         let place = place(request, wire, world);
         let sender = Sender::resuming(Arc::clone(&program), settings.clone(), &standing);
         let stream = (sender, opened, place);
@@ -112,11 +112,6 @@ fn reentry(
     standing: &Standing,
     (world, operator): (&World<'_>, &dyn Operator),
 ) -> Result<Reentry, Error> {
-    if settings.protocol == Protocol::Grbl {
-        return Err(Error::Printer(
-            "a print cannot go on after a reset of Grbl: it has no line counter to ask".to_owned(),
-        ));
-    }
     let answered = standing.answered.max(standing.next_block(standing.proven));
     let found = Reentry::find(program, settings, answered);
     let entry = found.map_err(|e| Error::Printer(e.to_string()))?;

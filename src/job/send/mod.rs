@@ -12,7 +12,7 @@ use std::time::Duration;
 use super::world::{JournalFile, read_journal};
 use super::{BadSetting, CheckedPlan, Error, LoadedProfile, Output, Verified, World, printer};
 use crate::link::serial::{Address, Port};
-use crate::link::{Header, LARGEST_FILE, Outcome, Program, ProgramError, Protocol, Sender, too_slow};
+use crate::link::{Header, LARGEST_FILE, Outcome, Program, ProgramError, Sender, too_slow};
 use crate::planning::sha256_hex;
 use crate::profile::check_number;
 pub use again::resume;
@@ -132,7 +132,7 @@ fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>,
     if let Some(unfit) = printer::abilities(profile).lacking(&program) {
         return Err(Error::Unfit { path: path(), unfit });
     }
-    if rules.protocol != Protocol::Klipper
+    if rules.protocol.manners().serial
         && let Some(slow) = too_slow(&program, rules.protocol, baud.unwrap_or(profile.link.baud))
     {
         world.progress.warning(&slow.to_string());

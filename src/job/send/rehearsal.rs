@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::{SendRequest, program};
 use crate::job::{Error, World, printer};
 use crate::link::sim::{Script, Sim};
-use crate::link::{Loopback, Outcome, Protocol, Sender};
+use crate::link::{Loopback, Outcome, Sender};
 
 /// Nothing prints longer than this.
 const LONGEST: Duration = Duration::from_secs(60 * 24 * 3600);
@@ -36,8 +36,8 @@ pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsa
     let profile = &request.machine.profile;
     let protocol = printer::protocol(profile)?;
     let mut sim = Sim::new(protocol, printer::model(profile)?, printer::quirks(profile)?, Script::none()).without_log();
-    if protocol == Protocol::Grbl {
-        sim.receive(Duration::ZERO, b"$H\n");
+    if let Some(words) = protocol.manners().unlock {
+        sim.receive(Duration::ZERO, words);
         sim.advance(Duration::from_secs(60));
         sim.took(usize::MAX);
     }

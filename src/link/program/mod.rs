@@ -10,7 +10,9 @@ mod refused;
 mod replay;
 
 use super::compact::push_compact;
-use super::wire::{Protocol, numbered_len};
+use super::padding::Padding;
+use super::protocol::Protocol;
+use super::wire::numbered_len;
 use crate::gcode::marks;
 use crate::gcode::meaning::{Firmware, waits};
 use crate::gcode::{Command, LineKind, ParsedLine, lines};
@@ -189,7 +191,7 @@ impl Program {
             return Err(ProgramError::Forbidden { line, command, why });
         }
         let numbered = rules.protocol.numbered();
-        let bytes = if numbered { numbered_len(LATE_NUMBER, block) + 3 } else { block.len() + 1 };
+        let bytes = if numbered { numbered_len(LATE_NUMBER, block) + Padding::MOST } else { block.len() + 1 };
         if bytes > rules.longest_line {
             let (allowed, protocol) = (rules.longest_line, rules.protocol.name());
             return Err(ProgramError::TooLong { line, bytes, allowed, protocol });

@@ -2,7 +2,7 @@
 
 use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
 use crate::gcode::{Command, ParsedLine};
-use crate::link::wire::Protocol;
+use crate::link::protocol::Protocol;
 
 /// The beginnings of lines that mean something to a host; M118 must not print them.
 const HOST_WORDS: [&str; 10] = ["ok", "resend", "rs ", "error", "start", "!!", "wait", "grbl", "alarm", "//"];
@@ -27,7 +27,7 @@ pub(super) fn refused(block: &[u8], parsed: &ParsedLine, protocol: Protocol) -> 
     if memchr::memmem::find(block, b"M110").is_some() {
         return Some(("M110".to_owned(), "sets the printer's line counter, which streaming needs"));
     }
-    if protocol == Protocol::Grbl { not_grbl(block, parsed) } else { None }
+    if firmware == Firmware::Grbl { not_grbl(block, parsed) } else { None }
 }
 
 fn first_word(block: &[u8]) -> String {

@@ -1,7 +1,9 @@
 //! Every way a print ends, in words, and what is still sent then.
 
-use super::{Event, Sender, Stage};
-use crate::link::wire::{Protocol, push_numbered};
+use super::phase::Phase;
+use super::{Event, Sender};
+use crate::link::protocol::Accounting;
+use crate::link::wire::push_numbered;
 
 /// Why the sender stopped by itself.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -155,72 +157,55 @@ pub enum Outcome {
 impl Sender {
     /// Ends at once; heaters by policy where the printer still listens.
     pub(super) fn stop(&mut self, why: Stop) {
-        if self.stage == Stage::Over {
+        if self.phase.is_over() {
             return;
         }
-        let answers = why.answers();
-        self.drop_unsent();
-        if self.settings.protocol == Protocol::Grbl {
+        let manners = self.manners();
+        self.outbox.drop_unsent(manners.blank_line_counts);
+        match manners.real_time {
             // A feed hold keeps the position; a soft reset would not.
-            if !matches!(why, Stop::NotReady { .. } | Stop::OtherPrinter { .. }) {
-                self.out.push(b'!');
+            Some(bytes) if !matches!(why, Stop::NotReady { .. } | Stop::OtherPrinter { .. }) => {
+                self.outbox.push(&[bytes.hold]);
             }
-        } else if answers {
-            for line in self.settings.retreat.heaters_on_stop() {
-                self.out.extend_from_slice(line.as_bytes());
-                self.out.push(b'\n');
+            None if why.answers() => {
+                for line in self.settings.retreat.heaters_on_stop(self.settings.protocol) {
+                    self.outbox.push(line.as_bytes());
+                    self.outbox.push(b"\n");
+                }
             }
+            _ => {}
         }
         self.finish(Outcome::Stopped(why));
     }
 
+    /// Ends, if it has not ended before.
     pub(super) fn finish(&mut self, outcome: Outcome) {
-        self.stage = Stage::Over;
-        self.outcome = Some(outcome.clone());
-        self.event(Event::Over(outcome));
+        if !self.phase.is_over() {
+            self.phase = Phase::Over(outcome.clone());
+            self.event(Event::Over(outcome));
+        }
     }
 
     /// Emergency stop: the next bytes on the wire, whatever was waiting.
     pub fn emergency_stop(&mut self) {
-        if matches!(self.outcome, Some(Outcome::EmergencyStopped)) {
+        if self.phase == Phase::Over(Outcome::EmergencyStopped) {
             return;
         }
-        self.drop_unsent();
-        match self.settings.protocol {
-            Protocol::Marlin => {
-                self.out.extend_from_slice(b"M112\n");
-                push_numbered(&mut self.out, self.cursor, b"M112");
-            }
-            Protocol::RepRapFirmware => self.out.extend_from_slice(b"M112\nM999\n"),
-            Protocol::Klipper => self.out.extend_from_slice(b"M112\n"),
-            Protocol::Grbl => {
-                self.out.clear();
-                self.out.push(0x18);
-            }
+        let manners = self.manners();
+        self.outbox.drop_unsent(manners.blank_line_counts);
+        if manners.real_time.is_some() {
+            self.outbox.clear();
         }
-        if self.outcome.is_none() {
-            self.finish(Outcome::EmergencyStopped);
+        self.outbox.push(manners.emergency);
+        if manners.accounting == Accounting::Counter {
+            // Where the line before it was cut, the first one is swallowed with its rest.
+            push_numbered(self.outbox.end(), self.ledger.cursor(), b"M112");
         }
+        self.finish(Outcome::EmergencyStopped);
     }
 
     /// Bytes that stop the printer whatever was sent before, for whoever cannot wait for [`Sender::emergency_stop`].
     pub fn stop_words(&self) -> &'static [u8] {
-        if self.settings.protocol == Protocol::Grbl { b"\x18" } else { b"\nM112\n" }
-    }
-
-    /// What the port has not taken is dropped; a line cut in two by that is ended, with its rest where no checksum would refuse it.
-    pub(super) fn drop_unsent(&mut self) {
-        let cut = self.taken > 0 && self.out.get(self.taken - 1).is_some_and(|b| *b != b'\n');
-        let counts_blanks = matches!(self.settings.protocol, Protocol::Grbl | Protocol::Klipper);
-        let unsent = &self.out[self.taken..];
-        let rest = unsent.iter().position(|b| *b == b'\n').map_or(Vec::new(), |end| unsent[..=end].to_vec());
-        self.out.clear();
-        self.taken = 0;
-        if cut && counts_blanks {
-            // Without checksums half a line would be executed as another one: it goes out whole.
-            self.out = rest;
-        } else if !counts_blanks {
-            self.out.push(b'\n');
-        }
+        self.manners().emergency_anyhow
     }
 }

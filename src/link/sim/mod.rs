@@ -23,7 +23,7 @@ pub use planner::Axes;
 pub use quirks::Quirks;
 
 use super::Time;
-use super::wire::Protocol;
+use super::protocol::Protocol;
 use machine::{Machine, Took};
 
 /// What it did.

@@ -1,6 +1,6 @@
 //! How one printer differs from another of its firmware.
 
-use crate::link::wire::Protocol;
+use crate::link::protocol::Protocol;
 
 /// How a firmware differs from its kind.
 #[derive(Clone, Debug)]

@@ -6,6 +6,7 @@ mod bench_machine;
 mod faults;
 mod pacing;
 mod pause;
+mod phases;
 #[cfg(unix)]
 mod prepared;
 mod prologue;

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Quirks, Script};
 use trunnion::link::{
-    Event, Header, Loopback, Outcome, Program, Protocol, Record, Reentry, Sender, Standing, State, Stop,
+    Event, Header, Loopback, MachineState, Outcome, Program, Protocol, Record, Reentry, Sender, Standing, Stop,
 };
 
 use super::bench_machine::{blocks, end, executed, joined, program, settings, text};
@@ -187,7 +187,7 @@ fn what_seconds_of_motion_ago_was_answered_may_not_have_been_executed() {
 fn settings_that_a_file_gives_in_parts_are_all_restored() {
     let kept = |text: &str| {
         let program = program(MARLIN, text);
-        let state = State::before(&program, program.len()).unwrap();
+        let state = MachineState::before(&program, program.len()).unwrap();
         state.kept
     };
     assert_eq!(

@@ -4,7 +4,8 @@
 //! blocks: shorter bursts are hidden by the planner.
 
 use super::program::Program;
-use super::wire::{Protocol, numbered_len};
+use super::protocol::Protocol;
+use super::wire::numbered_len;
 /// A stretch of a program that a link is too slow for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooSlow {

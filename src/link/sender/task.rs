@@ -1,0 +1,223 @@
+//! What the sender is about: print, leave the part, come back to it, end. Each step begins when nothing is under way.
+
+use super::ledger::Purpose;
+use super::{Event, Outcome, Sender, Stop};
+use crate::link::journal::Record;
+use crate::link::state::MachineState;
+
+/// M114 has two decimals, and a step of any usual axis is less than this, mm or degrees.
+const SAME_PLACE: f64 = 0.05;
+
+/// What the sender is about.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Task {
+    /// The program's blocks.
+    Print {
+        /// All of them are answered, and the wait for the last move's end is under way.
+        ending: bool,
+    },
+    /// No new block; those under way are answered first.
+    Drain(Departure),
+    /// The head is on its way off the part.
+    Leave {
+        /// What comes then.
+        then: Then,
+        /// Whether the printer is where the file has brought it.
+        place: Place,
+    },
+    /// The head is off the part: a pause.
+    Away,
+    /// After a cancel the heaters' last lines are under way.
+    Cool,
+    /// Back to the part.
+    Return {
+        /// Our own lines are not worked out yet: the printer has to say first where it is.
+        owed: bool,
+        /// A pause that waits until the head is back.
+        pause_behind: bool,
+    },
+}
+
+/// Why the head leaves the part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Departure {
+    Pause,
+    Cancel,
+}
+
+/// What follows once the head is off the part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Then {
+    Pause,
+    Cancel,
+    /// Somebody has said so before it was off.
+    GoOn,
+}
+
+/// The printer's own word of where it is (M114), before it leaves the part.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Place {
+    /// Asked; where the file has brought each axis.
+    Asked(Vec<(u8, f64)>),
+    /// There, or not to be asked.
+    Agrees,
+    /// Elsewhere.
+    Differs(Stop),
+}
+
+impl Sender {
+    /// No further block; when those under way are answered the head leaves the part along the tool's axis and waits.
+    pub fn pause(&mut self) {
+        match &mut self.task {
+            Task::Print { .. } => self.task = Task::Drain(Departure::Pause),
+            Task::Return { pause_behind, .. } => *pause_behind = true,
+            Task::Leave { then: then @ Then::GoOn, .. } => *then = Then::Pause,
+            Task::Leave { .. } | Task::Drain(_) | Task::Away | Task::Cool => {}
+        }
+    }
+
+    /// As [`Sender::pause`], then the heaters by policy and the end.
+    pub fn cancel(&mut self) {
+        match &mut self.task {
+            Task::Leave { then, .. } => *then = Then::Cancel,
+            // The head is off the part already.
+            Task::Away | Task::Return { owed: true, .. } => {
+                self.task = Task::Leave { then: Then::Cancel, place: Place::Agrees };
+            }
+            Task::Print { .. } | Task::Drain(_) | Task::Return { .. } => self.task = Task::Drain(Departure::Cancel),
+            Task::Cool => {}
+        }
+        // A wait for heat would hold the rest back for minutes.
+        if let Some(words) = self.manners().end_wait.filter(|_| self.printer.emergency_parser && self.waits_long()) {
+            self.outbox.push(words);
+        }
+    }
+
+    /// Goes on after a pause: heat, the table's axes at a safe height, then back along the tool's axis.
+    pub fn resume(&mut self) {
+        match &mut self.task {
+            Task::Drain(Departure::Pause) => self.task = Task::Print { ending: false },
+            Task::Leave { then: then @ Then::Pause, .. } => *then = Then::GoOn,
+            Task::Away => self.come_back(),
+            _ => {}
+        }
+    }
+
+    /// Our own lines, and what proves them.
+    pub(super) fn queue(&mut self, lines: &[String]) {
+        self.own.extend(lines.iter().map(|line| Purpose::Own(line.as_bytes().into())));
+        if self.proves() {
+            self.own.push_back(Purpose::Proof);
+        }
+    }
+
+    fn come_back(&mut self) {
+        let lines = self.return_lines();
+        self.queue(&lines);
+        self.task = Task::Return { owed: false, pause_behind: false };
+    }
+
+    fn state(&self) -> Option<MachineState> {
+        MachineState::before(&self.program, self.next_block).ok()
+    }
+
+    pub(super) fn return_lines(&self) -> Vec<String> {
+        self.state().map_or(Vec::new(), |state| self.settings.retreat.come_back(&state, self.settings.protocol))
+    }
+
+    /// The printer's word of where it stands before it leaves the part, against where the file has brought it.
+    pub(super) fn compare(&mut self, words: &[(u8, f64)]) {
+        let line = self.program.file_line(self.next_block.saturating_sub(1));
+        let Task::Leave { place, .. } = &mut self.task else { return };
+        let Place::Asked(believed) = place else { return };
+        let differs = believed.iter().find_map(|&(letter, believed)| {
+            let found = words.iter().find(|(l, _)| *l == letter)?.1;
+            let elsewhere = (found - believed).abs() > SAME_PLACE;
+            elsewhere.then(|| Stop::Elsewhere { axis: char::from(letter), found, believed, line })
+        });
+        *place = differs.map_or(Place::Agrees, Place::Differs);
+    }
+
+    /// The next step of the task, where nothing is under way.
+    pub(super) fn advance(&mut self) {
+        let busy = !self.ledger.is_sent() || !self.own.is_empty() || self.ledger.in_flight() > 0;
+        if busy || !self.phase.is_open() {
+            return;
+        }
+        let ended = self.next_block >= self.end_block;
+        // In a journal `anew` says that the head is not away.
+        if self.is_full() && !ended && matches!(self.task, Task::Print { .. } | Task::Drain(_)) {
+            self.renumber();
+            return;
+        }
+        match &self.task {
+            Task::Print { .. } if !ended => {}
+            Task::Print { ending: true } => {
+                self.event(Event::Journal(Record::Done));
+                self.finish(Outcome::Done);
+            }
+            // Every block is answered: wait until the last move has ended, and prove that all were taken.
+            Task::Print { ending: false } => {
+                self.task = Task::Print { ending: true };
+                self.queue(&[self.manners().drain.to_owned()]);
+            }
+            Task::Drain(departure) => self.leave(*departure),
+            Task::Leave { then: Then::Cancel, .. } => self.cool(),
+            Task::Leave { place: Place::Differs(elsewhere), .. } => self.stop(elsewhere.clone()),
+            Task::Leave { then: Then::GoOn, .. } => self.come_back(),
+            Task::Leave { then: Then::Pause, .. } => {
+                self.task = Task::Away;
+                self.event(Event::Paused);
+            }
+            Task::Away => {}
+            Task::Cool => self.finish(Outcome::Cancelled),
+            Task::Return { pause_behind, .. } => {
+                self.task = if *pause_behind { Task::Drain(Departure::Pause) } else { Task::Print { ending: false } };
+                self.event(Event::Journal(Record::Back));
+                self.event(Event::Resumed);
+            }
+        }
+    }
+
+    fn leave(&mut self, departure: Departure) {
+        let (retreat, protocol) = (&self.settings.retreat, self.settings.protocol);
+        let (place, lines) = match self.state() {
+            Some(state) => (Place::Asked(retreat.words(&state)), retreat.leave(&state, protocol)),
+            None => (Place::Agrees, vec![retreat.drain(protocol).to_owned()]),
+        };
+        self.event(Event::Journal(Record::Away));
+        self.queue(&lines);
+        let then = match departure {
+            Departure::Pause => Then::Pause,
+            Departure::Cancel => Then::Cancel,
+        };
+        self.task = Task::Leave { then, place };
+    }
+
+    fn cool(&mut self) {
+        let lines = self.settings.retreat.heaters_on_cancel(self.settings.protocol);
+        if lines.is_empty() {
+            self.finish(Outcome::Cancelled);
+            return;
+        }
+        self.queue(&lines);
+        self.task = Task::Cool;
+    }
+
+    /// Whether the numbers are to begin anew, long before a 32-bit counter is full: a numbered M110 is taken whatever its number.
+    pub(super) fn is_full(&self) -> bool {
+        self.ledger.cursor() >= self.settings.renumber_at
+    }
+
+    /// One step each time nothing is under way: prove everything, set the printer's counter, count from 1.
+    fn renumber(&mut self) {
+        if self.ledger.newest() == Some(&Purpose::Renumber) {
+            self.ledger.begin_anew();
+            self.event(Event::Journal(Record::Anew));
+            self.event(Event::Journal(Record::Run { number: 1, block: self.next_block }));
+            return;
+        }
+        let proven = self.ledger.proven() == self.ledger.last();
+        self.own.push_back(if proven { Purpose::Renumber } else { Purpose::Proof });
+    }
+}
