@@ -1,13 +1,13 @@
 //! The terminal as the one who stands by a print: events as lines, Ctrl-C, what is typed.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::io::{BufRead, IsTerminal};
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 use serde_json::{Value, json};
 
 use super::Console;
-use crate::job::interrupts;
+use crate::job::interrupts::Interrupts;
 use crate::job::{Answer, At, Figures, Operator, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
@@ -16,12 +16,14 @@ pub(super) struct Terminal<'a> {
     console: &'a Console,
     /// Whether `--yes` has agreed to everything.
     yes: bool,
+    /// From the moment on at which something is sent.
+    interrupts: OnceCell<Interrupts>,
     typed: RefCell<Option<Receiver<String>>>,
 }
 
 impl<'a> Terminal<'a> {
     pub(super) fn new(console: &'a Console, yes: bool) -> Self {
-        Self { console, yes, typed: RefCell::new(None) }
+        Self { console, yes, interrupts: OnceCell::new(), typed: RefCell::new(None) }
     }
 
     /// In a pause, where somebody can type.
@@ -92,19 +94,23 @@ impl Operator for Terminal<'_> {
     }
 
     fn begin(&self) {
-        interrupts::count();
+        self.interrupts.get_or_init(Interrupts::listen);
     }
 
     fn interrupts(&self) -> u32 {
-        interrupts::counted()
+        self.interrupts.get().map_or(0, Interrupts::count)
     }
 
     fn forget_interrupts(&self) {
-        interrupts::forget();
+        if let Some(interrupts) = self.interrupts.get() {
+            interrupts.forget();
+        }
     }
 
     fn last_words(&self, words: Option<(Twin, &'static [u8])>) {
-        interrupts::last_words(words);
+        if let Some(interrupts) = self.interrupts.get() {
+            interrupts.last_words(words);
+        }
     }
 
     /// Without a terminal, or behind the end of its input, nobody can type.

@@ -17,4 +17,6 @@ mod real;
 mod second_resume;
 mod transcripts;
 #[cfg(unix)]
+mod two_printers;
+#[cfg(unix)]
 mod way_back;

@@ -135,7 +135,7 @@ pub(super) fn send(gcode: &Path, profile: &Path, port: &Path) -> Command {
 }
 
 /// The words of a block without blanks or needless digits, so that both ends' ways of writing compare equal.
-fn plain(line: &str) -> String {
+pub(super) fn plain(line: &str) -> String {
     let code = line.split(';').next().unwrap();
     let mut out = String::new();
     for word in code.replace('E', " E").split_whitespace() {
