@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use trunnion::geom::Vec3;
-use trunnion::link::sim::{Model, Quirks, Script, Sim};
-use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Retreat, Rules, Sender, Settings};
+use trunnion::link::sim::{MachineModel, Quirks, Script, Sim};
+use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Retreat, Rules, Sender, SenderSettings};
 use trunnion::motion::LinearLimits;
 use trunnion::profile::{resolve, shipped};
 
@@ -44,7 +44,7 @@ fn text(lines: u32) -> String {
     text
 }
 
-fn ends(protocol: Protocol) -> (Arc<Program>, Settings, Model) {
+fn ends(protocol: Protocol) -> (Arc<Program>, SenderSettings, MachineModel) {
     let (file, toml) = shipped("generic-ac").expect("shipped");
     let profile = resolve(file, toml).expect("resolves").0;
     let table = profile.kinematics();
@@ -63,7 +63,7 @@ fn ends(protocol: Protocol) -> (Arc<Program>, Settings, Model) {
         heaters: Heaters::Off,
         home: Vec::new(),
     };
-    let model = Model {
+    let model = MachineModel {
         reading: profile.reading(),
         axes,
         limits: LinearLimits { min: Vec3::new(-150.0, -200.0, -80.0), max: Vec3::new(150.0, 200.0, 320.0) },
@@ -75,7 +75,7 @@ fn ends(protocol: Protocol) -> (Arc<Program>, Settings, Model) {
         heat_factor: 1.0,
         person: Duration::from_secs(30),
     };
-    (program, Settings::new(protocol, retreat), model)
+    (program, SenderSettings::new(protocol, retreat), model)
 }
 
 /// Host and simulated printer on one thread, faults none.

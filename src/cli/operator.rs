@@ -31,7 +31,7 @@ impl<'a> Terminal<'a> {
         if !std::io::stdin().is_terminal() {
             return;
         }
-        let text = "paused above the part; Enter goes on, c and Enter cancels, Ctrl-C is an emergency stop";
+        let text = "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop";
         self.console.note(text);
         let (typed, lines) = bounded(1);
         self.typed.replace(Some(lines));
@@ -49,13 +49,13 @@ impl<'a> Terminal<'a> {
         match what {
             Sending::Printer(name) => console.note(&format!("printer: {name}")),
             Sending::Resend { number, why, .. } => {
-                console.detail(&format!("line {number} on the wire goes out again ({why})"));
+                console.detail(&format!("wire line {number} is sent again ({why})"));
             }
-            Sending::UserWait => console.note("the printer waits for somebody"),
+            Sending::UserWait => console.note("the printer is waiting for a person"),
             Sending::Note(text) => console.note(text),
             Sending::Progress(figures) if !console.json() => console.status(&status(figures, at)),
             Sending::Pausing => {
-                console.note("pausing: the moves under way end first; Ctrl-C again is an emergency stop");
+                console.note("pausing after the moves under way; Ctrl-C again is an emergency stop");
             }
             Sending::Short { journal } => {
                 console.warning(&format!("{journal}: no room left on the disk for the journal; pausing"));
@@ -66,14 +66,14 @@ impl<'a> Terminal<'a> {
             }
             Sending::Lost { why, wait } => {
                 let wait = wait.as_secs();
-                console.warning(&format!("the link is gone ({why}); waiting up to {wait} s for the same device"));
+                console.warning(&format!("connection lost ({why}); waiting up to {wait} s for the same device"));
             }
             Sending::Aside { journal } => {
                 let journal = journal.display();
-                console.warning(&format!("the journal of a print that was broken off is now {journal}"));
+                console.warning(&format!("the journal of an interrupted print is now {journal}"));
             }
-            Sending::UnprovedWay => {
-                console.warning("without --plan nothing proves that the way back to the part is clear");
+            Sending::UnprovedReentry => {
+                console.warning("without --plan there is no proof that the path of the re-entry is clear");
             }
             _ => {}
         }
@@ -123,7 +123,7 @@ impl Operator for Terminal<'_> {
             Err(TryRecvError::Disconnected) => return Answer::Nobody,
         };
         *typed = None;
-        if text.trim().eq_ignore_ascii_case("c") { Answer::Cancel } else { Answer::GoOn }
+        if text.trim().eq_ignore_ascii_case("c") { Answer::Cancel } else { Answer::Continue }
     }
 
     fn agrees(&self, _: &Reentry) -> bool {

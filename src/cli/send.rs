@@ -1,4 +1,4 @@
-//! `trunnion send`: what is proved goes out, once; what breaks off can go on.
+//! `trunnion send`: what is proved is sent, once; what is interrupted can be resumed.
 
 use std::path::Path;
 use std::time::Duration;
@@ -34,14 +34,14 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     }
     let Some(profile) = args.plan_ref.profile.as_deref().filter(|_| args.unverified) else {
         return Err(Failure::Usage(
-            "only a file that verifies is sent: give its plan with --plan PLAN.json; or --unverified with -m PROFILE, and \
-             nothing is known of what the head will hit"
+            "only a file that verifies is sent: give its plan with --plan PLAN.json; or, without any \
+             check for collisions, --unverified with -m PROFILE"
                 .to_owned(),
         ));
     };
     let program = &Verified::unverified(world.files.read(path)?);
     let machine = &job::load_profile(&profile.into(), &world)?;
-    console.warning("the file is not verified: nothing is known of what the head will hit");
+    console.warning("the file is not verified: the head may hit the part, the table or the frame");
     go(&SendRequest { path, program, machine, plan: None, options }, wire, &args.stream, console)
 }
 
@@ -72,7 +72,7 @@ impl StreamArgs {
     }
 }
 
-/// Sends, or goes on with, a program; everything before the first byte has been checked.
+/// Sends or resumes a program; everything before the first byte has been checked.
 pub(super) fn stream(
     request: &SendRequest<'_>,
     (port, journal): (&str, &Output),

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::Error;
-use crate::link::sim::{Model, Quirks};
-use crate::link::{Abilities, Heaters, Protocol, Retreat, Rules, Settings};
+use crate::link::sim::{MachineModel, Quirks};
+use crate::link::{Abilities, Heaters, Protocol, Retreat, Rules, SenderSettings};
 use crate::profile::{OnStop, Profile};
 
 pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
@@ -52,21 +52,21 @@ pub(crate) fn retreat(profile: &Profile) -> Retreat {
     }
 }
 
-pub(crate) fn settings(profile: &Profile) -> Result<Settings, Error> {
+pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, Error> {
     let protocol = protocol(profile)?;
     let (buffer, commands) = (profile.link.buffer as usize, profile.link.commands as usize);
-    let mut settings = Settings::new(protocol, retreat(profile)).with_buffers(buffer, commands);
+    let mut settings = SenderSettings::new(protocol, retreat(profile)).with_buffers(buffer, commands);
     settings.planner_blocks = profile.link.planner;
     settings.identity = Some(profile.link.identity.clone()).filter(|i| !i.is_empty());
     Ok(settings)
 }
 
 /// The machine that a profile describes, as far as it does; accelerations are those of an ordinary printer.
-pub(crate) fn model(profile: &Profile) -> Result<Model, Error> {
+pub(crate) fn model(profile: &Profile) -> Result<MachineModel, Error> {
     let table = profile.kinematics();
     let limits = profile.linear_limits();
     let heated = protocol(profile)?.firmware().is_printer();
-    Ok(Model {
+    Ok(MachineModel {
         reading: profile.reading(),
         axes: [table.tilt, table.rotation],
         home_mm: [limits.min.x, limits.min.y, limits.max.z],

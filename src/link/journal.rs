@@ -1,4 +1,4 @@
-//! The log from which a broken print goes on: text, one record a line, each behind the last; none is ever changed.
+//! The log from which an interrupted print is resumed: text, one record a line, appended; none is ever changed.
 //!
 //! ```text
 //! trunnion-journal 1
@@ -10,7 +10,7 @@
 //! run <number> <block>     from this number on, numbers carry blocks from this one on
 //! ack <number> <block>     lines up to this number are proven accepted; blocks before this one are answered
 //! entering                 the machine is homed and brought to the part anew, from the beginning of that until `back`
-//! anew                     numbers begin again, and the machine is nowhere
+//! anew                     numbers begin again, and the position of the machine is unknown
 //! away | back              the head has left the part | is back
 //! done | stopped <why>
 //! ```
@@ -89,7 +89,7 @@ pub struct Standing {
     pub reach: u32,
     /// Whether the head was away from the part.
     pub away: bool,
-    /// Whether the way back to the part after a reset was begun and not ended.
+    /// Whether a re-entry after a reset was begun and not ended.
     pub entering: bool,
     /// Whether the program ended.
     pub done: bool,
@@ -196,7 +196,7 @@ impl Standing {
             }
             "ack" => {
                 let (number, block) = pair()?;
-                // A re-entry that breaks off takes nothing back of what was printed before it.
+                // A re-entry that is interrupted takes nothing back of what was printed before it.
                 (self.proven, self.answered) = (number, self.answered.max(block));
                 self.reach = self.reach.max(block);
             }

@@ -1,11 +1,12 @@
-//! The printer link: exactly-once streaming, resume, and a simulated printer that knows motion.
+//! The printer link: exactly-once streaming, re-entry, and a simulated printer that knows motion.
 //!
 //! ```text
 //! file --Program--> blocks --Sender--> bytes on the wire --> Sim or a printer
 //!                             ^  '--> Journal            <-- replies
 //! ```
 //!
-//! [`Sender`] and [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial/`
+//! The program is read by the interpreter that verification uses (`trace`), so that both state the same time. [`Sender`] and
+//! [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial/`
 //! touches the world. The rule: an accepted number is executed once; a line known to be accepted is never sent again;
 //! what is unknown stops the print with its reason.
 //!
@@ -37,14 +38,14 @@ pub use journal::{Header, JournalError, Record, Standing};
 pub use loopback::{Heading, Loopback};
 pub use pace::{TooSlow, too_slow};
 pub use preflight::{Abilities, Unfit};
-pub use program::{LARGEST_FILE, Mark, MarkKind, Program, ProgramError, Rules};
+pub use program::{Boundary, BoundaryKind, LARGEST_FILE, Program, ProgramError, Rules};
 pub(crate) use protocol::Accounting;
 pub use protocol::Protocol;
 pub use reentry::{Reentry, ReentryError};
 pub use reply::{Busy, Reply, Status, Temperatures, Wording};
 pub use retreat::{Heaters, Retreat};
-pub use sender::{Event, Outcome, Progress, Sender, Stop};
-pub use settings::Settings;
+pub use sender::{Counts, Notice, Outcome, Sender, Stop};
+pub use settings::SenderSettings;
 pub use state::MachineState;
 pub use wire::{LineAssembler, checksum, push_numbered};
 

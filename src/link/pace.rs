@@ -59,7 +59,7 @@ pub fn too_slow(program: &Program, protocol: Protocol, baud: u32) -> Option<TooS
     while start < program.len() {
         let stretch = start..program.len().min(start + STRETCH);
         let waits = stretch.clone().find(|&i| program.waits(i));
-        // Settings in front of the motion starve nobody, and a command that waits empties the planner on purpose.
+        // SenderSettings in front of the motion starve nobody, and a command that waits empties the planner on purpose.
         if program.seconds(start) == 0.0 || waits.is_some() {
             start = waits.unwrap_or(start) + 1;
             continue;
@@ -130,7 +130,7 @@ mod tests {
         assert!((slow.needed - 600.0).abs() < 1.0 && (slow.segment_mm - 0.1).abs() < 0.005, "{slow:?}");
         assert!((slow.carried - 25_000.0 / slow.bytes).abs() < 1e-6 && slow.carried < 600.0, "{slow:?}");
         assert!(slow.to_string().contains("0.10 mm segments at 60 mm/s need 600 lines/s"), "{slow}");
-        // Settings in front of the motion are none of it.
+        // SenderSettings in front of the motion are none of it.
         let set = "G21\nG90\nM83\nG28\nM109 S200\nM106 S255\nM204 P800\n";
         let behind = too_slow(&behind(set, 0.1, 3600), Protocol::Marlin, 250_000).unwrap();
         assert!((behind.needed - 600.0).abs() < 1.0 && (behind.bytes - slow.bytes).abs() < 2.0, "{behind:?}");

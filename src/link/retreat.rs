@@ -1,4 +1,4 @@
-//! The way off the part, and back to it: lines of our own.
+//! Leaving the part and returning to it: lines of our own.
 //!
 //! The tool's axis is machine +Z at any tilt, because it is the table that turns; so leaving is a lift in Z, and the table's
 //! axes turn only at the height where they cannot touch anything.

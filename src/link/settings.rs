@@ -8,7 +8,7 @@ use super::retreat::Retreat;
 
 /// How the wire is used.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct SenderSettings {
     /// The firmware's manners.
     pub protocol: Protocol,
     /// Most lines without an answer.
@@ -37,7 +37,7 @@ pub struct Settings {
     pub retreat: Retreat,
 }
 
-impl Settings {
+impl SenderSettings {
     /// What suits an ordinary printer of `protocol`.
     pub fn new(protocol: Protocol, retreat: Retreat) -> Self {
         let (window_lines, window_bytes) = protocol.manners().window;

@@ -1,4 +1,4 @@
-//! A print on the simulated printer, in no time.
+//! A rehearsal: a print on the simulated printer, without waiting.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -7,7 +7,7 @@ use super::operator::{Answer, At, Figures, Operator, Sending};
 use crate::job::world::JournalFile;
 use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
-use crate::link::{Event, MarkKind, Outcome, Program, Record, Sender, Stop, Temperatures, Time};
+use crate::link::{BoundaryKind, Notice, Outcome, Program, Record, Sender, Stop, Temperatures, Time};
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);
@@ -184,7 +184,7 @@ impl<'a> Stream<'a> {
         let since = self.lost_at.map_or(Duration::ZERO, |at| self.now().saturating_sub(at));
         if since > self.place.wait {
             let text = format!(
-                "the device has not come back within {} s; trunnion send --resume goes on",
+                "the device has not come back within {} s; continue with trunnion send --resume",
                 self.place.wait.as_secs()
             );
             self.tell(&Sending::Stopped { reason: &text });
@@ -231,26 +231,26 @@ impl<'a> Stream<'a> {
     fn take_events(&mut self) {
         while let Some(event) = self.sender.next_event() {
             match event {
-                Event::Journal(record) => {
+                Notice::Journal(record) => {
                     self.journal.record(&record);
                 }
-                Event::Connected(identity) => {
+                Notice::Connected(identity) => {
                     let first = identity.lines().next().unwrap_or_default().to_owned();
                     self.journal.record(&Record::Printer(first.clone()));
                     self.tell(&Sending::Printer(&first));
                 }
-                Event::Resend { number, file_line, why } => {
+                Notice::Resend { number, file_line, why } => {
                     self.tell(&Sending::Resend { number, file_line, why });
                 }
-                Event::Temperatures(t) => self.temperatures = t,
-                Event::UserWait => self.tell(&Sending::UserWait),
-                Event::Note(text) => self.tell(&Sending::Note(&text)),
-                Event::Paused => self.pause(),
-                Event::Resumed => {
+                Notice::Temperatures(t) => self.temperatures = t,
+                Notice::UserWait => self.tell(&Sending::UserWait),
+                Notice::Note(text) => self.tell(&Sending::Note(&text)),
+                Notice::Paused => self.pause(),
+                Notice::Resumed => {
                     self.paused = false;
                     self.tell(&Sending::Resumed);
                 }
-                Event::Position(_) | Event::Status(_) | Event::Over(_) => {}
+                Notice::Position(_) | Notice::Status(_) | Notice::Over(_) => {}
             }
         }
     }
@@ -266,11 +266,11 @@ impl<'a> Stream<'a> {
         match answer {
             Answer::Nobody => return true,
             Answer::NotYet => {}
-            Answer::GoOn if self.short => {
+            Answer::Continue if self.short => {
                 self.tell(&Sending::StillShort);
                 self.pause();
             }
-            Answer::GoOn | Answer::Cancel => {
+            Answer::Continue | Answer::Cancel => {
                 self.interrupts = 0;
                 self.operator.forget_interrupts();
                 self.paused = false;
@@ -287,8 +287,9 @@ impl<'a> Stream<'a> {
             false => String::new(),
         };
         let first = if self.short { "free some, then " } else { "" };
-        let text =
-            format!("{why}paused at line {line} above the part, heaters kept; {first}trunnion send --resume goes on");
+        let text = format!(
+            "{why}paused at line {line} with the head above the part and the heaters on; {first}continue with trunnion send --resume"
+        );
         self.tell(&Sending::Stopped { reason: &text });
         Error::Printer(text)
     }
@@ -335,7 +336,7 @@ impl<'a> Stream<'a> {
             }
             _ => "emergency stop".to_owned(),
         };
-        let text = format!("{why}; but the port takes nothing more, not even that: switch the printer off");
+        let text = format!("{why}; but the port does not even take the stop command: switch the printer off");
         self.tell(&Sending::Stopped { reason: &text });
         Error::Printer(text)
     }
@@ -358,12 +359,12 @@ impl<'a> Stream<'a> {
     fn figures(&mut self) -> Figures {
         let progress = self.sender.progress();
         let program = self.sender.program();
-        let behind = program.marks.partition_point(|m| m.block < progress.acked.max(1));
-        let layer = program.marks[..behind].iter().filter(|m| m.kind == MarkKind::Layer).count();
-        let slot = program.marks[..behind]
+        let behind = program.boundaries.partition_point(|m| m.block < progress.acked.max(1));
+        let layer = program.boundaries[..behind].iter().filter(|m| m.kind == BoundaryKind::Layer).count();
+        let slot = program.boundaries[..behind]
             .iter()
             .rev()
-            .find_map(|m| if let MarkKind::Slot(n) = m.kind { Some(n) } else { None });
+            .find_map(|m| if let BoundaryKind::Slot(n) = m.kind { Some(n) } else { None });
         let celsius = |t: Option<[f64; 2]>| t.map(|[now, _]| now);
         Figures {
             layer,

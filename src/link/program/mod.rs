@@ -34,7 +34,7 @@ pub struct Rules {
 
 /// Where something begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MarkKind {
+pub enum BoundaryKind {
     /// A pose change: `;TRUNNION slot=`.
     Slot(u32),
     /// A print: `;TRUNNION print=`.
@@ -43,13 +43,13 @@ pub enum MarkKind {
     Layer,
 }
 
-/// A place of the program by name.
+/// A place at which a print can go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Mark {
-    /// The first block behind the mark.
+pub struct Boundary {
+    /// The first block behind it.
     pub block: u32,
     /// What begins.
-    pub kind: MarkKind,
+    pub kind: BoundaryKind,
 }
 
 /// The program on its way to the machine.
@@ -63,7 +63,7 @@ pub struct Program {
     /// The blocks at which the program waits for something other than its own motion, in order.
     waiting: Vec<u32>,
     /// Slots, prints and layers, in order.
-    pub marks: Vec<Mark>,
+    pub boundaries: Vec<Boundary>,
     /// The first line that the replay could not follow, with its reason; a re-entry is then impossible.
     pub unknown: Option<(u32, String)>,
 }
@@ -80,7 +80,7 @@ pub enum ProgramError {
         why: String,
     },
     /// A command that must not be streamed.
-    #[error("line {line}: {command} {why}; take it out of the file")]
+    #[error("line {line}: {command} {why}; remove it from the file")]
     Forbidden {
         /// In the file, from 1.
         line: u32,
@@ -102,7 +102,7 @@ pub enum ProgramError {
         protocol: &'static str,
     },
     /// Nothing to send.
-    #[error("there is no command in the file")]
+    #[error("the file holds no command")]
     Empty,
     /// More than one job can be.
     #[error("the file has {bytes} bytes; up to {allowed} (1 GiB) are sent as one job; split it at a slot")]
@@ -142,7 +142,7 @@ impl Program {
             file_lines: Vec::new(),
             seconds: Vec::new(),
             waiting: Vec::new(),
-            marks: Vec::new(),
+            boundaries: Vec::new(),
             unknown: None,
         };
         let mut parsed = ParsedLine::default();
@@ -151,9 +151,9 @@ impl Program {
             let damaged = |why: String| ProgramError::Damaged { line: line.number, why };
             parsed.read(line.bytes).map_err(|e| damaged(e.to_string()))?;
             if parsed.kind == LineKind::Empty
-                && let Some(kind) = mark(&line.bytes[parsed.comment.clone()])
+                && let Some(kind) = boundary(&line.bytes[parsed.comment.clone()])
             {
-                program.marks.push(Mark { block: program.len(), kind });
+                program.boundaries.push(Boundary { block: program.len(), kind });
             }
             let code = &line.bytes[parsed.code.clone()];
             if !program.push(code, &parsed, line.number, rules)? {
@@ -279,12 +279,12 @@ fn rewrite_numbering_text(bytes: &mut [u8], start: usize, parsed: &ParsedLine) {
     }
 }
 
-fn mark(comment: &[u8]) -> Option<MarkKind> {
+fn boundary(comment: &[u8]) -> Option<BoundaryKind> {
     match marks::mark(comment) {
-        Some(marks::Mark::Slot(slot)) => Some(MarkKind::Slot(slot as u32)),
-        Some(marks::Mark::Print { print, .. }) => Some(MarkKind::Print(print as u32)),
+        Some(marks::Mark::Slot(slot)) => Some(BoundaryKind::Slot(slot as u32)),
+        Some(marks::Mark::Print { print, .. }) => Some(BoundaryKind::Print(print as u32)),
         Some(_) => None,
-        None => (marks::hint(comment) == Some(marks::Hint::Layer)).then_some(MarkKind::Layer),
+        None => (marks::hint(comment) == Some(marks::Hint::Layer)).then_some(BoundaryKind::Layer),
     }
 }
 

@@ -16,8 +16,8 @@ fn blocks_know_their_lines_times_and_marks() {
     assert_eq!(blocks, ["G28", "G1X0F600", "G1X10"]);
     assert_eq!((0..3).map(|i| program.file_line(i)).collect::<Vec<_>>(), [2, 5, 7]);
     assert!((program.seconds(2) - 1.0).abs() < 1e-6);
-    let slot = Mark { block: 1, kind: MarkKind::Slot(3) };
-    assert_eq!(program.marks, [slot, Mark { block: 1, kind: MarkKind::Layer }]);
+    let slot = Boundary { block: 1, kind: BoundaryKind::Slot(3) };
+    assert_eq!(program.boundaries, [slot, Boundary { block: 1, kind: BoundaryKind::Layer }]);
 }
 
 #[test]
@@ -94,5 +94,5 @@ fn a_layer_is_a_comment_of_its_own_here_as_in_a_trace() {
     let program = read(text.as_bytes()).unwrap();
     let traced = trace::read(text.as_bytes(), &setting());
     let layers = traced.events.iter().filter(|e| e.what == trace::What::Layer).count();
-    assert_eq!((program.marks.len(), layers), (1, 1));
+    assert_eq!((program.boundaries.len(), layers), (1, 1));
 }

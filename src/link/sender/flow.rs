@@ -2,7 +2,7 @@
 
 use super::ledger::Purpose;
 use super::task::Task;
-use super::{Event, Phase, Sender, Stop, Time, Watch};
+use super::{Notice, Phase, Sender, Stop, Time, Watch};
 use crate::link::journal::Record;
 use crate::link::protocol::Accounting;
 
@@ -70,7 +70,7 @@ impl Sender {
             Purpose::Block(index) => self.next_block = index + 1,
             _ => {
                 let record = Record::Run { number: self.ledger.cursor() + 1, block: self.next_block };
-                self.event(Event::Journal(record));
+                self.event(Notice::Journal(record));
             }
         }
         match &purpose {
@@ -131,7 +131,7 @@ impl Sender {
     pub(super) fn rewind(&mut self, number: i64, why: &'static str) {
         self.resends += 1;
         let file_line = self.file_line(number);
-        self.event(Event::Resend { number, file_line, why });
+        self.event(Notice::Resend { number, file_line, why });
         self.ledger.rewind(number);
     }
 

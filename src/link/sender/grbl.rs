@@ -2,11 +2,11 @@
 //!
 //! A status report that shows more bytes in the receive buffer than are counted as unanswered proves a false `ok`; a machine
 //! that idles while lines are unanswered proves a lost one. Either stops the print in feed hold, since neither can be told
-//! from a line that was lost or melted into another.
+//! from a line that was lost or run into another.
 
 use std::time::Duration;
 
-use super::{Event, Sender, Stop, Time, Watch};
+use super::{Notice, Sender, Stop, Time, Watch};
 use crate::link::protocol::MARGIN;
 use crate::link::reply::{Reply, Status};
 
@@ -76,7 +76,7 @@ impl Sender {
         self.heard = now;
         let waiting = status.state.starts_with("Hold") || status.state.starts_with("Door");
         if waiting && !self.user_wait {
-            self.event(Event::UserWait);
+            self.event(Notice::UserWait);
         }
         self.user_wait = waiting;
         if status.state.starts_with("Alarm") {
@@ -86,7 +86,7 @@ impl Sender {
         let in_flight = self.ledger.in_flight() > 0;
         let idle = status.state.starts_with("Idle") && in_flight;
         let free = status.free;
-        self.event(Event::Status(status));
+        self.event(Notice::Status(status));
         let Watch::Status { idle_since, buffer, .. } = &mut self.watch else { return };
         let used = free.map_or(0, |[_, bytes]| buffer.saturating_sub(bytes));
         // One byte of the ring is never used, and grblHAL counts it as used.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::ledger::Purpose;
 use super::phase::{Begun, Phase, Session};
 use super::task::Task;
-use super::{Dialog, Event, Sender, Stop, Time};
+use super::{Dialog, Notice, Sender, Stop, Time};
 use crate::link::journal::Standing;
 use crate::link::protocol::{Accounting, Hello};
 use crate::link::reply::Reply;
@@ -122,9 +122,9 @@ impl Sender {
     /// Blocks may go, if they could not before.
     pub(super) fn open(&mut self) {
         let Some(again) = self.phase.open() else { return };
-        self.event(Event::Connected(self.printer.identity.clone()));
+        self.event(Notice::Connected(self.printer.identity.clone()));
         if again && self.task != Task::Away {
-            self.event(Event::Resumed);
+            self.event(Notice::Resumed);
         }
     }
 

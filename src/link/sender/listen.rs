@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::ledger::{Purpose, Refusal};
 use super::phase::Phase;
-use super::{Event, Sender, Stop, Time};
+use super::{Notice, Sender, Stop, Time};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::waits;
 use crate::link::protocol::Accounting;
@@ -54,13 +54,13 @@ impl Sender {
                 if self.waits_long() {
                     self.heard = now;
                 }
-                self.event(Event::Temperatures(t));
+                self.event(Notice::Temperatures(t));
             }
             Reply::Busy(busy) => self.busy(now, busy),
             Reply::Position(words) => {
                 self.heard = now;
                 self.compare(&words);
-                self.event(Event::Position(words));
+                self.event(Notice::Position(words));
             }
             reply => match (&self.phase, self.manners().accounting) {
                 (Phase::Hello { tries, .. }, _) => self.hear_hello(now, *tries, &reply),
@@ -88,7 +88,7 @@ impl Sender {
     fn busy(&mut self, now: Time, busy: Busy) {
         self.heard = now;
         if busy == Busy::User && !self.user_wait {
-            self.event(Event::UserWait);
+            self.event(Notice::UserWait);
         }
         self.user_wait = busy == Busy::User;
     }
@@ -96,7 +96,7 @@ impl Sender {
     fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>) {
         self.heard = now;
         if let Some(t) = report {
-            self.event(Event::Temperatures(t));
+            self.event(Notice::Temperatures(t));
         }
         if number.is_none() && report.is_none() && self.dialog.own_ok != OwnOk::None {
             if matches!(self.dialog.own_ok, OwnOk::Watched(_)) {
@@ -167,7 +167,7 @@ impl Sender {
         let Some(number) = number else {
             match stated {
                 Some(stated) => self.refuse(now, stated, false),
-                None => self.doubt(now, "a resend without a number"),
+                None => self.doubt(now, "a resend request without a number"),
             }
             return;
         };
@@ -184,7 +184,7 @@ impl Sender {
     /// The printer wants `number`; `sure` where error and resend name the same one.
     fn refuse(&mut self, now: Time, number: i64, sure: bool) {
         if number <= self.ledger.proven() || number > self.ledger.cursor() {
-            self.doubt(now, "a resend of a line that cannot be wanted");
+            self.doubt(now, "a resend request for a line that it cannot need");
             return;
         }
         if sure {
@@ -212,7 +212,7 @@ impl Sender {
         };
         if own {
             let line = self.line_of(next);
-            self.note(format!("line {line}: the printer does not know {command:?} and went on"));
+            self.note(format!("line {line}: the printer does not know {command:?} and ignored it"));
         } else if self.manners().accounting == Accounting::Counter && self.dialog.own_ok == OwnOk::None {
             self.dialog.own_ok = OwnOk::Expected;
         }

@@ -1,8 +1,8 @@
 //! The host's side of the wire as a state machine: bytes and times in, bytes and events out.
 //!
 //! ```text
-//! phase   where the talk stands: hello, flow, probe, offline, over
-//! task    what it is about: print, drain, leave, away, return, cool
+//! phase   where the conversation stands: hello, flow, probe, offline, over
+//! task    what is being done: print, drain, leave, away, return, cool
 //! ledger  numbers: which lines are under way, answered, proven
 //! ```
 //!
@@ -38,7 +38,7 @@ use super::journal::{Record, Standing};
 use super::program::Program;
 use super::protocol::{Accounting, Manners};
 use super::reply::{Reply, Status, Temperatures, Wording};
-use super::settings::Settings;
+use super::settings::SenderSettings;
 use super::wire::LineAssembler;
 use ledger::{Ledger, Purpose};
 use listen::{Dialog, OwnOk};
@@ -48,7 +48,7 @@ use task::Task;
 
 /// What the host should know or keep.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum Notice {
     /// The printer answered; what it calls itself.
     Connected(String),
     /// To be written to the journal before the next bytes are taken.
@@ -82,7 +82,7 @@ pub enum Event {
 
 /// How far the print is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Progress {
+pub struct Counts {
     /// Blocks answered.
     pub acked: u32,
     /// Blocks on the wire at least once.
@@ -100,7 +100,7 @@ pub struct Progress {
 /// The host's side of the wire.
 #[derive(Clone, Debug)]
 pub struct Sender {
-    settings: Settings,
+    settings: SenderSettings,
     program: Arc<Program>,
     ear: Ear,
     outbox: Outbox,
@@ -123,7 +123,7 @@ pub struct Sender {
     heard: Time,
     /// When a line last went out or was taken.
     moved: Time,
-    events: VecDeque<Event>,
+    events: VecDeque<Notice>,
 }
 
 /// What arrives.
@@ -192,7 +192,7 @@ impl Watch {
 
 impl Sender {
     /// A sender for a print from its beginning. The first [`Sender::poll`] starts it.
-    pub fn new(program: Arc<Program>, settings: Settings) -> Self {
+    pub fn new(program: Arc<Program>, settings: SenderSettings) -> Self {
         let end_block = program.len();
         Self::with_blocks(program, settings, 0..end_block)
     }
@@ -201,7 +201,7 @@ impl Sender {
     ///
     /// For a re-entry after a reset: `prologue` brings the machine to the state that the first block expects. When its last line is
     /// proven [`Record::Back`] is to be journalled; until then nothing of it counts as done.
-    pub fn reentering(program: Arc<Program>, settings: Settings, prologue: &[String], first: u32) -> Self {
+    pub fn reentering(program: Arc<Program>, settings: SenderSettings, prologue: &[String], first: u32) -> Self {
         let end = program.len();
         let mut sender = Self::with_blocks(program, settings, first.min(end)..end);
         if !prologue.is_empty() {
@@ -212,16 +212,16 @@ impl Sender {
         sender
     }
 
-    /// A sender that goes on with a print whose printer may still be counting: nothing moves before its counter agrees
+    /// A sender that resumes a print whose printer may still be counting: nothing moves before its counter agrees
     /// with `standing`.
-    pub fn resuming(program: Arc<Program>, settings: Settings, standing: &Standing) -> Self {
+    pub fn resuming(program: Arc<Program>, settings: SenderSettings, standing: &Standing) -> Self {
         let end = program.len();
         let mut sender = Self::with_blocks(program, settings, 0..end);
         sender.take_standing(standing);
         sender
     }
 
-    fn with_blocks(program: Arc<Program>, settings: Settings, blocks: std::ops::Range<u32>) -> Self {
+    fn with_blocks(program: Arc<Program>, settings: SenderSettings, blocks: std::ops::Range<u32>) -> Self {
         let manners = settings.protocol.manners();
         let printer = Printer { identity: String::new(), emergency_parser: false, ok_follows_resend: true };
         Self {
@@ -310,7 +310,7 @@ impl Sender {
     }
 
     /// The next event.
-    pub fn next_event(&mut self) -> Option<Event> {
+    pub fn next_event(&mut self) -> Option<Notice> {
         self.events.pop_front()
     }
 
@@ -325,8 +325,8 @@ impl Sender {
     }
 
     /// How far the print is.
-    pub fn progress(&self) -> Progress {
-        Progress {
+    pub fn progress(&self) -> Counts {
+        Counts {
             acked: self.acked_blocks,
             sent: self.next_block,
             of: self.end_block,
@@ -341,11 +341,11 @@ impl Sender {
         &self.program
     }
 
-    fn event(&mut self, event: Event) {
+    fn event(&mut self, event: Notice) {
         self.events.push_back(event);
     }
 
     fn note(&mut self, text: impl Into<String>) {
-        self.event(Event::Note(text.into()));
+        self.event(Notice::Note(text.into()));
     }
 }

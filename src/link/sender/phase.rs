@@ -1,4 +1,4 @@
-//! Where the talk with the printer stands. Each phase owns what only it needs.
+//! Where the conversation with the printer stands. Each phase owns what only it needs.
 //!
 //! ```text
 //! Hello --ok--> Flow --doubt--> Probe --the printer's count--> Flow ...  Over
@@ -10,7 +10,7 @@
 use super::stop::Outcome;
 use crate::link::Time;
 
-/// The phases of the talk.
+/// The phases of the conversation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Phase {
     /// Nobody has answered yet.
@@ -42,7 +42,7 @@ pub(super) enum Session {
     Begun(Begun),
 }
 
-/// A talk in which something that moves or heats has been sent.
+/// A conversation in which something that moves or heats has been sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Begun {
     /// Identity and our own lines go out one at a time; no block before they are proven.
@@ -92,7 +92,7 @@ impl Probe {
 }
 
 impl Doubt {
-    /// The talk that goes on once it is settled.
+    /// How the conversation continues once it is settled.
     pub(super) fn settled(self) -> Begun {
         match self {
             Self::Answer(begun) => begun,

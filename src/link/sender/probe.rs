@@ -1,4 +1,4 @@
-//! Silence, doubt, and the question that a printer must answer with its own count.
+//! Silence, doubt, and the question that a printer must answer with its own line counter.
 
 use std::time::Duration;
 
@@ -63,7 +63,7 @@ impl Sender {
             // Nothing has moved yet: the greeting begins again.
             (Some(Session::Fresh { .. }), _) => self.restart(now),
             (Some(Session::Begun(begun)), Accounting::Counter) if !matches!(self.phase, Phase::Probe(_)) => {
-                self.note(format!("{why}: asking the printer where it is"));
+                self.note(format!("{why}: asking the printer for its line counter"));
                 self.phase = Phase::Probe(Probe::of(Doubt::Answer(begun)));
             }
             (Some(_), Accounting::Proof) => self.ask_for_proof(now),
@@ -100,7 +100,7 @@ impl Sender {
         if self.ear.is_noise() {
             self.stop(Stop::Noise);
         } else if matches!(self.phase, Phase::Probe(Probe { greeted: true, .. })) {
-            self.stop(Stop::Reset { greeting: "a greeting, then no answer".to_owned() });
+            self.stop(Stop::Reset { greeting: "a start-up message, then no answer".to_owned() });
         } else {
             let seconds = now.saturating_sub(self.heard).as_secs_f64();
             self.stop(Stop::Mute { seconds, questions });
@@ -161,7 +161,7 @@ impl Sender {
         }
         let reset = probe.greeted || (found == 0 && proven > 0);
         self.stop(if reset {
-            Stop::Reset { greeting: format!("its counter is at {found}, after {proven}") }
+            Stop::Reset { greeting: format!("its line counter went from {proven} to {found}") }
         } else {
             Stop::Counter { found, proven, last }
         });
@@ -169,7 +169,7 @@ impl Sender {
 
     fn agreed(&mut self, now: Time, found: i64, doubt: Doubt) {
         self.credit(now, self.ledger.credited().max(found));
-        // A proof that it answers may have opened the talk.
+        // A proof that it answers may have let blocks go.
         let Some(session) = self.phase.session() else { return };
         self.phase = Phase::Flow(session);
         self.heard = now;
@@ -234,7 +234,7 @@ impl Sender {
             // Chatter may contain the word; only the counter tells.
             if !matches!(self.phase, Phase::Probe(_)) {
                 self.outbox.drop_unsent(self.manners().blank_line_counts);
-                self.doubt(now, "a greeting");
+                self.doubt(now, "a start-up message");
             }
             if let Phase::Probe(probe) = &mut self.phase {
                 probe.greeted = true;

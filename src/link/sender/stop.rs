@@ -1,7 +1,7 @@
 //! Every way a print ends, in words, and what is still sent then.
 
 use super::phase::Phase;
-use super::{Event, Sender};
+use super::{Notice, Sender};
 use crate::link::protocol::Accounting;
 use crate::link::wire::push_numbered;
 
@@ -10,8 +10,8 @@ use crate::link::wire::push_numbered;
 pub enum Stop {
     /// A greeting, and a counter that began anew.
     #[error(
-        "the printer was reset in the middle of the print ({greeting}); where its axes stand is unknown. After a look at \
-         the part: trunnion send --resume"
+        "the printer was reset during the print ({greeting}), so the position of its axes is unknown. Look at the part, \
+         then run trunnion send --resume"
     )]
     Reset {
         /// How it was noticed.
@@ -19,8 +19,8 @@ pub enum Stop {
     },
     /// The counter is not where it can be.
     #[error(
-        "the printer counts from line {found}, but lines up to {proven} were accepted and {last} were sent: it was reset, \
-         or another program talks to it"
+        "the printer's line counter is at {found}, but lines up to {proven} were accepted and {last} were sent: it was \
+         reset, or another program is talking to it"
     )]
     Counter {
         /// The printer's last line.
@@ -31,7 +31,7 @@ pub enum Stop {
         last: i64,
     },
     /// One line refused again and again.
-    #[error("line {line} of the file was refused {times} times; the wire or the printer's parser is broken there")]
+    #[error("line {line} of the file was refused {times} times; check the cable and the baud rate")]
     EndlessResend {
         /// Of the file.
         line: u32,
@@ -39,7 +39,9 @@ pub enum Stop {
         times: u32,
     },
     /// No answer.
-    #[error("the printer has not answered for {seconds:.0} s and {questions} questions; its heaters may still be on")]
+    #[error(
+        "the printer has not answered for {seconds:.0} s, nor any of {questions} questions; its heaters may still be on"
+    )]
     Mute {
         /// Since its last word.
         seconds: f64,
@@ -47,7 +49,7 @@ pub enum Stop {
         questions: u32,
     },
     /// It answers, but nothing gets on.
-    #[error("the printer shows life but has taken no line for {seconds:.0} s, at line {line} of the file")]
+    #[error("the printer responds, but has accepted no line for {seconds:.0} s, at line {line} of the file")]
     NoProgress {
         /// Since the last line was taken.
         seconds: f64,
@@ -55,10 +57,10 @@ pub enum Stop {
         line: u32,
     },
     /// Bytes, but no words.
-    #[error("only noise comes back: the baud rate is wrong, or this is no printer")]
+    #[error("only unreadable bytes arrive: the baud rate is wrong, or this is no printer")]
     Noise,
     /// `Error:`, `!!`, `ALARM:` that ends everything.
-    #[error("the printer has stopped: {text}; clear its cause and reset the printer")]
+    #[error("the printer has stopped: {text}; remove the cause, then reset the printer")]
     Fatal {
         /// Its own words.
         text: String,
@@ -83,8 +85,8 @@ pub enum Stop {
     },
     /// Answers are missing or there is one too many, and the protocol has no counter to ask.
     #[error(
-        "{lines} lines about lines {first}..{last} of the file have no answer, and this protocol cannot say whether they were \
-         done; nothing was sent twice"
+        "{lines} lines between lines {first} and {last} of the file were not answered, and this protocol cannot tell whether \
+         they were executed; nothing was sent twice"
     )]
     Unaccounted {
         /// How many.
@@ -96,8 +98,8 @@ pub enum Stop {
     },
     /// Its M114 is not where the file has brought it.
     #[error(
-        "the printer says that {axis} stands at {found:.2}, but line {line} of the file has brought it to {believed:.2}: a move \
-         was cut short, or something else moved it; the head is above the part"
+        "the printer reports {axis} at {found:.2}, but after line {line} of the file it should be at {believed:.2}: a move was \
+         cut short, or something else moved the axis; the head is above the part"
     )]
     Elsewhere {
         /// The axis' letter.
@@ -110,7 +112,7 @@ pub enum Stop {
         line: u32,
     },
     /// Another printer, or another firmware.
-    #[error("the printer calls itself {found:?}, not {wanted:?}: wrong port, or wrong profile")]
+    #[error("the printer identifies itself as {found:?}, expected {wanted:?}: wrong port, or wrong profile")]
     OtherPrinter {
         /// Its own words.
         found: String,
@@ -182,7 +184,7 @@ impl Sender {
     pub(super) fn finish(&mut self, outcome: Outcome) {
         if !self.phase.is_over() {
             self.phase = Phase::Over(outcome.clone());
-            self.event(Event::Over(outcome));
+            self.event(Notice::Over(outcome));
         }
     }
 

@@ -1,14 +1,14 @@
-//! What the sender is about: print, leave the part, come back to it, end. Each step begins when nothing is under way.
+//! What the sender is doing: print, leave the part, return to it, end. Each step begins when no line is unanswered.
 
 use super::ledger::Purpose;
-use super::{Event, Outcome, Sender, Stop};
+use super::{Notice, Outcome, Sender, Stop};
 use crate::link::journal::Record;
 use crate::link::state::MachineState;
 
 /// M114 has two decimals, and a step of any usual axis is less than this, mm or degrees.
 const SAME_PLACE: f64 = 0.05;
 
-/// What the sender is about.
+/// What the sender is doing.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Task {
     /// The program's blocks.
@@ -50,8 +50,8 @@ pub(super) enum Departure {
 pub(super) enum Then {
     Pause,
     Cancel,
-    /// Somebody has said so before it was off.
-    GoOn,
+    /// Continue: asked for before the head was off.
+    Continue,
 }
 
 /// The printer's own word of where it is (M114), before it leaves the part.
@@ -71,7 +71,7 @@ impl Sender {
         match &mut self.task {
             Task::Print { .. } => self.task = Task::Drain(Departure::Pause),
             Task::Return { pause_behind, .. } => *pause_behind = true,
-            Task::Leave { then: then @ Then::GoOn, .. } => *then = Then::Pause,
+            Task::Leave { then: then @ Then::Continue, .. } => *then = Then::Pause,
             Task::Leave { .. } | Task::Drain(_) | Task::Away | Task::Cool => {}
         }
     }
@@ -93,11 +93,11 @@ impl Sender {
         }
     }
 
-    /// Goes on after a pause: heat, the table's axes at a safe height, then back along the tool's axis.
+    /// Continues after a pause: heat, the table's axes at a safe height, then back along the tool's axis.
     pub fn resume(&mut self) {
         match &mut self.task {
             Task::Drain(Departure::Pause) => self.task = Task::Print { ending: false },
-            Task::Leave { then: then @ Then::Pause, .. } => *then = Then::GoOn,
+            Task::Leave { then: then @ Then::Pause, .. } => *then = Then::Continue,
             Task::Away => self.come_back(),
             _ => {}
         }
@@ -153,7 +153,7 @@ impl Sender {
         match &self.task {
             Task::Print { .. } if !ended => {}
             Task::Print { ending: true } => {
-                self.event(Event::Journal(Record::Done));
+                self.event(Notice::Journal(Record::Done));
                 self.finish(Outcome::Done);
             }
             // Every block is answered: wait until the last move has ended, and prove that all were taken.
@@ -164,17 +164,17 @@ impl Sender {
             Task::Drain(departure) => self.leave(*departure),
             Task::Leave { then: Then::Cancel, .. } => self.cool(),
             Task::Leave { place: Place::Differs(elsewhere), .. } => self.stop(elsewhere.clone()),
-            Task::Leave { then: Then::GoOn, .. } => self.come_back(),
+            Task::Leave { then: Then::Continue, .. } => self.come_back(),
             Task::Leave { then: Then::Pause, .. } => {
                 self.task = Task::Away;
-                self.event(Event::Paused);
+                self.event(Notice::Paused);
             }
             Task::Away => {}
             Task::Cool => self.finish(Outcome::Cancelled),
             Task::Return { pause_behind, .. } => {
                 self.task = if *pause_behind { Task::Drain(Departure::Pause) } else { Task::Print { ending: false } };
-                self.event(Event::Journal(Record::Back));
-                self.event(Event::Resumed);
+                self.event(Notice::Journal(Record::Back));
+                self.event(Notice::Resumed);
             }
         }
     }
@@ -185,7 +185,7 @@ impl Sender {
             Some(state) => (Place::Asked(retreat.words(&state)), retreat.leave(&state, protocol)),
             None => (Place::Agrees, vec![retreat.drain(protocol).to_owned()]),
         };
-        self.event(Event::Journal(Record::Away));
+        self.event(Notice::Journal(Record::Away));
         self.queue(&lines);
         let then = match departure {
             Departure::Pause => Then::Pause,
@@ -213,8 +213,8 @@ impl Sender {
     fn renumber(&mut self) {
         if self.ledger.newest() == Some(&Purpose::Renumber) {
             self.ledger.begin_anew();
-            self.event(Event::Journal(Record::Anew));
-            self.event(Event::Journal(Record::Run { number: 1, block: self.next_block }));
+            self.event(Notice::Journal(Record::Anew));
+            self.event(Notice::Journal(Record::Run { number: 1, block: self.next_block }));
             return;
         }
         let proven = self.ledger.proven() == self.ledger.last();

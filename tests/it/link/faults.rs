@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Quirks, SURVIVABLE, Script};
-use trunnion::link::{Event, Loopback, Outcome, Protocol, Stop};
+use trunnion::link::{Loopback, Notice, Outcome, Protocol, Stop};
 
 use super::bench_machine::{
     assert_beginning, assert_once_each, end, executed, joined, program, settings, tail, text, text_at,
@@ -76,7 +76,7 @@ fn row_02_a_line_that_vanishes_goes_out_again() {
 }
 
 #[test]
-fn row_03_two_lines_melted_into_one_go_out_again() {
+fn row_03_two_lines_run_together_go_out_again() {
     survives(Fault::Join);
 }
 
@@ -157,7 +157,7 @@ fn row_15_an_endless_resend_stops_at_ten() {
     let (why, link) = stops(Fault::EndlessResend);
     assert!(matches!(why, Stop::EndlessResend { times: 10, line } if line > 40), "{why}");
     assert!(link.sim.temperatures(link.now())[0] > 0.0);
-    let asked = link.events().iter().filter(|e| matches!(e, Event::Resend { .. })).count();
+    let asked = link.events().iter().filter(|e| matches!(e, Notice::Resend { .. })).count();
     assert_eq!(asked, 10);
 }
 
@@ -189,7 +189,7 @@ fn row_19_usb_gone_and_back_goes_on_with_the_next_line() {
     let program = program(MARLIN, &text(MARLIN, MOVES));
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::at(&[(60, Fault::HangUp)]));
     assert_eq!(end(&mut link), Outcome::Done);
-    assert!(link.events().contains(&Event::Resumed));
+    assert!(link.events().contains(&Notice::Resumed));
 }
 
 #[test]
@@ -258,7 +258,7 @@ fn row_25_minutes_of_heating_are_no_silence() {
         assert_eq!(end(&mut link), Outcome::Done);
         assert!(link.now() > Duration::from_secs(300), "{:?}", link.now());
         assert_once_each(&program, &executed(&mut link));
-        assert!(!link.events().iter().any(|e| matches!(e, Event::Note(_))), "{:?}", link.events());
+        assert!(!link.events().iter().any(|e| matches!(e, Notice::Note(_))), "{:?}", link.events());
     }
 }
 
@@ -279,7 +279,7 @@ fn row_26_a_person_may_take_an_hour() {
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::none());
     link.sim.set_person(Duration::from_secs(7000));
     assert_eq!(end(&mut link), Outcome::Done);
-    assert!(link.events().contains(&Event::UserWait) && link.now() > Duration::from_secs(7000));
+    assert!(link.events().contains(&Notice::UserWait) && link.now() > Duration::from_secs(7000));
     assert_once_each(&program, &executed(&mut link));
 }
 
@@ -334,7 +334,7 @@ fn row_29_a_restarted_host_goes_on_with_the_printers_next_line() {
         // The journal as the disk has it: every run, and an acknowledgement that is old.
         let mut journal = Header::default().to_text();
         for event in link.events() {
-            if let Event::Journal(record) = event {
+            if let Notice::Journal(record) = event {
                 journal += &record.to_text();
             }
         }
@@ -467,7 +467,7 @@ fn pause_and_return_come_back_to_the_same_place() {
         link.run_to(Duration::from_secs(120));
         link.sender.pause();
         link.run_to(Duration::from_secs(200));
-        assert!(link.events().contains(&Event::Paused), "{protocol:?}");
+        assert!(link.events().contains(&Notice::Paused), "{protocol:?}");
         let away = link.sim.position(link.now());
         link.sender.resume();
         assert_eq!(end(&mut link), Outcome::Done, "{protocol:?}: {:?}", link.events().last());

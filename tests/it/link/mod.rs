@@ -14,9 +14,9 @@ mod prologue;
 mod python;
 #[cfg(unix)]
 mod real;
+#[cfg(unix)]
+mod reentry;
 mod second_resume;
 mod transcripts;
 #[cfg(unix)]
 mod two_printers;
-#[cfg(unix)]
-mod way_back;

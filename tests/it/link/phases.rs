@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Logged, Quirks, Script};
-use trunnion::link::{Event, Header, Loopback, Outcome, Protocol, Record, Sender, Standing, Stop};
+use trunnion::link::{Header, Loopback, Notice, Outcome, Protocol, Record, Sender, Standing, Stop};
 
 use super::bench_machine::{assert_once_each, end, executed, joined, program, settings, tail, text, text_at};
 
@@ -57,7 +57,7 @@ fn a_pause_while_the_numbers_begin_anew_loses_nothing() {
         link.run_to(link.now() + Duration::from_micros(step * 200));
         link.sender.pause();
         met += u32::from(link.sender.progress().last >= 100 || link.sender.progress().last < 5);
-        while !link.events().contains(&Event::Paused) {
+        while !link.events().contains(&Notice::Paused) {
             assert!(link.now() < Duration::from_secs(3600), "{step}: no pause\n{}", tail(&link, 40));
             link.run_to(link.now() + Duration::from_millis(100));
         }
@@ -97,7 +97,7 @@ fn a_printer_that_stands_elsewhere_stops_though_somebody_has_said_go_on() {
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::none());
     link.run_to(Duration::from_secs(60));
     link.sender.pause();
-    while !link.events().contains(&Event::Journal(Record::Away)) {
+    while !link.events().contains(&Notice::Journal(Record::Away)) {
         link.run_to(link.now() + Duration::from_millis(10));
     }
     link.sender.resume();
@@ -115,7 +115,7 @@ fn a_pause_at_the_very_end_is_waited_for_before_the_end() {
     }
     assert!(link.sender.outcome().is_none(), "its last move is under way");
     link.sender.pause();
-    while !link.events().contains(&Event::Paused) {
+    while !link.events().contains(&Notice::Paused) {
         link.run_to(link.now() + Duration::from_millis(100));
     }
     link.sim.take_log();
@@ -132,15 +132,16 @@ fn accepted((_, logged): (Duration, Logged)) -> Option<String> {
 
 /// The host was killed in a pause. A cancel leaves the head where it is: off the part.
 #[test]
-fn a_cancel_before_the_way_back_from_a_pause_does_not_go_it() {
+fn a_cancel_before_the_return_from_a_pause_does_not_return() {
     let program = program(MARLIN, &text_at(MARLIN, 120, 600));
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::none());
     link.run_to(Duration::from_secs(60));
     link.sender.pause();
-    while !link.events().contains(&Event::Paused) {
+    while !link.events().contains(&Notice::Paused) {
         link.run_to(link.now() + Duration::from_millis(100));
     }
-    let records = link.events().iter().filter_map(|e| if let Event::Journal(r) = e { Some(r.to_text()) } else { None });
+    let records =
+        link.events().iter().filter_map(|e| if let Notice::Journal(r) = e { Some(r.to_text()) } else { None });
     let standing = Standing::parse(&(Header::default().to_text() + &records.collect::<String>())).unwrap();
     assert!(standing.away);
     let z = link.sim.position(link.now())[2];

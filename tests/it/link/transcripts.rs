@@ -75,7 +75,7 @@ fn fits(pattern: &str, text: &str) -> bool {
     pattern.ends_with("..") || rest.is_empty()
 }
 
-/// A numbered line without its filling and its checksum, which is checked here.
+/// A numbered line without its padding and its checksum, which is checked here.
 fn plain(line: &str) -> String {
     let Some((body, sum)) = line.split_once('*') else { return line.to_owned() };
     assert_eq!(sum.parse::<u8>().unwrap(), body.bytes().fold(0, |all, byte| all ^ byte), "{line}");

@@ -94,7 +94,7 @@ fn last_words_that_the_port_does_not_take_are_said_to_be_unsaid() {
     stream.port = Some(port);
     stream.sender.emergency_stop();
     let said = stream.close(Outcome::EmergencyStopped).unwrap_err().to_string();
-    assert!(said.contains("the port takes nothing more") && said.contains("switch the printer off"), "{said}");
+    assert!(said.contains("the port does not even take the stop command") && said.contains("switch the printer off"), "{said}");
 }
 
 #[test]
