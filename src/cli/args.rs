@@ -384,7 +384,7 @@ pub(super) struct Simulate {
     /// Seed of random faults
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
-    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, latches-errors or three-axes
+    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, blank-behind-slash, latches-errors or three-axes
     #[arg(long, value_name = "NAME")]
     pub(super) quirk: Vec<String>,
     /// Bits a second of the simulated wire [default: no limit]

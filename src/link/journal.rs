@@ -75,7 +75,7 @@ pub enum Record {
 
 /// What a journal knows in the end.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Standing {
+pub struct JournalSummary {
     /// The job.
     pub header: Header,
     /// The printer's words.
@@ -146,7 +146,7 @@ impl Record {
     }
 }
 
-impl Standing {
+impl JournalSummary {
     /// Reads a journal.
     ///
     /// # Errors
@@ -248,10 +248,10 @@ impl Standing {
 mod tests {
     use super::*;
 
-    fn journal(records: &[Record]) -> Standing {
+    fn journal(records: &[Record]) -> JournalSummary {
         let header = Header { sha256: "ab".into(), bytes: 7, path: "a b.gcode".into(), ..Header::default() };
         let text: String = records.iter().map(Record::to_text).collect();
-        Standing::parse(&(header.to_text() + &text)).unwrap()
+        JournalSummary::parse(&(header.to_text() + &text)).unwrap()
     }
 
     #[test]
@@ -304,11 +304,11 @@ mod tests {
     #[test]
     fn a_torn_end_counts_for_nothing_and_rubbish_is_named() {
         let text = Header::default().to_text() + "run 3 0\nack 9 6\nack 1";
-        let standing = Standing::parse(&text).unwrap();
+        let standing = JournalSummary::parse(&text).unwrap();
         assert_eq!((standing.proven, standing.answered), (9, 6));
-        assert_eq!(Standing::parse(&(text + "\0\0\0ack 99 99\n")).unwrap(), standing);
-        assert_eq!(Standing::parse("G28\n"), Err(JournalError::Foreign));
-        let broken = Standing::parse(&(Header::default().to_text() + "nonsense\n"));
+        assert_eq!(JournalSummary::parse(&(text + "\0\0\0ack 99 99\n")).unwrap(), standing);
+        assert_eq!(JournalSummary::parse("G28\n"), Err(JournalError::Foreign));
+        let broken = JournalSummary::parse(&(Header::default().to_text() + "nonsense\n"));
         assert!(matches!(broken, Err(JournalError::Broken { line: 6, .. })), "{broken:?}");
     }
 

@@ -34,7 +34,7 @@ mod testing;
 mod wire;
 
 pub use compact::push_compact;
-pub use journal::{Header, JournalError, Record, Standing};
+pub use journal::{Header, JournalError, JournalSummary, Record};
 pub use loopback::{Heading, Loopback};
 pub use pace::{TooSlow, too_slow};
 pub use preflight::{Abilities, Unfit};
@@ -44,7 +44,7 @@ pub use protocol::Protocol;
 pub use reentry::{Reentry, ReentryError};
 pub use reply::{Busy, Reply, Status, Temperatures, Wording};
 pub use retreat::{Heaters, Retreat};
-pub use sender::{Counts, Notice, Outcome, Sender, Stop};
+pub use sender::{Counts, Notice, Outcome, Sender, StopReason};
 pub use settings::SenderSettings;
 pub use state::MachineState;
 pub use wire::{LineAssembler, checksum, push_numbered};

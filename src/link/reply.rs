@@ -147,11 +147,20 @@ fn error(text: &str) -> Reply {
     if FATAL.iter().any(|f| body.contains(f)) {
         return Reply::Fatal(body.to_owned());
     }
+    if let Some(wanted) = expected_line(body) {
+        return Reply::LineError(Some(wanted - 1));
+    }
     if WIRE_ERRORS.iter().any(|f| body.contains(f)) {
         let last = body.split_once("Last Line:").and_then(|(_, n)| n.trim().parse().ok());
         return Reply::LineError(last);
     }
     Reply::Error(body.to_owned())
+}
+
+/// The line that Repetier wants: `expected line 302 got 303`.
+fn expected_line(body: &str) -> Option<i64> {
+    let (wanted, _) = body.strip_prefix("expected line ")?.split_once(" got ")?;
+    wanted.trim().parse().ok().filter(|n| (1..i64::MAX).contains(n))
 }
 
 fn echo(text: &str) -> Reply {
@@ -188,14 +197,22 @@ fn position(text: &str) -> Vec<(u8, f64)> {
     stated.split_ascii_whitespace().filter_map(word).collect()
 }
 
-/// `T:19.38 /0.00 B:19.38 /0.00 @:0`, `T0:` for the first tool too; `None` without either.
+/// `T:19.38 /0.00 B:19.38 /0.00 @:0`, `T0:` for the first tool too, and the blank on either side of the slash or on none; `None`
+/// without a temperature.
 fn temperatures(text: &str) -> Option<Temperatures> {
     let mut found = Temperatures::default();
     let mut words = text.split_ascii_whitespace().peekable();
     while let Some(word) = words.next() {
-        let Some((name, now)) = word.split_once(':') else { continue };
+        let Some((name, value)) = word.split_once(':') else { continue };
+        let (now, behind) = value.split_once('/').map_or((value, None), |(now, behind)| (now, Some(behind)));
         let Ok(now) = now.parse::<f64>() else { continue };
-        let wanted = words.peek().and_then(|w| w.strip_prefix('/')?.parse().ok()).unwrap_or(0.0);
+        // What stands behind the slash, wherever that is: in this word, at its end, or before or in the next.
+        let wanted = match (behind, words.peek().and_then(|next| next.strip_prefix('/'))) {
+            (Some(""), _) => words.peek().copied(),
+            (None, Some("")) => words.clone().nth(1),
+            (behind, next) => behind.or(next),
+        };
+        let wanted = wanted.and_then(|w| w.parse().ok()).unwrap_or(0.0);
         match name {
             "T" | "T0" if found.nozzle.is_none() => found.nozzle = Some([now, wanted]),
             "B" => found.bed = Some([now, wanted]),
@@ -268,6 +285,13 @@ mod tests {
         assert_eq!((t.nozzle, t.bed), (Some([19.38, 0.0]), Some([20.5, 60.0])));
         let auto = marlin(" T:30.36 /200.00 B:20.00 /0.00 @:0 W:?");
         assert!(matches!(auto, Reply::Temperatures(t) if t.nozzle == Some([30.36, 200.0])));
+        for text in ["T:21.30 /205.00", "T:21.30/205.00", "T:21.30/ 205.00", "T:21.30 / 205.00"] {
+            let both = format!("ok {text} {} @:64", text.replace('T', "B"));
+            let Reply::Ok { report: Some(t), .. } = marlin(&both) else { panic!("{both}") };
+            assert_eq!((t.nozzle, t.bed), (Some([21.3, 205.0]), Some([21.3, 205.0])), "{both}");
+        }
+        let Reply::Ok { report: Some(t), .. } = marlin("ok T:21.30 B:20.00") else { panic!() };
+        assert_eq!((t.nozzle, t.bed), (Some([21.3, 0.0]), Some([20.0, 0.0])));
     }
 
     #[test]
@@ -275,6 +299,10 @@ mod tests {
         assert_eq!(marlin("Error:checksum mismatch, Last Line: 41"), Reply::LineError(Some(41)));
         assert_eq!(marlin("Error:chec?sum mismatch, Last Line: 41"), Reply::LineError(Some(41)));
         assert_eq!(marlin("Error:No Checksum with line number, Last Line: 3"), Reply::LineError(Some(3)));
+        assert_eq!(marlin("Error:expected line 302 got 303"), Reply::LineError(Some(301)));
+        assert_eq!(marlin("Error:Wrong checksum"), Reply::LineError(None));
+        assert_eq!(marlin("Error:expected line of sight"), Reply::Error("expected line of sight".to_owned()));
+        assert_eq!(marlin("Resend:302"), Reply::Resend(Some(302)));
         assert_eq!(marlin("Resend: 42"), Reply::Resend(Some(42)));
         assert_eq!(marlin("rs N42"), Reply::Resend(Some(42)));
         assert_eq!(marlin("Resend: 4z"), Reply::Resend(None));

@@ -10,7 +10,7 @@ use crate::gcode::ParsedLine;
 use crate::job::world::{JournalFile, read_journal};
 use crate::job::{Error, World, printer};
 use crate::link::serial::Port;
-use crate::link::{Accounting, Outcome, Program, Record, Reentry, Sender, SenderSettings, Standing, Stop};
+use crate::link::{Accounting, JournalSummary, Outcome, Program, Record, Reentry, Sender, SenderSettings, StopReason};
 use crate::motion::replay::{Controller, Step};
 use crate::planning::sha256_hex;
 use crate::profile::Profile;
@@ -82,7 +82,7 @@ fn by_counter(
     note(&format!("asking the printer for its line counter; wire lines up to {proven} are known to be accepted"));
     let journal = JournalFile::reopen(wire.journal.path())?;
     let outcome = Stream::new(sender, port, place, journal, (world, operator)).run()?;
-    let Outcome::Stopped(why @ (Stop::Reset { .. } | Stop::Counter { .. })) = &outcome else {
+    let Outcome::Stopped(why @ (StopReason::Reset { .. } | StopReason::Counter { .. })) = &outcome else {
         return Ok(Some(outcome));
     };
     note(&why.to_string());
@@ -90,7 +90,7 @@ fn by_counter(
 }
 
 /// What the journal says, if it is this job's.
-fn standing(request: &SendRequest<'_>, path: &Path) -> Result<Standing, Error> {
+fn standing(request: &SendRequest<'_>, path: &Path) -> Result<JournalSummary, Error> {
     let standing = read_journal(path)?;
     let (program, path) = (request.program.program(), request.path.to_owned());
     if standing.header.sha256 != sha256_hex(program) {
@@ -109,7 +109,7 @@ fn reentry(
     request: &SendRequest<'_>,
     program: &Program,
     settings: &SenderSettings,
-    standing: &Standing,
+    standing: &JournalSummary,
     (world, operator): (&World<'_>, &dyn Operator),
 ) -> Result<Reentry, Error> {
     let answered = standing.answered.max(standing.next_block(standing.proven));
@@ -130,7 +130,7 @@ fn reentry(
 ///
 /// Where a run begins is written down before it is sent, and a run ends with the next proof. A host that lost its power may
 /// have lost the journal's end too: what the printer can execute in [`UNWRITTEN_S`] is added.
-fn printed_at_most(program: &Program, settings: &SenderSettings, standing: &Standing, same_boot: bool) -> u32 {
+fn printed_at_most(program: &Program, settings: &SenderSettings, standing: &JournalSummary, same_boot: bool) -> u32 {
     let mut last = standing.reach.saturating_add(settings.prove_every);
     let mut left = if same_boot { 0.0 } else { UNWRITTEN_S };
     while left > 0.0 && last < program.len() {

@@ -7,7 +7,7 @@ use super::operator::{Answer, At, Figures, Operator, Sending};
 use crate::job::world::JournalFile;
 use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
-use crate::link::{BoundaryKind, Notice, Outcome, Program, Record, Sender, Stop, Temperatures, Time};
+use crate::link::{BoundaryKind, Notice, Outcome, Program, Record, Sender, StopReason, Temperatures, Time};
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);
@@ -32,7 +32,7 @@ pub(super) struct Stream<'a> {
     world: &'a World<'a>,
     operator: &'a dyn Operator,
     start: Duration,
-    seconds_left: Left,
+    seconds_left: TimeLeft,
     said: Time,
     /// Since when no byte has come, once the link was lost.
     lost_at: Option<Time>,
@@ -55,7 +55,7 @@ impl<'a> Stream<'a> {
         (world, operator): (&'a World<'a>, &'a dyn Operator),
     ) -> Self {
         Self {
-            seconds_left: Left::of(sender.program()),
+            seconds_left: TimeLeft::of(sender.program()),
             sender,
             port: Some(port),
             place,
@@ -316,7 +316,7 @@ impl<'a> Stream<'a> {
             Outcome::Stopped(why) => {
                 let reason = &why.to_string();
                 self.journal.record(&Record::Stopped(reason.clone()));
-                if matches!(why, Stop::Reset { .. }) {
+                if matches!(why, StopReason::Reset { .. }) {
                     self.tell(&Sending::Reset { reason });
                 }
                 self.tell(&Sending::Stopped { reason });
@@ -383,12 +383,12 @@ impl<'a> Stream<'a> {
 }
 
 /// The time that a program still takes, kept up to date as blocks are answered.
-struct Left {
+struct TimeLeft {
     seconds: f64,
     block: u32,
 }
 
-impl Left {
+impl TimeLeft {
     fn of(program: &Program) -> Self {
         Self { seconds: program.seconds_print(), block: 0 }
     }

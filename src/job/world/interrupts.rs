@@ -20,12 +20,12 @@ pub(crate) const EXIT_CODE: u8 = 130;
 const GRACE: Duration = Duration::from_secs(5);
 const NAP: Duration = Duration::from_millis(5);
 
-type Action = Arc<dyn Fn() + Send + Sync>;
+type OnInterrupt = Arc<dyn Fn() + Send + Sync>;
 
 /// Whom the process's one signal handler asks.
 struct Handler {
     /// What an interrupt does where nothing is printed; `None` ends the program.
-    action: Option<Action>,
+    action: Option<OnInterrupt>,
     /// The prints under way.
     prints: Vec<Weak<Counter>>,
 }

@@ -1,8 +1,8 @@
 //! Which line goes out next, and what an answer proves.
 
+use super::activity::Activity;
 use super::ledger::Purpose;
-use super::task::Task;
-use super::{Notice, Phase, Sender, Stop, Time, Watch};
+use super::{Notice, Phase, Sender, StopReason, Time, Watch};
 use crate::link::journal::Record;
 use crate::link::protocol::Accounting;
 
@@ -51,7 +51,7 @@ impl Sender {
         if self.proves() && self.since_proof >= self.settings.prove_every {
             return Some(Purpose::Proof);
         }
-        let prints = self.phase.is_open() && matches!(self.task, Task::Print { .. });
+        let prints = self.phase.is_open() && matches!(self.activity, Activity::Print { .. });
         let may = prints && self.next_block < self.end_block && !self.is_full();
         may.then_some(Purpose::Block(self.next_block))
     }
@@ -100,7 +100,7 @@ impl Sender {
         let lines = to - credited - 1;
         if report && lines > 0 && self.manners().accounting != Accounting::Counter {
             let (first, last) = (self.line_of(credited + 1), self.line_of(to - 1));
-            self.stop(Stop::Unaccounted { lines, first, last });
+            self.stop(StopReason::Unaccounted { lines, first, last });
             return;
         }
         self.credit(now, to);
@@ -148,9 +148,9 @@ impl Sender {
     }
 
     /// The file's lines under way, for a message.
-    pub(super) fn unaccounted(&self) -> Stop {
+    pub(super) fn unaccounted(&self) -> StopReason {
         let first = self.line_of(self.ledger.credited() + 1);
         let last = self.line_of(self.ledger.cursor() - 1);
-        Stop::Unaccounted { lines: self.ledger.in_flight(), first, last }
+        StopReason::Unaccounted { lines: self.ledger.in_flight(), first, last }
     }
 }

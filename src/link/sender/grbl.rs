@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use super::{Notice, Sender, Stop, Time, Watch};
+use super::{Notice, Sender, StopReason, Time, Watch};
 use crate::link::protocol::MARGIN;
 use crate::link::reply::{Reply, Status};
 
@@ -29,13 +29,15 @@ impl Sender {
             Reply::Status(status) => {
                 let hint =
                     if status.state.starts_with("Alarm") { "; home it ($H) or unlock it ($X) first" } else { "" };
-                self.stop(Stop::NotReady { state: format!("its state is {}{hint}", status.state) });
+                self.stop(StopReason::NotReady { state: format!("its state is {}{hint}", status.state) });
             }
             Reply::Refused(code) => {
                 let state = format!("it answers error:{code} ({}) to $I", meaning(*code));
-                self.stop(Stop::NotReady { state });
+                self.stop(StopReason::NotReady { state });
             }
-            Reply::Alarm(code) => self.stop(Stop::NotReady { state: format!("ALARM:{code}; home it ($H) first") }),
+            Reply::Alarm(code) => {
+                self.stop(StopReason::NotReady { state: format!("ALARM:{code}; home it ($H) first") })
+            }
             _ => {}
         }
     }
@@ -63,9 +65,9 @@ impl Sender {
             }
             Reply::Refused(code) if self.ledger.in_flight() > 0 => {
                 let line = self.line_of(self.ledger.credited() + 1);
-                self.stop(Stop::Refused { line, code, meaning: meaning(code) });
+                self.stop(StopReason::Refused { line, code, meaning: meaning(code) });
             }
-            Reply::Alarm(code) => self.stop(Stop::Fatal { text: format!("ALARM:{code} ({})", alarm(code)) }),
+            Reply::Alarm(code) => self.stop(StopReason::Fatal { text: format!("ALARM:{code} ({})", alarm(code)) }),
             Reply::Error(text) => self.stop_with_error(text),
             Reply::Status(status) => self.status(now, status),
             _ => {}
@@ -80,7 +82,7 @@ impl Sender {
         }
         self.user_wait = waiting;
         if status.state.starts_with("Alarm") {
-            self.stop(Stop::Fatal { text: format!("its state is {}", status.state) });
+            self.stop(StopReason::Fatal { text: format!("its state is {}", status.state) });
             return;
         }
         let in_flight = self.ledger.in_flight() > 0;

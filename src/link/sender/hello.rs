@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use super::activity::Activity;
 use super::ledger::Purpose;
 use super::phase::{Begun, Phase, Session};
-use super::task::Task;
-use super::{Dialog, Notice, Sender, Stop, Time};
-use crate::link::journal::Standing;
+use super::{Dialog, Notice, Sender, StopReason, Time};
+use crate::link::journal::JournalSummary;
 use crate::link::protocol::{Accounting, Hello};
 use crate::link::reply::Reply;
 use crate::link::wire::push_numbered;
@@ -116,20 +116,20 @@ impl Sender {
             }
             _ => return,
         };
-        self.stop(Stop::OtherPrinter { found: text.to_owned(), wanted });
+        self.stop(StopReason::OtherPrinter { found: text.to_owned(), wanted });
     }
 
     /// Blocks may go, if they could not before.
     pub(super) fn open(&mut self) {
         let Some(again) = self.phase.open() else { return };
         self.event(Notice::Connected(self.printer.identity.clone()));
-        if again && self.task != Task::Away {
+        if again && self.activity != Activity::Away {
             self.event(Notice::Resumed);
         }
     }
 
     /// What a journal knows, as the state in which the link broke.
-    pub(super) fn take_standing(&mut self, standing: &Standing) {
+    pub(super) fn take_standing(&mut self, standing: &JournalSummary) {
         let end = self.end_block;
         let purpose = |number| standing.block_at(number).filter(|b| *b < end).map_or(Purpose::Proof, Purpose::Block);
         self.ledger.broken_off(standing.proven, (standing.proven + 1..=standing.last(end)).map(purpose));
@@ -137,7 +137,7 @@ impl Sender {
         self.acked_blocks = self.next_block;
         if standing.away {
             // From which block is not known before the printer's counter is.
-            self.task = Task::Return { owed: true, pause_behind: false };
+            self.activity = Activity::Return { owed: true, pause_behind: false };
         }
         self.phase = Phase::Offline(Session::Begun(Begun::Opening { again: true }));
     }

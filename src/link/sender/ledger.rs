@@ -62,7 +62,7 @@ struct Refused {
 
 /// What a refusal comes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Refusal {
+pub(super) enum RefusalKind {
     /// Of a line that was under way behind the refused one: nothing to do.
     Echo,
     /// For so many times.
@@ -254,15 +254,15 @@ impl Ledger {
     }
 
     /// `number` was refused, and is to go out again unless that is an echo.
-    pub(super) fn refuse(&mut self, number: i64) -> Refusal {
+    pub(super) fn refuse(&mut self, number: i64) -> RefusalKind {
         let known = self.refused.filter(|refused| refused.number == number);
         if let Some(refused) = known.filter(|refused| refused.behind > 0) {
             self.refused = Some(Refused { behind: refused.behind - 1, ..refused });
-            return Refusal::Echo;
+            return RefusalKind::Echo;
         }
         let times = known.map_or(1, |refused| refused.times + 1);
         let behind = u32::try_from(self.cursor - 1 - number).unwrap_or(0);
         self.refused = Some(Refused { number, times, behind });
-        Refusal::Times(times)
+        RefusalKind::Times(times)
     }
 }

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use super::ledger::{Purpose, Refusal};
+use super::ledger::{Purpose, RefusalKind};
 use super::phase::Phase;
-use super::{Notice, Sender, Stop, Time};
+use super::{Notice, Sender, StopReason, Time};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::waits;
 use crate::link::protocol::Accounting;
@@ -44,7 +44,7 @@ impl Sender {
             return;
         }
         match reply {
-            Reply::Fatal(text) => self.stop(Stop::Fatal { text }),
+            Reply::Fatal(text) => self.stop(StopReason::Fatal { text }),
             Reply::Greeting(text) => self.greeted(now, text),
             Reply::Identity(text) => {
                 self.heard = now;
@@ -156,7 +156,7 @@ impl Sender {
 
     pub(super) fn stop_with_error(&mut self, text: String) {
         let line = self.line_of(self.ledger.credited() + 1);
-        self.stop(Stop::Error { text, line });
+        self.stop(StopReason::Error { text, line });
     }
 
     fn hear_resend(&mut self, now: Time, number: Option<i64>) {
@@ -173,8 +173,9 @@ impl Sender {
         };
         let sure = stated == Some(number);
         if matches!(self.phase, Phase::Probe(_)) {
-            if sure {
-                self.counter_is(now, number - 1);
+            // Error and resend that contradict each other say nothing.
+            if sure || stated.is_none() {
+                self.counter_is(now, number.saturating_sub(1), sure);
             }
             return;
         }
@@ -194,9 +195,9 @@ impl Sender {
         if number == self.ledger.cursor() {
             return;
         }
-        let Refusal::Times(times) = self.ledger.refuse(number) else { return };
+        let RefusalKind::Times(times) = self.ledger.refuse(number) else { return };
         if times > self.settings.refusals {
-            self.stop(Stop::EndlessResend { line: self.line_of(number), times: times - 1 });
+            self.stop(StopReason::EndlessResend { line: self.line_of(number), times: times - 1 });
             return;
         }
         self.moved = now;

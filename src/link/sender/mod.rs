@@ -1,9 +1,9 @@
 //! The host's side of the wire as a state machine: bytes and times in, bytes and events out.
 //!
 //! ```text
-//! phase   where the conversation stands: hello, flow, probe, offline, over
-//! task    what is being done: print, drain, leave, away, return, cool
-//! ledger  numbers: which lines are under way, answered, proven
+//! phase     where the conversation stands: hello, flow, probe, offline, over
+//! activity  what is being done: print, drain, leave, away, return, cool
+//! ledger    numbers: which lines are under way, answered, proven
 //! ```
 //!
 //! An `ok` moves `credited`. Only proof moves `proven`: the answer to a numbered M105, ours or the file's (its `ok` alone carries
@@ -16,6 +16,7 @@
 //!
 //! This room knows no port, thread or clock: times are since any fixed moment.
 
+mod activity;
 mod flow;
 mod grbl;
 mod hello;
@@ -25,26 +26,25 @@ mod outbox;
 mod phase;
 mod probe;
 mod stop;
-mod task;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use stop::{Outcome, Stop};
+pub use stop::{Outcome, StopReason};
 
 use super::Time;
-use super::journal::{Record, Standing};
+use super::journal::{JournalSummary, Record};
 use super::program::Program;
 use super::protocol::{Accounting, Manners};
 use super::reply::{Reply, Status, Temperatures, Wording};
 use super::settings::SenderSettings;
 use super::wire::LineAssembler;
+use activity::Activity;
 use ledger::{Ledger, Purpose};
 use listen::{Dialog, OwnOk};
 use outbox::Outbox;
 use phase::Phase;
-use task::Task;
 
 /// What the host should know or keep.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,7 +105,7 @@ pub struct Sender {
     ear: Ear,
     outbox: Outbox,
     phase: Phase,
-    task: Task,
+    activity: Activity,
     ledger: Ledger,
     /// Our own lines that are still to go out, before any block.
     own: VecDeque<Purpose>,
@@ -207,14 +207,14 @@ impl Sender {
         if !prologue.is_empty() {
             sender.queue(prologue);
             // Only when that is proven is the head back.
-            sender.task = Task::Return { owed: false, pause_behind: false };
+            sender.activity = Activity::Return { owed: false, pause_behind: false };
         }
         sender
     }
 
     /// A sender that resumes a print whose printer may still be counting: nothing moves before its counter agrees
     /// with `standing`.
-    pub fn resuming(program: Arc<Program>, settings: SenderSettings, standing: &Standing) -> Self {
+    pub fn resuming(program: Arc<Program>, settings: SenderSettings, standing: &JournalSummary) -> Self {
         let end = program.len();
         let mut sender = Self::with_blocks(program, settings, 0..end);
         sender.take_standing(standing);
@@ -230,7 +230,7 @@ impl Sender {
             ear: Ear::default(),
             outbox: Outbox::default(),
             phase: Phase::Hello { asked: None, tries: 0 },
-            task: Task::Print { ending: false },
+            activity: Activity::Print { ending: false },
             ledger: Ledger::new(manners.numbered),
             own: VecDeque::new(),
             next_block: blocks.start,
@@ -292,7 +292,7 @@ impl Sender {
         let wait = match self.phase {
             Phase::Offline(_) | Phase::Over(_) => return None,
             _ if matches!(self.watch, Watch::Status { .. }) => grbl::STATUS_EVERY / 2,
-            Phase::Flow(_) if self.ledger.in_flight() == 0 && self.task == Task::Away => return None,
+            Phase::Flow(_) if self.ledger.in_flight() == 0 && self.activity == Activity::Away => return None,
             _ if matches!(self.dialog.own_ok, OwnOk::Watched(_)) => Duration::from_millis(101),
             _ => Duration::from_millis(250),
         };

@@ -23,7 +23,7 @@ pub(super) enum Phase {
     /// Lines go out and are answered.
     Flow(Session),
     /// A doubt: nothing goes out before the printer has said its count.
-    Probe(Probe),
+    Probe(CounterProbe),
     /// The link is gone.
     Offline(Session),
     /// The end, and how it came.
@@ -56,7 +56,7 @@ pub(super) enum Begun {
 
 /// The question for the printer's count.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Probe {
+pub(super) struct CounterProbe {
     pub(super) doubt: Doubt,
     /// A greeting has come: the printer may have been reset.
     pub(super) greeted: bool,
@@ -77,7 +77,7 @@ pub(super) enum Doubt {
     Link,
 }
 
-impl Probe {
+impl CounterProbe {
     pub(super) fn of(doubt: Doubt) -> Self {
         Self { doubt, greeted: false, asked: None, tries: 0, answer: None }
     }
@@ -138,7 +138,7 @@ impl Phase {
         let again = match self {
             Self::Flow(Session::Fresh { .. }) => false,
             Self::Flow(Session::Begun(Begun::Opening { again }))
-            | Self::Probe(Probe { doubt: Doubt::Answer(Begun::Opening { again }), .. }) => *again,
+            | Self::Probe(CounterProbe { doubt: Doubt::Answer(Begun::Opening { again }), .. }) => *again,
             _ => return None,
         };
         match self {

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use super::activity::Activity;
 use super::ledger::Purpose;
 use super::listen::OwnOk;
-use super::phase::{Doubt, Phase, Probe, Session};
-use super::task::Task;
-use super::{Sender, Stop, Time, Watch};
+use super::phase::{CounterProbe, Doubt, Phase, Session};
+use super::{Sender, StopReason, Time, Watch};
 use crate::link::protocol::Accounting;
 use crate::link::wire::push_numbered;
 
@@ -46,7 +46,7 @@ impl Sender {
         let stuck = quiet > self.settings.no_progress;
         if stuck {
             let line = self.line_of(self.ledger.credited() + 1);
-            self.stop(Stop::NoProgress { seconds: quiet.as_secs_f64(), line });
+            self.stop(StopReason::NoProgress { seconds: quiet.as_secs_f64(), line });
         }
         stuck
     }
@@ -64,7 +64,7 @@ impl Sender {
             (Some(Session::Fresh { .. }), _) => self.restart(now),
             (Some(Session::Begun(begun)), Accounting::Counter) if !matches!(self.phase, Phase::Probe(_)) => {
                 self.note(format!("{why}: asking the printer for its line counter"));
-                self.phase = Phase::Probe(Probe::of(Doubt::Answer(begun)));
+                self.phase = Phase::Probe(CounterProbe::of(Doubt::Answer(begun)));
             }
             (Some(_), Accounting::Proof) => self.ask_for_proof(now),
             _ => {}
@@ -98,18 +98,18 @@ impl Sender {
 
     pub(super) fn mute(&mut self, now: Time, questions: u32) {
         if self.ear.is_noise() {
-            self.stop(Stop::Noise);
-        } else if matches!(self.phase, Phase::Probe(Probe { greeted: true, .. })) {
-            self.stop(Stop::Reset { greeting: "a start-up message, then no answer".to_owned() });
+            self.stop(StopReason::Noise);
+        } else if matches!(self.phase, Phase::Probe(CounterProbe { greeted: true, .. })) {
+            self.stop(StopReason::Reset { greeting: "a start-up message, then no answer".to_owned() });
         } else {
             let seconds = now.saturating_sub(self.heard).as_secs_f64();
-            self.stop(Stop::Mute { seconds, questions });
+            self.stop(StopReason::Mute { seconds, questions });
         }
     }
 
     /// The question: a line whose number is wrong on purpose, refused with `Last Line: n`.
     pub(super) fn ask_again(&mut self, now: Time) {
-        let Phase::Probe(Probe { greeted, asked, tries, .. }) = self.phase else { return };
+        let Phase::Probe(CounterProbe { greeted, asked, tries, .. }) = self.phase else { return };
         if let Some(at) = asked {
             if !self.user_wait && self.is_stuck(now) {
                 return;
@@ -136,12 +136,12 @@ impl Sender {
         }
     }
 
-    /// The printer's answer: its last accepted line.
-    pub(super) fn counter_is(&mut self, now: Time, found: i64) {
+    /// The printer's answer: its last accepted line; `sure` where two of its words say so. A word alone must come twice.
+    pub(super) fn counter_is(&mut self, now: Time, found: i64, sure: bool) {
         let (proven, last) = (self.ledger.proven(), self.ledger.last());
         let renumbers = self.ledger.newest() == Some(&Purpose::Renumber);
         let Phase::Probe(probe) = &mut self.phase else { return };
-        if let (0, true, false, Doubt::Answer(begun)) = (found, renumbers, probe.greeted, probe.doubt) {
+        if let (0, true, true, false, Doubt::Answer(begun)) = (found, sure, renumbers, probe.greeted, probe.doubt) {
             // Our own M110 has set it; after a greeting or a break of the link a reset may have.
             self.phase = Phase::Flow(Session::Begun(begun));
             self.credit(now, last);
@@ -149,7 +149,7 @@ impl Sender {
             return;
         }
         let possible = (proven..=last).contains(&found);
-        let needed = if possible { probe.confirmations() } else { 2 };
+        let needed = if possible && sure { probe.confirmations() } else { 2 };
         if needed > 1 && probe.answer != Some(found) {
             (probe.asked, probe.answer) = (None, Some(found));
             return;
@@ -161,9 +161,9 @@ impl Sender {
         }
         let reset = probe.greeted || (found == 0 && proven > 0);
         self.stop(if reset {
-            Stop::Reset { greeting: format!("its line counter went from {proven} to {found}") }
+            StopReason::Reset { greeting: format!("its line counter went from {proven} to {found}") }
         } else {
-            Stop::Counter { found, proven, last }
+            StopReason::Counter { found, proven, last }
         });
     }
 
@@ -191,7 +191,7 @@ impl Sender {
     fn renumber_from(&mut self) {
         // Where all are taken, the journal's last word may be older than the printer's.
         self.next_block = self.ledger.first_block().unwrap_or_else(|| self.next_block.max(self.acked_blocks));
-        if let Task::Return { owed, .. } = &mut self.task
+        if let Activity::Return { owed, .. } = &mut self.activity
             && std::mem::take(owed)
         {
             let lines = self.return_lines();
@@ -220,7 +220,7 @@ impl Sender {
         self.moved = now;
         match (session, self.manners().accounting) {
             (Session::Fresh { .. }, _) => self.restart(now),
-            (_, Accounting::Counter) => self.phase = Phase::Probe(Probe::of(Doubt::Link)),
+            (_, Accounting::Counter) => self.phase = Phase::Probe(CounterProbe::of(Doubt::Link)),
             _ => self.stop(self.unaccounted()),
         }
     }
@@ -240,7 +240,7 @@ impl Sender {
                 probe.greeted = true;
             }
         } else {
-            self.stop(Stop::Reset { greeting: text });
+            self.stop(StopReason::Reset { greeting: text });
         }
     }
 }

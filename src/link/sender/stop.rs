@@ -7,7 +7,7 @@ use crate::link::wire::push_numbered;
 
 /// Why the sender stopped by itself.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Stop {
+pub enum StopReason {
     /// A greeting, and a counter that began anew.
     #[error(
         "the printer was reset during the print ({greeting}), so the position of its axes is unknown. Look at the part, \
@@ -127,7 +127,7 @@ pub enum Stop {
     },
 }
 
-impl Stop {
+impl StopReason {
     /// Whether anything that is sent now could be heard and obeyed in a known way.
     fn answers(&self) -> bool {
         !matches!(
@@ -153,12 +153,12 @@ pub enum Outcome {
     /// Emergency stop.
     EmergencyStopped,
     /// By the sender, with the reason.
-    Stopped(Stop),
+    Stopped(StopReason),
 }
 
 impl Sender {
     /// Ends at once; heaters by policy where the printer still listens.
-    pub(super) fn stop(&mut self, why: Stop) {
+    pub(super) fn stop(&mut self, why: StopReason) {
         if self.phase.is_over() {
             return;
         }
@@ -166,7 +166,7 @@ impl Sender {
         self.outbox.drop_unsent(manners.blank_line_counts);
         match manners.real_time {
             // A feed hold keeps the position; a soft reset would not.
-            Some(bytes) if !matches!(why, Stop::NotReady { .. } | Stop::OtherPrinter { .. }) => {
+            Some(bytes) if !matches!(why, StopReason::NotReady { .. } | StopReason::OtherPrinter { .. }) => {
                 self.outbox.push(&[bytes.hold]);
             }
             None if why.answers() => {

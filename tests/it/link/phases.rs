@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Logged, Quirks, Script};
-use trunnion::link::{Header, Loopback, Notice, Outcome, Protocol, Record, Sender, Standing, Stop};
+use trunnion::link::{Header, JournalSummary, Loopback, Notice, Outcome, Protocol, Record, Sender, StopReason};
 
 use super::bench_machine::{assert_once_each, end, executed, joined, program, settings, tail, text, text_at};
 
@@ -28,7 +28,10 @@ fn a_printer_that_never_answers_is_given_up_whatever_its_protocol() {
             now += Duration::from_millis(250);
         }
         let outcome = sender.outcome();
-        assert!(matches!(outcome, Some(Outcome::Stopped(Stop::Mute { .. }))), "{protocol:?}: {outcome:?} at {now:?}");
+        assert!(
+            matches!(outcome, Some(Outcome::Stopped(StopReason::Mute { .. }))),
+            "{protocol:?}: {outcome:?} at {now:?}"
+        );
     }
 }
 
@@ -82,7 +85,7 @@ fn a_plug_pulled_while_the_numbers_begin_anew_neither_hangs_nor_doubles_a_line()
                 assert_once_each(&program, &executed(&mut link));
                 done += 1;
             }
-            Some(Outcome::Stopped(Stop::Reset { .. })) => stopped += 1,
+            Some(Outcome::Stopped(StopReason::Reset { .. })) => stopped += 1,
             other => panic!("{line}: {other:?}\n{}", tail(&link, 60)),
         }
     }
@@ -102,7 +105,7 @@ fn a_printer_that_stands_elsewhere_stops_though_somebody_has_said_go_on() {
     }
     link.sender.resume();
     let outcome = end(&mut link);
-    assert!(matches!(outcome, Outcome::Stopped(Stop::Elsewhere { axis: 'X', .. })), "{outcome:?}");
+    assert!(matches!(outcome, Outcome::Stopped(StopReason::Elsewhere { axis: 'X', .. })), "{outcome:?}");
 }
 
 /// The head comes back to the part after the program's own last wait: its way is waited for too.
@@ -142,7 +145,7 @@ fn a_cancel_before_the_return_from_a_pause_does_not_return() {
     }
     let records =
         link.events().iter().filter_map(|e| if let Notice::Journal(r) = e { Some(r.to_text()) } else { None });
-    let standing = Standing::parse(&(Header::default().to_text() + &records.collect::<String>())).unwrap();
+    let standing = JournalSummary::parse(&(Header::default().to_text() + &records.collect::<String>())).unwrap();
     assert!(standing.away);
     let z = link.sim.position(link.now())[2];
     executed(&mut link);

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Quirks, Script, Sim};
-use trunnion::link::{Header, Loopback, Notice, Outcome, Program, Protocol, Record, Sender, Standing, Stop};
+use trunnion::link::{
+    Header, JournalSummary, Loopback, Notice, Outcome, Program, Protocol, Record, Sender, StopReason,
+};
 
 use super::bench_machine::{
     assert_once_each, blocks, end, executed, joined, model, program, settings, tail, text, text_at,
@@ -49,7 +51,7 @@ fn a_reset_in_a_re_entry_is_a_stop_and_nothing_moves_behind_it() {
         let mut link = entering(&program, Script::at(&[(line, Fault::Reset)]));
         link.record();
         let outcome = link.run(Duration::from_secs(4 * 3600));
-        let stopped = matches!(outcome, Some(Outcome::Stopped(Stop::Reset { .. })));
+        let stopped = matches!(outcome, Some(Outcome::Stopped(StopReason::Reset { .. })));
         assert!(stopped, "at {line}: {outcome:?}\n{}", tail(&link, 40));
         let done = executed(&mut link);
         let moves = |lines: &[String]| lines.iter().filter(|l| l.starts_with('G')).cloned().collect::<Vec<_>>();
@@ -59,13 +61,13 @@ fn a_reset_in_a_re_entry_is_a_stop_and_nothing_moves_behind_it() {
 }
 
 /// What the disk has of a print so far: every run, and no acknowledgement.
-fn journal(link: &Loopback) -> Standing {
+fn journal(link: &Loopback) -> JournalSummary {
     let records =
         link.events().iter().filter_map(|e| if let Notice::Journal(r) = e { Some(r.to_text()) } else { None });
-    Standing::parse(&(Header::default().to_text() + &records.collect::<String>())).unwrap()
+    JournalSummary::parse(&(Header::default().to_text() + &records.collect::<String>())).unwrap()
 }
 
-fn host_again(link: &mut Loopback, program: &Arc<Program>, standing: &Standing) {
+fn host_again(link: &mut Loopback, program: &Arc<Program>, standing: &JournalSummary) {
     let mut again = Sender::resuming(Arc::clone(program), settings(MARLIN), standing);
     again.reconnected(link.now());
     link.sender = again;

@@ -9,7 +9,8 @@ use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Quirks, Script};
 use trunnion::link::{
-    Header, Loopback, MachineState, Notice, Outcome, Program, Protocol, Record, Reentry, Sender, Standing, Stop,
+    Header, JournalSummary, Loopback, MachineState, Notice, Outcome, Program, Protocol, Record, Reentry, Sender,
+    StopReason,
 };
 
 use super::bench_machine::{blocks, end, executed, joined, program, settings, text};
@@ -45,8 +46,8 @@ impl Journal {
         }
     }
 
-    fn standing(&self) -> Standing {
-        Standing::parse(&self.text).unwrap()
+    fn standing(&self) -> JournalSummary {
+        JournalSummary::parse(&self.text).unwrap()
     }
 
     /// The next host's sender: the counter where it is enough, else the re-entry from its start.
@@ -73,7 +74,7 @@ fn broken_off() -> (Arc<Program>, Loopback, Journal, Reentry) {
     while link.sender.outcome().is_none() {
         journal.step(&mut link);
     }
-    assert!(matches!(link.sender.outcome(), Some(Outcome::Stopped(Stop::Reset { .. }))));
+    assert!(matches!(link.sender.outcome(), Some(Outcome::Stopped(StopReason::Reset { .. }))));
     executed(&mut link);
     let entry = Reentry::find(&program, &settings(MARLIN), journal.standing().answered).unwrap();
     journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
@@ -142,7 +143,7 @@ fn interrupted_re_entries_do_not_step_back_layer_by_layer() {
             journal.step(&mut link);
         }
         let outcome = link.sender.outcome();
-        assert!(matches!(outcome, Some(Outcome::Stopped(Stop::Reset { .. }))), "{behind}: {outcome:?}");
+        assert!(matches!(outcome, Some(Outcome::Stopped(StopReason::Reset { .. }))), "{behind}: {outcome:?}");
         let found = Reentry::find(&program, &settings(MARLIN), journal.standing().answered).unwrap();
         assert_eq!((found.block, &found.lines), (entry.block, &entry.lines), "after {behind} lines");
         journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
@@ -159,7 +160,7 @@ trait Began {
     fn runs_began(&self) -> bool;
 }
 
-impl Began for Standing {
+impl Began for JournalSummary {
     fn runs_began(&self) -> bool {
         self.proven > 2
     }

@@ -47,7 +47,7 @@ fn heaters_go_off_though_the_journal_takes_nothing() {
     assert!(!stream.journal.record(&Record::Away));
     stream.sender.receive(Time::ZERO, b"Error:something new\nok\n");
     assert!(
-        matches!(stream.sender.outcome(), Some(Outcome::Stopped(Stop::Error { .. }))),
+        matches!(stream.sender.outcome(), Some(Outcome::Stopped(StopReason::Error { .. }))),
         "{:?}",
         stream.sender.outcome()
     );
@@ -105,7 +105,7 @@ fn the_time_that_is_left_begins_with_all_of_it_and_ends_with_nothing() {
     let text = b"G28\nG90\nG1 X0 Y0 F600\nG1 X100\nG4 S7\nG1 X50\n";
     let program = Program::read(text, &rules).unwrap();
     let traced = crate::trace::read(text, &profile.trace_setting()).seconds();
-    let mut left = Left::of(&program);
+    let mut left = TimeLeft::of(&program);
     let seconds: Vec<f64> = [0, 0, 4, 5, 6].map(|acked| left.behind(&program, acked)).into();
     let by_hand = [22.0, 22.0, 12.0, 5.0, 0.0];
     assert!(seconds.iter().zip(by_hand).all(|(s, h)| (s - h).abs() < 1e-6), "{seconds:?}");

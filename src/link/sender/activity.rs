@@ -1,7 +1,7 @@
 //! What the sender is doing: print, leave the part, return to it, end. Each step begins when no line is unanswered.
 
 use super::ledger::Purpose;
-use super::{Notice, Outcome, Sender, Stop};
+use super::{Notice, Outcome, Sender, StopReason};
 use crate::link::journal::Record;
 use crate::link::state::MachineState;
 
@@ -10,7 +10,7 @@ const SAME_PLACE: f64 = 0.05;
 
 /// What the sender is doing.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Task {
+pub(super) enum Activity {
     /// The program's blocks.
     Print {
         /// All of them are answered, and the wait for the last move's end is under way.
@@ -23,7 +23,7 @@ pub(super) enum Task {
         /// What comes then.
         then: Then,
         /// Whether the printer is where the file has brought it.
-        place: Place,
+        place: PositionCheck,
     },
     /// The head is off the part: a pause.
     Away,
@@ -56,36 +56,38 @@ pub(super) enum Then {
 
 /// The printer's own word of where it is (M114), before it leaves the part.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Place {
+pub(super) enum PositionCheck {
     /// Asked; where the file has brought each axis.
     Asked(Vec<(u8, f64)>),
     /// There, or not to be asked.
     Agrees,
     /// Elsewhere.
-    Differs(Stop),
+    Differs(StopReason),
 }
 
 impl Sender {
     /// No further block; when those under way are answered the head leaves the part along the tool's axis and waits.
     pub fn pause(&mut self) {
-        match &mut self.task {
-            Task::Print { .. } => self.task = Task::Drain(Departure::Pause),
-            Task::Return { pause_behind, .. } => *pause_behind = true,
-            Task::Leave { then: then @ Then::Continue, .. } => *then = Then::Pause,
-            Task::Leave { .. } | Task::Drain(_) | Task::Away | Task::Cool => {}
+        match &mut self.activity {
+            Activity::Print { .. } => self.activity = Activity::Drain(Departure::Pause),
+            Activity::Return { pause_behind, .. } => *pause_behind = true,
+            Activity::Leave { then: then @ Then::Continue, .. } => *then = Then::Pause,
+            Activity::Leave { .. } | Activity::Drain(_) | Activity::Away | Activity::Cool => {}
         }
     }
 
     /// As [`Sender::pause`], then the heaters by policy and the end.
     pub fn cancel(&mut self) {
-        match &mut self.task {
-            Task::Leave { then, .. } => *then = Then::Cancel,
+        match &mut self.activity {
+            Activity::Leave { then, .. } => *then = Then::Cancel,
             // The head is off the part already.
-            Task::Away | Task::Return { owed: true, .. } => {
-                self.task = Task::Leave { then: Then::Cancel, place: Place::Agrees };
+            Activity::Away | Activity::Return { owed: true, .. } => {
+                self.activity = Activity::Leave { then: Then::Cancel, place: PositionCheck::Agrees };
             }
-            Task::Print { .. } | Task::Drain(_) | Task::Return { .. } => self.task = Task::Drain(Departure::Cancel),
-            Task::Cool => {}
+            Activity::Print { .. } | Activity::Drain(_) | Activity::Return { .. } => {
+                self.activity = Activity::Drain(Departure::Cancel)
+            }
+            Activity::Cool => {}
         }
         // A wait for heat would hold the rest back for minutes.
         if let Some(words) = self.manners().end_wait.filter(|_| self.printer.emergency_parser && self.waits_long()) {
@@ -95,10 +97,10 @@ impl Sender {
 
     /// Continues after a pause: heat, the table's axes at a safe height, then back along the tool's axis.
     pub fn resume(&mut self) {
-        match &mut self.task {
-            Task::Drain(Departure::Pause) => self.task = Task::Print { ending: false },
-            Task::Leave { then: then @ Then::Pause, .. } => *then = Then::Continue,
-            Task::Away => self.come_back(),
+        match &mut self.activity {
+            Activity::Drain(Departure::Pause) => self.activity = Activity::Print { ending: false },
+            Activity::Leave { then: then @ Then::Pause, .. } => *then = Then::Continue,
+            Activity::Away => self.come_back(),
             _ => {}
         }
     }
@@ -114,7 +116,7 @@ impl Sender {
     fn come_back(&mut self) {
         let lines = self.return_lines();
         self.queue(&lines);
-        self.task = Task::Return { owed: false, pause_behind: false };
+        self.activity = Activity::Return { owed: false, pause_behind: false };
     }
 
     fn state(&self) -> Option<MachineState> {
@@ -128,17 +130,17 @@ impl Sender {
     /// The printer's word of where it stands before it leaves the part, against where the file has brought it.
     pub(super) fn compare(&mut self, words: &[(u8, f64)]) {
         let line = self.program.file_line(self.next_block.saturating_sub(1));
-        let Task::Leave { place, .. } = &mut self.task else { return };
-        let Place::Asked(believed) = place else { return };
+        let Activity::Leave { place, .. } = &mut self.activity else { return };
+        let PositionCheck::Asked(believed) = place else { return };
         let differs = believed.iter().find_map(|&(letter, believed)| {
             let found = words.iter().find(|(l, _)| *l == letter)?.1;
             let elsewhere = (found - believed).abs() > SAME_PLACE;
-            elsewhere.then(|| Stop::Elsewhere { axis: char::from(letter), found, believed, line })
+            elsewhere.then(|| StopReason::Elsewhere { axis: char::from(letter), found, believed, line })
         });
-        *place = differs.map_or(Place::Agrees, Place::Differs);
+        *place = differs.map_or(PositionCheck::Agrees, PositionCheck::Differs);
     }
 
-    /// The next step of the task, where nothing is under way.
+    /// The next step, where nothing is under way.
     pub(super) fn advance(&mut self) {
         let busy = !self.ledger.is_sent() || !self.own.is_empty() || self.ledger.in_flight() > 0;
         if busy || !self.phase.is_open() {
@@ -146,33 +148,34 @@ impl Sender {
         }
         let ended = self.next_block >= self.end_block;
         // In a journal `anew` says that the head is not away.
-        if self.is_full() && !ended && matches!(self.task, Task::Print { .. } | Task::Drain(_)) {
+        if self.is_full() && !ended && matches!(self.activity, Activity::Print { .. } | Activity::Drain(_)) {
             self.renumber();
             return;
         }
-        match &self.task {
-            Task::Print { .. } if !ended => {}
-            Task::Print { ending: true } => {
+        match &self.activity {
+            Activity::Print { .. } if !ended => {}
+            Activity::Print { ending: true } => {
                 self.event(Notice::Journal(Record::Done));
                 self.finish(Outcome::Done);
             }
             // Every block is answered: wait until the last move has ended, and prove that all were taken.
-            Task::Print { ending: false } => {
-                self.task = Task::Print { ending: true };
+            Activity::Print { ending: false } => {
+                self.activity = Activity::Print { ending: true };
                 self.queue(&[self.manners().drain.to_owned()]);
             }
-            Task::Drain(departure) => self.leave(*departure),
-            Task::Leave { then: Then::Cancel, .. } => self.cool(),
-            Task::Leave { place: Place::Differs(elsewhere), .. } => self.stop(elsewhere.clone()),
-            Task::Leave { then: Then::Continue, .. } => self.come_back(),
-            Task::Leave { then: Then::Pause, .. } => {
-                self.task = Task::Away;
+            Activity::Drain(departure) => self.leave(*departure),
+            Activity::Leave { then: Then::Cancel, .. } => self.cool(),
+            Activity::Leave { place: PositionCheck::Differs(elsewhere), .. } => self.stop(elsewhere.clone()),
+            Activity::Leave { then: Then::Continue, .. } => self.come_back(),
+            Activity::Leave { then: Then::Pause, .. } => {
+                self.activity = Activity::Away;
                 self.event(Notice::Paused);
             }
-            Task::Away => {}
-            Task::Cool => self.finish(Outcome::Cancelled),
-            Task::Return { pause_behind, .. } => {
-                self.task = if *pause_behind { Task::Drain(Departure::Pause) } else { Task::Print { ending: false } };
+            Activity::Away => {}
+            Activity::Cool => self.finish(Outcome::Cancelled),
+            Activity::Return { pause_behind, .. } => {
+                self.activity =
+                    if *pause_behind { Activity::Drain(Departure::Pause) } else { Activity::Print { ending: false } };
                 self.event(Notice::Journal(Record::Back));
                 self.event(Notice::Resumed);
             }
@@ -182,8 +185,8 @@ impl Sender {
     fn leave(&mut self, departure: Departure) {
         let (retreat, protocol) = (&self.settings.retreat, self.settings.protocol);
         let (place, lines) = match self.state() {
-            Some(state) => (Place::Asked(retreat.words(&state)), retreat.leave(&state, protocol)),
-            None => (Place::Agrees, vec![retreat.drain(protocol).to_owned()]),
+            Some(state) => (PositionCheck::Asked(retreat.words(&state)), retreat.leave(&state, protocol)),
+            None => (PositionCheck::Agrees, vec![retreat.drain(protocol).to_owned()]),
         };
         self.event(Notice::Journal(Record::Away));
         self.queue(&lines);
@@ -191,7 +194,7 @@ impl Sender {
             Departure::Pause => Then::Pause,
             Departure::Cancel => Then::Cancel,
         };
-        self.task = Task::Leave { then, place };
+        self.activity = Activity::Leave { then, place };
     }
 
     fn cool(&mut self) {
@@ -201,7 +204,7 @@ impl Sender {
             return;
         }
         self.queue(&lines);
-        self.task = Task::Cool;
+        self.activity = Activity::Cool;
     }
 
     /// Whether the numbers are to begin anew, long before a 32-bit counter is full: a numbered M110 is taken whatever its number.
