@@ -1,6 +1,7 @@
 //! What is proved is sent to a printer, once; what is interrupted can be resumed.
 
 mod again;
+mod figures;
 mod operator;
 mod rehearsal;
 mod stream;

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::operator::{Answer, At, Figures, Operator, Sending};
+use super::figures::TimeLeft;
+use super::operator::{Answer, At, Operator, Sending};
 use crate::job::world::JournalFile;
 use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
-use crate::link::{BoundaryKind, Notice, Outcome, Program, Record, Sender, StopReason, Temperatures, Time};
+use crate::link::{Notice, Outcome, Record, Sender, StopReason, Temperatures, Time};
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);
@@ -352,52 +353,13 @@ impl<'a> Stream<'a> {
             return;
         }
         self.said = now;
-        let figures = self.figures();
+        let figures = self.seconds_left.figures(&self.sender, self.temperatures);
         self.tell(&Sending::Progress(figures));
-    }
-
-    fn figures(&mut self) -> Figures {
-        let progress = self.sender.progress();
-        let program = self.sender.program();
-        let behind = program.boundaries.partition_point(|m| m.block < progress.acked.max(1));
-        let layer = program.boundaries[..behind].iter().filter(|m| m.kind == BoundaryKind::Layer).count();
-        let slot = program.boundaries[..behind]
-            .iter()
-            .rev()
-            .find_map(|m| if let BoundaryKind::Slot(n) = m.kind { Some(n) } else { None });
-        let celsius = |t: Option<[f64; 2]>| t.map(|[now, _]| now);
-        Figures {
-            layer,
-            slot,
-            seconds_left: self.seconds_left.behind(program, progress.acked),
-            nozzle_c: celsius(self.temperatures.nozzle),
-            bed_c: celsius(self.temperatures.bed),
-            resends: progress.resends,
-        }
     }
 
     fn tell(&self, what: &Sending<'_>) {
         let program = self.sender.program();
         self.operator.told(what, At { line: self.line(), of: program.file_line(program.len()) });
-    }
-}
-
-/// The time that a program still takes, kept up to date as blocks are answered.
-struct TimeLeft {
-    seconds: f64,
-    block: u32,
-}
-
-impl TimeLeft {
-    fn of(program: &Program) -> Self {
-        Self { seconds: program.seconds_print(), block: 0 }
-    }
-
-    /// Behind the blocks before `acked`, which never steps back.
-    fn behind(&mut self, program: &Program, acked: u32) -> f64 {
-        self.seconds -= (self.block..acked).map(|block| program.seconds(block)).sum::<f64>();
-        self.block = self.block.max(acked);
-        self.seconds.max(0.0)
     }
 }
 

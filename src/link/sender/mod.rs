@@ -22,6 +22,7 @@ mod grbl;
 mod hello;
 mod ledger;
 mod listen;
+mod notice;
 mod outbox;
 mod phase;
 mod probe;
@@ -31,13 +32,14 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use notice::{Counts, Notice};
 pub use stop::{Outcome, StopReason};
 
 use super::Time;
-use super::journal::{JournalSummary, Record};
+use super::journal::JournalSummary;
 use super::program::Program;
 use super::protocol::{Accounting, Manners};
-use super::reply::{Reply, Status, Temperatures, Wording};
+use super::reply::{Reply, Wording};
 use super::settings::SenderSettings;
 use super::wire::LineAssembler;
 use activity::Activity;
@@ -45,57 +47,6 @@ use ledger::{Ledger, Purpose};
 use listen::{Dialog, OwnOk};
 use outbox::Outbox;
 use phase::Phase;
-
-/// What the host should know or keep.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Notice {
-    /// The printer answered; what it calls itself.
-    Connected(String),
-    /// To be written to the journal before the next bytes are taken.
-    Journal(Record),
-    /// A line goes out again.
-    Resend {
-        /// Its number on the wire.
-        number: i64,
-        /// Its line of the file, where it is one of the file's.
-        file_line: Option<u32>,
-        /// Why.
-        why: &'static str,
-    },
-    /// Temperatures.
-    Temperatures(Temperatures),
-    /// The printer's own word of where it is.
-    Position(Vec<(u8, f64)>),
-    /// Grbl's status.
-    Status(Status),
-    /// The printer waits for a person.
-    UserWait,
-    /// Something worth a line on the screen.
-    Note(String),
-    /// The head is away from the part.
-    Paused,
-    /// The print goes on.
-    Resumed,
-    /// No more events will come.
-    Over(Outcome),
-}
-
-/// How far the print is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Blocks answered.
-    pub acked: u32,
-    /// Blocks on the wire at least once.
-    pub sent: u32,
-    /// All blocks.
-    pub of: u32,
-    /// Lines sent again.
-    pub resends: u32,
-    /// The highest number known to be accepted.
-    pub proven: i64,
-    /// The highest number ever made.
-    pub last: i64,
-}
 
 /// The host's side of the wire.
 #[derive(Clone, Debug)]
@@ -200,7 +151,7 @@ impl Sender {
     /// A sender for a part of the program, first `prologue`, then the blocks from `first` on.
     ///
     /// For a re-entry after a reset: `prologue` brings the machine to the state that the first block expects. When its last line is
-    /// proven [`Record::Back`] is to be journalled; until then nothing of it counts as done.
+    /// proven [`Record::Back`](super::Record::Back) is to be journalled; until then nothing of it counts as done.
     pub fn reentering(program: Arc<Program>, settings: SenderSettings, prologue: &[String], first: u32) -> Self {
         let end = program.len();
         let mut sender = Self::with_blocks(program, settings, first.min(end)..end);

@@ -94,20 +94,8 @@ fn last_words_that_the_port_does_not_take_are_said_to_be_unsaid() {
     stream.port = Some(port);
     stream.sender.emergency_stop();
     let said = stream.close(Outcome::EmergencyStopped).unwrap_err().to_string();
-    assert!(said.contains("the port does not even take the stop command") && said.contains("switch the printer off"), "{said}");
-}
-
-#[test]
-fn the_time_that_is_left_begins_with_all_of_it_and_ends_with_nothing() {
-    let world = World::here(&Silent);
-    let profile = job::load_profile(&"generic-ac".into(), &world).unwrap().profile;
-    let rules = printer::rules(&profile).unwrap();
-    let text = b"G28\nG90\nG1 X0 Y0 F600\nG1 X100\nG4 S7\nG1 X50\n";
-    let program = Program::read(text, &rules).unwrap();
-    let traced = crate::trace::read(text, &profile.trace_setting()).seconds();
-    let mut left = TimeLeft::of(&program);
-    let seconds: Vec<f64> = [0, 0, 4, 5, 6].map(|acked| left.behind(&program, acked)).into();
-    let by_hand = [22.0, 22.0, 12.0, 5.0, 0.0];
-    assert!(seconds.iter().zip(by_hand).all(|(s, h)| (s - h).abs() < 1e-6), "{seconds:?}");
-    assert!((traced - 22.0).abs() < 1e-6, "{traced}");
+    assert!(
+        said.contains("the port does not even take the stop command") && said.contains("switch the printer off"),
+        "{said}"
+    );
 }
