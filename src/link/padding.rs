@@ -35,6 +35,11 @@ pub(crate) struct Padding {
 impl Padding {
     /// The most bytes that it adds.
     pub(crate) const MOST: usize = 3;
+
+    /// None, but for the blank behind the number where that is wanted.
+    pub(crate) fn least(blank: bool) -> Self {
+        Self { blank, ..Self::default() }
+    }
 }
 
 /// The end of the block's first fraction, where one more zero says nothing; `None` without a fraction, and in texts.
@@ -60,8 +65,9 @@ pub(crate) struct Padder {
 impl Padder {
     const RUN: usize = 5;
 
-    /// The padding with which line `number` ends no run that cancels; the plain line where that is so already.
-    pub(crate) fn pad(&mut self, number: i64, block: &[u8]) -> Padding {
+    /// The padding with which line `number` ends no run that cancels; the least where that is so already. Always a blank behind the
+    /// number where that is wanted.
+    pub(crate) fn pad(&mut self, number: i64, block: &[u8], blank: bool) -> Padding {
         let mut digits = [0_u8; 21];
         let head = checksum(integer_digits(&mut digits, number)) ^ b'N';
         let block_sum = checksum(block);
@@ -73,12 +79,12 @@ impl Padder {
         let beginnings = [Beginnings::of(block, None), Beginnings::of(block, tail)];
         let safe = |f: &Padding| !beginnings[usize::from(f.tail)].cancel(head_of(f), whole(f));
         let rank = |f: &Padding| (safe(f), nearest(f));
-        let mut padding = Padding::default();
+        let mut padding = Padding::least(blank);
         for bits in 1_u8..if tail.is_some() { 8 } else { 4 } {
             if rank(&padding) == (true, Self::RUN) {
                 break;
             }
-            let other = Padding { zero: bits & 1 > 0, blank: bits & 2 > 0, tail: bits & 4 > 0 };
+            let other = Padding { zero: bits & 1 > 0, blank: blank || bits & 2 > 0, tail: bits & 4 > 0 };
             if rank(&other) > rank(&padding) {
                 padding = other;
             }
@@ -129,7 +135,7 @@ impl Beginnings {
     }
 }
 
-/// As [`push_numbered`], with a padding.
+/// As [`push_numbered`](super::wire::push_numbered), with a padding.
 pub(crate) fn push_padded(out: &mut Vec<u8>, number: i64, padding: Padding, block: &[u8]) {
     let start = out.len();
     out.push(b'N');
@@ -183,7 +189,7 @@ mod tests {
             let block = format!("G1X{}Y-98.{} E.0{}", number % 97, number % 1000, 3000 + number % 777);
             let (mut one, mut two) = (Vec::new(), Vec::new());
             push_numbered(&mut one, number, block.as_bytes());
-            let padding = padder.pad(number, block.as_bytes());
+            let padding = padder.pad(number, block.as_bytes(), false);
             push_padded(&mut two, number, padding, block.as_bytes());
             assert!(two.len() <= numbered_len(number, block.as_bytes()) + Padding::MOST);
             plain.push(one);

@@ -6,7 +6,7 @@
 use super::reply::Wording;
 use crate::gcode::meaning::Firmware;
 
-/// Which firmware's manners the wire has.
+/// Which firmware is at the other end of the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Protocol {
     /// Numbers, checksums, `ok`, `Resend`.
@@ -52,7 +52,7 @@ pub(crate) struct RealTime {
 
 /// What a protocol is like.
 #[derive(Debug)]
-pub(crate) struct Manners {
+pub(crate) struct Traits {
     /// The word of a profile.
     pub(crate) name: &'static str,
     /// Whose words are understood at the other end.
@@ -84,7 +84,7 @@ pub(crate) struct Manners {
     /// The emergency stop as a line without a number.
     pub(crate) emergency: &'static [u8],
     /// The emergency stop for somebody who does not know what was sent before.
-    pub(crate) emergency_anyhow: &'static [u8],
+    pub(crate) emergency_raw: &'static [u8],
     /// What its identity has in it.
     pub(crate) says: Option<&'static str>,
     /// What the identity of another firmware has in it.
@@ -98,7 +98,7 @@ pub(crate) struct Manners {
 pub(crate) const MARGIN: usize = 1;
 
 /// BUFSIZE 4 and 128 bytes of receive buffer.
-static MARLIN: Manners = Manners {
+static MARLIN: Traits = Traits {
     name: "marlin",
     firmware: Firmware::Marlin,
     wording: Wording::Printer,
@@ -115,13 +115,13 @@ static MARLIN: Manners = Manners {
     drain: "M400",
     end_wait: Some(b"\nM108\n"),
     emergency: b"M112\n",
-    emergency_anyhow: b"\nM112\n",
+    emergency_raw: b"\nM112\n",
     says: None,
     never_says: &["RepRapFirmware", "FIRMWARE_NAME:Klipper"],
     unlock: None,
 };
 
-static REPRAPFIRMWARE: Manners = Manners {
+static REPRAPFIRMWARE: Traits = Traits {
     name: "rrf",
     firmware: Firmware::RepRapFirmware,
     wording: Wording::Printer,
@@ -138,13 +138,13 @@ static REPRAPFIRMWARE: Manners = Manners {
     end_wait: None,
     // M112 halts it, and only M999 makes it listen again.
     emergency: b"M112\nM999\n",
-    emergency_anyhow: b"\nM112\n",
+    emergency_raw: b"\nM112\n",
     says: Some("RepRapFirmware"),
     never_says: &[],
     unlock: None,
 };
 
-static KLIPPER: Manners = Manners {
+static KLIPPER: Traits = Traits {
     name: "klipper",
     firmware: Firmware::Klipper,
     wording: Wording::Klipper,
@@ -161,13 +161,13 @@ static KLIPPER: Manners = Manners {
     drain: "M400",
     end_wait: None,
     emergency: b"M112\n",
-    emergency_anyhow: b"\nM112\n",
+    emergency_raw: b"\nM112\n",
     says: Some("Klipper"),
     never_says: &[],
     unlock: None,
 };
 
-static GRBL: Manners = Manners {
+static GRBL: Traits = Traits {
     name: "grbl",
     firmware: Firmware::Grbl,
     wording: Wording::Grbl,
@@ -183,7 +183,7 @@ static GRBL: Manners = Manners {
     drain: "G4P0.01",
     end_wait: None,
     emergency: b"\x18",
-    emergency_anyhow: b"\x18",
+    emergency_raw: b"\x18",
     says: None,
     never_says: &[],
     unlock: Some(b"$H\n"),
@@ -199,7 +199,7 @@ impl Protocol {
     }
 
     /// Its row of the table.
-    pub(crate) fn manners(self) -> &'static Manners {
+    pub(crate) fn traits(self) -> &'static Traits {
         match self {
             Self::Marlin => &MARLIN,
             Self::RepRapFirmware => &REPRAPFIRMWARE,
@@ -210,21 +210,21 @@ impl Protocol {
 
     /// Whose words are understood at the other end.
     pub fn firmware(self) -> Firmware {
-        self.manners().firmware
+        self.traits().firmware
     }
 
     /// The word of a profile.
     pub fn name(self) -> &'static str {
-        self.manners().name
+        self.traits().name
     }
 
     /// Whether lines carry a number and a checksum.
     pub fn numbered(self) -> bool {
-        self.manners().numbered
+        self.traits().numbered
     }
 }
 
-impl Manners {
+impl Traits {
     /// Whether the printer heats, fans, extrudes and says where it is by words of its own.
     pub(crate) fn is_printer(&self) -> bool {
         self.firmware.is_printer()
@@ -245,7 +245,7 @@ mod tests {
     #[test]
     fn the_rows_do_not_contradict_themselves() {
         for protocol in Protocol::ALL {
-            let m = protocol.manners();
+            let m = protocol.traits();
             assert_eq!(Protocol::named(m.name), Some(protocol));
             assert!(m.accounting != Accounting::Counter || (m.numbered && m.hello == Hello::SetCounter), "{m:?}");
             assert_eq!(m.accounting == Accounting::Status, m.real_time.is_some(), "{m:?}");
@@ -254,7 +254,7 @@ mod tests {
             // A line is numbered against what half of it would do; where it is not, a blank line is answered.
             assert_eq!(m.numbered, !m.blank_line_counts, "{m:?}");
             assert!(!m.queues || m.serial, "{m:?}");
-            assert!(m.emergency_anyhow.ends_with(b"M112\n") || m.real_time.is_some_and(|r| m.emergency == [r.reset]));
+            assert!(m.emergency_raw.ends_with(b"M112\n") || m.real_time.is_some_and(|r| m.emergency == [r.reset]));
         }
         assert_eq!(Protocol::named("none"), None);
     }
@@ -263,9 +263,9 @@ mod tests {
     fn another_firmware_is_told_by_its_identity() {
         let says = ["FIRMWARE_NAME:Marlin 2.1", "FIRMWARE_NAME: RepRapFirmware for Duet", "FIRMWARE_NAME:Klipper"];
         for (index, protocol) in [Protocol::Marlin, Protocol::RepRapFirmware, Protocol::Klipper].iter().enumerate() {
-            let other: Vec<bool> = says.iter().map(|text| protocol.manners().is_other(text)).collect();
+            let other: Vec<bool> = says.iter().map(|text| protocol.traits().is_other(text)).collect();
             assert_eq!(other, [0, 1, 2].map(|i| i != index), "{protocol:?}");
         }
-        assert!(!Protocol::Grbl.manners().is_other("[VER:1.1h]"));
+        assert!(!Protocol::Grbl.traits().is_other("[VER:1.1h]"));
     }
 }

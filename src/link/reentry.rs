@@ -76,12 +76,12 @@ impl Reentry {
     /// [`ReentryError`] where that is not safe.
     pub fn find(program: &Program, settings: &SenderSettings, answered: u32) -> Result<Self, ReentryError> {
         let SenderSettings { protocol, retreat, planner_blocks, .. } = settings;
-        let manners = protocol.manners();
-        if manners.accounting == Accounting::Status {
-            return Err(ReentryError::Uncounted { protocol: manners.name });
+        let traits = protocol.traits();
+        if traits.accounting == Accounting::Status {
+            return Err(ReentryError::Uncounted { protocol: traits.name });
         }
         let mut executed = answered.saturating_sub(*planner_blocks);
-        let mut left = manners.buffered_s;
+        let mut left = traits.buffered_s;
         while left > 0.0 && executed > 0 {
             executed -= 1;
             left -= program.seconds(executed);

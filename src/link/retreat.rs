@@ -50,13 +50,13 @@ pub struct Retreat {
 impl Retreat {
     /// The line that waits until the last move has ended.
     pub fn drain(&self, protocol: Protocol) -> &'static str {
-        protocol.manners().drain
+        protocol.traits().drain
     }
 
     /// Heater lines after a fault; none for a machine that knows no heaters.
     pub fn heaters_on_stop(&self, protocol: Protocol) -> &'static [&'static str] {
         match self.heaters {
-            _ if !protocol.manners().is_printer() => &[],
+            _ if !protocol.traits().is_printer() => &[],
             Heaters::Off => &["M104S0", "M140S0"],
             Heaters::KeepBed => &["M104S0"],
             Heaters::Keep => &[],
@@ -65,12 +65,12 @@ impl Retreat {
 
     /// Heater lines after a cancel.
     pub fn heaters_on_cancel(&self, protocol: Protocol) -> Vec<String> {
-        let fan_off: &[&str] = if protocol.manners().is_printer() { &["M107"] } else { &[] };
+        let fan_off: &[&str] = if protocol.traits().is_printer() { &["M107"] } else { &[] };
         self.heaters_on_stop(protocol).iter().chain(fan_off).map(|l| (*l).to_owned()).collect()
     }
 
     fn pull(&self, sign: &str, protocol: Protocol) -> Vec<String> {
-        if !protocol.manners().is_printer() && self.extruder == b'E' {
+        if !protocol.traits().is_printer() && self.extruder == b'E' {
             return Vec::new();
         }
         let (letter, feed) = (char::from(self.extruder), number(self.retract_feed));
@@ -88,7 +88,7 @@ impl Retreat {
     /// From `state` up along the tool's axis; the table stays.
     pub fn leave(&self, state: &MachineState, protocol: Protocol) -> Vec<String> {
         let mut lines = vec![self.drain(protocol).to_owned()];
-        if protocol.manners().is_printer() {
+        if protocol.traits().is_printer() {
             lines.push("M114".to_owned());
         }
         let Some(z) = state.at.linear[2] else { return lines };
@@ -97,7 +97,7 @@ impl Retreat {
             lines.pop();
         }
         if state.printed {
-            if protocol.manners().is_printer() {
+            if protocol.traits().is_printer() {
                 lines.push("M83".to_owned());
             }
             lines.extend(self.pull("-", protocol));
@@ -114,7 +114,7 @@ impl Retreat {
     /// From above back to `state`: heat, the table's axes each alone, X and Y, down, filament, modes.
     pub fn come_back(&self, state: &MachineState, protocol: Protocol) -> Vec<String> {
         let mut lines = Vec::new();
-        if protocol.manners().is_printer() {
+        if protocol.traits().is_printer() {
             lines.extend((state.bed_c > 0.0).then(|| format!("M190S{}", number(state.bed_c))));
             lines.extend((state.nozzle_c > 0.0).then(|| format!("M109S{}", number(state.nozzle_c))));
         }
@@ -125,7 +125,7 @@ impl Retreat {
             lines.push(format!("G1Z{}F{}", number(z), number(self.z_feed)));
         }
         if state.printed {
-            if protocol.manners().is_printer() {
+            if protocol.traits().is_printer() {
                 lines.push("M83".to_owned());
             }
             lines.extend(self.pull("", protocol));
@@ -154,7 +154,7 @@ impl Retreat {
         if !state.absolute {
             lines.push("G91".to_owned());
         }
-        if protocol.manners().is_printer() {
+        if protocol.traits().is_printer() {
             lines.push(if state.extruder_absolute { "M82" } else { "M83" }.to_owned());
             lines.push(format!("G92E{}", number(state.extruder_count)));
         }

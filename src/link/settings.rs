@@ -9,8 +9,10 @@ use super::retreat::Retreat;
 /// How the wire is used.
 #[derive(Clone, Debug)]
 pub struct SenderSettings {
-    /// The firmware's manners.
+    /// The firmware's protocol.
     pub protocol: Protocol,
+    /// Whether a blank goes between a line's number and its command, as a few parsers need it.
+    pub blank_after_number: bool,
     /// Most lines without an answer.
     pub window_lines: usize,
     /// Most bytes without an answer; the firmware's receive buffer less one: a ring of 128 bytes holds 127.
@@ -40,9 +42,10 @@ pub struct SenderSettings {
 impl SenderSettings {
     /// What suits an ordinary printer of `protocol`.
     pub fn new(protocol: Protocol, retreat: Retreat) -> Self {
-        let (window_lines, window_bytes) = protocol.manners().window;
+        let (window_lines, window_bytes) = protocol.traits().window;
         Self {
             protocol,
+            blank_after_number: false,
             window_lines,
             window_bytes,
             planner_blocks: 24,
@@ -61,11 +64,11 @@ impl SenderSettings {
     /// The same where the receive buffer has `bytes` and the firmware queues `lines`, as far as the protocol knows of either.
     #[must_use]
     pub fn with_buffers(mut self, bytes: usize, lines: usize) -> Self {
-        let manners = self.protocol.manners();
-        if manners.serial {
+        let traits = self.protocol.traits();
+        if traits.serial {
             self.window_bytes = bytes.saturating_sub(MARGIN);
         }
-        if manners.queues {
+        if traits.queues {
             self.window_lines = lines.max(1);
         }
         self

@@ -49,7 +49,7 @@ pub fn resume(
         operator.told(&Sending::Note(text), start(&program));
     }
     let same_boot = standing.header.boot == world.clock.boot();
-    if settings.protocol.manners().accounting == Accounting::Counter && same_boot && standing.counts() {
+    if settings.protocol.traits().accounting == Accounting::Counter && same_boot && standing.counts() {
         let place = place(request, wire, world);
         let sender = Sender::resuming(Arc::clone(&program), settings.clone(), &standing);
         let stream = (sender, opened, place);

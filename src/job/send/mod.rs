@@ -133,7 +133,7 @@ fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>,
     if let Some(unfit) = printer::abilities(profile).lacking(&program) {
         return Err(Error::Unfit { path: path(), unfit });
     }
-    if rules.protocol.manners().serial
+    if rules.protocol.traits().serial
         && let Some(slow) = too_slow(&program, rules.protocol, baud.unwrap_or(profile.link.baud))
     {
         world.progress.warning(&slow.to_string());

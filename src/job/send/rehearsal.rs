@@ -36,7 +36,7 @@ pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsa
     let profile = &request.machine.profile;
     let protocol = printer::protocol(profile)?;
     let mut sim = Sim::new(protocol, printer::model(profile)?, printer::quirks(profile)?, Script::none()).without_log();
-    if let Some(words) = protocol.manners().unlock {
+    if let Some(words) = protocol.traits().unlock {
         sim.receive(Duration::ZERO, words);
         sim.advance(Duration::from_secs(60));
         sim.took(usize::MAX);

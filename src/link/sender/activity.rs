@@ -90,7 +90,7 @@ impl Sender {
             Activity::Cool => {}
         }
         // A wait for heat would hold the rest back for minutes.
-        if let Some(words) = self.manners().end_wait.filter(|_| self.printer.emergency_parser && self.waits_long()) {
+        if let Some(words) = self.traits().end_wait.filter(|_| self.printer.emergency_parser && self.waits_long()) {
             self.outbox.push(words);
         }
     }
@@ -161,7 +161,7 @@ impl Sender {
             // Every block is answered: wait until the last move has ended, and prove that all were taken.
             Activity::Print { ending: false } => {
                 self.activity = Activity::Print { ending: true };
-                self.queue(&[self.manners().drain.to_owned()]);
+                self.queue(&[self.traits().drain.to_owned()]);
             }
             Activity::Drain(departure) => self.leave(*departure),
             Activity::Leave { then: Then::Cancel, .. } => self.cool(),

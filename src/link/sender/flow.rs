@@ -14,7 +14,7 @@ impl Sender {
 
     /// Whether a proof among the lines says something: not where every `ok` is one.
     pub(super) fn proves(&self) -> bool {
-        self.manners().accounting != Accounting::Status
+        self.traits().accounting != Accounting::Status
     }
 
     /// Sends what the window has room for: lines to repeat first, then new ones.
@@ -98,7 +98,7 @@ impl Sender {
             return;
         }
         let lines = to - credited - 1;
-        if report && lines > 0 && self.manners().accounting != Accounting::Counter {
+        if report && lines > 0 && self.traits().accounting != Accounting::Counter {
             let (first, last) = (self.line_of(credited + 1), self.line_of(to - 1));
             self.stop(StopReason::Unaccounted { lines, first, last });
             return;

@@ -112,7 +112,7 @@ impl Sender {
     }
 
     fn ask_status(&mut self) {
-        if let Some(bytes) = self.manners().real_time {
+        if let Some(bytes) = self.traits().real_time {
             self.outbox.push(&[bytes.status]);
         }
     }

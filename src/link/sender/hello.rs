@@ -9,7 +9,6 @@ use super::{Dialog, Notice, Sender, StopReason, Time};
 use crate::link::journal::JournalSummary;
 use crate::link::protocol::{Accounting, Hello};
 use crate::link::reply::Reply;
-use crate::link::wire::push_numbered;
 
 /// A printer that was reset by opening the port is silent for some seconds.
 const HELLO_EVERY: Time = Duration::from_secs(3);
@@ -39,10 +38,10 @@ impl Sender {
             self.mute(now, tries);
             return;
         }
-        match self.manners().hello {
+        match self.traits().hello {
             Hello::SetCounter => {
                 self.outbox.push(b"\n");
-                push_numbered(self.outbox.end(), 0, b"M110N0");
+                self.ledger.framing().write(self.outbox.end(), 0, b"M110N0");
             }
             Hello::Ask(words) => self.outbox.push(words),
             Hello::None => {
@@ -68,7 +67,7 @@ impl Sender {
     }
 
     pub(super) fn hear_hello(&mut self, now: Time, tries: u32, reply: &Reply) {
-        match (self.manners().accounting, reply) {
+        match (self.traits().accounting, reply) {
             (Accounting::Counter, Reply::Ok { .. } | Reply::OkIdentity(_)) => self.begin(now, tries),
             (Accounting::Status, _) => self.hear_hello_grbl(now, reply),
             _ => {}
@@ -109,7 +108,7 @@ impl Sender {
     fn check_identity(&mut self, text: &str) {
         let wanted = match &self.settings.identity {
             Some(wanted) if !text.contains(wanted.as_str()) => wanted.clone(),
-            _ if self.manners().is_other(text) => format!("a printer of protocol {}", self.manners().name),
+            _ if self.traits().is_other(text) => format!("a printer of protocol {}", self.traits().name),
             _ if axes(text).is_some_and(|count| count < AXES) => {
                 let [tilt, rotation] = self.settings.retreat.axes.each_ref().map(|a| char::from(a.letter));
                 format!("a printer of at least {AXES} axes (X Y Z {tilt} {rotation})")

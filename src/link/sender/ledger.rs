@@ -69,10 +69,35 @@ pub(super) enum RefusalKind {
     Times(u32),
 }
 
+/// How a line is put on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Framing {
+    /// As it is.
+    Plain,
+    /// With number and checksum.
+    Numbered {
+        /// And a blank behind the number.
+        blank: bool,
+    },
+}
+
+impl Framing {
+    /// A line outside the count: a greeting, a question, an emergency stop.
+    pub(super) fn write(self, out: &mut Vec<u8>, number: i64, text: &[u8]) {
+        match self {
+            Self::Plain => {
+                out.extend_from_slice(text);
+                out.push(b'\n');
+            }
+            Self::Numbered { blank } => push_padded(out, number, Padding::least(blank), text),
+        }
+    }
+}
+
 /// Lines that were made and are not proven.
 #[derive(Clone, Debug)]
 pub(super) struct Ledger {
-    numbered: bool,
+    framing: Framing,
     /// Lines `proven + 1 ..= last`.
     lines: VecDeque<Sent>,
     proven: i64,
@@ -86,9 +111,9 @@ pub(super) struct Ledger {
 }
 
 impl Ledger {
-    pub(super) fn new(numbered: bool) -> Self {
+    pub(super) fn new(framing: Framing) -> Self {
         Self {
-            numbered,
+            framing,
             lines: VecDeque::new(),
             proven: 0,
             credited: 0,
@@ -102,13 +127,17 @@ impl Ledger {
 
     /// The numbers begin again at 1.
     pub(super) fn begin_anew(&mut self) {
-        *self = Self { padder: std::mem::take(&mut self.padder), ..Self::new(self.numbered) };
+        *self = Self { padder: std::mem::take(&mut self.padder), ..Self::new(self.framing) };
     }
 
     /// As a journal knows it: lines up to `proven` are accepted, `lines` may have been sent behind them.
     pub(super) fn broken_off(&mut self, proven: i64, lines: impl Iterator<Item = Purpose>) {
         self.lines = lines.map(|purpose| Sent { purpose, bytes: 0, padding: Padding::default() }).collect();
         (self.proven, self.credited, self.cursor) = (proven, proven, proven + 1);
+    }
+
+    pub(super) fn framing(&self) -> Framing {
+        self.framing
     }
 
     pub(super) fn proven(&self) -> i64 {
@@ -169,7 +198,10 @@ impl Ledger {
 
     /// Bytes of `text` on the wire, newline included; Grbl counts to the byte, so there it is exact.
     pub(super) fn length(&self, text: &[u8]) -> usize {
-        if self.numbered { numbered_len(self.cursor, text) + Padding::MOST } else { text.len() + 1 }
+        match self.framing {
+            Framing::Plain => text.len() + 1,
+            Framing::Numbered { .. } => numbered_len(self.cursor, text) + Padding::MOST,
+        }
     }
 
     /// Bytes of the line at the cursor, which was made before.
@@ -188,7 +220,10 @@ impl Ledger {
     pub(super) fn make(&mut self, purpose: Purpose, program: &Program) {
         let text = purpose.text(program);
         let bytes = self.length(text);
-        let padding = if self.numbered { self.padder.pad(self.cursor, text) } else { Padding::default() };
+        let padding = match self.framing {
+            Framing::Plain => Padding::default(),
+            Framing::Numbered { blank } => self.padder.pad(self.cursor, text, blank),
+        };
         self.lines.push_back(Sent { purpose, bytes, padding });
     }
 
@@ -199,11 +234,9 @@ impl Ledger {
         };
         let start = out.len();
         let text = sent.purpose.text(program);
-        if self.numbered {
-            push_padded(out, self.cursor, sent.padding, text);
-        } else {
-            out.extend_from_slice(text);
-            out.push(b'\n');
+        match self.framing {
+            Framing::Plain => self.framing.write(out, self.cursor, text),
+            Framing::Numbered { .. } => push_padded(out, self.cursor, sent.padding, text),
         }
         sent.bytes = out.len() - start;
         self.bytes_out += sent.bytes;

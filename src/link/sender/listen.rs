@@ -62,7 +62,7 @@ impl Sender {
                 self.compare(&words);
                 self.event(Notice::Position(words));
             }
-            reply => match (&self.phase, self.manners().accounting) {
+            reply => match (&self.phase, self.traits().accounting) {
                 (Phase::Hello { tries, .. }, _) => self.hear_hello(now, *tries, &reply),
                 (_, Accounting::Status) => self.hear_grbl(now, reply),
                 _ => self.hear_answer(now, reply),
@@ -140,7 +140,7 @@ impl Sender {
 
     fn error(&mut self, now: Time, text: String) {
         self.heard = now;
-        if self.manners().accounting == Accounting::Counter {
+        if self.traits().accounting == Accounting::Counter {
             // A wire error whose text noise has spoilt is followed by its Resend; any other stands.
             self.dialog.error = Some((text, now));
         } else {
@@ -214,7 +214,7 @@ impl Sender {
         if own {
             let line = self.line_of(next);
             self.note(format!("line {line}: the printer does not know {command:?} and ignored it"));
-        } else if self.manners().accounting == Accounting::Counter && self.dialog.own_ok == OwnOk::None {
+        } else if self.traits().accounting == Accounting::Counter && self.dialog.own_ok == OwnOk::None {
             self.dialog.own_ok = OwnOk::Expected;
         }
     }
@@ -232,7 +232,7 @@ impl Sender {
     fn own_line_waits(&self, text: &[u8]) -> bool {
         let mut line = ParsedLine::default();
         match line.read(text) {
-            Ok(()) => waits(self.manners().firmware, &line),
+            Ok(()) => waits(self.traits().firmware, &line),
             Err(_) => text.starts_with(b"$H"),
         }
     }

@@ -38,12 +38,12 @@ pub use stop::{Outcome, StopReason};
 use super::Time;
 use super::journal::JournalSummary;
 use super::program::Program;
-use super::protocol::{Accounting, Manners};
+use super::protocol::{Accounting, Traits};
 use super::reply::{Reply, Wording};
 use super::settings::SenderSettings;
 use super::wire::LineAssembler;
 use activity::Activity;
-use ledger::{Ledger, Purpose};
+use ledger::{Framing, Ledger, Purpose};
 use listen::{Dialog, OwnOk};
 use outbox::Outbox;
 use phase::Phase;
@@ -53,7 +53,7 @@ use phase::Phase;
 pub struct Sender {
     settings: SenderSettings,
     program: Arc<Program>,
-    ear: Ear,
+    input: Input,
     outbox: Outbox,
     phase: Phase,
     activity: Activity,
@@ -79,7 +79,7 @@ pub struct Sender {
 
 /// What arrives.
 #[derive(Clone, Debug, Default)]
-struct Ear {
+struct Input {
     lines: LineAssembler,
     heard: u32,
     garbled: u32,
@@ -112,7 +112,7 @@ enum Watch {
     },
 }
 
-impl Ear {
+impl Input {
     fn next(&mut self, wording: Wording) -> Option<Reply> {
         let line = self.lines.next_line()?;
         self.heard += 1;
@@ -173,16 +173,18 @@ impl Sender {
     }
 
     fn with_blocks(program: Arc<Program>, settings: SenderSettings, blocks: std::ops::Range<u32>) -> Self {
-        let manners = settings.protocol.manners();
+        let traits = settings.protocol.traits();
+        let blank = settings.blank_after_number;
+        let framing = if traits.numbered { Framing::Numbered { blank } } else { Framing::Plain };
         let printer = Printer { identity: String::new(), emergency_parser: false, ok_follows_resend: true };
         Self {
             settings,
             program,
-            ear: Ear::default(),
+            input: Input::default(),
             outbox: Outbox::default(),
             phase: Phase::Hello { asked: None, tries: 0 },
             activity: Activity::Print { ending: false },
-            ledger: Ledger::new(manners.numbered),
+            ledger: Ledger::new(framing),
             own: VecDeque::new(),
             next_block: blocks.start,
             end_block: blocks.end,
@@ -191,7 +193,7 @@ impl Sender {
             resends: 0,
             printer,
             dialog: Dialog::default(),
-            watch: Watch::of(manners.accounting),
+            watch: Watch::of(traits.accounting),
             user_wait: false,
             heard: Time::ZERO,
             moved: Time::ZERO,
@@ -199,14 +201,14 @@ impl Sender {
         }
     }
 
-    fn manners(&self) -> &'static Manners {
-        self.settings.protocol.manners()
+    fn traits(&self) -> &'static Traits {
+        self.settings.protocol.traits()
     }
 
     /// Takes bytes from the printer.
     pub fn receive(&mut self, now: Time, bytes: &[u8]) {
-        self.ear.lines.push(bytes);
-        while let Some(reply) = self.ear.next(self.manners().wording) {
+        self.input.lines.push(bytes);
+        while let Some(reply) = self.input.next(self.traits().wording) {
             if !matches!(self.phase, Phase::Offline(_) | Phase::Over(_)) {
                 self.hear(now, reply);
             }
@@ -228,7 +230,7 @@ impl Sender {
     fn act(&mut self, now: Time) {
         self.act_on_errors(now);
         if matches!(self.phase, Phase::Flow(_)) {
-            self.look_out(now);
+            self.check_timeouts(now);
         }
         if matches!(self.phase, Phase::Flow(_)) {
             self.advance();

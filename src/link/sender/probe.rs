@@ -8,7 +8,6 @@ use super::listen::OwnOk;
 use super::phase::{CounterProbe, Doubt, Phase, Session};
 use super::{Sender, StopReason, Time, Watch};
 use crate::link::protocol::Accounting;
-use crate::link::wire::push_numbered;
 
 /// An `ok` that belongs to a resend follows it within this.
 const RESENDS_OWN_OK: Time = Duration::from_millis(100);
@@ -18,7 +17,7 @@ const BOOT: Time = Duration::from_secs(2);
 
 impl Sender {
     /// Time-outs while lines are in flight.
-    pub(super) fn look_out(&mut self, now: Time) {
+    pub(super) fn check_timeouts(&mut self, now: Time) {
         if self.ledger.in_flight() == 0 {
             return;
         }
@@ -59,7 +58,7 @@ impl Sender {
 
     /// Holds everything until the printer has said where it is.
     pub(super) fn doubt(&mut self, now: Time, why: &'static str) {
-        match (self.phase.session(), self.manners().accounting) {
+        match (self.phase.session(), self.traits().accounting) {
             // Nothing has moved yet: the greeting begins again.
             (Some(Session::Fresh { .. }), _) => self.restart(now),
             (Some(Session::Begun(begun)), Accounting::Counter) if !matches!(self.phase, Phase::Probe(_)) => {
@@ -97,7 +96,7 @@ impl Sender {
     }
 
     pub(super) fn mute(&mut self, now: Time, questions: u32) {
-        if self.ear.is_noise() {
+        if self.input.is_noise() {
             self.stop(StopReason::Noise);
         } else if matches!(self.phase, Phase::Probe(CounterProbe { greeted: true, .. })) {
             self.stop(StopReason::Reset { greeting: "a start-up message, then no answer".to_owned() });
@@ -130,7 +129,7 @@ impl Sender {
         self.outbox.push(b"\n");
         // Neither the next line nor one that the printer would drop as a double.
         let wrong = self.ledger.last() + 2 + i64::from(tries);
-        push_numbered(self.outbox.end(), wrong, b"M105");
+        self.ledger.framing().write(self.outbox.end(), wrong, b"M105");
         if let Phase::Probe(probe) = &mut self.phase {
             (probe.asked, probe.tries) = (Some(now), tries + 1);
         }
@@ -208,7 +207,7 @@ impl Sender {
     /// The link is gone. Nothing is sent until [`Sender::reconnected`].
     pub fn lost(&mut self, _now: Time) {
         let Some(session) = self.phase.session() else { return };
-        self.ear.forget();
+        self.input.forget();
         self.outbox.clear();
         self.phase = Phase::Offline(session);
     }
@@ -218,7 +217,7 @@ impl Sender {
         let Phase::Offline(session) = self.phase else { return };
         self.heard = now;
         self.moved = now;
-        match (session, self.manners().accounting) {
+        match (session, self.traits().accounting) {
             (Session::Fresh { .. }, _) => self.restart(now),
             (_, Accounting::Counter) => self.phase = Phase::Probe(CounterProbe::of(Doubt::Link)),
             _ => self.stop(self.unaccounted()),
@@ -230,10 +229,10 @@ impl Sender {
         self.heard = now;
         if self.phase.is_fresh() {
             self.restart(now);
-        } else if self.manners().accounting == Accounting::Counter {
+        } else if self.traits().accounting == Accounting::Counter {
             // Chatter may contain the word; only the counter tells.
             if !matches!(self.phase, Phase::Probe(_)) {
-                self.outbox.drop_unsent(self.manners().blank_line_counts);
+                self.outbox.drop_unsent(self.traits().blank_line_counts);
                 self.doubt(now, "a start-up message");
             }
             if let Phase::Probe(probe) = &mut self.phase {

@@ -3,7 +3,6 @@
 use super::phase::Phase;
 use super::{Notice, Sender};
 use crate::link::protocol::Accounting;
-use crate::link::wire::push_numbered;
 
 /// Why the sender stopped by itself.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -162,9 +161,9 @@ impl Sender {
         if self.phase.is_over() {
             return;
         }
-        let manners = self.manners();
-        self.outbox.drop_unsent(manners.blank_line_counts);
-        match manners.real_time {
+        let traits = self.traits();
+        self.outbox.drop_unsent(traits.blank_line_counts);
+        match traits.real_time {
             // A feed hold keeps the position; a soft reset would not.
             Some(bytes) if !matches!(why, StopReason::NotReady { .. } | StopReason::OtherPrinter { .. }) => {
                 self.outbox.push(&[bytes.hold]);
@@ -193,21 +192,21 @@ impl Sender {
         if self.phase == Phase::Over(Outcome::EmergencyStopped) {
             return;
         }
-        let manners = self.manners();
-        self.outbox.drop_unsent(manners.blank_line_counts);
-        if manners.real_time.is_some() {
+        let traits = self.traits();
+        self.outbox.drop_unsent(traits.blank_line_counts);
+        if traits.real_time.is_some() {
             self.outbox.clear();
         }
-        self.outbox.push(manners.emergency);
-        if manners.accounting == Accounting::Counter {
+        self.outbox.push(traits.emergency);
+        if traits.accounting == Accounting::Counter {
             // Where the line before it was cut, the first one is swallowed with its rest.
-            push_numbered(self.outbox.end(), self.ledger.cursor(), b"M112");
+            self.ledger.framing().write(self.outbox.end(), self.ledger.cursor(), b"M112");
         }
         self.finish(Outcome::EmergencyStopped);
     }
 
     /// Bytes that stop the printer whatever was sent before, for whoever cannot wait for [`Sender::emergency_stop`].
     pub fn stop_words(&self) -> &'static [u8] {
-        self.manners().emergency_anyhow
+        self.traits().emergency_raw
     }
 }

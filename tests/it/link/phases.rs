@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Logged, Quirks, Script};
-use trunnion::link::{Header, JournalSummary, Loopback, Notice, Outcome, Protocol, Record, Sender, StopReason};
+use trunnion::link::{
+    Header, Heading, JournalSummary, Loopback, Notice, Outcome, Protocol, Record, Sender, SenderSettings, StopReason,
+};
 
 use super::bench_machine::{assert_once_each, end, executed, joined, program, settings, tail, text, text_at};
 
@@ -168,4 +170,28 @@ fn a_flood_of_identity_lines_is_bounded() {
     }
     assert!(sender.identity().len() < 20_000, "{} bytes", sender.identity().len());
     assert!(sender.identity().starts_with("Cap:SOMETHING_0:1\n"));
+}
+
+/// Some parsers split at blanks: none of a print's lines, repeated ones, questions and the emergency stop among them, is without.
+#[test]
+fn where_a_blank_is_wanted_behind_the_number_every_line_has_one() {
+    for protocol in [MARLIN, Protocol::RepRapFirmware] {
+        let program = program(protocol, &text_at(protocol, 120, 600));
+        let faults = if protocol == MARLIN { vec![(40, Fault::Corrupt), (60, Fault::LoseOk)] } else { Vec::new() };
+        let spaced = SenderSettings { blank_after_number: true, ..settings(protocol) };
+        let mut link = joined(&program, spaced, Quirks::of(protocol), Script::at(&faults));
+        link.record();
+        while link.sender.progress().acked < 80 {
+            link.run_to(link.now() + Duration::from_millis(100));
+        }
+        link.sender.emergency_stop();
+        assert_eq!(end(&mut link), Outcome::EmergencyStopped);
+        let sent: Vec<u8> = link.recorded().iter().filter(|w| w.1 == Heading::Out).flat_map(|w| w.2.clone()).collect();
+        let text = String::from_utf8(sent).unwrap();
+        let spaced = |line: &str| line[1..].trim_start_matches(|c: char| c.is_ascii_digit()).starts_with(' ');
+        let numbered: Vec<&str> = text.lines().filter(|line| line.starts_with('N')).collect();
+        assert!(numbered.len() > 40 && numbered.iter().all(|line| spaced(line)), "{numbered:?}");
+        assert!(protocol != MARLIN || link.sender.progress().resends > 0);
+        assert!(numbered.iter().any(|line| line.contains(" M105*")), "{numbered:?}");
+    }
 }
