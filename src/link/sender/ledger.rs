@@ -267,6 +267,11 @@ impl Ledger {
         self.count_bytes();
     }
 
+    /// Every line is known to have arrived, whatever was to go out again.
+    pub(super) fn all_sent(&mut self) {
+        self.cursor = self.last() + 1;
+    }
+
     /// Goes back to `number`, which the printer has not taken.
     pub(super) fn rewind(&mut self, number: i64) {
         self.cursor = number;

@@ -143,6 +143,7 @@ impl Sender {
         if let (0, true, true, false, Doubt::Answer(begun)) = (found, sure, renumbers, probe.greeted, probe.doubt) {
             // Our own M110 has set it; after a greeting or a break of the link a reset may have.
             self.phase = Phase::Flow(Session::Begun(begun));
+            self.ledger.all_sent();
             self.credit(now, last);
             self.watch_for_ok(now);
             return;

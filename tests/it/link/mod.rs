@@ -4,6 +4,7 @@
 mod bad_day;
 mod bench_machine;
 mod faults;
+mod fuzz;
 mod pacing;
 mod pause;
 mod phases;
