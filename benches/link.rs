@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use trunnion::geom::Vec3;
-use trunnion::link::sim::{Model, Quirks, Script, Sim};
-use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Rates, Retreat, Rules, Sender, Settings};
+use trunnion::link::sim::{MachineModel, Quirks, Script, Sim};
+use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Retreat, Rules, Sender, SenderSettings};
 use trunnion::motion::LinearLimits;
 use trunnion::profile::{resolve, shipped};
 
@@ -44,12 +44,12 @@ fn text(lines: u32) -> String {
     text
 }
 
-fn ends(protocol: Protocol) -> (Arc<Program>, Settings, Model) {
+fn ends(protocol: Protocol) -> (Arc<Program>, SenderSettings, MachineModel) {
     let (file, toml) = shipped("generic-ac").expect("shipped");
     let profile = resolve(file, toml).expect("resolves").0;
     let table = profile.kinematics();
     let axes = [table.tilt, table.rotation];
-    let rules = Rules { protocol, longest_line: 96, reading: profile.reading(), rates: Rates::default() };
+    let rules = Rules { protocol, longest_line: 96, setting: profile.trace_setting() };
     let program = Arc::new(Program::read(text(LINES).as_bytes(), &rules).expect("a program"));
     let retreat = Retreat {
         axes: axes.clone(),
@@ -63,19 +63,19 @@ fn ends(protocol: Protocol) -> (Arc<Program>, Settings, Model) {
         heaters: Heaters::Off,
         home: Vec::new(),
     };
-    let model = Model {
+    let model = MachineModel {
         reading: profile.reading(),
         axes,
         limits: LinearLimits { min: Vec3::new(-150.0, -200.0, -80.0), max: Vec3::new(150.0, 200.0, 320.0) },
         home_mm: [-150.0, -200.0, 320.0],
-        rates: Rates::default(),
+        rates: profile.trace_setting().rates,
         accelerations: [1000.0, 1000.0, 200.0, 100.0, 100.0, 3000.0],
         junction_mm: 0.02,
         coldest_extrusion_c: 170.0,
         heat_factor: 1.0,
         person: Duration::from_secs(30),
     };
-    (program, Settings::new(protocol, profile.reading(), retreat), model)
+    (program, SenderSettings::new(protocol, retreat), model)
 }
 
 /// Host and simulated printer on one thread, faults none.
@@ -94,9 +94,9 @@ fn in_process(bencher: Bencher<'_, '_>, name: &str) {
 #[divan::bench]
 fn read_program(bencher: Bencher<'_, '_>) {
     let text = text(LINES);
-    let (_, settings, _) = ends(Protocol::Marlin);
-    let rules =
-        Rules { protocol: Protocol::Marlin, longest_line: 96, reading: settings.reading, rates: Rates::default() };
+    let (file, toml) = shipped("generic-ac").expect("shipped");
+    let setting = resolve(file, toml).expect("resolves").0.trace_setting();
+    let rules = Rules { protocol: Protocol::Marlin, longest_line: 96, setting };
     bencher.counter(ItemsCount::new(LINES)).bench_local(|| Program::read(text.as_bytes(), &rules).expect("a program"));
 }
 

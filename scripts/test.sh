@@ -99,8 +99,18 @@ python_environment() {
         skip "pyserial could not be installed"
 }
 
+# OctoPrint's virtual printer, for `trunnion send` to print on.
+virtual_printer() {
+    if [ ! -x .venv/bin/python ] || .venv/bin/python -c 'import octoprint' 2>/dev/null; then
+        return
+    fi
+    timeout -k 20 600 .venv/bin/python -m pip install --quiet --disable-pip-version-check OctoPrint==1.11.8 </dev/null ||
+        skip "OctoPrint could not be installed (its virtual printer)"
+}
+
 say "programs"
 python_environment
+virtual_printer
 if [ -d .venv/bin ]; then
     export PATH="$PWD/.venv/bin:$PATH"
 fi
@@ -144,6 +154,7 @@ took_part Slic3r 'command -v slic3r' 'slic3r --version'
 took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc-uspace"
 took_part Python 'python3 --version' 'python3 --version'
 took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
+took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'
 passed=$(awk '/^test result:/ { n += $4 } END { print n + 0 }' "$log")
 broken=$(awk '/^test result:/ { n += $6 } END { print n + 0 }' "$log")
 ignored=$(awk '/^test result:/ { n += $8 } END { print n + 0 }' "$log")

@@ -323,7 +323,7 @@ pub(super) struct Verify {
 /// How to stream.
 #[derive(ClapArgs)]
 pub(super) struct StreamArgs {
-    /// Go on with a print that was broken off: by the printer's own counter, or after a reset from the last layer
+    /// Resume an interrupted print: from the printer's own line counter, or after a reset from the last layer
     #[arg(long)]
     pub(super) resume: bool,
     /// Do not ask before the machine homes and moves for --resume
@@ -335,7 +335,7 @@ pub(super) struct StreamArgs {
     /// Bits a second [default: the profile's]
     #[arg(long)]
     pub(super) baud: Option<u32>,
-    /// Wait this long for a device that has gone, before giving up
+    /// Wait this long for a device that has disappeared, before giving up
     #[arg(long, default_value_t = 600, value_name = "SECONDS")]
     pub(super) wait: u64,
     /// Where devices stand under their own names
@@ -355,10 +355,10 @@ pub(super) struct Send {
     pub(super) plan: Option<PathBuf>,
     #[command(flatten)]
     pub(super) plan_ref: PlanRef,
-    /// Send a file that nothing was proved of (give the profile with -m)
+    /// Send a file without verifying it (give the profile with -m)
     #[arg(long, conflicts_with = "plan")]
     pub(super) unverified: bool,
-    /// Print on the simulated printer in no time, and open no port
+    /// Rehearse on the simulated printer, without waiting and without a port
     #[arg(long)]
     pub(super) dry_run: bool,
     #[command(flatten)]
@@ -369,10 +369,10 @@ pub(super) struct Send {
 pub(super) struct Simulate {
     #[command(flatten)]
     pub(super) machine: MachineArgs,
-    /// A link that is made to the pseudo-terminal, or tcp:PORT (this machine only), or tcp:host:port
+    /// Where to make a link to the pseudo-terminal; or tcp:PORT (this machine only), or tcp:host:port
     #[arg(long, value_name = "PATH")]
     pub(super) link: String,
-    /// Simulated seconds a second, or max: no waiting at all
+    /// Simulated seconds per second, or max: no waiting at all
     #[arg(long, default_value = "1", value_name = "FACTOR")]
     pub(super) speed: String,
     /// Heaters this many times as fast as real ones
@@ -384,7 +384,7 @@ pub(super) struct Simulate {
     /// Seed of random faults
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
-    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy or latches-errors
+    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, blank-behind-slash, latches-errors or three-axes
     #[arg(long, value_name = "NAME")]
     pub(super) quirk: Vec<String>,
     /// Bits a second of the simulated wire [default: no limit]

@@ -40,7 +40,7 @@ fn in_flags(error: &job::Error) -> String {
         job::Error::Simulation(bad) => format!("--{bad}"),
         job::Error::Log { .. } => format!("--{error}"),
         job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
-        job::Error::Refused { line } => format!("nothing was moved; --yes goes on at line {line} as said above"),
+        job::Error::Refused { line } => format!("nothing was moved; --yes continues at line {line} as described above"),
         job::Error::NoModel { .. } => format!("{error}; say where with --model"),
         other => other.to_string(),
     }

@@ -1,13 +1,13 @@
 //! The terminal as the one who stands by a print: events as lines, Ctrl-C, what is typed.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::io::{BufRead, IsTerminal};
 
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 use serde_json::{Value, json};
 
 use super::Console;
-use crate::job::interrupts;
+use crate::job::interrupts::Interrupts;
 use crate::job::{Answer, At, Figures, Operator, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
@@ -16,12 +16,14 @@ pub(super) struct Terminal<'a> {
     console: &'a Console,
     /// Whether `--yes` has agreed to everything.
     yes: bool,
+    /// From the moment on at which something is sent.
+    interrupts: OnceCell<Interrupts>,
     typed: RefCell<Option<Receiver<String>>>,
 }
 
 impl<'a> Terminal<'a> {
     pub(super) fn new(console: &'a Console, yes: bool) -> Self {
-        Self { console, yes, typed: RefCell::new(None) }
+        Self { console, yes, interrupts: OnceCell::new(), typed: RefCell::new(None) }
     }
 
     /// In a pause, where somebody can type.
@@ -29,7 +31,7 @@ impl<'a> Terminal<'a> {
         if !std::io::stdin().is_terminal() {
             return;
         }
-        let text = "paused above the part; Enter goes on, c and Enter cancels, Ctrl-C is an emergency stop";
+        let text = "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop";
         self.console.note(text);
         let (typed, lines) = bounded(1);
         self.typed.replace(Some(lines));
@@ -47,13 +49,13 @@ impl<'a> Terminal<'a> {
         match what {
             Sending::Printer(name) => console.note(&format!("printer: {name}")),
             Sending::Resend { number, why, .. } => {
-                console.detail(&format!("line {number} on the wire goes out again ({why})"));
+                console.detail(&format!("wire line {number} is sent again ({why})"));
             }
-            Sending::UserWait => console.note("the printer waits for somebody"),
+            Sending::UserWait => console.note("the printer is waiting for a person"),
             Sending::Note(text) => console.note(text),
             Sending::Progress(figures) if !console.json() => console.status(&status(figures, at)),
             Sending::Pausing => {
-                console.note("pausing: the moves under way end first; Ctrl-C again is an emergency stop");
+                console.note("pausing after the moves under way; Ctrl-C again is an emergency stop");
             }
             Sending::Short { journal } => {
                 console.warning(&format!("{journal}: no room left on the disk for the journal; pausing"));
@@ -64,14 +66,14 @@ impl<'a> Terminal<'a> {
             }
             Sending::Lost { why, wait } => {
                 let wait = wait.as_secs();
-                console.warning(&format!("the link is gone ({why}); waiting up to {wait} s for the same device"));
+                console.warning(&format!("connection lost ({why}); waiting up to {wait} s for the same device"));
             }
             Sending::Aside { journal } => {
                 let journal = journal.display();
-                console.warning(&format!("the journal of a print that was broken off is now {journal}"));
+                console.warning(&format!("the journal of an interrupted print is now {journal}"));
             }
-            Sending::UnprovedWay => {
-                console.warning("without --plan nothing proves that the way back to the part is clear");
+            Sending::UnprovedReentry => {
+                console.warning("without --plan there is no proof that the path of the re-entry is clear");
             }
             _ => {}
         }
@@ -92,19 +94,23 @@ impl Operator for Terminal<'_> {
     }
 
     fn begin(&self) {
-        interrupts::count();
+        self.interrupts.get_or_init(Interrupts::listen);
     }
 
     fn interrupts(&self) -> u32 {
-        interrupts::counted()
+        self.interrupts.get().map_or(0, Interrupts::count)
     }
 
     fn forget_interrupts(&self) {
-        interrupts::forget();
+        if let Some(interrupts) = self.interrupts.get() {
+            interrupts.forget();
+        }
     }
 
     fn last_words(&self, words: Option<(Twin, &'static [u8])>) {
-        interrupts::last_words(words);
+        if let Some(interrupts) = self.interrupts.get() {
+            interrupts.last_words(words);
+        }
     }
 
     /// Without a terminal, or behind the end of its input, nobody can type.
@@ -117,7 +123,7 @@ impl Operator for Terminal<'_> {
             Err(TryRecvError::Disconnected) => return Answer::Nobody,
         };
         *typed = None;
-        if text.trim().eq_ignore_ascii_case("c") { Answer::Cancel } else { Answer::GoOn }
+        if text.trim().eq_ignore_ascii_case("c") { Answer::Cancel } else { Answer::Continue }
     }
 
     fn agrees(&self, _: &Reentry) -> bool {

@@ -1,4 +1,4 @@
-//! `trunnion send`: what is proved goes out, once; what breaks off can go on.
+//! `trunnion send`: what is proved is sent, once; what is interrupted can be resumed.
 
 use std::path::Path;
 use std::time::Duration;
@@ -34,14 +34,14 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     }
     let Some(profile) = args.plan_ref.profile.as_deref().filter(|_| args.unverified) else {
         return Err(Failure::Usage(
-            "only a file that verifies is sent: give its plan with --plan PLAN.json; or --unverified with -m PROFILE, and \
-             nothing is known of what the head will hit"
+            "only a file that verifies is sent: give its plan with --plan PLAN.json; or, without any \
+             check for collisions, --unverified with -m PROFILE"
                 .to_owned(),
         ));
     };
     let program = &Verified::unverified(world.files.read(path)?);
     let machine = &job::load_profile(&profile.into(), &world)?;
-    console.warning("the file is not verified: nothing is known of what the head will hit");
+    console.warning("the file is not verified: the head may hit the part, the table or the frame");
     go(&SendRequest { path, program, machine, plan: None, options }, wire, &args.stream, console)
 }
 
@@ -72,7 +72,7 @@ impl StreamArgs {
     }
 }
 
-/// Sends, or goes on with, a program; everything before the first byte has been checked.
+/// Sends or resumes a program; everything before the first byte has been checked.
 pub(super) fn stream(
     request: &SendRequest<'_>,
     (port, journal): (&str, &Output),
@@ -89,14 +89,18 @@ pub(super) fn stream(
 fn rehearse(request: &SendRequest<'_>, console: &Console) -> Result<(), Failure> {
     let done = job::rehearse(request, &console.world())?;
     console.note(&format!(
-        "rehearsal: {} lines in {:.0} min with heating and accelerations; {} targets beyond an axis",
+        "rehearsal: {} lines in {:.0} min with heating and accelerations ({:.0} min without); {} targets beyond an axis",
         done.lines,
         done.seconds / 60.0,
+        done.seconds_print / 60.0,
         done.clamped
     ));
     if console.json() {
         let of = done.last_line;
-        let facts = json!({"event": "done", "line": of, "of": of, "dry_run": true, "seconds": done.seconds, "clamped": done.clamped});
+        let facts = json!({
+            "event": "done", "line": of, "of": of, "dry_run": true, "seconds": done.seconds,
+            "seconds_print": done.seconds_print, "clamped": done.clamped,
+        });
         console.result(&facts.to_string());
     }
     if done.clamped > 0 {

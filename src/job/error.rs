@@ -190,7 +190,7 @@ pub enum Error {
         /// As it says.
         protocol: String,
     },
-    /// A journal that is none.
+    /// A file that is no journal.
     #[error("{}: {source}", path.display())]
     Journal {
         /// The journal.
@@ -198,7 +198,7 @@ pub enum Error {
         /// What is wrong with it.
         source: JournalError,
     },
-    /// A program that is not the one whose print broke off.
+    /// A program that is not the one whose print was interrupted.
     #[error("{}: the file has changed since the print began ({then} bytes then, {now} now); what was printed cannot be matched to it", path.display())]
     ProgramChanged {
         /// The program.
@@ -208,20 +208,20 @@ pub enum Error {
         /// Its size now.
         now: u64,
     },
-    /// A machine that is not the one whose print broke off.
+    /// A machine that is not the one whose print was interrupted.
     #[error("profile {profile} has changed since the print began; give the same one")]
     ProfileChanged {
         /// The profile.
         profile: String,
     },
-    /// A print that did not break off.
-    #[error("{}: this print has ended; there is nothing to go on with", path.display())]
+    /// A print that is complete.
+    #[error("{}: this print is complete; there is nothing to resume", path.display())]
     Ended {
         /// The program.
         path: PathBuf,
     },
     /// The operator does not want the machine to move.
-    #[error("nothing was moved; the print would go on at line {line}")]
+    #[error("nothing was moved; the print would continue at line {line}")]
     Refused {
         /// The line of the program.
         line: u32,

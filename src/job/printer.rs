@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::Error;
-use crate::link::sim::{Model, Quirks};
-use crate::link::{Abilities, Heaters, Protocol, Rates, Retreat, Rules, Settings};
+use crate::link::sim::{MachineModel, Quirks};
+use crate::link::{Abilities, Heaters, Protocol, Retreat, Rules, SenderSettings};
 use crate::profile::{OnStop, Profile};
 
 pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
@@ -13,27 +13,17 @@ pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
         .ok_or_else(|| Error::Protocol { profile: profile.machine.name.clone(), protocol: name.clone() })
 }
 
-fn rates(profile: &Profile) -> Rates {
-    Rates {
-        feed_mm_per_min: profile.limits.max_feed_mm_per_min,
-        tilt_deg_per_s: profile.kinematics.tilt.max_deg_per_s,
-        rotation_deg_per_s: profile.kinematics.rotation.max_deg_per_s,
-    }
-}
-
 pub(crate) fn rules(profile: &Profile) -> Result<Rules, Error> {
     Ok(Rules {
         protocol: protocol(profile)?,
         longest_line: profile.link.longest_line as usize,
-        reading: profile.reading(),
-        rates: rates(profile),
+        setting: profile.trace_setting(),
     })
 }
 
 pub(crate) fn abilities(profile: &Profile) -> Abilities {
     let table = profile.kinematics();
     Abilities {
-        reading: profile.reading(),
         limits: profile.linear_limits(),
         axes: [table.tilt, table.rotation],
         max_nozzle_c: profile.link.max_nozzle_c,
@@ -62,34 +52,27 @@ pub(crate) fn retreat(profile: &Profile) -> Retreat {
     }
 }
 
-pub(crate) fn settings(profile: &Profile) -> Result<Settings, Error> {
+pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, Error> {
     let protocol = protocol(profile)?;
-    let mut settings = Settings::new(protocol, profile.reading(), retreat(profile));
-    let buffer = profile.link.buffer as usize;
-    settings.window_bytes = match protocol {
-        Protocol::Grbl => buffer.saturating_sub(1),
-        Protocol::Klipper => settings.window_bytes,
-        Protocol::Marlin | Protocol::RepRapFirmware => buffer.saturating_sub(Settings::MARGIN),
-    };
-    if protocol == Protocol::Marlin {
-        settings.window_lines = (profile.link.commands as usize).max(1);
-    }
+    let (buffer, commands) = (profile.link.buffer as usize, profile.link.commands as usize);
+    let mut settings = SenderSettings::new(protocol, retreat(profile)).with_buffers(buffer, commands);
+    settings.blank_after_number = profile.link.blank_after_number;
     settings.planner_blocks = profile.link.planner;
     settings.identity = Some(profile.link.identity.clone()).filter(|i| !i.is_empty());
     Ok(settings)
 }
 
 /// The machine that a profile describes, as far as it does; accelerations are those of an ordinary printer.
-pub(crate) fn model(profile: &Profile) -> Result<Model, Error> {
+pub(crate) fn model(profile: &Profile) -> Result<MachineModel, Error> {
     let table = profile.kinematics();
     let limits = profile.linear_limits();
-    let heated = protocol(profile)? != Protocol::Grbl;
-    Ok(Model {
+    let heated = protocol(profile)?.firmware().is_printer();
+    Ok(MachineModel {
         reading: profile.reading(),
         axes: [table.tilt, table.rotation],
         home_mm: [limits.min.x, limits.min.y, limits.max.z],
         limits,
-        rates: rates(profile),
+        rates: profile.trace_setting().rates,
         accelerations: [1000.0, 1000.0, 200.0, 100.0, 100.0, 3000.0],
         junction_mm: 0.02,
         coldest_extrusion_c: if heated { 170.0 } else { 0.0 },

@@ -48,12 +48,14 @@ pub enum BadSimulation {
 type NamedQuirk = (&'static str, fn(&mut Quirks));
 
 /// The quirks that can be asked for.
-const QUIRKS: [NamedQuirk; 7] = [
+const QUIRKS: [NamedQuirk; 9] = [
     ("advanced-ok", |q| q.advanced_ok = true),
     ("no-ok-after-resend", |q| q.ok_after_resend = false),
     ("refuses-doubles", |q| q.silent_duplicates = false),
     ("no-emergency-parser", |q| q.emergency_parser = false),
     ("no-busy", |q| q.busy = false),
+    ("repetier-errors", |q| q.repetier_errors = true),
+    ("blank-behind-slash", |q| q.blank_behind_slash = true),
     ("latches-errors", |q| q.latches_errors = true),
     ("three-axes", |q| q.axes = 3),
 ];

@@ -1,4 +1,4 @@
-//! The log from which a broken print goes on: text, one record a line, each behind the last; none is ever changed.
+//! The log from which an interrupted print is resumed: text, one record a line, appended; none is ever changed.
 //!
 //! ```text
 //! trunnion-journal 1
@@ -10,7 +10,7 @@
 //! run <number> <block>     from this number on, numbers carry blocks from this one on
 //! ack <number> <block>     lines up to this number are proven accepted; blocks before this one are answered
 //! entering                 the machine is homed and brought to the part anew, from the beginning of that until `back`
-//! anew                     numbers begin again, and the machine is nowhere
+//! anew                     numbers begin again, and the position of the machine is unknown
 //! away | back              the head has left the part | is back
 //! done | stopped <why>
 //! ```
@@ -75,7 +75,7 @@ pub enum Record {
 
 /// What a journal knows in the end.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Standing {
+pub struct JournalSummary {
     /// The job.
     pub header: Header,
     /// The printer's words.
@@ -89,7 +89,7 @@ pub struct Standing {
     pub reach: u32,
     /// Whether the head was away from the part.
     pub away: bool,
-    /// Whether the way back to the part after a reset was begun and not ended.
+    /// Whether a re-entry after a reset was begun and not ended.
     pub entering: bool,
     /// Whether the program ended.
     pub done: bool,
@@ -146,7 +146,7 @@ impl Record {
     }
 }
 
-impl Standing {
+impl JournalSummary {
     /// Reads a journal.
     ///
     /// # Errors
@@ -196,7 +196,7 @@ impl Standing {
             }
             "ack" => {
                 let (number, block) = pair()?;
-                // A re-entry that breaks off takes nothing back of what was printed before it.
+                // A re-entry that is interrupted takes nothing back of what was printed before it.
                 (self.proven, self.answered) = (number, self.answered.max(block));
                 self.reach = self.reach.max(block);
             }
@@ -248,10 +248,10 @@ impl Standing {
 mod tests {
     use super::*;
 
-    fn journal(records: &[Record]) -> Standing {
+    fn journal(records: &[Record]) -> JournalSummary {
         let header = Header { sha256: "ab".into(), bytes: 7, path: "a b.gcode".into(), ..Header::default() };
         let text: String = records.iter().map(Record::to_text).collect();
-        Standing::parse(&(header.to_text() + &text)).unwrap()
+        JournalSummary::parse(&(header.to_text() + &text)).unwrap()
     }
 
     #[test]
@@ -304,11 +304,11 @@ mod tests {
     #[test]
     fn a_torn_end_counts_for_nothing_and_rubbish_is_named() {
         let text = Header::default().to_text() + "run 3 0\nack 9 6\nack 1";
-        let standing = Standing::parse(&text).unwrap();
+        let standing = JournalSummary::parse(&text).unwrap();
         assert_eq!((standing.proven, standing.answered), (9, 6));
-        assert_eq!(Standing::parse(&(text + "\0\0\0ack 99 99\n")).unwrap(), standing);
-        assert_eq!(Standing::parse("G28\n"), Err(JournalError::Foreign));
-        let broken = Standing::parse(&(Header::default().to_text() + "nonsense\n"));
+        assert_eq!(JournalSummary::parse(&(text + "\0\0\0ack 99 99\n")).unwrap(), standing);
+        assert_eq!(JournalSummary::parse("G28\n"), Err(JournalError::Foreign));
+        let broken = JournalSummary::parse(&(Header::default().to_text() + "nonsense\n"));
         assert!(matches!(broken, Err(JournalError::Broken { line: 6, .. })), "{broken:?}");
     }
 

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use super::sender::{Event, Outcome, Sender, Time};
+use super::Time;
+use super::sender::{Notice, Outcome, Sender};
 use super::sim::Sim;
 
 /// How long a pulled plug stays out.
@@ -17,7 +18,7 @@ pub struct Loopback {
     pub sim: Sim,
     now: Time,
     back_at: Option<Time>,
-    events: Vec<Event>,
+    events: Vec<Notice>,
     wire: Option<Vec<(Time, Heading, Vec<u8>)>>,
 }
 
@@ -52,7 +53,7 @@ impl Loopback {
     }
 
     /// Everything the sender has said so far.
-    pub fn events(&self) -> &[Event] {
+    pub fn events(&self) -> &[Notice] {
         &self.events
     }
 

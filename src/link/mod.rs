@@ -1,11 +1,12 @@
-//! The printer link: exactly-once streaming, resume, and a simulated printer that knows motion.
+//! The printer link: exactly-once streaming, re-entry, and a simulated printer that knows motion.
 //!
 //! ```text
 //! file --Program--> blocks --Sender--> bytes on the wire --> Sim or a printer
 //!                             ^  '--> Journal            <-- replies
 //! ```
 //!
-//! [`Sender`] and [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial/`
+//! The program is read by the interpreter that verification uses (`trace`), so that both state the same time. [`Sender`] and
+//! [`sim::Sim`] are state machines with a passed-in clock: no threads, no ports, no sleeping. Only `serial/`
 //! touches the world. The rule: an accepted number is executed once; a line known to be accepted is never sent again;
 //! what is unknown stops the print with its reason.
 //!
@@ -15,24 +16,38 @@
 mod compact;
 mod journal;
 mod loopback;
+mod pace;
+mod padding;
 mod preflight;
 mod program;
+mod protocol;
+mod reentry;
 mod reply;
-mod resume;
-mod seams;
+mod retreat;
 mod sender;
 pub mod serial;
+mod settings;
 pub mod sim;
-mod timing;
+mod state;
+#[cfg(test)]
+mod testing;
 mod wire;
 
 pub use compact::push_compact;
-pub use journal::{Header, JournalError, Record, Standing};
+pub use journal::{Header, JournalError, JournalSummary, Record};
 pub use loopback::{Heading, Loopback};
+pub use pace::{TooSlow, too_slow};
 pub use preflight::{Abilities, Unfit};
-pub use program::{LARGEST_FILE, Mark, MarkKind, Program, ProgramError, Rules};
-pub use reply::{Busy, Reply, Status, Temperatures};
-pub use resume::{Heaters, Reentry, ReentryError, Retreat, State};
-pub use sender::{Event, Outcome, Progress, Sender, Settings, Stop, Time};
-pub use timing::{Rates, TooSlow, seconds, too_slow};
-pub use wire::{LineAssembler, Protocol, checksum, push_numbered};
+pub use program::{Boundary, BoundaryKind, LARGEST_FILE, Program, ProgramError, Rules};
+pub(crate) use protocol::Accounting;
+pub use protocol::Protocol;
+pub use reentry::{Reentry, ReentryError};
+pub use reply::{Busy, Reply, Status, Temperatures, Wording};
+pub use retreat::{Heaters, Retreat};
+pub use sender::{Counts, Notice, Outcome, Sender, StopReason};
+pub use settings::SenderSettings;
+pub use state::MachineState;
+pub use wire::{LineAssembler, checksum, push_numbered};
+
+/// Time since any fixed moment.
+pub type Time = std::time::Duration;

@@ -7,17 +7,15 @@
 //! Units: mm, degrees, degrees Celsius; lines of the file from 1.
 
 use super::program::Program;
-use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Heater, effect};
 use crate::geom::Angle;
-use crate::motion::replay::{Controller, Move, Reading, Step};
+use crate::motion::replay::Move;
 use crate::motion::{AxisRange, LinearLimits};
+use crate::trace::Action;
 
 /// What the machine can do.
 #[derive(Clone, Debug)]
 pub struct Abilities {
-    /// How lines are replayed.
-    pub reading: Reading,
     /// Where the tip may go.
     pub limits: LinearLimits,
     /// The table's axes: tilt, rotation.
@@ -66,34 +64,28 @@ impl Abilities {
     ///
     /// Behind a line that the replay cannot follow ([`Program::unknown`]) only heat is checked.
     pub fn lacking(&self, program: &Program) -> Option<Unfit> {
-        let reading = program.reading(&self.reading);
-        let mut controller = Some(Controller::new(reading.clone()));
-        let mut parsed = ParsedLine::default();
-        for block in 0..program.len() {
-            if parsed.read(program.block(block)).is_err() {
-                continue;
-            }
+        let mut replay = program.replay();
+        let mut followed = true;
+        while let Some((block, words, action)) = replay.step() {
             let line = program.file_line(block);
-            if let Some(hot) = self.too_hot(&reading, &parsed, line) {
-                return Some(hot);
-            }
-            match controller.as_mut().map(|c| c.step(&parsed)) {
-                Some(Ok(Step::Move(m))) => {
-                    if let Some(beyond) = self.beyond(&m, line) {
-                        return Some(beyond);
-                    }
+            let found = match action {
+                Ok(Action::Effect(effect)) => self.too_hot(effect, line),
+                Ok(Action::Move(timed)) if followed => self.beyond(&timed.made, line),
+                Ok(_) => None,
+                Err(_) => {
+                    followed = false;
+                    self.too_hot(effect(program.firmware(), words), line)
                 }
-                Some(Err(_)) => controller = None,
-                _ => {}
+            };
+            if found.is_some() {
+                return found;
             }
         }
         None
     }
 
-    fn too_hot(&self, reading: &Reading, parsed: &ParsedLine, line: u32) -> Option<Unfit> {
-        let Effect::Heat { heater, target_c: Some(target), .. } = effect(reading.firmware, parsed) else {
-            return None;
-        };
+    fn too_hot(&self, effect: Effect, line: u32) -> Option<Unfit> {
+        let Effect::Heat { heater, target_c: Some(target), .. } = effect else { return None };
         let (heater, key, allowed) = match heater {
             Heater::Nozzle | Heater::OtherNozzle(_) => ("nozzle", "max_nozzle_c", self.max_nozzle_c),
             Heater::Bed => ("bed", "max_bed_c", self.max_bed_c),
@@ -134,23 +126,13 @@ const ROUNDING: f64 = 1e-3;
 mod tests {
     use super::*;
     use crate::geom::Vec3;
-    use crate::link::{Protocol, Rates, Rules};
+    use crate::link::Protocol;
+    use crate::link::testing::{axes, rules};
 
     fn lacking(text: &str) -> Option<String> {
-        let axis = |letter, range: Option<(f64, f64)>| AxisRange {
-            letter,
-            direction: 1.0,
-            zero: Angle::ZERO,
-            range: range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high))),
-            max_rate: 1.0,
-        };
-        let axes = [axis(b'A', Some((-15.0, 90.0))), axis(b'C', None)];
-        let reading = Reading { rotary: Some((axes[0].clone(), axes[1].clone())), ..Reading::sliced() };
-        let rules =
-            Rules { protocol: Protocol::Marlin, longest_line: 96, reading: reading.clone(), rates: Rates::default() };
         let limits = LinearLimits { min: Vec3::new(-100.0, -100.0, 0.0), max: Vec3::new(100.0, 100.0, 200.0) };
-        let abilities = Abilities { reading, limits, axes, max_nozzle_c: 260.0, max_bed_c: 140.0 };
-        let program = Program::read(text.as_bytes(), &rules).unwrap();
+        let abilities = Abilities { limits, axes: axes(), max_nozzle_c: 260.0, max_bed_c: 140.0 };
+        let program = Program::read(text.as_bytes(), &rules(Protocol::Marlin)).unwrap();
         abilities.lacking(&program).map(|u| u.to_string())
     }
 

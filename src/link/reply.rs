@@ -3,7 +3,16 @@
 //! `ok` is only `^ok(\s|$)`: an `ok` glued into other text by noise is none. Texts: `field/firmware.md` section 3, taken from
 //! the firmwares themselves.
 
-use super::wire::Protocol;
+/// Whose answers they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wording {
+    /// Marlin's and `RepRapFirmware`'s.
+    Printer,
+    /// The same with Klipper's own `!!` and `//`.
+    Klipper,
+    /// Grbl's and its heirs'.
+    Grbl,
+}
 
 /// Current and wanted temperatures, degrees Celsius.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +53,8 @@ pub enum Reply {
         /// Whether it carries temperatures, as only the answer to M105 does.
         report: Option<Temperatures>,
     },
+    /// An `ok` that carries the answer to M115, as Klipper's does.
+    OkIdentity(String),
     /// `Resend: 5`; `None` where the number cannot be read.
     Resend(Option<i64>),
     /// A wire error that the printer mends by a resend, with its `Last Line:`.
@@ -76,24 +87,25 @@ pub enum Reply {
 
 impl Reply {
     /// Reads one line.
-    pub fn read(protocol: Protocol, line: &[u8]) -> Self {
+    pub fn read(wording: Wording, line: &[u8]) -> Self {
         if line == b"ok" {
             return Self::Ok { number: None, report: None };
         }
         let text = String::from_utf8_lossy(line);
-        match protocol {
-            Protocol::Grbl => grbl(&text),
-            _ => printer(protocol, &text),
+        match wording {
+            Wording::Grbl => grbl(&text),
+            Wording::Printer => printer(&text),
+            Wording::Klipper => klipper(&text).unwrap_or_else(|| printer(&text)),
         }
     }
 }
 
-fn printer(protocol: Protocol, text: &str) -> Reply {
+fn printer(text: &str) -> Reply {
     if let Some(rest) = text.strip_prefix("ok")
         && rest.starts_with(|c: char| c.is_ascii_whitespace())
     {
         if rest.contains("FIRMWARE_NAME") {
-            return Reply::Ok { number: None, report: None };
+            return Reply::OkIdentity(rest.trim().to_owned());
         }
         let number = rest.split_ascii_whitespace().find_map(|w| w.strip_prefix('N')?.parse().ok());
         return Reply::Ok { number, report: temperatures(rest) };
@@ -101,19 +113,19 @@ fn printer(protocol: Protocol, text: &str) -> Reply {
     if let Some(rest) = text.strip_prefix("Resend:").or_else(|| text.strip_prefix("rs ")) {
         return Reply::Resend(rest.trim().trim_start_matches('N').parse().ok());
     }
-    if protocol == Protocol::Klipper {
-        if let Some(rest) = text.strip_prefix("!!") {
-            return Reply::Error(rest.trim().to_owned());
-        }
-        if let Some(state) = text.strip_prefix("// Klipper state: ") {
-            let gone = matches!(state.trim(), "Shutdown" | "Disconnect");
-            return if gone { Reply::Fatal(format!("Klipper state: {}", state.trim())) } else { Reply::Chatter };
-        }
-    }
     if text.starts_with("Error:") {
         return error(text);
     }
     echo(text)
+}
+
+fn klipper(text: &str) -> Option<Reply> {
+    if let Some(rest) = text.strip_prefix("!!") {
+        return Some(Reply::Error(rest.trim().to_owned()));
+    }
+    let state = text.strip_prefix("// Klipper state: ")?.trim();
+    let gone = matches!(state, "Shutdown" | "Disconnect");
+    Some(if gone { Reply::Fatal(format!("Klipper state: {state}")) } else { Reply::Chatter })
 }
 
 /// Pieces of the wire errors' texts: one wrong byte cannot spoil them all.
@@ -135,11 +147,20 @@ fn error(text: &str) -> Reply {
     if FATAL.iter().any(|f| body.contains(f)) {
         return Reply::Fatal(body.to_owned());
     }
+    if let Some(wanted) = expected_line(body) {
+        return Reply::LineError(Some(wanted - 1));
+    }
     if WIRE_ERRORS.iter().any(|f| body.contains(f)) {
         let last = body.split_once("Last Line:").and_then(|(_, n)| n.trim().parse().ok());
         return Reply::LineError(last);
     }
     Reply::Error(body.to_owned())
+}
+
+/// The line that Repetier wants: `expected line 302 got 303`.
+fn expected_line(body: &str) -> Option<i64> {
+    let (wanted, _) = body.strip_prefix("expected line ")?.split_once(" got ")?;
+    wanted.trim().parse().ok().filter(|n| (1..i64::MAX).contains(n))
 }
 
 fn echo(text: &str) -> Reply {
@@ -176,14 +197,22 @@ fn position(text: &str) -> Vec<(u8, f64)> {
     stated.split_ascii_whitespace().filter_map(word).collect()
 }
 
-/// `T:19.38 /0.00 B:19.38 /0.00 @:0`, `T0:` for the first tool too; `None` without either.
+/// `T:19.38 /0.00 B:19.38 /0.00 @:0`, `T0:` for the first tool too, and the blank on either side of the slash or on none; `None`
+/// without a temperature.
 fn temperatures(text: &str) -> Option<Temperatures> {
     let mut found = Temperatures::default();
     let mut words = text.split_ascii_whitespace().peekable();
     while let Some(word) = words.next() {
-        let Some((name, now)) = word.split_once(':') else { continue };
+        let Some((name, value)) = word.split_once(':') else { continue };
+        let (now, behind) = value.split_once('/').map_or((value, None), |(now, behind)| (now, Some(behind)));
         let Ok(now) = now.parse::<f64>() else { continue };
-        let wanted = words.peek().and_then(|w| w.strip_prefix('/')?.parse().ok()).unwrap_or(0.0);
+        // What stands behind the slash, wherever that is: in this word, at its end, or before or in the next.
+        let wanted = match (behind, words.peek().and_then(|next| next.strip_prefix('/'))) {
+            (Some(""), _) => words.peek().copied(),
+            (None, Some("")) => words.clone().nth(1),
+            (behind, next) => behind.or(next),
+        };
+        let wanted = wanted.and_then(|w| w.parse().ok()).unwrap_or(0.0);
         match name {
             "T" | "T0" if found.nozzle.is_none() => found.nozzle = Some([now, wanted]),
             "B" => found.bed = Some([now, wanted]),
@@ -234,7 +263,7 @@ mod tests {
     use super::*;
 
     fn marlin(text: &str) -> Reply {
-        Reply::read(Protocol::Marlin, text.as_bytes())
+        Reply::read(Wording::Printer, text.as_bytes())
     }
 
     const BARE: Reply = Reply::Ok { number: None, report: None };
@@ -247,7 +276,7 @@ mod tests {
         for no in ["okay", "oecho:ok", "o k", "k", "o", "xok", "echo:ok", "Ok", "ok\u{fffd}"] {
             assert!(!matches!(marlin(no), Reply::Ok { .. }), "{no}");
         }
-        assert!(!matches!(Reply::read(Protocol::Marlin, b"\xffok"), Reply::Ok { .. }));
+        assert!(!matches!(Reply::read(Wording::Printer, b"\xffok"), Reply::Ok { .. }));
     }
 
     #[test]
@@ -256,6 +285,13 @@ mod tests {
         assert_eq!((t.nozzle, t.bed), (Some([19.38, 0.0]), Some([20.5, 60.0])));
         let auto = marlin(" T:30.36 /200.00 B:20.00 /0.00 @:0 W:?");
         assert!(matches!(auto, Reply::Temperatures(t) if t.nozzle == Some([30.36, 200.0])));
+        for text in ["T:21.30 /205.00", "T:21.30/205.00", "T:21.30/ 205.00", "T:21.30 / 205.00"] {
+            let both = format!("ok {text} {} @:64", text.replace('T', "B"));
+            let Reply::Ok { report: Some(t), .. } = marlin(&both) else { panic!("{both}") };
+            assert_eq!((t.nozzle, t.bed), (Some([21.3, 205.0]), Some([21.3, 205.0])), "{both}");
+        }
+        let Reply::Ok { report: Some(t), .. } = marlin("ok T:21.30 B:20.00") else { panic!() };
+        assert_eq!((t.nozzle, t.bed), (Some([21.3, 0.0]), Some([20.0, 0.0])));
     }
 
     #[test]
@@ -263,6 +299,10 @@ mod tests {
         assert_eq!(marlin("Error:checksum mismatch, Last Line: 41"), Reply::LineError(Some(41)));
         assert_eq!(marlin("Error:chec?sum mismatch, Last Line: 41"), Reply::LineError(Some(41)));
         assert_eq!(marlin("Error:No Checksum with line number, Last Line: 3"), Reply::LineError(Some(3)));
+        assert_eq!(marlin("Error:expected line 302 got 303"), Reply::LineError(Some(301)));
+        assert_eq!(marlin("Error:Wrong checksum"), Reply::LineError(None));
+        assert_eq!(marlin("Error:expected line of sight"), Reply::Error("expected line of sight".to_owned()));
+        assert_eq!(marlin("Resend:302"), Reply::Resend(Some(302)));
         assert_eq!(marlin("Resend: 42"), Reply::Resend(Some(42)));
         assert_eq!(marlin("rs N42"), Reply::Resend(Some(42)));
         assert_eq!(marlin("Resend: 4z"), Reply::Resend(None));
@@ -283,7 +323,7 @@ mod tests {
 
     #[test]
     fn reads_grbl_status_and_greeting() {
-        let read = |text: &str| Reply::read(Protocol::Grbl, text.as_bytes());
+        let read = |text: &str| Reply::read(Wording::Grbl, text.as_bytes());
         let Reply::Status(s) = read("<Idle|MPos:1.000,-2.000,0.000|Bf:15,128|FS:0,0>") else { panic!() };
         assert_eq!((s.state.as_str(), s.free, s.position), ("Idle", Some([15, 128]), vec![1.0, -2.0, 0.0]));
         // grblHAL, five axes.

@@ -4,59 +4,7 @@
 //!
 //! This file must not know what a reply means: that is `reply`'s.
 
-use crate::gcode::meaning::Firmware;
 use memchr::memchr2;
-
-/// Which firmware's manners the wire has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Protocol {
-    /// Numbers, checksums, `ok`, `Resend`.
-    Marlin,
-    /// `RepRapFirmware` over USB: numbers and checksums are taken, a bad line is dropped without a word.
-    RepRapFirmware,
-    /// Klipper's pty: one `ok` a line, numbers ignored.
-    Klipper,
-    /// Grbl, grblHAL, FluidNC: character counting, real-time bytes.
-    Grbl,
-}
-
-impl Protocol {
-    /// The protocol of a profile's `[link] protocol`; `None` for `"none"` and unknown words.
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "marlin" => Some(Self::Marlin),
-            "rrf" => Some(Self::RepRapFirmware),
-            "klipper" => Some(Self::Klipper),
-            "grbl" => Some(Self::Grbl),
-            _ => None,
-        }
-    }
-
-    /// Whose words are understood at the other end.
-    pub fn firmware(self) -> Firmware {
-        match self {
-            Self::Marlin => Firmware::Marlin,
-            Self::RepRapFirmware => Firmware::RepRapFirmware,
-            Self::Klipper => Firmware::Klipper,
-            Self::Grbl => Firmware::Grbl,
-        }
-    }
-
-    /// The word of a profile.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Marlin => "marlin",
-            Self::RepRapFirmware => "rrf",
-            Self::Klipper => "klipper",
-            Self::Grbl => "grbl",
-        }
-    }
-
-    /// Whether lines carry a number and a checksum.
-    pub fn numbered(self) -> bool {
-        matches!(self, Self::Marlin | Self::RepRapFirmware)
-    }
-}
 
 /// XOR of all bytes.
 pub fn checksum(bytes: &[u8]) -> u8 {

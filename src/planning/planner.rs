@@ -30,7 +30,7 @@ pub struct Planned {
     pub sequence_size: usize,
     /// Pose changes, the first pose included.
     pub pose_changes: usize,
-    /// Estimated seconds of printing and turning.
+    /// Estimated seconds of printing and turning, before anything is sliced; a sliced file's own time is verification's.
     pub seconds: f64,
     /// Staircase error (seed 004, section 4), summed over the parts, mm⁴.
     pub staircase: f64,

@@ -295,6 +295,8 @@ pub struct Link {
     pub planner: u32,
     /// Bytes of the firmware's longest line.
     pub longest_line: u32,
+    /// Whether a blank goes between a line's number and its command.
+    pub blank_after_number: bool,
     /// What the printer must call itself; empty for any.
     pub identity: String,
     /// The hottest that the nozzle may be asked to become.

@@ -2,16 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::rates::{Extent, Feed};
+use super::interpreter::{Action, Interpreter, TimedMove};
 use super::{Event, Setting, State, Trace, What, Zone, flag, units};
 use crate::gcode::marks::{Hint, Mark, Role, hint, mark};
 use crate::gcode::meaning::{Effect, Hazard, Heater};
 use crate::gcode::{LineKind, ParsedLine, lines};
-use crate::geom::Vec3;
-use crate::motion::replay::{Controller, Move, Position, Step, flatten};
-
-/// How far chords may leave an arc, mm: far below every tolerance that is asked of a place.
-const CHORD_MM: f64 = 0.01;
+use crate::motion::replay::{Move, Position};
 
 /// The program in `bytes`, as the machine of `setting` would carry it out.
 ///
@@ -29,10 +25,11 @@ pub fn read(bytes: &[u8], setting: &Setting) -> Trace {
             builder.comment(&line.bytes[parsed.comment.clone()]);
             continue;
         }
-        match builder.controller.step(&parsed) {
-            Ok(Step::Move(m)) => builder.make(&m),
-            Ok(Step::Nothing | Step::ExtruderSet(_)) => {}
-            Ok(Step::Effect(effect)) => {
+        match builder.interpreter.take(&parsed) {
+            Ok(Action::Move(timed)) => builder.make(timed),
+            Ok(Action::Nothing) => {}
+            Ok(action @ Action::Effect(effect)) => {
+                builder.trace.waits_s += action.seconds();
                 let start = line.bytes.as_ptr() as usize - bytes.as_ptr() as usize;
                 builder.effect(effect, start + parsed.code.start..start + parsed.code.end);
             }
@@ -51,20 +48,18 @@ struct Said {
     height_um: u16,
 }
 
-struct Builder<'a> {
-    setting: &'a Setting,
-    controller: Controller,
+struct Builder {
+    interpreter: Interpreter,
     trace: Trace,
     line: u32,
     state: State,
     said: Said,
     /// The same by print: prints take turns layer by layer, and none repeats what it has said.
     said_by: BTreeMap<u32, Said>,
-    target_c: f32,
 }
 
-impl<'a> Builder<'a> {
-    fn new(setting: &'a Setting, bytes: usize) -> Self {
+impl Builder {
+    fn new(setting: &Setting, bytes: usize) -> Self {
         let state = State { tilt: None, rotation: None, print: None, slot: None, zone: Zone::Start, nozzle_c: 0.0 };
         let mut trace = Trace { states: vec![state], ..Trace::default() };
         // A line of a print has some thirty bytes.
@@ -75,9 +70,8 @@ impl<'a> Builder<'a> {
         trace.state.reserve(count);
         [&mut trace.width_um, &mut trace.height_um, &mut trace.flags].into_iter().for_each(|c| c.reserve(count));
         trace.role.reserve(count);
-        let controller = Controller::new(setting.reading.clone());
         let (said, said_by) = (Said::default(), BTreeMap::new());
-        Self { setting, controller, trace, line: 0, state, said, said_by, target_c: 0.0 }
+        Self { interpreter: Interpreter::new(setting), trace, line: 0, state, said, said_by }
     }
 
     fn event(&mut self, what: What) {
@@ -119,39 +113,25 @@ impl<'a> Builder<'a> {
     }
 
     fn effect(&mut self, effect: Effect, span: std::ops::Range<usize>) {
+        let target = self.interpreter.targets().nozzle_c as f32;
         match effect {
-            Effect::Dwell(seconds) => self.trace.waits_s += seconds.max(0.0),
-            Effect::Heat { heater: Heater::Nozzle, target_c, waits } => {
-                let target = target_c.map_or(self.target_c, |c| c as f32);
-                self.target_c = target;
+            Effect::Heat { heater: Heater::Nozzle, waits, .. } => {
                 self.state.nozzle_c = if waits { target } else { self.state.nozzle_c.min(target) };
             }
-            Effect::HeatWait => self.state.nozzle_c = self.target_c,
-            Effect::HeatersOff | Effect::Hazard(Hazard::Stop | Hazard::End) => {
-                (self.target_c, self.state.nozzle_c) = (0.0, 0.0);
-            }
+            Effect::HeatWait => self.state.nozzle_c = target,
+            Effect::HeatersOff | Effect::Hazard(Hazard::Stop | Hazard::End) => self.state.nozzle_c = 0.0,
             _ => {}
         }
         self.event(What::Effect(effect, span));
     }
 
-    fn make(&mut self, m: &Move) {
+    fn make(&mut self, timed: TimedMove) {
+        let TimedMove { made: m, seconds, length_mm: length, chords, too_fast } = timed;
         (self.state.tilt, self.state.rotation) = (m.to.tilt, m.to.rotation);
         if self.trace.states.last() != Some(&self.state) {
             self.trace.states.push(self.state);
         }
-        let path = self.path(m);
-        let length = match &path[..] {
-            // What is not known takes no time; it moves all the same.
-            [] => known_length(m),
-            path => path.windows(2).map(|w| (w[1] - w[0]).norm()).sum(),
-        };
-        let turns = [(m.from.tilt, m.to.tilt), (m.from.rotation, m.to.rotation)]
-            .map(|(from, to)| if from == to { Some(0.0) } else { Some((to? - from?).abs().deg()) });
-        let extent = Extent { length, linear: length > 0.0 || m.from.linear != m.to.linear, turns, e: m.e };
-        let feed = Feed { value: m.feed, inverse_time: m.inverse_time, rapid: m.rapid, rotary: m.rotary_written };
-        let (seconds, fast) = self.setting.rates.check(&feed, &extent);
-        if let Some(fast) = fast {
+        if let Some(fast) = too_fast {
             self.event(What::TooFast(fast));
         }
         let mut flags = u16::from(m.written)
@@ -160,15 +140,17 @@ impl<'a> Builder<'a> {
             | if m.rotary_written { flag::ROTARY } else { 0 }
             | if m.arc.is_some() { flag::ARC } else { 0 };
         (0..3).filter(|&i| m.from.linear[i].is_none()).for_each(|i| flags |= 1 << (flag::FROM_UNKNOWN + i as u16));
-        if path.len() <= 2 {
-            self.push(m, &m.to, m.e, seconds, flags);
+        if chords.len() < 2 {
+            self.push(&m, &m.to, m.e, seconds, flags);
             return;
         }
-        for pair in path.windows(2) {
-            let share = if length > 0.0 { (pair[1] - pair[0]).norm() / length } else { 0.0 };
-            let to = Position { linear: [Some(pair[1].x), Some(pair[1].y), Some(pair[1].z)], ..m.to };
-            self.push(m, &to, m.e * share, seconds * share, flags);
+        let mut from = m.from.tip().unwrap_or(chords[0]);
+        for chord in chords {
+            let share = if length > 0.0 { (chord - from).norm() / length } else { 0.0 };
+            let to = Position { linear: [Some(chord.x), Some(chord.y), Some(chord.z)], ..m.to };
+            self.push(&m, &to, m.e * share, seconds * share, flags);
             flags |= flag::CHORD;
+            from = chord;
         }
     }
 
@@ -186,20 +168,4 @@ impl<'a> Builder<'a> {
         trace.role.push(self.said.role);
         trace.flags.push(flags);
     }
-
-    /// Where the tip goes, chord by chord, the start included; empty where not all of it is known or nothing moves.
-    fn path(&self, m: &Move) -> Vec<Vec3> {
-        let Some((from, to)) = m.from.tip().zip(m.to.tip()) else { return Vec::new() };
-        let mut path = vec![from];
-        match &m.arc {
-            Some(arc) => path.extend(flatten(from, to, arc, CHORD_MM)),
-            None => path.push(to),
-        }
-        path
-    }
-}
-
-fn known_length(m: &Move) -> f64 {
-    let along = |i: usize| m.from.linear[i].zip(m.to.linear[i]).map_or(0.0, |(from, to)| to - from);
-    Vec3::from_fn(|i, _| along(i)).norm()
 }

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! bytes --read(.., &Setting)--> Trace { moves: columns, states: what changes seldom, events: what is no move }
+//! line  --Interpreter::take--> Action { a move with its time, or an effect }     what read() does line by line
 //! ```
 //!
 //! Moves are straight lines of the tip (arcs are taken along their chords), each with the line it stands on, the filament it
@@ -14,11 +15,13 @@
 //! This room must not know profiles (they build its [`Setting`]), plans or rules.
 
 mod build;
+mod interpreter;
 mod rates;
 #[cfg(test)]
 mod tests;
 
 pub use build::read;
+pub use interpreter::{Action, Interpreter, Targets, TimedMove};
 pub use rates::{FeedCount, Rates, TooFast};
 
 use std::ops::Range;

@@ -95,7 +95,7 @@ pub struct Report {
     /// Filament laid down while moving.
     pub filament_mm: f64,
     /// Time of all moves and dwells at the speeds written or the axes' fastest, whichever is slower; no accelerations,
-    /// no heating.
+    /// no heating. `send` counts the same down; a rehearsal's whole time is longer.
     pub seconds_print: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A print that broke off goes on: by the printer's own counter, or after a reset from the last layer.
+//! Resuming an interrupted print: from the printer's own line counter, or after a reset from the last layer.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::gcode::ParsedLine;
 use crate::job::world::{JournalFile, read_journal};
 use crate::job::{Error, World, printer};
 use crate::link::serial::Port;
-use crate::link::{Outcome, Program, Protocol, Record, Reentry, Sender, Settings, Standing, Stop};
+use crate::link::{Accounting, JournalSummary, Outcome, Program, Record, Reentry, Sender, SenderSettings, StopReason};
 use crate::motion::replay::{Controller, Step};
 use crate::planning::sha256_hex;
 use crate::profile::Profile;
@@ -19,7 +19,7 @@ use crate::verify::{Finding, Job as Proof, Rule, verify};
 /// A journal's end that had not reached the disk when the host lost its power is shorter than this.
 const UNWRITTEN_S: f64 = 10.0;
 
-/// Goes on with a print that broke off, as its journal says; one that never began is sent from its first line.
+/// Resumes an interrupted print, as its journal says; one that never began is sent from its first line.
 ///
 /// # Errors
 ///
@@ -49,7 +49,7 @@ pub fn resume(
         operator.told(&Sending::Note(text), start(&program));
     }
     let same_boot = standing.header.boot == world.clock.boot();
-    if settings.protocol == Protocol::Marlin && same_boot && standing.counts() {
+    if settings.protocol.traits().accounting == Accounting::Counter && same_boot && standing.counts() {
         let place = place(request, wire, world);
         let sender = Sender::resuming(Arc::clone(&program), settings.clone(), &standing);
         let stream = (sender, opened, place);
@@ -70,7 +70,7 @@ pub fn resume(
     ended(Stream::new(sender, opened, found, journal, told).run()?)
 }
 
-/// Goes on by the printer's own counter; `None` where it has lost count.
+/// Resumes from the printer's own line counter; `None` where it has lost count.
 fn by_counter(
     program: &Program,
     proven: i64,
@@ -79,10 +79,10 @@ fn by_counter(
     (world, operator): (&World<'_>, &dyn Operator),
 ) -> Result<Option<Outcome>, Error> {
     let note = |text: &str| operator.told(&Sending::Note(text), start(program));
-    note(&format!("asking the printer's counter; lines up to {proven} on the wire are known to be accepted"));
+    note(&format!("asking the printer for its line counter; wire lines up to {proven} are known to be accepted"));
     let journal = JournalFile::reopen(wire.journal.path())?;
     let outcome = Stream::new(sender, port, place, journal, (world, operator)).run()?;
-    let Outcome::Stopped(why @ (Stop::Reset { .. } | Stop::Counter { .. })) = &outcome else {
+    let Outcome::Stopped(why @ (StopReason::Reset { .. } | StopReason::Counter { .. })) = &outcome else {
         return Ok(Some(outcome));
     };
     note(&why.to_string());
@@ -90,7 +90,7 @@ fn by_counter(
 }
 
 /// What the journal says, if it is this job's.
-fn standing(request: &SendRequest<'_>, path: &Path) -> Result<Standing, Error> {
+fn standing(request: &SendRequest<'_>, path: &Path) -> Result<JournalSummary, Error> {
     let standing = read_journal(path)?;
     let (program, path) = (request.program.program(), request.path.to_owned());
     if standing.header.sha256 != sha256_hex(program) {
@@ -108,15 +108,10 @@ fn standing(request: &SendRequest<'_>, path: &Path) -> Result<Standing, Error> {
 fn reentry(
     request: &SendRequest<'_>,
     program: &Program,
-    settings: &Settings,
-    standing: &Standing,
+    settings: &SenderSettings,
+    standing: &JournalSummary,
     (world, operator): (&World<'_>, &dyn Operator),
 ) -> Result<Reentry, Error> {
-    if settings.protocol == Protocol::Grbl {
-        return Err(Error::Printer(
-            "a print cannot go on after a reset of Grbl: it has no line counter to ask".to_owned(),
-        ));
-    }
     let answered = standing.answered.max(standing.next_block(standing.proven));
     let found = Reentry::find(program, settings, answered);
     let entry = found.map_err(|e| Error::Printer(e.to_string()))?;
@@ -124,10 +119,10 @@ fn reentry(
         operator.told(&Sending::Note(&format!("  {words}")), start(program));
     }
     if request.plan.is_none() {
-        operator.told(&Sending::UnprovedWay, start(program));
+        operator.told(&Sending::UnprovedReentry, start(program));
     }
     let same_boot = standing.header.boot == world.clock.boot();
-    prove_way(request, program, &entry, printed_at_most(program, settings, standing, same_boot))?;
+    prove_path(request, program, &entry, printed_at_most(program, settings, standing, same_boot))?;
     Ok(entry)
 }
 
@@ -135,7 +130,7 @@ fn reentry(
 ///
 /// Where a run begins is written down before it is sent, and a run ends with the next proof. A host that lost its power may
 /// have lost the journal's end too: what the printer can execute in [`UNWRITTEN_S`] is added.
-fn printed_at_most(program: &Program, settings: &Settings, standing: &Standing, same_boot: bool) -> u32 {
+fn printed_at_most(program: &Program, settings: &SenderSettings, standing: &JournalSummary, same_boot: bool) -> u32 {
     let mut last = standing.reach.saturating_add(settings.prove_every);
     let mut left = if same_boot { 0.0 } else { UNWRITTEN_S };
     while left > 0.0 && last < program.len() {
@@ -145,20 +140,20 @@ fn printed_at_most(program: &Program, settings: &Settings, standing: &Standing, 
     last.min(program.len().saturating_sub(1))
 }
 
-/// The way down to the part and what is printed again there, replayed behind everything up to block `printed`.
-fn prove_way(request: &SendRequest<'_>, program: &Program, entry: &Reentry, printed: u32) -> Result<(), Error> {
+/// The path down to the part and what is printed again there, replayed behind everything up to block `printed`.
+fn prove_path(request: &SendRequest<'_>, program: &Program, entry: &Reentry, printed: u32) -> Result<(), Error> {
     let Some(plan) = request.plan else { return Ok(()) };
-    let way = Way::of(request.program.program(), program.file_line(printed), entry, &request.machine.profile);
+    let path = ReentryPath::of(request.program.program(), program.file_line(printed), entry, &request.machine.profile);
     let workpiece = plan.workpiece();
     let job = Proof { profile: &request.machine.profile, plan: &plan.plan, workpiece: &workpiece };
-    match verify(&way.text, &job).findings.iter().find(|finding| way.counts(finding)) {
-        Some(f) => Err(Error::Printer(format!("the way back to the part is not clear: {}", f.text))),
+    match verify(&path.text, &job).findings.iter().find(|finding| path.counts(finding)) {
+        Some(f) => Err(Error::Printer(format!("the path of the re-entry is not clear: {}", f.text))),
         None => Ok(()),
     }
 }
 
-/// What was printed, and the way back, as one program; lines are numbered from 1.
-struct Way {
+/// What was printed, and the re-entry, as one program; lines are numbered from 1.
+struct ReentryPath {
     text: Vec<u8>,
     /// The last line of what was printed.
     printed: u32,
@@ -169,21 +164,21 @@ struct Way {
     own: u32,
 }
 
-impl Way {
+impl ReentryPath {
     /// Lines up to `last`, the loss of every position, homing as it is written, our own moves, and the lines between once
     /// more: they go where material may stand already.
     fn of(file: &[u8], last: u32, entry: &Reentry, profile: &Profile) -> Self {
-        let mut way = Self { text: Vec::with_capacity(file.len()), printed: 0, posed: 0, own: 0 };
+        let mut path = Self { text: Vec::with_capacity(file.len()), printed: 0, posed: 0, own: 0 };
         let mut again = Vec::new();
         for line in crate::gcode::lines(file).take_while(|l| l.number <= last) {
-            way.push(line.bytes);
+            path.push(line.bytes);
             if line.number >= entry.file_line {
                 again.push(line.bytes);
             }
         }
-        way.printed = way.own;
+        path.printed = path.own;
         // Motors that were off or a board that was reset: nobody knows where anything is, the table's angles included.
-        way.push(b"M84");
+        path.push(b"M84");
         let mut controller = Controller::new(profile.reading());
         let mut read = ParsedLine::default();
         let mut moved = false;
@@ -194,17 +189,17 @@ impl Way {
             if !homes && (!moves(line) || line.contains('E')) {
                 continue;
             }
-            way.push(line.as_bytes());
+            path.push(line.as_bytes());
             let unknown = controller.at.pose().is_none();
             // A line that is not understood leaves the pose unknown.
             let step = read.read(line.as_bytes()).ok().and_then(|()| controller.step(&read).ok());
             let first = !moved && matches!(step, Some(Step::Move(_)));
             moved |= first;
-            way.posed = if first || (homes && unknown) { way.own } else { way.posed };
+            path.posed = if first || (homes && unknown) { path.own } else { path.posed };
         }
-        let own = way.own;
-        again.into_iter().for_each(|line| way.push(line));
-        Self { own, ..way }
+        let own = path.own;
+        again.into_iter().for_each(|line| path.push(line));
+        Self { own, ..path }
     }
 
     fn push(&mut self, line: &[u8]) {
@@ -213,7 +208,7 @@ impl Way {
         self.own += 1;
     }
 
-    /// Whether a finding stands against the way back. That homing itself touches nothing is the profile's word, as long as nobody
+    /// Whether a finding stands against the re-entry. That homing itself touches nothing is the profile's word, as long as nobody
     /// knows where the table is; coming from home, X and Y may be anywhere, and are judged as that.
     fn counts(&self, finding: &Finding) -> bool {
         match finding.rule {

@@ -1,6 +1,7 @@
-//! What is proved goes out to a printer, once; what breaks off can go on.
+//! What is proved is sent to a printer, once; what is interrupted can be resumed.
 
 mod again;
+mod figures;
 mod operator;
 mod rehearsal;
 mod stream;
@@ -12,7 +13,7 @@ use std::time::Duration;
 use super::world::{JournalFile, read_journal};
 use super::{BadSetting, CheckedPlan, Error, LoadedProfile, Output, Verified, World, printer};
 use crate::link::serial::{Address, Port};
-use crate::link::{Header, LARGEST_FILE, Outcome, Program, ProgramError, Protocol, Sender, too_slow};
+use crate::link::{Header, LARGEST_FILE, Outcome, Program, ProgramError, Sender, too_slow};
 use crate::planning::sha256_hex;
 use crate::profile::check_number;
 pub use again::resume;
@@ -29,7 +30,7 @@ pub struct SendRequest<'a> {
     pub program: &'a Verified<Vec<u8>>,
     /// The machine.
     pub machine: &'a LoadedProfile,
-    /// The plan, which proves the way back to the part after a reset; `None` for an unverified program.
+    /// The plan, against which a re-entry after a reset is proved; `None` for an unverified program.
     pub plan: Option<&'a CheckedPlan>,
     /// How to stream.
     pub options: &'a SendOptions,
@@ -57,7 +58,7 @@ impl Default for SendOptions {
 pub struct Wire<'a> {
     /// The printer.
     pub address: &'a Address,
-    /// The journal, by which a print that breaks off can go on.
+    /// The journal, from which an interrupted print is resumed.
     pub journal: &'a Output,
 }
 
@@ -126,14 +127,14 @@ fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>,
     let program = read.map_err(|source| Error::Program { path: path(), source })?;
     if let Some((line, why)) = &program.unknown {
         world.progress.warning(&format!(
-            "line {line}: {why}; a print that breaks off behind it can only go on if the printer still counts"
+            "line {line}: {why}; a print that is interrupted after this line can be resumed only while the printer keeps its line counter"
         ));
     }
     if let Some(unfit) = printer::abilities(profile).lacking(&program) {
         return Err(Error::Unfit { path: path(), unfit });
     }
-    if rules.protocol != Protocol::Klipper
-        && let Some(slow) = too_slow(&program, rules.protocol, baud.unwrap_or(profile.link.baud), &rules.rates)
+    if rules.protocol.traits().serial
+        && let Some(slow) = too_slow(&program, rules.protocol, baud.unwrap_or(profile.link.baud))
     {
         world.progress.warning(&slow.to_string());
     }

@@ -41,8 +41,8 @@ pub trait Operator {
 pub enum Answer {
     /// Nothing yet.
     NotYet,
-    /// Print on.
-    GoOn,
+    /// Continue.
+    Continue,
     /// End the print.
     Cancel,
     /// There is nobody who could say anything: the job ends here, and can be resumed.
@@ -84,7 +84,7 @@ pub enum Sending<'a> {
     Pausing,
     /// The head is away from the part.
     Paused,
-    /// The print goes on.
+    /// The print continues.
     Resumed,
     /// The disk has no more room for the journal: the print pauses while its last records still fit.
     Short {
@@ -105,13 +105,13 @@ pub enum Sending<'a> {
         /// How long.
         wait: Duration,
     },
-    /// The journal of an earlier print that broke off was put aside.
+    /// The journal of an earlier, interrupted print was put aside.
     Aside {
         /// Its new name.
         journal: &'a Path,
     },
-    /// Without a plan nothing proves that the way back to the part is clear.
-    UnprovedWay,
+    /// Without a plan there is no proof that the path of a re-entry is clear.
+    UnprovedReentry,
     /// The printer was reset.
     Reset {
         /// In words.
@@ -136,7 +136,7 @@ pub struct Figures {
     pub layer: usize,
     /// The plan's slot.
     pub slot: Option<u32>,
-    /// Time left, without accelerations and heating.
+    /// Time left, without accelerations and heating: at the start what `verify` states for the whole print.
     pub seconds_left: f64,
     /// The nozzle.
     pub nozzle_c: Option<f64>,

@@ -1,4 +1,4 @@
-//! A print on the simulated printer, in no time.
+//! A rehearsal: a print on the simulated printer, without waiting.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::{SendRequest, program};
 use crate::job::{Error, World, printer};
 use crate::link::sim::{Script, Sim};
-use crate::link::{Loopback, Outcome, Protocol, Sender};
+use crate::link::{Loopback, Outcome, Sender};
 
 /// Nothing prints longer than this.
 const LONGEST: Duration = Duration::from_secs(60 * 24 * 3600);
@@ -18,8 +18,10 @@ pub struct Rehearsal {
     pub lines: u32,
     /// The file's last line that was sent.
     pub last_line: u32,
-    /// How long the print would take, with heating and accelerations.
+    /// How long the print would take on the simulated printer: with homing, heating, accelerations and the wire.
     pub seconds: f64,
+    /// How long its moves and waits take without all that: the time that `verify` states, from the same calculation.
+    pub seconds_print: f64,
     /// Targets beyond an axis of the profile.
     pub clamped: u32,
 }
@@ -34,8 +36,8 @@ pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsa
     let profile = &request.machine.profile;
     let protocol = printer::protocol(profile)?;
     let mut sim = Sim::new(protocol, printer::model(profile)?, printer::quirks(profile)?, Script::none()).without_log();
-    if protocol == Protocol::Grbl {
-        sim.receive(Duration::ZERO, b"$H\n");
+    if let Some(words) = protocol.traits().unlock {
+        sim.receive(Duration::ZERO, words);
         sim.advance(Duration::from_secs(60));
         sim.took(usize::MAX);
     }
@@ -45,6 +47,7 @@ pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsa
             lines: program.len(),
             last_line: program.file_line(program.len()),
             seconds: link.now().as_secs_f64(),
+            seconds_print: program.seconds_print(),
             clamped: link.sim.clamped(),
         }),
         Some(Outcome::Stopped(why)) => Err(Error::Printer(format!("rehearsal: {why}"))),

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::operator::{Answer, At, Figures, Operator, Sending};
+use super::figures::TimeLeft;
+use super::operator::{Answer, At, Operator, Sending};
 use crate::job::world::JournalFile;
 use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
-use crate::link::{Event, MarkKind, Outcome, Record, Sender, Stop, Temperatures, Time};
+use crate::link::{Notice, Outcome, Record, Sender, StopReason, Temperatures, Time};
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);
@@ -32,7 +33,7 @@ pub(super) struct Stream<'a> {
     world: &'a World<'a>,
     operator: &'a dyn Operator,
     start: Duration,
-    seconds_to: Vec<f64>,
+    seconds_left: TimeLeft,
     said: Time,
     /// Since when no byte has come, once the link was lost.
     lost_at: Option<Time>,
@@ -54,14 +55,8 @@ impl<'a> Stream<'a> {
         journal: JournalFile,
         (world, operator): (&'a World<'a>, &'a dyn Operator),
     ) -> Self {
-        let program = sender.program();
-        let mut sum = 0.0;
-        let mut seconds_to = vec![0.0];
-        for index in 0..program.len() {
-            sum += program.seconds(index);
-            seconds_to.push(sum);
-        }
         Self {
+            seconds_left: TimeLeft::of(sender.program()),
             sender,
             port: Some(port),
             place,
@@ -69,7 +64,6 @@ impl<'a> Stream<'a> {
             world,
             operator,
             start: world.clock.now(),
-            seconds_to,
             said: Time::ZERO,
             lost_at: None,
             tried: Time::ZERO,
@@ -191,7 +185,7 @@ impl<'a> Stream<'a> {
         let since = self.lost_at.map_or(Duration::ZERO, |at| self.now().saturating_sub(at));
         if since > self.place.wait {
             let text = format!(
-                "the device has not come back within {} s; trunnion send --resume goes on",
+                "the device has not come back within {} s; continue with trunnion send --resume",
                 self.place.wait.as_secs()
             );
             self.tell(&Sending::Stopped { reason: &text });
@@ -238,26 +232,26 @@ impl<'a> Stream<'a> {
     fn take_events(&mut self) {
         while let Some(event) = self.sender.next_event() {
             match event {
-                Event::Journal(record) => {
+                Notice::Journal(record) => {
                     self.journal.record(&record);
                 }
-                Event::Connected(identity) => {
+                Notice::Connected(identity) => {
                     let first = identity.lines().next().unwrap_or_default().to_owned();
                     self.journal.record(&Record::Printer(first.clone()));
                     self.tell(&Sending::Printer(&first));
                 }
-                Event::Resend { number, file_line, why } => {
+                Notice::Resend { number, file_line, why } => {
                     self.tell(&Sending::Resend { number, file_line, why });
                 }
-                Event::Temperatures(t) => self.temperatures = t,
-                Event::UserWait => self.tell(&Sending::UserWait),
-                Event::Note(text) => self.tell(&Sending::Note(&text)),
-                Event::Paused => self.pause(),
-                Event::Resumed => {
+                Notice::Temperatures(t) => self.temperatures = t,
+                Notice::UserWait => self.tell(&Sending::UserWait),
+                Notice::Note(text) => self.tell(&Sending::Note(&text)),
+                Notice::Paused => self.pause(),
+                Notice::Resumed => {
                     self.paused = false;
                     self.tell(&Sending::Resumed);
                 }
-                Event::Position(_) | Event::Status(_) | Event::Over(_) => {}
+                Notice::Position(_) | Notice::Status(_) | Notice::Over(_) => {}
             }
         }
     }
@@ -273,11 +267,11 @@ impl<'a> Stream<'a> {
         match answer {
             Answer::Nobody => return true,
             Answer::NotYet => {}
-            Answer::GoOn if self.short => {
+            Answer::Continue if self.short => {
                 self.tell(&Sending::StillShort);
                 self.pause();
             }
-            Answer::GoOn | Answer::Cancel => {
+            Answer::Continue | Answer::Cancel => {
                 self.interrupts = 0;
                 self.operator.forget_interrupts();
                 self.paused = false;
@@ -294,8 +288,9 @@ impl<'a> Stream<'a> {
             false => String::new(),
         };
         let first = if self.short { "free some, then " } else { "" };
-        let text =
-            format!("{why}paused at line {line} above the part, heaters kept; {first}trunnion send --resume goes on");
+        let text = format!(
+            "{why}paused at line {line} with the head above the part and the heaters on; {first}continue with trunnion send --resume"
+        );
         self.tell(&Sending::Stopped { reason: &text });
         Error::Printer(text)
     }
@@ -322,7 +317,7 @@ impl<'a> Stream<'a> {
             Outcome::Stopped(why) => {
                 let reason = &why.to_string();
                 self.journal.record(&Record::Stopped(reason.clone()));
-                if matches!(why, Stop::Reset { .. }) {
+                if matches!(why, StopReason::Reset { .. }) {
                     self.tell(&Sending::Reset { reason });
                 }
                 self.tell(&Sending::Stopped { reason });
@@ -342,7 +337,7 @@ impl<'a> Stream<'a> {
             }
             _ => "emergency stop".to_owned(),
         };
-        let text = format!("{why}; but the port takes nothing more, not even that: switch the printer off");
+        let text = format!("{why}; but the port does not even take the stop command: switch the printer off");
         self.tell(&Sending::Stopped { reason: &text });
         Error::Printer(text)
     }
@@ -358,29 +353,8 @@ impl<'a> Stream<'a> {
             return;
         }
         self.said = now;
-        self.tell(&Sending::Progress(self.figures()));
-    }
-
-    fn figures(&self) -> Figures {
-        let progress = self.sender.progress();
-        let program = self.sender.program();
-        let behind = program.marks.partition_point(|m| m.block < progress.acked.max(1));
-        let layer = program.marks[..behind].iter().filter(|m| m.kind == MarkKind::Layer).count();
-        let slot = program.marks[..behind]
-            .iter()
-            .rev()
-            .find_map(|m| if let MarkKind::Slot(n) = m.kind { Some(n) } else { None });
-        let at = |block: u32| self.seconds_to.get(block as usize).copied().unwrap_or(0.0);
-        let left = at(program.len()) - at(progress.acked);
-        let celsius = |t: Option<[f64; 2]>| t.map(|[now, _]| now);
-        Figures {
-            layer,
-            slot,
-            seconds_left: left,
-            nozzle_c: celsius(self.temperatures.nozzle),
-            bed_c: celsius(self.temperatures.bed),
-            resends: progress.resends,
-        }
+        let figures = self.seconds_left.figures(&self.sender, self.temperatures);
+        self.tell(&Sending::Progress(figures));
     }
 
     fn tell(&self, what: &Sending<'_>) {

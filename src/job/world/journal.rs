@@ -13,7 +13,7 @@ use crossbeam_channel::{Sender, bounded};
 
 use super::{Disk, Files, Output};
 use crate::job::Error;
-use crate::link::{Header, Progress, Record, Standing};
+use crate::link::{Counts, Header, JournalSummary, Record};
 
 /// Acknowledgements are written this often, and brought to the disk with them.
 const GROUP: Duration = Duration::from_millis(200);
@@ -133,7 +133,7 @@ impl JournalFile {
     }
 
     /// Writes how far the printer is, now and then.
-    pub(crate) fn progress(&mut self, progress: Progress, now: bool) -> bool {
+    pub(crate) fn progress(&mut self, progress: Counts, now: bool) -> bool {
         if progress.proven == self.acked || (!now && self.written.elapsed() < GROUP) {
             return self.held.is_empty();
         }
@@ -153,9 +153,9 @@ impl Drop for JournalFile {
 }
 
 /// What a journal says.
-pub(crate) fn read(path: &Path) -> Result<Standing, Error> {
+pub(crate) fn read(path: &Path) -> Result<JournalSummary, Error> {
     let text = String::from_utf8(Disk.read(path)?).map_err(|_| Error::NotText { name: path.display().to_string() })?;
-    Standing::parse(&text).map_err(|source| Error::Journal { path: path.to_owned(), source })
+    JournalSummary::parse(&text).map_err(|source| Error::Journal { path: path.to_owned(), source })
 }
 
 #[cfg(test)]

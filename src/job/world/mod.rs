@@ -128,6 +128,7 @@ pub struct SystemClock;
 
 impl Clock for SystemClock {
     fn now(&self) -> Duration {
+        // The zero of the system's one clock: whoever prints counts from it, and nothing changes it.
         static START: OnceLock<Instant> = OnceLock::new();
         START.get_or_init(Instant::now).elapsed()
     }

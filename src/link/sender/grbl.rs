@@ -2,11 +2,12 @@
 //!
 //! A status report that shows more bytes in the receive buffer than are counted as unanswered proves a false `ok`; a machine
 //! that idles while lines are unanswered proves a lost one. Either stops the print in feed hold, since neither can be told
-//! from a line that was lost or melted into another.
+//! from a line that was lost or run into another.
 
 use std::time::Duration;
 
-use super::{Event, Sender, Stage, Stop, Time};
+use super::{Notice, Sender, StopReason, Time, Watch};
+use crate::link::protocol::MARGIN;
 use crate::link::reply::{Reply, Status};
 
 /// How often the status is asked for.
@@ -19,35 +20,37 @@ const IDLE: Time = Duration::from_secs(2);
 impl Sender {
     pub(super) fn hear_hello_grbl(&mut self, now: Time, reply: &Reply) {
         match reply {
-            Reply::Ok { .. } => self.out.push(b'?'),
+            Reply::Ok { .. } => self.ask_status(),
             Reply::Status(status) if status.state.starts_with("Idle") => {
-                self.stage = Stage::Flow;
-                self.heard = now;
-                self.moved = now;
+                self.flow(now, 0);
                 self.take_buffer_size();
-                self.now_ready();
+                self.open();
             }
             Reply::Status(status) => {
                 let hint =
                     if status.state.starts_with("Alarm") { "; home it ($H) or unlock it ($X) first" } else { "" };
-                self.stop(Stop::NotReady { state: format!("its state is {}{hint}", status.state) });
+                self.stop(StopReason::NotReady { state: format!("its state is {}{hint}", status.state) });
             }
             Reply::Refused(code) => {
                 let state = format!("it answers error:{code} ({}) to $I", meaning(*code));
-                self.stop(Stop::NotReady { state });
+                self.stop(StopReason::NotReady { state });
             }
-            Reply::Alarm(code) => self.stop(Stop::NotReady { state: format!("ALARM:{code}; home it ($H) first") }),
+            Reply::Alarm(code) => {
+                self.stop(StopReason::NotReady { state: format!("ALARM:{code}; home it ($H) first") })
+            }
             _ => {}
         }
     }
 
     /// `[OPT:V,15,128]`: planner blocks, receive bytes.
     fn take_buffer_size(&mut self) {
-        let line = self.identity.lines().find_map(|l| l.strip_prefix("[OPT:"));
+        let line = self.printer.identity.lines().find_map(|l| l.strip_prefix("[OPT:"));
         let sizes = line.map(|l| l.trim_end_matches(']').split(',').collect::<Vec<_>>());
         if let Some(bytes) = sizes.and_then(|s| s.get(2)?.parse::<usize>().ok()) {
-            self.rx_total = bytes;
-            self.settings.window_bytes = self.settings.window_bytes.min(bytes.saturating_sub(1));
+            if let Watch::Status { buffer, .. } = &mut self.watch {
+                *buffer = bytes;
+            }
+            self.settings.window_bytes = self.settings.window_bytes.min(bytes.saturating_sub(MARGIN));
         }
     }
 
@@ -55,18 +58,17 @@ impl Sender {
         match reply {
             Reply::Ok { .. } => {
                 self.heard = now;
-                self.idle_seen = None;
+                if let Watch::Status { idle_since, .. } = &mut self.watch {
+                    *idle_since = None;
+                }
                 self.answered(now, None, false);
             }
-            Reply::Refused(code) if self.in_flight() > 0 => {
-                let line = self.line_of(self.credited + 1);
-                self.stop(Stop::Refused { line, code, meaning: meaning(code) });
+            Reply::Refused(code) if self.ledger.in_flight() > 0 => {
+                let line = self.line_of(self.ledger.credited() + 1);
+                self.stop(StopReason::Refused { line, code, meaning: meaning(code) });
             }
-            Reply::Alarm(code) => self.stop(Stop::Fatal { text: format!("ALARM:{code} ({})", alarm(code)) }),
-            Reply::Error(text) => {
-                let line = self.line_of(self.credited + 1);
-                self.stop(Stop::Error { text, line });
-            }
+            Reply::Alarm(code) => self.stop(StopReason::Fatal { text: format!("ALARM:{code} ({})", alarm(code)) }),
+            Reply::Error(text) => self.stop_with_error(text),
             Reply::Status(status) => self.status(now, status),
             _ => {}
         }
@@ -76,35 +78,42 @@ impl Sender {
         self.heard = now;
         let waiting = status.state.starts_with("Hold") || status.state.starts_with("Door");
         if waiting && !self.user_wait {
-            self.event(Event::UserWait);
+            self.event(Notice::UserWait);
         }
         self.user_wait = waiting;
         if status.state.starts_with("Alarm") {
-            self.stop(Stop::Fatal { text: format!("its state is {}", status.state) });
+            self.stop(StopReason::Fatal { text: format!("its state is {}", status.state) });
             return;
         }
-        let used = status.free.map_or(0, |[_, bytes]| self.rx_total.saturating_sub(bytes));
+        let in_flight = self.ledger.in_flight() > 0;
+        let idle = status.state.starts_with("Idle") && in_flight;
+        let free = status.free;
+        self.event(Notice::Status(status));
+        let Watch::Status { idle_since, buffer, .. } = &mut self.watch else { return };
+        let used = free.map_or(0, |[_, bytes]| buffer.saturating_sub(bytes));
         // One byte of the ring is never used, and grblHAL counts it as used.
-        let too_many = used > self.bytes_out + 1;
-        let idle = status.state.starts_with("Idle") && self.in_flight() > 0;
-        self.event(Event::Status(status));
-        let since = if idle { *self.idle_seen.get_or_insert(now) } else { now };
-        if !idle {
-            self.idle_seen = None;
-        }
-        if too_many || now > since + IDLE {
-            let (first, last) = (self.line_of(self.credited + 1), self.line_of(self.cursor - 1));
-            self.stop(Stop::Unaccounted { lines: self.in_flight(), first, last });
+        let too_many = used > self.ledger.bytes_out() + 1;
+        *idle_since = idle.then(|| idle_since.unwrap_or(now));
+        if too_many || idle_since.is_some_and(|since| now > since + IDLE) {
+            self.stop(self.unaccounted());
         }
     }
 
+    /// Asks for the status now and then, and gives up where none comes.
     pub(super) fn watch_grbl(&mut self, now: Time) {
-        if now > self.asked + STATUS_EVERY {
-            self.asked = now;
-            self.out.push(b'?');
+        let Watch::Status { asked, .. } = &mut self.watch else { return };
+        if now > *asked + STATUS_EVERY {
+            *asked = now;
+            self.ask_status();
         }
         if now > self.heard.max(self.moved) + UNANSWERED {
             self.mute(now, (UNANSWERED.as_millis() / STATUS_EVERY.as_millis()) as u32);
+        }
+    }
+
+    fn ask_status(&mut self) {
+        if let Some(bytes) = self.traits().real_time {
+            self.outbox.push(&[bytes.status]);
         }
     }
 }

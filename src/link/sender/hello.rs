@@ -2,18 +2,25 @@
 
 use std::time::Duration;
 
-use super::{Goal, Sender, Stage, Stop, Time, What};
-use crate::link::journal::Standing;
+use super::activity::Activity;
+use super::ledger::Purpose;
+use super::phase::{Begun, Phase, Session};
+use super::{Dialog, Notice, Sender, StopReason, Time};
+use crate::link::journal::JournalSummary;
+use crate::link::protocol::{Accounting, Hello};
 use crate::link::reply::Reply;
-use crate::link::seams::Filling;
-use crate::link::wire::{Protocol, push_numbered};
 
 /// A printer that was reset by opening the port is silent for some seconds.
 const HELLO_EVERY: Time = Duration::from_secs(3);
 const HELLOS: u32 = 10;
+/// The boot's own words come first.
+const BOOT_WORDS: Time = Duration::from_millis(500);
 
 /// Three that move straight and the table's two.
 const AXES: u32 = 5;
+
+/// More than any firmware says of itself; what a flood of such lines says beyond it is dropped.
+const LONGEST_IDENTITY: usize = 8 << 10;
 
 /// What Marlin says of itself in M115 (`AXIS_COUNT:5`, extruders not counted); `None` where it says nothing.
 fn axes(identity: &str) -> Option<u32> {
@@ -31,117 +38,106 @@ impl Sender {
             self.mute(now, tries);
             return;
         }
-        match self.settings.protocol {
-            Protocol::Marlin => {
-                self.out.push(b'\n');
-                push_numbered(&mut self.out, 0, b"M110N0");
+        match self.traits().hello {
+            Hello::SetCounter => {
+                self.outbox.push(b"\n");
+                self.ledger.framing().write(self.outbox.end(), 0, b"M110N0");
             }
-            Protocol::Grbl => self.out.extend_from_slice(b"$I\n"),
-            Protocol::RepRapFirmware | Protocol::Klipper => {
-                self.begin(now);
+            Hello::Ask(words) => self.outbox.push(words),
+            Hello::None => {
+                self.begin(now, tries + 1);
                 return;
             }
         }
-        self.hellos = tries + 1;
-        self.stage = Stage::Hello { asked: Some(now), tries: tries + 1 };
+        self.phase = Phase::Hello { asked: Some(now), tries: tries + 1 };
     }
 
     /// Back to the first words: nothing has moved yet.
     pub(super) fn restart(&mut self, now: Time) {
-        let tries = if let Stage::Hello { tries, .. } = self.stage { tries } else { self.hellos };
-        self.drop_unsent();
-        self.out.clear();
-        self.history.clear();
-        (self.proven, self.credited, self.cursor, self.bytes_out) = (0, 0, 1, 0);
+        let Some(Session::Fresh { hellos }) = self.phase.session() else { return };
+        self.outbox.clear();
+        self.ledger.begin_anew();
         // The question and the proof come again; a proof behind lines of our own stays.
-        while self.scripts.front().is_some_and(|w| matches!(w, What::Identify | What::Proof)) {
-            self.scripts.pop_front();
+        while self.own.front().is_some_and(|p| matches!(p, Purpose::Identify | Purpose::Proof)) {
+            self.own.pop_front();
         }
-        self.pending_last = None;
-        self.pending_error = None;
-        self.identity.clear();
-        self.refused = (0, 0, 0);
-        // The boot's own words come first.
-        self.stage =
-            Stage::Hello { asked: Some((now + Duration::from_millis(500)).saturating_sub(HELLO_EVERY)), tries };
+        self.dialog = Dialog::default();
+        self.printer.identity.clear();
+        self.phase = Phase::Hello { asked: Some((now + BOOT_WORDS).saturating_sub(HELLO_EVERY)), tries: hellos };
     }
 
-    pub(super) fn hear_hello(&mut self, now: Time, reply: &Reply) {
-        match (self.settings.protocol, reply) {
-            (Protocol::Marlin, Reply::Ok { .. }) => self.begin(now),
-            (Protocol::Grbl, _) => self.hear_hello_grbl(now, reply),
+    pub(super) fn hear_hello(&mut self, now: Time, tries: u32, reply: &Reply) {
+        match (self.traits().accounting, reply) {
+            (Accounting::Counter, Reply::Ok { .. } | Reply::OkIdentity(_)) => self.begin(now, tries),
+            (Accounting::Status, _) => self.hear_hello_grbl(now, reply),
             _ => {}
         }
     }
 
     /// The counter is at 0: identity and a first proof, one line at a time.
-    pub(super) fn begin(&mut self, now: Time) {
-        self.stage = Stage::Flow;
+    fn begin(&mut self, now: Time, hellos: u32) {
+        self.flow(now, hellos);
+        self.ask_who();
+    }
+
+    /// Lines may go out.
+    pub(super) fn flow(&mut self, now: Time, hellos: u32) {
+        self.phase = Phase::Flow(Session::Fresh { hellos });
         self.heard = now;
         self.moved = now;
-        self.scripts.push_front(What::Proof);
-        self.scripts.push_front(What::Identify);
+    }
+
+    pub(super) fn ask_who(&mut self) {
+        self.own.push_front(Purpose::Proof);
+        self.own.push_front(Purpose::Identify);
     }
 
     /// A line of `M115` or `$I`.
     pub(super) fn identify(&mut self, text: &str) {
-        if !self.identity.is_empty() {
-            self.identity.push('\n');
+        let identity = &mut self.printer.identity;
+        if identity.len() + text.len() < LONGEST_IDENTITY {
+            identity.push_str(if identity.is_empty() { "" } else { "\n" });
+            identity.push_str(text);
         }
-        self.identity.push_str(text);
-        if text.starts_with("Cap:EMERGENCY_PARSER:1") {
-            self.emergency_parser = true;
-        }
+        self.printer.emergency_parser |= text.starts_with("Cap:EMERGENCY_PARSER:1");
         if text.contains("FIRMWARE_NAME:") {
             self.check_identity(text);
         }
     }
 
     fn check_identity(&mut self, text: &str) {
-        let other = match self.settings.protocol {
-            Protocol::Marlin => text.contains("RepRapFirmware") || text.contains("FIRMWARE_NAME:Klipper"),
-            Protocol::RepRapFirmware => !text.contains("RepRapFirmware"),
-            Protocol::Klipper => !text.contains("Klipper"),
-            Protocol::Grbl => false,
-        };
         let wanted = match &self.settings.identity {
             Some(wanted) if !text.contains(wanted.as_str()) => wanted.clone(),
-            _ if other => format!("a printer of protocol {}", self.settings.protocol.name()),
+            _ if self.traits().is_other(text) => format!("a printer of protocol {}", self.traits().name),
             _ if axes(text).is_some_and(|count| count < AXES) => {
                 let [tilt, rotation] = self.settings.retreat.axes.each_ref().map(|a| char::from(a.letter));
                 format!("a printer of at least {AXES} axes (X Y Z {tilt} {rotation})")
             }
             _ => return,
         };
-        self.stop(Stop::OtherPrinter { found: text.to_owned(), wanted });
+        self.stop(StopReason::OtherPrinter { found: text.to_owned(), wanted });
     }
 
-    /// Lines of our own before the first block.
-    pub(super) fn prepend(&mut self, lines: &[String]) {
-        self.scripts.extend(lines.iter().map(|l| What::Script(l.as_bytes().into())));
-        if !lines.is_empty() {
-            self.scripts.push_back(What::Proof);
+    /// Blocks may go, if they could not before.
+    pub(super) fn open(&mut self) {
+        let Some(again) = self.phase.open() else { return };
+        self.event(Notice::Connected(self.printer.identity.clone()));
+        if again && self.activity != Activity::Away {
+            self.event(Notice::Resumed);
         }
     }
 
     /// What a journal knows, as the state in which the link broke.
-    pub(super) fn take_standing(&mut self, standing: &Standing) {
-        self.proven = standing.proven;
-        self.credited = standing.proven;
-        let last = standing.last(self.end_block);
-        for number in standing.proven + 1..=last {
-            let what = standing.block_at(number).filter(|b| *b < self.end_block).map_or(What::Proof, What::Block);
-            self.history.push_back(super::Sent { what, bytes: 0, filling: Filling::default() });
-        }
-        self.cursor = self.proven + 1;
-        self.next_block = standing.next_block(self.proven).min(self.end_block);
+    pub(super) fn take_standing(&mut self, standing: &JournalSummary) {
+        let end = self.end_block;
+        let purpose = |number| standing.block_at(number).filter(|b| *b < end).map_or(Purpose::Proof, Purpose::Block);
+        self.ledger.broken_off(standing.proven, (standing.proven + 1..=standing.last(end)).map(purpose));
+        self.next_block = standing.next_block(standing.proven).min(end);
         self.acked_blocks = self.next_block;
         if standing.away {
             // From which block is not known before the printer's counter is.
-            self.way_back_owed = true;
-            self.goal = Goal::Return;
+            self.activity = Activity::Return { owed: true, pause_behind: false };
         }
-        self.lost_at_least_once = true;
-        self.stage = Stage::Offline;
+        self.phase = Phase::Offline(Session::Begun(Begun::Opening { again: true }));
     }
 }

@@ -2,26 +2,49 @@
 
 use std::time::Duration;
 
-use super::{Event, Sender, Stage, Stop, Time, What};
+use super::ledger::{Purpose, RefusalKind};
+use super::phase::Phase;
+use super::{Notice, Sender, StopReason, Time};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::waits;
-use crate::link::reply::{Busy, Reply};
-use crate::link::wire::Protocol;
+use crate::link::protocol::Accounting;
+use crate::link::reply::{Busy, Reply, Temperatures};
 
 /// An error line's companion (`Resend:`, or the next line) comes within this.
-const COMPANION: Time = Duration::from_millis(1000);
+const COMPANION: Time = Duration::from_secs(1);
+
+/// What the printer has said half of; the other half may come in whatever phase.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Dialog {
+    /// `Last Line: n`, and when: its `Resend:` follows, or never comes.
+    line_error: Option<(i64, Time)>,
+    /// An error that may be a wire error whose text noise has spoilt; then its `Resend:` follows.
+    error: Option<(String, Time)>,
+    pub(super) own_ok: OwnOk,
+}
+
+/// The `ok` of a refusal, which answers no line; some firmwares send none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum OwnOk {
+    /// None is expected.
+    #[default]
+    None,
+    /// The next `ok` is one.
+    Expected,
+    /// As long as nothing is under way: an `ok` that comes until then is one, and shows that this firmware sends them.
+    Watched(Time),
+}
 
 impl Sender {
     pub(super) fn hear(&mut self, now: Time, reply: Reply) {
-        if self.pending_error.is_some() && !matches!(reply, Reply::Resend(_) | Reply::Temperatures(_) | Reply::Busy(_))
-        {
-            self.pending_error_stands();
-            if self.stage == Stage::Over {
-                return;
-            }
+        if !matches!(reply, Reply::Resend(_) | Reply::Temperatures(_) | Reply::Busy(_)) {
+            self.error_stands();
+        }
+        if self.phase.is_over() {
+            return;
         }
         match reply {
-            Reply::Fatal(text) => self.stop(Stop::Fatal { text }),
+            Reply::Fatal(text) => self.stop(StopReason::Fatal { text }),
             Reply::Greeting(text) => self.greeted(now, text),
             Reply::Identity(text) => {
                 self.heard = now;
@@ -31,104 +54,128 @@ impl Sender {
                 if self.waits_long() {
                     self.heard = now;
                 }
-                self.event(Event::Temperatures(t));
+                self.event(Notice::Temperatures(t));
             }
             Reply::Busy(busy) => self.busy(now, busy),
             Reply::Position(words) => {
                 self.heard = now;
                 self.compare(&words);
-                self.event(Event::Position(words));
+                self.event(Notice::Position(words));
             }
-            _ if matches!(self.stage, Stage::Hello { .. }) => self.hear_hello(now, &reply),
-            _ if self.settings.protocol == Protocol::Grbl => self.hear_grbl(now, reply),
+            reply => match (&self.phase, self.traits().accounting) {
+                (Phase::Hello { tries, .. }, _) => self.hear_hello(now, *tries, &reply),
+                (_, Accounting::Status) => self.hear_grbl(now, reply),
+                _ => self.hear_answer(now, reply),
+            },
+        }
+    }
+
+    fn hear_answer(&mut self, now: Time, reply: Reply) {
+        match reply {
             Reply::Ok { number, report } => self.hear_ok(now, number, report),
+            Reply::OkIdentity(text) => {
+                self.identify(&text);
+                self.hear_ok(now, None, None);
+            }
             Reply::LineError(last) => self.line_error(now, last),
             Reply::Resend(number) => self.hear_resend(now, number),
             Reply::Unknown(command) => self.unknown(&command),
             Reply::Error(text) => self.error(now, text),
-            Reply::Refused(_) | Reply::Alarm(_) | Reply::Status(_) | Reply::Chatter => {}
+            _ => {}
         }
     }
 
     fn busy(&mut self, now: Time, busy: Busy) {
         self.heard = now;
         if busy == Busy::User && !self.user_wait {
-            self.event(Event::UserWait);
+            self.event(Notice::UserWait);
         }
         self.user_wait = busy == Busy::User;
     }
 
-    fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<crate::link::reply::Temperatures>) {
+    fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>) {
         self.heard = now;
         if let Some(t) = report {
-            self.event(Event::Temperatures(t));
+            self.event(Notice::Temperatures(t));
         }
-        if self.swallow_ok && number.is_none() && report.is_none() {
-            self.swallow_ok = false;
+        if number.is_none() && report.is_none() && self.dialog.own_ok != OwnOk::None {
+            if matches!(self.dialog.own_ok, OwnOk::Watched(_)) {
+                self.printer.ok_follows_resend = true;
+            }
+            self.dialog.own_ok = OwnOk::None;
             return;
         }
-        if matches!(self.stage, Stage::Flow | Stage::Probe { .. }) {
+        if matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) {
             self.answered(now, number, report.is_some());
         }
     }
 
-    /// `Error:.., Last Line: n`: its `Resend:` follows, or never comes.
+    /// A refusal has come: its `ok` may follow.
+    fn expect_own_ok(&mut self) {
+        let follows = self.printer.ok_follows_resend || matches!(self.phase, Phase::Probe(_));
+        if !matches!(self.dialog.own_ok, OwnOk::Watched(_)) {
+            self.dialog.own_ok = if follows { OwnOk::Expected } else { OwnOk::None };
+        }
+    }
+
+    /// `Error:.., Last Line: n`
     fn line_error(&mut self, now: Time, last: Option<i64>) {
         self.heard = now;
-        self.swallow_ok = self.resends_end_with_ok || matches!(self.stage, Stage::Probe { .. });
-        self.pending_last = last.map(|n| (n, now));
+        self.expect_own_ok();
+        self.dialog.line_error = last.map(|n| (n, now));
     }
 
     /// Errors whose companion did not come.
-    pub(super) fn act_on_pending(&mut self, now: Time) {
-        if self.pending_error.as_ref().is_some_and(|(_, at)| now > *at + COMPANION) {
-            self.pending_error_stands();
+    pub(super) fn act_on_errors(&mut self, now: Time) {
+        if self.dialog.error.as_ref().is_some_and(|(_, at)| now > *at + COMPANION) {
+            self.error_stands();
         }
-        if let Some((last, at)) = self.pending_last
+        if let Some((last, at)) = self.dialog.line_error
             && now > at + COMPANION
         {
-            self.pending_last = None;
+            self.dialog.line_error = None;
             self.refuse(now, last.saturating_add(1), false);
         }
     }
 
     fn error(&mut self, now: Time, text: String) {
         self.heard = now;
-        if self.settings.protocol == Protocol::Marlin {
+        if self.traits().accounting == Accounting::Counter {
             // A wire error whose text noise has spoilt is followed by its Resend; any other stands.
-            self.pending_error = Some((text, now));
+            self.dialog.error = Some((text, now));
         } else {
             self.stop_with_error(text);
         }
     }
 
-    fn pending_error_stands(&mut self) {
-        if let Some((text, _)) = self.pending_error.take() {
+    fn error_stands(&mut self) {
+        if let Some((text, _)) = self.dialog.error.take() {
             self.stop_with_error(text);
         }
     }
 
-    fn stop_with_error(&mut self, text: String) {
-        let line = self.line_of(self.credited + 1);
-        self.stop(Stop::Error { text, line });
+    pub(super) fn stop_with_error(&mut self, text: String) {
+        let line = self.line_of(self.ledger.credited() + 1);
+        self.stop(StopReason::Error { text, line });
     }
 
     fn hear_resend(&mut self, now: Time, number: Option<i64>) {
         self.heard = now;
-        self.swallow_ok = self.resends_end_with_ok || matches!(self.stage, Stage::Probe { .. });
-        self.pending_error = None;
-        let stated = self.pending_last.take().map(|(last, _)| last.saturating_add(1));
+        self.expect_own_ok();
+        self.dialog.error = None;
+        let stated = self.dialog.line_error.take().map(|(last, _)| last.saturating_add(1));
         let Some(number) = number else {
             match stated {
                 Some(stated) => self.refuse(now, stated, false),
-                None => self.doubt(now, "a resend without a number"),
+                None => self.doubt(now, "a resend request without a number"),
             }
             return;
         };
         let sure = stated == Some(number);
-        if matches!(self.stage, Stage::Probe { .. }) {
-            if sure {
-                self.counter_is(now, number - 1);
+        if matches!(self.phase, Phase::Probe(_)) {
+            // Error and resend that contradict each other say nothing.
+            if sure || stated.is_none() {
+                self.counter_is(now, number.saturating_sub(1), sure);
             }
             return;
         }
@@ -136,63 +183,56 @@ impl Sender {
     }
 
     /// The printer wants `number`; `sure` where error and resend name the same one.
-    pub(super) fn refuse(&mut self, now: Time, number: i64, sure: bool) {
-        if number <= self.proven || number > self.cursor {
-            self.doubt(now, "a resend of a line that cannot be wanted");
+    fn refuse(&mut self, now: Time, number: i64, sure: bool) {
+        if number <= self.ledger.proven() || number > self.ledger.cursor() {
+            self.doubt(now, "a resend request for a line that it cannot need");
             return;
         }
         if sure {
-            self.credit(now, self.credited.max(number - 1));
-            self.prove(number - 1);
+            self.credit(now, self.ledger.credited().max(number - 1));
+            self.ledger.prove(number - 1);
         }
-        if number == self.cursor {
+        if number == self.ledger.cursor() {
             return;
         }
-        if self.refused.0 == number && self.refused.2 > 0 {
-            // Of a line that was under way behind the refused one.
-            self.refused.2 -= 1;
-            return;
-        }
-        let times = if self.refused.0 == number { self.refused.1 + 1 } else { 1 };
+        let RefusalKind::Times(times) = self.ledger.refuse(number) else { return };
         if times > self.settings.refusals {
-            self.stop(Stop::EndlessResend { line: self.line_of(number), times: times - 1 });
+            self.stop(StopReason::EndlessResend { line: self.line_of(number), times: times - 1 });
             return;
         }
-        let behind = u32::try_from(self.cursor - 1 - number).unwrap_or(0);
-        self.refused = (number, times, behind);
         self.moved = now;
         self.rewind(number, "refused");
     }
 
     /// `Unknown command`: of our own line, or of a line that lost its number; then its `ok` is none of ours.
     fn unknown(&mut self, command: &str) {
-        let own = match self.what(self.credited + 1) {
-            Some(What::Block(index)) => self.program.block(*index) == command.as_bytes(),
-            Some(What::Script(text)) => **text == *command.as_bytes(),
+        let next = self.ledger.credited() + 1;
+        let own = match self.ledger.purpose(next) {
+            Some(purpose @ (Purpose::Block(_) | Purpose::Own(_))) => purpose.text(&self.program) == command.as_bytes(),
             _ => false,
         };
         if own {
-            let line = self.line_of(self.credited + 1);
-            self.note(format!("line {line}: the printer does not know {command:?} and went on"));
-        } else if self.settings.protocol == Protocol::Marlin {
-            self.swallow_ok = true;
+            let line = self.line_of(next);
+            self.note(format!("line {line}: the printer does not know {command:?} and ignored it"));
+        } else if self.traits().accounting == Accounting::Counter && self.dialog.own_ok == OwnOk::None {
+            self.dialog.own_ok = OwnOk::Expected;
         }
     }
 
     /// Whether a command is in hand that may take minutes.
     pub(super) fn waits_long(&self) -> bool {
-        (self.credited + 1..self.cursor).any(|n| match self.what(n) {
-            Some(What::Block(index)) => self.program.waits(*index),
-            Some(What::Script(text)) => self.script_waits(text),
+        self.ledger.unanswered().any(|(_, purpose)| match purpose {
+            Purpose::Block(index) => self.program.waits(*index),
+            Purpose::Own(text) => self.own_line_waits(text),
             _ => false,
         })
     }
 
     /// What is no G-code is one of Grbl's `$` commands; its homing waits.
-    fn script_waits(&self, text: &[u8]) -> bool {
+    fn own_line_waits(&self, text: &[u8]) -> bool {
         let mut line = ParsedLine::default();
         match line.read(text) {
-            Ok(()) => waits(self.settings.protocol.firmware(), &line),
+            Ok(()) => waits(self.traits().firmware, &line),
             Err(_) => text.starts_with(b"$H"),
         }
     }

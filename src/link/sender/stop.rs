@@ -1,15 +1,16 @@
 //! Every way a print ends, in words, and what is still sent then.
 
-use super::{Event, Sender, Stage};
-use crate::link::wire::{Protocol, push_numbered};
+use super::phase::Phase;
+use super::{Notice, Sender};
+use crate::link::protocol::Accounting;
 
 /// Why the sender stopped by itself.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Stop {
+pub enum StopReason {
     /// A greeting, and a counter that began anew.
     #[error(
-        "the printer was reset in the middle of the print ({greeting}); where its axes stand is unknown. After a look at \
-         the part: trunnion send --resume"
+        "the printer was reset during the print ({greeting}), so the position of its axes is unknown. Look at the part, \
+         then run trunnion send --resume"
     )]
     Reset {
         /// How it was noticed.
@@ -17,8 +18,8 @@ pub enum Stop {
     },
     /// The counter is not where it can be.
     #[error(
-        "the printer counts from line {found}, but lines up to {proven} were accepted and {last} were sent: it was reset, \
-         or another program talks to it"
+        "the printer's line counter is at {found}, but lines up to {proven} were accepted and {last} were sent: it was \
+         reset, or another program is talking to it"
     )]
     Counter {
         /// The printer's last line.
@@ -29,7 +30,7 @@ pub enum Stop {
         last: i64,
     },
     /// One line refused again and again.
-    #[error("line {line} of the file was refused {times} times; the wire or the printer's parser is broken there")]
+    #[error("line {line} of the file was refused {times} times; check the cable and the baud rate")]
     EndlessResend {
         /// Of the file.
         line: u32,
@@ -37,7 +38,9 @@ pub enum Stop {
         times: u32,
     },
     /// No answer.
-    #[error("the printer has not answered for {seconds:.0} s and {questions} questions; its heaters may still be on")]
+    #[error(
+        "the printer has not answered for {seconds:.0} s, nor any of {questions} questions; its heaters may still be on"
+    )]
     Mute {
         /// Since its last word.
         seconds: f64,
@@ -45,7 +48,7 @@ pub enum Stop {
         questions: u32,
     },
     /// It answers, but nothing gets on.
-    #[error("the printer shows life but has taken no line for {seconds:.0} s, at line {line} of the file")]
+    #[error("the printer responds, but has accepted no line for {seconds:.0} s, at line {line} of the file")]
     NoProgress {
         /// Since the last line was taken.
         seconds: f64,
@@ -53,10 +56,10 @@ pub enum Stop {
         line: u32,
     },
     /// Bytes, but no words.
-    #[error("only noise comes back: the baud rate is wrong, or this is no printer")]
+    #[error("only unreadable bytes arrive: the baud rate is wrong, or this is no printer")]
     Noise,
     /// `Error:`, `!!`, `ALARM:` that ends everything.
-    #[error("the printer has stopped: {text}; clear its cause and reset the printer")]
+    #[error("the printer has stopped: {text}; remove the cause, then reset the printer")]
     Fatal {
         /// Its own words.
         text: String,
@@ -81,8 +84,8 @@ pub enum Stop {
     },
     /// Answers are missing or there is one too many, and the protocol has no counter to ask.
     #[error(
-        "{lines} lines about lines {first}..{last} of the file have no answer, and this protocol cannot say whether they were \
-         done; nothing was sent twice"
+        "{lines} lines between lines {first} and {last} of the file were not answered, and this protocol cannot tell whether \
+         they were executed; nothing was sent twice"
     )]
     Unaccounted {
         /// How many.
@@ -94,8 +97,8 @@ pub enum Stop {
     },
     /// Its M114 is not where the file has brought it.
     #[error(
-        "the printer says that {axis} stands at {found:.2}, but line {line} of the file has brought it to {believed:.2}: a move \
-         was cut short, or something else moved it; the head is above the part"
+        "the printer reports {axis} at {found:.2}, but after line {line} of the file it should be at {believed:.2}: a move was \
+         cut short, or something else moved the axis; the head is above the part"
     )]
     Elsewhere {
         /// The axis' letter.
@@ -108,7 +111,7 @@ pub enum Stop {
         line: u32,
     },
     /// Another printer, or another firmware.
-    #[error("the printer calls itself {found:?}, not {wanted:?}: wrong port, or wrong profile")]
+    #[error("the printer identifies itself as {found:?}, expected {wanted:?}: wrong port, or wrong profile")]
     OtherPrinter {
         /// Its own words.
         found: String,
@@ -123,7 +126,7 @@ pub enum Stop {
     },
 }
 
-impl Stop {
+impl StopReason {
     /// Whether anything that is sent now could be heard and obeyed in a known way.
     fn answers(&self) -> bool {
         !matches!(
@@ -149,78 +152,61 @@ pub enum Outcome {
     /// Emergency stop.
     EmergencyStopped,
     /// By the sender, with the reason.
-    Stopped(Stop),
+    Stopped(StopReason),
 }
 
 impl Sender {
     /// Ends at once; heaters by policy where the printer still listens.
-    pub(super) fn stop(&mut self, why: Stop) {
-        if self.stage == Stage::Over {
+    pub(super) fn stop(&mut self, why: StopReason) {
+        if self.phase.is_over() {
             return;
         }
-        let answers = why.answers();
-        self.drop_unsent();
-        if self.settings.protocol == Protocol::Grbl {
+        let traits = self.traits();
+        self.outbox.drop_unsent(traits.blank_line_counts);
+        match traits.real_time {
             // A feed hold keeps the position; a soft reset would not.
-            if !matches!(why, Stop::NotReady { .. } | Stop::OtherPrinter { .. }) {
-                self.out.push(b'!');
+            Some(bytes) if !matches!(why, StopReason::NotReady { .. } | StopReason::OtherPrinter { .. }) => {
+                self.outbox.push(&[bytes.hold]);
             }
-        } else if answers {
-            for line in self.settings.retreat.heaters_on_stop() {
-                self.out.extend_from_slice(line.as_bytes());
-                self.out.push(b'\n');
+            None if why.answers() => {
+                for line in self.settings.retreat.heaters_on_stop(self.settings.protocol) {
+                    self.outbox.push(line.as_bytes());
+                    self.outbox.push(b"\n");
+                }
             }
+            _ => {}
         }
         self.finish(Outcome::Stopped(why));
     }
 
+    /// Ends, if it has not ended before.
     pub(super) fn finish(&mut self, outcome: Outcome) {
-        self.stage = Stage::Over;
-        self.outcome = Some(outcome.clone());
-        self.event(Event::Over(outcome));
+        if !self.phase.is_over() {
+            self.phase = Phase::Over(outcome.clone());
+            self.event(Notice::Over(outcome));
+        }
     }
 
     /// Emergency stop: the next bytes on the wire, whatever was waiting.
     pub fn emergency_stop(&mut self) {
-        if matches!(self.outcome, Some(Outcome::EmergencyStopped)) {
+        if self.phase == Phase::Over(Outcome::EmergencyStopped) {
             return;
         }
-        self.drop_unsent();
-        match self.settings.protocol {
-            Protocol::Marlin => {
-                self.out.extend_from_slice(b"M112\n");
-                push_numbered(&mut self.out, self.cursor, b"M112");
-            }
-            Protocol::RepRapFirmware => self.out.extend_from_slice(b"M112\nM999\n"),
-            Protocol::Klipper => self.out.extend_from_slice(b"M112\n"),
-            Protocol::Grbl => {
-                self.out.clear();
-                self.out.push(0x18);
-            }
+        let traits = self.traits();
+        self.outbox.drop_unsent(traits.blank_line_counts);
+        if traits.real_time.is_some() {
+            self.outbox.clear();
         }
-        if self.outcome.is_none() {
-            self.finish(Outcome::EmergencyStopped);
+        self.outbox.push(traits.emergency);
+        if traits.accounting == Accounting::Counter {
+            // Where the line before it was cut, the first one is swallowed with its rest.
+            self.ledger.framing().write(self.outbox.end(), self.ledger.cursor(), b"M112");
         }
+        self.finish(Outcome::EmergencyStopped);
     }
 
     /// Bytes that stop the printer whatever was sent before, for whoever cannot wait for [`Sender::emergency_stop`].
     pub fn stop_words(&self) -> &'static [u8] {
-        if self.settings.protocol == Protocol::Grbl { b"\x18" } else { b"\nM112\n" }
-    }
-
-    /// What the port has not taken is dropped; a line cut in two by that is ended, with its rest where no checksum would refuse it.
-    pub(super) fn drop_unsent(&mut self) {
-        let cut = self.taken > 0 && self.out.get(self.taken - 1).is_some_and(|b| *b != b'\n');
-        let counts_blanks = matches!(self.settings.protocol, Protocol::Grbl | Protocol::Klipper);
-        let unsent = &self.out[self.taken..];
-        let rest = unsent.iter().position(|b| *b == b'\n').map_or(Vec::new(), |end| unsent[..=end].to_vec());
-        self.out.clear();
-        self.taken = 0;
-        if cut && counts_blanks {
-            // Without checksums half a line would be executed as another one: it goes out whole.
-            self.out = rest;
-        } else if !counts_blanks {
-            self.out.push(b'\n');
-        }
+        self.traits().emergency_raw
     }
 }

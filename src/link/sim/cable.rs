@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::faults::{LATE, SLOW, spoil};
 use super::{Fault, Sim, grbl};
 use crate::link::Time;
-use crate::link::wire::Protocol;
+use crate::link::protocol::Protocol;
 
 impl Sim {
     /// Bytes at the printer's end of the cable; faults befall whole lines.

@@ -93,7 +93,7 @@ pub const NAMES: [(&str, Fault); 26] = [
     ("hang-up", Fault::HangUp),
 ];
 
-/// Faults after which a host that can count goes on.
+/// Faults after which a host that can count continues.
 pub const SURVIVABLE: [Fault; 17] = [
     Fault::Corrupt,
     Fault::LoseByte,

@@ -12,14 +12,14 @@ const NEAR_C: f64 = 1.0;
 
 /// One heater; temperatures in degrees Celsius.
 #[derive(Clone, Debug)]
-pub(super) struct Heater {
+pub(super) struct HeatedMass {
     rate: f64,
     target: f64,
     from: f64,
     since: Time,
 }
 
-impl Heater {
+impl HeatedMass {
     /// Heats `rate` degrees a second.
     pub(super) fn new(rate: f64) -> Self {
         Self { rate, target: 0.0, from: ROOM_C, since: Time::ZERO }
@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn heats_steadily_and_cools_towards_the_room() {
-        let mut heater = Heater::new(3.0);
+        let mut heater = HeatedMass::new(3.0);
         heater.set(Time::ZERO, 200.0);
         assert_eq!(heater.at(Duration::from_secs(30)), 110.0);
         assert!((heater.reached(Duration::from_secs(30)).as_secs_f64() - (30.0 + 89.0 / 3.0)).abs() < 1e-9);

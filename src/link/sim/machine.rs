@@ -3,18 +3,18 @@
 use std::time::Duration;
 
 use super::Time;
-use super::heat::Heater;
+use super::heat::HeatedMass;
 use super::planner::{Axes, Planner};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{self, Effect, Firmware, Hazard};
 use crate::geom::Angle;
-use crate::link::timing::{Rates, seconds};
 use crate::motion::replay::{Controller, Move, Position, Reading, Step};
 use crate::motion::{AxisRange, LinearLimits};
+use crate::trace::Rates;
 
 /// The machine that is simulated.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct MachineModel {
     /// How lines are read.
     pub reading: Reading,
     /// The table's axes: tilt, rotation.
@@ -68,11 +68,11 @@ pub(super) enum Refusal {
 /// Axes, heaters and modes.
 #[derive(Clone, Debug)]
 pub(super) struct Machine {
-    pub(super) model: Model,
+    pub(super) model: MachineModel,
     pub(super) planner: Planner,
     controller: Controller,
-    pub(super) nozzle: Heater,
-    pub(super) bed: Heater,
+    pub(super) nozzle: HeatedMass,
+    pub(super) bed: HeatedMass,
     pub(super) homed: bool,
     extruded: f64,
     line: ParsedLine,
@@ -87,15 +87,15 @@ pub(super) struct Machine {
 const HOMING: Time = Duration::from_secs(8);
 
 impl Machine {
-    pub(super) fn new(model: Model, clamps: bool, firmware: Firmware) -> Self {
+    pub(super) fn new(model: MachineModel, clamps: bool, firmware: Firmware) -> Self {
         let at = [0.0; 6];
         let mut controller = Controller::new(Reading { firmware, ..model.reading.clone() });
         controller.at = Position { linear: [Some(0.0); 3], tilt: Some(Angle::ZERO), rotation: Some(Angle::ZERO) };
         Self {
             planner: Planner::new(model.accelerations, model.junction_mm, at),
             controller,
-            nozzle: Heater::new(3.0 * model.heat_factor),
-            bed: Heater::new(0.5 * model.heat_factor),
+            nozzle: HeatedMass::new(3.0 * model.heat_factor),
+            bed: HeatedMass::new(0.5 * model.heat_factor),
             homed: false,
             extruded: 0.0,
             line: ParsedLine::default(),
@@ -187,7 +187,7 @@ impl Machine {
             self.extruded += m.e;
         }
         let end = self.words(&self.controller.at.clone());
-        self.planner.push(now, end, seconds(m, &self.model.rates));
+        self.planner.push(now, end, self.model.rates.timed(*m).seconds);
         if cold { Took::Cold } else { Took::Done }
     }
 
@@ -338,7 +338,7 @@ impl Machine {
 
 impl Machine {
     pub(super) fn set_heat_factor(&mut self, factor: f64) {
-        self.nozzle = Heater::new(3.0 * factor);
-        self.bed = Heater::new(0.5 * factor);
+        self.nozzle = HeatedMass::new(3.0 * factor);
+        self.bed = HeatedMass::new(0.5 * factor);
     }
 }

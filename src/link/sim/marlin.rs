@@ -4,12 +4,40 @@
 
 use std::time::Duration;
 
+use super::heat::HeatedMass;
 use super::machine::Refusal;
 use super::{Fault, Logged, Queued, Sim, Time, Took};
 use crate::link::wire::checksum;
 
 pub(super) const BUSY_EVERY: Time = Duration::from_secs(2);
 const WAIT_REPORT: Time = Duration::from_secs(1);
+
+/// What is wrong with a line.
+enum WireError {
+    Number { stated: i64 },
+    Checksum,
+    NoChecksum,
+}
+
+impl WireError {
+    fn in_marlins_words(&self, last: i64) -> String {
+        let what = match self {
+            Self::Number { .. } => "Line Number is not Last Line Number+1",
+            Self::Checksum => "checksum mismatch",
+            Self::NoChecksum => "No Checksum with line number",
+        };
+        format!("{what}, Last Line: {last}")
+    }
+
+    /// After Repetier-Firmware's `gcode.cpp`.
+    fn in_repetiers_words(&self, last: i64) -> String {
+        match self {
+            Self::Number { stated } => format!("expected line {} got {stated}", last + 1),
+            Self::Checksum => "Wrong checksum".to_owned(),
+            Self::NoChecksum => "Missing checksum".to_owned(),
+        }
+    }
+}
 
 impl Sim {
     pub(super) fn work_marlin(&mut self) {
@@ -76,15 +104,15 @@ impl Sim {
             if have && self.quirks.silent_duplicates {
                 return;
             }
-            self.line_error("Line Number is not Last Line Number+1");
+            self.line_error(&WireError::Number { stated });
             return;
         }
         let Some(star) = text.iter().rposition(|b| *b == b'*') else {
-            self.line_error("No Checksum with line number");
+            self.line_error(&WireError::NoChecksum);
             return;
         };
         if i64::from(checksum(&text[..star])) != integer(&text[star + 1..]) || self.refuses_anyway() {
-            self.line_error("checksum mismatch");
+            self.line_error(&WireError::Checksum);
             return;
         }
         self.last_number = stated;
@@ -96,8 +124,13 @@ impl Sim {
         self.endless || self.garble || self.spoiled_ok == Some(Fault::ErrorOnly)
     }
 
-    fn line_error(&mut self, what: &str) {
-        self.say(&format!("Error:{what}, Last Line: {}", self.last_number));
+    fn line_error(&mut self, error: &WireError) {
+        let text = if self.quirks.repetier_errors {
+            error.in_repetiers_words(self.last_number)
+        } else {
+            error.in_marlins_words(self.last_number)
+        };
+        self.say(&format!("Error:{text}"));
         self.rx.clear();
         if self.spoiled_ok == Some(Fault::ErrorOnly) {
             self.spoiled_ok = None;
@@ -107,7 +140,8 @@ impl Sim {
         if std::mem::take(&mut self.garble) {
             wanted.push('7');
         }
-        self.say(&format!("Resend: {wanted}"));
+        let blank = if self.quirks.repetier_errors { "" } else { " " };
+        self.say(&format!("Resend:{blank}{wanted}"));
         if self.quirks.ok_after_resend {
             self.say("ok");
         }
@@ -235,13 +269,9 @@ impl Sim {
     /// `T:19.38 /0.00 B:19.38 /0.00 @:0 B@:0`
     pub(super) fn heat_report(&self) -> String {
         let (nozzle, bed) = (&self.machine.nozzle, &self.machine.bed);
-        format!(
-            "T:{:.2} /{:.2} B:{:.2} /{:.2} @:0 B@:0",
-            nozzle.at(self.now),
-            nozzle.target(),
-            bed.at(self.now),
-            bed.target()
-        )
+        let slash = if self.quirks.blank_behind_slash { "/ " } else { " /" };
+        let each = |heated: &HeatedMass| format!("{:.2}{slash}{:.2}", heated.at(self.now), heated.target());
+        format!("T:{} B:{} @:0 B@:0", each(nozzle), each(bed))
     }
 
     /// M114 says where the last queued move ends, as Marlin does.

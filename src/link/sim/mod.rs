@@ -18,12 +18,12 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 pub use faults::{Fault, NAMES, SURVIVABLE, Script};
-pub use machine::Model;
+pub use machine::MachineModel;
 pub use planner::Axes;
 pub use quirks::Quirks;
 
 use super::Time;
-use super::wire::Protocol;
+use super::protocol::Protocol;
 use machine::{Machine, Took};
 
 /// What it did.
@@ -87,7 +87,7 @@ struct Queued {
 
 impl Sim {
     /// A printer just switched on: its greeting is waiting to be read.
-    pub fn new(protocol: Protocol, model: Model, quirks: Quirks, script: Script) -> Self {
+    pub fn new(protocol: Protocol, model: MachineModel, quirks: Quirks, script: Script) -> Self {
         let clamps = protocol == Protocol::Marlin;
         let mut sim = Self {
             protocol,
@@ -320,7 +320,7 @@ impl Sim {
                 self.say("start");
                 self.say("Marlin bugfix-2.1.x");
                 self.say("echo: Last Updated: 2024-09-29 | Author: (none, default config)");
-                self.say("echo:Hardcoded Default Settings Loaded");
+                self.say("echo:Hardcoded Default SenderSettings Loaded");
             }
             Protocol::Grbl => self.greet_grbl(),
             Protocol::RepRapFirmware => self.say("RepRapFirmware for trunnion is up and running."),
@@ -333,7 +333,7 @@ impl Sim {
     }
 }
 
-/// Settings while it runs, for tests and the command line.
+/// SenderSettings while it runs, for tests and the command line.
 impl Sim {
     /// Faults from now on; lines count from here.
     pub fn set_script(&mut self, script: Script) {

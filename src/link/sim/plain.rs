@@ -5,7 +5,8 @@
 use super::machine::Refusal;
 use super::marlin::{integer, strip_number};
 use super::{Logged, Queued, Sim, Took};
-use crate::link::wire::{Protocol, checksum};
+use crate::link::protocol::Protocol;
+use crate::link::wire::checksum;
 
 impl Sim {
     pub(super) fn work_plain(&mut self) {

@@ -1,6 +1,6 @@
 //! How one printer differs from another of its firmware.
 
-use crate::link::wire::Protocol;
+use crate::link::protocol::Protocol;
 
 /// How a firmware differs from its kind.
 #[derive(Clone, Debug)]
@@ -21,6 +21,10 @@ pub struct Quirks {
     pub receive_buffer: usize,
     /// An 8-bit UART: no flow control.
     pub overflows: bool,
+    /// Wire errors in Repetier's words: `expected line 302 got 303`, `Resend:302`.
+    pub repetier_errors: bool,
+    /// Temperatures with the blank behind the slash: `T:21.30/ 0.00`.
+    pub blank_behind_slash: bool,
     /// grblHAL latches an error until a blank line, `$` or reset.
     pub latches_errors: bool,
     /// Bits a second in each direction; 0 for none.
@@ -45,6 +49,8 @@ impl Quirks {
             queue: 4,
             receive_buffer: if protocol == Protocol::RepRapFirmware { 256 } else { 128 },
             overflows: matches!(protocol, Protocol::Marlin | Protocol::Grbl),
+            repetier_errors: false,
+            blank_behind_slash: false,
             latches_errors: false,
             baud: 0,
             name: "trunnion".to_owned(),

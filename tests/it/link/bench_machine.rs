@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trunnion::geom::{Angle, Vec3};
-use trunnion::link::sim::{Logged, Model, Quirks, Script, Sim};
-use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Rates, Retreat, Rules, Sender, Settings};
+use trunnion::link::sim::{Logged, MachineModel, Quirks, Script, Sim};
+use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Retreat, Rules, Sender, SenderSettings};
 use trunnion::motion::replay::Reading;
 use trunnion::motion::{AxisRange, LinearLimits};
+use trunnion::trace::{FeedCount, Rates, Setting};
 
 fn axis(letter: u8, range: Option<(f64, f64)>) -> AxisRange {
     let range = range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high)));
@@ -18,18 +19,23 @@ pub(super) fn axes() -> [AxisRange; 2] {
     [axis(b'A', Some((-15.0, 90.0))), axis(b'C', None)]
 }
 
-pub(super) fn reading() -> Reading {
+fn reading() -> Reading {
     let [tilt, rotation] = axes();
     Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() }
 }
 
-pub(super) fn model() -> Model {
-    Model {
+fn rates() -> Rates {
+    let axes = [('A', 20.0), ('C', 30.0)];
+    Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes }
+}
+
+pub(super) fn model() -> MachineModel {
+    MachineModel {
         reading: reading(),
         axes: axes(),
         limits: LinearLimits { min: Vec3::new(-150.0, -150.0, -50.0), max: Vec3::new(150.0, 150.0, 300.0) },
         home_mm: [-150.0, -150.0, 300.0],
-        rates: Rates::default(),
+        rates: rates(),
         accelerations: [1000.0, 1000.0, 200.0, 100.0, 100.0, 2000.0],
         junction_mm: 0.02,
         coldest_extrusion_c: 170.0,
@@ -53,8 +59,8 @@ pub(super) fn retreat() -> Retreat {
     }
 }
 
-pub(super) fn settings(protocol: Protocol) -> Settings {
-    Settings::new(protocol, reading(), retreat())
+pub(super) fn settings(protocol: Protocol) -> SenderSettings {
+    SenderSettings::new(protocol, retreat())
 }
 
 /// Every line different, so that one lost and one doubled cannot hide each other.
@@ -81,12 +87,12 @@ pub(super) fn text_at(protocol: Protocol, moves: u32, feed: u32) -> String {
 
 pub(super) fn program(protocol: Protocol, text: &str) -> Arc<Program> {
     let longest_line = if protocol == Protocol::Grbl { 80 } else { 96 };
-    let rules = Rules { protocol, longest_line, reading: reading(), rates: Rates::default() };
+    let rules = Rules { protocol, longest_line, setting: Setting { reading: reading(), rates: rates() } };
     Arc::new(Program::read(text.as_bytes(), &rules).unwrap())
 }
 
 /// The two ends of a fresh link; Grbl's machine is homed.
-pub(super) fn joined(program: &Arc<Program>, settings: Settings, quirks: Quirks, script: Script) -> Loopback {
+pub(super) fn joined(program: &Arc<Program>, settings: SenderSettings, quirks: Quirks, script: Script) -> Loopback {
     let protocol = settings.protocol;
     let mut sim = Sim::new(protocol, model(), quirks, Script::none());
     if protocol == Protocol::Grbl {
@@ -103,7 +109,7 @@ pub(super) fn joined(program: &Arc<Program>, settings: Settings, quirks: Quirks,
 /// What the printer executed of the program: its own lines (M105, M110, pauses) left out.
 pub(super) fn executed(link: &mut Loopback) -> Vec<String> {
     let lines = link.sim.take_log().into_iter().filter_map(|(_, logged)| match logged {
-        Logged::Accepted(block) => Some(without_filling(&String::from_utf8_lossy(&block))),
+        Logged::Accepted(block) => Some(without_padding(&String::from_utf8_lossy(&block))),
         _ => None,
     });
     lines
@@ -111,8 +117,8 @@ pub(super) fn executed(link: &mut Loopback) -> Vec<String> {
         .collect()
 }
 
-/// A move without the zero that may fill its first fraction.
-fn without_filling(block: &str) -> String {
+/// A move without the zero that may pad its first fraction.
+fn without_padding(block: &str) -> String {
     let Some(point) = block.find('.').filter(|_| block.starts_with("G1")) else { return block.to_owned() };
     let end = block[point + 1..].find(|c: char| !c.is_ascii_digit()).map_or(block.len(), |n| point + 1 + n);
     format!("{}{}", block[..end].trim_end_matches('0'), &block[end..])

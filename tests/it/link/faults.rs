@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Quirks, SURVIVABLE, Script};
-use trunnion::link::{Event, Loopback, Outcome, Protocol, Stop};
+use trunnion::link::{Loopback, Notice, Outcome, Protocol, StopReason};
 
 use super::bench_machine::{
     assert_beginning, assert_once_each, end, executed, joined, program, settings, tail, text, text_at,
@@ -14,14 +14,15 @@ const MARLIN: Protocol = Protocol::Marlin;
 const MOVES: u32 = 120;
 const BOUND: Duration = Duration::from_secs(4 * 3600);
 
-/// Marlin's kinds: plain, with numbers in its answers, without `ok` after a resend, older ones that refuse doubles.
-fn kinds() -> [(&'static str, Quirks); 4] {
+/// Marlin's kinds: plain, with numbers in its answers, without `ok` after a resend, older ones that refuse doubles, Repetier's words.
+fn kinds() -> [(&'static str, Quirks); 5] {
     let plain = Quirks::of(MARLIN);
     [
         ("plain", plain.clone()),
         ("ADVANCED_OK", Quirks { advanced_ok: true, ..plain.clone() }),
         ("no ok after resend", Quirks { ok_after_resend: false, ..plain.clone() }),
-        ("refuses doubles", Quirks { silent_duplicates: false, ..plain }),
+        ("refuses doubles", Quirks { silent_duplicates: false, ..plain.clone() }),
+        ("Repetier's words", Quirks { repetier_errors: true, blank_behind_slash: true, ..plain }),
     ]
 }
 
@@ -43,7 +44,7 @@ fn survives(fault: Fault) {
 
 /// A fault at line 60 of a print: how it ended, after checking that nothing was lost or doubled before.
 #[track_caller]
-fn stops(fault: Fault) -> (Stop, Loopback) {
+fn stops(fault: Fault) -> (StopReason, Loopback) {
     let program = program(MARLIN, &text(MARLIN, MOVES));
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::at(&[(60, fault)]));
     let Outcome::Stopped(why) = end(&mut link) else { panic!("{fault:?} did not stop the print") };
@@ -76,7 +77,7 @@ fn row_02_a_line_that_vanishes_goes_out_again() {
 }
 
 #[test]
-fn row_03_two_lines_melted_into_one_go_out_again() {
+fn row_03_two_lines_run_together_go_out_again() {
     survives(Fault::Join);
 }
 
@@ -155,9 +156,9 @@ fn row_14_a_garbled_resend_number_is_not_obeyed() {
 #[test]
 fn row_15_an_endless_resend_stops_at_ten() {
     let (why, link) = stops(Fault::EndlessResend);
-    assert!(matches!(why, Stop::EndlessResend { times: 10, line } if line > 40), "{why}");
+    assert!(matches!(why, StopReason::EndlessResend { times: 10, line } if line > 40), "{why}");
     assert!(link.sim.temperatures(link.now())[0] > 0.0);
-    let asked = link.events().iter().filter(|e| matches!(e, Event::Resend { .. })).count();
+    let asked = link.events().iter().filter(|e| matches!(e, Notice::Resend { .. })).count();
     assert_eq!(asked, 10);
 }
 
@@ -169,13 +170,13 @@ fn row_16_noise_and_bytes_that_are_no_text() {
 #[test]
 fn row_17_a_reset_stops_and_nothing_is_printed_from_the_beginning() {
     let (why, mut link) = stops(Fault::Reset);
-    assert!(matches!(why, Stop::Reset { .. }), "{why}");
+    assert!(matches!(why, StopReason::Reset { .. }), "{why}");
     assert!(executed(&mut link).is_empty());
     // The greeting's lines may be lost too.
     let program = program(MARLIN, &text(MARLIN, MOVES));
     let mut link =
         joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::at(&[(60, Fault::Mute), (61, Fault::Reset)]));
-    assert!(matches!(end(&mut link), Outcome::Stopped(Stop::Reset { .. })));
+    assert!(matches!(end(&mut link), Outcome::Stopped(StopReason::Reset { .. })));
 }
 
 #[test]
@@ -189,13 +190,13 @@ fn row_19_usb_gone_and_back_goes_on_with_the_next_line() {
     let program = program(MARLIN, &text(MARLIN, MOVES));
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::at(&[(60, Fault::HangUp)]));
     assert_eq!(end(&mut link), Outcome::Done);
-    assert!(link.events().contains(&Event::Resumed));
+    assert!(link.events().contains(&Notice::Resumed));
 }
 
 #[test]
 fn row_20_a_power_loss_stops() {
     let (why, _) = stops(Fault::PowerLoss);
-    assert!(matches!(why, Stop::Reset { .. }), "{why}");
+    assert!(matches!(why, StopReason::Reset { .. }), "{why}");
 }
 
 #[test]
@@ -204,7 +205,7 @@ fn row_21_another_printer_is_not_printed_on() {
     let mut wanted = settings(MARLIN);
     wanted.identity = Some("UUID:0000".to_owned());
     let mut link = joined(&program, wanted, Quirks::of(MARLIN), Script::none());
-    assert!(matches!(end(&mut link), Outcome::Stopped(Stop::OtherPrinter { .. })));
+    assert!(matches!(end(&mut link), Outcome::Stopped(StopReason::OtherPrinter { .. })));
     assert!(executed(&mut link).is_empty());
     for (here, there) in
         [(MARLIN, Protocol::RepRapFirmware), (Protocol::Klipper, MARLIN), (Protocol::RepRapFirmware, MARLIN)]
@@ -212,7 +213,7 @@ fn row_21_another_printer_is_not_printed_on() {
         let program = self::program(here, &text(here, MOVES));
         let sim = joined(&program, settings(there), Quirks::of(there), Script::none()).sim;
         let mut link = Loopback::new(joined(&program, settings(here), Quirks::of(here), Script::none()).sender, sim);
-        assert!(matches!(end(&mut link), Outcome::Stopped(Stop::OtherPrinter { .. })), "{here:?} on {there:?}");
+        assert!(matches!(end(&mut link), Outcome::Stopped(StopReason::OtherPrinter { .. })), "{here:?} on {there:?}");
         assert!(executed(&mut link).is_empty());
     }
 }
@@ -220,17 +221,17 @@ fn row_21_another_printer_is_not_printed_on() {
 #[test]
 fn row_22_a_mute_controller_is_given_up() {
     let (why, link) = stops(Fault::Mute);
-    assert!(matches!(why, Stop::Mute { .. }), "{why}");
+    assert!(matches!(why, StopReason::Mute { .. }), "{why}");
     assert!(link.now() < Duration::from_secs(600), "{:?}", link.now());
 }
 
 #[test]
 fn row_23_a_fatal_error_ends_the_stream() {
     let (why, link) = stops(Fault::Fatal);
-    assert!(matches!(&why, Stop::Fatal { text } if text.contains("Thermal Runaway")), "{why}");
+    assert!(matches!(&why, StopReason::Fatal { text } if text.contains("Thermal Runaway")), "{why}");
     assert!(link.sender.pending().is_empty());
     let (why, _) = stops(Fault::StrangeError);
-    assert!(matches!(&why, Stop::Error { text, .. } if text == "Probing Failed"), "{why}");
+    assert!(matches!(&why, StopReason::Error { text, .. } if text == "Probing Failed"), "{why}");
 }
 
 #[test]
@@ -258,7 +259,7 @@ fn row_25_minutes_of_heating_are_no_silence() {
         assert_eq!(end(&mut link), Outcome::Done);
         assert!(link.now() > Duration::from_secs(300), "{:?}", link.now());
         assert_once_each(&program, &executed(&mut link));
-        assert!(!link.events().iter().any(|e| matches!(e, Event::Note(_))), "{:?}", link.events());
+        assert!(!link.events().iter().any(|e| matches!(e, Notice::Note(_))), "{:?}", link.events());
     }
 }
 
@@ -279,7 +280,7 @@ fn row_26_a_person_may_take_an_hour() {
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::none());
     link.sim.set_person(Duration::from_secs(7000));
     assert_eq!(end(&mut link), Outcome::Done);
-    assert!(link.events().contains(&Event::UserWait) && link.now() > Duration::from_secs(7000));
+    assert!(link.events().contains(&Notice::UserWait) && link.now() > Duration::from_secs(7000));
     assert_once_each(&program, &executed(&mut link));
 }
 
@@ -325,7 +326,7 @@ fn row_28_cancel_with_lines_in_flight_drains_them_and_leaves_the_part() {
 
 #[test]
 fn row_29_a_restarted_host_goes_on_with_the_printers_next_line() {
-    use trunnion::link::{Header, Sender, Standing};
+    use trunnion::link::{Header, JournalSummary, Sender};
     let program = program(MARLIN, &text_at(MARLIN, MOVES, 200));
     for at in [60, 105, 110, 113, 117, 121] {
         let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::none());
@@ -334,11 +335,11 @@ fn row_29_a_restarted_host_goes_on_with_the_printers_next_line() {
         // The journal as the disk has it: every run, and an acknowledgement that is old.
         let mut journal = Header::default().to_text();
         for event in link.events() {
-            if let Event::Journal(record) = event {
+            if let Notice::Journal(record) = event {
                 journal += &record.to_text();
             }
         }
-        let standing = Standing::parse(&journal).unwrap();
+        let standing = JournalSummary::parse(&journal).unwrap();
         let mut done = executed(&mut link);
         let before = done.len();
         let mut again = Sender::resuming(program.clone(), settings(MARLIN), &standing);
@@ -392,7 +393,7 @@ fn row_33_grbl_a_lost_answer_or_line_stops_in_feed_hold() {
         let sound = match &outcome {
             // A doubled `ok` may be noticed before the end, or have done no harm.
             Outcome::Done => fault == Fault::DoubleOk,
-            Outcome::Stopped(why) => matches!(why, Stop::Unaccounted { .. } | Stop::Refused { .. }),
+            Outcome::Stopped(why) => matches!(why, StopReason::Unaccounted { .. } | StopReason::Refused { .. }),
             _ => false,
         };
         assert!(sound, "{fault:?}: {outcome:?}");
@@ -413,7 +414,7 @@ fn row_33_grbl_an_error_holds_the_feed_and_names_the_line() {
         let mut link = joined(&program, settings(Protocol::Grbl), quirks, Script::none());
         let outcome = end(&mut link);
         assert!(
-            matches!(&outcome, Outcome::Stopped(Stop::Fatal { text }) if text.contains("soft limit")),
+            matches!(&outcome, Outcome::Stopped(StopReason::Fatal { text }) if text.contains("soft limit")),
             "{outcome:?}"
         );
     }
@@ -421,7 +422,7 @@ fn row_33_grbl_an_error_holds_the_feed_and_names_the_line() {
     let quirks = Quirks { latches_errors: true, ..Quirks::of(Protocol::Grbl) };
     let mut link = joined(&program, settings(Protocol::Grbl), quirks, Script::none());
     let outcome = end(&mut link);
-    assert!(matches!(outcome, Outcome::Stopped(Stop::Refused { line: 4, code: 20, .. })), "{outcome:?}");
+    assert!(matches!(outcome, Outcome::Stopped(StopReason::Refused { line: 4, code: 20, .. })), "{outcome:?}");
 }
 
 #[test]
@@ -435,7 +436,7 @@ fn row_34_a_port_that_takes_nothing_starves_nobody() {
         sender.receive(now, b" T:20.00 /0.00 B:20.00 /0.00 @:0 B@:0\n");
         now += Duration::from_millis(250);
     }
-    assert!(matches!(sender.outcome(), Some(Outcome::Stopped(Stop::Mute { .. }))), "{:?}", sender.outcome());
+    assert!(matches!(sender.outcome(), Some(Outcome::Stopped(StopReason::Mute { .. }))), "{:?}", sender.outcome());
     assert!(sender.pending().len() < 1000, "the queue for the port stays bounded");
 }
 
@@ -447,7 +448,7 @@ fn uncounted_protocols_stop_where_they_cannot_know() {
             let mut link = joined(&program, settings(protocol), Quirks::of(protocol), Script::at(&[(60, fault)]));
             let outcome = end(&mut link);
             assert!(
-                matches!(outcome, Outcome::Stopped(Stop::Unaccounted { lines: 1.., .. })),
+                matches!(outcome, Outcome::Stopped(StopReason::Unaccounted { lines: 1.., .. })),
                 "{protocol:?} {fault:?}: {outcome:?}"
             );
         }
@@ -467,7 +468,7 @@ fn pause_and_return_come_back_to_the_same_place() {
         link.run_to(Duration::from_secs(120));
         link.sender.pause();
         link.run_to(Duration::from_secs(200));
-        assert!(link.events().contains(&Event::Paused), "{protocol:?}");
+        assert!(link.events().contains(&Notice::Paused), "{protocol:?}");
         let away = link.sim.position(link.now());
         link.sender.resume();
         assert_eq!(end(&mut link), Outcome::Done, "{protocol:?}: {:?}", link.events().last());
@@ -528,10 +529,15 @@ fn soak_of_200_000_lines_at_5_percent_refusing_doubles() {
 }
 
 #[test]
-fn short_soaks_of_twelve_seeds() {
-    for seed in 0..12 {
+fn soak_of_200_000_lines_at_5_percent_in_repetiers_words() {
+    soak(4, 195_840);
+}
+
+#[test]
+fn short_soaks_of_fifteen_seeds() {
+    for seed in 0..15 {
         let program = program(MARLIN, &text(MARLIN, 1500));
-        let (kind, quirks) = kinds()[seed as usize % 4].clone();
+        let (kind, quirks) = kinds()[seed as usize % 5].clone();
         let mut link = joined(&program, settings(MARLIN), quirks, Script::random(&SURVIVABLE, 0.05, seed));
         link.record();
         let outcome = link.run(Duration::from_secs(100_000));
@@ -553,5 +559,5 @@ fn a_wrong_baud_rate_is_told_from_a_mute_printer() {
         sender.receive(now, b"\xf8\x80\xfe\x06\xe6\x98\n");
         now += Duration::from_millis(250);
     }
-    assert_eq!(sender.outcome(), Some(&Outcome::Stopped(Stop::Noise)));
+    assert_eq!(sender.outcome(), Some(&Outcome::Stopped(StopReason::Noise)));
 }

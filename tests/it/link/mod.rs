@@ -4,8 +4,10 @@
 mod bad_day;
 mod bench_machine;
 mod faults;
+mod fuzz;
 mod pacing;
 mod pause;
+mod phases;
 #[cfg(unix)]
 mod prepared;
 mod prologue;
@@ -13,7 +15,9 @@ mod prologue;
 mod python;
 #[cfg(unix)]
 mod real;
+#[cfg(unix)]
+mod reentry;
 mod second_resume;
 mod transcripts;
 #[cfg(unix)]
-mod way_back;
+mod two_printers;

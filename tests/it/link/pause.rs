@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use trunnion::link::sim::{Quirks, Script};
-use trunnion::link::{Event, Outcome, Protocol, Stop};
+use trunnion::link::{Notice, Outcome, Protocol, StopReason};
 
 use super::bench_machine::{end, joined, program, settings};
 
@@ -17,7 +17,7 @@ fn paused(protocol: Protocol, x: f64) -> (Option<Outcome>, bool, f64) {
     link.sender.pause();
     link.run_to(Duration::from_secs(300));
     let z = link.sim.position(link.now())[2];
-    (link.sender.outcome().cloned(), link.events().contains(&Event::Paused), z)
+    (link.sender.outcome().cloned(), link.events().contains(&Notice::Paused), z)
 }
 
 #[test]
@@ -33,8 +33,8 @@ fn a_printer_that_stands_elsewhere_leaves_the_part_and_stops() {
     // Marlin cuts a target beyond its limit without a word; only M114 shows it.
     let (outcome, reached, z) = paused(Protocol::Marlin, 200.0);
     let Some(Outcome::Stopped(why)) = outcome else { panic!("{outcome:?}") };
-    assert!(matches!(why, Stop::Elsewhere { axis: 'X', found: 150.0, believed: 200.0, .. }), "{why}");
-    assert!(why.to_string().contains("X stands at 150.00") && why.to_string().contains("to 200.00"), "{why}");
+    assert!(matches!(why, StopReason::Elsewhere { axis: 'X', found: 150.0, believed: 200.0, .. }), "{why}");
+    assert!(why.to_string().contains("X at 150.00") && why.to_string().contains("at 200.00"), "{why}");
     assert!(!reached && z > 69.0, "above the part first: {z}");
 }
 

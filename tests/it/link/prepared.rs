@@ -41,3 +41,33 @@ fn prepare_goes_on_to_the_printer_and_only_what_verifies_is_sent() {
     assert!(refused.status.code() == Some(1) && said(&refused).contains("nothing was sent"), "{}", said(&refused));
     assert_eq!(executed(&log).len(), lines);
 }
+
+/// A document that a command has printed.
+fn document(done: &std::process::Output) -> serde_json::Value {
+    assert!(done.status.success(), "{}", said(done));
+    serde_json::from_slice(&done.stdout).unwrap_or_else(|e| panic!("{e}: {}", said(done)))
+}
+
+/// One calculation has the time that `prepare` and `verify` state and that `send` counts down. Only the rehearsal's whole time is
+/// longer: it homes, heats, accelerates, and waits for the wire.
+#[test]
+fn prepare_verify_and_send_state_the_same_time() {
+    let dir = folder();
+    let prepared = document(&prepare(dir.path(), &["--json"]))["verify"]["seconds_print"].as_f64().unwrap();
+    let (file, plan) = (dir.path().join("out.gcode"), dir.path().join("plan.json"));
+    let run = |verb: &str, more: &[&str]| {
+        document(&output(trunnion().arg(verb).arg(&file).arg("--plan").arg(&plan).args(more).arg("--json")))
+    };
+    let verified = run("verify", &[])["seconds_print"].as_f64().unwrap();
+    let rehearsed = run("send", &["--dry-run"]);
+    let seconds = |key: &str| rehearsed[key].as_f64().unwrap();
+    assert!(prepared > 600.0 && prepared == verified, "{prepared} s prepared, {verified} s verified");
+    let sent = seconds("seconds_print");
+    assert!((sent - verified).abs() < 1e-6 * verified, "{sent} s sent, {verified} s verified");
+    assert!(
+        seconds("seconds") > sent + 8.0,
+        "{} s rehearsed with homing and heat, {sent} s without",
+        seconds("seconds")
+    );
+    crate::support::note(&format!("two boxes: {sent:.1} s of moves, {:.1} s rehearsed", seconds("seconds")));
+}

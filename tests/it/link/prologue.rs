@@ -1,11 +1,13 @@
-//! Where our own lines are on the wire, no fault may lose one: the way back after a reset, and the way back from a pause. And what
+//! Where our own lines are on the wire, no fault may lose one: in a re-entry after a reset, and on the return from a pause. And what
 //! the printer knows better than the journal counts.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Quirks, Script, Sim};
-use trunnion::link::{Event, Header, Loopback, Outcome, Program, Protocol, Record, Sender, Standing, Stop};
+use trunnion::link::{
+    Header, JournalSummary, Loopback, Notice, Outcome, Program, Protocol, Record, Sender, StopReason,
+};
 
 use super::bench_machine::{
     assert_once_each, blocks, end, executed, joined, model, program, settings, tail, text, text_at,
@@ -29,7 +31,7 @@ fn wanted(program: &Program) -> Vec<String> {
 }
 
 #[test]
-fn no_fault_on_the_way_back_loses_a_line_of_it() {
+fn no_fault_in_a_re_entry_loses_a_line_of_it() {
     let program = program(MARLIN, &text(MARLIN, 80));
     for fault in [Fault::LoseOk, Fault::MangleOk, Fault::Drop, Fault::Corrupt, Fault::DelayOk, Fault::HangUp] {
         for line in 1..14 {
@@ -43,13 +45,13 @@ fn no_fault_on_the_way_back_loses_a_line_of_it() {
 }
 
 #[test]
-fn a_reset_on_the_way_back_is_a_stop_and_nothing_moves_behind_it() {
+fn a_reset_in_a_re_entry_is_a_stop_and_nothing_moves_behind_it() {
     let program = program(MARLIN, &text(MARLIN, 80));
     for line in 4..13 {
         let mut link = entering(&program, Script::at(&[(line, Fault::Reset)]));
         link.record();
         let outcome = link.run(Duration::from_secs(4 * 3600));
-        let stopped = matches!(outcome, Some(Outcome::Stopped(Stop::Reset { .. })));
+        let stopped = matches!(outcome, Some(Outcome::Stopped(StopReason::Reset { .. })));
         assert!(stopped, "at {line}: {outcome:?}\n{}", tail(&link, 40));
         let done = executed(&mut link);
         let moves = |lines: &[String]| lines.iter().filter(|l| l.starts_with('G')).cloned().collect::<Vec<_>>();
@@ -59,12 +61,13 @@ fn a_reset_on_the_way_back_is_a_stop_and_nothing_moves_behind_it() {
 }
 
 /// What the disk has of a print so far: every run, and no acknowledgement.
-fn journal(link: &Loopback) -> Standing {
-    let records = link.events().iter().filter_map(|e| if let Event::Journal(r) = e { Some(r.to_text()) } else { None });
-    Standing::parse(&(Header::default().to_text() + &records.collect::<String>())).unwrap()
+fn journal(link: &Loopback) -> JournalSummary {
+    let records =
+        link.events().iter().filter_map(|e| if let Notice::Journal(r) = e { Some(r.to_text()) } else { None });
+    JournalSummary::parse(&(Header::default().to_text() + &records.collect::<String>())).unwrap()
 }
 
-fn host_again(link: &mut Loopback, program: &Arc<Program>, standing: &Standing) {
+fn host_again(link: &mut Loopback, program: &Arc<Program>, standing: &JournalSummary) {
     let mut again = Sender::resuming(Arc::clone(program), settings(MARLIN), standing);
     again.reconnected(link.now());
     link.sender = again;
@@ -116,7 +119,7 @@ fn a_host_killed_in_a_pause_comes_back_to_where_the_printer_was() {
         link.record();
         link.run_to(Duration::from_secs(60));
         link.sender.pause();
-        let away = |link: &Loopback| link.events().contains(&Event::Journal(Record::Away));
+        let away = |link: &Loopback| link.events().contains(&Notice::Journal(Record::Away));
         while !away(&link) {
             link.run_to(link.now() + Duration::from_millis(10));
         }
@@ -146,7 +149,7 @@ fn an_ok_lost_behind_a_persons_wait_is_not_waited_for_for_ever() {
         let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), script);
         link.sim.set_person(Duration::from_secs(7000));
         assert_eq!(end(&mut link), Outcome::Done);
-        assert!(link.events().contains(&Event::UserWait));
+        assert!(link.events().contains(&Notice::UserWait));
         assert_once_each(&program, &executed(&mut link));
     }
 }
@@ -168,11 +171,11 @@ fn the_files_own_question_for_heat_spoils_no_count() {
     }
 }
 
-fn count(link: &Loopback, wanted: &Event) -> usize {
+fn count(link: &Loopback, wanted: &Notice) -> usize {
     link.events().iter().filter(|event| *event == wanted).count()
 }
 
-fn run_until(link: &mut Loopback, wanted: &Event, times: usize) {
+fn run_until(link: &mut Loopback, wanted: &Notice, times: usize) {
     let bound = link.now() + Duration::from_secs(3600);
     while count(link, wanted) < times {
         assert!(link.now() < bound, "{wanted:?} did not come {times} times");
@@ -181,16 +184,16 @@ fn run_until(link: &mut Loopback, wanted: &Event, times: usize) {
 }
 
 #[test]
-fn a_pause_on_the_way_back_from_a_pause_is_one() {
+fn a_pause_on_the_return_from_a_pause_is_one() {
     let program = program(MARLIN, &text_at(MARLIN, 120, 600));
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::none());
     link.run_to(Duration::from_secs(60));
     link.sender.pause();
-    run_until(&mut link, &Event::Paused, 1);
+    run_until(&mut link, &Notice::Paused, 1);
     let sent = link.sender.progress().sent;
     link.sender.resume();
     link.sender.pause();
-    run_until(&mut link, &Event::Paused, 2);
+    run_until(&mut link, &Notice::Paused, 2);
     assert_eq!(link.sender.progress().sent, sent, "no line of the file between");
     link.sender.resume();
     assert_eq!(end(&mut link), Outcome::Done);
@@ -202,16 +205,16 @@ fn a_plug_pulled_in_a_pause_leaves_it_a_pause() {
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::none());
     link.run_to(Duration::from_secs(60));
     link.sender.pause();
-    run_until(&mut link, &Event::Paused, 1);
-    let resumed = count(&link, &Event::Resumed);
+    run_until(&mut link, &Notice::Paused, 1);
+    let resumed = count(&link, &Notice::Resumed);
     link.sender.lost(link.now());
     link.run_to(link.now() + Duration::from_secs(2));
     link.sender.reconnected(link.now());
     link.run_to(link.now() + Duration::from_secs(60));
-    assert_eq!(count(&link, &Event::Resumed), resumed, "it is still a pause");
+    assert_eq!(count(&link, &Notice::Resumed), resumed, "it is still a pause");
     link.sender.resume();
     assert_eq!(end(&mut link), Outcome::Done);
-    assert_eq!(count(&link, &Event::Resumed), resumed + 1);
+    assert_eq!(count(&link, &Notice::Resumed), resumed + 1);
 }
 
 #[test]

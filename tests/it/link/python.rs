@@ -1,5 +1,5 @@
-//! Python programs that share no code with us at the other end: pyserial as an ordinary host of our simulated printer, and a
-//! printer written in Python for `trunnion send`.
+//! Python programs that share no code with us at the other end: pyserial as an ordinary host of our simulated printer, and for
+//! `trunnion send` a printer written in Python and OctoPrint's virtual printer.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -91,5 +91,49 @@ fn send_prints_to_a_printer_written_in_python() {
         std::fs::write(&log, accepted).unwrap();
         let lines: Vec<String> = executed(&log).into_iter().filter(|l| !l.starts_with("G4P0.01")).collect();
         assert_eq!(lines, wanted(&file), "{protocol} {faults}");
+    }
+}
+
+/// Repetier's error texts, temperatures with the blank behind the slash, a parser that splits at blanks, 64 bytes of receive buffer.
+#[test]
+fn send_prints_to_octoprints_virtual_printer() {
+    let Some(python) = interpreter("octoprint") else {
+        skip("OctoPrint is not installed: its virtual printer is not printed on");
+        return;
+    };
+    for errors in [false, true] {
+        let dir = folder();
+        let (link, log) = (dir.path().join("tty"), dir.path().join("executed"));
+        let (file, machine) = (dir.path().join("moves.gcode"), dir.path().join("virtual.toml"));
+        // It simulates the time that moves take.
+        let moves: String = (0..250)
+            .map(|i| {
+                format!(
+                    "G1 X{:.1} Y{:.3} E{:.5}\n",
+                    f64::from(i % 7) * 0.3,
+                    f64::from(i) * 0.01,
+                    0.01 + f64::from(i) * 1e-5
+                )
+            })
+            .collect();
+        std::fs::write(&file, format!("G21\nG90\nM83\nG28\nG1 F6000\n{moves}")).unwrap();
+        let link_keys = "[link]\nbuffer = 64\nblank_after_number = true\n";
+        std::fs::write(&machine, format!("extends = \"generic-ac\"\n[machine]\nname = \"virtual\"\n{link_keys}"))
+            .unwrap();
+        let mut printer = Command::new(&python);
+        printer.arg(root().join("tests/harness/octoprint_printer.py")).args([&link, &log]);
+        if errors {
+            printer.arg("--errors");
+        }
+        let _printer = Running(printer.env("PYTHONDONTWRITEBYTECODE", "1").stderr(Stdio::inherit()).spawn().unwrap());
+        super::real::wait_for("OctoPrint's printer", || link.exists());
+        let done = output(send(&file, &machine, &link).arg("-v"));
+        assert!(done.status.success(), "errors {errors}: {}", said(&done));
+        let accepted: String =
+            std::fs::read_to_string(&log).unwrap().lines().map(|l| format!("0 line {l}\n")).collect();
+        std::fs::write(&log, accepted).unwrap();
+        assert_eq!(executed(&log), wanted(&file), "errors {errors}");
+        let resends = said(&done).matches("is sent again").count();
+        assert_eq!(resends >= 3, errors, "{}", said(&done));
     }
 }

@@ -1,4 +1,4 @@
-//! What breaks off on the way back to the part goes the whole way again: never on from the middle of it, and never from the
+//! A re-entry that is interrupted is repeated from its start: it never continues from its middle, and never begins with the
 //! file's first line.
 
 #[cfg(unix)]
@@ -9,10 +9,11 @@ use std::time::Duration;
 
 use trunnion::link::sim::{Fault, Quirks, Script};
 use trunnion::link::{
-    Event, Header, Loopback, Outcome, Program, Protocol, Record, Reentry, Sender, Standing, State, Stop,
+    Header, JournalSummary, Loopback, MachineState, Notice, Outcome, Program, Protocol, Record, Reentry, Sender,
+    StopReason,
 };
 
-use super::bench_machine::{blocks, end, executed, joined, program, reading, settings, text};
+use super::bench_machine::{blocks, end, executed, joined, program, settings, text};
 
 const MARLIN: Protocol = Protocol::Marlin;
 const STEP: Duration = Duration::from_millis(250);
@@ -33,7 +34,7 @@ impl Journal {
         let to = link.now() + STEP;
         link.run_to(to);
         for event in &link.events()[self.seen..] {
-            if let Event::Journal(record) = event {
+            if let Notice::Journal(record) = event {
                 self.text += &record.to_text();
             }
         }
@@ -45,11 +46,11 @@ impl Journal {
         }
     }
 
-    fn standing(&self) -> Standing {
-        Standing::parse(&self.text).unwrap()
+    fn standing(&self) -> JournalSummary {
+        JournalSummary::parse(&self.text).unwrap()
     }
 
-    /// The next host's sender: the counter where it is enough, else the way back from its beginning.
+    /// The next host's sender: the counter where it is enough, else the re-entry from its start.
     fn go_on(&mut self, program: &Arc<Program>, entry: &Reentry) -> Sender {
         let standing = self.standing();
         assert!(standing.began(), "{}", self.text);
@@ -63,7 +64,7 @@ impl Journal {
     }
 }
 
-/// A print that a reset has broken off, its journal, and the way back; the printer's log begins there.
+/// A print that a reset has interrupted, its journal, and the re-entry; the printer's log begins there.
 fn broken_off() -> (Arc<Program>, Loopback, Journal, Reentry) {
     let at_a_pose = text(MARLIN, 300).replace("G28\n", "G28\nG1 A0 F600\nG1 C0 F600\nG1 X0 Y0 Z5 F6000\n");
     let program = program(MARLIN, &at_a_pose);
@@ -73,7 +74,7 @@ fn broken_off() -> (Arc<Program>, Loopback, Journal, Reentry) {
     while link.sender.outcome().is_none() {
         journal.step(&mut link);
     }
-    assert!(matches!(link.sender.outcome(), Some(Outcome::Stopped(Stop::Reset { .. }))));
+    assert!(matches!(link.sender.outcome(), Some(Outcome::Stopped(StopReason::Reset { .. }))));
     executed(&mut link);
     let entry = Reentry::find(&program, &settings(MARLIN), journal.standing().answered).unwrap();
     journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
@@ -82,15 +83,15 @@ fn broken_off() -> (Arc<Program>, Loopback, Journal, Reentry) {
     (program, link, journal, entry)
 }
 
-/// The way back and everything from the entry's block on, as `executed` has them.
+/// The re-entry and everything from its block on, as `executed` has them.
 fn wanted(program: &Program, entry: &Reentry) -> Vec<String> {
     let own = entry.lines.iter().filter(|l| l.as_str() != "M400").cloned();
     own.chain(blocks(program).split_off(entry.block as usize)).collect()
 }
 
-/// At every quarter of a second of the way back, and some way into the print behind it, the host is killed.
+/// At every quarter of a second of the re-entry, and some way into the print behind it, the host is killed.
 #[test]
-fn a_host_killed_anywhere_on_the_way_back_goes_it_again_or_has_ended_it() {
+fn a_host_killed_anywhere_in_the_re_entry_repeats_it_or_has_completed_it() {
     let (program, mut link, mut journal, entry) = broken_off();
     let wanted = wanted(&program, &entry);
     let (mut again, mut on) = (0, 0);
@@ -108,14 +109,14 @@ fn a_host_killed_anywhere_on_the_way_back_goes_it_again_or_has_ended_it() {
         assert!(tail == wanted, "after {now:?}: {first:?} {:?}", first.map(|i| (&tail[i], &wanted[i])));
         let before = &done[..done.len() - wanted.len()];
         assert!(before.iter().all(|l| entry.lines.contains(l)), "after {now:?}: {before:?}");
-        assert!(!counts || before.is_empty(), "after {now:?}: the way was gone twice");
+        assert!(!counts || before.is_empty(), "after {now:?}: the re-entry was carried out twice");
         if counts { on += 1 } else { again += 1 }
     }
-    assert!(again > 10 && on > 3, "{again} kills on the way, {on} behind it");
+    assert!(again > 10 && on > 3, "{again} kills during the re-entry, {on} behind it");
 }
 
 #[test]
-fn the_way_back_is_ended_once_it_is_proven_and_before_the_next_block_goes_out() {
+fn the_re_entry_is_complete_once_it_is_proven_and_before_the_next_block_goes_out() {
     let (_, mut link, mut journal, entry) = broken_off();
     while !journal.text.ends_with("back\n") {
         journal.step(&mut link);
@@ -123,15 +124,15 @@ fn the_way_back_is_ended_once_it_is_proven_and_before_the_next_block_goes_out() 
         if back < journal.text.len() {
             break;
         }
-        assert!(link.sender.progress().sent == entry.block, "a block goes out before the way is ended");
+        assert!(link.sender.progress().sent == entry.block, "a block goes out before the re-entry is complete");
     }
     let standing = journal.standing();
     assert!(standing.counts() && !standing.entering && !standing.away, "{standing:?}");
 }
 
-/// Reset on the way back, and again a few lines behind it: each time the same way to the same layer.
+/// A reset during the re-entry, and again a few lines behind it: each time the same re-entry to the same layer.
 #[test]
-fn re_entries_that_break_off_do_not_step_back_layer_by_layer() {
+fn interrupted_re_entries_do_not_step_back_layer_by_layer() {
     let (program, mut link, mut journal, entry) = broken_off();
     for behind in [0, 3, 30] {
         while link.sender.progress().acked < entry.block + behind || !journal.standing().runs_began() {
@@ -142,7 +143,7 @@ fn re_entries_that_break_off_do_not_step_back_layer_by_layer() {
             journal.step(&mut link);
         }
         let outcome = link.sender.outcome();
-        assert!(matches!(outcome, Some(Outcome::Stopped(Stop::Reset { .. }))), "{behind}: {outcome:?}");
+        assert!(matches!(outcome, Some(Outcome::Stopped(StopReason::Reset { .. }))), "{behind}: {outcome:?}");
         let found = Reentry::find(&program, &settings(MARLIN), journal.standing().answered).unwrap();
         assert_eq!((found.block, &found.lines), (entry.block, &entry.lines), "after {behind} lines");
         journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
@@ -159,7 +160,7 @@ trait Began {
     fn runs_began(&self) -> bool;
 }
 
-impl Began for Standing {
+impl Began for JournalSummary {
     fn runs_began(&self) -> bool {
         self.proven > 2
     }
@@ -175,7 +176,7 @@ fn what_seconds_of_motion_ago_was_answered_may_not_have_been_executed() {
     };
     let file = format!("G28\nG90\nM83\nG1 A0 C0 F600\nG1 X0 Y0 Z1 F1200\n{}{}", layer(1), layer(2));
     let program = program(Protocol::Klipper, &file);
-    let [first, second] = [program.marks[0].block, program.marks[1].block];
+    let [first, second] = [program.boundaries[0].block, program.boundaries[1].block];
     let found = |answered| Reentry::find(&program, &settings(Protocol::Klipper), answered).unwrap();
     for (behind, block) in [(20, first), (26, first), (60, first), (120, second)] {
         let found = found(second + behind);
@@ -187,7 +188,7 @@ fn what_seconds_of_motion_ago_was_answered_may_not_have_been_executed() {
 fn settings_that_a_file_gives_in_parts_are_all_restored() {
     let kept = |text: &str| {
         let program = program(MARLIN, text);
-        let state = State::before(&program, &reading(), program.len()).unwrap();
+        let state = MachineState::before(&program, program.len()).unwrap();
         state.kept
     };
     assert_eq!(
@@ -203,9 +204,9 @@ fn settings_that_a_file_gives_in_parts_are_all_restored() {
     assert_eq!(kept("M593 X F40\nM593 Y F35\nM593 X F50\n"), ["M593Y F35", "M593X F50"]);
 }
 
-/// Where the way back broke off behind its last line, the printer may still read F as a rate.
+/// Where the re-entry was interrupted behind its last line, the printer may still read F as a rate.
 #[test]
-fn the_way_back_begins_in_the_modes_that_it_is_written_in() {
+fn the_re_entry_begins_in_the_modes_that_it_is_written_in() {
     let text = "G28\nG90\nG1 A0 C0 F600\nG1 X0 Y0 Z5 F1200\nG93\n;LAYER_CHANGE\n".to_owned()
         + &"G1 X1 F60\nG1 X0 F60\n".repeat(90);
     // Marlin has no G93.

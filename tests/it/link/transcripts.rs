@@ -33,7 +33,7 @@ fn transcripts() -> Vec<Transcript> {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     paths.retain(|p| p.extension().is_some_and(|e| e == "txt"));
     paths.sort();
-    assert!(paths.len() >= 27, "{} transcripts", paths.len());
+    assert!(paths.len() >= 30, "{} transcripts", paths.len());
     paths
         .iter()
         .map(|path| read(path.file_stem().unwrap().to_str().unwrap(), &std::fs::read_to_string(path).unwrap()))
@@ -43,12 +43,12 @@ fn transcripts() -> Vec<Transcript> {
 fn read(name: &str, text: &str) -> Transcript {
     let (mut protocol, mut blocks, mut acts, mut outcome) =
         (Protocol::Marlin, String::new(), Vec::new(), String::new());
-    let mut advanced_ok = false;
+    let mut quirks = Vec::new();
     for line in text.lines().filter(|l| !l.starts_with('#')) {
         let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
         match word {
             "protocol" => protocol = Protocol::named(rest).unwrap(),
-            "quirk" => advanced_ok = rest == "advanced-ok",
+            "quirk" => quirks.push(rest),
             "program" => blocks += &format!("{rest}\n"),
             "->" => acts.push(Act::Host(rest.to_owned())),
             "~>" => acts.push(Act::Arrives(rest.to_owned())),
@@ -58,7 +58,13 @@ fn read(name: &str, text: &str) -> Transcript {
             other => panic!("{name}: {other:?} is no word of a transcript"),
         }
     }
-    let quirks = Quirks { advanced_ok, ..Quirks::of(protocol) };
+    let has = |name: &str| quirks.contains(&name);
+    let quirks = Quirks {
+        advanced_ok: has("advanced-ok"),
+        repetier_errors: has("repetier-errors"),
+        blank_behind_slash: has("blank-behind-slash"),
+        ..Quirks::of(protocol)
+    };
     Transcript { name: name.to_owned(), protocol, quirks, program: program(protocol, &blocks), acts, outcome }
 }
 
@@ -75,7 +81,7 @@ fn fits(pattern: &str, text: &str) -> bool {
     pattern.ends_with("..") || rest.is_empty()
 }
 
-/// A numbered line without its filling and its checksum, which is checked here.
+/// A numbered line without its padding and its checksum, which is checked here.
 fn plain(line: &str) -> String {
     let Some((body, sum)) = line.split_once('*') else { return line.to_owned() };
     assert_eq!(sum.parse::<u8>().unwrap(), body.bytes().fold(0, |all, byte| all ^ byte), "{line}");

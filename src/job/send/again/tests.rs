@@ -1,6 +1,6 @@
-//! The proof of a way back, with each of its three beginnings broken on purpose.
+//! The proof of a re-entry, with each of its three beginnings broken on purpose.
 //!
-//! Two boxes on the generic machine: a post, and a beam out of its side that is printed at A90 C90. The print broke off in the
+//! Two boxes on the generic machine: a post, and a beam out of its side that is printed at A90 C90. The print was interrupted in the
 //! beam.
 
 use super::*;
@@ -41,7 +41,7 @@ impl Case {
             plan: Some(self.plan()),
             options: &SendOptions::default(),
         };
-        prove_way(&request, &self.program, entry, entry.executed).map_err(|e| e.to_string())
+        prove_path(&request, &self.program, entry, entry.executed).map_err(|e| e.to_string())
     }
 
     /// Our own lines with `change` made to each.
@@ -63,7 +63,7 @@ fn rising_to(z: &'static str) -> impl Fn(&str) -> Vec<String> {
 }
 
 #[test]
-fn the_way_back_turns_as_the_file_does_and_is_clear() {
+fn a_re_entry_turns_as_the_file_does_and_is_clear() {
     let case = Case::homed_by("G28");
     let turns: Vec<&String> =
         case.entry.lines.iter().filter(|l| l.starts_with("G1A") || l.starts_with("G1C")).collect();
@@ -86,7 +86,7 @@ fn the_way_from_home_to_the_first_point_is_judged() {
     let rehome = "G28\nG1 Z320 F900\nG1 C90 F1800\nG1 A90 F1200";
     let case = Case::homed_by(rehome);
     assert_eq!(case.proved(&case.entry), Ok(()));
-    // At Z 50 the way from where the print broke off is free; from anywhere it leads through the upright table.
+    // At Z 50 the way from where the print was interrupted is free; from anywhere it leads through the upright table.
     let low = case.with(rising_to("G1Z50F900"));
     let said = case.proved(&low).unwrap_err();
     assert!(said.contains("the table or what is printed"), "{said}");

@@ -47,7 +47,7 @@ fn heaters_go_off_though_the_journal_takes_nothing() {
     assert!(!stream.journal.record(&Record::Away));
     stream.sender.receive(Time::ZERO, b"Error:something new\nok\n");
     assert!(
-        matches!(stream.sender.outcome(), Some(Outcome::Stopped(Stop::Error { .. }))),
+        matches!(stream.sender.outcome(), Some(Outcome::Stopped(StopReason::Error { .. }))),
         "{:?}",
         stream.sender.outcome()
     );
@@ -94,5 +94,8 @@ fn last_words_that_the_port_does_not_take_are_said_to_be_unsaid() {
     stream.port = Some(port);
     stream.sender.emergency_stop();
     let said = stream.close(Outcome::EmergencyStopped).unwrap_err().to_string();
-    assert!(said.contains("the port takes nothing more") && said.contains("switch the printer off"), "{said}");
+    assert!(
+        said.contains("the port does not even take the stop command") && said.contains("switch the printer off"),
+        "{said}"
+    );
 }

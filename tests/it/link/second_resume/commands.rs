@@ -8,7 +8,7 @@ use std::process::Stdio;
 use crate::link::real::{Running, executed, gcode, output, profile, send, simulate, wait_for, wanted};
 use crate::support::{folder, said, trunnion};
 
-/// A print broken off by a reset, and its first printer gone.
+/// A print interrupted by a reset, and its first printer gone.
 fn broken_off(dir: &Path) -> (PathBuf, PathBuf, PathBuf) {
     let (machine, file, link) = (profile(dir), gcode(dir, 600), dir.join("tty"));
     let _printer = simulate(&link, &machine, &["--speed", "max", "--fault", "reset@300"]);
@@ -24,9 +24,9 @@ fn from_homing(log: &Path) -> Vec<String> {
     all.split_off(home)
 }
 
-/// The whole way back, then the file from a layer to its end.
+/// The whole re-entry, then the file from a layer to its end.
 #[track_caller]
-fn assert_whole_way(file: &Path, log: &Path) {
+fn assert_whole_reentry(file: &Path, log: &Path) {
     let (all, done) = (wanted(file), from_homing(log));
     let way: Vec<&str> = ["G28", "G90", "G1Z320F", "M109S200", "G90", "G1C0F", "G1A0F", "G1X", "G1Z"].to_vec();
     for (line, want) in done.iter().zip(&way) {
@@ -38,7 +38,7 @@ fn assert_whole_way(file: &Path, log: &Path) {
 }
 
 #[test]
-fn a_way_back_whose_printer_never_answered_is_gone_again_and_the_print_is_not_begun_anew() {
+fn a_re_entry_whose_printer_never_answered_is_repeated_and_the_print_is_not_begun_anew() {
     let dir = folder();
     let (machine, file, link) = broken_off(dir.path());
     // A printer that says once that it counts from 0, and then nothing more.
@@ -67,11 +67,11 @@ fn a_way_back_whose_printer_never_answered_is_gone_again_and_the_print_is_not_be
     let done = output(send(&file, &machine, &link).args(["--resume", "--yes"]));
     assert!(done.status.success(), "{}", said(&done));
     assert!(!executed(&log).contains(&"G21".to_owned()), "the print began anew on the part: {}", said(&done));
-    assert_whole_way(&file, &log);
+    assert_whole_reentry(&file, &log);
 }
 
 #[test]
-fn a_host_killed_while_the_way_back_heats_goes_the_whole_way_again() {
+fn a_host_killed_while_the_re_entry_heats_repeats_all_of_it() {
     let dir = folder();
     let (machine, file, link) = broken_off(dir.path());
     let log = dir.path().join("2.log");
@@ -93,19 +93,19 @@ fn a_host_killed_while_the_way_back_heats_goes_the_whole_way_again() {
     let done = output(send(&file, &machine, &link).args(["--resume", "--yes"]));
     assert!(done.status.success(), "{}", said(&done));
     assert_eq!(executed(&log).iter().filter(|l| *l == "G28").count(), 2, "homed again");
-    assert_whole_way(&file, &log);
+    assert_whole_reentry(&file, &log);
 }
 
 #[test]
-fn a_reset_on_the_way_back_and_one_behind_it_are_further_ways_back_to_the_same_layer() {
-    // Lines of the second printer: two questions, three first words, the way back to about the 22nd.
+fn a_reset_during_the_re_entry_and_one_behind_it_lead_to_the_same_layer() {
+    // Lines of the second printer: two questions, three first words, the re-entry to about the 22nd.
     for fault in ["reset@12", "reset@60"] {
         let dir = folder();
         let (machine, file, link) = broken_off(dir.path());
         let log = dir.path().join("2.log");
         let _printer = simulate(&link, &machine, &["--speed", "max", "--fault", fault, "--log", log.to_str().unwrap()]);
         let resume = || output(send(&file, &machine, &link).args(["--resume", "--yes"]));
-        let layer = |text: String| text.split("go on with its layer, line ").nth(1).map(|t| t[..5].to_owned());
+        let layer = |text: String| text.split("continue at line ").nth(1).map(|t| t[..5].to_owned());
         let again = resume();
         assert!(again.status.code() == Some(4) && said(&again).contains("was reset"), "{fault}: {}", said(&again));
         let done = resume();
@@ -113,6 +113,6 @@ fn a_reset_on_the_way_back_and_one_behind_it_are_further_ways_back_to_the_same_l
         assert!(layer(said(&done)).is_some(), "{fault}: {}", said(&done));
         assert_eq!(layer(said(&done)), layer(said(&again)), "{fault}");
         assert!(!executed(&log).contains(&"G21".to_owned()), "{fault}: the print began anew on the part");
-        assert_whole_way(&file, &log);
+        assert_whole_reentry(&file, &log);
     }
 }

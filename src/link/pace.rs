@@ -1,74 +1,11 @@
-//! How long blocks take, and whether a link carries them in time.
+//! Whether a link carries a program in the time that the program takes.
 //!
 //! A line on a serial wire costs ten bits a byte. What a program needs is taken over stretches of one planner's worth of
 //! blocks: shorter bursts are hidden by the planner.
 
 use super::program::Program;
-use super::wire::{Protocol, numbered_len};
-use crate::motion::replay::Move;
-
-/// The axes' fastest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rates {
-    /// Of the tip, mm/min.
-    pub feed_mm_per_min: f64,
-    /// Of the tilt, deg/s.
-    pub tilt_deg_per_s: f64,
-    /// Of the rotation, deg/s.
-    pub rotation_deg_per_s: f64,
-}
-
-impl Default for Rates {
-    fn default() -> Self {
-        Self { feed_mm_per_min: 12_000.0, tilt_deg_per_s: 20.0, rotation_deg_per_s: 30.0 }
-    }
-}
-
-/// How far a move goes: mm of the tip (arcs along their chords' length), degrees of tilt and rotation.
-pub(crate) fn extent(m: &Move) -> (f64, f64, f64) {
-    let along = |i: usize| m.to.linear[i].zip(m.from.linear[i]).map_or(0.0, |(to, from)| to - from);
-    let (dx, dy, dz) = (along(0), along(1), along(2));
-    let length = match m.arc {
-        Some(arc) if arc.by_radius.is_none() => {
-            let radius = arc.to_centre[0].hypot(arc.to_centre[1]);
-            let [i, j] = arc.to_centre;
-            let (start, end) = ((-j).atan2(-i), (dy - j).atan2(dx - i));
-            let turn = if arc.clockwise { start - end } else { end - start };
-            let sweep = turn.rem_euclid(std::f64::consts::TAU);
-            let sweep = if sweep < 1e-9 { std::f64::consts::TAU } else { sweep };
-            (radius * sweep).hypot(dz)
-        }
-        _ => dx.hypot(dy).hypot(dz),
-    };
-    let turned = |to: Option<crate::geom::Angle>, from: Option<crate::geom::Angle>| {
-        to.zip(from).map_or(0.0, |(to, from)| (to.deg() - from.deg()).abs())
-    };
-    (length, turned(m.to.tilt, m.from.tilt), turned(m.to.rotation, m.from.rotation))
-}
-
-/// Seconds of a move at constant speed; F counts mm where the tip moves, else degrees, else filament.
-///
-/// Without F, or from an unknown place, 0.
-pub fn seconds(m: &Move, rates: &Rates) -> f64 {
-    let (length, tilt, rotation) = extent(m);
-    let counted = if length > 0.0 {
-        length
-    } else if tilt > 0.0 || rotation > 0.0 {
-        tilt.hypot(rotation)
-    } else {
-        m.e.abs()
-    };
-    let asked = match m.feed {
-        Some(f) if f > 0.0 && m.inverse_time => 60.0 / f,
-        Some(f) if f > 0.0 => counted / f * 60.0,
-        _ => 0.0,
-    };
-    let fastest = (length / rates.feed_mm_per_min * 60.0)
-        .max(tilt / rates.tilt_deg_per_s)
-        .max(rotation / rates.rotation_deg_per_s);
-    asked.max(fastest)
-}
-
+use super::protocol::Protocol;
+use super::wire::numbered_len;
 /// A stretch of a program that a link is too slow for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooSlow {
@@ -109,7 +46,7 @@ impl std::fmt::Display for TooSlow {
 const STRETCH: u32 = 16;
 
 /// Whether `program` needs more lines a second than a wire of `baud` carries; `None` where it carries all of them.
-pub fn too_slow(program: &Program, protocol: Protocol, baud: u32, rates: &Rates) -> Option<TooSlow> {
+pub fn too_slow(program: &Program, protocol: Protocol, baud: u32) -> Option<TooSlow> {
     let per_second = f64::from(baud) / 10.0;
     let wire = |i: u32| {
         let block = program.block(i);
@@ -117,12 +54,12 @@ pub fn too_slow(program: &Program, protocol: Protocol, baud: u32, rates: &Rates)
     };
     let mut worst: Option<TooSlow> = None;
     let mut dense = 0.0;
-    let all = (0..program.len()).map(|i| program.seconds(i)).sum();
+    let all = program.seconds_print();
     let mut start = 0;
     while start < program.len() {
         let stretch = start..program.len().min(start + STRETCH);
         let waits = stretch.clone().find(|&i| program.waits(i));
-        // Settings in front of the motion starve nobody, and a command that waits empties the planner on purpose.
+        // SenderSettings in front of the motion starve nobody, and a command that waits empties the planner on purpose.
         if program.seconds(start) == 0.0 || waits.is_some() {
             start = waits.unwrap_or(start) + 1;
             continue;
@@ -140,7 +77,7 @@ pub fn too_slow(program: &Program, protocol: Protocol, baud: u32, rates: &Rates)
         dense += took;
         let (needed, bytes_each) = (lines / took, bytes as f64 / lines);
         if worst.is_none_or(|w| needed > w.needed) {
-            let speed = speed_of(program, stretch.clone(), rates);
+            let speed = speed_of(program, stretch.clone());
             let file_line = program.file_line(stretch.start);
             worst = Some(TooSlow {
                 needed,
@@ -159,21 +96,20 @@ pub fn too_slow(program: &Program, protocol: Protocol, baud: u32, rates: &Rates)
 }
 
 /// Speed of the last F at or before the stretch's middle, mm/s.
-fn speed_of(program: &Program, stretch: std::ops::Range<u32>, rates: &Rates) -> f64 {
+fn speed_of(program: &Program, stretch: std::ops::Range<u32>) -> f64 {
     let feed = |i: u32| {
         let block = program.block(i);
         let at = memchr::memchr(b'F', block)?;
         std::str::from_utf8(&block[at + 1..]).ok()?.parse::<f64>().ok()
     };
     let found = (0..stretch.end).rev().take(10_000).find_map(feed);
-    found.unwrap_or(rates.feed_mm_per_min).min(rates.feed_mm_per_min) / 60.0
+    found.unwrap_or(f64::INFINITY).min(program.max_feed()) / 60.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::link::program::Rules;
-    use crate::motion::replay::Reading;
+    use crate::link::testing::rules;
 
     fn program(segment: f64, feed: u32) -> Program {
         behind("", segment, feed)
@@ -184,30 +120,21 @@ mod tests {
         for i in 1..400 {
             text += &format!("G1 X{:.3} Y50.125 Z10.205 A31.125 C-120.245 E0.00415\n", f64::from(i) * segment);
         }
-        let axis = |letter| crate::motion::AxisRange {
-            letter,
-            direction: 1.0,
-            zero: crate::geom::Angle::ZERO,
-            range: None,
-            max_rate: 1.0,
-        };
-        let reading = Reading { rotary: Some((axis(b'A'), axis(b'C'))), ..Reading::sliced() };
-        let rules = Rules { protocol: Protocol::Marlin, longest_line: 96, reading, rates: Rates::default() };
-        Program::read(text.as_bytes(), &rules).unwrap()
+        Program::read(text.as_bytes(), &rules(Protocol::Marlin)).unwrap()
     }
 
     /// `field/link.md` section 3: 60 mm/s at 0.1 mm is 600 lines/s.
     #[test]
     fn tenth_millimetre_segments_at_60_mm_s_need_600_lines_a_second() {
-        let slow = too_slow(&program(0.1, 3600), Protocol::Marlin, 250_000, &Rates::default()).unwrap();
+        let slow = too_slow(&program(0.1, 3600), Protocol::Marlin, 250_000).unwrap();
         assert!((slow.needed - 600.0).abs() < 1.0 && (slow.segment_mm - 0.1).abs() < 0.005, "{slow:?}");
         assert!((slow.carried - 25_000.0 / slow.bytes).abs() < 1e-6 && slow.carried < 600.0, "{slow:?}");
         assert!(slow.to_string().contains("0.10 mm segments at 60 mm/s need 600 lines/s"), "{slow}");
-        // Settings in front of the motion are none of it.
+        // SenderSettings in front of the motion are none of it.
         let set = "G21\nG90\nM83\nG28\nM109 S200\nM106 S255\nM204 P800\n";
-        let behind = too_slow(&behind(set, 0.1, 3600), Protocol::Marlin, 250_000, &Rates::default()).unwrap();
+        let behind = too_slow(&behind(set, 0.1, 3600), Protocol::Marlin, 250_000).unwrap();
         assert!((behind.needed - 600.0).abs() < 1.0 && (behind.bytes - slow.bytes).abs() < 2.0, "{behind:?}");
-        assert_eq!(too_slow(&program(0.1, 3600), Protocol::Marlin, 2_000_000, &Rates::default()), None);
-        assert_eq!(too_slow(&program(1.0, 3600), Protocol::Marlin, 115_200, &Rates::default()), None);
+        assert_eq!(too_slow(&program(0.1, 3600), Protocol::Marlin, 2_000_000), None);
+        assert_eq!(too_slow(&program(1.0, 3600), Protocol::Marlin, 115_200), None);
     }
 }

@@ -1,4 +1,4 @@
-//! After a reset of the printer: `send --resume --plan` proves the way back to the part, and what is printed once more there,
+//! After a reset of the printer: `send --resume --plan` proves the re-entry, and what is printed a second time behind it,
 //! against everything that may stand on the table by then.
 
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ fn layer(file: &Path, print: u32, n: usize) -> u32 {
 }
 
 #[test]
-fn a_way_back_that_is_clear_is_gone_at_both_poses() {
+fn a_re_entry_that_is_clear_is_carried_out_at_both_poses() {
     let dir = folder();
     let machine = profile(dir.path());
     let file = prepared(dir.path(), &machine);
@@ -72,7 +72,7 @@ fn a_way_back_that_is_clear_is_gone_at_both_poses() {
 }
 
 #[test]
-fn a_way_back_through_what_is_printed_is_refused_and_nothing_moves() {
+fn a_re_entry_through_what_is_printed_is_refused_and_nothing_moves() {
     let dir = folder();
     let machine = profile(dir.path());
     let file = prepared(dir.path(), &machine);
@@ -84,7 +84,7 @@ fn a_way_back_through_what_is_printed_is_refused_and_nothing_moves() {
     for block in [600, 16_500] {
         let (resumed, _, after) = reset_at(dir.path(), &machine, &plain, block);
         assert_eq!(resumed.status.code(), Some(4), "{}", said(&resumed));
-        assert!(said(&resumed).contains("the way back to the part is not clear: nozzle reaches"), "{}", said(&resumed));
+        assert!(said(&resumed).contains("the path of the re-entry is not clear: nozzle reaches"), "{}", said(&resumed));
         assert!(after.is_empty(), "nothing may move: {after:?}");
     }
 }

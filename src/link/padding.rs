@@ -1,15 +1,15 @@
-//! Lines of which the newline, or more, is lost on the wire must not look like one good line to an XOR of eight bits: bytes that
-//! say nothing are put in where they would.
+//! Padding against lines that run together: where a newline, or more, is lost on the wire, what is left must not look like one
+//! good line to an XOR of eight bits. Bytes that say nothing are put in where it would.
 
 use memchr::memchr;
 
 use super::wire::{checksum, integer_digits, push_integer};
 
-/// What a line's tail adds to the checksum of a line that it melts into: its own sum, `*` and the sum's digits.
+/// What a line adds to the checksum of the line that it runs into: its own sum, `*` and the sum's digits.
 ///
-/// Never 0, so that two lines melted into one are refused. Three are not where the first two have the same seam: XOR cancels.
-/// [`Seams`] keeps that from happening.
-fn seam(sum: u8) -> u8 {
+/// Never 0, so that two lines in one are refused. Three are not where the first two add the same: XOR cancels. [`Padder`]
+/// keeps that from happening.
+fn added(sum: u8) -> u8 {
     let digits = [sum / 100, sum / 10 % 10, sum % 10].map(|d| b'0' + d);
     let used = if sum >= 100 {
         0
@@ -21,15 +21,25 @@ fn seam(sum: u8) -> u8 {
     digits[used..].iter().fold(sum ^ b'*', |all, digit| all ^ digit)
 }
 
-/// Bytes that say nothing, put in so that melted lines never look like a good one.
+/// Bytes that say nothing, put in so that lines that run together never look like a good one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Filling {
+pub(crate) struct Padding {
     /// A leading zero of the number.
     zero: bool,
     /// A blank behind it.
     blank: bool,
     /// A zero behind the block's first fraction.
     tail: bool,
+}
+
+impl Padding {
+    /// The most bytes that it adds.
+    pub(crate) const MOST: usize = 3;
+
+    /// None, but for the blank behind the number where that is wanted.
+    pub(crate) fn least(blank: bool) -> Self {
+        Self { blank, ..Self::default() }
+    }
 }
 
 /// The end of the block's first fraction, where one more zero says nothing; `None` without a fraction, and in texts.
@@ -39,53 +49,54 @@ fn fraction_end(block: &[u8]) -> Option<usize> {
     (digits > 0).then_some(point + 1 + digits)
 }
 
-/// The seams of the last lines: of a run of these that could melt together, the sums must not cancel, and neither may the
-/// beginning of one that is cut anywhere and melts into the next.
+/// What the last lines add: where several of them run together the sums must not cancel, and neither may the beginning of one
+/// that is cut anywhere and runs into the next.
 ///
-/// Two whole lines never do. Against the other cases the best of four fillings is taken; an XOR of eight bits cannot be made
-/// proof against everything (measured in the tests: a fiftieth of the cut lines and an eighth of the runs are left that plain
-/// lines would let pass).
+/// Two whole lines never cancel. Against the other cases the best of four paddings is taken; an XOR of eight bits cannot be
+/// made proof against everything (measured in the tests: a fiftieth of the cut lines and an eighth of the runs are left that
+/// plain lines would let pass).
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Seams {
-    /// Sums of all seams up to each of the last lines, the newest first.
+pub(crate) struct Padder {
+    /// Sums of what all lines add, up to each of the last ones, the newest first.
     sums: [u8; Self::RUN],
     sum: u8,
 }
 
-impl Seams {
+impl Padder {
     const RUN: usize = 5;
 
-    /// The filling with which line `number` ends no run that cancels; the plain line where that is so already.
-    pub(crate) fn fill(&mut self, number: i64, block: &[u8]) -> Filling {
+    /// The padding with which line `number` ends no run that cancels; the least where that is so already. Always a blank behind the
+    /// number where that is wanted.
+    pub(crate) fn pad(&mut self, number: i64, block: &[u8], blank: bool) -> Padding {
         let mut digits = [0_u8; 21];
         let head = checksum(integer_digits(&mut digits, number)) ^ b'N';
         let block_sum = checksum(block);
         let tail = fraction_end(block);
-        let head_of = |f: &Filling| head ^ if f.zero { b'0' } else { 0 } ^ if f.blank { b' ' } else { 0 };
-        let whole = |f: &Filling| head_of(f) ^ block_sum ^ if f.tail { b'0' } else { 0 };
-        let sum_with = |f: &Filling| self.sum ^ seam(whole(f));
-        let nearest = |f: &Filling| self.sums.iter().position(|s| *s == sum_with(f)).unwrap_or(Self::RUN);
+        let head_of = |f: &Padding| head ^ if f.zero { b'0' } else { 0 } ^ if f.blank { b' ' } else { 0 };
+        let whole = |f: &Padding| head_of(f) ^ block_sum ^ if f.tail { b'0' } else { 0 };
+        let sum_with = |f: &Padding| self.sum ^ added(whole(f));
+        let nearest = |f: &Padding| self.sums.iter().position(|s| *s == sum_with(f)).unwrap_or(Self::RUN);
         let beginnings = [Beginnings::of(block, None), Beginnings::of(block, tail)];
-        let safe = |f: &Filling| !beginnings[usize::from(f.tail)].cancel(head_of(f), whole(f));
-        let rank = |f: &Filling| (safe(f), nearest(f));
-        let mut filling = Filling::default();
+        let safe = |f: &Padding| !beginnings[usize::from(f.tail)].cancel(head_of(f), whole(f));
+        let rank = |f: &Padding| (safe(f), nearest(f));
+        let mut padding = Padding::least(blank);
         for bits in 1_u8..if tail.is_some() { 8 } else { 4 } {
-            if rank(&filling) == (true, Self::RUN) {
+            if rank(&padding) == (true, Self::RUN) {
                 break;
             }
-            let other = Filling { zero: bits & 1 > 0, blank: bits & 2 > 0, tail: bits & 4 > 0 };
-            if rank(&other) > rank(&filling) {
-                filling = other;
+            let other = Padding { zero: bits & 1 > 0, blank: blank || bits & 2 > 0, tail: bits & 4 > 0 };
+            if rank(&other) > rank(&padding) {
+                padding = other;
             }
         }
-        self.sum = sum_with(&filling);
+        self.sum = sum_with(&padding);
         self.sums.copy_within(0..Self::RUN - 1, 1);
         self.sums[0] = self.sum;
-        filling
+        padding
     }
 }
 
-/// The sums of all beginnings of a block. A line that is cut where its sum is 0 melts into the next one unseen.
+/// The sums of all beginnings of a block. A line that is cut where its sum is 0 runs into the next one unseen.
 struct Beginnings([u64; 4]);
 
 impl Beginnings {
@@ -124,18 +135,18 @@ impl Beginnings {
     }
 }
 
-/// As [`push_numbered`], with a filling.
-pub(crate) fn push_spaced(out: &mut Vec<u8>, number: i64, filling: Filling, block: &[u8]) {
+/// As [`push_numbered`](super::wire::push_numbered), with a padding.
+pub(crate) fn push_padded(out: &mut Vec<u8>, number: i64, padding: Padding, block: &[u8]) {
     let start = out.len();
     out.push(b'N');
-    if filling.zero {
+    if padding.zero {
         out.push(b'0');
     }
     push_integer(out, number);
-    if filling.blank {
+    if padding.blank {
         out.push(b' ');
     }
-    match fraction_end(block).filter(|_| filling.tail) {
+    match fraction_end(block).filter(|_| padding.tail) {
         Some(end) => {
             out.extend_from_slice(&block[..end]);
             out.push(b'0');
@@ -161,43 +172,43 @@ mod tests {
             let mut between = format!("*{sum}").into_bytes();
             between.insert(0, sum);
             assert_ne!(checksum(&between), 0, "a body that sums to {sum}");
-            assert_eq!(checksum(&between), seam(sum));
+            assert_eq!(checksum(&between), added(sum));
         }
     }
 
     /// Nor do three or more, which plain lines sometimes do; as Marlin checks it: the sum in front of the last `*`.
     #[test]
-    fn lines_melted_or_cut_hardly_ever_pass_the_checksum() {
+    fn lines_run_together_or_cut_hardly_ever_pass_the_checksum() {
         let passes = |lines: &[Vec<u8>]| {
-            let melted: Vec<u8> = lines.iter().flat_map(|l| l[..l.len() - 1].to_vec()).collect();
-            let star = melted.iter().rposition(|b| *b == b'*').unwrap();
-            std::str::from_utf8(&melted[star + 1..]).unwrap().parse::<u8>().unwrap() == checksum(&melted[..star])
+            let joined: Vec<u8> = lines.iter().flat_map(|l| l[..l.len() - 1].to_vec()).collect();
+            let star = joined.iter().rposition(|b| *b == b'*').unwrap();
+            std::str::from_utf8(&joined[star + 1..]).unwrap().parse::<u8>().unwrap() == checksum(&joined[..star])
         };
-        let (mut plain, mut filled, mut seams) = (Vec::new(), Vec::new(), Seams::default());
+        let (mut plain, mut padded, mut padder) = (Vec::new(), Vec::new(), Padder::default());
         for number in 1..20_000_i64 {
             let block = format!("G1X{}Y-98.{} E.0{}", number % 97, number % 1000, 3000 + number % 777);
             let (mut one, mut two) = (Vec::new(), Vec::new());
             push_numbered(&mut one, number, block.as_bytes());
-            let filling = seams.fill(number, block.as_bytes());
-            push_spaced(&mut two, number, filling, block.as_bytes());
-            assert!(two.len() <= numbered_len(number, block.as_bytes()) + 3);
+            let padding = padder.pad(number, block.as_bytes(), false);
+            push_padded(&mut two, number, padding, block.as_bytes());
+            assert!(two.len() <= numbered_len(number, block.as_bytes()) + Padding::MOST);
             plain.push(one);
-            filled.push(two);
+            padded.push(two);
         }
         let count = |lines: &[Vec<u8>], run: usize| lines.windows(run).filter(|w| passes(w)).count();
         assert!(count(&plain, 3) > 100, "the danger is real: {}", count(&plain, 3));
-        assert_eq!(count(&filled, 2), 0);
+        assert_eq!(count(&padded, 2), 0);
         let runs = |lines: &[Vec<u8>]| (3..=6).map(|run| count(lines, run)).sum::<usize>();
-        assert!(runs(&filled) * 8 < runs(&plain), "{} {}", runs(&filled), runs(&plain));
-        // A line cut anywhere, its end lost with the newline, melts into the next.
+        assert!(runs(&padded) * 8 < runs(&plain), "{} {}", runs(&padded), runs(&plain));
+        // A line cut anywhere, its end lost with the newline, runs into the next.
         let cut = |lines: &[Vec<u8>]| {
             let pairs = lines.windows(2);
             pairs
                 .map(|w| (1..w[0].len()).filter(|&n| passes(&[[&w[0][..n], b"\n"].concat(), w[1].clone()])).count())
                 .sum::<usize>()
         };
-        assert!(cut(&plain) > 1000 && cut(&filled) * 50 < cut(&plain), "{} {}", cut(&plain), cut(&filled));
+        assert!(cut(&plain) > 1000 && cut(&padded) * 50 < cut(&plain), "{} {}", cut(&plain), cut(&padded));
         let bytes = |lines: &[Vec<u8>]| lines.iter().map(Vec::len).sum::<usize>() as f64;
-        assert!(bytes(&filled) < bytes(&plain) * 1.03, "{}", bytes(&filled) / bytes(&plain));
+        assert!(bytes(&padded) < bytes(&plain) * 1.03, "{}", bytes(&padded) / bytes(&plain));
     }
 }

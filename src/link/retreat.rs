@@ -1,0 +1,175 @@
+//! Leaving the part and returning to it: lines of our own.
+//!
+//! The tool's axis is machine +Z at any tilt, because it is the table that turns; so leaving is a lift in Z, and the table's
+//! axes turn only at the height where they cannot touch anything.
+//!
+//! Units: mm, degrees in the written words, mm/min.
+
+use super::protocol::Protocol;
+use super::state::MachineState;
+use crate::gcode::push_fixed;
+use crate::geom::Angle;
+use crate::motion::AxisRange;
+
+/// What becomes of the heaters when a print is stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heaters {
+    /// Both off.
+    Off,
+    /// The nozzle off, the bed kept so that the part stays on it.
+    KeepBed,
+    /// As they are.
+    Keep,
+}
+
+/// How the head leaves and comes back, from the profile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Retreat {
+    /// The table's axes: tilt, rotation.
+    pub axes: [AxisRange; 2],
+    /// The highest Z.
+    pub z_max_mm: f64,
+    /// How far up.
+    pub lift_mm: f64,
+    /// Filament pulled.
+    pub retract_mm: f64,
+    /// Speed of the pull, mm/min.
+    pub retract_feed: f64,
+    /// In X and Y, mm/min.
+    pub travel_feed: f64,
+    /// In Z, mm/min.
+    pub z_feed: f64,
+    /// The extruder's letter.
+    pub extruder: u8,
+    /// After a fault or a cancel.
+    pub heaters: Heaters,
+    /// Lines that home the machine without touching a part on its table; empty where there is no such way.
+    pub home: Vec<String>,
+}
+
+impl Retreat {
+    /// The line that waits until the last move has ended.
+    pub fn drain(&self, protocol: Protocol) -> &'static str {
+        protocol.traits().drain
+    }
+
+    /// Heater lines after a fault; none for a machine that knows no heaters.
+    pub fn heaters_on_stop(&self, protocol: Protocol) -> &'static [&'static str] {
+        match self.heaters {
+            _ if !protocol.traits().is_printer() => &[],
+            Heaters::Off => &["M104S0", "M140S0"],
+            Heaters::KeepBed => &["M104S0"],
+            Heaters::Keep => &[],
+        }
+    }
+
+    /// Heater lines after a cancel.
+    pub fn heaters_on_cancel(&self, protocol: Protocol) -> Vec<String> {
+        let fan_off: &[&str] = if protocol.traits().is_printer() { &["M107"] } else { &[] };
+        self.heaters_on_stop(protocol).iter().chain(fan_off).map(|l| (*l).to_owned()).collect()
+    }
+
+    fn pull(&self, sign: &str, protocol: Protocol) -> Vec<String> {
+        if !protocol.traits().is_printer() && self.extruder == b'E' {
+            return Vec::new();
+        }
+        let (letter, feed) = (char::from(self.extruder), number(self.retract_feed));
+        vec!["G91".to_owned(), format!("G1{letter}{sign}{}F{feed}", number(self.retract_mm)), "G90".to_owned()]
+    }
+
+    /// The words of all axes that are known at `state`, as M114 has them.
+    pub fn words(&self, state: &MachineState) -> Vec<(u8, f64)> {
+        let linear = [b'X', b'Y', b'Z'].into_iter().zip(state.at.linear);
+        let angles = self.axes.iter().zip([state.at.tilt, state.at.rotation]);
+        let angles = angles.map(|(axis, angle)| (axis.letter, angle.map(|a| axis.word_of(a).deg())));
+        linear.chain(angles).filter_map(|(letter, value)| Some((letter, value?))).collect()
+    }
+
+    /// From `state` up along the tool's axis; the table stays.
+    pub fn leave(&self, state: &MachineState, protocol: Protocol) -> Vec<String> {
+        let mut lines = vec![self.drain(protocol).to_owned()];
+        if protocol.traits().is_printer() {
+            lines.push("M114".to_owned());
+        }
+        let Some(z) = state.at.linear[2] else { return lines };
+        lines.push("G94".to_owned());
+        if !state.inverse_time {
+            lines.pop();
+        }
+        if state.printed {
+            if protocol.traits().is_printer() {
+                lines.push("M83".to_owned());
+            }
+            lines.extend(self.pull("-", protocol));
+        }
+        if lines.last().is_none_or(|l| l != "G90") {
+            lines.push("G90".to_owned());
+        }
+        let up = (z + self.lift_mm).min(self.z_max_mm.max(z));
+        lines.push(format!("G1Z{}F{}", number(up), number(self.z_feed)));
+        lines.push(self.drain(protocol).to_owned());
+        lines
+    }
+
+    /// From above back to `state`: heat, the table's axes each alone, X and Y, down, filament, modes.
+    pub fn come_back(&self, state: &MachineState, protocol: Protocol) -> Vec<String> {
+        let mut lines = Vec::new();
+        if protocol.traits().is_printer() {
+            lines.extend((state.bed_c > 0.0).then(|| format!("M190S{}", number(state.bed_c))));
+            lines.extend((state.nozzle_c > 0.0).then(|| format!("M109S{}", number(state.nozzle_c))));
+        }
+        lines.push("G90".to_owned());
+        lines.extend(self.turn(state));
+        if let [Some(x), Some(y), Some(z)] = state.at.linear {
+            lines.push(format!("G1X{}Y{}F{}", number(x), number(y), number(self.travel_feed)));
+            lines.push(format!("G1Z{}F{}", number(z), number(self.z_feed)));
+        }
+        if state.printed {
+            if protocol.traits().is_printer() {
+                lines.push("M83".to_owned());
+            }
+            lines.extend(self.pull("", protocol));
+        }
+        lines.extend(self.modes(state, protocol));
+        lines
+    }
+
+    /// The rotation first, then the tilt, as the file itself turns: so the way there is the one that was planned.
+    pub(super) fn turn(&self, state: &MachineState) -> Vec<String> {
+        let angles = [state.at.rotation, state.at.tilt];
+        let word = |(axis, angle): (&AxisRange, Option<Angle>)| {
+            let rate = axis.max_rate.to_degrees() * 60.0;
+            Some(format!(
+                "G1{}{}F{}",
+                char::from(axis.letter),
+                number(axis.word_of(angle?).deg()),
+                number(rate.floor())
+            ))
+        };
+        self.axes.iter().rev().zip(angles).filter_map(word).collect()
+    }
+
+    fn modes(&self, state: &MachineState, protocol: Protocol) -> Vec<String> {
+        let mut lines = Vec::new();
+        if !state.absolute {
+            lines.push("G91".to_owned());
+        }
+        if protocol.traits().is_printer() {
+            lines.push(if state.extruder_absolute { "M82" } else { "M83" }.to_owned());
+            lines.push(format!("G92E{}", number(state.extruder_count)));
+        }
+        if state.inverse_time {
+            lines.push("G93".to_owned());
+        } else if let Some(feed) = state.feed {
+            lines.push(format!("G1F{}", number(feed)));
+        }
+        lines
+    }
+}
+
+/// At most five decimals, no more than it needs.
+pub(super) fn number(value: f64) -> String {
+    let mut out = Vec::new();
+    push_fixed(&mut out, value.clamp(-1e9, 1e9), 5);
+    String::from_utf8(out).unwrap_or_default()
+}

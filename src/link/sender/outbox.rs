@@ -1,0 +1,51 @@
+//! Bytes on their way to the port.
+
+/// What is to be written, in order; the port takes it from the front.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Outbox {
+    bytes: Vec<u8>,
+    taken: usize,
+}
+
+impl Outbox {
+    pub(super) fn pending(&self) -> &[u8] {
+        &self.bytes[self.taken..]
+    }
+
+    pub(super) fn took(&mut self, count: usize) {
+        self.taken = (self.taken + count).min(self.bytes.len());
+        if self.taken == self.bytes.len() {
+            self.clear();
+        }
+    }
+
+    /// The end, to write to.
+    pub(super) fn end(&mut self) -> &mut Vec<u8> {
+        &mut self.bytes
+    }
+
+    pub(super) fn push(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.bytes.clear();
+        self.taken = 0;
+    }
+
+    /// What the port has not taken is dropped, and a line that is cut in two by that is ended.
+    ///
+    /// Where a blank line is a line, half of one would be carried out as another one: so it goes out whole. Where lines have
+    /// checksums the half is refused.
+    pub(super) fn drop_unsent(&mut self, blank_line_counts: bool) {
+        let cut = self.taken > 0 && self.bytes.get(self.taken - 1).is_some_and(|b| *b != b'\n');
+        let unsent = self.pending();
+        let rest = unsent.iter().position(|b| *b == b'\n').map_or(Vec::new(), |end| unsent[..=end].to_vec());
+        self.clear();
+        if cut && blank_line_counts {
+            self.bytes = rest;
+        } else if !blank_line_counts {
+            self.bytes.push(b'\n');
+        }
+    }
+}

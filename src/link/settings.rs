@@ -1,0 +1,76 @@
+//! How a wire is used: windows, patience, and how the head leaves the part.
+
+use std::time::Duration;
+
+use super::Time;
+use super::protocol::{MARGIN, Protocol};
+use super::retreat::Retreat;
+
+/// How the wire is used.
+#[derive(Clone, Debug)]
+pub struct SenderSettings {
+    /// The firmware's protocol.
+    pub protocol: Protocol,
+    /// Whether a blank goes between a line's number and its command, as a few parsers need it.
+    pub blank_after_number: bool,
+    /// Most lines without an answer.
+    pub window_lines: usize,
+    /// Most bytes without an answer; the firmware's receive buffer less one: a ring of 128 bytes holds 127.
+    pub window_bytes: usize,
+    /// Blocks that the firmware's planner and queue hold: so many answered ones may not be executed.
+    pub planner_blocks: u32,
+    /// After this many lines a numbered M105 proves the count.
+    pub prove_every: u32,
+    /// Without a word for this long, beyond what the motion in hand takes, the printer is asked.
+    pub silence: Time,
+    /// The same while a command is in hand that may take minutes.
+    pub long_silence: Time,
+    /// No progress for this long stops the print, even if the printer shows life (a wait for a person does not).
+    pub no_progress: Time,
+    /// Questions without an answer before the printer counts as mute.
+    pub questions: u32,
+    /// Refusals of one line before the wire counts as broken.
+    pub refusals: u32,
+    /// Numbers begin anew here; Marlin counts in 32 bits.
+    pub renumber_at: i64,
+    /// What the printer must call itself; `None` takes any.
+    pub identity: Option<String>,
+    /// How the head leaves the part.
+    pub retreat: Retreat,
+}
+
+impl SenderSettings {
+    /// What suits an ordinary printer of `protocol`.
+    pub fn new(protocol: Protocol, retreat: Retreat) -> Self {
+        let (window_lines, window_bytes) = protocol.traits().window;
+        Self {
+            protocol,
+            blank_after_number: false,
+            window_lines,
+            window_bytes,
+            planner_blocks: 24,
+            prove_every: 32,
+            silence: Duration::from_secs(4),
+            long_silence: Duration::from_secs(300),
+            no_progress: Duration::from_secs(3600),
+            questions: 10,
+            refusals: 10,
+            renumber_at: 2_000_000_000,
+            identity: None,
+            retreat,
+        }
+    }
+
+    /// The same where the receive buffer has `bytes` and the firmware queues `lines`, as far as the protocol knows of either.
+    #[must_use]
+    pub fn with_buffers(mut self, bytes: usize, lines: usize) -> Self {
+        let traits = self.protocol.traits();
+        if traits.serial {
+            self.window_bytes = bytes.saturating_sub(MARGIN);
+        }
+        if traits.queues {
+            self.window_lines = lines.max(1);
+        }
+        self
+    }
+}

@@ -1,0 +1,30 @@
+//! A small machine for the unit tests of this room: A from -15 to 90 degrees, C without end.
+
+use super::program::Rules;
+use super::protocol::Protocol;
+use crate::geom::Angle;
+use crate::motion::AxisRange;
+use crate::motion::replay::Reading;
+use crate::trace::{FeedCount, Rates, Setting};
+
+pub(super) fn axes() -> [AxisRange; 2] {
+    let axis = |letter, range: Option<(f64, f64)>| AxisRange {
+        letter,
+        direction: 1.0,
+        zero: Angle::ZERO,
+        range: range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high))),
+        max_rate: 1.0,
+    };
+    [axis(b'A', Some((-15.0, 90.0))), axis(b'C', None)]
+}
+
+pub(super) fn setting() -> Setting {
+    let [tilt, rotation] = axes();
+    let axes = [('A', 20.0), ('C', 30.0)];
+    let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
+    Setting { reading: Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() }, rates }
+}
+
+pub(super) fn rules(protocol: Protocol) -> Rules {
+    Rules { protocol, longest_line: 96, setting: setting() }
+}
