@@ -4,7 +4,7 @@
 //! bytes --trace::read--> Trace -> program       (syntax, commands, limits, speeds, pose, order, heat, retraction, filament, the end)
 //!                              -> walk          (in air? head, turning, frame against what this very file lays down:
 //!                                               `field` bounds from above, `near` the distance itself)
-//!                              -> prints        (layer-height, complete; registration, coverage, outside-part; flow: by layer, with the part's sections)
+//!                              -> shape         (layer-height, complete; registration, coverage, outside-part; flow: by layer, with the part's sections)
 //! ```
 //!
 //! The file is judged by its last bytes alone: nothing is taken from the rewriter but the marks that name prints, and
@@ -31,6 +31,7 @@ mod prints;
 mod program;
 mod registration;
 mod report;
+mod shape;
 mod support;
 mod tally;
 #[cfg(test)]
@@ -82,7 +83,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
         || walk::walk(&acts, job, &planned),
         || {
             let program = || program::check(bytes, &trace, job.profile, &planned);
-            rayon::join(program, || prints::check(&printed))
+            rayon::join(program, || shape::check(&printed))
         },
     );
     let mut all = checked.findings;

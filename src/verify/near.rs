@@ -397,7 +397,7 @@ impl Near {
     }
 
     /// The same between `hull` and `strangers`.
-    pub(super) fn from_strangers(
+    pub(super) fn room_to_strangers(
         &mut self,
         material: &Material,
         hull: &Hull,

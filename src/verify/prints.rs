@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::report::Findings;
-use super::{Job, Planned, flow, layers, registration};
+use super::{Job, Planned};
 use crate::gcode::marks::{Bead, Expect, Mark, Role};
 use crate::planning::{self, joint_gap_mm};
 use crate::section::{Section, Sections};
@@ -127,22 +126,6 @@ pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Plann
         before.extend(print.as_printed());
     }
     all
-}
-
-/// Findings of all rules of shape.
-pub(super) fn check(printed: &[Option<Printed<'_>>]) -> Findings {
-    let each = printed.par_iter().flatten().map(|printed| {
-        let mut findings = Findings::default();
-        layers::check(printed, &mut findings);
-        registration::check(printed, &mut findings);
-        flow::check(printed, &mut findings);
-        findings
-    });
-    let found: Vec<Findings> = each.collect();
-    found.into_iter().fold(Findings::default(), |mut all, one| {
-        all.absorb(one);
-        all
-    })
 }
 
 /// The printing moves of each print whose ends are known.

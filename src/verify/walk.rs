@@ -384,7 +384,7 @@ impl Walker<'_> {
         }
         let Some(stroke) = moves.clone().find_map(|index| self.acts.stroke(index)) else { return };
         let way = Way::Line([stroke.from, stroke.to]);
-        let room = setup.near.from_strangers(&self.material, hull, &way, cap, &strangers);
+        let room = setup.near.room_to_strangers(&self.material, hull, &way, cap, &strangers);
         if room < cap {
             self.note(room, line);
         }

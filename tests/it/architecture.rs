@@ -68,10 +68,10 @@ const TERMINAL: [&str; 2] = ["clap", "indicatif"];
 const DOCUMENTS_ONLY_IN: [&str; 4] = ["src/profile/", "src/planning/", "src/verify/", "src/cli/"];
 const DOCUMENTS: [&str; 4] = ["Serialize", "Deserialize", "serde", "serde_json"];
 
-/// Rooms whose modules form no circle. Owed: `orient`, where facets keep the trees that are made of them, and `verify`.
-const WITHOUT_CIRCLES: [&str; 13] = [
-    "geom", "gcode", "mesh", "motion", "section", "trace", "profile", "link", "planning", "slicing", "toolpath", "job",
-    "cli",
+/// Rooms whose modules form no circle. Owed: `orient`, where facets keep the trees that are made of them.
+const WITHOUT_CIRCLES: [&str; 14] = [
+    "geom", "gcode", "mesh", "motion", "section", "trace", "profile", "link", "planning", "slicing", "toolpath",
+    "verify", "job", "cli",
 ];
 
 /// A file: its path from the repository's folder, with `/`, and its text.

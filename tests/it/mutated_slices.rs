@@ -155,7 +155,7 @@ fn changes_are_seen(model: &str, sliced: Sliced, seed: u64, unseen_mm3: f64) {
             Some(gcode) => {
                 let moved = elsewhere(&original, &laid(&gcode, &setting));
                 if moved > 0.1 && changes > CHANGES {
-                    println!("{moved:.2} mm3: {what}");
+                    note(&format!("{moved:.2} mm3: {what}"));
                 }
                 if moved > worst.0 {
                     worst = (moved, what);

@@ -1,0 +1,23 @@
+//! The rules of shape, print by print: layers, registration, flow.
+
+use rayon::prelude::*;
+
+use super::prints::Printed;
+use super::report::Findings;
+use super::{flow, layers, registration};
+
+/// Findings of all rules of shape.
+pub(super) fn check(printed: &[Option<Printed<'_>>]) -> Findings {
+    let each = printed.par_iter().flatten().map(|printed| {
+        let mut findings = Findings::default();
+        layers::check(printed, &mut findings);
+        registration::check(printed, &mut findings);
+        flow::check(printed, &mut findings);
+        findings
+    });
+    let found: Vec<Findings> = each.collect();
+    found.into_iter().fold(Findings::default(), |mut all, one| {
+        all.absorb(one);
+        all
+    })
+}
