@@ -15,11 +15,15 @@ mod body;
 mod bounds;
 pub mod convex;
 mod frame;
+mod outline;
+mod random;
 
 pub use angle::Angle;
 pub use body::Body;
 pub use bounds::Bounds;
 pub use frame::{Dir, Machine, Object, Point, Rigid, Slot, Table};
+pub use outline::convex_outline;
+pub use random::SplitMix64;
 
 /// A plain vector of three millimetre values, where the frame is clear from the context.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -5,8 +5,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::trial::{Random, Trial};
+use super::trial::Trial;
 use super::{Facets, Found, Minimum, Objective, Search, Stop, from_angles};
+use crate::geom::SplitMix64;
 
 /// Differential evolution over the two angles; gives the best direction alone.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +45,7 @@ impl Search for DifferentialEvolution {
 
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
         let mut trial = Trial::new(objective, facets, self.budget.max(4));
-        let mut random = Random::seeded(self.seed);
+        let mut random = SplitMix64::seeded(self.seed);
         let count = self.population.clamp(4, trial.left());
         let starts = latin(&mut random, count);
         let member = |trial: &mut Trial<'_>, angles: [f64; 2]| Member {
@@ -74,12 +75,12 @@ impl Search for DifferentialEvolution {
 }
 
 /// A Latin hypercube over the angles, even over the sphere: each of `count` rows and columns once.
-pub(super) fn latin(random: &mut Random, count: usize) -> Vec<[f64; 2]> {
+pub(super) fn latin(random: &mut SplitMix64, count: usize) -> Vec<[f64; 2]> {
     let mut columns: Vec<usize> = (0..count).collect();
     for i in (1..count).rev() {
         columns.swap(i, random.below(i + 1));
     }
-    let share = |random: &mut Random, i: usize| (i as f64 + random.unit()) / count as f64;
+    let share = |random: &mut SplitMix64, i: usize| (i as f64 + random.unit()) / count as f64;
     let angles = |(row, column): (usize, usize)| {
         let (turn, height) = (share(random, row), share(random, column));
         [(2.0 * turn - 1.0) * PI, (2.0 * height - 1.0).asin()]
@@ -95,7 +96,7 @@ fn has_converged(all: &[Member]) -> bool {
 }
 
 /// The best and a difference of two others, mixed with member `i`; angles beyond the range come in on the other side.
-fn mutant(all: &[Member], i: usize, factor: f64, random: &mut Random) -> [f64; 2] {
+fn mutant(all: &[Member], i: usize, factor: f64, random: &mut SplitMix64) -> [f64; 2] {
     let best = all.iter().min_by(|a, b| a.found.value.total_cmp(&b.found.value)).unwrap_or(&all[i]);
     let mut other = || loop {
         let j = random.below(all.len());
@@ -137,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_latin_hypercube_has_each_row_and_column_once() {
-        let all = latin(&mut Random::seeded(5), 50);
+        let all = latin(&mut SplitMix64::seeded(5), 50);
         for k in 0..2 {
             let row = |a: &[f64; 2]| (25.0 * (if k == 0 { a[0] / PI } else { a[1].sin() } + 1.0)) as usize;
             let mut rows: Vec<usize> = all.iter().map(row).collect();

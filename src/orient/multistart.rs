@@ -11,9 +11,9 @@ use super::evolution::latin;
 use super::gradient::{Method, follow};
 use super::nelder_mead::descend;
 use super::sphere::{from_angles, lattice, tangents};
-use super::trial::{Random, Trial};
+use super::trial::Trial;
 use super::{Facets, Found, Minimum, Objective, Search, Stop};
-use crate::geom::Vec3;
+use crate::geom::{SplitMix64, Vec3};
 
 /// Multistart direct search.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +46,7 @@ pub enum Starts {
 
 impl Starts {
     fn directions(self, count: usize, seed: u64) -> Vec<Vec3> {
-        let mut random = Random::seeded(seed);
+        let mut random = SplitMix64::seeded(seed);
         let rows = ((count as f64 / 2.0).sqrt().round() as usize).max(1);
         let turns = count.div_ceil(rows);
         let step = |i: usize, of: usize| (i as f64 + 0.5) / of as f64 - 0.5;
@@ -104,7 +104,7 @@ impl Multistart {
 
     /// One direct search.
     fn walk(&self, trial: &mut Trial<'_>, start: Vec3, index: u64) -> (Minimum, Stop) {
-        let mut random = Random::seeded(self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (index + 1));
+        let mut random = SplitMix64::seeded(self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (index + 1));
         let mut at = trial.at(start);
         let mut step = 0.1;
         let mut left = self.budget.saturating_sub(1);
@@ -123,7 +123,7 @@ impl Multistart {
 }
 
 /// The better of two steps along a random tangent and against it, where that is better than `at`.
-fn polled(trial: &mut Trial<'_>, random: &mut Random, at: &Minimum, step: f64) -> Option<Minimum> {
+fn polled(trial: &mut Trial<'_>, random: &mut SplitMix64, at: &Minimum, step: f64) -> Option<Minimum> {
     let [e1, e2] = tangents(&at.up);
     let (s, c) = (random.unit() * std::f64::consts::TAU).sin_cos();
     let along = (e1 * c + e2 * s) * step;

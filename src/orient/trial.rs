@@ -69,33 +69,3 @@ impl<'a> Trial<'a> {
         Found { minima: distinct(minima), evaluations: self.spent, lower_bound, stop, history: self.history }
     }
 }
-
-/// `SplitMix64`: the same numbers from a seed on every machine.
-pub(super) struct Random(u64);
-
-impl Random {
-    pub(super) fn seeded(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    /// Evenly from 0 to 1, 1 left out.
-    pub(super) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Evenly from 0 to below `count`; 0 for none.
-    pub(super) fn below(&mut self, count: usize) -> usize {
-        ((self.unit() * count as f64) as usize).min(count.saturating_sub(1))
-    }
-
-    /// Evenly over the sphere.
-    pub(super) fn direction(&mut self) -> Vec3 {
-        let (z, turn) = (2.0 * self.unit() - 1.0, std::f64::consts::TAU * self.unit());
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        Vec3::new(r * turn.cos(), r * turn.sin(), z)
-    }
-}

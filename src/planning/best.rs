@@ -24,6 +24,7 @@ use super::options::Priority;
 use super::part_set::PartSet;
 use super::pricing::Rank;
 use super::sequence::{Choice, Problem, Sequence};
+use crate::geom::SplitMix64;
 
 /// Most ranks of a goal.
 const RANKS: usize = 4;
@@ -335,7 +336,7 @@ impl<'a> Search<'a> {
         match act {
             Act::Print((part, k)) => {
                 let word = slot << 40 ^ (part as u64) << 20 ^ k as u64;
-                (slot, signature.wrapping_add(scrambled(word)))
+                (slot, signature.wrapping_add(SplitMix64::seeded(word).word()))
             }
             Act::Close => (slot + 1, signature),
             Act::Start => (slot, signature),
@@ -611,14 +612,6 @@ fn no_later(problem: &Problem<'_>) -> Vec<PartSet> {
         }
     }
     sets
-}
-
-/// The finaliser of `splitmix64`: a sum of scrambled words tells sets apart.
-fn scrambled(word: u64) -> u64 {
-    let mut z = word.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ z >> 31
 }
 
 /// Parts no two of which share a setup, and none of which has the table's: as many turns are needed at least.

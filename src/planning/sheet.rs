@@ -10,7 +10,7 @@ use super::infeasible::Reason;
 use super::plan::{Plan, Print};
 use super::solid::Solid;
 use super::workpiece::Workpiece;
-use crate::geom::{Body, Bounds, Vec3};
+use crate::geom::{Body, Bounds, Vec3, convex_outline};
 use crate::mesh::TriangleMesh;
 use crate::profile::Profile;
 
@@ -20,6 +20,9 @@ const FRAME: f64 = 300.0;
 const COLUMNS: usize = 3;
 /// Room for the words below a frame.
 const WORDS: f64 = 34.0;
+
+/// Corners that turn by less than a hundredth of a square millimetre are not drawn: twice that, mm².
+const FLAT: f64 = 0.02;
 
 const TABLE: &str = "#c9ced6";
 const PRINTED: &str = "#8f99a8";
@@ -173,7 +176,7 @@ fn project(p: &Vec3) -> ([f64; 2], f64) {
 
 fn solid_shape(points: &[Vec3], fill: &'static str, opacity: f64) -> Shape {
     let depth = project(&Bounds::of(points.iter().copied()).centre()).1;
-    Shape { outlines: vec![outline(points.iter().map(|p| project(p).0).collect())], depth, fill, opacity }
+    Shape { outlines: vec![convex_outline(points.iter().map(|p| project(p).0).collect(), FLAT)], depth, fill, opacity }
 }
 
 fn part_shape<F>(mesh: &TriangleMesh<F>, fill: &'static str) -> Shape {
@@ -189,26 +192,6 @@ fn part_shape<F>(mesh: &TriangleMesh<F>, fill: &'static str) -> Shape {
     let rings = (0..mesh.facets().len()).map(|i| mesh.corners(i).map(|c| project(&c).0).to_vec());
     let facets = rings.filter(facing).collect();
     Shape { outlines: facets, ..whole }
-}
-
-/// The convex outline, by Andrew's monotone chain.
-fn outline(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let turn = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
-    let half = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
-        let mut chain: Vec<[f64; 2]> = Vec::new();
-        for &p in points {
-            while chain.len() >= 2 && turn(chain[chain.len() - 2], chain[chain.len() - 1], p) <= 0.02 {
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut lower = half(&mut points.iter());
-    lower.extend(half(&mut points.iter().rev()));
-    lower
 }
 
 /// The shapes, scaled into the frame.
@@ -238,14 +221,6 @@ fn draw(out: &mut String, shapes: &[Shape]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_outline_of_a_cross_of_points_is_its_corners() {
-        let points = vec![[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [5.0, 5.0], [5.0, 0.0]];
-        let mut got = outline(points);
-        got.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-        assert_eq!(got, vec![[0.0, 0.0], [0.0, 10.0], [10.0, 0.0], [10.0, 10.0]]);
-    }
 
     #[test]
     fn higher_is_higher_on_paper_and_nearer_is_nearer() {

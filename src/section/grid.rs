@@ -302,14 +302,12 @@ impl Best {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::SplitMix64;
 
     /// The same numbers every time.
     fn shares() -> impl FnMut() -> f64 {
-        let mut state = 7u64;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        }
+        let mut numbers = SplitMix64::seeded(7);
+        move || numbers.unit()
     }
 
     #[test]

@@ -332,7 +332,7 @@ fn between(factor: f64, low: f64, high: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::{Body, Vec3};
+    use crate::geom::{Body, SplitMix64, Vec3};
 
     fn field() -> Field {
         let mut field = Field::new(&Rect { min: [-20.0, -20.0], max: [20.0, 20.0] });
@@ -372,11 +372,8 @@ mod tests {
 
     #[test]
     fn the_cells_about_a_segment_are_those_within_reach() {
-        let mut at = 1u64;
-        let mut share = || {
-            at = at.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (at >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut numbers = SplitMix64::seeded(1);
+        let mut share = || numbers.unit();
         for round in 0..300 {
             let mut p = || [(); 2].map(|()| share() * 44.0 - 22.0);
             let (a, mut b) = (p(), p());

@@ -2,7 +2,7 @@
 //!
 //! Pieces of the head reach upward without end, as in `planning::collision`: what holds a head up is above it.
 
-use crate::geom::{Body, Bounds, Vec3};
+use crate::geom::{Body, Bounds, Vec3, convex_outline};
 use crate::planning::carries_tip;
 
 /// Up to so many points the faces are found by trying every three; beyond it supporting planes in fixed directions
@@ -122,24 +122,9 @@ fn direction(i: usize) -> Vec3 {
     Vec3::new(r * c, r * s, z)
 }
 
-/// The edges of the points' hull seen from above (Andrew's monotone chain).
+/// The edges of the points' hull seen from above.
 pub(super) fn outline(points: &[Vec3]) -> Vec<[f64; 3]> {
-    let mut flat: Vec<[f64; 2]> = points.iter().map(|p| [p.x, p.y]).collect();
-    flat.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let turn = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
-    let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {
-        let mut chain: Vec<[f64; 2]> = Vec::new();
-        for p in points {
-            while chain.len() > 1 && turn(chain[chain.len() - 2], chain[chain.len() - 1], p) <= 0.0 {
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut ring = half(&mut flat.iter().copied());
-    ring.extend(half(&mut flat.iter().rev().copied()));
+    let ring = convex_outline(points.iter().map(|p| [p.x, p.y]).collect(), 0.0);
     let edges = (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]));
     let normals = edges.map(|(a, b)| [b[1] - a[1], a[0] - b[0]]).filter(|n| n[0].hypot(n[1]) > 1e-12);
     let unit = normals.map(|n| n.map(|v| v / n[0].hypot(n[1])));

@@ -4,6 +4,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use trunnion::geom::SplitMix64;
+
 /// Says aloud that a test did not run, and why: a silent pass would count as a proof.
 pub(crate) fn skip(why: &str) {
     // Straight to the stream: what is printed is swallowed where the test passes.
@@ -48,23 +50,18 @@ pub(crate) fn said(output: &Output) -> String {
     format!("{}\n{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
-/// `SplitMix64`: the same numbers on every machine, so that a failure can be repeated from its seed.
-pub(crate) struct Numbers(u64);
+/// Numbers that are the same on every machine, so that a failure can be repeated from its seed.
+pub(crate) struct Numbers(SplitMix64);
 
 impl Numbers {
     /// The numbers of `seed`.
     pub(crate) fn seeded(seed: u64) -> Self {
-        Self(seed)
+        Self(SplitMix64::seeded(seed))
     }
 
     /// Evenly from `low` to `high`.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        let unit = ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
-        low + (high - low) * unit
+        low + (high - low) * self.0.unit()
     }
 
     /// Three of them.

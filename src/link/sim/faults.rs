@@ -5,6 +5,7 @@
 use std::time::Duration;
 
 use super::Time;
+use crate::geom::SplitMix64;
 
 /// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,7 +121,7 @@ pub struct Script {
     at: Vec<(u64, Fault)>,
     random: Vec<Fault>,
     probability: f64,
-    numbers: u64,
+    numbers: SplitMix64,
     lines: u64,
     /// The last random cut.
     cut: u64,
@@ -138,12 +139,26 @@ impl Script {
 
     /// Each fault once, at its line.
     pub fn at(faults: &[(u64, Fault)]) -> Self {
-        Self { at: faults.to_vec(), random: Vec::new(), probability: 0.0, numbers: 1, lines: 0, cut: 0 }
+        Self {
+            at: faults.to_vec(),
+            random: Vec::new(),
+            probability: 0.0,
+            numbers: SplitMix64::seeded(1),
+            lines: 0,
+            cut: 0,
+        }
     }
 
     /// One of `faults` with `probability` at each line; the same lines for the same seed.
     pub fn random(faults: &[Fault], probability: f64, seed: u64) -> Self {
-        Self { at: Vec::new(), random: faults.to_vec(), probability, numbers: seed, lines: 0, cut: 0 }
+        Self {
+            at: Vec::new(),
+            random: faults.to_vec(),
+            probability,
+            numbers: SplitMix64::seeded(seed),
+            lines: 0,
+            cut: 0,
+        }
     }
 
     /// The faults that have a line.
@@ -156,17 +171,8 @@ impl Script {
         self.at.push((line, fault));
     }
 
-    /// `SplitMix64` (Steele, Lea and Flood, 2014).
     pub(super) fn draw(&mut self) -> u64 {
-        self.numbers = self.numbers.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.numbers;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.draw() >> 11) as f64 / (1_u64 << 53) as f64
+        self.numbers.word()
     }
 
     /// Counts a line and says what befalls it.
@@ -175,7 +181,7 @@ impl Script {
         if let Some(index) = self.at.iter().position(|(line, _)| *line == self.lines) {
             return Some(self.at.swap_remove(index).1);
         }
-        if self.random.is_empty() || self.unit() >= self.probability {
+        if self.random.is_empty() || self.numbers.unit() >= self.probability {
             return None;
         }
         let index = self.draw() as usize % self.random.len();

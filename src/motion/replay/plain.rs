@@ -62,6 +62,7 @@ impl Controller {
 mod tests {
     use super::*;
     use crate::gcode::ParsedLine;
+    use crate::geom::SplitMix64;
     use crate::motion::replay::{Reading, Step};
 
     const START: [&str; 5] = ["G1 X1 Y2 Z.2 F1200", "M83", "G92 E3", "G90", "G1 X5 E1"];
@@ -89,11 +90,8 @@ mod tests {
     fn a_plain_move_is_carried_out_as_any_other() {
         let (mut fast, mut taken, mut line) = (Controller::new(Reading::sliced()), 0, ParsedLine::default());
         let mut whole = fast.clone();
-        let mut state = 3u64;
-        let mut any = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            THEN[(state >> 33) as usize % THEN.len()]
-        };
+        let mut numbers = SplitMix64::seeded(3);
+        let mut any = || THEN[numbers.below(THEN.len())];
         for text in START.into_iter().chain((0..20_000).map(|_| any())) {
             line.read(text.as_bytes()).unwrap();
             let before = format!("{fast:?}");

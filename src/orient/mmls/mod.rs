@@ -13,8 +13,9 @@ mod tests;
 mod underestimate;
 
 use super::sphere::from_angles;
-use super::trial::{Random, Trial};
+use super::trial::Trial;
 use super::{Facets, Found, Minimum, Objective, Search, Stop};
+use crate::geom::SplitMix64;
 use underestimate::misfit;
 
 /// The search over a box of the two angles, degrees.
@@ -88,7 +89,7 @@ struct Point {
 struct State<'a> {
     search: &'a Mmls,
     trial: Trial<'a>,
-    random: Random,
+    random: SplitMix64,
     history: Vec<Point>,
     runs: Vec<Run>,
 }
@@ -113,7 +114,7 @@ impl Search for Mmls {
 
     fn search(&self, objective: &dyn Objective, facets: &Facets) -> Found {
         let trial = Trial::new(objective, facets, self.budget);
-        let random = Random::seeded(self.seed);
+        let random = SplitMix64::seeded(self.seed);
         let mut state = State { search: self, trial, random, history: Vec::new(), runs: Vec::new() };
         state.begin();
         let stop = state.iterate();

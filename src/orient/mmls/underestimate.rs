@@ -88,7 +88,7 @@ mod tests {
         // As many points touched as coefficients, as a vertex of the program has.
         assert!(gaps.iter().filter(|g| **g < 1e-7).count() >= 6);
         // Witness: a thousand random directions from the optimum, as far as they stay below, gain nothing.
-        let mut seed = super::super::Random::seeded(3);
+        let mut seed = crate::geom::SplitMix64::seeded(3);
         let goal: Row = rows.iter().sum();
         for _ in 0..1000 {
             let toward = Row::from_fn(|_, _| seed.unit() - 0.5);

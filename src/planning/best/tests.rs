@@ -9,7 +9,7 @@ use crate::planning::sequence::tests::{Made, by_definition, made, problem};
 fn ranks(made: &Made, seed: u64) -> Vec<Rank> {
     let mut word = seed;
     let mut random = |below: u64| {
-        word = scrambled(word);
+        word = SplitMix64::seeded(word).word();
         (word % below) as f64
     };
     let count = 1 + seed as usize % 3;
