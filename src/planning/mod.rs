@@ -39,7 +39,7 @@ pub use infeasible::{Infeasible, MOST_PARTS, Reason};
 pub use joint::{Printed, joint_gap_mm};
 pub use one_print::OnePrint;
 pub use options::{Options, Priority};
-pub use owed::{CELL_MM, LIFT_LAYERS, PIECE_MM, carries_tip, contact_mm};
+pub use owed::{CELL_MM, FREE_SPAN_MM, LIFT_LAYERS, PIECE_MM, carries_tip, contact_mm};
 pub use part_set::PartSet;
 pub use placement::{centred, plan_anywhere};
 pub use plan::{MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, Slot, sha256_hex};

@@ -28,8 +28,17 @@ const QUANTILES: [f64; 5] = [0.0, 0.02, 0.1, 0.25, 0.5];
 /// Offsets nearer than this are one, mm.
 const SAME_MM: f64 = 1e-3;
 
-/// Unit directions to print along, +z first, then those of the model's own faces; those that `reaches` says no to are left out.
-pub(super) fn directions(model: &TriangleMesh<Object>, reaches: impl Fn(&Vec3) -> bool) -> Vec<Vec3> {
+/// Unit directions to print along, those that `reaches` says no to left out.
+pub(super) struct Directions {
+    /// All.
+    pub(super) all: Vec<Vec3>,
+    /// So many come first that lie along the model's own faces, halfway between them, or at 45 degrees.
+    pub(super) plain: usize,
+    /// So many that are of faces or of the compass; an even spread follows.
+    pub(super) exact: usize,
+}
+
+pub(super) fn directions(model: &TriangleMesh<Object>, reaches: impl Fn(&Vec3) -> bool) -> Directions {
     let facets = Facets::of(model);
     let normals = facets.normals();
     let mut order: Vec<usize> = (0..normals.units.len()).collect();
@@ -42,37 +51,44 @@ pub(super) fn directions(model: &TriangleMesh<Object>, reaches: impl Fn(&Vec3) -
         }
     }
     let mut all: Vec<Vec3> = vec![Vec3::z()];
-    let mut push = |up: Vec3| {
-        let new = |k: &Vec3| (k - up).norm() > SAME;
+    let push = |all: &mut Vec<Vec3>, up: Vec3| {
         // A hair below the horizontal is the horizontal.
-        if up.z > -1e-9 && all.iter().all(new) && reaches(&up) {
+        if up.z > -1e-9 && all.iter().all(|k| (k - up).norm() > SAME) && reaches(&up) {
             all.push(up);
         }
     };
-    flat.iter().for_each(|n| [*n, -n].into_iter().for_each(&mut push));
+    flat.iter().flat_map(|n| [*n, -n]).for_each(|up| push(&mut all, up));
+    // Halfway between two rods both lean by the same angle.
+    flat.iter().filter(|n| n.z.abs() > 0.1).for_each(|n| push(&mut all, (n * n.z.signum() + Vec3::z()).normalize()));
+    let compass = (0..8).map(|k| std::f64::consts::FRAC_PI_4 * f64::from(k));
+    let walls = flat.iter().filter(|n| n.z.abs() < 0.1).flat_map(|n| [n.y.atan2(n.x), (-n.y).atan2(-n.x)]);
+    let azimuths: Vec<f64> = compass.chain(walls.take(8)).collect();
+    let mut plain = 0;
+    for (i, tilt) in TILTS_DEG.into_iter().enumerate() {
+        for azimuth in &azimuths {
+            let ((s, c), (y, x)) = (tilt.to_radians().sin_cos(), azimuth.sin_cos());
+            // Exactly level where it should be: 90 degrees has no exact cosine.
+            push(&mut all, Vec3::new(s * x, s * y, if tilt == 90.0 { 0.0 } else { c }));
+        }
+        if i == 0 {
+            plain = all.len();
+        }
+    }
     for (i, a) in flat.iter().take(CROSSED).enumerate() {
         for b in flat.iter().take(CROSSED).skip(i + 1) {
             let across = a.cross(b);
             if across.norm() > 0.02 {
-                [across.normalize(), -across.normalize()].into_iter().for_each(&mut push);
+                [across.normalize(), -across.normalize()].into_iter().for_each(|up| push(&mut all, up));
             }
         }
     }
-    let compass = (0..8).map(|k| std::f64::consts::FRAC_PI_4 * f64::from(k));
-    let walls = flat.iter().filter(|n| n.z.abs() < 0.1).flat_map(|n| [n.y.atan2(n.x), (-n.y).atan2(-n.x)]);
-    for azimuth in compass.chain(walls.take(8)).collect::<Vec<_>>() {
-        for tilt in TILTS_DEG {
-            let ((s, c), (y, x)) = (tilt.to_radians().sin_cos(), azimuth.sin_cos());
-            // Exactly level where it should be: 90 degrees has no exact cosine.
-            push(Vec3::new(s * x, s * y, if tilt == 90.0 { 0.0 } else { c }));
-        }
-    }
+    let exact = all.len();
     for i in 0..SPREAD {
         let z = 1.0 - 2.0 * (i as f64 + 0.5) / SPREAD as f64;
         let (turn, r) = (i as f64 * 2.399_963_229_728_653, (1.0 - z * z).sqrt());
-        push(Vec3::new(r * turn.cos(), r * turn.sin(), z));
+        push(&mut all, Vec3::new(r * turn.cos(), r * turn.sin(), z));
     }
-    all
+    Directions { all, plain, exact }
 }
 
 /// Offsets along `up` from the top down, none below the footprint unless `up` is +z; `heights` are the vertices'.

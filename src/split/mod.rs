@@ -18,6 +18,7 @@ mod cap;
 mod clip;
 mod machine;
 mod measure;
+mod pedestal;
 mod rules;
 mod search;
 mod surface;
@@ -53,6 +54,8 @@ pub struct Options {
     pub strict: bool,
     /// Where no seam may come.
     pub no_cut: Vec<Bounds>,
+    /// Height of a part below the model that is printed first, mm; 0 for none.
+    pub pedestal_mm: f64,
     /// States that are kept from level to level.
     pub beam: usize,
 }
@@ -68,6 +71,7 @@ impl Default for Options {
             allow_mm2: 0.0,
             strict: false,
             no_cut: Vec::new(),
+            pedestal_mm: 0.0,
             beam: 4,
         }
     }
@@ -99,6 +103,8 @@ pub struct CutPart {
     pub up: Vec3,
     /// The cut that took it, a place in [`Split::cuts`]; `None` for what stays on the table.
     pub cut: Option<usize>,
+    /// Whether it is a pedestal and no piece of the model.
+    pub pedestal: bool,
     /// What it still needs.
     pub needs: Unsupported,
 }
@@ -156,6 +162,17 @@ impl Split {
         self.cuts.iter().map(|cut| cut.seam_mm2).sum()
     }
 
+    /// Distinct directions that are printed along.
+    pub fn setups(&self) -> usize {
+        let mut known: Vec<Vec3> = Vec::new();
+        for part in &self.parts {
+            if known.iter().all(|k| (k - part.up).norm() > 1e-9) {
+                known.push(part.up);
+            }
+        }
+        known.len()
+    }
+
     /// The parts with names, as `mesh` writes them.
     pub fn named(&self) -> Vec<(String, TriangleMesh<Object>)> {
         self.parts.iter().enumerate().map(|(id, part)| (self.name(id), part.mesh.clone())).collect()
@@ -163,7 +180,11 @@ impl Split {
 
     /// What part `id` is called: `base`, or the cut that took it.
     pub fn name(&self, id: usize) -> String {
-        let siblings: Vec<usize> = (0..self.parts.len()).filter(|&p| self.parts[p].cut == self.parts[id].cut).collect();
+        let kind = |p: usize| (self.parts[p].cut, self.parts[p].pedestal);
+        let siblings: Vec<usize> = (0..self.parts.len()).filter(|&p| kind(p) == kind(id)).collect();
+        if self.parts[id].pedestal {
+            return "pedestal".to_owned();
+        }
         let stem = self.parts[id].cut.map_or("base".to_owned(), |cut| format!("cut-{}", cut + 1));
         match siblings.iter().position(|&p| p == id) {
             Some(place) if place > 0 => format!("{stem}-{}", place + 1),
@@ -175,6 +196,25 @@ impl Split {
     pub fn ups(&self) -> Vec<Vec3> {
         self.parts.iter().map(|part| part.up).collect()
     }
+}
+
+/// A solid cut by one plane: what is left, and the solids beyond, all closed; both sides share the seam's vertices bit for bit.
+#[derive(Clone, Debug)]
+pub struct Parted {
+    /// Before the plane; without facets where all lay beyond.
+    pub rest: TriangleMesh<Object>,
+    /// Beyond.
+    pub pieces: Vec<TriangleMesh<Object>>,
+    /// The area of each connected patch of the seam, mm².
+    pub patches_mm2: Vec<f64>,
+}
+
+/// Cuts `model` by `plane` and takes everything beyond; `None` where the surface crosses itself in the plane.
+pub fn parted(model: &TriangleMesh<Object>, plane: &Plane) -> Option<Parted> {
+    let clip::Cut { rest, pieces, patches_mm2 } = clip::cut(&Surface::of(model), plane, &clip::Taken::All, 1).ok()?;
+    let closed = rest.is_closed() && pieces.iter().all(Surface::is_closed);
+    let meshes = || pieces.iter().map(Surface::mesh).collect();
+    closed.then(|| Parted { rest: rest.mesh(), pieces: meshes(), patches_mm2 })
 }
 
 /// Cuts `model`, one closed solid, until nothing needs support on `machine`, or as well as `options` allow; `level` is told
@@ -194,21 +234,35 @@ pub fn split(
         bridge_mm: options.bridge_mm,
         table_mm: model.bounds().min.z,
     };
-    let before = Measured::of(Surface::of(model), &rules).needs(&Vec3::z(), None, &rules);
+    let whole = Measured::of(Surface::of(model), &rules);
+    let before = whole.needs(&Vec3::z(), None, &rules);
+    let pedestal = Some(options.pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(&whole, mm));
     let search = Search::new(model, machine, options, rules);
     let planned = |state: &State| {
-        let split = assembled(state, before, &rules);
+        let split = assembled(state, before, pedestal.as_ref(), &rules);
         let supported: Vec<usize> =
             (0..split.parts.len()).filter(|&p| split.parts[p].needs.area_mm2 > NOTHING_MM2).collect();
         machine.plans(&Model::from_parts(split.named()), &split.ups(), &supported)
     };
-    let Found { state, printable, unplanned, refused } = search.run(model, planned, level);
-    Split { printable, unplanned, refused: refused.into_iter().collect(), ..assembled(&state, before, &rules) }
+    let Found { state, printable, unplanned, refused } = search.run(model, &planned, level);
+    Split {
+        printable,
+        unplanned,
+        refused: refused.into_iter().collect(),
+        ..assembled(&state, before, pedestal.as_ref(), &rules)
+    }
 }
 
-fn assembled(state: &State, before: measure::Needs, rules: &Rules) -> Split {
+fn assembled(state: &State, before: measure::Needs, pedestal: Option<&Surface>, rules: &Rules) -> Split {
     let mut parts = Vec::new();
     let mut left = Vec::new();
+    parts.extend(pedestal.map(|p| CutPart {
+        mesh: p.mesh(),
+        up: Vec3::z(),
+        cut: None,
+        pedestal: true,
+        needs: Unsupported::default(),
+    }));
     let mut add = |surface: &Surface, up: Vec3, cut: Option<usize>| {
         let measured = Measured::of(surface.clone(), rules);
         let cap = cut.map(|k| k as u32 + 1);
@@ -225,7 +279,7 @@ fn assembled(state: &State, before: measure::Needs, rules: &Rules) -> Split {
             left.push(PatchLeft { part: parts.len(), area_mm2, at: moment / area_mm2.max(f64::MIN_POSITIVE) });
         }
         let needs = measured.needs(&up, cap, rules).into();
-        parts.push(CutPart { mesh: surface.mesh(), up, cut, needs });
+        parts.push(CutPart { mesh: surface.mesh(), up, cut, pedestal: false, needs });
         parts.len() - 1
     };
     for solid in rules::solids(&state.rest.surface) {

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::Options;
-use super::candidates::{directions, offsets};
+use super::candidates::{Directions, directions, offsets};
 use super::clip::{Taken, cut};
 use super::machine::Machine;
 use super::measure::{Measured, Needs, Rules};
@@ -29,11 +29,15 @@ const SAME_MM2: f64 = 0.1;
 const FAULT_MM2: f64 = 5.0;
 /// Real cuts of one level, for each state that the beam may hold.
 const CUTS_PER_STATE: usize = 30;
+/// Children of one level, for each state that the beam may hold, among which the diverse best are chosen.
+const CHILDREN_PER_STATE: usize = 10;
 /// Candidates of one level whose seams are measured.
 const SEAMED: usize = 400;
 /// Cuts along directions so near and at offsets so near are one.
 const SAME_COSINE: f64 = 0.95;
 const SAME_OFFSET_MM: f64 = 2.0;
+/// Most cuts of the search among plain directions.
+const PLAIN_CUTS: usize = 4;
 /// Levels without a gain after which the search ends.
 const IDLE: usize = 3;
 
@@ -48,6 +52,8 @@ pub(super) struct Step {
     /// What the cut took from what was left, mm².
     pub(super) gain_mm2: f64,
     pub(super) crumbs_mm3: f64,
+    /// Whether the direction is none of a face or of the compass.
+    odd: bool,
 }
 
 /// What is left after some cuts.
@@ -97,18 +103,25 @@ impl State {
         known.len()
     }
 
+    /// Cuts along a direction of the even spread: what is printed along it has its faces on a slant.
+    fn odd(&self) -> usize {
+        self.steps.iter().filter(|step| step.odd).count()
+    }
+
     fn seam_mm2(&self) -> f64 {
         self.steps.iter().map(|step| step.seam_mm2).sum()
     }
 
     /// The order of finished results: what they need, setups, cuts, seams.
-    fn key(&self) -> (usize, i64, usize, usize, i64) {
-        (self.faults(), whole(self.area_mm2()), self.setups(), self.steps.len(), whole(self.seam_mm2()))
+    fn key(&self) -> (usize, i64, usize, usize, usize, i64) {
+        let (area, seam) = (whole(self.area_mm2()), whole(self.seam_mm2()));
+        (self.faults(), area, self.setups(), self.steps.len(), self.odd(), seam)
     }
 
     /// The order within the beam.
-    fn rank(&self) -> (i64, usize, i64) {
-        (whole(self.area_mm2() + FAULT_MM2 * self.faults() as f64), self.setups(), whole(self.seam_mm2()))
+    fn rank(&self) -> (i64, usize, usize, i64) {
+        let worth = whole(self.area_mm2() + FAULT_MM2 * self.faults() as f64);
+        (worth, self.setups(), self.odd(), whole(self.seam_mm2()))
     }
 }
 
@@ -138,6 +151,7 @@ struct Candidate {
     stays_mm2: f64,
     worth: i64,
     setups: usize,
+    odd: bool,
     seam_mm2: f64,
     tops: Vec<u32>,
 }
@@ -147,7 +161,7 @@ pub(super) struct Search<'a> {
     pub(super) machine: &'a dyn Machine,
     pub(super) options: &'a Options,
     pub(super) rules: Rules,
-    directions: Vec<Vec3>,
+    directions: Directions,
 }
 
 impl<'a> Search<'a> {
@@ -161,19 +175,42 @@ impl<'a> Search<'a> {
         Self { machine, options, rules, directions }
     }
 
-    /// States in which nothing needs support any more, the best first; else the best that was found, alone. `finished` says
-    /// whether a state that needs nothing really is good, and `level` is told after each level.
+    /// The best way to cut that is found. `finished` says whether a state that needs nothing really is good, and `level` is told
+    /// after each level.
+    ///
+    /// Plain directions come first: what they do with as few cuts has its faces along the layers and smaller seams, though a
+    /// slanting cut would take more at once.
     pub(super) fn run(
         &self,
         model: &TriangleMesh<Object>,
-        finished: impl Fn(&State) -> bool,
+        finished: &dyn Fn(&State) -> bool,
+        level: &mut dyn FnMut(usize),
+    ) -> Found {
+        let most = self.options.max_cuts;
+        let few = most.min(PLAIN_CUTS);
+        let plain = self.descend(model, (self.directions.plain, few), finished, level);
+        let fewer = if plain.printable { plain.state.steps.len().saturating_sub(1) } else { most };
+        if fewer == 0 {
+            return plain;
+        }
+        let all = self.descend(model, (self.directions.all.len(), fewer), finished, level);
+        let better = (!all.printable, all.state.key()) < (!plain.printable, plain.state.key());
+        if all.printable || (!plain.printable && better) { all } else { plain }
+    }
+
+    /// The search over the first `directions` with at most `most` cuts.
+    fn descend(
+        &self,
+        model: &TriangleMesh<Object>,
+        (directions, most): (usize, usize),
+        finished: &dyn Fn(&State) -> bool,
         level: &mut dyn FnMut(usize),
     ) -> Found {
         let first = State::of(Measured::of(Surface::of(model), &self.rules), &self.rules, Vec::new());
         let mut best = first.clone();
         let mut beam = vec![first];
         let (mut idle, mut unplanned, mut refused) = (0, 0, Refused::new());
-        for cuts in 0..=self.options.max_cuts {
+        for cuts in 0..=most {
             let mut done: Vec<&State> = beam.iter().filter(|s| self.is_done(s)).collect();
             done.sort_by_key(|s| s.key());
             for good in done {
@@ -188,10 +225,10 @@ impl<'a> Search<'a> {
             } else {
                 idle += 1;
             }
-            if idle > IDLE || cuts == self.options.max_cuts {
+            if idle > IDLE || cuts == most {
                 break;
             }
-            let next = self.children(&beam, &mut refused);
+            let next = self.children(&beam, directions, &mut refused);
             level(cuts + 1);
             if next.is_empty() {
                 break;
@@ -208,8 +245,8 @@ impl<'a> Search<'a> {
     }
 
     /// The next beam.
-    fn children(&self, beam: &[State], refused: &mut Refused) -> Vec<State> {
-        let mut candidates = self.candidates(beam);
+    fn children(&self, beam: &[State], directions: usize, refused: &mut Refused) -> Vec<State> {
+        let mut candidates = self.candidates(beam, directions);
         self.measure_seams(beam, &mut candidates);
         let most = CUTS_PER_STATE * self.options.beam;
         let mut tried = vec![false; candidates.len()];
@@ -220,7 +257,7 @@ impl<'a> Search<'a> {
             let within: Vec<usize> =
                 (0..candidates.len()).filter(|&i| !tried[i] && candidates[i].stays_mm2 <= stays).collect();
             for batch in within.chunks(2 * self.options.beam) {
-                if cuts >= most || chosen.len() >= 3 * self.options.beam {
+                if cuts >= most || chosen.len() >= CHILDREN_PER_STATE * self.options.beam {
                     break;
                 }
                 let made: Vec<Result<State, Against>> =
@@ -273,18 +310,18 @@ impl<'a> Search<'a> {
     }
 
     /// All planes of all states that gain something, the most promising first.
-    fn candidates(&self, beam: &[State]) -> Vec<Candidate> {
-        let tasks: Vec<(usize, usize)> =
-            (0..beam.len()).flat_map(|s| (0..self.directions.len()).map(move |d| (s, d))).collect();
+    fn candidates(&self, beam: &[State], directions: usize) -> Vec<Candidate> {
+        let tasks: Vec<(usize, usize)> = (0..beam.len()).flat_map(|s| (0..directions).map(move |d| (s, d))).collect();
         let found: Vec<Vec<Candidate>> =
-            tasks.par_iter().map(|&(state, d)| self.along(&beam[state], state, &self.directions[d])).collect();
+            tasks.par_iter().map(|&(state, d)| self.along(&beam[state], state, d)).collect();
         let mut all: Vec<Candidate> = found.into_iter().flatten().collect();
-        all.sort_by_key(|c| (c.worth, c.setups));
+        all.sort_by_key(|c| (c.worth, c.setups, c.odd));
         all
     }
 
     /// The planes of one direction.
-    fn along(&self, state: &State, number: usize, up: &Vec3) -> Vec<Candidate> {
+    fn along(&self, state: &State, number: usize, d: usize) -> Vec<Candidate> {
+        let up = &self.directions.all[d];
         let mut sweep = Sweep::new(&state.rest, &state.upright, up, &self.rules);
         let offsets = offsets(&state.rest, &state.upright, up, &sweep.heights, THICK_MM);
         let footing = footing(&state.rest, up, &sweep.heights, &sweep.order, &offsets);
@@ -311,6 +348,7 @@ impl<'a> Search<'a> {
                     stays_mm2: after.area_mm2,
                     worth: whole(area + FAULT_MM2 * faults as f64),
                     setups,
+                    odd: d >= self.directions.exact,
                     seam_mm2: 0.0,
                     tops,
                 });
@@ -326,7 +364,7 @@ impl<'a> Search<'a> {
             c.seam_mm2 = seam_mm2(&beam[c.state].rest, &c.plane.normal, c.plane.offset_mm, &c.tops);
         });
         candidates[..few].sort_by(|a, b| {
-            let key = |c: &Candidate| (c.worth, c.setups, whole(c.seam_mm2));
+            let key = |c: &Candidate| (c.worth, c.setups, c.odd, whole(c.seam_mm2));
             key(a).cmp(&key(b))
         });
     }
@@ -353,7 +391,7 @@ impl<'a> Search<'a> {
         }
         let pieces = pieces.into_iter().map(|p| p.surface).collect();
         let mut steps = state.steps.clone();
-        steps.push(Step { plane, pieces, needs, seam_mm2, gain_mm2: 0.0, crumbs_mm3 });
+        steps.push(Step { plane, pieces, needs, seam_mm2, gain_mm2: 0.0, crumbs_mm3, odd: candidate.odd });
         let mut child = State::of(rest, &self.rules, steps);
         let gain_mm2 = state.left().area_mm2 - child.left().area_mm2;
         child.steps.iter_mut().last().into_iter().for_each(|step| step.gain_mm2 = gain_mm2);
