@@ -150,11 +150,9 @@ fn patch(outer: &Loop, holes: &[&Loop]) -> Result<Patch, NoCap> {
     let place: HashMap<u32, Flat> = number.iter().copied().zip(flat).collect();
     let mut triangles: Vec<[u32; 3]> =
         corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| number[i as usize])).collect();
-    for triangle in &mut triangles {
-        let [a, b, c] = triangle.map(|i| place[&i]);
-        if signed_area(&[a, b, c]) < 0.0 {
-            triangle.swap(1, 2);
-        }
+    // All turn the same way; one alone says nothing, since its area may be rounding.
+    if triangles.iter().map(|t| signed_area(&t.map(|i| place[&i]))).sum::<f64>() < 0.0 {
+        triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     let mut triangles = with_left_out(triangles, rings())?;
     flip_slivers(&mut triangles, &place);
