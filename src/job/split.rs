@@ -161,13 +161,13 @@ pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, E
     let mut pedestal_mm = options.pedestal_mm.unwrap_or(0.0);
     let mut split = attempt(pedestal_mm);
     let low = split.unplanned > 0 || split.refused.iter().any(|(against, _)| *against == Against::Head);
-    if !split.printable && options.pedestal_mm.is_none() && low {
-        if let Some((mm, better)) = PEDESTALS_MM.iter().map(|&mm| (mm, attempt(mm))).find(|(_, s)| s.printable) {
-            (pedestal_mm, split) = (mm, better);
-            world
-                .progress
-                .warning(&format!("the model stands on a pedestal of {mm} mm, without which the head does not reach"));
-        }
+    let seek = !split.printable && options.pedestal_mm.is_none() && low;
+    let found = seek.then(|| PEDESTALS_MM.iter().map(|&mm| (mm, attempt(mm))).find(|(_, s)| s.printable)).flatten();
+    if let Some((mm, better)) = found {
+        (pedestal_mm, split) = (mm, better);
+        world
+            .progress
+            .warning(&format!("the model stands on a pedestal of {mm} mm, without which the head does not reach"));
     }
     if split.crumbs_mm3 > 0.0 {
         let crumbs = split.crumbs_mm3;

@@ -34,10 +34,11 @@ fn sliced(facets: &[[Vec3; 3]], z: f64, origin: [f64; 2], size: [usize; 2]) -> G
         }
         let [p, q] = ends[..] else { continue };
         let row = |y: f64| ((y - origin[1]) / CELL_MM - 0.5).ceil().max(0.0) as usize;
-        for row in row(p.y.min(q.y))..row(p.y.max(q.y)).min(size[1]) {
-            let y = origin[1] + (row as f64 + 0.5) * CELL_MM;
+        let rows = row(p.y.min(q.y))..row(p.y.max(q.y)).min(size[1]);
+        for (k, crossed) in crossings.iter_mut().enumerate().take(rows.end).skip(rows.start) {
+            let y = origin[1] + (k as f64 + 0.5) * CELL_MM;
             if (p.y > y) != (q.y > y) {
-                crossings[row].push(p.x + (q.x - p.x) * (y - p.y) / (q.y - p.y));
+                crossed.push(p.x + (q.x - p.x) * (y - p.y) / (q.y - p.y));
             }
         }
     }
