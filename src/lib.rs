@@ -54,6 +54,7 @@ pub mod profile;
 pub mod section;
 pub mod slicing;
 pub mod spelling;
+pub mod split;
 pub mod toolpath;
 pub mod trace;
 pub mod verify;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
-use crate::job::{PlanOptions, SlicingOptions};
+use crate::job::{PlanOptions, SlicingOptions, SplitOptions};
 
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
 #[derive(Parser)]
@@ -44,6 +44,8 @@ pub(super) enum Verb {
     Inspect(Inspect),
     /// Find the best build directions of each part, with a proof where there is one
     Orient(Orient),
+    /// Cut one solid into parts that print without supports, each along its own direction
+    Split(Split),
     /// Find orientations and a sequence of time slots, or say why there is none
     Plan(Plan),
     /// Write each print's mesh, a project with all of them, and sliced files
@@ -255,6 +257,38 @@ pub(super) struct Plan {
     pub(super) limit: usize,
     #[command(flatten)]
     pub(super) plan: PlanArgs,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Split {
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+    /// The parts, in the order of printing (3MF); written only if the machine has a plan for them
+    #[arg(short, long, value_name = "PARTS.3mf")]
+    pub(super) output: PathBuf,
+    /// Overhangs up to this angle from the vertical need no support
+    #[arg(long, default_value_t = SplitOptions::default().overhang_deg, value_name = "DEG")]
+    pub(super) overhang: f64,
+    /// Room the head keeps from parts it does not print on
+    #[arg(long, default_value_t = SplitOptions::default().margin_mm, value_name = "MM")]
+    pub(super) margin: f64,
+    /// Most cuts
+    #[arg(long, default_value_t = SplitOptions::default().max_cuts, value_name = "N")]
+    pub(super) max_cuts: usize,
+    /// What may still need support in the end; half a square millimetre a part passes as rounding
+    #[arg(long, default_value_t = SplitOptions::default().allow_mm2, value_name = "MM2")]
+    pub(super) allow: f64,
+    /// Take everything beyond each plane, so that the head never passes what is left
+    #[arg(long)]
+    pub(super) strict: bool,
+    /// Where no seam may come, in the file's frame; may be given several times
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true)]
+    pub(super) no_cut: Vec<String>,
+    /// Height of a part below the model, printed first [default: none; 10, 20 and 40 where nothing else helps]
+    #[arg(long, value_name = "MM")]
+    pub(super) pedestal: Option<f64>,
 }
 
 /// A plan and what it was made for.

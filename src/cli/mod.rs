@@ -17,6 +17,7 @@ mod rewrite;
 mod send;
 mod simulate;
 mod slice;
+mod split;
 mod verify;
 mod why;
 
@@ -44,6 +45,7 @@ pub fn run() -> ExitCode {
         Verb::Prepare(verb) => prepare::run(&verb, &console),
         Verb::Inspect(verb) => inspect::run(&verb, &console),
         Verb::Orient(verb) => orient::run(&verb, &console),
+        Verb::Split(verb) => split::run(&verb, &console),
         Verb::Plan(verb) => plan::run(&verb, &console),
         Verb::Slice(verb) => slice::run(&verb, &console),
         Verb::Rewrite(verb) => rewrite::run(&verb, &console),

@@ -128,6 +128,16 @@ pub enum Error {
         /// Its facets.
         facets: usize,
     },
+    /// A model of several parts where one solid is cut.
+    #[error(
+        "{file} has {parts} closed parts, and one solid is cut; give one part alone, or plan the parts as they are"
+    )]
+    NotOneSolid {
+        /// The model.
+        file: String,
+        /// How many.
+        parts: usize,
+    },
     /// A profile with a value that TOML has no words for.
     #[error("the profile cannot be written as TOML: {why}")]
     Unwritable {

@@ -4,6 +4,7 @@
 //! PrepareRequest --prepare--> PrepareResult{planned, gcode: Verified}      all of the following, in memory
 //! OrientRequest  --orient--> OrientResult{parts}                         orientations of parts, with bounds
 //! PlanRequest    --plan--> PlanResult{plan: CheckedPlan}                   or Error::NoPlan{reasons, remedies}
+//! SplitRequest   --split--> SplitResult{split}                           one solid in parts, printable or why not
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
 //! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
@@ -29,6 +30,7 @@ mod setting;
 mod simulate;
 mod slice;
 mod source;
+mod split;
 mod verify;
 mod world;
 
@@ -48,6 +50,7 @@ pub use setting::BadSetting;
 pub use simulate::{BadSimulation, SimulateRequest, simulate};
 pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, slice};
 pub use source::{MachineSource, ModelSource, Source};
+pub use split::{SplitOptions, SplitRequest, SplitResult, split};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{

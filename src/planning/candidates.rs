@@ -184,7 +184,14 @@ impl<'a> Setups<'a> {
     }
 
     /// What the machine has against printing `part` at `pose`: an axis' reach, stops, the table or the frame.
-    fn machine_objects(&self, part: usize, up: Dir<Table>, pose: Pose, all: bool, objections: &mut Vec<Objection>) {
+    pub(super) fn machine_objects(
+        &self,
+        part: usize,
+        up: Dir<Table>,
+        pose: Pose,
+        all: bool,
+        objections: &mut Vec<Objection>,
+    ) {
         let enough = |objections: &Vec<Objection>| !all && !objections.is_empty();
         if let Some(text) = self.out_of_reach(up, pose) {
             objections.push(Objection { against: Against::Reach, text, depth_mm: 0.0 });

@@ -74,7 +74,8 @@ impl<'a> Site<'a> {
         candidates.iter().map(|c| sets.by_ref().take(c.len()).collect()).collect()
     }
 
-    fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
+    /// Whether `other` must not be there before `part` is printed in `setup`.
+    pub(super) fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
         self.at_frame[setup].has(other) || self.offence(part, other, setup).is_some()
     }
 

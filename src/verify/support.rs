@@ -12,13 +12,12 @@ use std::collections::VecDeque;
 use super::acts::Stroke;
 use super::field::Field;
 use super::material::deposit;
+use crate::planning::FREE_SPAN_MM;
 
 /// The part of a layer by which the support below may fall short of the bead's underside.
 const SQUEEZE: f64 = 0.35;
 /// Spacing of the places looked at along a line, mm.
 const SAMPLE_MM: f64 = 0.3;
-/// What may hang free at one end, mm, or two line widths if that is more: strings of this length stay up.
-const FREE_SPAN_MM: f64 = 2.0;
 /// The line itself carries nothing until the tip is so many widths ahead: its own tail is no support.
 const TAIL_WIDTHS: f64 = 4.0;
 

@@ -26,6 +26,7 @@ mod rewriting;
 mod rust_source;
 mod sliced_files;
 mod solids;
+mod split;
 mod support;
 mod sweeps;
 mod turns;

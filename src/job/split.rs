@@ -1,0 +1,187 @@
+//! One solid cut into parts that print without supports, or what stands against it.
+
+use super::{BadSetting, Error, LoadedModel, MachineSource, ModelSource, World, load_model, load_profile};
+use crate::geom::{Angle, Bounds, Vec3};
+use crate::mesh::threemf;
+use crate::planning::{FREE_SPAN_MM, OnePrint, Placement, centred};
+use crate::split::{Against, Options, PatchLeft, Split, split as cut};
+
+/// A model and a machine, and how to cut.
+#[derive(Clone, Debug)]
+pub struct SplitRequest {
+    /// The model: one closed solid.
+    pub model: ModelSource,
+    /// The machine.
+    pub machine: MachineSource,
+    /// How.
+    pub options: SplitOptions,
+}
+
+/// How to cut; the default is what the command does without flags.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitOptions {
+    /// Surfaces up to this angle from the vertical need no support.
+    pub overhang_deg: f64,
+    /// Room the head keeps from parts it does not print on.
+    pub margin_mm: f64,
+    /// Most cuts.
+    pub max_cuts: usize,
+    /// What may still need support in the end; half a square millimetre a part passes as rounding.
+    pub allow_mm2: f64,
+    /// Whether everything beyond a plane goes.
+    pub strict: bool,
+    /// Where no seam may come: corners of boxes, the file's frame, mm.
+    pub no_cut: Vec<[[f64; 3]; 2]>,
+    /// Height of a part below the model; `None`: none, and some heights where nothing else helps.
+    pub pedestal_mm: Option<f64>,
+}
+
+impl Default for SplitOptions {
+    fn default() -> Self {
+        Self {
+            overhang_deg: 45.0,
+            margin_mm: 0.5,
+            max_cuts: 12,
+            allow_mm2: 0.0,
+            strict: false,
+            no_cut: Vec::new(),
+            pedestal_mm: None,
+        }
+    }
+}
+
+/// Pedestals that are tried where the head meets the table, mm.
+const PEDESTALS_MM: [f64; 3] = [10.0, 20.0, 40.0];
+
+/// A model in parts.
+#[derive(Clone, Debug)]
+pub struct SplitResult {
+    /// The parts and the cuts; see [`Split::printable`] for whether it worked.
+    pub split: Split,
+    /// The model.
+    pub model: LoadedModel,
+    /// Height of the pedestal, mm; 0 for none.
+    pub pedestal_mm: f64,
+    /// What it took.
+    pub seconds: f64,
+}
+
+impl SplitResult {
+    /// The parts as 3MF, mm, in the order of printing.
+    pub fn threemf(&self) -> Vec<u8> {
+        let named = self.split.named();
+        threemf(&named.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>())
+    }
+
+    /// Why the parts cannot be printed, where that is so, in one sentence.
+    pub fn why_not(&self) -> Option<String> {
+        let Split { printable, cuts, parts, before, after, left, unplanned, refused, .. } = &self.split;
+        if *printable {
+            return None;
+        }
+        let after_cuts = if cuts.is_empty() { "no cut helps".to_owned() } else { format!("after {} cuts", cuts.len()) };
+        if *unplanned > 0 && left.iter().map(|p| p.area_mm2).sum::<f64>() < 0.5 * parts.len() as f64 {
+            return Some(format!(
+                "{after_cuts} nothing needs support, but the machine has no plan for the {} parts; a taller pedestal (--pedestal), a \
+                 slimmer head or more tilt may help",
+                parts.len()
+            ));
+        }
+        let mut text = format!("{after_cuts}: {:.1} of {:.1} mm2 still need support", after.area_mm2, before.area_mm2);
+        if let Some(PatchLeft { part, area_mm2, at }) = left.first() {
+            let (x, y, z) = (at.x, at.y, at.z);
+            text += &format!(", most of it {area_mm2:.1} mm2 of part {part} about ({x:.1}, {y:.1}, {z:.1}) mm");
+        }
+        let begins = after.beginnings + after.ridges;
+        if begins > 0 {
+            text += &format!(", and {begins} places begin in the air");
+        }
+        if let Some((against, count)) = refused.iter().max_by_key(|(against, count)| (*count, *against)) {
+            let all: usize = refused.iter().map(|r| r.1).sum();
+            text += &format!("; of {all} cuts turned down {count} {}", because(*against));
+        }
+        let enough = (after.area_mm2 + 0.5).ceil();
+        Some(text + &format!("; allow it (--allow {enough}), stand the model otherwise, or give it supports"))
+    }
+}
+
+fn because(against: Against) -> &'static str {
+    match against {
+        Against::Crossing => "met a surface that crosses itself",
+        Against::Small => "would leave pieces or seams too small to print",
+        Against::Footing => "would leave something that stands on nothing",
+        Against::Thin => "would leave a plate or an edge too thin to print",
+        Against::Unwanted => "would put the seam where none is wanted",
+        Against::Beginning => "would let a piece begin in the air",
+        Against::Head => "would bring the head into what is left, the table or an axis to its stop",
+        Against::Gain => "would gain nothing",
+    }
+}
+
+/// Cuts a solid.
+///
+/// # Errors
+///
+/// [`Error::NotOneSolid`], [`Error::Setting`], [`Error::Misplaced`], and what reading model and machine may say. That cutting
+/// does not help is a result.
+pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, Error> {
+    let options = &request.options;
+    check(options)?;
+    let machine = load_profile(&request.machine, world)?;
+    let model = load_model(&request.model, world)?;
+    let start = world.clock.now();
+    let [part] = &model.model.parts[..] else {
+        return Err(Error::NotOneSolid { file: model.file, parts: model.model.parts.len() });
+    };
+    let placement = centred(&model.model, &machine.profile)?;
+    let process = &machine.profile.process;
+    let wanted = |pedestal_mm: f64| Options {
+        overhang: Angle::from_deg(options.overhang_deg),
+        layer_mm: process.layer_height_mm,
+        span_mm: FREE_SPAN_MM.max(2.0 * process.line_width_mm),
+        bridge_mm: process.bridge_mm,
+        max_cuts: options.max_cuts,
+        allow_mm2: options.allow_mm2,
+        strict: options.strict,
+        no_cut: options.no_cut.iter().map(|b| Bounds::of(b.map(Vec3::from))).collect(),
+        pedestal_mm,
+        ..Options::default()
+    };
+    let attempt = |pedestal_mm: f64| {
+        let bar = world.progress.begin("cuts", options.max_cuts);
+        let head = OnePrint {
+            profile: &machine.profile,
+            placement: Placement { ..placement },
+            overhang: Angle::from_deg(options.overhang_deg),
+            margin_mm: options.margin_mm,
+            pedestal_mm,
+        };
+        cut(&part.mesh, &head, &wanted(pedestal_mm), &mut |level| bar.at(level))
+    };
+    let mut pedestal_mm = options.pedestal_mm.unwrap_or(0.0);
+    let mut split = attempt(pedestal_mm);
+    let low = split.unplanned > 0 || split.refused.iter().any(|(against, _)| *against == Against::Head);
+    let seek = !split.printable && options.pedestal_mm.is_none() && low;
+    let found = seek.then(|| PEDESTALS_MM.iter().map(|&mm| (mm, attempt(mm))).find(|(_, s)| s.printable)).flatten();
+    if let Some((mm, better)) = found {
+        (pedestal_mm, split) = (mm, better);
+        world
+            .progress
+            .warning(&format!("the model stands on a pedestal of {mm} mm, without which the head does not reach"));
+    }
+    if split.crumbs_mm3 > 0.0 {
+        let crumbs = split.crumbs_mm3;
+        world
+            .progress
+            .warning(&format!("pieces of {crumbs:.4} mm3 together were left out: they are below what prints"));
+    }
+    Ok(SplitResult { split, pedestal_mm, seconds: (world.clock.now() - start).as_secs_f64(), model })
+}
+
+fn check(options: &SplitOptions) -> Result<(), BadSetting> {
+    BadSetting::within("overhang", options.overhang_deg, " deg", [1.0, 89.0])?;
+    BadSetting::within("margin", options.margin_mm, " mm", [0.0, 100.0])?;
+    BadSetting::within("max-cuts", options.max_cuts as f64, "", [0.0, 100.0])?;
+    BadSetting::within("allow", options.allow_mm2, " mm2", [0.0, 1e6])?;
+    BadSetting::within("pedestal", options.pedestal_mm.unwrap_or(0.0), " mm", [0.0, 200.0])
+}

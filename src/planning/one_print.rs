@@ -1,0 +1,101 @@
+//! Whether one solid can be printed onto another along a given direction: yes or no, without directions to look for, reasons or
+//! remedies. For whoever cuts a model and asks a thousand times.
+
+use super::candidates::Setups;
+use super::goal::Goal;
+use super::options::Options;
+use super::planner::plan;
+use super::site::Site;
+use super::workpiece::Workpiece;
+use crate::geom::{Angle, Bounds, Dir, Object, Rigid, Table, Vec3};
+use crate::mesh::{Model, Part, TriangleMesh, Unit};
+use crate::motion::Pose;
+use crate::orient::{Direction, Multistart, Settings, Staircase};
+use crate::planning::plan::Placement;
+use crate::profile::Profile;
+
+/// A machine with a model's place on its table.
+#[derive(Clone, Debug)]
+pub struct OnePrint<'a> {
+    /// The machine.
+    pub profile: &'a Profile,
+    /// Where the model stands.
+    pub placement: Placement,
+    /// Surfaces up to this angle from the vertical need no support.
+    pub overhang: Angle,
+    /// Room the head keeps from what it does not print on, mm.
+    pub margin_mm: f64,
+    /// So far the model stands above the table, mm.
+    pub pedestal_mm: f64,
+}
+
+impl OnePrint<'_> {
+    /// Whether an axis brings `up` upright.
+    pub fn reaches(&self, up: &Vec3) -> bool {
+        let up = Dir::<Table>::new(self.placed().rotation * up);
+        up.is_some_and(|up| self.profile.kinematics().upright(up, Pose::LEVEL).is_ok())
+    }
+
+    fn placed(&self) -> Rigid<Object, Table> {
+        let turn = crate::motion::rotation_z(Angle::from_deg(self.placement.turn_deg));
+        Rigid::new(turn, Vec3::from(self.placement.origin_mm))
+    }
+
+    /// Whether `piece` can be printed along `up` while all of `standing` is there (nothing, where that is `None`): axes, stops,
+    /// the table, the frame, and the room that the head owes what stands. `up` is in the model file's frame.
+    pub fn allows(&self, piece: &TriangleMesh<Object>, up: &Vec3, standing: Option<&TriangleMesh<Object>>) -> bool {
+        let meshes: Vec<TriangleMesh<Object>> = std::iter::once(piece).chain(standing).cloned().collect();
+        let bounds = meshes.iter().fold(Bounds::EMPTY, |all, mesh| all.union(&mesh.bounds()));
+        let part = |(id, mesh)| Part { id, name: String::new(), mesh };
+        let parts: Vec<Part> = meshes.into_iter().enumerate().map(part).collect();
+        // Who touches whom does not matter for one print, so nobody looks for interfaces.
+        let (interfaces, warnings, on_table) = (Vec::new(), Vec::new(), Vec::new());
+        let model = Model { parts, interfaces, on_table, unit: Unit::Millimetre, warnings, bounds };
+        let workpiece = Workpiece::place(&model, &self.placement);
+        let Some(up) = Dir::<Table>::new(workpiece.placed.rotation * up) else { return false };
+        self.with_options(&[], |options| {
+            let mut setups = Setups::new(&workpiece, self.profile, options);
+            for pose in setups.table.solutions(up, Pose::LEVEL) {
+                let mut objections = Vec::new();
+                setups.machine_objects(0, up, pose, false, &mut objections);
+                if objections.is_empty() {
+                    setups.setup(up, pose);
+                }
+            }
+            if setups.poses.is_empty() || standing.is_none() {
+                return !setups.poses.is_empty();
+            }
+            let site = Site::of(&setups, self.margin_mm);
+            (0..setups.poses.len()).any(|setup| !site.blocks(0, 1, setup))
+        })
+    }
+
+    /// Whether there is a plan for `model` with each part along its one direction of `ups`, the model file's frame. Parts of
+    /// `supported` may overhang. A pedestal is one of its parts, and stands on the table.
+    pub fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize]) -> bool {
+        let [x, y, _] = self.placement.origin_mm;
+        let placement = Placement { origin_mm: [x, y, -model.bounds.min.z], ..self.placement };
+        let workpiece = Workpiece::place(model, &placement);
+        let one = |up: &Vec3| vec![Direction { up: workpiece.placed.rotation * up, value: 0.0 }];
+        let directions: Vec<Vec<Direction>> = ups.iter().map(one).collect();
+        self.with_options(supported, |options| {
+            let options = Options { pedestal_mm: 0.0, ..options.clone() };
+            plan(&workpiece, self.profile, &directions, &options).is_ok()
+        })
+    }
+
+    fn with_options<T>(&self, supported: &[usize], work: impl FnOnce(&Options<'_>) -> T) -> T {
+        let layer_mm = self.profile.process.layer_height_mm;
+        let settings = Settings { layer_mm, ..Settings::default() };
+        let (objective, search) = (Staircase { layer_mm }, Multistart::default());
+        let goal = Goal::parse("bss", &settings).expect("the usual goal");
+        work(&Options {
+            overhang: self.overhang,
+            margin_mm: self.margin_mm,
+            pedestal_mm: self.pedestal_mm,
+            supported: supported.to_vec(),
+            explain: false,
+            ..Options::new(&goal, &objective, &search)
+        })
+    }
+}

@@ -1,0 +1,53 @@
+//! What a machine says to cuts: which directions it reaches, which pieces its head can print, whether all parts have a plan.
+
+use crate::geom::{Object, Vec3};
+use crate::mesh::{Model, TriangleMesh};
+use crate::planning::OnePrint;
+
+/// A machine as the search asks it; directions and meshes in the model file's frame, mm.
+pub trait Machine: Sync {
+    /// Whether `up` can be brought upright.
+    fn reaches(&self, up: &Vec3) -> bool;
+
+    /// Whether `piece` can be printed along `up` while `standing` is there; `None` where nothing of it lies beyond the cut.
+    fn prints(&self, piece: &TriangleMesh<Object>, up: &Vec3, standing: Option<&TriangleMesh<Object>>) -> bool;
+
+    /// Whether all parts have a plan, each along its own direction; `supported` may overhang.
+    fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize]) -> bool;
+}
+
+impl Machine for OnePrint<'_> {
+    fn reaches(&self, up: &Vec3) -> bool {
+        Self::reaches(self, up)
+    }
+
+    fn prints(&self, piece: &TriangleMesh<Object>, up: &Vec3, standing: Option<&TriangleMesh<Object>>) -> bool {
+        self.allows(piece, up, standing)
+    }
+
+    fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize]) -> bool {
+        Self::plans(self, model, ups, supported)
+    }
+}
+
+/// A head that is nowhere in the way, over a table that tilts up to so far from the level, radians: for figures that are to be
+/// compared with those of methods without a machine.
+#[derive(Clone, Copy, Debug)]
+pub struct NoHead {
+    /// Most tilt.
+    pub most_tilt: f64,
+}
+
+impl Machine for NoHead {
+    fn reaches(&self, up: &Vec3) -> bool {
+        up.z >= self.most_tilt.cos() - 1e-9
+    }
+
+    fn prints(&self, _: &TriangleMesh<Object>, _: &Vec3, _: Option<&TriangleMesh<Object>>) -> bool {
+        true
+    }
+
+    fn plans(&self, _: &Model, _: &[Vec3], _: &[usize]) -> bool {
+        true
+    }
+}

@@ -1,0 +1,314 @@
+//! One closed solid cut by planes into parts that print without supports, each along its own direction.
+//!
+//! ```text
+//! R_0 = the model;  cut k takes K_k = solids of R_(k-1) beyond a plane (d_k, c_k);  R_k = what is left
+//! print order: R_m along +z, then K_m .. K_1, each along its d_k, standing on its cap, which lies wholly on R_k
+//! ```
+//!
+//! Minimised, one after the other: places that begin in the air and flat downward ridges; the area that needs support; setups;
+//! cuts; seams. The search is a beam over planes (`search.rs`) whose scores come from sweeps (`sweep.rs`), after C. Wu, C. Dai,
+//! G. Fang, Y.-J. Liu, C. C. L. Wang, *General support-effective decomposition for multi-directional 3-D printing* (2020), with
+//! what that lacks: components, beginnings, ridges, caps of any size, and a machine that is asked ([`Machine`]).
+//!
+//! Lengths mm, areas mm², directions unit, all in the model file's frame; +z is up on the table, whose surface is the model's
+//! lowest z. This room must not know slicers or toolpaths.
+
+mod candidates;
+mod cap;
+mod clip;
+mod machine;
+mod measure;
+mod pedestal;
+mod rules;
+mod search;
+mod surface;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use crate::geom::{Angle, Bounds, Object, Vec3};
+use crate::mesh::{Model, TriangleMesh};
+pub use machine::{Machine, NoHead};
+use measure::{Measured, Rules};
+pub use rules::Against;
+use search::{Found, NOTHING_MM2, Search, State};
+pub use surface::Plane;
+use surface::Surface;
+
+/// How to cut.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Surfaces up to this angle from the vertical need no support.
+    pub overhang: Angle,
+    /// A layer, mm.
+    pub layer_mm: f64,
+    /// So far a line may hang free at its end, mm.
+    pub span_mm: f64,
+    /// So far it may reach between two ends on material, mm.
+    pub bridge_mm: f64,
+    /// Most cuts.
+    pub max_cuts: usize,
+    /// What may still need support in the end, mm²; half a square millimetre a part passes as rounding.
+    pub allow_mm2: f64,
+    /// Whether everything beyond a plane goes, so that the head never has to pass what is left.
+    pub strict: bool,
+    /// Where no seam may come.
+    pub no_cut: Vec<Bounds>,
+    /// Height of a part below the model that is printed first, mm; 0 for none.
+    pub pedestal_mm: f64,
+    /// States that are kept from level to level.
+    pub beam: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            overhang: Angle::from_deg(45.0),
+            layer_mm: 0.2,
+            span_mm: 2.0,
+            bridge_mm: 8.0,
+            max_cuts: 12,
+            allow_mm2: 0.0,
+            strict: false,
+            no_cut: Vec::new(),
+            pedestal_mm: 0.0,
+            beam: 4,
+        }
+    }
+}
+
+/// What something needs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Unsupported {
+    /// Facets beyond the overhang that stand on nothing, mm².
+    pub area_mm2: f64,
+    /// Places that begin in the air.
+    pub beginnings: usize,
+    /// Downward ridges too flat for lines to hang on.
+    pub ridges: usize,
+}
+
+impl From<measure::Needs> for Unsupported {
+    fn from(needs: measure::Needs) -> Self {
+        Self { area_mm2: needs.area_mm2, beginnings: needs.beginnings, ridges: needs.ridges }
+    }
+}
+
+/// A part of the cut model.
+#[derive(Clone, Debug)]
+pub struct CutPart {
+    /// Closed, mm.
+    pub mesh: TriangleMesh<Object>,
+    /// What it is printed along.
+    pub up: Vec3,
+    /// The cut that took it, a place in [`Split::cuts`]; `None` for what stays on the table.
+    pub cut: Option<usize>,
+    /// Whether it is a pedestal and no piece of the model.
+    pub pedestal: bool,
+    /// What it still needs.
+    pub needs: Unsupported,
+}
+
+/// A cut.
+#[derive(Clone, Debug)]
+pub struct CutMade {
+    /// Where.
+    pub plane: Plane,
+    /// The parts it took, places in [`Split::parts`].
+    pub parts: Vec<usize>,
+    /// Its caps, mm².
+    pub seam_mm2: f64,
+    /// By how much what is left needs less, mm².
+    pub gain_mm2: f64,
+}
+
+/// A place that needs support.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchLeft {
+    /// The part.
+    pub part: usize,
+    /// mm².
+    pub area_mm2: f64,
+    /// Its middle, mm.
+    pub at: Vec3,
+}
+
+/// A model in parts.
+#[derive(Clone, Debug)]
+pub struct Split {
+    /// In the order of printing: what stays on the table, then the last cut's first.
+    pub parts: Vec<CutPart>,
+    /// In the order of cutting.
+    pub cuts: Vec<CutMade>,
+    /// What the model needs as it is.
+    pub before: Unsupported,
+    /// What all parts together still need.
+    pub after: Unsupported,
+    /// Where, the largest first.
+    pub left: Vec<PatchLeft>,
+    /// Whether nothing is needed beyond what is allowed, and the machine has a plan for the parts.
+    pub printable: bool,
+    /// Pieces of less than a hundredth of a cubic millimetre that cuts made and that were left out, mm³ together.
+    pub crumbs_mm3: f64,
+    /// Ways to cut after which nothing needed support, but for which the machine has no plan.
+    pub unplanned: usize,
+    /// What was against the cuts that were tried but not made, with their number.
+    pub refused: Vec<(Against, usize)>,
+}
+
+impl Split {
+    /// All seams, mm².
+    pub fn seam_mm2(&self) -> f64 {
+        self.cuts.iter().map(|cut| cut.seam_mm2).sum()
+    }
+
+    /// Distinct directions that are printed along.
+    pub fn setups(&self) -> usize {
+        let mut known: Vec<Vec3> = Vec::new();
+        for part in &self.parts {
+            if known.iter().all(|k| (k - part.up).norm() > 1e-9) {
+                known.push(part.up);
+            }
+        }
+        known.len()
+    }
+
+    /// The parts with names, as `mesh` writes them.
+    pub fn named(&self) -> Vec<(String, TriangleMesh<Object>)> {
+        self.parts.iter().enumerate().map(|(id, part)| (self.name(id), part.mesh.clone())).collect()
+    }
+
+    /// What part `id` is called: `base`, or the cut that took it.
+    pub fn name(&self, id: usize) -> String {
+        let kind = |p: usize| (self.parts[p].cut, self.parts[p].pedestal);
+        let siblings: Vec<usize> = (0..self.parts.len()).filter(|&p| kind(p) == kind(id)).collect();
+        if self.parts[id].pedestal {
+            return "pedestal".to_owned();
+        }
+        let stem = self.parts[id].cut.map_or("base".to_owned(), |cut| format!("cut-{}", cut + 1));
+        match siblings.iter().position(|&p| p == id) {
+            Some(place) if place > 0 => format!("{stem}-{}", place + 1),
+            _ => stem,
+        }
+    }
+
+    /// The directions to print along, by part.
+    pub fn ups(&self) -> Vec<Vec3> {
+        self.parts.iter().map(|part| part.up).collect()
+    }
+}
+
+/// A solid cut by one plane: what is left, and the solids beyond, all closed; both sides share the seam's vertices bit for bit.
+#[derive(Clone, Debug)]
+pub struct Parted {
+    /// Before the plane; without facets where all lay beyond.
+    pub rest: TriangleMesh<Object>,
+    /// Beyond.
+    pub pieces: Vec<TriangleMesh<Object>>,
+    /// The area of each connected patch of the seam, mm².
+    pub patches_mm2: Vec<f64>,
+}
+
+/// Cuts `model` by `plane` and takes everything beyond; `None` where the surface crosses itself in the plane.
+pub fn parted(model: &TriangleMesh<Object>, plane: &Plane) -> Option<Parted> {
+    let clip::Cut { rest, pieces, patches_mm2 } = clip::cut(&Surface::of(model), plane, &clip::Taken::All, 1).ok()?;
+    let closed = rest.is_closed() && pieces.iter().all(Surface::is_closed);
+    let meshes = || pieces.iter().map(Surface::mesh).collect();
+    closed.then(|| Parted { rest: rest.mesh(), pieces: meshes(), patches_mm2 })
+}
+
+/// Cuts `model`, one closed solid, until nothing needs support on `machine`, or as well as `options` allow; `level` is told
+/// how many cuts deep the search is.
+///
+/// A model that needs nothing comes back whole. See [`Split::printable`] for whether it worked.
+pub fn split(
+    model: &TriangleMesh<Object>,
+    machine: &dyn Machine,
+    options: &Options,
+    level: &mut dyn FnMut(usize),
+) -> Split {
+    let rules = Rules {
+        sine: options.overhang.rad().sin(),
+        layer_mm: options.layer_mm,
+        span_mm: options.span_mm,
+        bridge_mm: options.bridge_mm,
+        table_mm: model.bounds().min.z,
+    };
+    let whole = Measured::of(Surface::of(model), &rules);
+    let before = whole.needs(&Vec3::z(), None, &rules);
+    let pedestal = Some(options.pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(&whole, mm));
+    let search = Search::new(model, machine, options, rules);
+    let planned = |state: &State| {
+        let split = assembled(state, before, pedestal.as_ref(), &rules);
+        let supported: Vec<usize> =
+            (0..split.parts.len()).filter(|&p| split.parts[p].needs.area_mm2 > NOTHING_MM2).collect();
+        machine.plans(&Model::from_parts(split.named()), &split.ups(), &supported)
+    };
+    let Found { state, printable, unplanned, refused } = search.run(model, &planned, level);
+    Split {
+        printable,
+        unplanned,
+        refused: refused.into_iter().collect(),
+        ..assembled(&state, before, pedestal.as_ref(), &rules)
+    }
+}
+
+fn assembled(state: &State, before: measure::Needs, pedestal: Option<&Surface>, rules: &Rules) -> Split {
+    let mut parts = Vec::new();
+    let mut left = Vec::new();
+    parts.extend(pedestal.map(|p| CutPart {
+        mesh: p.mesh(),
+        up: Vec3::z(),
+        cut: None,
+        pedestal: true,
+        needs: Unsupported::default(),
+    }));
+    let mut add = |surface: &Surface, up: Vec3, cut: Option<usize>| {
+        let measured = Measured::of(surface.clone(), rules);
+        let cap = cut.map(|k| k as u32 + 1);
+        let risky: Vec<u32> = (0..measured.area.len())
+            .filter(|&f| measured.is_risky(f, &up, rules) && !measured.stands(f, cap))
+            .map(|f| f as u32)
+            .collect();
+        for patch in candidates::patches(&measured, &risky) {
+            let area_mm2: f64 = patch.iter().map(|&f| measured.area[f as usize]).sum();
+            let moment: Vec3 = patch
+                .iter()
+                .map(|&f| measured.surface.corners(f as usize).iter().sum::<Vec3>() / 3.0 * measured.area[f as usize])
+                .sum();
+            left.push(PatchLeft { part: parts.len(), area_mm2, at: moment / area_mm2.max(f64::MIN_POSITIVE) });
+        }
+        let needs = measured.needs(&up, cap, rules).into();
+        parts.push(CutPart { mesh: surface.mesh(), up, cut, pedestal: false, needs });
+        parts.len() - 1
+    };
+    for solid in rules::solids(&state.rest.surface) {
+        add(&solid, Vec3::z(), None);
+    }
+    let mut cuts: Vec<CutMade> = state
+        .steps
+        .iter()
+        .map(|s| CutMade { plane: s.plane, parts: Vec::new(), seam_mm2: s.seam_mm2, gain_mm2: s.gain_mm2 })
+        .collect();
+    for (k, step) in state.steps.iter().enumerate().rev() {
+        cuts[k].parts = step.pieces.iter().map(|piece| add(piece, step.plane.normal, Some(k))).collect();
+    }
+    left.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
+    let after = parts.iter().fold(Unsupported::default(), |sum, p| Unsupported {
+        area_mm2: sum.area_mm2 + p.needs.area_mm2,
+        beginnings: sum.beginnings + p.needs.beginnings,
+        ridges: sum.ridges + p.needs.ridges,
+    });
+    let crumbs_mm3 = state.steps.iter().map(|s| s.crumbs_mm3).sum();
+    Split {
+        parts,
+        cuts,
+        before: before.into(),
+        after,
+        left,
+        printable: false,
+        crumbs_mm3,
+        unplanned: 0,
+        refused: Vec::new(),
+    }
+}

@@ -1,0 +1,116 @@
+//! The verb: documents, exit codes, bad input, and the way on through `plan` and `prepare`.
+
+use std::path::Path;
+
+use serde_json::Value;
+use trunnion::mesh::stl_binary;
+
+use super::solids::{self, Shape};
+use crate::support::{folder, said, trunnion};
+
+fn written(folder: &Path, name: &str, shape: &Shape) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, stl_binary(&shape.mesh())).unwrap();
+    path.display().to_string()
+}
+
+/// Runs `split` with `more`; code, stdout, stderr.
+fn run(model: &str, output: &Path, more: &[&str]) -> (Option<i32>, String, String) {
+    let run = trunnion().args(["split", model, "-m", "generic-ac", "-o"]).arg(output).args(more).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (run.status.code(), text(&run.stdout), text(&run.stderr))
+}
+
+#[test]
+fn the_document_has_what_scripts_read() {
+    let folder = folder();
+    let output = folder.path().join("parts.3mf");
+    let (code, out, err) = run(&written(folder.path(), "tee.stl", &solids::tee()), &output, &["--json"]);
+    assert_eq!(code, Some(0), "{err}");
+    let document: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(document["parts"], 3);
+    assert_eq!(document["planes"].as_array().unwrap().len(), 2);
+    for plane in document["planes"].as_array().unwrap() {
+        assert!(
+            plane["normal"].as_array().unwrap().len() == 3 && plane["offset_mm"].is_f64() && plane["part"].is_u64()
+        );
+    }
+    assert!((document["needs_support_mm2"]["before"].as_f64().unwrap() - 500.0).abs() < 1e-3);
+    assert!(document["needs_support_mm2"]["after"].as_f64().unwrap() < 0.5);
+    assert!(document["seam_mm2"].as_f64().unwrap() > 0.0 && document["seconds"].is_f64());
+    assert_eq!(document["printable"], true);
+    let names: Vec<&str> = document["order"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["base", "cut-2", "cut-1"]);
+    // The same input gives the same bytes, whatever the number of threads.
+    let first = std::fs::read(&output).unwrap();
+    let again = trunnion()
+        .args(["split", &folder.path().join("tee.stl").display().to_string(), "-m", "generic-ac", "-q", "-o"])
+        .arg(folder.path().join("again.3mf"))
+        .env("RAYON_NUM_THREADS", "1")
+        .output()
+        .unwrap();
+    assert!(again.status.success(), "{}", said(&again));
+    assert_eq!(first, std::fs::read(folder.path().join("again.3mf")).unwrap());
+}
+
+#[test]
+fn cut_solids_go_through_plan_and_prepare() {
+    let folder = folder();
+    for (name, shape) in [("tee", solids::tee()), ("hook", solids::hook())] {
+        let parts = folder.path().join(format!("{name}.3mf"));
+        let (code, _, err) = run(&written(folder.path(), &format!("{name}.stl"), &shape), &parts, &[]);
+        assert_eq!(code, Some(0), "{err}");
+        let (parts, gcode) = (parts.display().to_string(), folder.path().join(format!("{name}.gcode")));
+        let plan = trunnion().args(["plan", &parts, "-m", "generic-ac"]).output().unwrap();
+        assert!(plan.status.success(), "{name}: {}", said(&plan));
+        let prepare =
+            trunnion().args(["prepare", &parts, "-m", "generic-ac", "--slicer", "builtin", "-o"]).arg(&gcode).output();
+        let prepare = prepare.unwrap();
+        assert!(prepare.status.success() && gcode.is_file(), "{name}: {}", said(&prepare));
+    }
+}
+
+#[test]
+fn what_cannot_be_cut_is_told_in_a_sentence_and_nothing_is_written() {
+    let folder = folder();
+    let output = folder.path().join("parts.3mf");
+    let tee = written(folder.path(), "tee.stl", &solids::tee());
+    let refused = |model: &str, more: &[&str], wanted: i32, words: &[&str]| {
+        let (code, _, err) = run(model, &output, more);
+        let error = err.lines().find_map(|l| l.strip_prefix("error: ")).unwrap_or_else(|| panic!("no error: {err}"));
+        assert_eq!(code, Some(wanted), "{err}");
+        words.iter().for_each(|word| assert!(error.contains(word), "{word:?} not in {error:?}"));
+        assert!(!output.exists() && !error.ends_with('.'), "{error}");
+    };
+    refused(&tee, &["--max-cuts", "1"], 1, &["after 1 cuts", "of 500.0 mm2", "--allow", "no file was written"]);
+    refused(&tee, &["--max-cuts", "0"], 1, &["no cut helps", "500.0 of 500.0 mm2"]);
+    refused(&tee, &["--max-cuts", "101"], 2, &["--max-cuts 101 is out of 0..100"]);
+    refused(&tee, &["--allow=-1"], 2, &["--allow -1 mm2 is out of 0..1000000"]);
+    refused(&tee, &["--pedestal", "900"], 2, &["--pedestal 900 mm is out of 0..200"]);
+    refused(&tee, &["--overhang", "90"], 2, &["--overhang 90 deg is out of 1..89"]);
+    refused(&tee, &["--no-cut", "1,2,3"], 2, &["--no-cut 1,2,3", "six numbers"]);
+    refused(&tee, &["--no-cut", "1,2,3,4,5,x"], 2, &["six numbers"]);
+    let two = folder.path().join("two.stl");
+    std::fs::write(&two, trunnion::fixtures::two_boxes().stl()).unwrap();
+    refused(&two.display().to_string(), &[], 2, &["two.stl has 2 closed parts", "one solid is cut"]);
+    let wide = written(folder.path(), "wide.stl", &solids::block(300.0, 20.0, 10.0));
+    refused(&wide, &[], 2, &["over the rim"]);
+    refused("no-such.stl", &[], 2, &["no-such.stl"]);
+    let (code, out, _) = run(&tee, &output, &["--max-cuts", "1", "--json"]);
+    let document: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((code, &document["printable"]), (Some(1), &Value::Bool(false)));
+    assert!(document["reasons"][0].as_str().unwrap().contains("still need support"));
+}
+
+#[test]
+fn what_needs_nothing_comes_back_whole() {
+    let folder = folder();
+    let output = folder.path().join("parts.3mf");
+    let block = written(folder.path(), "block.stl", &solids::block(20.0, 20.0, 10.0));
+    let (code, out, err) = run(&block, &output, &["--json"]);
+    let document: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((code, document["parts"].as_u64()), (Some(0), Some(1)), "{err}");
+    let (code, ..) =
+        run(&written(folder.path(), "tee.stl", &solids::tee()), &output, &["--max-cuts", "1", "--allow", "260"]);
+    assert_eq!(code, Some(0));
+}
