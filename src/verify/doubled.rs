@@ -19,7 +19,9 @@ const BORDER: f64 = 0.1;
 const ON_TOP: f64 = 0.3;
 /// Together they must be wider than this, in usual widths: two thin lines may share the place of one.
 const TOO_WIDE: f64 = 1.3;
-/// What a layer may hold of that, mm.
+/// Shorter stretches do not count, mm: the turns of infill on both sides of a border lie on it, now and then on each other.
+const SHORTEST_MM: f64 = 2.0;
+/// What a layer may hold of the others, mm.
 const MOST_MM: f64 = 3.0;
 
 /// Holds the lines of one layer against each other.
@@ -77,7 +79,7 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
         for (_, other) in next.take_while(|(d, other)| d == direction && least(other) <= highest + ON_TOP * other.width)
         {
             let length = one.shares(other);
-            if length > 0.0 && one.width + other.width > too_wide {
+            if length > SHORTEST_MM && one.width + other.width > too_wide {
                 pairs.push((one.index.max(other.index), one.index.min(other.index), length));
             }
         }
