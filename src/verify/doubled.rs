@@ -16,7 +16,7 @@ const DIRECTIONS: usize = 60;
 /// How near to it, as a part of one.
 const BORDER: f64 = 0.1;
 /// How near two lines' middles may run, as a part of their width.
-const ON_TOP: f64 = 0.3;
+const ON_TOP: f64 = 0.2;
 /// Together they must be wider than this, in usual widths: two thin lines may share the place of one.
 const TOO_WIDE: f64 = 1.3;
 /// Shorter stretches do not count, mm: the turns of infill on both sides of a border lie on it, now and then on each other.

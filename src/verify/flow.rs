@@ -75,8 +75,9 @@ pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
             )
         });
     }
-    for (sum, most) in sums.iter().zip(MOST_OFF) {
-        let ratio = sum.ratio();
+    let kinds = thin::kinds(printed);
+    let unstated = kinds.unwrap_or(sums[1].ratio());
+    for (ratio, most) in [(sums[0].ratio(), MOST_OFF[0]), (unstated, MOST_OFF[usize::from(kinds.is_none())])] {
         if (ratio - 1.0).abs() > most {
             findings.add(Rule::Flow, at(line), [ratio, 1.0 + most], || {
                 format!(
@@ -137,7 +138,9 @@ fn one(printed: &Printed<'_>, line: &Line, usual: f64, findings: &mut Findings) 
         false => {
             let nozzle = printed.job.profile.process.nozzle_mm;
             let thread = printed.flow.bead.area(nozzle, nozzle) * line.length * printed.flow.multiplier / line.held;
-            (UNSTATED[0] - digits, UNSTATED[1] * thread.max(1.0) + digits)
+            let most = UNSTATED[1] * thread.max(1.0) + digits;
+            // Where the head states widths, the rule for such lines among each other is stricter.
+            if printed.flow.widths.is_empty() { (UNSTATED[0] - digits, most) } else { (0.0, most.max(thin::WIDEST)) }
         }
     };
     let ratio = line.ratio();

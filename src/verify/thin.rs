@@ -4,11 +4,17 @@
 //! anything else is a line as thin as the gap that it fills. Such a one has material or the part's outline on both sides, and
 //! runs on top of no other line. A line that leads somewhere else than its filament was counted for is none of these.
 
-use super::line::{DIGITS_MM, Line};
+use super::line::{DIGITS_MM, Line, lines};
 use super::prints::{Level, Printed};
 use super::report::{Findings, Place, Rule};
 use crate::section::{Point, Segment};
 
+/// A gap up to so many lines wide is filled by one line.
+pub(super) const WIDEST: f64 = 2.2;
+/// Lines that make up so much of a print's length are of a kind that its slicer means.
+const KIND: f64 = 0.1;
+/// Of lines thinner than this, as a part of a whole one, nothing is said: they fill gaps.
+const GAP: f64 = 0.75;
 /// How much two lines of one width may differ in filament a millimetre, relative.
 const ALIKE: f64 = 0.01;
 /// So many lines of a layer that are alike are meant so.
@@ -64,6 +70,29 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, lines: &[Line], findin
     }
 }
 
+/// The least ratio that a good part of the print's lines have in common, which is that of its walls: solid infill is spread, and wider;
+/// lines as thin as a gap do not count. `None` where no line is without a width, or the head states none, or no part of them is alike.
+pub(super) fn kinds(printed: &Printed<'_>) -> Option<f64> {
+    if printed.flow.widths.is_empty() {
+        return None;
+    }
+    let all = printed.levels.iter().flat_map(|level| lines(printed, level));
+    let telling = |line: &Line| !line.stated && !line.is_thread() && line.length >= TELLING_MM && line.ratio() >= GAP;
+    let mut all: Vec<[f64; 2]> = all.filter(telling).map(|line| [line.ratio(), line.length]).collect();
+    all.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let total: f64 = all.iter().map(|[_, length]| length).sum();
+    let mut from = 0;
+    while from < all.len() {
+        let alike = &all[from..];
+        let alike = &alike[..alike.partition_point(|[ratio, _]| *ratio <= all[from][0] * (1.0 + ALIKE))];
+        if alike.iter().map(|[_, length]| length).sum::<f64>() >= KIND * total {
+            return Some(alike[alike.len() / 2][0]);
+        }
+        from += 1;
+    }
+    None
+}
+
 fn is_one_of(line: &Line, ratio: f64) -> bool {
     (line.ratio() / ratio - 1.0).abs() <= ALIKE + DIGITS_MM / line.length
 }
@@ -114,7 +143,7 @@ struct Beside<'a> {
 
 impl<'a> Beside<'a> {
     fn new(printed: &Printed<'_>, level: &Level, lines: &'a [Line]) -> Self {
-        let axis = |line: &Line| line.axis().map(|axis| (axis, line.width * line.ratio().min(1.0) / 2.0));
+        let axis = |line: &Line| line.axis().map(|axis| (axis, line.width * line.ratio().min(WIDEST) / 2.0));
         let outline = printed.sections.segments_at(level.z - level.height() / 2.0);
         let axes = lines.iter().map(|line| axis(line).unwrap_or(([[f64::MAX; 2]; 2], 0.0))).collect();
         Self { axes, outline, lines, usual_mm: printed.job.profile.process.line_width_mm }
