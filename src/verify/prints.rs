@@ -13,6 +13,9 @@ use crate::trace::{Move, Trace, What};
 /// Heights that differ by less are one layer, mm: the last printed digit.
 const SAME_LAYER_MM: f64 = 1.5e-3;
 
+/// What heights may be off in a mesh of 32 bits and in a file's digits, mm.
+const ROUNDING_MM: f64 = 1e-3;
+
 /// One layer of one print.
 pub(super) struct Level {
     /// The tip's height, machine coordinates, mm.
@@ -105,9 +108,12 @@ impl Printed<'_> {
         Some(planning::Printed { part: self.planned.part, up: self.planned.up, height_mm })
     }
 
-    /// The part's section that a slicer takes for a layer.
+    /// The part's section that a slicer takes for a layer. Where the layer's middle is the part's top or bottom to a rounding, it is
+    /// the one within the part: slicers print such a layer.
     pub(super) fn section(&self, level: &Level) -> Section {
-        self.sections.at(level.z - level.height() / 2.0)
+        let (middle, [low, high]) = (level.z - level.height() / 2.0, self.sections.range());
+        let inside = middle.clamp(low + ROUNDING_MM, (high - ROUNDING_MM).max(low + ROUNDING_MM));
+        self.sections.at(if (middle - inside).abs() <= 2.0 * ROUNDING_MM { inside } else { middle })
     }
 }
 
