@@ -11,15 +11,15 @@ use super::prints::{Level, Printed};
 use super::report::{Findings, Place, Rule};
 use crate::section::{Point, Segment};
 
-/// Directions are gathered by so many to a half turn; lines near the border of two belong to both.
+/// Directions are gathered by so many to a half turn. A line belongs to the nearest two, so that lines less than half of one apart
+/// (1.5 degrees) always meet.
 const DIRECTIONS: usize = 60;
-/// How near to it, as a part of one.
-const BORDER: f64 = 0.1;
 /// How near two lines' middles may run, as a part of their width.
 const ON_TOP: f64 = 0.2;
 /// Together they must be wider than this, in usual widths: two thin lines may share the place of one.
 const TOO_WIDE: f64 = 1.3;
-/// Shorter stretches do not count, mm: the turns of infill on both sides of a border lie on it, now and then on each other.
+/// Shorter stretches do not count, mm: the turns of infill on both sides of a border lie on it, now and then on each other. Lines that
+/// follow one another, as along a curve, are one stretch.
 const SHORTEST_MM: f64 = 2.0;
 /// What a layer may hold of the others, mm.
 const MOST_MM: f64 = 3.0;
@@ -41,7 +41,7 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, lines: &[Line], findin
     }
 }
 
-/// What lies on top of each other in a layer, mm, and the longest pair.
+/// What lies on top of each other in a layer, mm, and where the longest stretch begins.
 struct Doubled {
     length: f64,
     longest: f64,
@@ -72,42 +72,53 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
     by_direction.sort_unstable_by(|(a, one), (b, other)| {
         (a, least(one), one.index).partial_cmp(&(b, least(other), other.index)).unwrap_or(std::cmp::Ordering::Equal)
     });
-    let mut pairs: Vec<(usize, usize, f64)> = Vec::new();
+    let widest = by_direction.iter().map(|(_, seen)| seen.width).fold(0.0, f64::max);
+    let mut pairs: Vec<Pair> = Vec::new();
     for (place, (direction, one)) in by_direction.iter().enumerate() {
-        let highest = one.across[0].max(one.across[1]) + ON_TOP * one.width;
+        let highest = one.across[0].max(one.across[1]) + ON_TOP * widest;
         let next = by_direction[place + 1..].iter();
-        for (_, other) in next.take_while(|(d, other)| d == direction && least(other) <= highest + ON_TOP * other.width)
-        {
+        for (_, other) in next.take_while(|(d, other)| d == direction && least(other) <= highest) {
             let length = one.shares(other);
-            if length > SHORTEST_MM && one.width + other.width > too_wide {
-                pairs.push((one.index.max(other.index), one.index.min(other.index), length));
+            if length > 0.0 && one.width + other.width > too_wide {
+                pairs.push(Pair { line: one.index.max(other.index), other: one.index.min(other.index), length });
             }
         }
     }
-    // Both may be near a border and have met twice.
-    pairs.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(b.2.total_cmp(&a.2)));
-    pairs.dedup_by_key(|pair| (pair.0, pair.1));
-    let mut all = Doubled { length: 0.0, longest: 0.0, line: 0, other: 0 };
-    for (line, other, length) in pairs {
-        all.length += length;
-        if length > all.longest {
-            (all.longest, all.line, all.other) = (length, line, other);
-        }
-    }
-    Some(all)
+    // Most have met twice, in both of their directions.
+    pairs.sort_unstable_by(|a, b| (a.line, a.other).cmp(&(b.line, b.other)).then(b.length.total_cmp(&a.length)));
+    pairs.dedup_by_key(|pair| (pair.line, pair.other));
+    Some(in_stretches(&pairs))
 }
 
-/// The direction of a segment, and the one beside it where it is near their border; counted from 0 to [`DIRECTIONS`].
+/// Two lines of a layer, the later one first, and for how long they lie on each other, mm.
+struct Pair {
+    line: usize,
+    other: usize,
+    length: f64,
+}
+
+/// What the pairs, sorted, add up to in stretches that count.
+fn in_stretches(pairs: &[Pair]) -> Doubled {
+    let mut all = Doubled { length: 0.0, longest: 0.0, line: 0, other: 0 };
+    for stretch in pairs.chunk_by(|a, b| b.line - a.line <= 1) {
+        let length = stretch.iter().map(|pair| pair.length).sum();
+        if length > SHORTEST_MM {
+            all.length += length;
+            if length > all.longest {
+                (all.longest, all.line, all.other) = (length, stretch[0].line, stretch[0].other);
+            }
+        }
+    }
+    all
+}
+
+/// The two directions nearest to a segment's, counted from 0 to [`DIRECTIONS`].
 fn each_direction([a, b]: Segment, mut visit: impl FnMut(usize)) {
     let share =
         ((b[1] - a[1]).atan2(b[0] - a[0]).rem_euclid(PI) / PI * DIRECTIONS as f64).min(DIRECTIONS as f64 - 1e-9);
-    let (own, rest) = (share as usize, share.fract());
+    let own = share as usize;
     visit(own);
-    if rest < BORDER {
-        visit((own + DIRECTIONS - 1) % DIRECTIONS);
-    } else if rest > 1.0 - BORDER {
-        visit((own + 1) % DIRECTIONS);
-    }
+    visit((own + if share.fract() < 0.5 { DIRECTIONS - 1 } else { 1 }) % DIRECTIONS);
 }
 
 impl Seen {

@@ -1,6 +1,7 @@
 //! Every rule of verification against a change of every size, from nothing to gross, both ways, on files of real slicers: the
 //! size at which it is caught is printed and bounded, everything above it is caught too, and the unchanged file is clean.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -275,9 +276,22 @@ fn turned(subject: &Subject, print: usize, by: f64) -> Vec<String> {
 
 fn filament(subject: &Subject, share: f64) -> Vec<String> {
     let mut lines = subject.changed(0..subject.lines.len(), |l| with(l, 'E', |v| v * share));
+    // The header is made to agree to the last digit, so that the sum of each print tells nothing.
+    let mut more: BTreeMap<String, f64> = BTreeMap::new();
+    let mut print = String::new();
+    for (old, new) in subject.lines.iter().zip(&lines) {
+        if let Some(rest) = old.strip_prefix(";TRUNNION print=") {
+            print = rest.split(' ').next().unwrap().to_owned();
+        }
+        let lays = old.starts_with('G') && (old.contains(" X") || old.contains(" Y"));
+        if let (true, Some(was), Some(is)) = (lays, word(old, 'E'), word(new, 'E')) {
+            *more.entry(print.clone()).or_default() += is - was;
+        }
+    }
     for line in lines.iter_mut().filter(|l| l.starts_with(";TRUNNION expect")) {
+        let print = line.split(' ').find_map(|w| w.strip_prefix("print=")).unwrap().to_owned();
         let words = line.split(' ').map(|w| match w.strip_prefix("filament_mm=") {
-            Some(mm) => format!("filament_mm={:.5}", mm.parse::<f64>().unwrap() * share),
+            Some(mm) => format!("filament_mm={:.5}", mm.parse::<f64>().unwrap() + more[&print]),
             None => w.to_owned(),
         });
         *line = words.collect::<Vec<_>>().join(" ");

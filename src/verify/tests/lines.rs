@@ -9,7 +9,11 @@ const FROM: f64 = -3.8;
 /// The program with one more line in the post's 21st layer, from `from` on and with `flow` of the usual filament, the header counting
 /// that too.
 fn with_line(from: [f64; 2], to: [f64; 2], flow: f64) -> String {
-    let text = program();
+    with_line_in(&program(), from, to, flow)
+}
+
+/// The same with one more line in a program that was changed so before, behind those.
+fn with_line_in(text: &str, from: [f64; 2], to: [f64; 2], flow: f64) -> String {
     let e = ((to[0] - from[0]).hypot(to[1] - from[1]) * FLOW * flow * 1e5).round() / 1e5;
     let key = "expect print=0 part=0 filament_mm=";
     let at = text.find(key).unwrap() + key.len();
@@ -50,6 +54,28 @@ fn a_line_on_top_of_another_is_found_from_three_millimetres_on() {
         let report = report(&with_line([beside, FROM], [beside, FROM + length], 1.0));
         assert_eq!(is_found(&report, "on top of"), found, "{beside} {length}: {:#?}", report.findings);
     }
+}
+
+#[test]
+fn a_curve_laid_twice_is_one_stretch_however_short_its_lines() {
+    // Along an infill line in steps of 0.5 mm.
+    let steps = |count: u32, apart: f64| {
+        let mut text = program();
+        for k in 0..count {
+            let from = FROM + f64::from(k) * apart;
+            text = with_line_in(&text, [0.0, from], [0.0, from + 0.5], 1.0);
+        }
+        report(&text)
+    };
+    assert!(is_found(&steps(8, 0.5), "on top of"), "{:#?}", steps(8, 0.5).findings);
+    // 0.5 mm at a time with other lines between is what infill does at its turns.
+    let mut text = program();
+    for k in 0..8 {
+        let from = FROM + f64::from(k) * 0.9;
+        text = with_line_in(&text, [0.0, from], [0.0, from + 0.5], 1.0);
+        text = with_line_in(&text, [0.38, from], [0.38, from + 0.5], 1.0);
+    }
+    assert!(!is_found(&report(&text), "on top of"), "{:#?}", report(&text).findings);
 }
 
 #[test]
