@@ -40,6 +40,7 @@
 
 #[doc(hidden)]
 pub mod cli;
+pub mod document;
 #[doc(hidden)]
 pub mod fixtures;
 pub mod gcode;

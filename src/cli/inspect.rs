@@ -2,43 +2,20 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use super::args::Inspect;
 use super::{Console, Failure};
-use crate::job;
-use crate::mesh::{Model, Part};
+use crate::mesh::Model;
 use crate::spelling::counted;
+use crate::{document, job};
 
 pub(super) fn run(args: &Inspect, console: &Console) -> Result<(), Failure> {
     let loaded = job::load_model(&args.model.source()?, &console.world())?;
     if console.json() {
-        console.document(&document(&loaded.model));
+        console.document(&document::inspected(&loaded.model));
     } else {
         console.result(&text(&loaded.model));
     }
     Ok(())
-}
-
-fn document(model: &Model) -> Value {
-    let part = |p: &Part| {
-        let b = p.mesh.bounds();
-        json!({
-            "id": p.id, "name": p.name, "facets": p.mesh.facets().len(), "closed": true,
-            "volume_mm3": p.mesh.volume(), "area_mm2": p.mesh.area(),
-            "box_mm": [b.min.as_slice(), b.max.as_slice()],
-        })
-    };
-    let interface =
-        |i: &crate::mesh::Interface| json!({"a": i.a, "b": i.b, "area_mm2": i.area_mm2, "normal": i.normal.as_slice()});
-    json!({
-        "unit": model.unit.short(),
-        "parts": model.parts.iter().map(part).collect::<Vec<_>>(),
-        "interfaces": model.interfaces.iter().map(interface).collect::<Vec<_>>(),
-        "on_table": model.on_table,
-        "floating": model.floating(),
-        "warnings": model.warnings,
-    })
 }
 
 fn text(model: &Model) -> String {

@@ -3,14 +3,13 @@
 use std::cell::{OnceCell, RefCell};
 use std::io::{BufRead, IsTerminal};
 
-use crossbeam_channel::{Receiver, TryRecvError, bounded};
-use serde_json::{Value, json};
-
 use super::Console;
+use crate::document;
 use crate::job::interrupts::Interrupts;
 use crate::job::{Answer, At, Figures, Operator, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
+use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
 pub(super) struct Terminal<'a> {
     console: &'a Console,
@@ -83,10 +82,8 @@ impl<'a> Terminal<'a> {
 impl Operator for Terminal<'_> {
     fn told(&self, what: &Sending<'_>, at: At) {
         self.say(what, at);
-        if let (true, Some((name, Value::Object(facts)))) = (self.console.json(), event(what)) {
-            let mut line = json!({"event": name, "line": at.line, "of": at.of});
-            line.as_object_mut().into_iter().for_each(|all| all.extend(facts.clone()));
-            self.console.result(&line.to_string());
+        if let (true, Some(event)) = (self.console.json(), document::event(what, at)) {
+            self.console.result(&event.to_string());
         }
         if matches!(what, Sending::Paused) {
             self.listen();
@@ -138,31 +135,6 @@ impl Operator for Terminal<'_> {
         let read = std::io::stdin().lock().read_line(&mut text);
         read.is_ok() && text.trim() == "yes"
     }
-}
-
-/// The name and the facts of an event, as `--json` writes it.
-fn event(what: &Sending<'_>) -> Option<(&'static str, Value)> {
-    Some(match what {
-        Sending::Start => ("start", json!({})),
-        Sending::Resend { number, file_line, why } => {
-            ("resend", json!({"number": number, "file_line": file_line, "why": why}))
-        }
-        Sending::Progress(f) => {
-            let facts = json!({
-                "layer": f.layer, "slot": f.slot, "seconds_left": f.seconds_left, "nozzle_c": f.nozzle_c, "bed_c": f.bed_c,
-                "resends": f.resends,
-            });
-            ("progress", facts)
-        }
-        Sending::Paused => ("pause", json!({})),
-        Sending::Resumed => ("resumed", json!({})),
-        Sending::Short { journal } | Sending::Full { journal } => ("full", json!({"journal": journal})),
-        Sending::Lost { why, .. } => ("lost", json!({"why": why})),
-        Sending::Reset { reason } => ("reset", json!({"reason": reason})),
-        Sending::Stopped { reason } => ("stopped", json!({"reason": reason})),
-        Sending::Done { resends } => ("done", json!({"resends": resends})),
-        _ => return None,
-    })
 }
 
 fn status(figures: &Figures, at: At) -> String {

@@ -9,8 +9,9 @@ use serde_json::{Value, json};
 use super::args::Orient as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
+use crate::document;
 use crate::job::{self, Compared, OrientOptions, OrientRequest, Oriented, OrientedPart, Output, PartChoice};
-use crate::orient::{Minimum, Picture, Stop, to_angles};
+use crate::orient::{Picture, Stop, to_angles};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let mut outputs = outputs([args.model.model.as_path()]);
@@ -33,7 +34,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     draw(&drawn, &|| done.landscape(part))?;
     draw(&viewed, &|| done.view(part))?;
     if console.json() {
-        let parts: Vec<Value> = done.parts.iter().map(document).collect();
+        let parts: Vec<Value> = done.parts.iter().map(document::oriented).collect();
         console.document(&json!({"model": args.model.model.display().to_string(), "parts": parts}));
     } else {
         console.result(&done.parts.iter().map(text).collect::<String>());
@@ -74,46 +75,6 @@ fn chosen(args: &Verb) -> Result<PartChoice, Failure> {
     Ok(PartChoice::Numbered(wanted))
 }
 
-fn document(part: &OrientedPart) -> Value {
-    let results: Vec<Value> = part.results.iter().map(result_document).collect();
-    let mut document = json!({"id": part.id, "facets": part.mesh.facets().len(), "results": results});
-    if let Some(rows) = &part.compared {
-        let row = |row: &Compared| {
-            let mut document = json!({"orientation": row.name, "up": row.up.as_slice()});
-            columns(row).into_iter().for_each(|(_, key, value)| document[key] = value.into());
-            document
-        };
-        document["compare"] = rows.iter().map(row).collect();
-    }
-    document
-}
-
-fn result_document(result: &Oriented) -> Value {
-    // Minus nothing is nothing: `+ 0.0` takes the sign off.
-    let minimum = |m: &Minimum| {
-        let (alpha, beta) = to_angles(&m.up);
-        json!({
-            "value": m.value + 0.0, "up": m.up.as_slice(), "kind": kind(result, m),
-            "alpha_deg": alpha.to_degrees(), "beta_deg": beta.to_degrees(),
-        })
-    };
-    let found = &result.found;
-    let stop = if found.stop == Stop::Converged { "converged" } else { "budget" };
-    let mut document = json!({
-        "objective": result.objective, "method": result.method,
-        "minima": found.minima.iter().map(minimum).collect::<Vec<_>>(),
-        "lower_bound": found.lower_bound, "stop": stop, "evaluations": found.evaluations, "seconds": result.seconds,
-    });
-    if let Some(why) = &result.unproved {
-        document["unproved"] = why.as_str().into();
-    }
-    document
-}
-
-fn kind(result: &Oriented, minimum: &Minimum) -> &'static str {
-    if result.is_best(minimum) { "global" } else { "local" }
-}
-
 /// Minima shown of each objective.
 const SHOWN: usize = 8;
 
@@ -142,7 +103,7 @@ fn result_text(result: &Oriented, out: &mut String) {
         let (alpha, beta) = to_angles(&m.up);
         let up = format!("({:.5}, {:.5}, {:.5})", m.up.x, m.up.y, m.up.z);
         let (alpha, beta) = (alpha.to_degrees(), beta.to_degrees());
-        let _ = writeln!(out, "    {:<17.9e} {up:30} {alpha:8.3} {beta:8.3}  {}", m.value + 0.0, kind(result, m));
+        let _ = writeln!(out, "    {:<17.9e} {up:30} {alpha:8.3} {beta:8.3}  {}", m.value + 0.0, result.kind(m));
     }
     if found.minima.len() > SHOWN {
         let _ = writeln!(out, "    and {} more; --json lists them", found.minima.len() - SHOWN);
@@ -161,24 +122,13 @@ fn gap(result: &Oriented, bound: f64) -> String {
     }
 }
 
-/// The figures of one orientation, with their names and keys.
-fn columns(row: &Compared) -> [(&'static str, &'static str, f64); 5] {
-    [
-        ("support mm3", "support_volume_mm3", row.support_mm3),
-        ("overhang mm2", "overhang_area_mm2", row.overhang_mm2),
-        ("staircase mm4", "staircase_mm4", row.staircase_mm4),
-        ("height mm", "height_mm", row.height_mm),
-        ("contact mm2", "contact_area_mm2", row.contact_mm2),
-    ]
-}
-
 fn table(rows: &[Compared], out: &mut String) {
     let wide = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
     let _ = write!(out, "\n  {:wide$}", "");
-    rows.first().map(columns).into_iter().flatten().for_each(|(name, ..)| _ = write!(out, " {name:>14}"));
+    rows.first().map(document::figures).into_iter().flatten().for_each(|(name, ..)| _ = write!(out, " {name:>14}"));
     for row in rows {
         let _ = write!(out, "\n  {:wide$}", row.name);
-        columns(row).into_iter().for_each(|(.., value)| _ = write!(out, " {value:>14.4}"));
+        document::figures(row).into_iter().for_each(|(.., value)| _ = write!(out, " {value:>14.4}"));
     }
     out.push('\n');
 }

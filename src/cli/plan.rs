@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use super::args::Plan as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure, why};
+use crate::document;
 use crate::job::{self, Error, Output, PlanRequest, PlanResult};
-use crate::planning::{Planned, Slot};
+use crate::planning::Slot;
 use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -32,7 +31,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         picture.write(made.sheet().as_bytes())?;
     }
     if console.json() {
-        console.document(&document(&made));
+        console.document(&document::planned(&made));
     } else {
         console.result(&text(&made));
         if args.top.is_some() {
@@ -76,7 +75,7 @@ fn list(request: &PlanRequest, most: usize, console: &Console) -> Result<(), Fai
     })?;
     let (count, complete, seconds) = (done.count, done.complete, done.seconds);
     if console.json() {
-        console.document(&json!({"sequences": listed, "count": count, "complete": complete, "seconds": seconds}));
+        console.document(&document::sequences(&listed, &done));
     } else if complete {
         console.note(&format!("{count} sequences, all there are, {seconds:.2} s"));
     } else {
@@ -93,30 +92,6 @@ fn line(slots: &[Slot]) -> String {
     };
     let slot = |slot: &Slot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
     slots.iter().map(slot).collect::<Vec<_>>().join(" | ")
-}
-
-pub(super) fn document(made: &PlanResult) -> Value {
-    let mut document = json!(made.plan.plan);
-    let best = made.best();
-    let mut more = figures(best);
-    more["objective"] = made.objective.as_str().into();
-    more["lower_bound"] = best.lower_bound.into();
-    more["gap"] = (best.value - best.lower_bound).into();
-    more["within_slots"] = json!(best.within_slots);
-    more["evaluations"] = best.steps.into();
-    more["seconds"] = made.seconds.into();
-    if let (Some(map), Some(more)) = (document.as_object_mut(), more.as_object()) {
-        map.extend(more.clone());
-        if made.plans.len() > 1 {
-            map.insert("alternatives".to_owned(), made.plans.iter().map(alternative).collect());
-        }
-        if let Some(plain) = &made.three_axis {
-            let (seconds, support, staircase) = (plain.seconds, plain.support_mm3, plain.staircase);
-            let row = json!({"seconds_print_estimate": seconds, "support_mm3": support, "staircase": staircase});
-            map.insert("three_axis".to_owned(), row);
-        }
-    }
-    document
 }
 
 pub(super) fn text(made: &PlanResult) -> String {
@@ -176,19 +151,6 @@ fn comparison(made: &PlanResult) -> String {
         );
     }
     out
-}
-
-fn alternative(planned: &Planned) -> Value {
-    let mut document = figures(planned);
-    document["slots"] = json!(planned.slots);
-    document
-}
-
-fn figures(planned: &Planned) -> Value {
-    json!({
-        "value": planned.value, "sequence_size": planned.sequence_size, "pose_changes": planned.pose_changes,
-        "seconds_print_estimate": planned.seconds, "staircase": planned.staircase, "clearance_mm": planned.clearance_mm,
-    })
 }
 
 /// Whole numbers as such, others to six digits.

@@ -2,14 +2,12 @@
 
 use std::path::PathBuf;
 
-use serde_json::{Value, json};
-
 use super::args::Prepare as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure, plan, send, verify};
-use crate::job::{self, Bar, Output, PrepareRequest, PrepareResult, Progress, Seconds, SendRequest, Step, World};
+use crate::document;
+use crate::job::{self, Bar, Output, PrepareRequest, PrepareResult, Progress, SendRequest, Step, World};
 use crate::spelling::counted;
-use crate::verify::Report;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
@@ -58,23 +56,10 @@ fn work(args: &Verb, output: &Output, plan_out: Option<&Output>, console: &Conso
             report.clearance_mm,
         ));
         if console.json() {
-            console.document(&document(args, &done, report));
+            console.document(&document::prepared(&args.output.display().to_string(), &done, report));
         }
     }
     Ok(done)
-}
-
-fn document(args: &Verb, done: &PrepareResult, report: &Report) -> Value {
-    let Seconds { read, orient, plan, slice, rewrite, verify } = done.seconds;
-    json!({
-        "output": args.output.display().to_string(),
-        "plan": plan::document(&done.planned),
-        "verify": verify::document(report, verify),
-        "slicer": {"name": done.slicer.name, "version": done.slicer.version},
-        "seconds": {
-            "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,
-        },
-    })
 }
 
 /// The terminal, told step by step.

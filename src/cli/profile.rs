@@ -6,8 +6,8 @@ use serde_json::json;
 
 use super::args::Profile as Verb;
 use super::{Console, Failure};
-use crate::job;
 use crate::profile::SHIPPED;
+use crate::{document, job};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match args {
@@ -29,11 +29,12 @@ fn list(console: &Console) -> Result<(), Failure> {
     let mut rows = Vec::new();
     let mut text = String::new();
     for (name, _, _) in SHIPPED {
-        let machine = job::load_profile(&name.into(), &console.world())?.profile.machine;
+        let loaded = job::load_profile(&name.into(), &console.world())?;
+        let machine = &loaded.profile.machine;
         let tested =
             if machine.tested_on.is_empty() { "no real machine yet".to_owned() } else { machine.tested_on.join(", ") };
         let _ = writeln!(text, "{name:20} {}; tested on: {tested}", machine.about);
-        rows.push(json!({"name": name, "about": machine.about, "tested_on": machine.tested_on}));
+        rows.push(document::shipped(&loaded));
     }
     if console.json() {
         console.document(&json!(rows))

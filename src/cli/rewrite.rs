@@ -9,8 +9,9 @@ use serde_json::json;
 
 use super::args::Rewrite as Verb;
 use super::requests::outputs;
-use super::verify::{document, explained};
+use super::verify::explained;
 use super::{Console, Failure};
+use crate::document;
 use crate::job::{self, CheckedPlan, RewriteRequest, RewriteResult, Source};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -31,7 +32,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match done {
         Ok(done) => {
             if let (true, Some(report)) = (console.json(), done.gcode.report()) {
-                console.document(&json!({"verify": document(report, done.verify_seconds)}));
+                console.document(&json!({"verify": document::verified(report, done.verify_seconds)}));
             }
             Ok(())
         }

@@ -3,12 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
-use serde_json::json;
-
 use super::args::{Send as Verb, StreamArgs};
 use super::operator::Terminal;
 use super::requests::outputs;
 use super::{Console, Failure};
+use crate::document;
 use crate::job::{
     self, CheckedPlan, Output, Outputs, SendOptions, SendRequest, Source, Verified, VerifyRequest, Wire, World,
     with_suffix,
@@ -96,12 +95,7 @@ fn rehearse(request: &SendRequest<'_>, console: &Console) -> Result<(), Failure>
         done.clamped
     ));
     if console.json() {
-        let of = done.last_line;
-        let facts = json!({
-            "event": "done", "line": of, "of": of, "dry_run": true, "seconds": done.seconds,
-            "seconds_print": done.seconds_print, "clamped": done.clamped,
-        });
-        console.result(&facts.to_string());
+        console.result(&document::rehearsed(&done).to_string());
     }
     if done.clamped > 0 {
         return Err(Failure::Findings(format!("{} targets lie beyond an axis of the profile", done.clamped)));

@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
-
 use super::args::Slice as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
+use crate::document;
 use crate::job::{self, CheckedPlan, Output, Prints, SliceRequest};
 use crate::mesh::stl_binary;
 
@@ -31,10 +30,10 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         for (gcode, place) in done.sliced.iter().zip(&places.sliced) {
             put(place, gcode)?;
         }
-        slicer = Some(json!({"name": done.slicer.name, "version": done.slicer.version}));
+        slicer = Some(done.slicer);
     }
     if console.json() {
-        console.document(&json!({"files": written, "slicer": slicer, "bed_mm": options.bed_mm}));
+        console.document(&document::sliced(&written, slicer.as_ref(), options.bed_mm));
     } else {
         console.result(&written.join("\n"));
     }

@@ -2,13 +2,11 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use super::args::Split as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure};
+use crate::document;
 use crate::job::{self, SplitOptions, SplitRequest, SplitResult};
-use crate::split::{CutMade, CutPart, PatchLeft, Unsupported};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
@@ -22,7 +20,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         output.write(&done.threemf())?;
     }
     if console.json() {
-        console.document(&document(&done));
+        console.document(&document::split(&done));
     } else if why_not.is_none() {
         console.result(&text(&done));
     } else {
@@ -57,43 +55,6 @@ fn corners(text: &str) -> Result<[[f64; 3]; 2], Failure> {
     }
 }
 
-fn needs(needs: &Unsupported) -> Value {
-    json!({"area_mm2": needs.area_mm2, "beginnings": needs.beginnings, "ridges": needs.ridges})
-}
-
-fn document(done: &SplitResult) -> Value {
-    let split = &done.split;
-    let plane = |cut: &CutMade| {
-        json!({
-            "normal": cut.plane.normal.as_slice(), "offset_mm": cut.plane.offset_mm, "part": cut.parts.first(),
-            "parts": cut.parts, "seam_mm2": cut.seam_mm2, "gain_mm2": cut.gain_mm2, "reason": reason(cut),
-        })
-    };
-    let order = |(id, part): (usize, &CutPart)| {
-        json!({
-            "part": id, "name": split.name(id), "up": part.up.as_slice(), "cut": part.cut,
-            "volume_mm3": part.mesh.volume(), "needs_support": needs(&part.needs),
-        })
-    };
-    let left = |p: &PatchLeft| json!({"part": p.part, "area_mm2": p.area_mm2, "at_mm": p.at.as_slice()});
-    let worth_a_word = split.left.iter().filter(|p| p.area_mm2 > 0.01);
-    json!({
-        "planes": split.cuts.iter().map(plane).collect::<Vec<_>>(),
-        "parts": split.parts.len(),
-        "order": split.parts.iter().enumerate().map(order).collect::<Vec<_>>(),
-        "needs_support_mm2": {"before": split.before.area_mm2, "after": split.after.area_mm2},
-        "needs_support": {"before": needs(&split.before), "after": needs(&split.after)},
-        "left": worth_a_word.map(left).collect::<Vec<_>>(),
-        "seam_mm2": split.seam_mm2(), "setups": split.setups(), "pedestal_mm": done.pedestal_mm,
-        "printable": split.printable, "reasons": done.why_not().into_iter().collect::<Vec<_>>(),
-        "seconds": done.seconds,
-    })
-}
-
-fn reason(cut: &CutMade) -> String {
-    format!("what is left needs {:.1} mm2 less", cut.gain_mm2)
-}
-
 fn text(done: &SplitResult) -> String {
     let split = &done.split;
     let mut out = String::new();
@@ -109,7 +70,7 @@ fn text(done: &SplitResult) -> String {
             n.z,
             parts.join(", "),
             cut.seam_mm2,
-            reason(cut)
+            cut.reason()
         );
     }
     let (before, after) = (split.before.area_mm2, split.after.area_mm2);

@@ -2,11 +2,10 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use super::args::Verify as Verb;
 use super::{Console, Failure};
-use crate::job::{self, Error, Rejected, Source, VerifyRequest};
+use crate::document;
+use crate::job::{self, Error, Source, VerifyRequest};
 use crate::spelling::counted;
 use crate::verify::Report;
 
@@ -15,7 +14,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let plan = job::load_plan(&args.plan_ref.source(&args.plan), &world)?;
     let done = job::verify(&VerifyRequest { program: &Source::from(&args.gcode), plan: &plan }, &world)?;
     if console.json() {
-        console.document(&document(&done.report, done.seconds));
+        console.document(&document::verified(&done.report, done.seconds));
     } else {
         console.result(&text(&done.report));
     }
@@ -25,19 +24,12 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 /// Where the program that was to be written has findings, prints them.
 pub(super) fn explained<T>(done: Result<T, Error>, console: &Console) -> Result<T, Failure> {
     let Err(Error::Rejected(rejected)) = &done else { return Ok(done?) };
-    let Rejected { report, seconds } = rejected.as_ref();
     if console.json() {
-        console.document(&json!({"verify": document(report, *seconds)}));
+        console.document(&document::rejected(rejected));
     } else {
-        console.note(&text(report));
+        console.note(&text(&rejected.report));
     }
     Err(Failure::Findings(format!("{rejected}; no file was written")))
-}
-
-pub(super) fn document(report: &Report, seconds: f64) -> Value {
-    let mut document = json!(report);
-    document["seconds"] = seconds.into();
-    document
 }
 
 fn text(report: &Report) -> String {

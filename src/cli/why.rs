@@ -2,11 +2,10 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
-
 use super::{Console, Failure};
+use crate::document;
 use crate::job::{Hindrance, NoPlan, Output};
-use crate::planning::{Reason, can_be_helped};
+use crate::planning::can_be_helped;
 
 /// Prints reasons and remedies; what no remedy can help is left to the error's own sentence.
 pub(super) fn explain(no: &NoPlan, picture: Option<&Output>, console: &Console) -> Result<(), Failure> {
@@ -17,23 +16,11 @@ pub(super) fn explain(no: &NoPlan, picture: Option<&Output>, console: &Console) 
         picture.write(sheet.as_bytes())?;
     }
     if console.json() {
-        console.document(&document(no));
+        console.document(&document::no_plan(no));
     } else {
         console.note(text(no).trim_end());
     }
     Ok(())
-}
-
-fn document(no: &NoPlan) -> Value {
-    let (reasons, least) = no.reasons();
-    let reason = |r: &Reason| json!({"part": r.part, "orientation": r.up, "blocked_by": r.blocked_by, "depth_mm": r.depth_mm, "text": r.text});
-    json!({
-        "feasible": false,
-        "summary": no.infeasible.to_string(),
-        "reasons": reasons.iter().map(reason).collect::<Vec<_>>(),
-        "least": least,
-        "remedies": no.remedies.as_deref().unwrap_or_default(),
-    })
 }
 
 /// Per part: how many orientations each thing stands against, with the nearest miss of each.

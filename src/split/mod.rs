@@ -122,6 +122,13 @@ pub struct CutMade {
     pub gain_mm2: f64,
 }
 
+impl CutMade {
+    /// Why it was made, in words.
+    pub fn reason(&self) -> String {
+        format!("what is left needs {:.1} mm2 less", self.gain_mm2)
+    }
+}
+
 /// A place that needs support.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatchLeft {

@@ -105,6 +105,11 @@ impl Oriented {
         let best = self.best().value;
         minimum.value <= best + SAME_VALUE * best.abs()
     }
+
+    /// `global` for a best minimum, else `local`.
+    pub fn kind(&self, minimum: &Minimum) -> &'static str {
+        if self.is_best(minimum) { "global" } else { "local" }
+    }
 }
 
 /// One orientation in figures.

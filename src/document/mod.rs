@@ -1,0 +1,17 @@
+//! The JSON documents that verbs print with `--json` and that scripts and other programs read: one function for each result.
+//!
+//! Here is decided how a result is written, not what it is: results are `job`'s, and whoever prints or serves one (the
+//! command, a binding) takes its document from here. Keys and their meanings are promised to outside scripts: a key may
+//! be added, none changes its meaning. Units stand in the keys (`_mm`, `_mm2`, `_deg`, `_s`); vectors are lists of three.
+//!
+//! Plans, profiles and verify's reports serialise themselves where their formats are decided; they are embedded as they are.
+
+mod model;
+mod oriented;
+mod planned;
+mod printing;
+
+pub use model::{inspected, split};
+pub use oriented::{figures, oriented};
+pub use planned::{no_plan, planned, sequences};
+pub use printing::{event, prepared, rehearsed, rejected, shipped, sliced, verified};

@@ -1,0 +1,62 @@
+//! Plans, and why there is none.
+
+use serde_json::{Value, json};
+
+use crate::job::{Listed, NoPlan, PlanResult};
+use crate::planning::{Planned, Reason, Slot};
+
+/// `trunnion plan`: the plan file's own keys, with what the search found out about it.
+pub fn planned(made: &PlanResult) -> Value {
+    let mut document = json!(made.plan.plan);
+    let best = made.best();
+    let mut more = figures(best);
+    more["objective"] = made.objective.as_str().into();
+    more["lower_bound"] = best.lower_bound.into();
+    more["gap"] = (best.value - best.lower_bound).into();
+    more["within_slots"] = json!(best.within_slots);
+    more["evaluations"] = best.steps.into();
+    more["seconds"] = made.seconds.into();
+    if let (Some(map), Some(more)) = (document.as_object_mut(), more.as_object()) {
+        map.extend(more.clone());
+        if made.plans.len() > 1 {
+            map.insert("alternatives".to_owned(), made.plans.iter().map(alternative).collect());
+        }
+        if let Some(plain) = &made.three_axis {
+            let (seconds, support, staircase) = (plain.seconds, plain.support_mm3, plain.staircase);
+            let row = json!({"seconds_print_estimate": seconds, "support_mm3": support, "staircase": staircase});
+            map.insert("three_axis".to_owned(), row);
+        }
+    }
+    document
+}
+
+fn alternative(planned: &Planned) -> Value {
+    let mut document = figures(planned);
+    document["slots"] = json!(planned.slots);
+    document
+}
+
+fn figures(planned: &Planned) -> Value {
+    json!({
+        "value": planned.value, "sequence_size": planned.sequence_size, "pose_changes": planned.pose_changes,
+        "seconds_print_estimate": planned.seconds, "staircase": planned.staircase, "clearance_mm": planned.clearance_mm,
+    })
+}
+
+/// `trunnion plan --all`: the sequences, and whether they are all.
+pub fn sequences(listed: &[Vec<Slot>], done: &Listed) -> Value {
+    json!({"sequences": listed, "count": done.count, "complete": done.complete, "seconds": done.seconds})
+}
+
+/// No plan: reasons, whether each is needed, checked remedies.
+pub fn no_plan(no: &NoPlan) -> Value {
+    let (reasons, least) = no.reasons();
+    let reason = |r: &Reason| json!({"part": r.part, "orientation": r.up, "blocked_by": r.blocked_by, "depth_mm": r.depth_mm, "text": r.text});
+    json!({
+        "feasible": false,
+        "summary": no.infeasible.to_string(),
+        "reasons": reasons.iter().map(reason).collect::<Vec<_>>(),
+        "least": least,
+        "remedies": no.remedies.as_deref().unwrap_or_default(),
+    })
+}

@@ -1,0 +1,91 @@
+//! Slices, verified programs, and what happens while one is sent.
+
+use serde_json::{Value, json};
+
+use super::planned::planned;
+use crate::job::{At, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
+use crate::verify::Report;
+
+/// `trunnion verify`: the report, with the seconds it took.
+pub fn verified(report: &Report, seconds: f64) -> Value {
+    let mut document = json!(report);
+    document["seconds"] = seconds.into();
+    document
+}
+
+/// A program that was not written, with its findings.
+pub fn rejected(rejected: &Rejected) -> Value {
+    json!({"verify": verified(&rejected.report, rejected.seconds)})
+}
+
+/// `trunnion prepare`: the file written as `output`, its plan, its proof, and how long each step took.
+pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
+    let Seconds { read, orient, plan, slice, rewrite, verify } = done.seconds;
+    json!({
+        "output": output,
+        "plan": planned(&done.planned),
+        "verify": verified(report, verify),
+        "slicer": slicer(&done.slicer),
+        "seconds": {
+            "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,
+        },
+    })
+}
+
+/// `trunnion slice`: the files written, and by whom they were sliced, if they were.
+pub fn sliced(written: &[String], by: Option<&SlicerName>, bed_mm: [f64; 2]) -> Value {
+    json!({"files": written, "slicer": by.map(slicer), "bed_mm": bed_mm})
+}
+
+fn slicer(by: &SlicerName) -> Value {
+    json!({"name": by.name, "version": by.version})
+}
+
+/// `trunnion profile list`: one shipped profile.
+pub fn shipped(loaded: &LoadedProfile) -> Value {
+    let machine = &loaded.profile.machine;
+    json!({"name": loaded.name, "about": machine.about, "tested_on": machine.tested_on})
+}
+
+/// `trunnion send --dry-run`: the rehearsal's last event.
+pub fn rehearsed(done: &Rehearsal) -> Value {
+    let of = done.last_line;
+    json!({
+        "event": "done", "line": of, "of": of, "dry_run": true, "seconds": done.seconds,
+        "seconds_print": done.seconds_print, "clamped": done.clamped,
+    })
+}
+
+/// `trunnion send`: one event, a line of its own; `None` for what is only said to people.
+pub fn event(what: &Sending<'_>, at: At) -> Option<Value> {
+    let (name, facts) = facts(what)?;
+    let mut line = json!({"event": name, "line": at.line, "of": at.of});
+    if let (Some(line), Value::Object(facts)) = (line.as_object_mut(), facts) {
+        line.extend(facts);
+    }
+    Some(line)
+}
+
+fn facts(what: &Sending<'_>) -> Option<(&'static str, Value)> {
+    Some(match what {
+        Sending::Start => ("start", json!({})),
+        Sending::Resend { number, file_line, why } => {
+            ("resend", json!({"number": number, "file_line": file_line, "why": why}))
+        }
+        Sending::Progress(f) => {
+            let facts = json!({
+                "layer": f.layer, "slot": f.slot, "seconds_left": f.seconds_left, "nozzle_c": f.nozzle_c, "bed_c": f.bed_c,
+                "resends": f.resends,
+            });
+            ("progress", facts)
+        }
+        Sending::Paused => ("pause", json!({})),
+        Sending::Resumed => ("resumed", json!({})),
+        Sending::Short { journal } | Sending::Full { journal } => ("full", json!({"journal": journal})),
+        Sending::Lost { why, .. } => ("lost", json!({"why": why})),
+        Sending::Reset { reason } => ("reset", json!({"reason": reason})),
+        Sending::Stopped { reason } => ("stopped", json!({"reason": reason})),
+        Sending::Done { resends } => ("done", json!({"resends": resends})),
+        _ => return None,
+    })
+}
