@@ -102,7 +102,8 @@ pub(super) fn text(made: &PlanResult) -> String {
         for setup in slot.setups() {
             let parts: Vec<String> = setup.iter().map(|p| p.part.to_string()).collect();
             let (a, c) = (setup[0].tilt_deg, setup[0].rotation_deg);
-            let _ = writeln!(out, "  {}{a} {}{c}: parts {}", k.tilt.letter, k.rotation.letter, parts.join(", "));
+            let which = if parts.len() == 1 { "part" } else { "parts" };
+            let _ = writeln!(out, "  {}{a} {}{c}: {which} {}", k.tilt.letter, k.rotation.letter, parts.join(", "));
         }
     }
     let best = made.best();
@@ -110,8 +111,10 @@ pub(super) fn text(made: &PlanResult) -> String {
         let (minutes, by_layer) = (w.seconds / 60.0, w.seconds_layer_by_layer / 60.0);
         let _ = writeln!(
             out,
-            "slot {}, pose by pose: {} turns, {minutes:.1} min; layer by layer it would be {} turns, {by_layer:.0} min",
-            w.slot, w.turns, w.turns_layer_by_layer
+            "slot {}, pose by pose: {}, {minutes:.1} min; layer by layer it would be {}, {by_layer:.0} min",
+            w.slot,
+            counted(w.turns, "turn"),
+            counted(w.turns_layer_by_layer, "turn")
         );
     }
     let name = if made.objective == "bss" { "building sequence size" } else { &made.objective };

@@ -2,7 +2,7 @@
 
 use super::collision::Head;
 use super::options::Options;
-use super::owed::Owed;
+use super::owed::{Owed, TOUCHING_MM};
 use super::part_set::PartSet;
 use super::solid::Solid;
 use super::support::{Needs, Neighbours, needs};
@@ -238,7 +238,7 @@ impl<'a> Setups<'a> {
     }
 
     fn meets_table(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
-        let (solid, owed) = (&self.solids[part], Owed::to_table(self.profile));
+        let (solid, owed) = (&self.solids[part], self.owed_to_table(part));
         let offence = self.head.offence(motion, solid, &self.slab, &owed, 0.0)?;
         let depth_mm = self.head.depth(motion, solid, &self.slab, &owed);
         let text = if offence.mm > 0.0 {
@@ -252,24 +252,36 @@ impl<'a> Setups<'a> {
         Some(Objection { against: Against::Table, text, depth_mm })
     }
 
+    /// What the head that prints `part` owes the table.
+    pub(super) fn owed_to_table(&self, part: usize) -> Owed {
+        let low = self.solids[part].points().iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        Owed::to_table(self.profile, self.options.margin_mm, low + self.options.pedestal_mm)
+    }
+
     fn meets_frame(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
         let back = motion.inverse();
         self.profile.fixed_bodies().into_iter().find_map(|body| {
             let frame = Solid::hull(body.points.iter().map(|p| back.rotation * p + back.translation).collect());
-            let by = |what: &str| {
-                let text = format!("{what} would meet the frame's {}", body.name);
+            let by = |what: &str, how: &str| {
+                let text = format!("{what} would {how} the frame's {}", body.name);
                 Some(Objection { against: Against::Frame, text, depth_mm: 0.0 })
             };
-            let apart = |moving: &Solid| moving.swept_clearance(motion, [true; 3], &[Vec3::zeros()], &frame, 1e-3);
-            if apart(&self.slab).distance() == 0.0 {
-                return by("the table");
+            // How near the table comes to the frame is the machine's own affair; what is printed keeps the margin, and so does the head.
+            let margin = self.options.margin_mm.max(TOUCHING_MM);
+            let within =
+                if margin > TOUCHING_MM { format!("come within {margin:.2} mm of") } else { "meet".to_owned() };
+            let nearer = |moving: &Solid, than: f64| {
+                moving.swept_clearance(motion, [true; 3], &[Vec3::zeros()], &frame, than).distance() < than
+            };
+            if nearer(&self.slab, TOUCHING_MM) {
+                return by("the table", "meet");
             }
-            if apart(&self.solids[part]).distance() == 0.0 {
-                return by("the part");
+            if nearer(&self.solids[part], margin) {
+                return by("the part", &within);
             }
             let hull = Solid::hull(self.solids[part].points().to_vec());
-            let clearance = self.built.clearance(motion, &hull, &frame, 0.0, 1e-3);
-            if clearance.mm == 0.0 { by(&format!("the {}", clearance.piece)) } else { None }
+            let clearance = self.built.clearance(motion, &hull, &frame, 0.0, margin);
+            if clearance.mm < margin { by(&format!("the {}", clearance.piece), &within) } else { None }
         })
     }
 

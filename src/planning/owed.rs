@@ -22,7 +22,7 @@ pub const LIFT_LAYERS: f64 = 1.0;
 pub const FREE_SPAN_MM: f64 = 2.0;
 
 /// Nearer than this counts as touching, mm.
-const TOUCHING_MM: f64 = 1e-3;
+pub(super) const TOUCHING_MM: f64 = 1e-3;
 
 /// How deep the nozzle's flat may reach into a surface it prints on or beside, mm: a layer and half a line width.
 ///
@@ -58,16 +58,18 @@ pub(super) struct Owed {
 }
 
 impl Owed {
-    /// What is owed to the table: it is flat, and where it is said to be.
-    pub(super) fn to_table(profile: &Profile) -> Self {
+    /// What is owed to the table, which is flat and where it is said to be, while a part is printed that lies `above_mm` over it.
+    /// As with neighbours, no margin can be asked for where the part stands on the table or nearly does.
+    pub(super) fn to_table(profile: &Profile, margin_mm: f64, above_mm: f64) -> Self {
         let tip = Share { lift: contact_mm(profile) + half_layer(profile), wider: beside(profile), mm: TOUCHING_MM };
-        Self { tip, rest: Share { lift: 0.0, wider: 0.0, mm: diagonal() } }
+        let asked = if above_mm < margin_mm + contact_mm(profile) { 0.0 } else { margin_mm };
+        Self { tip, rest: Share { lift: 0.0, wider: 0.0, mm: diagonal().max(asked) } }
     }
 
     /// What is owed to a part that the printed one touches or nearly does. No margin can be asked for here: the block of a short
     /// nozzle is never far from what the nozzle prints on.
     pub(super) fn to_neighbour(profile: &Profile) -> Self {
-        let tip = Share { mm: half_layer(profile), ..Self::to_table(profile).tip };
+        let tip = Share { mm: half_layer(profile), ..Self::to_table(profile, 0.0, 0.0).tip };
         Self { tip, rest: Self::to_others(profile, 0.0).rest }
     }
 
@@ -117,7 +119,11 @@ mod tests {
         close(near.tip.mm, 0.1);
         close(near.rest.mm, 0.4748);
         close(Owed::to_others(&profile, 0.5).rest.mm, 0.5);
-        close(Owed::to_table(&profile).rest.mm, 0.3536);
+        // Standing on it, and with its lowest point just below and above 5 mm and the contact.
+        for (above, wanted) in [(0.0, 0.3536), (5.42, 0.3536), (5.43, 5.0)] {
+            close(Owed::to_table(&profile, 5.0, above).rest.mm, wanted);
+        }
+        close(Owed::to_table(&profile, 0.1, 50.0).rest.mm, 0.3536);
         assert_eq!(Owed::to_others(&profile, 0.0).tip.mm, TOUCHING_MM);
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::candidates::{Candidate, Setups};
 use super::collision::Clearance;
-use super::owed::{LIFT_LAYERS, Owed, contact_mm};
+use super::owed::{LIFT_LAYERS, Owed, TOUCHING_MM, contact_mm};
 use super::part_set::PartSet;
 use super::sequence::{Choice, Sequence};
 use super::solid::Solid;
@@ -49,7 +49,9 @@ impl<'a> Site<'a> {
                 .iter()
                 .map(|b| Solid::hull(b.points.iter().map(|p| back.rotation * p + back.translation).collect()))
                 .collect();
-            let meets = |q: &usize| pieces.iter().any(|piece| touches(&setups.solids[*q], piece));
+            let meets = |q: &usize| {
+                pieces.iter().any(|piece| comes_within(&setups.solids[*q], piece, margin_mm.max(TOUCHING_MM)))
+            };
             set_of(parts, (0..parts).filter(meets))
         });
         let at_frame = at_frame.collect();
@@ -89,7 +91,7 @@ impl<'a> Site<'a> {
     /// What reaches into `other`, and how deep, mm; for explanations.
     pub(super) fn intrusion(&self, part: usize, other: usize, setup: usize) -> (String, f64) {
         let Some(Clearance { mm, piece }) = self.offence(part, other, setup) else {
-            return (format!("part {other} would meet the machine's frame"), 0.0);
+            return (format!("part {other} would come too near to the machine's frame"), 0.0);
         };
         let (solids, owed) = (&self.setups.solids, self.owed(part, other));
         if mm > 0.0 && !self.near[part].has(other) {
@@ -105,7 +107,7 @@ impl<'a> Site<'a> {
     /// A tip position on `part`, table frame, at which the head strikes `other` (the table if `None`), among points spread
     /// over its facets; the one nearest to the middle of all that strike. For pictures only.
     pub(super) fn strikes(&self, part: usize, other: Option<usize>, setup: usize) -> Option<Vec3> {
-        let table = Owed::to_table(self.setups.profile);
+        let table = self.setups.owed_to_table(part);
         let (obstacle, owed) = match other {
             Some(other) => (&self.setups.solids[other], self.owed(part, other)),
             None => (&self.setups.slab, &table),
@@ -175,9 +177,9 @@ fn spread(mesh: &TriangleMesh<Table>) -> Vec<Vec3> {
     points
 }
 
-fn touches(a: &Solid, b: &Solid) -> bool {
+fn comes_within(a: &Solid, b: &Solid, mm: f64) -> bool {
     let still = Rigid::<Table, Table>::shift(Vec3::zeros());
-    a.swept_clearance(&still, [true; 3], &[Vec3::zeros()], b, 1e-3).distance() == 0.0
+    a.swept_clearance(&still, [true; 3], &[Vec3::zeros()], b, mm).distance() < mm
 }
 
 /// For each part: those within `reach` mm of it.

@@ -171,4 +171,29 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn curves_are_told_apart_whatever_the_order_of_their_facets() {
+        let post = |x: f64, side: f64| {
+            crate::fixtures::solid_box(Vec3::new(x, 0.0, 0.0), Vec3::new(x + side, side, 5.0))
+                .moved::<Table>(&Rigid::shift(Vec3::zeros()))
+        };
+        let (mut vertices, mut facets) = (Vec::new(), Vec::new());
+        for (x, side) in [(0.0, 3.0), (5.0, 1.0), (10.0, 2.0)] {
+            let one = post(x, side);
+            let first = vertices.len() as u32;
+            vertices.extend_from_slice(one.vertices());
+            facets.extend(one.facets().iter().map(|f| f.map(|i| i + first)));
+        }
+        // Facets of all three in turn.
+        facets.sort_by_key(|f| (f[0] % 8, f[1] % 8, f[2] % 8));
+        let section = Sections::of(&TriangleMesh::<Table>::new(vertices, facets)).at(2.0);
+        let curves = section.curves();
+        let of = |x: f64| (x / 5.0).floor() as usize;
+        for (a, ca) in section.segments().iter().zip(&curves) {
+            for (b, cb) in section.segments().iter().zip(&curves) {
+                assert_eq!(ca == cb, of(a[0][0]) == of(b[0][0]), "{a:?} {b:?} {curves:?}");
+            }
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! One cut: segments with material to their left, in a grid of cells.
 
+use std::collections::HashMap;
+
 use super::grid::{Nearest, Point, Segment, Segments};
 
 /// Distances beyond this are not told apart, mm: wider than any line, and the search stays among neighbours.
@@ -46,6 +48,28 @@ impl Section {
         let cross =
             |[a, b]: &Segment| (a[0] - origin[0]) * (b[1] - origin[1]) - (b[0] - origin[0]) * (a[1] - origin[1]);
         self.segments().iter().map(cross).sum::<f64>() / 2.0
+    }
+
+    /// The outline's closed curves: for each of [`Self::segments`] the number of its curve. Segments belong together where they meet
+    /// in the same point to the last bit, as the cuts of two facets with a common edge do.
+    pub fn curves(&self) -> Vec<u32> {
+        let key = |p: Point| p.map(|v| (v + 0.0).to_bits());
+        let from: HashMap<[u64; 2], usize> = self.segments().iter().enumerate().map(|(i, s)| (key(s[0]), i)).collect();
+        let mut curves = vec![u32::MAX; self.segments().len()];
+        let mut count = 0;
+        for first in 0..curves.len() {
+            let mut at = Some(first);
+            while let Some(segment) = at.filter(|&i| curves[i] == u32::MAX) {
+                curves[segment] = count;
+                at = from.get(&key(self.segments()[segment][1])).copied();
+            }
+            // A curve that runs into an earlier one, where two touch in a point, is a part of that.
+            match at.map(|i| curves[i]).filter(|&met| met != count) {
+                Some(met) => curves[first..].iter_mut().filter(|c| **c == count).for_each(|c| *c = met),
+                None => count += 1,
+            }
+        }
+        curves
     }
 
     /// The distance (mm) of `p` from the outline, negative inside; beyond 2 mm from it, 2 or -2.

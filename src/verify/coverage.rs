@@ -1,8 +1,10 @@
-//! Rule `registration`, place by place: along the whole outline of each layer runs a wall.
+//! Rule `registration`, place by place: along the whole outline of each layer runs a wall. Rule `complete`: no island of a layer
+//! is left out.
 //!
 //! Where a disc somewhat wider than a line touches the outline from inside, every slicer lays its outer wall there: the middle of
 //! it half a line inside, give or take what it compensates. So places of the outline are looked at in turn, and where no line
-//! runs beside one, it must be a corner, or a piece too narrow for a wall.
+//! runs beside one, it must be a corner, or a piece too narrow for a wall. An island (a closed curve of the outline) beside which
+//! no line runs at all, of whatever kind, must be too narrow for a line.
 
 use super::prints::{Level, Printed};
 use super::report::{Findings, Place, Rule};
@@ -18,6 +20,9 @@ const OFF_MM: [f64; 2] = [0.2, 0.45];
 /// The disc's radius, in line widths, and how far it may leave the part, mm.
 const DISC_WIDTHS: f64 = 1.15;
 const ROUNDING_MM: f64 = 0.02;
+/// A disc so many line widths in radius is printed by every slicer, and what two heights of slicing may differ by, mm.
+const ISLAND_WIDTHS: f64 = 0.6;
+const ISLAND_SLACK_MM: f64 = 0.05;
 /// How far up and down a layer is looked at for faces that lie in its middle, mm.
 const EITHER_WAY_MM: f64 = 0.02;
 
@@ -29,18 +34,27 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, section: &Section, off
     let mut bare = Bare { length: 0.0, at: [0.0; 2] };
     let mut last = None;
     let mut search = section.search();
-    each_place(section.segments(), |p, normal, length| {
-        if walls.beside(p, off - offset, &mut last) || !asks_for_a_wall(&mut search, p, normal, walls.widest) {
+    let mut alone: Vec<usize> = Vec::new();
+    let width = if walls.widest > 0.0 { walls.widest } else { printed.job.profile.process.line_width_mm };
+    each_place(section.segments(), |p, normal, segment, length| {
+        if walls.beside(p, off - offset, &mut last) {
             return;
         }
-        if is_no_step(printed, level, p) {
+        let disc = |search: &mut Search<'_>, radius: f64| holds_disc(search, p, normal, radius);
+        let asked = disc(&mut search, island_radius(width, off)) && begins_air(&mut search, p, normal);
+        if !asked || !is_no_step(printed, level, p) {
+            return;
+        }
+        alone.push(segment);
+        if disc(&mut search, DISC_WIDTHS * width) {
             bare.length += length;
             bare.at = p;
         }
     });
+    let at = Place { line: level.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+    let part = printed.planned.part;
     if bare.length > MOST_BARE_MM {
-        let at = Place { line: level.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
-        let (Bare { length, at: [x, y] }, part) = (bare, printed.planned.part);
+        let Bare { length, at: [x, y] } = bare;
         findings.add(Rule::Registration, at, [length, MOST_BARE_MM], || {
             format!(
                 "{length:.1} mm of the outline of part {part} at Z {:.2} have no wall beside them, at X {x:.2} Y {y:.2} for one; at \
@@ -49,6 +63,60 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, section: &Section, off
             )
         });
     }
+    if let Some([x, y]) = island_left_out(printed, level, section, &alone, width + off) {
+        findings.add(Rule::Complete, at, [0.0, 1.0], || {
+            format!("an island of part {part} is left out of the layer at Z {:.2}, at X {x:.2} Y {y:.2}", level.z)
+        });
+    }
+}
+
+/// The radius of a disc, mm, that every slicer prints with lines `width` wide which may lie `off` farther in.
+fn island_radius(width: f64, off: f64) -> f64 {
+    (ISLAND_WIDTHS * width + off / 2.0 + ISLAND_SLACK_MM).min(DISC_WIDTHS * width)
+}
+
+/// Whether some place of the section is so wide that every slicer prints it with lines `width` wide.
+pub(super) fn is_printed(section: &Section, width: f64) -> bool {
+    let mut search = section.search();
+    let mut found = false;
+    each_place(section.segments(), |p, normal, _, _| {
+        found = found
+            || holds_disc(&mut search, p, normal, island_radius(width, OFF_MM[0]))
+                && begins_air(&mut search, p, normal);
+    });
+    found
+}
+
+/// A point of the first curve of the outline, of those that `alone` are segments of, within `reach` of which no line runs.
+fn island_left_out(
+    printed: &Printed<'_>,
+    level: &Level,
+    section: &Section,
+    alone: &[usize],
+    reach: f64,
+) -> Option<Point> {
+    if alone.is_empty() {
+        return None;
+    }
+    let ends = level.beads.iter().filter_map(|&index| printed.bead(index).ends());
+    let lines = Segments::new(ends.map(|[from, to]| [[from.x, from.y], [to.x, to.y]]).collect());
+    let curves = section.curves();
+    let mut asked: Vec<u32> = alone.iter().map(|&segment| curves[segment]).collect();
+    asked.sort_unstable();
+    asked.dedup();
+    asked.into_iter().find_map(|curve| {
+        let own = || section.segments().iter().zip(&curves).filter(|(_, c)| **c == curve).map(|(segment, _)| *segment);
+        let mut met = false;
+        let mut last = None;
+        each_place_of(own(), |p, _, _, _| {
+            let near = if met { None } else { lines.nearest(p, reach, last) };
+            last = near.map(|near| near.index).or(last);
+            met = met || near.is_some();
+        });
+        // Corners too: a small island may have no place of its own.
+        let first = own().next()?[0];
+        (!met && own().all(|[a, _]| lines.nearest(a, reach, None).is_none())).then_some(first)
+    })
 }
 
 struct Bare {
@@ -85,26 +153,39 @@ impl Walls {
     }
 }
 
-/// Visits places along the segments with their outward normals and the length that each stands for.
-fn each_place(segments: &[Segment], mut visit: impl FnMut(Point, Point, f64)) {
+/// Visits places along the segments with their outward normals, their segments and the length that each stands for; that is 0 for
+/// the middles of segments, which are visited too: of a small island's sides nothing else may be far enough from its corners.
+fn each_place(segments: &[Segment], visit: impl FnMut(Point, Point, usize, f64)) {
+    each_place_of(segments.iter().copied(), visit);
+}
+
+fn each_place_of(segments: impl Iterator<Item = Segment>, mut visit: impl FnMut(Point, Point, usize, f64)) {
     let mut owed = SPACING_MM / 2.0;
-    for [a, b] in segments {
+    for (index, [a, b]) in segments.enumerate() {
         let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
         let length = (dx * dx + dy * dy).sqrt();
+        let at = |share: f64| [a[0] + dx * share, a[1] + dy * share];
+        let normal = [dy / length, -dx / length];
+        if length >= SPACING_MM / 2.0 {
+            visit(at(0.5), normal, index, 0.0);
+        }
         while owed <= length {
-            let share = owed / length;
-            visit([a[0] + dx * share, a[1] + dy * share], [dy / length, -dx / length], SPACING_MM);
+            visit(at(owed / length), normal, index, SPACING_MM);
             owed += SPACING_MM;
         }
         owed -= length;
     }
 }
 
-/// Whether a disc a little wider than a line touches the outline at `p` from inside, and air begins there.
-fn asks_for_a_wall(search: &mut Search<'_>, p: Point, normal: Point, width: f64) -> bool {
-    let beyond = |mm: f64| [0, 1].map(|i| p[i] + normal[i] * mm);
-    let radius = DISC_WIDTHS * width;
-    search.signed_distance(beyond(-radius)) <= ROUNDING_MM - radius && search.signed_distance(beyond(ROUNDING_MM)) > 0.0
+/// Whether a disc of this radius touches the outline at `p` from inside.
+fn holds_disc(search: &mut Search<'_>, p: Point, normal: Point, radius: f64) -> bool {
+    let middle = [0, 1].map(|i| p[i] - normal[i] * radius);
+    search.signed_distance(middle) <= ROUNDING_MM - radius
+}
+
+/// Whether air begins at `p`: it is no seam of two overlapping shells.
+fn begins_air(search: &mut Search<'_>, p: Point, normal: Point) -> bool {
+    search.signed_distance([0, 1].map(|i| p[i] + normal[i] * ROUNDING_MM)) > 0.0
 }
 
 /// Whether the outline is where it is a little above and below too: a face in the layer's middle belongs to either side.

@@ -1,6 +1,7 @@
 //! Rules `layer-height` and `complete`: each layer stands as high over the one before as its beads are, the first over what
 //! carries the part, and every layer is there, up to the top.
 
+use super::coverage::is_printed;
 use super::prints::{Level, Printed};
 use super::report::{Findings, Place, Rule};
 
@@ -8,8 +9,6 @@ use super::report::{Findings, Place, Rule};
 const HEIGHT_MM: f64 = 0.05;
 /// Where no height is stated: what the filament of a layer of unusual height may be off what that height holds, relative.
 const FLOW_OFF: f64 = 0.15;
-/// A section at least so many lines wide is printed by every slicer.
-const WIDE_LINES: f64 = 3.0;
 
 /// Holds the layers of one print against each other and against the part.
 pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
@@ -124,13 +123,8 @@ fn ends(printed: &Printed<'_>, last: &Level, usual: f64, findings: &mut Findings
 
 /// The first height between `low` and `high`, in steps of a layer, at which whole layers are left out that any slicer prints.
 fn printable_between(printed: &Printed<'_>, low: f64, high: f64, layer: f64) -> Option<f64> {
-    let wide = WIDE_LINES * printed.job.profile.process.line_width_mm;
+    let width = printed.job.profile.process.line_width_mm;
     let count = ((high - low) / layer + 0.25).floor() as usize;
     let at = |k: usize| low + (k as f64 + 0.5) * layer;
-    (0..count).map(at).find(|&z| {
-        let section = printed.sections.at(z);
-        let [min, max] = section.bounds();
-        let narrow = (max[0] - min[0]).min(max[1] - min[1]);
-        !section.is_empty() && narrow > wide && section.area() > wide * section.perimeter() / 4.0
-    })
+    (0..count).map(at).find(|&z| is_printed(&printed.sections.at(z), width))
 }

@@ -8,6 +8,7 @@ mod configurations;
 mod cura;
 mod files_and_streams;
 mod hooks;
+mod islands;
 mod job;
 mod kinematics;
 mod link;

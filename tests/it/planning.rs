@@ -126,6 +126,28 @@ fn nothing_gets_into_a_cage_and_the_reason_is_the_cage() {
 }
 
 #[test]
+fn the_margin_holds_beside_the_upright_table_too() {
+    // The beam is printed with the table upright, the head's carriage 18 mm before it.
+    let model = fixture("two-boxes");
+    let with = |margin: &str| plan(&model, &["-m", "generic-ac", "--no-remedies", "--margin", margin]);
+    let (code, document, said) = with("17.9");
+    assert_eq!(
+        (code, document["clearance_mm"].as_f64().map(|mm| (mm * 100.0).round() / 100.0)),
+        (0, Some(18.0)),
+        "{said}"
+    );
+    let (code, document, _) = with("18.1");
+    assert_eq!(code, 1);
+    let reasons = document["reasons"].as_array().unwrap();
+    let table: Vec<&str> =
+        reasons.iter().filter(|r| r["blocked_by"] == "table").filter_map(|r| r["text"].as_str()).collect();
+    assert!(
+        table.iter().any(|text| text.ends_with("would pass the table at 18.0 mm (wanted: 18.1 mm)")),
+        "{reasons:?}"
+    );
+}
+
+#[test]
 fn a_hook_hangs_in_the_air_unless_it_lies_on_its_side() {
     let (code, document, _) = plan(&fixture("hook"), &["-m", "generic-ac"]);
     assert_eq!(code, 1);
