@@ -31,10 +31,8 @@ mod facets;
 mod gradient;
 mod grid;
 mod hyperbolic;
-mod lowest;
 mod methods;
 mod mmls;
-mod moments;
 mod multistart;
 mod names;
 mod nelder_mead;
@@ -43,7 +41,6 @@ mod objective;
 mod picture;
 mod sight;
 mod sphere;
-mod sums;
 #[cfg(test)]
 mod tests;
 mod trial;

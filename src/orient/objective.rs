@@ -1,6 +1,6 @@
 //! What an objective is, and those of seed 004 section 4.
 
-use super::facets::tangential;
+use super::facets::{FLAT, tangential};
 use super::{Cap, Facets, Local, bound};
 use crate::geom::Vec3;
 
@@ -64,9 +64,6 @@ impl Proof {
     /// For those whose bounds are of first order and whose evaluations take long: seldom reached.
     pub const ROUGH: Self = Self { gap: 1e-2, budget: 2_000 };
 }
-
-/// `|d.n|` from here on is a facet parallel to the layers: no staircase, no support. 1 - cos(0.1 degree).
-pub(super) const FLAT: f64 = 1.0 - 1.5e-6;
 
 /// Staircase error, `t²/2 * sum A |d.n|` without the facets that lie flat (seed 004, section 4), mm⁴ at t in mm.
 #[derive(Clone, Copy, Debug)]

@@ -3,9 +3,8 @@
 //! All of them take the bed to be the plane through the lowest corner point, and what hangs to be held from there, never
 //! from the part itself.
 
-use super::facets::tangential;
+use super::facets::{FLAT, tangential};
 use super::hyperbolic::{one_and_tanh, tanh};
-use super::objective::FLAT;
 use super::{Cap, Facets, Local, Objective, Proof, bound};
 use crate::geom::{Angle, Vec3};
 use crate::mesh::TABLE_GAP_MM;
@@ -153,7 +152,7 @@ impl Objective for TanhOverhang {
     }
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
-        Some(Box::new(bound::Hanging::of(self, facets)))
+        Some(Box::new(bound::Hanging::of(self.factors(), facets)))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::super::Facets;
-use super::super::objective::FLAT;
+use super::super::facets::FLAT;
 use super::{Cap, Local, Minorant};
 use crate::geom::Vec3;
 use crate::mesh::TABLE_GAP_MM;

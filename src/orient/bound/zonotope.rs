@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::super::Facets;
+use super::super::facets::FLAT;
 use super::super::facets::Normals;
-use super::super::objective::FLAT;
 use super::{Cap, Local, Minorant};
 use crate::geom::Vec3;
 

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use super::super::bound::Shadow;
-use super::super::facets::tangential;
+use super::super::facets::{Tree, chunked, tangential};
 use super::super::{Cap, Facets, Local, Minorant, Objective, Proof};
-use super::Tree;
 use crate::geom::{Angle, Vec3};
 use crate::mesh::TABLE_GAP_MM;
 
@@ -44,9 +43,8 @@ impl Objective for Alexander {
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
         let stairs = super::super::Staircase { layer_mm: 1.0 }.value(facets, up) * 2.0;
         let (needs, tree) = (self.needs(facets, up), facets.tree());
-        let contact: f64 = super::super::sums::chunked(facets.each.len(), |range| {
-            range.map(|i| self.contact(facets, tree, &needs, i, up)).sum()
-        });
+        let contact: f64 =
+            chunked(facets.each.len(), |range| range.map(|i| self.contact(facets, tree, &needs, i, up)).sum());
         self.layer_mm * stairs + self.penalty_mm * contact
     }
 

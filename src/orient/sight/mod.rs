@@ -10,19 +10,15 @@
 mod alexander;
 mod bound;
 mod field;
-mod sets;
 #[cfg(test)]
 mod tests;
-mod tree;
 
 pub use alexander::Alexander;
 pub use field::FIELD_FACETS;
-pub(crate) use sets::Sets;
-pub(crate) use tree::Tree;
 
 use rayon::prelude::*;
 
-use super::facets::tangential;
+use super::facets::{chunked, tangential};
 use super::{Facets, Local, Objective, Proof};
 use crate::geom::{Angle, Vec3};
 use bound::Smooth;
@@ -166,7 +162,7 @@ impl Supported {
             let slope = by_m * (hangs * h) - facet.area * (m * h) + (facet.barycentre - pull) * (m * hangs);
             Pair(m * hangs * h, slope)
         };
-        let sum: Pair = super::sums::chunked(facets.each.len(), |range| range.map(term).sum());
+        let sum: Pair = chunked(facets.each.len(), |range| range.map(term).sum());
         (sum.0, sum.1)
     }
 

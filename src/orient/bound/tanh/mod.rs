@@ -5,7 +5,6 @@ mod term;
 use std::sync::Arc;
 
 use super::super::Facets;
-use super::super::volumes::TanhOverhang;
 use super::{Cap, Local, Minorant};
 use crate::geom::Vec3;
 use term::{Frame, Line, Sum, Term};
@@ -23,7 +22,8 @@ use term::{Frame, Line, Sum, Term};
 /// One that faces down steeply and lies high costs `2 S` but for 1e-10: those are one linear function, and settled.
 #[derive(Clone)]
 pub(crate) struct Hanging<'a> {
-    f: &'a TanhOverhang,
+    /// `S` is the first times the area vector, the height the second times the barycentre over the lowest point.
+    factors: [f64; 2],
     facets: &'a Facets,
     frame: Frame,
     /// Facets that may cost something on the cap, without those in `even`.
@@ -56,10 +56,10 @@ const WIDE: f64 = 0.4;
 const KINKED: f64 = 0.03;
 
 impl<'a> Hanging<'a> {
-    pub(crate) fn of(f: &'a TanhOverhang, facets: &'a Facets) -> Self {
+    pub(crate) fn of(factors: [f64; 2], facets: &'a Facets) -> Self {
         let may = Arc::new((0..facets.each.len() as u32).collect());
         Self {
-            f,
+            factors,
             facets,
             frame: Frame::of(&Cap::WHOLE),
             may,
@@ -73,11 +73,11 @@ impl<'a> Hanging<'a> {
 
     /// The vector that `S` is linear in.
     fn steep(&self, i: u32) -> Vec3 {
-        self.facets.each[i as usize].area * self.f.factors()[0]
+        self.facets.each[i as usize].area * self.factors[0]
     }
 
     fn height(&self, i: u32, v: &Vec3) -> Line {
-        self.frame.line(&((self.facets.each[i as usize].barycentre - v) * self.f.factors()[1]))
+        self.frame.line(&((self.facets.each[i as usize].barycentre - v) * self.factors[1]))
     }
 
     /// The sum with corner `v` over facets whose sign is settled, and the facets whose sign is open but that count; `kept` is

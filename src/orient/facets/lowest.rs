@@ -7,7 +7,7 @@ use crate::geom::{Bounds, Vec3};
 
 /// Points in a tree of boxes.
 #[derive(Clone, Debug)]
-pub(super) struct Lowest {
+pub(in crate::orient) struct Lowest {
     points: Vec<Vec3>,
     nodes: Vec<HeightBox>,
 }
@@ -27,7 +27,7 @@ struct HeightBox {
 const LEAF: usize = 8;
 
 impl Lowest {
-    pub(super) fn of(points: &[Vec3]) -> Self {
+    pub(in crate::orient) fn of(points: &[Vec3]) -> Self {
         let mut tree = Self { points: points.to_vec(), nodes: Vec::new() };
         if !points.is_empty() {
             tree.split(0, points.len());
@@ -52,7 +52,7 @@ impl Lowest {
     }
 
     /// The lowest point along `up`; the origin for none.
-    pub(super) fn along(&self, up: &Vec3) -> Vec3 {
+    pub(in crate::orient) fn along(&self, up: &Vec3) -> Vec3 {
         let mut best = (f64::INFINITY, Vec3::zeros());
         if !self.nodes.is_empty() {
             self.visit(0, &[*up, up.abs()], &mut best);

@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::super::Facets;
-use super::Tree;
+use super::{Facets, Tree};
 
 /// For every facet `i` the facets `j` with `(c_j - c_i).n_i > 0` and a free line of sight from centre to centre.
 ///

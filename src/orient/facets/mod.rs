@@ -1,11 +1,19 @@
-//! What the objectives know of a part.
+//! What the objectives know of a part, and what is worked out of that once: normals, sums, trees, who sees whom.
+
+mod lowest;
+mod moments;
+mod sets;
+mod sums;
+mod tree;
 
 use std::sync::OnceLock;
 
-use super::lowest::Lowest;
-use super::moments::Moments;
-use super::sight::{Sets, Tree};
-use super::sums::chunked;
+use lowest::Lowest;
+pub(super) use moments::Moments;
+pub(super) use sets::Sets;
+pub(super) use sums::chunked;
+pub(super) use tree::Tree;
+
 use crate::geom::{Bounds, Vec3};
 use crate::mesh::TriangleMesh;
 
@@ -53,6 +61,8 @@ pub struct Normals {
     pub moments: Vec<Vec3>,
 }
 
+/// `|d.n|` from here on is a facet parallel to the layers: no staircase, no support. 1 - cos(0.1 degree).
+pub(super) const FLAT: f64 = 1.0 - 1.5e-6;
 /// Normals nearer than this (radians) are one: a few ulp of a normal computed from f32 corners.
 const SAME_NORMAL: f64 = 1e-9;
 

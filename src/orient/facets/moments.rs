@@ -5,13 +5,13 @@ use crate::geom::{Mat3, Vec3};
 
 /// `f(d) = T(d, d, d) - m(d) d'Qd`, lengths counted from `centre` so that a part far from the origin loses no digits.
 #[derive(Clone, Debug)]
-pub(super) struct Moments {
+pub(in crate::orient) struct Moments {
     /// The middle of the corner points' box, mm.
-    pub(super) centre: Vec3,
+    pub(in crate::orient) centre: Vec3,
     /// `sum A b_i n_j n_k` made symmetric, as the three matrices of its first index, mm³.
-    pub(super) cubic: [Mat3; 3],
+    pub(in crate::orient) cubic: [Mat3; 3],
     /// `Q = sum A n n'`, mm²; positive semidefinite.
-    pub(super) square: Mat3,
+    pub(in crate::orient) square: Mat3,
 }
 
 /// The sums before they are made symmetric: `Q`, and `Q` weighted by each coordinate of the barycentre, each as the six
@@ -29,7 +29,7 @@ impl std::iter::Sum for Plain {
 }
 
 impl Moments {
-    pub(super) fn of(facets: &Facets) -> Self {
+    pub(in crate::orient) fn of(facets: &Facets) -> Self {
         let centre = facets.middle();
         let plain: Plain = facets.sum(|facet| {
             let (a, arm) = (facet.area, facet.barycentre - centre);
@@ -44,14 +44,14 @@ impl Moments {
     }
 
     /// `f` at `d`, of which `lowest` is the lowest point.
-    pub(super) fn value(&self, lowest: &Vec3, d: &Vec3) -> f64 {
+    pub(in crate::orient) fn value(&self, lowest: &Vec3, d: &Vec3) -> f64 {
         let once = self.cubic[0] * d.x + self.cubic[1] * d.y + self.cubic[2] * d.z;
         (once * d).dot(d) - (lowest - self.centre).dot(d) * (self.square * d).dot(d)
     }
 
     /// The cubic form of `T - p (x) Q`, symmetric: below `f` everywhere for every `p` of the convex hull, and equal to
     /// it where `p` is the lowest point.
-    pub(super) fn form(&self, point: &Vec3) -> Cubic {
+    pub(in crate::orient) fn form(&self, point: &Vec3) -> Cubic {
         let p = point - self.centre;
         let mut pull = [Mat3::zeros(); 3];
         (0..3).for_each(|i| pull[i] = self.square * p[i]);
@@ -66,21 +66,21 @@ fn symmetric(plain: &[Mat3; 3]) -> [Mat3; 3] {
 
 /// A symmetric cubic form on directions.
 #[derive(Clone, Debug)]
-pub(super) struct Cubic([Mat3; 3]);
+pub(in crate::orient) struct Cubic([Mat3; 3]);
 
 impl Cubic {
     /// `S(d, ., .)`, a symmetric matrix.
-    pub(super) fn once(&self, d: &Vec3) -> Mat3 {
+    pub(in crate::orient) fn once(&self, d: &Vec3) -> Mat3 {
         self.0[0] * d.x + self.0[1] * d.y + self.0[2] * d.z
     }
 
     /// `S(d, d, .)`; the value is this along `d`, the plain gradient three times this.
-    pub(super) fn at(&self, d: &Vec3) -> Vec3 {
+    pub(in crate::orient) fn at(&self, d: &Vec3) -> Vec3 {
         self.once(d) * d
     }
 
     /// The root of the sum of squares of its entries: no value on unit vectors is larger.
-    pub(super) fn norm(&self) -> f64 {
+    pub(in crate::orient) fn norm(&self) -> f64 {
         self.0.iter().map(Mat3::norm_squared).sum::<f64>().sqrt()
     }
 }

@@ -13,7 +13,7 @@ const PARALLEL: usize = 1 << 16;
 /// The sum over `0..count`, of which `part` sums a range.
 ///
 /// The ranges do not depend on the number of threads, so neither does the rounding.
-pub(super) fn chunked<T: Sum<T> + Send>(count: usize, part: impl Fn(Range<usize>) -> T + Sync) -> T {
+pub(in crate::orient) fn chunked<T: Sum<T> + Send>(count: usize, part: impl Fn(Range<usize>) -> T + Sync) -> T {
     let range = |i: usize| i * CHUNK..((i + 1) * CHUNK).min(count);
     let chunks = count.div_ceil(CHUNK);
     if count < PARALLEL {

@@ -3,7 +3,7 @@
 //! Segments against triangles after T. Moeller and B. Trumbore, *Fast, minimum storage ray/triangle intersection*, Journal
 //! of Graphics Tools 2 (1997), 21-28; an edge belongs to both its facets, so that no line slips through between them.
 
-use super::super::Facets;
+use super::Facets;
 use crate::geom::{Bounds, Vec3};
 
 /// Facets in a tree of boxes.
