@@ -10,7 +10,7 @@ pub(crate) enum Failure {
     #[error("{}", in_flags(.0))]
     Job(job::Error),
     /// A result that did not arrive.
-    #[error("the result cannot be written to stdout: {source}{}", job::remedy(source))]
+    #[error("the result cannot be written to stdout: {}{}", job::in_words(source), job::remedy(source))]
     Stdout {
         /// The system's words.
         source: std::io::Error,

@@ -16,7 +16,7 @@ use crate::toolpath::{RewriteError, SlicedError};
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file that cannot be read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {}", path.display(), in_words(source))]
     Read {
         /// The file.
         path: PathBuf,
@@ -24,7 +24,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file that cannot be written.
-    #[error("{}: cannot be written: {source}{}", path.display(), remedy(source))]
+    #[error("{}: cannot be written: {}{}", path.display(), in_words(source), remedy(source))]
     Write {
         /// The file.
         path: PathBuf,
@@ -259,6 +259,18 @@ pub enum Error {
     /// The program was made, and has findings.
     #[error("{0}")]
     Rejected(Box<Rejected>),
+}
+
+/// The system's words without its number, and plainer for what happens every day.
+pub fn in_words(source: &std::io::Error) -> String {
+    match source.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::PermissionDenied => "access is not allowed".to_owned(),
+        _ => {
+            let words = source.to_string();
+            words.split(" (os error ").next().unwrap_or_default().to_lowercase()
+        }
+    }
 }
 
 /// What can be done where the system's own words do not say; begins with a semicolon, or is empty.

@@ -35,7 +35,7 @@ mod verify;
 mod world;
 
 pub use bench::Bench;
-pub use error::{Error, remedy};
+pub use error::{Error, in_words, remedy};
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
 pub use plan::{Hindrance, Listed, NoPlan, Place, PlanOptions, PlanRequest, PlanResult, plan, sequences};

@@ -218,6 +218,11 @@ fn collect_keys(table: &Table, prefix: &str, into: &mut Vec<String>) {
     }
 }
 
+/// The tables that keys stand in, outer ones too.
+fn sections(known: &[String]) -> impl Iterator<Item = &str> {
+    known.iter().flat_map(|key| key.match_indices('.').map(|(at, _)| &key[..at]))
+}
+
 fn join(prefix: &str, key: &str) -> String {
     if prefix.is_empty() { key.to_owned() } else { format!("{prefix}.{key}") }
 }
@@ -244,6 +249,7 @@ fn check_keys(
                     }
                 }
             }
+            Value::Table(_) => return Err(unknown(nearest(&path, sections(known)))),
             _ if known.contains(&path) => {}
             _ => return Err(unknown(nearest(&path, known.iter().map(String::as_str)))),
         }
@@ -323,6 +329,10 @@ mod tests {
             error,
             "mine.toml:2: unknown key \"kinematics.tilt.max_degs\"; did you mean \"kinematics.tilt.max_deg\"?"
         );
+        for (wrong, right) in [("procss", "process"), ("kinematics.tlt", "kinematics.tilt")] {
+            let error = resolve("m.toml", &format!("[{wrong}]\nlayer_height_mm = 0.3\n")).unwrap_err().to_string();
+            assert!(error.ends_with(&format!("unknown key {wrong:?}; did you mean {right:?}?")), "{error}");
+        }
         let error = resolve("m.toml", "[[head.body]]\nnam = \"x\"\n").unwrap_err().to_string();
         assert!(error.contains("did you mean \"head.body.name\""), "{error}");
         assert!(shipped("generic-a").unwrap_err().to_string().contains("did you mean \"generic-ac\""));
