@@ -117,6 +117,7 @@ impl Made {
             made_by: String::new(),
             model: ModelRef { file: String::new(), sha256: String::new(), unit: "mm".to_owned() },
             machine: MachineRef { profile: String::new(), sha256: String::new() },
+            machine_values: None,
             placement,
             parts: model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
             slots: vec![Slot { id: 0, prints: vec![print] }],

@@ -35,6 +35,9 @@ pub fn run() -> ExitCode {
         Ok(args) => args,
         Err(error) => {
             // Help and version are no mistake; a closed pipe while printing them is none either.
+            if error.use_stderr() {
+                rewrite::spoil_unparsed(std::env::args_os().skip(1));
+            }
             let lost = error.print().err().filter(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
             let lost = lost.map(|source| progress::error(&Failure::Stdout { source }.to_string()));
             return ExitCode::from(if error.use_stderr() || lost.is_some() { 2 } else { 0 });

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::args::Plan as Verb;
-use super::requests::{outputs, profile_file};
+use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, why};
 use crate::document;
 use crate::job::{self, Error, Output, PlanRequest, PlanResult};
@@ -18,6 +18,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let picture = args.sheet.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let mut options = args.plan.options()?;
     options.plans = args.top.unwrap_or(1);
+    options.kept_in = folder_of(args.output.as_deref());
     let request = PlanRequest { model: args.model.source()?, machine: args.machine.source(), options };
     if args.all {
         return list(&request, args.limit, console);

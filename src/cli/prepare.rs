@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use super::args::Prepare as Verb;
-use super::requests::{outputs, profile_file};
+use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, plan, send, verify};
 use crate::document;
-use crate::job::{self, Bar, Output, PrepareRequest, PrepareResult, Progress, SendRequest, Step, World};
+use crate::job::{self, Bar, Output, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, World};
 use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -34,7 +34,7 @@ fn work(args: &Verb, output: &Output, plan_out: Option<&Output>, console: &Conso
     let request = PrepareRequest {
         model: args.model.source()?,
         machine: args.machine.source(),
-        plan: args.plan.options()?,
+        plan: PlanOptions { kept_in: folder_of(args.plan_out.as_deref()), ..args.plan.options()? },
         slicing: args.slicing.options(&args.bed)?,
     };
     let teller = Teller(console);

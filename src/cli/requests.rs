@@ -47,6 +47,7 @@ impl PlanArgs {
             place: self.origin.as_deref().map(|text| self.place(text)).transpose()?,
             remedies: !self.no_remedies,
             budget: self.budget,
+            kept_in: None,
             plans: 1,
         })
     }
@@ -104,4 +105,9 @@ pub(super) fn outputs<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Outputs
 /// The file that a profile's word means; `None` for a shipped name.
 pub(super) fn profile_file(word: &str) -> Option<PathBuf> {
     MachineSource::from(word).path().map(Path::to_owned)
+}
+
+/// The folder in which a file is to be written.
+pub(super) fn folder_of(file: Option<&Path>) -> Option<PathBuf> {
+    file.and_then(Path::parent).map(Path::to_owned)
 }

@@ -118,6 +118,18 @@ pub fn version_mark(plan_sha256: &str, profile: &str) -> String {
     format!(";TRUNNION version={} plan={plan_sha256} profile={profile}", env!("CARGO_PKG_VERSION"))
 }
 
+/// How far down a file its first mark may stand, bytes.
+const HEAD: usize = 1 << 12;
+
+/// The hash of the plan by which a program was finished: it begins with the mark of a version and has that of the end.
+pub fn finished_by(program: &[u8]) -> Option<String> {
+    let head = String::from_utf8_lossy(&program[..program.len().min(HEAD)]).into_owned();
+    let first = head.lines().find_map(|line| line.strip_prefix(";TRUNNION version="))?;
+    let plan = first.split(' ').find_map(|word| word.strip_prefix("plan="))?;
+    let has_end = program.rsplit(|b| *b == b'\n').any(|line| line.trim_ascii_end() == END_MARK.as_bytes());
+    has_end.then(|| plan.to_owned())
+}
+
 /// The mark behind the last move of the plan.
 pub const END_MARK: &str = ";TRUNNION end";
 
@@ -283,6 +295,11 @@ mod tests {
         assert_eq!(mark(b"TRUNNION print=x part=4"), Some(Mark::Broken));
         assert_eq!(mark(&END_MARK.as_bytes()[1..]), Some(Mark::End));
         assert_eq!(mark(&version_mark("ab", "c").as_bytes()[1..]), Some(Mark::Other));
+        let whole = format!("{}\nG28\n{END_MARK}\nM84\n", version_mark("ab", "c"));
+        assert_eq!(finished_by(whole.as_bytes()).as_deref(), Some("ab"));
+        // Torn off, or sliced and not rewritten.
+        assert_eq!(finished_by(&whole.as_bytes()[..whole.len() - 8]), None);
+        assert_eq!(finished_by(format!("; a slicer's\nG28\n{END_MARK}\n").as_bytes()), None);
         assert_eq!(mark(b"TYPE:Skirt"), None);
     }
 

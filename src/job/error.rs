@@ -85,6 +85,12 @@ pub enum Error {
         /// `an input` or `another output`.
         what: &'static str,
     },
+    /// A finished program where a slicer's file was to be.
+    #[error("{file} is a finished program already, by another plan; slice again, or give the plan it was made by")]
+    OtherPlan {
+        /// The file.
+        file: String,
+    },
     /// A plan whose model is neither where it says nor beside it.
     #[error("{plan}: the model {model} is not there")]
     NoModel {

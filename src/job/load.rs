@@ -22,8 +22,10 @@ pub struct LoadedModel {
 }
 
 impl LoadedModel {
-    pub(super) fn reference(&self) -> ModelRef {
-        ModelRef { file: self.file.clone(), sha256: self.sha256.clone(), unit: self.model.unit.short().to_owned() }
+    /// As a plan that is kept in a folder names it.
+    pub(super) fn reference(&self, kept_in: Option<&Path>, world: &World<'_>) -> ModelRef {
+        let file = named(&self.file, self.path.as_deref(), kept_in, world);
+        ModelRef { file, sha256: self.sha256.clone(), unit: self.model.unit.short().to_owned() }
     }
 }
 
@@ -56,8 +58,16 @@ pub struct LoadedProfile {
 }
 
 impl LoadedProfile {
-    pub(super) fn reference(&self) -> MachineRef {
-        MachineRef { profile: self.name.clone(), sha256: self.sha256.clone() }
+    /// As a plan that is kept in a folder names it.
+    pub(super) fn reference(&self, kept_in: Option<&Path>, world: &World<'_>) -> MachineRef {
+        let profile = named(&self.name, self.path.as_deref(), kept_in, world);
+        MachineRef { profile, sha256: self.sha256.clone() }
+    }
+
+    /// Whether it is none of the shipped ones.
+    pub(super) fn is_own(&self) -> bool {
+        let shipped = shipped(&self.name).and_then(|(file, text)| resolve(file, text));
+        !shipped.is_ok_and(|(profile, _)| profile == self.profile)
     }
 
     /// Every key with its value, as TOML, and behind it where the value comes from.
@@ -79,6 +89,11 @@ impl LoadedProfile {
         }
         Ok(out)
     }
+}
+
+fn named(name: &str, path: Option<&Path>, kept_in: Option<&Path>, world: &World<'_>) -> String {
+    let from = |(path, folder): (&Path, &Path)| world.files.seen_from(path, folder).to_string_lossy().into_owned();
+    path.zip(kept_in).map_or_else(|| name.to_owned(), from)
 }
 
 /// Reads a profile over the shipped ones and the defaults.
@@ -146,8 +161,10 @@ pub fn load_plan(from: &PlanSource, world: &World<'_>) -> Result<CheckedPlan, Er
     let text = from.plan.text(world)?;
     let name = from.plan.name();
     let plan = Plan::parse(&name, &text)?;
-    let recorded = || MachineSource::from(plan.machine.profile.as_str());
-    let machine = load_profile(&from.machine.clone().unwrap_or_else(recorded), world)?;
+    let machine = match &from.machine {
+        Some(given) => load_profile(given, world)?,
+        None => find_machine(&from.plan, &plan, world)?,
+    };
     let source = match &from.model {
         Some(given) => given.clone(),
         None => find_model(&from.plan, &plan, world)?,
@@ -155,18 +172,49 @@ pub fn load_plan(from: &PlanSource, world: &World<'_>) -> Result<CheckedPlan, Er
     let unit = plan.model.unit.parse::<Unit>().map_err(|source| Error::Unit { plan: name.into_owned(), source })?;
     // The plan was made from the repaired model if it was repaired; reading it the same way changes nothing else.
     let model = load_model(&ModelSource { source, unit: Some(unit), repair: true }, world)?;
-    let checked = CheckedPlan { sha256: sha256_hex(text.as_bytes()), plan, model, machine };
+    let checked = CheckedPlan { sha256: plan.sha256(), plan, model, machine };
     checked.check()?;
     Ok(checked)
 }
 
-/// The model where the plan says it is: from here, from beside the plan, or under its bare name beside the plan.
-fn find_model(from: &Source, plan: &Plan, world: &World<'_>) -> Result<Source, Error> {
-    let named = PathBuf::from(&plan.model.file);
+/// The files that a plan may mean by a path: from beside the plan, from here, or under its bare name beside the plan.
+fn meant(from: &Source, path: &str, world: &World<'_>) -> Vec<PathBuf> {
+    let named = PathBuf::from(path);
     let beside = from.path().and_then(Path::parent).unwrap_or(Path::new("."));
-    let tried = [named.clone(), beside.join(&named), beside.join(named.file_name().unwrap_or_default())];
+    let tried = [beside.join(&named), named.clone(), beside.join(named.file_name().unwrap_or_default())];
+    tried.into_iter().filter(|path| world.files.exists(path)).collect()
+}
+
+/// The model that the plan was made for; where none of the files it may mean is that, the first of them.
+fn find_model(from: &Source, plan: &Plan, world: &World<'_>) -> Result<Source, Error> {
+    let tried = meant(from, &plan.model.file, world);
+    let is_it = |path: &&PathBuf| world.files.read(path).is_ok_and(|bytes| sha256_hex(&bytes) == plan.model.sha256);
+    let found = if tried.len() > 1 { tried.iter().find(is_it) } else { None };
     let missing = || Error::NoModel { plan: from.name().into_owned(), model: plan.model.file.clone() };
-    tried.into_iter().find(|p| world.files.exists(p)).map(Source::File).ok_or_else(missing)
+    found.or(tried.first()).cloned().map(Source::File).ok_or_else(missing)
+}
+
+/// The machine that the plan was made for: its file where that is found, so that a change since then is noticed, else the values
+/// that the plan keeps.
+fn find_machine(from: &Source, plan: &Plan, world: &World<'_>) -> Result<LoadedProfile, Error> {
+    let recorded = MachineSource::from(plan.machine.profile.as_str());
+    let files = recorded.path().map(|_| meant(from, &plan.machine.profile, world));
+    let mut first = None;
+    for path in files.into_iter().flatten() {
+        let machine = load_profile(&MachineSource::Toml(Source::File(path)), world);
+        if machine.as_ref().is_ok_and(|machine| machine.sha256 == plan.machine.sha256) {
+            return machine;
+        }
+        first.get_or_insert(machine);
+    }
+    match (first, &plan.machine_values) {
+        (Some(changed), _) => changed,
+        (None, Some(values)) => {
+            let kept = load_profile(&MachineSource::Profile(values.clone()), world)?;
+            Ok(LoadedProfile { name: plan.machine.profile.clone(), ..kept })
+        }
+        (None, None) => load_profile(&recorded, world),
+    }
 }
 
 impl CheckedPlan {

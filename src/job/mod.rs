@@ -41,7 +41,7 @@ pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented,
 pub use plan::{Hindrance, Listed, NoPlan, Place, PlanOptions, PlanRequest, PlanResult, plan, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use progress::{Bar, Progress, Silent, Step};
-pub use rewrite::{RewriteRequest, RewriteResult, rewrite};
+pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{
     Answer, At, Figures, Operator, Rehearsal, SendOptions, SendRequest, Sending, Unattended, Wire, can_be_sent,
     rehearse, resume, send,

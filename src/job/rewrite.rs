@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::verify::replayed;
 use super::{CheckedPlan, Error, Source, Verified, World};
+use crate::gcode::marks::finished_by;
 use crate::profile::Profile;
 use crate::slicing::config_values;
 use crate::toolpath::{Input, InputWords, Job, Segment, project_layout, read_sliced, rewrite as rewritten, slot_mesh};
@@ -65,6 +66,19 @@ fn write(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Written, Err
         })
         .collect();
     Written::of(&inputs, sources.iter().map(|(_, bytes)| bytes.len()).sum(), plan, world)
+}
+
+/// Whether a file is the finished program of `plan`: rewriting that once more is done already.
+///
+/// # Errors
+///
+/// [`Error::OtherPlan`] for a program that another plan was finished by, and what keeps a file from being read.
+pub fn is_finished(file: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<bool, Error> {
+    match finished_by(&file.bytes(world)?) {
+        Some(by) if by == plan.sha256 => Ok(true),
+        Some(_) => Err(Error::OtherPlan { file: file.name().into_owned() }),
+        None => Ok(false),
+    }
 }
 
 /// The prints of a sliced file; heat that no line of it sets is taken from the settings at its end.

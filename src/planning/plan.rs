@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::gcode::round_to;
 use crate::geom::{Dir, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
+use crate::profile::Profile;
 
 /// A plan as DESIGN section 4 writes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,13 +27,17 @@ pub struct Plan {
     pub parts: Vec<PartRef>,
     /// The slots, in order.
     pub slots: Vec<Slot>,
+    /// All values of a machine that is not a shipped one: a slicer's script runs in a folder of its own, where the profile's file
+    /// is not to be found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine_values: Option<Box<Profile>>,
 }
 
 /// The model a plan was made for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelRef {
-    /// Its path, as given or beside the plan.
+    /// Its path: from the plan's folder, else as given.
     pub file: String,
     /// The hash of its bytes.
     pub sha256: String,
@@ -44,7 +49,7 @@ pub struct ModelRef {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineRef {
-    /// The profile's name or path.
+    /// The profile's name, or its path from the plan's folder, else as given.
     pub profile: String,
     /// The hash of the resolved profile.
     pub sha256: String,
@@ -206,6 +211,11 @@ impl Plan {
         let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
         text.push('\n');
         text
+    }
+
+    /// The hash of what was decided, whatever the machine's values are written with it: its text's without them.
+    pub fn sha256(&self) -> String {
+        sha256_hex(Self { machine_values: None, ..self.clone() }.to_text().as_bytes())
     }
 
     /// Checks angles against the axes' stops and against directions, and that each of `parts` parts is printed once.

@@ -46,6 +46,7 @@ fn plan() -> Plan {
             Slot { id: 0, prints: vec![print(0, [0.0, 0.0, 1.0], 0.0)] },
             Slot { id: 1, prints: vec![print(1, [1.0, 0.0, 0.0], 90.0)] },
         ],
+        machine_values: None,
     }
 }
 

@@ -220,3 +220,132 @@ fn the_cura_script_gives_the_file_of_rewrite_offline() {
 fn without_cura_marks(text: &str) -> String {
     text.lines().filter(|l| !l.starts_with(";POSTPROCESSED") && !l.is_empty()).collect::<Vec<_>>().join("\n")
 }
+
+/// A folder as a person keeps it: the model and his own machine here, the plan there, and a slicer's window somewhere else.
+fn kept_apart(folder: &Path) -> (PathBuf, PathBuf, PathBuf) {
+    for name in ["models", "machines", "plans"] {
+        std::fs::create_dir(folder.join(name)).unwrap();
+    }
+    std::fs::copy(fixture("cube"), folder.join("models/cube.stl")).unwrap();
+    let machine = folder.join("machines/mine.toml");
+    std::fs::write(&machine, "extends = \"generic-ac\"\n[process]\nlayer_height_mm = 0.25\n").unwrap();
+    let plan = |more: &[&str], from: &str| {
+        let run = trunnion().current_dir(folder.join(from)).args(more).output().unwrap();
+        assert!(run.status.success(), "{}", said(&run));
+    };
+    plan(&["plan", "../models/cube.stl", "-m", "mine.toml", "-o", "../plans/plan.json"], "machines");
+    plan(&["slice", "plan.json", "--slicer", "builtin", "-o", "."], "plans");
+    (folder.join("plans/plan.json"), machine, folder.join("plans/print-00-part-0.gcode"))
+}
+
+#[test]
+fn a_script_finds_its_plans_model_and_machine_from_any_folder() {
+    let folder = folder();
+    let (plan, machine, sliced) = kept_apart(folder.path());
+    let elsewhere = folder.path().join("elsewhere");
+    std::fs::create_dir(&elsewhere).unwrap();
+    let file = elsewhere.join("x.gcode");
+    let run = || {
+        std::fs::copy(&sliced, &file).unwrap();
+        let hook = ["rewrite", "--in-place", "--plan"];
+        trunnion().current_dir(&elsewhere).args(hook).arg(&plan).arg(&file).output().unwrap()
+    };
+    let done = run();
+    assert!(done.status.success(), "{}", said(&done));
+    let whole = std::fs::read(&file).unwrap();
+    // A machine's file that is gone: the plan keeps its values. All the same program.
+    let text = std::fs::read_to_string(&machine).unwrap();
+    std::fs::remove_file(&machine).unwrap();
+    let done = run();
+    assert!(done.status.success(), "{}", said(&done));
+    assert_eq!(std::fs::read(&file).unwrap(), whole);
+    // One that was changed since is another machine, and nothing printable is left.
+    std::fs::write(&machine, text.replace("0.25", "0.2")).unwrap();
+    let done = run();
+    assert_eq!(done.status.code(), Some(2));
+    assert!(said(&done).contains("plan again"), "{}", said(&done));
+    assert_eq!(moves(&std::fs::read(&file).unwrap()), 0);
+}
+
+#[test]
+fn a_mistake_in_the_pasted_line_leaves_nothing_printable() {
+    let folder = folder();
+    let (plan, _, sliced) = kept_apart(folder.path());
+    let (plan, file) = (plan.display().to_string(), folder.path().join("x.gcode"));
+    let lines: [&[&str]; 7] = [
+        &["rewrite", "--in-place", "--plam", &plan],
+        &["rewrite", "--inplace", "--plan", &plan],
+        &["rewrite", "--in-plce", "--plan", &plan],
+        &["rewrite", "--in-place", "--plan"],
+        &["rewrite", "--in-place", "--plan", &plan, "--bed", "x"],
+        &["rewrit", "--in-place", "--plan", &plan],
+        &["rewrite", "--in-place", "--plan", "nowhere.json"],
+    ];
+    for words in lines {
+        std::fs::copy(&sliced, &file).unwrap();
+        let run = trunnion().args(words).arg(&file).output().unwrap();
+        assert_eq!(run.status.code(), Some(2), "{words:?}: {}", said(&run));
+        assert_eq!(moves(&std::fs::read(&file).unwrap()), 0, "{words:?}");
+        assert!(std::fs::read_to_string(&file).unwrap().contains("not printable"), "{words:?}");
+    }
+    // Mistakes of other verbs, and without the flag, touch nothing; nor does a plan in the last place.
+    let bytes = std::fs::read(&sliced).unwrap();
+    for words in
+        [&["verify", "--in-place"][..], &["rewrite", "--plam", &plan], &["slice", "--in-place", "--plam", &plan]]
+    {
+        std::fs::copy(&sliced, &file).unwrap();
+        assert_eq!(trunnion().args(words).arg(&file).output().unwrap().status.code(), Some(2));
+        assert_eq!(std::fs::read(&file).unwrap(), bytes, "{words:?}");
+    }
+    let kept = std::fs::read(&plan).unwrap();
+    assert_eq!(trunnion().args(["rewrite", "--in-place", "--plam", &plan]).output().unwrap().status.code(), Some(2));
+    assert_eq!(std::fs::read(&plan).unwrap(), kept);
+}
+
+#[test]
+fn a_mistake_in_the_line_of_a_real_slicer_leaves_nothing_printable() {
+    let folder = folder();
+    let plan = planned(folder.path(), "cube");
+    let hook = hook(&plan).replace("--plan", "--plam");
+    if installed("prusa-slicer") {
+        let output = folder.path().join("prusa.gcode");
+        prusa(folder.path(), &output, &[&hook]);
+        assert_eq!(moves(&std::fs::read(&output).unwrap_or_default()), 0);
+    } else {
+        skip("prusa-slicer is not installed (apt-get install prusa-slicer)");
+    }
+    if installed("slic3r") {
+        let (output, config) = (folder.path().join("slic3r.gcode"), folder.path().join("slic3r.ini"));
+        std::fs::write(&config, format!("{CONFIG}post_process = {hook}\n")).unwrap();
+        let mut slicer = Command::new("slic3r");
+        slicer.args(["--no-gui", "--dont-arrange", "--load"]).arg(&config);
+        slicer.arg(folder.path().join("print-00-part-0.stl")).arg("-o").arg(&output).output().unwrap();
+        assert_eq!(moves(&std::fs::read(&output).unwrap()), 0);
+    } else {
+        skip("slic3r is not installed (apt-get install slic3r)");
+    }
+}
+
+#[test]
+fn what_is_finished_is_left_as_it_is() {
+    let folder = folder();
+    let (plan, _, sliced) = kept_apart(folder.path());
+    let file = folder.path().join("x.gcode");
+    std::fs::copy(&sliced, &file).unwrap();
+    let run = |plan: &Path| trunnion().args(["rewrite", "--in-place", "--plan"]).arg(plan).arg(&file).output().unwrap();
+    assert!(run(&plan).status.success());
+    let finished = std::fs::read(&file).unwrap();
+    let again = run(&plan);
+    assert!(again.status.success() && said(&again).contains("finished already"), "{}", said(&again));
+    assert_eq!(std::fs::read(&file).unwrap(), finished);
+    // By another plan it is another program; it stays too.
+    let other = planned(folder.path(), "cube");
+    let again = run(&other);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(said(&again).contains("by another plan"), "{}", said(&again));
+    assert_eq!(std::fs::read(&file).unwrap(), finished);
+    // Torn off it is no finished program, and cannot be one any more.
+    std::fs::write(&file, &finished[..finished.len() / 2]).unwrap();
+    assert_eq!(run(&plan).status.code(), Some(2));
+    assert_eq!(moves(&std::fs::read(&file).unwrap()), 0);
+}

@@ -3,6 +3,7 @@
 mod options;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::{
     CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World, load_model, load_profile,
@@ -10,7 +11,7 @@ use super::{
 use crate::orient::Direction;
 use crate::planning::{
     self, Infeasible, Options, PartRef, Placement, Plan, Planned, Reason, Remedy, Slot, ThreeAxis, Wish, Workpiece,
-    can_be_helped, plan_anywhere, sha256_hex, sheet, sheet_of_reasons, three_axis,
+    can_be_helped, plan_anywhere, sheet, sheet_of_reasons, three_axis,
 };
 use crate::profile::Profile;
 use options::Asked;
@@ -155,7 +156,7 @@ pub(super) fn planned(
             return Err(Error::NoPlan(Box::new(NoPlan { infeasible, remedies: seek, model, machine, base })));
         }
     };
-    let plan = checked(model, machine, placement, &plans[0])?;
+    let plan = checked(model, machine, placement, &plans[0], (options.kept_in.as_deref(), world))?;
     let compared = options.plans > 1;
     let three_axis = compared.then(|| three_axis(&plan.workpiece(), &plan.machine.profile, wanted.overhang));
     let (objective, moved) = (asked.goal.text.clone(), placement != base);
@@ -168,19 +169,21 @@ fn checked(
     machine: LoadedProfile,
     placement: Placement,
     best: &Planned,
+    (kept_in, world): (Option<&Path>, &World<'_>),
 ) -> Result<CheckedPlan, Error> {
     let plan = Plan {
         format: Plan::FORMAT.to_owned(),
         version: Plan::VERSION,
         made_by: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
-        model: model.reference(),
-        machine: machine.reference(),
+        model: model.reference(kept_in, world),
+        machine: machine.reference(kept_in, world),
         placement,
         parts: model.model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
         slots: best.slots.clone(),
+        machine_values: machine.is_own().then(|| Box::new(machine.profile.clone())),
     };
     plan.check(&machine.profile.kinematics(), model.model.parts.len())?;
-    Ok(CheckedPlan { sha256: sha256_hex(plan.to_text().as_bytes()), plan, model, machine })
+    Ok(CheckedPlan { sha256: plan.sha256(), plan, model, machine })
 }
 
 /// Kinds of remedies that are tried.

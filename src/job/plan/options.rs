@@ -1,5 +1,7 @@
 //! How to plan, as values of plain types, checked and made into what `planning` asks for.
 
+use std::path::PathBuf;
+
 use crate::geom::Angle;
 use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile};
 use crate::orient::{Direction, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
@@ -33,6 +35,8 @@ pub struct PlanOptions {
     pub remedies: bool,
     /// Most steps of the sequence search.
     pub budget: u64,
+    /// The folder that the plan will be kept in, for the paths of model and profile in it; `None`: as they are given.
+    pub kept_in: Option<PathBuf>,
     /// How many distinct plans, 1 to 100; beside several stands printing in three axes.
     pub plans: usize,
 }
@@ -61,6 +65,7 @@ impl Default for PlanOptions {
             place: None,
             remedies: true,
             budget: 20_000_000,
+            kept_in: None,
             plans: 1,
         }
     }

@@ -59,6 +59,19 @@ impl Files for Disk {
     fn exists(&self, path: &Path) -> bool {
         path.exists()
     }
+
+    fn seen_from(&self, file: &Path, folder: &Path) -> PathBuf {
+        let here = |path: &Path| std::fs::canonicalize(if path.as_os_str().is_empty() { Path::new(".") } else { path });
+        let (Ok(there), Ok(from), Ok(working)) = (here(file), here(folder), here(Path::new(""))) else {
+            return file.to_owned();
+        };
+        if file.is_absolute() || from == working {
+            return file.to_owned();
+        }
+        let shared = there.components().zip(from.components()).take_while(|(a, b)| a == b).count();
+        let up = std::iter::repeat_n(Path::new(".."), from.components().count() - shared);
+        up.map(Path::as_os_str).chain(there.components().skip(shared).map(|c| c.as_os_str())).collect()
+    }
 }
 
 /// `path` with `suffix` behind its whole name.

@@ -51,6 +51,12 @@ pub trait Files {
 
     /// Whether there is anything of this name.
     fn exists(&self, path: &Path) -> bool;
+
+    /// The path of `file` as seen from `folder`; as it is where that cannot be told.
+    fn seen_from(&self, file: &Path, folder: &Path) -> PathBuf {
+        let _ = folder;
+        file.to_owned()
+    }
 }
 
 /// Slicers as jobs ask for them.
