@@ -85,6 +85,16 @@ pub enum Error {
         /// `an input` or `another output`.
         what: &'static str,
     },
+    /// Profiles that extend each other without end, or one in hand that names a file.
+    #[error("{file}: extends {named}; only files can extend files, {most} at most one over the other, and none itself")]
+    Layers {
+        /// The file.
+        file: String,
+        /// What it extends.
+        named: String,
+        /// How many may be.
+        most: usize,
+    },
     /// A finished program where a slicer's file was to be.
     #[error("{file} is a finished program already, by another plan; slice again, or give the plan it was made by")]
     OtherPlan {

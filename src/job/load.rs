@@ -6,7 +6,7 @@ use super::source::{MachineSource, ModelSource, Source};
 use super::{Error, World};
 use crate::mesh::{Model, ReadOptions, Unit, read_model};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
-use crate::profile::{Origin, Profile, resolve, shipped};
+use crate::profile::{Base, Origin, Profile, resolve, resolve_over, shipped};
 
 /// A model with what identifies it.
 #[derive(Clone, Debug)]
@@ -108,9 +108,8 @@ pub fn load_profile(from: &MachineSource, world: &World<'_>) -> Result<LoadedPro
             (name.clone(), resolve(file, text)?)
         }
         MachineSource::Toml(source) => {
-            let name = source.name().into_owned();
-            let resolved = resolve(&name, &source.text(world)?)?;
-            (name, resolved)
+            let resolved = resolve_over(&own_layers(source, world)?)?;
+            (source.name().into_owned(), resolved)
         }
         MachineSource::Profile(profile) => {
             profile.validate()?;
@@ -119,6 +118,27 @@ pub fn load_profile(from: &MachineSource, world: &World<'_>) -> Result<LoadedPro
     };
     let sha256 = sha256_hex(profile.canonical().as_bytes());
     Ok(LoadedProfile { profile, origin, name, sha256, path: from.path().map(Path::to_owned) })
+}
+
+/// Files that may extend each other, at most.
+const MOST_LAYERS: usize = 8;
+
+/// A profile's file and those that it extends, the lowest first.
+fn own_layers(top: &Source, world: &World<'_>) -> Result<Vec<(String, String)>, Error> {
+    let mut layers = vec![(top.name().into_owned(), top.text(world)?)];
+    let mut folder = top.path().and_then(Path::parent).map(Path::to_owned);
+    loop {
+        let (file, text) = &layers[layers.len() - 1];
+        let Base::File(named) = Base::of(file, text)? else { break };
+        let (Some(beside), true) = (&folder, layers.len() < MOST_LAYERS) else {
+            return Err(Error::Layers { file: file.clone(), named, most: MOST_LAYERS });
+        };
+        let path = beside.join(named);
+        folder = path.parent().map(Path::to_owned);
+        layers.push((path.to_string_lossy().into_owned(), Source::File(path).text(world)?));
+    }
+    layers.reverse();
+    Ok(layers)
 }
 
 /// A plan, and what it was made for.

@@ -132,7 +132,10 @@ pub enum ReplayError {
     )]
     RotaryWord(char),
     /// `G92` on anything but the extruder.
-    #[error("G92 on an axis other than the extruder shifts all later coordinates; remove it")]
+    #[error(
+        "G92 on an axis other than the extruder shifts all later coordinates; remove it (a table without end stops is set level with \
+         both axes on one line, at their values for the level pose, before either moves)"
+    )]
     ShiftedAxes,
     /// A word that no move has: `G1 R2` (from a stored place) and `G1 H2` (motors without limits) on RepRapFirmware.
     #[error("{0} word in a move: firmwares differ in what it does; remove it")]
@@ -257,7 +260,7 @@ impl Controller {
         match (effect, command) {
             (Effect::Hazard(_), (20 | 70, 0)) => return Err(ReplayError::Inches),
             (Effect::Hazard(_), (plane @ (18 | 19), 0)) => return Err(ReplayError::Plane(plane)),
-            (Effect::Hazard(_), (92, 0)) => return Err(ReplayError::ShiftedAxes),
+            (Effect::Hazard(_), (92, 0)) => return self.set_level(line),
             (Effect::Hazard(Hazard::Unknown), (93, 0)) => return Err(ReplayError::UnknownMode(line.commands[0])),
             (Effect::Hazard(Hazard::MotorsOff), _) => self.at = Position::default(),
             (
@@ -312,8 +315,23 @@ impl Controller {
                 self.extruder_count = count;
                 Ok(Step::ExtruderSet(count))
             }
-            _ => Err(ReplayError::ShiftedAxes),
+            _ => self.set_level(line),
         }
+    }
+
+    /// `G92 A0 C0`: without end stops a person levels the table, and this says so. Both axes, at what the level pose is called, before
+    /// either has moved; anything else shifts.
+    fn set_level(&mut self, line: &ParsedLine) -> Result<Step, ReplayError> {
+        let Some((tilt, rotation)) = &self.reading.rotary else { return Err(ReplayError::ShiftedAxes) };
+        let level = |axis: &AxisRange| {
+            line.value(axis.letter).is_some_and(|word| (word - axis.word_of(Angle::ZERO).deg()).abs() < 1e-9)
+        };
+        let unmoved = self.at.tilt.is_none() && self.at.rotation.is_none();
+        if line.words.len() != 2 || !level(tilt) || !level(rotation) || !unmoved {
+            return Err(ReplayError::ShiftedAxes);
+        }
+        (self.at.tilt, self.at.rotation) = (Some(Angle::ZERO), Some(Angle::ZERO));
+        Ok(Step::Effect(Effect::Hazard(Hazard::Shift)))
     }
 
     fn make_move(&mut self, kind: u32, line: &ParsedLine) -> Result<Step, ReplayError> {
@@ -525,6 +543,37 @@ mod tests {
         assert_eq!(refused("G90 G1 X5"), ReplayError::SeveralCommands(Command::g(90), Command::g(1)));
         assert_eq!(refused("G93"), ReplayError::UnknownMode(Command::g(93)));
         assert_eq!(refused("G1 X"), ReplayError::BareWord('X'));
+    }
+
+    #[test]
+    fn a_table_without_end_stops_is_set_level_once_before_it_moves() {
+        let axis = |letter, direction, zero| AxisRange {
+            letter,
+            direction,
+            zero: Angle::from_deg(zero),
+            range: None,
+            max_rate: 1.0,
+        };
+        let reading = Reading { rotary: Some((axis(b'U', 1.0, 0.0), axis(b'V', -1.0, 30.0))), ..Reading::sliced() };
+        let after = |text: &str| {
+            let (mut controller, mut line) = (Controller::new(reading.clone()), ParsedLine::default());
+            let steps: Result<Vec<Step>, ReplayError> = text
+                .lines()
+                .map(|l| {
+                    line.read(l.as_bytes()).unwrap();
+                    controller.step(&line)
+                })
+                .collect();
+            steps.map(|steps| (controller.at, steps))
+        };
+        let (at, steps) = after("G1 X5 Y6 Z7\nG92 U0 V30").unwrap();
+        assert_eq!(at.pose(), Some(Pose::LEVEL));
+        assert_eq!(at.linear, [Some(5.0), Some(6.0), Some(7.0)]);
+        // Not by the way: only the profile's own code may say so.
+        assert_eq!(steps[1], Step::Effect(Effect::Hazard(Hazard::Shift)));
+        for text in ["G92 U0 V0", "G92 U0", "G92 V30", "G92 U0 V30 X0", "G1 U5\nG92 U0 V30", "G92 U0 V30\nG92 U0 V30"] {
+            assert_eq!(after(text).unwrap_err(), ReplayError::ShiftedAxes, "{text}");
+        }
     }
 
     #[test]

@@ -105,6 +105,8 @@ mod tests {
                 "{code}: {text}"
             );
         }
+        assert_eq!(with("start", "G92 A0 C0\nG28 X Y Z\nM109 S{nozzle_c}"), "");
+        assert!(with("start", "G92 A0 C5\nG28\nM109 S{nozzle_c}").contains("set level with both axes"));
         assert!(with("end", "G91\nG1 Z10 Q3").contains("dialect.end"));
         assert!(checked("[link]\nrehome = \"\"\"G20\"\"\"\n").contains("link.rehome"));
     }

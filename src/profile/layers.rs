@@ -112,24 +112,69 @@ pub fn shipped(name: &str) -> Result<(&'static str, &'static str), ProfileError>
     })
 }
 
+/// What a profile's `extends` names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Base {
+    /// Nothing: the defaults.
+    Defaults,
+    /// A shipped profile.
+    Shipped(String),
+    /// A file, as written: from the folder of the one that names it.
+    File(String),
+}
+
+impl Base {
+    /// What `file`'s `text` extends: a file where the word looks like a path or ends with `.toml`, else a shipped name.
+    ///
+    /// # Errors
+    ///
+    /// [`ProfileError::Syntax`], and [`ProfileError::Type`] for what is no name.
+    pub fn of(file: &str, text: &str) -> Result<Self, ProfileError> {
+        match parse(file, text)?.get("extends") {
+            None => Ok(Self::Defaults),
+            Some(Value::String(name)) if name.ends_with(".toml") || name.contains(['/', '\\']) => {
+                Ok(Self::File(name.clone()))
+            }
+            Some(Value::String(name)) => Ok(Self::Shipped(name.clone())),
+            Some(base) => {
+                let place = key_lines(text).get("extends").map_or(file.to_owned(), |line| format!("{file}:{line}"));
+                let message = format!(
+                    "extends = {base} is no name; give a shipped profile's, for example \"generic-ac\", or a file's, \"base.toml\""
+                );
+                Err(ProfileError::Type { place, message })
+            }
+        }
+    }
+}
+
 /// The profile of `file`'s `text` over its `extends` (a shipped name) over the defaults, checked.
 ///
 /// # Errors
 ///
 /// [`ProfileError`] for bad TOML, unknown keys (with the nearest name), wrong types and values out of range.
 pub fn resolve(file: &str, text: &str) -> Result<(Profile, Origin), ProfileError> {
-    let mut top = parse(file, text)?;
+    resolve_over(&[(file.to_owned(), text.to_owned())])
+}
+
+/// The profile of `own` files with their texts, each over the one before, over the shipped profile that the first extends, over
+/// the defaults, checked.
+///
+/// # Errors
+///
+/// As [`resolve`].
+pub fn resolve_over(own: &[(String, String)]) -> Result<(Profile, Origin), ProfileError> {
     let mut layers = vec![(DEFAULTS.0, DEFAULTS.1, parse(DEFAULTS.0, DEFAULTS.1)?)];
-    if let Some(base) = top.remove("extends") {
-        let Some(name) = base.as_str() else {
-            let place = key_lines(text).get("extends").map_or(file.to_owned(), |line| format!("{file}:{line}"));
-            let message = format!("extends = {base} is no name; give a shipped profile's, for example \"generic-ac\"");
-            return Err(ProfileError::Type { place, message });
-        };
-        let (base_file, base_text) = shipped(name)?;
+    if let Some((file, text)) = own.first()
+        && let Base::Shipped(name) = Base::of(file, text)?
+    {
+        let (base_file, base_text) = shipped(&name)?;
         layers.push((base_file, base_text, parse(base_file, base_text)?));
     }
-    layers.push((file, text, top));
+    for (file, text) in own {
+        let mut table = parse(file, text)?;
+        table.remove("extends");
+        layers.push((file, text, table));
+    }
     let known = known_keys(&layers[0].2);
     let mut merged = Table::new();
     let mut origin = Origin::new();
@@ -146,10 +191,12 @@ pub fn resolve(file: &str, text: &str) -> Result<(Profile, Origin), ProfileError
     ranges::check("", &merged).map_err(|out| out_of_range(out, &origin))?;
     let profile: Profile = merged.try_into().map_err(|error: toml::de::Error| {
         let message = error.to_string().trim().replace('\n', " ");
-        // The deserialiser ends with the key, and only the user's own layer can be of the wrong type.
+        // The deserialiser ends with the key.
         let key = message.rsplit("in `").next().and_then(|rest| rest.strip_suffix('`'));
-        let line = key.and_then(|key| key_lines(text).get(key).copied());
-        ProfileError::Type { place: line.map_or(file.to_owned(), |line| format!("{file}:{line}")), message }
+        let line_of = |(file, text): &(String, String)| Some(format!("{file}:{}", key_lines(text).get(key?)?));
+        let file = own.last().map_or(DEFAULTS.0, |(file, _)| file);
+        let place = own.iter().rev().find_map(line_of).unwrap_or_else(|| file.to_owned());
+        ProfileError::Type { place, message }
     })?;
     profile.check(&origin)?;
     Ok((profile, origin))

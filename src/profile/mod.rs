@@ -11,7 +11,7 @@ mod process;
 mod ranges;
 mod schema;
 
-pub use layers::{Origin, ProfileError, SHIPPED, resolve, shipped};
+pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shipped};
 pub use process::SliceSettings;
 pub use ranges::{OutOfRange, check_number};
 pub use schema::{

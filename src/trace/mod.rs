@@ -281,6 +281,12 @@ impl Trace {
 
     /// Whether the table turns during a move.
     pub fn turns(&self, of: &Move) -> bool {
+        of.wrote_rotary() && self.has_new_pose(of)
+    }
+
+    /// Whether a move is made at another pose than the one before it: it turns, or the pose was declared (`G92 A0 C0`) or
+    /// forgotten (M84) between them.
+    pub fn has_new_pose(&self, of: &Move) -> bool {
         let (from, to) = (self.state_before(of), self.state(of));
         (from.tilt, from.rotation) != (to.tilt, to.rotation)
     }

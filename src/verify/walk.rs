@@ -69,6 +69,8 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
     for m in acts.trace.moves() {
         if let Some(turn) = acts.turn(&m) {
             walker.turn(&turn);
+        } else if acts.trace.has_new_pose(&m) {
+            walker.is_at(acts.trace.state(&m).pose());
         }
         match acts.go(&m) {
             Some(Go::Blind(blind)) => walker.blind(&blind, m.index),
@@ -190,10 +192,15 @@ impl Walker<'_> {
         }
     }
 
-    fn turn(&mut self, turn: &Turn) {
+    /// The table stands at another pose, and has not turned there.
+    fn is_at(&mut self, pose: Option<Pose>) {
         self.leave();
-        self.pose = turn.to;
+        self.pose = pose;
         self.print = None;
+    }
+
+    fn turn(&mut self, turn: &Turn) {
+        self.is_at(turn.to);
         let cap = self.walked.clearance.max(ROOM_MM);
         let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
         let passage = turning.passage(turn, &mut self.material, cap);
@@ -233,7 +240,7 @@ impl Walker<'_> {
         let motion = self.table.forward(pose);
         let trace = self.acts.trace;
         let here = (from..trace.len()).map(|i| trace.at(i));
-        let here = here.take_while(|m| m.index == from || !trace.turns(m));
+        let here = here.take_while(|m| m.index == from || !trace.has_new_pose(m));
         let ways: Vec<[Vec3; 2]> = here
             .filter_map(|m| match self.acts.go(&m)? {
                 Go::Stroke(stroke) => Some([stroke.from, stroke.to]),

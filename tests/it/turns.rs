@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::bad_input::{cuboid, stl};
+use crate::pipeline::{fixture, prepare};
 use crate::support::{folder, said, trunnion};
 
 /// A tower between two posts, planned with the parts of `slots`, and sliced by the built-in slicer.
@@ -123,4 +124,36 @@ fn prints_that_take_turns_keep_their_own_fan_heat_and_limits() {
         }
     }
     assert!(switches > 80, "{switches}");
+}
+
+#[test]
+fn a_table_without_end_stops_is_set_level_by_the_machines_own_code_and_by_nothing_else() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    // One machine over another over a shipped one, in folders of their own.
+    std::fs::create_dir(path("bases")).unwrap();
+    let start = "G92 U0 V0\\nG28 X Y Z\\nM140 S{bed_c}\\nG10 P0 S{nozzle_c}\\nM116\\n";
+    let base = "extends = \"open5x-prusa\"\n[dialect]\nstart = \"G28\\nM109 S{nozzle_c}\"\n[process]\nlayer_height_mm = 0.25\n";
+    std::fs::write(path("bases/mine.toml"), base).unwrap();
+    let top = format!("extends = \"bases/mine.toml\"\n[dialect]\nstart = \"{start}\"\n");
+    std::fs::write(path("level.toml"), top).unwrap();
+    let (machine, plan, whole) = (path("level.toml"), path("plan.json"), path("whole.gcode"));
+    let more = ["--plan-out", &plan.display().to_string()];
+    prepare(&fixture("two-boxes"), &machine.display().to_string(), "builtin", &whole, &more);
+    let text = std::fs::read_to_string(&whole).unwrap();
+    assert!(text.contains("\nG92 U0 V0\nG28 X Y Z\n") && text.contains(";HEIGHT:0.25"), "the layers of the profile");
+    let found = |text: &str| {
+        std::fs::write(path("changed.gcode"), text).unwrap();
+        let run = trunnion().arg("verify").arg(path("changed.gcode")).arg("--plan").arg(&plan).output().unwrap();
+        (run.status.code(), said(&run))
+    };
+    // Once more in the middle, at other values, or after a turn, the table would be believed elsewhere than it is.
+    let middle = text.find(";TRUNNION slot=1").unwrap();
+    for line in ["G92 U0 V0\n", "G92 U90 V180\n", "G92 U0\n"] {
+        let (code, said) = found(&format!("{}{line}{}", &text[..middle], &text[middle..]));
+        assert!(code == Some(1) && said.contains("G92"), "{line}: {said}");
+    }
+    std::fs::write(path("bases/mine.toml"), "extends = \"../level.toml\"\n").unwrap();
+    let run = trunnion().args(["profile", "check"]).arg(&machine).output().unwrap();
+    assert!(run.status.code() == Some(2) && said(&run).contains("none itself"), "{}", said(&run));
 }
