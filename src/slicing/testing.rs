@@ -63,6 +63,8 @@ pub(super) struct Extrusion {
     pub(super) e: f64,
     pub(super) feed: f64,
     pub(super) kind: String,
+    /// As it is stated, mm.
+    pub(super) width: f64,
 }
 
 impl Extrusion {
@@ -76,11 +78,13 @@ pub(super) fn extrusions(gcode: &[u8]) -> Vec<Extrusion> {
     let mut at = [f64::NAN; 3];
     let mut feed = 0.0;
     let mut kind = String::new();
+    let mut width = f64::NAN;
     let mut found = Vec::new();
     for line in std::str::from_utf8(gcode).unwrap().lines() {
         if let Some(name) = line.strip_prefix(";TYPE:") {
             name.clone_into(&mut kind);
         }
+        width = line.strip_prefix(";WIDTH:").map_or(width, |text| text.parse().unwrap());
         let Some(rest) = line.strip_prefix("G1 ") else { continue };
         let words = words(rest);
         let from = at;
@@ -90,7 +94,7 @@ pub(super) fn extrusions(gcode: &[u8]) -> Vec<Extrusion> {
         feed = words.get(&'F').copied().unwrap_or(feed);
         let e = words.get(&'E').copied().unwrap_or(0.0);
         if e > 0.0 && (words.contains_key(&'X') || words.contains_key(&'Y')) {
-            found.push(Extrusion { from, to: at, e, feed, kind: kind.clone() });
+            found.push(Extrusion { from, to: at, e, feed, kind: kind.clone(), width });
         }
     }
     found

@@ -73,7 +73,7 @@ impl<'a> Writer<'a> {
         self.text.extend_from_slice(b"G1");
         self.set_feed(self.speed(path.feature));
         self.text.push(b'\n');
-        let e_per_mm = path.flow * self.line.area_mm2 / self.filament_mm2;
+        let e_per_mm = self.line.area_of(self.width(path) as f64 / 1e3) / self.filament_mm2;
         for &point in &path.points[1..] {
             self.extrude(micrometres(point), e_per_mm);
         }
@@ -85,8 +85,7 @@ impl<'a> Writer<'a> {
     }
 
     fn mark(&mut self, path: &Path) {
-        let width_mm = self.line.width_of(path.flow);
-        let kind = (path.feature, (width_mm * 1e3).round() as i64);
+        let kind = (path.feature, self.width(path));
         if self.kind.map(|k| k.0) != Some(kind.0) {
             self.raw(&format!(";TYPE:{}", name(path.feature)));
         }
@@ -152,6 +151,11 @@ impl<'a> Writer<'a> {
         let scale = 10i64.pow(digits as u32);
         let sign = if value < 0 { "-" } else { "" };
         let _ = write!(self.text, "{sign}{}.{:0digits$}", value.abs() / scale, value.abs() % scale);
+    }
+
+    /// The path's width as it is stated, micrometres.
+    fn width(&self, path: &Path) -> i64 {
+        (path.width_mm.unwrap_or(self.line.width_mm) * 1e3).round() as i64
     }
 
     fn speed(&self, feature: Feature) -> f64 {

@@ -13,17 +13,45 @@ struct Row {
     spans: Vec<(f64, f64)>,
 }
 
-/// Lines at `angle` (rad from +X) and `spacing` (grid units), as chains of neighbours run to and fro.
-///
-/// The lines of all regions and layers lie on one lattice through the origin, so that equal layers stack.
-pub(super) fn chains(region: &Region, angle: f64, spacing: f64) -> Vec<Vec<Stroke>> {
-    let rows = rows(region, angle, spacing);
+/// Parallel rows, in grid units and turned coordinates.
+#[derive(Clone, Copy)]
+pub(super) struct Lattice {
+    /// The rows' direction, rad from +X.
+    pub(super) angle: f64,
+    /// Half a pitch before the row of index 0.
+    origin: f64,
+    pub(super) pitch: f64,
+}
+
+impl Lattice {
+    /// Rows on one lattice through the origin, so that those of all regions and layers stack.
+    pub(super) fn common(angle: f64, pitch: f64) -> Self {
+        Self { angle, origin: 0.0, pitch }
+    }
+
+    /// Whole rows from border to border of the region, about `pitch` apart: a narrow one is filled wherever it lies.
+    pub(super) fn fitted(region: &Region, angle: f64, pitch: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        let across = region.iter().flatten().flatten().map(|p| f64::from(p.y) * cos - f64::from(p.x) * sin);
+        let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let rows = ((high - low) / pitch).round();
+        if rows >= 1.0 { Self { angle, origin: low, pitch: (high - low) / rows } } else { Self::common(angle, pitch) }
+    }
+
+    fn row(&self, index: i64) -> f64 {
+        self.origin + (index as f64 + 0.5) * self.pitch
+    }
+}
+
+/// Lines across the region, as chains of neighbours run to and fro.
+pub(super) fn chains(region: &Region, lattice: Lattice) -> Vec<Vec<Stroke>> {
+    let rows = rows(region, lattice);
     let mut used: Vec<Vec<bool>> = rows.iter().map(|row| vec![false; row.spans.len()]).collect();
     let mut found = Vec::new();
     for row in 0..rows.len() {
         for span in 0..rows[row].spans.len() {
             if !used[row][span] {
-                let chain = chain(&rows, &mut used, (row, span), angle, spacing);
+                let chain = chain(&rows, &mut used, (row, span), lattice);
                 found.extend((!chain.is_empty()).then_some(chain));
             }
         }
@@ -32,21 +60,21 @@ pub(super) fn chains(region: &Region, angle: f64, spacing: f64) -> Vec<Vec<Strok
 }
 
 /// The longest line of the hatch, mm; 0 for a region that no line meets.
-pub(super) fn longest_mm(region: &Region, angle: f64, spacing: f64) -> f64 {
-    let spans = rows(region, angle, spacing).into_iter().flat_map(|row| row.spans);
+pub(super) fn longest_mm(region: &Region, lattice: Lattice) -> f64 {
+    let spans = rows(region, lattice).into_iter().flat_map(|row| row.spans);
     spans.map(|(a, b)| mm(b - a)).fold(0.0, f64::max)
 }
 
-/// Where each line lies inside the region, in coordinates turned by `-angle`; rows ascend.
-fn rows(region: &Region, angle: f64, spacing: f64) -> Vec<Row> {
-    let (sin, cos) = angle.sin_cos();
+/// Where each line lies inside the region, in coordinates turned by minus the lattice's angle; rows ascend.
+fn rows(region: &Region, lattice: Lattice) -> Vec<Row> {
+    let (sin, cos) = lattice.angle.sin_cos();
     let turned = |p: Point| {
         let (x, y) = (f64::from(p.x), f64::from(p.y));
         (x * cos + y * sin, y * cos - x * sin)
     };
     let mut hits: Vec<(i64, f64)> = Vec::new();
     for (a, b) in region.iter().flatten().flat_map(|ring| pairs(ring)) {
-        crossings(turned(a), turned(b), spacing, &mut hits);
+        crossings(turned(a), turned(b), lattice, &mut hits);
     }
     hits.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut rows: Vec<Row> = Vec::new();
@@ -58,23 +86,23 @@ fn rows(region: &Region, angle: f64, spacing: f64) -> Vec<Row> {
     rows
 }
 
-/// Crossings of an edge with the rows `y = (row + 1/2) * spacing`; its lower end counts, its upper one does not.
-fn crossings(a: (f64, f64), b: (f64, f64), spacing: f64, hits: &mut Vec<(i64, f64)>) {
+/// Crossings of an edge with the rows; its lower end counts, its upper one does not.
+fn crossings(a: (f64, f64), b: (f64, f64), lattice: Lattice, hits: &mut Vec<(i64, f64)>) {
     let (low, high) = if a.1 <= b.1 { (a, b) } else { (b, a) };
-    let row = |y: f64| (y / spacing - 0.5).ceil() as i64;
+    let row = |y: f64| ((y - lattice.origin) / lattice.pitch - 0.5).ceil() as i64;
     for index in row(low.1)..row(high.1) {
-        let y = (index as f64 + 0.5) * spacing;
+        let y = lattice.row(index);
         hits.push((index, low.0 + (high.0 - low.0) * (y - low.1) / (high.1 - low.1)));
     }
 }
 
-fn chain(rows: &[Row], used: &mut [Vec<bool>], start: (usize, usize), angle: f64, spacing: f64) -> Vec<Stroke> {
-    let (sin, cos) = angle.sin_cos();
+fn chain(rows: &[Row], used: &mut [Vec<bool>], start: (usize, usize), lattice: Lattice) -> Vec<Stroke> {
+    let (sin, cos) = lattice.angle.sin_cos();
     let mut strokes = Vec::new();
     let mut next = Some(start);
     while let Some((row, span)) = next {
         used[row][span] = true;
-        let y = (rows[row].index as f64 + 0.5) * spacing;
+        let y = lattice.row(rows[row].index);
         let (from, to) = rows[row].spans[span];
         let [a, b] =
             [from, to].map(|x| Point::new((x * cos - y * sin).round() as i32, (x * sin + y * cos).round() as i32));
@@ -102,10 +130,23 @@ mod tests {
     fn lines_cover_a_square_at_any_angle_as_densely_as_told() {
         let region = enclosed(&[square(0, 100_000)]);
         for angle in [0.0, 0.3, 0.785, 1.57, 2.4] {
-            let chains = chains(&region, angle, 4000.0);
+            let chains = chains(&region, Lattice::common(angle, 4000.0));
             assert_eq!(chains.len(), 1, "one convex region is one chain");
             let length: f64 = chains[0].iter().map(|[a, b]| distance_mm(*a, *b)).sum();
             assert!((length * 0.4 - 100.0).abs() < 0.5, "{angle}: {length} mm");
+        }
+    }
+
+    #[test]
+    fn a_fitted_lattice_has_its_outer_lines_half_a_pitch_inside() {
+        for (low, high) in [(0, 10_000), (3_333, 15_000), (-777, 4_100)] {
+            let region = enclosed(&[square(low, high)]);
+            let lattice = Lattice::fitted(&region, 0.0, 4000.0);
+            let rows: Vec<f64> = chains(&region, lattice).concat().iter().map(|[a, _]| f64::from(a.y)).collect();
+            let wanted = (f64::from(high - low) / 4000.0).round();
+            assert_eq!(rows.len() as f64, wanted);
+            assert!((rows[0] - f64::from(low) - lattice.pitch / 2.0).abs() < 1.0, "{rows:?}");
+            assert!((f64::from(high) - rows[rows.len() - 1] - lattice.pitch / 2.0).abs() < 1.0, "{rows:?}");
         }
     }
 
@@ -114,7 +155,7 @@ mod tests {
         let mut hole = square(40_000, 60_000);
         hole.reverse();
         let region = enclosed(&[square(0, 100_000), hole]);
-        let strokes: Vec<Stroke> = chains(&region, 0.0, 5000.0).concat();
+        let strokes: Vec<Stroke> = chains(&region, Lattice::common(0.0, 5000.0)).concat();
         let length: f64 = strokes.iter().map(|[a, b]| distance_mm(*a, *b)).sum();
         assert!((length - (20.0 * 10.0 - 4.0 * 2.0)).abs() < 1e-6, "{length}");
     }

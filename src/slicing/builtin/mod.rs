@@ -6,6 +6,8 @@
 mod cut;
 mod emit;
 mod hatch;
+mod join;
+mod narrow;
 mod order;
 mod overhang;
 mod plan;
@@ -14,6 +16,7 @@ mod simplify;
 mod skins;
 #[cfg(test)]
 mod tests;
+mod thickness;
 mod walls;
 
 use std::f64::consts::FRAC_PI_4;
@@ -24,7 +27,7 @@ use self::order::ordered;
 use self::plan::{PlannedLayer, all_walls, planned};
 use self::region::{Point, Region, area_mm2, units};
 use self::skins::Stack;
-use self::walls::{NARROWEST, Walled};
+use self::walls::Walled;
 use super::{SliceError, SliceJob, SliceSettings, Slicer};
 use crate::gcode::checksum;
 use crate::geom::Slot;
@@ -49,9 +52,9 @@ impl Line {
         Self { width: units(width_mm), spacing: units(spacing_mm), width_mm, spacing_mm, height_mm, area_mm2 }
     }
 
-    /// The width of a line with `flow` of the full cross-section, mm.
-    fn width_of(&self, flow: f64) -> f64 {
-        flow * self.area_mm2 / self.height_mm + self.height_mm * (1.0 - FRAC_PI_4)
+    /// The cross-section of a line of another width, mm².
+    fn area_of(&self, width_mm: f64) -> f64 {
+        self.area_mm2 + (width_mm - self.width_mm) * self.height_mm
     }
 }
 
@@ -164,7 +167,7 @@ fn warnings(cuts: &[Cut], walls: &[Vec<Walled>], same_as: &[usize], s: &SliceSet
     let lost: Vec<f64> = lost.filter(|&area| area > WORTH_TELLING_MM2).collect();
     if !lost.is_empty() {
         let volume = lost.iter().sum::<f64>() * s.layer_height_mm;
-        let narrowest = NARROWEST * s.line_width_mm;
+        let narrowest = Line::new(s).thinnest_mm();
         let layers = lost.len();
         found.push(format!("{volume:.3} mm3 on {layers} layers are narrower than {narrowest:.3} mm and were left out"));
     }

@@ -6,12 +6,12 @@ use std::f64::consts::FRAC_PI_4;
 use rayon::prelude::*;
 
 use super::Line;
-use super::hatch::{Stroke, chains};
+use super::hatch::{Lattice, Stroke, chains};
 use super::order::rearmost;
 use super::overhang::Ground;
-use super::region::{Point, Region, area_mm2, grown, minus};
+use super::region::{Point, Region, Shape, area_mm2, grown, minus, mm};
 use super::skins::{Inside, Stack, inside, solids};
-use super::walls::{Loop, Walled, walled};
+use super::walls::{Bead, Walled, walled};
 use crate::slicing::SliceSettings;
 
 /// What a line is for.
@@ -31,8 +31,8 @@ pub(super) enum Feature {
 pub(super) struct Path {
     pub(super) feature: Feature,
     pub(super) points: Vec<Point>,
-    /// Cross-section as a share of the full line's.
-    pub(super) flow: f64,
+    /// The line's width where it is not the usual one, mm.
+    pub(super) width_mm: Option<f64>,
     /// Whether the way here from the path before stays in the same infill, so that ooze does no harm.
     pub(super) hop: bool,
 }
@@ -41,20 +41,22 @@ pub(super) struct Path {
 pub(super) struct Fill {
     pub(super) feature: Feature,
     pub(super) chains: Vec<Vec<Stroke>>,
+    /// The lines' width where it is not the usual one, mm.
+    pub(super) width_mm: Option<f64>,
     /// The longest way between neighbouring lines, mm.
     pub(super) hop_mm: f64,
 }
 
 /// A connected piece of a layer that prints something.
 pub(super) struct Island<'a> {
-    pub(super) loops: &'a [Loop],
+    pub(super) beads: &'a [Bead],
     pub(super) fills: Vec<Fill>,
 }
 
 impl Island<'_> {
     /// Where the island begins, for choosing the next one.
     pub(super) fn start(&self) -> Point {
-        let wall = self.loops.first().map(|l| l.points[rearmost(&l.points)]);
+        let wall = self.beads.first().map(|l| l.points[rearmost(&l.points)]);
         let fill = || self.fills.first().map(|f| f.chains[0][0][0]);
         wall.or_else(fill).unwrap_or_default()
     }
@@ -91,13 +93,17 @@ pub(super) fn planned<'a>(
         .collect();
     let hollows: Vec<Region> =
         insides.iter().map(|islands| islands.iter().flat_map(|i| i.hollow.clone()).collect()).collect();
+    // What is printed first lies on what is there, even where layers below it were too narrow to print.
+    let prints = |at: &usize| walls_of(*at).iter().any(|w| !w.beads.is_empty() || !w.infill.is_empty());
+    let first = (0..count).find(prints).unwrap_or(0);
     let layer = |at: usize| {
-        let carrier = at.checked_sub(1).map(|b| printed(&stack.outlines[b], walls_of(b)));
-        let below = carrier.as_deref().zip(at.checked_sub(1).map(|b| &hollows[b]));
+        let under = at.checked_sub(1).filter(|_| at > first);
+        let carrier = under.map(|b| printed(&stack.outlines[b], walls_of(b)));
+        let below = carrier.as_deref().zip(under.map(|b| &hollows[b]));
         let islands = walls_of(at).iter().zip(&insides[at]);
         let islands = islands
-            .map(|(w, i)| Island { loops: &w.loops, fills: fills(i, at, below, stack.outlines.get(at + 1), line, s) });
-        let printing = islands.filter(|island| !island.loops.is_empty() || !island.fills.is_empty()).collect();
+            .map(|(w, i)| Island { beads: &w.beads, fills: fills(i, at, below, stack.outlines.get(at + 1), line, s) });
+        let printing = islands.filter(|island| !island.beads.is_empty() || !island.fills.is_empty()).collect();
         PlannedLayer { islands: printing, ground: carrier.as_deref().and_then(|below| ground(stack, at, below, line)) }
     };
     (0..count).into_par_iter().map(layer).collect()
@@ -128,19 +134,29 @@ fn fills(
 ) -> Vec<Fill> {
     let angle = if at.is_multiple_of(2) { FRAC_PI_4 } else { 3.0 * FRAC_PI_4 };
     let solids = solids(&inside.solid, below, above, line);
-    let spacing = f64::from(line.spacing);
-    let mut fills: Vec<Fill> =
-        solids.bridges.iter().map(|(region, angle)| fill(Feature::Bridge, region, *angle, spacing)).collect();
-    fills.push(fill(Feature::Solid, &solids.rest, angle, spacing));
-    fills.push(fill(Feature::Top, &solids.top, angle, spacing));
+    let mut fills = Vec::new();
+    for (region, angle) in &solids.bridges {
+        fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, *angle, line)));
+    }
+    fills.extend(solids.rest.iter().map(|shape| solid(Feature::Solid, shape, angle, line)));
+    fills.extend(solids.top.iter().map(|shape| solid(Feature::Top, shape, angle, line)));
     if s.infill > 0.0 {
-        fills.push(fill(Feature::Sparse, &inside.hollow, angle, spacing / s.infill));
+        let lattice = Lattice::common(angle, f64::from(line.spacing) / s.infill);
+        fills.push(fill(Feature::Sparse, &inside.hollow, lattice, None));
     }
     fills.retain(|fill| !fill.chains.is_empty());
     fills
 }
 
-fn fill(feature: Feature, region: &Region, angle: f64, spacing: f64) -> Fill {
+/// A shape filled line by line; the lines are as wide as their pitch asks for.
+fn solid(feature: Feature, shape: &Shape, angle: f64, line: &Line) -> Fill {
+    let region = vec![shape.clone()];
+    let lattice = Lattice::fitted(&region, angle, f64::from(line.spacing));
+    let width_mm = mm(lattice.pitch) + line.width_mm - line.spacing_mm;
+    fill(feature, &region, lattice, Some(width_mm))
+}
+
+fn fill(feature: Feature, region: &Region, lattice: Lattice, width_mm: Option<f64>) -> Fill {
     // Along a border at 45 degrees neighbouring ends lie 1.4 spacings apart.
-    Fill { feature, chains: chains(region, angle, spacing), hop_mm: 2.0 * super::region::mm(spacing) }
+    Fill { feature, chains: chains(region, lattice), width_mm, hop_mm: 2.0 * mm(lattice.pitch) }
 }

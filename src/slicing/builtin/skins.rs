@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use super::Line;
-use super::hatch::longest_mm;
+use super::hatch::{Lattice, longest_mm};
 use super::region::{Region, and, area_mm2, grown, minus, opened, or};
 use crate::slicing::SliceSettings;
 
@@ -95,7 +95,7 @@ fn shortest_span(unsupported: &Region, line: &Line) -> f64 {
         return best.1;
     }
     for angle in angles {
-        let span = longest_mm(unsupported, angle, f64::from(line.spacing));
+        let span = longest_mm(unsupported, Lattice::common(angle, f64::from(line.spacing)));
         // A micrometre of advantage is rounding, not a shorter span.
         if span < best.0 - 0.001 {
             best = (span, angle);

@@ -89,7 +89,7 @@ fn a_solid_cube_has_its_volume_and_e_adds_up() {
     let volume = volume_mm3(&lines);
     assert!((volume / 8000.0 - 1.0).abs() < 0.02, "{volume} mm3");
     let line = Line::new(&settings);
-    let wanted = lines.iter().map(Extrusion::length).sum::<f64>() * line.area_mm2 / FILAMENT_MM2;
+    let wanted = lines.iter().map(|l| l.length() * line.area_of(l.width)).sum::<f64>() / FILAMENT_MM2;
     let got: f64 = lines.iter().map(|l| l.e).sum();
     assert!((got - wanted).abs() < 1.1e-5, "{got} against {wanted} mm");
     assert!(text.contains(&format!("; filament used [mm] = {got:.2}")));
@@ -138,18 +138,55 @@ fn a_cylinder_keeps_its_radius_and_its_volume() {
     assert!((volume_mm3(&lines) / wanted - 1.0).abs() < 0.02, "{}", volume_mm3(&lines));
 }
 
+/// The widths of lines of 1 mm and more, as their filament gives them.
+fn widths(lines: &[Extrusion]) -> Vec<f64> {
+    let long = lines.iter().filter(|l| l.length() >= 1.0);
+    long.map(|l| l.e * FILAMENT_MM2 / l.length() / 0.2 + 0.2 * (1.0 - std::f64::consts::FRAC_PI_4)).collect()
+}
+
 #[test]
-fn thin_walls_are_printed_down_to_the_narrowest_and_named_below() {
+fn thin_walls_get_their_plastic_in_beads_that_a_nozzle_can_lay() {
     let wall = |thick: f64| block([150.0, 140.0, 0.0], [150.0 + thick, 160.0, 4.0]);
-    for (thick, share) in [(1.0, 0.2), (0.75, 0.1), (0.65, 0.05), (0.4, 0.05), (0.3, 0.1)] {
-        let (text, lines) = sliced(&wall(thick), &SliceSettings::default());
+    for hundredths in (30..=300).step_by(5) {
+        let thick = f64::from(hundredths) / 100.0;
+        let settings = SliceSettings { infill: 1.0, ..SliceSettings::default() };
+        let (text, lines) = sliced(&wall(thick), &settings);
         let volume = volume_mm3(&lines) / (thick * 20.0 * 4.0);
-        assert!((volume - 1.0).abs() < share, "{thick} mm: {volume}\n{}", &text[..600]);
+        assert!((0.93..=1.05).contains(&volume), "{thick} mm: {volume}\n{}", &text[..600]);
+        let least = widths(&lines).into_iter().fold(f64::INFINITY, f64::min);
+        assert!(least >= 0.299, "{thick} mm: a bead of {least} mm");
+        let along = lines.iter().filter(|l| (l.to[1] - l.from[1]).abs() > 15.0 && l.to[2] < 0.3).count();
+        let wanted = if thick <= 0.65 {
+            Some(1)
+        } else if thick <= 1.1 {
+            Some(2)
+        } else {
+            None
+        };
+        assert!(wanted.is_none_or(|wanted| wanted == along), "{thick} mm: {along} beads");
     }
-    assert_box(&sliced(&wall(1.0), &SliceSettings::default()).1, [150.225, 140.225, 0.2, 150.775, 159.775, 4.0]);
+}
+
+#[test]
+fn a_wedge_is_filled_to_where_it_is_as_thin_as_the_narrowest_bead() {
+    for deg in [5.0f64, 10.0, 20.0, 30.0, 45.0] {
+        let half = 10.0 * (deg / 2.0).to_radians().tan();
+        let (_, lines) = sliced(
+            &prism(&[[140.0, 150.0], [150.0, 150.0 - half], [150.0, 150.0 + half]], 0.0, 2.0),
+            &SliceSettings::default(),
+        );
+        let tip = lines.iter().flat_map(|l| [l.from[0], l.to[0]]).fold(f64::INFINITY, f64::min) - 140.0;
+        // The narrowest bead is 0.3 mm wide; its walls are 0.27 mm apart there.
+        let thin = 0.265 / 2.0 / (deg / 2.0).to_radians().tan();
+        assert!((tip - thin).abs() < 0.3, "{deg} degrees: from {tip} mm on, thick enough from {thin} mm on");
+    }
+}
+
+#[test]
+fn what_is_too_thin_for_any_bead_is_named() {
     let fin = block([160.0, 150.0, 0.0], [170.0, 150.2, 4.0]);
-    let (text, _) =
-        sliced(&together(&[block([140.0, 140.0, 0.0], [160.0, 160.0, 4.0]), fin.clone()]), &SliceSettings::default());
+    let whole = together(&[block([140.0, 140.0, 0.0], [160.0, 160.0, 4.0]), fin.clone()]);
+    let (text, _) = sliced(&whole, &SliceSettings::default());
     assert!(text.contains("; warning: 8.0"), "{}", text.lines().find(|l| l.contains("warning")).unwrap_or("none"));
     let error = slice(&fin, &SliceSettings::default(), &job()).unwrap_err();
     assert!(error.is_slicer_failure(), "{error}");

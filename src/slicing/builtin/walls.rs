@@ -1,107 +1,286 @@
 //! The walls of one island, and what they leave for infill.
+//!
+//! Where a piece is wide, its walls are whole lines, one inside the other; where it is narrow, `narrow` gives it beads of its own width.
+//! Both are joined to one line where their ends meet.
 
 use super::Line;
-use super::region::{Contour, Region, Shape, area_mm2, grown, minus, perimeter_mm};
+use super::join::joined;
+use super::narrow::{Fit, Narrow, Stretch, on_grid};
+use super::region::{Contour, Region, Shape, area_mm2, enclosed, grown, holds, minus, opened, or, pairs, units};
+use super::thickness::{Vec2, in_mm, length, plus, sub};
 
-/// A closed line of extrusion.
-pub(super) struct Loop {
+/// A line of extrusion along a wall.
+pub(super) struct Bead {
     /// The line's centre.
     pub(super) points: Contour,
+    /// Whether it leads back to its first point, which is not there again.
+    pub(super) closed: bool,
     /// 0 for the outer wall, growing inward.
     pub(super) depth: u32,
-    /// Cross-section as a share of the full line's: below 1 where the region is too narrow for whole lines.
-    pub(super) flow: f64,
+    /// The width of each leg, mm; nothing where all are as wide as the settings say.
+    pub(super) widths: Vec<f64>,
 }
 
 /// One connected piece of a layer.
 pub(super) struct Walled {
     /// Its walls; outer ones first.
-    pub(super) loops: Vec<Loop>,
+    pub(super) beads: Vec<Bead>,
     /// What infill has to cover.
     pub(super) infill: Region,
     /// What is too narrow for any line.
     pub(super) lost: Region,
 }
 
-/// Regions narrower than this share of the line width cannot be printed.
-pub(super) const NARROWEST: f64 = 0.6;
-
-/// A wall may come as close to itself as this share of the spacing, as in PrusaSlicer.
-const CLOSEST: f64 = 0.6;
-
-/// The part of a narrow region that loops farther from its border must fill as well to be taken.
-const KEPT: f64 = 0.97;
-
+/// A wall up to so many lines wide is one bead.
+const ONE_BEAD: f64 = 1.45;
+/// How much of a narrow piece's thickness its beads fill where both sides are the part's surface: they have round sides, as whole
+/// lines do.
+const FILLED: f64 = 0.97;
 /// What is narrower than twice this is rounding, grid units: 20 micrometres.
 const ROUNDING: i32 = 100;
+/// Narrow pieces smaller than this are rounding as well, mm².
+const SMALLEST_MM2: f64 = 0.01;
+/// Spacing of the places at which a whole line is asked whether it runs in a narrow piece, mm.
+const STEP_MM: f64 = 0.15;
+/// Lines that are not joined to others are at least so many of their widths long.
+const SHORTEST: f64 = 0.6;
 
 /// Walls of a shape: the first half a line width inside its border, the others one spacing apart.
-///
-/// Where a wall does not fit, a loop with less flow fills what is wider than [`NARROWEST`] line widths.
 pub(super) fn walled(shape: &Shape, line: &Line, walls: u32) -> Walled {
     let mut zone: Region = vec![shape.clone()];
-    let mut found = Walled { loops: Vec::new(), infill: Region::new(), lost: Region::new() };
+    let mut found = Walled { beads: Vec::new(), infill: Region::new(), lost: Region::new() };
     if walls == 0 {
         found.infill = grown(&zone, (line.spacing - line.width) / 2);
         return found;
     }
-    for depth in 0..walls {
+    for depth in 0..=walls {
+        let fit = line.fit(depth);
+        let pieces = narrow_pieces(&zone, &fit);
         let inset = if depth == 0 { line.width / 2 } else { line.spacing / 2 };
-        // A wall that would run closer to itself is left to `fill_narrow`: two whole lines there are too much.
-        let closest = (CLOSEST / 2.0 * f64::from(line.spacing)) as i32;
-        let centre = grown(&grown(&zone, -inset - closest), closest);
-        fill_narrow(&minus(&zone, &grown(&centre, inset)), depth, line, &mut found);
-        found.loops.extend(centre.iter().flatten().map(|ring| Loop { points: ring.clone(), depth, flow: 1.0 }));
-        zone = grown(&centre, -line.spacing / 2);
+        // Behind the last wall whole lines are infill's.
+        let centre = if depth < walls { grown(&zone, -inset) } else { Region::new() };
+        if pieces.is_empty() {
+            found.beads.extend(centre.iter().flatten().map(|ring| whole(ring, depth)));
+            zone = if depth < walls { grown(&centre, -line.spacing / 2) } else { zone };
+            continue;
+        }
+        let (filled, ends) = with_narrow(&zone, &pieces, &centre, depth, line, &mut found);
+        if depth == 0 {
+            let lost = minus(&minus(&pieces, &or(&filled, &ends)), &grown(&centre, inset));
+            found.lost = lost.into_iter().filter(|shape| !grown(&vec![shape.clone()], -ROUNDING).is_empty()).collect();
+        }
+        let inner = if depth < walls { grown(&centre, -line.spacing / 2) } else { zone };
+        zone = opened(&minus(&inner, &filled), units(fit.least) / 2);
     }
     found.infill = zone;
     found
 }
 
-/// Loops along regions that are too narrow for a whole line; their flow makes up exactly the region's area.
-fn fill_narrow(narrow: &Region, depth: u32, line: &Line, found: &mut Walled) {
-    let inset = (NARROWEST / 2.0 * f64::from(line.width)) as i32;
-    for shape in narrow {
-        let one = vec![shape.clone()];
-        let mut filled = Filled::new(&one, inset, line);
-        // Half of the lines' own width off the border, where that loses nothing: else they would stand out beyond it.
-        let wide = (filled.flow.min(1.0) * f64::from(line.spacing)) as i32 + line.width - line.spacing;
-        if wide / 2 > inset {
-            let farther = Filled::new(&one, wide / 2, line);
-            if farther.area_mm2 >= KEPT * filled.area_mm2 {
-                filled = farther;
+impl Line {
+    /// Which beads fill what is narrow beside the wall `depth`: the border of the first is the part's, of the others the wall before.
+    fn fit(&self, depth: u32) -> Fit {
+        let rounding = self.width_mm - self.spacing_mm;
+        let least = self.narrowest_mm() - rounding;
+        let one = ONE_BEAD * self.width_mm;
+        match depth {
+            0 => {
+                let most = self.width_mm + self.spacing_mm + least;
+                Fit { least: least / FILLED, one, most, share: FILLED, rounding }
             }
-        }
-        // Shorter than a line is wide: a blob, not a line.
-        let printed = filled.length_mm > line.width_mm;
-        if printed {
-            let rings = filled.centre.iter().flatten();
-            found.loops.extend(rings.map(|ring| Loop { points: ring.clone(), depth, flow: filled.flow.min(1.0) }));
-        }
-        if depth == 0 {
-            let lost = if printed { minus(&one, &grown(&filled.centre, filled.inset)) } else { one };
-            found.lost.extend(lost.into_iter().filter(|shape| !grown(&vec![shape.clone()], -ROUNDING).is_empty()));
+            _ => Fit { least, one: one - rounding, most: 2.0 * self.spacing_mm + least, share: 1.0, rounding },
         }
     }
 }
 
-/// A narrow region with loops along its border.
-struct Filled {
-    centre: Region,
-    /// How far that is from its border, grid units.
-    inset: i32,
-    /// What lies within reach of them, mm².
-    area_mm2: f64,
-    length_mm: f64,
-    /// Of a whole line's cross-section.
-    flow: f64,
+/// Where the zone is, or may be, narrower than whole lines need.
+fn narrow_pieces(zone: &Region, fit: &Fit) -> Region {
+    let pieces = minus(zone, &opened(zone, units(fit.most) / 2));
+    let counts = |shape: &Shape| {
+        let one = vec![shape.clone()];
+        area_mm2(&one) > SMALLEST_MM2 && !grown(&one, -ROUNDING).is_empty()
+    };
+    pieces.into_iter().filter(counts).collect()
 }
 
-impl Filled {
-    fn new(one: &Region, inset: i32, line: &Line) -> Self {
-        let centre = grown(one, -inset);
-        let area_mm2 = area_mm2(&grown(&centre, inset));
-        let length_mm: f64 = centre.iter().flatten().map(|ring| perimeter_mm(ring)).sum();
-        Self { centre, inset, area_mm2, length_mm, flow: area_mm2 / (length_mm * line.spacing_mm) }
+fn whole(ring: &Contour, depth: u32) -> Bead {
+    Bead { points: ring.clone(), closed: true, depth, widths: Vec::new() }
+}
+
+/// The walls of a zone with narrow `pieces`; what of it the beads in these fill, and what lies around the ends of lines.
+fn with_narrow(
+    zone: &Region,
+    pieces: &Region,
+    centre: &Region,
+    depth: u32,
+    line: &Line,
+    found: &mut Walled,
+) -> (Region, Region) {
+    let narrow = Narrow::new(zone, pieces, line.fit(depth));
+    let inset = if depth == 0 { line.width_mm } else { line.spacing_mm } / 2.0;
+    let (mut stretches, mut filled) = narrow.beads(zone);
+    for ring in centre.iter().flatten() {
+        match wide_stretches(ring, &narrow, inset, line.width_mm) {
+            None => found.beads.push(whole(ring, depth)),
+            Some(wide) => stretches.extend(wide),
+        }
+    }
+    let (mut lines, mut crumbs): (Vec<Stretch>, Vec<Stretch>) =
+        joined(stretches, |p| holds(zone, on_grid(p))).into_iter().partition(Stretch::is_a_line);
+    // A pin as thin as one bead has room for no more than the shortest line.
+    crumbs.retain(|crumb| {
+        let alone = !lines.iter().any(|line| line.is_near(crumb));
+        if alone {
+            lines.push(crumb.dot());
+        }
+        !alone
+    });
+    // What is too short for a line stays what it was, for infill or as lost.
+    let crumbs: Vec<Contour> =
+        crumbs.iter().flat_map(|stretch| stretch.points.iter().zip(&stretch.widths)).map(about).collect();
+    filled = minus(&filled, &enclosed(&crumbs));
+    // A line reaches half its width beyond its ends.
+    let ends = lines.iter().filter(|s| !s.closed).flat_map(|s| {
+        let all = s.points.iter().zip(&s.widths);
+        all.clone().next().into_iter().chain(all.last())
+    });
+    let ends = enclosed(&ends.map(about).collect::<Vec<_>>());
+    found.beads.extend(lines.iter().map(|stretch| stretch.bead(depth)));
+    (filled, ends)
+}
+
+/// The stretches of a whole line that do not run in narrow pieces; `None` where that is all of it.
+fn wide_stretches(ring: &Contour, narrow: &Narrow, inset: f64, width: f64) -> Option<Vec<Stretch>> {
+    if !narrow.may_concern(ring) {
+        return None;
+    }
+    let reach = 1.1 * inset;
+    let mut legs: Vec<(Vec2, Vec2, bool)> = Vec::new();
+    for (a, b) in pairs(ring) {
+        let (a, b) = (in_mm(a), in_mm(b));
+        let count = (length(sub(b, a)) / STEP_MM).ceil().max(1.0);
+        let at = |k: f64| plus(a, sub(b, a), k / count);
+        for k in 0..count as usize {
+            let k = k as f64;
+            legs.push((at(k), at(k + 1.0), !narrow.fills_beside(at(k + 0.5), reach)));
+        }
+    }
+    let Some(first) = legs.iter().position(|leg| !leg.2) else { return None };
+    legs.rotate_left(first);
+    let mut found: Vec<Stretch> = Vec::new();
+    let mut goes_on = false;
+    for (from, to, wide) in legs {
+        if wide {
+            if !goes_on {
+                found.push(Stretch { points: vec![from], widths: vec![width], closed: false });
+            }
+            if let Some(stretch) = found.last_mut() {
+                stretch.points.push(to);
+                stretch.widths.push(width);
+            }
+        }
+        goes_on = wide;
+    }
+    Some(found)
+}
+
+/// The square about a point of a line, as wide as it is there.
+fn about((p, width): (&Vec2, &f64)) -> Contour {
+    let corner = |x: f64, y: f64| on_grid([p[0] + x * width / 2.0, p[1] + y * width / 2.0]);
+    vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]
+}
+
+impl Stretch {
+    fn is_a_line(&self) -> bool {
+        self.length() >= SHORTEST * self.widest()
+    }
+
+    fn widest(&self) -> f64 {
+        self.widths.iter().fold(0.0, |most: f64, width| most.max(*width))
+    }
+
+    /// Whether a point of it lies within both lines' widths of one of another.
+    fn is_near(&self, other: &Self) -> bool {
+        let near = self.widest() + other.widest();
+        self.points.iter().any(|p| other.points.iter().any(|q| length(sub(*p, *q)) < near))
+    }
+
+    /// The shortest line about its middle.
+    fn dot(&self) -> Self {
+        let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
+        let (far, width) = (length(sub(last, first)), self.widest());
+        let along = if far > 1e-6 { sub(last, first).map(|v| v / far) } else { [1.0, 0.0] };
+        let middle = plus(first, sub(last, first), 0.5);
+        let reach = (SHORTEST * width).max(far) / 2.0;
+        Self {
+            points: [-reach, reach].map(|by| plus(middle, along, by)).to_vec(),
+            widths: vec![width; 2],
+            closed: false,
+        }
+    }
+
+    /// The line on the grid, without points that change neither its course nor its width.
+    fn bead(&self, depth: u32) -> Bead {
+        let thinned = self.thinned();
+        let points: Contour = thinned.points.iter().map(|p| on_grid(*p)).collect();
+        let count = if thinned.closed { points.len() } else { points.len() - 1 };
+        let next = |k: usize| thinned.widths[(k + 1) % points.len()];
+        let widths = (0..count).map(|k| (thinned.widths[k] + next(k)) / 2.0).collect();
+        Bead { points, closed: thinned.closed, depth, widths }
+    }
+}
+
+/// How far a line may leave its course where points are dropped, and by how much its width may change along a leg, mm.
+const COURSE_MM: f64 = 0.005;
+const CHANGE_MM: f64 = 0.03;
+
+impl Stretch {
+    fn thinned(&self) -> Stretch {
+        let mut kept = vec![0];
+        let mut last = 0;
+        for next in 1..self.points.len() {
+            if !self.is_straight(last, next) {
+                last = next - 1;
+                kept.push(last);
+            }
+        }
+        kept.push(self.points.len() - 1);
+        kept.dedup();
+        Stretch {
+            points: kept.iter().map(|&k| self.points[k]).collect(),
+            widths: kept.iter().map(|&k| self.widths[k]).collect(),
+            closed: self.closed,
+        }
+    }
+
+    /// Whether the points between two lie on the line between them, as wide as it is there.
+    fn is_straight(&self, from: usize, to: usize) -> bool {
+        let (a, b) = (self.points[from], self.points[to]);
+        let along = sub(b, a);
+        let whole = length(along);
+        if (self.widths[to] - self.widths[from]).abs() > CHANGE_MM {
+            return to == from + 1;
+        }
+        (from + 1..to).all(|k| {
+            let v = sub(self.points[k], a);
+            let share =
+                if whole > 0.0 { ((v[0] * along[0] + v[1] * along[1]) / whole / whole).clamp(0.0, 1.0) } else { 0.0 };
+            let wide = self.widths[from] + (self.widths[to] - self.widths[from]) * share;
+            length(sub(v, plus([0.0; 2], along, share))) <= COURSE_MM && (self.widths[k] - wide).abs() <= COURSE_MM
+        })
+    }
+}
+
+/// The narrowest bead, as a share of the usual width: 0.3 mm of 0.45.
+const NARROWEST: f64 = 2.0 / 3.0;
+
+impl Line {
+    /// The narrowest bead that is printed, mm: no bead is narrower than it is high.
+    pub(super) fn narrowest_mm(&self) -> f64 {
+        (NARROWEST * self.width_mm).max(self.height_mm)
+    }
+
+    /// The thinnest wall that is printed, mm.
+    pub(super) fn thinnest_mm(&self) -> f64 {
+        self.fit(0).least
     }
 }
