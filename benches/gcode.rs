@@ -118,6 +118,7 @@ impl Made {
             model: ModelRef { file: String::new(), sha256: String::new(), unit: "mm".to_owned() },
             machine: MachineRef { profile: String::new(), sha256: String::new() },
             placement,
+            bridge_mm: None,
             parts: model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
             slots: vec![Slot { id: 0, prints: vec![print] }],
         };

@@ -1,7 +1,5 @@
 //! `trunnion split`
 
-use std::fmt::Write;
-
 use serde_json::{Value, json};
 
 use super::args::Split as Verb;
@@ -24,9 +22,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document(&done));
     } else if why_not.is_none() {
-        console.result(&text(&done));
+        console.result(&done.text());
     } else {
-        console.note(&text(&done));
+        console.note(&done.text());
     }
     why_not.map_or(Ok(()), |why| Err(Failure::Findings(format!("{why}; no file was written"))))
 }
@@ -35,6 +33,8 @@ impl Verb {
     fn options(&self) -> Result<SplitOptions, Failure> {
         Ok(SplitOptions {
             overhang_deg: self.overhang,
+            bridge_mm: self.pass.bridge,
+            tolerate_mm2: self.pass.tolerate,
             margin_mm: self.margin,
             max_cuts: self.max_cuts,
             allow_mm2: self.allow,
@@ -61,12 +61,12 @@ fn needs(needs: &Unsupported) -> Value {
     json!({"area_mm2": needs.area_mm2, "beginnings": needs.beginnings, "ridges": needs.ridges})
 }
 
-fn document(done: &SplitResult) -> Value {
+pub(super) fn document(done: &SplitResult) -> Value {
     let split = &done.split;
     let plane = |cut: &CutMade| {
         json!({
             "normal": cut.plane.normal.as_slice(), "offset_mm": cut.plane.offset_mm, "part": cut.parts.first(),
-            "parts": cut.parts, "seam_mm2": cut.seam_mm2, "gain_mm2": cut.gain_mm2, "reason": reason(cut),
+            "parts": cut.parts, "seam_mm2": cut.seam_mm2, "gain_mm2": cut.gain_mm2, "reason": SplitResult::reason(cut),
         })
     };
     let order = |(id, part): (usize, &CutPart)| {
@@ -88,38 +88,4 @@ fn document(done: &SplitResult) -> Value {
         "printable": split.printable, "reasons": done.why_not().into_iter().collect::<Vec<_>>(),
         "seconds": done.seconds,
     })
-}
-
-fn reason(cut: &CutMade) -> String {
-    format!("what is left needs {:.1} mm2 less", cut.gain_mm2)
-}
-
-fn text(done: &SplitResult) -> String {
-    let split = &done.split;
-    let mut out = String::new();
-    for (k, cut) in split.cuts.iter().enumerate() {
-        let (n, c) = (cut.plane.normal, cut.plane.offset_mm);
-        let parts: Vec<String> = cut.parts.iter().map(ToString::to_string).collect();
-        let _ = writeln!(
-            out,
-            "cut {}: {:.4} x {:+.4} y {:+.4} z > {c:.3} mm becomes part {}, seam {:.1} mm2; {}",
-            k + 1,
-            n.x,
-            n.y,
-            n.z,
-            parts.join(", "),
-            cut.seam_mm2,
-            reason(cut)
-        );
-    }
-    let (before, after) = (split.before.area_mm2, split.after.area_mm2);
-    let _ = writeln!(
-        out,
-        "{} parts, {} setups, seams {:.1} mm2; needs support: {before:.1} mm2 before, {after:.1} after; {:.2} s",
-        split.parts.len(),
-        split.setups(),
-        split.seam_mm2(),
-        done.seconds
-    );
-    out
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::plan::spanning;
 use super::source::{MachineSource, ModelSource, Source};
 use super::{Error, World};
 use crate::mesh::{Model, ReadOptions, Unit, read_model};
@@ -38,6 +39,14 @@ pub fn load_model(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, 
     let model = read_model(&bytes, &file, &ReadOptions { unit: from.unit, repair: from.repair })?;
     model.warnings.iter().for_each(|w| world.progress.warning(w));
     Ok(LoadedModel { model, file, sha256: sha256_hex(&bytes), path: from.source.path().map(Path::to_owned) })
+}
+
+impl LoadedModel {
+    /// A model that was made on the way, as it will be written to `file`.
+    pub(super) fn made(file: String, bytes: &[u8]) -> Result<Self, Error> {
+        let model = read_model(bytes, &file, &ReadOptions::default())?;
+        Ok(Self { model, sha256: sha256_hex(bytes), path: None, file })
+    }
 }
 
 /// A profile with what identifies it.
@@ -148,6 +157,7 @@ pub fn load_plan(from: &PlanSource, world: &World<'_>) -> Result<CheckedPlan, Er
     let plan = Plan::parse(&name, &text)?;
     let recorded = || MachineSource::from(plan.machine.profile.as_str());
     let machine = load_profile(&from.machine.clone().unwrap_or_else(recorded), world)?;
+    let machine = spanning(machine, plan.bridge_mm)?;
     let source = match &from.model {
         Some(given) => given.clone(),
         None => find_model(&from.plan, &plan, world)?,

@@ -94,7 +94,9 @@ pub(super) fn explain(
 /// The ways of a part with all objections, those with the fewest first.
 fn nearest_misses(setups: &Setups<'_>, part: usize, tried: &[Direction]) -> Vec<Way> {
     let mut ways = setups.ways(part, tried, true);
-    ways.sort_by_key(|way| way.objections.len());
+    let everyone = set_of(setups.workpiece.parts.len(), 0..setups.workpiece.parts.len());
+    let lost = |way: &Way| (way.objections.len(), way.needs.missing(&everyone));
+    ways.sort_by(|a, b| lost(a).0.cmp(&lost(b).0).then(lost(a).1.total_cmp(&lost(b).1)));
     ways.truncate(MOST_WAYS);
     ways
 }

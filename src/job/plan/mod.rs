@@ -14,6 +14,7 @@ use crate::planning::{
 };
 use crate::profile::Profile;
 use options::Asked;
+pub(super) use options::spanning;
 pub use options::{Place, PlanOptions};
 
 /// A model and a machine, and how to plan.
@@ -51,6 +52,8 @@ pub struct PlanResult {
     pub orient_seconds: f64,
     /// What planning took.
     pub seconds: f64,
+    /// What was done to the model before, in a sentence; for the picture.
+    pub story: Option<String>,
 }
 
 impl PlanResult {
@@ -61,7 +64,7 @@ impl PlanResult {
 
     /// The plan as one picture (SVG), a frame for each pose.
     pub fn sheet(&self) -> String {
-        sheet(&self.plan.plan, &self.plan.workpiece(), &self.plan.machine.profile)
+        sheet(&self.plan.plan, &self.plan.workpiece(), &self.plan.machine.profile, self.story.as_deref())
     }
 }
 
@@ -72,6 +75,8 @@ pub struct NoPlan {
     pub infeasible: Infeasible,
     /// What would help, each by itself; `None` where it was not looked for.
     pub remedies: Option<Vec<Remedy>>,
+    /// Why cutting the model does not help, where that was tried.
+    pub cut: Option<String>,
     /// The model.
     pub model: LoadedModel,
     machine: LoadedProfile,
@@ -135,6 +140,7 @@ pub(super) fn planned(
 ) -> Result<PlanResult, Error> {
     let start = world.clock.now();
     let seconds = || (world.clock.now() - start).as_secs_f64();
+    let machine = spanning(machine, options.bridge_mm)?;
     let asked = Asked::of(options, &machine, &model)?;
     let wanted = asked.options(options);
     let (base, profile) = (asked.base, &machine.profile);
@@ -152,21 +158,28 @@ pub(super) fn planned(
             let seek = options.remedies && can_be_helped(&infeasible);
             let seek = seek.then(|| remedies(&infeasible, (&workpiece, profile), (&directions, &wanted), world));
             drop(workpiece);
-            return Err(Error::NoPlan(Box::new(NoPlan { infeasible, remedies: seek, model, machine, base })));
+            return Err(Error::NoPlan(Box::new(NoPlan {
+                infeasible,
+                remedies: seek,
+                cut: None,
+                model,
+                machine,
+                base,
+            })));
         }
     };
-    let plan = checked(model, machine, placement, &plans[0])?;
+    let plan = checked(model, machine, (placement, options.bridge_mm), &plans[0])?;
     let compared = options.plans > 1;
     let three_axis = compared.then(|| three_axis(&plan.workpiece(), &plan.machine.profile, wanted.overhang));
     let (objective, moved) = (asked.goal.text.clone(), placement != base);
-    Ok(PlanResult { plan, plans, objective, three_axis, moved, orient_seconds, seconds: seconds() })
+    Ok(PlanResult { plan, plans, objective, three_axis, moved, orient_seconds, seconds: seconds(), story: None })
 }
 
 /// The plan's document, held against its model and machine.
 fn checked(
     model: LoadedModel,
     machine: LoadedProfile,
-    placement: Placement,
+    (placement, bridge_mm): (Placement, Option<f64>),
     best: &Planned,
 ) -> Result<CheckedPlan, Error> {
     let plan = Plan {
@@ -176,6 +189,7 @@ fn checked(
         model: model.reference(),
         machine: machine.reference(),
         placement,
+        bridge_mm,
         parts: model.model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
         slots: best.slots.clone(),
     };
@@ -184,7 +198,7 @@ fn checked(
 }
 
 /// Kinds of remedies that are tried.
-const KINDS: usize = 9;
+const KINDS: usize = 13;
 
 fn remedies(
     no: &Infeasible,
@@ -192,13 +206,9 @@ fn remedies(
     (directions, options): (&[Vec<Direction>], &Options<'_>),
     world: &World<'_>,
 ) -> Vec<Remedy> {
-    let reasons: &[Reason] = if let Infeasible::NoPlan { reasons, .. } = no { reasons } else { &[] };
-    let mut concerned: Vec<usize> = reasons.iter().map(|r| r.part).collect();
-    concerned.sort_unstable();
-    concerned.dedup();
     let bar = world.progress.begin("remedies", KINDS);
     let mut done = 0;
-    Wish { workpiece, profile, directions, options, concerned: &concerned }.remedies(|_| {
+    Wish { workpiece, profile, directions, options, no }.remedies(|_| {
         done += 1;
         bar.at(done);
     })
@@ -226,7 +236,7 @@ pub fn sequences(
     world: &World<'_>,
     mut each: impl FnMut(Vec<Slot>),
 ) -> Result<Listed, Error> {
-    let machine = load_profile(&request.machine, world)?;
+    let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
     let model = load_model(&request.model, world)?;
     let start = world.clock.now();
     let asked = Asked::of(&request.options, &machine, &model)?;
