@@ -26,7 +26,10 @@ pub(super) fn explain(no: &NoPlan, picture: Option<&Output>, console: &Console) 
 
 fn document(no: &NoPlan) -> Value {
     let (reasons, least) = no.reasons();
-    let reason = |r: &Reason| json!({"part": r.part, "orientation": r.up, "blocked_by": r.blocked_by, "depth_mm": r.depth_mm, "text": r.text});
+    let reason = |r: &Reason| {
+        json!({"part": r.part, "orientation": r.up, "blocked_by": r.blocked_by, "depth_mm": r.depth_mm, "text": r.text,
+        "hangs": r.hangs.as_ref().map(|h| json!({"area_mm2": h.area_mm2, "at_mm": h.at_mm, "cause": h.cause}))})
+    };
     json!({
         "feasible": false,
         "summary": no.infeasible.to_string(),

@@ -97,7 +97,10 @@ const NOTHING_MM2: f64 = 1e-4;
 const SINE_SLACK: f64 = 1e-6;
 /// What the threshold may be passed by, radians (half a degree): facets are let pass by as much.
 const ANGLE_SLACK: f64 = 0.5 * std::f64::consts::PI / 180.0;
-/// Pieces of layers that follow each other hang together where their boxes are no farther apart than this, mm.
+/// A slope hangs in every few of its layers, since what was found to hang counts as there: pieces no farther apart in height than this
+/// are of one patch, mm, ..
+const SAME_PATCH_MM: f64 = 2.0;
+/// .. where their boxes are no farther apart than this, and as much more as they are apart in height, mm.
 const TOGETHER_MM: f64 = 0.5;
 /// A patch of at most so many layers is a ceiling.
 const CEILING_LAYERS: usize = 2;
@@ -332,7 +335,8 @@ fn patches(pieces: &[Piece], stack: &Stack<'_>) -> Vec<Patch> {
     let mut sets = Sets::new(pieces.len());
     for (i, a) in pieces.iter().enumerate() {
         for (j, b) in pieces.iter().enumerate().skip(i + 1) {
-            if a.layer.abs_diff(b.layer) <= 1 && near(&a.bounds, &b.bounds) {
+            let apart = a.layer.abs_diff(b.layer) as f64 * stack.rule.layer_mm;
+            if apart <= SAME_PATCH_MM && near(&a.bounds, &b.bounds, TOGETHER_MM + apart) {
                 sets.join(i as u32, j as u32);
             }
         }
@@ -346,8 +350,8 @@ fn patches(pieces: &[Piece], stack: &Stack<'_>) -> Vec<Patch> {
     all
 }
 
-fn near(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> bool {
-    (0..2).all(|i| a[0][i] <= b[1][i] + TOGETHER_MM && b[0][i] <= a[1][i] + TOGETHER_MM)
+fn near(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2], mm: f64) -> bool {
+    (0..2).all(|i| a[0][i] <= b[1][i] + mm && b[0][i] <= a[1][i] + mm)
 }
 
 fn patch(group: &[&Piece], stack: &Stack<'_>) -> Patch {

@@ -1,6 +1,7 @@
 //! The orientations a part may be printed in: directions, merged by machine setup, and what stands against each.
 
 use super::collision::Head;
+use super::infeasible::Hanging;
 use super::options::Options;
 use super::owed::Owed;
 use super::part_set::PartSet;
@@ -59,12 +60,25 @@ pub(super) struct Way {
     pub(super) pose: Pose,
     pub(super) value: f64,
     pub(super) needs: Needs,
+    /// What hangs, where layers were looked at.
+    pub(super) hangs: Option<Hanging>,
     /// The first objection, unless all were asked for.
     pub(super) objections: Vec<Objection>,
 }
 
 /// Directions that differ by less than this (radians, 0.02 degrees) are one setup: 0.04 mm over 100 mm, a tenth of a line.
 const SAME_SETUP: f64 = 3.5e-4;
+
+/// Which objections to a way are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    /// The first.
+    First,
+    /// All.
+    All,
+    /// Whether the part would stand, and an axis reaches the pose.
+    Standing,
+}
 
 /// Directions whose layers are all looked through to say why not.
 const LOOKED_AT_CLOSELY: usize = 6;
@@ -129,7 +143,7 @@ impl<'a> Setups<'a> {
     /// The candidates of `part` among `tried`.
     pub(super) fn choose(&mut self, part: usize, tried: &[Direction]) -> Sifted {
         let mut sifted = Sifted { candidates: Vec::new(), rejected: Vec::new(), tried: tried.len() };
-        for way in self.ways(part, tried, false) {
+        for way in self.ways(part, tried, Told::First) {
             if !way.objections.is_empty() {
                 sifted.rejected.push(way);
                 continue;
@@ -141,8 +155,8 @@ impl<'a> Setups<'a> {
         sifted
     }
 
-    /// Every direction of `tried` at each of its poses, with the first objection or `all` of them.
-    pub(super) fn ways(&self, part: usize, tried: &[Direction], all: bool) -> Vec<Way> {
+    /// Every direction of `tried` at each of its poses, with the objections that are to be told.
+    pub(super) fn ways(&self, part: usize, tried: &[Direction], told: Told) -> Vec<Way> {
         use rayon::prelude::*;
         let neighbours = Neighbours::of(self.workpiece, part);
         let mut known: Vec<(Dir<Table>, f64)> = Vec::new();
@@ -154,33 +168,41 @@ impl<'a> Setups<'a> {
             }
         }
         let poses = |up: Dir<Table>| self.table.solutions(up, Pose::LEVEL);
-        // Layers cost something, so only what an axis reaches is looked at by them.
+        // Layers cost something, so only what an axis reaches is looked at by them. What stands on the table and is printed on a slant
+        // begins in an edge along it, and slicers make nothing of its first wedges (PrusaSlicer lays them twice).
         let reached = |up: Dir<Table>| poses(up).into_iter().any(|pose| self.out_of_reach(up, pose).is_none());
-        let by_layers = |up: Dir<Table>| self.options.practised && reached(up);
+        let straight = |up: Dir<Table>| up.unit().z > 1.0 - 1e-9 || !self.workpiece.model.on_table.contains(&part);
+        let by_layers = |up: Dir<Table>| self.options.practised && straight(up) && reached(up);
         let one =
             |&(up, value): &(Dir<Table>, f64)| (up, value, self.needs(part, &neighbours, up, by_layers(up), true));
         let mut found: Vec<(Dir<Table>, f64, Needs)> =
             if self.options.practised { known.par_iter().map(one).collect() } else { known.iter().map(one).collect() };
         let everyone = self.everyone();
-        if all && self.options.practised {
+        if told == Told::All && self.options.practised {
             self.look_closer(part, &neighbours, &mut found);
         }
-        let mut ways: Vec<Way> = Vec::new();
-        for (up, value, needs) in found {
+        let way = |(up, value, needs): (Dir<Table>, f64, Needs)| {
             let unsupported = (!needs.met_by(&everyone)).then(|| Objection {
                 against: Against::Support,
                 text: self.hanging(&needs),
                 depth_mm: 0.0,
             });
-            for pose in poses(up) {
+            let posed = |pose: Pose| {
                 let mut objections: Vec<Objection> = unsupported.iter().cloned().collect();
-                if all || objections.is_empty() {
-                    self.machine_objects(part, up, pose, all, &mut objections);
+                match told {
+                    Told::Standing => objections.extend(self.reach_objects(up, pose)),
+                    Told::All => self.machine_objects(part, up, pose, true, &mut objections),
+                    Told::First if objections.is_empty() => {
+                        self.machine_objects(part, up, pose, false, &mut objections);
+                    }
+                    Told::First => {}
                 }
-                ways.push(Way { up, pose, value, needs: needs.clone(), objections });
-            }
-        }
-        ways
+                Way { up, pose, value, needs: needs.clone(), hangs: self.hangs(&needs), objections }
+            };
+            poses(up).into_iter().map(posed).collect::<Vec<Way>>()
+        };
+        let ways: Vec<Vec<Way>> = found.into_par_iter().map(way).collect();
+        ways.into_iter().flatten().collect()
     }
 
     fn everyone(&self) -> PartSet {
@@ -192,9 +214,8 @@ impl<'a> Setups<'a> {
 
     /// Looks through all layers at the few directions at which the least would hang: what is told of them is to be the whole of it.
     fn look_closer(&self, part: usize, neighbours: &Neighbours, found: &mut [(Dir<Table>, f64, Needs)]) {
-        let everyone = self.everyone();
-        let mut order: Vec<usize> = (0..found.len()).filter(|&i| !found[i].2.left.is_empty()).collect();
-        order.sort_by(|&a, &b| found[a].2.missing(&everyone).total_cmp(&found[b].2.missing(&everyone)));
+        let mut order: Vec<usize> = (0..found.len()).filter(|&i| !found[i].2.closely).collect();
+        order.sort_by(|&a, &b| found[a].2.facets_mm2.total_cmp(&found[b].2.facets_mm2));
         for i in order.into_iter().take(LOOKED_AT_CLOSELY) {
             found[i].2 = self.needs(part, neighbours, found[i].0, true, false);
         }
@@ -218,6 +239,17 @@ impl<'a> Setups<'a> {
         needs(&self.workpiece.parts[part], neighbours, up, &asked, self.workpiece.parts.len())
     }
 
+    fn in_the_file(&self, at: &Vec3) -> [f64; 3] {
+        let back = self.workpiece.placed.inverse();
+        (back.rotation * at + back.translation).into()
+    }
+
+    fn hangs(&self, needs: &Needs) -> Option<Hanging> {
+        let patch = needs.left.first().filter(|_| needs.closely)?;
+        let area_mm2 = needs.left.iter().map(|patch| patch.area_mm2).sum();
+        Some(Hanging { area_mm2, at_mm: self.in_the_file(&patch.at), cause: patch.cause.to_string() })
+    }
+
     /// What hangs, in words; places in the model file's frame.
     fn hanging(&self, needs: &Needs) -> String {
         let missing = needs.missing(&self.everyone());
@@ -230,9 +262,7 @@ impl<'a> Setups<'a> {
                 self.options.overhang.deg()
             );
         };
-        let back = self.workpiece.placed.inverse();
-        let at = back.rotation * patch.at + back.translation;
-        let [x, y, z] = [at.x, at.y, at.z].map(|v| crate::gcode::round_to(v, 1) + 0.0);
+        let [x, y, z] = self.in_the_file(&patch.at).map(|v| crate::gcode::round_to(v, 1) + 0.0);
         let (area, cause) = (patch.area_mm2, patch.cause);
         format!("{missing:.1} mm2 would be laid on nothing, {area:.1} of it about ({x}, {y}, {z}) mm: {cause}")
     }
@@ -247,9 +277,7 @@ impl<'a> Setups<'a> {
         objections: &mut Vec<Objection>,
     ) {
         let enough = |objections: &Vec<Objection>| !all && !objections.is_empty();
-        if let Some(text) = self.out_of_reach(up, pose) {
-            objections.push(Objection { against: Against::Reach, text, depth_mm: 0.0 });
-        }
+        objections.extend(self.reach_objects(up, pose));
         let motion = self.table.forward(pose);
         let checks = [Self::leaves_limits, Self::meets_table, Self::meets_frame];
         for check in checks {
@@ -258,6 +286,11 @@ impl<'a> Setups<'a> {
             }
             objections.extend(check(self, part, &motion));
         }
+    }
+
+    fn reach_objects(&self, up: Dir<Table>, pose: Pose) -> Option<Objection> {
+        let text = self.out_of_reach(up, pose)?;
+        Some(Objection { against: Against::Reach, text, depth_mm: 0.0 })
     }
 
     fn out_of_reach(&self, up: Dir<Table>, pose: Pose) -> Option<String> {

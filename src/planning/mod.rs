@@ -36,7 +36,7 @@ pub use crate::overhang::FREE_SPAN_MM;
 pub use candidates::{Candidate, table_solid};
 pub use collision::Head;
 pub use goal::{Goal, PLAN_TERMS};
-pub use infeasible::{Infeasible, MOST_PARTS, Reason};
+pub use infeasible::{Hanging, Infeasible, MOST_PARTS, Reason};
 pub use joint::{Printed, joint_gap_mm};
 pub use one_print::OnePrint;
 pub use options::{Options, Priority};

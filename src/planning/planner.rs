@@ -113,6 +113,7 @@ fn no_turn(workpiece: &Workpiece<'_>, struck: &[Struck]) -> Infeasible {
         blocked_by: one.part.map_or("table".to_owned(), |part| part.to_string()),
         depth_mm: 0.0,
         text: one.text.clone(),
+        hangs: None,
         pose: one.pose,
         tip: None,
     };

@@ -31,6 +31,10 @@ pub(super) struct Needs {
     allowed_mm2: f64,
     /// What the layers lay on nothing though every neighbour stands; empty where facets decide.
     pub(super) left: Vec<Patch>,
+    /// What facets alone would miss though every neighbour stands, mm².
+    pub(super) facets_mm2: f64,
+    /// Whether `left` is all there is.
+    pub(super) closely: bool,
 }
 
 /// Overhang that is let pass: f32 files do not close to the last square millimetre.
@@ -56,7 +60,7 @@ impl Needs {
     /// A part that stands anywhere.
     pub(super) fn none() -> Self {
         let (carried, beginnings, left) = (Vec::new(), Vec::new(), Vec::new());
-        Self { overhang_mm2: 0.0, carried, beginnings, allowed_mm2: 0.0, left }
+        Self { overhang_mm2: 0.0, carried, beginnings, allowed_mm2: 0.0, left, facets_mm2: 0.0, closely: true }
     }
 
     /// The parts it may have to wait for, ascending.
@@ -85,11 +89,17 @@ impl Needs {
         self.begins_on(printed) && self.missing(printed) == 0.0
     }
 
+    /// How much is missing while `everyone` stands, for an order: what was looked at closely comes first.
+    pub(super) fn rank(&self, everyone: &PartSet) -> (bool, f64) {
+        let rough = !self.closely;
+        (rough, if rough { self.facets_mm2 } else { self.missing(everyone) })
+    }
+
     /// With what the layers say in the place of what the facets say cannot be carried.
-    fn by_layers(self, left: Vec<Patch>) -> Self {
+    fn by_layers(self, left: Vec<Patch>, closely: bool) -> Self {
         let carried: f64 = self.carried.iter().map(|(_, area)| area).sum();
         let loose: f64 = left.iter().map(|patch| patch.area_mm2).sum();
-        Self { overhang_mm2: carried + loose, left, ..self }
+        Self { overhang_mm2: carried + loose, left, closely, ..self }
     }
 }
 
@@ -206,14 +216,16 @@ pub(super) fn needs(
         }
     }
     let beginnings = beginnings(mesh, neighbours, up, &asked.rule, parts);
-    let needs = Needs { overhang_mm2, carried, beginnings, allowed_mm2: asked.allowed_mm2, left: Vec::new() };
+    let facets_mm2 = overhang_mm2 - carried.iter().map(|(_, area)| area).sum::<f64>();
+    let needs =
+        Needs { overhang_mm2, carried, beginnings, allowed_mm2: asked.allowed_mm2, facets_mm2, ..Needs::none() };
     let mut everyone = PartSet::new(parts);
     (0..parts).for_each(|q| everyone.insert(q));
     if !asked.by_layers || needs.missing(&everyone) == 0.0 {
         return needs;
     }
     let left = by_layers(mesh, neighbours, up, asked);
-    needs.by_layers(left)
+    needs.by_layers(left, !asked.enough)
 }
 
 /// What the layers lay on nothing while all neighbours stand.
