@@ -119,6 +119,7 @@ impl Made {
             machine: MachineRef { profile: String::new(), sha256: String::new() },
             machine_values: None,
             placement,
+            bridge_mm: None,
             parts: model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
             slots: vec![Slot { id: 0, prints: vec![print] }],
         };

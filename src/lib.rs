@@ -50,6 +50,7 @@ pub mod link;
 pub mod mesh;
 pub mod motion;
 pub mod orient;
+pub mod overhang;
 pub mod planning;
 pub mod profile;
 pub mod section;

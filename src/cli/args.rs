@@ -84,6 +84,17 @@ pub(super) struct MachineArgs {
     pub(super) profile: String,
 }
 
+/// What is let pass of what hangs.
+#[derive(ClapArgs)]
+pub(super) struct PassArgs {
+    /// What a line may span between two ends on material, for planning and verification [default: the profile's process.bridge_mm]
+    #[arg(long, value_name = "MM")]
+    pub(super) bridge: Option<f64>,
+    /// What a connected patch may have that nothing carries: roofs of holes, engraved text
+    #[arg(long, default_value_t = PlanOptions::default().tolerate_mm2, value_name = "MM2")]
+    pub(super) tolerate: f64,
+}
+
 /// How to plan.
 #[derive(ClapArgs)]
 pub(super) struct PlanArgs {
@@ -104,6 +115,11 @@ pub(super) struct PlanArgs {
     /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)
     #[arg(long, default_value_t = PlanOptions::default().overhang_deg, value_name = "DEG")]
     pub(super) overhang: f64,
+    #[command(flatten)]
+    pub(super) pass: PassArgs,
+    /// Let a part overhang by so much, or, without MM2, by whatever something else carries; may be given several times
+    #[arg(long, value_name = "PART[:MM2]")]
+    pub(super) allow: Vec<String>,
     /// Room the head keeps from parts it does not print on
     #[arg(long, default_value_t = PlanOptions::default().margin_mm, value_name = "MM")]
     pub(super) margin: f64,
@@ -170,6 +186,12 @@ pub(super) struct Prepare {
     /// Keep the plan
     #[arg(long, value_name = "FILE")]
     pub(super) plan_out: Option<PathBuf>,
+    /// The plan as one picture, a frame for each pose
+    #[arg(long, value_name = "SHEET.svg")]
+    pub(super) sheet: Option<PathBuf>,
+    /// Cut one solid by planes where there is no plan for it as it is; the parts are written beside the output as OUT.parts.3mf
+    #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
+    pub(super) split: String,
     /// Go on and print: a serial device, or tcp:host:port
     #[arg(long, value_name = "PATH")]
     pub(super) port: Option<String>,
@@ -271,6 +293,8 @@ pub(super) struct Split {
     /// Overhangs up to this angle from the vertical need no support
     #[arg(long, default_value_t = SplitOptions::default().overhang_deg, value_name = "DEG")]
     pub(super) overhang: f64,
+    #[command(flatten)]
+    pub(super) pass: PassArgs,
     /// Room the head keeps from parts it does not print on
     #[arg(long, default_value_t = SplitOptions::default().margin_mm, value_name = "MM")]
     pub(super) margin: f64,

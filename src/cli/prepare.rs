@@ -6,7 +6,9 @@ use super::args::Prepare as Verb;
 use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, plan, send, verify};
 use crate::document;
-use crate::job::{self, Bar, Output, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, World};
+use crate::job::{
+    self, Bar, Cutting, Output, Outputs, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, World,
+};
 use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -17,7 +19,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let output = outputs.claim(&args.output)?;
     let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let journal = args.port.as_ref().map(|_| send::journal(&mut outputs, &args.output, &args.stream)).transpose()?;
-    let done = work(args, &output, plan.as_ref(), console);
+    let sheet = args.sheet.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let parts = parts(args, &mut outputs)?;
+    let done = work(args, &output, [plan, sheet, parts], console);
     if done.is_err() {
         console.set_aside(&output)?;
     }
@@ -30,12 +34,34 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     send::stream(&request, (port, &journal), &args.stream, console)
 }
 
-fn work(args: &Verb, output: &Output, plan_out: Option<&Output>, console: &Console) -> Result<PrepareResult, Failure> {
+/// The right to write the parts of a model that is cut; none where that is not wanted, or where the model is such a file itself.
+fn parts(args: &Verb, outputs: &mut Outputs) -> Result<Option<Output>, Failure> {
+    if args.split == "never" {
+        return Ok(None);
+    }
+    match outputs.claim(&parts_file(args)) {
+        Err(job::Error::Twice { .. }) => Ok(None),
+        claimed => Ok(Some(claimed?)),
+    }
+}
+
+fn parts_file(args: &Verb) -> PathBuf {
+    args.output.with_extension("parts.3mf")
+}
+
+fn work(
+    args: &Verb,
+    output: &Output,
+    [plan_out, sheet, parts]: [Option<Output>; 3],
+    console: &Console,
+) -> Result<PrepareResult, Failure> {
+    let file = parts_file(args).display().to_string();
     let request = PrepareRequest {
         model: args.model.source()?,
         machine: args.machine.source(),
         plan: PlanOptions { kept_in: folder_of(args.plan_out.as_deref()), ..args.plan.options()? },
         slicing: args.slicing.options(&args.bed)?,
+        cutting: parts.as_ref().map_or(Cutting::Never, |_| Cutting::Auto { file }),
     };
     let teller = Teller(console);
     let done = job::prepare(&request, &World { progress: &teller, ..console.world() });
@@ -45,6 +71,14 @@ fn work(args: &Verb, output: &Output, plan_out: Option<&Output>, console: &Conso
     };
     if let Some(plan) = plan_out {
         plan.write(done.planned.plan.plan.to_text().as_bytes())?;
+    }
+    if let Some(sheet) = sheet {
+        sheet.write(done.planned.sheet().as_bytes())?;
+    }
+    if let Some((cut, parts)) = done.cut.as_ref().zip(parts) {
+        parts.write(&cut.bytes)?;
+        let seconds = done.gcode.report().map_or(0.0, |report| report.seconds_print);
+        console.note(&format!("{}; the parts are in {}", cut.story(seconds), cut.file));
     }
     output.write(done.gcode.program())?;
     if let Some(report) = done.gcode.report() {

@@ -36,6 +36,9 @@ impl PlanArgs {
             method: self.method.clone(),
             orient_budget: self.orient_budget,
             overhang_deg: self.overhang,
+            bridge_mm: self.pass.bridge,
+            tolerate_mm2: self.pass.tolerate,
+            allow: self.allow.iter().map(|text| allowed(text)).collect::<Result<_, _>>()?,
             margin_mm: self.margin,
             priority: match self.slots.as_str() {
                 "single" => Priority::Single,
@@ -59,6 +62,18 @@ impl PlanArgs {
         let (x, y) = text.split_once(',').ok_or_else(bad)?;
         let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(bad);
         Ok(Place { origin_mm: [number(x)?, number(y)?], turn_deg: self.turn.unwrap_or(0.0) })
+    }
+}
+
+/// `--allow PART` or `--allow PART:MM2`.
+fn allowed(text: &str) -> Result<(usize, Option<f64>), Failure> {
+    let (part, area) = text.split_once(':').map_or((text, None), |(part, area)| (part, Some(area)));
+    let part = part.trim().parse().ok();
+    let area = area.map(|area| area.trim().parse::<f64>().ok().filter(|v| v.is_finite()));
+    match (part, area) {
+        (Some(part), None) => Ok((part, None)),
+        (Some(part), Some(Some(area))) => Ok((part, Some(area))),
+        _ => Err(Failure::Usage(format!("--allow {text}: not a part's number, or that and mm2; write --allow 0:40"))),
     }
 }
 

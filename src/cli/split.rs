@@ -1,12 +1,10 @@
 //! `trunnion split`
 
-use std::fmt::Write;
-
 use super::args::Split as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{self, SplitOptions, SplitRequest, SplitResult};
+use crate::job::{self, SplitOptions, SplitRequest};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
@@ -22,9 +20,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::split(&done));
     } else if why_not.is_none() {
-        console.result(&text(&done));
+        console.result(&done.text());
     } else {
-        console.note(&text(&done));
+        console.note(&done.text());
     }
     why_not.map_or(Ok(()), |why| Err(Failure::Findings(format!("{why}; no file was written"))))
 }
@@ -33,6 +31,8 @@ impl Verb {
     fn options(&self) -> Result<SplitOptions, Failure> {
         Ok(SplitOptions {
             overhang_deg: self.overhang,
+            bridge_mm: self.pass.bridge,
+            tolerate_mm2: self.pass.tolerate,
             margin_mm: self.margin,
             max_cuts: self.max_cuts,
             allow_mm2: self.allow,
@@ -53,34 +53,4 @@ fn corners(text: &str) -> Result<[[f64; 3]; 2], Failure> {
             "--no-cut {text}: not six numbers of millimetres; write two corners, as --no-cut -5,-5,0,5,5,20"
         ))),
     }
-}
-
-fn text(done: &SplitResult) -> String {
-    let split = &done.split;
-    let mut out = String::new();
-    for (k, cut) in split.cuts.iter().enumerate() {
-        let (n, c) = (cut.plane.normal, cut.plane.offset_mm);
-        let parts: Vec<String> = cut.parts.iter().map(ToString::to_string).collect();
-        let _ = writeln!(
-            out,
-            "cut {}: {:.4} x {:+.4} y {:+.4} z > {c:.3} mm becomes part {}, seam {:.1} mm2; {}",
-            k + 1,
-            n.x,
-            n.y,
-            n.z,
-            parts.join(", "),
-            cut.seam_mm2,
-            cut.reason()
-        );
-    }
-    let (before, after) = (split.before.area_mm2, split.after.area_mm2);
-    let _ = writeln!(
-        out,
-        "{} parts, {} setups, seams {:.1} mm2; needs support: {before:.1} mm2 before, {after:.1} after; {:.2} s",
-        split.parts.len(),
-        split.setups(),
-        split.seam_mm2(),
-        done.seconds
-    );
-    out
 }

@@ -1,13 +1,9 @@
 //! `trunnion verify`
 
-use std::fmt::Write;
-
 use super::args::Verify as Verb;
 use super::{Console, Failure};
-use crate::document;
+use crate::document::{self, text};
 use crate::job::{self, Error, Source, VerifyRequest};
-use crate::spelling::counted;
-use crate::verify::Report;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
@@ -16,7 +12,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::verified(&done.report, done.seconds));
     } else {
-        console.result(&text(&done.report));
+        console.result(&text::verified(&done.report));
     }
     done.verified().map(drop).map_err(Failure::from)
 }
@@ -27,30 +23,7 @@ pub(super) fn explained<T>(done: Result<T, Error>, console: &Console) -> Result<
     if console.json() {
         console.document(&document::rejected(rejected));
     } else {
-        console.note(&text(&rejected.report));
+        console.note(&text::verified(&rejected.report));
     }
     Err(Failure::Findings(format!("{rejected}; no file was written")))
-}
-
-fn text(report: &Report) -> String {
-    let mut out = String::new();
-    for f in &report.findings {
-        let place = match (f.slot, f.part) {
-            (Some(slot), Some(part)) => format!(" (slot {slot}, part {part})"),
-            _ => String::new(),
-        };
-        let _ = writeln!(out, "line {}: {}{place}: {}", f.line, f.rule, f.text);
-    }
-    let minutes = report.seconds_print / 60.0;
-    let _ = writeln!(
-        out,
-        "{} in {}, {:.0} mm of filament, about {minutes:.0} min, clearance {:.2} mm (line {}), {}",
-        counted(report.moves, "move"),
-        counted(report.slots, "slot"),
-        report.filament_mm,
-        report.clearance_mm,
-        report.clearance_line,
-        counted(report.count(), "finding")
-    );
-    out
 }

@@ -41,13 +41,14 @@ fn text(no: &NoPlan) -> String {
         let text = &nearest.text;
         let _ = writeln!(out, "    {what}, {orientations} orientations; with up ({x:.3}, {y:.3}, {z:.3}): {text}");
     }
+    no.cut.iter().for_each(|why| _ = writeln!(out, "cut by planes: {why}"));
     let Some(remedies) = &no.remedies else { return out };
     if remedies.is_empty() {
         out.push_str(
-            "none of the remedies that were tried helps: tilt, height, head, nozzle, pedestal, margin, support, base\n",
+            "none of the remedies that were tried helps: tolerance, bridges, tilt, height, head, nozzle, pedestal, margin, support, base\n",
         );
     } else {
-        out.push_str("checked remedies, each by itself:\n");
+        out.push_str("remedies, each by itself, all but cuts checked by planning:\n");
         remedies.iter().for_each(|r| _ = writeln!(out, "  {}", r.text));
     }
     out

@@ -1,5 +1,7 @@
 //! The JSON documents that verbs print with `--json` and that scripts and other programs read: one function for each result.
 //!
+//! [`text`] has some of them for people.
+//!
 //! Here is decided how a result is written, not what it is: results are `job`'s, and whoever prints or serves one (the
 //! command, a binding) takes its document from here. Keys and their meanings are promised to outside scripts: a key may
 //! be added, none changes its meaning. Units stand in the keys (`_mm`, `_mm2`, `_deg`, `_s`); vectors are lists of three.
@@ -10,6 +12,7 @@ mod model;
 mod oriented;
 mod planned;
 mod printing;
+pub mod text;
 
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};

@@ -51,12 +51,19 @@ pub fn sequences(listed: &[Vec<Slot>], done: &Listed) -> Value {
 /// No plan: reasons, whether each is needed, checked remedies.
 pub fn no_plan(no: &NoPlan) -> Value {
     let (reasons, least) = no.reasons();
-    let reason = |r: &Reason| json!({"part": r.part, "orientation": r.up, "blocked_by": r.blocked_by, "depth_mm": r.depth_mm, "text": r.text});
+    let reason = |r: &Reason| {
+        let hangs = r.hangs.as_ref().map(|h| json!({"area_mm2": h.area_mm2, "at_mm": h.at_mm, "cause": h.cause}));
+        json!({
+            "part": r.part, "orientation": r.up, "blocked_by": r.blocked_by, "depth_mm": r.depth_mm, "text": r.text,
+            "hangs": hangs,
+        })
+    };
     json!({
         "feasible": false,
         "summary": no.infeasible.to_string(),
         "reasons": reasons.iter().map(reason).collect::<Vec<_>>(),
         "least": least,
+        "cut": no.cut,
         "remedies": no.remedies.as_deref().unwrap_or_default(),
     })
 }

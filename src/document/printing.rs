@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::model::split;
 use super::planned::planned;
 use crate::job::{At, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
 use crate::verify::Report;
@@ -25,6 +26,14 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
         "output": output,
         "plan": planned(&done.planned),
         "verify": verified(report, verify),
+        "cut": done.cut.as_ref().map(|cut| {
+            let mut document = split(&cut.split);
+            document["file"] = cut.file.as_str().into();
+            document["reason"] = cut.why.as_str().into();
+            document["seconds_print"] = report.seconds_print.into();
+            document["filament_mm"] = report.filament_mm.into();
+            document
+        }),
         "slicer": slicer(&done.slicer),
         "seconds": {
             "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,

@@ -17,6 +17,7 @@ pub mod convex;
 mod frame;
 mod outline;
 mod random;
+mod sets;
 
 pub use angle::Angle;
 pub use body::Body;
@@ -24,6 +25,7 @@ pub use bounds::Bounds;
 pub use frame::{Dir, Machine, Object, Point, Rigid, Slot, Table};
 pub use outline::convex_outline;
 pub use random::SplitMix64;
+pub use sets::Sets;
 
 /// A plain vector of three millimetre values, where the frame is clear from the context.
 pub type Vec3 = nalgebra::Vector3<f64>;

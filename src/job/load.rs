@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::plan::spanning;
 use super::source::{MachineSource, ModelSource, Source};
 use super::{Error, World};
 use crate::mesh::{Model, ReadOptions, Unit, read_model};
@@ -40,6 +41,14 @@ pub fn load_model(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, 
     let model = read_model(&bytes, &file, &ReadOptions { unit: from.unit, repair: from.repair })?;
     model.warnings.iter().for_each(|w| world.progress.warning(w));
     Ok(LoadedModel { model, file, sha256: sha256_hex(&bytes), path: from.source.path().map(Path::to_owned) })
+}
+
+impl LoadedModel {
+    /// A model that was made on the way, as it will be written to `file`.
+    pub(super) fn made(file: String, bytes: &[u8]) -> Result<Self, Error> {
+        let model = read_model(bytes, &file, &ReadOptions::default())?;
+        Ok(Self { model, sha256: sha256_hex(bytes), path: Some(PathBuf::from(&file)), file })
+    }
 }
 
 /// A profile with what identifies it.
@@ -185,6 +194,7 @@ pub fn load_plan(from: &PlanSource, world: &World<'_>) -> Result<CheckedPlan, Er
         Some(given) => load_profile(given, world)?,
         None => find_machine(&from.plan, &plan, world)?,
     };
+    let machine = spanning(machine, plan.bridge_mm)?;
     let source = match &from.model {
         Some(given) => given.clone(),
         None => find_model(&from.plan, &plan, world)?,

@@ -17,6 +17,7 @@
 //! Lengths mm, angles degrees, times seconds where a name does not say otherwise.
 
 mod bench;
+mod cutting;
 mod error;
 mod load;
 mod orient;
@@ -35,6 +36,7 @@ mod verify;
 mod world;
 
 pub use bench::Bench;
+pub use cutting::{CutModel, Cutting};
 pub use error::{Error, in_words, remedy};
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};

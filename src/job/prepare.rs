@@ -1,6 +1,6 @@
 //! The main job: from a model to a verified program, in memory.
 
-use super::plan::planned;
+use super::cutting::{CutModel, Cutting, planned_or_cut};
 use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
@@ -21,13 +21,17 @@ pub struct PrepareRequest {
     pub plan: PlanOptions,
     /// How to slice.
     pub slicing: SlicingOptions,
+    /// Whether one solid may be cut.
+    pub cutting: Cutting,
 }
 
 impl PrepareRequest {
-    /// As the command does it without flags.
+    /// As the command does it without flags; a model that must be cut is called by its own name with `.parts.3mf` behind it.
     pub fn new(model: impl Into<ModelSource>, machine: impl Into<MachineSource>) -> Self {
         let (plan, slicing) = (PlanOptions::default(), SlicingOptions::default());
-        Self { model: model.into(), machine: machine.into(), plan, slicing }
+        let model = model.into();
+        let cutting = Cutting::Auto { file: format!("{}.parts.3mf", model.source.name()) };
+        Self { model, machine: machine.into(), plan, slicing, cutting }
     }
 }
 
@@ -38,6 +42,8 @@ pub struct PrepareResult {
     pub gcode: Verified<Vec<u8>>,
     /// The plan, with its model and machine.
     pub planned: PlanResult,
+    /// What became of one solid that has no plan as it is.
+    pub cut: Option<CutModel>,
     /// Who sliced.
     pub slicer: SlicerName,
     /// What should be known; told already.
@@ -63,7 +69,7 @@ pub struct Seconds {
     pub verify: f64,
 }
 
-/// Does everything: reads, plans, has sliced, rewrites and verifies.
+/// Does everything: reads, plans (cuts one solid where it must, and may), has sliced, rewrites and verifies.
 ///
 /// # Errors
 ///
@@ -82,7 +88,7 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     world.progress.reached(Step::Read(&model));
     // A slicer that is not there is found out before the long search.
     let slicer = request.slicing.slicer(world)?;
-    let plan = planned(model, machine, &request.plan, world)?;
+    let (plan, cut) = planned_or_cut(model, machine, (&request.plan, &request.cutting), world)?;
     seconds.orient = plan.orient_seconds;
     seconds.plan = (lap() - seconds.orient).max(0.0);
     world.progress.reached(Step::Planned(&plan));
@@ -98,7 +104,7 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     seconds.verify = verify_seconds;
     seconds.rewrite = (lap() - verify_seconds).max(0.0);
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(warnings).collect();
-    Ok(PrepareResult { gcode, planned: plan, slicer, warnings, seconds })
+    Ok(PrepareResult { gcode, planned: plan, cut, slicer, warnings, seconds })
 }
 
 /// One print a file.

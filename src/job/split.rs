@@ -1,8 +1,14 @@
 //! One solid cut into parts that print without supports, or what stands against it.
 
-use super::{BadSetting, Error, LoadedModel, MachineSource, ModelSource, World, load_model, load_profile};
+use std::fmt::Write;
+
+use super::plan::spanning;
+use super::{
+    BadSetting, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World, load_model, load_profile,
+};
 use crate::geom::{Angle, Bounds, Vec3};
 use crate::mesh::threemf;
+use crate::overhang::TOLERATE_MM2;
 use crate::planning::{FREE_SPAN_MM, OnePrint, Placement, centred};
 use crate::split::{Against, Options, PatchLeft, Split, split as cut};
 
@@ -22,6 +28,10 @@ pub struct SplitRequest {
 pub struct SplitOptions {
     /// Surfaces up to this angle from the vertical need no support.
     pub overhang_deg: f64,
+    /// What a line may span between two ends on material; `None`: the machine's `process.bridge_mm`.
+    pub bridge_mm: Option<f64>,
+    /// What a connected patch may have that nothing carries, mm².
+    pub tolerate_mm2: f64,
     /// Room the head keeps from parts it does not print on.
     pub margin_mm: f64,
     /// Most cuts.
@@ -40,6 +50,8 @@ impl Default for SplitOptions {
     fn default() -> Self {
         Self {
             overhang_deg: 45.0,
+            bridge_mm: None,
+            tolerate_mm2: TOLERATE_MM2,
             margin_mm: 0.5,
             max_cuts: 12,
             allow_mm2: 0.0,
@@ -71,6 +83,37 @@ impl SplitResult {
     pub fn threemf(&self) -> Vec<u8> {
         let named = self.split.named();
         threemf(&named.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>())
+    }
+
+    /// The cuts, a line each, and what they come to.
+    pub fn text(&self) -> String {
+        let split = &self.split;
+        let mut out = String::new();
+        for (k, cut) in split.cuts.iter().enumerate() {
+            let (n, c) = (cut.plane.normal, cut.plane.offset_mm);
+            let parts: Vec<String> = cut.parts.iter().map(ToString::to_string).collect();
+            let _ = writeln!(
+                out,
+                "cut {}: {:.4} x {:+.4} y {:+.4} z > {c:.3} mm becomes part {}, seam {:.1} mm2; {}",
+                k + 1,
+                n.x,
+                n.y,
+                n.z,
+                parts.join(", "),
+                cut.seam_mm2,
+                cut.reason()
+            );
+        }
+        let (before, after) = (split.before.area_mm2, split.after.area_mm2);
+        let _ = writeln!(
+            out,
+            "{} parts, {} setups, seams {:.1} mm2; needs support: {before:.1} mm2 before, {after:.1} after; {:.2} s",
+            split.parts.len(),
+            split.setups(),
+            split.seam_mm2(),
+            self.seconds
+        );
+        out
     }
 
     /// Why the parts cannot be printed, where that is so, in one sentence.
@@ -127,8 +170,19 @@ fn because(against: Against) -> &'static str {
 pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, Error> {
     let options = &request.options;
     check(options)?;
-    let machine = load_profile(&request.machine, world)?;
+    let machine = spanning(load_profile(&request.machine, world)?, options.bridge_mm)?;
     let model = load_model(&request.model, world)?;
+    cut_up(model, &machine, options, world)
+}
+
+/// Cuts a model that is loaded already.
+pub(super) fn cut_up(
+    model: LoadedModel,
+    machine: &LoadedProfile,
+    options: &SplitOptions,
+    world: &World<'_>,
+) -> Result<SplitResult, Error> {
+    check(options)?;
     let start = world.clock.now();
     let [part] = &model.model.parts[..] else {
         return Err(Error::NotOneSolid { file: model.file, parts: model.model.parts.len() });
@@ -140,6 +194,8 @@ pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, E
         layer_mm: process.layer_height_mm,
         span_mm: FREE_SPAN_MM.max(2.0 * process.line_width_mm),
         bridge_mm: process.bridge_mm,
+        line_mm: process.line_width_mm,
+        tolerate_mm2: options.tolerate_mm2,
         max_cuts: options.max_cuts,
         allow_mm2: options.allow_mm2,
         strict: options.strict,
@@ -180,6 +236,7 @@ pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, E
 
 fn check(options: &SplitOptions) -> Result<(), BadSetting> {
     BadSetting::within("overhang", options.overhang_deg, " deg", [1.0, 89.0])?;
+    BadSetting::within("tolerate", options.tolerate_mm2, " mm2", [0.0, 1e6])?;
     BadSetting::within("margin", options.margin_mm, " mm", [0.0, 100.0])?;
     BadSetting::within("max-cuts", options.max_cuts as f64, "", [0.0, 100.0])?;
     BadSetting::within("allow", options.allow_mm2, " mm2", [0.0, 1e6])?;

@@ -1,15 +1,17 @@
 //! The orientations a part may be printed in: directions, merged by machine setup, and what stands against each.
 
 use super::collision::Head;
+use super::infeasible::Hanging;
 use super::options::Options;
 use super::owed::{Owed, TOUCHING_MM};
 use super::part_set::PartSet;
 use super::solid::Solid;
-use super::support::{Needs, Neighbours, needs};
+use super::support::{Asked, Needs, Neighbours, needs};
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Bounds, Dir, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::orient::{Direction, Facets, Objective, Search, directions};
+use crate::overhang::Rule;
 use crate::profile::Profile;
 
 /// One way to print one part that nothing but other parts stands against.
@@ -58,12 +60,28 @@ pub(super) struct Way {
     pub(super) pose: Pose,
     pub(super) value: f64,
     pub(super) needs: Needs,
+    /// What hangs, where layers were looked at.
+    pub(super) hangs: Option<Hanging>,
     /// The first objection, unless all were asked for.
     pub(super) objections: Vec<Objection>,
 }
 
 /// Directions that differ by less than this (radians, 0.02 degrees) are one setup: 0.04 mm over 100 mm, a tenth of a line.
 const SAME_SETUP: f64 = 3.5e-4;
+
+/// Which objections to a way are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    /// The first.
+    First,
+    /// All.
+    All,
+    /// Whether the part would stand, and an axis reaches the pose.
+    Standing,
+}
+
+/// Directions whose layers are all looked through to say why not.
+const LOOKED_AT_CLOSELY: usize = 6;
 
 /// The model on the machine, and the poses in use.
 pub(super) struct Setups<'a> {
@@ -125,7 +143,7 @@ impl<'a> Setups<'a> {
     /// The candidates of `part` among `tried`.
     pub(super) fn choose(&mut self, part: usize, tried: &[Direction]) -> Sifted {
         let mut sifted = Sifted { candidates: Vec::new(), rejected: Vec::new(), tried: tried.len() };
-        for way in self.ways(part, tried, false) {
+        for way in self.ways(part, tried, Told::First) {
             if !way.objections.is_empty() {
                 sifted.rejected.push(way);
                 continue;
@@ -137,50 +155,116 @@ impl<'a> Setups<'a> {
         sifted
     }
 
-    /// Every direction of `tried` at each of its poses, with the first objection or `all` of them.
-    pub(super) fn ways(&self, part: usize, tried: &[Direction], all: bool) -> Vec<Way> {
+    /// Every direction of `tried` at each of its poses, with the objections that are to be told.
+    pub(super) fn ways(&self, part: usize, tried: &[Direction], told: Told) -> Vec<Way> {
+        use rayon::prelude::*;
         let neighbours = Neighbours::of(self.workpiece, part);
-        let count = self.workpiece.parts.len();
-        let mut everyone = PartSet::new(count);
-        (0..count).filter(|&q| q != part).for_each(|q| everyone.insert(q));
-        let mut ways: Vec<Way> = Vec::new();
-        let mut known: Vec<Dir<Table>> = Vec::new();
+        let mut known: Vec<(Dir<Table>, f64)> = Vec::new();
         for direction in tried {
             let Some(up) = Dir::new(direction.up) else { continue };
             let up = self.merged(up);
-            if known.iter().any(|k| (k.unit() - up.unit()).norm() < SAME_SETUP) {
-                continue;
+            if known.iter().all(|(k, _)| (k.unit() - up.unit()).norm() >= SAME_SETUP) {
+                known.push((up, direction.value));
             }
-            known.push(up);
-            let carried = self.options.supported.contains(&part);
-            let needs = if carried {
-                Needs::none()
-            } else {
-                needs(&self.workpiece.parts[part], &neighbours, up, self.options.overhang, count)
-            };
+        }
+        let poses = |up: Dir<Table>| self.table.solutions(up, Pose::LEVEL);
+        // Layers cost something, so only what an axis reaches is looked at by them. What stands on the table and is printed on a slant
+        // begins in an edge along it, and slicers make nothing of its first wedges (PrusaSlicer lays them twice).
+        let reached = |up: Dir<Table>| poses(up).into_iter().any(|pose| self.out_of_reach(up, pose).is_none());
+        let straight = |up: Dir<Table>| up.unit().z > 1.0 - 1e-9 || !self.workpiece.model.on_table.contains(&part);
+        let by_layers = |up: Dir<Table>| self.options.practised && straight(up) && reached(up);
+        let one =
+            |&(up, value): &(Dir<Table>, f64)| (up, value, self.needs(part, &neighbours, up, by_layers(up), true));
+        let mut found: Vec<(Dir<Table>, f64, Needs)> =
+            if self.options.practised { known.par_iter().map(one).collect() } else { known.iter().map(one).collect() };
+        let everyone = self.everyone();
+        if told == Told::All && self.options.practised {
+            self.look_closer(part, &neighbours, &mut found);
+        }
+        let way = |(up, value, needs): (Dir<Table>, f64, Needs)| {
             let unsupported = (!needs.met_by(&everyone)).then(|| Objection {
                 against: Against::Support,
-                text: self.hanging(&needs, &everyone),
+                text: self.hanging(&needs),
                 depth_mm: 0.0,
             });
-            for pose in self.table.solutions(up, Pose::LEVEL) {
+            let posed = |pose: Pose| {
                 let mut objections: Vec<Objection> = unsupported.iter().cloned().collect();
-                if all || objections.is_empty() {
-                    self.machine_objects(part, up, pose, all, &mut objections);
+                match told {
+                    Told::Standing => objections.extend(self.reach_objects(up, pose)),
+                    Told::All => self.machine_objects(part, up, pose, true, &mut objections),
+                    Told::First if objections.is_empty() => {
+                        self.machine_objects(part, up, pose, false, &mut objections);
+                    }
+                    Told::First => {}
                 }
-                ways.push(Way { up, pose, value: direction.value, needs: needs.clone(), objections });
-            }
-        }
-        ways
+                Way { up, pose, value, needs: needs.clone(), hangs: self.hangs(&needs), objections }
+            };
+            poses(up).into_iter().map(posed).collect::<Vec<Way>>()
+        };
+        let ways: Vec<Vec<Way>> = found.into_par_iter().map(way).collect();
+        ways.into_iter().flatten().collect()
     }
 
-    fn hanging(&self, needs: &Needs, everyone: &PartSet) -> String {
-        let missing = needs.missing(everyone);
-        if missing > 0.0 {
-            format!("{missing:.1} mm2 would overhang beyond {:.0} deg without support", self.options.overhang.deg())
-        } else {
-            "it would begin in the air".to_owned()
+    fn everyone(&self) -> PartSet {
+        let count = self.workpiece.parts.len();
+        let mut everyone = PartSet::new(count);
+        (0..count).for_each(|q| everyone.insert(q));
+        everyone
+    }
+
+    /// Looks through all layers at the few directions at which the least would hang: what is told of them is to be the whole of it.
+    fn look_closer(&self, part: usize, neighbours: &Neighbours, found: &mut [(Dir<Table>, f64, Needs)]) {
+        let mut order: Vec<usize> = (0..found.len()).filter(|&i| !found[i].2.closely).collect();
+        order.sort_by(|&a, &b| found[a].2.facets_mm2.total_cmp(&found[b].2.facets_mm2));
+        for i in order.into_iter().take(LOOKED_AT_CLOSELY) {
+            found[i].2 = self.needs(part, neighbours, found[i].0, true, false);
         }
+    }
+
+    /// What `part` needs along `up`.
+    fn needs(&self, part: usize, neighbours: &Neighbours, up: Dir<Table>, by_layers: bool, enough: bool) -> Needs {
+        if self.options.supported.contains(&part) {
+            return Needs::none();
+        }
+        let (process, options) = (&self.profile.process, self.options);
+        let rule = Rule {
+            overhang: options.overhang,
+            layer_mm: process.layer_height_mm,
+            line_mm: process.line_width_mm,
+            bridge_mm: process.bridge_mm,
+            tolerate_mm2: options.tolerate_mm2,
+        };
+        let allowed_mm2 = options.allow.iter().filter(|(p, _)| *p == part).map(|(_, area)| *area).fold(0.0, f64::max);
+        let asked = Asked { rule, allowed_mm2, by_layers, enough, known: &options.known };
+        needs(&self.workpiece.parts[part], neighbours, up, &asked, self.workpiece.parts.len())
+    }
+
+    fn in_the_file(&self, at: &Vec3) -> [f64; 3] {
+        let back = self.workpiece.placed.inverse();
+        (back.rotation * at + back.translation).into()
+    }
+
+    fn hangs(&self, needs: &Needs) -> Option<Hanging> {
+        let patch = needs.left.first().filter(|_| needs.closely)?;
+        let area_mm2 = needs.left.iter().map(|patch| patch.area_mm2).sum();
+        Some(Hanging { area_mm2, at_mm: self.in_the_file(&patch.at), cause: patch.cause.to_string() })
+    }
+
+    /// What hangs, in words; places in the model file's frame.
+    fn hanging(&self, needs: &Needs) -> String {
+        let missing = needs.missing(&self.everyone());
+        if missing == 0.0 {
+            return "it would begin in the air".to_owned();
+        }
+        let Some(patch) = needs.left.first() else {
+            return format!(
+                "{missing:.1} mm2 would overhang beyond {:.0} deg without support",
+                self.options.overhang.deg()
+            );
+        };
+        let [x, y, z] = self.in_the_file(&patch.at).map(|v| crate::gcode::round_to(v, 1) + 0.0);
+        let (area, cause) = (patch.area_mm2, patch.cause);
+        format!("{missing:.1} mm2 would be laid on nothing, {area:.1} of it about ({x}, {y}, {z}) mm: {cause}")
     }
 
     /// What the machine has against printing `part` at `pose`: an axis' reach, stops, the table or the frame.
@@ -193,9 +277,7 @@ impl<'a> Setups<'a> {
         objections: &mut Vec<Objection>,
     ) {
         let enough = |objections: &Vec<Objection>| !all && !objections.is_empty();
-        if let Some(text) = self.out_of_reach(up, pose) {
-            objections.push(Objection { against: Against::Reach, text, depth_mm: 0.0 });
-        }
+        objections.extend(self.reach_objects(up, pose));
         let motion = self.table.forward(pose);
         let checks = [Self::leaves_limits, Self::meets_table, Self::meets_frame];
         for check in checks {
@@ -204,6 +286,11 @@ impl<'a> Setups<'a> {
             }
             objections.extend(check(self, part, &motion));
         }
+    }
+
+    fn reach_objects(&self, up: Dir<Table>, pose: Pose) -> Option<Objection> {
+        let text = self.out_of_reach(up, pose)?;
+        Some(Objection { against: Against::Reach, text, depth_mm: 0.0 })
     }
 
     fn out_of_reach(&self, up: Dir<Table>, pose: Pose) -> Option<String> {

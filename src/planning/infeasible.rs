@@ -2,6 +2,17 @@
 
 use crate::motion::Pose;
 
+/// What a part would lay on nothing at an orientation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hanging {
+    /// All of it, mm².
+    pub area_mm2: f64,
+    /// The middle of the largest patch, the model file's frame, mm.
+    pub at_mm: [f64; 3],
+    /// Why that hangs, in words.
+    pub cause: String,
+}
+
 /// Why one part at one orientation cannot be printed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reason {
@@ -15,6 +26,8 @@ pub struct Reason {
     pub depth_mm: f64,
     /// In words.
     pub text: String,
+    /// What would be laid on nothing, where that was looked for layer by layer.
+    pub hangs: Option<Hanging>,
     /// The pose it is about.
     pub pose: Pose,
     /// Where the tip is when the head strikes, table frame; for the picture. `None` where nothing strikes, or where no

@@ -1,8 +1,10 @@
 //! What to plan for.
 
 use super::goal::Goal;
+use super::support::Known;
 use crate::geom::Angle;
 use crate::orient::{Objective, Search};
+use crate::overhang::TOLERATE_MM2;
 
 /// What to plan for.
 #[derive(Clone)]
@@ -29,6 +31,14 @@ pub struct Options<'a> {
     pub pedestal_mm: f64,
     /// Parts that may overhang: something else carries them.
     pub supported: Vec<usize>,
+    /// Parts that may overhang up to so much, mm².
+    pub allow: Vec<(usize, f64)>,
+    /// Whether layers decide where facets leave no plan: bridges, roofs of holes, and patches up to `tolerate_mm2`.
+    pub practised: bool,
+    /// What a connected patch may have that nothing carries, mm².
+    pub tolerate_mm2: f64,
+    /// What was found out already, for all that are cloned from these options.
+    pub known: Known,
     /// Whether a failure is explained; the search for remedies only asks yes or no.
     pub explain: bool,
 }
@@ -48,6 +58,10 @@ impl<'a> Options<'a> {
             plans: 1,
             pedestal_mm: 0.0,
             supported: Vec::new(),
+            allow: Vec::new(),
+            practised: true,
+            tolerate_mm2: TOLERATE_MM2,
+            known: Known::default(),
             explain: true,
         }
     }

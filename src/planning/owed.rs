@@ -18,9 +18,6 @@ pub const PIECE_MM: f64 = 0.1;
 /// The first layer's tip is at least so many layers above the surface it prints on.
 pub const LIFT_LAYERS: f64 = 1.0;
 
-/// What may hang free at one end of a line, mm, or two line widths if that is more: strings of this length stay up.
-pub const FREE_SPAN_MM: f64 = 2.0;
-
 /// Nearer than this counts as touching, mm.
 pub(super) const TOUCHING_MM: f64 = 1e-3;
 

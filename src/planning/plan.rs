@@ -23,6 +23,9 @@ pub struct Plan {
     pub machine: MachineRef,
     /// Where the model stands on the table.
     pub placement: Placement,
+    /// What lines may span, mm, where that is not the machine's own `process.bridge_mm`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bridge_mm: Option<f64>,
     /// The parts, by id.
     pub parts: Vec<PartRef>,
     /// The slots, in order.

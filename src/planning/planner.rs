@@ -74,6 +74,9 @@ pub fn orientations(workpiece: &Workpiece<'_>, options: &Options<'_>) -> Vec<Vec
 /// The best plans of `workpiece` where it stands, on the machine of `profile`, with the `directions` of
 /// [`orientations`]; at least one, the best first, `options.plans` at most.
 ///
+/// What needs no bridge and no tolerance comes first: only where there is no plan without them do layers decide
+/// ([`Options::practised`]).
+///
 /// # Errors
 ///
 /// [`Infeasible`] with the reasons, if `options.explain`.
@@ -83,6 +86,13 @@ pub fn plan(
     directions: &[Vec<Direction>],
     options: &Options<'_>,
 ) -> Result<Vec<Planned>, Infeasible> {
+    if options.practised {
+        let strict = Options { practised: false, explain: false, ..options.clone() };
+        match plan(workpiece, profile, directions, &strict) {
+            Err(Infeasible::NoPlan { .. }) => {}
+            found => return found,
+        }
+    }
     let why_not = || match options.explain {
         true => whynot::explain(workpiece, profile, directions, options),
         false => Infeasible::NoPlan { summary: String::new(), reasons: Vec::new(), least: false },
@@ -103,6 +113,7 @@ fn no_turn(workpiece: &Workpiece<'_>, struck: &[Struck]) -> Infeasible {
         blocked_by: one.part.map_or("table".to_owned(), |part| part.to_string()),
         depth_mm: 0.0,
         text: one.text.clone(),
+        hangs: None,
         pose: one.pose,
         tip: None,
     };
@@ -128,6 +139,13 @@ pub fn sequences(
     options: &Options<'_>,
     mut found: impl FnMut(Vec<Slot>) -> bool,
 ) -> Result<bool, Infeasible> {
+    if options.practised {
+        let strict = Options { practised: false, ..options.clone() };
+        match sequences(workpiece, profile, directions, &strict, &mut found as &mut dyn FnMut(Vec<Slot>) -> bool) {
+            Err(Infeasible::NoPlan { .. }) => {}
+            listed => return listed,
+        }
+    }
     let every = |task: &Task<'_>| {
         let on_table = task.on_table();
         let problem = task.problem(options.priority, &on_table);

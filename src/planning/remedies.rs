@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use super::infeasible::Infeasible;
+use super::infeasible::{Infeasible, Reason};
 use super::options::Options;
 use super::placement::centred;
 use super::planner::{orientations, plan};
@@ -18,9 +18,10 @@ use crate::profile::Profile;
 /// Something that would give a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
-    /// `tilt`, `height`, `head-width`, `nozzle-length`, `pedestal`, `margin`, `overhang`, `support`, `table-later` or `base`.
+    /// `tolerate`, `bridge`, `overhang`, `margin`, `table-later`, `tilt`, `height`, `head-width`, `nozzle-length`, `pedestal`, `base`,
+    /// `split` or `support`.
     pub kind: &'static str,
-    /// How much of it: deg, mm, a share, mm, deg, or a part's number, by kind.
+    /// How much of it: mm², mm, deg, a share, or a part's number, by kind; 0 for a cut.
     pub amount: f64,
     /// In words.
     pub text: String,
@@ -36,34 +37,68 @@ pub struct Wish<'a> {
     pub directions: &'a [Vec<Direction>],
     /// How it was tried.
     pub options: &'a Options<'a>,
-    /// Parts that the reasons name.
-    pub concerned: &'a [usize],
+    /// Why there is none.
+    pub no: &'a Infeasible,
 }
+
+/// Kinds of remedies.
+const KINDS: usize = 13;
+/// Beyond this nobody tolerates, mm².
+const MOST_TOLERATED_MM2: f64 = 64.0;
+/// Beyond this nothing spans, mm.
+const MOST_BRIDGE_MM: f64 = 60.0;
+/// Beyond this a slope is a ceiling, degrees.
+const MOST_OVERHANG_DEG: f64 = 80.0;
 
 /// Steps of each check: a remedy must be plain, not proved best.
 const STEPS: u64 = 400_000;
 
 impl Wish<'_> {
-    /// Every remedy that this version knows and that helps, `told` after each kind that was tried.
+    /// Every remedy that this version knows and that helps, what is nearest to working first, then a cut, then support; `told` after
+    /// each kind that was tried.
     pub fn remedies(&self, mut told: impl FnMut(&str)) -> Vec<Remedy> {
-        type Try<'w, 'a> = (&'static str, fn(&'w Wish<'a>) -> Vec<Remedy>);
-        let tries: [Try<'_, '_>; 9] = [
-            ("more tilt", Self::more_tilt),
-            ("more height", Self::more_height),
-            ("a slimmer head", Self::slimmer_head),
-            ("a longer nozzle", Self::longer_nozzle),
-            ("a pedestal", Self::pedestal),
-            ("less room", Self::less_margin),
-            ("support", Self::support),
-            ("a later slot", Self::table_later),
-            ("another base", Self::other_base),
+        type Try<'w, 'a> = (&'static str, fn(&'w Wish<'a>) -> Vec<Remedy>, bool);
+        // Where all that stands in the way is support, no machine helps.
+        let machine = !self.only_support();
+        let tries: [Try<'_, '_>; KINDS] = [
+            ("more tolerance", Self::more_tolerance, true),
+            ("longer bridges", Self::longer_bridges, true),
+            ("steeper overhangs", Self::steeper, true),
+            ("less room", Self::less_margin, machine),
+            ("a later slot", Self::table_later, self.workpiece.parts.len() > 1),
+            ("more tilt", Self::more_tilt, machine),
+            ("more height", Self::more_height, machine),
+            ("a slimmer head", Self::slimmer_head, machine),
+            ("a longer nozzle", Self::longer_nozzle, machine),
+            ("a pedestal", Self::pedestal, machine),
+            ("another base", Self::other_base, true),
+            ("a cut", Self::cut, true),
+            ("support", Self::support, true),
         ];
         let mut found = Vec::new();
-        for (name, try_it) in tries {
+        for (name, try_it, worth) in tries {
             told(name);
-            found.extend(try_it(self));
+            if worth {
+                found.extend(try_it(self));
+            }
         }
         found
+    }
+
+    fn reasons(&self) -> (&[Reason], bool) {
+        if let Infeasible::NoPlan { reasons, least, .. } = self.no { (reasons, *least) } else { (&[], false) }
+    }
+
+    /// Whether the reasons, which rule a plan out by themselves, are of support alone: a remedy must take one of them away.
+    fn only_support(&self) -> bool {
+        let (reasons, decided) = self.reasons();
+        decided && !reasons.is_empty() && reasons.iter().all(|r| r.blocked_by == "support")
+    }
+
+    /// The parts that the reasons name, ascending.
+    fn concerned(&self) -> Vec<usize> {
+        let parts: std::collections::BTreeSet<usize> = self.reasons().0.iter().map(|r| r.part).collect();
+        parts.into_iter().collect()
     }
 
     fn helps(&self, profile: &Profile, change: impl FnOnce(&mut Options<'_>)) -> bool {
@@ -143,25 +178,55 @@ impl Wish<'_> {
         }]
     }
 
-    /// Steeper overhangs, or support below one part.
-    fn support(&self) -> Vec<Remedy> {
+    /// A larger patch that nothing carries.
+    fn more_tolerance(&self) -> Vec<Remedy> {
+        let asked = self.options.tolerate_mm2;
+        let helps = |more: f64| self.helps(self.profile, |o| o.tolerate_mm2 = asked + more);
+        let Some(more) = least(1.0, MOST_TOLERATED_MM2, 1.0, helps) else { return Vec::new() };
+        let amount = asked + more;
+        let text = format!(
+            "--tolerate {amount:.0} would do, if so much may sag in one place (asked for: {asked} mm2 a patch)"
+        );
+        vec![Remedy { kind: "tolerate", amount, text }]
+    }
+
+    /// Lines that span more.
+    fn longer_bridges(&self) -> Vec<Remedy> {
+        let asked = self.profile.process.bridge_mm;
+        let helps = |more: f64| self.with_profile(|p| p.process.bridge_mm = asked + more);
+        let Some(more) = least(1.0, MOST_BRIDGE_MM - asked, 1.0, helps) else { return Vec::new() };
+        let amount = asked + more;
+        let text = format!("--bridge {amount:.0} would do, if the material spans that (asked for: {asked} mm)");
+        vec![Remedy { kind: "bridge", amount, text }]
+    }
+
+    fn steeper(&self) -> Vec<Remedy> {
         let asked = self.options.overhang.deg();
         let helps = |more: f64| self.helps(self.profile, |o| o.overhang = Angle::from_deg(asked + more));
-        let mut found = Vec::new();
-        if let Some(more) = least(1.0, 89.0 - asked, 1.0, helps) {
-            let angle = asked + more;
-            let text =
-                format!("--overhang {angle:.0} would do, if the material bridges that (asked for: {asked:.0} deg)");
-            found.push(Remedy { kind: "overhang", amount: angle, text });
+        let Some(more) = least(1.0, MOST_OVERHANG_DEG - asked, 1.0, helps) else { return Vec::new() };
+        let angle = asked + more;
+        let text = format!("--overhang {angle:.0} would do, if the material bridges that (asked for: {asked:.0} deg)");
+        vec![Remedy { kind: "overhang", amount: angle, text }]
+    }
+
+    /// The one remedy that is not checked by planning: a cut is a search of its own.
+    fn cut(&self) -> Vec<Remedy> {
+        if self.workpiece.parts.len() > 1 {
+            return Vec::new();
         }
-        for &part in self.concerned {
-            if self.helps(self.profile, |o| o.supported.push(part)) {
-                let name = &self.workpiece.model.parts[part].name;
-                let text = format!("support below part {part} ({name}) would do");
-                found.push(Remedy { kind: "support", amount: part as f64, text });
-            }
-        }
-        found
+        let text = "cutting it into parts may do: trunnion split MODEL -m PROFILE -o PARTS.3mf".to_owned();
+        vec![Remedy { kind: "split", amount: 0.0, text }]
+    }
+
+    /// Support below one part.
+    fn support(&self) -> Vec<Remedy> {
+        let helps = |part: &usize| self.helps(self.profile, |o| o.supported.push(*part));
+        let remedy = |part: usize| {
+            let name = &self.workpiece.model.parts[part].name;
+            let text = format!("support below part {part} ({name}) would do: made by hand, and --allow {part}");
+            Remedy { kind: "support", amount: part as f64, text }
+        };
+        self.concerned().into_iter().filter(helps).map(remedy).collect()
     }
 
     fn table_later(&self) -> Vec<Remedy> {

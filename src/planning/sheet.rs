@@ -57,7 +57,7 @@ pub fn sheet_of_reasons(reasons: &[Reason], workpiece: &Workpiece<'_>, profile: 
             frames.push(reason_frame(reason, workpiece, profile));
         }
     }
-    page(&frames)
+    page(&frames, None)
 }
 
 fn reason_frame(reason: &Reason, workpiece: &Workpiece<'_>, profile: &Profile) -> Frame {
@@ -93,7 +93,9 @@ fn reason_frame(reason: &Reason, workpiece: &Workpiece<'_>, profile: &Profile) -
 }
 
 /// The sheet of `plan`.
-pub fn sheet(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> String {
+///
+/// `story` says below all frames what became of the model before.
+pub fn sheet(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile, story: Option<&str>) -> String {
     let mut printed: Vec<usize> = Vec::new();
     let mut frames = Vec::new();
     for slot in &plan.slots {
@@ -102,12 +104,13 @@ pub fn sheet(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> Strin
             printed.extend(setup.iter().map(|p| p.part));
         }
     }
-    page(&frames)
+    page(&frames, story)
 }
 
-fn page(frames: &[Frame]) -> String {
+fn page(frames: &[Frame], story: Option<&str>) -> String {
     let rows = frames.len().div_ceil(COLUMNS).max(1);
-    let (width, height) = (FRAME * COLUMNS.min(frames.len()).max(1) as f64, (FRAME + WORDS) * rows as f64);
+    let below = (FRAME + WORDS) * rows as f64;
+    let (width, height) = (FRAME * COLUMNS.min(frames.len()).max(1) as f64, below + story.map_or(0.0, |_| WORDS));
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n"
     );
@@ -117,19 +120,23 @@ fn page(frames: &[Frame]) -> String {
         draw(&mut out, shapes);
         for (line, text) in words.iter().enumerate() {
             let y = FRAME + 12.0 + 15.0 * line as f64;
-            // A long sentence is set smaller rather than cut.
-            let size = (FRAME * 1.9 / text.chars().count().max(1) as f64).clamp(6.0, 13.0);
-            let text = text.replace('&', "&amp;").replace('<', "&lt;");
-            let x = FRAME / 2.0;
-            let _ = writeln!(
-                out,
-                "<text x=\"{x}\" y=\"{y}\" font-size=\"{size:.1}\" text-anchor=\"middle\" fill=\"#222222\">{text}</text>"
-            );
+            say(&mut out, text, [FRAME / 2.0, y], FRAME);
         }
         out.push_str("</g>\n");
     }
+    story.into_iter().for_each(|text| say(&mut out, text, [width / 2.0, below + WORDS / 2.0], width));
     out.push_str("</svg>\n");
     out
+}
+
+/// A sentence about the middle `at`; a long one is set smaller rather than cut.
+fn say(out: &mut String, text: &str, [x, y]: [f64; 2], wide: f64) {
+    let size = (wide * 1.9 / text.chars().count().max(1) as f64).clamp(6.0, 13.0);
+    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    let _ = writeln!(
+        out,
+        "<text x=\"{x}\" y=\"{y}\" font-size=\"{size:.1}\" text-anchor=\"middle\" fill=\"#222222\">{text}</text>"
+    );
 }
 
 fn frame(slot: usize, setup: &[&Print], printed: &[usize], workpiece: &Workpiece<'_>, profile: &Profile) -> Frame {

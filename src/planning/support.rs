@@ -1,15 +1,22 @@
 //! Whether a part, printed along a direction, stands on something everywhere.
 //!
 //! Two things are asked. Every facet that overhangs beyond the threshold must lie on the table or on an earlier part;
-//! and every place where the part *begins* (a lowest point of its surface) must do so too, since steep walls that
-//! meet in a point overhang nowhere and still begin in the air.
+//! and every place where the part *begins* (a lowest point of its surface, a ridge too flat to hang on) must do so too, since steep
+//! walls that meet in a point overhang nowhere and still begin in the air.
+//!
+//! Where facets say no, the rule by layers ([`overhang::unsupported`]) may still say yes: bridges, roofs of holes, small patches.
+//! It is asked only where there is no plan without it.
 //!
 //! Angles from the vertical: a wall is 0, a ceiling 90 (PrusaSlicer counts from the horizontal).
 
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
 use super::part_set::PartSet;
 use super::workpiece::Workpiece;
-use crate::geom::{Angle, Dir, Table, Vec3};
+use crate::geom::{Angle, Dir, Table};
 use crate::mesh::TriangleMesh;
+use crate::overhang::{self, Footing, Ground, Hang, Patch, Relief, Rule};
 
 /// What one part needs below it at one direction.
 #[derive(Clone, Debug)]
@@ -20,14 +27,20 @@ pub(super) struct Needs {
     carried: Vec<(usize, f64)>,
     /// For each beginning that does not stand on the table: the parts it may stand on.
     beginnings: Vec<PartSet>,
+    /// What may be missing, mm².
+    allowed_mm2: f64,
+    /// What the layers lay on nothing though every neighbour stands; empty where facets decide.
+    pub(super) left: Vec<Patch>,
+    /// What facets alone would miss though every neighbour stands, mm².
+    pub(super) facets_mm2: f64,
+    /// Whether `left` is all there is.
+    pub(super) closely: bool,
 }
 
 /// Overhang that is let pass: f32 files do not close to the last square millimetre.
 const SLACK_MM2: f64 = 0.5;
 /// Facets within this many degrees of the threshold still count as below it.
 const ANGLE_SLACK_DEG: f64 = 0.5;
-/// Heights nearer than this are one, mm: twice the last digit of an f32 file at 1 m.
-const SAME_HEIGHT: f64 = 2e-4;
 /// A facet this near to the table's surface lies on it, mm.
 const ON_TABLE: f64 = 0.05;
 
@@ -35,18 +48,19 @@ impl Needs {
     /// A part that needs a support nothing gives.
     #[cfg(test)]
     pub(super) fn support() -> Self {
-        Self { overhang_mm2: 100.0, carried: Vec::new(), beginnings: Vec::new() }
+        Self { overhang_mm2: 100.0, ..Self::none() }
     }
 
     /// A part that only `other` carries.
     #[cfg(test)]
     pub(super) fn carried_by(other: usize) -> Self {
-        Self { overhang_mm2: 100.0, carried: vec![(other, 100.0)], beginnings: Vec::new() }
+        Self { overhang_mm2: 100.0, carried: vec![(other, 100.0)], ..Self::none() }
     }
 
     /// A part that stands anywhere.
     pub(super) fn none() -> Self {
-        Self { overhang_mm2: 0.0, carried: Vec::new(), beginnings: Vec::new() }
+        let (carried, beginnings, left) = (Vec::new(), Vec::new(), Vec::new());
+        Self { overhang_mm2: 0.0, carried, beginnings, allowed_mm2: 0.0, left, facets_mm2: 0.0, closely: true }
     }
 
     /// The parts it may have to wait for, ascending.
@@ -58,11 +72,11 @@ impl Needs {
         parts
     }
 
-    /// The overhang that nothing in `printed` carries, mm²; 0 within the slack.
+    /// The overhang that nothing in `printed` carries, mm²; 0 within the slack and what is allowed.
     pub(super) fn missing(&self, printed: &PartSet) -> f64 {
         let carried: f64 = self.carried.iter().filter(|(q, _)| printed.has(*q)).map(|(_, area)| area).sum();
         let missing = self.overhang_mm2 - carried;
-        if missing > SLACK_MM2 { missing } else { 0.0 }
+        if missing > SLACK_MM2.max(self.allowed_mm2) { missing } else { 0.0 }
     }
 
     /// Whether every beginning stands on the table or on a part of `printed`.
@@ -74,6 +88,49 @@ impl Needs {
     pub(super) fn met_by(&self, printed: &PartSet) -> bool {
         self.begins_on(printed) && self.missing(printed) == 0.0
     }
+
+    /// How much is missing while `everyone` stands, for an order: what was looked at closely comes first.
+    pub(super) fn rank(&self, everyone: &PartSet) -> (bool, f64) {
+        let rough = !self.closely;
+        (rough, if rough { self.facets_mm2 } else { self.missing(everyone) })
+    }
+
+    /// With what the layers say in the place of what the facets say cannot be carried.
+    fn by_layers(self, left: Vec<Patch>, closely: bool) -> Self {
+        let carried: f64 = self.carried.iter().map(|(_, area)| area).sum();
+        let loose: f64 = left.iter().map(|patch| patch.area_mm2).sum();
+        Self { overhang_mm2: carried + loose, left, closely, ..self }
+    }
+}
+
+/// What the layers of a part at a direction lay on nothing: asked for again by every remedy, and the same each time.
+#[derive(Clone, Debug, Default)]
+pub struct Known(Arc<Mutex<HashMap<Vec<u64>, Arc<Vec<Patch>>>>>);
+
+impl Known {
+    fn or_find(&self, key: Vec<u64>, find: impl FnOnce() -> Vec<Patch>) -> Vec<Patch> {
+        let known = |all: &Self| all.0.lock().ok().and_then(|map| map.get(&key).cloned());
+        if let Some(found) = known(self) {
+            return found.to_vec();
+        }
+        let found = Arc::new(find());
+        if let Ok(mut map) = self.0.lock() {
+            map.insert(key, found.clone());
+        }
+        found.to_vec()
+    }
+}
+
+/// What is let pass, and how far layers are looked through.
+pub(super) struct Asked<'a> {
+    pub(super) rule: Rule,
+    /// What may be missing, mm².
+    pub(super) allowed_mm2: f64,
+    /// Whether the layers decide where facets say no.
+    pub(super) by_layers: bool,
+    /// Whether one layer that is not tolerated is answer enough.
+    pub(super) enough: bool,
+    pub(super) known: &'a Known,
 }
 
 /// Who lies on each facet of a part.
@@ -82,35 +139,51 @@ pub(super) struct Neighbours {
     on_facet: Vec<Vec<(usize, f64)>>,
     /// Facets that lie on the table.
     on_table: Vec<bool>,
-    /// For each vertex: its facets.
-    around: Vec<Vec<u32>>,
+    relief: Relief,
+    /// What lies under the facets of each interface, and the table's.
+    footings: Vec<Footing>,
+    /// What tells this part where it stands from all others.
+    key: Vec<u64>,
 }
+
+/// An interface that covers this share of its facets is as large as they are.
+const COVERED: f64 = 0.999;
 
 impl Neighbours {
     /// The neighbours of `part`.
     pub(super) fn of(workpiece: &Workpiece<'_>, part: usize) -> Self {
         let mesh = &workpiece.parts[part];
         let mut on_facet = vec![Vec::new(); mesh.facets().len()];
+        let mut footings: Vec<Footing> = Vec::new();
         for interface in &workpiece.model.interfaces {
-            let (other, facets) = if interface.a == part {
-                (interface.b, &interface.facets_a)
+            let (other, facets, theirs) = if interface.a == part {
+                (interface.b, &interface.facets_a, &interface.facets_b)
             } else if interface.b == part {
-                (interface.a, &interface.facets_b)
+                (interface.a, &interface.facets_b, &interface.facets_a)
             } else {
                 continue;
             };
             for &(facet, area) in facets {
                 on_facet[facet].push((other, area));
             }
+            let whole: f64 = facets.iter().map(|(f, _)| mesh.facet_area(*f)).sum();
+            let covered = interface.area_mm2 > COVERED * whole;
+            let below = theirs.iter().filter(|_| !covered).map(|(f, _)| workpiece.parts[other].corners(*f)).collect();
+            footings.push(Footing { own: facets.iter().map(|(f, _)| mesh.corners(*f)).collect(), below });
         }
-        let on_table = (0..mesh.facets().len()).map(|i| lies_on_table(mesh, i)).collect();
-        let mut around = vec![Vec::new(); mesh.vertices().len()];
-        for (index, facet) in mesh.facets().iter().enumerate() {
-            for &vertex in facet {
-                around[vertex as usize].push(index as u32);
-            }
-        }
-        Self { on_facet, on_table, around }
+        let on_table: Vec<bool> = (0..mesh.facets().len()).map(|i| lies_on_table(mesh, i)).collect();
+        let table = (0..on_table.len()).filter(|&f| on_table[f]).map(|f| mesh.corners(f)).collect();
+        footings.push(Footing { own: table, below: Vec::new() });
+        let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
+        let numbers = mesh.vertices().iter().take(3).flat_map(|v| v.iter().map(|x| x.to_bits())).collect::<Vec<u64>>();
+        let counts = [part, mesh.facets().len(), mesh.vertices().len()].map(|n| n as u64);
+        Self { on_facet, on_table, relief, footings, key: counts.into_iter().chain(numbers).collect() }
+    }
+
+    /// Whether a facet lies on the table or a neighbour, whole.
+    fn carries(&self, mesh: &TriangleMesh<Table>, facet: usize) -> bool {
+        let shared: f64 = self.on_facet[facet].iter().map(|(_, area)| area).sum();
+        self.on_table[facet] || shared > COVERED * mesh.facet_area(facet)
     }
 }
 
@@ -118,23 +191,23 @@ fn lies_on_table(mesh: &TriangleMesh<Table>, facet: usize) -> bool {
     mesh.corners(facet).iter().all(|c| c.z.abs() < ON_TABLE) && mesh.normal(facet).is_some_and(|n| n.z < -0.99)
 }
 
-/// What `mesh` needs when printed along `up` with overhangs up to `threshold` free.
+/// What `mesh` needs when printed along `up`.
 pub(super) fn needs(
     mesh: &TriangleMesh<Table>,
     neighbours: &Neighbours,
     up: Dir<Table>,
-    threshold: Angle,
+    asked: &Asked<'_>,
     parts: usize,
 ) -> Needs {
-    let steepest = (threshold + Angle::from_deg(ANGLE_SLACK_DEG)).rad().sin();
-    let mut overhang = 0.0;
+    let steepest = (asked.rule.overhang + Angle::from_deg(ANGLE_SLACK_DEG)).rad().sin();
+    let mut overhang_mm2 = 0.0;
     let mut carried: Vec<(usize, f64)> = Vec::new();
     for facet in 0..mesh.facets().len() {
         let Some(normal) = mesh.normal(facet) else { continue };
         if -normal.dot(up.unit()) <= steepest || neighbours.on_table[facet] {
             continue;
         }
-        overhang += mesh.facet_area(facet);
+        overhang_mm2 += mesh.facet_area(facet);
         for &(other, area) in &neighbours.on_facet[facet] {
             match carried.iter_mut().find(|(q, _)| *q == other) {
                 Some((_, sum)) => *sum += area,
@@ -142,33 +215,65 @@ pub(super) fn needs(
             }
         }
     }
-    Needs { overhang_mm2: overhang, carried, beginnings: beginnings(mesh, neighbours, up, parts) }
+    let beginnings = beginnings(mesh, neighbours, up, &asked.rule, parts);
+    let facets_mm2 = overhang_mm2 - carried.iter().map(|(_, area)| area).sum::<f64>();
+    let needs =
+        Needs { overhang_mm2, carried, beginnings, allowed_mm2: asked.allowed_mm2, facets_mm2, ..Needs::none() };
+    let mut everyone = PartSet::new(parts);
+    (0..parts).for_each(|q| everyone.insert(q));
+    if !asked.by_layers || needs.missing(&everyone) == 0.0 {
+        return needs;
+    }
+    let left = by_layers(mesh, neighbours, up, asked);
+    needs.by_layers(left, !asked.enough)
 }
 
-/// The lowest places of the surface along `up`, as the parts each may stand on; those on the table are left out.
-fn beginnings(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, up: Dir<Table>, parts: usize) -> Vec<PartSet> {
-    let height: Vec<f64> = mesh.vertices().iter().map(|v: &Vec3| v.dot(up.unit())).collect();
+/// What the layers lay on nothing while all neighbours stand.
+fn by_layers(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, up: Dir<Table>, asked: &Asked<'_>) -> Vec<Patch> {
+    let Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2 } = asked.rule;
+    let numbers = [overhang.rad(), layer_mm, line_mm, bridge_mm, tolerate_mm2, up.unit().x, up.unit().y, up.unit().z];
+    let mut key = neighbours.key.clone();
+    key.extend(numbers.map(f64::to_bits));
+    key.push(u64::from(asked.enough));
+    asked.known.or_find(key, || {
+        let upright = up.unit().z > 1.0 - 1e-9;
+        let table = upright && neighbours.on_table.contains(&true);
+        let ground = Ground { footings: neighbours.footings.clone(), table };
+        overhang::unsupported(mesh, up.unit(), &ground, |f| neighbours.carries(mesh, f), &asked.rule, asked.enough)
+    })
+}
+
+/// Where the surface begins along `up`, and the ridges that hang too far, as the parts each may stand on; those on the table are left
+/// out.
+fn beginnings(
+    mesh: &TriangleMesh<Table>,
+    neighbours: &Neighbours,
+    up: Dir<Table>,
+    rule: &Rule,
+    parts: usize,
+) -> Vec<PartSet> {
+    let relief = &neighbours.relief;
+    let heights = relief.heights(up.unit(), |f| neighbours.on_table[f]);
     let mut found: Vec<PartSet> = Vec::new();
-    for (vertex, facets) in neighbours.around.iter().enumerate() {
-        let lowest = |f: &u32| {
-            let corners = mesh.facets()[*f as usize];
-            corners.iter().all(|&c| height[c as usize] >= height[vertex] - SAME_HEIGHT)
-        };
-        // The middle of a flat top and the bottom of a bowl are lowest too, but have material below.
-        let faces_down = |f: &u32| mesh.normal(*f as usize).is_some_and(|n| n.dot(up.unit()) < -1e-3);
-        if !facets.iter().any(faces_down)
-            || !facets.iter().all(lowest)
-            || facets.iter().any(|&f| neighbours.on_table[f as usize])
-        {
-            continue;
-        }
+    let mut add = |carriers: Vec<usize>| {
         let mut below = PartSet::new(parts);
-        for other in carriers(mesh, neighbours, vertex) {
-            below.insert(other);
-        }
+        carriers.into_iter().for_each(|other| below.insert(other));
         if !found.contains(&below) {
             found.push(below);
         }
+    };
+    for first in relief.beginnings(&heights, up.unit(), rule.layer_mm) {
+        // Each corner of a flat foot begins for itself: they may stand on different parts.
+        for vertex in relief.level_with(&heights, first) {
+            if relief.looks_down(vertex, up.unit()) {
+                add(carriers(mesh, neighbours, vertex as usize));
+            }
+        }
+    }
+    let hang = Hang { layer_mm: rule.layer_mm, span_mm: rule.free_mm(), bridge_mm: rule.bridge_mm };
+    let stands = |f: usize| neighbours.on_table[f] || !neighbours.on_facet[f].is_empty();
+    if !relief.ridges(up.unit(), stands, &hang).is_empty() {
+        add(Vec::new());
     }
     found
 }
@@ -179,8 +284,9 @@ fn beginnings(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, up: Dir<Table
 /// own are asked too, as long as the vertex lies in their plane.
 fn carriers(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, vertex: usize) -> Vec<usize> {
     let at = mesh.vertices()[vertex];
-    let own = neighbours.around[vertex].iter().flat_map(|&f| mesh.facets()[f as usize]);
-    let mut around: Vec<u32> = own.flat_map(|c| neighbours.around[c as usize].iter().copied()).collect();
+    let relief = &neighbours.relief;
+    let own = relief.facets_at(vertex).iter().flat_map(|&f| mesh.facets()[f as usize]);
+    let mut around: Vec<u32> = own.flat_map(|c| relief.facets_at(c as usize).iter().copied()).collect();
     around.sort_unstable();
     around.dedup();
     let mut parts: Vec<usize> = around

@@ -12,7 +12,7 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use super::candidates::{Against, Candidate, Setups, Way};
+use super::candidates::{Against, Candidate, Setups, Told, Way};
 use super::infeasible::{Infeasible, Reason};
 use super::options::{Options, Priority};
 use super::part_set::PartSet;
@@ -93,8 +93,10 @@ pub(super) fn explain(
 
 /// The ways of a part with all objections, those with the fewest first.
 fn nearest_misses(setups: &Setups<'_>, part: usize, tried: &[Direction]) -> Vec<Way> {
-    let mut ways = setups.ways(part, tried, true);
-    ways.sort_by_key(|way| way.objections.len());
+    let mut ways = setups.ways(part, tried, Told::All);
+    let everyone = set_of(setups.workpiece.parts.len(), 0..setups.workpiece.parts.len());
+    let lost = |way: &Way| (way.objections.len(), way.needs.rank(&everyone));
+    ways.sort_by(|a, b| lost(a).partial_cmp(&lost(b)).unwrap_or(std::cmp::Ordering::Equal));
     ways.truncate(MOST_WAYS);
     ways
 }
@@ -230,6 +232,7 @@ impl Case<'_> {
             blocked_by: blocked_by.to_owned(),
             depth_mm,
             text,
+            hangs: if blocked_by == "support" { way.hangs.clone() } else { None },
             pose: way.pose,
             tip: tip.map(Into::into),
         };
@@ -272,6 +275,14 @@ fn summary(workpiece: &Workpiece<'_>, kept: &BTreeSet<Constraint>, reasons: &[Re
         // The ways with the least against them come first. A support reason names no way out; what the machine refuses
         // although the part would stand does.
         let of_part = || reasons.iter().filter(|r| r.part == *part);
+        let hanging = of_part().filter_map(|r| Some((r, r.hangs.as_ref()?.area_mm2)));
+        let least = hanging.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| workpiece.parts.len() == 1);
+        if let Some((reason, _)) = least {
+            // One solid hangs somewhere whatever the machine: where that is least says what to change, or where to cut.
+            let [x, y, z] = reason.up.map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
+            let _ = write!(text, ": with ({x:.3}, {y:.3}, {z:.3}) up {}", reason.text);
+            continue;
+        }
         if let Some(reason) = of_part().find(|r| r.blocked_by != "support").or_else(|| of_part().next()) {
             let _ = write!(text, "{} part {part}: {}", if text.contains(':') { ";" } else { ":" }, reason.text);
         }

@@ -276,6 +276,9 @@ fn floor(v: f64) -> isize {
     whole - isize::from(whole as f64 > v)
 }
 
+/// Segments whose distances differ by less than this are equally near, mm: which side a point lies on is then asked of the whole outline.
+const TIE_MM: f64 = 1e-6;
+
 pub(super) struct Best {
     pub(super) square: f64,
     pub(super) index: Option<u32>,
@@ -292,9 +295,13 @@ impl Best {
         let t = along.clamp(0.0, 1.0);
         let (ex, ey) = (px - dx * t, py - dy * t);
         let square = ex * ex + ey * ey;
+        // The two sides of a slit, as where a plane just touches the top of a hole, are equally near.
+        let tie = self.index.is_some() && (square - self.square).abs() < TIE_MM * TIE_MM + 2.0 * TIE_MM * square.sqrt();
         if square < self.square {
-            let corner = !(CORNER..=1.0 - CORNER).contains(&along);
+            let corner = tie || !(CORNER..=1.0 - CORNER).contains(&along);
             *self = Self { square, index, corner, left: dx * py - dy * px > 0.0 };
+        } else if tie {
+            self.corner = true;
         }
     }
 }

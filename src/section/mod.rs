@@ -154,6 +154,23 @@ mod tests {
     }
 
     #[test]
+    fn beside_a_slit_as_thin_as_rounding_is_inside() {
+        // The top of a hole, as a plane that just touches it sees it.
+        let slit = |half: f64| {
+            let outer = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
+            let inner = [[5.0 - half, 2.0], [5.0 - half, 8.0], [5.0 + half, 8.0], [5.0 + half, 2.0]];
+            let ring = |c: [[f64; 2]; 4]| (0..4).map(move |i| [c[i], c[(i + 1) % 4]]);
+            Section::new(ring(outer).chain(ring(inner)).collect())
+        };
+        for half in [0.0, 1e-12, 1e-9, 1e-7, 1e-3] {
+            for x in [4.4, 4.99, 5.01, 5.6] {
+                let (got, wanted) = (slit(half).signed_distance([x, 5.0]), half - f64::abs(x - 5.0));
+                assert!((got - wanted).abs() < 1e-6, "half {half}: {got} at {x}, wanted {wanted}");
+            }
+        }
+    }
+
+    #[test]
     fn a_curved_part_is_closed_and_as_every_segment_tried_says() {
         let fixture = crate::fixtures::candelabrum();
         let mesh = fixture.parts[11].1.moved::<Table>(&Rigid::shift(Vec3::zeros()));

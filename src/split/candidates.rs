@@ -139,7 +139,7 @@ fn flush(part: &Measured, up: &Vec3, heights: &[f64]) -> Vec<f64> {
 /// Facets that hang together over vertices, the largest patch first.
 pub(super) fn patches(part: &Measured, facets: &[u32]) -> Vec<Vec<u32>> {
     let mut of_vertex = std::collections::HashMap::new();
-    let mut sets = super::surface::Sets::new(facets.len());
+    let mut sets = crate::geom::Sets::new(facets.len());
     for (i, &facet) in facets.iter().enumerate() {
         for v in part.surface.facets[facet as usize] {
             match of_vertex.entry(v) {

@@ -7,8 +7,8 @@
 use std::collections::HashMap;
 
 use super::cap::{NoCap, Patch, patches};
-use super::surface::{Plane, Sets, Surface};
-use crate::geom::Vec3;
+use super::surface::{Plane, Surface};
+use crate::geom::{Sets, Vec3};
 
 /// Nearer vertices lie in the plane, mm: above the last digit of an `f32` file, far below a layer.
 pub(super) const ON_PLANE_MM: f64 = 1e-4;

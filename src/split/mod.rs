@@ -28,6 +28,7 @@ mod tests;
 
 use crate::geom::{Angle, Bounds, Object, Vec3};
 use crate::mesh::{Model, TriangleMesh};
+use crate::overhang::{Rule, TOLERATE_MM2};
 pub use machine::{Machine, NoHead};
 use measure::{Measured, Rules};
 pub use rules::Against;
@@ -46,6 +47,10 @@ pub struct Options {
     pub span_mm: f64,
     /// So far it may reach between two ends on material, mm.
     pub bridge_mm: f64,
+    /// Width of a line, mm.
+    pub line_mm: f64,
+    /// What a connected patch of a part's layers may have that nothing carries, mm².
+    pub tolerate_mm2: f64,
     /// Most cuts.
     pub max_cuts: usize,
     /// What may still need support in the end, mm²; half a square millimetre a part passes as rounding.
@@ -67,6 +72,8 @@ impl Default for Options {
             layer_mm: 0.2,
             span_mm: 2.0,
             bridge_mm: 8.0,
+            line_mm: 0.45,
+            tolerate_mm2: TOLERATE_MM2,
             max_cuts: 12,
             allow_mm2: 0.0,
             strict: false,
@@ -240,6 +247,13 @@ pub fn split(
         span_mm: options.span_mm,
         bridge_mm: options.bridge_mm,
         table_mm: model.bounds().min.z,
+        layers: Rule {
+            overhang: options.overhang,
+            layer_mm: options.layer_mm,
+            line_mm: options.line_mm,
+            bridge_mm: options.bridge_mm,
+            tolerate_mm2: options.tolerate_mm2,
+        },
     };
     let whole = Measured::of(Surface::of(model), &rules);
     let before = whole.needs(&Vec3::z(), None, &rules);
@@ -273,10 +287,14 @@ fn assembled(state: &State, before: measure::Needs, pedestal: Option<&Surface>, 
     let mut add = |surface: &Surface, up: Vec3, cut: Option<usize>| {
         let measured = Measured::of(surface.clone(), rules);
         let cap = cut.map(|k| k as u32 + 1);
-        let risky: Vec<u32> = (0..measured.area.len())
-            .filter(|&f| measured.is_risky(f, &up, rules) && !measured.stands(f, cap))
-            .map(|f| f as u32)
-            .collect();
+        let mut needs = measured.needs(&up, cap, rules);
+        // Bridges, roofs of holes, and what is tolerated.
+        if needs.area_mm2 > NOTHING_MM2 && measured.passes(&up, cap, rules) {
+            needs.area_mm2 = 0.0;
+        }
+        let counts = |f: &usize| measured.is_risky(*f, &up, rules) && !measured.stands(*f, cap);
+        let risky = (0..measured.area.len()).filter(|f| needs.area_mm2 > 0.0 && counts(f));
+        let risky: Vec<u32> = risky.map(|f| f as u32).collect();
         for patch in candidates::patches(&measured, &risky) {
             let area_mm2: f64 = patch.iter().map(|&f| measured.area[f as usize]).sum();
             let moment: Vec3 = patch
@@ -285,8 +303,7 @@ fn assembled(state: &State, before: measure::Needs, pedestal: Option<&Surface>, 
                 .sum();
             left.push(PatchLeft { part: parts.len(), area_mm2, at: moment / area_mm2.max(f64::MIN_POSITIVE) });
         }
-        let needs = measured.needs(&up, cap, rules).into();
-        parts.push(CutPart { mesh: surface.mesh(), up, cut, pedestal: false, needs });
+        parts.push(CutPart { mesh: surface.mesh(), up, cut, pedestal: false, needs: needs.into() });
         parts.len() - 1
     };
     for solid in rules::solids(&state.rest.surface) {

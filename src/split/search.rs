@@ -219,6 +219,12 @@ impl<'a> Search<'a> {
                 }
                 unplanned += 1;
             }
+            // Nothing more to cut where layers let pass what facets do not.
+            let mut bridged: Vec<&State> = beam.iter().filter(|s| s.faults() == 0 && !self.is_done(s)).collect();
+            bridged.sort_by_key(|s| s.key());
+            if let Some(good) = bridged.into_iter().find(|s| self.passes(s) && finished(s)) {
+                return Found { state: good.clone(), printable: true, unplanned, refused };
+            }
             if let Some(better) = beam.iter().filter(|s| s.key() < best.key()).min_by_key(|s| s.key()) {
                 best = better.clone();
                 idle = 0;
@@ -242,6 +248,19 @@ impl<'a> Search<'a> {
         let pieces = state.steps.iter().flat_map(|step| &step.needs);
         let nothing = pieces.chain([&state.left()]).all(|n| n.area_mm2 <= NOTHING_MM2);
         state.faults() == 0 && (nothing || state.area_mm2() <= self.options.allow_mm2)
+    }
+
+    /// Whether every part of a state passes by its facets or by its layers.
+    fn passes(&self, state: &State) -> bool {
+        let left = &state.rest;
+        let pieces = state.steps.iter().enumerate().flat_map(|(k, step)| {
+            let cap = Some(k as u32 + 1);
+            let hangs = step.pieces.iter().zip(&step.needs).filter(|(_, n)| n.area_mm2 > NOTHING_MM2);
+            hangs.map(move |(piece, _)| (Measured::of(piece.clone(), &self.rules), step.plane.normal, cap))
+        });
+        let passes = |part: &Measured, up: &Vec3, cap| part.passes(up, cap, &self.rules);
+        let nothing = state.left().area_mm2 <= NOTHING_MM2;
+        (nothing || passes(left, &Vec3::z(), None)) && pieces.into_iter().all(|(part, up, cap)| passes(&part, &up, cap))
     }
 
     /// The next beam.

@@ -2,7 +2,7 @@
 //!
 //! Lengths mm, in the model file's frame. A facet remembers whether it is the model's own or the cap of a cut.
 
-use crate::geom::{Object, Vec3};
+use crate::geom::{Object, Sets, Vec3};
 use crate::mesh::TriangleMesh;
 
 /// The half-space beyond a plane: all `x` with `normal . x > offset`.
@@ -124,35 +124,5 @@ impl Surface {
             a.dot(&b.cross(&c)).atan2(below)
         };
         (0..self.facets.len()).map(angle).sum::<f64>() / std::f64::consts::TAU
-    }
-}
-
-/// Sets of numbers that are joined, and asked for their root.
-#[derive(Clone, Debug)]
-pub(super) struct Sets(Vec<u32>);
-
-impl Sets {
-    pub(super) fn new(count: usize) -> Self {
-        Self((0..count as u32).collect())
-    }
-
-    pub(super) fn root(&mut self, mut at: u32) -> u32 {
-        while self.0[at as usize] != at {
-            self.0[at as usize] = self.0[self.0[at as usize] as usize];
-            at = self.0[at as usize];
-        }
-        at
-    }
-
-    /// The root of both from now on: the one with the lower number.
-    pub(super) fn join(&mut self, a: u32, b: u32) -> u32 {
-        let (a, b) = (self.root(a), self.root(b));
-        let (root, other) = (a.min(b), a.max(b));
-        self.0[other as usize] = root;
-        root
-    }
-
-    pub(super) fn reset(&mut self) {
-        self.0.iter_mut().enumerate().for_each(|(i, root)| *root = i as u32);
     }
 }

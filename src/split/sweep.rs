@@ -6,9 +6,9 @@
 //! direction, which stays for good; beginnings and ridges likewise.
 
 use super::clip::ON_PLANE_MM;
-use super::measure::{Measured, Needs, Ridge, Rules, share_above};
-use super::surface::Sets;
-use crate::geom::Vec3;
+use super::measure::{Measured, Needs, Rules, share_above};
+use crate::geom::{Sets, Vec3};
+use crate::overhang::Ridge;
 
 /// A solid beyond a plane.
 #[derive(Clone, Copy, Debug, PartialEq)]

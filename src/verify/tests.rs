@@ -41,6 +41,7 @@ fn plan() -> Plan {
         model: ModelRef { file: String::new(), sha256: String::new(), unit: "mm".to_owned() },
         machine: MachineRef { profile: "generic-ac".to_owned(), sha256: String::new() },
         placement: Placement { origin_mm: [0.0; 3], turn_deg: 0.0 },
+        bridge_mm: None,
         parts: (0..2).map(|id| PartRef { id, name: String::new() }).collect(),
         slots: vec![
             Slot { id: 0, prints: vec![print(0, [0.0, 0.0, 1.0], 0.0)] },

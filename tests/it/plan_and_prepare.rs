@@ -8,12 +8,13 @@ use std::path::Path;
 
 use trunnion::fixtures::{NamedMesh, prism, solid_box};
 use trunnion::geom::{Mat3, Object, Rigid, Vec3};
-use trunnion::job::{Error, MachineSource, PrepareRequest, PrepareResult, Silent, Source, World, prepare};
+use trunnion::job::{Cutting, Error, MachineSource, PrepareRequest, PrepareResult, Silent, Source, World, prepare};
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::planning::Infeasible;
 use trunnion::profile::SHIPPED;
 use trunnion::slicing::SlicerChoice;
 
+use crate::split::solids;
 use crate::support::{Numbers, installed, note, skip};
 
 /// An object and the machine for it.
@@ -174,6 +175,57 @@ impl Case {
         Self { seed, parts, machine }
     }
 
+    /// One or two blocks with round holes in three directions, windows, notches and pockets: what only bridges, roofs of holes and
+    /// small patches let pass.
+    fn pierced(seed: u64) -> Self {
+        let mut numbers = Numbers::seeded(1_000_000 + seed);
+        let (name, ..) = SHIPPED[whole(&mut numbers, SHIPPED.len())];
+        let layer = hundredths(&mut numbers, 0.1, 0.3);
+        let size = [(14.0, 40.0), (12.0, 30.0), (8.0, 24.0)].map(|(a, b)| hundredths(&mut numbers, a, b));
+        let mut block = solids::block(size[0], size[1], size[2]);
+        for _ in 0..1 + whole(&mut numbers, 3) {
+            let at = size.map(|side| hundredths(&mut numbers, 0.2, 0.8) * side);
+            let wide = hundredths(&mut numbers, 1.0, 12.0);
+            let taken = match whole(&mut numbers, 5) {
+                0 | 1 => {
+                    let rod = solids::rod(hundredths(&mut numbers, 0.5, 3.0), 200.0, 32).at(0.0, 0.0, -100.0);
+                    match whole(&mut numbers, 3) {
+                        0 => rod.about_y(90.0),
+                        1 => rod.about_y(90.0).about_z(90.0),
+                        _ => rod,
+                    }
+                    .at(at[0], at[1], at[2])
+                }
+                // A window through it, a notch into its side, a pocket from below.
+                2 => {
+                    solids::block(wide, 200.0, hundredths(&mut numbers, 1.0, 6.0)).at(at[0] - wide / 2.0, -100.0, at[2])
+                }
+                3 => solids::block(wide, hundredths(&mut numbers, 0.3, 5.0) + 1.0, 2.0).at(
+                    at[0] - wide / 2.0,
+                    -1.0,
+                    at[2],
+                ),
+                _ => {
+                    let deep = hundredths(&mut numbers, 1.0, 5.0);
+                    solids::block(wide, hundredths(&mut numbers, 2.0, 12.0), deep + 1.0).at(
+                        at[0] - wide / 2.0,
+                        at[1],
+                        -1.0,
+                    )
+                }
+            };
+            block = block.less(&taken);
+        }
+        let mut parts = vec![block.mesh()];
+        if whole(&mut numbers, 3) == 0 {
+            let (low, high) = (Vec3::new(2.0, 2.0, size[2]), Vec3::new(size[0] - 2.0, size[1] - 2.0, size[2] + 6.0));
+            parts.push(solid_box(low, high));
+        }
+        let machine = format!("extends = \"{name}\"\n[process]\nlayer_height_mm = {layer}\n");
+        let parts = parts.into_iter().enumerate().map(|(i, mesh)| (format!("part {i}"), mesh)).collect();
+        Self { seed, parts, machine }
+    }
+
     fn stl(&self) -> Vec<u8> {
         stl_binary_parts(&self.parts.iter().map(|(_, mesh)| mesh).collect::<Vec<_>>())
     }
@@ -185,6 +237,8 @@ impl Case {
         request.slicing.slicer = slicer;
         // What would help is another promise, and takes a hundred times as long.
         request.plan.remedies = false;
+        // Whether cut parts are kept is asked elsewhere.
+        request.cutting = Cutting::Never;
         match prepare(&request, &World::here(&Silent)) {
             Ok(done) => Outcome::Kept(Box::new(done)),
             Err(error @ (Error::NoPlan(_) | Error::Misplaced(_) | Error::Infeasible(_))) => Outcome::Refused(error),
@@ -228,11 +282,11 @@ fn seeds(usual: std::ops::Range<u64>) -> std::ops::Range<u64> {
 }
 
 /// Every seed through `slicer`; how many were kept and refused. Fails with all that broke the promise.
-fn through(slicer: &SlicerChoice, seeds: std::ops::Range<u64>) -> [usize; 2] {
+fn through(slicer: &SlicerChoice, of: fn(u64) -> Case, seeds: std::ops::Range<u64>) -> [usize; 2] {
     let keep = std::env::var_os("TRUNNION_KEEP");
     let (mut kept, mut refused, mut broken) = (0, 0, Vec::new());
     for seed in seeds {
-        let case = Case::of(seed);
+        let case = of(seed);
         match case.prepared(slicer.clone()) {
             Outcome::Kept(done) => {
                 let report = done.gcode.report().expect("a replay");
@@ -263,7 +317,7 @@ fn through(slicer: &SlicerChoice, seeds: std::ops::Range<u64>) -> [usize; 2] {
 
 #[test]
 fn what_is_planned_is_kept_with_the_builtin_slicer() {
-    let [kept, refused] = through(&SlicerChoice::BuiltIn, seeds(0..24));
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::of, seeds(0..24));
     assert!(kept > 0 && refused > 0, "{kept} kept, {refused} refused: the objects say nothing");
 }
 
@@ -271,10 +325,21 @@ fn what_is_planned_is_kept_with_the_builtin_slicer() {
 fn what_is_planned_is_kept_with_ordinary_slicers() {
     for (program, choice) in [("prusa-slicer", SlicerChoice::PrusaSlicer), ("slic3r", SlicerChoice::Slic3r)] {
         if installed(program) {
-            through(&choice, seeds(0..6));
+            through(&choice, Case::of, seeds(0..6));
         } else {
             skip(&format!("{program} is not installed"));
         }
+    }
+}
+
+#[test]
+fn holes_notches_and_bridges_that_are_planned_are_kept() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::pierced, seeds(0..24));
+    assert!(kept > refused, "{kept} kept, {refused} refused: the objects say nothing");
+    if installed("prusa-slicer") {
+        through(&SlicerChoice::PrusaSlicer, Case::pierced, seeds(0..10));
+    } else {
+        skip("prusa-slicer is not installed");
     }
 }
 

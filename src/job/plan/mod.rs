@@ -15,6 +15,7 @@ use crate::planning::{
 };
 use crate::profile::Profile;
 use options::Asked;
+pub(super) use options::spanning;
 pub use options::{Place, PlanOptions};
 
 /// A model and a machine, and how to plan.
@@ -52,6 +53,8 @@ pub struct PlanResult {
     pub orient_seconds: f64,
     /// What planning took.
     pub seconds: f64,
+    /// What was done to the model before, in a sentence; for the picture.
+    pub story: Option<String>,
 }
 
 impl PlanResult {
@@ -62,7 +65,7 @@ impl PlanResult {
 
     /// The plan as one picture (SVG), a frame for each pose.
     pub fn sheet(&self) -> String {
-        sheet(&self.plan.plan, &self.plan.workpiece(), &self.plan.machine.profile)
+        sheet(&self.plan.plan, &self.plan.workpiece(), &self.plan.machine.profile, self.story.as_deref())
     }
 }
 
@@ -73,6 +76,8 @@ pub struct NoPlan {
     pub infeasible: Infeasible,
     /// What would help, each by itself; `None` where it was not looked for.
     pub remedies: Option<Vec<Remedy>>,
+    /// Why cutting the model does not help, where that was tried.
+    pub cut: Option<String>,
     /// The model.
     pub model: LoadedModel,
     machine: LoadedProfile,
@@ -136,6 +141,9 @@ pub(super) fn planned(
 ) -> Result<PlanResult, Error> {
     let start = world.clock.now();
     let seconds = || (world.clock.now() - start).as_secs_f64();
+    // The machine's own values, before this plan's bridges.
+    let machine_values = machine.is_own().then(|| Box::new(machine.profile.clone()));
+    let machine = spanning(machine, options.bridge_mm)?;
     let asked = Asked::of(options, &machine, &model)?;
     let wanted = asked.options(options);
     let (base, profile) = (asked.base, &machine.profile);
@@ -153,41 +161,58 @@ pub(super) fn planned(
             let seek = options.remedies && can_be_helped(&infeasible);
             let seek = seek.then(|| remedies(&infeasible, (&workpiece, profile), (&directions, &wanted), world));
             drop(workpiece);
-            return Err(Error::NoPlan(Box::new(NoPlan { infeasible, remedies: seek, model, machine, base })));
+            return Err(Error::NoPlan(Box::new(NoPlan {
+                infeasible,
+                remedies: seek,
+                cut: None,
+                model,
+                machine,
+                base,
+            })));
         }
     };
-    let plan = checked(model, machine, placement, &plans[0], (options.kept_in.as_deref(), world))?;
+    let plan = Plan {
+        machine_values,
+        bridge_mm: options.bridge_mm,
+        ..draft(&model, &machine, placement, &plans[0], (options.kept_in.as_deref(), world))
+    };
+    let plan = checked(plan, model, machine)?;
     let compared = options.plans > 1;
     let three_axis = compared.then(|| three_axis(&plan.workpiece(), &plan.machine.profile, wanted.overhang));
     let (objective, moved) = (asked.goal.text.clone(), placement != base);
-    Ok(PlanResult { plan, plans, objective, three_axis, moved, orient_seconds, seconds: seconds() })
+    Ok(PlanResult { plan, plans, objective, three_axis, moved, orient_seconds, seconds: seconds(), story: None })
 }
 
-/// The plan's document, held against its model and machine.
-fn checked(
-    model: LoadedModel,
-    machine: LoadedProfile,
+/// The plan's document, as it is kept in a folder.
+fn draft(
+    model: &LoadedModel,
+    machine: &LoadedProfile,
     placement: Placement,
     best: &Planned,
     (kept_in, world): (Option<&Path>, &World<'_>),
-) -> Result<CheckedPlan, Error> {
-    let plan = Plan {
+) -> Plan {
+    Plan {
         format: Plan::FORMAT.to_owned(),
         version: Plan::VERSION,
         made_by: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
         model: model.reference(kept_in, world),
         machine: machine.reference(kept_in, world),
         placement,
+        bridge_mm: None,
         parts: model.model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
         slots: best.slots.clone(),
-        machine_values: machine.is_own().then(|| Box::new(machine.profile.clone())),
-    };
+        machine_values: None,
+    }
+}
+
+/// The plan, held against its model and machine.
+fn checked(plan: Plan, model: LoadedModel, machine: LoadedProfile) -> Result<CheckedPlan, Error> {
     plan.check(&machine.profile.kinematics(), model.model.parts.len())?;
     Ok(CheckedPlan { sha256: plan.sha256(), plan, model, machine })
 }
 
 /// Kinds of remedies that are tried.
-const KINDS: usize = 9;
+const KINDS: usize = 13;
 
 fn remedies(
     no: &Infeasible,
@@ -195,13 +220,9 @@ fn remedies(
     (directions, options): (&[Vec<Direction>], &Options<'_>),
     world: &World<'_>,
 ) -> Vec<Remedy> {
-    let reasons: &[Reason] = if let Infeasible::NoPlan { reasons, .. } = no { reasons } else { &[] };
-    let mut concerned: Vec<usize> = reasons.iter().map(|r| r.part).collect();
-    concerned.sort_unstable();
-    concerned.dedup();
     let bar = world.progress.begin("remedies", KINDS);
     let mut done = 0;
-    Wish { workpiece, profile, directions, options, concerned: &concerned }.remedies(|_| {
+    Wish { workpiece, profile, directions, options, no }.remedies(|_| {
         done += 1;
         bar.at(done);
     })
@@ -229,7 +250,7 @@ pub fn sequences(
     world: &World<'_>,
     mut each: impl FnMut(Vec<Slot>),
 ) -> Result<Listed, Error> {
-    let machine = load_profile(&request.machine, world)?;
+    let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
     let model = load_model(&request.model, world)?;
     let start = world.clock.now();
     let asked = Asked::of(&request.options, &machine, &model)?;

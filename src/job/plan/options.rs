@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use crate::geom::Angle;
 use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile};
 use crate::orient::{Direction, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
+use crate::overhang::TOLERATE_MM2;
 use crate::planning::{Goal, Options, Placement, Priority, Workpiece, centred, orientations, plannable};
+use crate::profile::check_number;
 
 /// How to plan; the default is what the command does without flags.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +23,12 @@ pub struct PlanOptions {
     pub orient_budget: Option<usize>,
     /// Overhangs up to this angle from the vertical need no support.
     pub overhang_deg: f64,
+    /// What a line may span between two ends on material, in planning and in verification; `None`: the machine's `process.bridge_mm`.
+    pub bridge_mm: Option<f64>,
+    /// What a connected patch may have that nothing carries, mm².
+    pub tolerate_mm2: f64,
+    /// Parts that may overhang by so much more, mm²; `None`: whatever they overhang is carried by something else.
+    pub allow: Vec<(usize, Option<f64>)>,
     /// Room the head keeps from parts it does not print on.
     pub margin_mm: f64,
     /// Which sequences come first.
@@ -41,6 +49,25 @@ pub struct PlanOptions {
     pub plans: usize,
 }
 
+/// The largest area that can be let pass, mm².
+const MOST_MM2: f64 = 1e6;
+
+/// The machine with the span that is asked for in the place of its own.
+///
+/// # Errors
+///
+/// [`BadSetting::Number`] for a span that no profile may have.
+pub(in crate::job) fn spanning(
+    mut machine: LoadedProfile,
+    bridge_mm: Option<f64>,
+) -> Result<LoadedProfile, BadSetting> {
+    if let Some(mm) = bridge_mm {
+        check_number("process.bridge_mm", mm).map_err(|source| BadSetting::Number { name: "bridge", source })?;
+        machine.profile.process.bridge_mm = mm;
+    }
+    Ok(machine)
+}
+
 /// A place on the table; the height is the table's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
@@ -58,6 +85,9 @@ impl Default for PlanOptions {
             method: None,
             orient_budget: None,
             overhang_deg: 45.0,
+            bridge_mm: None,
+            tolerate_mm2: TOLERATE_MM2,
+            allow: Vec::new(),
             margin_mm: 0.5,
             priority: Priority::Together,
             table_first: true,
@@ -90,6 +120,14 @@ impl Asked {
         let given = options.orient_by.as_ref().map(|text| objective(text, &settings));
         let objective = given.unwrap_or_else(of_goal).map_err(bad("orient-by"))?;
         BadSetting::within("overhang", options.overhang_deg, " deg", [0.0, 90.0])?;
+        BadSetting::within("tolerate", options.tolerate_mm2, " mm2", [0.0, MOST_MM2])?;
+        let last = model.model.parts.len() - 1;
+        for &(given, area) in &options.allow {
+            if given > last {
+                return Err(BadSetting::NoSuchPart { given, last, model: model.file.clone() }.into());
+            }
+            BadSetting::within("allow", area.unwrap_or(0.0), " mm2", [0.0, MOST_MM2])?;
+        }
         BadSetting::within("margin", options.margin_mm, " mm", [0.0, 100.0])?;
         if options.orient_budget == Some(0) {
             return Err(BadSetting::Zero { name: "orient-budget" }.into());
@@ -114,6 +152,9 @@ impl Asked {
             table_first: options.table_first,
             budget: options.budget,
             plans: options.plans,
+            supported: options.allow.iter().filter(|(_, area)| area.is_none()).map(|(part, _)| *part).collect(),
+            allow: options.allow.iter().filter_map(|&(part, area)| Some((part, area?))).collect(),
+            tolerate_mm2: options.tolerate_mm2,
             ..Options::new(&self.goal, self.objective.as_ref(), self.search.as_ref())
         }
     }

@@ -62,7 +62,10 @@ impl Files for Disk {
 
     fn seen_from(&self, file: &Path, folder: &Path) -> PathBuf {
         let here = |path: &Path| std::fs::canonicalize(if path.as_os_str().is_empty() { Path::new(".") } else { path });
-        let (Ok(there), Ok(from), Ok(working)) = (here(file), here(folder), here(Path::new(""))) else {
+        // The file itself may be still to come.
+        let of_file = file.parent().zip(file.file_name()).map(|(folder, name)| Ok(here(folder)?.join(name)));
+        let of_file: Option<std::io::Result<PathBuf>> = of_file;
+        let (Some(Ok(there)), Ok(from), Ok(working)) = (of_file, here(folder), here(Path::new(""))) else {
             return file.to_owned();
         };
         if file.is_absolute() || from == working {

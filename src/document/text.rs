@@ -1,0 +1,127 @@
+//! The same results for people: tables and sentences on a terminal.
+
+use std::fmt::Write;
+
+use super::figures;
+use crate::job::{Compared, Oriented, OrientedPart};
+use crate::mesh::Model;
+use crate::orient::{Stop, to_angles};
+use crate::spelling::counted;
+use crate::verify::Report;
+
+/// `trunnion inspect`.
+pub fn inspected(model: &Model) -> String {
+    let mut out = String::new();
+    let size = model.bounds.size();
+    let _ = writeln!(
+        out,
+        "{}, {:.2} x {:.2} x {:.2} mm, read in {}",
+        counted(model.parts.len(), "part"),
+        size.x,
+        size.y,
+        size.z,
+        model.unit.short()
+    );
+    let _ = writeln!(out, "\npart  facets  volume mm3   area mm2  size mm                 name");
+    for p in &model.parts {
+        let s = p.mesh.bounds().size();
+        let size = format!("{:.2} x {:.2} x {:.2}", s.x, s.y, s.z);
+        let (volume, area) = (p.mesh.volume(), p.mesh.area());
+        let _ = writeln!(out, "{:4} {:7} {volume:11.1} {area:10.1}  {size:23} {}", p.id, p.mesh.facets().len(), p.name);
+    }
+    let _ = writeln!(out, "\non the table: {}", list(&model.on_table));
+    for i in &model.interfaces {
+        let _ = writeln!(out, "parts {} and {} share {:.2} mm2", i.a, i.b, i.area_mm2);
+    }
+    if !model.floating().is_empty() {
+        let _ = writeln!(out, "touching nothing that stands: {}", list(&model.floating()));
+    }
+    out
+}
+
+fn list(parts: &[usize]) -> String {
+    parts.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// `trunnion verify`.
+pub fn verified(report: &Report) -> String {
+    let mut out = String::new();
+    for f in &report.findings {
+        let place = match (f.slot, f.part) {
+            (Some(slot), Some(part)) => format!(" (slot {slot}, part {part})"),
+            _ => String::new(),
+        };
+        let _ = writeln!(out, "line {}: {}{place}: {}", f.line, f.rule, f.text);
+    }
+    let minutes = report.seconds_print / 60.0;
+    let _ = writeln!(
+        out,
+        "{} in {}, {:.0} mm of filament, about {minutes:.0} min, clearance {:.2} mm (line {}), {}",
+        counted(report.moves, "move"),
+        counted(report.slots, "slot"),
+        report.filament_mm,
+        report.clearance_mm,
+        report.clearance_line,
+        counted(report.count(), "finding")
+    );
+    out
+}
+
+/// Minima shown of each objective.
+const SHOWN: usize = 8;
+
+/// `trunnion orient`, one part.
+pub fn oriented(part: &OrientedPart) -> String {
+    let mut out = format!("part {}, {} facets\n", part.id, part.mesh.facets().len());
+    part.results.iter().for_each(|result| result_text(result, &mut out));
+    part.compared.iter().for_each(|rows| table(rows, &mut out));
+    out.push('\n');
+    out
+}
+
+fn result_text(result: &Oriented, out: &mut String) {
+    let found = &result.found;
+    let proof = match found.lower_bound {
+        Some(bound) => format!("proved at least {bound:.9e}{}", gap(result, bound)),
+        None => result.unproved.as_ref().map_or("not proved".to_owned(), |why| format!("not proved ({why})")),
+    };
+    let (evaluations, seconds) = (found.evaluations, result.seconds);
+    let _ = writeln!(
+        out,
+        "\n  {} by {}: {proof}, {evaluations} evaluations, {seconds:.2} s",
+        result.objective, result.method
+    );
+    let _ = writeln!(out, "    value             up                              alpha     beta  deg");
+    for m in found.minima.iter().take(SHOWN) {
+        let (alpha, beta) = to_angles(&m.up);
+        let up = format!("({:.5}, {:.5}, {:.5})", m.up.x, m.up.y, m.up.z);
+        let (alpha, beta) = (alpha.to_degrees(), beta.to_degrees());
+        let _ = writeln!(out, "    {:<17.9e} {up:30} {alpha:8.3} {beta:8.3}  {}", m.value + 0.0, result.kind(m));
+    }
+    if found.minima.len() > SHOWN {
+        let _ = writeln!(out, "    and {} more; --json lists them", found.minima.len() - SHOWN);
+    }
+}
+
+/// The gap in words.
+fn gap(result: &Oriented, bound: f64) -> String {
+    let best = result.best().value;
+    let gap = if best == bound { 0.0 } else { (best - bound) / best.abs() };
+    let end = if result.found.stop == Stop::Budget { ", where the budget ended" } else { "" };
+    if gap.is_finite() && bound != 0.0 {
+        format!(" (gap {gap:.1e}{end})")
+    } else {
+        format!(" (gap {:.3e}{end})", best - bound)
+    }
+}
+
+fn table(rows: &[Compared], out: &mut String) {
+    let wide = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
+    let _ = write!(out, "\n  {:wide$}", "");
+    rows.first().map(figures).into_iter().flatten().for_each(|(name, ..)| _ = write!(out, " {name:>14}"));
+    for row in rows {
+        let _ = write!(out, "\n  {:wide$}", row.name);
+        figures(row).into_iter().for_each(|(.., value)| _ = write!(out, " {value:>14.4}"));
+    }
+    out.push('\n');
+}
