@@ -4,7 +4,7 @@
 use super::layers::{Origin, ProfileError};
 use super::schema::{Commands, Profile};
 use crate::gcode::ParsedLine;
-use crate::gcode::meaning::{Effect, Hazard};
+use crate::gcode::meaning::{Effect, Firmware, Hazard};
 use crate::motion::replay::{Controller, Step};
 use crate::trace;
 
@@ -28,15 +28,31 @@ impl Profile {
                 why,
             })?;
         }
-        if self.starts_hot() {
+        let why = if !self.starts_hot() {
+            format!(
+                "no line of it waits for the nozzle, so that a print would begin below min_extrude_c ({:.0} C); add M109 S{{nozzle_c}}",
+                self.limits.min_extrude_c
+            )
+        } else if let Some(letter) = self.unregistered() {
+            format!(
+                "no line of it registers axis {letter}, and Klipper drops the words of an axis that it does not know without a word of its own: \
+                 the table would stand still; add MANUAL_STEPPER STEPPER=name GCODE_AXIS= (so that a second print can begin) and, \
+                 behind G28, MANUAL_STEPPER STEPPER=name GCODE_AXIS={letter}; where a macro does, say so: ; GCODE_AXIS={letter}"
+            )
+        } else {
             return Ok(());
-        }
+        };
         let place = origin.get("dialect.start").cloned().unwrap_or_default();
-        let why = format!(
-            "no line of it waits for the nozzle, so that a print would begin below min_extrude_c ({:.0} C); add M109 S{{nozzle_c}}",
-            self.limits.min_extrude_c
-        );
         Err(ProfileError::Code { place, key: "dialect.start".to_owned(), line: String::new(), why })
+    }
+
+    /// A rotary axis that Klipper is never told of.
+    fn unregistered(&self) -> Option<char> {
+        let table = self.kinematics();
+        let start = self.dialect.start.to_ascii_uppercase();
+        let named = |letter: char| start.split_ascii_whitespace().any(|word| word == format!("GCODE_AXIS={letter}"));
+        let letters = [table.tilt.letter, table.rotation.letter].map(char::from);
+        letters.into_iter().find(|&letter| self.firmware() == Firmware::Klipper && !named(letter))
     }
 
     fn check_lines(&self, code: &str) -> Result<(), (String, String)> {
@@ -108,6 +124,15 @@ mod tests {
         assert_eq!(with("start", "G92 A0 C0\nG28 X Y Z\nM109 S{nozzle_c}"), "");
         assert!(with("start", "G92 A0 C5\nG28\nM109 S{nozzle_c}").contains("set level with both axes"));
         assert!(with("end", "G91\nG1 Z10 Q3").contains("dialect.end"));
+        let klipper = |start: &str| {
+            checked(&format!(
+                "[dialect]\nfirmware = \"klipper\"\nstart = \"\"\"\nG28\n{start}\nM109 S{{nozzle_c}}\"\"\"\n"
+            ))
+        };
+        assert!(klipper("").contains("registers axis A"), "{}", klipper(""));
+        assert!(klipper("MANUAL_STEPPER STEPPER=t GCODE_AXIS=A").contains("registers axis C"));
+        let both = "MANUAL_STEPPER STEPPER=t GCODE_AXIS=a\nMANUAL_STEPPER STEPPER=r GCODE_AXIS=C LIMIT_VELOCITY=30";
+        assert_eq!((klipper(both), klipper("START_PRINT ; GCODE_AXIS=A GCODE_AXIS=C")), (String::new(), String::new()));
         assert!(checked("[link]\nrehome = \"\"\"G20\"\"\"\n").contains("link.rehome"));
     }
 }
