@@ -24,16 +24,17 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         put(place, &stl_binary(&mesh.mesh))?;
     }
     put(&places.project, &prints.project(&plan))?;
-    let mut slicer = None;
+    let (mut slicer, mut flaws) = (None, Vec::new());
     if !args.meshes_only {
         let done = job::slice(&SliceRequest { plan: &plan, prints: &prints, options: &options }, &world)?;
         for (gcode, place) in done.sliced.iter().zip(&places.sliced) {
             put(place, gcode)?;
         }
         slicer = Some(done.slicer);
+        flaws = done.flaws;
     }
     if console.json() {
-        console.document(&document::sliced(&written, slicer.as_ref(), options.bed_mm));
+        console.document(&document::sliced(&written, slicer.as_ref(), options.bed_mm, &flaws));
     } else {
         console.result(&written.join("\n"));
     }

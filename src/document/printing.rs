@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::model::split;
 use super::planned::planned;
 use crate::job::{At, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
+use crate::slicing::Flaw;
 use crate::verify::Report;
 
 /// `trunnion verify`: the report, with the seconds it took.
@@ -35,6 +36,8 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
             document
         }),
         "slicer": slicer(&done.slicer),
+        "left_out": left_out(&done.flaws),
+        "warnings": done.warnings,
         "seconds": {
             "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,
         },
@@ -42,8 +45,23 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
 }
 
 /// `trunnion slice`: the files written, and by whom they were sliced, if they were.
-pub fn sliced(written: &[String], by: Option<&SlicerName>, bed_mm: [f64; 2]) -> Value {
-    json!({"files": written, "slicer": by.map(slicer), "bed_mm": bed_mm})
+pub fn sliced(written: &[String], by: Option<&SlicerName>, bed_mm: [f64; 2], flaws: &[(String, Flaw)]) -> Value {
+    let warnings: Vec<String> = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}")).collect();
+    json!({
+        "files": written, "slicer": by.map(slicer), "bed_mm": bed_mm, "left_out": left_out(flaws), "warnings": warnings,
+    })
+}
+
+/// What was too narrow to print: of which print, how much, and where in its own mesh.
+fn left_out(flaws: &[(String, Flaw)]) -> Vec<Value> {
+    let one = |(name, flaw): &(String, Flaw)| match flaw {
+        Flaw::LeftOut(left) => Some(json!({
+            "print": name, "volume_mm3": left.volume_mm3, "share": left.share, "layers": left.layers, "at_mm": left.at_mm,
+            "thinnest_mm": left.thinnest_mm,
+        })),
+        Flaw::Open { .. } => None,
+    };
+    flaws.iter().filter_map(one).collect()
 }
 
 fn slicer(by: &SlicerName) -> Value {
