@@ -43,8 +43,8 @@ pub struct Wish<'a> {
 
 /// Kinds of remedies.
 const KINDS: usize = 13;
-/// Beyond this nobody tolerates, mm².
-const MOST_TOLERATED_MM2: f64 = 64.0;
+/// More than this in one place verification sees as lines in the air, mm².
+const MOST_TOLERATED_MM2: f64 = 4.0;
 /// Beyond this nothing spans, mm.
 const MOST_BRIDGE_MM: f64 = 60.0;
 /// Beyond this a slope is a ceiling, degrees.
@@ -182,7 +182,7 @@ impl Wish<'_> {
     fn more_tolerance(&self) -> Vec<Remedy> {
         let asked = self.options.tolerate_mm2;
         let helps = |more: f64| self.helps(self.profile, |o| o.tolerate_mm2 = asked + more);
-        let Some(more) = least(1.0, MOST_TOLERATED_MM2, 1.0, helps) else { return Vec::new() };
+        let Some(more) = least(1.0, MOST_TOLERATED_MM2 - asked, 1.0, helps) else { return Vec::new() };
         let amount = asked + more;
         let text = format!(
             "--tolerate {amount:.0} would do, if so much may sag in one place (asked for: {asked} mm2 a patch)"
