@@ -16,8 +16,8 @@ const CHORDS: f64 = 24.0;
 const FARTHEST_MM: f64 = 0.25;
 /// A share below this is rounding.
 const NOTHING: f64 = 1e-3;
-/// Whether an edge lies on material is asked so far beyond it, mm.
-const BEYOND_MM: f64 = 0.02;
+/// Whether an edge lies on material is asked so far beyond it, mm: near by, and past the shortest edges of a rounded border.
+const BEYOND_MM: [f64; 2] = [0.02, 0.1];
 
 /// An edge of the layer over air.
 struct Rim {
@@ -43,9 +43,9 @@ impl Air {
             let [[ax, ay], [bx, by]] = ends;
             let length = (bx - ax).hypot(by - ay).max(1e-9);
             // Material lies to the left of an edge, so the other side is to the right.
-            let across = [(by - ay) / length * BEYOND_MM, (ax - bx) / length * BEYOND_MM];
-            let probe = [(ax + bx) / 2.0 + across[0], (ay + by) / 2.0 + across[1]];
-            Rim { ends, held: holds(&borders, probe) }
+            let across = [(by - ay) / length, (ax - bx) / length];
+            let probe = |mm: f64| [(ax + bx) / 2.0 + across[0] * mm, (ay + by) / 2.0 + across[1] * mm];
+            Rim { ends, held: BEYOND_MM.iter().any(|mm| holds(&borders, probe(*mm))) }
         };
         let rims = over.iter().flatten().flat_map(|ring| edges(ring)).map(|edge| rim(edge.map(at)));
         Self { rims: rims.collect() }
@@ -55,7 +55,7 @@ impl Air {
     pub(super) fn is_held(&self, piece: &Shape) -> bool {
         let own = bounds(piece);
         let near = |r: &Rim| {
-            r.ends.iter().all(|p| (0..2).all(|i| own[0][i] - BEYOND_MM <= p[i] && p[i] <= own[1][i] + BEYOND_MM))
+            r.ends.iter().all(|p| (0..2).all(|i| own[0][i] - BEYOND_MM[0] <= p[i] && p[i] <= own[1][i] + BEYOND_MM[0]))
         };
         self.rims.iter().any(|r| r.held && near(r))
     }
@@ -107,7 +107,11 @@ impl Air {
                 let middle = (pair[0] + pair[1]) / 2.0;
                 let on = stretches.iter().position(|[a, b]| a.0 <= middle && middle <= b.0);
                 let held = on.is_some_and(|on| spans(&stretches, on, rule));
-                found.add([[pair[0], y], [pair[1], y]].map(back), held);
+                let half = wide / count / 2.0;
+                found.add(
+                    [[pair[0], y - half], [pair[1], y - half], [pair[1], y + half], [pair[0], y + half]].map(back),
+                    held,
+                );
             }
         }
         found.loose()
@@ -131,17 +135,19 @@ struct Sum {
     all: f64,
     loose: f64,
     moment: [f64; 2],
-    ends: Vec<[f64; 2]>,
+    corners: Vec<[f64; 2]>,
 }
 
 impl Sum {
-    fn add(&mut self, [a, b]: [[f64; 2]; 2], held: bool) {
+    /// A chord, as the corners of the strip that it stands for, those of a long side first.
+    fn add(&mut self, strip: [[f64; 2]; 4], held: bool) {
+        let [a, b, c, _] = strip;
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         self.all += length;
         if !held {
             self.loose += length;
-            (0..2).for_each(|i| self.moment[i] += length * (a[i] + b[i]) / 2.0);
-            self.ends.extend([a, b]);
+            (0..2).for_each(|i| self.moment[i] += length * (a[i] + c[i]) / 2.0);
+            self.corners.extend(strip);
         }
     }
 
@@ -150,7 +156,7 @@ impl Sum {
         let share = if self.all > 0.0 { self.loose / self.all } else { 0.0 };
         let middle = self.moment.map(|m| m / self.loose);
         let empty = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        let bounds = self.ends.iter().fold(empty, |[low, high], p| {
+        let bounds = self.corners.iter().fold(empty, |[low, high], p| {
             [[low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])]]
         });
         Loose { share, middle, bounds }

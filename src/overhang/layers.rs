@@ -91,6 +91,8 @@ impl fmt::Display for Cause {
 
 /// Areas below this are rounding, mm².
 const NOTHING_MM2: f64 = 1e-4;
+/// A share of a piece that no chord carries is the rounding of its border up to this, where it is less than half of what is tolerated.
+const ROUNDING: f64 = 0.02;
 /// Rounding of normals: an overhang of exactly the threshold is none.
 const SINE_SLACK: f64 = 1e-6;
 /// What the threshold may be passed by, radians (half a degree): facets are let pass by as much.
@@ -265,7 +267,7 @@ impl<'a> Stack<'a> {
         for one in hangs {
             let Some(loose) = air.loose(&one, self.rule) else { continue };
             let area_mm2 = area_mm2(&one) * loose.share;
-            if area_mm2 > NOTHING_MM2 {
+            if loose.share > ROUNDING || area_mm2 > self.rule.tolerate_mm2 / 2.0 {
                 let own = vec![one];
                 let around = over.iter().find(|whole| !is_nothing(&and(&vec![(*whole).clone()], &own)));
                 let island = around.is_some_and(|whole| !air.is_held(whole));
