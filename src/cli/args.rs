@@ -90,7 +90,7 @@ pub(super) struct PassArgs {
     /// What a line may span between two ends on material, for planning and verification [default: the profile's process.bridge_mm]
     #[arg(long, value_name = "MM")]
     pub(super) bridge: Option<f64>,
-    /// What a connected patch may have that nothing carries: roofs of holes, engraved text
+    /// What a connected patch may have that nothing carries, as in engraved text; verification still holds each line to --bridge
     #[arg(long, default_value_t = PlanOptions::default().tolerate_mm2, value_name = "MM2")]
     pub(super) tolerate: f64,
 }

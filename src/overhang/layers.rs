@@ -16,9 +16,7 @@ use std::fmt;
 
 use super::Rule;
 use super::chords::Air;
-use super::region::{
-    Corners, Point, Region, Shape, and, area_mm2, at, bounds, edges, enclosed, grown, minus, or, triangle, union,
-};
+use super::region::{Corners, Point, Region, and, area_mm2, enclosed, grown, minus, or, triangle, union};
 use crate::geom::{Mat3, Sets, Slot, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::section::Sections;
@@ -93,6 +91,8 @@ impl fmt::Display for Cause {
 
 /// Areas below this are rounding, mm².
 const NOTHING_MM2: f64 = 1e-4;
+/// A share of a piece that no chord carries is the rounding of its border up to this, where it is less than half of what is tolerated.
+const ROUNDING: f64 = 0.02;
 /// Rounding of normals: an overhang of exactly the threshold is none.
 const SINE_SLACK: f64 = 1e-6;
 /// What the threshold may be passed by, radians (half a degree): facets are let pass by as much.
@@ -264,17 +264,14 @@ impl<'a> Stack<'a> {
         let (hangs, rests): (Region, Region) =
             past.into_iter().partition(|one| !is_nothing(&and(&vec![one.clone()], &beyond)));
         let air = Air::of(&over, below);
-        for whole in &over {
-            let parts = and(&vec![whole.clone()], &hangs);
-            let rings: Shape = parts.into_iter().flatten().collect();
-            let area = area_mm2(&rings);
-            if area < NOTHING_MM2 {
-                continue;
-            }
-            let area_mm2 = area * air.loose(&rings, self.rule);
-            if area_mm2 > NOTHING_MM2 {
-                let island = !air.is_held(whole);
-                pieces.push(Piece { layer: i, area_mm2, middle: middle(&rings), bounds: bounds(&rings), island });
+        for one in hangs {
+            let Some(loose) = air.loose(&one, self.rule) else { continue };
+            let area_mm2 = area_mm2(&one) * loose.share;
+            if loose.share > ROUNDING || area_mm2 > self.rule.tolerate_mm2 / 2.0 {
+                let own = vec![one];
+                let around = over.iter().find(|whole| !is_nothing(&and(&vec![(*whole).clone()], &own)));
+                let island = around.is_some_and(|whole| !air.is_held(whole));
+                pieces.push(Piece { layer: i, area_mm2, middle: loose.middle, bounds: loose.bounds, island });
             }
         }
         minus(&layer, &rests)
@@ -315,19 +312,6 @@ fn clipped(facet: &[Vec3; 3], low: f64, high: f64) -> Vec<Vec3> {
         corners = kept;
     }
     corners
-}
-
-/// The centre of a shape's area, mm.
-fn middle(shape: &Shape) -> [f64; 2] {
-    let (mut twice, mut sum) = (0.0, [0.0; 2]);
-    let origin = bounds(shape)[0];
-    for [a, b] in shape.iter().flat_map(|ring| edges(ring)) {
-        let [a, b] = [a, b].map(|p| [at(p)[0] - origin[0], at(p)[1] - origin[1]]);
-        let cross = a[0] * b[1] - b[0] * a[1];
-        twice += cross;
-        (0..2).for_each(|i| sum[i] += (a[i] + b[i]) * cross / 3.0);
-    }
-    [0, 1].map(|i| origin[i] + sum[i] / twice)
 }
 
 /// Pieces that hang together from layer to layer, without what is tolerated.

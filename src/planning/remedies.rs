@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use super::heads;
 use super::infeasible::{Infeasible, Reason};
 use super::options::Options;
 use super::placement::centred;
@@ -43,8 +44,8 @@ pub struct Wish<'a> {
 
 /// Kinds of remedies.
 const KINDS: usize = 13;
-/// Beyond this nobody tolerates, mm².
-const MOST_TOLERATED_MM2: f64 = 64.0;
+/// More than this in one place verification sees as lines in the air, mm².
+const MOST_TOLERATED_MM2: f64 = 4.0;
 /// Beyond this nothing spans, mm.
 const MOST_BRIDGE_MM: f64 = 60.0;
 /// Beyond this a slope is a ceiling, degrees.
@@ -141,7 +142,7 @@ impl Wish<'_> {
 
     fn slimmer_head(&self) -> Vec<Remedy> {
         // The least change is the widest head: search for the narrowing.
-        let helps = |narrowing: f64| self.with_profile(|p| scale_head(p, 1.0 - narrowing / 100.0));
+        let helps = |narrowing: f64| self.with_profile(|p| heads::scaled(p, 1.0 - narrowing / 100.0));
         let Some(narrowing) = least(1.0, 95.0, 1.0, helps) else { return Vec::new() };
         let share = 100.0 - narrowing;
         let text = format!("a head {share:.0} % as wide would do");
@@ -149,7 +150,7 @@ impl Wish<'_> {
     }
 
     fn longer_nozzle(&self) -> Vec<Remedy> {
-        let helps = |more: f64| self.with_profile(|p| raise_head(p, more));
+        let helps = |more: f64| self.with_profile(|p| heads::raised(p, more));
         let Some(more) = least(1.0, 64.0, 0.5, helps) else { return Vec::new() };
         let text = format!("a nozzle {more:.1} mm longer, as wide as its tip, would do");
         vec![Remedy { kind: "nozzle-length", amount: more, text }]
@@ -182,7 +183,7 @@ impl Wish<'_> {
     fn more_tolerance(&self) -> Vec<Remedy> {
         let asked = self.options.tolerate_mm2;
         let helps = |more: f64| self.helps(self.profile, |o| o.tolerate_mm2 = asked + more);
-        let Some(more) = least(1.0, MOST_TOLERATED_MM2, 1.0, helps) else { return Vec::new() };
+        let Some(more) = least(1.0, MOST_TOLERATED_MM2 - asked, 1.0, helps) else { return Vec::new() };
         let amount = asked + more;
         let text = format!(
             "--tolerate {amount:.0} would do, if so much may sag in one place (asked for: {asked} mm2 a patch)"
@@ -277,49 +278,6 @@ fn least(first: f64, most: f64, step: f64, helps: impl Fn(f64) -> bool) -> Optio
         if helps(middle) { high = middle } else { low = middle }
     }
     Some(high)
-}
-
-/// All pieces of the head narrowed about the tip's axis.
-fn scale_head(profile: &mut Profile, share: f64) {
-    for body in &mut profile.head.body {
-        if let Some(r) = &mut body.r_mm {
-            r.iter_mut().for_each(|r| *r *= share);
-        }
-        for corner in [&mut body.min_mm, &mut body.max_mm].into_iter().flatten() {
-            corner.iter_mut().take(2).for_each(|v| *v *= share);
-        }
-        for point in body.points_mm.iter_mut().flatten() {
-            point.iter_mut().take(2).for_each(|v| *v *= share);
-        }
-    }
-}
-
-/// All pieces of the head raised; the room below is a tip as wide as the lowest piece's lower end.
-fn raise_head(profile: &mut Profile, by: f64) {
-    let mut tip: Option<(f64, f64)> = None;
-    for body in &mut profile.head.body {
-        if let (Some(z), Some(r)) = (&mut body.z_mm, body.r_mm) {
-            if tip.is_none_or(|(low, _)| z[0] < low) {
-                tip = Some((z[0], r[0]));
-            }
-            z.iter_mut().for_each(|z| *z += by);
-        }
-        for corner in [&mut body.min_mm, &mut body.max_mm].into_iter().flatten() {
-            corner[2] += by;
-        }
-        for point in body.points_mm.iter_mut().flatten() {
-            point[2] += by;
-        }
-    }
-    if let (Some((low, radius)), Some(first)) = (tip, profile.head.body.iter().find(|b| b.z_mm.is_some()).cloned()) {
-        let needle = crate::profile::BodySpec {
-            name: "longer nozzle".to_owned(),
-            z_mm: Some([low, low + by]),
-            r_mm: Some([radius, radius]),
-            ..first
-        };
-        profile.head.body.push(needle);
-    }
 }
 
 /// Directions of large flat faces at which the whole model could stand, with the part whose face it is; the largest first.

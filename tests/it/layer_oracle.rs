@@ -41,7 +41,8 @@ impl Limits {
             reach: h + rule.line_mm / 2.0 + more,
             bridge: rule.bridge_mm + 3.0 * more,
             free: 2.0 + more,
-            patch_mm2: rule.tolerate_mm2 * (1.0 + 6.0 * more),
+            // A patch of 1 mm² is some seventy cells, and most of them lie on its rim.
+            patch_mm2: rule.tolerate_mm2 * (1.0 + 9.0 * more),
         }
     }
 }

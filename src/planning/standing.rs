@@ -1,0 +1,82 @@
+//! What a part at a direction would lay on nothing, asked of facets or of layers, and told in the model file's own frame.
+
+use super::candidates::Setups;
+use super::infeasible::Hanging;
+use super::part_set::PartSet;
+use super::support::{Asked, Needs, Neighbours, needs};
+use crate::geom::{Dir, Table, Vec3};
+use crate::overhang::Rule;
+
+/// Directions whose layers are all looked through to say why not.
+const LOOKED_AT_CLOSELY: usize = 6;
+
+impl Setups<'_> {
+    pub(super) fn everyone(&self) -> PartSet {
+        let count = self.workpiece.parts.len();
+        let mut everyone = PartSet::new(count);
+        (0..count).for_each(|q| everyone.insert(q));
+        everyone
+    }
+
+    /// Looks through all layers at the few directions at which the least would hang: what is told of them is to be the whole of it.
+    pub(super) fn look_closer(&self, part: usize, neighbours: &Neighbours, found: &mut [(Dir<Table>, f64, Needs)]) {
+        let mut order: Vec<usize> = (0..found.len()).filter(|&i| !found[i].2.closely).collect();
+        order.sort_by(|&a, &b| found[a].2.facets_mm2.total_cmp(&found[b].2.facets_mm2));
+        for i in order.into_iter().take(LOOKED_AT_CLOSELY) {
+            found[i].2 = self.needs(part, neighbours, found[i].0, true, false);
+        }
+    }
+
+    /// What `part` needs along `up`.
+    pub(super) fn needs(
+        &self,
+        part: usize,
+        neighbours: &Neighbours,
+        up: Dir<Table>,
+        by_layers: bool,
+        enough: bool,
+    ) -> Needs {
+        if self.options.supported.contains(&part) {
+            return Needs::none();
+        }
+        let (process, options) = (&self.profile.process, self.options);
+        let rule = Rule {
+            overhang: options.overhang,
+            layer_mm: process.layer_height_mm,
+            line_mm: process.line_width_mm,
+            bridge_mm: process.bridge_mm,
+            tolerate_mm2: options.tolerate_mm2,
+        };
+        let allowed_mm2 = options.allow.iter().filter(|(p, _)| *p == part).map(|(_, area)| *area).fold(0.0, f64::max);
+        let asked = Asked { rule, allowed_mm2, by_layers, enough, known: &options.known };
+        needs(&self.workpiece.parts[part], neighbours, up, &asked, self.workpiece.parts.len())
+    }
+
+    fn in_the_file(&self, at: &Vec3) -> [f64; 3] {
+        let back = self.workpiece.placed.inverse();
+        (back.rotation * at + back.translation).into()
+    }
+
+    pub(super) fn hangs(&self, needs: &Needs) -> Option<Hanging> {
+        let patch = needs.left.first().filter(|_| needs.closely)?;
+        let area_mm2 = needs.left.iter().map(|patch| patch.area_mm2).sum();
+        Some(Hanging { area_mm2, at_mm: self.in_the_file(&patch.at), cause: patch.cause.to_string() })
+    }
+
+    /// What hangs, in words; places in the model file's frame.
+    pub(super) fn hanging(&self, needs: &Needs) -> String {
+        let missing = needs.missing(&self.everyone());
+        if missing == 0.0 {
+            return "it would begin in the air".to_owned();
+        }
+        let Some(patch) = needs.left.first() else {
+            return format!(
+                "{missing:.1} mm2 would overhang beyond {:.0} deg without support",
+                self.options.overhang.deg()
+            );
+        };
+        let [x, y, z] = self.in_the_file(&patch.at).map(|v| crate::gcode::round_to(v, 1) + 0.0);
+        let (area, cause) = (patch.area_mm2, patch.cause);
+        format!("{missing:.1} mm2 would be laid on nothing, {area:.1} of it about ({x}, {y}, {z}) mm: {cause}")
+    }
+}
