@@ -23,6 +23,8 @@ const ROUNDING_MM: f64 = 0.02;
 /// A disc so many line widths in radius is printed by every slicer, and what two heights of slicing may differ by, mm.
 const ISLAND_WIDTHS: f64 = 0.6;
 const ISLAND_SLACK_MM: f64 = 0.05;
+/// Slicers' usual lines are no wider than so many of the profile's.
+const USUAL_WIDTHS: f64 = 1.2;
 /// How far up and down a layer is looked at for faces that lie in its middle, mm.
 const EITHER_WAY_MM: f64 = 0.02;
 
@@ -35,13 +37,16 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, section: &Section, off
     let mut last = None;
     let mut search = section.search();
     let mut alone: Vec<usize> = Vec::new();
-    let width = if walls.widest > 0.0 { walls.widest } else { printed.job.profile.process.line_width_mm };
+    let usual = printed.job.profile.process.line_width_mm;
+    let width = if walls.widest > 0.0 { walls.widest } else { usual };
+    // A thin piece's walls may be wider than all others; an island is what lines of the usual width would print.
+    let island = island_radius(width.min(USUAL_WIDTHS * usual), off);
     each_place(section.segments(), |p, normal, segment, length| {
         if walls.beside(p, off - offset, &mut last) {
             return;
         }
         let disc = |search: &mut Search<'_>, radius: f64| holds_disc(search, p, normal, radius);
-        let asked = disc(&mut search, island_radius(width, off)) && begins_air(&mut search, p, normal);
+        let asked = disc(&mut search, island) && begins_air(&mut search, p, normal);
         if !asked || !is_no_step(printed, level, p) {
             return;
         }
