@@ -7,6 +7,7 @@ mod columns;
 mod configurations;
 mod cura;
 mod files_and_streams;
+mod filled;
 mod hooks;
 mod job;
 mod kinematics;
