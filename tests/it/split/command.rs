@@ -56,7 +56,15 @@ fn the_document_has_what_scripts_read() {
 #[test]
 fn cut_solids_go_through_plan_and_prepare() {
     let folder = folder();
-    for (name, shape) in [("tee", solids::tee()), ("hook", solids::hook())] {
+    let shapes = [
+        ("tee", solids::tee()),
+        ("hook", solids::hook()),
+        ("mushroom", solids::mushroom()),
+        ("wye", solids::wye()),
+        ("tee-pipe", solids::tee_pipe()),
+        ("wye-pipe", solids::wye_pipe()),
+    ];
+    for (name, shape) in shapes {
         let parts = folder.path().join(format!("{name}.3mf"));
         let (code, _, err) = run(&written(folder.path(), &format!("{name}.stl"), &shape), &parts, &[]);
         assert_eq!(code, Some(0), "{err}");
