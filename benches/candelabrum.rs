@@ -58,7 +58,7 @@ fn sliced(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> Vec<Vec<
     let slice = |(index, (_, print)): (usize, (usize, &trunnion::planning::Print))| {
         let slot = slot_mesh(workpiece, &table, print, [BED[0] / 2.0, BED[1] / 2.0]);
         let job = SliceJob { name: print_name(index, "part"), on_table: slot.on_table, bed_mm: BED };
-        BuiltIn.slice(&slot.mesh, &profile.process, &job).expect("slices")
+        BuiltIn.slice(&slot.mesh, &profile.process, &job).expect("slices").gcode
     };
     plan.prints().enumerate().map(slice).collect()
 }

@@ -59,7 +59,7 @@ fn sliced(stl: &[u8], profile: &Profile) -> String {
     let workpiece = Workpiece::place(&model, &Workpiece::centred(&model));
     let mesh = slot_mesh(&workpiece, &profile.kinematics(), &print(), MIDDLE);
     let job = SliceJob { name: "print-00-prism".to_owned(), on_table: true, bed_mm: BED };
-    String::from_utf8(BuiltIn.slice(&mesh.mesh, &profile.process, &job).expect("slices")).expect("text")
+    String::from_utf8(BuiltIn.slice(&mesh.mesh, &profile.process, &job).expect("slices").gcode).expect("text")
 }
 
 /// `text` with its middle layers repeated until it is as large as `bytes`, and how many layers that are.

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::args::Prepare as Verb;
 use super::requests::{outputs, profile_file};
-use super::{Console, Failure, plan, send, verify};
+use super::{Console, Failure, plan, send, slice, verify};
 use crate::job::{self, Bar, Output, PrepareRequest, PrepareResult, Progress, Seconds, SendRequest, Step, World};
 use crate::spelling::counted;
 use crate::verify::Report;
@@ -71,6 +71,8 @@ fn document(args: &Verb, done: &PrepareResult, report: &Report) -> Value {
         "plan": plan::document(&done.planned),
         "verify": verify::document(report, verify),
         "slicer": {"name": done.slicer.name, "version": done.slicer.version},
+        "left_out": slice::left_out(&done.flaws),
+        "warnings": done.warnings,
         "seconds": {
             "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,
         },

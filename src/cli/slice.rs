@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::args::Slice as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
 use crate::job::{self, CheckedPlan, Output, Prints, SliceRequest};
 use crate::mesh::stl_binary;
+use crate::slicing::Flaw;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
@@ -25,20 +26,36 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         put(place, &stl_binary(&mesh.mesh))?;
     }
     put(&places.project, &prints.project(&plan))?;
-    let mut slicer = None;
+    let (mut slicer, mut flaws) = (None, Vec::new());
     if !args.meshes_only {
         let done = job::slice(&SliceRequest { plan: &plan, prints: &prints, options: &options }, &world)?;
         for (gcode, place) in done.sliced.iter().zip(&places.sliced) {
             put(place, gcode)?;
         }
         slicer = Some(json!({"name": done.slicer.name, "version": done.slicer.version}));
+        flaws = done.flaws;
     }
     if console.json() {
-        console.document(&json!({"files": written, "slicer": slicer, "bed_mm": options.bed_mm}));
+        let warnings: Vec<String> = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}")).collect();
+        console.document(&json!({
+            "files": written, "slicer": slicer, "bed_mm": options.bed_mm, "left_out": left_out(&flaws), "warnings": warnings,
+        }));
     } else {
         console.result(&written.join("\n"));
     }
     Ok(())
+}
+
+/// What was too narrow to print: of which print, how much, and where in its own mesh.
+pub(super) fn left_out(flaws: &[(String, Flaw)]) -> Vec<Value> {
+    let one = |(name, flaw): &(String, Flaw)| match flaw {
+        Flaw::LeftOut(left) => Some(json!({
+            "print": name, "volume_mm3": left.volume_mm3, "share": left.share, "layers": left.layers, "at_mm": left.at_mm,
+            "thinnest_mm": left.thinnest_mm,
+        })),
+        Flaw::Open { .. } => None,
+    };
+    flaws.iter().filter_map(one).collect()
 }
 
 /// Where everything goes.

@@ -8,6 +8,7 @@ use super::{
     Error, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult, SlicerName, SlicingOptions,
     Verified, World, load_model, load_profile,
 };
+use crate::slicing::Flaw;
 use crate::toolpath::{Input, Segment, SlicedError};
 
 /// A model and a machine, and how to bring them together.
@@ -40,7 +41,9 @@ pub struct PrepareResult {
     pub planned: PlanResult,
     /// Who sliced.
     pub slicer: SlicerName,
-    /// What should be known; told already.
+    /// What of the prints, by name, is not in what was sliced.
+    pub flaws: Vec<(String, Flaw)>,
+    /// What should be known, that too; told already.
     pub warnings: Vec<String>,
     /// What each step took.
     pub seconds: Seconds,
@@ -91,14 +94,15 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     seconds.slice = lap();
     world.progress.reached(Step::Sliced(&done));
     let written = rewrite_all(&done.sliced, &prints, &plan, world)?;
-    let slicer = done.slicer;
+    let (slicer, flaws) = (done.slicer, done.flaws);
     // Given back before the replay, which needs room of its own.
     drop(done.sliced);
     let RewriteResult { gcode, warnings, verify_seconds } = written.verified(&plan.plan, world)?;
     seconds.verify = verify_seconds;
     seconds.rewrite = (lap() - verify_seconds).max(0.0);
-    let warnings = plan.plan.model.model.warnings.iter().cloned().chain(warnings).collect();
-    Ok(PrepareResult { gcode, planned: plan, slicer, warnings, seconds })
+    let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
+    let warnings = plan.plan.model.model.warnings.iter().cloned().chain(of_slicer).chain(warnings).collect();
+    Ok(PrepareResult { gcode, planned: plan, slicer, flaws, warnings, seconds })
 }
 
 /// One print a file.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{BadSetting, CheckedPlan, Error, World};
 use crate::mesh::threemf;
-use crate::slicing::{SliceJob, Slicer, SlicerChoice};
+use crate::slicing::{Flaw, SliceJob, Sliced, Slicer, SlicerChoice};
 use crate::toolpath::{SlotMesh, print_name, project_layout, slot_mesh};
 
 /// How to slice.
@@ -110,6 +110,8 @@ pub struct SliceResult {
     pub sliced: Vec<Vec<u8>>,
     /// Who sliced.
     pub slicer: SlicerName,
+    /// What is not in them, with the print's name; told already.
+    pub flaws: Vec<(String, Flaw)>,
 }
 
 /// A slicer as it calls itself.
@@ -139,7 +141,7 @@ pub(super) fn slice_by(
     world: &World<'_>,
 ) -> Result<SliceResult, Error> {
     let bar = world.progress.begin("slicing", prints.meshes.len());
-    let mut sliced = Vec::with_capacity(prints.meshes.len());
+    let (mut sliced, mut flaws) = (Vec::with_capacity(prints.meshes.len()), Vec::new());
     let all: Vec<(&SlotMesh, &String)> = prints.meshes.iter().zip(&prints.names).collect();
     // A few at a time, so that the bar moves; the order of results is that of the prints.
     for batch in all.chunks(rayon::current_num_threads().max(1)) {
@@ -147,10 +149,14 @@ pub(super) fn slice_by(
             let job = SliceJob { name: (*name).clone(), on_table: slot.on_table, bed_mm: prints.bed_mm };
             slicer.slice(&slot.mesh, &plan.machine.profile.process, &job)
         };
-        let done: Result<Vec<Vec<u8>>, _> = batch.par_iter().map(one).collect();
-        sliced.extend(done?);
+        let done: Result<Vec<Sliced>, _> = batch.par_iter().map(one).collect();
+        for (done, (_, name)) in done?.into_iter().zip(batch) {
+            sliced.push(done.gcode);
+            flaws.extend(done.flaws.into_iter().map(|flaw| ((*name).clone(), flaw)));
+        }
         bar.at(sliced.len());
     }
     let slicer = SlicerName { name: slicer.name().to_owned(), version: slicer.version().to_owned() };
-    Ok(SliceResult { sliced, slicer })
+    flaws.iter().for_each(|(name, flaw)| world.progress.warning(&format!("{name}: {flaw}")));
+    Ok(SliceResult { sliced, slicer, flaws })
 }

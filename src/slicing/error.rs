@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use super::sliced::{KEEPS, LeftOut};
 use crate::profile::OutOfRange;
 
 /// Why a slot could not be sliced.
@@ -63,6 +64,31 @@ pub enum SliceError {
         slicer: String,
         /// The job's name.
         name: String,
+    },
+    /// Too much of the part is too narrow to print.
+    #[error("of `{name}` {left}, at most {} % may be missing; {KEEPS}", .most * 100.0)]
+    LeftOut {
+        /// The job's name.
+        name: String,
+        /// What is missing.
+        left: LeftOut,
+        /// How much of the volume may be, 0 to 1.
+        most: f64,
+    },
+    /// Between two layers there is one of which nothing can be printed.
+    #[error(
+        "`{name}` is narrower than {thinnest_mm:.3} mm at Z {z_mm:.2}: {layers} layers would be missing there, and what stands on them be \
+         printed on air; {KEEPS}"
+    )]
+    LayerLeftOut {
+        /// The job's name.
+        name: String,
+        /// Top of the lowest layer that is missing, mm.
+        z_mm: f64,
+        /// How many are.
+        layers: usize,
+        /// What is thinner is not printed, mm.
+        thinnest_mm: f64,
     },
     /// The wanted slicer is not installed.
     #[error("{slicer} was not found on PATH (looked for {}); install it, give its path, or use --slicer builtin", .looked_for.join(", "))]
@@ -170,6 +196,8 @@ impl SliceError {
                 | Self::Failed { .. }
                 | Self::NoOutput { .. }
                 | Self::NothingExtruded { .. }
+                | Self::LeftOut { .. }
+                | Self::LayerLeftOut { .. }
         )
     }
 }

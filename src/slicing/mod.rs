@@ -14,6 +14,7 @@ mod job;
 mod process;
 mod prusa;
 mod said;
+mod sliced;
 // The settings belong to the profile, a floor below.
 mod slic3r;
 #[cfg(test)]
@@ -29,6 +30,7 @@ pub use error::SliceError;
 pub use interrupt::Interrupt;
 pub use job::{SliceJob, SlicerChoice};
 pub use process::{ExternalOptions, find};
+pub use sliced::{Flaw, LeftOut, Sliced};
 
 /// A program or library that turns one slot's mesh into 3-axis G-code.
 pub trait Slicer: Send + Sync {
@@ -38,12 +40,11 @@ pub trait Slicer: Send + Sync {
     /// The version it reports, for instance `2.5.0`.
     fn version(&self) -> &str;
 
-    /// G-code of `mesh`, in the mesh's own XY and with z = 0 at its lowest point; no start or end code.
+    /// G-code of `mesh`, in the mesh's own XY and with z = 0 at its lowest point, no start or end code; and what is not in it.
     ///
     /// # Errors
     ///
     /// Refuses a mesh or settings that cannot be printed as given, and reports a slicer that fails, hangs or leaves
     /// the part out: see [`SliceError`].
-    fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob)
-    -> Result<Vec<u8>, SliceError>;
+    fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError>;
 }

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use super::external::{Program, extrudes, last_lines, not_driven};
 use super::interrupt::Running;
 use super::said::Said;
-use super::{BuiltIn, Interrupt, SliceError, SliceJob, SliceSettings, Slicer, SlicerChoice};
+use super::{BuiltIn, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::mesh::stl_binary;
@@ -129,12 +129,7 @@ impl Slicer for External {
         &self.version
     }
 
-    fn slice(
-        &self,
-        mesh: &TriangleMesh<Slot>,
-        settings: &SliceSettings,
-        job: &SliceJob,
-    ) -> Result<Vec<u8>, SliceError> {
+    fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {
         settings.check()?;
         job.layers(mesh, settings.layer_height_mm)?;
         let mut run = Run::new(&self.options)?;
@@ -148,7 +143,7 @@ impl Slicer for External {
         let end = end_of(self.options.timeout);
         let too_big = || self.too_big(&output, job);
         let status = run.finish(command, &self.path, end, &too_big)?.ok_or_else(timed_out)?;
-        self.gcode(&output, status, &run, job)
+        self.gcode(&output, status, &run, job).map(Sliced::from)
     }
 }
 

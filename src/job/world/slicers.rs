@@ -9,7 +9,9 @@ use super::Slicers;
 use crate::geom::Slot;
 use crate::job::Error;
 use crate::mesh::TriangleMesh;
-use crate::slicing::{ExternalOptions, Interrupt, SliceError, SliceJob, SliceSettings, Slicer, SlicerChoice, find};
+use crate::slicing::{
+    ExternalOptions, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice, find,
+};
 
 /// The slicers that are installed, and the built-in one.
 #[derive(Clone, Copy, Debug)]
@@ -57,12 +59,7 @@ impl Slicer for Housed {
         self.slicer.version()
     }
 
-    fn slice(
-        &self,
-        mesh: &TriangleMesh<Slot>,
-        settings: &SliceSettings,
-        job: &SliceJob,
-    ) -> Result<Vec<u8>, SliceError> {
+    fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {
         self.slicer.slice(mesh, settings, job)
     }
 }

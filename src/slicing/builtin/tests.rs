@@ -15,7 +15,7 @@ fn job() -> SliceJob {
 }
 
 fn sliced(mesh: &TriangleMesh<Slot>, settings: &SliceSettings) -> (String, Vec<Extrusion>) {
-    let gcode = slice(mesh, settings, &job()).unwrap();
+    let gcode = slice(mesh, settings, &job()).unwrap().gcode;
     let lines = extrusions(&gcode);
     (String::from_utf8(gcode).unwrap(), lines)
 }
@@ -100,7 +100,7 @@ fn a_first_layer_is_slow_only_on_the_table() {
     let mesh = block([140.0, 140.0, 0.0], [160.0, 160.0, 2.0]);
     let on_table = SliceJob { on_table: true, ..job() };
     let settings = SliceSettings::default();
-    let slow = slice(&mesh, &settings, &on_table).unwrap();
+    let slow = slice(&mesh, &settings, &on_table).unwrap().gcode;
     let first = |lines: Vec<Extrusion>| lines.into_iter().filter(|l| l.to[2] < 0.3).collect::<Vec<_>>();
     assert!(first(extrusions(&slow)).iter().all(|l| l.feed == 1200.0));
     let text = String::from_utf8(slow).unwrap();
@@ -170,9 +170,9 @@ fn thin_walls_get_their_plastic_in_beads_that_a_nozzle_can_lay() {
 #[test]
 fn a_wedge_is_filled_to_where_it_is_as_thin_as_the_narrowest_bead() {
     for deg in [5.0f64, 10.0, 20.0, 30.0, 45.0] {
-        let half = 10.0 * (deg / 2.0).to_radians().tan();
+        let half = 20.0 * (deg / 2.0).to_radians().tan();
         let (_, lines) = sliced(
-            &prism(&[[140.0, 150.0], [150.0, 150.0 - half], [150.0, 150.0 + half]], 0.0, 2.0),
+            &prism(&[[140.0, 150.0], [160.0, 150.0 - half], [160.0, 150.0 + half]], 0.0, 2.0),
             &SliceSettings::default(),
         );
         let tip = lines.iter().flat_map(|l| [l.from[0], l.to[0]]).fold(f64::INFINITY, f64::min) - 140.0;
@@ -183,13 +183,37 @@ fn a_wedge_is_filled_to_where_it_is_as_thin_as_the_narrowest_bead() {
 }
 
 #[test]
-fn what_is_too_thin_for_any_bead_is_named() {
+fn what_is_too_thin_for_any_bead_is_told_and_too_much_of_it_refused() {
     let fin = block([160.0, 150.0, 0.0], [170.0, 150.2, 4.0]);
-    let whole = together(&[block([140.0, 140.0, 0.0], [160.0, 160.0, 4.0]), fin.clone()]);
-    let (text, _) = sliced(&whole, &SliceSettings::default());
-    assert!(text.contains("; warning: 8.0"), "{}", text.lines().find(|l| l.contains("warning")).unwrap_or("none"));
-    let error = slice(&fin, &SliceSettings::default(), &job()).unwrap_err();
-    assert!(error.is_slicer_failure(), "{error}");
+    let of = |base: f64| together(&[block([160.0 - base, 140.0, 0.0], [160.0, 160.0, 4.0]), fin.clone()]);
+    let sliced = slice(&of(20.0), &SliceSettings::default(), &job()).unwrap();
+    let [Flaw::LeftOut(left)] = &sliced.flaws[..] else { panic!("{:?}", sliced.flaws) };
+    // 10 x 0.2 x 4 mm of 20 x 20 x 4 more.
+    assert!((left.volume_mm3 - 8.0).abs() < 0.2 && (left.share - 8.0 / 1608.0).abs() < 2e-4, "{left:?}");
+    assert!(left.layers == 20 && left.thinnest_mm < 0.27, "{left:?}");
+    assert!((left.at_mm[0] - 165.0).abs() < 0.3 && (left.at_mm[1] - 150.1).abs() < 0.01, "{left:?}");
+    assert!(String::from_utf8(sliced.gcode).unwrap().contains(&format!("; warning: {}", sliced.flaws[0])));
+    let refused = |mesh: &TriangleMesh<Slot>| {
+        slice(mesh, &SliceSettings::default(), &job()).map(|sliced| sliced.flaws).unwrap_err()
+    };
+    let much = refused(&of(1.5));
+    let text = much.to_string();
+    assert!(much.is_slicer_failure() && text.contains("(6.2") && text.contains("at most 5 % may be missing"), "{text}");
+    assert!(text.contains("X 165.") && text.contains("thinner nozzle"), "{text}");
+    assert!(refused(&fin).is_slicer_failure());
+    // An hourglass: at its neck nothing is printed, and its head would stand on air.
+    let square = |half: f64| {
+        [
+            [150.0 - half, 150.0 - half],
+            [150.0 + half, 150.0 - half],
+            [150.0 + half, 150.0 + half],
+            [150.0 - half, 150.0 + half],
+        ]
+    };
+    let glass =
+        together(&[frustum(&square(2.0), &square(0.05), 0.0, 10.0), frustum(&square(0.05), &square(2.0), 10.0, 20.0)]);
+    let text = refused(&glass).to_string();
+    assert!(text.contains("at Z 9.80: 4 layers would be missing") && text.contains("on air"), "{text}");
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn assert_without_start_code(gcode: &[u8]) {
 fn prusaslicer_returns_the_cube_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let Some(slicer) = real(&SlicerChoice::PrusaSlicer, &options(folder.path())) else { return };
-    let gcode = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap();
+    let gcode = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap().gcode;
     assert_true_to_the_cube(&gcode, 0.45, 200);
     assert_without_start_code(&gcode);
     let text = String::from_utf8_lossy(&gcode);
@@ -80,7 +80,7 @@ fn prusaslicer_returns_the_cube_where_it_was() {
 fn slic3r_returns_the_cube_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let Some(slicer) = real(&SlicerChoice::Slic3r, &options(folder.path())) else { return };
-    let gcode = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap();
+    let gcode = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap().gcode;
     assert_true_to_the_cube(&gcode, 0.45, 200);
     assert_without_start_code(&gcode);
 }
@@ -95,7 +95,7 @@ fn the_users_configuration_counts_and_cannot_bring_a_first_layer_back() {
     for choice in [SlicerChoice::PrusaSlicer, SlicerChoice::Slic3r] {
         let options = ExternalOptions { configs: vec![config.clone()], ..options(folder.path()) };
         let Some(slicer) = real(&choice, &options) else { continue };
-        let gcode = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap();
+        let gcode = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap().gcode;
         assert_true_to_the_cube(&gcode, 0.6, 250);
         assert!(!String::from_utf8_lossy(&gcode).lines().any(|l| l.starts_with("G28")));
     }
@@ -107,7 +107,7 @@ fn on_the_table_only_the_first_layers_speed_differs() {
     let on_table = SliceJob { on_table: true, ..job() };
     for choice in [SlicerChoice::PrusaSlicer, SlicerChoice::Slic3r] {
         let Some(slicer) = real(&choice, &options(folder.path())) else { continue };
-        let lines = extrusions(&slicer.slice(&cube(), &SliceSettings::default(), &on_table).unwrap());
+        let lines = extrusions(&slicer.slice(&cube(), &SliceSettings::default(), &on_table).unwrap().gcode);
         let first: Vec<_> = lines.iter().filter(|l| l.to[2] < 0.3).collect();
         assert!(first.iter().all(|l| l.feed <= 1200.0), "{choice}");
         assert!((extrusion_box(&lines)[0] - 140.225).abs() < 0.01, "{choice}: no brim, no skirt");

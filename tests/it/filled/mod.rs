@@ -11,7 +11,8 @@ use std::time::Duration;
 
 use trunnion::slicing::{BuiltIn, ExternalOptions, Interrupt, SliceJob, SliceSettings, Slicer, SlicerChoice, find};
 
-use crate::support::{folder, installed, note, skip};
+use crate::split::solids;
+use crate::support::{folder, installed, note, said, skip, trunnion};
 use raster::{Sums, beads, judged};
 use shapes::Named;
 
@@ -27,7 +28,7 @@ fn judge(slicer: &dyn Slicer, shape: &Named) -> (Sums, f64) {
     let job = SliceJob { name: shape.name.clone(), on_table: false, bed_mm: [200.0, 200.0] };
     let settings = settings();
     let height = settings.layer_height_mm;
-    let gcode = slicer.slice(&shape.mesh, &settings, &job).unwrap_or_else(|e| panic!("{}: {e}", shape.name));
+    let gcode = slicer.slice(&shape.mesh, &settings, &job).unwrap_or_else(|e| panic!("{}: {e}", shape.name)).gcode;
     let lines = beads(&String::from_utf8(gcode).unwrap());
     let every = (shape.mesh.bounds().max.z / height / LAYERS).ceil().max(1.0) as usize;
     // Of shorter lines the last digits of E say too little.
@@ -41,7 +42,7 @@ fn bounds(name: &str) -> ([f64; 3], [f64; 2]) {
     let usual = [0.005, 0.002, 0.03];
     match name {
         // Thinner than the narrowest bead, 0.3 mm, there is nothing: of a tip that is 0.27 mm over its sine.
-        "wedge 3" => ([0.11, 0.002, 0.03], [0.85, 1.02]),
+        "wedge 3" => ([0.03, 0.002, 0.03], [0.93, 1.02]),
         "wedge 5" => ([0.06, 0.002, 0.03], [0.88, 1.02]),
         "wedge 10" => ([0.025, 0.002, 0.03], [0.93, 1.02]),
         "star" => ([0.007, 0.002, 0.03], [0.97, 1.02]),
@@ -104,7 +105,7 @@ fn no_shape_is_filled_worse_than_by_an_ordinary_slicer() {
 fn the_judge_sees_what_is_missing_and_what_is_laid_twice() {
     let shape = &shapes::walls(&[2.0])[0];
     let job = SliceJob { name: shape.name.clone(), on_table: false, bed_mm: [200.0, 200.0] };
-    let gcode = String::from_utf8(BuiltIn.slice(&shape.mesh, &settings(), &job).unwrap()).unwrap();
+    let gcode = String::from_utf8(BuiltIn.slice(&shape.mesh, &settings(), &job).unwrap().gcode).unwrap();
     let sums = |lines: &[raster::Bead]| judged(&shape.mesh, lines, 0.2, 1);
     let mut lines = beads(&gcode);
     let right = sums(&lines);
@@ -123,4 +124,33 @@ fn the_judge_sees_what_is_missing_and_what_is_laid_twice() {
     );
     let beside = judged(&shifted, &beads(&gcode), 0.2, 1);
     assert!(beside.outside() > 0.2 && beside.gap() > 0.2, "{beside:?}");
+}
+
+#[test]
+fn what_is_left_out_is_told_by_the_command_and_too_much_of_it_refused() {
+    let folder = folder();
+    let output = folder.path().join("out.gcode");
+    let prepared = |width: f64| {
+        // A block with a fin of 0.2 mm on it.
+        let shape = solids::block(width, 20.0, 10.0).and(&solids::block(0.2, 20.0, 5.0).at(0.0, 0.0, 10.0));
+        let model = folder.path().join("fin.stl");
+        std::fs::write(&model, trunnion::mesh::stl_binary(&shape.mesh())).unwrap();
+        let slicer = ["-m", "generic-ac", "--slicer", "builtin", "--json", "-o"];
+        trunnion().arg("prepare").arg(&model).args(slicer).arg(&output).output().unwrap()
+    };
+    let told = prepared(20.0);
+    let document: serde_json::Value = serde_json::from_slice(&told.stdout).unwrap();
+    let left = &document["left_out"][0];
+    assert!((left["volume_mm3"].as_f64().unwrap() - 20.0).abs() < 0.5, "{}", said(&told));
+    assert!(
+        (left["share"].as_f64().unwrap() - 20.0 / 4020.0).abs() < 2e-4 && left["at_mm"][2].as_f64().unwrap() > 10.0
+    );
+    assert_eq!(left["layers"], 25);
+    assert!(left["print"].as_str().unwrap().starts_with("print-00-"));
+    assert!(document["warnings"][0].as_str().unwrap().contains("0.50 % of the part"), "{}", said(&told));
+    assert!(String::from_utf8_lossy(&told.stderr).contains("warning: print-00-"), "{}", said(&told));
+    std::fs::remove_file(&output).unwrap();
+    let refused = prepared(1.5);
+    assert_eq!(refused.status.code(), Some(3), "{}", said(&refused));
+    assert!(said(&refused).contains("at most 5 % may be missing") && !output.exists(), "{}", said(&refused));
 }

@@ -183,12 +183,13 @@ pub(crate) fn walls(thick: &[f64]) -> Vec<Named> {
     thick.iter().map(one).collect()
 }
 
-/// Wedges from above, of these angles, 16 mm long.
+/// Wedges from above, of these angles, 16 mm long; the sharpest more, so that what its tip lacks is not too much of it.
 pub(crate) fn wedges(degrees: &[f64]) -> Vec<Named> {
     let one = |deg: &f64| {
-        let half = 16.0 * (deg / 2.0).to_radians().tan();
+        let length = if *deg < 5.0 { 40.0 } else { 16.0 };
+        let half = length * (deg / 2.0).to_radians().tan();
         let mut solid = Solid::default();
-        solid.prism(&[[-8.0, 0.0], [8.0, -half], [8.0, half]], 0.0, 2.0);
+        solid.prism(&[[-8.0, 0.0], [length - 8.0, -half], [length - 8.0, half]], 0.0, 2.0);
         solid.named(format!("wedge {deg}"))
     };
     degrees.iter().map(one).collect()
