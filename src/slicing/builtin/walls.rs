@@ -140,8 +140,8 @@ fn with_narrow(
     filled = minus(&filled, &enclosed(&crumbs));
     // A line reaches half its width beyond its ends.
     let ends = lines.iter().filter(|s| !s.closed).flat_map(|s| {
-        let all = s.points.iter().zip(&s.widths);
-        all.clone().next().into_iter().chain(all.last())
+        let mut all = s.points.iter().zip(&s.widths);
+        all.clone().next().into_iter().chain(all.next_back())
     });
     let ends = enclosed(&ends.map(about).collect::<Vec<_>>());
     found.beads.extend(lines.iter().map(|stretch| stretch.bead(depth)));
@@ -164,7 +164,7 @@ fn wide_stretches(ring: &Contour, narrow: &Narrow, inset: f64, width: f64) -> Op
             legs.push((at(k), at(k + 1.0), !narrow.fills_beside(at(k + 0.5), reach)));
         }
     }
-    let Some(first) = legs.iter().position(|leg| !leg.2) else { return None };
+    let first = legs.iter().position(|leg| !leg.2)?;
     legs.rotate_left(first);
     let mut found: Vec<Stretch> = Vec::new();
     let mut goes_on = false;
