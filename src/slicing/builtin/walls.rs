@@ -224,11 +224,18 @@ impl Stretch {
         let points: Contour = thinned.points.iter().map(|p| on_grid(*p)).collect();
         let count = if thinned.closed { points.len() } else { points.len() - 1 };
         let next = |k: usize| thinned.widths[(k + 1) % points.len()];
-        let widths = (0..count).map(|k| (thinned.widths[k] + next(k)) / 2.0).collect();
+        let widths = (0..count).map(|k| leg_width(thinned.widths[k], next(k))).collect();
         Bead { points, closed: thinned.closed, depth, widths }
     }
 }
 
+/// The width of a leg between two places: where it jumps, two stretches were joined, and the wider would stand out at the other's end.
+fn leg_width(from: f64, to: f64) -> f64 {
+    if (from - to).abs() > JUMP_MM { from.min(to) } else { (from + to) / 2.0 }
+}
+
+/// Widths at both ends of a leg that differ by more are those of two stretches, mm.
+const JUMP_MM: f64 = 0.08;
 /// How far a line may leave its course where points are dropped, and by how much its width may change along a leg, mm.
 const COURSE_MM: f64 = 0.005;
 const CHANGE_MM: f64 = 0.03;
