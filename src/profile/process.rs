@@ -33,10 +33,22 @@ pub struct SliceSettings {
     pub inner_wall_mm_per_s: f64,
     /// Speed of solid and sparse infill.
     pub infill_mm_per_s: f64,
+    /// Speed of lines over air between two ends on material.
+    pub bridge_mm_per_s: f64,
+    /// Speed of walls that the layer below does not carry.
+    pub overhang_mm_per_s: f64,
     /// Speed of the first layer of a part that stands on the table.
     pub first_layer_mm_per_s: f64,
     /// Speed of moves without extrusion.
     pub travel_mm_per_s: f64,
+    /// A layer takes at least so long, s: what is printed faster goes onto plastic that is still soft.
+    pub min_layer_s: f64,
+    /// For that no line is printed slower than this.
+    pub slowest_mm_per_s: f64,
+    /// Pieces of sparse infill smaller than this are filled, mm².
+    pub solid_below_mm2: f64,
+    /// And narrower ones.
+    pub solid_below_mm: f64,
     /// Filament pulled back before a travel.
     pub retract_mm: f64,
     /// Speed of the pull.
@@ -67,8 +79,14 @@ impl Default for SliceSettings {
             outer_wall_mm_per_s: 30.0,
             inner_wall_mm_per_s: 45.0,
             infill_mm_per_s: 60.0,
+            bridge_mm_per_s: 30.0,
+            overhang_mm_per_s: 30.0,
             first_layer_mm_per_s: 20.0,
             travel_mm_per_s: 120.0,
+            min_layer_s: 5.0,
+            slowest_mm_per_s: 10.0,
+            solid_below_mm2: 70.0,
+            solid_below_mm: 2.0,
             retract_mm: 1.0,
             retract_mm_per_s: 35.0,
             retract_from_mm: 1.5,

@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 61] = [
+const RANGES: [(&str, RangeInclusive<f64>); 67] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.direction", -1.0..=1.0),
@@ -65,8 +65,14 @@ const RANGES: [(&str, RangeInclusive<f64>); 61] = [
     ("process.outer_wall_mm_per_s", 0.1..=2000.0),
     ("process.inner_wall_mm_per_s", 0.1..=2000.0),
     ("process.infill_mm_per_s", 0.1..=2000.0),
+    ("process.bridge_mm_per_s", 0.1..=2000.0),
+    ("process.overhang_mm_per_s", 0.1..=2000.0),
     ("process.first_layer_mm_per_s", 0.1..=2000.0),
     ("process.travel_mm_per_s", 0.1..=2000.0),
+    ("process.min_layer_s", 0.0..=600.0),
+    ("process.slowest_mm_per_s", 0.1..=2000.0),
+    ("process.solid_below_mm2", 0.0..=1e6),
+    ("process.solid_below_mm", 0.0..=100.0),
     ("process.retract_mm", 0.0..=100.0),
     ("process.retract_mm_per_s", 0.1..=2000.0),
     ("process.bridge_mm", 0.0..=200.0),
@@ -85,14 +91,16 @@ const RANGES: [(&str, RangeInclusive<f64>); 61] = [
 ];
 
 /// Units by the end of a key, the longest ending first.
-const UNITS: [(&str, &str); 7] = [
+const UNITS: [(&str, &str); 9] = [
     ("_mm_per_min", " mm/min"),
     ("_mm3_per_s", " mm3/s"),
     ("_mm_per_s", " mm/s"),
     ("_deg_per_s", " deg/s"),
+    ("_mm2", " mm2"),
     ("_mm", " mm"),
     ("_deg", " deg"),
     ("_c", " deg C"),
+    ("_s", " s"),
 ];
 
 fn range(key: &str) -> Option<&'static RangeInclusive<f64>> {

@@ -217,13 +217,15 @@ fn passing(subject: &Subject, table: &mut String) {
     let span = subject.print(0);
     let turn = subject.lines.iter().position(|l| l.starts_with(";TRUNNION slot=1")).unwrap();
     let above = subject.lines[..turn].iter().rev().find_map(|l| word(l, 'Z')).unwrap();
-    // Where its lines end by height, with half their width; the last rise of the print is its lift.
+    // Where its lines begin and end by height, with half their width; the last rise of the print is its lift.
     let (mut y, mut z, mut width, mut ends) = (0.0, 0.0, 0.45, Vec::new());
     for line in &subject.lines[span.lines.clone()] {
         width = line.strip_prefix(";WIDTH:").map_or(width, |mm| mm.parse().unwrap());
+        let from = y;
         (y, z) = (word(line, 'Y').unwrap_or(y), word(line, 'Z').unwrap_or(z));
         ends.extend(
-            (line.starts_with('G') && line.contains('E') && line.contains(['X', 'Y'])).then_some([y + width / 2.0, z]),
+            (line.starts_with('G') && line.contains('E') && line.contains(['X', 'Y']))
+                .then_some([y.max(from) + width / 2.0, z]),
         );
     }
     let top = ends.iter().fold(f64::MIN, |top, [_, z]| top.max(*z));

@@ -18,6 +18,8 @@ pub(super) struct Writer<'a> {
     line: &'a Line,
     filament_mm2: f64,
     slow: bool,
+    /// How much slower than usual a layer is printed, so that it takes its time.
+    pace: f64,
     at: Option<Micrometres>,
     feed: i64,
     kind: Option<(Feature, i64)>,
@@ -33,6 +35,7 @@ impl<'a> Writer<'a> {
             line,
             filament_mm2: PI / 4.0 * settings.filament_mm.powi(2),
             slow: false,
+            pace: 1.0,
             at: None,
             feed: 0,
             kind: None,
@@ -57,6 +60,7 @@ impl<'a> Writer<'a> {
     pub(super) fn layer(&mut self, z_mm: f64, slow: bool) {
         let z = (z_mm * 1000.0).round() / 1000.0;
         self.slow = slow;
+        self.pace = 1.0;
         self.kind = None;
         self.raw(&format!(";LAYER_CHANGE\n;Z:{z}\n;HEIGHT:{}", self.line.height_mm));
         self.text.extend_from_slice(b"G1 Z");
@@ -65,13 +69,28 @@ impl<'a> Writer<'a> {
         self.text.push(b'\n');
     }
 
+    /// Prints the layer so slowly that it takes the least time, or as slowly as may be.
+    pub(super) fn take_time(&mut self, paths: &[Path]) {
+        let time = LayerTime::of(paths, self);
+        let (least, slowest) = (self.settings.min_layer_s, self.settings.slowest_mm_per_s);
+        if time.seconds(1.0, slowest) >= least {
+            return;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = (low + high) / 2.0;
+            if time.seconds(middle, slowest) < least { high = middle } else { low = middle }
+        }
+        self.pace = low;
+    }
+
     /// Goes to the path and prints it.
     pub(super) fn path(&mut self, path: &Path) {
         let Some(&first) = path.points.first() else { return };
         self.travel(micrometres(first), path.hop);
         self.mark(path);
         self.text.extend_from_slice(b"G1");
-        self.set_feed(self.speed(path.feature));
+        self.set_feed(paced(self.speed(path.feature), self.pace, self.settings.slowest_mm_per_s));
         self.text.push(b'\n');
         let e_per_mm = self.line.area_of(self.width(path) as f64 / 1e3) / self.filament_mm2;
         for &point in &path.points[1..] {
@@ -161,11 +180,55 @@ impl<'a> Writer<'a> {
     fn speed(&self, feature: Feature) -> f64 {
         let s = self.settings;
         let speed = match feature {
-            Feature::OuterWall | Feature::Overhang | Feature::Bridge | Feature::Gap => s.outer_wall_mm_per_s,
+            Feature::OuterWall | Feature::Gap => s.outer_wall_mm_per_s,
+            Feature::Overhang => s.overhang_mm_per_s,
+            Feature::Bridge => s.bridge_mm_per_s,
             Feature::InnerWall => s.inner_wall_mm_per_s,
             Feature::Solid | Feature::Top | Feature::Sparse => s.infill_mm_per_s,
         };
         if self.slow { s.first_layer_mm_per_s } else { speed }
+    }
+}
+
+/// Halvings after which a pace is exact to the last digit of F.
+const HALVINGS: usize = 24;
+
+/// A speed in a layer that is printed at `pace` of the usual ones.
+fn paced(speed: f64, pace: f64, slowest: f64) -> f64 {
+    (speed * pace).max(slowest.min(speed))
+}
+
+/// What takes the time of a layer.
+struct LayerTime {
+    /// Speeds, mm/s, with the length printed at each, mm.
+    printed: Vec<[f64; 2]>,
+    travel_s: f64,
+}
+
+impl LayerTime {
+    fn of(paths: &[Path], writer: &Writer<'_>) -> Self {
+        let s = writer.settings;
+        let mut time = Self { printed: Vec::new(), travel_s: 0.0 };
+        let mut at = None;
+        for path in paths {
+            let points: Vec<Micrometres> = path.points.iter().map(|&p| micrometres(p)).collect();
+            let way = at.zip(points.first()).map_or(0.0, |(at, &first)| distance_mm(at, first));
+            let pulls =
+                if way > s.retract_from_mm && !path.hop { 2.0 * s.retract_mm / s.retract_mm_per_s } else { 0.0 };
+            time.travel_s += way / s.travel_mm_per_s + pulls;
+            let length: f64 = points.windows(2).map(|leg| distance_mm(leg[0], leg[1])).sum();
+            let speed = writer.speed(path.feature);
+            match time.printed.iter_mut().find(|known| known[0] == speed) {
+                Some(known) => known[1] += length,
+                None => time.printed.push([speed, length]),
+            }
+            at = points.last().copied().or(at);
+        }
+        time
+    }
+
+    fn seconds(&self, pace: f64, slowest: f64) -> f64 {
+        self.travel_s + self.printed.iter().map(|&[speed, length]| length / paced(speed, pace, slowest)).sum::<f64>()
     }
 }
 

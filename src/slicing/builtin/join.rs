@@ -27,7 +27,7 @@ pub(super) fn joined(mut stretches: Vec<Stretch>, inside: impl Fn(Vec2) -> bool)
 fn partners(stretches: &[Stretch], inside: impl Fn(Vec2) -> bool) -> Vec<Option<usize>> {
     let at = |end: usize| {
         let points = &stretches[end / 2].points;
-        if end % 2 == 0 { points[0] } else { points[points.len() - 1] }
+        if end.is_multiple_of(2) { points[0] } else { points[points.len() - 1] }
     };
     let mut ends: Vec<usize> = (0..2 * stretches.len()).filter(|end| !stretches[end / 2].closed).collect();
     ends.sort_by(|a, b| at(*a)[0].total_cmp(&at(*b)[0]).then(a.cmp(b)));
@@ -67,7 +67,7 @@ fn followed(stretches: &[Stretch], partner: &[Option<usize>], end: usize, used: 
         let stretch = &stretches[at / 2];
         used[at / 2] = true;
         let ordered = stretch.points.iter().zip(&stretch.widths);
-        if at % 2 == 0 {
+        if at.is_multiple_of(2) {
             line.take(ordered)
         } else {
             line.take(ordered.rev())

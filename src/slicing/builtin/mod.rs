@@ -143,6 +143,7 @@ fn write_layers(layers: &[PlannedLayer<'_>], s: &SliceSettings, job: &SliceJob, 
             continue;
         }
         writer.layer((index + 1) as f64 * s.layer_height_mm, job.on_table && index == 0);
+        writer.take_time(&paths);
         writer.raw(&format!("; printing object {label} id:0 copy 0"));
         paths.iter().for_each(|path| writer.path(path));
         writer.raw(&format!("; stop printing object {label} id:0 copy 0"));

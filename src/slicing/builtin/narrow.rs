@@ -198,7 +198,7 @@ impl Narrow {
 /// How many places are looked at on a side, with `owed` since the last: on a short one more and an odd number, for its middle may be
 /// the only place where a disc fits between its corners.
 fn places_on(whole: f64, owed: f64) -> usize {
-    if whole > SHORT_MM || whole < STEP_MM {
+    if !(STEP_MM..=SHORT_MM).contains(&whole) {
         return (owed / STEP_MM).floor() as usize;
     }
     (2.0 * whole / STEP_MM).ceil() as usize | 1

@@ -14,9 +14,10 @@ const REAR_TOLERANCE: i32 = 200;
 /// Islands nearest first; in each the walls from the inside out, then infill. Ties go to the first in the layer.
 pub(super) fn ordered(layer: &PlannedLayer<'_>, at: &mut Point, clip_mm: f64) -> Vec<Path> {
     let mut paths = Vec::new();
-    let mut islands: Vec<&Island<'_>> = layer.islands.iter().collect();
-    while let Some(next) = nearest(&islands, |island| distance_mm(*at, island.start())) {
-        let island = islands.remove(next);
+    // Where each begins is asked once: with thousands of islands, everything else would be.
+    let mut islands: Vec<(Point, &Island<'_>)> = layer.islands.iter().map(|island| (island.start(), island)).collect();
+    while let Some(next) = nearest_start(&islands, *at) {
+        let (_, island) = islands.remove(next);
         add_walls(island, layer.ground.as_ref(), clip_mm, at, &mut paths);
         for alike in island.fills.chunk_by(|a, b| a.feature == b.feature) {
             let mut left: Vec<&Fill> = alike.iter().collect();
@@ -29,6 +30,11 @@ pub(super) fn ordered(layer: &PlannedLayer<'_>, at: &mut Point, clip_mm: f64) ->
         }
     }
     paths
+}
+
+fn nearest_start(islands: &[(Point, &Island<'_>)], at: Point) -> Option<usize> {
+    let away = |p: Point| (i64::from(p.x) - i64::from(at.x)).pow(2) + (i64::from(p.y) - i64::from(at.y)).pow(2);
+    (0..islands.len()).min_by_key(|&i| away(islands[i].0))
 }
 
 fn nearest<T>(items: &[T], distance: impl Fn(&T) -> f64) -> Option<usize> {

@@ -4,8 +4,11 @@ use std::f64::consts::FRAC_PI_4;
 
 use super::Line;
 use super::hatch::{Lattice, longest_mm};
-use super::region::{Region, and, area_mm2, grown, minus, opened, or};
+use super::region::{Region, and, area_mm2, grown, minus, opened, or, units};
 use crate::slicing::SliceSettings;
+
+/// What is narrower than twice this is rounding, grid units: 0.1 mm.
+const ROUNDING: i32 = 500;
 
 /// The layers' sections, and for each the lowest layer of the run of equal ones it belongs to.
 pub(super) struct Stack<'a> {
@@ -55,7 +58,24 @@ pub(super) fn inside(stack: &Stack<'_>, at: usize, infill: &Region, line: &Line,
     // A line width more on every side, so that the skin's ends lie on something.
     let solid = and(&grown(&skin, line.width), infill);
     let hollow = minus(infill, &solid);
-    Inside { solid, hollow }
+    if s.infill <= 0.0 {
+        return Inside { solid, hollow };
+    }
+    let (hollow, small) = without_small(hollow, s);
+    Inside { solid: or(&solid, &small), hollow }
+}
+
+/// What is large and wide enough for sparse lines, and the rest: that would be full or hollow by luck of its place.
+fn without_small(hollow: Region, s: &SliceSettings) -> (Region, Region) {
+    let (hollow, mut small): (Region, Region) =
+        hollow.into_iter().partition(|shape| area_mm2(&vec![shape.clone()]) >= s.solid_below_mm2);
+    let narrow = minus(&hollow, &opened(&hollow, units(s.solid_below_mm / 2.0)));
+    // What rounding leaves along a border is nothing to fill.
+    let narrow: Region =
+        narrow.into_iter().filter(|shape| !grown(&vec![shape.clone()], -ROUNDING).is_empty()).collect();
+    let hollow = minus(&hollow, &narrow);
+    small.extend(narrow);
+    (hollow, small)
 }
 
 /// A solid region's lines: bridges over air and sparse infill, the top skin, and the rest.

@@ -1,5 +1,8 @@
 //! The built-in slicer against values worked out by hand.
 
+mod thin;
+mod time;
+
 use super::*;
 use crate::geom::Vec3;
 use crate::slicing::config_values;
@@ -136,84 +139,6 @@ fn a_cylinder_keeps_its_radius_and_its_volume() {
     assert!((reach - (10.0 - WIDTH / 2.0)).abs() < 0.002, "{reach}");
     let wanted = std::f64::consts::PI * 600.0;
     assert!((volume_mm3(&lines) / wanted - 1.0).abs() < 0.02, "{}", volume_mm3(&lines));
-}
-
-/// The widths of lines of 1 mm and more, as their filament gives them.
-fn widths(lines: &[Extrusion]) -> Vec<f64> {
-    let long = lines.iter().filter(|l| l.length() >= 1.0);
-    long.map(|l| l.e * FILAMENT_MM2 / l.length() / 0.2 + 0.2 * (1.0 - std::f64::consts::FRAC_PI_4)).collect()
-}
-
-#[test]
-fn thin_walls_get_their_plastic_in_beads_that_a_nozzle_can_lay() {
-    let wall = |thick: f64| block([150.0, 140.0, 0.0], [150.0 + thick, 160.0, 4.0]);
-    for hundredths in (30..=300).step_by(5) {
-        let thick = f64::from(hundredths) / 100.0;
-        let settings = SliceSettings { infill: 1.0, ..SliceSettings::default() };
-        let (text, lines) = sliced(&wall(thick), &settings);
-        let volume = volume_mm3(&lines) / (thick * 20.0 * 4.0);
-        assert!((0.93..=1.05).contains(&volume), "{thick} mm: {volume}\n{}", &text[..600]);
-        let least = widths(&lines).into_iter().fold(f64::INFINITY, f64::min);
-        assert!(least >= 0.299, "{thick} mm: a bead of {least} mm");
-        let along = lines.iter().filter(|l| (l.to[1] - l.from[1]).abs() > 15.0 && l.to[2] < 0.3).count();
-        let wanted = if thick <= 0.65 {
-            Some(1)
-        } else if thick <= 1.1 {
-            Some(2)
-        } else {
-            None
-        };
-        assert!(wanted.is_none_or(|wanted| wanted == along), "{thick} mm: {along} beads");
-    }
-}
-
-#[test]
-fn a_wedge_is_filled_to_where_it_is_as_thin_as_the_narrowest_bead() {
-    for deg in [5.0f64, 10.0, 20.0, 30.0, 45.0] {
-        let half = 20.0 * (deg / 2.0).to_radians().tan();
-        let (_, lines) = sliced(
-            &prism(&[[140.0, 150.0], [160.0, 150.0 - half], [160.0, 150.0 + half]], 0.0, 2.0),
-            &SliceSettings::default(),
-        );
-        let tip = lines.iter().flat_map(|l| [l.from[0], l.to[0]]).fold(f64::INFINITY, f64::min) - 140.0;
-        // The narrowest bead is 0.3 mm wide; its walls are 0.27 mm apart there.
-        let thin = 0.265 / 2.0 / (deg / 2.0).to_radians().tan();
-        assert!((tip - thin).abs() < 0.3, "{deg} degrees: from {tip} mm on, thick enough from {thin} mm on");
-    }
-}
-
-#[test]
-fn what_is_too_thin_for_any_bead_is_told_and_too_much_of_it_refused() {
-    let fin = block([160.0, 150.0, 0.0], [170.0, 150.2, 4.0]);
-    let of = |base: f64| together(&[block([160.0 - base, 140.0, 0.0], [160.0, 160.0, 4.0]), fin.clone()]);
-    let sliced = slice(&of(20.0), &SliceSettings::default(), &job()).unwrap();
-    let [Flaw::LeftOut(left)] = &sliced.flaws[..] else { panic!("{:?}", sliced.flaws) };
-    // 10 x 0.2 x 4 mm of 20 x 20 x 4 more.
-    assert!((left.volume_mm3 - 8.0).abs() < 0.2 && (left.share - 8.0 / 1608.0).abs() < 2e-4, "{left:?}");
-    assert!(left.layers == 20 && left.thinnest_mm < 0.27, "{left:?}");
-    assert!((left.at_mm[0] - 165.0).abs() < 0.3 && (left.at_mm[1] - 150.1).abs() < 0.01, "{left:?}");
-    assert!(String::from_utf8(sliced.gcode).unwrap().contains(&format!("; warning: {}", sliced.flaws[0])));
-    let refused = |mesh: &TriangleMesh<Slot>| {
-        slice(mesh, &SliceSettings::default(), &job()).map(|sliced| sliced.flaws).unwrap_err()
-    };
-    let much = refused(&of(1.5));
-    let text = much.to_string();
-    assert!(much.is_slicer_failure() && text.contains("(6.2") && text.contains("at most 5 % may be missing"), "{text}");
-    assert!(text.contains("X 165.") && text.contains("thinner nozzle"), "{text}");
-    assert!(refused(&fin).is_slicer_failure());
-    // An hourglass: at its neck nothing is printed, and its head would stand on air.
-    let square = |half: f64| {
-        [
-            [150.0 - half, 150.0 - half],
-            [150.0 + half, 150.0 - half],
-            [150.0 + half, 150.0 + half],
-            [150.0 - half, 150.0 + half],
-        ]
-    };
-    let glass =
-        together(&[frustum(&square(2.0), &square(0.05), 0.0, 10.0), frustum(&square(0.05), &square(2.0), 10.0, 20.0)]);
-    let text = refused(&glass).to_string();
-    assert!(text.contains("at Z 9.80: 4 layers would be missing") && text.contains("on air"), "{text}");
 }
 
 #[test]

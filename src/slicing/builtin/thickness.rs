@@ -47,29 +47,50 @@ pub(super) struct Border {
     cells: HashMap<[i32; 2], Vec<u32>>,
 }
 
-/// Boxes, `[least, most]`.
-pub(super) struct Boxes(Vec<[Vec2; 2]>);
+/// Boxes, `[least, most]`, found again by the cells that they reach into.
+pub(super) struct Boxes {
+    all: Vec<[Vec2; 2]>,
+    cells: HashMap<[i32; 2], Vec<u32>>,
+}
 
 impl Boxes {
     /// The boxes of a region's shapes, `by` larger on each side.
     pub(super) fn around(region: &Region, by: f64) -> Self {
-        Self(region.iter().filter_map(|shape| bounds(shape.first()?, by)).collect())
+        let all: Vec<[Vec2; 2]> = region.iter().filter_map(|shape| bounds(shape.first()?, by)).collect();
+        let mut cells: HashMap<[i32; 2], Vec<u32>> = HashMap::new();
+        for ([low, high], index) in all.iter().zip(0..) {
+            each_cell(*low, *high, |cell| cells.entry(cell).or_default().push(index));
+        }
+        Self { all, cells }
     }
 
     pub(super) fn hold(&self, p: Vec2) -> bool {
-        self.0.iter().any(|[low, high]| (0..2).all(|i| p[i] >= low[i] && p[i] <= high[i]))
+        self.meet(p, p)
+    }
+
+    /// Whether one of them and the box from `low` to `high` have a point in common.
+    fn meet(&self, low: Vec2, high: Vec2) -> bool {
+        let meets = |[least, most]: &[Vec2; 2]| (0..2).all(|i| high[i] >= least[i] && low[i] <= most[i]);
+        let across = |i: usize| ((high[i] - low[i]) / CELL_MM + 2.0) as usize;
+        if across(0).saturating_mul(across(1)) > self.all.len() {
+            return self.all.iter().any(meets);
+        }
+        let mut met = false;
+        each_cell(low, high, |cell| {
+            let here = self.cells.get(&cell).map_or(&[][..], Vec::as_slice);
+            met = met || here.iter().any(|&index| meets(&self.all[index as usize]));
+        });
+        met
     }
 
     /// Whether a straight line may pass within `by` of one of them.
     fn may_meet(&self, a: Vec2, b: Vec2, by: f64) -> bool {
-        let meets =
-            |low: Vec2, high: Vec2| (0..2).all(|i| a[i].max(b[i]) >= low[i] - by && a[i].min(b[i]) <= high[i] + by);
-        self.0.iter().any(|[low, high]| meets(*low, *high))
+        self.meet([0, 1].map(|i| a[i].min(b[i]) - by), [0, 1].map(|i| a[i].max(b[i]) + by))
     }
 
     /// Whether a ring may come into one of them.
     pub(super) fn may_hold(&self, ring: &[Point]) -> bool {
-        bounds(ring, 0.0).is_some_and(|[low, high]| self.may_meet(low, high, 0.0))
+        bounds(ring, 0.0).is_some_and(|[low, high]| self.meet(low, high))
     }
 }
 

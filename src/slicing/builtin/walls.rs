@@ -140,8 +140,8 @@ fn with_narrow(
     filled = minus(&filled, &enclosed(&crumbs));
     // A line reaches half its width beyond its ends.
     let ends = lines.iter().filter(|s| !s.closed).flat_map(|s| {
-        let all = s.points.iter().zip(&s.widths);
-        all.clone().next().into_iter().chain(all.last())
+        let mut all = s.points.iter().zip(&s.widths);
+        all.clone().next().into_iter().chain(all.next_back())
     });
     let ends = enclosed(&ends.map(about).collect::<Vec<_>>());
     found.beads.extend(lines.iter().map(|stretch| stretch.bead(depth)));
@@ -164,7 +164,7 @@ fn wide_stretches(ring: &Contour, narrow: &Narrow, inset: f64, width: f64) -> Op
             legs.push((at(k), at(k + 1.0), !narrow.fills_beside(at(k + 0.5), reach)));
         }
     }
-    let Some(first) = legs.iter().position(|leg| !leg.2) else { return None };
+    let first = legs.iter().position(|leg| !leg.2)?;
     legs.rotate_left(first);
     let mut found: Vec<Stretch> = Vec::new();
     let mut goes_on = false;
@@ -224,11 +224,18 @@ impl Stretch {
         let points: Contour = thinned.points.iter().map(|p| on_grid(*p)).collect();
         let count = if thinned.closed { points.len() } else { points.len() - 1 };
         let next = |k: usize| thinned.widths[(k + 1) % points.len()];
-        let widths = (0..count).map(|k| (thinned.widths[k] + next(k)) / 2.0).collect();
+        let widths = (0..count).map(|k| leg_width(thinned.widths[k], next(k))).collect();
         Bead { points, closed: thinned.closed, depth, widths }
     }
 }
 
+/// The width of a leg between two places: where it jumps, two stretches were joined, and the wider would stand out at the other's end.
+fn leg_width(from: f64, to: f64) -> f64 {
+    if (from - to).abs() > JUMP_MM { from.min(to) } else { (from + to) / 2.0 }
+}
+
+/// Widths at both ends of a leg that differ by more are those of two stretches, mm.
+const JUMP_MM: f64 = 0.08;
 /// How far a line may leave its course where points are dropped, and by how much its width may change along a leg, mm.
 const COURSE_MM: f64 = 0.005;
 const CHANGE_MM: f64 = 0.03;

@@ -115,7 +115,7 @@ fn the_judge_sees_what_is_missing_and_what_is_laid_twice() {
     let missing = sums(&lines);
     assert!((missing.gap() - right.gap() - 0.1).abs() < 0.002, "{missing:?}");
     let mut again = beads(&gcode);
-    again.extend(beads(&gcode).into_iter().filter(|bead| (bead.z - 1.0).abs() < 0.01).map(raster::Bead::as_another));
+    again.extend(beads(&gcode).into_iter().filter(|bead| (bead.z - 1.0).abs() < 0.01).map(raster::Bead::by_another));
     let twice = sums(&again);
     assert!(twice.doubled() > 0.08 && (twice.volume() - right.volume() * 1.1).abs() < 0.01, "{twice:?}");
     let shifted = trunnion::mesh::TriangleMesh::new(

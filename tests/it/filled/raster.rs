@@ -27,8 +27,8 @@ impl Bead {
         (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
     }
 
-    /// The same line laid by another path.
-    pub(crate) fn as_another(self) -> Self {
+    /// The same line, laid by another path.
+    pub(crate) fn by_another(self) -> Self {
         Self { path: self.path + 1_000_000, ..self }
     }
 

@@ -117,8 +117,12 @@ fn simple() -> Vec<Named> {
         s.skin(&turned(&profile(-1.0), 96));
         s.turn_inside_out(first);
     });
-    add("gear", &|s| s.prism(&round(192, |t| if (t * 48.0) as usize % 2 == 0 { 10.0 } else { 8.5 }), 0.0, 3.0));
-    add("star", &|s| s.prism(&round(14, |t| if (t * 14.0).round() as usize % 2 == 0 { 12.0 } else { 4.0 }), 0.0, 3.0));
+    add("gear", &|s| {
+        s.prism(&round(192, |t| if ((t * 48.0) as usize).is_multiple_of(2) { 10.0 } else { 8.5 }), 0.0, 3.0)
+    });
+    add("star", &|s| {
+        s.prism(&round(14, |t| if ((t * 14.0).round() as usize).is_multiple_of(2) { 12.0 } else { 4.0 }), 0.0, 3.0)
+    });
     add("text", &|s| text(s));
     add("overlapping bodies", &|s| {
         for k in 0..10 {
