@@ -48,6 +48,7 @@ fn whole_plan(model: &Model, planned: Planned) -> Plan {
         model: ModelRef { file: String::new(), sha256: String::new(), unit: "mm".to_owned() },
         machine: MachineRef { profile: String::new(), sha256: String::new() },
         placement: Workpiece::centred(model),
+        bridge_mm: None,
         parts: model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
         slots: planned.slots,
     }
