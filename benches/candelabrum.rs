@@ -50,6 +50,7 @@ fn whole_plan(model: &Model, planned: Planned) -> Plan {
         machine_values: None,
         bridge_mm: None,
         placement: Workpiece::centred(model),
+        bridge_mm: None,
         parts: model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
         slots: planned.slots,
     }

@@ -53,6 +53,7 @@ pub use sequence::Sequence;
 pub use sheet::{sheet, sheet_of_reasons};
 pub use site::CLEARANCE_SOUGHT_MM;
 pub use solid::Solid;
+pub use standing::layers_matter;
 pub use support::Known;
 pub use three_axis::{ThreeAxis, three_axis};
 pub use workpiece::{Misplaced, Workpiece};

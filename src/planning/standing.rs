@@ -1,14 +1,34 @@
 //! What a part at a direction would lay on nothing, asked of facets or of layers, and told in the model file's own frame.
 
-use super::candidates::Setups;
+use super::candidates::{Setups, Told};
 use super::infeasible::Hanging;
+use super::options::Options;
 use super::part_set::PartSet;
 use super::support::{Asked, Needs, Neighbours, needs};
+use super::workpiece::Workpiece;
 use crate::geom::{Dir, Table, Vec3};
+use crate::orient::Direction;
 use crate::overhang::Rule;
+use crate::profile::Profile;
 
 /// Directions whose layers are all looked through to say why not.
 const LOOKED_AT_CLOSELY: usize = 6;
+
+/// Whether some part stands by its layers only, at any of its `directions`: else facets are enough to plan by.
+pub fn layers_matter(
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+    directions: &[Vec<Direction>],
+    options: &Options<'_>,
+) -> bool {
+    let strict = Options { practised: false, ..options.clone() };
+    let setups = Setups::new(workpiece, profile, &strict);
+    let stands = |(part, tried): (usize, &Vec<Direction>)| {
+        let ways = setups.ways(part, tried, Told::Standing);
+        ways.iter().any(|way| way.objections.is_empty())
+    };
+    options.practised && !directions.iter().enumerate().all(stands)
+}
 
 impl Setups<'_> {
     pub(super) fn everyone(&self) -> PartSet {

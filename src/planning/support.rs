@@ -105,7 +105,10 @@ impl Needs {
 
 /// What the layers of a part at a direction lay on nothing: asked for again by every remedy, and the same each time.
 #[derive(Clone, Debug, Default)]
-pub struct Known(Arc<Mutex<HashMap<Vec<u64>, Arc<Vec<Patch>>>>>);
+pub struct Known(Arc<Mutex<Answers>>);
+
+/// What hangs, by the numbers of part, direction and rule.
+type Answers = HashMap<Vec<u64>, Arc<Vec<Patch>>>;
 
 impl Known {
     fn or_find(&self, key: Vec<u64>, find: impl FnOnce() -> Vec<Patch>) -> Vec<Patch> {

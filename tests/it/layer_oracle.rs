@@ -239,7 +239,7 @@ fn judged(all: &[Grid], limits: &Limits) -> Vec<f64> {
 /// A plate with random pieces on it, some taken away; every other solid is tame: low steps, slopes near the threshold, narrow holes.
 fn solid(seed: u64) -> Shape {
     let numbers = &mut Numbers::seeded(seed);
-    let tame = seed % 3 > 0;
+    let tame = !seed.is_multiple_of(3);
     let mut all = solids::block(14.0, 12.0, if tame { 7.0 } else { 2.0 }).at(-7.0, -6.0, 0.0);
     for k in 0..if tame { 2 } else { 5 } {
         let kind = (numbers.between(0.0, 4.0) as usize).min(3);

@@ -77,8 +77,9 @@ fn a_block_with_screw_holes_is_printed_as_it_is() {
     let done = is_verified(folder.path(), "screws", &three, &[]);
     assert_eq!(done["cut"], Value::Null);
     for diameter in [1.0, 2.0, 3.0, 4.0, 5.0] {
-        let all = plate().less(&hole(0, diameter, [0.0, 5.0, 4.83]));
-        let all = all.less(&hole(1, diameter, [8.0, 0.0, 5.0])).less(&hole(2, diameter, [22.0, 13.0, 0.0]));
+        // At heights of no layer and of a layer's middle; one above the other, so that none crosses another.
+        let all = solids::block(30.0, 20.0, 16.0).less(&hole(0, diameter, [0.0, 5.0, 4.03]));
+        let all = all.less(&hole(1, diameter, [8.0, 0.0, 11.5])).less(&hole(2, diameter, [22.0, 13.0, 0.0]));
         is_verified(folder.path(), &format!("holes-{diameter}"), &all, &[]);
     }
 }

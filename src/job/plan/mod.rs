@@ -11,7 +11,7 @@ use super::{
 use crate::orient::Direction;
 use crate::planning::{
     self, Infeasible, Options, PartRef, Placement, Plan, Planned, Reason, Remedy, Slot, ThreeAxis, Wish, Workpiece,
-    can_be_helped, plan_anywhere, sheet, sheet_of_reasons, three_axis,
+    can_be_helped, layers_matter, plan_anywhere, sheet, sheet_of_reasons, three_axis,
 };
 use crate::profile::Profile;
 use options::Asked;
@@ -222,6 +222,9 @@ fn remedies(
 ) -> Vec<Remedy> {
     let bar = world.progress.begin("remedies", KINDS);
     let mut done = 0;
+    // Where every part stands by its facets, layers add nothing but time to each check.
+    let practised = layers_matter(workpiece, profile, directions, options);
+    let options = &Options { practised, ..options.clone() };
     Wish { workpiece, profile, directions, options, no }.remedies(|_| {
         done += 1;
         bar.at(done);
