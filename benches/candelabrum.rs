@@ -48,7 +48,6 @@ fn whole_plan(model: &Model, planned: Planned) -> Plan {
         model: ModelRef { file: String::new(), sha256: String::new(), unit: "mm".to_owned() },
         machine: MachineRef { profile: String::new(), sha256: String::new() },
         machine_values: None,
-        bridge_mm: None,
         placement: Workpiece::centred(model),
         bridge_mm: None,
         parts: model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
