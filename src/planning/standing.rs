@@ -14,7 +14,8 @@ use crate::profile::Profile;
 /// Directions whose layers are all looked through to say why not.
 const LOOKED_AT_CLOSELY: usize = 6;
 
-/// Whether some part stands by its layers only, at any of its `directions`: else facets are enough to plan by.
+/// Whether some part stands by its layers only, at any of its `directions`: else facets are enough to plan by. Of one solid alone a
+/// longer bridge may be what helps, whatever the directions at which its facets stand and the machine does not reach.
 pub fn layers_matter(
     workpiece: &Workpiece<'_>,
     profile: &Profile,
@@ -27,7 +28,7 @@ pub fn layers_matter(
         let ways = setups.ways(part, tried, Told::Standing);
         ways.iter().any(|way| way.objections.is_empty())
     };
-    options.practised && !directions.iter().enumerate().all(stands)
+    options.practised && (directions.len() == 1 || !directions.iter().enumerate().all(stands))
 }
 
 impl Setups<'_> {

@@ -21,6 +21,8 @@ const TOO_WIDE: f64 = 1.3;
 /// Shorter stretches do not count, mm: the turns of infill on both sides of a border lie on it, now and then on each other. Lines that
 /// follow one another, as along a curve, are one stretch.
 const SHORTEST_MM: f64 = 2.0;
+/// Of which each shares at least so much with another: lines of two hatches that meet end to end share their ends.
+const CURVE_SHARE: f64 = 0.5;
 /// What a layer may hold of the others, mm.
 const MOST_MM: f64 = 3.0;
 
@@ -79,7 +81,8 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
         let next = by_direction[place + 1..].iter();
         for (_, other) in next.take_while(|(d, other)| d == direction && least(other) <= highest) {
             let length = one.shares(other);
-            if length > 0.0 && one.width + other.width > too_wide {
+            let counts = length > SHORTEST_MM || length >= CURVE_SHARE * one.length().min(other.length());
+            if length > 0.0 && counts && one.width + other.width > too_wide {
                 pairs.push(Pair { line: one.index.max(other.index), other: one.index.min(other.index), length });
             }
         }
@@ -147,6 +150,10 @@ impl Seen {
             (_, true) => (to - from) * held / (most - least),
             _ => to - from,
         }
+    }
+
+    fn length(&self) -> f64 {
+        self.along[1] - self.along[0]
     }
 
     fn across_at(&self, along: f64) -> f64 {

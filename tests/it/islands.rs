@@ -31,10 +31,20 @@ fn word(line: &str, letter: char) -> Option<f64> {
     line.split(' ').find_map(|w| w.strip_prefix(letter)?.parse().ok())
 }
 
-/// One island of one layer: the lines that lay it, and how wide they are apart.
+/// One island of one layer: the lines that lay it, and their ends along the row.
 struct Island {
     lines: Vec<usize>,
-    wide: f64,
+    ends: [f64; 2],
+}
+
+impl Island {
+    fn wide(&self) -> f64 {
+        self.ends[1] - self.ends[0]
+    }
+
+    fn middle(&self) -> f64 {
+        (self.ends[0] + self.ends[1]) / 2.0
+    }
 }
 
 /// The islands of the layer whose tip is nearest to `z`, with the travels to them.
@@ -65,7 +75,7 @@ fn islands(text: &[&str], z: f64) -> Vec<Island> {
         let own = laid.iter().filter(|(_, p, _)| near(p) && p[axis] > *low - 0.6 && p[axis] < *high + 0.6);
         lines.extend(own.map(|(i, ..)| *i));
     }
-    all.into_iter().map(|([low, high], lines)| Island { lines, wide: high - low }).collect()
+    all.into_iter().map(|(ends, lines)| Island { lines, ends }).collect()
 }
 
 /// The file without these lines, the header's filament made to agree.
@@ -103,10 +113,11 @@ fn left_out(slicer: &str, pins: &[f64]) {
     let text: Vec<&str> = text.lines().collect();
     let mut table = String::new();
     for z in [2.6, 3.4, 4.2] {
-        let mut islands = islands(&text, z);
-        islands.sort_by(|a, b| a.wide.total_cmp(&b.wide));
-        // What is too thin for a slicer is in none of its layers.
-        for (island, side) in islands.iter().rev().zip(pins.iter().rev()) {
+        let islands = islands(&text, z);
+        // The widest is the last of its row, whichever way that runs; what is too thin for a slicer is in none of its layers.
+        let last = islands.iter().max_by(|a, b| a.wide().total_cmp(&b.wide())).unwrap().middle();
+        for island in &islands {
+            let side = &pins[pins.len() - 1 - ((island.middle() - last).abs() / 6.0).round() as usize];
             std::fs::write(&changed, without(&text, &island.lines)).unwrap();
             let rules = found(&changed, &plan);
             let _ = writeln!(table, "  pin of {side} mm, missing at Z {z:.1}: {}", rules.join(", "));

@@ -220,7 +220,8 @@ fn passing(subject: &Subject, table: &mut String) {
     // Where its lines begin and end by height, with half their width; the last rise of the print is its lift.
     let (mut y, mut z, mut width, mut ends) = (0.0, 0.0, 0.45, Vec::new());
     for line in &subject.lines[span.lines.clone()] {
-        width = line.strip_prefix(";WIDTH:").map_or(width, |mm| mm.parse().unwrap());
+        // To be on the safe side verification takes lines for no narrower than the profile's.
+        width = line.strip_prefix(";WIDTH:").map_or(width, |mm| mm.parse::<f64>().unwrap().max(0.45));
         let from = y;
         (y, z) = (word(line, 'Y').unwrap_or(y), word(line, 'Z').unwrap_or(z));
         ends.extend(

@@ -106,3 +106,24 @@ fn where_only_the_head_states_widths_a_line_is_of_one_of_them_or_fills_a_gap() {
     let report = report(&stated(with_line([0.38, FROM], [0.38, -FROM], 0.1)));
     assert!(!is_found(&report, "fill no gap"), "{:#?}", report.findings);
 }
+
+#[test]
+fn lines_of_two_hatches_that_meet_end_to_end_are_laid_once() {
+    // Each line of the second hatch goes on where one of the first ends, 0.3 mm before that.
+    let hatches = |share: f64| {
+        let mut text = program();
+        for (from, long) in [(-3.0, 1.5), (-1.5 - share, 1.5)] {
+            for k in 0..14 {
+                let x = -3.6 + 0.5 * f64::from(k);
+                text = with_line_in(&text, [x, from], [x, from + long], 1.0);
+            }
+        }
+        let report = report(&text);
+        let on_top = |f: &&crate::verify::Finding| f.text.contains("on top of");
+        report.findings.iter().filter(on_top).map(|f| f.measured).sum::<f64>()
+    };
+    // Against the infill below them both run alike.
+    let (apart, met) = (hatches(-0.1), hatches(0.3));
+    assert!((met - apart).abs() < 0.5, "{apart} {met}");
+    assert!(hatches(1.2) > apart + 5.0, "{}", hatches(1.2));
+}

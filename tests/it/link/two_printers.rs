@@ -21,7 +21,7 @@ const LIMIT: Duration = Duration::from_secs(60);
 fn machine(protocol: &str) -> MachineSource {
     let toml = format!(
         "extends = \"generic-ac\"\n[machine]\nname = \"{protocol}\"\n[dialect]\nfirmware = \"{protocol}\"\n\
-         [link]\nprotocol = \"{protocol}\"\nrehome = \"G28\"\n"
+         start = \"G28\\nM109 S{{nozzle_c}} ; GCODE_AXIS=A GCODE_AXIS=C\"\n[link]\nprotocol = \"{protocol}\"\nrehome = \"G28\"\n"
     );
     MachineSource::Toml(Source::Bytes { name: format!("{protocol}.toml"), bytes: toml.into_bytes() })
 }
