@@ -159,7 +159,8 @@ impl Walls {
 }
 
 /// Visits places along the segments with their outward normals, their segments and the length that each stands for; that is 0 for
-/// the middles of segments, which are visited too: of a small island's sides nothing else may be far enough from its corners.
+/// places between the ends of long segments, which are visited too: of a small island's sides nothing else may be far enough from
+/// its corners.
 fn each_place(segments: &[Segment], visit: impl FnMut(Point, Point, usize, f64)) {
     each_place_of(segments.iter().copied(), visit);
 }
@@ -172,7 +173,7 @@ fn each_place_of(segments: impl Iterator<Item = Segment>, mut visit: impl FnMut(
         let at = |share: f64| [a[0] + dx * share, a[1] + dy * share];
         let normal = [dy / length, -dx / length];
         if length >= SPACING_MM / 2.0 {
-            visit(at(0.5), normal, index, 0.0);
+            [0.25, 0.5, 0.75].into_iter().for_each(|share| visit(at(share), normal, index, 0.0));
         }
         while owed <= length {
             visit(at(owed / length), normal, index, SPACING_MM);
