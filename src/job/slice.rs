@@ -157,6 +157,7 @@ pub(super) fn slice_by(
         bar.at(sliced.len());
     }
     let slicer = SlicerName { name: slicer.name().to_owned(), version: slicer.version().to_owned() };
-    flaws.iter().for_each(|(name, flaw)| world.progress.warning(&format!("{name}: {flaw}")));
+    let told = flaws.iter().filter(|(_, flaw)| flaw.is_worth_a_warning());
+    told.for_each(|(name, flaw)| world.progress.warning(&format!("{name}: {flaw}")));
     Ok(SliceResult { sliced, slicer, flaws })
 }

@@ -48,6 +48,16 @@ pub struct LeftOut {
     pub thinnest_mm: f64,
 }
 
+/// A smaller share of a part is the very tips of its corners and edges: data, and no warning.
+const WORTH_A_WARNING: f64 = 0.002;
+
+impl Flaw {
+    /// Whether a person is to be told.
+    pub fn is_worth_a_warning(&self) -> bool {
+        !matches!(self, Self::LeftOut(left) if left.share < WORTH_A_WARNING)
+    }
+}
+
 impl fmt::Display for Flaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
