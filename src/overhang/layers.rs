@@ -16,7 +16,7 @@ use std::fmt;
 
 use super::Rule;
 use super::chords::Air;
-use super::region::{Corners, Point, Region, and, area_mm2, enclosed, grown, minus, or, triangle, union};
+use super::region::{Corners, Point, Region, and, area_mm2, enclosed, grown, minus, or, triangle, wound};
 use crate::geom::{Mat3, Sets, Slot, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::section::Sections;
@@ -287,7 +287,7 @@ fn covered(facets: &[[Vec3; 3]], [low, high]: [f64; 2]) -> Region {
             rings.extend(triangle([corners[0], corners[k], corners[k + 1]].map(|p| [p.x, p.y])));
         }
     }
-    union(&rings)
+    wound(&rings)
 }
 
 /// The part of a facet above `low` and not above `high`.

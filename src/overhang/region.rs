@@ -1,28 +1,15 @@
-//! A layer's material as polygons with holes, on an integer grid of 0.1 micrometres.
-//!
-//! Coordinates become integers once, where the plane cuts the mesh, so that what lies on what is a question of equal numbers.
+//! A layer's material as `section`'s polygons: cut, grown and measured, mm.
 
-use i_overlay::core::fill_rule::FillRule;
-use i_overlay::core::overlay::Overlay;
-use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::i_float::int::angle::Angle;
-use i_overlay::i_float::int::point::IntPoint;
 use i_overlay::mesh::int::arc::ArcOptions;
 use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
 use i_overlay::mesh::int::style::{IntLineJoin, IntOutlineStyle};
 use std::collections::BTreeMap;
 
 use crate::section::Segment;
+use crate::section::polygons::UNITS_PER_MM;
+pub(super) use crate::section::polygons::{Point, Region, Shape, and, minus, or, units, wound};
 
-/// A point of the grid.
-pub(super) type Point = IntPoint<i32>;
-/// A counter-clockwise outer ring and its clockwise holes.
-pub(super) type Shape = Vec<Vec<Point>>;
-/// Shapes that do not overlap.
-pub(super) type Region = Vec<Shape>;
-
-/// Grid units in one millimetre.
-const UNITS_PER_MM: f64 = 10_000.0;
 /// Round corners are drawn in steps of so many degrees: at 0.5 mm the chord lies 2 micrometres inside.
 const ROUND_STEP_DEG: f64 = 10.0;
 /// Corners sharper than this are cut off.
@@ -36,10 +23,6 @@ pub(super) fn point([x, y]: [f64; 2]) -> Point {
 /// Its coordinates, mm.
 pub(super) fn at(p: Point) -> [f64; 2] {
     [f64::from(p.x) / UNITS_PER_MM, f64::from(p.y) / UNITS_PER_MM]
-}
-
-fn units(mm: f64) -> i32 {
-    (mm * UNITS_PER_MM).round() as i32
 }
 
 /// The material that a cut's segments go around: wherever they wind at least once. Chains that do not close, of a surface that is
@@ -62,7 +45,7 @@ pub(super) fn enclosed(segments: &[Segment]) -> Region {
         }
         rings.push(ring);
     }
-    union(&rings)
+    wound(&rings)
 }
 
 fn take(from: &mut BTreeMap<Point, Vec<Point>>, at: Point) -> Option<Point> {
@@ -72,11 +55,6 @@ fn take(from: &mut BTreeMap<Point, Vec<Point>>, at: Point) -> Option<Point> {
         from.remove(&at);
     }
     next
-}
-
-/// What closed rings enclose: where they wind at least once, either way.
-pub(super) fn union(rings: &[Vec<Point>]) -> Region {
-    Overlay::from_subj(rings).overlay(OverlayRule::Subject, FillRule::NonZero)
 }
 
 /// The triangle, counter-clockwise whatever it was; `None` where it has no area on the grid.
@@ -113,30 +91,6 @@ pub(super) fn grown(region: &Region, mm: f64, corners: Corners) -> Region {
     let style = IntOutlineStyle::new(by).line_join(join);
     // The outline's only error is a range check that construction does not make: the grid reaches 107 m.
     region.outline(&style).unwrap_or_default()
-}
-
-/// `a` without `b`.
-pub(super) fn minus(a: &Region, b: &Region) -> Region {
-    if a.is_empty() || b.is_empty() {
-        return a.clone();
-    }
-    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Difference, FillRule::NonZero)
-}
-
-/// What `a` and `b` share.
-pub(super) fn and(a: &Region, b: &Region) -> Region {
-    if a.is_empty() || b.is_empty() {
-        return Region::new();
-    }
-    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Intersect, FillRule::NonZero)
-}
-
-/// What lies in `a` or `b`.
-pub(super) fn or(a: &Region, b: &Region) -> Region {
-    if a.is_empty() || b.is_empty() {
-        return if a.is_empty() { b.clone() } else { a.clone() };
-    }
-    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Union, FillRule::NonZero)
 }
 
 /// A shape's area, mm²; holes count as missing.

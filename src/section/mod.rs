@@ -13,6 +13,7 @@
 mod fit;
 mod grid;
 mod outline;
+pub mod polygons;
 
 pub use fit::{Fit, Sample, fit};
 pub use grid::{Nearest, Point, Segment, Segments};

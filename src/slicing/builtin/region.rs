@@ -1,47 +1,21 @@
-//! Polygons with holes on an integer grid of 0.1 micrometres.
-//!
-//! Coordinates become integers once, where the plane cuts the mesh: the floating-point interface of `i_overlay` snaps
-//! each call's input to a grid of its own, so that one vertex could land on two places.
+//! Sections as `section`'s polygons, grown, shrunk and measured as walls and infill need it; grid units of 0.1 micrometres where not mm.
 
 use super::simplify::simplified;
-use i_overlay::core::fill_rule::FillRule;
-use i_overlay::core::overlay::Overlay;
-use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::i_float::int::angle::Angle;
-use i_overlay::i_float::int::point::IntPoint;
 use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
 use i_overlay::mesh::int::style::{IntLineJoin, IntOutlineStyle};
 
-/// A point of the grid.
-pub(super) type Point = IntPoint<i32>;
-/// A closed ring; the last point is not the first again.
-pub(super) type Contour = Vec<Point>;
-/// A counter-clockwise outer ring and its clockwise holes.
-pub(super) type Shape = Vec<Contour>;
-/// Shapes that do not overlap.
-pub(super) type Region = Vec<Shape>;
-
-/// Grid units in one millimetre.
-pub(super) const UNITS_PER_MM: f64 = 10_000.0;
+pub(super) use crate::section::polygons::wound as enclosed;
+pub(super) use crate::section::polygons::{Contour, Point, Region, Shape, UNITS_PER_MM, and, minus, or, units};
 
 /// Corners sharper than this are cut off when a region grows: a miter three times the distance, as PrusaSlicer does.
 const SHARPEST_MITER_DEG: f64 = 39.0;
 /// And when it shrinks, about what cuts into it: a wall's middle stays within 0.4 of its width of where a round turn would be.
 const SHARPEST_NOTCH_DEG: f64 = 80.0;
 
-/// Millimetres in grid units, rounded.
-pub(super) fn units(mm: f64) -> i32 {
-    (mm * UNITS_PER_MM).round() as i32
-}
-
 /// Grid units in millimetres.
 pub(super) fn mm(units: f64) -> f64 {
     units / UNITS_PER_MM
-}
-
-/// The region that closed contours enclose: where their winding number is not zero.
-pub(super) fn enclosed(contours: &[Contour]) -> Region {
-    Overlay::from_subj(contours).overlay(OverlayRule::Subject, FillRule::NonZero)
 }
 
 /// The region grown by `by` grid units, or shrunk where that is negative; corners stay corners.
@@ -96,33 +70,6 @@ pub(super) fn holds(region: &Region, p: Point) -> bool {
 /// What remains where nothing narrower than `2 * radius` does.
 pub(super) fn opened(region: &Region, radius: i32) -> Region {
     grown(&grown(region, -radius), radius)
-}
-
-/// `a` without `b`.
-pub(super) fn minus(a: &Region, b: &Region) -> Region {
-    if a.is_empty() || b.is_empty() {
-        return a.clone();
-    }
-    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Difference, FillRule::NonZero)
-}
-
-/// What `a` and `b` share.
-pub(super) fn and(a: &Region, b: &Region) -> Region {
-    if a.is_empty() || b.is_empty() {
-        return Region::new();
-    }
-    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Intersect, FillRule::NonZero)
-}
-
-/// What lies in `a` or `b`.
-pub(super) fn or(a: &Region, b: &Region) -> Region {
-    if a.is_empty() {
-        return b.clone();
-    }
-    if b.is_empty() {
-        return a.clone();
-    }
-    Overlay::from_subj_and_clip(a, b).overlay(OverlayRule::Union, FillRule::NonZero)
 }
 
 /// The area in mm²; holes count as missing.
