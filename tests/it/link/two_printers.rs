@@ -96,6 +96,15 @@ fn print(file: &Path, protocol: &str, place: &OnceLock<String>, operator: &dyn O
     trunnion::job::send(&request, &wire, &world, operator)
 }
 
+/// Ends the printers however a test ends: one that panics would wait for them for ever.
+struct Ends<'a>(&'a AtomicBool);
+
+impl Drop for Ends<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+}
+
 fn wait_for(mut there: impl FnMut() -> bool) {
     let until = Instant::now() + LIMIT;
     while !there() {
@@ -127,6 +136,7 @@ fn a_printer_that_fails_half_way_leaves_the_other_alone() {
     let (failing, sound) = (Watcher::new(20, &wait_for_other), Watcher::new(20, &wait_for_failure));
     let places = [OnceLock::new(), OnceLock::new()];
     thread::scope(|scope| {
+        let _end = Ends(&ended);
         let printers = [
             scope.spawn(|| printer("marlin", &["fatal@600"], &places[0], &ended)),
             scope.spawn(|| printer("klipper", &[], &places[1], &ended)),
@@ -176,6 +186,7 @@ fn an_emergency_stop_of_one_is_none_of_the_other() {
     let (first, second) = (Watcher::new(20, &twice), Watcher::new(20, &wait_for_stop));
     let places = [OnceLock::new(), OnceLock::new()];
     thread::scope(|scope| {
+        let _end = Ends(&ended);
         let printers = [
             scope.spawn(|| printer("marlin", &[], &places[0], &ended)),
             scope.spawn(|| printer("marlin", &[], &places[1], &ended)),
