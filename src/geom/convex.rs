@@ -94,63 +94,72 @@ impl Simplex {
         self.points[..self.count].iter().any(|p| (p - point).norm_squared() < 1e-24)
     }
 
-    fn keep(&mut self, points: &[Vec3]) {
-        self.points[..points.len()].copy_from_slice(points);
-        self.count = points.len();
-    }
-
     /// The point of the simplex nearest to the origin, the simplex reduced to the corners that make it; `None` where
     /// the origin is inside.
     fn nearest_to_origin(&mut self) -> Option<Vec3> {
         let p = self.points;
         let (point, keep) = match self.count {
-            1 => (p[0], vec![p[0]]),
+            1 => (p[0], Corners::of(&[p[0]])),
             2 => on_segment(p[0], p[1]),
             3 => on_triangle(p[0], p[1], p[2]),
             _ => on_tetrahedron(&p)?,
         };
-        self.keep(&keep);
+        self.points[..3].copy_from_slice(&keep.points);
+        self.count = keep.count;
         Some(point)
     }
 }
 
-fn on_segment(a: Vec3, b: Vec3) -> (Vec3, Vec<Vec3>) {
-    let ab = b - a;
-    let t = -a.dot(&ab) / ab.norm_squared();
-    if t <= 0.0 {
-        (a, vec![a])
-    } else if t >= 1.0 {
-        (b, vec![b])
-    } else {
-        (a + ab * t, vec![a, b])
+/// The corners of a simplex that make its nearest point: a corner, an edge or a face.
+#[derive(Clone, Copy, Default)]
+struct Corners {
+    points: [Vec3; 3],
+    count: usize,
+}
+
+impl Corners {
+    fn of(corners: &[Vec3]) -> Self {
+        let mut points = [Vec3::zeros(); 3];
+        points[..corners.len()].copy_from_slice(corners);
+        Self { points, count: corners.len() }
     }
 }
 
-fn on_triangle(a: Vec3, b: Vec3, c: Vec3) -> (Vec3, Vec<Vec3>) {
+fn on_segment(a: Vec3, b: Vec3) -> (Vec3, Corners) {
+    let ab = b - a;
+    let t = -a.dot(&ab) / ab.norm_squared();
+    if t <= 0.0 {
+        (a, Corners::of(&[a]))
+    } else if t >= 1.0 {
+        (b, Corners::of(&[b]))
+    } else {
+        (a + ab * t, Corners::of(&[a, b]))
+    }
+}
+
+fn on_triangle(a: Vec3, b: Vec3, c: Vec3) -> (Vec3, Corners) {
     let normal = (b - a).cross(&(c - a));
     let area = normal.norm_squared();
     // Inside where the origin is on the inner side of all three edges.
     let inside = |p: Vec3, q: Vec3| (q - p).cross(&normal).dot(&-p) <= 0.0;
     if area > 1e-30 && inside(a, b) && inside(b, c) && inside(c, a) {
-        return (normal * (a.dot(&normal) / area), vec![a, b, c]);
+        return (normal * (a.dot(&normal) / area), Corners::of(&[a, b, c]));
     }
     nearest_of([on_segment(a, b), on_segment(b, c), on_segment(c, a)])
 }
 
-fn nearest_of<const N: usize>(choices: [(Vec3, Vec<Vec3>); N]) -> (Vec3, Vec<Vec3>) {
-    let mut best: Option<(Vec3, Vec<Vec3>)> = None;
-    for choice in choices {
-        if best.as_ref().is_none_or(|b| choice.0.norm_squared() < b.0.norm_squared()) {
-            best = Some(choice);
-        }
-    }
-    best.unwrap_or_default()
+/// The nearer of several; the first where they are alike.
+fn nearest_of<const N: usize>(choices: [(Vec3, Corners); N]) -> (Vec3, Corners) {
+    let nearer = |best: (Vec3, Corners), choice: (Vec3, Corners)| {
+        if choice.0.norm_squared() < best.0.norm_squared() { choice } else { best }
+    };
+    choices.into_iter().reduce(nearer).unwrap_or_default()
 }
 
 /// `None` where the origin is inside.
-fn on_tetrahedron(p: &[Vec3; 4]) -> Option<(Vec3, Vec<Vec3>)> {
+fn on_tetrahedron(p: &[Vec3; 4]) -> Option<(Vec3, Corners)> {
     let mut outside = false;
-    for (i, [a, b, c, d]) in [[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]].iter().enumerate() {
+    for [a, b, c, d] in &[[0, 1, 2, 3], [0, 1, 3, 2], [0, 2, 3, 1], [1, 2, 3, 0]] {
         let (a, b, c, d) = (p[*a], p[*b], p[*c], p[*d]);
         let normal = (b - a).cross(&(c - a));
         let inner = (d - a).dot(&normal);
@@ -159,7 +168,6 @@ fn on_tetrahedron(p: &[Vec3; 4]) -> Option<(Vec3, Vec<Vec3>)> {
         if inner.abs() < 1e-18 || origin * inner < 0.0 {
             outside = true;
         }
-        debug_assert!(i < 4);
     }
     outside.then(|| {
         nearest_of([

@@ -11,7 +11,7 @@ const CUBE_MM: f64 = 2.0;
 /// Spacing of the points taken of a bead's axis for that, mm.
 const ALONG_MM: f64 = 1.0;
 
-/// A bead: the box that its width and height fill along its axis, within a capsule about that.
+/// A bead: what a disc of its width and height fills along its axis (a line's ends are round), within a capsule about that.
 #[derive(Clone, Copy)]
 pub(super) struct Bead {
     /// The middle of its cross-section at both ends.
@@ -26,26 +26,20 @@ pub(super) struct Bead {
 }
 
 impl Bead {
-    /// How far any of its points lies from its axis at most, mm.
-    pub(super) fn reach(&self) -> f64 {
-        (self.radius * self.radius + self.half_width * self.half_width).sqrt()
-    }
-
     /// Where it is at a pose.
     pub(super) fn at(&self, pose: &Rigid<Table, Machine>) -> Self {
         let ends = self.ends.map(|p| pose.point(p.into()).at);
         Self { ends, half_up: pose.rotation * self.half_up, ..*self }
     }
 
-    /// Its point farthest along `d`, a line's ends taken half a width longer.
+    /// Its point farthest along `d`: of its axis, the disc of its width about that and its height.
     pub(super) fn support(&self, d: &Vec3) -> Vec3 {
         let [a, b] = self.ends;
-        let along =
-            (b - a).try_normalize(1e-9).unwrap_or_else(|| self.half_up.cross(&Vec3::new(0.3, 0.5, 0.8)).normalize());
-        let across = along.cross(&self.half_up).try_normalize(1e-12).unwrap_or_else(Vec3::zeros);
-        let signed = |v: Vec3| if v.dot(d) > 0.0 { v } else { -v };
         let end = if a.dot(d) > b.dot(d) { a } else { b };
-        end + signed(along * self.half_width) + signed(across * self.half_width) + signed(self.half_up)
+        let up = d.dot(&self.half_up);
+        let level = d - self.half_up * (up / self.half_up.norm_squared());
+        let round = level.try_normalize(1e-12).unwrap_or_else(Vec3::zeros) * self.half_width;
+        end + round + if up > 0.0 { self.half_up } else { -self.half_up }
     }
 }
 

@@ -1,9 +1,8 @@
 //! How near a piece of the head comes to single beads and to the table: the distance itself, where the height field has only a
 //! bound.
 //!
-//! A bead is taken as the box that its width and height fill along its axis, a line's end as half a width longer. What earlier
-//! setups have laid stands still while a setup lasts, so that a distance once known stays a bound wherever the tip goes from
-//! there: `distance - way`.
+//! A bead is taken as its width and height along its axis, with round ends. What earlier setups have laid stands still while a
+//! setup lasts, so that a distance once known stays a bound wherever the tip goes from there: `distance - way`.
 
 use std::cell::Cell;
 
@@ -86,7 +85,7 @@ impl Cells {
 
     fn file(&mut self, bead: Bead) {
         let ends = bead.ends.map(|p| [p.x as f32, p.y as f32, p.z as f32]);
-        let reach = bead.reach();
+        let reach = bead.radius;
         let line = Line { ends, reach: reach as f32 + ROUNDING_MM, bead: self.beads.len() as u32 };
         let axis = Bounds::of(bead.ends);
         let height = (axis.min.z / PILE_MM).floor() as i32;
