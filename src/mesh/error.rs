@@ -136,6 +136,12 @@ pub enum Fault {
         /// What is wrong with it.
         trouble: &'static str,
     },
+    /// A 3MF whose shape is told by an extension that is not read.
+    #[error("the 3mf extension {name} is not read, and part of the model is in it; export the model as a mesh of triangles")]
+    Extension {
+        /// Its prefix and namespace, or the element that holds the shape.
+        name: String,
+    },
     /// A 3MF that unpacks to far more than a model would.
     #[error(
         "{packed} bytes that unpack to more than {} MiB, or hold a tag or text of more than 16 MiB (allowed: 200 times \

@@ -272,6 +272,36 @@ mod tests {
     }
 
     #[test]
+    fn what_only_an_extension_tells_is_refused_by_name() {
+        let text = |attributes: &str, inner: &str| {
+            let objects = format!(r#"<object id="1">{}</object>"#, MESH.replace("</mesh>", &format!("{inner}</mesh>")));
+            let text = format!(
+                r#"<model {attributes}><resources>{objects}</resources><build><item objectid="1"/></build></model>"#
+            );
+            read(&zipped(&[("3D/3dmodel.model", text.as_bytes())])).map(|soup| soup.facets.len())
+        };
+        let space = |name: &str| format!("http://schemas.microsoft.com/3dmanufacturing/{name}");
+        let needs = |prefix: &str, name: &str| {
+            format!(r#"requiredextensions="{prefix}" xmlns:{prefix}="{}""#, space(name))
+        };
+        for (prefix, name) in [("p", "production/2015/06"), ("m", "material/2015/02"), ("q", "trianglesets/2021/07")] {
+            assert_eq!(text(&needs(prefix, name), ""), Ok(4), "{name}");
+        }
+        for (prefix, name) in [("b", "beamlattice/2017/02"), ("s", "slice/2015/07"), ("p", "boolean/2023/07")] {
+            let fault = Fault::Extension { name: format!("{prefix} ({})", space(name)) };
+            assert_eq!(text(&needs(prefix, name), "").unwrap_err().fault, fault);
+        }
+        let undeclared = text(r#"requiredextensions="v""#, "").unwrap_err().fault;
+        assert_eq!(undeclared, Fault::Extension { name: "v".to_owned() });
+        // Not required, but there: its beams would be missing.
+        let beams = r#"<b:beamlattice radius="1"><b:beams><b:beam v1="0" v2="1"/></b:beams></b:beamlattice>"#;
+        let declared = format!(r#"xmlns:b="{}""#, space("beamlattice/2017/02"));
+        let fault = text(&declared, beams).unwrap_err().fault;
+        assert_eq!(fault, Fault::Extension { name: "beamlattice".to_owned() });
+        assert!(fault.to_string().contains("export the model as a mesh of triangles"), "{fault}");
+    }
+
+    #[test]
     fn components_may_lie_in_other_files_that_the_relations_name() {
         let rels = r#"<Relationships><Relationship Target="/m/root.model" Id="r"
             Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>"#;

@@ -145,7 +145,14 @@ impl ModelFile {
             }
         }
         match tag.local_name().as_ref() {
-            "model" => self.unit = unit(attribute(tag, "unit")?.as_deref())?,
+            "model" => {
+                extensions(tag)?;
+                self.unit = unit(attribute(tag, "unit")?.as_deref())?;
+            }
+            // A shape told in another way than by triangles, which a program may pass over unless it is "required": a part would be lost.
+            shape @ ("beamlattice" | "booleanshape" | "displacementmesh" | "levelset") => {
+                return Err(Fault::Extension { name: shape.to_owned() });
+            }
             "object" => {
                 self.current = required(tag, "id")?;
                 let name = attribute(tag, "name")?.filter(|name| !name.trim().is_empty());
@@ -175,6 +182,30 @@ impl ModelFile {
             .map(Rc::make_mut)
             .ok_or(Fault::Syntax { found: "mesh or component".to_owned(), expected: "an object around it" })
     }
+}
+
+/// The 3MF extensions that are read: parts in other files, and what has no shape of its own (colours, groups of triangles).
+/// Source: 3MF Consortium, *Production Extension* 1.1, *Materials and Properties Extension* 1.2, *Core Specification* 1.3 appendix.
+const EXTENSIONS: [&str; 3] = [
+    "http://schemas.microsoft.com/3dmanufacturing/production/2015/06",
+    "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
+    "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07",
+];
+
+/// Refuses a model that cannot be understood without an extension that is not read: it is named by its prefix and its namespace.
+fn extensions(model: &BytesStart<'_>) -> Result<(), Fault> {
+    let required = attribute(model, "requiredextensions")?.unwrap_or_default();
+    for prefix in required.split_whitespace() {
+        let declared = format!("xmlns:{prefix}");
+        let mut attributes = model.attributes();
+        let mut all = attributes.with_checks(false).filter_map(Result::ok);
+        let namespace = all.find(|a| a.key.as_ref() == declared).map(|a| a.value.into_owned());
+        if !namespace.as_deref().is_some_and(|name| EXTENSIONS.contains(&name)) {
+            let about = namespace.map_or_else(String::new, |name| format!(" ({name})"));
+            return Err(Fault::Extension { name: format!("{prefix}{about}").chars().take(200).collect() });
+        }
+    }
+    Ok(())
 }
 
 fn unit(name: Option<&str>) -> Result<Unit, Fault> {
