@@ -22,6 +22,8 @@ struct Case {
     seed: u64,
     parts: Vec<NamedMesh>,
     machine: String,
+    /// Whether one solid may be cut into parts.
+    cutting: Cutting,
 }
 
 /// What became of a case.
@@ -53,6 +55,14 @@ fn upright(numbers: &mut Numbers, half: f64, [low, high]: [f64; 2]) -> TriangleM
             let outline = [[-half, low], [half, low], [half, high - cut.min((high - low) / 2.0)], [half - cut, high]];
             prism(&[&outline[..], &[[-half, high]]].concat(), [-half, half])
         }
+    }
+}
+
+/// A square or round bar upright on the origin.
+fn bar(numbers: &mut Numbers, half: f64, height: f64) -> solids::Shape {
+    match whole(numbers, 2) {
+        0 => solids::block(2.0 * half, 2.0 * half, height).at(-half, -half, 0.0),
+        _ => solids::rod(half, height, [16, 32, 64][whole(numbers, 3)]),
     }
 }
 
@@ -172,7 +182,7 @@ impl Case {
         }
         let machine = format!("extends = \"{name}\"\n[process]\nlayer_height_mm = {layer}\n");
         let parts = parts.into_iter().enumerate().map(|(i, mesh)| (format!("part {i}"), mesh)).collect();
-        Self { seed, parts, machine }
+        Self { seed, parts, machine, cutting: Cutting::Never }
     }
 
     /// One or two blocks with round holes in three directions, windows, notches and pockets: what only bridges, roofs of holes and
@@ -223,7 +233,44 @@ impl Case {
         }
         let machine = format!("extends = \"{name}\"\n[process]\nlayer_height_mm = {layer}\n");
         let parts = parts.into_iter().enumerate().map(|(i, mesh)| (format!("part {i}"), mesh)).collect();
-        Self { seed, parts, machine }
+        Self { seed, parts, machine, cutting: Cutting::Never }
+    }
+
+    /// One solid as people draw them: a post with limbs at any angle, round or square, uprights on them, a ball, holes; most must
+    /// be cut to be printed.
+    fn united(seed: u64) -> Self {
+        let mut numbers = Numbers::seeded(2_000_000 + seed);
+        let layer = hundredths(&mut numbers, 0.15, 0.3);
+        let (half, height) = (hundredths(&mut numbers, 5.0, 12.0), hundredths(&mut numbers, 25.0, 60.0));
+        let mut solid = bar(&mut numbers, half, height);
+        if whole(&mut numbers, 2) == 0 {
+            let (wide, thick) = (half * numbers.between(1.3, 2.5), hundredths(&mut numbers, 2.0, 8.0));
+            solid = solid.and(&solids::block(2.0 * wide, 2.0 * wide, thick).at(-wide, -wide, 0.0));
+        }
+        for _ in 0..1 + whole(&mut numbers, 3) {
+            let thick = half * numbers.between(0.3, 0.8);
+            let (length, low) = (half + hundredths(&mut numbers, 8.0, 35.0), height * numbers.between(0.3, 0.9));
+            let tilt = [90.0, 60.0, 45.0, numbers.between(20.0, 100.0)][whole(&mut numbers, 4)];
+            let turn = [0.0, 90.0, 180.0, 270.0, numbers.between(0.0, 360.0)][whole(&mut numbers, 5)];
+            let mut limb = bar(&mut numbers, thick, length).about_y(tilt);
+            if whole(&mut numbers, 3) == 0 {
+                let (sin, cos) = f64::to_radians(tilt).sin_cos();
+                let up = hundredths(&mut numbers, 8.0, 25.0);
+                let along = length - thick;
+                limb = limb.and(&bar(&mut numbers, thick * 0.8, up).at(along * sin, 0.0, along * cos));
+            }
+            solid = solid.and(&limb.about_z(turn).at(0.0, 0.0, low));
+        }
+        if whole(&mut numbers, 3) == 0 {
+            solid = solid.and(&solids::ball(half * numbers.between(1.0, 1.6), 32).at(0.0, 0.0, height));
+        }
+        for _ in 0..whole(&mut numbers, 3) {
+            let hole = solids::rod(hundredths(&mut numbers, 0.5, half / 2.5), 200.0, 24).at(0.0, 0.0, -100.0);
+            let turn = numbers.between(0.0, 360.0);
+            solid = solid.less(&hole.about_y(90.0).about_z(turn).at(0.0, 0.0, height * numbers.between(0.1, 0.9)));
+        }
+        let machine = format!("extends = \"generic-ac\"\n[process]\nlayer_height_mm = {layer}\n");
+        Self { seed, parts: vec![("solid".to_owned(), solid.mesh())], machine, cutting: Cutting::Auto { file: "solid.parts.3mf".to_owned() } }
     }
 
     fn stl(&self) -> Vec<u8> {
@@ -237,8 +284,7 @@ impl Case {
         request.slicing.slicer = slicer;
         // What would help is another promise, and takes a hundred times as long.
         request.plan.remedies = false;
-        // Whether cut parts are kept is asked elsewhere.
-        request.cutting = Cutting::Never;
+        request.cutting = self.cutting.clone();
         match prepare(&request, &World::here(&Silent)) {
             Ok(done) => Outcome::Kept(Box::new(done)),
             Err(error @ (Error::NoPlan(_) | Error::Misplaced(_) | Error::Infeasible(_))) => Outcome::Refused(error),
@@ -343,12 +389,24 @@ fn holes_notches_and_bridges_that_are_planned_are_kept() {
     }
 }
 
+#[test]
+fn solids_that_are_cut_are_kept() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::united, seeds(0..6));
+    assert!(kept + refused > 0);
+    if installed("prusa-slicer") {
+        through(&SlicerChoice::PrusaSlicer, Case::united, seeds(0..3));
+    } else {
+        skip("prusa-slicer is not installed");
+    }
+}
+
 /// A post of this height with a beam out of its side, on the generic machine with these keys changed.
 fn post_and_beam(height: f64, keys: &str) -> Outcome {
     let post = solid_box(Vec3::new(-10.0, -10.0, 0.0), Vec3::new(10.0, 10.0, height));
     let beam = solid_box(Vec3::new(10.0, -10.0, 40.0), Vec3::new(40.0, 10.0, 60.0));
     let parts = vec![("post".to_owned(), post), ("beam".to_owned(), beam)];
-    Case { seed: 0, parts, machine: format!("extends = \"generic-ac\"\n{keys}") }.prepared(SlicerChoice::BuiltIn)
+    let machine = format!("extends = \"generic-ac\"\n{keys}");
+    Case { seed: 0, parts, machine, cutting: Cutting::Never }.prepared(SlicerChoice::BuiltIn)
 }
 
 fn refusal(outcome: &Outcome) -> String {
