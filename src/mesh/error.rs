@@ -137,7 +137,9 @@ pub enum Fault {
         trouble: &'static str,
     },
     /// A 3MF whose shape is told by an extension that is not read.
-    #[error("the 3mf extension {name} is not read, and part of the model is in it; export the model as a mesh of triangles")]
+    #[error(
+        "the 3mf extension {name} is not read, and part of the model is in it; export the model as a mesh of triangles"
+    )]
     Extension {
         /// Its prefix and namespace, or the element that holds the shape.
         name: String,

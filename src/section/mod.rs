@@ -14,6 +14,7 @@ mod fit;
 mod grid;
 mod outline;
 pub mod polygons;
+pub mod simplify;
 
 pub use fit::{Fit, Sample, fit};
 pub use grid::{Nearest, Point, Segment, Segments};

@@ -270,7 +270,12 @@ impl Case {
             solid = solid.less(&hole.about_y(90.0).about_z(turn).at(0.0, 0.0, height * numbers.between(0.1, 0.9)));
         }
         let machine = format!("extends = \"generic-ac\"\n[process]\nlayer_height_mm = {layer}\n");
-        Self { seed, parts: vec![("solid".to_owned(), solid.mesh())], machine, cutting: Cutting::Auto { file: "solid.parts.3mf".to_owned() } }
+        Self {
+            seed,
+            parts: vec![("solid".to_owned(), solid.mesh())],
+            machine,
+            cutting: Cutting::Auto { file: "solid.parts.3mf".to_owned() },
+        }
     }
 
     fn stl(&self) -> Vec<u8> {

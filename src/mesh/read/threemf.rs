@@ -281,9 +281,8 @@ mod tests {
             read(&zipped(&[("3D/3dmodel.model", text.as_bytes())])).map(|soup| soup.facets.len())
         };
         let space = |name: &str| format!("http://schemas.microsoft.com/3dmanufacturing/{name}");
-        let needs = |prefix: &str, name: &str| {
-            format!(r#"requiredextensions="{prefix}" xmlns:{prefix}="{}""#, space(name))
-        };
+        let needs =
+            |prefix: &str, name: &str| format!(r#"requiredextensions="{prefix}" xmlns:{prefix}="{}""#, space(name));
         for (prefix, name) in [("p", "production/2015/06"), ("m", "material/2015/02"), ("q", "trianglesets/2021/07")] {
             assert_eq!(text(&needs(prefix, name), ""), Ok(4), "{name}");
         }
