@@ -135,6 +135,30 @@ mod tests {
     }
 
     #[test]
+    fn a_side_through_the_middles_of_cells_is_no_riddle() {
+        // Outlines whose lowest corner lies on a side of 45 degrees: the grid begins there, so that the side runs through the middle
+        // of cell after cell, up to rounding.
+        let mut numbers = crate::geom::SplitMix64::seeded(5);
+        for _ in 0..300 {
+            let low = [(); 2].map(|()| (numbers.unit() - 0.5) * 60.0);
+            let [wide, high] = [(); 2].map(|()| 1.0 + 9.0 * numbers.unit());
+            let corners = [
+                low,
+                [low[0] + wide, low[1] + wide],
+                [low[0] + wide, low[1] + wide + high],
+                [low[0], low[1] + wide + high],
+            ];
+            let section = Section::new((0..4).map(|i| [corners[i], corners[(i + 1) % 4]]).collect());
+            for _ in 0..100 {
+                let p = [low[0] + wide * numbers.unit(), low[1] + (wide + high) * numbers.unit()];
+                let away = (p[1] - low[1]) - (p[0] - low[0]);
+                assert!(away.abs() < 1e-9 || section.is_inside(p) == (away > 0.0), "{p:?} in {corners:?}");
+                assert_eq!(section.signed_distance(p), section.by_brute_force(p), "{p:?} in {corners:?}");
+            }
+        }
+    }
+
+    #[test]
     fn a_box_by_hand() {
         let all = sections([0.0; 3], [10.0, 6.0, 8.0]);
         let section = all.at(3.0);

@@ -7,6 +7,9 @@ use super::grid::{Nearest, Point, Segment, Segments};
 /// Distances beyond this are not told apart, mm: wider than any line, and the search stays among neighbours.
 const CAP_MM: f64 = 2.0;
 
+/// What crosses a line so near to a point of it is asked for its side, mm.
+const UNSURE_MM: f64 = 1e-6;
+
 /// A cross-section of a part.
 pub struct Section {
     segments: Segments,
@@ -111,7 +114,7 @@ impl Section {
     fn wind(&mut self) {
         let [columns, rows] = self.segments.count();
         self.winding = vec![0; columns * rows];
-        let mut crossed: Vec<(f64, i32)> = Vec::new();
+        let mut crossed: Vec<(f64, i32, Segment)> = Vec::new();
         for row in 0..rows {
             let (y, left) = (self.segments.centre([0, row])[1], self.bounds()[0][0]);
             crossed.clear();
@@ -120,7 +123,7 @@ impl Section {
                     // A segment stands in several cells; the one in which it crosses the line counts.
                     let at = |x: f64| (((x - left) / self.segments.cell_mm()).max(0.0) as usize).min(columns - 1);
                     if let Some((x, up)) = crossing(segment, y).filter(|(x, _)| at(*x) == column) {
-                        crossed.push((x, up));
+                        crossed.push((x, up, segment));
                     }
                 }
             }
@@ -128,12 +131,15 @@ impl Section {
             let (mut next, mut winding) = (0, 0);
             for column in 0..columns {
                 let x = self.segments.centre([column, row])[0];
-                while next < crossed.len() && crossed[next].0 <= x {
+                while next < crossed.len() && crossed[next].0 <= x - UNSURE_MM {
                     // Material is to the left of what goes down, coming from outside.
                     winding -= crossed[next].1;
                     next += 1;
                 }
-                self.winding[row * columns + column] = winding;
+                // Of what runs through the centre itself the side is told as everywhere.
+                let near = crossed[next..].iter().take_while(|(at, ..)| *at <= x + UNSURE_MM);
+                let here: i32 = near.filter(|(.., s)| is_right(*s, [x, y])).map(|(_, up, _)| up).sum();
+                self.winding[row * columns + column] = winding - here;
             }
         }
     }
@@ -208,20 +214,36 @@ fn crossing([a, b]: Segment, y: f64) -> Option<(f64, i32)> {
 }
 
 /// What the winding number gains on the way from `from` to `x` at the same height.
-fn crossings_rightward(segment: Segment, from: Point, x: f64) -> i32 {
-    match crossing(segment, from[1]) {
-        Some((at, up)) if at > from[0] && at <= x => -up,
-        Some((at, up)) if at > x && at <= from[0] => up,
-        _ => 0,
+fn crossings_rightward([a, b]: Segment, from: Point, x: f64) -> i32 {
+    let y = from[1];
+    if (a[1] > y) == (b[1] > y) {
+        return 0;
     }
+    let up = if b[1] > y { 1 } else { -1 };
+    up * (i32::from(is_right([a, b], from)) - i32::from(is_right([a, b], [x, y])))
 }
 
 /// What the winding number gains on the way from `from` to height `y` at the same x.
 fn crossings_upward([a, b]: Segment, from: Point, y: f64) -> i32 {
-    let swap = |p: Point| [p[1], p[0]];
-    match crossing([swap(a), swap(b)], from[0]) {
-        Some((at, right)) if at > from[1] && at <= y => right,
-        Some((at, right)) if at > y && at <= from[1] => -right,
-        _ => 0,
+    let x = from[0];
+    if (a[0] > x) == (b[0] > x) {
+        return 0;
     }
+    let right = if b[0] > x { 1 } else { -1 };
+    right * (i32::from(is_above([a, b], [x, y])) - i32::from(is_above([a, b], from)))
+}
+
+/// Whether `p` lies above the line of a segment that is not upright, asked one way for each segment and point: whichever line of sight
+/// asks, the answer is the same, though it be rounding that decides. On the line, `p` counts as a little to the right, and as far less
+/// a little higher, which is also what `>` says of its coordinates.
+fn is_above([a, b]: Segment, p: Point) -> bool {
+    let [l, r] = if a < b { [a, b] } else { [b, a] };
+    let side = (r[0] - l[0]) * (p[1] - l[1]) - (r[1] - l[1]) * (p[0] - l[0]);
+    side > 0.0 || side == 0.0 && r[1] <= l[1]
+}
+
+/// The same to the right of one that is not level.
+fn is_right([a, b]: Segment, p: Point) -> bool {
+    let rises = if a < b { b[1] > a[1] } else { a[1] > b[1] };
+    is_above([a, b], p) != rises
 }
