@@ -6,7 +6,6 @@ use super::verify::replayed;
 use super::{CheckedPlan, Error, Source, Verified, World};
 use crate::gcode::marks::finished_by;
 use crate::profile::Profile;
-use crate::slicing::config_values;
 use crate::toolpath::{Input, InputWords, Job, Segment, project_layout, read_sliced, rewrite as rewritten, slot_mesh};
 
 /// Sliced files and the plan they were sliced for.
@@ -81,27 +80,10 @@ pub fn is_finished(file: &Source, plan: &CheckedPlan, world: &World<'_>) -> Resu
     }
 }
 
-/// The prints of a sliced file; heat that no line of it sets is taken from the settings at its end.
+/// The prints of a sliced file.
 pub(super) fn read_prints<'a>(bytes: &'a [u8], file: &'a str, profile: &'a Profile) -> Result<Vec<Segment<'a>>, Error> {
     let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow };
-    let mut segments = read_sliced(bytes, file, words)?;
-    let settings = config_values(bytes);
-    let celsius = |keys: [&str; 2]| {
-        let first_tool = |key: &str| settings.get(key)?.split([',', ';']).next()?.trim().parse::<f64>().ok();
-        keys.into_iter().filter_map(first_tool).find(|&c| c > 0.0)
-    };
-    for segment in &mut segments {
-        let sliced = &mut segment.sliced;
-        sliced.nozzle_c = sliced.nozzle_c.or_else(|| celsius(["first_layer_temperature", "temperature"]));
-        let multiplier =
-            settings.get("extrusion_multiplier").and_then(|v| v.split([',', ';']).next()?.trim().parse().ok());
-        sliced.multiplier = multiplier.unwrap_or(sliced.multiplier);
-        // The block of settings says it where it is there at all; a slicer that knows no such key compensates nothing.
-        let outset = settings.get("xy_size_compensation").map_or(Some(0.0), |v| v.trim().parse().ok());
-        sliced.outset_mm = outset.filter(|_| settings.contains_key("layer_height"));
-        sliced.bed_c = sliced.bed_c.or_else(|| celsius(["first_layer_bed_temperature", "bed_temperature"]));
-    }
-    Ok(segments)
+    Ok(read_sliced(bytes, file, words)?)
 }
 
 /// A program of which nothing is proved yet.

@@ -23,9 +23,9 @@ mod testing;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
+pub use crate::gcode::settings::config_values;
 pub use crate::profile::SliceSettings;
 pub use builtin::BuiltIn;
-pub use config::config_values;
 pub use error::SliceError;
 pub use interrupt::Interrupt;
 pub use job::{SliceJob, SlicerChoice};

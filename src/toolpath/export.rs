@@ -98,7 +98,7 @@ pub enum BoxMismatch {
 /// A line's centre lies half a width inside the outline, so half a width beyond it is the user's doing and not the
 /// slicer's. Sharp tips thinner than a line are not printed by any slicer; hence the median for what is missing.
 pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
-    let (width, height) = (profile.process.line_width_mm, profile.process.layer_height_mm);
+    let (width, height) = (profile.process.line_width_mm, usual_step(sliced));
     let mut missing: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     let mut below = 0.0;
     let sections = Sections::of(&slot.mesh);
@@ -131,6 +131,13 @@ pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Pro
         }
     }
     check_height(slot, sliced, &sections, (width, height))
+}
+
+/// The median step from layer to layer, mm: the file's own layer height, whatever it was sliced with.
+fn usual_step(sliced: &SlicedPrint<'_>) -> f64 {
+    let mut steps: Vec<f64> = sliced.layers.windows(2).map(|pair| (pair[1].z - pair[0].z).abs()).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(sliced.layers[0].z).max(0.01)
 }
 
 fn check_height(

@@ -10,6 +10,7 @@ use super::stated;
 use crate::gcode::checksum;
 use crate::gcode::marks::Bead;
 use crate::gcode::meaning::{Effect, Firmware, Heater};
+use crate::gcode::settings::{Setting, Settings};
 use crate::gcode::{LineKind, ParsedLine, first_line, text_start};
 use crate::geom::{Bounds, Vec3};
 use crate::motion::replay::{Controller, Move, PlainStep, Reading, Step, flatten};
@@ -52,6 +53,7 @@ struct Reader<'a> {
     place: Place,
     bead: Bead,
     widths_mm: Vec<f64>,
+    settings: Settings,
     done: Vec<Segment<'a>>,
     label: Option<usize>,
     seen: Vec<usize>,
@@ -66,6 +68,8 @@ struct Reader<'a> {
     laid_to: Option<Vec3>,
     /// Moves that lay filament.
     laying: usize,
+    /// Those of them that rise.
+    rising: usize,
     /// Nozzle and bed as last set.
     heat: [Option<f64>; 2],
 }
@@ -136,6 +140,7 @@ impl<'a> Reader<'a> {
             place: Place { at: text_start(bytes), line: 0, controller },
             bead: stated::bead(bytes),
             widths_mm: stated::widths(bytes),
+            settings: Settings::of(bytes),
             done: Vec::new(),
             label: None,
             seen: Vec::new(),
@@ -145,6 +150,7 @@ impl<'a> Reader<'a> {
             since: false,
             laid_to: None,
             laying: 0,
+            rising: 0,
             heat: [None; 2],
         }
     }
@@ -297,6 +303,7 @@ impl<'a> Reader<'a> {
     #[inline]
     fn lay(&mut self, from: Vec3, to: Vec3, e: f64, start: usize) -> Result<(), SlicedError> {
         self.laying += 1;
+        self.rising += usize::from(to.z > from.z);
         if self.since {
             self.pending_within()?;
         }
@@ -386,18 +393,23 @@ impl<'a> Reader<'a> {
         let boxes = print.layers.iter().map(|layer| &layer.extrusion);
         let extrusion = boxes.fold(print.arcs, |all, layer| all.union(layer));
         let epilogue = self.pending.drain(..).filter(|p| p.comment && p.kept);
+        let settings = &self.settings;
+        // Heat that no line sets.
+        let celsius = |of: [Setting; 2]| of.into_iter().find_map(|setting| settings.positive(setting));
         let sliced = SlicedPrint {
             extrusion,
             filament_mm: print.filament_mm,
             firmware: self.source.firmware,
             replaced: print.replaced,
-            multiplier: 1.0,
+            multiplier: settings.number(Setting::Multiplier).unwrap_or(1.0),
             bead: self.bead,
             widths_mm: self.widths_mm.clone(),
-            outset_mm: None,
+            outset_mm: stated::outset_mm(settings),
+            heights_mm: settings.heights_mm().filter(|_| !stated::says_each_height(self.source.bytes)),
             waits_s: print.waits_s[0],
-            nozzle_c: print.heat[0],
-            bed_c: print.heat[1],
+            nozzle_c: print.heat[0].or_else(|| celsius([Setting::FirstNozzleHeat, Setting::NozzleHeat])),
+            bed_c: print.heat[1].or_else(|| celsius([Setting::FirstBedHeat, Setting::BedHeat])),
+            settings: settings.clone(),
             prologue: print.prologue,
             epilogue: epilogue.map(|p| p.span).collect(),
             source: self.source,
@@ -418,6 +430,12 @@ impl<'a> Reader<'a> {
         }
         if let Some(p) = self.pending.iter().find(|p| p.state && p.suspect) {
             return Err(refused(&self.source, p.line, p.span.clone()));
+        }
+        if 2 * self.rising > self.laying || self.settings.is_on(Setting::Spiral) {
+            return Err(SlicedError::Spiral { file: self.file() });
+        }
+        if self.settings.is_on(Setting::VolumetricE) || stated::has_volumetric_flavor(self.source.bytes) {
+            return Err(SlicedError::Volumetric { file: self.file() });
         }
         self.close();
         if checksum::is_changed(self.source.bytes) {

@@ -8,6 +8,7 @@
 use std::io::Write;
 
 use super::export::{check_box, slot_mesh};
+use super::fits;
 use super::inputs::{Chunk, Entry, Input, Job, RewriteError, Rewritten};
 use super::joint::Joint;
 use super::writer::Writer;
@@ -26,6 +27,10 @@ use crate::planning::{Head, Plan, Print, Printed, joint_gap_mm};
 /// be printed; after all others nothing is.
 pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>, sink: &mut (dyn Write + Send)) -> Result<Rewritten, RewriteError> {
     let table = job.profile.kinematics();
+    let mut notes = Vec::new();
+    for input in inputs {
+        notes.extend(fits::check(input, job.profile)?);
+    }
     let entries = entries(inputs, job, &table)?;
     let setups = setups(&entries, job.plan)?;
     let head = Head::of(job.profile);
@@ -41,6 +46,9 @@ pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>, sink: &mut (dyn Write + Send
         warnings.push(format!("feeds up to {feed:.0} mm/min were lowered to the machine's {most:.0} mm/min"));
     }
     warnings.extend(left_out(&entries));
+    notes.sort();
+    notes.dedup();
+    warnings.extend(notes);
     Ok(Rewritten { bytes, warnings })
 }
 

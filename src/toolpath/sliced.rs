@@ -13,6 +13,7 @@ use super::items::{Place, Walk};
 use super::source::SlicedSource;
 use crate::gcode::marks::Bead;
 use crate::gcode::meaning::Firmware;
+use crate::gcode::settings::{Setting, Settings};
 use crate::geom::Bounds;
 
 /// A layer of one print.
@@ -51,6 +52,11 @@ pub struct SlicedPrint<'a> {
     pub outset_mm: Option<f64>,
     /// Widths of its lines, mm, that the head states; empty where the lines state their own.
     pub widths_mm: Vec<f64>,
+    /// Heights of its first layer and of all others, mm, that the settings state; `None` where the layers state their own, or nothing
+    /// does.
+    pub heights_mm: Option<[f64; 2]>,
+    /// What the file says it was sliced with.
+    pub settings: Settings,
     /// Waits (G4) between its first and last extrusion, s. They are left out of what is written.
     pub waits_s: f64,
     /// Nozzle temperature set before the first extrusion.
@@ -76,6 +82,11 @@ impl<'a> SlicedPrint<'a> {
     /// The bytes at `span`, one of its own.
     pub(super) fn text(&self, span: &Range<usize>) -> &'a [u8] {
         self.source.bytes.get(span.clone()).unwrap_or_default()
+    }
+
+    /// The diameter of the filament that its E counts with, mm, where it says so.
+    pub fn filament_diameter_mm(&self) -> Option<f64> {
+        self.settings.positive(Setting::Filament)
     }
 
     /// Goes through its lines from the first layer's body on.

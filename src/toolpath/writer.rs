@@ -106,9 +106,10 @@ impl<'a> Writer<'a> {
             let sliced = entry.input.sliced;
             let (filament_mm, multiplier) = (sliced.filament_mm + entry.joint.added_mm, sliced.multiplier);
             let (print, part, bead) = (entry.input.print, entry.print.part, sliced.bead);
-            let widths = sliced.widths_mm.clone();
-            let outset_mm = sliced.outset_mm;
-            let expect = Expect { print, part, filament_mm, multiplier, bead, widths, outset_mm };
+            let (widths, outset_mm) = (sliced.widths_mm.clone(), sliced.outset_mm);
+            let (heights_mm, diameter_mm) = (sliced.heights_mm, sliced.filament_diameter_mm());
+            let expect = Expect::plain(print, part, filament_mm);
+            let expect = Expect { multiplier, bead, widths, outset_mm, heights_mm, diameter_mm, ..expect };
             self.out.line(&expect.to_string());
         }
         if let Some(first) = entries.first() {

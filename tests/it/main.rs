@@ -22,6 +22,7 @@ mod orient;
 mod orient_numpy;
 mod orient_sample;
 mod orient_size;
+mod own_settings;
 mod pipeline;
 mod plan_and_prepare;
 mod planning;
