@@ -149,7 +149,7 @@ pub(super) struct PlanArgs {
 /// How to slice.
 #[derive(ClapArgs)]
 pub(super) struct SliceArgs {
-    /// auto, builtin, prusa-slicer, slic3r, or the path of one
+    /// auto, builtin, prusa-slicer, slic3r, cura (its engine), or the path of one
     #[arg(long, default_value_t = SlicingOptions::default().slicer.to_string())]
     pub(super) slicer: String,
     /// The slicer's own configuration, over the profile's [process]; may be given several times

@@ -157,6 +157,9 @@ pub(super) fn slice_by(
         bar.at(sliced.len());
     }
     let slicer = SlicerName { name: slicer.name().to_owned(), version: slicer.version().to_owned() };
+    // What is so of every print is said once.
+    let mut of_all = std::collections::BTreeSet::new();
+    flaws.retain(|(_, flaw): &(String, Flaw)| !flaw.is_of_all() || of_all.insert(flaw.to_string()));
     let told = flaws.iter().filter(|(_, flaw)| flaw.is_worth_a_warning());
     told.for_each(|(name, flaw)| world.progress.warning(&format!("{name}: {flaw}")));
     Ok(SliceResult { sliced, slicer, flaws })

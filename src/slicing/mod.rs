@@ -7,10 +7,12 @@
 
 pub mod builtin;
 mod config;
+mod cura;
 mod error;
 mod external;
 mod interrupt;
 mod job;
+mod overlay;
 mod process;
 mod prusa;
 mod said;

@@ -6,6 +6,7 @@ mod bad_input;
 mod columns;
 mod configurations;
 mod cura;
+mod cura_engine;
 mod files_and_streams;
 mod filled;
 mod hooks;
