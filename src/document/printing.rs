@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::model::split;
 use super::planned::planned;
-use crate::job::{At, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
+use crate::job::{At, Bed, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
 use crate::slicing::Flaw;
 use crate::verify::Report;
 
@@ -45,10 +45,10 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
 }
 
 /// `trunnion slice`: the files written, and by whom they were sliced, if they were.
-pub fn sliced(written: &[String], by: Option<&SlicerName>, bed_mm: [f64; 2], flaws: &[(String, Flaw)]) -> Value {
+pub fn sliced(written: &[String], by: Option<&SlicerName>, bed: &Bed, flaws: &[(String, Flaw)]) -> Value {
     let warnings: Vec<String> = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}")).collect();
     json!({
-        "files": written, "slicer": by.map(slicer), "bed_mm": bed_mm, "left_out": left_out(flaws), "warnings": warnings,
+        "files": written, "slicer": by.map(slicer), "bed_mm": bed.size_mm(), "bed_from_mm": bed.min_mm, "left_out": left_out(flaws), "warnings": warnings,
     })
 }
 

@@ -17,6 +17,7 @@ mod process;
 mod prusa;
 mod said;
 mod sliced;
+mod window;
 // The settings belong to the profile, a floor below.
 mod slic3r;
 #[cfg(test)]
@@ -33,6 +34,7 @@ pub use interrupt::Interrupt;
 pub use job::{SliceJob, SlicerChoice};
 pub use process::{ExternalOptions, find};
 pub use sliced::{Flaw, LeftOut, Sliced};
+pub use window::{WindowBed, project_settings};
 
 /// A program or library that turns one slot's mesh into 3-axis G-code.
 pub trait Slicer: Send + Sync {

@@ -83,6 +83,21 @@ pub enum RewriteError {
         /// The numbers.
         source: BoxMismatch,
     },
+    /// A skirt or brim where nothing bears it.
+    #[error(
+        "{file}:{line}: the slicer prints a skirt or brim for print {print} (part {part}), which is not printed first on the table; switch \
+         it off and slice again"
+    )]
+    Adhesion {
+        /// The file.
+        file: String,
+        /// Its line.
+        line: u32,
+        /// The print.
+        print: usize,
+        /// The part.
+        part: usize,
+    },
     /// Sliced for another nozzle or another filament.
     #[error(
         "{file}: sliced for {what} of {sliced_mm} mm, and the profile's process.{key} is {profile_mm}; slice for what is in the machine, or \

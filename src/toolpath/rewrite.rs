@@ -64,6 +64,12 @@ fn left_out(entries: &[Entry<'_>]) -> Vec<String> {
             replaced.join(", ")
         ));
     }
+    if entries.iter().any(|entry| entry.input.sliced.labelled) {
+        warnings.push(
+            "object labels (M486, EXCLUDE_OBJECT) are left out: whoever cancels a part would have what stands on it printed on air"
+                .to_owned(),
+        );
+    }
     let waits_s: f64 = entries.iter().map(|entry| entry.input.sliced.waits_s).sum();
     if waits_s > 0.0 {
         warnings.push(format!(
@@ -105,6 +111,11 @@ fn entries<'a>(
                 part: print.part,
                 source,
             })?;
+            let first = job.plan.slots.first().is_some_and(|first| first.id == slot.id);
+            if let (Some(line), false) = (input.sliced.adhesion, mesh.on_table && first) {
+                let (file, part) = (input.file.to_owned(), print.part);
+                return Err(RewriteError::Adhesion { file, line, print: index, part });
+            }
             let up = Vec3::from(print.up);
             let gap = joint_gap_mm(job.workpiece, print.part, up, &printed);
             let joint = Joint::over(gap, input.sliced, &job.profile.process);

@@ -89,6 +89,16 @@ pub enum SlicedError {
         /// The label that came back.
         label: String,
     },
+    /// Supports, a raft or a wipe tower.
+    #[error("{file}:{line}: the slicer prints {what}, for which the plan has no room; switch it off and slice again")]
+    Extra {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+        /// What it is.
+        what: &'static str,
+    },
     /// Lengths of E that are volumes.
     #[error(
         "{file}: sliced with volumetric E (its E counts mm3 and not mm of filament); switch that off in the slicer (PrusaSlicer: Printer \

@@ -52,6 +52,12 @@ pub(super) fn widths(bytes: &[u8]) -> Vec<f64> {
     widths
 }
 
+/// Where the slicer's start code ends: at its first mark of a layer; 0 in a file without any.
+pub(super) fn start_code(bytes: &[u8]) -> usize {
+    let marks = [&b"\n;LAYER_CHANGE"[..], b"\n;LAYER:", b"\n; CHANGE_LAYER"];
+    marks.iter().filter_map(|mark| memchr::memmem::find(bytes, mark)).min().unwrap_or(0)
+}
+
 /// Whether layers state their own height, as PrusaSlicer, OrcaSlicer and the built-in slicer write it.
 pub(super) fn says_each_height(bytes: &[u8]) -> bool {
     [&b"\n;HEIGHT:"[..], b"\n; LAYER_HEIGHT:"].iter().any(|key| memchr::memmem::find(bytes, key).is_some())

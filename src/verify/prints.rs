@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::{Job, Planned};
+use super::{Job, Planned, adhesion};
 use crate::gcode::marks::{Expect, Mark, Role};
 use crate::planning::{self, joint_gap_mm};
 use crate::section::{Section, Sections};
@@ -140,10 +140,10 @@ pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Plann
     all
 }
 
-/// The printing moves of each print whose ends are known.
+/// The printing moves of each print whose ends are known; what is laid beside it on the table is none of it.
 fn by_print(trace: &Trace, prints: usize) -> Vec<Vec<u32>> {
     let mut all = vec![Vec::new(); prints];
-    for m in trace.moves().filter(Move::prints) {
+    for m in trace.moves().filter(|m| m.prints() && !adhesion::is_adhesion(m)) {
         let print = trace.state(&m).print.map(|p| p as usize).filter(|p| *p < prints);
         if let (Some(print), Some(_)) = (print, m.ends()) {
             all[print].push(m.index as u32);

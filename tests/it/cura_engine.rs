@@ -5,7 +5,7 @@ use crate::pipeline::{fixture, prepare};
 use crate::support::{folder, installed, said, skip, trunnion};
 
 /// Whether it starts and finds what its settings are; says aloud what is missing.
-fn is_there() -> bool {
+pub(crate) fn is_there() -> bool {
     if !installed("CuraEngine") {
         skip(
             "CuraEngine is not installed (apt-get install cura-engine; its definitions: CURA_ENGINE_SEARCH_PATH, or the package cura)",

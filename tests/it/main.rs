@@ -3,6 +3,7 @@
 
 mod architecture;
 mod bad_input;
+mod beside_the_part;
 mod columns;
 mod configurations;
 mod cura;
@@ -28,6 +29,8 @@ mod pipeline;
 mod plan_and_prepare;
 mod planning;
 mod practised;
+mod projects;
+mod respelt;
 mod rewriting;
 mod rust_source;
 mod sliced_files;

@@ -9,6 +9,7 @@ use crate::support::{folder, installed, said, skip, trunnion};
 /// What anybody has in his Slic3r, but for heights and diameters.
 const SLIC3R: &str = "\
 nozzle_diameter = 0.4
+filament_diameter = 1.75
 skirts = 0
 brim_width = 0
 start_gcode = G28
@@ -95,7 +96,7 @@ fn without_filament(text: &str) -> String {
 }
 
 /// The cube as the built-in slicer slices it, in words of its own that the slicer is no longer known by.
-fn cube(folder: &Path) -> (PathBuf, String) {
+pub(crate) fn cube(folder: &Path) -> (PathBuf, String) {
     let plan = planned(folder, "cube");
     let run =
         trunnion().arg("slice").arg(&plan).args(["--slicer", "builtin", "-q", "-o"]).arg(folder).output().unwrap();
