@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::model::split;
 use super::planned::planned;
 use crate::job::{At, Bed, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
+use crate::profile::TableAt;
 use crate::slicing::Flaw;
 use crate::verify::Report;
 
@@ -66,6 +67,17 @@ fn left_out(flaws: &[(String, Flaw)]) -> Vec<Value> {
 
 fn slicer(by: &SlicerName) -> Value {
     json!({"name": by.name, "version": by.version})
+}
+
+/// `trunnion profile check`: a profile that makes sense, and where its table comes.
+pub fn checked(loaded: &LoadedProfile) -> Value {
+    let at = |at: &TableAt| {
+        json!({
+            "tilt_deg": at.tilt_deg, "centre_mm": at.centre_mm, "within_axes": at.within, "top_mm": at.top_mm, "room_mm": at.room_mm,
+        })
+    };
+    let table: Vec<Value> = loaded.profile.table_at_its_ends().iter().map(at).collect();
+    json!({"profile": loaded.name, "sha256": loaded.sha256, "ok": true, "table": table})
 }
 
 /// `trunnion profile list`: one shipped profile.
