@@ -30,6 +30,7 @@ mod plan_and_prepare;
 mod planning;
 mod practised;
 mod projects;
+mod recipes;
 mod respelt;
 mod rewriting;
 mod rust_source;
