@@ -7,7 +7,7 @@ use super::{CheckedPlan, Error, Prints, Source, Verified, World};
 use crate::gcode::marks::finished_by;
 use crate::profile::Profile;
 use crate::toolpath::{
-    Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, find_moved, is_in_place,
+    Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, find_moved, in_place,
     read_sliced, rewrite as rewritten, slot_mesh,
 };
 
@@ -180,17 +180,21 @@ impl<'a> Assigned<'a> {
         if self.in_project {
             expected.rotate_right(1);
         }
-        if let Some(centre) = expected.iter().find(|centre| is_in_place(&mesh(**centre), sliced, profile)) {
+        if let Some(centre) = expected.iter().find(|centre| in_place(&mesh(**centre), sliced, profile).is_ok()) {
             return Ok(Placed::AsPut(*centre));
         }
+        let wrong = |source| {
+            let (file, print, part) = (file.to_owned(), self.print, print.part);
+            Error::from(RewriteError::Box { file, print, part, source })
+        };
         match find_moved(&mesh([0.0; 2]), sliced, profile)? {
-            Ok(moved) => Ok(Placed::Moved(Box::new(moved))),
+            Ok(moved) => {
+                in_place(&mesh(moved.centre_mm), &moved.sliced, profile).map_err(wrong)?;
+                Ok(Placed::Moved(Box::new(moved)))
+            }
             // It is nowhere: the rewriter says what is wrong with it where it should be.
             Err(BoxMismatch::NotFound) => Ok(Placed::AsPut(expected[0])),
-            Err(source) => {
-                let (file, print, part) = (file.to_owned(), self.print, print.part);
-                Err(RewriteError::Box { file, print, part, source }.into())
-            }
+            Err(source) => Err(wrong(source)),
         }
     }
 }

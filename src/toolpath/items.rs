@@ -67,6 +67,18 @@ pub(super) enum Item {
     Pause(Range<usize>),
 }
 
+impl Item {
+    /// Turned, where it is a move.
+    fn turned(self, turn: Turn) -> Self {
+        let Self::Step(step) = self else { return self };
+        let mut arc = step.arc;
+        if let Some(arc) = &mut arc {
+            arc.to_centre = turn.flat(arc.to_centre);
+        }
+        Self::Step(Step3 { from: turn.point(step.from), to: turn.point(step.to), arc, ..step })
+    }
+}
+
 /// A place in a file, and the state that the lines before leave.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
@@ -107,7 +119,7 @@ impl<'a> Walk<'a> {
     /// Where the tip is, if all is known.
     pub(super) fn tip(&self) -> Option<Vec3> {
         let tip = self.place.controller.at.tip();
-        self.turn.map_or(tip, |turn| turn.tip(tip))
+        self.turn.map_or(tip, |turn| tip.map(|p| turn.point(p)))
     }
 
     /// What the next line does, where it is a plain one before `end`.
@@ -115,7 +127,9 @@ impl<'a> Walk<'a> {
     pub(super) fn plain(&mut self, end: usize) -> Option<PlainStep> {
         let step = if self.place.at < end { self.place.plain(self.source.bytes) } else { None };
         match (self.turn, step) {
-            (Some(turn), Some(PlainStep::Move(m))) => Some(PlainStep::Move(turn.plain(m))),
+            (Some(turn), Some(PlainStep::Move(m))) => {
+                Some(PlainStep::Move(PlainMoved { from: turn.point(m.from), to: turn.point(m.to), ..m }))
+            }
             (_, step) => step,
         }
     }
@@ -129,7 +143,7 @@ impl<'a> Walk<'a> {
     pub(super) fn next(&mut self, end: usize) -> Result<Option<Item>, SlicedError> {
         let item = self.next_sliced(end)?;
         Ok(match self.turn {
-            Some(turn) => item.map(|item| turn.item(item)),
+            Some(turn) => item.map(|item| item.turned(turn)),
             None => item,
         })
     }

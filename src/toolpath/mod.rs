@@ -34,7 +34,7 @@ mod writer;
 
 pub use export::{BoxMismatch, SlotMesh, slot_mesh};
 pub use inputs::{Input, Job, RewriteError, Rewritten};
-pub use moved::{Moved, find_moved, is_in_place};
+pub use moved::{Moved, find_moved, in_place};
 pub use project::{Bed, Spot, TooLarge, layout};
 pub use read::read_sliced;
 pub use rewrite::rewrite;

@@ -11,14 +11,16 @@
 //! scaled, mirrored or is another part leaves too much, and is refused with its measures. Lengths mm.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use super::export::{BoxMismatch, SlotMesh, check_box};
 use super::inputs::RewriteError;
 use super::items::Item;
 use super::sliced::SlicedPrint;
+use super::source::SlicedError;
 use super::turn::Turn;
 use crate::gcode::marks::{Hint, Role, hint};
-use crate::geom::Vec3;
+use crate::geom::{Bounds, Vec3};
 use crate::motion::replay::flatten;
 use crate::profile::Profile;
 use crate::section::{Fit, Sample, Section, Sections, fit};
@@ -56,9 +58,13 @@ pub struct Moved<'a> {
     pub turn: f64,
 }
 
-/// Whether the print lies where `mesh` does, as far as its box tells.
-pub fn is_in_place(mesh: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> bool {
-    check_box(mesh, sliced, profile).is_ok()
+/// Whether the print lies where `mesh` does, as far as its layers' boxes tell.
+///
+/// # Errors
+///
+/// [`BoxMismatch`] where it does not.
+pub fn in_place(mesh: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
+    check_box(mesh, sliced, profile)
 }
 
 /// The print whose mesh `mesh` is, its box's middle at x = y = 0, wherever on the bed it was sliced.
@@ -77,8 +83,49 @@ pub fn find_moved<'a>(
         Err(why) => return Ok(Err(why)),
     };
     let sliced = sliced.turned(Turn::by(-found.turn))?;
-    let centre_mm = Turn::of(found.shift, Turn::by(-found.turn));
+    let centre_mm = Turn::by(-found.turn).flat(found.shift);
     Ok(Ok(Moved { sliced, centre_mm, at_mm: found.shift, turn: found.turn }))
+}
+
+impl SlicedPrint<'_> {
+    /// The same print with all its coordinates turned: everything behind the reader sees it as it was handed over.
+    fn turned(&self, turn: Turn) -> Result<Self, SlicedError> {
+        let mut new = Self { turn: Some(turn), ..self.clone() };
+        let mut walk = new.walk();
+        (new.extrusion, new.reach) = (Bounds::EMPTY, Bounds::EMPTY);
+        // The lead says it, where the first layer begins with a skirt.
+        let role_of = |span: &Range<usize>| match self.text(span).strip_prefix(b";").and_then(hint) {
+            Some(Hint::Role(role)) => Some(role),
+            _ => None,
+        };
+        let mut role = self.lead.iter().filter_map(role_of).last().unwrap_or_default();
+        for layer in &mut new.layers {
+            layer.extrusion = Bounds::EMPTY;
+            while let Some(item) = walk.next(layer.end)? {
+                let step = match item {
+                    Item::Step(step) => step,
+                    Item::Keep(span) => {
+                        role = role_of(&span).unwrap_or(role);
+                        continue;
+                    }
+                    _ => continue,
+                };
+                if !step.prints() || role == Role::Adhesion {
+                    new.reach.add(step.from);
+                    new.reach.add(step.to);
+                    continue;
+                }
+                layer.extrusion.add(step.from);
+                layer.extrusion.add(step.to);
+                if let Some(arc) = &step.arc {
+                    flatten(step.from, step.to, arc, 0.01).into_iter().for_each(|p| layer.extrusion.add(p));
+                }
+            }
+            new.extrusion = new.extrusion.union(&layer.extrusion);
+        }
+        new.reach = new.reach.union(&new.extrusion);
+        Ok(new)
+    }
 }
 
 /// A layer's walls, and the part's section at its middle.
@@ -111,7 +158,10 @@ impl Seen {
         let step = count.div_ceil(LAYERS).max(1);
         let mut walk = sliced.walk();
         let (mut levels, mut below, mut has_roles) = (Vec::new(), 0.0, false);
-        let (mut role, mut width) = (Role::Unknown, sliced.widths_mm.first().copied());
+        let said = |span| sliced.text(span).strip_prefix(b";").and_then(hint);
+        let first = |hint| if let Hint::Role(role) = hint { Some(role) } else { None };
+        let mut role = sliced.lead.iter().filter_map(said).filter_map(first).last().unwrap_or_default();
+        let mut width = sliced.widths_mm.first().copied();
         for (index, layer) in sliced.layers.iter().enumerate() {
             let middle = (layer.z + below) / 2.0;
             below = layer.z;
@@ -127,7 +177,7 @@ impl Seen {
                         }
                         continue;
                     }
-                    Item::Step(step) if wanted && step.prints() => step,
+                    Item::Step(step) if wanted && step.prints() && role != Role::Adhesion => step,
                     _ => continue,
                 };
                 let mut points = vec![step.from];
@@ -202,7 +252,7 @@ impl Seen {
         for _ in 0..30 {
             let samples = self.distances(&place, near, every);
             let got = fit(&samples)?;
-            let step = Turn::of(got.shift, Turn::by(place.turn));
+            let step = Turn::by(place.turn).flat(got.shift);
             place.shift = [place.shift[0] + step[0], place.shift[1] + step[1]];
             place.turn += got.turn;
             near = (near * 0.6).max(FOUND_MM);
@@ -222,7 +272,7 @@ impl Seen {
         for level in &self.levels {
             let mut search = level.section.search();
             for (p, half) in level.walls.iter().step_by(every) {
-                let at = Turn::of([p[0] - place.shift[0], p[1] - place.shift[1]], back);
+                let at = back.flat([p[0] - place.shift[0], p[1] - place.shift[1]]);
                 let (distance, normal) = search.nearest(at);
                 let out = distance + half;
                 if let (Some(normal), true) = (normal, out.abs() < near) {
@@ -239,7 +289,7 @@ impl Seen {
         let (mut differs, back) = (false, Turn::by(-turn));
         for axis in 0..2 {
             let span = |points: &[[f64; 2]], turned: bool| {
-                let at = |p: &[f64; 2]| if turned { Turn::of(*p, back)[axis] } else { p[axis] };
+                let at = |p: &[f64; 2]| if turned { back.flat(*p)[axis] } else { p[axis] };
                 let all = points.iter().map(at);
                 let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
                 high - low

@@ -52,8 +52,9 @@ pub struct TooLarge {
     pub bed_mm: [f64; 2],
 }
 
-/// Room between objects of a project, mm: lines beside the outline, and a finger between parts that a person moves.
-const GAP_MM: f64 = 8.0;
+/// Room between objects of a project, mm: as much as people's own presets ask for between objects printed one by one (PrusaSlicer's
+/// are 20 to 45), where that keeps all prints in one project; else room for lines beside the outline.
+const GAPS_MM: [f64; 3] = [50.0, 25.0, 8.0];
 
 /// Where prints of these sizes stand on `bed`: in rows along X, the deepest first, in as many projects as it takes.
 ///
@@ -65,6 +66,13 @@ pub fn layout(sizes: &[[f64; 2]], bed: &Bed) -> Result<Vec<Spot>, TooLarge> {
     if let Some(print) = sizes.iter().position(|size| size[0] > wide || size[1] > deep) {
         return Err(TooLarge { print, size_mm: sizes[print], bed_mm: bed.size_mm() });
     }
+    let tried = GAPS_MM.map(|gap_mm| rows(sizes, bed, gap_mm));
+    let in_one = tried.iter().find(|spots| spots.iter().all(|spot| spot.project == 0));
+    Ok(in_one.unwrap_or(&tried[GAPS_MM.len() - 1]).clone())
+}
+
+fn rows(sizes: &[[f64; 2]], bed: &Bed, gap_mm: f64) -> Vec<Spot> {
+    let [wide, deep] = bed.size_mm();
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by(|&a, &b| sizes[b][1].total_cmp(&sizes[a][1]).then(a.cmp(&b)));
     let mut spots = vec![Spot { project: 0, centre_mm: bed.middle_mm() }; sizes.len()];
@@ -72,7 +80,7 @@ pub fn layout(sizes: &[[f64; 2]], bed: &Bed) -> Result<Vec<Spot>, TooLarge> {
     for print in order {
         let [x, y] = sizes[print];
         let at = rows.iter().position(|row| row.end + x <= wide && y <= row.depth).unwrap_or_else(|| {
-            let last = rows.last().map(|row| (row.project, row.start + row.depth + GAP_MM));
+            let last = rows.last().map(|row| (row.project, row.start + row.depth + gap_mm));
             let (project, start) = match last {
                 Some((project, start)) if start + y <= deep => (project, start),
                 Some((project, _)) => (project + 1, 0.0),
@@ -86,9 +94,9 @@ pub fn layout(sizes: &[[f64; 2]], bed: &Bed) -> Result<Vec<Spot>, TooLarge> {
         // Whole microns, so that a slicer gives back what it was given.
         let centre_mm = [corner[0] + x / 2.0, corner[1] + y / 2.0].map(|v| crate::gcode::round_to(v, 3));
         spots[print] = Spot { project: row.project, centre_mm };
-        row.end += x + GAP_MM;
+        row.end += x + gap_mm;
     }
-    Ok(spots)
+    spots
 }
 
 /// Prints beside each other.
@@ -120,7 +128,7 @@ mod tests {
                 assert!(inside(0) && inside(1), "{a:?}");
                 for (b, other) in spots[..i].iter().zip(&sizes).filter(|(b, _)| b.project == a.project) {
                     let apart = |k: usize| (a.centre_mm[k] - b.centre_mm[k]).abs() - (size[k] + other[k]) / 2.0;
-                    assert!(apart(0).max(apart(1)) >= GAP_MM - 2e-3, "{a:?} {b:?}");
+                    assert!(apart(0).max(apart(1)) >= GAPS_MM[2] - 2e-3, "{a:?} {b:?}");
                 }
             }
         }

@@ -67,6 +67,9 @@ fn skirt_brim_and_prime_line_of_what_is_printed_first_on_the_table_are_kept_or_t
         ("prime line", "start_gcode = G28\\nG1 Z0.3 F3000\\nG1 X0 Y-3\\nG92 E0\\nG1 X60 E9 F1000\\nG92 E0\n", false),
     ] {
         let sliced = prusa(folder.path(), more);
+        // On another bed, where the part does not stand in the middle.
+        let run = rewrite(&sliced, &plan, &["--bed", "180x160"]);
+        assert!(run.status.success() && said(&run).contains("moved in the slicer"), "{name}: {}", said(&run));
         let run = rewrite(&sliced, &plan, &[]);
         assert!(run.status.success(), "{name}: {}", said(&run));
         let text = std::fs::read_to_string(folder.path().join("out.gcode")).unwrap();

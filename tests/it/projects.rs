@@ -138,9 +138,9 @@ fn prints_that_do_not_fit_side_by_side_come_in_several_projects() {
     let run = rewrite(&all, &plan, &["--bed", "40x30"]);
     assert!(run.status.success() && !said(&run).contains("moved"), "{}", said(&run));
     let run =
-        trunnion().arg("slice").arg(&plan).args(["--meshes-only", "--bed", "40x20", "-o"]).arg(folder.path()).output();
+        trunnion().arg("slice").arg(&plan).args(["--meshes-only", "--bed", "30x20", "-o"]).arg(folder.path()).output();
     let run = run.unwrap();
-    assert!(run.status.code() == Some(2) && said(&run).contains("slicer's bed is 40 x 20 mm"), "{}", said(&run));
+    assert!(run.status.code() == Some(2) && said(&run).contains("slicer's bed is 30 x 20 mm"), "{}", said(&run));
 }
 
 /// The project with each build item under a transform, as the window writes it for what was moved, turned, scaled or mirrored.
@@ -195,5 +195,30 @@ fn what_was_moved_or_turned_is_taken_where_it_is_and_what_was_scaled_or_mirrored
                 assert!(by_script.contains(why), "{name}: {by_script}");
             }
         }
+    }
+}
+
+/// Whatever slices, and wherever the bed has its origin, nothing is called moved that was put there by us.
+#[test]
+fn a_bed_with_its_origin_in_the_middle_is_one_for_every_verb() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let bed = "--bed=-125..125x-105..105";
+    for args in [
+        vec!["prepare", &fixture("two-boxes"), "-m", "generic-ac", "--slicer", "builtin", bed, "-o", &path("a.gcode")],
+        vec!["plan", &fixture("two-boxes"), "-m", "generic-ac", "-o", &path("plan.json")],
+        vec!["slice", &path("plan.json"), "--slicer", "builtin", bed, "-o", &path("slots")],
+    ] {
+        let run = trunnion().args(&args).output().unwrap();
+        assert!(run.status.success() && !said(&run).contains("moved"), "{args:?}: {}", said(&run));
+    }
+    let run = rewrite(&files(&folder.path().join("slots"), ".gcode"), &folder.path().join("plan.json"), &[bed]);
+    assert!(run.status.success() && !said(&run).contains("moved"), "{}", said(&run));
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let moves = |text: &str| text.lines().filter(|l| l.starts_with('G')).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(moves(&read("a.gcode")), moves(&read("out.gcode")));
+    for wrong in ["--bed=125..-125x1", "--bed=250", "--bed=0x0", "--bed=1..x2", "--bed=-9e9..1x1"] {
+        let run = trunnion().args(["slice", &path("plan.json"), wrong, "-o", &path("slots")]).output().unwrap();
+        assert!(run.status.code() == Some(2) && said(&run).contains("-125..125x-105..105"), "{wrong}: {}", said(&run));
     }
 }

@@ -243,3 +243,85 @@ fn however_a_file_is_spelt_its_lines_are_the_same() {
         assert_same(&format!("seed {seed}"), &wanted, &laid(&out));
     }
 }
+
+/// An angle with legs of 30 and 20 mm: turned however it may be, its mirror image is another shape.
+fn angle() -> Vec<u8> {
+    let (corners, top) = ([[0.0, 0.0], [30.0, 0.0], [30.0, 10.0], [10.0, 10.0], [10.0, 20.0], [0.0, 20.0]], 8.0f32);
+    let at = |i: usize, z: f32| [corners[i][0], corners[i][1], z];
+    let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+    let flat = caps
+        .iter()
+        .flat_map(|[a, b, c]| [[at(*a, 0.0), at(*c, 0.0), at(*b, 0.0)], [at(*a, top), at(*b, top), at(*c, top)]]);
+    let sides = (0..6).flat_map(|i| {
+        let j = (i + 1) % 6;
+        [[at(i, 0.0), at(j, 0.0), at(j, top)], [at(i, 0.0), at(j, top), at(i, top)]]
+    });
+    crate::bad_input::stl(&flat.chain(sides).collect::<Vec<_>>())
+}
+
+/// The moves of `text` with X and Y scaled, then turned, then shifted.
+fn transformed(text: &str, scale: [f64; 2], degrees: f64, shift: [f64; 2]) -> String {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let mut controller = Controller::new(Reading::sliced());
+    let (mut parsed, mut out) = (ParsedLine::default(), String::new());
+    for line in text.lines() {
+        parsed.read(line.as_bytes()).unwrap();
+        let step = controller.step(&parsed);
+        let (Ok(Step::Move(m)), true) = (step, parsed.has(b'X') || parsed.has(b'Y')) else {
+            out.push_str(&format!("{line}\n"));
+            continue;
+        };
+        let at = |i: usize| m.to.linear[i].unwrap() * scale[i];
+        let (x, y) = (cos * at(0) - sin * at(1) + shift[0], sin * at(0) + cos * at(1) + shift[1]);
+        let rest = [b'Z', b'E', b'F'].map(|letter| {
+            parsed.value(letter).map_or_else(String::new, |value| format!(" {}{value}", char::from(letter)))
+        });
+        out.push_str(&format!("G1 X{x:.3} Y{y:.3}{}\n", rest.concat()));
+    }
+    out
+}
+
+/// Moved and turned by hand, whatever the angle: the lines of the file as it was put there. Mirrored and scaled: refused for that.
+#[test]
+fn a_print_is_found_wherever_it_was_moved_or_turned() {
+    let folder = folder();
+    let model = folder.path().join("angle.stl");
+    std::fs::write(&model, angle()).unwrap();
+    let plan = planned(folder.path(), &model);
+    let mut command = trunnion();
+    command.arg("slice").arg(&plan).args(["--slicer", "builtin", "-q", "-o"]).arg(folder.path());
+    let run = command.output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    let file = folder.path().join("print-00-part-0.gcode");
+    let mut text = std::fs::read_to_string(&file).unwrap();
+    text.truncate(text.rfind("; crc32 = ").unwrap());
+    let rewritten = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        let run = rewrite(std::slice::from_ref(&file), &plan, &[]);
+        (said(&run), run.status.code(), std::fs::read(folder.path().join("out.gcode")).unwrap_or_default())
+    };
+    let (_, code, out) = rewritten(&text);
+    assert_eq!(code, Some(0));
+    let wanted = laid(&out);
+    let mut numbers = Numbers::seeded(3);
+    for turn in [0.0, 90.0, 180.0, -33.7, 12.34, 0.8, -121.9] {
+        let shift = [0.0; 2].map(|_| numbers.between(-300.0, 300.0));
+        let (told, code, out) = rewritten(&transformed(&text, [1.0; 2], turn, shift));
+        assert!(code == Some(0) && told.contains("moved in the slicer"), "{turn}: {told}");
+        let out = laid(&out);
+        assert_eq!(out.len(), wanted.len());
+        for (a, b) in out.iter().zip(&wanted) {
+            let apart = (0..2).map(|i| (a.0[i] - b.0[i]).norm()).fold(0.0, f64::max);
+            assert!(apart < 5e-3 && (a.1 - b.1).abs() < 2e-5, "{turn}: {a:?} {b:?}");
+        }
+    }
+    for (scale, turn, why) in [
+        ([-1.0, 1.0], 0.0, "the part's mirror image"),
+        ([1.0, -1.0], 25.0, "the part's mirror image"),
+        ([1.05, 1.05], 40.0, "it is 1.0"),
+        ([1.2, 1.0], 10.0, "it is 1.19"),
+    ] {
+        let (told, code, _) = rewritten(&transformed(&text, scale, turn, [3.0, 4.0]));
+        assert!(code == Some(2) && told.contains(why), "{scale:?}, {turn}: {told}");
+    }
+}
