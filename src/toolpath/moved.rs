@@ -98,7 +98,7 @@ impl SlicedPrint<'_> {
             Some(Hint::Role(role)) => Some(role),
             _ => None,
         };
-        let mut role = self.lead.iter().filter_map(role_of).last().unwrap_or_default();
+        let mut role = self.lead.iter().filter_map(role_of).next_back().unwrap_or_default();
         for layer in &mut new.layers {
             layer.extrusion = Bounds::EMPTY;
             while let Some(item) = walk.next(layer.end)? {
@@ -160,7 +160,7 @@ impl Seen {
         let (mut levels, mut below, mut has_roles) = (Vec::new(), 0.0, false);
         let said = |span| sliced.text(span).strip_prefix(b";").and_then(hint);
         let first = |hint| if let Hint::Role(role) = hint { Some(role) } else { None };
-        let mut role = sliced.lead.iter().filter_map(said).filter_map(first).last().unwrap_or_default();
+        let mut role = sliced.lead.iter().filter_map(said).filter_map(first).next_back().unwrap_or_default();
         let mut width = sliced.widths_mm.first().copied();
         for (index, layer) in sliced.layers.iter().enumerate() {
             let middle = (layer.z + below) / 2.0;
