@@ -23,15 +23,10 @@ const SHORT_MM: f64 = 1.0;
 /// Spacing of the places looked at along a line, mm.
 const SPACING_MM: f64 = 0.5;
 
-/// Whether a move lays a skirt or a brim.
-pub(super) fn is_adhesion(m: &Move) -> bool {
-    m.role == Role::Adhesion
-}
-
 /// Holds all such lines of the program.
 pub(super) fn check(trace: &Trace, printed: &[Option<Printed<'_>>], findings: &mut Findings) {
     let mut standing: Option<Vec<(usize, Section)>> = None;
-    for m in trace.moves().filter(|m| m.prints() && is_adhesion(m)) {
+    for m in trace.moves().filter(|m| m.prints() && m.role == Role::Adhesion) {
         let print = trace.state(&m).print.and_then(|p| printed.get(p as usize)?.as_ref());
         let Some(print) = print else { continue };
         let standing = standing.get_or_insert_with(|| footprints(printed));

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::{Job, Planned, adhesion};
+use super::{Job, Planned};
 use crate::gcode::marks::{Expect, Mark, Role};
 use crate::planning::{self, joint_gap_mm};
 use crate::section::{Section, Sections};
@@ -143,7 +143,7 @@ pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Plann
 /// The printing moves of each print whose ends are known; what is laid beside it on the table is none of it.
 fn by_print(trace: &Trace, prints: usize) -> Vec<Vec<u32>> {
     let mut all = vec![Vec::new(); prints];
-    for m in trace.moves().filter(|m| m.prints() && !adhesion::is_adhesion(m)) {
+    for m in trace.moves().filter(|m| m.prints() && m.role != Role::Adhesion) {
         let print = trace.state(&m).print.map(|p| p as usize).filter(|p| *p < prints);
         if let (Some(print), Some(_)) = (print, m.ends()) {
             all[print].push(m.index as u32);

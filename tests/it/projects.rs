@@ -138,9 +138,9 @@ fn prints_that_do_not_fit_side_by_side_come_in_several_projects() {
     let run = rewrite(&all, &plan, &["--bed", "40x30"]);
     assert!(run.status.success() && !said(&run).contains("moved"), "{}", said(&run));
     let run =
-        trunnion().arg("slice").arg(&plan).args(["--meshes-only", "--bed", "30x20", "-o"]).arg(folder.path()).output();
+        trunnion().arg("slice").arg(&plan).args(["--meshes-only", "--bed", "15x15", "-o"]).arg(folder.path()).output();
     let run = run.unwrap();
-    assert!(run.status.code() == Some(2) && said(&run).contains("slicer's bed is 30 x 20 mm"), "{}", said(&run));
+    assert!(run.status.code() == Some(2) && said(&run).contains("slicer's bed is 15 x 15 mm"), "{}", said(&run));
 }
 
 /// The project with each build item under a transform, as the window writes it for what was moved, turned, scaled or mirrored.
