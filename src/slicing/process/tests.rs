@@ -104,7 +104,7 @@ fn the_users_configuration_counts_and_cannot_bring_a_first_layer_back() {
 
 /// A roof upside down: it begins in an edge, 20 mm long, and is 10 mm high.
 fn wedge() -> TriangleMesh<Slot> {
-    let corners = [[150.0, 0.0], [160.0, 10.0], [140.0, 10.0]];
+    let corners = [[150.0, 0.0], [155.0, 10.0], [145.0, 10.0]];
     let vertices = [140.0, 160.0].iter().flat_map(|&y| corners.map(|[x, z]| Vec3::new(x, y, z))).collect();
     let facets = vec![[0, 1, 2], [3, 5, 4], [0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2], [2, 5, 3], [2, 3, 0]];
     TriangleMesh::new(vertices, facets)
