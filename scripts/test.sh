@@ -108,6 +108,23 @@ virtual_printer() {
         skip "OctoPrint could not be installed (its virtual printer)"
 }
 
+# The definitions of CuraEngine's settings, out of the package that would bring the whole window with it.
+cura_definitions() {
+    if [ -d .venv/cura/definitions ] || ! have CuraEngine || ! have dpkg-deb || ! may_install; then
+        return
+    fi
+    local place
+    place=$(mktemp -d)
+    if (cd "$place" && timeout -k 20 300 apt-get -q download cura </dev/null >"$log.cura" 2>&1) &&
+        dpkg-deb -x "$place"/cura_*.deb "$place/x"; then
+        mkdir -p .venv/cura
+        cp -r "$place"/x/usr/share/cura/resources/definitions "$place"/x/usr/share/cura/resources/extruders .venv/cura/
+    else
+        skip "the definitions of CuraEngine's settings could not be had (package cura)"
+    fi
+    rm -rf "$place"
+}
+
 say "programs"
 python_environment
 virtual_printer
@@ -117,6 +134,11 @@ fi
 package prusa-slicer prusa-slicer
 package slic3r slic3r
 package linuxcnc-uspace rs274
+package cura-engine CuraEngine
+cura_definitions
+if [ -d .venv/cura/definitions ]; then
+    export CURA_ENGINE_SEARCH_PATH="${CURA_ENGINE_SEARCH_PATH:-$PWD/.venv/cura/definitions:$PWD/.venv/cura/extruders}"
+fi
 
 if cargo fmt --version >/dev/null 2>&1; then
     step "format" cargo fmt --check
@@ -151,6 +173,7 @@ say "summary"
 echo "real programs:"
 took_part PrusaSlicer 'command -v prusa-slicer' 'prusa-slicer --help'
 took_part Slic3r 'command -v slic3r' 'slic3r --version'
+took_part CuraEngine 'command -v CuraEngine' 'CuraEngine --help'
 took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc-uspace"
 took_part Python 'python3 --version' 'python3 --version'
 took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'

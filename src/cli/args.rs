@@ -149,7 +149,7 @@ pub(super) struct PlanArgs {
 /// How to slice.
 #[derive(ClapArgs)]
 pub(super) struct SliceArgs {
-    /// auto, builtin, prusa-slicer, slic3r, or the path of one
+    /// auto, builtin, prusa-slicer, slic3r, cura (its engine), or the path of one
     #[arg(long, default_value_t = SlicingOptions::default().slicer.to_string())]
     pub(super) slicer: String,
     /// The slicer's own configuration, over the profile's [process]; may be given several times
@@ -163,8 +163,8 @@ pub(super) struct SliceArgs {
 /// The slicer's bed, on whose centre each single print is put.
 #[derive(ClapArgs)]
 pub(super) struct BedArgs {
-    /// Size of the slicer's bed, on whose centre each print stands
-    #[arg(long, default_value = "250x250", value_name = "XxY")]
+    /// The slicer's bed, on whose middle each print stands: 250x210, or from where to where, -125..125x-105..105
+    #[arg(long, default_value = "250x250", value_name = "XxY", allow_hyphen_values = true)]
     pub(super) bed: String,
 }
 

@@ -16,9 +16,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         Verb::Check(of) => {
             let loaded = job::load_profile(&of.profile.as_str().into(), &console.world())?;
             if console.json() {
-                console.document(&json!({"profile": loaded.name, "sha256": loaded.sha256, "ok": true}));
+                console.document(&document::checked(&loaded));
             } else {
-                console.result(&format!("{}: fine", loaded.name));
+                console.result(&document::text::checked(&loaded));
             }
             Ok(())
         }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use super::Failure;
 use super::args::{BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs};
 use crate::job::{
-    LARGEST_BED_MM, MachineSource, ModelSource, Outputs, Place, PlanOptions, PlanSource, SlicingOptions, Source,
+    Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, Place, PlanOptions, PlanSource, SlicingOptions, Source,
     interrupts,
 };
 use crate::mesh::Unit;
@@ -83,7 +83,7 @@ impl SliceArgs {
             slicer: self.slicer.parse().unwrap_or(SlicerChoice::Auto),
             configs: self.slicer_config.clone(),
             timeout: Duration::from_secs(self.slicer_timeout),
-            bed_mm: bed.size()?,
+            bed: bed.bed()?,
         })
     }
 }
@@ -99,16 +99,22 @@ impl PlanRef {
 }
 
 impl BedArgs {
-    /// The bed's size.
-    pub(super) fn size(&self) -> Result<[f64; 2], Failure> {
-        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| *v > 0.0 && *v <= LARGEST_BED_MM);
-        let parsed = self.bed.split_once(['x', 'X', ',']).and_then(|(x, y)| Some([number(x)?, number(y)?]));
-        parsed.ok_or_else(|| {
-            Failure::Usage(format!(
-                "--bed {}: give width x depth in mm up to {LARGEST_BED_MM}, for example 250x210",
+    /// The bed: `250x210`, its corner at 0, 0; or from where to where, `-125..125x-105..105`.
+    pub(super) fn bed(&self) -> Result<Bed, Failure> {
+        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.abs() <= LARGEST_BED_MM);
+        let side = |t: &str| {
+            let (low, high) = t.split_once("..").unwrap_or(("0", t));
+            number(low).zip(number(high)).filter(|(low, high)| low < high)
+        };
+        let parsed = self.bed.split_once(['x', 'X', ',']).and_then(|(x, y)| side(x).zip(side(y)));
+        let Some(((x0, x1), (y0, y1))) = parsed else {
+            return Err(Failure::Usage(format!(
+                "--bed {}: give width x depth in mm up to {LARGEST_BED_MM}, for example 250x210, or from where to where, \
+                 -125..125x-105..105",
                 self.bed
-            ))
-        })
+            )));
+        };
+        Ok(Bed { min_mm: [x0, y0], max_mm: [x1, y1] })
     }
 }
 

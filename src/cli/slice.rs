@@ -6,15 +6,17 @@ use super::args::Slice as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{self, CheckedPlan, Output, Prints, SliceRequest};
+use crate::job::{self, CheckedPlan, Output, Prints, SliceRequest, Spot};
 use crate::mesh::stl_binary;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
     let plan = job::load_plan(&args.plan_ref.source(&args.plan), &world)?;
     let options = args.slicing.options(&args.bed)?;
-    let prints = Prints::of(&plan, options.bed_mm);
-    let places = Places::claim(args, &plan, &prints.names)?;
+    let prints = Prints::of(&plan, options.bed);
+    let spots = prints.spots()?;
+    let projects = prints.projects(&plan, &spots, &script(args)?);
+    let places = Places::claim(args, &plan, (&prints.names, &spots, projects.len()))?;
     let mut written: Vec<String> = Vec::new();
     let mut put = |output: &Output, bytes: &[u8]| {
         written.push(output.path().display().to_string());
@@ -23,7 +25,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     for (mesh, place) in prints.meshes.iter().zip(&places.meshes) {
         put(place, &stl_binary(&mesh.mesh))?;
     }
-    put(&places.project, &prints.project(&plan))?;
+    for (project, place) in projects.iter().zip(&places.projects) {
+        put(place, project)?;
+    }
     let (mut slicer, mut flaws) = (None, Vec::new());
     if !args.meshes_only {
         let done = job::slice(&SliceRequest { plan: &plan, prints: &prints, options: &options }, &world)?;
@@ -34,22 +38,35 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         flaws = done.flaws;
     }
     if console.json() {
-        console.document(&document::sliced(&written, slicer.as_ref(), options.bed_mm, &flaws));
+        console.document(&document::sliced(&written, slicer.as_ref(), &options.bed, &flaws));
     } else {
         console.result(&written.join("\n"));
     }
     Ok(())
 }
 
+/// The line of the post-processing script, for a window that stands in any folder.
+fn script(args: &Verb) -> Result<String, Failure> {
+    let whole = |path: &std::path::Path| path.canonicalize().unwrap_or_else(|_| path.to_owned()).display().to_string();
+    let own = std::env::current_exe().map_or_else(|_| "trunnion".to_owned(), |path| whole(&path));
+    let quoted = |word: String| if word.contains([' ', '(', ')', '&']) { format!("\"{word}\"") } else { word };
+    let (own, plan) = (quoted(own), quoted(whole(&args.plan)));
+    Ok(format!("{own} rewrite --in-place --bed {} --plan {plan}", args.bed.bed))
+}
+
 /// Where everything goes.
 struct Places {
     meshes: Vec<Output>,
-    project: Output,
+    projects: Vec<Output>,
     sliced: Vec<Output>,
 }
 
 impl Places {
-    fn claim(args: &Verb, loaded: &CheckedPlan, names: &[String]) -> Result<Self, Failure> {
+    fn claim(
+        args: &Verb,
+        loaded: &CheckedPlan,
+        (names, spots, projects): (&[String], &[Spot], usize),
+    ) -> Result<Self, Failure> {
         let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
         let mut outputs = outputs([args.plan.as_path()].into_iter().chain(loaded.inputs()).chain(configs));
         outputs.folder(&args.output)?;
@@ -58,6 +75,17 @@ impl Places {
         };
         let meshes = all("stl")?;
         let sliced = if args.meshes_only { Vec::new() } else { all("gcode")? };
-        Ok(Self { meshes, sliced, project: outputs.claim(&args.output.join("project.3mf"))? })
+        // PrusaSlicer calls an object that is alone in a project after the project's file.
+        let project = |i: usize| {
+            let its: Vec<usize> = (0..spots.len()).filter(|&print| spots[print].project == i).collect();
+            match its[..] {
+                _ if projects == 1 => "project.3mf".to_owned(),
+                [alone] => format!("{}.3mf", names[alone]),
+                _ => format!("project-{}.3mf", i + 1),
+            }
+        };
+        let projects: Result<Vec<Output>, _> =
+            (0..projects).map(|i| outputs.claim(&args.output.join(project(i)))).collect();
+        Ok(Self { meshes, sliced, projects: projects? })
     }
 }

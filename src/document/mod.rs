@@ -17,4 +17,4 @@ pub mod text;
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};
 pub use planned::{no_plan, planned, sequences};
-pub use printing::{event, prepared, rehearsed, rejected, shipped, sliced, verified};
+pub use printing::{checked, event, prepared, rehearsed, rejected, shipped, sliced, verified};

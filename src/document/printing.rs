@@ -4,7 +4,8 @@ use serde_json::{Value, json};
 
 use super::model::split;
 use super::planned::planned;
-use crate::job::{At, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
+use crate::job::{At, Bed, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
+use crate::profile::TableAt;
 use crate::slicing::Flaw;
 use crate::verify::Report;
 
@@ -45,10 +46,10 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
 }
 
 /// `trunnion slice`: the files written, and by whom they were sliced, if they were.
-pub fn sliced(written: &[String], by: Option<&SlicerName>, bed_mm: [f64; 2], flaws: &[(String, Flaw)]) -> Value {
+pub fn sliced(written: &[String], by: Option<&SlicerName>, bed: &Bed, flaws: &[(String, Flaw)]) -> Value {
     let warnings: Vec<String> = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}")).collect();
     json!({
-        "files": written, "slicer": by.map(slicer), "bed_mm": bed_mm, "left_out": left_out(flaws), "warnings": warnings,
+        "files": written, "slicer": by.map(slicer), "bed_mm": bed.size_mm(), "bed_from_mm": bed.min_mm, "left_out": left_out(flaws), "warnings": warnings,
     })
 }
 
@@ -59,13 +60,24 @@ fn left_out(flaws: &[(String, Flaw)]) -> Vec<Value> {
             "print": name, "volume_mm3": left.volume_mm3, "share": left.share, "layers": left.layers, "at_mm": left.at_mm,
             "thinnest_mm": left.thinnest_mm,
         })),
-        Flaw::Open { .. } => None,
+        Flaw::Open { .. } | Flaw::Instead { .. } | Flaw::NotTaken { .. } => None,
     };
     flaws.iter().filter_map(one).collect()
 }
 
 fn slicer(by: &SlicerName) -> Value {
     json!({"name": by.name, "version": by.version})
+}
+
+/// `trunnion profile check`: a profile that makes sense, and where its table comes.
+pub fn checked(loaded: &LoadedProfile) -> Value {
+    let at = |at: &TableAt| {
+        json!({
+            "tilt_deg": at.tilt_deg, "centre_mm": at.centre_mm, "within_axes": at.within, "top_mm": at.top_mm, "room_mm": at.room_mm,
+        })
+    };
+    let table: Vec<Value> = loaded.profile.table_at_its_ends().iter().map(at).collect();
+    json!({"profile": loaded.name, "sha256": loaded.sha256, "ok": true, "table": table})
 }
 
 /// `trunnion profile list`: one shipped profile.

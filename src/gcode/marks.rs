@@ -51,6 +51,19 @@ pub struct Expect {
     pub widths: Vec<f64>,
     /// By how much it moves outer walls outward on purpose (XY size compensation), mm; `None` where it does not say.
     pub outset_mm: Option<f64>,
+    /// Heights of its first layer and of all others, mm, where it states them once for the file and not layer by layer.
+    pub heights_mm: Option<[f64; 2]>,
+    /// Diameter of the filament that it counts with, mm; `None` where it does not say.
+    pub diameter_mm: Option<f64>,
+}
+
+impl Expect {
+    /// One that says no more than its filament.
+    pub fn plain(print: usize, part: usize, filament_mm: f64) -> Self {
+        let (bead, widths) = (Bead::Round, Vec::new());
+        let (outset_mm, heights_mm, diameter_mm) = (None, None, None);
+        Self { print, part, filament_mm, multiplier: 1.0, bead, widths, outset_mm, heights_mm, diameter_mm }
+    }
 }
 
 /// A slicer's idea of a line's cross-section, `w` wide and `h` high.
@@ -76,13 +89,19 @@ impl Bead {
 
 impl fmt::Display for Expect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { print, part, filament_mm, multiplier, bead, widths, outset_mm } = self;
+        let Self { print, part, filament_mm, multiplier, bead, widths, outset_mm, heights_mm, diameter_mm } = self;
         write!(f, ";TRUNNION expect print={print} part={part} filament_mm={filament_mm:.5} multiplier={multiplier}")?;
         if *bead == Bead::Square {
             write!(f, " bead=square")?;
         }
         if let Some(outset) = outset_mm {
             write!(f, " outset_mm={outset}")?;
+        }
+        if let Some([first, other]) = heights_mm {
+            write!(f, " heights_mm={first},{other}")?;
+        }
+        if let Some(diameter) = diameter_mm {
+            write!(f, " diameter_mm={diameter}")?;
         }
         if widths.is_empty() {
             return Ok(());
@@ -148,13 +167,26 @@ fn own(text: &str) -> Mark {
             None => Some(Bead::Round),
             Some(word) => (word == "square").then_some(Bead::Square),
         };
-        let width = |w: &str| w.parse::<f64>().ok().filter(|w| w.is_finite() && *w > 0.0);
-        let widths: Option<Vec<f64>> =
-            value("widths_mm").unwrap_or_default().split_terminator(',').map(width).collect();
-        return match (whole("print"), whole("part"), number("filament_mm"), multiplier, bead, widths) {
-            (Some(print), Some(part), Some(filament_mm), Some(multiplier), Some(bead), Some(widths)) => {
-                let outset_mm = number("outset_mm");
-                Mark::Expect(Expect { print, part, filament_mm, multiplier, bead, widths, outset_mm })
+        let length = |w: &str| w.parse::<f64>().ok().filter(|w| w.is_finite() && *w > 0.0);
+        let lengths =
+            |key| value(key).unwrap_or_default().split_terminator(',').map(length).collect::<Option<Vec<f64>>>();
+        let (widths, heights, diameters) = (lengths("widths_mm"), lengths("heights_mm"), lengths("diameter_mm"));
+        let (Some(print), Some(part), Some(filament_mm)) = (whole("print"), whole("part"), number("filament_mm"))
+        else {
+            return Mark::Broken;
+        };
+        let expect = Expect { outset_mm: number("outset_mm"), ..Expect::plain(print, part, filament_mm) };
+        return match (multiplier, bead, widths, heights.as_deref(), diameters.as_deref()) {
+            (
+                Some(multiplier),
+                Some(bead),
+                Some(widths),
+                Some(heights @ ([] | [_, _])),
+                Some(diameters @ ([] | [_])),
+            ) => {
+                let heights_mm = heights.first_chunk().copied();
+                let diameter_mm = diameters.first().copied();
+                Mark::Expect(Expect { multiplier, bead, widths, heights_mm, diameter_mm, ..expect })
             }
             _ => Mark::Broken,
         };
@@ -274,6 +306,8 @@ mod tests {
             bead: Bead::Square,
             widths: vec![0.4, 0.55],
             outset_mm: Some(-0.1),
+            heights_mm: Some([0.35, 0.3]),
+            diameter_mm: Some(1.73),
         };
         assert_eq!(mark(&expect.to_string().as_bytes()[1..]), Some(Mark::Expect(expect.clone())));
         let old = mark(b"TRUNNION expect print=2 part=3 filament_mm=1.5");
@@ -284,10 +318,15 @@ mod tests {
                 bead: Bead::Round,
                 widths: Vec::new(),
                 outset_mm: None,
+                heights_mm: None,
+                diameter_mm: None,
                 ..expect
             }))
         );
-        assert_eq!(mark(b"TRUNNION expect print=2 part=3 filament_mm=1.5 multiplier=x"), Some(Mark::Broken));
+        for wrong in ["multiplier=x", "heights_mm=0.2", "heights_mm=0.2,-1", "diameter_mm=0", "widths_mm=x"] {
+            let text = format!("TRUNNION expect print=2 part=3 filament_mm=1.5 {wrong}");
+            assert_eq!(mark(text.as_bytes()), Some(Mark::Broken), "{wrong}");
+        }
         let slot = slot_mark(2, &[3, 5], [(b'A', 70.0), (b'C', -90.0)]);
         assert_eq!(slot, ";TRUNNION slot=2 part=3,5 A=70 C=-90");
         assert_eq!(mark(&slot.as_bytes()[1..]), Some(Mark::Slot(2)));

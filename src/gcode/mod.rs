@@ -14,6 +14,7 @@ pub mod meaning;
 mod number;
 mod parse;
 mod plain;
+pub mod settings;
 
 pub use lines::{NumberedLine, first_line, lines, text_start};
 pub use number::{push_fixed, push_units, round_to, units_of};

@@ -10,7 +10,7 @@ use crate::mesh::{MeshError, UnknownUnit};
 use crate::planning::{Infeasible, Misplaced, PlanError};
 use crate::profile::ProfileError;
 use crate::slicing::SliceError;
-use crate::toolpath::{RewriteError, SlicedError};
+use crate::toolpath::{RewriteError, SlicedError, TooLarge};
 
 /// Why a job was not done.
 #[derive(Debug, thiserror::Error)]
@@ -175,6 +175,9 @@ pub enum Error {
     /// A model without a plan, with reasons and remedies.
     #[error("{}", .0.infeasible)]
     NoPlan(Box<NoPlan>),
+    /// A print that the slicer's bed does not hold.
+    #[error(transparent)]
+    OffBed(#[from] TooLarge),
     /// The slicer failed.
     #[error(transparent)]
     Slice(#[from] SliceError),

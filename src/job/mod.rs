@@ -35,6 +35,7 @@ mod split;
 mod verify;
 mod world;
 
+pub use crate::toolpath::{Bed, Spot};
 pub use bench::Bench;
 pub use cutting::{CutModel, Cutting};
 pub use error::{Error, in_words, remedy};

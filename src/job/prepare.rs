@@ -95,7 +95,7 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     seconds.orient = plan.orient_seconds;
     seconds.plan = (lap() - seconds.orient).max(0.0);
     world.progress.reached(Step::Planned(&plan));
-    let prints = Prints::of(&plan.plan, request.slicing.bed_mm);
+    let prints = Prints::of(&plan.plan, request.slicing.bed);
     let done = slice_by(slicer.as_ref(), &prints, &plan.plan, world)?;
     seconds.slice = lap();
     world.progress.reached(Step::Sliced(&done));
@@ -118,7 +118,7 @@ fn rewrite_all(sliced: &[Vec<u8>], prints: &Prints, plan: &PlanResult, world: &W
         let found = read_prints(bytes, name, &plan.plan.machine.profile)?;
         segments.push(found.into_iter().next().ok_or_else(|| SlicedError::NoExtrusion { file: name.clone() })?);
     }
-    let centre_mm = prints.centre();
+    let centre_mm = prints.sliced_centre();
     let inputs: Vec<Input<'_>> = segments
         .iter()
         .enumerate()

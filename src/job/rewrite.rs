@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use super::verify::replayed;
-use super::{CheckedPlan, Error, Source, Verified, World};
+use super::{CheckedPlan, Error, Prints, Source, Verified, World};
 use crate::gcode::marks::finished_by;
 use crate::profile::Profile;
-use crate::slicing::config_values;
-use crate::toolpath::{Input, InputWords, Job, Segment, project_layout, read_sliced, rewrite as rewritten, slot_mesh};
+use crate::toolpath::{
+    Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, find_moved, in_place,
+    read_sliced, rewrite as rewritten, slot_mesh,
+};
 
 /// Sliced files and the plan they were sliced for.
 #[derive(Clone, Debug)]
@@ -18,8 +20,8 @@ pub struct RewriteRequest<'a> {
     pub sliced: Vec<Source>,
     /// Which print of the plan an unlabelled file is.
     pub print: Option<usize>,
-    /// Size of the slicer's bed, on whose centre each print stands.
-    pub bed_mm: [f64; 2],
+    /// The slicer's bed, on whose middle each print stands, or all of them as in the project; what stands elsewhere is found.
+    pub bed: Bed,
 }
 
 /// The program for the machine.
@@ -56,13 +58,21 @@ fn write(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Written, Err
         segments.push(read_prints(bytes, file, &plan.machine.profile)?);
     }
     let assigned = assign(request, &segments)?;
+    let mut placed = Vec::new();
+    let prints = Prints::of(plan, request.bed);
+    let spots = prints.spots().ok();
+    for one in &assigned {
+        placed.push(one.placed(request, (&prints, spots.as_deref()), &sources[one.source].0)?);
+    }
+    tell_moved(&assigned, &placed, world);
     let inputs: Vec<Input<'_>> = assigned
         .iter()
-        .map(|p| Input {
+        .zip(&placed)
+        .map(|(p, placed)| Input {
             print: p.print,
-            centre_mm: p.centre(plan, request.bed_mm),
+            centre_mm: placed.centre(),
             file: &sources[p.source].0,
-            sliced: &p.segment.sliced,
+            sliced: placed.sliced(&p.segment.sliced),
         })
         .collect();
     Written::of(&inputs, sources.iter().map(|(_, bytes)| bytes.len()).sum(), plan, world)
@@ -81,27 +91,10 @@ pub fn is_finished(file: &Source, plan: &CheckedPlan, world: &World<'_>) -> Resu
     }
 }
 
-/// The prints of a sliced file; heat that no line of it sets is taken from the settings at its end.
+/// The prints of a sliced file.
 pub(super) fn read_prints<'a>(bytes: &'a [u8], file: &'a str, profile: &'a Profile) -> Result<Vec<Segment<'a>>, Error> {
     let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow };
-    let mut segments = read_sliced(bytes, file, words)?;
-    let settings = config_values(bytes);
-    let celsius = |keys: [&str; 2]| {
-        let first_tool = |key: &str| settings.get(key)?.split([',', ';']).next()?.trim().parse::<f64>().ok();
-        keys.into_iter().filter_map(first_tool).find(|&c| c > 0.0)
-    };
-    for segment in &mut segments {
-        let sliced = &mut segment.sliced;
-        sliced.nozzle_c = sliced.nozzle_c.or_else(|| celsius(["first_layer_temperature", "temperature"]));
-        let multiplier =
-            settings.get("extrusion_multiplier").and_then(|v| v.split([',', ';']).next()?.trim().parse().ok());
-        sliced.multiplier = multiplier.unwrap_or(sliced.multiplier);
-        // The block of settings says it where it is there at all; a slicer that knows no such key compensates nothing.
-        let outset = settings.get("xy_size_compensation").map_or(Some(0.0), |v| v.trim().parse().ok());
-        sliced.outset_mm = outset.filter(|_| settings.contains_key("layer_height"));
-        sliced.bed_c = sliced.bed_c.or_else(|| celsius(["first_layer_bed_temperature", "bed_temperature"]));
-    }
-    Ok(segments)
+    Ok(read_sliced(bytes, file, words)?)
 }
 
 /// A program of which nothing is proved yet.
@@ -145,16 +138,80 @@ struct Assigned<'a> {
     in_project: bool,
 }
 
-impl Assigned<'_> {
-    fn centre(&self, plan: &CheckedPlan, bed: [f64; 2]) -> [f64; 2] {
-        let middle = [bed[0] / 2.0, bed[1] / 2.0];
-        if !self.in_project {
-            return middle;
+/// Where a print stands on the slicer's bed.
+enum Placed<'a> {
+    /// Where it was put.
+    AsPut([f64; 2]),
+    /// Where somebody, or the slicer, has put it.
+    Moved(Box<Moved<'a>>),
+}
+
+impl<'a> Placed<'a> {
+    fn centre(&self) -> [f64; 2] {
+        match self {
+            Self::AsPut(centre) => *centre,
+            Self::Moved(moved) => moved.centre_mm,
         }
-        let (table, workpiece) = (plan.machine.profile.kinematics(), plan.workpiece());
-        let sizes: Vec<_> =
-            plan.prints().map(|(_, p)| slot_mesh(&workpiece, &table, p, middle).mesh.bounds().size()).collect();
-        project_layout(&sizes).0.get(self.print).copied().unwrap_or(middle)
+    }
+
+    fn sliced<'b>(&'b self, as_read: &'b SlicedPrint<'a>) -> &'b SlicedPrint<'a> {
+        match self {
+            Self::AsPut(_) => as_read,
+            Self::Moved(moved) => &moved.sliced,
+        }
+    }
+}
+
+impl<'a> Assigned<'a> {
+    /// Where it stands: where `prints` or, in a project, their spots have it, or else where its lines say.
+    fn placed(
+        &self,
+        request: &RewriteRequest<'_>,
+        (prints, spots): (&Prints, Option<&[Spot]>),
+        file: &str,
+    ) -> Result<Placed<'a>, Error> {
+        let (plan, bed) = (request.plan, &request.bed);
+        let (profile, sliced) = (&plan.machine.profile, &self.segment.sliced);
+        let Some((_, print)) = plan.prints().nth(self.print) else { return Ok(Placed::AsPut(bed.middle_mm())) };
+        let (table, workpiece) = (profile.kinematics(), plan.workpiece());
+        let mesh = |centre| slot_mesh(&workpiece, &table, print, centre);
+        let spot = spots.map(|spots| spots[self.print].centre_mm);
+        let mut expected: Vec<[f64; 2]> = [bed.middle_mm(), prints.sliced_centre()].into_iter().chain(spot).collect();
+        if self.in_project {
+            expected.rotate_right(1);
+        }
+        if let Some(centre) = expected.iter().find(|centre| in_place(&mesh(**centre), sliced, profile).is_ok()) {
+            return Ok(Placed::AsPut(*centre));
+        }
+        let wrong = |source| {
+            let (file, print, part) = (file.to_owned(), self.print, print.part);
+            Error::from(RewriteError::Box { file, print, part, source })
+        };
+        match find_moved(&mesh([0.0; 2]), sliced, profile)? {
+            Ok(moved) => {
+                in_place(&mesh(moved.centre_mm), &moved.sliced, profile).map_err(wrong)?;
+                Ok(Placed::Moved(Box::new(moved)))
+            }
+            // It is nowhere: the rewriter says what is wrong with it where it should be.
+            Err(BoxMismatch::NotFound) => Ok(Placed::AsPut(expected[0])),
+            Err(source) => Err(wrong(source)),
+        }
+    }
+}
+
+/// Says which prints stand elsewhere than they were put.
+fn tell_moved(assigned: &[Assigned<'_>], placed: &[Placed<'_>], world: &World<'_>) {
+    let one = |(assigned, placed): (&Assigned<'_>, &Placed<'_>)| {
+        let Placed::Moved(moved) = placed else { return None };
+        // No minus before what is printed as nothing.
+        let [x, y] = moved.at_mm.map(|v| if v.abs() < 0.005 { 0.0 } else { v });
+        let turn = moved.turn.to_degrees();
+        let turned = if turn.abs() < 0.005 { String::new() } else { format!(" turned by {turn:.2} deg") };
+        Some(format!("print {} at X {x:.2} Y {y:.2}{turned}", assigned.print))
+    };
+    let all: Vec<String> = assigned.iter().zip(placed).filter_map(one).collect();
+    if !all.is_empty() {
+        world.progress.warning(&format!("moved in the slicer, and taken where they are: {}", all.join(", ")));
     }
 }
 

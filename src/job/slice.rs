@@ -6,9 +6,10 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use super::{BadSetting, CheckedPlan, Error, World};
-use crate::mesh::threemf;
-use crate::slicing::{Flaw, SliceJob, Sliced, Slicer, SlicerChoice};
-use crate::toolpath::{SlotMesh, print_name, project_layout, slot_mesh};
+use crate::geom::{Rigid, Vec3};
+use crate::mesh::threemf_project;
+use crate::slicing::{Flaw, SliceJob, Sliced, Slicer, SlicerChoice, WindowBed, project_settings};
+use crate::toolpath::{Bed, SlotMesh, Spot, layout, print_name, slot_mesh};
 
 /// How to slice.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,8 +20,8 @@ pub struct SlicingOptions {
     pub configs: Vec<PathBuf>,
     /// The slicer is given up after this long for one print.
     pub timeout: Duration,
-    /// Size of the slicer's bed, on whose centre each print stands.
-    pub bed_mm: [f64; 2],
+    /// The slicer's bed, on whose middle each print stands.
+    pub bed: Bed,
 }
 
 impl Default for SlicingOptions {
@@ -29,7 +30,7 @@ impl Default for SlicingOptions {
             slicer: SlicerChoice::Auto,
             configs: Vec::new(),
             timeout: Duration::from_secs(300),
-            bed_mm: [250.0, 250.0],
+            bed: Bed::from([250.0, 250.0]),
         }
     }
 }
@@ -40,9 +41,7 @@ pub const LARGEST_BED_MM: f64 = 5000.0;
 impl SlicingOptions {
     /// The slicer that is asked for, found and asked for its version.
     pub(super) fn slicer(&self, world: &World<'_>) -> Result<Box<dyn Slicer>, Error> {
-        for side in self.bed_mm {
-            BadSetting::within("bed", side, " mm", [0.0, LARGEST_BED_MM])?;
-        }
+        check_bed(&self.bed)?;
         for config in &self.configs {
             world.files.size(config)?;
         }
@@ -56,40 +55,71 @@ pub struct Prints {
     pub meshes: Vec<SlotMesh>,
     /// A name each, `print-NN-..`, fit for files and labels.
     pub names: Vec<String>,
-    bed_mm: [f64; 2],
+    bed: Bed,
 }
 
 impl Prints {
     /// The prints of `plan` on a bed of this size.
-    pub fn of(plan: &CheckedPlan, bed_mm: [f64; 2]) -> Self {
+    pub fn of(plan: &CheckedPlan, bed: Bed) -> Self {
         let (table, workpiece) = (plan.machine.profile.kinematics(), plan.workpiece());
-        let centre = middle(bed_mm);
+        let centre = bed.middle_mm();
         let meshes = plan.prints().map(|(_, print)| slot_mesh(&workpiece, &table, print, centre)).collect();
         let parts = plan.prints().map(|(_, print)| &workpiece.model.parts[print.part].name).enumerate();
         let names = parts.map(|(index, part)| print_name(index, part)).collect();
-        Self { meshes, names, bed_mm }
+        Self { meshes, names, bed }
     }
 
-    /// The middle of the bed.
-    pub(super) fn centre(&self) -> [f64; 2] {
-        middle(self.bed_mm)
+    /// Where a print stands in what a slicer that we run gives back: its own bed has its corner at 0, 0.
+    pub(super) fn sliced_centre(&self) -> [f64; 2] {
+        self.bed.size_mm().map(|size| size / 2.0)
     }
 
-    /// One 3MF with an object a print, apart from each other, to be printed one by one.
-    pub fn project(&self, plan: &CheckedPlan) -> Vec<u8> {
+    /// Where each stands in the projects.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OffBed`] for a print that the bed does not hold, and [`Error::Setting`] for a bed that cannot be.
+    pub fn spots(&self) -> Result<Vec<Spot>, Error> {
+        check_bed(&self.bed)?;
+        Ok(layout(&sizes(&self.meshes), &self.bed)?)
+    }
+
+    /// The projects for PrusaSlicer's window that these spots make: an object a print, to be printed one by one, with all settings.
+    /// Where there is only one, `script` (the whole line, without the file) is run over what the slicer makes of it.
+    pub fn projects(&self, plan: &CheckedPlan, spots: &[Spot], script: &str) -> Vec<Vec<u8>> {
         let (table, workpiece) = (plan.machine.profile.kinematics(), plan.workpiece());
-        let sizes: Vec<_> = self.meshes.iter().map(|m| m.mesh.bounds().size()).collect();
-        let (centres, _) = project_layout(&sizes);
-        let placed = plan.prints().zip(&centres);
+        let placed = plan.prints().zip(spots);
         let meshes: Vec<SlotMesh> =
-            placed.map(|((_, print), &centre)| slot_mesh(&workpiece, &table, print, centre)).collect();
-        let objects: Vec<_> = self.names.iter().cloned().zip(meshes.iter().map(|m| &m.mesh)).collect();
-        threemf(&objects)
+            placed.map(|((_, print), spot)| slot_mesh(&workpiece, &table, print, spot.centre_mm)).collect();
+        let tallest = meshes.iter().map(|m| m.mesh.bounds().max.z).fold(0.0, f64::max);
+        let count = spots.iter().map(|spot| spot.project + 1).max().unwrap_or(0);
+        let script = if count == 1 { script } else { "" };
+        let on = WindowBed { min_mm: self.bed.min_mm, max_mm: self.bed.max_mm };
+        let settings = project_settings(&plan.machine.profile.process, on, tallest, script);
+        let one = |project: usize| {
+            let its = (0..meshes.len()).filter(|&i| spots[i].project == project);
+            let objects: Vec<_> = its.map(|i| (self.names[i].clone(), &meshes[i].mesh)).collect();
+            threemf_project(&objects, &settings)
+        };
+        (0..count).map(one).collect()
     }
 }
 
-fn middle(bed: [f64; 2]) -> [f64; 2] {
-    [bed[0] / 2.0, bed[1] / 2.0]
+/// What each print takes of the bed.
+pub(super) fn sizes(meshes: &[SlotMesh]) -> Vec<[f64; 2]> {
+    let size = |mesh: &SlotMesh| mesh.mesh.bounds().size();
+    meshes.iter().map(size).map(|size| [size.x, size.y]).collect()
+}
+
+/// Refuses a bed that is none, or lies where an STL no longer holds a micron.
+pub(super) fn check_bed(bed: &Bed) -> Result<(), Error> {
+    for axis in 0..2 {
+        BadSetting::within("bed", bed.size_mm()[axis], " mm", [0.0, LARGEST_BED_MM])?;
+        for side in [bed.min_mm[axis], bed.max_mm[axis]] {
+            BadSetting::within("bed", side, " mm", [-LARGEST_BED_MM, LARGEST_BED_MM])?;
+        }
+    }
+    Ok(())
 }
 
 /// Prints of a plan, and how to slice them.
@@ -146,8 +176,13 @@ pub(super) fn slice_by(
     // A few at a time, so that the bar moves; the order of results is that of the prints.
     for batch in all.chunks(rayon::current_num_threads().max(1)) {
         let one = |(slot, name): &(&SlotMesh, &String)| {
-            let job = SliceJob { name: (*name).clone(), on_table: slot.on_table, bed_mm: prints.bed_mm };
-            slicer.slice(&slot.mesh, &plan.machine.profile.process, &job)
+            let job = SliceJob { name: (*name).clone(), on_table: slot.on_table, bed_mm: prints.bed.size_mm() };
+            let process = &plan.machine.profile.process;
+            let [x, y] = prints.bed.min_mm;
+            if [x, y] == [0.0; 2] {
+                return slicer.slice(&slot.mesh, process, &job);
+            }
+            slicer.slice(&slot.mesh.moved(&Rigid::shift(Vec3::new(-x, -y, 0.0))), process, &job)
         };
         let done: Result<Vec<Sliced>, _> = batch.par_iter().map(one).collect();
         for (done, (_, name)) in done?.into_iter().zip(batch) {
@@ -157,6 +192,9 @@ pub(super) fn slice_by(
         bar.at(sliced.len());
     }
     let slicer = SlicerName { name: slicer.name().to_owned(), version: slicer.version().to_owned() };
+    // What is so of every print is said once.
+    let mut of_all = std::collections::BTreeSet::new();
+    flaws.retain(|(_, flaw): &(String, Flaw)| !flaw.is_of_all() || of_all.insert(flaw.to_string()));
     let told = flaws.iter().filter(|(_, flaw)| flaw.is_worth_a_warning());
     told.for_each(|(name, flaw)| world.progress.warning(&format!("{name}: {flaw}")));
     Ok(SliceResult { sliced, slicer, flaws })

@@ -32,4 +32,4 @@ pub use model::{Model, Part, TABLE_GAP_MM};
 pub use read::{ReadOptions, read_model, read_surface};
 pub use triangle_mesh::TriangleMesh;
 pub use unit::{METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
-pub use write::{stl_binary, stl_binary_parts, threemf};
+pub use write::{stl_binary, stl_binary_parts, threemf, threemf_project};

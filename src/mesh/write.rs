@@ -46,6 +46,27 @@ const RELATIONS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 
 /// The meshes as 3MF, mm: one named object and one build item each, in order. Coordinates keep every bit.
 pub fn threemf<F>(objects: &[(String, &TriangleMesh<F>)]) -> Vec<u8> {
+    let model = model(objects);
+    zipped(&package(&model))
+}
+
+/// The same as a project of PrusaSlicer's, with its `settings` (`; key = value` lines).
+pub fn threemf_project<F>(objects: &[(String, &TriangleMesh<F>)], settings: &str) -> Vec<u8> {
+    let model = model(objects);
+    let mut entries = package(&model).to_vec();
+    entries.push(("Metadata/Slic3r_PE.config", settings.as_bytes()));
+    zipped(&entries)
+}
+
+fn package(model: &str) -> [(&str, &[u8]); 3] {
+    [
+        ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),
+        ("_rels/.rels", RELATIONS.as_bytes()),
+        ("3D/3dmodel.model", model.as_bytes()),
+    ]
+}
+
+fn model<F>(objects: &[(String, &TriangleMesh<F>)]) -> String {
     let mut text = String::from(concat!(
         r#"<?xml version="1.0" encoding="UTF-8"?>"#,
         "\n",
@@ -60,11 +81,7 @@ pub fn threemf<F>(objects: &[(String, &TriangleMesh<F>)]) -> Vec<u8> {
         push(&mut text, format_args!("<item objectid=\"{id}\"/>\n"));
     }
     text.push_str("</build>\n</model>\n");
-    zipped(&[
-        ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),
-        ("_rels/.rels", RELATIONS.as_bytes()),
-        ("3D/3dmodel.model", text.as_bytes()),
-    ])
+    text
 }
 
 fn push_object<F>(text: &mut String, id: usize, name: &str, mesh: &TriangleMesh<F>) {

@@ -13,7 +13,7 @@ use std::ops::RangeInclusive;
 
 use super::kinematics::{AxisRange, Pose};
 use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
-use crate::gcode::{Command, ParsedLine};
+use crate::gcode::{Command, ParsedLine, round_to};
 use crate::geom::{Angle, Vec3};
 
 pub use plain::{PlainMoved, PlainStep};
@@ -158,6 +158,8 @@ pub enum ReplayError {
 }
 
 const SANE_MM: RangeInclusive<f64> = -1e6..=1e7;
+/// Digits that a sum of relative moves keeps, far beyond those of any file.
+const SUM_DIGITS: u32 = 9;
 
 /// The modal state of a controller.
 #[derive(Clone, Debug)]
@@ -383,7 +385,8 @@ impl Controller {
 
     /// An axis word's target; unknown stays unknown where the word is relative.
     fn target(&self, from: Option<f64>, word: f64) -> Option<f64> {
-        if self.absolute { Some(word) } else { from.map(|at| at + word) }
+        // Sums of decimals keep their digits, so that a step there and back ends where it began.
+        if self.absolute { Some(word) } else { from.map(|at| round_to(at + word, SUM_DIGITS)) }
     }
 
     fn extrude(&mut self, word: f64) -> f64 {

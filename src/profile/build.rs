@@ -6,10 +6,14 @@ use crate::gcode::meaning::Firmware;
 use crate::geom::{Angle, Body, Vec3};
 use crate::motion::replay::Reading;
 use crate::motion::{AxisRange, LinearLimits, TableKinematics, TiltAbout};
+use crate::spelling::nearest;
 use crate::trace::{self, FeedCount, Rates};
 
 /// Corners of the polygon that stands for a round table; circumscribed, so it contains the disc.
 const DISC_SIDES: usize = 72;
+
+/// Names that differ by more letters were not meant.
+const MOST_EDITS: usize = 4;
 
 impl Profile {
     /// All values as one text: equal for equal profiles, and the other way round.
@@ -136,7 +140,10 @@ impl Profile {
         };
         let firmware = &self.dialect.firmware;
         let known = Firmware::NAMES.map(|(name, _)| name).join(", ");
-        check("dialect.firmware", Firmware::named(firmware).is_some(), firmware.clone(), &format!("one of {known}"))?;
+        let near = nearest(firmware, Firmware::NAMES.map(|(name, _)| name)).filter(|(edits, _)| *edits <= MOST_EDITS);
+        let meant = near.map_or_else(String::new, |(_, name)| format!(" (is {name} meant?)"));
+        let allowed = format!("one of {known}{meant}");
+        check("dialect.firmware", Firmware::named(firmware).is_some(), firmware.clone(), &allowed)?;
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
         check("kinematics.tilt.direction", tilt.direction.abs() == 1, tilt.direction.to_string(), "1 or -1")?;
         check(

@@ -106,8 +106,19 @@ pub enum SliceError {
         /// What to do instead.
         remedy: &'static str,
     },
+    /// CuraEngine without the definitions of its settings.
+    #[error(
+        "{} needs {file} and does not find it; install Cura's resources (Debian: the package cura), or name the folders in \
+         CURA_ENGINE_SEARCH_PATH", .program.display()
+    )]
+    NoDefinitions {
+        /// The program.
+        program: PathBuf,
+        /// What it needs.
+        file: &'static str,
+    },
     /// The given program is none of the slicers this version can drive.
-    #[error("{} is not PrusaSlicer or Slic3r: its --help begins with `{text}`; give the path of one of them, or use --slicer builtin", .path.display())]
+    #[error("{} is not PrusaSlicer, Slic3r or CuraEngine: its --help begins with `{text}`; give the path of one of them, or use --slicer builtin", .path.display())]
     NotASlicer {
         /// The program.
         path: PathBuf,

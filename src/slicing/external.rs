@@ -5,38 +5,54 @@ use std::path::Path;
 
 use super::config::ini_values;
 use super::prusa::{self, Values};
-use super::{SliceError, SliceJob, SliceSettings, SlicerChoice, slic3r};
+use super::{SliceError, SliceJob, SliceSettings, SlicerChoice, cura, slic3r};
 
 /// A program that this version has a recipe for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Program {
+    /// One that is configured by `.ini` files.
+    Ini(Ini),
+    CuraEngine,
+}
+
+/// The programs that came from Slic3r.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ini {
     PrusaSlicer,
     Slic3r,
 }
 
 impl Program {
+    pub(super) const PRUSA_SLICER: Self = Self::Ini(Ini::PrusaSlicer);
+    pub(super) const SLIC3R: Self = Self::Ini(Ini::Slic3r);
+
     /// The name, as a user would say it.
     pub(super) fn name(self) -> &'static str {
         match self {
-            Self::PrusaSlicer => "PrusaSlicer",
-            Self::Slic3r => "Slic3r",
+            Self::PRUSA_SLICER => "PrusaSlicer",
+            Self::SLIC3R => "Slic3r",
+            Self::CuraEngine => "CuraEngine",
         }
     }
 
     /// The names it is installed under, the likeliest first.
     pub(super) fn commands(self) -> &'static [&'static str] {
         match self {
-            Self::PrusaSlicer => &["prusa-slicer", "PrusaSlicer", "prusa-slicer-console"],
-            Self::Slic3r => &["slic3r", "Slic3r"],
+            Self::PRUSA_SLICER => &["prusa-slicer", "PrusaSlicer", "prusa-slicer-console"],
+            Self::SLIC3R => &["slic3r", "Slic3r"],
+            Self::CuraEngine => &["CuraEngine", "curaengine", "cura-engine"],
         }
     }
 
     /// The program that wrote this help text, and its version.
     pub(super) fn identify(help: &str) -> Option<(Self, String)> {
-        let prusa = prusa::version(help).map(|version| (Self::PrusaSlicer, version));
-        prusa.or_else(|| slic3r::version(help).map(|version| (Self::Slic3r, version)))
+        let prusa = prusa::version(help).map(|version| (Self::PRUSA_SLICER, version));
+        let slic3r = || slic3r::version(help).map(|version| (Self::SLIC3R, version));
+        prusa.or_else(slic3r).or_else(|| cura::version(help).map(|version| (Self::CuraEngine, version)))
     }
+}
 
+impl Ini {
     /// The configuration below the user's, as the text of an `.ini` file.
     pub(super) fn base(self, settings: &SliceSettings) -> String {
         prusa::ini(&match self {
@@ -73,13 +89,14 @@ impl Program {
     }
 }
 
+/// Whether a program says that what it was to slice begins in a point or an edge, too narrow for any line of the first layer.
+pub(super) fn begins_in_nothing(said: &str) -> bool {
+    ["no extrusions in the first layer", "empty initial layer"].iter().any(|words| said.contains(words))
+}
+
 /// The refusal of a slicer whose command line this version has no recipe for.
 pub(super) fn not_driven(choice: &SlicerChoice) -> Option<SliceError> {
     let (slicer, remedy) = match choice {
-        SlicerChoice::Cura => (
-            "CuraEngine's command line",
-            "use integrations/cura/Trunnion.py inside Cura, or --slicer prusa-slicer or builtin",
-        ),
         SlicerChoice::Orca => (
             "OrcaSlicer's command line",
             "use trunnion as its post-processing script, or --slicer prusa-slicer or builtin",
@@ -123,7 +140,7 @@ mod tests {
         let job = SliceJob { name: "x".into(), on_table: true, bed_mm: [200.0; 2] };
         let forced = |configs: &[&str]| {
             let configs: Vec<String> = configs.iter().map(|s| (*s).to_owned()).collect();
-            Program::PrusaSlicer.forced(&SliceSettings::default(), &configs, &job)
+            Ini::PrusaSlicer.forced(&SliceSettings::default(), &configs, &job)
         };
         assert!(forced(&[]).contains("first_layer_height = 0.2\n"));
         let got = forced(&["layer_height = 0.1\n", "layer_height=0.3\n", "perimeters = 3\n"]);
@@ -140,8 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn cura_and_orca_are_refused_with_a_remedy() {
-        assert!(not_driven(&SlicerChoice::Cura).unwrap().to_string().contains("Trunnion.py"));
+    fn orca_is_refused_with_a_remedy() {
         assert!(not_driven(&SlicerChoice::Orca).unwrap().to_string().contains("post-processing"));
         assert!(not_driven(&SlicerChoice::Auto).is_none());
     }

@@ -61,7 +61,7 @@ pub enum SlicerChoice {
     PrusaSlicer,
     /// Slic3r, found on PATH.
     Slic3r,
-    /// Cura; this version cannot drive it.
+    /// CuraEngine, found on PATH.
     Cura,
     /// OrcaSlicer; this version cannot drive it.
     Orca,

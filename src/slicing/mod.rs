@@ -7,14 +7,17 @@
 
 pub mod builtin;
 mod config;
+mod cura;
 mod error;
 mod external;
 mod interrupt;
 mod job;
+mod overlay;
 mod process;
 mod prusa;
 mod said;
 mod sliced;
+mod window;
 // The settings belong to the profile, a floor below.
 mod slic3r;
 #[cfg(test)]
@@ -23,14 +26,15 @@ mod testing;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
+pub use crate::gcode::settings::config_values;
 pub use crate::profile::SliceSettings;
 pub use builtin::BuiltIn;
-pub use config::config_values;
 pub use error::SliceError;
 pub use interrupt::Interrupt;
 pub use job::{SliceJob, SlicerChoice};
 pub use process::{ExternalOptions, find};
 pub use sliced::{Flaw, LeftOut, Sliced};
+pub use window::{WindowBed, project_settings};
 
 /// A program or library that turns one slot's mesh into 3-axis G-code.
 pub trait Slicer: Send + Sync {

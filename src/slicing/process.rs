@@ -13,10 +13,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::external::{Program, extrudes, last_lines, not_driven};
+use super::external::{Program, begins_in_nothing, extrudes, last_lines, not_driven};
 use super::interrupt::Running;
+use super::overlay::overlaid;
 use super::said::Said;
-use super::{BuiltIn, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice};
+use super::{BuiltIn, Flaw, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice, cura};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::mesh::stl_binary;
@@ -49,7 +50,7 @@ const LARGEST: u64 = 1 << 30;
 ///
 /// # Errors
 ///
-/// [`SliceError::NotFound`] when it is not installed, [`SliceError::NotDriven`] for Cura and OrcaSlicer,
+/// [`SliceError::NotFound`] when it is not installed, [`SliceError::NotDriven`] for OrcaSlicer,
 /// [`SliceError::NotASlicer`] for another program, [`SliceError::Silent`] for one that hangs; `Auto` and `BuiltIn`
 /// always give one, unless somebody interrupts.
 pub fn find(choice: &SlicerChoice, options: &ExternalOptions) -> Result<Box<dyn Slicer>, SliceError> {
@@ -69,18 +70,20 @@ pub fn find(choice: &SlicerChoice, options: &ExternalOptions) -> Result<Box<dyn 
         looked_for: program.commands().iter().map(|&c| c.to_owned()).collect(),
     };
     let found = match choice {
-        SlicerChoice::Auto => match usable(Program::PrusaSlicer)? {
-            None => usable(Program::Slic3r)?,
+        SlicerChoice::Auto => match usable(Program::PRUSA_SLICER)? {
+            None => usable(Program::SLIC3R)?,
             found => found,
         },
         SlicerChoice::PrusaSlicer => {
-            Some(installed(Program::PrusaSlicer)?.ok_or_else(|| missing(Program::PrusaSlicer))?)
+            Some(installed(Program::PRUSA_SLICER)?.ok_or_else(|| missing(Program::PRUSA_SLICER))?)
         }
-        SlicerChoice::Slic3r => Some(installed(Program::Slic3r)?.ok_or_else(|| missing(Program::Slic3r))?),
+        SlicerChoice::Slic3r => Some(installed(Program::SLIC3R)?.ok_or_else(|| missing(Program::SLIC3R))?),
         SlicerChoice::Path(path) => Some(identified(path, options, end)?),
-        SlicerChoice::BuiltIn | SlicerChoice::Cura | SlicerChoice::Orca => None,
+        SlicerChoice::Cura => Some(installed(Program::CuraEngine)?.ok_or_else(|| missing(Program::CuraEngine))?),
+        SlicerChoice::BuiltIn | SlicerChoice::Orca => None,
     };
-    Ok(found.map_or_else(|| Box::new(BuiltIn) as Box<dyn Slicer>, |external| Box::new(external)))
+    let configured = || Configured { configs: options.configs.clone() };
+    Ok(found.map_or_else(|| Box::new(configured()) as Box<dyn Slicer>, |external| Box::new(external)))
 }
 
 /// The first command of `program` on PATH that says it is that program.
@@ -112,6 +115,31 @@ fn identified(path: &Path, options: &ExternalOptions, end: Instant) -> Result<Ex
     Ok(External { program, path: path.to_owned(), version, options: options.clone() })
 }
 
+/// The built-in slicer under the user's configurations.
+struct Configured {
+    configs: Vec<PathBuf>,
+}
+
+impl Slicer for Configured {
+    fn name(&self) -> &str {
+        BuiltIn.name()
+    }
+
+    fn version(&self) -> &str {
+        BuiltIn.version()
+    }
+
+    fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {
+        let texts: Result<Vec<String>, _> = self.configs.iter().map(|path| read_text(path)).collect();
+        let (settings, left) = overlaid(settings, &texts?)?;
+        let mut sliced = BuiltIn.slice(mesh, &settings, job)?;
+        if !left.is_empty() {
+            sliced.flaws.push(Flaw::NotTaken { keys: left });
+        }
+        Ok(sliced)
+    }
+}
+
 /// A slicer that is a program of its own.
 struct External {
     program: Program,
@@ -134,7 +162,9 @@ impl Slicer for External {
         job.layers(mesh, settings.layer_height_mm)?;
         let mut run = Run::new(&self.options)?;
         let output = run.folder.join("sliced.gcode");
-        let command = self.command(&run, mesh, settings, job, &output)?;
+        let texts: Result<Vec<String>, _> = self.options.configs.iter().map(|path| read_text(path)).collect();
+        let texts = texts?;
+        let command = self.command(&run, mesh, (settings, &texts), job, &output)?;
         let timed_out = || SliceError::TimedOut {
             slicer: self.name().to_owned(),
             name: job.name.clone(),
@@ -143,39 +173,70 @@ impl Slicer for External {
         let end = end_of(self.options.timeout);
         let too_big = || self.too_big(&output, job);
         let status = run.finish(command, &self.path, end, &too_big)?.ok_or_else(timed_out)?;
-        self.gcode(&output, status, &run, job).map(Sliced::from)
+        match self.gcode(&output, status, &run, job) {
+            Err(SliceError::Failed { last_lines, .. }) if begins_in_nothing(&last_lines) => {
+                self.instead(mesh, (settings, &texts), job)
+            }
+            Ok(mut gcode) if self.program == Program::CuraEngine => {
+                gcode.extend(cura::block(&cura::values(settings, &texts, job)).bytes());
+                Ok(Sliced::from(gcode))
+            }
+            gcode => gcode.map(Sliced::from),
+        }
     }
 }
 
+/// The profile's settings, and the texts of the user's configurations above them.
+type Set<'a> = (&'a SliceSettings, &'a [String]);
+
 impl External {
+    /// What this program refuses since it begins in a point or an edge, from the built-in slicer.
+    fn instead(&self, mesh: &TriangleMesh<Slot>, set: Set<'_>, job: &SliceJob) -> Result<Sliced, SliceError> {
+        let (settings, _) = overlaid(set.0, set.1)?;
+        let mut sliced = BuiltIn.slice(mesh, &settings, job)?;
+        sliced.flaws.push(Flaw::Instead { slicer: self.name().to_owned() });
+        Ok(sliced)
+    }
+
     fn command(
         &self,
         run: &Run,
         mesh: &TriangleMesh<Slot>,
-        settings: &SliceSettings,
+        set: Set<'_>,
         job: &SliceJob,
         output: &Path,
     ) -> Result<Command, SliceError> {
-        let texts: Result<Vec<String>, _> = self.options.configs.iter().map(|path| read_text(path)).collect();
-        let base = run.write("base.ini", self.program.base(settings).as_bytes())?;
-        let forced = run.write("forced.ini", self.program.forced(settings, &texts?, job).as_bytes())?;
+        let (settings, texts) = set;
         // The program labels the object with the file's name.
         let safe = |c: char| if c.is_alphanumeric() || "_-. ".contains(c) { c } else { '_' };
         let name: String = job.name.chars().map(safe).collect();
         let mesh = run.write(&format!("{name}.stl"), &stl_binary(mesh))?;
+        let Program::Ini(ini) = self.program else { return self.cura(set, job, &mesh, output) };
+        let base = run.write("base.ini", ini.base(settings).as_bytes())?;
+        let forced = run.write("forced.ini", ini.forced(settings, texts, job).as_bytes())?;
         let configs = [base].into_iter().chain(self.options.configs.iter().cloned()).chain([forced]);
         let configs: Vec<PathBuf> = configs.collect();
         let configs: Vec<&Path> = configs.iter().map(PathBuf::as_path).collect();
         let mut command = match one_processor() {
             // Run on several threads PrusaSlicer 2.5 gave other travels once in about sixty runs of the same file.
-            Some((taskset, processor)) if self.program == Program::PrusaSlicer => {
+            Some((taskset, processor)) if self.program == Program::PRUSA_SLICER => {
                 let mut command = Command::new(taskset);
                 command.args(["-c", &processor]).arg(&self.path);
                 command
             }
             _ => Command::new(&self.path),
         };
-        command.args(self.program.arguments(&configs, &mesh, output));
+        command.args(ini.arguments(&configs, &mesh, output));
+        Ok(command)
+    }
+
+    /// CuraEngine's own way: settings on the command line over a definition of them all.
+    fn cura(&self, set: Set<'_>, job: &SliceJob, mesh: &Path, output: &Path) -> Result<Command, SliceError> {
+        let (definition, search) = definitions(&self.path)
+            .ok_or_else(|| SliceError::NoDefinitions { program: self.path.clone(), file: cura::DEFINITION })?;
+        let mut command = Command::new(&self.path);
+        command.env(CURA_SEARCH, search);
+        command.args(cura::arguments(&cura::values(set.0, set.1, job), &definition, mesh, output));
         Ok(command)
     }
 
@@ -201,6 +262,22 @@ impl External {
         }
         if extrudes(&gcode) { Ok(gcode) } else { Err(SliceError::NothingExtruded { slicer, name }) }
     }
+}
+
+/// Where CuraEngine looks for definitions: folders as in PATH.
+const CURA_SEARCH: &str = "CURA_ENGINE_SEARCH_PATH";
+
+/// The definition of all of CuraEngine's settings, and where it is to look for what that one is derived from: the user's own search
+/// path, else the resources beside the program.
+fn definitions(program: &Path) -> Option<(PathBuf, std::ffi::OsString)> {
+    let own = std::env::var_os(CURA_SEARCH).unwrap_or_default();
+    let folders = std::env::split_paths(&own).filter(|folder| folder.is_dir());
+    let beside = program.canonicalize().ok().and_then(|path| path.parent().map(Path::to_owned));
+    let resources = cura::RESOURCES.iter().filter_map(|place| Some(beside.as_ref()?.join(place)));
+    let kept = resources.flat_map(|place| [place.join("definitions"), place.join("extruders")]);
+    let all: Vec<PathBuf> = folders.chain(kept.filter(|folder| folder.is_dir())).collect();
+    let definition = all.iter().map(|folder| folder.join(cura::DEFINITION)).find(|path| path.is_file())?;
+    Some((definition, std::env::join_paths(all).ok()?))
 }
 
 /// When `limit` from now is over; a limit beyond all clocks is a year.

@@ -31,6 +31,16 @@ pub enum Flaw {
     },
     /// Pieces were too narrow to print.
     LeftOut(LeftOut),
+    /// The built-in slicer did it: the other one prints nothing that begins in a point or an edge.
+    Instead {
+        /// The slicer that was asked.
+        slicer: String,
+    },
+    /// Settings that the built-in slicer does not know, or not so.
+    NotTaken {
+        /// Their keys in the user's configurations.
+        keys: Vec<String>,
+    },
 }
 
 /// What was too narrow to print.
@@ -51,7 +61,15 @@ pub struct LeftOut {
 /// A smaller share of a part is the very tips of its corners and edges: data, and no warning.
 const WORTH_A_WARNING: f64 = 0.002;
 
+/// So many keys are named.
+const NAMED: usize = 6;
+
 impl Flaw {
+    /// Whether it is the same for every print of a plan.
+    pub fn is_of_all(&self) -> bool {
+        matches!(self, Self::NotTaken { .. })
+    }
+
     /// Whether a person is to be told.
     pub fn is_worth_a_warning(&self) -> bool {
         !matches!(self, Self::LeftOut(left) if left.share < WORTH_A_WARNING)
@@ -66,6 +84,19 @@ impl fmt::Display for Flaw {
                 "the mesh is open: {contours} contours were closed by straight lines of up to {longest_mm:.3} mm; repair the model"
             ),
             Self::LeftOut(left) => write!(f, "{left} and were left out; {KEEPS}"),
+            Self::Instead { slicer } => write!(
+                f,
+                "begins in a point or an edge, of which {slicer} prints no first layer; sliced by the built-in slicer instead"
+            ),
+            Self::NotTaken { keys } => {
+                let more = keys.len().saturating_sub(NAMED);
+                write!(
+                    f,
+                    "the built-in slicer takes no {} from --slicer-config",
+                    keys[..keys.len().min(NAMED)].join(", ")
+                )?;
+                if more > 0 { write!(f, " and {more} more settings") } else { Ok(()) }
+            }
         }
     }
 }

@@ -54,6 +54,8 @@ pub(super) struct Lead {
     pub(super) kept: Vec<Range<usize>>,
     /// What it pushes more than it pulls: the slicer's own allowance for a restart, mm.
     pub(super) owed_mm: f64,
+    /// Pauses among them.
+    pub(super) pauses: Vec<Range<usize>>,
     /// Where the layer begins to extrude, slot frame.
     pub(super) start: Option<Vec3>,
 }
@@ -61,7 +63,7 @@ pub(super) struct Lead {
 impl Lead {
     /// Takes `walk` through the lead of `chunk`.
     fn through(chunk: &Chunk<'_>, walk: &mut Walk<'_>) -> Result<Self, RewriteError> {
-        let mut lead = Self { kept: Vec::new(), owed_mm: 0.0, start: None };
+        let mut lead = Self { kept: Vec::new(), pauses: Vec::new(), owed_mm: 0.0, start: None };
         if chunk.index == 0 {
             // It comes from the slicer's origin; what it pushes is not this print's.
             lead.kept.clone_from(&chunk.entry.input.sliced.lead);
@@ -69,6 +71,7 @@ impl Lead {
             while let Some(item) = walk.next(chunk.layer.body)? {
                 match item {
                     Item::Keep(span) => lead.kept.push(span),
+                    Item::Pause(span) => lead.pauses.push(span),
                     Item::Step(step) => lead.owed_mm += step.e,
                     Item::FirmwareRetract(_) => {}
                 }

@@ -37,19 +37,6 @@ pub fn slot_mesh(workpiece: &Workpiece<'_>, table: &TableKinematics, print: &Pri
     }
 }
 
-/// Room between objects of a project, mm: more than any slicer's clearance between objects printed one by one.
-const PROJECT_GAP_MM: f64 = 120.0;
-
-/// Where the prints of a plan stand in the project that holds them all (one object each, printed one by one), and the
-/// bed that takes them: rows along X.
-pub fn project_layout(sizes: &[Vec3]) -> (Vec<[f64; 2]>, [f64; 2]) {
-    let cell = sizes.iter().map(|s| s.x.max(s.y)).fold(0.0, f64::max).ceil() + PROJECT_GAP_MM;
-    let columns = (sizes.len() as f64).sqrt().ceil().max(1.0) as usize;
-    let rows = sizes.len().div_ceil(columns);
-    let centre = |i: usize| [(i % columns) as f64 * cell + cell / 2.0, (i / columns) as f64 * cell + cell / 2.0];
-    ((0..sizes.len()).map(centre).collect(), [columns as f64 * cell, rows as f64 * cell])
-}
-
 /// What was sliced is not the mesh that was handed over, or not where it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BoxMismatch {
@@ -81,9 +68,26 @@ pub enum BoxMismatch {
         /// What thin tips may lose.
         allowed_mm: f64,
     },
+    /// Of another size than the part.
+    #[error(
+        "it is {:.3} x {:.3} x {:.3} times as large as the part in x, y and z; it was scaled or cut in the slicer, or is another part: \
+         set its scale back to 100 %, its cuts back, and slice again", .times[0], .times[1], .times[2]
+    )]
+    Scaled {
+        /// In the part's own directions, as it was handed over.
+        times: [f64; 3],
+    },
+    /// The part's mirror image.
+    #[error("it is the part's mirror image; it was mirrored in the slicer: mirror it back and slice again")]
+    Mirrored,
+    /// Of its size, but not its shape.
+    #[error(
+        "its outlines are not those of the part, wherever it was moved or turned; it is another part, or was tipped over or cut in the slicer"
+    )]
+    NotFound,
     /// The wrong height.
     #[error(
-        "extrusion ends at z {top:.2} mm, the part at {height:.2} mm; it was scaled, sunk or cut in the slicer (or is thinner than a line further up)"
+        "extrusion ends at z {top:.2} mm, the part at {height:.2} mm; it was scaled, sunk, lifted or cut in the slicer (or is thinner than a line further up)"
     )]
     Height {
         /// The highest extrusion.
@@ -98,7 +102,7 @@ pub enum BoxMismatch {
 /// A line's centre lies half a width inside the outline, so half a width beyond it is the user's doing and not the
 /// slicer's. Sharp tips thinner than a line are not printed by any slicer; hence the median for what is missing.
 pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
-    let (width, height) = (profile.process.line_width_mm, profile.process.layer_height_mm);
+    let (width, height) = (profile.process.line_width_mm, usual_step(sliced));
     let mut missing: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     let mut below = 0.0;
     let sections = Sections::of(&slot.mesh);
@@ -123,6 +127,9 @@ pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Pro
             missing[axis].push(short - width / 2.0);
         }
     }
+    if missing[0].is_empty() {
+        return Err(BoxMismatch::Height { top: sliced.extrusion.max.z, height: slot.mesh.bounds().max.z });
+    }
     for (axis, name) in [(0, "x"), (1, "y")] {
         missing[axis].sort_by(f64::total_cmp);
         let short_mm = missing[axis].get(missing[axis].len() / 2).copied().unwrap_or(f64::INFINITY);
@@ -131,6 +138,13 @@ pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Pro
         }
     }
     check_height(slot, sliced, &sections, (width, height))
+}
+
+/// The median step from layer to layer, mm: the file's own layer height, whatever it was sliced with.
+fn usual_step(sliced: &SlicedPrint<'_>) -> f64 {
+    let mut steps: Vec<f64> = sliced.layers.windows(2).map(|pair| (pair[1].z - pair[0].z).abs()).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(sliced.layers[0].z).max(0.01)
 }
 
 fn check_height(

@@ -83,6 +83,38 @@ pub enum RewriteError {
         /// The numbers.
         source: BoxMismatch,
     },
+    /// A skirt or brim where nothing bears it.
+    #[error(
+        "{file}:{line}: the slicer prints a skirt or brim for print {print} (part {part}), which is not printed first on the table; switch \
+         it off and slice again"
+    )]
+    Adhesion {
+        /// The file.
+        file: String,
+        /// Its line.
+        line: u32,
+        /// The print.
+        print: usize,
+        /// The part.
+        part: usize,
+    },
+    /// Sliced for another nozzle or another filament.
+    #[error(
+        "{file}: sliced for {what} of {sliced_mm} mm, and the profile's process.{key} is {profile_mm}; slice for what is in the machine, or \
+         set process.{key} = {sliced_mm} in the profile and plan again"
+    )]
+    OtherMachine {
+        /// The file.
+        file: String,
+        /// `a nozzle` or `filament`.
+        what: &'static str,
+        /// The profile's key.
+        key: &'static str,
+        /// As sliced, mm.
+        sliced_mm: f64,
+        /// As the profile has it, mm.
+        profile_mm: f64,
+    },
     /// Layers that go down again cannot be interleaved with another print's.
     #[error(
         "{file}:{line}: layer at z {z:.3} mm comes after a higher one; this print shares its setup with others, so its layers must go up"

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::policy::{CommandPolicy, Stage, keeps_comment, policy};
 use super::source::{SlicedError, SlicedSource};
+use super::turn::Turn;
 use crate::gcode::meaning::Effect;
 use crate::gcode::{LineKind, ParsedLine, PlainMove, first_line};
 use crate::geom::Vec3;
@@ -62,6 +63,20 @@ pub(super) enum Item {
     FirmwareRetract(bool),
     /// Bytes of the file to pass on as they stand.
     Keep(Range<usize>),
+    /// The same where a person is waited for: not at the part.
+    Pause(Range<usize>),
+}
+
+impl Item {
+    /// Turned, where it is a move.
+    fn turned(self, turn: Turn) -> Self {
+        let Self::Step(step) = self else { return self };
+        let mut arc = step.arc;
+        if let Some(arc) = &mut arc {
+            arc.to_centre = turn.flat(arc.to_centre);
+        }
+        Self::Step(Step3 { from: turn.point(step.from), to: turn.point(step.to), arc, ..step })
+    }
 }
 
 /// A place in a file, and the state that the lines before leave.
@@ -92,22 +107,31 @@ pub(super) struct Walk<'a> {
     source: SlicedSource<'a>,
     place: Place,
     parsed: ParsedLine,
+    /// What every coordinate is turned by.
+    turn: Option<Turn>,
 }
 
 impl<'a> Walk<'a> {
-    pub(super) fn new(source: SlicedSource<'a>, place: Place) -> Self {
-        Self { source, place, parsed: ParsedLine::default() }
+    pub(super) fn new(source: SlicedSource<'a>, place: Place, turn: Option<Turn>) -> Self {
+        Self { source, place, parsed: ParsedLine::default(), turn }
     }
 
     /// Where the tip is, if all is known.
     pub(super) fn tip(&self) -> Option<Vec3> {
-        self.place.controller.at.tip()
+        let tip = self.place.controller.at.tip();
+        self.turn.map_or(tip, |turn| tip.map(|p| turn.point(p)))
     }
 
     /// What the next line does, where it is a plain one before `end`.
     #[inline]
     pub(super) fn plain(&mut self, end: usize) -> Option<PlainStep> {
-        if self.place.at < end { self.place.plain(self.source.bytes) } else { None }
+        let step = if self.place.at < end { self.place.plain(self.source.bytes) } else { None };
+        match (self.turn, step) {
+            (Some(turn), Some(PlainStep::Move(m))) => {
+                Some(PlainStep::Move(PlainMoved { from: turn.point(m.from), to: turn.point(m.to), ..m }))
+            }
+            (_, step) => step,
+        }
     }
 
     /// What the next line that is passed on says; `None` where the line at `end` bytes comes first.
@@ -117,6 +141,16 @@ impl<'a> Walk<'a> {
     /// What reading the print would have refused; none for one that was read.
     #[inline]
     pub(super) fn next(&mut self, end: usize) -> Result<Option<Item>, SlicedError> {
+        let item = self.next_sliced(end)?;
+        Ok(match self.turn {
+            Some(turn) => item.map(|item| item.turned(turn)),
+            None => item,
+        })
+    }
+
+    /// The same as it was sliced.
+    #[inline]
+    fn next_sliced(&mut self, end: usize) -> Result<Option<Item>, SlicedError> {
         let end = end.min(self.source.bytes.len());
         while self.place.at < end {
             match self.place.plain(self.source.bytes) {
@@ -134,7 +168,7 @@ impl<'a> Walk<'a> {
 
     /// Any line; `None` where it is left out.
     fn line(&mut self) -> Result<Option<Item>, SlicedError> {
-        let Self { source, place, parsed } = self;
+        let Self { source, place, parsed, turn: _ } = self;
         let start = place.at;
         let (text, length) = first_line(&source.bytes[start..]);
         place.at += length;
@@ -155,6 +189,7 @@ impl<'a> Walk<'a> {
         };
         match policies(effect, parsed, source.allow) {
             [CommandPolicy::Refuse, _] | [_, CommandPolicy::Refuse] => Err(refused(source, line, whole)),
+            [_, CommandPolicy::Pause] => Ok(Some(Item::Pause(whole))),
             [CommandPolicy::Keep, _] | [_, CommandPolicy::Keep] => Ok(Some(Item::Keep(whole))),
             _ => Ok(None),
         }

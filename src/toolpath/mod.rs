@@ -15,21 +15,27 @@
 mod ahead;
 mod clear;
 mod export;
+mod fits;
 mod inputs;
 mod items;
 mod joint;
 mod modal;
+mod moved;
 mod output;
 mod policy;
+mod project;
 mod read;
 mod rewrite;
 mod sliced;
 mod source;
 mod stated;
+mod turn;
 mod writer;
 
-pub use export::{BoxMismatch, SlotMesh, project_layout, slot_mesh};
+pub use export::{BoxMismatch, SlotMesh, slot_mesh};
 pub use inputs::{Input, Job, RewriteError, Rewritten};
+pub use moved::{Moved, find_moved, in_place};
+pub use project::{Bed, Spot, TooLarge, layout};
 pub use read::read_sliced;
 pub use rewrite::rewrite;
 pub use sliced::{InputWords, Layer, Segment, SlicedPrint};

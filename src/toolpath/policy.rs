@@ -15,6 +15,8 @@ pub(super) enum CommandPolicy {
     Replace,
     /// Nobody knows what it would do at a tilt.
     Refuse,
+    /// Made clear of everything that stands, filament pulled back: a person is waited for, and the head may be driven away.
+    Pause,
 }
 
 /// Where in a print a line stands.
@@ -27,7 +29,7 @@ pub(super) enum Stage {
 }
 
 /// Comments that would be false after rewriting.
-const FALSE_COMMENTS: [&[u8]; 10] = [
+const FALSE_COMMENTS: [&[u8]; 13] = [
     b" estimated printing time",
     b" estimated first layer printing time",
     b"TIME:",
@@ -38,6 +40,10 @@ const FALSE_COMMENTS: [&[u8]; 10] = [
     b"MAXX:",
     b" objects_info",
     b" max_layer_z",
+    // Of one print: the sum over all is written at the end.
+    b" filament used",
+    b" total filament",
+    b"Filament used:",
 ];
 
 /// Whether a comment may be passed on: neither one of our marks, which carry meaning, nor one that would be false.
@@ -47,17 +53,20 @@ pub(super) fn keeps_comment(comment: &[u8]) -> bool {
 
 /// What becomes of a line with this effect; `allowed` where the profile names its command in `[dialect] allow`.
 pub(super) fn policy(effect: Effect, stage: Stage, allowed: bool) -> CommandPolicy {
-    use CommandPolicy::{Drop, Keep, Refuse, Replace};
+    use CommandPolicy::{Drop, Keep, Pause, Refuse, Replace};
     let within = stage == Stage::Within;
     match effect {
         Effect::Hazard(_) | Effect::Factor { .. } if allowed && within => Keep,
         Effect::Nothing | Effect::Motion | Effect::Dwell(_) | Effect::Progress => Drop,
         Effect::Factor { percent: Some(100.0), .. } => Drop,
-        Effect::Fan { .. } | Effect::Setting | Effect::Label | Effect::Retract(_) => Keep,
+        Effect::Fan { .. } | Effect::Setting | Effect::Retract(_) => Keep,
+        // Whoever cancels an object by its label would have all that stands on it printed on air.
+        Effect::Label => Drop,
         Effect::Report | Effect::Drain | Effect::HeatWait | Effect::Heat { .. } => {
             // Heaters of the start are the profile's to set (with the values found here); off at the end.
             if within { Keep } else { Drop }
         }
+        Effect::Hazard(Hazard::Person) if within => Pause,
         Effect::Hazard(Hazard::Tool) => Refuse,
         Effect::Home | Effect::HeatersOff => {
             if within {
@@ -90,6 +99,8 @@ mod tests {
         assert_eq!(policy(motors, Stage::Within, true), CommandPolicy::Keep);
         assert_eq!(policy(Effect::Hazard(Hazard::Shift), Stage::Outside, false), CommandPolicy::Replace);
         assert_eq!(policy(Effect::Hazard(Hazard::Tool), Stage::Outside, true), CommandPolicy::Refuse);
+        assert_eq!(policy(Effect::Hazard(Hazard::Person), Stage::Within, false), CommandPolicy::Pause);
+        assert_eq!(policy(Effect::Hazard(Hazard::Person), Stage::Outside, false), CommandPolicy::Replace);
         assert_eq!(policy(Effect::Fan { index: 0, share: 1.0 }, Stage::Within, false), CommandPolicy::Keep);
         let flow = |percent| Effect::Factor { speed: false, percent };
         assert_eq!(policy(flow(Some(100.0)), Stage::Within, false), CommandPolicy::Drop);

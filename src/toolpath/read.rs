@@ -8,8 +8,9 @@ use super::sliced::{InputWords, Layer, Segment, SlicedPrint};
 use super::source::{SlicedError, SlicedSource};
 use super::stated;
 use crate::gcode::checksum;
-use crate::gcode::marks::Bead;
+use crate::gcode::marks::{Bead, Hint, Role, hint};
 use crate::gcode::meaning::{Effect, Firmware, Heater};
+use crate::gcode::settings::{Setting, Settings};
 use crate::gcode::{LineKind, ParsedLine, first_line, text_start};
 use crate::geom::{Bounds, Vec3};
 use crate::motion::replay::{Controller, Move, PlainStep, Reading, Step, flatten};
@@ -52,6 +53,7 @@ struct Reader<'a> {
     place: Place,
     bead: Bead,
     widths_mm: Vec<f64>,
+    settings: Settings,
     done: Vec<Segment<'a>>,
     label: Option<usize>,
     seen: Vec<usize>,
@@ -66,8 +68,16 @@ struct Reader<'a> {
     laid_to: Option<Vec3>,
     /// Moves that lay filament.
     laying: usize,
+    /// Those of them that rise.
+    rising: usize,
     /// Nozzle and bed as last set.
     heat: [Option<f64>; 2],
+    /// What the slicer says that it lays.
+    role: Role,
+    /// Where it last said the role, width and height of lines: it does not say them again for the next object.
+    said: [Option<Range<usize>>; 3],
+    /// Up to here it is the slicer's start code.
+    start_code: usize,
 }
 
 /// The print that is being read.
@@ -79,14 +89,16 @@ struct Open {
     prologue: Vec<Range<usize>>,
     replaced: Vec<String>,
     reach: Bounds,
-    /// Chords of arcs, which may leave the box of their ends.
-    arcs: Bounds,
     filament_mm: f64,
     first_layer_mm: f64,
     /// Waits up to the last extrusion, and since.
     waits_s: [f64; 2],
     /// Nozzle and bed when it began.
     heat: [Option<f64>; 2],
+    /// The first line of a skirt or brim.
+    adhesion: Option<u32>,
+    /// Whether objects are named to the firmware.
+    labelled: bool,
 }
 
 impl Open {
@@ -98,11 +110,12 @@ impl Open {
             prologue: Vec::new(),
             replaced: Vec::new(),
             reach: Bounds::EMPTY,
-            arcs: Bounds::EMPTY,
             filament_mm: 0.0,
             first_layer_mm: 0.0,
             waits_s: [0.0; 2],
             heat: [None; 2],
+            adhesion: None,
+            labelled: false,
         }
     }
 }
@@ -136,6 +149,7 @@ impl<'a> Reader<'a> {
             place: Place { at: text_start(bytes), line: 0, controller },
             bead: stated::bead(bytes),
             widths_mm: stated::widths(bytes),
+            settings: Settings::of(bytes),
             done: Vec::new(),
             label: None,
             seen: Vec::new(),
@@ -145,7 +159,11 @@ impl<'a> Reader<'a> {
             since: false,
             laid_to: None,
             laying: 0,
+            rising: 0,
             heat: [None; 2],
+            role: Role::Unknown,
+            said: [None, None, None],
+            start_code: stated::start_code(bytes),
         }
     }
 
@@ -189,6 +207,7 @@ impl<'a> Reader<'a> {
                 return Err(SlicedError::Rewritten { file: self.file(), line: self.place.line });
             }
             self.relabel(comment)?;
+            self.named(comment, &whole)?;
             if !comment.is_empty() && keeps_comment(comment) {
                 self.pend(whole, Pending { kept: true, comment: true, ..Pending::NOTHING });
             }
@@ -211,6 +230,7 @@ impl<'a> Reader<'a> {
             }
             Step::Effect(effect) => {
                 if effect == Effect::Label {
+                    self.print.labelled = true;
                     self.relabel(&text[parsed.code.clone()])?;
                 }
                 self.temperature(effect);
@@ -227,13 +247,10 @@ impl<'a> Reader<'a> {
 
     /// Files a line away by what it does.
     fn by_policy(&mut self, effect: Effect, parsed: &ParsedLine, whole: Range<usize>) {
-        use CommandPolicy::{Drop, Keep, Refuse, Replace};
+        use CommandPolicy::{Drop, Keep, Pause, Refuse, Replace};
         let policies = policies(effect, parsed, self.source.allow);
         if policies[0] == Replace && self.pending.iter().all(|p| !p.suspect) {
-            let name = command_name(parsed);
-            if !self.print.replaced.contains(&name) {
-                self.print.replaced.push(name);
-            }
+            self.replaced(&command_name(parsed));
         }
         let none = Pending::NOTHING;
         let pending = match policies {
@@ -243,9 +260,43 @@ impl<'a> Reader<'a> {
             [_, Refuse] => Pending { suspect: true, ..none },
             [Keep, _] => Pending { kept: true, state: true, ..none },
             [Drop | Replace, Keep] => Pending { kept: true, ..none },
+            // Made where it stands between extrusions; at either end it is the start or end code's.
+            [_, Pause] | [Pause, _] => return,
             [Drop | Replace, Drop | Replace] => return,
         };
         self.pend(whole, pending);
+    }
+
+    /// Notes something of the start or end code that is left out and might be missed.
+    fn replaced(&mut self, name: &str) {
+        if !self.print.replaced.iter().any(|known| known == name) {
+            self.print.replaced.push(name.to_owned());
+        }
+    }
+
+    /// Takes note of what the slicer says that it lays from here on.
+    fn named(&mut self, comment: &[u8], whole: &Range<usize>) -> Result<(), SlicedError> {
+        let role = match hint(comment) {
+            Some(Hint::Role(role)) => role,
+            Some(Hint::Width(_)) => return self.say(1, whole),
+            Some(Hint::Height(_)) => return self.say(2, whole),
+            Some(Hint::Layer) | None => return Ok(()),
+        };
+        self.say(0, whole)?;
+        self.role = role;
+        let name = String::from_utf8_lossy(comment).to_ascii_lowercase();
+        let what = match role {
+            Role::Support => "supports or a raft",
+            Role::Adhesion if name.contains("tower") => "a wipe or prime tower",
+            Role::Adhesion if name.contains("raft") => "a raft",
+            _ => return Ok(()),
+        };
+        Err(SlicedError::Extra { file: self.file(), line: self.place.line, what })
+    }
+
+    fn say(&mut self, which: usize, whole: &Range<usize>) -> Result<(), SlicedError> {
+        self.said[which] = Some(whole.clone());
+        Ok(())
     }
 
     fn temperature(&mut self, effect: Effect) {
@@ -263,12 +314,19 @@ impl<'a> Reader<'a> {
 
     fn take_move(&mut self, m: &Move, parsed: &ParsedLine, here: &Here<'_>) -> Result<(), SlicedError> {
         let pushes = m.e > 0.0 && (m.written != 0 || m.arc.is_some());
-        if pushes && m.from.tip().zip(m.to.tip()).is_none() {
+        if pushes && here.start >= self.start_code && m.from.tip().zip(m.to.tip()).is_none() {
             // What made the position unknown is the better thing to name.
             if let (false, Some(p)) = (self.print.layers.is_empty(), self.pending.iter().find(|p| p.suspect)) {
                 return Err(refused(&self.source, p.line, p.span.clone()));
             }
             return Err(SlicedError::UnknownPosition { file: self.file(), line: self.place.line });
+        }
+        if here.start < self.start_code {
+            // The profile's own start code takes its place, prime line and all.
+            if pushes {
+                self.replaced("a prime line");
+            }
+            return Ok(());
         }
         let comment = comment_at(parsed, here.start, here.text.len());
         let Some(step) = Step3::of(m, comment) else { return Ok(()) };
@@ -276,14 +334,17 @@ impl<'a> Reader<'a> {
             self.travel(step.to);
             return Ok(());
         }
-        if let Some(arc) = &step.arc {
-            flatten(step.from, step.to, arc, 0.01).into_iter().for_each(|p| self.print.arcs.add(p));
-        }
         if let Some(controller) = &here.before {
             let place = Place { at: here.start, line: self.place.line - 1, controller: controller.clone() };
             self.begin_print(place)?;
         }
-        self.lay(step.from, step.to, step.e, here.start)
+        self.lay(step.from, step.to, step.e, here.start)?;
+        // An arc may leave the box of its ends.
+        if let (Some(arc), Some(layer), false) = (&step.arc, self.print.layers.last_mut(), self.role == Role::Adhesion)
+        {
+            flatten(step.from, step.to, arc, 0.01).into_iter().for_each(|p| layer.extrusion.add(p));
+        }
+        Ok(())
     }
 
     /// Notes a move to `to` that lays nothing.
@@ -297,6 +358,7 @@ impl<'a> Reader<'a> {
     #[inline]
     fn lay(&mut self, from: Vec3, to: Vec3, e: f64, start: usize) -> Result<(), SlicedError> {
         self.laying += 1;
+        self.rising += usize::from(to.z > from.z);
         if self.since {
             self.pending_within()?;
         }
@@ -309,8 +371,21 @@ impl<'a> Reader<'a> {
         if print.layers.len() == 1 {
             print.first_layer_mm += e;
         }
+        if self.role == Role::Adhesion {
+            print.adhesion = print.adhesion.or(Some(self.place.line));
+            print.reach.add(from);
+            print.reach.add(to);
+            if print.layers.len() > 1 {
+                let what = "a skirt or brim of more than one layer, or a draft shield";
+                return Err(SlicedError::Extra { file: self.source.file.to_owned(), line: self.place.line, what });
+            }
+        }
         if let Some(layer) = print.layers.last_mut() {
             layer.end = self.place.at;
+            if self.role == Role::Adhesion {
+                self.laid_to = None;
+                return Ok(());
+            }
             // Most extrusions go on where the last one ended.
             if self.laid_to != Some(from) || layer.extrusion.is_empty() {
                 layer.extrusion.add(from);
@@ -356,6 +431,11 @@ impl<'a> Reader<'a> {
                 self.print.lead.push(line.span);
             }
         }
+        if !self.done.is_empty() {
+            let lead = &mut self.print.lead;
+            let known: Vec<_> = self.said.iter().flatten().filter(|span| !lead.contains(span)).cloned().collect();
+            lead.splice(0..0, known);
+        }
         Ok(())
     }
 
@@ -384,22 +464,30 @@ impl<'a> Reader<'a> {
         let print = std::mem::replace(&mut self.print, Open::new());
         let Some(start) = print.start else { return };
         let boxes = print.layers.iter().map(|layer| &layer.extrusion);
-        let extrusion = boxes.fold(print.arcs, |all, layer| all.union(layer));
+        let extrusion = boxes.fold(Bounds::EMPTY, |all, layer| all.union(layer));
         let epilogue = self.pending.drain(..).filter(|p| p.comment && p.kept);
+        let settings = &self.settings;
+        // Heat that no line sets.
+        let celsius = |of: [Setting; 2]| of.into_iter().find_map(|setting| settings.positive(setting));
         let sliced = SlicedPrint {
             extrusion,
             filament_mm: print.filament_mm,
             firmware: self.source.firmware,
             replaced: print.replaced,
-            multiplier: 1.0,
+            multiplier: settings.number(Setting::Multiplier).unwrap_or(1.0),
             bead: self.bead,
             widths_mm: self.widths_mm.clone(),
-            outset_mm: None,
+            outset_mm: stated::outset_mm(settings),
+            heights_mm: settings.heights_mm().filter(|_| !stated::says_each_height(self.source.bytes)),
+            adhesion: print.adhesion,
+            labelled: print.labelled,
             waits_s: print.waits_s[0],
-            nozzle_c: print.heat[0],
-            bed_c: print.heat[1],
+            nozzle_c: print.heat[0].or_else(|| celsius([Setting::FirstNozzleHeat, Setting::NozzleHeat])),
+            bed_c: print.heat[1].or_else(|| celsius([Setting::FirstBedHeat, Setting::BedHeat])),
+            settings: settings.clone(),
             prologue: print.prologue,
             epilogue: epilogue.map(|p| p.span).collect(),
+            turn: None,
             source: self.source,
             lead: print.lead,
             start,
@@ -419,9 +507,20 @@ impl<'a> Reader<'a> {
         if let Some(p) = self.pending.iter().find(|p| p.state && p.suspect) {
             return Err(refused(&self.source, p.line, p.span.clone()));
         }
+        if 2 * self.rising > self.laying || self.settings.is_on(Setting::Spiral) {
+            return Err(SlicedError::Spiral { file: self.file() });
+        }
+        if self.settings.is_on(Setting::VolumetricE) || stated::has_volumetric_flavor(self.source.bytes) {
+            return Err(SlicedError::Volumetric { file: self.file() });
+        }
         self.close();
         if checksum::is_changed(self.source.bytes) {
             return Err(SlicedError::Changed { file: self.file() });
+        }
+        if let (true, Some(line)) = (self.done.len() > 1, self.done.iter().find_map(|segment| segment.sliced.adhesion))
+        {
+            let what = "a skirt or the brims of all objects before the first one";
+            return Err(SlicedError::Extra { file: self.file(), line, what });
         }
         let counted_mm: f64 = self.done.iter().map(|segment| segment.sliced.filament_mm).sum();
         let most = stated::STATED_MM + stated::DIGIT_MM * self.laying as f64;
@@ -485,8 +584,8 @@ mod tests {
     fn what_cannot_be_rewritten_is_named_with_its_line() {
         let body = |line: &str| format!("G90\nM83\nG1 X0 Y0 Z.2\nG1 X9 E1\n{line}\nG1 X0 E1\n");
         assert!(refused(&body("G28")).contains("t.gcode:5: \"G28\" cannot be rewritten safely"));
-        assert!(refused(&body("M600")).contains("t.gcode:5"));
-        assert!(refused(&body("PAUSE")).contains("PAUSE"));
+        assert_eq!(one(&body("M600")).layers.len(), 1);
+        assert_eq!(one(&body("PAUSE")).layers.len(), 1);
         for line in
             ["M206 Z5", "M428", "M290 Z-2", "M92 E90", "M221 S95", "T1", "M84", "M112", "G10 P0 Z5", "M104 S0\nM81"]
         {

@@ -8,6 +8,7 @@
 use std::io::Write;
 
 use super::export::{check_box, slot_mesh};
+use super::fits;
 use super::inputs::{Chunk, Entry, Input, Job, RewriteError, Rewritten};
 use super::joint::Joint;
 use super::writer::Writer;
@@ -26,6 +27,10 @@ use crate::planning::{Head, Plan, Print, Printed, joint_gap_mm};
 /// be printed; after all others nothing is.
 pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>, sink: &mut (dyn Write + Send)) -> Result<Rewritten, RewriteError> {
     let table = job.profile.kinematics();
+    let mut notes = Vec::new();
+    for input in inputs {
+        notes.extend(fits::check(input, job.profile)?);
+    }
     let entries = entries(inputs, job, &table)?;
     let setups = setups(&entries, job.plan)?;
     let head = Head::of(job.profile);
@@ -41,6 +46,9 @@ pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>, sink: &mut (dyn Write + Send
         warnings.push(format!("feeds up to {feed:.0} mm/min were lowered to the machine's {most:.0} mm/min"));
     }
     warnings.extend(left_out(&entries));
+    notes.sort();
+    notes.dedup();
+    warnings.extend(notes);
     Ok(Rewritten { bytes, warnings })
 }
 
@@ -55,6 +63,12 @@ fn left_out(entries: &[Entry<'_>]) -> Vec<String> {
             "{} of the slicer's own start or end code are left out: the profile's [dialect] start and end take their place",
             replaced.join(", ")
         ));
+    }
+    if entries.iter().any(|entry| entry.input.sliced.labelled) {
+        warnings.push(
+            "object labels (M486, EXCLUDE_OBJECT) are left out: whoever cancels a part would have what stands on it printed on air"
+                .to_owned(),
+        );
     }
     let waits_s: f64 = entries.iter().map(|entry| entry.input.sliced.waits_s).sum();
     if waits_s > 0.0 {
@@ -97,6 +111,11 @@ fn entries<'a>(
                 part: print.part,
                 source,
             })?;
+            let first = job.plan.slots.first().is_some_and(|first| first.id == slot.id);
+            if let (Some(line), false) = (input.sliced.adhesion, mesh.on_table && first) {
+                let (file, part) = (input.file.to_owned(), print.part);
+                return Err(RewriteError::Adhesion { file, line, print: index, part });
+            }
             let up = Vec3::from(print.up);
             let gap = joint_gap_mm(job.workpiece, print.part, up, &printed);
             let joint = Joint::over(gap, input.sliced, &job.profile.process);

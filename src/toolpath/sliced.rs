@@ -11,8 +11,10 @@ use std::ops::Range;
 
 use super::items::{Place, Walk};
 use super::source::SlicedSource;
+use super::turn::Turn;
 use crate::gcode::marks::Bead;
 use crate::gcode::meaning::Firmware;
+use crate::gcode::settings::{Setting, Settings};
 use crate::geom::Bounds;
 
 /// A layer of one print.
@@ -51,6 +53,15 @@ pub struct SlicedPrint<'a> {
     pub outset_mm: Option<f64>,
     /// Widths of its lines, mm, that the head states; empty where the lines state their own.
     pub widths_mm: Vec<f64>,
+    /// Heights of its first layer and of all others, mm, that the settings state; `None` where the layers state their own, or nothing
+    /// does.
+    pub heights_mm: Option<[f64; 2]>,
+    /// What the file says it was sliced with.
+    pub settings: Settings,
+    /// Whether its lines name objects to the firmware (M486, EXCLUDE_OBJECT); they are left out.
+    pub labelled: bool,
+    /// The first line of a skirt or brim, where the slicer names one.
+    pub adhesion: Option<u32>,
     /// Waits (G4) between its first and last extrusion, s. They are left out of what is written.
     pub waits_s: f64,
     /// Nozzle temperature set before the first extrusion.
@@ -61,6 +72,8 @@ pub struct SlicedPrint<'a> {
     pub prologue: Vec<Range<usize>>,
     /// Comments after the last extrusion.
     pub epilogue: Vec<Range<usize>>,
+    /// What its lines are turned by, where they are not taken as they stand.
+    pub(super) turn: Option<Turn>,
     pub(super) source: SlicedSource<'a>,
     /// Kept lines of the first layer's lead.
     pub(super) lead: Vec<Range<usize>>,
@@ -78,9 +91,14 @@ impl<'a> SlicedPrint<'a> {
         self.source.bytes.get(span.clone()).unwrap_or_default()
     }
 
+    /// The diameter of the filament that its E counts with, mm, where it says so.
+    pub fn filament_diameter_mm(&self) -> Option<f64> {
+        self.settings.positive(Setting::Filament)
+    }
+
     /// Goes through its lines from the first layer's body on.
     pub(super) fn walk(&self) -> Walk<'a> {
-        Walk::new(self.source, self.start.clone())
+        Walk::new(self.source, self.start.clone(), self.turn)
     }
 }
 

@@ -89,6 +89,34 @@ pub enum SlicedError {
         /// The label that came back.
         label: String,
     },
+    /// Supports, a raft or a wipe tower.
+    #[error("{file}:{line}: the slicer prints {what}, for which the plan has no room; switch it off and slice again")]
+    Extra {
+        /// The file.
+        file: String,
+        /// Counted from 1.
+        line: u32,
+        /// What it is.
+        what: &'static str,
+    },
+    /// Lengths of E that are volumes.
+    #[error(
+        "{file}: sliced with volumetric E (its E counts mm3 and not mm of filament); switch that off in the slicer (PrusaSlicer: Printer \
+         Settings > General > Use volumetric E; Cura: another G-code flavour) and slice again"
+    )]
+    Volumetric {
+        /// The file.
+        file: String,
+    },
+    /// One line that rises all the way.
+    #[error(
+        "{file}: sliced as a spiral (spiral vase): its one wall rises all the way round, so there are no layers that could be checked or \
+         begun anew at another pose; switch the spiral off and slice again"
+    )]
+    Spiral {
+        /// The file.
+        file: String,
+    },
     /// Not what the slicer says it laid.
     #[error(
         "{file}: {counted_mm:.2} mm of filament are laid down, and the file says that {stated_mm:.2} mm are used; it was changed after \

@@ -3,6 +3,7 @@
 
 use crate::gcode::marks::Bead;
 use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
+use crate::gcode::settings::{Setting, Settings};
 use crate::gcode::{LineKind, ParsedLine, lines};
 
 /// How much of a file's beginning and end is searched for its flavour; PrusaSlicer's settings at the end are some 15 kB.
@@ -10,12 +11,22 @@ const FLAVOR_WITHIN: usize = 64 * 1024;
 
 /// The firmware that the file says it is for.
 pub(super) fn firmware(bytes: &[u8]) -> Option<Firmware> {
+    flavor(bytes).and_then(|name| Firmware::of_flavor(&name))
+}
+
+/// Whether it is for a Marlin whose E counts volumes, as Cura has one.
+pub(super) fn has_volumetric_flavor(bytes: &[u8]) -> bool {
+    flavor(bytes).is_some_and(|name| name.to_ascii_lowercase().contains("volumetric"))
+}
+
+/// The flavour as the file's beginning or end has it.
+fn flavor(bytes: &[u8]) -> Option<String> {
     let parts = [&bytes[..bytes.len().min(FLAVOR_WITHIN)], &bytes[bytes.len().saturating_sub(FLAVOR_WITHIN)..]];
     parts.iter().find_map(|part| {
         [&b"; gcode_flavor = "[..], b";FLAVOR:"].iter().find_map(|key| {
             let rest = &part[memchr::memmem::find(part, key)? + key.len()..];
             let end = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
-            Firmware::of_flavor(&String::from_utf8_lossy(&rest[..end]))
+            Some(String::from_utf8_lossy(&rest[..end]).trim().to_owned())
         })
     })
 }
@@ -39,6 +50,25 @@ pub(super) fn widths(bytes: &[u8]) -> Vec<f64> {
     widths.sort_by(f64::total_cmp);
     widths.dedup();
     widths
+}
+
+/// Where the slicer's start code ends: at its first mark of a layer; 0 in a file without any.
+pub(super) fn start_code(bytes: &[u8]) -> usize {
+    let marks = [&b"\n;LAYER_CHANGE"[..], b"\n;LAYER:", b"\n; CHANGE_LAYER"];
+    marks.iter().filter_map(|mark| memchr::memmem::find(bytes, mark)).min().unwrap_or(0)
+}
+
+/// Whether layers state their own height, as PrusaSlicer, OrcaSlicer and the built-in slicer write it.
+pub(super) fn says_each_height(bytes: &[u8]) -> bool {
+    [&b"\n;HEIGHT:"[..], b"\n; LAYER_HEIGHT:"].iter().any(|key| memchr::memmem::find(bytes, key).is_some())
+}
+
+/// By how much the slicer moves outer walls outward; a slicer whose whole block of settings knows no such key compensates nothing.
+pub(super) fn outset_mm(settings: &Settings) -> Option<f64> {
+    match settings.text(Setting::Outset) {
+        Some(_) => settings.number(Setting::Outset),
+        None => settings.is_whole_block().then_some(0.0),
+    }
 }
 
 /// Whether a line is a macro that Klipper has from the start.

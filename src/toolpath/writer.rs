@@ -46,6 +46,10 @@ pub(super) struct Writer<'a> {
     warnings: Vec<String>,
     /// What the layer's lines take of the filament that was sliced, and its height where that is not the sliced one, mm.
     flow: Flow,
+    /// Above this the tip clears everything that stands at this pose, mm.
+    clear_height: f64,
+    /// How often a person is waited for.
+    pauses: usize,
     /// Commands that the machine's firmware does not have, told once.
     untranslated: BTreeSet<String>,
 }
@@ -73,6 +77,8 @@ impl<'a> Writer<'a> {
             of_print: vec![Modal::default(); prints],
             warnings: Vec::new(),
             flow: Flow::default(),
+            clear_height: f64::INFINITY,
+            pauses: 0,
             untranslated: BTreeSet::new(),
         }
     }
@@ -81,6 +87,12 @@ impl<'a> Writer<'a> {
     /// user should know.
     pub(super) fn finish(mut self) -> Result<(u64, Option<f64>, Vec<String>), RewriteError> {
         self.hand_over(0)?;
+        if self.pauses > 0 {
+            self.warnings.push(format!(
+                "pauses for a person (M600, M0 or the like; {} in all) are made above all that stands, with the filament pulled back",
+                self.pauses
+            ));
+        }
         self.sink.flush().map_err(RewriteError::Write)?;
         Ok((self.written, self.out.lowered, self.warnings))
     }
@@ -106,9 +118,10 @@ impl<'a> Writer<'a> {
             let sliced = entry.input.sliced;
             let (filament_mm, multiplier) = (sliced.filament_mm + entry.joint.added_mm, sliced.multiplier);
             let (print, part, bead) = (entry.input.print, entry.print.part, sliced.bead);
-            let widths = sliced.widths_mm.clone();
-            let outset_mm = sliced.outset_mm;
-            let expect = Expect { print, part, filament_mm, multiplier, bead, widths, outset_mm };
+            let (widths, outset_mm) = (sliced.widths_mm.clone(), sliced.outset_mm);
+            let (heights_mm, diameter_mm) = (sliced.heights_mm, sliced.filament_diameter_mm());
+            let expect = Expect::plain(print, part, filament_mm);
+            let expect = Expect { multiplier, bead, widths, outset_mm, heights_mm, diameter_mm, ..expect };
             self.out.line(&expect.to_string());
         }
         if let Some(first) = entries.first() {
@@ -140,6 +153,8 @@ impl<'a> Writer<'a> {
         }
         self.out.line(END_MARK);
         self.custom_code(&self.job.profile.dialect.end, 0.0, 0.0);
+        let laid_mm: f64 = entries.iter().map(|entry| entry.input.sliced.filament_mm + entry.joint.added_mm).sum();
+        self.out.line(&format!("; filament used [mm] = {laid_mm:.2}"));
         if let Some(first) = entries.first() {
             for span in &first.input.sliced.epilogue {
                 self.out.keep(first.input.sliced.text(span));
@@ -167,6 +182,7 @@ impl<'a> Writer<'a> {
         let printing: Vec<usize> = group.iter().map(|e| e.print.part).collect();
         let stands = (&self.printed[..], &printing[..]);
         let obstacles = Obstacles::at(pose, stands, self.job.workpiece, self.table, self.job.profile, self.head);
+        self.clear_height = obstacles.over_all;
         let open: Vec<bool> = group.iter().map(|e| obstacles.free_within(e.print.part, &region(e))).collect();
         let place = Place { chunks, obstacles: &obstacles, open: &open };
         let mut ahead = Ahead::new(group, chunks);
@@ -223,6 +239,7 @@ impl<'a> Writer<'a> {
         self.out.go(Vec3::new(start.x, start.y, height), 0.0, transition.travel_mm_per_min, b"");
         self.above_all = false;
         self.out.line(&print_mark(print, part));
+        let above = self.out.tip();
         // What the lead itself sets need not be set twice.
         let mut wanted = self.of_print[print].clone();
         lead.kept.iter().for_each(|span| wanted.note(sliced.firmware, sliced.text(span)));
@@ -231,6 +248,12 @@ impl<'a> Writer<'a> {
             self.in_force.note(self.out.firmware(), line.as_bytes());
         }
         lead.kept.iter().for_each(|span| self.keep(chunk.entry, span));
+        if let (false, Some(above)) = (lead.pauses.is_empty(), above) {
+            // The head is retracted here, and above the start.
+            self.out.go_z(self.pause_height(above.z), transition.z_mm_per_min);
+            lead.pauses.iter().for_each(|span| self.out.keep(sliced.text(span)));
+            self.pauses += lead.pauses.len();
+        }
         self.out.go(start, 0.0, transition.z_mm_per_min, b"");
         let prime = transition.retract_mm + lead.owed_mm.max(0.0);
         self.out.filament(prime, transition.retract_mm_per_s * 60.0, b"");
@@ -249,6 +272,26 @@ impl<'a> Writer<'a> {
         let low = (tip.z.max(start.z) + HOP_MM).min(limit);
         let raised = |p: Vec3| Vec3::new(p.x, p.y, low);
         if obstacles.well_free(raised(tip), raised(start)) { low } else { obstacles.over_all.max(low).min(limit) }
+    }
+
+    /// Waits for a person: pulls back, goes up along the tool clear of everything that stands, and comes back the same way.
+    fn pause(&mut self, entry: &Entry<'_>, span: &Range<usize>) {
+        let Some(tip) = self.out.tip() else { return };
+        let transition = &self.job.profile.transition;
+        let (pulled, feed) = (transition.retract_mm, transition.retract_mm_per_s * 60.0);
+        let height = self.pause_height(tip.z);
+        self.out.filament(-pulled, feed, b"");
+        self.out.go_z(height, transition.z_mm_per_min);
+        self.out.keep(entry.input.sliced.text(span));
+        self.out.go(tip, 0.0, transition.z_mm_per_min, b"");
+        self.out.filament(pulled, feed, b"");
+        self.pauses += 1;
+    }
+
+    /// Above all that stands, what is being printed among it; the axis's end where it is lower.
+    fn pause_height(&self, tip_z: f64) -> f64 {
+        let own = tip_z + self.job.profile.transition.clearance_mm;
+        self.clear_height.max(own).min(self.job.profile.limits.z_mm[1])
     }
 
     /// A line of a print that passes, in the machine's own words.
@@ -283,6 +326,7 @@ impl<'a> Writer<'a> {
     fn item(&mut self, item: &Item, entry: &Entry<'_>, obstacles: Option<&Obstacles<'_>>) {
         match item {
             Item::Keep(span) => self.keep(entry, span),
+            Item::Pause(span) => self.pause(entry, span),
             Item::FirmwareRetract(pull) => self.out.line(if *pull { "G10" } else { "G11" }),
             Item::Step(step) => self.step(step, entry, obstacles),
         }

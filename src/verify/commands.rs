@@ -26,9 +26,17 @@ impl<'a> Permitted<'a> {
         &self.end
     }
 
-    /// What is wrong with a line of this effect at this place, as a sentence; `None` where nothing is.
-    pub(super) fn objection(&self, effect: Effect, zone: Zone, line: &ParsedLine, text: &[u8]) -> Option<String> {
+    /// What is wrong with a line of this effect at this place, as a sentence; `None` where nothing is. `clear` where the tip is above all
+    /// that stands, with the filament pulled back: there a person may be waited for.
+    pub(super) fn objection(
+        &self,
+        effect: Effect,
+        zone: Zone,
+        line: &ParsedLine,
+        (text, clear): (&[u8], bool),
+    ) -> Option<String> {
         let does = match effect {
+            Effect::Hazard(Hazard::Person) if clear && zone == Zone::Prints => return None,
             Effect::Hazard(hazard) => hazard.does(),
             Effect::Factor { percent: Some(100.0), .. } => return None,
             Effect::Factor { speed: true, .. } => "changes the speed of all later moves",

@@ -82,13 +82,24 @@ pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
             findings.add(Rule::Flow, at(line), [ratio, 1.0 + most], || {
                 format!(
                     "the lines of part {part} take {ratio:.3} of the filament that their width and height hold; {:.2} to {:.2} is right \
-                     (check the filament's diameter, the extrusion multiplier, and that E counts mm)",
+                     (check {}the filament's diameter, the extrusion multiplier, and that E counts mm)",
                     1.0 - most,
-                    1.0 + most
+                    1.0 + most,
+                    assumed_width(printed)
                 )
             });
         }
     }
+}
+
+/// Where nobody states a width: the one that is taken, which may be what is wrong.
+fn assumed_width(printed: &Printed<'_>) -> String {
+    let stated = printed.levels.iter().flat_map(|l| &l.beads).any(|&i| printed.bead(i).width.is_some());
+    if stated || !printed.flow.widths.is_empty() {
+        return String::new();
+    }
+    let width = printed.job.profile.process.line_width_mm;
+    format!("the width of the lines, which the file does not state and process.line_width_mm says is {width} mm, ")
 }
 
 /// The median, so that a few wrong lines do not pass for the rule; 1 where there are too few to tell.

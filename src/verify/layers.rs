@@ -34,10 +34,10 @@ fn usual_height(levels: &[Level]) -> f64 {
 
 /// The first layer begins at the part's lowest point, or above a piece that is too narrow to print.
 fn begins(printed: &Printed<'_>, first: &Level, usual: f64, findings: &mut Findings) {
-    let height = first.stated.unwrap_or(usual);
+    let height = first.stated.or(first.nominal).unwrap_or(usual);
     let bottom = printed.sections.range()[0] - printed.joint_mm;
     let off = first.z - height - bottom;
-    if off > usual / 2.0 {
+    if off > usual / 2.0 && !(says_nothing(first) && holds_its_height(printed, first)) {
         if let Some(z) = printable_between(printed, bottom, first.z - height, usual) {
             findings.add(Rule::Complete, place(printed, first.line), [off, usual / 2.0], || {
                 format!(
@@ -55,7 +55,7 @@ fn begins(printed: &Printed<'_>, first: &Level, usual: f64, findings: &mut Findi
 }
 
 fn follows(printed: &Printed<'_>, below: &Level, level: &Level, usual: f64, findings: &mut Findings) {
-    let height = level.stated.unwrap_or(usual);
+    let height = level.stated.or(level.nominal).unwrap_or(usual);
     let off = level.gap - height;
     if off.abs() <= HEIGHT_MM {
         return;
@@ -79,6 +79,11 @@ fn follows(printed: &Printed<'_>, below: &Level, level: &Level, usual: f64, find
             )
         });
     }
+}
+
+/// Whether neither the layer nor the file's settings say how high it is: then only its filament tells.
+fn says_nothing(level: &Level) -> bool {
+    level.stated.or(level.nominal).is_none()
 }
 
 /// Whether a layer without a stated height takes the filament that its gap holds: then it was meant to be so high.

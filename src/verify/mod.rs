@@ -16,6 +16,7 @@
 //! This room must not know the rewriter or slicers: it shares `motion`'s replay and chain with them and nothing else.
 
 mod acts;
+mod adhesion;
 mod commands;
 mod coverage;
 mod doubled;
@@ -82,13 +83,14 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
     let (walked, (checked, prints)) = rayon::join(
         || walk::walk(&acts, job, &planned),
         || {
-            let program = || program::check(bytes, &trace, job.profile, &planned);
+            let program = || program::check(bytes, &trace, job, &planned);
             rayon::join(program, || shape::check(&printed))
         },
     );
     let mut all = checked.findings;
     all.absorb(walked.findings);
     all.absorb(prints);
+    adhesion::check(&trace, &printed, &mut all);
     let (findings, counts) = all.finish();
     Report {
         findings,

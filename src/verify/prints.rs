@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::{Job, Planned};
-use crate::gcode::marks::{Bead, Expect, Mark, Role};
+use crate::gcode::marks::{Expect, Mark, Role};
 use crate::planning::{self, joint_gap_mm};
 use crate::section::{Section, Sections};
 use crate::trace::{Move, Trace, What};
@@ -16,12 +16,18 @@ const SAME_LAYER_MM: f64 = 1.5e-3;
 /// What heights may be off in a mesh of 32 bits and in a file's digits, mm.
 const ROUNDING_MM: f64 = 1e-3;
 
+/// What a spool's filament may measure more or less than the profile says, mm: what is further off is taken for another filament, of
+/// which the profile's own flows.
+const AS_MEASURED_MM: f64 = 0.05;
+
 /// One layer of one print.
 pub(super) struct Level {
     /// The tip's height, machine coordinates, mm.
     pub(super) z: f64,
     /// What the slicer says the layer is high; `None` where it does not.
     pub(super) stated: Option<f64>,
+    /// What the file's settings say of such layers, where nothing is said of this one.
+    pub(super) nominal: Option<f64>,
     /// How much higher than the layer before; the first one than the part's lowest point.
     pub(super) gap: f64,
     /// Its first line in the file.
@@ -134,10 +140,10 @@ pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Plann
     all
 }
 
-/// The printing moves of each print whose ends are known.
+/// The printing moves of each print whose ends are known; what is laid beside it on the table is none of it.
 fn by_print(trace: &Trace, prints: usize) -> Vec<Vec<u32>> {
     let mut all = vec![Vec::new(); prints];
-    for m in trace.moves().filter(Move::prints) {
+    for m in trace.moves().filter(|m| m.prints() && m.role != Role::Adhesion) {
         let print = trace.state(&m).print.map(|p| p as usize).filter(|p| *p < prints);
         if let (Some(print), Some(_)) = (print, m.ends()) {
             all[print].push(m.index as u32);
@@ -148,16 +154,7 @@ fn by_print(trace: &Trace, prints: usize) -> Vec<Vec<u32>> {
 
 /// What the header says of each print's flow.
 fn stated_flows(trace: &Trace, prints: usize) -> Vec<Expect> {
-    let none = Expect {
-        print: 0,
-        part: 0,
-        filament_mm: 0.0,
-        multiplier: 1.0,
-        bead: Bead::Round,
-        widths: Vec::new(),
-        outset_mm: None,
-    };
-    let mut all = vec![none; prints];
+    let mut all = vec![Expect::plain(0, 0, 0.0); prints];
     for event in &trace.events {
         if let What::Mark(Mark::Expect(expect)) = &event.what
             && let Some(slot) = all.get_mut(expect.print)
@@ -178,8 +175,13 @@ fn printed<'a>(
     let part = job.workpiece.parts.get(planned.part)?;
     let sections = Sections::of(&part.moved(&job.profile.kinematics().forward(planned.pose)));
     let has_roles = beads.iter().any(|&i| trace.at(i as usize).role == Role::OuterWall);
-    let levels = levels(trace, beads, sections.range()[0]);
-    let filament_mm2 = PI / 4.0 * job.profile.process.filament_mm.powi(2);
+    let mut levels = levels(trace, beads, sections.range()[0]);
+    for (index, level) in levels.iter_mut().enumerate() {
+        level.nominal = flow.heights_mm.map(|[first, other]| if index == 0 { first } else { other });
+    }
+    let usual_mm = job.profile.process.filament_mm;
+    let diameter_mm = flow.diameter_mm.filter(|mm| (mm - usual_mm).abs() <= AS_MEASURED_MM).unwrap_or(usual_mm);
+    let filament_mm2 = PI / 4.0 * diameter_mm.powi(2);
     Some(Printed { trace, job, planned, sections, levels, joint_mm: 0.0, flow, has_roles, filament_mm2 })
 }
 
@@ -196,7 +198,7 @@ fn levels(trace: &Trace, beads: &[u32], bottom: f64) -> Vec<Level> {
         let same = |level: &Level| (level.z - to.z).abs() <= SAME_LAYER_MM;
         let place = last.filter(|&i: &usize| same(&all[i])).or_else(|| all.iter().rposition(same));
         let place = place.unwrap_or_else(|| {
-            all.push(Level { z: to.z, stated: None, gap: 0.0, line: m.line, beads: Vec::new() });
+            all.push(Level { z: to.z, stated: None, nominal: None, gap: 0.0, line: m.line, beads: Vec::new() });
             all.len() - 1
         });
         last = Some(place);

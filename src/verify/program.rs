@@ -1,12 +1,14 @@
 //! The rules that need no geometry but the pose: syntax, commands, limits, speeds, order, heat, retraction, the end.
 
-use super::Planned;
+use std::collections::BTreeSet;
+
 use super::commands::{Permitted, fits};
 use super::report::{Findings, Place, Rule};
 use super::tally::Tally;
+use super::{Job, Planned};
 use crate::gcode::ParsedLine;
 use crate::gcode::marks::{END_MARK, Expect, Mark};
-use crate::gcode::meaning::{Effect, Firmware, Heater};
+use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater};
 use crate::geom::Vec3;
 use crate::motion::{AxisRange, LinearLimits, Pose, TableKinematics};
 use crate::profile::Profile;
@@ -16,6 +18,8 @@ use crate::trace::{Event, Move, State, Trace, What, Zone};
 const POSE_DEG: f64 = 1e-3;
 /// How well the pose must bring the build direction upright (chord): the last digit of the plan's `up` and angles.
 const UPRIGHT: f64 = 2e-5;
+/// What the last digits may take of the room above all that stands, mm.
+const PAUSE_SLACK_MM: f64 = 0.01;
 
 /// What was counted on the way.
 pub(super) struct Checked {
@@ -24,8 +28,8 @@ pub(super) struct Checked {
 }
 
 /// Holds the program against the machine and the plan.
-pub(super) fn check(bytes: &[u8], trace: &Trace, profile: &Profile, planned: &[Planned]) -> Checked {
-    let mut checker = Checker::new(bytes, trace, profile, planned);
+pub(super) fn check(bytes: &[u8], trace: &Trace, job: &Job<'_>, planned: &[Planned]) -> Checked {
+    let mut checker = Checker::new(bytes, trace, job, planned);
     let mut events = trace.events.iter().peekable();
     for m in trace.moves() {
         while let Some(event) = events.next_if(|e| e.before as usize <= m.index) {
@@ -38,6 +42,13 @@ pub(super) fn check(bytes: &[u8], trace: &Trace, profile: &Profile, planned: &[P
 }
 
 struct Checker<'a> {
+    job: &'a Job<'a>,
+    /// Where the last move has ended.
+    tip_z: Option<f64>,
+    pose: Option<Pose>,
+    /// Prints of which something is laid, and of the setup that was last worked at the highest line.
+    laid: BTreeSet<usize>,
+    laid_top: Option<(usize, f64)>,
     bytes: &'a [u8],
     trace: &'a Trace,
     profile: &'a Profile,
@@ -60,8 +71,14 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    fn new(bytes: &'a [u8], trace: &'a Trace, profile: &'a Profile, planned: &'a [Planned]) -> Self {
+    fn new(bytes: &'a [u8], trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Planned]) -> Self {
+        let profile = job.profile;
         Self {
+            job,
+            tip_z: None,
+            pose: None,
+            laid: BTreeSet::new(),
+            laid_top: None,
             bytes,
             trace,
             profile,
@@ -139,11 +156,31 @@ impl<'a> Checker<'a> {
         wanted.is_some()
     }
 
+    /// Whether the tip is above all that stands, and the filament pulled back as for a turn. Only asked where a person is waited for.
+    fn is_clear(&self, effect: Effect) -> bool {
+        let (Effect::Hazard(Hazard::Person), Some(tip), Some(pose)) = (effect, self.tip_z, self.pose) else {
+            return false;
+        };
+        let Some(setup) = self.print.map(|p| self.planned[p].setup) else { return false };
+        let motion = self.table.forward(pose);
+        let top_of = |points: &[Vec3]| {
+            let heights = points.iter().map(|p| (motion.rotation * p + motion.translation).z);
+            heights.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let before = self.laid.iter().filter(|&&p| self.planned[p].setup != setup).map(|&p| self.planned[p].part);
+        let parts = before.filter_map(|part| self.job.workpiece.parts.get(part)).map(|part| top_of(part.vertices()));
+        let standing = parts.fold(top_of(&self.profile.table_slab()), f64::max);
+        let top = standing.max(self.laid_top.filter(|(of, _)| *of == setup).map_or(f64::NEG_INFINITY, |(_, z)| z));
+        let room = self.profile.transition.clearance_mm - PAUSE_SLACK_MM;
+        tip >= (top + room).min(self.limits.max.z - PAUSE_SLACK_MM)
+            && self.tally.is_pulled(self.profile.transition.retract_mm)
+    }
+
     fn effect(&mut self, effect: Effect, span: std::ops::Range<usize>) {
         let text = &self.bytes[span];
         let mut parsed = ParsedLine::default();
         if parsed.read(text).is_ok()
-            && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, text)
+            && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, (text, self.is_clear(effect)))
         {
             self.say(Rule::Command, [0.0; 2], || objection);
         }
@@ -190,11 +227,22 @@ impl<'a> Checker<'a> {
         if m.e > 0.0 {
             self.check_heat(m);
         }
+        (self.tip_z, self.pose) = (m.to[2], self.trace.state(m).pose());
         if prints {
+            self.note_laid(m);
             self.lay(m);
         } else if m.e != 0.0 {
             self.tally.pull(m.e);
         }
+    }
+
+    /// Remembers what stands.
+    fn note_laid(&mut self, m: &Move) {
+        let (Some(print), Some(z)) = (self.print, m.to[2]) else { return };
+        self.laid.insert(print);
+        let setup = self.planned[print].setup;
+        let before = self.laid_top.filter(|(of, _)| *of == setup).map_or(z, |(_, top)| top);
+        self.laid_top = Some((setup, before.max(z)));
     }
 
     fn check_limits(&mut self, m: &Move) {

@@ -75,6 +75,11 @@ impl Tally {
         self.disturbed = true;
     }
 
+    /// Whether as much is pulled back as a turn wants, of `usual` mm.
+    pub(super) fn is_pulled(&self, usual: f64) -> bool {
+        self.firmware_pulled || -self.balance >= usual * LEAST_PULLED
+    }
+
     /// The table turns: what hangs in the nozzle must have been pulled back, `usual` mm as the profile has it.
     pub(super) fn turn(&mut self, usual: f64, at: Place, findings: &mut Findings) {
         let least = usual * LEAST_PULLED;

@@ -182,7 +182,6 @@ fn command() {
         "M221 S500",
         "M220 S30",
         "M200 D1.75",
-        "M600",
         "G29",
         "M104 S200\nM302 S0",
         "M32 x.g",
@@ -191,6 +190,8 @@ fn command() {
         let report = run(&changed(";TRUNNION slot=1", 0, &format!("{line}\n;TRUNNION slot=1")), &profile());
         assert_eq!(report.counts.get(&Rule::Command), Some(&1), "{line}: {:?}", report.findings.first());
     }
+    // A person may be waited for above all that stands, as here before a turn.
+    assert!(run(&changed(";TRUNNION slot=1", 0, "M600\n;TRUNNION slot=1"), &profile()).is_clean());
     // In the profile's own start and end code they stand by right, elsewhere only by name.
     breaks(&changed("G90\nG28", 0, "G90\nM206 Z5\nG28"), &[Rule::Command]);
     let mut own = profile();

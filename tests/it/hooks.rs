@@ -146,7 +146,7 @@ fn a_failing_hook_leaves_nothing_printable() {
     let cases: [(&str, &[u8], &str); 4] = [
         ("inches", b"G20\nG1 X1 Y1 Z1\n", "inches"),
         ("binary", b"GCDE\x01\x00\x00\x00", "binary_gcode = 0"),
-        ("moved", b"G21\nG90\nM83\nG1 X10 Y10 Z0.2 F1200\nG1 X30 E1\nG1 Y30 E1\n", "moved, turned or scaled"),
+        ("moved", b"G21\nG90\nM83\nG1 X10 Y10 Z0.2 F1200\nG1 X30 E1\nG1 Y30 E1\n", "in the slicer"),
         ("rotary", b"G21\nM83\nG1 X120 Y120 Z0.2 A1\n", "A word"),
     ];
     for (name, bytes, wanted) in cases {

@@ -144,11 +144,11 @@ fn each_step_by_itself_gives_the_program_of_the_main_job() {
     let file = Source::Bytes { name: "plan.json".to_owned(), bytes: text };
     let source = PlanSource { plan: file, model: Some(fixture("two-boxes.stl")), machine: None };
     let plan = &job::load_plan(&source, &world).unwrap();
-    let prints = &Prints::of(plan, whole.slicing.bed_mm);
+    let prints = &Prints::of(plan, whole.slicing.bed);
     let sliced = job::slice(&SliceRequest { plan, prints, options: &whole.slicing }, &world).unwrap().sliced;
     let named = sliced.into_iter().zip(&prints.names);
     let sliced = named.map(|(bytes, name)| Source::Bytes { name: name.clone(), bytes }).collect();
-    let request = RewriteRequest { plan, sliced, print: None, bed_mm: whole.slicing.bed_mm };
+    let request = RewriteRequest { plan, sliced, print: None, bed: whole.slicing.bed };
     let program = job::rewrite(&request, &world).unwrap().gcode;
     assert!(program.program() == expected.gcode.program());
     // What is cut short is no verified program.
@@ -167,7 +167,7 @@ fn a_request_that_cannot_be_is_refused_with_the_settings_name() {
     request.options.overhang_deg = 95.0;
     assert_eq!(job::plan(&request, &world).unwrap_err().to_string(), "overhang 95 deg is out of 0..90");
     let mut request = builtin();
-    request.slicing.bed_mm = [250.0, 9000.0];
+    request.slicing.bed = [250.0, 9000.0].into();
     let said = job::prepare(&request, &world).unwrap_err().to_string();
     assert_eq!(said, "bed 9000 mm is out of 0..5000");
     // A machine in code is held to what a file may hold: by itself, and one key against the other.

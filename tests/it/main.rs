@@ -3,9 +3,11 @@
 
 mod architecture;
 mod bad_input;
+mod beside_the_part;
 mod columns;
 mod configurations;
 mod cura;
+mod cura_engine;
 mod files_and_streams;
 mod filled;
 mod hooks;
@@ -22,10 +24,14 @@ mod orient;
 mod orient_numpy;
 mod orient_sample;
 mod orient_size;
+mod own_settings;
 mod pipeline;
 mod plan_and_prepare;
 mod planning;
 mod practised;
+mod projects;
+mod recipes;
+mod respelt;
 mod rewriting;
 mod rust_source;
 mod sliced_files;

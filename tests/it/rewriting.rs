@@ -25,10 +25,10 @@ impl Made {
         let text = job::prepare(&whole, &world).unwrap().planned.plan.plan.to_text().into_bytes();
         let file = Source::Bytes { name: "plan.json".to_owned(), bytes: text };
         let plan = job::load_plan(&PlanSource { plan: file, model: Some(model), machine: None }, &world).unwrap();
-        let prints = Prints::of(&plan, whole.slicing.bed_mm);
+        let prints = Prints::of(&plan, whole.slicing.bed);
         let request = SliceRequest { plan: &plan, prints: &prints, options: &whole.slicing };
         let sliced = job::slice(&request, &world).unwrap().sliced;
-        let centre_mm = whole.slicing.bed_mm.map(|size| size / 2.0);
+        let centre_mm = whole.slicing.bed.middle_mm();
         Self { plan, centre_mm, sliced }
     }
 

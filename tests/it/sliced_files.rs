@@ -19,7 +19,7 @@ fn sliced_folder() -> Option<PathBuf> {
     Some(folder)
 }
 
-fn unpack(name: &str) -> Option<Vec<u8>> {
+pub(crate) fn unpack(name: &str) -> Option<Vec<u8>> {
     let path = sliced_folder()?.join(format!("{name}.gcode.xz"));
     match Command::new("xz").arg("-dc").arg(&path).output() {
         Ok(run) if run.status.success() => Some(run.stdout),

@@ -246,6 +246,7 @@ fn effect_of(firmware: Firmware, command: Command, line: &ParsedLine) -> Effect 
         Class::Bed { waits } => Effect::Heat { heater: Heater::Bed, target_c: target, waits },
         Class::Chamber { waits } => Effect::Heat { heater: Heater::Chamber, target_c: target, waits },
         Class::HeatWait => Effect::HeatWait,
+        Class::ToolHeat => tool_heat(line).unwrap_or(Effect::Setting),
         Class::Fan => fan(firmware, line),
         Class::FanOff => Effect::Fan { index: line.value(b'P').unwrap_or(0.0) as u32, share: 0.0 },
         Class::Setting => Effect::Setting,
@@ -291,13 +292,18 @@ fn offset(firmware: Firmware, line: &ParsedLine) -> Effect {
     }
     // The standby temperature R is none of the tool's in use.
     if firmware == Firmware::RepRapFirmware && only(b"PSR") && line.has(b'P') {
-        let heater = match line.value(b'P') {
-            Some(0.0) => Heater::Nozzle,
-            tool => Heater::OtherNozzle(tool.unwrap_or(0.0) as u32),
-        };
-        return Effect::Heat { heater, target_c: line.value(b'S'), waits: false };
+        return tool_heat(line).unwrap_or(Effect::Heat { heater: Heater::Nozzle, target_c: None, waits: false });
     }
     Effect::Hazard(Hazard::Shift)
+}
+
+/// RepRapFirmware's tool `P` at `S` degrees; `None` where nothing is said of its active temperature.
+fn tool_heat(line: &ParsedLine) -> Option<Effect> {
+    let heater = match line.value(b'P') {
+        None | Some(0.0) => Heater::Nozzle,
+        Some(tool) => Heater::OtherNozzle(tool as u32),
+    };
+    line.value(b'S').map(|celsius| Effect::Heat { heater, target_c: Some(celsius), waits: false })
 }
 
 /// G92: the extruder's count alone is a mode; on any axis it shifts. `motion` knows the extruder's letter.
@@ -415,6 +421,12 @@ mod tests {
             rrf("G10 P0 S210 R140"),
             Effect::Heat { heater: Heater::Nozzle, target_c: Some(210.0), waits: false }
         );
+        assert_eq!(
+            rrf("M568 P0 S215 R140"),
+            Effect::Heat { heater: Heater::Nozzle, target_c: Some(215.0), waits: false }
+        );
+        assert_eq!((rrf("M568 P0 A2"), rrf("M116 P0")), (Effect::Setting, Effect::HeatWait));
+        assert_eq!(marlin("M568 S1"), Effect::Hazard(Hazard::Unknown));
         assert_eq!(marlin("G10 S210 P0"), Effect::Hazard(Hazard::Shift));
         assert_eq!(
             (marlin("G10"), rrf("G10"), rrf("G11")),

@@ -29,6 +29,8 @@ pub(super) enum Class {
         waits: bool,
     },
     HeatWait,
+    /// M568: a tool's temperatures.
+    ToolHeat,
     Fan,
     FanOff,
     Setting,
@@ -49,7 +51,7 @@ pub(super) enum Class {
 
 use Class::{
     Bed, Chamber, Count, Drain, Dwell, Fan, FanOff, Flow, HeatWait, Home, Idle, Label, Motion, Motors, Nozzle, Offset,
-    Progress, Report, Setting, Speed, Unretract, Volumetric,
+    Progress, Report, Setting, Speed, ToolHeat, Unretract, Volumetric,
 };
 
 /// Firmwares as bits.
@@ -104,6 +106,7 @@ const ROWS: &[Row] = &[
     (b'M', &[141], PRINTERS, Chamber { waits: false }),
     (b'M', &[191], PRINTERS, Chamber { waits: true }),
     (b'M', &[116], PRINTERS, HeatWait),
+    (b'M', &[568], RRF, ToolHeat),
     (b'M', &[106], PRINTERS, Fan),
     (b'M', &[107], PRINTERS, FanOff),
     // What stays in force and moves nothing.

@@ -1,6 +1,7 @@
 //! The slicers that are installed, and scripts that pose as slicers and misbehave.
 
 use super::*;
+use crate::geom::Vec3;
 use crate::slicing::testing::{block, extrusion_box, extrusions, layer_heights};
 
 #[test]
@@ -99,6 +100,42 @@ fn the_users_configuration_counts_and_cannot_bring_a_first_layer_back() {
         assert_true_to_the_cube(&gcode, 0.6, 250);
         assert!(!String::from_utf8_lossy(&gcode).lines().any(|l| l.starts_with("G28")));
     }
+}
+
+/// A roof upside down: it begins in an edge, 20 mm long, and is 10 mm high.
+fn wedge() -> TriangleMesh<Slot> {
+    let corners = [[150.0, 0.0], [155.0, 10.0], [145.0, 10.0]];
+    let vertices = [140.0, 160.0].iter().flat_map(|&y| corners.map(|[x, z]| Vec3::new(x, y, z))).collect();
+    let facets = vec![[0, 1, 2], [3, 5, 4], [0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2], [2, 5, 3], [2, 3, 0]];
+    TriangleMesh::new(vertices, facets)
+}
+
+#[test]
+fn what_begins_in_an_edge_comes_from_the_built_in_slicer_under_the_users_configuration() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("mine.ini");
+    fs::write(&config, "layer_height = 0.25\nskirts = 3\n").unwrap();
+    let options = ExternalOptions { configs: vec![config], ..options(folder.path()) };
+    let Some(slicer) = real(&SlicerChoice::PrusaSlicer, &options) else { return };
+    let sliced = slicer.slice(&wedge(), &SliceSettings::default(), &job()).unwrap();
+    let told: Vec<String> = sliced.flaws.iter().map(ToString::to_string).collect();
+    assert!(told.iter().any(|t| t.contains("of which PrusaSlicer prints no first layer")), "{told:?}");
+    let heights = layer_heights(&extrusions(&sliced.gcode));
+    assert!(heights.iter().all(|h| h % 250 == 0) && heights.last() == Some(&10_000), "{heights:?}");
+    // What it slices itself is its own.
+    assert!(slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap().flaws.is_empty());
+}
+
+#[test]
+fn the_built_in_slicer_takes_a_configuration_and_says_what_it_leaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("mine.ini");
+    fs::write(&config, "layer_height = 0.25\nskirts = 3\n").unwrap();
+    let options = ExternalOptions { configs: vec![config], ..options(folder.path()) };
+    let slicer = find(&SlicerChoice::BuiltIn, &options).unwrap();
+    let sliced = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap();
+    assert_eq!(layer_heights(&extrusions(&sliced.gcode)).first(), Some(&250));
+    assert_eq!(sliced.flaws, [Flaw::NotTaken { keys: vec!["skirts".to_owned()] }]);
 }
 
 #[test]

@@ -1,0 +1,59 @@
+//! The recipes of `docs/`, run as they are printed: each block of shell in an empty folder with a model.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::pipeline::fixture;
+use crate::support::{folder, installed, root, said, skip};
+
+/// The blocks of shell in a page, in order.
+fn blocks(page: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(root().join("docs").join(page)).unwrap();
+    let pieces = text.split("```sh\n").skip(1);
+    pieces.map(|piece| piece.split("```").next().unwrap().to_owned()).collect()
+}
+
+/// Runs each block of `page`; the file that it writes must be there, and finished.
+fn run(page: &str, least: usize) {
+    let blocks = blocks(page);
+    assert!(blocks.len() >= least, "{page} has {} blocks", blocks.len());
+    let own = Path::new(env!("CARGO_BIN_EXE_trunnion")).parent().unwrap();
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::env::join_paths(std::iter::once(own.to_owned()).chain(std::env::split_paths(&path))).unwrap();
+    for block in blocks {
+        let folder = folder();
+        std::fs::copy(fixture("y-tree"), folder.path().join("tree.stl")).unwrap();
+        let mut shell = Command::new("sh");
+        shell.args(["-e", "-c", &block]).current_dir(folder.path()).env("PATH", &path);
+        let run = shell.output().unwrap();
+        assert!(run.status.success(), "{page}:\n{block}{}", said(&run));
+        if block.contains("tree.gcode") {
+            let text = std::fs::read_to_string(folder.path().join("tree.gcode")).unwrap();
+            assert!(text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
+        }
+    }
+}
+
+#[test]
+fn of_prusa_slicer() {
+    if !installed("prusa-slicer") {
+        return skip("prusa-slicer is not installed: the recipes of docs/prusa-slicer.md are not run");
+    }
+    run("prusa-slicer.md", 5);
+}
+
+#[test]
+fn of_slic3r() {
+    if !installed("slic3r") {
+        return skip("slic3r is not installed: the recipes of docs/slic3r.md are not run");
+    }
+    run("slic3r.md", 3);
+}
+
+#[test]
+fn of_cura() {
+    if !crate::cura_engine::is_there() {
+        return;
+    }
+    run("cura.md", 2);
+}
