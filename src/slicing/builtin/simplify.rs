@@ -2,7 +2,7 @@
 
 use super::region::{Contour, Point};
 
-/// How far a dropped point may lie from the line that replaces it: 3 micrometres, a quarter of what PrusaSlicer drops.
+/// How far a dropped point may lie from the line that replaces it while sections are worked on: 3 micrometres, a quarter of what PrusaSlicer drops.
 const TOLERANCE_UNITS: f64 = 30.0;
 
 /// The closed contour with as few of its points as keep it within 3 micrometres (Douglas and Peucker 1973).
@@ -10,6 +10,11 @@ const TOLERANCE_UNITS: f64 = 30.0;
 /// Diagonals of flat sides leave points along straight lines, each layer elsewhere; without them equal layers are
 /// equal. Fewer than three points come back as they are.
 pub(super) fn simplified(contour: &[Point]) -> Contour {
+    simplified_to(contour, TOLERANCE_UNITS)
+}
+
+/// The same with another tolerance, grid units.
+pub(super) fn simplified_to(contour: &[Point], tolerance: f64) -> Contour {
     let Some((start, far)) = anchors(contour) else { return contour.to_vec() };
     let ring: Contour = (0..=contour.len()).map(|i| contour[(start + i) % contour.len()]).collect();
     let mut keep = vec![false; ring.len()];
@@ -17,7 +22,7 @@ pub(super) fn simplified(contour: &[Point]) -> Contour {
     keep[far] = true;
     let mut spans = vec![(0, far), (far, ring.len() - 1)];
     while let Some((a, b)) = spans.pop() {
-        if let Some(middle) = farthest(&ring, a, b) {
+        if let Some(middle) = farthest(&ring, a, b, tolerance) {
             keep[middle] = true;
             spans.extend([(a, middle), (middle, b)]);
         }
@@ -38,7 +43,7 @@ fn anchors(contour: &[Point]) -> Option<(usize, usize)> {
 }
 
 /// The point strictly between `a` and `b` that lies farthest from their line, if beyond the tolerance.
-fn farthest(ring: &[Point], a: usize, b: usize) -> Option<usize> {
+fn farthest(ring: &[Point], a: usize, b: usize, tolerance: f64) -> Option<usize> {
     let (from, to) = (ring[a], ring[b]);
     let (dx, dy) = (f64::from(to.x - from.x), f64::from(to.y - from.y));
     let length2 = dx * dx + dy * dy;
@@ -48,7 +53,7 @@ fn farthest(ring: &[Point], a: usize, b: usize) -> Option<usize> {
         let t = if length2 > 0.0 { ((x * dx + y * dy) / length2).clamp(0.0, 1.0) } else { 0.0 };
         (x - t * dx).hypot(y - t * dy)
     };
-    let mut best = (TOLERANCE_UNITS, None);
+    let mut best = (tolerance, None);
     for (i, &point) in ring.iter().enumerate().take(b).skip(a + 1) {
         let distance = off(point);
         if distance > best.0 {
