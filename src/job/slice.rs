@@ -141,7 +141,9 @@ pub(super) fn slice_by(
     world: &World<'_>,
 ) -> Result<SliceResult, Error> {
     let bar = world.progress.begin("slicing", prints.meshes.len());
-    let (mut sliced, mut flaws) = (Vec::with_capacity(prints.meshes.len()), Vec::new());
+    let mut sliced = Vec::with_capacity(prints.meshes.len());
+    let mut flaws: Vec<(String, Flaw)> =
+        slicer.flaws().into_iter().map(|flaw| (slicer.name().to_owned(), flaw)).collect();
     let all: Vec<(&SlotMesh, &String)> = prints.meshes.iter().zip(&prints.names).collect();
     // A few at a time, so that the bar moves; the order of results is that of the prints.
     for batch in all.chunks(rayon::current_num_threads().max(1)) {

@@ -13,6 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use super::builtin::Configured;
 use super::external::{Program, extrudes, last_lines, not_driven};
 use super::interrupt::Running;
 use super::said::Said;
@@ -80,7 +81,14 @@ pub fn find(choice: &SlicerChoice, options: &ExternalOptions) -> Result<Box<dyn 
         SlicerChoice::Path(path) => Some(identified(path, options, end)?),
         SlicerChoice::BuiltIn | SlicerChoice::Cura | SlicerChoice::Orca => None,
     };
-    Ok(found.map_or_else(|| Box::new(BuiltIn) as Box<dyn Slicer>, |external| Box::new(external)))
+    match found {
+        Some(external) => Ok(Box::new(external)),
+        None if options.configs.is_empty() => Ok(Box::new(BuiltIn)),
+        None => {
+            let texts: Result<Vec<String>, SliceError> = options.configs.iter().map(|path| read_text(path)).collect();
+            Ok(Box::new(Configured::new(&texts?)?))
+        }
+    }
 }
 
 /// The first command of `program` on PATH that says it is that program.

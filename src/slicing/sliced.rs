@@ -31,6 +31,8 @@ pub enum Flaw {
     },
     /// Pieces were too narrow to print.
     LeftOut(LeftOut),
+    /// Keys of a configuration that ask for something the slicer does not do.
+    Unheeded(Vec<String>),
 }
 
 /// What was too narrow to print.
@@ -66,6 +68,12 @@ impl fmt::Display for Flaw {
                 "the mesh is open: {contours} contours were closed by straight lines of up to {longest_mm:.3} mm; repair the model"
             ),
             Self::LeftOut(left) => write!(f, "{left} and were left out; {KEEPS}"),
+            Self::Unheeded(keys) => write!(
+                f,
+                "it has nothing for {} of the keys in --slicer-config, which count for nothing: {}",
+                keys.len(),
+                keys.join(", ")
+            ),
         }
     }
 }

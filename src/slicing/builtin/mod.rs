@@ -8,6 +8,7 @@ mod comb;
 mod cut;
 mod emit;
 mod hatch;
+mod ini;
 mod join;
 mod lost;
 mod narrow;
@@ -38,6 +39,7 @@ use crate::gcode::checksum;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
+pub use self::ini::Configured;
 
 /// The cross-section of every line: a stadium, as PrusaSlicer has it.
 struct Line {
