@@ -4,6 +4,7 @@
 //! of the volume with solid infill; walls, which have two surfaces close to each other, 0.93 to 1.05. Where a shape does not reach
 //! that, its own bound stands beside the reason. `--nocapture` shows the table.
 
+mod clock;
 mod configured;
 mod raster;
 mod shapes;
