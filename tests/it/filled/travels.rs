@@ -92,7 +92,7 @@ pub(crate) fn travels(mesh: &TriangleMesh<Slot>, gcode: &str, height: f64) -> Tr
     let (mut z, mut section, mut below) = (f64::NAN, Vec::new(), Vec::new());
     let mut goes = false;
     for step in &steps[first..] {
-        if !((step.to[2] - z).abs() <= height / 4.0) {
+        if z.is_nan() || (step.to[2] - z).abs() > height / 4.0 {
             z = step.to[2];
             section = cut(mesh, z - height / 2.0);
             below = cut(mesh, z - 1.5 * height);
