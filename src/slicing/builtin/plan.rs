@@ -1,7 +1,7 @@
 //! What each layer prints, before its order is chosen.
 
 use std::borrow::Cow;
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::{FRAC_PI_4, PI};
 
 use rayon::prelude::*;
 
@@ -9,7 +9,10 @@ use super::hatch::Lattice;
 use super::near::Shapes;
 use super::order::rearmost;
 use super::overhang::Ground;
-use super::region::{Contour, Point, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, units};
+use super::region::{
+    Contour, Point, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, pairs, perimeter_mm,
+    signed_area_mm2, units,
+};
 use super::skins::{Between, Inside, Stack, inside, solids};
 use super::walls::{Bead, Walled, walled};
 use super::zigzag::lines;
@@ -151,8 +154,11 @@ fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &Sli
         fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, *angle, line, s, carried)));
     }
     let anywhere = |_: &[Point]| true;
-    fills.extend(solids.rest.iter().map(|shape| solid(Feature::Solid, shape, angle, line, s, anywhere)));
-    fills.extend(solids.top.iter().map(|shape| solid(Feature::Top, shape, angle, line, s, anywhere)));
+    for (feature, region) in [(Feature::Solid, &solids.rest), (Feature::Top, &solids.top)] {
+        let filled =
+            |shape: &Shape| solid(feature, shape, along_strip(shape, line).unwrap_or(angle), line, s, anywhere);
+        fills.extend(region.iter().map(filled));
+    }
     if s.infill > 0.0 {
         let lattice = Lattice::common(angle, f64::from(line.spacing) / s.infill);
         let lines = lines(&inside.hollow, lattice, inset(line.spacing, line, s), anywhere);
@@ -161,6 +167,21 @@ fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &Sli
     fills.retain(|fill| !fill.lines.is_empty());
     fills
 }
+
+/// The direction of a straight strip a few lines wide: across it there would be more turns than line.
+fn along_strip(shape: &Shape, line: &Line) -> Option<f64> {
+    let [ring] = &shape[..] else { return None };
+    let longest = pairs(ring).max_by(|a, b| distance_mm(a.0, a.1).total_cmp(&distance_mm(b.0, b.1)))?;
+    let around = perimeter_mm(ring);
+    let width_mm = 2.0 * signed_area_mm2(ring) / around;
+    let is_strip = width_mm < STRIP_LINES * line.spacing_mm && distance_mm(longest.0, longest.1) > STRAIGHT * around;
+    let [x, y] = [longest.1.x - longest.0.x, longest.1.y - longest.0.y].map(f64::from);
+    is_strip.then(|| y.atan2(x).rem_euclid(PI))
+}
+
+/// A strip is narrower than so many lines, and its longest side is more than this of its border.
+const STRIP_LINES: f64 = 5.0;
+const STRAIGHT: f64 = 0.35;
 
 /// A shape filled line by line; the lines are as wide as its area asks for.
 fn solid(

@@ -197,6 +197,8 @@ fn most_travel(name: &str) -> f64 {
         "gear" => 3.1,
         "star" => 3.6,
         "overlapping bodies" => 1.5,
+        // Its lines run along it, and the last one ends at its tip.
+        "wedge 20" => 1.4,
         // One line beside the walls leads away from the seam, and the nozzle must go back: 18 mm a layer.
         "wall 2" => 14.0,
         _ => 1.3,
