@@ -60,7 +60,7 @@ fn left_out(flaws: &[(String, Flaw)]) -> Vec<Value> {
             "print": name, "volume_mm3": left.volume_mm3, "share": left.share, "layers": left.layers, "at_mm": left.at_mm,
             "thinnest_mm": left.thinnest_mm,
         })),
-        Flaw::Open { .. } | Flaw::Instead { .. } | Flaw::NotTaken { .. } => None,
+        Flaw::Open { .. } | Flaw::Instead { .. } | Flaw::Unheeded(_) => None,
     };
     flaws.iter().filter_map(one).collect()
 }

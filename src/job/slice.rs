@@ -171,7 +171,9 @@ pub(super) fn slice_by(
     world: &World<'_>,
 ) -> Result<SliceResult, Error> {
     let bar = world.progress.begin("slicing", prints.meshes.len());
-    let (mut sliced, mut flaws) = (Vec::with_capacity(prints.meshes.len()), Vec::new());
+    let mut sliced = Vec::with_capacity(prints.meshes.len());
+    let mut flaws: Vec<(String, Flaw)> =
+        slicer.flaws().into_iter().map(|flaw| (slicer.name().to_owned(), flaw)).collect();
     let all: Vec<(&SlotMesh, &String)> = prints.meshes.iter().zip(&prints.names).collect();
     // A few at a time, so that the bar moves; the order of results is that of the prints.
     for batch in all.chunks(rayon::current_num_threads().max(1)) {
@@ -192,9 +194,6 @@ pub(super) fn slice_by(
         bar.at(sliced.len());
     }
     let slicer = SlicerName { name: slicer.name().to_owned(), version: slicer.version().to_owned() };
-    // What is so of every print is said once.
-    let mut of_all = std::collections::BTreeSet::new();
-    flaws.retain(|(_, flaw): &(String, Flaw)| !flaw.is_of_all() || of_all.insert(flaw.to_string()));
     let told = flaws.iter().filter(|(_, flaw)| flaw.is_worth_a_warning());
     told.for_each(|(name, flaw)| world.progress.warning(&format!("{name}: {flaw}")));
     Ok(SliceResult { sliced, slicer, flaws })

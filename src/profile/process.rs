@@ -19,6 +19,8 @@ pub struct SliceSettings {
     pub layer_height_mm: f64,
     /// Width of every extruded line.
     pub line_width_mm: f64,
+    /// Width of the lines of a first layer on the table, 0 for that of all others; the built-in slicer's alone.
+    pub first_layer_width_mm: f64,
     /// Number of walls.
     pub walls: u32,
     /// Solid layers below each downward skin.
@@ -27,6 +29,8 @@ pub struct SliceSettings {
     pub top_layers: u32,
     /// Sparse infill, 0 (hollow) to 1 (solid).
     pub infill: f64,
+    /// How far infill reaches into the walls where its lines turn, in line widths.
+    pub infill_overlap: f64,
     /// Speed of the outer wall.
     pub outer_wall_mm_per_s: f64,
     /// Speed of the inner walls.
@@ -59,10 +63,14 @@ pub struct SliceSettings {
     pub nozzle_c: f64,
     /// Bed temperature; 0 leaves the bed alone.
     pub bed_c: f64,
+    /// How far bridges reach beyond the air, onto what is below.
+    pub anchor_mm: f64,
     /// What a line may span over air between two ends on material.
     pub bridge_mm: f64,
     /// Part fan, 0 to 1, from the second layer on.
     pub fan: f64,
+    /// And at least so much for bridges and overhangs, where it turns at all.
+    pub bridge_fan: f64,
 }
 
 impl Default for SliceSettings {
@@ -72,10 +80,12 @@ impl Default for SliceSettings {
             filament_mm: 1.75,
             layer_height_mm: 0.2,
             line_width_mm: 0.45,
+            first_layer_width_mm: 0.0,
             walls: 2,
             bottom_layers: 4,
             top_layers: 4,
             infill: 0.2,
+            infill_overlap: 0.25,
             outer_wall_mm_per_s: 30.0,
             inner_wall_mm_per_s: 45.0,
             infill_mm_per_s: 60.0,
@@ -92,8 +102,10 @@ impl Default for SliceSettings {
             retract_from_mm: 1.5,
             nozzle_c: 210.0,
             bed_c: 60.0,
+            anchor_mm: 2.5,
             bridge_mm: 8.0,
             fan: 1.0,
+            bridge_fan: 1.0,
         }
     }
 }
@@ -124,9 +136,12 @@ impl SliceSettings {
             return out("layer_height_mm", layer, format!("0..{nozzle} mm: no layer is higher than the nozzle's bore"));
         }
         let (least, most) = ((0.5 * nozzle).max(layer), 4.0 * nozzle);
-        if !(least..=most).contains(&width) {
-            let why = "half the nozzle's bore and the layer's height at least, 4 bores at most";
-            return out("line_width_mm", width, format!("{least}..{most} mm: {why}"));
+        for (key, width) in [("line_width_mm", width), ("first_layer_width_mm", self.first_layer_width_mm)] {
+            let as_all = key == "first_layer_width_mm" && width == 0.0;
+            if !as_all && !(least..=most).contains(&width) {
+                let why = "half the nozzle's bore and the layer's height at least, 4 bores at most";
+                return out(key, width, format!("{least}..{most} mm: {why}"));
+            }
         }
         Ok(())
     }

@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 67] = [
+const RANGES: [(&str, RangeInclusive<f64>); 71] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.direction", -1.0..=1.0),
@@ -58,10 +58,13 @@ const RANGES: [(&str, RangeInclusive<f64>); 67] = [
     ("process.filament_mm", 1.0..=4.0),
     ("process.layer_height_mm", 0.02..=1.5),
     ("process.line_width_mm", 0.1..=4.0),
+    ("process.first_layer_width_mm", 0.0..=4.0),
     ("process.walls", 1.0..=100.0),
     ("process.bottom_layers", 0.0..=1e4),
     ("process.top_layers", 0.0..=1e4),
     ("process.infill", 0.0..=1.0),
+    ("process.infill_overlap", 0.0..=0.5),
+    ("process.anchor_mm", 0.0..=50.0),
     ("process.outer_wall_mm_per_s", 0.1..=2000.0),
     ("process.inner_wall_mm_per_s", 0.1..=2000.0),
     ("process.infill_mm_per_s", 0.1..=2000.0),
@@ -80,6 +83,7 @@ const RANGES: [(&str, RangeInclusive<f64>); 67] = [
     ("process.nozzle_c", 0.0..=500.0),
     ("process.bed_c", 0.0..=200.0),
     ("process.fan", 0.0..=1.0),
+    ("process.bridge_fan", 0.0..=1.0),
     ("link.baud", 300.0..=12e6),
     ("link.buffer", 16.0..=1e6),
     ("link.commands", 1.0..=1e4),

@@ -12,7 +12,6 @@ mod error;
 mod external;
 mod interrupt;
 mod job;
-mod overlay;
 mod process;
 mod prusa;
 mod said;
@@ -43,6 +42,11 @@ pub trait Slicer: Send + Sync {
 
     /// The version it reports, for instance `2.5.0`.
     fn version(&self) -> &str;
+
+    /// What it cannot do as it was configured, whatever it slices: told once.
+    fn flaws(&self) -> Vec<Flaw> {
+        Vec::new()
+    }
 
     /// G-code of `mesh`, in the mesh's own XY and with z = 0 at its lowest point, no start or end code; and what is not in it.
     ///

@@ -13,9 +13,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use super::builtin::Configured;
 use super::external::{Program, begins_in_nothing, extrudes, last_lines, not_driven};
 use super::interrupt::Running;
-use super::overlay::overlaid;
 use super::said::Said;
 use super::{BuiltIn, Flaw, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice, cura};
 use crate::geom::Slot;
@@ -82,8 +82,14 @@ pub fn find(choice: &SlicerChoice, options: &ExternalOptions) -> Result<Box<dyn 
         SlicerChoice::Cura => Some(installed(Program::CuraEngine)?.ok_or_else(|| missing(Program::CuraEngine))?),
         SlicerChoice::BuiltIn | SlicerChoice::Orca => None,
     };
-    let configured = || Configured { configs: options.configs.clone() };
-    Ok(found.map_or_else(|| Box::new(configured()) as Box<dyn Slicer>, |external| Box::new(external)))
+    match found {
+        Some(external) => Ok(Box::new(external)),
+        None if options.configs.is_empty() => Ok(Box::new(BuiltIn)),
+        None => {
+            let texts: Result<Vec<String>, SliceError> = options.configs.iter().map(|path| read_text(path)).collect();
+            Ok(Box::new(Configured::new(&texts?)?))
+        }
+    }
 }
 
 /// The first command of `program` on PATH that says it is that program.
@@ -113,31 +119,6 @@ fn identified(path: &Path, options: &ExternalOptions, end: Instant) -> Result<Ex
         return Err(SliceError::NotASlicer { path: path.to_owned(), text });
     };
     Ok(External { program, path: path.to_owned(), version, options: options.clone() })
-}
-
-/// The built-in slicer under the user's configurations.
-struct Configured {
-    configs: Vec<PathBuf>,
-}
-
-impl Slicer for Configured {
-    fn name(&self) -> &str {
-        BuiltIn.name()
-    }
-
-    fn version(&self) -> &str {
-        BuiltIn.version()
-    }
-
-    fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {
-        let texts: Result<Vec<String>, _> = self.configs.iter().map(|path| read_text(path)).collect();
-        let (settings, left) = overlaid(settings, &texts?)?;
-        let mut sliced = BuiltIn.slice(mesh, &settings, job)?;
-        if !left.is_empty() {
-            sliced.flaws.push(Flaw::NotTaken { keys: left });
-        }
-        Ok(sliced)
-    }
 }
 
 /// A slicer that is a program of its own.
@@ -192,8 +173,7 @@ type Set<'a> = (&'a SliceSettings, &'a [String]);
 impl External {
     /// What this program refuses since it begins in a point or an edge, from the built-in slicer.
     fn instead(&self, mesh: &TriangleMesh<Slot>, set: Set<'_>, job: &SliceJob) -> Result<Sliced, SliceError> {
-        let (settings, _) = overlaid(set.0, set.1)?;
-        let mut sliced = BuiltIn.slice(mesh, &settings, job)?;
+        let mut sliced = Configured::new(set.1)?.slice(mesh, set.0, job)?;
         sliced.flaws.push(Flaw::Instead { slicer: self.name().to_owned() });
         Ok(sliced)
     }

@@ -36,11 +36,8 @@ pub enum Flaw {
         /// The slicer that was asked.
         slicer: String,
     },
-    /// Settings that the built-in slicer does not know, or not so.
-    NotTaken {
-        /// Their keys in the user's configurations.
-        keys: Vec<String>,
-    },
+    /// Keys of a configuration that ask for something the slicer does not do.
+    Unheeded(Vec<String>),
 }
 
 /// What was too narrow to print.
@@ -61,15 +58,7 @@ pub struct LeftOut {
 /// A smaller share of a part is the very tips of its corners and edges: data, and no warning.
 const WORTH_A_WARNING: f64 = 0.002;
 
-/// So many keys are named.
-const NAMED: usize = 6;
-
 impl Flaw {
-    /// Whether it is the same for every print of a plan.
-    pub fn is_of_all(&self) -> bool {
-        matches!(self, Self::NotTaken { .. })
-    }
-
     /// Whether a person is to be told.
     pub fn is_worth_a_warning(&self) -> bool {
         !matches!(self, Self::LeftOut(left) if left.share < WORTH_A_WARNING)
@@ -88,15 +77,12 @@ impl fmt::Display for Flaw {
                 f,
                 "begins in a point or an edge, of which {slicer} prints no first layer; sliced by the built-in slicer instead"
             ),
-            Self::NotTaken { keys } => {
-                let more = keys.len().saturating_sub(NAMED);
-                write!(
-                    f,
-                    "the built-in slicer takes no {} from --slicer-config",
-                    keys[..keys.len().min(NAMED)].join(", ")
-                )?;
-                if more > 0 { write!(f, " and {more} more settings") } else { Ok(()) }
-            }
+            Self::Unheeded(keys) => write!(
+                f,
+                "it has nothing for {} of the keys in --slicer-config, which count for nothing: {}",
+                keys.len(),
+                keys.join(", ")
+            ),
         }
     }
 }

@@ -156,7 +156,12 @@ fn with_arcs(text: &str) -> (String, usize) {
         let prints =
             |line: &str| line.starts_with("G1 ") && line.contains('E') && (line.contains('X') || line.contains('Y'));
         let start = at;
-        let round = |line: &str, at: [f64; 2]| prints(line) && (radius(next(line, at)) - radius(start)).abs() < 2e-3;
+        // The chords of infill too end on a circle, but their middles lie inside it.
+        let middle = |line: &str, at: [f64; 2]| [0, 1].map(|i| (at[i] + next(line, at)[i]) / 2.0);
+        let round = |line: &str, at: [f64; 2]| {
+            let off = |p: [f64; 2]| (radius(p) - radius(start)).abs();
+            prints(line) && off(next(line, at)) < 2e-3 && off(middle(line, at)) < 0.01
+        };
         if !round(line, at) || radius(at) < 2.0 {
             if line.starts_with('G') {
                 at = next(line, at);

@@ -83,7 +83,7 @@ fn every_mutant_of_a_real_file_is_caught_by_its_rule() {
     let victim = Victim::of("two-boxes");
     let slot = victim.slot_one();
     let laying = victim.laying(slot.clone());
-    let retract = slot.start + victim.lines[slot.clone()].iter().position(|l| l.starts_with("G1 E-1 ")).unwrap();
+    let retract = victim.lines[..slot.start].iter().rposition(|l| l.starts_with("G1 E-")).unwrap();
 
     let shifted = victim.broken_by(|lines| {
         lines[slot.clone()].iter_mut().filter(|l| l.starts_with("G1")).for_each(|l| *l = moved(l, 'X', 1.0));

@@ -10,7 +10,7 @@ use crate::geom::Slot;
 use crate::job::Error;
 use crate::mesh::TriangleMesh;
 use crate::slicing::{
-    ExternalOptions, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice, find,
+    ExternalOptions, Flaw, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice, find,
 };
 
 /// The slicers that are installed, and the built-in one.
@@ -57,6 +57,10 @@ impl Slicer for Housed {
 
     fn version(&self) -> &str {
         self.slicer.version()
+    }
+
+    fn flaws(&self) -> Vec<Flaw> {
+        self.slicer.flaws()
     }
 
     fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {

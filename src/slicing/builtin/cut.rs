@@ -8,10 +8,10 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::region::{Contour, Point, Region, distance_mm, enclosed, units};
-use super::simplify::simplified;
+use super::region::{Contour, FINE_UNITS, Point, Region, distance_mm, enclosed, units};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
+use crate::section::simplify::simplified;
 
 /// What one plane cuts out of a mesh.
 #[derive(Default)]
@@ -69,7 +69,7 @@ fn cut(mesh: &TriangleMesh<Slot>, ids: &[u32], facets: &[u32], z: f64) -> Cut {
             result.longest_gap_mm = result.longest_gap_mm.max(gap);
         }
         contour.dedup();
-        let contour = simplified(&contour);
+        let contour = simplified(&contour, FINE_UNITS);
         if contour.len() >= 3 {
             contours.push(contour);
         }

@@ -1,22 +1,32 @@
 //! Paths as G-code text.
 
+use std::collections::VecDeque;
 use std::f64::consts::PI;
 use std::io::Write;
 
-use super::Line;
 use super::plan::{Feature, Path};
 use super::region::{Point, UNITS_PER_MM};
+use super::{Line, Lines};
 use crate::slicing::SliceSettings;
 
 /// A position in micrometres, the last printed digit.
 type Micrometres = [i64; 2];
 
+/// A place of the filament is pulled back and forth at most so often within so many of E's last digits (5 mm): more, and the gear
+/// grinds it. Slicers leave that to the user; printing guides say 10 to 15.
+const MOST_PULLS: usize = 10;
+const GRINDS_E: i64 = 500_000;
+
 /// Writes relative-E G-code; rounding remainders of E are carried from move to move.
 pub(super) struct Writer<'a> {
     text: Vec<u8>,
     settings: &'a SliceSettings,
+    lines: &'a Lines,
+    /// Those of the layer.
     line: &'a Line,
     filament_mm2: f64,
+    /// The part fan's share of its full speed, in this layer and now.
+    fan: [f64; 2],
     slow: bool,
     /// How much slower than usual a layer is printed, so that it takes its time.
     pace: f64,
@@ -25,14 +35,18 @@ pub(super) struct Writer<'a> {
     kind: Option<(Feature, i64)>,
     wanted_e: f64,
     written_e: i64,
+    /// Where along the filament it was pulled back last.
+    pulled: VecDeque<i64>,
 }
 
 impl<'a> Writer<'a> {
-    pub(super) fn new(settings: &'a SliceSettings, line: &'a Line) -> Self {
+    pub(super) fn new(settings: &'a SliceSettings, lines: &'a Lines) -> Self {
         Self {
             text: Vec::new(),
             settings,
-            line,
+            lines,
+            line: lines.at(0),
+            fan: [f64::NAN; 2],
             filament_mm2: PI / 4.0 * settings.filament_mm.powi(2),
             slow: false,
             pace: 1.0,
@@ -41,6 +55,7 @@ impl<'a> Writer<'a> {
             kind: None,
             wanted_e: 0.0,
             written_e: 0,
+            pulled: VecDeque::new(),
         }
     }
 
@@ -50,14 +65,31 @@ impl<'a> Writer<'a> {
         self.text.push(b'\n');
     }
 
-    /// The part fan, as a share of its full speed.
-    pub(super) fn fan(&mut self, share: f64) {
-        let speed = (share * 255.0).round() as i64;
-        self.raw(&if speed == 0 { "M107".to_owned() } else { format!("M106 S{speed}") });
+    /// The part fan from this layer on, as a share of its full speed.
+    pub(super) fn layer_fan(&mut self, share: f64) {
+        self.fan[0] = share;
+        self.turn_fan(share);
     }
 
-    /// The marks of a layer at `z_mm`, and the move up; `slow` prints all of it at the first layer's speed.
-    pub(super) fn layer(&mut self, z_mm: f64, slow: bool) {
+    fn turn_fan(&mut self, share: f64) {
+        if self.fan[1] != share {
+            self.fan[1] = share;
+            let speed = (share * 255.0).round() as i64;
+            self.raw(&if speed == 0 { "M107".to_owned() } else { format!("M106 S{speed}") });
+        }
+    }
+
+    /// The fan that a line wants: bridges have their own where it turns at all.
+    fn fan_for(&self, feature: Feature) -> f64 {
+        let layer = self.fan[0];
+        let own = matches!(feature, Feature::Bridge | Feature::Overhang) && layer > 0.0;
+        if own { layer.max(self.settings.bridge_fan) } else { layer }
+    }
+
+    /// The marks of a layer, and the move up; `slow` prints all of it at the first layer's speed.
+    pub(super) fn layer(&mut self, index: usize, slow: bool) {
+        self.line = self.lines.at(index);
+        let z_mm = (index + 1) as f64 * self.line.height_mm;
         let z = (z_mm * 1000.0).round() / 1000.0;
         self.slow = slow;
         self.pace = 1.0;
@@ -87,7 +119,8 @@ impl<'a> Writer<'a> {
     /// Goes to the path and prints it.
     pub(super) fn path(&mut self, path: &Path) {
         let Some(&first) = path.points.first() else { return };
-        self.travel(micrometres(first), path.hop);
+        self.travel(micrometres(first), path);
+        self.turn_fan(self.fan_for(path.feature));
         self.mark(path);
         self.text.extend_from_slice(b"G1");
         self.set_feed(paced(self.speed(path.feature), self.pace, self.settings.slowest_mm_per_s));
@@ -114,22 +147,39 @@ impl<'a> Writer<'a> {
         self.kind = Some(kind);
     }
 
-    fn travel(&mut self, to: Micrometres, hop: bool) {
+    fn travel(&mut self, to: Micrometres, path: &Path) {
         if self.at == Some(to) {
             return;
         }
-        let far = self.at.is_some_and(|at| distance_mm(at, to) > self.settings.retract_from_mm);
-        let retract = far && !hop && self.settings.retract_mm > 0.0;
-        if retract {
+        let pull = path.pull && self.may_pull();
+        if pull {
             self.pull(-self.settings.retract_mm);
         }
-        self.text.extend_from_slice(b"G1");
-        self.coordinates(to);
-        self.set_feed(self.settings.travel_mm_per_s);
-        self.text.push(b'\n');
-        if retract {
+        for stop in path.way.iter().map(|&p| micrometres(p)).chain([to]) {
+            self.text.extend_from_slice(b"G1");
+            self.coordinates(stop);
+            self.set_feed(self.settings.travel_mm_per_s);
+            self.text.push(b'\n');
+        }
+        if pull {
             self.pull(self.settings.retract_mm);
         }
+    }
+
+    /// Whether the filament can be pulled back once more where it is: not as often that the gear grinds it.
+    fn may_pull(&mut self) -> bool {
+        if self.settings.retract_mm <= 0.0 {
+            return false;
+        }
+        let since = self.written_e - GRINDS_E;
+        while self.pulled.front().is_some_and(|&at| at < since) {
+            self.pulled.pop_front();
+        }
+        let may = self.pulled.len() < MOST_PULLS;
+        if may {
+            self.pulled.push_back(self.written_e);
+        }
+        may
     }
 
     fn pull(&mut self, by_mm: f64) {
@@ -209,12 +259,16 @@ impl LayerTime {
     fn of(paths: &[Path], writer: &Writer<'_>) -> Self {
         let s = writer.settings;
         let mut time = Self { printed: Vec::new(), travel_s: 0.0 };
-        let mut at = None;
+        let mut at = writer.at;
         for path in paths {
             let points: Vec<Micrometres> = path.points.iter().map(|&p| micrometres(p)).collect();
-            let way = at.zip(points.first()).map_or(0.0, |(at, &first)| distance_mm(at, first));
-            let pulls =
-                if way > s.retract_from_mm && !path.hop { 2.0 * s.retract_mm / s.retract_mm_per_s } else { 0.0 };
+            let stops = path.way.iter().map(|&p| micrometres(p)).chain(points.first().copied());
+            let mut way = 0.0;
+            for stop in stops {
+                way += at.map_or(0.0, |at| distance_mm(at, stop));
+                at = Some(stop);
+            }
+            let pulls = if path.pull { 2.0 * s.retract_mm / s.retract_mm_per_s } else { 0.0 };
             time.travel_s += way / s.travel_mm_per_s + pulls;
             let length: f64 = points.windows(2).map(|leg| distance_mm(leg[0], leg[1])).sum();
             let speed = writer.speed(path.feature);

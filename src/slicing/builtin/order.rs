@@ -1,63 +1,244 @@
 //! In which order, and from where, a layer's lines are printed.
+//!
+//! Always on to the nearest: of the islands, of an island's walls, of its bridges, of its other infill and what fills gaps between walls.
+//! A wall waits for the ones that lie inside it.
 
-use super::hatch::Stroke;
+use super::comb::Comb;
+use super::nearest::Nearest;
 use super::overhang::Ground;
 use super::plan::{Feature, Fill, Island, Path, PlannedLayer};
 use super::region::{Contour, Point, distance_mm, perimeter_mm};
 use super::walls::Bead;
+use crate::slicing::SliceSettings;
 
 /// How far behind the rearmost point a seam may lie, grid units: rounding must not throw it about.
 const REAR_TOLERANCE: i32 = 200;
+/// A longer way inside an island is made with the filament pulled back too, mm: what oozes is missing where the next line begins.
+const LONGEST_UNPULLED_MM: f64 = 60.0;
+/// A way inside an island may be so much longer than the straight one, mm: that takes as long as a pull.
+const LONGEST_DETOUR_MM: f64 = 25.0;
 
-/// The layer's paths in printing order from `at`, which moves to the end of the last; loops end `clip_mm` early.
-///
-/// Islands nearest first; in each the walls from the inside out, then infill. Ties go to the first in the layer.
-pub(super) fn ordered(layer: &PlannedLayer<'_>, at: &mut Point, clip_mm: f64) -> Vec<Path> {
-    let mut paths = Vec::new();
-    // Where each begins is asked once: with thousands of islands, everything else would be.
-    let mut islands: Vec<(Point, &Island<'_>)> = layer.islands.iter().map(|island| (island.start(), island)).collect();
-    while let Some(next) = nearest_start(&islands, *at) {
-        let (_, island) = islands.remove(next);
-        add_walls(island, layer.ground.as_ref(), clip_mm, at, &mut paths);
-        for alike in island.fills.chunk_by(|a, b| a.feature == b.feature) {
-            let mut left: Vec<&Fill> = alike.iter().collect();
-            let away = |at: Point, fill: &Fill| {
-                fill.chains.iter().flat_map(|chain| ends_from(at, chain)).fold(f64::INFINITY, f64::min)
-            };
-            while let Some(next) = nearest(&left, |fill| away(*at, fill)) {
-                add_fill(left.remove(next), at, &mut paths);
+/// Puts the lines of layer after layer in order.
+pub(super) struct Order<'a> {
+    settings: &'a SliceSettings,
+    /// Where the last line ended.
+    at: Option<Point>,
+    /// The layer's lines so far.
+    paths: Vec<Path>,
+}
+
+impl<'a> Order<'a> {
+    pub(super) fn new(settings: &'a SliceSettings) -> Self {
+        Self { settings, at: None, paths: Vec::new() }
+    }
+
+    /// The layer's paths in printing order. Islands nearest first; in each the walls from the inside out, then infill.
+    pub(super) fn of(&mut self, layer: &PlannedLayer<'_>) -> Vec<Path> {
+        let mut islands = Nearest::all(layer.islands.iter().map(Island::start).collect());
+        while let Some(next) = islands.to(self.place()) {
+            islands.remove(next);
+            let island = &layer.islands[next];
+            let mut inside = Ways { island, comb: None };
+            let (gaps, walls): (Vec<&Bead>, Vec<&Bead>) =
+                island.beads.iter().partition(|bead| bead.depth > 0 && !bead.closed);
+            self.walls(&mut inside, &walls, layer.ground.as_ref());
+            for bridges in [true, false] {
+                let fills = island.fills.iter().filter(|fill| (fill.feature == Feature::Bridge) == bridges);
+                let lines = fills.flat_map(|fill| fill.lines.iter().map(move |line| Piece::Line(fill, line)));
+                let gaps = gaps.iter().filter(|_| !bridges).map(|bead| Piece::Gap(bead));
+                let pieces: Vec<Piece<'_>> = lines.chain(gaps).collect();
+                self.pieces(&mut inside, &pieces, layer.ground.as_ref());
+            }
+        }
+        std::mem::take(&mut self.paths)
+    }
+
+    fn place(&self) -> Point {
+        self.at.unwrap_or_default()
+    }
+
+    fn walls(&mut self, inside: &mut Ways<'_>, beads: &[&Bead], ground: Option<&Ground>) {
+        let outside = outside_of(beads);
+        let starts = starts(beads, &outside);
+        let mut inner = vec![0; beads.len()];
+        outside.iter().flatten().for_each(|&of| inner[of] += 1);
+        // Both ends of an open line, the start of a closed one twice.
+        let mut nearest = Nearest::of(starts.iter().flatten().copied().collect());
+        let free = |nearest: &mut Nearest, bead: usize| {
+            nearest.add(2 * bead);
+            nearest.add(2 * bead + 1);
+        };
+        (0..beads.len()).filter(|&bead| inner[bead] == 0).for_each(|bead| free(&mut nearest, bead));
+        while let Some(end) = nearest.to(self.place()) {
+            let next = end / 2;
+            nearest.remove(2 * next);
+            nearest.remove(2 * next + 1);
+            let bead = beads[next];
+            // PrusaSlicer's seam gap: 15 % of the nozzle's bore.
+            let (points, widths) = laid_from(bead, starts[next][end % 2], 0.15 * self.settings.nozzle_mm);
+            self.add_stretches(inside, bead, &points, &widths, ground);
+            if let Some(of) = outside[next] {
+                inner[of] -= 1;
+                if inner[of] == 0 {
+                    free(&mut nearest, of);
+                }
             }
         }
     }
-    paths
-}
 
-fn nearest_start(islands: &[(Point, &Island<'_>)], at: Point) -> Option<usize> {
-    let away = |p: Point| (i64::from(p.x) - i64::from(at.x)).pow(2) + (i64::from(p.y) - i64::from(at.y)).pow(2);
-    (0..islands.len()).min_by_key(|&i| away(islands[i].0))
-}
-
-fn nearest<T>(items: &[T], distance: impl Fn(&T) -> f64) -> Option<usize> {
-    let distances: Vec<f64> = items.iter().map(distance).collect();
-    (0..items.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]))
-}
-
-fn add_walls(island: &Island<'_>, ground: Option<&Ground>, clip_mm: f64, at: &mut Point, paths: &mut Vec<Path>) {
-    let deepest = island.beads.iter().map(|bead| bead.depth).max().unwrap_or(0);
-    for depth in (0..=deepest).rev() {
-        let mut beads: Vec<&Bead> = island.beads.iter().filter(|bead| bead.depth == depth).collect();
-        while let Some(next) = nearest(&beads, |bead| distance_mm(*at, bead.points[start_of(bead, *at)])) {
-            let bead = beads.remove(next);
-            let (points, widths) = laid_from(bead, start_of(bead, *at), clip_mm);
-            *at = points[points.len() - 1];
-            add_stretches(bead, &points, &widths, ground, paths);
+    /// The bead cut where its width changes and where what carries it does.
+    fn add_stretches(
+        &mut self,
+        inside: &mut Ways<'_>,
+        bead: &Bead,
+        points: &[Point],
+        widths: &[f64],
+        ground: Option<&Ground>,
+    ) {
+        let feature = match (bead.depth, widths.is_empty()) {
+            (0, _) => Feature::OuterWall,
+            (_, false) => Feature::Gap,
+            (_, true) => Feature::InnerWall,
+        };
+        let mut add = |points: &[Point], width_mm: Option<f64>| {
+            let stretches = ground.map_or_else(|| vec![(true, points.to_vec())], |ground| ground.split(points));
+            for (supported, points) in stretches {
+                self.add(inside, if supported { feature } else { Feature::Overhang }, points, width_mm);
+            }
+        };
+        if widths.is_empty() {
+            add(points, None);
+            return;
         }
+        let mut from = 0;
+        for alike in widths.chunk_by(|a, b| (a - b).abs() < 0.5e-3) {
+            add(&points[from..=from + alike.len()], Some(alike[0]));
+            from += alike.len();
+        }
+    }
+
+    fn pieces(&mut self, inside: &mut Ways<'_>, pieces: &[Piece<'_>], ground: Option<&Ground>) {
+        let mut nearest = Nearest::all(pieces.iter().flat_map(Piece::ends).collect());
+        while let Some(end) = nearest.to(self.place()) {
+            let next = end / 2;
+            nearest.remove(2 * next);
+            nearest.remove(2 * next + 1);
+            match pieces[next] {
+                Piece::Line(fill, line) => {
+                    let mut points = line.clone();
+                    if end % 2 == 1 {
+                        points.reverse();
+                    }
+                    self.add(inside, fill.feature, points, fill.width_mm);
+                }
+                Piece::Gap(bead) => {
+                    let (points, widths) = laid_from(bead, pieces[next].ends()[end % 2], 0.0);
+                    self.add_stretches(inside, bead, &points, &widths, ground);
+                }
+            }
+        }
+    }
+
+    fn add(&mut self, inside: &mut Ways<'_>, feature: Feature, points: Contour, width_mm: Option<f64>) {
+        let [Some(&first), Some(&last)] = [points.first(), points.last()] else { return };
+        let (way, pull) = match self.at {
+            Some(at) => self.way(inside, at, first),
+            None => (Vec::new(), false),
+        };
+        self.at = Some(last);
+        self.paths.push(Path { feature, points, width_mm, way, pull });
+    }
+
+    /// The corners of the way to the next line, and whether the filament is pulled back on it.
+    fn way(&self, inside: &mut Ways<'_>, from: Point, to: Point) -> (Vec<Point>, bool) {
+        let straight = distance_mm(from, to);
+        if straight <= self.settings.retract_from_mm {
+            return (Vec::new(), false);
+        }
+        let Some(way) = inside.way(from, to) else { return (Vec::new(), true) };
+        let whole: Vec<Point> = [from].into_iter().chain(way.iter().copied()).chain([to]).collect();
+        let length: f64 = whole.windows(2).map(|leg| distance_mm(leg[0], leg[1])).sum();
+        if length > straight + LONGEST_DETOUR_MM {
+            return (Vec::new(), true);
+        }
+        (way, length > LONGEST_UNPULLED_MM)
     }
 }
 
-/// The bead's points in the order in which they are printed, and the width of each leg.
-fn laid_from(bead: &Bead, start: usize, clip_mm: f64) -> (Contour, Vec<f64>) {
+/// What may begin at either end.
+#[derive(Clone, Copy)]
+enum Piece<'a> {
+    Line(&'a Fill, &'a Contour),
+    Gap(&'a Bead),
+}
+
+impl Piece<'_> {
+    fn ends(&self) -> [Point; 2] {
+        let points = match self {
+            Self::Line(_, line) => line,
+            Self::Gap(bead) => &bead.points,
+        };
+        [points[0], points[points.len() - 1]]
+    }
+}
+
+/// The ways inside an island, prepared when the first is asked for.
+struct Ways<'a> {
+    island: &'a Island<'a>,
+    comb: Option<Comb>,
+}
+
+impl Ways<'_> {
+    fn way(&mut self, from: Point, to: Point) -> Option<Vec<Point>> {
+        let island = self.island;
+        self.comb.get_or_insert_with(|| Comb::new(island.shape, island.centre)).way(from, to)
+    }
+}
+
+/// For each wall the one next to it outside, of those that are one less deep.
+fn outside_of(beads: &[&Bead]) -> Vec<Option<usize>> {
+    let mut found = vec![None; beads.len()];
+    let deepest = beads.iter().map(|bead| bead.depth).max().unwrap_or(0);
+    for depth in 1..=deepest {
+        let outer: Vec<(usize, Point)> = beads
+            .iter()
+            .enumerate()
+            .filter(|(_, bead)| bead.depth + 1 == depth)
+            .flat_map(|(index, bead)| bead.points.iter().map(move |&p| (index, p)))
+            .collect();
+        let nearest = Nearest::all(outer.iter().map(|(_, p)| *p).collect());
+        for (index, bead) in beads.iter().enumerate().filter(|(_, bead)| bead.depth == depth) {
+            found[index] = nearest.to(bead.points[0]).map(|place| outer[place].0);
+        }
+    }
+    found
+}
+
+/// Where each bead may begin: an open one at its ends, an outer wall at its rear, the same place on every layer, a wall inside it
+/// nearest to there.
+fn starts(beads: &[&Bead], outside: &[Option<usize>]) -> Vec<[Point; 2]> {
+    let mut order: Vec<usize> = (0..beads.len()).collect();
+    order.sort_by_key(|&bead| beads[bead].depth);
+    let mut found = vec![[Point::default(); 2]; beads.len()];
+    for index in order {
+        let points = &beads[index].points;
+        let nearest_to = |at: Point| {
+            let away = |p: &Point| distance_mm(at, *p);
+            points.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(at)
+        };
+        found[index] = match (beads[index].closed, outside[index]) {
+            (false, _) => [points[0], points[points.len() - 1]],
+            (true, Some(of)) => [nearest_to(found[of][0]); 2],
+            (true, None) => [points[rearmost(points)]; 2],
+        };
+    }
+    found
+}
+
+/// The bead's points in the order in which they are printed from `start`, and the width of each leg.
+fn laid_from(bead: &Bead, start: Point, clip_mm: f64) -> (Contour, Vec<f64>) {
     let mut widths = bead.widths.clone();
+    let start = bead.points.iter().position(|&p| p == start).unwrap_or(0);
     if bead.closed {
         let points = opened_at(&bead.points, start, clip_mm);
         if !widths.is_empty() {
@@ -72,46 +253,6 @@ fn laid_from(bead: &Bead, start: usize, clip_mm: f64) -> (Contour, Vec<f64>) {
         widths.reverse();
     }
     (points, widths)
-}
-
-/// The bead cut where its width changes and where what carries it does.
-fn add_stretches(bead: &Bead, points: &[Point], widths: &[f64], ground: Option<&Ground>, paths: &mut Vec<Path>) {
-    let feature = match (bead.depth, widths.is_empty()) {
-        (0, _) => Feature::OuterWall,
-        (_, false) => Feature::Gap,
-        (_, true) => Feature::InnerWall,
-    };
-    let mut add = |points: &[Point], width_mm: Option<f64>| {
-        let stretches = ground.map_or_else(|| vec![(true, points.to_vec())], |ground| ground.split(points));
-        paths.extend(stretches.into_iter().map(|(supported, points)| Path {
-            feature: if supported { feature } else { Feature::Overhang },
-            points,
-            width_mm,
-            hop: false,
-        }));
-    };
-    if widths.is_empty() {
-        add(points, None);
-        return;
-    }
-    let mut from = 0;
-    for alike in widths.chunk_by(|a, b| (a - b).abs() < 0.5e-3) {
-        add(&points[from..=from + alike.len()], Some(alike[0]));
-        from += alike.len();
-    }
-}
-
-/// Outer walls start at the rear, the same place on every layer; inner ones wherever is nearest, open lines at the nearer end.
-fn start_of(bead: &Bead, at: Point) -> usize {
-    let points = &bead.points;
-    if !bead.closed {
-        let last = points.len() - 1;
-        return if distance_mm(at, points[last]) < distance_mm(at, points[0]) { last } else { 0 };
-    }
-    if bead.depth > 0 {
-        return nearest(points, |&p| distance_mm(at, p)).unwrap_or(0);
-    }
-    rearmost(points)
 }
 
 /// The vertex with the greatest y; of several, the one with the greatest x.
@@ -139,26 +280,4 @@ fn opened_at(ring: &[Point], start: usize, clip_mm: f64) -> Contour {
         left -= length;
     }
     line
-}
-
-fn add_fill(fill: &Fill, at: &mut Point, paths: &mut Vec<Path>) {
-    let mut left: Vec<&Vec<Stroke>> = fill.chains.iter().collect();
-    while let Some(next) = nearest(&left, |chain| ends_from(*at, chain).into_iter().fold(f64::INFINITY, f64::min)) {
-        let mut strokes = left.remove(next).clone();
-        let [forward, backward] = ends_from(*at, &strokes);
-        if backward < forward {
-            strokes.reverse();
-            strokes.iter_mut().for_each(|stroke| stroke.swap(0, 1));
-        }
-        for (i, [a, b]) in strokes.into_iter().enumerate() {
-            let hop = i > 0 && distance_mm(*at, a) <= fill.hop_mm;
-            paths.push(Path { feature: fill.feature, points: vec![a, b], width_mm: fill.width_mm, hop });
-            *at = b;
-        }
-    }
-}
-
-/// How far a chain's two ends are, mm.
-fn ends_from(from: Point, chain: &[Stroke]) -> [f64; 2] {
-    [chain[0][0], chain[chain.len() - 1][1]].map(|end| distance_mm(from, end))
 }

@@ -1,17 +1,22 @@
 //! What each layer prints, before its order is chosen.
 
 use std::borrow::Cow;
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::{FRAC_PI_4, PI};
 
 use rayon::prelude::*;
 
-use super::Line;
-use super::hatch::{Lattice, Stroke, chains};
+use super::hatch::Lattice;
+use super::near::Shapes;
 use super::order::rearmost;
 use super::overhang::Ground;
-use super::region::{Point, Region, Shape, area_mm2, grown, minus, mm};
-use super::skins::{Inside, Stack, inside, solids};
+use super::region::{
+    Contour, Point, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, pairs, perimeter_mm,
+    signed_area_mm2, units,
+};
+use super::skins::{Between, Inside, Stack, inside, solids};
 use super::walls::{Bead, Walled, walled};
+use super::zigzag::lines;
+use super::{Line, Lines};
 use crate::slicing::SliceSettings;
 
 /// What a line is for.
@@ -33,22 +38,25 @@ pub(super) struct Path {
     pub(super) points: Vec<Point>,
     /// The line's width where it is not the usual one, mm.
     pub(super) width_mm: Option<f64>,
-    /// Whether the way here from the path before stays in the same infill, so that ooze does no harm.
-    pub(super) hop: bool,
+    /// The corners of the way here from the path before.
+    pub(super) way: Vec<Point>,
+    /// Whether the filament is pulled back on that way.
+    pub(super) pull: bool,
 }
 
 /// Infill of one kind.
 pub(super) struct Fill {
     pub(super) feature: Feature,
-    pub(super) chains: Vec<Vec<Stroke>>,
+    pub(super) lines: Vec<Contour>,
     /// The lines' width where it is not the usual one, mm.
     pub(super) width_mm: Option<f64>,
-    /// The longest way between neighbouring lines, mm.
-    pub(super) hop_mm: f64,
 }
 
 /// A connected piece of a layer that prints something.
 pub(super) struct Island<'a> {
+    pub(super) shape: &'a Shape,
+    /// The middles of its outer walls where whole lines fit.
+    pub(super) centre: &'a Region,
     pub(super) beads: &'a [Bead],
     pub(super) fills: Vec<Fill>,
 }
@@ -57,7 +65,7 @@ impl Island<'_> {
     /// Where the island begins, for choosing the next one.
     pub(super) fn start(&self) -> Point {
         let wall = self.beads.first().map(|l| l.points[rearmost(&l.points)]);
-        let fill = || self.fills.first().map(|f| f.chains[0][0][0]);
+        let fill = || self.fills.first().map(|f| f.lines[0][0]);
         wall.or_else(fill).unwrap_or_default()
     }
 }
@@ -70,8 +78,8 @@ pub(super) struct PlannedLayer<'a> {
 }
 
 /// The walls of every layer; equal layers share those of the lowest one.
-pub(super) fn all_walls(stack: &Stack<'_>, line: &Line, walls: u32) -> Vec<Vec<Walled>> {
-    let of = |at: usize| stack.outlines[at].iter().map(|shape| walled(shape, line, walls)).collect();
+pub(super) fn all_walls(stack: &Stack<'_>, lines: &Lines, walls: u32) -> Vec<Vec<Walled>> {
+    let of = |at: usize| stack.outlines[at].iter().map(|shape| walled(shape, lines.at(at), walls)).collect();
     (0..stack.outlines.len())
         .into_par_iter()
         .map(|at| if stack.same_as[at] == at { of(at) } else { Vec::new() })
@@ -80,16 +88,16 @@ pub(super) fn all_walls(stack: &Stack<'_>, line: &Line, walls: u32) -> Vec<Vec<W
 
 /// Every layer, planned.
 pub(super) fn planned<'a>(
-    stack: &Stack<'_>,
+    stack: &Stack<'a>,
     walls: &'a [Vec<Walled>],
-    line: &Line,
+    lines: &Lines,
     s: &SliceSettings,
 ) -> Vec<PlannedLayer<'a>> {
     let count = stack.outlines.len();
     let walls_of = |at: usize| &walls[stack.same_as[at]];
     let insides: Vec<Vec<Inside>> = (0..count)
         .into_par_iter()
-        .map(|at| walls_of(at).iter().map(|w| inside(stack, at, &w.infill, line, s)).collect())
+        .map(|at| walls_of(at).iter().map(|w| inside(stack, at, &w.infill, lines.at(at), s)).collect())
         .collect();
     let hollows: Vec<Region> =
         insides.iter().map(|islands| islands.iter().flat_map(|i| i.hollow.clone()).collect()).collect();
@@ -97,12 +105,23 @@ pub(super) fn planned<'a>(
     let prints = |at: &usize| walls_of(*at).iter().any(|w| !w.beads.is_empty() || !w.infill.is_empty());
     let first = (0..count).find(prints).unwrap_or(0);
     let layer = |at: usize| {
+        let line = lines.at(at);
         let under = at.checked_sub(1).filter(|_| at > first);
         let carrier = under.map(|b| printed(&stack.outlines[b], walls_of(b)));
-        let below = carrier.as_deref().zip(under.map(|b| &hollows[b]));
-        let islands = walls_of(at).iter().zip(&insides[at]);
-        let islands = islands
-            .map(|(w, i)| Island { beads: &w.beads, fills: fills(i, at, below, stack.outlines.get(at + 1), line, s) });
+        let below = carrier.as_deref().zip(under).map(|(carrier, b)| [carrier, &hollows[b]].map(Shapes::of));
+        let reach = units(s.anchor_mm) + 2 * line.width;
+        let between = |solid: &Region| Between {
+            below: below.as_ref().map(|below| [0, 1].map(|i| below[i].near(solid, reach))),
+            above: stack.near(at + 1, solid),
+            goes_on: stack.are_alike(at, at + 1),
+        };
+        let islands = stack.outlines[stack.same_as[at]].iter().zip(walls_of(at)).zip(&insides[at]);
+        let islands = islands.map(|((shape, w), i)| Island {
+            shape,
+            centre: &w.centre,
+            beads: &w.beads,
+            fills: fills(i, at, &between(&i.solid), line, s),
+        });
         let printing = islands.filter(|island| !island.beads.is_empty() || !island.fills.is_empty()).collect();
         PlannedLayer { islands: printing, ground: carrier.as_deref().and_then(|below| ground(stack, at, below, line)) }
     };
@@ -124,39 +143,73 @@ fn ground(stack: &Stack<'_>, at: usize, below: &Region, line: &Line) -> Option<G
     (area_mm2(&air) > 0.0).then(|| Ground::new(&grown(below, line.width / 2)))
 }
 
-fn fills(
-    inside: &Inside,
-    at: usize,
-    below: Option<(&Region, &Region)>,
-    above: Option<&Region>,
-    line: &Line,
-    s: &SliceSettings,
-) -> Vec<Fill> {
+fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &SliceSettings) -> Vec<Fill> {
     let angle = if at.is_multiple_of(2) { FRAC_PI_4 } else { 3.0 * FRAC_PI_4 };
-    let solids = solids(&inside.solid, below, above, line);
+    let solids = solids(&inside.solid, between, line, units(s.anchor_mm));
     let mut fills = Vec::new();
     for (region, angle) in &solids.bridges {
-        fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, *angle, line)));
+        // The way from one line over air to the next lies on something, or is none.
+        let carried =
+            |way: &[Point]| between.below.as_ref().is_none_or(|[outline, _]| way.iter().all(|&p| holds(outline, p)));
+        fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, *angle, line, s, carried)));
     }
-    fills.extend(solids.rest.iter().map(|shape| solid(Feature::Solid, shape, angle, line)));
-    fills.extend(solids.top.iter().map(|shape| solid(Feature::Top, shape, angle, line)));
+    let anywhere = |_: &[Point]| true;
+    for (feature, region) in [(Feature::Solid, &solids.rest), (Feature::Top, &solids.top)] {
+        let filled =
+            |shape: &Shape| solid(feature, shape, along_strip(shape, line).unwrap_or(angle), line, s, anywhere);
+        fills.extend(region.iter().map(filled));
+    }
     if s.infill > 0.0 {
         let lattice = Lattice::common(angle, f64::from(line.spacing) / s.infill);
-        fills.push(fill(Feature::Sparse, &inside.hollow, lattice, None));
+        let lines = lines(&inside.hollow, lattice, inset(line.spacing, line, s), anywhere);
+        fills.push(Fill { feature: Feature::Sparse, lines, width_mm: None });
     }
-    fills.retain(|fill| !fill.chains.is_empty());
+    fills.retain(|fill| !fill.lines.is_empty());
     fills
 }
 
-/// A shape filled line by line; the lines are as wide as their pitch asks for.
-fn solid(feature: Feature, shape: &Shape, angle: f64, line: &Line) -> Fill {
-    let region = vec![shape.clone()];
-    let lattice = Lattice::fitted(&region, angle, f64::from(line.spacing));
-    let width_mm = mm(lattice.pitch) + line.width_mm - line.spacing_mm;
-    fill(feature, &region, lattice, Some(width_mm))
+/// The direction of a straight strip a few lines wide: across it there would be more turns than line.
+fn along_strip(shape: &Shape, line: &Line) -> Option<f64> {
+    let [ring] = &shape[..] else { return None };
+    let longest = pairs(ring).max_by(|a, b| distance_mm(a.0, a.1).total_cmp(&distance_mm(b.0, b.1)))?;
+    let around = perimeter_mm(ring);
+    let width_mm = 2.0 * signed_area_mm2(ring) / around;
+    let is_strip = width_mm < STRIP_LINES * line.spacing_mm && distance_mm(longest.0, longest.1) > STRAIGHT * around;
+    let [x, y] = [longest.1.x - longest.0.x, longest.1.y - longest.0.y].map(f64::from);
+    is_strip.then(|| y.atan2(x).rem_euclid(PI))
 }
 
-fn fill(feature: Feature, region: &Region, lattice: Lattice, width_mm: Option<f64>) -> Fill {
-    // Along a border at 45 degrees neighbouring ends lie 1.4 spacings apart.
-    Fill { feature, chains: chains(region, lattice), width_mm, hop_mm: 2.0 * mm(lattice.pitch) }
+/// A strip is narrower than so many lines, and its longest side is more than this of its border.
+const STRIP_LINES: f64 = 5.0;
+const STRAIGHT: f64 = 0.35;
+
+/// A shape filled line by line; the lines are as wide as its area asks for.
+fn solid(
+    feature: Feature,
+    shape: &Shape,
+    angle: f64,
+    line: &Line,
+    s: &SliceSettings,
+    allowed: impl Fn(&[Point]) -> bool,
+) -> Fill {
+    let region = vec![shape.clone()];
+    let lattice = Lattice::fitted(&region, angle, f64::from(line.spacing));
+    let lines = lines(&region, lattice, inset(lattice.pitch as i32, line, s), allowed);
+    let legs = lines.iter().flat_map(|points| points.windows(2));
+    let length: f64 = legs.map(|leg| distance_mm(leg[0], leg[1])).sum();
+    // Where lines turn they lie in the wall by the overlap; the plastic that this takes is none too much.
+    let pitch = mm(lattice.pitch);
+    let spacing = (area_mm2(&region) / length.max(1e-9)).clamp((1.0 - MOST_OFF) * pitch, (1.0 + MOST_OFF) * pitch);
+    Fill { feature, lines, width_mm: Some(spacing + line.width_mm - line.spacing_mm) }
 }
+
+/// So much may a line be wider or narrower than its pitch asks for, so that the plastic is what the area holds.
+const MOST_OFF: f64 = 0.1;
+
+/// How far inside the border the lines that fill a row of this `pitch` are joined, grid units: half of it, less what they overlap the walls by.
+fn inset(pitch: i32, line: &Line, s: &SliceSettings) -> i32 {
+    pitch / 2 - units(s.infill_overlap * line.width_mm).max(LEAST_OVERLAP)
+}
+
+/// So much of an overlap there always is, grid units, half a micrometre: a row may lie half a pitch inside the border.
+const LEAST_OVERLAP: i32 = 5;

@@ -1,10 +1,12 @@
 //! Which part of a layer's inside is solid, sparse, or a bridge.
 
+use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_4;
 
-use super::Line;
 use super::hatch::{Lattice, longest_mm};
+use super::near::Shapes;
 use super::region::{Region, and, area_mm2, grown, minus, opened, or, units};
+use super::{Line, bridges};
 use crate::slicing::SliceSettings;
 
 /// What is narrower than twice this is rounding, grid units: 0.1 mm.
@@ -14,20 +16,46 @@ const ROUNDING: i32 = 500;
 pub(super) struct Stack<'a> {
     pub(super) outlines: &'a [Region],
     pub(super) same_as: &'a [usize],
+    /// The sections once more, to be asked for what is near.
+    shapes: Vec<Shapes<'a>>,
 }
 
-impl Stack<'_> {
+impl<'a> Stack<'a> {
+    pub(super) fn new(outlines: &'a [Region], same_as: &'a [usize]) -> Self {
+        Self { outlines, same_as, shapes: outlines.iter().map(Shapes::of).collect() }
+    }
+
+    /// The layer's section near `region`; `None` above the last.
+    pub(super) fn near(&self, layer: usize, region: &Region) -> Option<Cow<'a, Region>> {
+        self.shapes.get(layer).map(|shapes| shapes.near(region, 0))
+    }
+
+    /// Whether two layers have the same section.
+    pub(super) fn are_alike(&self, layer: usize, other: usize) -> bool {
+        self.same_as.get(layer) == self.same_as.get(other)
+    }
+
+    /// What of `region` has nothing below it.
+    fn air(&self, region: &Region, at: usize, line: &Line) -> Region {
+        match at.checked_sub(1) {
+            Some(below) if !self.are_alike(at, below) => {
+                over_air(region, &self.shapes[below].near(region, line.width), line)
+            }
+            _ => Region::new(),
+        }
+    }
+
     /// `region` without what every one of `layers` covers; layers beyond the stack cover nothing.
     fn uncovered(&self, region: &Region, at: usize, layers: impl Iterator<Item = isize>) -> Region {
         let mut covered = region.clone();
         let mut seen = self.same_as[at];
         for layer in layers {
-            let Some(outline) = usize::try_from(layer).ok().and_then(|i| self.outlines.get(i)) else {
+            let Some(shapes) = usize::try_from(layer).ok().and_then(|i| self.shapes.get(i)) else {
                 return region.clone();
             };
             let class = self.same_as[layer as usize];
             if class != seen {
-                covered = and(&covered, outline);
+                covered = and(&covered, &shapes.near(region, 0));
                 seen = class;
             }
         }
@@ -55,8 +83,9 @@ pub(super) fn inside(stack: &Stack<'_>, at: usize, infill: &Region, line: &Line,
     let bottoms = if at == 0 { s.bottom_layers } else { s.bottom_layers.max(1) } as isize;
     let bottom = stack.uncovered(infill, at, ((here - bottoms)..here).rev());
     let skin = opened(&or(&top, &bottom), line.width / 4);
-    // A line width more on every side, so that the skin's ends lie on something.
-    let solid = and(&grown(&skin, line.width), infill);
+    // A line width more on every side, so that the skin's ends lie on something; what bridges air lies on more.
+    let solid = or(&grown(&skin, line.width), &grown(&stack.air(infill, at, line), units(s.anchor_mm)));
+    let solid = and(&solid, infill);
     let hollow = minus(infill, &solid);
     if s.infill <= 0.0 {
         return Inside { solid, hollow };
@@ -78,6 +107,11 @@ fn without_small(hollow: Region, s: &SliceSettings) -> (Region, Region) {
     (hollow, small)
 }
 
+/// What of `region` does not lie on `below`, but for a half line along its border.
+fn over_air(region: &Region, below: &Region, line: &Line) -> Region {
+    opened(&minus(region, below), line.width / 2)
+}
+
 /// A solid region's lines: bridges over air and sparse infill, the top skin, and the rest.
 #[derive(Default)]
 pub(super) struct Solids {
@@ -86,25 +120,61 @@ pub(super) struct Solids {
     pub(super) rest: Region,
 }
 
-/// Shares out a solid region; `below` and `above` are the neighbouring layers, with the lower one's hollow inside.
-pub(super) fn solids(solid: &Region, below: Option<(&Region, &Region)>, above: Option<&Region>, line: &Line) -> Solids {
-    let unsupported = below.map_or_else(Region::new, |(outline, hollow)| {
-        opened(&or(&minus(solid, outline), &and(solid, hollow)), line.width / 2)
-    });
-    let spans: Region = grown(&unsupported, 2 * line.width);
-    let bridging = and(&spans, solid);
-    let rest = minus(solid, &bridging);
-    let top = above.map_or_else(|| rest.clone(), |outline| opened(&minus(&rest, outline), line.width / 4));
-    let rest = minus(&rest, &top);
-    let bridges = bridging
-        .into_iter()
-        .map(|shape| {
+/// What a solid region of a layer lies between.
+pub(super) struct Between<'a> {
+    /// What is printed below it, and the hollow inside of that.
+    pub(super) below: Option<[Cow<'a, Region>; 2]>,
+    /// The section above; as its own where that is the same.
+    pub(super) above: Option<Cow<'a, Region>>,
+    /// Whether the section above is the layer's own.
+    pub(super) goes_on: bool,
+}
+
+/// Shares out a solid region; bridges reach `anchor` beyond the air.
+pub(super) fn solids(solid: &Region, between: &Between<'_>, line: &Line, anchor: i32) -> Solids {
+    let mut found = Solids { rest: solid.clone(), ..Solids::default() };
+    if let Some([outline, hollow]) = &between.below {
+        let air = over_air(solid, outline, line);
+        found.span(&air, solid, anchor, |own| bridges::direction(own, outline), line);
+        // Sparse lines carry in any direction, and along their border walls do.
+        let sparse = opened(&and(&found.rest, hollow), line.width / 2);
+        found.span(&sparse, solid, 2 * line.width, |_| None, line);
+    }
+    if between.goes_on {
+        return found;
+    }
+    if let Some(above) = &between.above {
+        found.top = opened(&minus(&found.rest, above), line.width / 4);
+        found.rest = minus(&found.rest, &found.top);
+    } else {
+        found.top = std::mem::take(&mut found.rest);
+    }
+    found
+}
+
+impl Solids {
+    /// Takes `air`, grown by `reach`, from the rest for bridges.
+    fn span(
+        &mut self,
+        air: &Region,
+        solid: &Region,
+        reach: i32,
+        direction: impl Fn(&Region) -> Option<f64>,
+        line: &Line,
+    ) {
+        if air.is_empty() {
+            return;
+        }
+        let bridging = and(&and(&grown(air, reach), solid), &self.rest);
+        self.rest = minus(&self.rest, &bridging);
+        for shape in bridging {
             let one = vec![shape];
-            let angle = shortest_span(&and(&one, &unsupported), line);
-            (one, angle)
-        })
-        .collect();
-    Solids { bridges, top, rest }
+            let own = and(&one, air);
+            let angle = if own.is_empty() { None } else { direction(&own) };
+            let angle = angle.unwrap_or_else(|| shortest_span(&own, line));
+            self.bridges.push((one, angle));
+        }
+    }
 }
 
 /// The direction, of four, in which the longest unsupported line is shortest.

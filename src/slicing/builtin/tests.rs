@@ -91,7 +91,7 @@ fn a_solid_cube_has_its_volume_and_e_adds_up() {
     let (text, lines) = sliced(&block([140.0, 140.0, 0.0], [160.0, 160.0, 20.0]), &settings);
     let volume = volume_mm3(&lines);
     assert!((volume / 8000.0 - 1.0).abs() < 0.02, "{volume} mm3");
-    let line = Line::new(&settings);
+    let line = Line::new(settings.line_width_mm, settings.layer_height_mm);
     let wanted = lines.iter().map(|l| l.length() * line.area_of(l.width)).sum::<f64>() / FILAMENT_MM2;
     let got: f64 = lines.iter().map(|l| l.e).sum();
     assert!((got - wanted).abs() < 1.1e-5, "{got} against {wanted} mm");
@@ -219,4 +219,47 @@ fn what_cannot_be_sliced_says_why() {
     assert!(refused(&empty, &settings).contains("no facets"));
     let tall = SliceSettings { layer_height_mm: 0.5, ..settings };
     assert!(refused(&good, &tall).contains("process.layer_height_mm = 0.5 is out of 0..0.4 mm"));
+}
+
+#[test]
+fn a_first_layer_on_the_table_has_lines_of_its_own_width() {
+    let mesh = block([140.0, 140.0, 0.0], [160.0, 160.0, 2.0]);
+    let settings = SliceSettings { first_layer_width_mm: 0.6, infill: 1.0, ..SliceSettings::default() };
+    let on_table = SliceJob { on_table: true, ..job() };
+    let lines = extrusions(&slice(&mesh, &settings, &on_table).unwrap().gcode);
+    let (first, others): (Vec<&Extrusion>, Vec<&Extrusion>) = lines.iter().partition(|line| line.to[2] < 0.3);
+    let walls = |lines: &[&Extrusion]| {
+        lines.iter().filter(|line| line.kind.contains("erimeter")).map(|l| l.width).collect::<Vec<_>>()
+    };
+    assert!(walls(&first).iter().all(|width| *width == 0.6) && walls(&others).iter().all(|width| *width == WIDTH));
+    let volume: f64 = first.iter().map(|line| line.e * FILAMENT_MM2).sum();
+    assert!((volume / 80.0 - 1.0).abs() < 0.02, "{volume} mm3 of 80");
+    assert!((first.iter().map(|l| l.to[0]).fold(999.0, f64::min) - 140.3).abs() < 0.002, "half a line inside");
+    let elsewhere = extrusions(&slice(&mesh, &settings, &job()).unwrap().gcode);
+    assert!(elsewhere.iter().all(|line| line.width != 0.6), "on material the first layer is as all others");
+}
+
+#[test]
+fn bridges_and_overhangs_have_a_fan_of_their_own() {
+    let low = block([140.0, 145.0, 0.0], [150.0, 155.0, 2.0]);
+    let mesh = together(&[low, block([140.0, 145.0, 2.0], [156.0, 155.0, 4.0])]);
+    let settings = SliceSettings { fan: 0.4, bridge_fan: 0.8, ..SliceSettings::default() };
+    let told = |s: &SliceSettings| {
+        let (mut fan, mut found) = (String::new(), Vec::new());
+        for line in sliced(&mesh, s).0.lines() {
+            if line.starts_with("M106") || line == "M107" {
+                line.clone_into(&mut fan);
+            }
+            if let Some(kind) = line.strip_prefix(";TYPE:") {
+                found.push((kind.to_owned(), fan.clone()));
+            }
+        }
+        found
+    };
+    let found = told(&settings);
+    let over_air = |kind: &str| kind.starts_with("Bridge") || kind.starts_with("Overhang");
+    assert!(found.iter().filter(|(kind, _)| over_air(kind)).count() > 1);
+    assert!(found.iter().all(|(kind, fan)| fan == if over_air(kind) { "M106 S204" } else { "M106 S102" }), "{found:?}");
+    let without = SliceSettings { fan: 0.0, ..settings };
+    assert!(told(&without).iter().all(|(_, fan)| fan == "M107"), "a fan that stands still stays so");
 }

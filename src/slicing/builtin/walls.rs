@@ -8,6 +8,7 @@ use super::join::joined;
 use super::narrow::{Fit, Narrow, Stretch, on_grid};
 use super::region::{Contour, Region, Shape, area_mm2, enclosed, grown, holds, minus, opened, or, pairs, units};
 use super::thickness::{Vec2, in_mm, length, plus, sub};
+use crate::section::simplify::simplified;
 
 /// A line of extrusion along a wall.
 pub(super) struct Bead {
@@ -25,6 +26,8 @@ pub(super) struct Bead {
 pub(super) struct Walled {
     /// Its walls; outer ones first.
     pub(super) beads: Vec<Bead>,
+    /// The middles of its outer walls where whole lines fit.
+    pub(super) centre: Region,
     /// What infill has to cover.
     pub(super) infill: Region,
     /// What is too narrow for any line.
@@ -48,7 +51,7 @@ const SHORTEST: f64 = 0.6;
 /// Walls of a shape: the first half a line width inside its border, the others one spacing apart.
 pub(super) fn walled(shape: &Shape, line: &Line, walls: u32) -> Walled {
     let mut zone: Region = vec![shape.clone()];
-    let mut found = Walled { beads: Vec::new(), infill: Region::new(), lost: Region::new() };
+    let mut found = Walled { beads: Vec::new(), centre: Region::new(), infill: Region::new(), lost: Region::new() };
     if walls == 0 {
         found.infill = grown(&zone, (line.spacing - line.width) / 2);
         return found;
@@ -59,6 +62,9 @@ pub(super) fn walled(shape: &Shape, line: &Line, walls: u32) -> Walled {
         let inset = if depth == 0 { line.width / 2 } else { line.spacing / 2 };
         // Behind the last wall whole lines are infill's.
         let centre = if depth < walls { grown(&zone, -inset) } else { Region::new() };
+        if depth == 0 {
+            found.centre.clone_from(&centre);
+        }
         if pieces.is_empty() {
             found.beads.extend(centre.iter().flatten().map(|ring| whole(ring, depth)));
             zone = if depth < walls { grown(&centre, -line.spacing / 2) } else { zone };
@@ -102,8 +108,11 @@ fn narrow_pieces(zone: &Region, fit: &Fit) -> Region {
     pieces.into_iter().filter(counts).collect()
 }
 
+/// How far a whole line may leave its course where points are dropped, grid units: 12 micrometres, as PrusaSlicer does.
+const COURSE: f64 = 120.0;
+
 fn whole(ring: &Contour, depth: u32) -> Bead {
-    Bead { points: ring.clone(), closed: true, depth, widths: Vec::new() }
+    Bead { points: simplified(ring, COURSE), closed: true, depth, widths: Vec::new() }
 }
 
 /// The walls of a zone with narrow `pieces`; what of it the beads in these fill, and what lies around the ends of lines.

@@ -135,7 +135,7 @@ fn the_built_in_slicer_takes_a_configuration_and_says_what_it_leaves() {
     let slicer = find(&SlicerChoice::BuiltIn, &options).unwrap();
     let sliced = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap();
     assert_eq!(layer_heights(&extrusions(&sliced.gcode)).first(), Some(&250));
-    assert_eq!(sliced.flaws, [Flaw::NotTaken { keys: vec!["skirts".to_owned()] }]);
+    assert_eq!(slicer.flaws(), [Flaw::Unheeded(vec!["skirts".to_owned()])]);
 }
 
 #[test]

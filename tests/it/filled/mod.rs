@@ -4,9 +4,13 @@
 //! of the volume with solid infill; walls, which have two surfaces close to each other, 0.93 to 1.05. Where a shape does not reach
 //! that, its own bound stands beside the reason. `--nocapture` shows the table.
 
+mod clock;
+mod configured;
 mod raster;
 mod shapes;
+mod travels;
 
+use std::path::Path;
 use std::time::Duration;
 
 use trunnion::slicing::{BuiltIn, ExternalOptions, Interrupt, SliceJob, SliceSettings, Slicer, SlicerChoice, find};
@@ -45,7 +49,9 @@ fn bounds(name: &str) -> ([f64; 3], [f64; 2]) {
         "wedge 3" => ([0.03, 0.002, 0.03], [0.93, 1.02]),
         "wedge 5" => ([0.06, 0.002, 0.03], [0.88, 1.02]),
         "wedge 10" => ([0.025, 0.002, 0.03], [0.93, 1.02]),
-        "star" => ([0.007, 0.002, 0.03], [0.97, 1.02]),
+        // Where joined lines turn beside a slanting border every second corner stays open: 0.013 mm2 each.
+        "star" | "wedge 20" => ([0.0085, 0.002, 0.03], [0.97, 1.02]),
+        "overlapping bodies" | "holes upright" | "wedge 30" => ([0.006, 0.002, 0.03], [0.97, 1.02]),
         // The round ends of the one bead leave the corners of a wall of 20 mm.
         "wall 0.3" | "wall 0.35" => ([0.009, 0.002, 0.03], [0.93, 1.05]),
         _ if name.starts_with("wall") => (usual, [0.93, 1.05]),
@@ -78,19 +84,21 @@ fn every_shape_is_full_and_nothing_is_laid_outside_or_twice() {
     assert!(wrong.is_empty(), "beyond their bounds:\n{}", wrong.join("\n"));
 }
 
-#[test]
-fn no_shape_is_filled_worse_than_by_an_ordinary_slicer() {
-    if !installed("prusa-slicer") {
-        return skip("prusa-slicer is not installed");
-    }
-    let folder = folder();
+/// PrusaSlicer, where it is installed.
+fn prusa_slicer(work_dir: &Path) -> Option<Box<dyn Slicer>> {
     let options = ExternalOptions {
         configs: Vec::new(),
         timeout: Duration::from_secs(60),
-        work_dir: folder.path().to_owned(),
+        work_dir: work_dir.to_owned(),
         interrupt: Interrupt::default(),
     };
-    let prusa = find(&SlicerChoice::PrusaSlicer, &options).unwrap();
+    installed("prusa-slicer").then(|| find(&SlicerChoice::PrusaSlicer, &options).unwrap())
+}
+
+#[test]
+fn no_shape_is_filled_worse_than_by_an_ordinary_slicer() {
+    let folder = folder();
+    let Some(prusa) = prusa_slicer(folder.path()) else { return skip("prusa-slicer is not installed") };
     let names = ["cube", "gear", "star", "maze", "fins", "holes upright", "wedge 20", "wall 0.8", "wall 2.5", "pin 3"];
     for shape in shapes::all().iter().chain(&shapes::pins()).filter(|shape| names.contains(&&*shape.name)) {
         let [ours, theirs] = [&BuiltIn as &dyn Slicer, &*prusa].map(|slicer| judge(slicer, shape));

@@ -138,7 +138,7 @@ pub(crate) fn judged(mesh: &TriangleMesh<Slot>, beads: &[Bead], height: f64, eve
 }
 
 /// The facets' lines in a plane, the solid on their left.
-fn cut(mesh: &TriangleMesh<Slot>, z: f64) -> Vec<[[f64; 2]; 2]> {
+pub(crate) fn cut(mesh: &TriangleMesh<Slot>, z: f64) -> Vec<[[f64; 2]; 2]> {
     let mut found = Vec::new();
     for facet in mesh.facets() {
         let corners = facet.map(|i| mesh.vertices()[i as usize]);
@@ -177,7 +177,7 @@ fn area(segments: &[[[f64; 2]; 2]]) -> f64 {
 }
 
 /// Visits where the row at `y` is inside.
-fn spans(segments: &[[[f64; 2]; 2]], y: f64, mut visit: impl FnMut(f64, f64)) {
+pub(crate) fn spans(segments: &[[[f64; 2]; 2]], y: f64, mut visit: impl FnMut(f64, f64)) {
     let mut hits: Vec<(f64, i32)> = Vec::new();
     for [a, b] in segments {
         if (a[1] <= y) != (b[1] <= y) {

@@ -243,6 +243,52 @@ pub(crate) fn pins() -> Vec<Named> {
     (0..10).map(one).collect()
 }
 
+/// Decks over air: between two posts, over a hollow, and between posts on a slant; a box with walls of 1.2 mm; many pins.
+pub(crate) fn bridging() -> Vec<Named> {
+    let mut all = Vec::new();
+    let mut add = |name: &str, build: &dyn Fn(&mut Solid)| {
+        let mut solid = Solid::default();
+        build(&mut solid);
+        all.push(solid.named(name));
+    };
+    add("bridge", &|s| {
+        s.block([-12.0, -5.0, 0.0], [-4.0, 5.0, 3.0]);
+        s.block([4.0, -5.0, 0.0], [12.0, 5.0, 3.0]);
+        s.block([-12.0, -5.0, 3.0], [12.0, 5.0, 5.0]);
+    });
+    add("pit", &|s| {
+        s.block([-10.0, -10.0, 0.0], [10.0, 10.0, 5.0]);
+        let first = s.facets.len();
+        s.block([-6.0, -3.0, 0.9], [6.0, 3.0, 3.1]);
+        s.turn_inside_out(first);
+    });
+    add("slant notch", &|s| {
+        let (sin, cos) = 25f64.to_radians().sin_cos();
+        let turned = |ring: &[[f64; 2]]| -> Vec<[f64; 2]> {
+            ring.iter().map(|[x, y]| [x * cos - y * sin, x * sin + y * cos]).collect()
+        };
+        let half = |from: f64, to: f64| turned(&[[from, -6.0], [to, -6.0], [to, 6.0], [from, 6.0]]);
+        s.prism(&half(-12.0, -3.0), 0.0, 3.0);
+        s.prism(&half(3.0, 12.0), 0.0, 3.0);
+        s.prism(&half(-12.0, 12.0), 3.0, 5.0);
+    });
+    add("thin box", &|s| {
+        s.block([-15.0, -15.0, 0.0], [15.0, 15.0, 1.2]);
+        s.block([-15.0, -15.0, 0.0], [15.0, -13.8, 6.0]);
+        s.block([-15.0, 13.8, 0.0], [15.0, 15.0, 6.0]);
+        s.block([-15.0, -15.0, 0.0], [-13.8, 15.0, 6.0]);
+        s.block([13.8, -15.0, 0.0], [15.0, 15.0, 6.0]);
+    });
+    add("pins on a plate", &|s| {
+        s.block([-12.0, -12.0, 0.0], [12.0, 12.0, 1.0]);
+        for k in 0..36 {
+            let at = [f64::from(k % 6) * 4.0 - 10.0, f64::from(k / 6) * 4.0 - 10.0];
+            s.prism(&moved(&round(24, |_| 1.0), at), 1.0, 3.0);
+        }
+    });
+    all
+}
+
 /// All of them.
 pub(crate) fn all() -> Vec<Named> {
     let mut all = simple();

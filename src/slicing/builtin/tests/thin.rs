@@ -79,3 +79,18 @@ fn what_is_too_thin_for_any_bead_is_told_and_too_much_of_it_refused() {
     let text = refused(&glass).to_string();
     assert!(text.contains("at Z 9.80: 4 layers would be missing") && text.contains("on air"), "{text}");
 }
+
+#[test]
+fn a_narrow_strip_is_filled_along_it() {
+    // 1.3 mm between the walls, on a slant.
+    let (sin, cos) = 20f64.to_radians().sin_cos();
+    let ring = [[0.0, 0.0], [40.0, 0.0], [40.0, 3.0], [0.0, 3.0]]
+        .map(|[x, y]| [130.0 + x * cos - y * sin, 140.0 + x * sin + y * cos]);
+    let (_, lines) = sliced(&prism(&ring, 0.0, 2.0), &SliceSettings { infill: 1.0, ..SliceSettings::default() });
+    let infill: Vec<&Extrusion> = lines.iter().filter(|l| l.kind.contains("olid infill") && l.length() > 1.0).collect();
+    assert!(!infill.is_empty());
+    for line in infill {
+        let across = (line.to[1] - line.from[1]) * cos - (line.to[0] - line.from[0]) * sin;
+        assert!(across.abs() < 0.01 * line.length(), "{:?} to {:?}", line.from, line.to);
+    }
+}

@@ -1,0 +1,52 @@
+//! The built-in slicer obeys `--slicer-config` where it has a setting, and names the keys it has nothing for, once.
+
+use std::path::Path;
+use std::process::Output;
+
+use crate::split::solids;
+use crate::support::{folder, said, trunnion};
+
+fn prepared(folder: &Path, ini: &str) -> (Output, String) {
+    let (model, config, output) = (folder.join("post.stl"), folder.join("mine.ini"), folder.join("out.gcode"));
+    std::fs::write(&model, trunnion::mesh::stl_binary(&solids::block(20.0, 20.0, 6.0).mesh())).unwrap();
+    std::fs::write(&config, ini).unwrap();
+    let _ = std::fs::remove_file(&output);
+    let args = ["-m", "generic-ac", "--slicer", "builtin", "--json", "--slicer-config"];
+    let done = trunnion().arg("prepare").arg(&model).args(args).arg(&config).arg("-o").arg(&output).output().unwrap();
+    (done, std::fs::read_to_string(&output).unwrap_or_default())
+}
+
+#[test]
+fn a_configuration_is_obeyed_and_what_it_cannot_have_is_named_once() {
+    let folder = folder();
+    let ini = "layer_height = 0.3\nperimeters = 3\nextrusion_width = 0.5\nfill_density = 40%\nfill_pattern = gyroid\nbrim_width = 5\nnotes = x\n";
+    let (done, text) = prepared(folder.path(), ini);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    let layers = text.lines().filter(|line| line.starts_with(";LAYER_CHANGE")).count();
+    assert_eq!(layers, 20, "6 mm in layers of 0.3 mm");
+    let widths: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix(";WIDTH:")).collect();
+    assert!(widths.contains(&"0.5") && !widths.contains(&"0.45"), "{widths:?}");
+    let stderr = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert_eq!(stderr.matches("brim_width, fill_pattern").count(), 1, "{stderr}");
+    let document: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    let warnings = document["warnings"].as_array().unwrap();
+    let named = |warning: &&serde_json::Value| {
+        warning.as_str().unwrap().contains("2 of the keys in --slicer-config")
+            && !warning.as_str().unwrap().contains("notes")
+    };
+    assert_eq!(warnings.iter().filter(named).count(), 1, "{warnings:?}");
+}
+
+#[test]
+fn a_configuration_that_cannot_be_printed_is_refused_with_its_key() {
+    let folder = folder();
+    for (ini, said_so) in [
+        ("layer_height = thick\n", "layer_height = `thick` is out of a number"),
+        ("layer_height = 0.9\n", "process.layer_height_mm = 0.9 is out of 0..0.4 mm"),
+        ("fill_density = 140%\n", "process.infill = 1.4 is out of 0..1"),
+    ] {
+        let (done, text) = prepared(folder.path(), ini);
+        assert!(said(&done).contains(said_so) && text.is_empty(), "{ini}: {}", said(&done));
+        assert_ne!(done.status.code(), Some(0));
+    }
+}
