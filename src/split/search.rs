@@ -38,6 +38,8 @@ const SAME_COSINE: f64 = 0.95;
 const SAME_OFFSET_MM: f64 = 2.0;
 /// Most cuts of the search among plain directions.
 const PLAIN_CUTS: usize = 4;
+/// How much wider the beam is where nothing was found in the usual one.
+const WIDER: [usize; 2] = [3, 2];
 /// Levels without a gain after which the search ends.
 const IDLE: usize = 3;
 
@@ -188,21 +190,27 @@ impl<'a> Search<'a> {
     ) -> Found {
         let most = self.options.max_cuts;
         let few = most.min(PLAIN_CUTS);
-        let plain = self.descend(model, (self.directions.plain, few), finished, level);
+        let usual = self.options.beam;
+        let plain = self.descend(model, (self.directions.plain, few, usual), finished, level);
         let fewer = if plain.printable { plain.state.steps.len().saturating_sub(1) } else { most };
         if fewer == 0 {
             return plain;
         }
-        let all = self.descend(model, (self.directions.all.len(), fewer), finished, level);
-        let better = (!all.printable, all.state.key()) < (!plain.printable, plain.state.key());
-        if all.printable || (!plain.printable && better) { all } else { plain }
+        let every = self.directions.all.len();
+        let all = self.descend(model, (every, fewer, usual), finished, level);
+        let found = if all.printable { all } else { better(plain, all) };
+        if found.printable {
+            return found;
+        }
+        let wide = self.descend(model, (every, most, usual * WIDER[0] / WIDER[1]), finished, level);
+        better(found, wide)
     }
 
-    /// The search over the first `directions` with at most `most` cuts.
+    /// The search over the first `directions` with at most `most` cuts, of as many states as `width` from level to level.
     fn descend(
         &self,
         model: &TriangleMesh<Object>,
-        (directions, most): (usize, usize),
+        (directions, most, width): (usize, usize, usize),
         finished: &dyn Fn(&State) -> bool,
         level: &mut dyn FnMut(usize),
     ) -> Found {
@@ -234,7 +242,7 @@ impl<'a> Search<'a> {
             if idle > IDLE || cuts == most {
                 break;
             }
-            let next = self.children(&beam, directions, &mut refused);
+            let next = self.children(&beam, (directions, width), &mut refused);
             level(cuts + 1);
             if next.is_empty() {
                 break;
@@ -264,10 +272,10 @@ impl<'a> Search<'a> {
     }
 
     /// The next beam.
-    fn children(&self, beam: &[State], directions: usize, refused: &mut Refused) -> Vec<State> {
+    fn children(&self, beam: &[State], (directions, width): (usize, usize), refused: &mut Refused) -> Vec<State> {
         let mut candidates = self.candidates(beam, directions);
         self.measure_seams(beam, &mut candidates);
-        let most = CUTS_PER_STATE * self.options.beam;
+        let most = CUTS_PER_STATE * width;
         let mut tried = vec![false; candidates.len()];
         let (mut cuts, mut stays) = (0, STAYS_MM2);
         let mut chosen: Vec<(usize, State)> = Vec::new();
@@ -275,8 +283,8 @@ impl<'a> Search<'a> {
         loop {
             let within: Vec<usize> =
                 (0..candidates.len()).filter(|&i| !tried[i] && candidates[i].stays_mm2 <= stays).collect();
-            for batch in within.chunks(2 * self.options.beam) {
-                if cuts >= most || chosen.len() >= CHILDREN_PER_STATE * self.options.beam {
+            for batch in within.chunks(2 * width) {
+                if cuts >= most || chosen.len() >= CHILDREN_PER_STATE * width {
                     break;
                 }
                 let made: Vec<Result<State, Against>> =
@@ -290,22 +298,22 @@ impl<'a> Search<'a> {
                     }
                 }
             }
-            let full = self.diverse(&chosen, beam.len()).len() >= self.options.beam;
+            let full = Self::diverse(&chosen, beam.len(), width).len() >= width;
             if full || stays >= largest || cuts >= most {
                 break;
             }
             stays *= STAYS_TIMES;
         }
-        let keep = self.diverse(&chosen, beam.len());
+        let keep = Self::diverse(&chosen, beam.len(), width);
         let mut chosen: Vec<Option<State>> = chosen.into_iter().map(|(_, state)| Some(state)).collect();
         keep.into_iter().filter_map(|i| chosen[i].take()).collect()
     }
 
     /// Places in `chosen`, best first, without what is nearly the same, and not too many of one parent.
-    fn diverse(&self, chosen: &[(usize, State)], parents: usize) -> Vec<usize> {
+    fn diverse(chosen: &[(usize, State)], parents: usize, width: usize) -> Vec<usize> {
         let mut order: Vec<usize> = (0..chosen.len()).collect();
         order.sort_by_key(|&i| chosen[i].1.rank());
-        let most = (3 * self.options.beam).div_ceil(2 * parents);
+        let most = (3 * width).div_ceil(2 * parents);
         let mut kept: Vec<usize> = Vec::new();
         for i in order {
             let (parent, state) = &chosen[i];
@@ -321,7 +329,7 @@ impl<'a> Search<'a> {
             if siblings < most && !kept.iter().any(same) {
                 kept.push(i);
             }
-            if kept.len() == self.options.beam {
+            if kept.len() == width {
                 break;
             }
         }
@@ -421,6 +429,12 @@ impl<'a> Search<'a> {
         let gains = child.area_mm2() < state.area_mm2() - SAME_MM2 || child.faults() < state.faults();
         if gains { Ok(child) } else { Err(Against::Gain) }
     }
+}
+
+/// The second where it is better.
+fn better(first: Found, second: Found) -> Found {
+    let key = |found: &Found| (!found.printable, found.state.key());
+    if key(&second) < key(&first) { second } else { first }
 }
 
 type Choice = (Taken, Vec<u32>, Needs, Needs);
