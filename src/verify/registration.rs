@@ -20,8 +20,9 @@ const MOST_OFFSET_MM: f64 = 0.25;
 const MOST_OUT_MM: f64 = 0.2;
 /// How far an outer wall may lie too far inside, mm: an elephant's foot is compensated by 0.2 mm and more.
 const MOST_IN_MM: f64 = 0.4;
-/// How far the middle of any line may leave the outline, mm.
-const ROUND_END_MM: f64 = 0.03;
+/// How far the middle of any line may leave the outline, mm: PrusaSlicer and Slic3r close what is narrower than twice 0.049 mm in a
+/// section (`slice_closing_radius`), so that a wall turns inside the notch of a sharp corner and not at its end.
+const CLOSED_MM: f64 = 0.05;
 /// Walls farther off are no outer walls, mm; where the slicer names none, a line farther off may be the next wall.
 const STRAY_MM: [f64; 2] = [0.8, 0.2];
 /// The part of the outline that must have an outer wall beside it.
@@ -168,7 +169,7 @@ fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64,
         let Some([from, to]) = m.ends() else { continue };
         let half = printed.laid_width(&m, level) / 2.0;
         // A line that fills what is narrower than two of them ends on the outline, and its round end beyond.
-        let most = MOST_OUT_MM.max(half + ROUND_END_MM) + offset.max(0.0);
+        let most = MOST_OUT_MM.max(half + CLOSED_MM) + offset.max(0.0);
         let [a, b] = [from, to].map(|p| [p.x, p.y]);
         if m.role == Role::OuterWall {
             inside(printed, &m, &mut search, [a, b], half - offset.min(0.0), findings);

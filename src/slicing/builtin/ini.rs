@@ -71,8 +71,8 @@ const AS_IT_DOES: [(&str, &str); 14] = [
     ("top_fill_pattern", "rectilinear"),
 ];
 /// Beginnings and ends of keys that are about other things than a slice: programs, notes, the machine, several extruders, and what
-/// the rewriter does itself (its own start and end code, no skirt, no support).
-const ELSEWHERE: [&str; 43] = [
+/// the rewriter does itself (its own start and end code, no support).
+const ELSEWHERE: [&str; 42] = [
     "bed_shape",
     "color",
     "compatible_",
@@ -105,7 +105,6 @@ const ELSEWHERE: [&str; 43] = [
     "serial_",
     "silent_mode",
     "single_extruder_",
-    "skirt",
     "standby_",
     "support_material_",
     "template_",
@@ -119,13 +118,14 @@ const ELSEWHERE: [&str; 43] = [
 ];
 const ELSEWHERE_ENDS: [&str; 4] = ["_gcode", "_settings_id", "_extruder", "_acceleration"];
 /// These say how what is not done would be done.
-const DETAILS: [(&str, &str); 6] = [
+const DETAILS: [(&str, &str); 7] = [
     ("brim_", "brim_width"),
     ("raft_", "raft_layers"),
     ("ironing_", "ironing"),
     ("fuzzy_skin_", "fuzzy_skin"),
     ("dont_support_bridges", "support_material"),
     ("min_skirt_length", "skirts"),
+    ("skirt_", "skirts"),
 ];
 /// Keys that are read.
 const READ: [&str; 10] = [
