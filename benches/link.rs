@@ -14,7 +14,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use trunnion::geom::Vec3;
 use trunnion::link::sim::{MachineModel, Quirks, Script, Sim};
-use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Retreat, Rules, Sender, SenderSettings};
+use trunnion::link::{Heaters, Loopback, Outcome, Program, ProgramRules, Protocol, Retreat, Sender, SenderSettings};
 use trunnion::motion::LinearLimits;
 use trunnion::profile::{resolve, shipped};
 
@@ -49,7 +49,7 @@ fn ends(protocol: Protocol) -> (Arc<Program>, SenderSettings, MachineModel) {
     let profile = resolve(file, toml).expect("resolves").0;
     let table = profile.kinematics();
     let axes = [table.tilt, table.rotation];
-    let rules = Rules { protocol, longest_line: 96, setting: profile.trace_setting() };
+    let rules = ProgramRules { protocol, longest_line: 96, setting: profile.trace_setting() };
     let program = Arc::new(Program::read(text(LINES).as_bytes(), &rules).expect("a program"));
     let retreat = Retreat {
         axes: axes.clone(),
@@ -96,7 +96,7 @@ fn read_program(bencher: Bencher<'_, '_>) {
     let text = text(LINES);
     let (file, toml) = shipped("generic-ac").expect("shipped");
     let setting = resolve(file, toml).expect("resolves").0.trace_setting();
-    let rules = Rules { protocol: Protocol::Marlin, longest_line: 96, setting };
+    let rules = ProgramRules { protocol: Protocol::Marlin, longest_line: 96, setting };
     bencher.counter(ItemsCount::new(LINES)).bench_local(|| Program::read(text.as_bytes(), &rules).expect("a program"));
 }
 

@@ -9,7 +9,7 @@ use super::args::Orient as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, OrientOptions, OrientRequest, Output, PartChoice};
+use crate::job::{self, OrientOptions, OrientRequest, OutputFile, PartChoice};
 use crate::orient::Picture;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -25,7 +25,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         let as_3mf = output.path().extension().is_some_and(|end| end.eq_ignore_ascii_case("3mf"));
         output.write(&done.upright(part, as_3mf))?;
     }
-    let draw = |output: &Option<Output>, picture: &dyn Fn() -> Picture| -> Result<(), Failure> {
+    let draw = |output: &Option<OutputFile>, picture: &dyn Fn() -> Picture| -> Result<(), Failure> {
         let Some(output) = output else { return Ok(()) };
         let png = picture().png().map_err(|e| Failure::Usage(format!("{}: {e}", output.path().display())))?;
         Ok(output.write(&png)?)

@@ -6,7 +6,7 @@ use super::args::Plan as Verb;
 use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, why};
 use crate::document;
-use crate::job::{self, Error, Output, PlanRequest, PlanResult};
+use crate::job::{self, Error, OutputFile, PlanRequest, PlanResult};
 use crate::planning::Slot;
 use crate::spelling::counted;
 
@@ -43,7 +43,11 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 }
 
 /// Where there is no plan, says why, and what would help.
-pub(super) fn explained<T>(done: Result<T, Error>, picture: Option<&Output>, console: &Console) -> Result<T, Failure> {
+pub(super) fn explained<T>(
+    done: Result<T, Error>,
+    picture: Option<&OutputFile>,
+    console: &Console,
+) -> Result<T, Failure> {
     if let Err(Error::NoPlan(no)) = &done {
         why::explain(no, picture, console)?;
     }

@@ -7,7 +7,8 @@ use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, plan, send, verify};
 use crate::document;
 use crate::job::{
-    self, Bar, Cutting, Output, Outputs, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, World,
+    self, Bar, Cutting, OutputFile, Outputs, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step,
+    World,
 };
 use crate::spelling::counted;
 
@@ -35,7 +36,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 }
 
 /// The right to write the parts of a model that is cut; none where that is not wanted, or where the model is such a file itself.
-fn parts(args: &Verb, outputs: &mut Outputs) -> Result<Option<Output>, Failure> {
+fn parts(args: &Verb, outputs: &mut Outputs) -> Result<Option<OutputFile>, Failure> {
     if args.split == "never" {
         return Ok(None);
     }
@@ -51,8 +52,8 @@ fn parts_file(args: &Verb) -> PathBuf {
 
 fn work(
     args: &Verb,
-    output: &Output,
-    [plan_out, sheet, parts]: [Option<Output>; 3],
+    output: &OutputFile,
+    [plan_out, sheet, parts]: [Option<OutputFile>; 3],
     console: &Console,
 ) -> Result<PrepareResult, Failure> {
     let file = parts_file(args).display().to_string();

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
-use crate::job::{Bar, Installed, Output, Progress, World, interrupts};
+use crate::job::{Bar, Installed, OutputFile, Progress, World, interrupts};
 
 /// The terminal, as the flags have set it.
 pub(crate) struct Console {
@@ -85,7 +85,7 @@ impl Console {
     }
 
     /// Puts what an earlier run left in the place of `output` aside, and says so.
-    pub(super) fn set_aside(&self, output: &Output) -> Result<(), Failure> {
+    pub(super) fn set_aside(&self, output: &OutputFile) -> Result<(), Failure> {
         if let Some(aside) = output.set_aside()? {
             self.warning(&format!("the file of an earlier run is now {}", aside.display()));
         }

@@ -7,8 +7,8 @@ use std::time::Duration;
 use super::Failure;
 use super::args::{BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs};
 use crate::job::{
-    Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, Place, PlanOptions, PlanSource, SlicingOptions, Source,
-    interrupts,
+    Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanSource, SlicingOptions,
+    Source, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -56,12 +56,12 @@ impl PlanArgs {
     }
 
     /// The place that `--origin` and `--turn` ask for.
-    fn place(&self, text: &str) -> Result<Place, Failure> {
+    fn place(&self, text: &str) -> Result<PlaceRequest, Failure> {
         let bad =
             || Failure::Usage(format!("--origin {text}: not two numbers of millimetres; write --origin 12.5,-30"));
         let (x, y) = text.split_once(',').ok_or_else(bad)?;
         let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(bad);
-        Ok(Place { origin_mm: [number(x)?, number(y)?], turn_deg: self.turn.unwrap_or(0.0) })
+        Ok(PlaceRequest { origin_mm: [number(x)?, number(y)?], turn_deg: self.turn.unwrap_or(0.0) })
     }
 }
 

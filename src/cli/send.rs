@@ -9,7 +9,7 @@ use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document;
 use crate::job::{
-    self, CheckedPlan, Output, Outputs, SendOptions, SendRequest, Source, Verified, VerifyRequest, Wire, World,
+    self, CheckedPlan, OutputFile, Outputs, SendOptions, SendRequest, Source, Verified, VerifyRequest, Wire, World,
     with_suffix,
 };
 use crate::link::serial::Address;
@@ -55,7 +55,7 @@ fn proved(path: &Path, plan: &CheckedPlan, world: &World<'_>) -> Result<Verified
 
 fn go(
     request: &SendRequest<'_>,
-    wire: Option<(&str, &Output)>,
+    wire: Option<(&str, &OutputFile)>,
     args: &StreamArgs,
     console: &Console,
 ) -> Result<(), Failure> {
@@ -74,7 +74,7 @@ impl StreamArgs {
 /// Sends or resumes a program; everything before the first byte has been checked.
 pub(super) fn stream(
     request: &SendRequest<'_>,
-    (port, journal): (&str, &Output),
+    (port, journal): (&str, &OutputFile),
     args: &StreamArgs,
     console: &Console,
 ) -> Result<(), Failure> {
@@ -104,7 +104,7 @@ fn rehearse(request: &SendRequest<'_>, console: &Console) -> Result<(), Failure>
 }
 
 /// Where the journal of the print of `gcode` is kept.
-pub(super) fn journal(outputs: &mut Outputs, gcode: &Path, args: &StreamArgs) -> Result<Output, Failure> {
+pub(super) fn journal(outputs: &mut Outputs, gcode: &Path, args: &StreamArgs) -> Result<OutputFile, Failure> {
     Ok(match &args.journal {
         Some(given) => outputs.claim(given)?,
         None => outputs.claim(&with_suffix(gcode, ".journal"))?,

@@ -6,7 +6,7 @@ use super::args::Slice as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{self, CheckedPlan, Output, Prints, SliceRequest, Spot};
+use crate::job::{self, CheckedPlan, OutputFile, Prints, SliceRequest, Spot};
 use crate::mesh::stl_binary;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -18,7 +18,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let projects = prints.projects(&plan, &spots, &script(args)?);
     let places = Places::claim(args, &plan, (&prints.names, &spots, projects.len()))?;
     let mut written: Vec<String> = Vec::new();
-    let mut put = |output: &Output, bytes: &[u8]| {
+    let mut put = |output: &OutputFile, bytes: &[u8]| {
         written.push(output.path().display().to_string());
         output.write(bytes)
     };
@@ -56,9 +56,9 @@ fn script(args: &Verb) -> Result<String, Failure> {
 
 /// Where everything goes.
 struct Places {
-    meshes: Vec<Output>,
-    projects: Vec<Output>,
-    sliced: Vec<Output>,
+    meshes: Vec<OutputFile>,
+    projects: Vec<OutputFile>,
+    sliced: Vec<OutputFile>,
 }
 
 impl Places {
@@ -70,7 +70,7 @@ impl Places {
         let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
         let mut outputs = outputs([args.plan.as_path()].into_iter().chain(loaded.inputs()).chain(configs));
         outputs.folder(&args.output)?;
-        let mut all = |end: &str| -> Result<Vec<Output>, job::Error> {
+        let mut all = |end: &str| -> Result<Vec<OutputFile>, job::Error> {
             names.iter().map(|name| outputs.claim(&args.output.join(format!("{name}.{end}")))).collect()
         };
         let meshes = all("stl")?;
@@ -84,7 +84,7 @@ impl Places {
                 _ => format!("project-{}.3mf", i + 1),
             }
         };
-        let projects: Result<Vec<Output>, _> =
+        let projects: Result<Vec<OutputFile>, _> =
             (0..projects).map(|i| outputs.claim(&args.output.join(project(i)))).collect();
         Ok(Self { meshes, sliced, projects: projects? })
     }

@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{Hindrance, NoPlan, Output};
+use crate::job::{Hindrance, NoPlan, OutputFile};
 use crate::planning::can_be_helped;
 
 /// Prints reasons and remedies; what no remedy can help is left to the error's own sentence.
-pub(super) fn explain(no: &NoPlan, picture: Option<&Output>, console: &Console) -> Result<(), Failure> {
+pub(super) fn explain(no: &NoPlan, picture: Option<&OutputFile>, console: &Console) -> Result<(), Failure> {
     if !can_be_helped(&no.infeasible) {
         return Ok(());
     }

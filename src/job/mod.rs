@@ -41,7 +41,7 @@ pub use cutting::{CutModel, Cutting};
 pub use error::{Error, in_words, remedy};
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
-pub use plan::{Hindrance, Listed, NoPlan, Place, PlanOptions, PlanRequest, PlanResult, plan, sequences};
+pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, plan, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
@@ -57,5 +57,5 @@ pub use split::{SplitOptions, SplitRequest, SplitResult, split};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{
-    Clock, Disk, Files, Installed, Output, Outputs, OwnPorts, Ports, Slicers, SystemClock, World, with_suffix,
+    Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, Ports, Slicers, SystemClock, World, with_suffix,
 };

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::Error;
 use crate::link::sim::{MachineModel, Quirks};
-use crate::link::{Abilities, Heaters, Protocol, Retreat, Rules, SenderSettings};
+use crate::link::{Abilities, Heaters, ProgramRules, Protocol, Retreat, SenderSettings};
 use crate::profile::{OnStop, Profile};
 
 pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
@@ -13,8 +13,8 @@ pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
         .ok_or_else(|| Error::Protocol { profile: profile.machine.name.clone(), protocol: name.clone() })
 }
 
-pub(crate) fn rules(profile: &Profile) -> Result<Rules, Error> {
-    Ok(Rules {
+pub(crate) fn rules(profile: &Profile) -> Result<ProgramRules, Error> {
+    Ok(ProgramRules {
         protocol: protocol(profile)?,
         longest_line: profile.link.longest_line as usize,
         setting: profile.trace_setting(),

@@ -1,7 +1,7 @@
 //! The simulated printer of a profile, with the quirks and faults that are asked for.
 
 use super::{Error, LoadedProfile, printer};
-use crate::link::sim::{Fault, NAMES, Quirks, SURVIVABLE, Script, Sim};
+use crate::link::sim::{NAMES, Quirks, SURVIVABLE, Script, Sim, SimFault};
 
 /// A simulated printer to be.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,7 +100,7 @@ fn script(request: &SimulateRequest) -> Result<Script, BadSimulation> {
         }
     }
     if !chosen.is_empty() {
-        let at: Vec<(u64, Fault)> = script.scheduled();
+        let at: Vec<(u64, SimFault)> = script.scheduled();
         script = Script::random(&chosen, probability, request.seed);
         at.into_iter().for_each(|(line, fault)| script.add(line, fault));
     }

@@ -38,7 +38,7 @@ pub use journal::{Header, JournalError, JournalSummary, Record};
 pub use loopback::{Heading, Loopback};
 pub use pace::{TooSlow, too_slow};
 pub use preflight::{Abilities, Unfit};
-pub use program::{Boundary, BoundaryKind, LARGEST_FILE, Program, ProgramError, Rules};
+pub use program::{Boundary, BoundaryKind, LARGEST_FILE, Program, ProgramError, ProgramRules};
 pub(crate) use protocol::Accounting;
 pub use protocol::Protocol;
 pub use reentry::{Reentry, ReentryError};

@@ -1,6 +1,6 @@
 //! A small machine for the unit tests of this room: A from -15 to 90 degrees, C without end.
 
-use super::program::Rules;
+use super::program::ProgramRules;
 use super::protocol::Protocol;
 use crate::geom::Angle;
 use crate::motion::AxisRange;
@@ -25,6 +25,6 @@ pub(super) fn setting() -> Setting {
     Setting { reading: Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() }, rates }
 }
 
-pub(super) fn rules(protocol: Protocol) -> Rules {
-    Rules { protocol, longest_line: 96, setting: setting() }
+pub(super) fn rules(protocol: Protocol) -> ProgramRules {
+    ProgramRules { protocol, longest_line: 96, setting: setting() }
 }

@@ -152,7 +152,7 @@ impl Objective for TanhOverhang {
     }
 
     fn local<'a>(&'a self, facets: &'a Facets) -> Option<Box<dyn Local<'a> + 'a>> {
-        Some(Box::new(bound::Hanging::of(self.factors(), facets)))
+        Some(Box::new(bound::HangingTerm::of(self.factors(), facets)))
     }
 }
 

@@ -30,16 +30,16 @@ use crate::geom::SplitMix64;
 const RANKS: usize = 4;
 
 /// A sum of prices, rank by rank, compared in that order.
-pub(super) type Cost = [i64; RANKS];
+pub(super) type SequenceCost = [i64; RANKS];
 
 /// Prices in whole units.
 pub(super) struct Tariff {
-    waiting: Cost,
-    slot: Cost,
-    setup: Cost,
-    price: Vec<Vec<Cost>>,
+    waiting: SequenceCost,
+    slot: SequenceCost,
+    setup: SequenceCost,
+    price: Vec<Vec<SequenceCost>>,
     /// Each part's least price, whatever stands in the way.
-    cheapest: Vec<Cost>,
+    cheapest: Vec<SequenceCost>,
     unit: [f64; RANKS],
 }
 
@@ -77,7 +77,7 @@ impl Tariff {
     }
 
     /// What `sequence` costs.
-    pub(super) fn of_sequence(&self, sequence: &Sequence, candidates: &[Vec<Candidate>]) -> Cost {
+    pub(super) fn of_sequence(&self, sequence: &Sequence, candidates: &[Vec<Candidate>]) -> SequenceCost {
         let mut sum = times(&self.slot, sequence.len());
         let mut table = None;
         for (t, &(part, k)) in sequence.iter().enumerate().flat_map(|(t, slot)| slot.iter().map(move |c| (t, c))) {
@@ -90,7 +90,7 @@ impl Tariff {
     }
 
     /// The first rank of `cost` in the goal's own unit.
-    pub(super) fn value(&self, cost: &Cost) -> f64 {
+    pub(super) fn value(&self, cost: &SequenceCost) -> f64 {
         cost[0] as f64 * self.unit[0]
     }
 }
@@ -98,9 +98,9 @@ impl Tariff {
 /// What the search found.
 pub(super) struct Best {
     /// The best distinct plans, cheapest first; empty where none was found.
-    pub(super) plans: Vec<(Cost, Sequence)>,
+    pub(super) plans: Vec<(SequenceCost, Sequence)>,
     /// Nothing that is not in `plans` costs less; `None` where nothing else exists.
-    pub(super) bound: Option<Cost>,
+    pub(super) bound: Option<SequenceCost>,
     /// Whether every plan was either found or proved no better than the last of `plans`.
     pub(super) proved: bool,
     /// Candidates looked at.
@@ -109,7 +109,7 @@ pub(super) struct Best {
 
 /// How to search.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
+pub(super) struct SearchLimits {
     /// How many distinct plans.
     pub(super) plans: usize,
     /// Most candidates to look at.
@@ -122,12 +122,12 @@ pub(super) struct Limits {
 const HASTES: [i64; 3] = [2, 8, 40];
 
 /// The cheapest plans of `problem`, whose priority decides whether a slot may hold more than one part.
-pub(super) fn best(problem: &Problem<'_>, tariff: &Tariff, limits: &Limits) -> Best {
+pub(super) fn best(problem: &Problem<'_>, tariff: &Tariff, limits: &SearchLimits) -> Best {
     // A quick look first: a plan in hand lets the proof leave out whatever cannot beat it. More haste finds a plan where
     // less does not, but a worse one.
     let (mut plans, mut steps) = (Vec::new(), 0);
     for haste in HASTES {
-        let share = Limits { steps: limits.steps / 10, states: limits.states / 10, plans: 1 };
+        let share = SearchLimits { steps: limits.steps / 10, states: limits.states / 10, plans: 1 };
         let mut quick = Search::new(problem, tariff, share, haste);
         quick.run();
         steps += quick.steps;
@@ -175,7 +175,7 @@ enum Act {
 struct Expanded {
     parent: usize,
     act: Act,
-    spent: Cost,
+    spent: SequenceCost,
     state: State,
     /// Number of the running slot.
     slot: u64,
@@ -186,11 +186,11 @@ struct Expanded {
 /// An entry of the queue: by estimate, the youngest first among equals.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    estimate: Cost,
+    estimate: SequenceCost,
     age: Reverse<usize>,
     node: usize,
     /// Proved: nothing below this node costs less.
-    floor: Cost,
+    floor: SequenceCost,
     /// Whether `estimate` is this node's own, or still its parent's.
     own: bool,
 }
@@ -201,7 +201,7 @@ struct ByEstimate(Entry);
 struct Search<'a> {
     problem: &'a Problem<'a>,
     tariff: &'a Tariff,
-    limits: Limits,
+    limits: SearchLimits,
     /// How much the bound weighs in the estimate: 1 proves, more hurries.
     haste: i64,
     /// For each part: those that mind it.
@@ -211,24 +211,24 @@ struct Search<'a> {
     nodes: Vec<Expanded>,
     /// How each state was met: cost and signature, the cheapest of as many as plans are wanted. The best plans pass through
     /// a state only by its so many best beginnings.
-    met: HashMap<State, Vec<(Cost, u64)>>,
+    met: HashMap<State, Vec<(SequenceCost, u64)>>,
     open: BinaryHeap<Reverse<ByEstimate>>,
-    plans: Vec<(Cost, Sequence)>,
+    plans: Vec<(SequenceCost, Sequence)>,
     steps: u64,
     age: usize,
     finished: bool,
 }
 
-fn plus(a: &Cost, b: &Cost) -> Cost {
+fn plus(a: &SequenceCost, b: &SequenceCost) -> SequenceCost {
     std::array::from_fn(|r| a[r] + b[r])
 }
 
-fn times(a: &Cost, n: usize) -> Cost {
+fn times(a: &SequenceCost, n: usize) -> SequenceCost {
     a.map(|c| c * n as i64)
 }
 
 impl<'a> Search<'a> {
-    fn new(problem: &'a Problem<'a>, tariff: &'a Tariff, limits: Limits, haste: i64) -> Self {
+    fn new(problem: &'a Problem<'a>, tariff: &'a Tariff, limits: SearchLimits, haste: i64) -> Self {
         let parts = problem.candidates.len();
         let mut minded_by = vec![PartSet::new(parts); parts];
         for (part, ways) in problem.blocked.iter().enumerate() {
@@ -287,11 +287,11 @@ impl<'a> Search<'a> {
     }
 
     /// What a plan must beat; `None` as long as not enough are in hand.
-    fn worst(&self) -> Option<Cost> {
+    fn worst(&self) -> Option<SequenceCost> {
         if self.plans.len() < self.limits.plans { None } else { self.plans.last().map(|(cost, _)| *cost) }
     }
 
-    fn push(&mut self, node: usize, estimate: Cost, floor: Cost, own: bool) {
+    fn push(&mut self, node: usize, estimate: SequenceCost, floor: SequenceCost, own: bool) {
         self.age += 1;
         self.open.push(Reverse(ByEstimate(Entry { estimate, age: Reverse(self.age), node, floor, own })));
     }
@@ -307,7 +307,7 @@ impl<'a> Search<'a> {
     }
 
     /// Adds what can follow the node; whether a plan was completed.
-    fn expand(&mut self, at: usize, floor: Cost) -> bool {
+    fn expand(&mut self, at: usize, floor: SequenceCost) -> bool {
         let parts = self.problem.candidates.len();
         let mut complete = false;
         // The last pushed is looked at first: first close, then other setups, then the running one, best ways first.
@@ -344,7 +344,7 @@ impl<'a> Search<'a> {
     }
 
     /// Whether this beginning of `state` is worth going on with.
-    fn meet(&mut self, state: &State, spent: Cost, signature: u64) -> bool {
+    fn meet(&mut self, state: &State, spent: SequenceCost, signature: u64) -> bool {
         let most = self.limits.plans;
         let signature = if most == 1 { 0 } else { signature };
         let seen = self.met.entry(state.clone()).or_default();
@@ -363,7 +363,7 @@ impl<'a> Search<'a> {
         true
     }
 
-    fn hurried(&self, at: usize, floor: Cost) -> Cost {
+    fn hurried(&self, at: usize, floor: SequenceCost) -> SequenceCost {
         let spent = &self.nodes[at].spent;
         std::array::from_fn(|r| spent[r] + self.haste * (floor[r] - spent[r]))
     }
@@ -449,7 +449,7 @@ impl<'a> Search<'a> {
     }
 
     /// What may follow, what is to be tried first in front, with its price.
-    fn acts(&mut self, at: usize) -> Vec<(Act, Cost)> {
+    fn acts(&mut self, at: usize) -> Vec<(Act, SequenceCost)> {
         let state = &self.nodes[at].state;
         let placed = Self::placed(state);
         let parts = self.problem.candidates.len();
@@ -516,7 +516,7 @@ impl<'a> Search<'a> {
     }
 
     /// A bound of what the rest costs; `None` where some part can never be printed.
-    fn rest(&mut self, at: usize) -> Option<Cost> {
+    fn rest(&mut self, at: usize) -> Option<SequenceCost> {
         let state = &self.nodes[at].state;
         let placed = Self::placed(state);
         let parts = self.problem.candidates.len();
@@ -527,7 +527,7 @@ impl<'a> Search<'a> {
             pending.extend(ways.filter(|&k| self.free(state, part, k)).map(|k| (part, k)));
         }
         self.steps += pending.len() as u64;
-        let mut least: Vec<Option<Cost>> = vec![None; parts];
+        let mut least: Vec<Option<SequenceCost>> = vec![None; parts];
         let mut setups: Vec<Vec<usize>> = vec![Vec::new(); if self.tariff.setup == [0; RANKS] { 0 } else { parts }];
         let full = self.single() && state.setup.is_some();
         let mut reached = if full { placed.clone() } else { state.closed.clone() };

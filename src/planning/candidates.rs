@@ -28,7 +28,7 @@ pub struct Candidate {
 
 /// What rules an orientation out, whatever the order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) enum Against {
+pub(super) enum Barrier {
     /// It would overhang or begin in the air even if all other parts stood.
     Support,
     /// No axis reaches the pose.
@@ -44,7 +44,7 @@ pub(super) enum Against {
 /// One thing against one orientation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Objection {
-    pub(super) against: Against,
+    pub(super) against: Barrier,
     /// In words.
     pub(super) text: String,
     /// How deep the head would reach in, mm; 0 where it is no collision.
@@ -53,7 +53,7 @@ pub(super) struct Objection {
 
 /// A direction at one of its poses, with what stands against it.
 #[derive(Clone, Debug)]
-pub(super) struct Way {
+pub(super) struct PrintWay {
     pub(super) up: Dir<Table>,
     pub(super) pose: Pose,
     pub(super) value: f64,
@@ -97,7 +97,7 @@ pub(super) struct Setups<'a> {
 pub(super) struct Sifted {
     pub(super) candidates: Vec<Candidate>,
     /// With at least one objection each.
-    pub(super) rejected: Vec<Way>,
+    pub(super) rejected: Vec<PrintWay>,
     pub(super) tried: usize,
 }
 
@@ -144,14 +144,14 @@ impl<'a> Setups<'a> {
                 continue;
             }
             let setup = self.setup(way.up, way.pose);
-            let Way { up, pose, value, needs, .. } = way;
+            let PrintWay { up, pose, value, needs, .. } = way;
             sifted.candidates.push(Candidate { up, pose, setup, value, needs });
         }
         sifted
     }
 
     /// Every direction of `tried` at each of its poses, with the objections that are to be told.
-    pub(super) fn ways(&self, part: usize, tried: &[Direction], told: Told) -> Vec<Way> {
+    pub(super) fn ways(&self, part: usize, tried: &[Direction], told: Told) -> Vec<PrintWay> {
         use rayon::prelude::*;
         let neighbours = Neighbours::of(self.workpiece, part);
         let mut known: Vec<(Dir<Table>, f64)> = Vec::new();
@@ -178,7 +178,7 @@ impl<'a> Setups<'a> {
         }
         let way = |(up, value, needs): (Dir<Table>, f64, Needs)| {
             let unsupported = (!needs.met_by(&everyone)).then(|| Objection {
-                against: Against::Support,
+                against: Barrier::Support,
                 text: self.hanging(&needs),
                 depth_mm: 0.0,
             });
@@ -192,11 +192,11 @@ impl<'a> Setups<'a> {
                     }
                     Told::First => {}
                 }
-                Way { up, pose, value, needs: needs.clone(), hangs: self.hangs(&needs), objections }
+                PrintWay { up, pose, value, needs: needs.clone(), hangs: self.hangs(&needs), objections }
             };
-            poses(up).into_iter().map(posed).collect::<Vec<Way>>()
+            poses(up).into_iter().map(posed).collect::<Vec<PrintWay>>()
         };
-        let ways: Vec<Vec<Way>> = found.into_par_iter().map(way).collect();
+        let ways: Vec<Vec<PrintWay>> = found.into_par_iter().map(way).collect();
         ways.into_iter().flatten().collect()
     }
 
@@ -223,7 +223,7 @@ impl<'a> Setups<'a> {
 
     fn reach_objects(&self, up: Dir<Table>, pose: Pose) -> Option<Objection> {
         let text = self.out_of_reach(up, pose)?;
-        Some(Objection { against: Against::Reach, text, depth_mm: 0.0 })
+        Some(Objection { against: Barrier::Reach, text, depth_mm: 0.0 })
     }
 
     fn out_of_reach(&self, up: Dir<Table>, pose: Pose) -> Option<String> {
@@ -249,7 +249,7 @@ impl<'a> Setups<'a> {
         let limits = self.profile.linear_limits();
         let reached = self.reached(part, motion);
         let out = [reached.min, reached.max].into_iter().find_map(|corner| limits.violation(&corner))?;
-        Some(Objection { against: Against::Limits, text: out.to_string(), depth_mm: 0.0 })
+        Some(Objection { against: Barrier::Limits, text: out.to_string(), depth_mm: 0.0 })
     }
 
     /// The box of the tip positions on `part`, machine frame.
@@ -269,7 +269,7 @@ impl<'a> Setups<'a> {
         } else {
             format!("the {} would reach {depth_mm:.1} mm into the table", offence.piece)
         };
-        Some(Objection { against: Against::Table, text, depth_mm })
+        Some(Objection { against: Barrier::Table, text, depth_mm })
     }
 
     /// What the head that prints `part` owes the table.
@@ -284,7 +284,7 @@ impl<'a> Setups<'a> {
             let frame = Solid::hull(body.points.iter().map(|p| back.rotation * p + back.translation).collect());
             let by = |what: &str, how: &str| {
                 let text = format!("{what} would {how} the frame's {}", body.name);
-                Some(Objection { against: Against::Frame, text, depth_mm: 0.0 })
+                Some(Objection { against: Barrier::Frame, text, depth_mm: 0.0 })
             };
             // How near the table comes to the frame is the machine's own affair; what is printed keeps the margin, and so does the head.
             let margin = self.options.margin_mm.max(TOUCHING_MM);

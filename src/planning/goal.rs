@@ -16,10 +16,10 @@ use crate::orient::{BadObjective, Objective, Settings, nearest, objective};
 pub struct Goal {
     /// As asked for: `bss`, `0.7*staircase+0.3*height`, ..
     pub text: String,
-    pub(super) terms: Vec<(f64, Term)>,
+    pub(super) terms: Vec<(f64, GoalTerm)>,
 }
 
-pub(super) enum Term {
+pub(super) enum GoalTerm {
     /// Eq. (8).
     SequenceSize,
     /// Pose changes.
@@ -57,11 +57,11 @@ impl Goal {
             let bad = || BadObjective::Weight { weight: weight.to_owned(), name: name.to_owned() };
             let number = weight.parse::<f64>().ok().filter(|w| w.is_finite()).ok_or_else(bad)?;
             let term = match name {
-                "bss" => Term::SequenceSize,
-                "setups" => Term::Setups,
-                "slots" => Term::Slots,
-                "time" => Term::Time,
-                other => Term::Part(objective(other, settings).map_err(|error| match error {
+                "bss" => GoalTerm::SequenceSize,
+                "setups" => GoalTerm::Setups,
+                "slots" => GoalTerm::Slots,
+                "time" => GoalTerm::Time,
+                other => GoalTerm::Part(objective(other, settings).map_err(|error| match error {
                     BadObjective::Unknown { name, .. } => {
                         let nearest = nearest(&name, &names());
                         BadObjective::Unknown { name, nearest }
@@ -70,7 +70,7 @@ impl Goal {
                 })?),
             };
             // More slots for their own sake would have no end to reward; parts may have negative prices.
-            if number < 0.0 && !matches!(term, Term::Part(_)) {
+            if number < 0.0 && !matches!(term, GoalTerm::Part(_)) {
                 return Err(bad());
             }
             terms.push((number, term));
@@ -83,10 +83,10 @@ impl Goal {
 
     /// Whether the parts' orientations matter to it.
     pub fn looks_at_parts(&self) -> bool {
-        self.terms.iter().any(|(_, term)| matches!(term, Term::Part(_) | Term::Time))
+        self.terms.iter().any(|(_, term)| matches!(term, GoalTerm::Part(_) | GoalTerm::Time))
     }
 
-    pub(super) fn has(&self, wanted: fn(&Term) -> bool) -> bool {
+    pub(super) fn has(&self, wanted: fn(&GoalTerm) -> bool) -> bool {
         self.terms.iter().any(|(_, term)| wanted(term))
     }
 }

@@ -8,7 +8,7 @@
 //! What parts do to each other does not depend on the place; what the table, the frame and pieces of the head that follow
 //! only some axes do does, and is worked out anew for every place that is tried.
 
-use super::candidates::{Against, Setups, Told};
+use super::candidates::{Barrier, Setups, Told};
 use super::infeasible::Infeasible;
 use super::options::Options;
 use super::plan::Placement;
@@ -145,7 +145,7 @@ fn places(
     for (part, tried) in directions.iter().enumerate() {
         let mut polygons: Vec<Cell> = Vec::new();
         let ways = setups.ways(part, tried, Told::Standing);
-        let within = |a: &Against| matches!(a, Against::Support | Against::Reach);
+        let within = |a: &Barrier| matches!(a, Barrier::Support | Barrier::Reach);
         let standing: Vec<_> = ways.iter().filter(|w| !w.objections.iter().any(|o| within(&o.against))).collect();
         if standing.is_empty() {
             return Err(Nowhere::NotThePlace);

@@ -1,6 +1,6 @@
 //! Model and profile to a plan, or to the reasons why there is none.
 
-use super::best::{Limits, Tariff, best};
+use super::best::{SearchLimits, Tariff, best};
 use super::candidates::{Candidate, Setups, Sifted, all_directions};
 use super::infeasible::{Infeasible, MOST_PARTS, Reason};
 use super::options::{Options, Priority};
@@ -291,7 +291,7 @@ impl Task<'_> {
 
     fn cheapest(&self, problem: &Problem<'_>) -> Result<Vec<Planned>, End> {
         let tariff = self.tariff();
-        let limits = Limits { plans: self.options.plans.max(1), steps: self.options.budget, states: MOST_STATES };
+        let limits = SearchLimits { plans: self.options.plans.max(1), steps: self.options.budget, states: MOST_STATES };
         let found = best(problem, &tariff, &limits);
         let bound = found.bound.map_or(f64::INFINITY, |b| tariff.value(&b));
         if found.plans.is_empty() {

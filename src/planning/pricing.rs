@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::candidates::Candidate;
-use super::goal::{Goal, Term};
+use super::goal::{Goal, GoalTerm};
 use super::sequence::{Choice, Sequence};
 use super::workpiece::Workpiece;
 use crate::geom::{Dir, Table, Vec3};
@@ -67,14 +67,14 @@ impl Pricing<'_> {
             setup,
             price: candidates.iter().map(|c| vec![0.0; c.len()]).collect(),
         };
-        if !goal.has(|t| matches!(t, Term::SequenceSize)) {
+        if !goal.has(|t| matches!(t, GoalTerm::SequenceSize)) {
             ranks.push(bare(1.0, 0.0));
         }
         if !goal.looks_at_parts() {
             let price = self.by_part(candidates, |_, facets, up| self.also.value(facets, up.unit()));
             ranks.push(Rank { price, ..bare(0.0, 0.0) });
         }
-        if !goal.has(|t| matches!(t, Term::Setups | Term::Time)) {
+        if !goal.has(|t| matches!(t, GoalTerm::Setups | GoalTerm::Time)) {
             ranks.push(bare(0.0, 1.0));
         }
         ranks
@@ -129,28 +129,28 @@ impl Pricing<'_> {
         worth
     }
 
-    fn rank(&self, terms: &[(f64, Term)], candidates: &[Vec<Candidate>]) -> Rank {
+    fn rank(&self, terms: &[(f64, GoalTerm)], candidates: &[Vec<Candidate>]) -> Rank {
         let price = candidates.iter().map(|c| vec![0.0; c.len()]).collect();
         let mut rank = Rank { waiting: 0.0, slot: 0.0, setup: 0.0, price };
         for (weight, term) in terms {
             let prices = match term {
-                Term::SequenceSize => {
+                GoalTerm::SequenceSize => {
                     rank.waiting += weight;
                     continue;
                 }
-                Term::Setups => {
+                GoalTerm::Setups => {
                     rank.setup += weight;
                     continue;
                 }
-                Term::Slots => {
+                GoalTerm::Slots => {
                     rank.slot += weight;
                     continue;
                 }
-                Term::Time => {
+                GoalTerm::Time => {
                     rank.setup += weight * turn_seconds(self.profile);
                     self.by_part(candidates, |part, _, up| print_seconds(&self.workpiece.parts[part], up, self.profile))
                 }
-                Term::Part(f) => self.by_part(candidates, |_, facets, up| f.value(facets, up.unit())),
+                GoalTerm::Part(f) => self.by_part(candidates, |_, facets, up| f.value(facets, up.unit())),
             };
             for (sums, values) in rank.price.iter_mut().zip(prices) {
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);

@@ -47,7 +47,7 @@ pub(super) enum End {
 }
 
 /// What the search leaves behind.
-pub(super) struct Outcome {
+pub(super) struct SequenceOutcome {
     pub(super) end: End,
     /// Steps taken: candidates looked at.
     pub(super) steps: u64,
@@ -80,7 +80,7 @@ struct Search<'a, F> {
 }
 
 /// Calls `found` for every feasible sequence until it returns `false` or `budget` steps are spent.
-pub(super) fn enumerate(problem: &Problem<'_>, budget: u64, found: impl FnMut(&Sequence) -> bool) -> Outcome {
+pub(super) fn enumerate(problem: &Problem<'_>, budget: u64, found: impl FnMut(&Sequence) -> bool) -> SequenceOutcome {
     let parts = problem.candidates.len();
     let mut search = Search {
         problem,
@@ -99,7 +99,7 @@ pub(super) fn enumerate(problem: &Problem<'_>, budget: u64, found: impl FnMut(&S
         Next::Stop(end) => end,
         Next::Go | Next::BackTo(_) => End::Exhausted,
     };
-    Outcome { end, steps: search.steps, farthest: search.farthest }
+    SequenceOutcome { end, steps: search.steps, farthest: search.farthest }
 }
 
 impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {

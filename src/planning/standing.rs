@@ -4,7 +4,7 @@ use super::candidates::{Setups, Told};
 use super::infeasible::Hanging;
 use super::options::Options;
 use super::part_set::PartSet;
-use super::support::{Asked, Needs, Neighbours, needs};
+use super::support::{Needs, NeedsAsked, Neighbours, needs};
 use super::workpiece::Workpiece;
 use crate::geom::{Dir, Table, Vec3};
 use crate::orient::Direction;
@@ -69,7 +69,7 @@ impl Setups<'_> {
             tolerate_mm2: options.tolerate_mm2,
         };
         let allowed_mm2 = options.allow.iter().filter(|(p, _)| *p == part).map(|(_, area)| *area).fold(0.0, f64::max);
-        let asked = Asked { rule, allowed_mm2, by_layers, enough, known: &options.known };
+        let asked = NeedsAsked { rule, allowed_mm2, by_layers, enough, known: &options.known };
         needs(&self.workpiece.parts[part], neighbours, up, &asked, self.workpiece.parts.len())
     }
 

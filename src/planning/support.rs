@@ -125,7 +125,7 @@ impl Known {
 }
 
 /// What is let pass, and how far layers are looked through.
-pub(super) struct Asked<'a> {
+pub(super) struct NeedsAsked<'a> {
     pub(super) rule: Rule,
     /// What may be missing, mm².
     pub(super) allowed_mm2: f64,
@@ -199,7 +199,7 @@ pub(super) fn needs(
     mesh: &TriangleMesh<Table>,
     neighbours: &Neighbours,
     up: Dir<Table>,
-    asked: &Asked<'_>,
+    asked: &NeedsAsked<'_>,
     parts: usize,
 ) -> Needs {
     let steepest = (asked.rule.overhang + Angle::from_deg(ANGLE_SLACK_DEG)).rad().sin();
@@ -232,7 +232,12 @@ pub(super) fn needs(
 }
 
 /// What the layers lay on nothing while all neighbours stand.
-fn by_layers(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, up: Dir<Table>, asked: &Asked<'_>) -> Vec<Patch> {
+fn by_layers(
+    mesh: &TriangleMesh<Table>,
+    neighbours: &Neighbours,
+    up: Dir<Table>,
+    asked: &NeedsAsked<'_>,
+) -> Vec<Patch> {
     let Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2 } = asked.rule;
     let numbers = [overhang.rad(), layer_mm, line_mm, bridge_mm, tolerate_mm2, up.unit().x, up.unit().y, up.unit().z];
     let mut key = neighbours.key.clone();

@@ -12,7 +12,7 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use super::candidates::{Against, Candidate, Setups, Told, Way};
+use super::candidates::{Barrier, Candidate, PrintWay, Setups, Told};
 use super::infeasible::{Infeasible, Reason};
 use super::options::{Options, Priority};
 use super::part_set::PartSet;
@@ -28,7 +28,7 @@ use crate::profile::Profile;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Constraint {
     /// What the machine or the support has against a part at any orientation.
-    Own(usize, Against),
+    Own(usize, Barrier),
     /// The head, printing the first, must stay clear of the second.
     Past(usize, usize),
 }
@@ -49,7 +49,7 @@ const MOST_WAYS: usize = 64;
 
 /// Everything that stands against everything.
 struct Case<'a> {
-    ways: Vec<Vec<Way>>,
+    ways: Vec<Vec<PrintWay>>,
     candidates: Vec<Vec<Candidate>>,
     blocked: Vec<Vec<PartSet>>,
     site: &'a Site<'a>,
@@ -67,7 +67,7 @@ pub(super) fn explain(
     options: &Options<'_>,
 ) -> Infeasible {
     let mut setups = Setups::new(workpiece, profile, options);
-    let ways: Vec<Vec<Way>> =
+    let ways: Vec<Vec<PrintWay>> =
         directions.iter().enumerate().map(|(p, tried)| nearest_misses(&setups, p, tried)).collect();
     if let Some(part) = ways.iter().position(Vec::is_empty) {
         let name = &workpiece.model.parts[part].name;
@@ -77,7 +77,7 @@ pub(super) fn explain(
     }
     let mut candidates: Vec<Vec<Candidate>> = Vec::new();
     for of_part in &ways {
-        let one = |way: &Way| {
+        let one = |way: &PrintWay| {
             let setup = setups.setup(way.up, way.pose);
             Candidate { up: way.up, pose: way.pose, setup, value: way.value, needs: way.needs.clone() }
         };
@@ -92,10 +92,10 @@ pub(super) fn explain(
 }
 
 /// The ways of a part with all objections, those with the fewest first.
-fn nearest_misses(setups: &Setups<'_>, part: usize, tried: &[Direction]) -> Vec<Way> {
+fn nearest_misses(setups: &Setups<'_>, part: usize, tried: &[Direction]) -> Vec<PrintWay> {
     let mut ways = setups.ways(part, tried, Told::All);
     let everyone = set_of(setups.workpiece.parts.len(), 0..setups.workpiece.parts.len());
-    let lost = |way: &Way| (way.objections.len(), way.needs.rank(&everyone));
+    let lost = |way: &PrintWay| (way.objections.len(), way.needs.rank(&everyone));
     ways.sort_by(|a, b| lost(a).partial_cmp(&lost(b)).unwrap_or(std::cmp::Ordering::Equal));
     ways.truncate(MOST_WAYS);
     ways
@@ -125,7 +125,7 @@ impl Case<'_> {
             let own = ways.iter().flat_map(|w| &w.objections).map(|o| Constraint::Own(part, o.against));
             all.extend(own);
             // What can be carried by others only is a question of the order, and can be lifted too.
-            all.insert(Constraint::Own(part, Against::Support));
+            all.insert(Constraint::Own(part, Barrier::Support));
             all.extend(self.blocked[part].iter().flat_map(PartSet::iter).map(|q| Constraint::Past(part, q)));
         }
         all
@@ -170,7 +170,7 @@ impl Case<'_> {
         let mut candidates: Vec<Vec<Candidate>> = Vec::new();
         let mut blocked: Vec<Vec<PartSet>> = Vec::new();
         for part in 0..parts {
-            let supported = !kept.contains(&Constraint::Own(part, Against::Support));
+            let supported = !kept.contains(&Constraint::Own(part, Barrier::Support));
             let free = |k: &usize| {
                 let mut against = self.ways[part][*k].objections.iter().map(|o| o.against);
                 !against.any(|a| kept.contains(&Constraint::Own(part, a)))
@@ -224,7 +224,7 @@ impl Case<'_> {
     }
 
     /// Why `part` cannot be printed in its way `k`: every kept constraint that it offends, or the support it waits for.
-    fn reason(&self, part: usize, k: usize, way: &Way, kept: &BTreeSet<Constraint>) -> Vec<Reason> {
+    fn reason(&self, part: usize, k: usize, way: &PrintWay, kept: &BTreeSet<Constraint>) -> Vec<Reason> {
         let mut reasons = Vec::new();
         let reason = |blocked_by: &str, (text, depth_mm): (String, f64), tip: Option<Vec3>| Reason {
             part,
@@ -240,10 +240,10 @@ impl Case<'_> {
         for objection in &way.objections {
             if kept.contains(&Constraint::Own(part, objection.against)) {
                 let (blocked_by, tip) = match objection.against {
-                    Against::Support => ("support", None),
-                    Against::Reach | Against::Limits => ("limits", None),
-                    Against::Table => ("table", self.site.strikes(part, None, setup)),
-                    Against::Frame => ("frame", None),
+                    Barrier::Support => ("support", None),
+                    Barrier::Reach | Barrier::Limits => ("limits", None),
+                    Barrier::Table => ("table", self.site.strikes(part, None, setup)),
+                    Barrier::Frame => ("frame", None),
                 };
                 reasons.push(reason(blocked_by, (objection.text.clone(), objection.depth_mm), tip));
             }
@@ -253,7 +253,7 @@ impl Case<'_> {
             reasons.push(reason(&other.to_string(), self.site.intrusion(part, other, setup), tip));
         }
         let carriers = way.needs.carriers();
-        if reasons.is_empty() && kept.contains(&Constraint::Own(part, Against::Support)) && !carriers.is_empty() {
+        if reasons.is_empty() && kept.contains(&Constraint::Own(part, Barrier::Support)) && !carriers.is_empty() {
             let names: Vec<String> = carriers.iter().map(ToString::to_string).collect();
             let text = format!("it would hang in the air until parts {} stand", names.join(", "));
             reasons.push(reason("support", (text, 0.0), None));

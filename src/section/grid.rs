@@ -134,7 +134,7 @@ impl Segments {
         if self.all.is_empty() {
             return None;
         }
-        let mut best = Best { square: cap * cap, index: None, corner: false, left: true };
+        let mut best = Nearer { square: cap * cap, index: None, corner: false, left: true };
         if let Some(&segment) = likely.and_then(|index| self.all.get(index as usize)) {
             best.take(segment, likely, p);
         }
@@ -164,7 +164,7 @@ impl Segments {
     }
 
     /// Tries the segments of the cells that lie `ring` cells from `home`.
-    fn ring(&self, home: [isize; 2], ring: isize, p: Point, best: &mut Best) {
+    fn ring(&self, home: [isize; 2], ring: isize, p: Point, best: &mut Nearer) {
         let [columns, rows] = self.count.map(|n| n as isize);
         let beyond = |at: isize, axis: usize| {
             let low = self.low[axis] + at as f64 * self.cell;
@@ -187,7 +187,7 @@ impl Segments {
         }
     }
 
-    fn cell(&self, cell: usize, p: Point, best: &mut Best) {
+    fn cell(&self, cell: usize, p: Point, best: &mut Nearer) {
         for &index in &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
             best.take(self.all[index as usize], Some(index), p);
         }
@@ -279,14 +279,14 @@ fn floor(v: f64) -> isize {
 /// Segments whose distances differ by less than this are equally near, mm: which side a point lies on is then asked of the whole outline.
 const TIE_MM: f64 = 1e-6;
 
-pub(super) struct Best {
+pub(super) struct Nearer {
     pub(super) square: f64,
     pub(super) index: Option<u32>,
     pub(super) corner: bool,
     pub(super) left: bool,
 }
 
-impl Best {
+impl Nearer {
     pub(super) fn take(&mut self, [a, b]: Segment, index: Option<u32>, p: Point) {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let (px, py) = (p[0] - a[0], p[1] - a[1]);
@@ -331,13 +331,13 @@ mod tests {
         let mut likely = None;
         for k in 0..5000 {
             let (p, cap) = (point(40.0), [0.3, 2.0, 5.0][k % 3]);
-            let mut best = Best { square: cap * cap, index: None, corner: false, left: true };
+            let mut best = Nearer { square: cap * cap, index: None, corner: false, left: true };
             all.iter().enumerate().for_each(|(i, s)| best.take(*s, Some(i as u32), p));
             let got = segments.nearest(p, cap, likely);
             assert_eq!(got.map(|n| n.distance), best.index.map(|_| best.square.sqrt()), "{p:?}");
             likely = got.map_or(likely, |n| Some(n.index));
             if let Some(cell) = segments.cell_of(p) {
-                let away = Best { square: 1e9, index: None, corner: false, left: true };
+                let away = Nearer { square: 1e9, index: None, corner: false, left: true };
                 let away = all.iter().fold(away, |mut b, s| {
                     b.take(*s, Some(0), p);
                     b

@@ -18,7 +18,7 @@ pub mod simplify;
 
 pub use fit::{Fit, Sample, fit};
 pub use grid::{Nearest, Point, Segment, Segments};
-pub use outline::{Search, Section};
+pub use outline::{OutlineSearch, Section};
 
 use crate::geom::Vec3;
 use crate::mesh::TriangleMesh;

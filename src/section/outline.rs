@@ -91,8 +91,8 @@ impl Section {
     }
 
     /// For questions about points that follow one another.
-    pub fn search(&self) -> Search<'_> {
-        Search { section: self, last: None }
+    pub fn search(&self) -> OutlineSearch<'_> {
+        OutlineSearch { section: self, last: None }
     }
 
     /// Whether `p` lies inside, by the winding number of its cell's centre and what lies between.
@@ -147,7 +147,7 @@ impl Section {
     /// The distance by trying every segment, for tests.
     #[cfg(test)]
     pub(super) fn by_brute_force(&self, p: Point) -> f64 {
-        let mut best = super::grid::Best { square: CAP_MM * CAP_MM, index: None, corner: false, left: true };
+        let mut best = super::grid::Nearer { square: CAP_MM * CAP_MM, index: None, corner: false, left: true };
         self.segments().iter().enumerate().for_each(|(i, s)| best.take(*s, Some(i as u32), p));
         let winding: i32 = self
             .segments()
@@ -160,12 +160,12 @@ impl Section {
 
 /// Distances from a [`Section`]'s outline, one point after the other: the segment that was nearest to the last one is tried
 /// first.
-pub struct Search<'a> {
+pub struct OutlineSearch<'a> {
     section: &'a Section,
     last: Option<u32>,
 }
 
-impl Search<'_> {
+impl OutlineSearch<'_> {
     /// See [`Section::signed_distance`].
     pub fn signed_distance(&mut self, p: Point) -> f64 {
         self.within(p, CAP_MM).map_or_else(|| self.far(p, CAP_MM), |near| self.signed(p, &near))

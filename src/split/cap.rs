@@ -12,7 +12,7 @@ use crate::geom::Vec3;
 
 /// A connected piece of a cap.
 #[derive(Clone, Debug)]
-pub(super) struct Patch {
+pub(super) struct CapPatch {
     /// Corners, counter-clockwise seen from the side that the cap faces.
     pub(super) triangles: Vec<[u32; 3]>,
     /// mm².
@@ -35,7 +35,7 @@ struct Loop {
 }
 
 /// The patches that close the directed `edges` of a cap facing `facing`: each edge is run along by one triangle, in its sense.
-pub(super) fn patches(vertices: &[Vec3], edges: &[[u32; 2]], facing: &Vec3) -> Result<Vec<Patch>, NoCap> {
+pub(super) fn patches(vertices: &[Vec3], edges: &[[u32; 2]], facing: &Vec3) -> Result<Vec<CapPatch>, NoCap> {
     let [u, v] = axes(facing);
     let flat = |i: u32| [vertices[i as usize].dot(&u), vertices[i as usize].dot(&v)];
     let loops = loops(edges, &flat)?;
@@ -135,7 +135,7 @@ impl Loop {
     }
 }
 
-fn patch(outer: &Loop, holes: &[&Loop]) -> Result<Patch, NoCap> {
+fn patch(outer: &Loop, holes: &[&Loop]) -> Result<CapPatch, NoCap> {
     let rings = || std::iter::once(outer).chain(holes.iter().copied());
     let number: Vec<u32> = rings().flat_map(|l| l.vertices.iter().copied()).collect();
     let flat: Vec<Flat> = rings().flat_map(|l| l.flat.iter().copied()).collect();
@@ -161,7 +161,7 @@ fn patch(outer: &Loop, holes: &[&Loop]) -> Result<Patch, NoCap> {
     if (covered - area_mm2).abs() > 1e-9 * (1.0 + outer.area) {
         return Err(NoCap);
     }
-    Ok(Patch { triangles, area_mm2, of_loops: rings().map(|l| l.vertices[0]).collect() })
+    Ok(CapPatch { triangles, area_mm2, of_loops: rings().map(|l| l.vertices[0]).collect() })
 }
 
 /// Puts back the corners in the middle of straight stretches: a side that neither runs along the rim nor has a partner

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::cap::{NoCap, Patch, patches};
+use super::cap::{CapPatch, NoCap, patches};
 use super::surface::{Plane, Surface};
 use crate::geom::{Sets, Vec3};
 
@@ -23,7 +23,7 @@ pub(super) enum Taken {
 
 /// What a cut makes.
 #[derive(Clone, Debug)]
-pub(super) struct Cut {
+pub(super) struct Clipped {
     /// What is left, caps included; nothing where everything lay beyond.
     pub(super) rest: Surface,
     /// The solids that were taken, each closed by its caps.
@@ -37,7 +37,7 @@ pub(super) struct Cut {
 /// # Errors
 ///
 /// [`NoCap`] where the surface crosses itself in the plane.
-pub(super) fn cut(surface: &Surface, plane: &Plane, taken: &Taken, source: u32) -> Result<Cut, NoCap> {
+pub(super) fn cut(surface: &Surface, plane: &Plane, taken: &Taken, source: u32) -> Result<Clipped, NoCap> {
     let mut parted = Parted::of(surface, plane);
     let edges = parted.rim();
     let directed: Vec<[u32; 2]> = edges.iter().map(|e| [e.1, e.0]).collect();
@@ -261,7 +261,7 @@ impl<'a> Parted<'a> {
         roots
     }
 
-    fn assembled(mut self, patches: &[Patch], side_of: &HashMap<u32, u32>, chosen: &[u32], source: u32) -> Cut {
+    fn assembled(mut self, patches: &[CapPatch], side_of: &HashMap<u32, u32>, chosen: &[u32], source: u32) -> Clipped {
         let beyond: Vec<u32> = (0..self.beyond.len()).map(|i| self.solids.root(self.beyond[i].2)).collect();
         let caps: Vec<u32> = patches.iter().map(|p| self.solids.root(side_of[&p.of_loops[0]])).collect();
         let mut gone = vec![false; self.surface.facets.len()];
@@ -291,6 +291,6 @@ impl<'a> Parted<'a> {
             rest.extend(patch.triangles.iter().map(|&[a, b, c]| ([a, c, b], source)));
             patches_mm2.push(patch.area_mm2);
         }
-        Cut { rest: of(rest), pieces, patches_mm2 }
+        Clipped { rest: of(rest), pieces, patches_mm2 }
     }
 }

@@ -5,7 +5,7 @@ use crate::mesh::{Model, TriangleMesh};
 use crate::planning::OnePrint;
 
 /// A machine as the search asks it; directions and meshes in the model file's frame, mm.
-pub trait Machine: Sync {
+pub trait CutMachine: Sync {
     /// Whether `up` can be brought upright.
     fn reaches(&self, up: &Vec3) -> bool;
 
@@ -16,7 +16,7 @@ pub trait Machine: Sync {
     fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize]) -> bool;
 }
 
-impl Machine for OnePrint<'_> {
+impl CutMachine for OnePrint<'_> {
     fn reaches(&self, up: &Vec3) -> bool {
         Self::reaches(self, up)
     }
@@ -38,7 +38,7 @@ pub struct NoHead {
     pub most_tilt: f64,
 }
 
-impl Machine for NoHead {
+impl CutMachine for NoHead {
     fn reaches(&self, up: &Vec3) -> bool {
         up.z >= self.most_tilt.cos() - 1e-9
     }

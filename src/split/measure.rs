@@ -13,7 +13,7 @@ use crate::overhang::{Footing, Ground, Hang, LOOKS_DOWN, Relief, Ridge, Rule, SA
 
 /// What counts, and from where.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rules {
+pub(super) struct MeasureRules {
     /// Sine of the steepest overhang, from the vertical.
     pub(super) sine: f64,
     /// A layer, mm.
@@ -30,19 +30,19 @@ pub(super) struct Rules {
 
 /// What a surface needs along one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Needs {
+pub(super) struct PieceNeeds {
     pub(super) area_mm2: f64,
     pub(super) beginnings: usize,
     pub(super) ridges: usize,
 }
 
-impl Needs {
+impl PieceNeeds {
     pub(super) fn faults(&self) -> usize {
         self.beginnings + self.ridges
     }
 }
 
-impl Rules {
+impl MeasureRules {
     pub(super) fn hang(&self) -> Hang {
         Hang { layer_mm: self.layer_mm, span_mm: self.span_mm, bridge_mm: self.bridge_mm }
     }
@@ -71,7 +71,7 @@ impl Deref for Measured {
 }
 
 impl Measured {
-    pub(super) fn of(surface: Surface, rules: &Rules) -> Self {
+    pub(super) fn of(surface: Surface, rules: &MeasureRules) -> Self {
         let relief = Relief::of(surface.vertices.clone(), surface.facets.clone());
         let on_table = (0..surface.facets.len())
             .map(|f| {
@@ -83,11 +83,11 @@ impl Measured {
     }
 
     /// What it needs along `up`, standing on the table or on the cap of number `cap`.
-    pub(super) fn needs(&self, up: &Vec3, cap: Option<u32>, rules: &Rules) -> Needs {
+    pub(super) fn needs(&self, up: &Vec3, cap: Option<u32>, rules: &MeasureRules) -> PieceNeeds {
         let heights = self.heights(up, cap);
         let stands = |f: usize| self.stands(f, cap);
         let risky = (0..self.area.len()).filter(|&f| self.is_risky(f, up, rules) && !stands(f));
-        Needs {
+        PieceNeeds {
             area_mm2: risky.map(|f| self.area[f]).sum(),
             beginnings: self.beginnings(&heights, up, cap, rules).len(),
             ridges: self.ridges(up, Some(cap), rules).len(),
@@ -95,7 +95,7 @@ impl Measured {
     }
 
     /// Whether its layers along `up` lay nothing on nothing, whatever its facets say: bridges, roofs of holes, what is tolerated.
-    pub(super) fn passes(&self, up: &Vec3, cap: Option<u32>, rules: &Rules) -> bool {
+    pub(super) fn passes(&self, up: &Vec3, cap: Option<u32>, rules: &MeasureRules) -> bool {
         let facets = (0..self.area.len()).filter(|&f| self.stands(f, cap));
         let own = facets.map(|f| self.surface.corners(f)).collect();
         let ground = Ground { footings: vec![Footing { own, below: Vec::new() }], table: cap.is_none() };
@@ -110,12 +110,12 @@ impl Measured {
         }
     }
 
-    pub(super) fn is_risky(&self, facet: usize, up: &Vec3, rules: &Rules) -> bool {
+    pub(super) fn is_risky(&self, facet: usize, up: &Vec3, rules: &MeasureRules) -> bool {
         self.normal[facet].dot(up) < -rules.sine - SINE_SLACK
     }
 
     /// The runs that are too long to hang along `up`; edges of what the part stands on, where that is given, are none.
-    pub(super) fn ridges(&self, up: &Vec3, standing: Option<Option<u32>>, rules: &Rules) -> Vec<Ridge> {
+    pub(super) fn ridges(&self, up: &Vec3, standing: Option<Option<u32>>, rules: &MeasureRules) -> Vec<Ridge> {
         let stands = |f: usize| standing.is_some_and(|cap| self.stands(f, cap));
         self.relief.ridges(up, stands, &rules.hang())
     }
@@ -126,7 +126,7 @@ impl Measured {
     }
 
     /// Vertices where the surface begins along `up`, nicks left out; `heights` as [`Measured::heights`] gives them.
-    pub(super) fn beginnings(&self, heights: &[f64], up: &Vec3, cap: Option<u32>, rules: &Rules) -> Vec<u32> {
+    pub(super) fn beginnings(&self, heights: &[f64], up: &Vec3, cap: Option<u32>, rules: &MeasureRules) -> Vec<u32> {
         let stands = |v: u32| self.facets_at(v as usize).iter().any(|&f| self.stands(f as usize, cap));
         let found = self.relief.beginnings(heights, up, rules.layer_mm);
         found.into_iter().filter(|&v| !stands(v)).collect()

@@ -8,7 +8,7 @@
 //! Minimised, one after the other: places that begin in the air and flat downward ridges; the area that needs support; setups;
 //! cuts; seams. The search is a beam over planes (`search.rs`) whose scores come from sweeps (`sweep.rs`), after C. Wu, C. Dai,
 //! G. Fang, Y.-J. Liu, C. C. L. Wang, *General support-effective decomposition for multi-directional 3-D printing* (2020), with
-//! what that lacks: components, beginnings, ridges, caps of any size, and a machine that is asked ([`Machine`]).
+//! what that lacks: components, beginnings, ridges, caps of any size, and a machine that is asked ([`CutMachine`]).
 //!
 //! Lengths mm, areas mm², directions unit, all in the model file's frame; +z is up on the table, whose surface is the model's
 //! lowest z. This room must not know slicers or toolpaths.
@@ -29,10 +29,10 @@ mod tests;
 use crate::geom::{Angle, Bounds, Object, Vec3};
 use crate::mesh::{Model, TriangleMesh};
 use crate::overhang::{Rule, TOLERATE_MM2};
-pub use machine::{Machine, NoHead};
-use measure::{Measured, Rules};
+pub use machine::{CutMachine, NoHead};
+use measure::{MeasureRules, Measured};
 pub use rules::Against;
-use search::{Found, NOTHING_MM2, Search, State};
+use search::{BeamSearch, NOTHING_MM2, SearchFound, SplitState};
 pub use surface::Plane;
 use surface::Surface;
 
@@ -95,8 +95,8 @@ pub struct Unsupported {
     pub ridges: usize,
 }
 
-impl From<measure::Needs> for Unsupported {
-    fn from(needs: measure::Needs) -> Self {
+impl From<measure::PieceNeeds> for Unsupported {
+    fn from(needs: measure::PieceNeeds) -> Self {
         Self { area_mm2: needs.area_mm2, beginnings: needs.beginnings, ridges: needs.ridges }
     }
 }
@@ -225,7 +225,8 @@ pub struct Parted {
 
 /// Cuts `model` by `plane` and takes everything beyond; `None` where the surface crosses itself in the plane.
 pub fn parted(model: &TriangleMesh<Object>, plane: &Plane) -> Option<Parted> {
-    let clip::Cut { rest, pieces, patches_mm2 } = clip::cut(&Surface::of(model), plane, &clip::Taken::All, 1).ok()?;
+    let clip::Clipped { rest, pieces, patches_mm2 } =
+        clip::cut(&Surface::of(model), plane, &clip::Taken::All, 1).ok()?;
     let closed = rest.is_closed() && pieces.iter().all(Surface::is_closed);
     let meshes = || pieces.iter().map(Surface::mesh).collect();
     closed.then(|| Parted { rest: rest.mesh(), pieces: meshes(), patches_mm2 })
@@ -237,11 +238,11 @@ pub fn parted(model: &TriangleMesh<Object>, plane: &Plane) -> Option<Parted> {
 /// A model that needs nothing comes back whole. See [`Split::printable`] for whether it worked.
 pub fn split(
     model: &TriangleMesh<Object>,
-    machine: &dyn Machine,
+    machine: &dyn CutMachine,
     options: &Options,
     level: &mut dyn FnMut(usize),
 ) -> Split {
-    let rules = Rules {
+    let rules = MeasureRules {
         sine: options.overhang.rad().sin(),
         layer_mm: options.layer_mm,
         span_mm: options.span_mm,
@@ -258,14 +259,14 @@ pub fn split(
     let whole = Measured::of(Surface::of(model), &rules);
     let before = whole.needs(&Vec3::z(), None, &rules);
     let pedestal = Some(options.pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(&whole, mm));
-    let search = Search::new(model, machine, options, rules);
-    let planned = |state: &State| {
+    let search = BeamSearch::new(model, machine, options, rules);
+    let planned = |state: &SplitState| {
         let split = assembled(state, before, pedestal.as_ref(), &rules);
         let supported: Vec<usize> =
             (0..split.parts.len()).filter(|&p| split.parts[p].needs.area_mm2 > NOTHING_MM2).collect();
         machine.plans(&Model::from_parts(split.named()), &split.ups(), &supported)
     };
-    let Found { state, printable, unplanned, refused } = search.run(model, &planned, level);
+    let SearchFound { state, printable, unplanned, refused } = search.run(model, &planned, level);
     Split {
         printable,
         unplanned,
@@ -274,7 +275,12 @@ pub fn split(
     }
 }
 
-fn assembled(state: &State, before: measure::Needs, pedestal: Option<&Surface>, rules: &Rules) -> Split {
+fn assembled(
+    state: &SplitState,
+    before: measure::PieceNeeds,
+    pedestal: Option<&Surface>,
+    rules: &MeasureRules,
+) -> Split {
     let mut parts = Vec::new();
     let mut left = Vec::new();
     parts.extend(pedestal.map(|p| CutPart {

@@ -1,8 +1,8 @@
 //! What every cut must keep, whatever it gains: what is left stands on the table, nothing is too small to print or too thin to
 //! last, and the caps keep out of what the user wants whole.
 
-use super::clip::{Cut, ON_PLANE_MM};
-use super::measure::{Measured, Rules};
+use super::clip::{Clipped, ON_PLANE_MM};
+use super::measure::{MeasureRules, Measured};
 use super::surface::{Plane, Surface};
 use crate::geom::{Bounds, Vec3};
 
@@ -41,7 +41,7 @@ pub enum Against {
 }
 
 /// A cut that may be made.
-pub(super) struct Made {
+pub(super) struct CutParts {
     pub(super) rest: Measured,
     pub(super) pieces: Vec<Measured>,
     pub(super) seam_mm2: f64,
@@ -50,7 +50,13 @@ pub(super) struct Made {
 }
 
 /// The cut with the cap of number `cap`, if it keeps the rules.
-pub(super) fn kept(cut: Cut, plane: &Plane, cap: u32, rules: &Rules, no_cut: &[Bounds]) -> Result<Made, Against> {
+pub(super) fn kept(
+    cut: Clipped,
+    plane: &Plane,
+    cap: u32,
+    rules: &MeasureRules,
+    no_cut: &[Bounds],
+) -> Result<CutParts, Against> {
     if cut.pieces.is_empty() || cut.patches_mm2.iter().any(|&area| area < PATCH_MM2) {
         return Err(Against::Small);
     }
@@ -87,7 +93,7 @@ pub(super) fn kept(cut: Cut, plane: &Plane, cap: u32, rules: &Rules, no_cut: &[B
     if meets(&rest.surface, cap, no_cut) {
         return Err(Against::Unwanted);
     }
-    Ok(Made { rest, pieces, seam_mm2: cut.patches_mm2.iter().sum(), crumbs_mm3 })
+    Ok(CutParts { rest, pieces, seam_mm2: cut.patches_mm2.iter().sum(), crumbs_mm3 })
 }
 
 /// Whether every solid of `rest` stands on the table.

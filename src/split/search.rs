@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use super::Options;
 use super::candidates::{Directions, directions, offsets};
 use super::clip::{Taken, cut};
-use super::machine::Machine;
-use super::measure::{Measured, Needs, Rules};
-use super::rules::{Against, Made, THICK_MM, kept};
+use super::machine::CutMachine;
+use super::measure::{MeasureRules, Measured, PieceNeeds};
+use super::rules::{Against, CutParts, THICK_MM, kept};
 use super::surface::{Plane, Surface};
 use super::sweep::{Beyond, Sweep, Upright, footing, seam_mm2};
 use crate::geom::{Object, Vec3};
@@ -45,11 +45,11 @@ const IDLE: usize = 3;
 
 /// A cut that was made.
 #[derive(Clone)]
-pub(super) struct Step {
+pub(super) struct CutStep {
     pub(super) plane: Plane,
     pub(super) pieces: Vec<Surface>,
     /// By piece, along the plane's normal.
-    pub(super) needs: Vec<Needs>,
+    pub(super) needs: Vec<PieceNeeds>,
     pub(super) seam_mm2: f64,
     /// What the cut took from what was left, mm².
     pub(super) gain_mm2: f64,
@@ -60,17 +60,17 @@ pub(super) struct Step {
 
 /// What is left after some cuts.
 #[derive(Clone)]
-pub(super) struct State {
+pub(super) struct SplitState {
     pub(super) rest: Measured,
     upright: std::sync::Arc<Upright>,
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Vec<CutStep>,
     /// mm², in pieces that were taken.
     stays_mm2: f64,
     faults: usize,
 }
 
-impl State {
-    fn of(rest: Measured, rules: &Rules, steps: Vec<Step>) -> Self {
+impl SplitState {
+    fn of(rest: Measured, rules: &MeasureRules, steps: Vec<CutStep>) -> Self {
         let upright = std::sync::Arc::new(Upright::of(&rest, rules));
         let needs = steps.iter().flat_map(|step| &step.needs);
         let (stays_mm2, faults) = needs.fold((0.0, 0), |(a, f), n| (a + n.area_mm2, f + n.faults()));
@@ -78,7 +78,7 @@ impl State {
     }
 
     /// What is left needs this, as it stands.
-    pub(super) fn left(&self) -> Needs {
+    pub(super) fn left(&self) -> PieceNeeds {
         self.upright.needs
     }
 
@@ -135,8 +135,8 @@ fn whole(area: f64) -> i64 {
 pub(super) type Refused = std::collections::BTreeMap<Against, usize>;
 
 /// What a search comes to.
-pub(super) struct Found {
-    pub(super) state: State,
+pub(super) struct SearchFound {
+    pub(super) state: SplitState,
     /// Whether nothing needs support, and the machine has a plan.
     pub(super) printable: bool,
     /// States that needed nothing, but that the machine has no plan for.
@@ -159,19 +159,19 @@ struct Candidate {
 }
 
 /// The search over one model.
-pub(super) struct Search<'a> {
-    pub(super) machine: &'a dyn Machine,
+pub(super) struct BeamSearch<'a> {
+    pub(super) machine: &'a dyn CutMachine,
     pub(super) options: &'a Options,
-    pub(super) rules: Rules,
+    pub(super) rules: MeasureRules,
     directions: Directions,
 }
 
-impl<'a> Search<'a> {
+impl<'a> BeamSearch<'a> {
     pub(super) fn new(
         model: &TriangleMesh<Object>,
-        machine: &'a dyn Machine,
+        machine: &'a dyn CutMachine,
         options: &'a Options,
-        rules: Rules,
+        rules: MeasureRules,
     ) -> Self {
         let directions = directions(model, |up| machine.reaches(up));
         Self { machine, options, rules, directions }
@@ -185,9 +185,9 @@ impl<'a> Search<'a> {
     pub(super) fn run(
         &self,
         model: &TriangleMesh<Object>,
-        finished: &dyn Fn(&State) -> bool,
+        finished: &dyn Fn(&SplitState) -> bool,
         level: &mut dyn FnMut(usize),
-    ) -> Found {
+    ) -> SearchFound {
         let most = self.options.max_cuts;
         let few = most.min(PLAIN_CUTS);
         let usual = self.options.beam;
@@ -211,27 +211,27 @@ impl<'a> Search<'a> {
         &self,
         model: &TriangleMesh<Object>,
         (directions, most, width): (usize, usize, usize),
-        finished: &dyn Fn(&State) -> bool,
+        finished: &dyn Fn(&SplitState) -> bool,
         level: &mut dyn FnMut(usize),
-    ) -> Found {
-        let first = State::of(Measured::of(Surface::of(model), &self.rules), &self.rules, Vec::new());
+    ) -> SearchFound {
+        let first = SplitState::of(Measured::of(Surface::of(model), &self.rules), &self.rules, Vec::new());
         let mut best = first.clone();
         let mut beam = vec![first];
         let (mut idle, mut unplanned, mut refused) = (0, 0, Refused::new());
         for cuts in 0..=most {
-            let mut done: Vec<&State> = beam.iter().filter(|s| self.is_done(s)).collect();
+            let mut done: Vec<&SplitState> = beam.iter().filter(|s| self.is_done(s)).collect();
             done.sort_by_key(|s| s.key());
             for good in done {
                 if finished(good) {
-                    return Found { state: good.clone(), printable: true, unplanned, refused };
+                    return SearchFound { state: good.clone(), printable: true, unplanned, refused };
                 }
                 unplanned += 1;
             }
             // Nothing more to cut where layers let pass what facets do not.
-            let mut bridged: Vec<&State> = beam.iter().filter(|s| s.faults() == 0 && !self.is_done(s)).collect();
+            let mut bridged: Vec<&SplitState> = beam.iter().filter(|s| s.faults() == 0 && !self.is_done(s)).collect();
             bridged.sort_by_key(|s| s.key());
             if let Some(good) = bridged.into_iter().find(|s| self.passes(s) && finished(s)) {
-                return Found { state: good.clone(), printable: true, unplanned, refused };
+                return SearchFound { state: good.clone(), printable: true, unplanned, refused };
             }
             if let Some(better) = beam.iter().filter(|s| s.key() < best.key()).min_by_key(|s| s.key()) {
                 best = better.clone();
@@ -249,17 +249,17 @@ impl<'a> Search<'a> {
             }
             beam = next;
         }
-        Found { state: best, printable: false, unplanned, refused }
+        SearchFound { state: best, printable: false, unplanned, refused }
     }
 
-    pub(super) fn is_done(&self, state: &State) -> bool {
+    pub(super) fn is_done(&self, state: &SplitState) -> bool {
         let pieces = state.steps.iter().flat_map(|step| &step.needs);
         let nothing = pieces.chain([&state.left()]).all(|n| n.area_mm2 <= NOTHING_MM2);
         state.faults() == 0 && (nothing || state.area_mm2() <= self.options.allow_mm2)
     }
 
     /// Whether every part of a state passes by its facets or by its layers.
-    fn passes(&self, state: &State) -> bool {
+    fn passes(&self, state: &SplitState) -> bool {
         let left = &state.rest;
         let pieces = state.steps.iter().enumerate().flat_map(|(k, step)| {
             let cap = Some(k as u32 + 1);
@@ -272,13 +272,18 @@ impl<'a> Search<'a> {
     }
 
     /// The next beam.
-    fn children(&self, beam: &[State], (directions, width): (usize, usize), refused: &mut Refused) -> Vec<State> {
+    fn children(
+        &self,
+        beam: &[SplitState],
+        (directions, width): (usize, usize),
+        refused: &mut Refused,
+    ) -> Vec<SplitState> {
         let mut candidates = self.candidates(beam, directions);
         self.measure_seams(beam, &mut candidates);
         let most = CUTS_PER_STATE * width;
         let mut tried = vec![false; candidates.len()];
         let (mut cuts, mut stays) = (0, STAYS_MM2);
-        let mut chosen: Vec<(usize, State)> = Vec::new();
+        let mut chosen: Vec<(usize, SplitState)> = Vec::new();
         let largest = candidates.iter().map(|c| c.stays_mm2).fold(0.0, f64::max);
         loop {
             let within: Vec<usize> =
@@ -287,7 +292,7 @@ impl<'a> Search<'a> {
                 if cuts >= most || chosen.len() >= CHILDREN_PER_STATE * width {
                     break;
                 }
-                let made: Vec<Result<State, Against>> =
+                let made: Vec<Result<SplitState, Against>> =
                     batch.par_iter().map(|&i| self.child(&beam[candidates[i].state], &candidates[i])).collect();
                 cuts += batch.len();
                 for (&i, state) in batch.iter().zip(made) {
@@ -305,12 +310,12 @@ impl<'a> Search<'a> {
             stays *= STAYS_TIMES;
         }
         let keep = Self::diverse(&chosen, beam.len(), width);
-        let mut chosen: Vec<Option<State>> = chosen.into_iter().map(|(_, state)| Some(state)).collect();
+        let mut chosen: Vec<Option<SplitState>> = chosen.into_iter().map(|(_, state)| Some(state)).collect();
         keep.into_iter().filter_map(|i| chosen[i].take()).collect()
     }
 
     /// Places in `chosen`, best first, without what is nearly the same, and not too many of one parent.
-    fn diverse(chosen: &[(usize, State)], parents: usize, width: usize) -> Vec<usize> {
+    fn diverse(chosen: &[(usize, SplitState)], parents: usize, width: usize) -> Vec<usize> {
         let mut order: Vec<usize> = (0..chosen.len()).collect();
         order.sort_by_key(|&i| chosen[i].1.rank());
         let most = (3 * width).div_ceil(2 * parents);
@@ -337,7 +342,7 @@ impl<'a> Search<'a> {
     }
 
     /// All planes of all states that gain something, the most promising first.
-    fn candidates(&self, beam: &[State], directions: usize) -> Vec<Candidate> {
+    fn candidates(&self, beam: &[SplitState], directions: usize) -> Vec<Candidate> {
         let tasks: Vec<(usize, usize)> = (0..beam.len()).flat_map(|s| (0..directions).map(move |d| (s, d))).collect();
         let found: Vec<Vec<Candidate>> =
             tasks.par_iter().map(|&(state, d)| self.along(&beam[state], state, d)).collect();
@@ -347,7 +352,7 @@ impl<'a> Search<'a> {
     }
 
     /// The planes of one direction.
-    fn along(&self, state: &State, number: usize, d: usize) -> Vec<Candidate> {
+    fn along(&self, state: &SplitState, number: usize, d: usize) -> Vec<Candidate> {
         let up = &self.directions.all[d];
         let mut sweep = Sweep::new(&state.rest, &state.upright, up, &self.rules);
         let offsets = offsets(&state.rest, &state.upright, up, &sweep.heights, THICK_MM);
@@ -385,7 +390,7 @@ impl<'a> Search<'a> {
     }
 
     /// Of equals, those with small seams come first.
-    fn measure_seams(&self, beam: &[State], candidates: &mut [Candidate]) {
+    fn measure_seams(&self, beam: &[SplitState], candidates: &mut [Candidate]) {
         let few = candidates.len().min(SEAMED);
         candidates[..few].par_iter_mut().for_each(|c| {
             c.seam_mm2 = seam_mm2(&beam[c.state].rest, &c.plane.normal, c.plane.offset_mm, &c.tops);
@@ -397,12 +402,13 @@ impl<'a> Search<'a> {
     }
 
     /// The state after `candidate`, if rules and machine allow it.
-    fn child(&self, state: &State, candidate: &Candidate) -> Result<State, Against> {
+    fn child(&self, state: &SplitState, candidate: &Candidate) -> Result<SplitState, Against> {
         let number = state.steps.len() as u32 + 1;
         let plane = candidate.plane;
         let cut = cut(&state.rest.surface, &plane, &candidate.taken, number).map_err(|_| Against::Crossing)?;
-        let Made { rest, pieces, seam_mm2, crumbs_mm3 } = kept(cut, &plane, number, &self.rules, &self.options.no_cut)?;
-        let needs: Vec<Needs> = pieces.iter().map(|p| p.needs(&plane.normal, Some(number), &self.rules)).collect();
+        let CutParts { rest, pieces, seam_mm2, crumbs_mm3 } =
+            kept(cut, &plane, number, &self.rules, &self.options.no_cut)?;
+        let needs: Vec<PieceNeeds> = pieces.iter().map(|p| p.needs(&plane.normal, Some(number), &self.rules)).collect();
         if needs.iter().any(|n| n.faults() > 0) {
             return Err(Against::Beginning);
         }
@@ -418,8 +424,8 @@ impl<'a> Search<'a> {
         }
         let pieces = pieces.into_iter().map(|p| p.surface).collect();
         let mut steps = state.steps.clone();
-        steps.push(Step { plane, pieces, needs, seam_mm2, gain_mm2: 0.0, crumbs_mm3, odd: candidate.odd });
-        let mut child = State::of(rest, &self.rules, steps);
+        steps.push(CutStep { plane, pieces, needs, seam_mm2, gain_mm2: 0.0, crumbs_mm3, odd: candidate.odd });
+        let mut child = SplitState::of(rest, &self.rules, steps);
         let gain_mm2 = state.left().area_mm2 - child.left().area_mm2;
         child.steps.iter_mut().last().into_iter().for_each(|step| step.gain_mm2 = gain_mm2);
         // The cap may have made a new lowest place of what is left.
@@ -432,18 +438,18 @@ impl<'a> Search<'a> {
 }
 
 /// The second where it is better.
-fn better(first: Found, second: Found) -> Found {
-    let key = |found: &Found| (!found.printable, found.state.key());
+fn better(first: SearchFound, second: SearchFound) -> SearchFound {
+    let key = |found: &SearchFound| (!found.printable, found.state.key());
     if key(&second) < key(&first) { second } else { first }
 }
 
-type Choice = (Taken, Vec<u32>, Needs, Needs);
+type Choice = (Taken, Vec<u32>, PieceNeeds, PieceNeeds);
 
 /// Which of the solids beyond a plane may be taken: all, each that gains by itself, and all of these together.
 fn choices(beyond: &[Beyond], strict: bool) -> Vec<Choice> {
     let sum = |of: &mut dyn Iterator<Item = &Beyond>, taken: Option<()>| -> Choice {
         let mut tops = Vec::new();
-        let (mut before, mut after) = (Needs::default(), Needs::default());
+        let (mut before, mut after) = (PieceNeeds::default(), PieceNeeds::default());
         for one in of {
             tops.push(one.top);
             for (sum, n) in [(&mut before, one.before), (&mut after, one.after)] {

@@ -6,7 +6,7 @@
 //! direction, which stays for good; beginnings and ridges likewise.
 
 use super::clip::ON_PLANE_MM;
-use super::measure::{Measured, Needs, Rules, share_above};
+use super::measure::{MeasureRules, Measured, PieceNeeds, share_above};
 use crate::geom::{Sets, Vec3};
 use crate::overhang::Ridge;
 
@@ -18,9 +18,9 @@ pub(super) struct Beyond {
     /// How far that lies beyond the plane, mm.
     pub(super) height_mm: f64,
     /// What it needs as it stands.
-    pub(super) before: Needs,
+    pub(super) before: PieceNeeds,
     /// What it will need along the plane's normal.
-    pub(super) after: Needs,
+    pub(super) after: PieceNeeds,
 }
 
 /// Whatever of a surface needs support along +z, found once for all directions.
@@ -28,11 +28,11 @@ pub(super) struct Upright {
     risky: Vec<u32>,
     beginnings: Vec<u32>,
     ridges: Vec<Ridge>,
-    pub(super) needs: Needs,
+    pub(super) needs: PieceNeeds,
 }
 
 impl Upright {
-    pub(super) fn of(part: &Measured, rules: &Rules) -> Self {
+    pub(super) fn of(part: &Measured, rules: &MeasureRules) -> Self {
         let up = Vec3::z();
         let risky =
             (0..part.area.len()).filter(|&f| part.is_risky(f, &up, rules) && !part.on_table[f]).map(|f| f as u32);
@@ -73,7 +73,7 @@ pub(super) struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    pub(super) fn new(part: &'a Measured, upright: &'a Upright, up: &Vec3, rules: &Rules) -> Self {
+    pub(super) fn new(part: &'a Measured, upright: &'a Upright, up: &Vec3, rules: &MeasureRules) -> Self {
         let heights: Vec<f64> = part.surface.vertices.iter().map(|v| v.dot(up)).collect();
         let mut order: Vec<u32> = (0..heights.len() as u32).collect();
         order.sort_unstable_by(|&a, &b| heights[b as usize].total_cmp(&heights[a as usize]).then(a.cmp(&b)));
@@ -114,7 +114,7 @@ impl<'a> Sweep<'a> {
                 let new = slot[root].0 != stamp;
                 if new {
                     slot[root] = (stamp, found.len() as u32);
-                    let (before, after) = (Needs::default(), Needs::default());
+                    let (before, after) = (PieceNeeds::default(), PieceNeeds::default());
                     found.push(Beyond { top: v, height_mm: heights[v as usize] - c, before, after });
                 }
                 new

@@ -1,7 +1,7 @@
 //! The sweep's figures against cuts that are really made and measured, and shapes whose faults are known by hand.
 
 use super::clip::{Taken, cut};
-use super::measure::{Measured, Rules, share_above};
+use super::measure::{MeasureRules, Measured, share_above};
 use super::surface::{Plane, Surface};
 use super::sweep::{Sweep, Upright};
 use crate::fixtures::{caged, candelabrum, hook, prism, two_boxes, y_tree};
@@ -9,11 +9,11 @@ use crate::geom::{Object, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::overhang::Rule;
 
-fn rules() -> Rules {
+fn rules() -> MeasureRules {
     let sine = std::f64::consts::FRAC_1_SQRT_2;
     let overhang = crate::geom::Angle::from_deg(45.0);
     let layers = Rule { overhang, layer_mm: 0.2, line_mm: 0.45, bridge_mm: 8.0, tolerate_mm2: 0.0 };
-    Rules { sine, layer_mm: 0.2, span_mm: 2.0, bridge_mm: 8.0, table_mm: 0.0, layers }
+    MeasureRules { sine, layer_mm: 0.2, span_mm: 2.0, bridge_mm: 8.0, table_mm: 0.0, layers }
 }
 
 struct Numbers(u64);

@@ -5,7 +5,7 @@
 //!
 //! Units: mm, seconds, degrees Celsius.
 
-use super::rates::{Extent, Feed, TooFast};
+use super::rates::{Feed, RateExtent, TooFast};
 use super::{Rates, Setting};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Hazard, Heater};
@@ -122,7 +122,7 @@ impl Rates {
         let turns = [(made.from.tilt, made.to.tilt), (made.from.rotation, made.to.rotation)]
             .map(|(from, to)| if from == to { Some(0.0) } else { Some((to? - from?).abs().deg()) });
         let linear = length_mm > 0.0 || made.from.linear != made.to.linear;
-        let extent = Extent { length: length_mm, linear, turns, e: made.e };
+        let extent = RateExtent { length: length_mm, linear, turns, e: made.e };
         let feed =
             Feed { value: made.feed, inverse_time: made.inverse_time, rapid: made.rapid, rotary: made.rotary_written };
         let (seconds, too_fast) = self.check(&feed, &extent);

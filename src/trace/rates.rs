@@ -38,7 +38,7 @@ pub struct TooFast {
 
 /// How far a move goes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
+pub(super) struct RateExtent {
     /// Of the tip, mm, as far as is known.
     pub(super) length: f64,
     /// Whether the tip moves at all.
@@ -64,7 +64,7 @@ const RATE_SLACK: f64 = 1e-3;
 
 impl Rates {
     /// Seconds that the move takes, and what is too fast in it.
-    pub(super) fn check(&self, feed: &Feed, extent: &Extent) -> (f64, Option<TooFast>) {
+    pub(super) fn check(&self, feed: &Feed, extent: &RateExtent) -> (f64, Option<TooFast>) {
         let fastest = self.fastest(extent);
         if feed.rapid && self.rapid_is_free {
             return (fastest, None);
@@ -81,7 +81,7 @@ impl Rates {
     }
 
     /// What F is a speed of, for this move.
-    fn counted(&self, extent: &Extent) -> f64 {
+    fn counted(&self, extent: &RateExtent) -> f64 {
         let [tilt, rotation] = extent.turns.map(|t| t.unwrap_or(0.0));
         if tilt == 0.0 && rotation == 0.0 && extent.length > 0.0 {
             return extent.length;
@@ -96,7 +96,7 @@ impl Rates {
         if all == 0.0 { extent.e.abs() } else { all }
     }
 
-    fn linear(&self, value: f64, shared: bool, extent: &Extent, seconds: f64) -> Option<TooFast> {
+    fn linear(&self, value: f64, shared: bool, extent: &RateExtent, seconds: f64) -> Option<TooFast> {
         if !extent.linear {
             return None;
         }
@@ -107,7 +107,7 @@ impl Rates {
         (speed > allowed * (1.0 + RATE_SLACK)).then(|| TooFast { measured: speed, allowed, text: text() })
     }
 
-    fn rotary(&self, value: f64, extent: &Extent, seconds: f64) -> Option<TooFast> {
+    fn rotary(&self, value: f64, extent: &RateExtent, seconds: f64) -> Option<TooFast> {
         (0..2).filter(|&i| extent.turns[i] != Some(0.0)).find_map(|i| {
             let (letter, allowed) = self.axes[i];
             // From an unknown angle the axis may take the whole of F.
@@ -118,7 +118,7 @@ impl Rates {
     }
 
     /// Seconds at the axes' fastest.
-    fn fastest(&self, extent: &Extent) -> f64 {
+    fn fastest(&self, extent: &RateExtent) -> f64 {
         let turning = (0..2).map(|i| extent.turns[i].unwrap_or(0.0) / self.axes[i].1);
         turning.fold(extent.length / self.max_feed * 60.0, f64::max)
     }

@@ -1,6 +1,6 @@
 //! The trace as the geometry rules see it: straight lines of the tip at fixed poses, moves from unknown places, and turns.
 
-use super::prints::Printed;
+use super::prints::PrintedPart;
 use crate::geom::{Bounds, Vec3};
 use crate::motion::{LinearLimits, Pose};
 use crate::profile::Profile;
@@ -73,7 +73,7 @@ pub(super) struct Acts<'a> {
 }
 
 impl<'a> Acts<'a> {
-    pub(super) fn new(trace: &'a Trace, profile: &Profile, printed: &[Option<Printed<'_>>]) -> Self {
+    pub(super) fn new(trace: &'a Trace, profile: &Profile, printed: &[Option<PrintedPart<'_>>]) -> Self {
         let (p, nozzle) = (&profile.process, profile.process.nozzle_mm);
         Self {
             trace,
@@ -81,7 +81,7 @@ impl<'a> Acts<'a> {
             least: [p.line_width_mm, p.layer_height_mm],
             // A nozzle lays no line wider than about twice its bore or higher than the bore.
             most: [p.line_width_mm.max(2.0 * nozzle), p.layer_height_mm.max(nozzle)],
-            heights: printed.iter().map(|p| p.as_ref().map_or_else(Vec::new, Printed::heights)).collect(),
+            heights: printed.iter().map(|p| p.as_ref().map_or_else(Vec::new, PrintedPart::heights)).collect(),
         }
     }
 

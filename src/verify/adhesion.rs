@@ -5,8 +5,8 @@
 //! clear of its rim, and of every part that stands there. What they take is held as any line's. None of this lets a line of a part
 //! pass: the part's own rules do not see these lines, and miss what is not there.
 
-use super::prints::Printed;
-use super::report::{Findings, Place, Rule};
+use super::prints::PrintedPart;
+use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
 use crate::geom::Vec3;
 use crate::section::{Section, Sections};
@@ -24,23 +24,23 @@ const SHORT_MM: f64 = 1.0;
 const SPACING_MM: f64 = 0.5;
 
 /// Holds all such lines of the program.
-pub(super) fn check(trace: &Trace, printed: &[Option<Printed<'_>>], findings: &mut Findings) {
+pub(super) fn check(trace: &Trace, printed: &[Option<PrintedPart<'_>>], findings: &mut Findings) {
     let mut standing: Option<Vec<(usize, Section)>> = None;
     for m in trace.moves().filter(|m| m.prints() && m.role == Role::Adhesion) {
         let print = trace.state(&m).print.and_then(|p| printed.get(p as usize)?.as_ref());
         let Some(print) = print else { continue };
         let standing = standing.get_or_insert_with(|| footprints(printed));
         if let Some(why) = objection(print, &m, standing) {
-            let at = Place { line: m.line, slot: Some(print.planned.slot), part: Some(print.planned.part) };
+            let at = FindingPlace { line: m.line, slot: Some(print.planned.slot), part: Some(print.planned.part) };
             findings.add(Rule::OutsidePart, at, [0.0, 0.0], || format!("a skirt or brim {why}"));
         }
     }
 }
 
 /// The outline in which each part on the table stands there.
-fn footprints(printed: &[Option<Printed<'_>>]) -> Vec<(usize, Section)> {
-    let stands = |print: &&Printed<'_>| is_on_table(print);
-    let one = |print: &Printed<'_>| {
+fn footprints(printed: &[Option<PrintedPart<'_>>]) -> Vec<(usize, Section)> {
+    let stands = |print: &&PrintedPart<'_>| is_on_table(print);
+    let one = |print: &PrintedPart<'_>| {
         let part = print.job.workpiece.parts.get(print.planned.part)?;
         let sections = Sections::of(&part.moved(&print.job.profile.kinematics().forward(print.planned.pose)));
         let height = print.levels.first()?.height();
@@ -50,12 +50,12 @@ fn footprints(printed: &[Option<Printed<'_>>]) -> Vec<(usize, Section)> {
 }
 
 /// Whether a print begins on the level table.
-fn is_on_table(print: &Printed<'_>) -> bool {
+fn is_on_table(print: &PrintedPart<'_>) -> bool {
     let level = (print.planned.pose.tilt.rad()).abs() < 1e-6;
     level && print.job.workpiece.model.on_table.contains(&print.planned.part)
 }
 
-fn objection(print: &Printed<'_>, m: &Move, standing: &[(usize, Section)]) -> Option<String> {
+fn objection(print: &PrintedPart<'_>, m: &Move, standing: &[(usize, Section)]) -> Option<String> {
     let part = print.planned.part;
     let first_slot = print.job.plan.slots.first().is_some_and(|slot| slot.id == print.planned.slot);
     if !(first_slot && is_on_table(print)) {
@@ -95,7 +95,7 @@ fn objection(print: &Printed<'_>, m: &Move, standing: &[(usize, Section)]) -> Op
 }
 
 /// Whether a line's edges lie on the table's surface, clear of its rim.
-fn lies_on_table(print: &Printed<'_>, at: Vec3, half: f64) -> bool {
+fn lies_on_table(print: &PrintedPart<'_>, at: Vec3, half: f64) -> bool {
     let profile = print.job.profile;
     let motion = profile.kinematics().forward(print.planned.pose);
     let on_table = motion.rotation.transpose() * (at - motion.translation);

@@ -6,10 +6,10 @@
 //! runs beside one, it must be a corner, or a piece too narrow for a wall. An island (a closed curve of the outline) beside which
 //! no line runs at all, of whatever kind, must be too narrow for a line.
 
-use super::prints::{Level, Printed};
-use super::report::{Findings, Place, Rule};
+use super::prints::{Level, PrintedPart};
+use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
-use crate::section::{Point, Search, Section, Segment, Segments};
+use crate::section::{OutlineSearch, Point, Section, Segment, Segments};
 
 /// Spacing of the places, mm.
 const SPACING_MM: f64 = 1.0;
@@ -29,7 +29,7 @@ const USUAL_WIDTHS: f64 = 1.2;
 const EITHER_WAY_MM: f64 = 0.02;
 
 /// Holds the walls of one layer against its outline; they lie `offset` mm farther out than half a line.
-pub(super) fn check(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {
+pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {
     let walls = Walls::of(printed, level);
     let first = std::ptr::eq(level, &raw const printed.levels[0]);
     let off = OFF_MM[usize::from(first)];
@@ -45,7 +45,7 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, section: &Section, off
         if walls.beside(p, off - offset, &mut last) {
             return;
         }
-        let disc = |search: &mut Search<'_>, radius: f64| holds_disc(search, p, normal, radius);
+        let disc = |search: &mut OutlineSearch<'_>, radius: f64| holds_disc(search, p, normal, radius);
         let asked = disc(&mut search, island) && begins_air(&mut search, p, normal);
         if !asked || !is_no_step(printed, level, p) {
             return;
@@ -56,7 +56,7 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, section: &Section, off
             bare.at = p;
         }
     });
-    let at = Place { line: level.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+    let at = FindingPlace { line: level.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
     let part = printed.planned.part;
     if bare.length > MOST_BARE_MM {
         let Bare { length, at: [x, y] } = bare;
@@ -94,7 +94,7 @@ pub(super) fn is_printed(section: &Section, width: f64) -> bool {
 
 /// A point of the first curve of the outline, of those that `alone` are segments of, within `reach` of which no line runs.
 fn island_left_out(
-    printed: &Printed<'_>,
+    printed: &PrintedPart<'_>,
     level: &Level,
     section: &Section,
     alone: &[usize],
@@ -137,7 +137,7 @@ struct Walls {
 }
 
 impl Walls {
-    fn of(printed: &Printed<'_>, level: &Level) -> Self {
+    fn of(printed: &PrintedPart<'_>, level: &Level) -> Self {
         let (mut axes, mut halves) = (Vec::new(), Vec::new());
         for m in level.beads.iter().map(|&index| printed.bead(index)) {
             let wall = matches!(m.role, Role::OuterWall | Role::Overhang | Role::Bridge);
@@ -184,18 +184,18 @@ fn each_place_of(segments: impl Iterator<Item = Segment>, mut visit: impl FnMut(
 }
 
 /// Whether a disc of this radius touches the outline at `p` from inside.
-fn holds_disc(search: &mut Search<'_>, p: Point, normal: Point, radius: f64) -> bool {
+fn holds_disc(search: &mut OutlineSearch<'_>, p: Point, normal: Point, radius: f64) -> bool {
     let middle = [0, 1].map(|i| p[i] - normal[i] * radius);
     search.signed_distance(middle) <= ROUNDING_MM - radius
 }
 
 /// Whether air begins at `p`: it is no seam of two overlapping shells.
-fn begins_air(search: &mut Search<'_>, p: Point, normal: Point) -> bool {
+fn begins_air(search: &mut OutlineSearch<'_>, p: Point, normal: Point) -> bool {
     search.signed_distance([0, 1].map(|i| p[i] + normal[i] * ROUNDING_MM)) > 0.0
 }
 
 /// Whether the outline is where it is a little above and below too: a face in the layer's middle belongs to either side.
-fn is_no_step(printed: &Printed<'_>, level: &Level, p: Point) -> bool {
+fn is_no_step(printed: &PrintedPart<'_>, level: &Level, p: Point) -> bool {
     let middle = level.z - level.height() / 2.0;
     [-EITHER_WAY_MM, EITHER_WAY_MM].into_iter().all(|by| {
         let distance = printed.sections.at(middle + by).signed_distance(p);

@@ -7,8 +7,8 @@
 use std::f64::consts::PI;
 
 use super::line::Line;
-use super::prints::{Level, Printed};
-use super::report::{Findings, Place, Rule};
+use super::prints::{Level, PrintedPart};
+use super::report::{FindingPlace, Findings, Rule};
 use crate::section::{Point, Segment};
 
 /// Directions are gathered by so many to a half turn. A line belongs to the nearest two, so that lines less than half of one apart
@@ -27,12 +27,12 @@ const CURVE_SHARE: f64 = 0.5;
 const MOST_MM: f64 = 3.0;
 
 /// Holds the lines of one layer against each other.
-pub(super) fn check(printed: &Printed<'_>, level: &Level, lines: &[Line], findings: &mut Findings) {
+pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], findings: &mut Findings) {
     let usual = printed.job.profile.process.line_width_mm;
     let Some(doubled) = doubled(lines, TOO_WIDE * usual, |line| printed.laid_width(&line.m, level)) else { return };
     if doubled.length > MOST_MM {
         let line = lines[doubled.line].m.line;
-        let at = Place { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        let at = FindingPlace { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [doubled.length, MOST_MM], || {
             let other = lines[doubled.other].m.line;
             format!(

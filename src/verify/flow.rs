@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 
 use super::doubled;
 use super::line::{DIGITS_MM, Line, lines};
-use super::prints::Printed;
-use super::report::{Findings, Place, Rule};
+use super::prints::PrintedPart;
+use super::report::{FindingPlace, Findings, Rule};
 use super::thin;
 use crate::gcode::marks::Role;
 use crate::trace::Move;
@@ -34,8 +34,8 @@ const RATE_SLACK: f64 = 0.01;
 const MULTIPLIERS: [f64; 2] = [0.8, 1.25];
 
 /// Holds one print's lines against their cross-sections.
-pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
-    let at = |line| Place { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
+    let at = |line| FindingPlace { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
     let part = printed.planned.part;
     let [low, high] = MULTIPLIERS;
     let line = printed.levels.first().map_or(0, |l| l.line);
@@ -93,7 +93,7 @@ pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
 }
 
 /// Where nobody states a width: the one that is taken, which may be what is wrong.
-fn assumed_width(printed: &Printed<'_>) -> String {
+fn assumed_width(printed: &PrintedPart<'_>) -> String {
     let stated = printed.levels.iter().flat_map(|l| &l.beads).any(|&i| printed.bead(i).width.is_some());
     if stated || !printed.flow.widths.is_empty() {
         return String::new();
@@ -132,14 +132,14 @@ impl Sum {
 }
 
 /// Visits the lines that have a cross-section of their own: ironing has next to none.
-fn each(printed: &Printed<'_>, mut visit: impl FnMut(&Line)) {
+fn each(printed: &PrintedPart<'_>, mut visit: impl FnMut(&Line)) {
     for level in &printed.levels {
         lines(printed, level).iter().for_each(&mut visit);
     }
 }
 
 /// One line against its own cross-section, and where its width is stated against the `usual` ratio of its role.
-fn one(printed: &Printed<'_>, line: &Line, usual: f64, findings: &mut Findings) {
+fn one(printed: &PrintedPart<'_>, line: &Line, usual: f64, findings: &mut Findings) {
     let digits = DIGITS_MM / line.length;
     let around = |most: f64| (usual - most - digits, usual + most + digits);
     let (low, high) = match line.stated {
@@ -156,7 +156,7 @@ fn one(printed: &Printed<'_>, line: &Line, usual: f64, findings: &mut Findings) 
     };
     let ratio = line.ratio();
     if !(low..=high).contains(&ratio) {
-        let at = Place { line: line.m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        let at = FindingPlace { line: line.m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [ratio, if ratio < low { low } else { high }], || {
             let Line { length, width, height, .. } = line;
             format!(
@@ -167,11 +167,11 @@ fn one(printed: &Printed<'_>, line: &Line, usual: f64, findings: &mut Findings) 
 }
 
 /// The hot end's own limit.
-fn melts(printed: &Printed<'_>, m: &Move, findings: &mut Findings) {
+fn melts(printed: &PrintedPart<'_>, m: &Move, findings: &mut Findings) {
     let most = printed.job.profile.limits.max_flow_mm3_per_s;
     let rate = m.e * printed.filament_mm2 / m.seconds;
     if m.seconds > 0.0 && rate > most * (1.0 + RATE_SLACK) {
-        let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        let at = FindingPlace { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [rate, most], || {
             format!("{rate:.1} mm3/s of filament; the hot end melts at most {most:.1} ([limits] max_flow_mm3_per_s)")
         });

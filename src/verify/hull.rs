@@ -15,7 +15,7 @@ const FLAT: f64 = 1e-9;
 
 /// A half-space `normal . p <= offset`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plane {
+pub(super) struct HullPlane {
     pub(super) normal: Vec3,
     pub(super) offset: f64,
 }
@@ -26,7 +26,7 @@ pub(super) struct Hull {
     pub(super) body: Body,
     pub(super) bounds: Bounds,
     /// All faces.
-    pub(super) faces: Vec<Plane>,
+    pub(super) faces: Vec<HullPlane>,
     /// The underside: `z >= a x + b y + c`.
     pub(super) under: Vec<[f64; 3]>,
     /// The outline seen from above: `nx x + ny y <= c`, unit normals.
@@ -71,12 +71,12 @@ impl Hull {
 }
 
 /// Planes that hold all points on one side; together they bound the hull or a little more.
-fn faces(points: &[Vec3]) -> Vec<Plane> {
+fn faces(points: &[Vec3]) -> Vec<HullPlane> {
     if points.len() > MOST_POINTS {
         return (0..DIRECTIONS).map(|i| supporting(points, direction(i))).collect();
     }
     let size = Bounds::of(points.iter().copied()).size().norm();
-    let mut planes: Vec<Plane> = Vec::new();
+    let mut planes: Vec<HullPlane> = Vec::new();
     for (i, a) in points.iter().enumerate() {
         for (j, b) in points.iter().enumerate().skip(i + 1) {
             for c in points.iter().skip(j + 1) {
@@ -91,7 +91,7 @@ fn faces(points: &[Vec3]) -> Vec<Plane> {
     planes
 }
 
-fn consider(planes: &mut Vec<Plane>, points: &[Vec3], on: &Vec3, normal: Vec3, slack: f64) {
+fn consider(planes: &mut Vec<HullPlane>, points: &[Vec3], on: &Vec3, normal: Vec3, slack: f64) {
     let level = normal.dot(on);
     let (mut above, mut below) = (false, false);
     for point in points {
@@ -110,8 +110,8 @@ fn consider(planes: &mut Vec<Plane>, points: &[Vec3], on: &Vec3, normal: Vec3, s
     }
 }
 
-fn supporting(points: &[Vec3], normal: Vec3) -> Plane {
-    Plane { normal, offset: points.iter().map(|p| normal.dot(p)).fold(f64::NEG_INFINITY, f64::max) }
+fn supporting(points: &[Vec3], normal: Vec3) -> HullPlane {
+    HullPlane { normal, offset: points.iter().map(|p| normal.dot(p)).fold(f64::NEG_INFINITY, f64::max) }
 }
 
 /// Directions spread evenly over the sphere, spiralling.

@@ -2,8 +2,8 @@
 //! carries the part, and every layer is there, up to the top.
 
 use super::coverage::is_printed;
-use super::prints::{Level, Printed};
-use super::report::{Findings, Place, Rule};
+use super::prints::{Level, PrintedPart};
+use super::report::{FindingPlace, Findings, Rule};
 
 /// What a layer's height may be off, mm: well below what a nozzle bears, well above what digits lose.
 const HEIGHT_MM: f64 = 0.05;
@@ -11,7 +11,7 @@ const HEIGHT_MM: f64 = 0.05;
 const FLOW_OFF: f64 = 0.15;
 
 /// Holds the layers of one print against each other and against the part.
-pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
+pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     let (Some(first), Some(last)) = (printed.levels.first(), printed.levels.last()) else { return };
     let usual = usual_height(&printed.levels);
     begins(printed, first, usual, findings);
@@ -21,8 +21,8 @@ pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
     ends(printed, last, usual, findings);
 }
 
-fn place(printed: &Printed<'_>, line: u32) -> Place {
-    Place { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) }
+fn place(printed: &PrintedPart<'_>, line: u32) -> FindingPlace {
+    FindingPlace { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) }
 }
 
 /// The median height of the layers but the first.
@@ -33,7 +33,7 @@ fn usual_height(levels: &[Level]) -> f64 {
 }
 
 /// The first layer begins at the part's lowest point, or above a piece that is too narrow to print.
-fn begins(printed: &Printed<'_>, first: &Level, usual: f64, findings: &mut Findings) {
+fn begins(printed: &PrintedPart<'_>, first: &Level, usual: f64, findings: &mut Findings) {
     let height = first.stated.or(first.nominal).unwrap_or(usual);
     let bottom = printed.sections.range()[0] - printed.joint_mm;
     let off = first.z - height - bottom;
@@ -54,7 +54,7 @@ fn begins(printed: &Printed<'_>, first: &Level, usual: f64, findings: &mut Findi
     }
 }
 
-fn follows(printed: &Printed<'_>, below: &Level, level: &Level, usual: f64, findings: &mut Findings) {
+fn follows(printed: &PrintedPart<'_>, below: &Level, level: &Level, usual: f64, findings: &mut Findings) {
     let height = level.stated.or(level.nominal).unwrap_or(usual);
     let off = level.gap - height;
     if off.abs() <= HEIGHT_MM {
@@ -87,7 +87,7 @@ fn says_nothing(level: &Level) -> bool {
 }
 
 /// Whether a layer without a stated height takes the filament that its gap holds: then it was meant to be so high.
-fn holds_its_height(printed: &Printed<'_>, level: &Level) -> bool {
+fn holds_its_height(printed: &PrintedPart<'_>, level: &Level) -> bool {
     let width = printed.job.profile.process.line_width_mm;
     let (mut laid, mut held) = (0.0, 0.0);
     for &index in &level.beads {
@@ -103,7 +103,7 @@ fn holds_its_height(printed: &Printed<'_>, level: &Level) -> bool {
 }
 
 /// The last layer ends at the part's top, to within a layer, but for what is too narrow to print.
-fn ends(printed: &Printed<'_>, last: &Level, usual: f64, findings: &mut Findings) {
+fn ends(printed: &PrintedPart<'_>, last: &Level, usual: f64, findings: &mut Findings) {
     let top = printed.sections.range()[1];
     let over = last.z - top;
     if over > usual + HEIGHT_MM {
@@ -127,7 +127,7 @@ fn ends(printed: &Printed<'_>, last: &Level, usual: f64, findings: &mut Findings
 }
 
 /// The first height between `low` and `high`, in steps of a layer, at which whole layers are left out that any slicer prints.
-fn printable_between(printed: &Printed<'_>, low: f64, high: f64, layer: f64) -> Option<f64> {
+fn printable_between(printed: &PrintedPart<'_>, low: f64, high: f64, layer: f64) -> Option<f64> {
     let width = printed.job.profile.process.line_width_mm;
     let count = ((high - low) / layer + 0.25).floor() as usize;
     let at = |k: usize| low + (k as f64 + 0.5) * layer;

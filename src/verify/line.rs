@@ -1,6 +1,6 @@
 //! A printed line with the filament that it takes and the filament that its cross-section holds: what the rules of flow look at.
 
-use super::prints::{Level, Printed};
+use super::prints::{Level, PrintedPart};
 use crate::gcode::marks::Role;
 use crate::section::Segment;
 use crate::trace::Move;
@@ -24,7 +24,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    fn of(printed: &Printed<'_>, level: &Level, m: Move) -> Option<Self> {
+    fn of(printed: &PrintedPart<'_>, level: &Level, m: Move) -> Option<Self> {
         let length = m.ends().map(|[from, to]| (to - from).norm()).filter(|length| *length >= SHORT_MM)?;
         let stated = m.width.is_some() && m.height.is_some();
         let (width, height) = (printed.width(&m, level), m.height.unwrap_or_else(|| level.height()));
@@ -49,7 +49,7 @@ impl Line {
 }
 
 /// The lines of a layer that have a cross-section of their own: ironing has next to none.
-pub(super) fn lines(printed: &Printed<'_>, level: &Level) -> Vec<Line> {
+pub(super) fn lines(printed: &PrintedPart<'_>, level: &Level) -> Vec<Line> {
     let beads = level.beads.iter().map(|&index| printed.bead(index)).filter(|m| m.role != Role::Ironing);
     beads.filter_map(|m| Line::of(printed, level, m)).collect()
 }

@@ -13,7 +13,7 @@ const ALONG_MM: f64 = 1.0;
 
 /// A bead: what a disc of its width and height fills along its axis (a line's ends are round), within a capsule about that.
 #[derive(Clone, Copy)]
-pub(super) struct Bead {
+pub(super) struct LaidBead {
     /// The middle of its cross-section at both ends.
     pub(super) ends: [Vec3; 2],
     /// Of the circle about its cross-section.
@@ -25,7 +25,7 @@ pub(super) struct Bead {
     pub(super) print: Option<u32>,
 }
 
-impl Bead {
+impl LaidBead {
     /// Where it is at a pose.
     pub(super) fn at(&self, pose: &Rigid<Table, Machine>) -> Self {
         let ends = self.ends.map(|p| pose.point(p.into()).at);
@@ -45,7 +45,7 @@ impl Bead {
 
 /// All beads so far, and the table's slab.
 pub(super) struct Material {
-    beads: Vec<Bead>,
+    beads: Vec<LaidBead>,
     slab: Vec<Vec3>,
     cubes: Vec<[i32; 3]>,
     gathered: usize,
@@ -68,7 +68,7 @@ impl Material {
     }
 
     /// All beads, in the order in which they were laid, table frame.
-    pub(super) fn beads(&self) -> &[Bead] {
+    pub(super) fn beads(&self) -> &[LaidBead] {
         &self.beads
     }
 
@@ -86,7 +86,7 @@ impl Material {
             self.reach_sideways = self.reach_sideways.max((end.x * end.x + end.y * end.y).sqrt() + radius);
         }
         let half_up = back.rotation * down;
-        self.beads.push(Bead { ends, radius, half_up, half_width: width / 2.0, print: stroke.print });
+        self.beads.push(LaidBead { ends, radius, half_up, half_width: width / 2.0, print: stroke.print });
     }
 
     /// Centres of spheres, table frame, that together hold all beads, and their common radius.
@@ -111,11 +111,11 @@ impl Material {
     /// The field of what has been laid so far and the table, seen at `pose`, with room for tips in `tips`; what stands too low to
     /// come near the head anywhere (see [`Floor`]) is left out.
     pub(super) fn field(&self, pose: &Rigid<Table, Machine>, tips: &Bounds, floor: &Floor) -> Field {
-        let matters = |bead: &Bead| {
+        let matters = |bead: &LaidBead| {
             let [a, b] = bead.ends;
             a.z.max(b.z) + bead.radius >= floor.under([a, b], bead.radius)
         };
-        let beads: Vec<Bead> = self.beads.iter().map(|b| b.at(pose)).filter(matters).collect();
+        let beads: Vec<LaidBead> = self.beads.iter().map(|b| b.at(pose)).filter(matters).collect();
         let slab: Vec<Vec3> = self.slab.iter().map(|&p| pose.point(p.into()).at).collect();
         let mut all = Bounds::of(slab.iter().copied().chain(beads.iter().flat_map(|b| b.ends)));
         if !tips.is_empty() {
@@ -142,7 +142,7 @@ pub(super) fn deposit(field: &mut Field, stroke: &Stroke) {
 ///
 /// The capsule lies within the endless cylinder about its axis, whose top over the axis' shadow at distance `d` is
 /// `z(u) + sqrt(1 + s^2) sqrt(r^2 - d^2)` with the slope `s`, and nowhere stands higher than a sphere at its upper end.
-fn render(field: &mut Field, bead: &Bead) {
+fn render(field: &mut Field, bead: &LaidBead) {
     let ([a, b], r, slack) = (bead.ends, bead.radius, field.reach());
     let ends = [[a.x, a.y], [b.x, b.y]];
     let [dx, dy] = [b.x - a.x, b.y - a.y];

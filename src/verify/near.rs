@@ -7,7 +7,7 @@
 use std::cell::Cell;
 
 use super::hull::Hull;
-use super::material::{Bead, Material};
+use super::material::{LaidBead, Material};
 use crate::geom::convex::{separation, support};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 
@@ -68,7 +68,7 @@ struct Group {
 
 /// Beads by place, machine coordinates, in the order in which they were laid.
 struct Cells {
-    beads: Vec<Bead>,
+    beads: Vec<LaidBead>,
     /// Of the grid.
     low: [f64; 2],
     by_cell: Vec<Vec<Group>>,
@@ -83,7 +83,7 @@ impl Cells {
         Self { beads: Vec::new(), low, by_cell }
     }
 
-    fn file(&mut self, bead: Bead) {
+    fn file(&mut self, bead: LaidBead) {
         let ends = bead.ends.map(|p| [p.x as f32, p.y as f32, p.z as f32]);
         let reach = bead.radius;
         let line = Line { ends, reach: reach as f32 + ROUNDING_MM, bead: self.beads.len() as u32 };
@@ -204,14 +204,14 @@ impl Cells {
 
 /// Where the tip goes.
 #[derive(Clone, Copy)]
-pub(super) enum Way {
+pub(super) enum TipWay {
     /// Straight from one place to another.
     Line([Vec3; 2]),
     /// Anywhere within a box.
     Within(Bounds),
 }
 
-impl Way {
+impl TipWay {
     /// Its place farthest along `d`.
     fn support(&self, d: &Vec3) -> Vec3 {
         match self {
@@ -257,7 +257,7 @@ impl Way {
 /// A piece of the head on its way, and everything above it.
 struct Swept<'a> {
     hull: &'a Hull,
-    origins: Way,
+    origins: TipWay,
     bounds: Bounds,
     /// Where the way ends along the normal of each of the piece's planes.
     ends: Vec<f64>,
@@ -266,7 +266,7 @@ struct Swept<'a> {
 }
 
 impl<'a> Swept<'a> {
-    fn new(hull: &'a Hull, way: &Way) -> Self {
+    fn new(hull: &'a Hull, way: &TipWay) -> Self {
         let origins = way.of_origin(hull);
         let all = origins.bounds();
         let bounds = Bounds { min: hull.bounds.min + all.min, max: hull.bounds.max + all.max };
@@ -315,7 +315,7 @@ impl<'a> Swept<'a> {
         most
     }
 
-    fn to_bead(&self, bead: &Bead, enough: f64) -> f64 {
+    fn to_bead(&self, bead: &LaidBead, enough: f64) -> f64 {
         separation(|d| self.support(d) - bead.support(&-d), enough).distance()
     }
 
@@ -381,7 +381,13 @@ impl Near {
 
     /// The distance (mm) between `hull`, piece number `piece`, on the tip's way, and all that has been laid and the table; from `cap` on
     /// not told apart, 0 where they meet.
-    pub(super) fn distance(&mut self, material: &Material, (piece, hull): (usize, &Hull), way: &Way, cap: f64) -> f64 {
+    pub(super) fn distance(
+        &mut self,
+        material: &Material,
+        (piece, hull): (usize, &Hull),
+        way: &TipWay,
+        cap: f64,
+    ) -> f64 {
         self.file(material);
         let swept = Swept::new(hull, way);
         let growing = self.own.distance(&swept, [cap; 2], usize::MAX, |_| true);
@@ -400,7 +406,7 @@ impl Near {
         &mut self,
         material: &Material,
         hull: &Hull,
-        way: &Way,
+        way: &TipWay,
         cap: f64,
         strangers: &Strangers<'_>,
     ) -> f64 {
@@ -418,7 +424,7 @@ impl Near {
         &mut self,
         material: &Material,
         hull: &Hull,
-        way: &Way,
+        way: &TipWay,
         mm: f64,
         strangers: &Strangers<'_>,
     ) -> bool {

@@ -44,7 +44,7 @@ impl Level {
 }
 
 /// One print, as the file lays it.
-pub(super) struct Printed<'a> {
+pub(super) struct PrintedPart<'a> {
     pub(super) trace: &'a Trace,
     pub(super) job: &'a Job<'a>,
     pub(super) planned: &'a Planned,
@@ -62,7 +62,7 @@ pub(super) struct Printed<'a> {
     pub(super) filament_mm2: f64,
 }
 
-impl Printed<'_> {
+impl PrintedPart<'_> {
     pub(super) fn bead(&self, index: u32) -> Move {
         self.trace.at(index as usize)
     }
@@ -124,14 +124,14 @@ impl Printed<'_> {
 }
 
 /// Every print of which the file lays something, in the order of the plan.
-pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Planned]) -> Vec<Option<Printed<'a>>> {
+pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Planned]) -> Vec<Option<PrintedPart<'a>>> {
     let beads = by_print(trace, planned.len());
     let flows = stated_flows(trace, planned.len());
     let each = beads.into_par_iter().zip(flows).zip(planned);
     let one = |((beads, flow), plan): ((Vec<u32>, Expect), &'a Planned)| {
         if beads.is_empty() { None } else { printed(trace, job, plan, &beads, flow) }
     };
-    let mut all: Vec<Option<Printed<'_>>> = each.map(one).collect();
+    let mut all: Vec<Option<PrintedPart<'_>>> = each.map(one).collect();
     let mut before = Vec::new();
     for print in all.iter_mut().flatten() {
         print.stand_on(&before);
@@ -171,7 +171,7 @@ fn printed<'a>(
     planned: &'a Planned,
     beads: &[u32],
     flow: Expect,
-) -> Option<Printed<'a>> {
+) -> Option<PrintedPart<'a>> {
     let part = job.workpiece.parts.get(planned.part)?;
     let sections = Sections::of(&part.moved(&job.profile.kinematics().forward(planned.pose)));
     let has_roles = beads.iter().any(|&i| trace.at(i as usize).role == Role::OuterWall);
@@ -182,7 +182,7 @@ fn printed<'a>(
     let usual_mm = job.profile.process.filament_mm;
     let diameter_mm = flow.diameter_mm.filter(|mm| (mm - usual_mm).abs() <= AS_MEASURED_MM).unwrap_or(usual_mm);
     let filament_mm2 = PI / 4.0 * diameter_mm.powi(2);
-    Some(Printed { trace, job, planned, sections, levels, joint_mm: 0.0, flow, has_roles, filament_mm2 })
+    Some(PrintedPart { trace, job, planned, sections, levels, joint_mm: 0.0, flow, has_roles, filament_mm2 })
 }
 
 /// The level beads by height; lines that rise while they are laid belong to none.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::commands::{Permitted, fits};
-use super::report::{Findings, Place, Rule};
+use super::report::{FindingPlace, Findings, Rule};
 use super::tally::Tally;
 use super::{Job, Planned};
 use crate::gcode::ParsedLine;
@@ -99,9 +99,9 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn place(&self) -> Place {
+    fn place(&self) -> FindingPlace {
         let print = self.print.map(|p| &self.planned[p]);
-        Place { line: self.line, slot: print.map(|p| p.slot).or(self.slot), part: print.map(|p| p.part) }
+        FindingPlace { line: self.line, slot: print.map(|p| p.slot).or(self.slot), part: print.map(|p| p.part) }
     }
 
     fn say(&mut self, rule: Rule, numbers: [f64; 2], text: impl FnOnce() -> String) {

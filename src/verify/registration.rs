@@ -6,10 +6,10 @@
 //! mm, so with `f` at both ends of a piece of length `l` no point of it lies farther out than `(f0 + f1 + l) / 2`.
 
 use super::coverage;
-use super::prints::{Level, Printed};
-use super::report::{Findings, Place, Rule};
+use super::prints::{Level, PrintedPart};
+use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
-use crate::section::{Fit, Sample, Search, Section, fit};
+use crate::section::{Fit, OutlineSearch, Sample, Section, fit};
 use crate::trace::Move;
 
 /// How far a print may be shifted, and its farthest point be turned or scaled, mm.
@@ -37,7 +37,7 @@ const EXACT_MM: f64 = 0.8;
 const SHORTEST_MM: f64 = 0.05;
 
 /// Holds one print against its part.
-pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
+pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     let walls: usize = printed.levels.iter().map(|l| l.beads.iter().filter(|&&i| is_outer(printed, i)).count()).sum();
     let every = walls.div_ceil(SAMPLES).max(1);
     let mut samples = Vec::new();
@@ -80,12 +80,12 @@ pub(super) fn check(printed: &Printed<'_>, findings: &mut Findings) {
     }
 }
 
-fn is_outer(printed: &Printed<'_>, index: u32) -> bool {
+fn is_outer(printed: &PrintedPart<'_>, index: u32) -> bool {
     !printed.has_roles || printed.bead(index).role == Role::OuterWall
 }
 
 /// The middle of the part in the plane.
-fn centre(printed: &Printed<'_>) -> [f64; 2] {
+fn centre(printed: &PrintedPart<'_>) -> [f64; 2] {
     let [low, high] = printed.sections.range();
     let [min, max] = printed.sections.at((low + high) / 2.0).bounds();
     let middle = [0, 1].map(|a| (min[a] + max[a]) / 2.0);
@@ -94,8 +94,8 @@ fn centre(printed: &Printed<'_>) -> [f64; 2] {
 
 /// Takes samples of a wall; the length of it that lies along the outline, mm.
 fn sample(
-    printed: &Printed<'_>,
-    (level, search): (&Level, &mut Search<'_>),
+    printed: &PrintedPart<'_>,
+    (level, search): (&Level, &mut OutlineSearch<'_>),
     index: u32,
     centre: [f64; 2],
     samples: &mut Vec<Sample>,
@@ -118,13 +118,13 @@ fn sample(
     along
 }
 
-fn place(printed: &Printed<'_>) -> Place {
+fn place(printed: &PrintedPart<'_>) -> FindingPlace {
     let line = printed.levels.first().map_or(0, |l| l.line);
-    Place { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) }
+    FindingPlace { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) }
 }
 
 /// Whether the fit is that of a print in its place.
-fn registration(printed: &Printed<'_>, fit: &Fit, samples: &[Sample], findings: &mut Findings) -> bool {
+fn registration(printed: &PrintedPart<'_>, fit: &Fit, samples: &[Sample], findings: &mut Findings) -> bool {
     let at = place(printed);
     let part = printed.planned.part;
     let worst = [
@@ -160,7 +160,7 @@ fn registration(printed: &Printed<'_>, fit: &Fit, samples: &[Sample], findings: 
 }
 
 /// Lines whose edge leaves the outline.
-fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {
+fn outside(printed: &PrintedPart<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {
     // The end of one line is mostly the start of the next.
     let mut last = ([f64::NAN; 2], false);
     let mut search = section.search();
@@ -184,7 +184,7 @@ fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64,
         last = (b, ends[1].1 < 0.0);
         let farthest = between(&mut search, ends[0], ends[1], most - half) + half;
         if farthest > most {
-            let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+            let at = FindingPlace { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
             findings.add(Rule::OutsidePart, at, [farthest, most], || {
                 format!(
                     "a line's edge lies {farthest:.3} mm outside part {}; at most {most:.2} mm",
@@ -197,9 +197,9 @@ fn outside(printed: &Printed<'_>, level: &Level, section: &Section, offset: f64,
 
 /// An outer wall that leaves the outline inward: no slicer lays one there.
 fn inside(
-    printed: &Printed<'_>,
+    printed: &PrintedPart<'_>,
     m: &Move,
-    search: &mut Search<'_>,
+    search: &mut OutlineSearch<'_>,
     [a, b]: [[f64; 2]; 2],
     half: f64,
     findings: &mut Findings,
@@ -209,7 +209,7 @@ fn inside(
     let point = |k: usize| [0, 1].map(|i| a[i] + (b[i] - a[i]) * (k as f64 / count as f64));
     let deepest = (1..=count).map(|k| -half - search.shallow(point(k), EXACT_MM)).fold(0.0, f64::max);
     if deepest > MOST_IN_MM {
-        let at = Place { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        let at = FindingPlace { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Registration, at, [deepest, MOST_IN_MM], || {
             format!(
                 "an outer wall lies {deepest:.3} mm too far inside the outline of part {}; at most {MOST_IN_MM} mm",
@@ -223,7 +223,7 @@ fn inside(
 type Known = ([f64; 2], f64);
 
 /// The signed distance of the farthest point between `a` and `b`, or any value within `most`.
-fn between(search: &mut Search<'_>, a: Known, b: Known, most: f64) -> f64 {
+fn between(search: &mut OutlineSearch<'_>, a: Known, b: Known, most: f64) -> f64 {
     let [dx, dy] = [0, 1].map(|i| b.0[i] - a.0[i]);
     let length = (dx * dx + dy * dy).sqrt();
     let (worst, bound) = (a.1.max(b.1), (a.1 + b.1 + length) / 2.0);

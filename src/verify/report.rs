@@ -125,7 +125,7 @@ pub(super) struct Findings {
 
 /// Where in the file and the plan.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Place {
+pub(super) struct FindingPlace {
     pub(super) line: u32,
     pub(super) slot: Option<usize>,
     pub(super) part: Option<usize>,
@@ -133,7 +133,13 @@ pub(super) struct Place {
 
 impl Findings {
     /// Notes a breach; `text` is only made where it is kept.
-    pub(super) fn add(&mut self, rule: Rule, at: Place, [measured, allowed]: [f64; 2], text: impl FnOnce() -> String) {
+    pub(super) fn add(
+        &mut self,
+        rule: Rule,
+        at: FindingPlace,
+        [measured, allowed]: [f64; 2],
+        text: impl FnOnce() -> String,
+    ) {
         *self.counts.entry(rule).or_default() += 1;
         let kept = self.kept.entry(rule).or_default();
         if kept.len() < KEPT_PER_RULE {

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::prints::Printed;
+use super::prints::PrintedPart;
 use super::report::Findings;
 use super::{flow, layers, registration};
 
 /// Findings of all rules of shape.
-pub(super) fn check(printed: &[Option<Printed<'_>>]) -> Findings {
+pub(super) fn check(printed: &[Option<PrintedPart<'_>>]) -> Findings {
     let each = printed.par_iter().flatten().map(|printed| {
         let mut findings = Findings::default();
         layers::check(printed, &mut findings);

@@ -23,7 +23,7 @@ const TAIL_WIDTHS: f64 = 4.0;
 
 /// A stretch of line without support.
 #[derive(Clone, Copy)]
-pub(super) struct Gap {
+pub(super) struct UnsupportedGap {
     /// Whether it begins and ends on material.
     pub(super) held: [bool; 2],
     /// Where it begins.
@@ -37,7 +37,7 @@ pub(super) struct Gap {
 /// The line being laid.
 pub(super) struct Laying {
     bridge_mm: f64,
-    gap: Option<Gap>,
+    gap: Option<UnsupportedGap>,
     /// Whether the line has met material since it began.
     held: bool,
     tail: VecDeque<(Stroke, f64)>,
@@ -51,7 +51,7 @@ impl Laying {
     }
 
     /// Lays `stroke`; the gaps that end on it go to `found`.
-    pub(super) fn lay(&mut self, stroke: &Stroke, field: &mut Field, found: &mut Vec<Gap>) {
+    pub(super) fn lay(&mut self, stroke: &Stroke, field: &mut Field, found: &mut Vec<UnsupportedGap>) {
         let along = stroke.to - stroke.from;
         let length = along.norm();
         let count = (length / SAMPLE_MM).ceil().max(1.0);
@@ -64,7 +64,7 @@ impl Laying {
                 self.held = true;
             } else {
                 let held = [self.held, false];
-                let gap = self.gap.get_or_insert(Gap { held, stroke: *stroke, length: 0.0, allowed: 0.0 });
+                let gap = self.gap.get_or_insert(UnsupportedGap { held, stroke: *stroke, length: 0.0, allowed: 0.0 });
                 gap.length += length / count;
             }
         }
@@ -78,13 +78,13 @@ impl Laying {
     }
 
     /// The line ends here.
-    pub(super) fn end(&mut self, field: &mut Field, found: &mut Vec<Gap>) {
+    pub(super) fn end(&mut self, field: &mut Field, found: &mut Vec<UnsupportedGap>) {
         self.end_gap(false, found);
         self.tail.drain(..).for_each(|(stroke, _)| deposit(field, &stroke));
         (self.travelled, self.held) = (0.0, false);
     }
 
-    fn end_gap(&mut self, on_material: bool, found: &mut Vec<Gap>) {
+    fn end_gap(&mut self, on_material: bool, found: &mut Vec<UnsupportedGap>) {
         let Some(mut gap) = self.gap.take() else { return };
         gap.held[1] = on_material;
         let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));

@@ -1,7 +1,7 @@
 //! What is counted along the way: filament per print, retractions, the order of the prints.
 
 use super::Planned;
-use super::report::{Findings, Place, Rule};
+use super::report::{FindingPlace, Findings, Rule};
 
 /// Pulled filament that may still be missing, or pushed that may be over, when printing starts, mm: the restart
 /// allowances that slicers add on purpose.
@@ -66,7 +66,7 @@ impl Tally {
     }
 
     /// G10 (`pull`) or G11.
-    pub(super) fn firmware(&mut self, pull: bool, at: Place, findings: &mut Findings) {
+    pub(super) fn firmware(&mut self, pull: bool, at: FindingPlace, findings: &mut Findings) {
         if self.firmware_pulled == pull {
             let text = if pull { "a second G10 without a G11 between" } else { "G11 without a G10 before it" };
             findings.add(Rule::Retract, at, [1.0, 0.0], || text.to_owned());
@@ -81,7 +81,7 @@ impl Tally {
     }
 
     /// The table turns: what hangs in the nozzle must have been pulled back, `usual` mm as the profile has it.
-    pub(super) fn turn(&mut self, usual: f64, at: Place, findings: &mut Findings) {
+    pub(super) fn turn(&mut self, usual: f64, at: FindingPlace, findings: &mut Findings) {
         let least = usual * LEAST_PULLED;
         let pulled = -self.balance;
         if self.started && !self.firmware_pulled && pulled < least {
@@ -97,7 +97,7 @@ impl Tally {
         print: Option<usize>,
         e: f64,
         planned: &[Planned],
-        at: Place,
+        at: FindingPlace,
         findings: &mut Findings,
     ) {
         if self.disturbed {
@@ -116,7 +116,7 @@ impl Tally {
     }
 
     /// Printing starts: what was pulled must be back.
-    fn settle(&mut self, at: Place, findings: &mut Findings) {
+    fn settle(&mut self, at: FindingPlace, findings: &mut Findings) {
         // Before the first print, filament may be purged.
         let purge = !self.started && self.balance > 0.0;
         if self.balance.abs() > RETRACT_SLACK_MM && !purge {
@@ -135,7 +135,7 @@ impl Tally {
     }
 
     /// Another print goes on: its setup must be the same or a later one.
-    fn follow(&mut self, print: usize, planned: &[Planned], at: Place, findings: &mut Findings) {
+    fn follow(&mut self, print: usize, planned: &[Planned], at: FindingPlace, findings: &mut Findings) {
         if let Some(before) = self.printing.filter(|&p| planned[p].setup > planned[print].setup) {
             findings.add(Rule::Sequence, at, [planned[print].setup as f64, planned[before].setup as f64], || {
                 format!("print {print} goes on after print {before}, which the plan puts in a later setup")
@@ -154,7 +154,7 @@ impl Tally {
     pub(super) fn finish(&self, planned: &[Planned], last: u32, findings: &mut Findings) {
         for (index, (laid, print)) in self.prints.iter().zip(planned).enumerate() {
             let line = if laid.moves > 0 { laid.last } else { last };
-            let at = Place { line, slot: Some(print.slot), part: Some(print.part) };
+            let at = FindingPlace { line, slot: Some(print.slot), part: Some(print.part) };
             if laid.moves == 0 {
                 findings
                     .add(Rule::Sequence, at, [0.0, 1.0], || format!("print {index} of the plan is not in the file"));

@@ -5,8 +5,8 @@
 //! runs on top of no other line. A line that leads somewhere else than its filament was counted for is none of these.
 
 use super::line::{DIGITS_MM, Line, lines};
-use super::prints::{Level, Printed};
-use super::report::{Findings, Place, Rule};
+use super::prints::{Level, PrintedPart};
+use super::report::{FindingPlace, Findings, Rule};
 use crate::section::{Point, Segment};
 
 /// A gap up to so many lines wide is filled by one line.
@@ -36,7 +36,7 @@ const MOST_MM: f64 = 1.5;
 const MOSTLY: f64 = 0.6;
 
 /// Holds the lines of a layer without a stated width against each other; `lines` are all of the layer.
-pub(super) fn check(printed: &Printed<'_>, level: &Level, lines: &[Line], findings: &mut Findings) {
+pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], findings: &mut Findings) {
     let mut usual = usual(lines);
     usual.push(1.0);
     let mut beside = None;
@@ -55,7 +55,7 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, lines: &[Line], findin
     let length: f64 = strange.iter().map(|line| line.length).sum();
     let Some(line) = strange.into_iter().max_by(|a, b| a.length.total_cmp(&b.length)) else { return };
     if length > MOST_MM {
-        let at = Place { line: line.m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
+        let at = FindingPlace { line: line.m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [length, MOST_MM], || {
             format!(
                 "{length:.2} mm of line in the layer at Z {:.2} are of no width that the slicer states or other lines have, and fill no gap: \
@@ -72,7 +72,7 @@ pub(super) fn check(printed: &Printed<'_>, level: &Level, lines: &[Line], findin
 
 /// The least ratio that a good part of the print's lines have in common, which is that of its walls: solid infill is spread, and wider;
 /// lines as thin as a gap do not count. `None` where no line is without a width, or the head states none, or no part of them is alike.
-pub(super) fn kinds(printed: &Printed<'_>) -> Option<f64> {
+pub(super) fn kinds(printed: &PrintedPart<'_>) -> Option<f64> {
     if printed.flow.widths.is_empty() {
         return None;
     }
@@ -108,7 +108,7 @@ fn is_of_a_kind(lines: &[Line], index: usize) -> bool {
 }
 
 /// The ratio of a round thread over air, as thick as the nozzle.
-fn thread(printed: &Printed<'_>, line: &Line) -> f64 {
+fn thread(printed: &PrintedPart<'_>, line: &Line) -> f64 {
     let nozzle = printed.job.profile.process.nozzle_mm;
     printed.flow.bead.area(nozzle, nozzle) * line.length * printed.flow.multiplier / line.held
 }
@@ -142,7 +142,7 @@ struct Beside<'a> {
 }
 
 impl<'a> Beside<'a> {
-    fn new(printed: &Printed<'_>, level: &Level, lines: &'a [Line]) -> Self {
+    fn new(printed: &PrintedPart<'_>, level: &Level, lines: &'a [Line]) -> Self {
         let axis = |line: &Line| line.axis().map(|axis| (axis, line.width * line.ratio().min(WIDEST) / 2.0));
         let outline = printed.sections.segments_at(level.z - level.height() / 2.0);
         let axes = lines.iter().map(|line| axis(line).unwrap_or(([[f64::MAX; 2]; 2], 0.0))).collect();

@@ -12,8 +12,8 @@ use super::field::{Field, Rect};
 use super::floor::Floor;
 use super::hull::Hull;
 use super::material::Material;
-use super::near::{Near, Strangers, Way};
-use super::report::{CLEARANCE_CAP_MM, Findings, Place, Rule};
+use super::near::{Near, Strangers, TipWay};
+use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, Rule};
 use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
@@ -131,9 +131,9 @@ struct Run {
 }
 
 impl Walker<'_> {
-    fn place(&self, line: u32) -> Place {
+    fn place(&self, line: u32) -> FindingPlace {
         let print = self.print.map(|p| &self.planned[p as usize]);
-        Place { line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) }
+        FindingPlace { line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) }
     }
 
     fn stroke(&mut self, stroke: &Stroke, from: usize) {
@@ -204,7 +204,7 @@ impl Walker<'_> {
         let cap = self.walked.clearance.max(ROOM_MM);
         let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
         let passage = turning.passage(turn, &mut self.material, cap);
-        let at = Place { line: turn.line, slot: turn.slot, part: None };
+        let at = FindingPlace { line: turn.line, slot: turn.slot, part: None };
         let Some(passage) = passage else {
             self.walked.findings.add(Rule::TurnCollision, at, [0.0, ROOM_MM], || {
                 "the table turns from an unknown angle, or with the head at an unknown height, and the head is not proved to be above all it sweeps".to_owned()
@@ -281,10 +281,10 @@ impl Walker<'_> {
         self.tell(gaps);
     }
 
-    fn tell(&mut self, gaps: Vec<super::support::Gap>) {
+    fn tell(&mut self, gaps: Vec<super::support::UnsupportedGap>) {
         for gap in gaps {
             let print = gap.stroke.print.map(|p| &self.planned[p as usize]);
-            let at = Place { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
+            let at = FindingPlace { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
             self.walked.findings.add(Rule::InAir, at, [gap.length, gap.allowed], || {
                 let held = match gap.held {
                     [true, true] => "between two ends on material ([process] bridge_mm)",
@@ -382,7 +382,7 @@ impl Walker<'_> {
         let table = !self.on_table.contains(&self.planned[run.print as usize].part);
         let strangers = Strangers { prints, table, laid: run.laid };
         if count > 1 {
-            if setup.near.is_nearer(&self.material, hull, &Way::Within(within), cap, &strangers) {
+            if setup.near.is_nearer(&self.material, hull, &TipWay::Within(within), cap, &strangers) {
                 let middle = usize::midpoint(moves.start, moves.end);
                 self.stays_apart(setup, hull, run, moves.start..middle);
                 self.stays_apart(setup, hull, run, middle..moves.end);
@@ -390,7 +390,7 @@ impl Walker<'_> {
             return;
         }
         let Some(stroke) = moves.clone().find_map(|index| self.acts.stroke(index)) else { return };
-        let way = Way::Line([stroke.from, stroke.to]);
+        let way = TipWay::Line([stroke.from, stroke.to]);
         let room = setup.near.room_to_strangers(&self.material, hull, &way, cap, &strangers);
         if room < cap {
             self.note(room, line);
@@ -406,7 +406,7 @@ impl Walker<'_> {
         }
         // Somewhere in a box is not on the way between its corners.
         let way = finest.is_finite();
-        let room = if way { setup.near.distance(&self.material, piece, &Way::Line(ends), cap) } else { 0.0 };
+        let room = if way { setup.near.distance(&self.material, piece, &TipWay::Line(ends), cap) } else { 0.0 };
         let room = if room > 0.0 || (!way && bound > 0.0) { room.max(bound) } else { bound.min(0.0) };
         self.note(room, line);
         if room <= 0.0 {

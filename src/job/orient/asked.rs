@@ -12,7 +12,7 @@ const LEAST_BUDGET: usize = 100;
 /// A horizontal surface overhangs whatever is allowed.
 const STEEPEST_DEG: f64 = 89.9;
 
-pub(super) struct Asked {
+pub(super) struct OrientAsked {
     pub(super) objectives: Vec<Box<dyn Objective>>,
     pub(super) settings: Settings,
     method: &'static str,
@@ -21,7 +21,7 @@ pub(super) struct Asked {
     contact_mm2: Option<f64>,
 }
 
-impl Asked {
+impl OrientAsked {
     pub(super) fn of(options: &OrientOptions) -> Result<Self, BadSetting> {
         let settings = settings(options)?;
         if let Some(value) = options.budget.filter(|&budget| budget < LEAST_BUDGET) {

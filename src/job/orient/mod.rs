@@ -11,7 +11,7 @@ use crate::orient::{
     ContactArea, Facets, Found, Height, Minimum, Objective, Paint, Picture, Staircase, SupportVolumeColumn, landscape,
     overhang_area, turned, view,
 };
-use asked::Asked;
+use asked::OrientAsked;
 
 /// A model, and how to look for orientations of its parts.
 #[derive(Clone, Debug)]
@@ -148,7 +148,7 @@ pub struct OrientedPart {
 pub struct OrientResult {
     /// By part.
     pub parts: Vec<OrientedPart>,
-    asked: Asked,
+    asked: OrientAsked,
 }
 
 impl OrientResult {
@@ -180,7 +180,7 @@ impl OrientResult {
 /// [`Error::Setting`]; [`Error::NoArea`] for a part without a surface; [`Error::NeedsClosed`] and what else keeps the model from
 /// being read.
 pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult, Error> {
-    let asked = Asked::of(&request.options)?;
+    let asked = OrientAsked::of(&request.options)?;
     let meshes = chosen(request, meshes(request, &asked, world)?)?;
     if request.only_one && meshes.len() != 1 {
         return Err(BadSetting::SeveralParts { count: meshes.len() }.into());
@@ -207,7 +207,7 @@ pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult
 type Numbered = (usize, TriangleMesh<Object>);
 
 /// The model's closed parts; or its open surface as one, where no volume is asked for.
-fn meshes(request: &OrientRequest, asked: &Asked, world: &World<'_>) -> Result<Vec<Numbered>, Error> {
+fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World<'_>) -> Result<Vec<Numbered>, Error> {
     let error = match load_model(&request.model, world) {
         Ok(loaded) if request.parts == PartChoice::Whole => {
             return Ok(vec![(0, joined(loaded.model.parts.iter().map(|part| &part.mesh)))]);
@@ -257,7 +257,7 @@ fn chosen(request: &OrientRequest, mut parts: Vec<Numbered>) -> Result<Vec<Numbe
 }
 
 /// The part as it lies, and the best of each result.
-fn compared(facets: &Facets, results: &[Oriented], asked: &Asked) -> Vec<Compared> {
+fn compared(facets: &Facets, results: &[Oriented], asked: &OrientAsked) -> Vec<Compared> {
     let settings = &asked.settings;
     let column = SupportVolumeColumn { overhang: settings.overhang, resolution_mm: settings.resolution_mm };
     let row = |(name, up): (String, Vec3)| Compared {

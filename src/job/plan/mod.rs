@@ -14,9 +14,9 @@ use crate::planning::{
     can_be_helped, layers_matter, plan_anywhere, sheet, sheet_of_reasons, three_axis,
 };
 use crate::profile::Profile;
-use options::Asked;
+use options::PlanAsked;
 pub(super) use options::spanning;
-pub use options::{Place, PlanOptions};
+pub use options::{PlaceRequest, PlanOptions};
 
 /// A model and a machine, and how to plan.
 #[derive(Clone, Debug)]
@@ -144,7 +144,7 @@ pub(super) fn planned(
     // The machine's own values, before this plan's bridges.
     let machine_values = machine.is_own().then(|| Box::new(machine.profile.clone()));
     let machine = spanning(machine, options.bridge_mm)?;
-    let asked = Asked::of(options, &machine, &model)?;
+    let asked = PlanAsked::of(options, &machine, &model)?;
     let wanted = asked.options(options);
     let (base, profile) = (asked.base, &machine.profile);
     let workpiece = Workpiece::place(&model.model, &base);
@@ -256,7 +256,7 @@ pub fn sequences(
     let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
     let model = load_model(&request.model, world)?;
     let start = world.clock.now();
-    let asked = Asked::of(&request.options, &machine, &model)?;
+    let asked = PlanAsked::of(&request.options, &machine, &model)?;
     let options = asked.options(&request.options);
     let workpiece = Workpiece::place(&model.model, &asked.base);
     let directions = asked.directions(&workpiece, &machine, &options)?;

@@ -38,7 +38,7 @@ pub struct PlanOptions {
     /// Seed of the orientation search.
     pub seed: u64,
     /// Where the file's origin comes to lie on the table; `None`: the model centred, elsewhere if the axes do not reach.
-    pub place: Option<Place>,
+    pub place: Option<PlaceRequest>,
     /// Whether to look for what would help where there is no plan.
     pub remedies: bool,
     /// Most steps of the sequence search.
@@ -70,7 +70,7 @@ pub(in crate::job) fn spanning(
 
 /// A place on the table; the height is the table's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PlaceRequest {
     /// Where the file's origin lies.
     pub origin_mm: [f64; 2],
     /// The turn about the table's normal.
@@ -102,7 +102,7 @@ impl Default for PlanOptions {
 }
 
 /// What the options ask for, checked; `Options` borrow from it.
-pub(super) struct Asked {
+pub(super) struct PlanAsked {
     pub(super) goal: Goal,
     objective: Box<dyn Objective>,
     search: Box<dyn Search>,
@@ -110,7 +110,7 @@ pub(super) struct Asked {
     pub(super) base: Placement,
 }
 
-impl Asked {
+impl PlanAsked {
     pub(super) fn of(options: &PlanOptions, machine: &LoadedProfile, model: &LoadedModel) -> Result<Self, Error> {
         BadSetting::within("top", options.plans as f64, "", [1.0, 100.0])?;
         let settings = Settings { layer_mm: machine.profile.process.layer_height_mm, ..Settings::default() };

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::world::{JournalFile, read_journal};
-use super::{BadSetting, CheckedPlan, Error, LoadedProfile, Output, Verified, World, printer};
+use super::{BadSetting, CheckedPlan, Error, LoadedProfile, OutputFile, Verified, World, printer};
 use crate::link::serial::{Address, Port};
 use crate::link::{Header, LARGEST_FILE, Outcome, Program, ProgramError, Sender, too_slow};
 use crate::planning::sha256_hex;
@@ -59,7 +59,7 @@ pub struct Wire<'a> {
     /// The printer.
     pub address: &'a Address,
     /// The journal, from which an interrupted print is resumed.
-    pub journal: &'a Output,
+    pub journal: &'a OutputFile,
 }
 
 /// Streams a program to a printer: every line once, in order, or a safe stop.
@@ -170,7 +170,7 @@ fn header(request: &SendRequest<'_>, place: &Connection, world: &World<'_>) -> H
 }
 
 /// Puts the journal of an unfinished print aside.
-fn broken_off(kept: &Output) -> Result<Option<PathBuf>, Error> {
+fn broken_off(kept: &OutputFile) -> Result<Option<PathBuf>, Error> {
     let unfinished = read_journal(kept.path()).is_ok_and(|s| s.began() && !s.done);
     if unfinished { kept.set_aside() } else { Ok(None) }
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Sender, bounded};
 
-use super::{Disk, Files, Output};
+use super::{Disk, Files, OutputFile};
 use crate::job::Error;
 use crate::link::{Counts, Header, JournalSummary, Record};
 
@@ -39,7 +39,7 @@ pub(crate) struct JournalFile {
 
 impl JournalFile {
     /// A new journal, written over what was there: one that is still wanted has been put aside before.
-    pub(crate) fn create(output: &Output, header: &Header) -> Result<Self, Error> {
+    pub(crate) fn create(output: &OutputFile, header: &Header) -> Result<Self, Error> {
         let failed = |source| Error::Write { path: output.path().to_owned(), source };
         let mut file = output.create()?;
         let text = header.to_text();

@@ -15,7 +15,7 @@ use crate::link::serial::{self, Address, Port, PortError, Server};
 use crate::slicing::{Interrupt, Slicer, SlicerChoice};
 pub use disk::{Disk, with_suffix};
 pub(super) use journal::{JournalFile, read as read_journal};
-pub use outputs::{Output, Outputs};
+pub use outputs::{OutputFile, Outputs};
 pub use slicers::Installed;
 
 /// What a job touches beyond its own values.

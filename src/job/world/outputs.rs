@@ -54,14 +54,14 @@ impl Outputs {
     /// # Errors
     ///
     /// [`Error::NoOutput`], [`Error::Twice`], [`Error::NoFolder`], [`Error::Protected`] and [`Error::Write`].
-    pub fn claim(&mut self, path: &Path) -> Result<Output, Error> {
+    pub fn claim(&mut self, path: &Path) -> Result<OutputFile, Error> {
         let place = Spot::of(path);
         for (others, what) in [(&self.inputs, "an input"), (&self.claimed, "another output")] {
             if others.iter().any(|other| other.is(&place)) {
                 return Err(also(path, what));
             }
         }
-        let output = Output { shown: path.to_owned(), target: place.target.clone(), hold: self.hold };
+        let output = OutputFile { shown: path.to_owned(), target: place.target.clone(), hold: self.hold };
         output.check()?;
         self.claimed.push(place);
         Ok(output)
@@ -132,13 +132,13 @@ fn folder_of(path: &Path) -> &Path {
 
 /// A file that may be written.
 #[derive(Debug)]
-pub struct Output {
+pub struct OutputFile {
     shown: PathBuf,
     target: PathBuf,
     hold: Hold,
 }
 
-impl Output {
+impl OutputFile {
     /// As the user gave it.
     pub fn path(&self) -> &Path {
         &self.shown

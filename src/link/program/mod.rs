@@ -23,7 +23,7 @@ use replay::Replay;
 
 /// What the firmware on the other side takes.
 #[derive(Clone, Debug)]
-pub struct Rules {
+pub struct ProgramRules {
     /// Its protocol.
     pub protocol: Protocol,
     /// Bytes of its longest line, number and checksum included.
@@ -129,7 +129,7 @@ impl Program {
     /// # Errors
     ///
     /// [`ProgramError`] names the first line that must not be sent.
-    pub fn read(file: &[u8], rules: &Rules) -> Result<Self, ProgramError> {
+    pub fn read(file: &[u8], rules: &ProgramRules) -> Result<Self, ProgramError> {
         if file.len() as u64 > LARGEST_FILE {
             return Err(ProgramError::TooBig { bytes: file.len() as u64, allowed: LARGEST_FILE });
         }
@@ -175,7 +175,13 @@ impl Program {
     }
 
     /// Adds one block; `false` where the line holds none.
-    fn push(&mut self, code: &[u8], parsed: &ParsedLine, line: u32, rules: &Rules) -> Result<bool, ProgramError> {
+    fn push(
+        &mut self,
+        code: &[u8],
+        parsed: &ParsedLine,
+        line: u32,
+        rules: &ProgramRules,
+    ) -> Result<bool, ProgramError> {
         let start = self.bytes.len();
         match parsed.kind {
             LineKind::Empty | LineKind::Percent => return Ok(false),

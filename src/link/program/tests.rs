@@ -76,7 +76,7 @@ fn the_time_of_a_program_is_the_time_that_its_trace_has() {
     ] {
         let setting = Setting { rates, ..setting() };
         let seconds = |text: &str| {
-            let rules = Rules { setting: setting.clone(), ..rules(Protocol::Marlin) };
+            let rules = ProgramRules { setting: setting.clone(), ..rules(Protocol::Marlin) };
             let program = Program::read(text.as_bytes(), &rules).unwrap();
             let traced = trace::read(text.as_bytes(), &setting).seconds();
             let sent = program.seconds_print();

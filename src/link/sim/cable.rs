@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::faults::{LATE, SLOW, spoil};
-use super::{Fault, Sim, grbl};
+use super::{Sim, SimFault, grbl};
 use crate::link::Time;
 use crate::link::protocol::Protocol;
 
@@ -39,34 +39,34 @@ impl Sim {
     }
 
     /// Faults that are not the wire's.
-    pub(super) fn befall(&mut self, fault: Option<Fault>) {
+    pub(super) fn befall(&mut self, fault: Option<SimFault>) {
         let Some(fault) = fault else { return };
         match fault {
-            Fault::LoseOk
-            | Fault::MangleOk
-            | Fault::SplitOk
-            | Fault::DoubleOk
-            | Fault::DelayOk
-            | Fault::Noise
-            | Fault::ErrorOnly => {
+            SimFault::LoseOk
+            | SimFault::MangleOk
+            | SimFault::SplitOk
+            | SimFault::DoubleOk
+            | SimFault::DelayOk
+            | SimFault::Noise
+            | SimFault::ErrorOnly => {
                 self.spoiled_ok = Some(fault);
             }
-            Fault::GarbledResend => self.garble = true,
-            Fault::ResendNext => self.say(&format!("Resend: {}", self.last_number + 1)),
-            Fault::ResendOld => self.say("Resend: 1"),
-            Fault::EndlessResend => self.endless = true,
-            Fault::StrayOk => self.say("ok"),
-            Fault::FalseStart => self.say("start"),
-            Fault::StrangeError => self.say("Error:Probing Failed"),
-            Fault::Fatal => {
+            SimFault::GarbledResend => self.garble = true,
+            SimFault::ResendNext => self.say(&format!("Resend: {}", self.last_number + 1)),
+            SimFault::ResendOld => self.say("Resend: 1"),
+            SimFault::EndlessResend => self.endless = true,
+            SimFault::StrayOk => self.say("ok"),
+            SimFault::FalseStart => self.say("start"),
+            SimFault::StrangeError => self.say("Error:Probing Failed"),
+            SimFault::Fatal => {
                 self.say("Error:Thermal Runaway, system stopped! Heater_ID: 0");
                 self.die();
             }
-            Fault::Mute => self.mute = true,
-            Fault::Reset => self.restart(Duration::from_millis(300)),
-            Fault::PowerLoss => self.restart(Duration::from_secs(5)),
-            Fault::HangUp => self.hang_up = true,
-            Fault::Slow => self.slow_until = self.now + SLOW,
+            SimFault::Mute => self.mute = true,
+            SimFault::Reset => self.restart(Duration::from_millis(300)),
+            SimFault::PowerLoss => self.restart(Duration::from_secs(5)),
+            SimFault::HangUp => self.hang_up = true,
+            SimFault::Slow => self.slow_until = self.now + SLOW,
             _ => {}
         }
     }
@@ -120,18 +120,18 @@ impl Sim {
     /// An `ok`, as the faults leave it.
     pub(super) fn say_ok(&mut self, text: &str) {
         match self.spoiled_ok.take() {
-            None | Some(Fault::ErrorOnly) => self.say(text),
-            Some(Fault::LoseOk) => {}
-            Some(Fault::MangleOk) => {
+            None | Some(SimFault::ErrorOnly) => self.say(text),
+            Some(SimFault::LoseOk) => {}
+            Some(SimFault::MangleOk) => {
                 let spoilt = text.replacen("ok", "o", 1);
                 self.say(&spoilt);
             }
-            Some(Fault::DoubleOk) => {
+            Some(SimFault::DoubleOk) => {
                 self.say(text);
                 self.say(text);
             }
-            Some(Fault::DelayOk) => self.emit(LATE, [text.as_bytes(), b"\n"].concat()),
-            Some(Fault::Noise) => {
+            Some(SimFault::DelayOk) => self.emit(LATE, [text.as_bytes(), b"\n"].concat()),
+            Some(SimFault::Noise) => {
                 self.emit(Duration::ZERO, b"\xff\xfe\0\x80ok?\xc3(\n".to_vec());
                 self.say(text);
             }

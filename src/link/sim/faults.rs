@@ -9,7 +9,7 @@ use crate::geom::SplitMix64;
 
 /// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum SimFault {
     /// One bit of the line turns over.
     Corrupt,
     /// One byte is lost.
@@ -65,61 +65,61 @@ pub enum Fault {
 }
 
 /// Names as the command line has them.
-pub const NAMES: [(&str, Fault); 26] = [
-    ("corrupt", Fault::Corrupt),
-    ("lose-byte", Fault::LoseByte),
-    ("drop", Fault::Drop),
-    ("join", Fault::Join),
-    ("duplicate", Fault::Duplicate),
-    ("rx-overflow", Fault::Overflow),
-    ("slow", Fault::Slow),
-    ("lose-ok", Fault::LoseOk),
-    ("mangle-ok", Fault::MangleOk),
-    ("split-ok", Fault::SplitOk),
-    ("double-ok", Fault::DoubleOk),
-    ("delay-ok", Fault::DelayOk),
-    ("noise", Fault::Noise),
-    ("error-only", Fault::ErrorOnly),
-    ("garbled-resend", Fault::GarbledResend),
-    ("resend-next", Fault::ResendNext),
-    ("resend-old", Fault::ResendOld),
-    ("endless-resend", Fault::EndlessResend),
-    ("stray-ok", Fault::StrayOk),
-    ("false-start", Fault::FalseStart),
-    ("fatal", Fault::Fatal),
-    ("strange-error", Fault::StrangeError),
-    ("mute", Fault::Mute),
-    ("reset", Fault::Reset),
-    ("power-loss", Fault::PowerLoss),
-    ("hang-up", Fault::HangUp),
+pub const NAMES: [(&str, SimFault); 26] = [
+    ("corrupt", SimFault::Corrupt),
+    ("lose-byte", SimFault::LoseByte),
+    ("drop", SimFault::Drop),
+    ("join", SimFault::Join),
+    ("duplicate", SimFault::Duplicate),
+    ("rx-overflow", SimFault::Overflow),
+    ("slow", SimFault::Slow),
+    ("lose-ok", SimFault::LoseOk),
+    ("mangle-ok", SimFault::MangleOk),
+    ("split-ok", SimFault::SplitOk),
+    ("double-ok", SimFault::DoubleOk),
+    ("delay-ok", SimFault::DelayOk),
+    ("noise", SimFault::Noise),
+    ("error-only", SimFault::ErrorOnly),
+    ("garbled-resend", SimFault::GarbledResend),
+    ("resend-next", SimFault::ResendNext),
+    ("resend-old", SimFault::ResendOld),
+    ("endless-resend", SimFault::EndlessResend),
+    ("stray-ok", SimFault::StrayOk),
+    ("false-start", SimFault::FalseStart),
+    ("fatal", SimFault::Fatal),
+    ("strange-error", SimFault::StrangeError),
+    ("mute", SimFault::Mute),
+    ("reset", SimFault::Reset),
+    ("power-loss", SimFault::PowerLoss),
+    ("hang-up", SimFault::HangUp),
 ];
 
 /// Faults after which a host that can count continues.
-pub const SURVIVABLE: [Fault; 17] = [
-    Fault::Corrupt,
-    Fault::LoseByte,
-    Fault::Drop,
-    Fault::Join,
-    Fault::Duplicate,
-    Fault::Overflow,
-    Fault::Slow,
-    Fault::LoseOk,
-    Fault::MangleOk,
-    Fault::SplitOk,
-    Fault::DoubleOk,
-    Fault::DelayOk,
-    Fault::Noise,
-    Fault::ErrorOnly,
-    Fault::GarbledResend,
-    Fault::ResendNext,
-    Fault::StrayOk,
+pub const SURVIVABLE: [SimFault; 17] = [
+    SimFault::Corrupt,
+    SimFault::LoseByte,
+    SimFault::Drop,
+    SimFault::Join,
+    SimFault::Duplicate,
+    SimFault::Overflow,
+    SimFault::Slow,
+    SimFault::LoseOk,
+    SimFault::MangleOk,
+    SimFault::SplitOk,
+    SimFault::DoubleOk,
+    SimFault::DelayOk,
+    SimFault::Noise,
+    SimFault::ErrorOnly,
+    SimFault::GarbledResend,
+    SimFault::ResendNext,
+    SimFault::StrayOk,
 ];
 
 /// When and which.
 #[derive(Clone, Debug)]
 pub struct Script {
-    at: Vec<(u64, Fault)>,
-    random: Vec<Fault>,
+    at: Vec<(u64, SimFault)>,
+    random: Vec<SimFault>,
     probability: f64,
     numbers: SplitMix64,
     lines: u64,
@@ -138,7 +138,7 @@ impl Script {
     }
 
     /// Each fault once, at its line.
-    pub fn at(faults: &[(u64, Fault)]) -> Self {
+    pub fn at(faults: &[(u64, SimFault)]) -> Self {
         Self {
             at: faults.to_vec(),
             random: Vec::new(),
@@ -150,7 +150,7 @@ impl Script {
     }
 
     /// One of `faults` with `probability` at each line; the same lines for the same seed.
-    pub fn random(faults: &[Fault], probability: f64, seed: u64) -> Self {
+    pub fn random(faults: &[SimFault], probability: f64, seed: u64) -> Self {
         Self {
             at: Vec::new(),
             random: faults.to_vec(),
@@ -162,12 +162,12 @@ impl Script {
     }
 
     /// The faults that have a line.
-    pub fn scheduled(&self) -> Vec<(u64, Fault)> {
+    pub fn scheduled(&self) -> Vec<(u64, SimFault)> {
         self.at.clone()
     }
 
     /// Adds one to a script.
-    pub fn add(&mut self, line: u64, fault: Fault) {
+    pub fn add(&mut self, line: u64, fault: SimFault) {
         self.at.push((line, fault));
     }
 
@@ -176,7 +176,7 @@ impl Script {
     }
 
     /// Counts a line and says what befalls it.
-    pub(super) fn next(&mut self) -> Option<Fault> {
+    pub(super) fn next(&mut self) -> Option<SimFault> {
         self.lines += 1;
         if let Some(index) = self.at.iter().position(|(line, _)| *line == self.lines) {
             return Some(self.at.swap_remove(index).1);
@@ -186,9 +186,9 @@ impl Script {
         }
         let index = self.draw() as usize % self.random.len();
         match self.random[index] {
-            Fault::Overflow if self.cut > 0 && self.lines - self.cut < CUTS_APART => None,
+            SimFault::Overflow if self.cut > 0 && self.lines - self.cut < CUTS_APART => None,
             fault => {
-                self.cut = if fault == Fault::Overflow { self.lines } else { self.cut };
+                self.cut = if fault == SimFault::Overflow { self.lines } else { self.cut };
                 Some(fault)
             }
         }
@@ -201,20 +201,20 @@ impl Script {
 }
 
 /// What the wire makes of a line, its newline included.
-pub(super) fn spoil(fault: Option<Fault>, line: &mut Vec<u8>, draw: u64) {
+pub(super) fn spoil(fault: Option<SimFault>, line: &mut Vec<u8>, draw: u64) {
     let body = line.len().saturating_sub(1).max(1);
     let place = (draw >> 8) as usize % body;
     match fault {
-        Some(Fault::Corrupt) => line[place] ^= 1 << (draw % 7),
-        Some(Fault::LoseByte) => {
+        Some(SimFault::Corrupt) => line[place] ^= 1 << (draw % 7),
+        Some(SimFault::LoseByte) => {
             line.remove(place);
         }
-        Some(Fault::Drop) => line.clear(),
-        Some(Fault::Join) => {
+        Some(SimFault::Drop) => line.clear(),
+        Some(SimFault::Join) => {
             line.pop();
         }
-        Some(Fault::Duplicate) => line.extend_from_within(..),
-        Some(Fault::Overflow) => line.truncate(line.len() / 2),
+        Some(SimFault::Duplicate) => line.extend_from_within(..),
+        Some(SimFault::Overflow) => line.truncate(line.len() / 2),
         _ => {}
     }
 }

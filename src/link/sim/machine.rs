@@ -67,7 +67,7 @@ pub(super) enum Refusal {
 
 /// Axes, heaters and modes.
 #[derive(Clone, Debug)]
-pub(super) struct Machine {
+pub(super) struct SimMachine {
     pub(super) model: MachineModel,
     pub(super) planner: Planner,
     controller: Controller,
@@ -86,7 +86,7 @@ pub(super) struct Machine {
 /// A homing move is this slow at least.
 const HOMING: Time = Duration::from_secs(8);
 
-impl Machine {
+impl SimMachine {
     pub(super) fn new(model: MachineModel, clamps: bool, firmware: Firmware) -> Self {
         let at = [0.0; 6];
         let mut controller = Controller::new(Reading { firmware, ..model.reading.clone() });
@@ -329,14 +329,14 @@ impl Machine {
     }
 }
 
-impl Machine {
+impl SimMachine {
     /// When the command in hand ends by itself.
     pub(super) fn waits_until(&self) -> Option<Time> {
         self.until
     }
 }
 
-impl Machine {
+impl SimMachine {
     pub(super) fn set_heat_factor(&mut self, factor: f64) {
         self.nozzle = HeatedMass::new(3.0 * factor);
         self.bed = HeatedMass::new(0.5 * factor);

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::heat::HeatedMass;
 use super::machine::Refusal;
-use super::{Fault, Logged, Queued, Sim, Time, Took};
+use super::{Logged, Queued, Sim, SimFault, Time, Took};
 use crate::link::wire::checksum;
 
 pub(super) const BUSY_EVERY: Time = Duration::from_secs(2);
@@ -121,7 +121,7 @@ impl Sim {
     }
 
     fn refuses_anyway(&mut self) -> bool {
-        self.endless || self.garble || self.spoiled_ok == Some(Fault::ErrorOnly)
+        self.endless || self.garble || self.spoiled_ok == Some(SimFault::ErrorOnly)
     }
 
     fn line_error(&mut self, error: &WireError) {
@@ -132,7 +132,7 @@ impl Sim {
         };
         self.say(&format!("Error:{text}"));
         self.rx.clear();
-        if self.spoiled_ok == Some(Fault::ErrorOnly) {
+        if self.spoiled_ok == Some(SimFault::ErrorOnly) {
             self.spoiled_ok = None;
             return;
         }

@@ -17,14 +17,14 @@ mod quirks;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-pub use faults::{Fault, NAMES, SURVIVABLE, Script};
+pub use faults::{NAMES, SURVIVABLE, Script, SimFault};
 pub use machine::MachineModel;
 pub use planner::Axes;
 pub use quirks::Quirks;
 
 use super::Time;
 use super::protocol::Protocol;
-use machine::{Machine, Took};
+use machine::{SimMachine, Took};
 
 /// What it did.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +44,7 @@ pub enum Logged {
 pub struct Sim {
     protocol: Protocol,
     quirks: Quirks,
-    machine: Machine,
+    machine: SimMachine,
     script: Script,
     /// Bytes on the cable with the time they arrive.
     cable: VecDeque<(Time, u8)>,
@@ -58,7 +58,7 @@ pub struct Sim {
     /// Replies that are still to come.
     late: VecDeque<(Time, Vec<u8>)>,
     reply_free: Time,
-    spoiled_ok: Option<Fault>,
+    spoiled_ok: Option<SimFault>,
     slow_until: Time,
     now: Time,
     busy_next: Time,
@@ -91,7 +91,7 @@ impl Sim {
         let clamps = protocol == Protocol::Marlin;
         let mut sim = Self {
             protocol,
-            machine: Machine::new(model, clamps, protocol.firmware()),
+            machine: SimMachine::new(model, clamps, protocol.firmware()),
             quirks,
             script,
             cable: VecDeque::new(),

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::error::Fault;
 use crate::geom::Vec3;
-use pairing::Link;
+use pairing::EdgeLink;
 
 /// Facets under work, each with the facet of the file that it stems from.
 #[derive(Clone, Debug, Default)]
@@ -101,7 +101,7 @@ fn shells(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<Shell> {
     shells
 }
 
-fn flood(first: u32, number: u32, facets: &[[u32; 3]], links: &[[Option<Link>; 3]], shell_of: &mut [u32]) -> Shell {
+fn flood(first: u32, number: u32, facets: &[[u32; 3]], links: &[[Option<EdgeLink>; 3]], shell_of: &mut [u32]) -> Shell {
     let mut shell = Shell { facets: vec![first], open: Vec::new(), twisted: 0 };
     shell_of[first as usize] = number;
     let mut next = 0;

@@ -6,7 +6,7 @@ use crate::geom::Vec3;
 
 /// The facet across an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Link {
+pub(super) struct EdgeLink {
     pub(super) facet: u32,
     /// Whether both facets run along the edge in the same sense, so that one of them faces the wrong way.
     pub(super) twisted: bool,
@@ -29,7 +29,7 @@ struct Use {
 }
 
 /// For every facet the links across its sides `0-1`, `1-2`, `2-0`; `None` at an open edge.
-pub(super) fn pair_edges(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<[Option<Link>; 3]> {
+pub(super) fn pair_edges(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<[Option<EdgeLink>; 3]> {
     let mut uses = Vec::with_capacity(3 * facets.len());
     for (facet, corners) in facets.iter().enumerate() {
         for side in 0..3 {
@@ -49,10 +49,10 @@ pub(super) fn pair_edges(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<[Option<
     links
 }
 
-fn link(links: &mut [[Option<Link>; 3]], a: &Use, b: &Use) {
+fn link(links: &mut [[Option<EdgeLink>; 3]], a: &Use, b: &Use) {
     let twisted = a.forward == b.forward;
-    links[a.facet as usize][usize::from(a.side)] = Some(Link { facet: b.facet, twisted });
-    links[b.facet as usize][usize::from(b.side)] = Some(Link { facet: a.facet, twisted });
+    links[a.facet as usize][usize::from(a.side)] = Some(EdgeLink { facet: b.facet, twisted });
+    links[b.facet as usize][usize::from(b.side)] = Some(EdgeLink { facet: a.facet, twisted });
 }
 
 /// Pairs three or more facets around an edge so that each pair has material between its facets.
@@ -92,7 +92,7 @@ fn around(vertices: &[Vec3], facets: &[[u32; 3]], uses: &[Use]) -> Vec<(usize, u
 
 #[cfg(test)]
 mod tests {
-    use super::{Link, pair_edges};
+    use super::{EdgeLink, pair_edges};
     use crate::geom::Vec3;
 
     /// Two wedges of a quarter turn along z that touch at the edge 0-1 only, or share the face 0-1-3 as well.
@@ -107,23 +107,23 @@ mod tests {
     fn wedges_that_touch_at_an_edge_keep_to_themselves() {
         let (vertices, facets) = wedges(4);
         let links = pair_edges(&vertices, &facets);
-        assert_eq!(links[0][2], Some(Link { facet: 1, twisted: false }));
-        assert_eq!(links[2][2], Some(Link { facet: 3, twisted: false }));
+        assert_eq!(links[0][2], Some(EdgeLink { facet: 1, twisted: false }));
+        assert_eq!(links[2][2], Some(EdgeLink { facet: 3, twisted: false }));
     }
 
     #[test]
     fn wedges_that_share_a_face_keep_to_themselves() {
         let (vertices, facets) = wedges(3);
         let links = pair_edges(&vertices, &facets);
-        assert_eq!(links[1][0], Some(Link { facet: 0, twisted: false }));
-        assert_eq!(links[2][2], Some(Link { facet: 3, twisted: false }));
+        assert_eq!(links[1][0], Some(EdgeLink { facet: 0, twisted: false }));
+        assert_eq!(links[2][2], Some(EdgeLink { facet: 3, twisted: false }));
     }
 
     #[test]
     fn the_odd_facet_out_stays_open() {
         let (vertices, facets) = wedges(4);
         let links = pair_edges(&vertices, &facets[..3]);
-        assert_eq!(links[0][2], Some(Link { facet: 1, twisted: false }));
+        assert_eq!(links[0][2], Some(EdgeLink { facet: 1, twisted: false }));
         assert_eq!(links[2][2], None);
     }
 }

@@ -23,7 +23,7 @@ pub(super) use contact::Lying;
 pub(super) use extent::{Extent, Heights, Quadratic};
 pub(super) use negated::{MinusLeaning, MinusShadow, SomeArea};
 pub(super) use negated_heights::{MinusColumns, MinusHeight, MinusHeights};
-pub(super) use tanh::Hanging;
+pub(super) use tanh::HangingTerm;
 pub(super) use volume::{Columns, quadratic};
 pub(super) use zonotope::Shadow;
 

@@ -47,7 +47,7 @@ fn less(a: &[f64], b: &[f64]) -> std::cmp::Ordering {
     a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
 }
 
-const ROOM: Limits = Limits { plans: 1, steps: u64::MAX, states: usize::MAX };
+const ROOM: SearchLimits = SearchLimits { plans: 1, steps: u64::MAX, states: usize::MAX };
 
 #[test]
 fn the_best_plan_is_the_best_of_all_sequences() {
@@ -97,7 +97,7 @@ fn the_best_k_plans_are_the_first_k_of_all_distinct_ones() {
         let mut wanted: Vec<Vec<f64>> = distinct.into_values().collect();
         wanted.sort_by(|a, b| less(a, b));
         wanted.truncate(5);
-        let got = best(&problem, &Tariff::of(&ranks), &Limits { plans: 5, ..ROOM });
+        let got = best(&problem, &Tariff::of(&ranks), &SearchLimits { plans: 5, ..ROOM });
         let costs: Vec<Vec<f64>> = got.plans.iter().map(|(_, s)| cost(s, &made, &ranks)).collect();
         assert_eq!(costs, wanted, "seed {seed}");
         compared += usize::from(wanted.len() == 5);
@@ -114,7 +114,7 @@ fn a_bound_cut_short_is_still_a_bound() {
         let problem = problem(&made, true, Priority::Together);
         let whole = best(&problem, &tariff, &ROOM);
         for steps in [0, 10, 40, 160] {
-            let short = best(&problem, &tariff, &Limits { steps, ..ROOM });
+            let short = best(&problem, &tariff, &SearchLimits { steps, ..ROOM });
             if let (Some((cost, _)), Some(bound)) = (whole.plans.first(), short.bound) {
                 assert!(short.proved || bound <= *cost, "seed {seed}, {steps} steps: {bound:?} above {cost:?}");
             }

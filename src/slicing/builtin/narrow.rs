@@ -19,7 +19,7 @@ const FAN: f64 = TAU / 18.0;
 
 /// Which beads fill which thickness, mm.
 #[derive(Clone, Copy)]
-pub(super) struct Fit {
+pub(super) struct GapFit {
     /// What is thinner is not printed.
     pub(super) least: f64,
     /// Up to here one bead fills it.
@@ -53,7 +53,7 @@ impl Stretch {
 pub(super) struct Narrow {
     border: Border,
     boxes: Boxes,
-    fit: Fit,
+    fit: GapFit,
 }
 
 /// What is seen from one place of the border.
@@ -74,7 +74,7 @@ enum Kind {
 
 impl Narrow {
     /// `pieces` is where the shape may be narrow.
-    pub(super) fn new(zone: &Region, pieces: &Region, fit: Fit) -> Self {
+    pub(super) fn new(zone: &Region, pieces: &Region, fit: GapFit) -> Self {
         let boxes = Boxes::around(pieces, 0.02);
         Self { border: Border::new(zone, &boxes, 2.0 * fit.most), boxes, fit }
     }

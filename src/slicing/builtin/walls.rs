@@ -5,7 +5,7 @@
 
 use super::Line;
 use super::join::joined;
-use super::narrow::{Fit, Narrow, Stretch, on_grid};
+use super::narrow::{GapFit, Narrow, Stretch, on_grid};
 use super::region::{Contour, Region, Shape, area_mm2, enclosed, grown, holds, minus, opened, or, pairs, units};
 use super::thickness::{Vec2, in_mm, length, plus, sub};
 use crate::section::simplify::simplified;
@@ -84,22 +84,22 @@ pub(super) fn walled(shape: &Shape, line: &Line, walls: u32) -> Walled {
 
 impl Line {
     /// Which beads fill what is narrow beside the wall `depth`: the border of the first is the part's, of the others the wall before.
-    fn fit(&self, depth: u32) -> Fit {
+    fn fit(&self, depth: u32) -> GapFit {
         let rounding = self.width_mm - self.spacing_mm;
         let least = self.narrowest_mm() - rounding;
         let one = ONE_BEAD * self.width_mm;
         match depth {
             0 => {
                 let most = self.width_mm + self.spacing_mm + least;
-                Fit { least: least / FILLED, one, most, share: FILLED, rounding }
+                GapFit { least: least / FILLED, one, most, share: FILLED, rounding }
             }
-            _ => Fit { least, one: one - rounding, most: 2.0 * self.spacing_mm + least, share: 1.0, rounding },
+            _ => GapFit { least, one: one - rounding, most: 2.0 * self.spacing_mm + least, share: 1.0, rounding },
         }
     }
 }
 
 /// Where the zone is, or may be, narrower than whole lines need.
-fn narrow_pieces(zone: &Region, fit: &Fit) -> Region {
+fn narrow_pieces(zone: &Region, fit: &GapFit) -> Region {
     let pieces = minus(zone, &opened(zone, units(fit.most) / 2));
     let counts = |shape: &Shape| {
         let one = vec![shape.clone()];

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use trunnion::geom::{Angle, Vec3};
 use trunnion::link::sim::{Logged, MachineModel, Quirks, Script, Sim};
-use trunnion::link::{Heaters, Loopback, Outcome, Program, Protocol, Retreat, Rules, Sender, SenderSettings};
+use trunnion::link::{Heaters, Loopback, Outcome, Program, ProgramRules, Protocol, Retreat, Sender, SenderSettings};
 use trunnion::motion::replay::Reading;
 use trunnion::motion::{AxisRange, LinearLimits};
 use trunnion::trace::{FeedCount, Rates, Setting};
@@ -87,7 +87,7 @@ pub(super) fn text_at(protocol: Protocol, moves: u32, feed: u32) -> String {
 
 pub(super) fn program(protocol: Protocol, text: &str) -> Arc<Program> {
     let longest_line = if protocol == Protocol::Grbl { 80 } else { 96 };
-    let rules = Rules { protocol, longest_line, setting: Setting { reading: reading(), rates: rates() } };
+    let rules = ProgramRules { protocol, longest_line, setting: Setting { reading: reading(), rates: rates() } };
     Arc::new(Program::read(text.as_bytes(), &rules).unwrap())
 }
 

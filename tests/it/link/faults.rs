@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use trunnion::link::sim::{Fault, Quirks, SURVIVABLE, Script};
+use trunnion::link::sim::{Quirks, SURVIVABLE, Script, SimFault};
 use trunnion::link::{Loopback, Notice, Outcome, Protocol, StopReason};
 
 use super::bench_machine::{
@@ -28,7 +28,7 @@ fn kinds() -> [(&'static str, Quirks); 5] {
 
 /// Each fault at one line after the other, on each kind: everything executed once.
 #[track_caller]
-fn survives(fault: Fault) {
+fn survives(fault: SimFault) {
     let program = program(MARLIN, &text(MARLIN, MOVES));
     for (kind, quirks) in kinds() {
         for line in [5, 9, 14, 36, 37, 60, 61, 62, 63, 120] {
@@ -44,7 +44,7 @@ fn survives(fault: Fault) {
 
 /// A fault at line 60 of a print: how it ended, after checking that nothing was lost or doubled before.
 #[track_caller]
-fn stops(fault: Fault) -> (StopReason, Loopback) {
+fn stops(fault: SimFault) -> (StopReason, Loopback) {
     let program = program(MARLIN, &text(MARLIN, MOVES));
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::at(&[(60, fault)]));
     let Outcome::Stopped(why) = end(&mut link) else { panic!("{fault:?} did not stop the print") };
@@ -68,48 +68,48 @@ fn row_00_without_a_fault_every_line_is_executed_once() {
 
 #[test]
 fn row_01_a_corrupt_line_goes_out_again() {
-    survives(Fault::Corrupt);
+    survives(SimFault::Corrupt);
 }
 
 #[test]
 fn row_02_a_line_that_vanishes_goes_out_again() {
-    survives(Fault::Drop);
+    survives(SimFault::Drop);
 }
 
 #[test]
 fn row_03_two_lines_run_together_go_out_again() {
-    survives(Fault::Join);
+    survives(SimFault::Join);
 }
 
 #[test]
 fn row_04_a_lost_character_is_found() {
-    survives(Fault::LoseByte);
+    survives(SimFault::LoseByte);
 }
 
 #[test]
 fn row_05_a_lost_ok_is_not_waited_for_for_ever() {
-    survives(Fault::LoseOk);
+    survives(SimFault::LoseOk);
 }
 
 #[test]
 fn row_06_a_mangled_ok_is_no_ok() {
-    survives(Fault::MangleOk);
+    survives(SimFault::MangleOk);
 }
 
 #[test]
 fn row_07_an_ok_in_two_reads_is_one_ok() {
-    survives(Fault::SplitOk);
+    survives(SimFault::SplitOk);
 }
 
 #[test]
 fn row_08_a_doubled_ok_loses_nothing() {
-    survives(Fault::DoubleOk);
+    survives(SimFault::DoubleOk);
 }
 
 #[test]
 fn row_09_a_late_ok_and_a_slow_line_are_waited_for() {
-    survives(Fault::DelayOk);
-    survives(Fault::Slow);
+    survives(SimFault::DelayOk);
+    survives(SimFault::Slow);
     // A move of ten minutes without a word from the firmware.
     let text = "G28\nG1 F60\nG1 X0 Y0\n".to_owned() + &"G1 X10 Y0\nG1 X0 Y0\n".repeat(30);
     let program = program(MARLIN, &text);
@@ -124,7 +124,7 @@ fn row_10_resend_with_and_without_its_ok() {
     let program = program(MARLIN, &text(MARLIN, MOVES));
     for ok_after_resend in [true, false] {
         let quirks = Quirks { ok_after_resend, ..Quirks::of(MARLIN) };
-        let script = Script::at(&[30, 45, 60, 75, 90].map(|line| (line, Fault::Corrupt)));
+        let script = Script::at(&[30, 45, 60, 75, 90].map(|line| (line, SimFault::Corrupt)));
         let mut link = joined(&program, settings(MARLIN), quirks, script);
         assert_eq!(end(&mut link), Outcome::Done);
         assert_once_each(&program, &executed(&mut link));
@@ -134,28 +134,28 @@ fn row_10_resend_with_and_without_its_ok() {
 
 #[test]
 fn row_11_an_error_without_resend_and_without_ok() {
-    survives(Fault::ErrorOnly);
+    survives(SimFault::ErrorOnly);
 }
 
 #[test]
 fn row_12_a_resend_of_the_line_that_is_next_anyway() {
-    survives(Fault::ResendNext);
+    survives(SimFault::ResendNext);
 }
 
 #[test]
 fn row_13_a_resend_of_an_acknowledged_line_replays_nothing() {
     // The printer's counter is asked and found intact: one stray line is not obeyed, and the print goes on.
-    survives(Fault::ResendOld);
+    survives(SimFault::ResendOld);
 }
 
 #[test]
 fn row_14_a_garbled_resend_number_is_not_obeyed() {
-    survives(Fault::GarbledResend);
+    survives(SimFault::GarbledResend);
 }
 
 #[test]
 fn row_15_an_endless_resend_stops_at_ten() {
-    let (why, link) = stops(Fault::EndlessResend);
+    let (why, link) = stops(SimFault::EndlessResend);
     assert!(matches!(why, StopReason::EndlessResend { times: 10, line } if line > 40), "{why}");
     assert!(link.sim.temperatures(link.now())[0] > 0.0);
     let asked = link.events().iter().filter(|e| matches!(e, Notice::Resend { .. })).count();
@@ -164,38 +164,42 @@ fn row_15_an_endless_resend_stops_at_ten() {
 
 #[test]
 fn row_16_noise_and_bytes_that_are_no_text() {
-    survives(Fault::Noise);
+    survives(SimFault::Noise);
 }
 
 #[test]
 fn row_17_a_reset_stops_and_nothing_is_printed_from_the_beginning() {
-    let (why, mut link) = stops(Fault::Reset);
+    let (why, mut link) = stops(SimFault::Reset);
     assert!(matches!(why, StopReason::Reset { .. }), "{why}");
     assert!(executed(&mut link).is_empty());
     // The greeting's lines may be lost too.
     let program = program(MARLIN, &text(MARLIN, MOVES));
-    let mut link =
-        joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::at(&[(60, Fault::Mute), (61, Fault::Reset)]));
+    let mut link = joined(
+        &program,
+        settings(MARLIN),
+        Quirks::of(MARLIN),
+        Script::at(&[(60, SimFault::Mute), (61, SimFault::Reset)]),
+    );
     assert!(matches!(end(&mut link), Outcome::Stopped(StopReason::Reset { .. })));
 }
 
 #[test]
 fn row_18_a_false_start_in_the_chatter_is_asked_about() {
-    survives(Fault::FalseStart);
+    survives(SimFault::FalseStart);
 }
 
 #[test]
 fn row_19_usb_gone_and_back_goes_on_with_the_next_line() {
-    survives(Fault::HangUp);
+    survives(SimFault::HangUp);
     let program = program(MARLIN, &text(MARLIN, MOVES));
-    let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::at(&[(60, Fault::HangUp)]));
+    let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), Script::at(&[(60, SimFault::HangUp)]));
     assert_eq!(end(&mut link), Outcome::Done);
     assert!(link.events().contains(&Notice::Resumed));
 }
 
 #[test]
 fn row_20_a_power_loss_stops() {
-    let (why, _) = stops(Fault::PowerLoss);
+    let (why, _) = stops(SimFault::PowerLoss);
     assert!(matches!(why, StopReason::Reset { .. }), "{why}");
 }
 
@@ -220,23 +224,23 @@ fn row_21_another_printer_is_not_printed_on() {
 
 #[test]
 fn row_22_a_mute_controller_is_given_up() {
-    let (why, link) = stops(Fault::Mute);
+    let (why, link) = stops(SimFault::Mute);
     assert!(matches!(why, StopReason::Mute { .. }), "{why}");
     assert!(link.now() < Duration::from_secs(600), "{:?}", link.now());
 }
 
 #[test]
 fn row_23_a_fatal_error_ends_the_stream() {
-    let (why, link) = stops(Fault::Fatal);
+    let (why, link) = stops(SimFault::Fatal);
     assert!(matches!(&why, StopReason::Fatal { text } if text.contains("Thermal Runaway")), "{why}");
     assert!(link.sender.pending().is_empty());
-    let (why, _) = stops(Fault::StrangeError);
+    let (why, _) = stops(SimFault::StrangeError);
     assert!(matches!(&why, StopReason::Error { text, .. } if text == "Probing Failed"), "{why}");
 }
 
 #[test]
 fn row_24_the_receive_buffer_is_never_overrun() {
-    survives(Fault::Overflow);
+    survives(SimFault::Overflow);
     // Four long lines do not fit 128 bytes: the window counts bytes too, so nothing is lost and nothing is asked for again.
     let long: String = (0..200)
         .map(|i| format!("G1 X{:.5} Y{:.5} Z10.12345 A10.12345 C120.{i:05} E0.12345\n", i as f64 * 0.1, 50.0))
@@ -360,9 +364,9 @@ fn row_29_a_restarted_host_goes_on_with_the_printers_next_line() {
 
 #[test]
 fn row_31_answers_to_somebody_else_are_not_counted() {
-    survives(Fault::StrayOk);
+    survives(SimFault::StrayOk);
     let program = program(MARLIN, &text(MARLIN, MOVES));
-    let script = Script::at(&(20..80).map(|line| (line, Fault::StrayOk)).collect::<Vec<_>>());
+    let script = Script::at(&(20..80).map(|line| (line, SimFault::StrayOk)).collect::<Vec<_>>());
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), script);
     assert_eq!(end(&mut link), Outcome::Done);
     assert_once_each(&program, &executed(&mut link));
@@ -371,7 +375,7 @@ fn row_31_answers_to_somebody_else_are_not_counted() {
 #[test]
 fn row_32_the_counter_begins_anew_before_it_is_full() {
     let program = program(MARLIN, &text(MARLIN, 400));
-    for fault in [None, Some(Fault::Corrupt), Some(Fault::LoseOk), Some(Fault::Drop)] {
+    for fault in [None, Some(SimFault::Corrupt), Some(SimFault::LoseOk), Some(SimFault::Drop)] {
         for line in 98..112 {
             let mut small = settings(MARLIN);
             small.renumber_at = 100;
@@ -386,13 +390,13 @@ fn row_32_the_counter_begins_anew_before_it_is_full() {
 #[test]
 fn row_33_grbl_a_lost_answer_or_line_stops_in_feed_hold() {
     let program = program(Protocol::Grbl, &text(Protocol::Grbl, MOVES));
-    for fault in [Fault::LoseOk, Fault::Drop, Fault::Join, Fault::DoubleOk, Fault::MangleOk] {
+    for fault in [SimFault::LoseOk, SimFault::Drop, SimFault::Join, SimFault::DoubleOk, SimFault::MangleOk] {
         let mut link =
             joined(&program, settings(Protocol::Grbl), Quirks::of(Protocol::Grbl), Script::at(&[(60, fault)]));
         let outcome = end(&mut link);
         let sound = match &outcome {
             // A doubled `ok` may be noticed before the end, or have done no harm.
-            Outcome::Done => fault == Fault::DoubleOk,
+            Outcome::Done => fault == SimFault::DoubleOk,
             Outcome::Stopped(why) => matches!(why, StopReason::Unaccounted { .. } | StopReason::Refused { .. }),
             _ => false,
         };
@@ -444,7 +448,7 @@ fn row_34_a_port_that_takes_nothing_starves_nobody() {
 fn uncounted_protocols_stop_where_they_cannot_know() {
     for protocol in [Protocol::Klipper, Protocol::RepRapFirmware] {
         let program = program(protocol, &text(protocol, MOVES));
-        for fault in [Fault::LoseOk, Fault::Drop] {
+        for fault in [SimFault::LoseOk, SimFault::Drop] {
             let mut link = joined(&program, settings(protocol), Quirks::of(protocol), Script::at(&[(60, fault)]));
             let outcome = end(&mut link);
             assert!(
@@ -452,7 +456,7 @@ fn uncounted_protocols_stop_where_they_cannot_know() {
                 "{protocol:?} {fault:?}: {outcome:?}"
             );
         }
-        for fault in [Fault::DoubleOk, Fault::StrayOk, Fault::DelayOk, Fault::SplitOk, Fault::Slow] {
+        for fault in [SimFault::DoubleOk, SimFault::StrayOk, SimFault::DelayOk, SimFault::SplitOk, SimFault::Slow] {
             let mut link = joined(&program, settings(protocol), Quirks::of(protocol), Script::at(&[(60, fault)]));
             assert_eq!(end(&mut link), Outcome::Done, "{protocol:?} {fault:?}: {:?}", link.events().last());
             assert_once_each(&program, &executed(&mut link));

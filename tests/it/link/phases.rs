@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use trunnion::link::sim::{Fault, Logged, Quirks, Script};
+use trunnion::link::sim::{Logged, Quirks, Script, SimFault};
 use trunnion::link::{
     Header, Heading, JournalSummary, Loopback, Notice, Outcome, Protocol, Record, Sender, SenderSettings, StopReason,
 };
@@ -81,7 +81,7 @@ fn a_pause_while_the_numbers_begin_anew_loses_nothing() {
 fn a_plug_pulled_while_the_numbers_begin_anew_neither_hangs_nor_doubles_a_line() {
     let (mut done, mut stopped) = (0, 0);
     for line in 94..116 {
-        let (program, mut link) = before_renumbering(Script::at(&[(line, Fault::HangUp)]));
+        let (program, mut link) = before_renumbering(Script::at(&[(line, SimFault::HangUp)]));
         match link.run(Duration::from_secs(7200)) {
             Some(Outcome::Done) => {
                 assert_once_each(&program, &executed(&mut link));
@@ -177,7 +177,8 @@ fn a_flood_of_identity_lines_is_bounded() {
 fn where_a_blank_is_wanted_behind_the_number_every_line_has_one() {
     for protocol in [MARLIN, Protocol::RepRapFirmware] {
         let program = program(protocol, &text_at(protocol, 120, 600));
-        let faults = if protocol == MARLIN { vec![(40, Fault::Corrupt), (60, Fault::LoseOk)] } else { Vec::new() };
+        let faults =
+            if protocol == MARLIN { vec![(40, SimFault::Corrupt), (60, SimFault::LoseOk)] } else { Vec::new() };
         let spaced = SenderSettings { blank_after_number: true, ..settings(protocol) };
         let mut link = joined(&program, spaced, Quirks::of(protocol), Script::at(&faults));
         link.record();

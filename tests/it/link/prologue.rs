@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use trunnion::link::sim::{Fault, Quirks, Script, Sim};
+use trunnion::link::sim::{Quirks, Script, Sim, SimFault};
 use trunnion::link::{
     Header, JournalSummary, Loopback, Notice, Outcome, Program, Protocol, Record, Sender, StopReason,
 };
@@ -33,7 +33,9 @@ fn wanted(program: &Program) -> Vec<String> {
 #[test]
 fn no_fault_in_a_re_entry_loses_a_line_of_it() {
     let program = program(MARLIN, &text(MARLIN, 80));
-    for fault in [Fault::LoseOk, Fault::MangleOk, Fault::Drop, Fault::Corrupt, Fault::DelayOk, Fault::HangUp] {
+    for fault in
+        [SimFault::LoseOk, SimFault::MangleOk, SimFault::Drop, SimFault::Corrupt, SimFault::DelayOk, SimFault::HangUp]
+    {
         for line in 1..14 {
             let mut link = entering(&program, Script::at(&[(line, fault)]));
             link.record();
@@ -48,7 +50,7 @@ fn no_fault_in_a_re_entry_loses_a_line_of_it() {
 fn a_reset_in_a_re_entry_is_a_stop_and_nothing_moves_behind_it() {
     let program = program(MARLIN, &text(MARLIN, 80));
     for line in 4..13 {
-        let mut link = entering(&program, Script::at(&[(line, Fault::Reset)]));
+        let mut link = entering(&program, Script::at(&[(line, SimFault::Reset)]));
         link.record();
         let outcome = link.run(Duration::from_secs(4 * 3600));
         let stopped = matches!(outcome, Some(Outcome::Stopped(StopReason::Reset { .. })));
@@ -145,7 +147,7 @@ fn a_host_killed_in_a_pause_comes_back_to_where_the_printer_was() {
 fn an_ok_lost_behind_a_persons_wait_is_not_waited_for_for_ever() {
     let program = program(MARLIN, &("G28\nM0\n".to_owned() + &text(MARLIN, 40)));
     for line in [4, 5] {
-        let script = Script::at(&[(line, Fault::LoseOk)]);
+        let script = Script::at(&[(line, SimFault::LoseOk)]);
         let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), script);
         link.sim.set_person(Duration::from_secs(7000));
         assert_eq!(end(&mut link), Outcome::Done);

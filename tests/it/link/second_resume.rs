@@ -7,7 +7,7 @@ mod commands;
 use std::sync::Arc;
 use std::time::Duration;
 
-use trunnion::link::sim::{Fault, Quirks, Script};
+use trunnion::link::sim::{Quirks, Script, SimFault};
 use trunnion::link::{
     Header, JournalSummary, Loopback, MachineState, Notice, Outcome, Program, Protocol, Record, Reentry, Sender,
     StopReason,
@@ -68,7 +68,7 @@ impl Journal {
 fn broken_off() -> (Arc<Program>, Loopback, Journal, Reentry) {
     let at_a_pose = text(MARLIN, 300).replace("G28\n", "G28\nG1 A0 F600\nG1 C0 F600\nG1 X0 Y0 Z5 F6000\n");
     let program = program(MARLIN, &at_a_pose);
-    let script = Script::at(&[(200, Fault::Reset)]);
+    let script = Script::at(&[(200, SimFault::Reset)]);
     let mut link = joined(&program, settings(MARLIN), Quirks::of(MARLIN), script);
     let mut journal = Journal::new();
     while link.sender.outcome().is_none() {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::super::Facets;
 use super::{Cap, Local, Minorant};
 use crate::geom::Vec3;
-use term::{Frame, Line, Sum, Term};
+use term::{Frame, LineTerm, Sum, Term};
 
 /// A facet costs `|S| (1 + tanh S) tanh h` with `S` and `h` linear in `d`: `h = max (b - v).d` over the corners `v`, so any
 /// `v` gives less, and `|S|` is the larger of `+-S`. With `v` and the sign fixed the cost is smooth, `u(S) tanh h`. Its
@@ -21,7 +21,7 @@ use term::{Frame, Line, Sum, Term};
 /// be negative (for a `v` that is not the lowest), and one that faces up too steeply to cost more than a rounding error.
 /// One that faces down steeply and lies high costs `2 S` but for 1e-10: those are one linear function, and settled.
 #[derive(Clone)]
-pub(crate) struct Hanging<'a> {
+pub(crate) struct HangingTerm<'a> {
     /// `S` is the first times the area vector, the height the second times the barycentre over the lowest point.
     factors: [f64; 2],
     facets: &'a Facets,
@@ -55,7 +55,7 @@ const WIDE: f64 = 0.4;
 /// Up to this radius (radians) the other corners are looked at as well.
 const KINKED: f64 = 0.03;
 
-impl<'a> Hanging<'a> {
+impl<'a> HangingTerm<'a> {
     pub(crate) fn of(factors: [f64; 2], facets: &'a Facets) -> Self {
         let may = Arc::new((0..facets.each.len() as u32).collect());
         Self {
@@ -76,7 +76,7 @@ impl<'a> Hanging<'a> {
         self.facets.each[i as usize].area * self.factors[0]
     }
 
-    fn height(&self, i: u32, v: &Vec3) -> Line {
+    fn height(&self, i: u32, v: &Vec3) -> LineTerm {
         self.frame.line(&((self.facets.each[i as usize].barycentre - v) * self.factors[1]))
     }
 
@@ -107,7 +107,7 @@ impl<'a> Hanging<'a> {
     }
 }
 
-impl Hanging<'_> {
+impl HangingTerm<'_> {
     /// `sum` with the facets of open sign, each with the sign it has at `e`.
     fn completed(&self, mut sum: Sum, open: &[u32], v: &Vec3, e: &Vec3) -> Minorant {
         for &i in open {
@@ -120,7 +120,7 @@ impl Hanging<'_> {
     }
 }
 
-impl<'a> Local<'a> for Hanging<'a> {
+impl<'a> Local<'a> for HangingTerm<'a> {
     fn within(&self, cap: &Cap) -> Box<dyn Local<'a> + 'a> {
         let (frame, low) = (Frame::of(cap), self.facets.lowest(&cap.centre));
         let none = (Sum::default(), Arc::default());

@@ -21,17 +21,17 @@ impl Frame {
         Self { cap: *cap, across: tangents(&cap.centre), sine: cap.sine(), drop }
     }
 
-    pub(super) fn line(&self, v: &Vec3) -> Line {
+    pub(super) fn line(&self, v: &Vec3) -> LineTerm {
         let (at, slope) = (v.dot(&self.cap.centre), self.across.map(|e| v.dot(&e)));
         let steep = length(slope);
         let stray = (steep * self.sine + at.abs() * self.drop) * (1.0 + 1e-9);
-        Line { at, slope, stray, fast: steep + at.abs() * self.sine }
+        LineTerm { at, slope, stray, fast: steep + at.abs() * self.sine }
     }
 }
 
 /// `v.d` on a cap. Along a great circle its second derivative is minus itself.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(super) struct LineTerm {
     /// At the centre.
     pub(super) at: f64,
     /// Across it.
@@ -42,7 +42,7 @@ pub(super) struct Line {
     fast: f64,
 }
 
-impl Line {
+impl LineTerm {
     /// Nowhere on the cap is it below.
     pub(super) fn least(&self) -> f64 {
         self.at - self.stray
@@ -52,8 +52,8 @@ impl Line {
 /// One facet on a cap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Term {
-    pub(super) s: Line,
-    pub(super) h: Line,
+    pub(super) s: LineTerm,
+    pub(super) h: LineTerm,
 }
 
 impl Term {
@@ -70,7 +70,7 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn of(s: &Line, ts: f64, sign: f64, is_open: bool) -> Self {
+    fn of(s: &LineTerm, ts: f64, sign: f64, is_open: bool) -> Self {
         let (s0, s1) = (s.at - s.stray, s.at + s.stray);
         let far = s0.abs().max(s1.abs());
         let near = if is_open { 0.0 } else { s0.abs().min(s1.abs()) };
@@ -96,13 +96,13 @@ impl Sizes {
 
     /// Of `u` alone: its second derivative along a great circle is nowhere below minus the first, its third exceeds the other
     /// nowhere.
-    fn along(&self, s: &Line, concave: f64) -> [f64; 2] {
+    fn along(&self, s: &LineTerm, concave: f64) -> [f64; 2] {
         let ([_, u1, u2, u3], ds, s) = (self.u, s.fast, s.at.abs() + s.stray);
         [concave * ds * ds + u1 * s, u3 * ds * ds * ds + 3.0 * u2 * ds * s + u1 * ds]
     }
 
     /// The same of `u tanh h`, by the product rule.
-    fn along_both(&self, s: &Line, h: &Line) -> [f64; 2] {
+    fn along_both(&self, s: &LineTerm, h: &LineTerm) -> [f64; 2] {
         let [u, u1, u2, _] = self.u;
         let most = h.at.abs() + h.stray;
         let [t, t1, t2, t3] = [most.min(1.0), 1.0, (2.0 * most).min(0.77), 2.0];
@@ -185,7 +185,7 @@ const LEVEL: f64 = 1.0 - 1e-9;
 
 /// The least `tanh h` on the cap, 0 where that is negative, from `th` at the centre: by the theorem of addition where `h` strays
 /// little.
-fn held(h: &Line, th: f64) -> f64 {
+fn held(h: &LineTerm, th: f64) -> f64 {
     match h.least() {
         least if least <= 0.0 => 0.0,
         _ if h.stray < 0.6 => {
@@ -202,7 +202,7 @@ fn length([a, b]: [f64; 2]) -> f64 {
 }
 
 /// Of two slopes, symmetric: by the first axis twice, by both, by the second twice.
-fn products(a: &Line, b: &Line) -> [f64; 3] {
+fn products(a: &LineTerm, b: &LineTerm) -> [f64; 3] {
     let ([a1, a2], [b1, b2]) = (a.slope, b.slope);
     [a1 * b1, 0.5 * (a1 * b2 + a2 * b1), a2 * b2]
 }
