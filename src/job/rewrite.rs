@@ -7,7 +7,7 @@ use super::{CheckedPlan, Error, Prints, Source, Verified, World};
 use crate::gcode::marks::finished_by;
 use crate::profile::Profile;
 use crate::toolpath::{
-    Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, find_moved, in_place,
+    Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, check_box, find_moved,
     read_sliced, rewrite as rewritten, slot_mesh,
 };
 
@@ -180,7 +180,7 @@ impl<'a> Assigned<'a> {
         if self.in_project {
             expected.rotate_right(1);
         }
-        if let Some(centre) = expected.iter().find(|centre| in_place(&mesh(**centre), sliced, profile).is_ok()) {
+        if let Some(centre) = expected.iter().find(|centre| check_box(&mesh(**centre), sliced, profile).is_ok()) {
             return Ok(Placed::AsPut(*centre));
         }
         let wrong = |source| {
@@ -189,7 +189,7 @@ impl<'a> Assigned<'a> {
         };
         match find_moved(&mesh([0.0; 2]), sliced, profile)? {
             Ok(moved) => {
-                in_place(&mesh(moved.centre_mm), &moved.sliced, profile).map_err(wrong)?;
+                check_box(&mesh(moved.centre_mm), &moved.sliced, profile).map_err(wrong)?;
                 Ok(Placed::Moved(Box::new(moved)))
             }
             // It is nowhere: the rewriter says what is wrong with it where it should be.

@@ -101,7 +101,11 @@ pub enum BoxMismatch {
 ///
 /// A line's centre lies half a width inside the outline, so half a width beyond it is the user's doing and not the
 /// slicer's. Sharp tips thinner than a line are not printed by any slicer; hence the median for what is missing.
-pub(super) fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
+///
+/// # Errors
+///
+/// [`BoxMismatch`] where the print does not lie where the part does.
+pub fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
     let (width, height) = (profile.process.line_width_mm, usual_step(sliced));
     let mut missing: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     let mut below = 0.0;

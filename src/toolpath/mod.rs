@@ -32,9 +32,9 @@ mod stated;
 mod turn;
 mod writer;
 
-pub use export::{BoxMismatch, SlotMesh, slot_mesh};
+pub use export::{BoxMismatch, SlotMesh, check_box, slot_mesh};
 pub use inputs::{Input, Job, RewriteError, Rewritten};
-pub use moved::{Moved, find_moved, in_place};
+pub use moved::{Moved, find_moved};
 pub use project::{Bed, Spot, TooLarge, layout};
 pub use read::read_sliced;
 pub use rewrite::rewrite;

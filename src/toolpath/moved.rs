@@ -13,7 +13,7 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use super::export::{BoxMismatch, SlotMesh, check_box};
+use super::export::{BoxMismatch, SlotMesh};
 use super::inputs::RewriteError;
 use super::items::Item;
 use super::sliced::SlicedPrint;
@@ -58,15 +58,6 @@ pub struct Moved<'a> {
     pub turn: f64,
 }
 
-/// Whether the print lies where `mesh` does, as far as its layers' boxes tell.
-///
-/// # Errors
-///
-/// [`BoxMismatch`] where it does not.
-pub fn in_place(mesh: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
-    check_box(mesh, sliced, profile)
-}
-
 /// The print whose mesh `mesh` is, its box's middle at x = y = 0, wherever on the bed it was sliced.
 ///
 /// # Errors
@@ -93,19 +84,16 @@ impl SlicedPrint<'_> {
         let mut new = Self { turn: Some(turn), ..self.clone() };
         let mut walk = new.walk();
         (new.extrusion, new.reach) = (Bounds::EMPTY, Bounds::EMPTY);
-        // The lead says it, where the first layer begins with a skirt.
-        let role_of = |span: &Range<usize>| match self.text(span).strip_prefix(b";").and_then(hint) {
-            Some(Hint::Role(role)) => Some(role),
-            _ => None,
-        };
-        let mut role = self.lead.iter().filter_map(role_of).next_back().unwrap_or_default();
+        let mut role = self.first_role();
         for layer in &mut new.layers {
             layer.extrusion = Bounds::EMPTY;
             while let Some(item) = walk.next(layer.end)? {
                 let step = match item {
                     Item::Step(step) => step,
                     Item::Keep(span) => {
-                        role = role_of(&span).unwrap_or(role);
+                        if let Some(Hint::Role(said)) = self.said(&span) {
+                            role = said;
+                        }
                         continue;
                     }
                     _ => continue,
@@ -125,6 +113,17 @@ impl SlicedPrint<'_> {
         }
         new.reach = new.reach.union(&new.extrusion);
         Ok(new)
+    }
+
+    /// What a comment says of the lines after it.
+    fn said(&self, span: &Range<usize>) -> Option<Hint> {
+        self.text(span).strip_prefix(b";").and_then(hint)
+    }
+
+    /// What the first line is: the lead says it, where the first layer begins with a skirt.
+    fn first_role(&self) -> Role {
+        let role = |span| if let Some(Hint::Role(role)) = self.said(span) { Some(role) } else { None };
+        self.lead.iter().filter_map(role).next_back().unwrap_or_default()
     }
 }
 
@@ -158,9 +157,7 @@ impl Seen {
         let step = count.div_ceil(LAYERS).max(1);
         let mut walk = sliced.walk();
         let (mut levels, mut below, mut has_roles) = (Vec::new(), 0.0, false);
-        let said = |span| sliced.text(span).strip_prefix(b";").and_then(hint);
-        let first = |hint| if let Hint::Role(role) = hint { Some(role) } else { None };
-        let mut role = sliced.lead.iter().filter_map(said).filter_map(first).next_back().unwrap_or_default();
+        let mut role = sliced.first_role();
         let mut width = sliced.widths_mm.first().copied();
         for (index, layer) in sliced.layers.iter().enumerate() {
             let middle = (layer.z + below) / 2.0;
@@ -170,7 +167,7 @@ impl Seen {
             while let Some(item) = walk.next(layer.end)? {
                 let step = match item {
                     Item::Keep(span) => {
-                        match sliced.text(&span).strip_prefix(b";").and_then(hint) {
+                        match sliced.said(&span) {
                             Some(Hint::Role(said)) => role = said,
                             Some(Hint::Width(mm)) => width = Some(mm),
                             _ => {}

@@ -172,7 +172,8 @@ impl<'a> Checker<'a> {
         let standing = parts.fold(top_of(&self.profile.table_slab()), f64::max);
         let top = standing.max(self.laid_top.filter(|(of, _)| *of == setup).map_or(f64::NEG_INFINITY, |(_, z)| z));
         let room = self.profile.transition.clearance_mm - PAUSE_SLACK_MM;
-        tip >= (top + room).min(self.limits.max.z - PAUSE_SLACK_MM)
+        // Where the axis ends below that room there is less of it, but never none.
+        tip >= (top + room).min(self.limits.max.z - PAUSE_SLACK_MM).max(top)
             && self.tally.is_pulled(self.profile.transition.retract_mm)
     }
 

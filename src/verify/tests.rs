@@ -192,6 +192,14 @@ fn command() {
     }
     // A person may be waited for above all that stands, as here before a turn.
     assert!(run(&changed(";TRUNNION slot=1", 0, "M600\n;TRUNNION slot=1"), &profile()).is_clean());
+    // Not below the post's top, though the axis end there: the head may be driven away.
+    let mut low = profile();
+    for (end, waits) in [(58.5, false), (61.0, true)] {
+        low.limits.z_mm[1] = end;
+        let lifted = changed("G1 Z130 F900", 0, &format!("G1 Z{end} F900"));
+        let report = run(&lifted.replacen(";TRUNNION slot=1", "M600\n;TRUNNION slot=1", 1), &low);
+        assert_eq!(report.counts.contains_key(&Rule::Command), !waits, "{end}: {:?}", report.findings);
+    }
     // In the profile's own start and end code they stand by right, elsewhere only by name.
     breaks(&changed("G90\nG28", 0, "G90\nM206 Z5\nG28"), &[Rule::Command]);
     let mut own = profile();

@@ -254,6 +254,13 @@ fn one_solid_that_has_no_plan_is_cut_and_says_so() {
     assert!(!folder.path().join("gate.parts.3mf").exists() && !out.exists());
 }
 
+#[test]
+fn a_round_body_on_a_slant_is_verified_with_every_slicer() {
+    let folder = folder();
+    let done = is_verified(folder.path(), "wye", &solids::wye(), &[]);
+    assert_eq!(done["cut"]["planes"].as_array().map(Vec::len), Some(1));
+}
+
 /// The README's recipe is run as it is printed, on a model that must be cut.
 #[test]
 fn the_recipe_of_the_readme_works_as_printed() {

@@ -221,17 +221,23 @@ fn respelt(text: &str, seed: u64) -> String {
     out
 }
 
+/// The only print of `plan` from the built-in slicer, and its text without the checksum, so that it may be changed.
+fn sliced(folder: &Path, plan: &Path) -> (PathBuf, String) {
+    let mut command = trunnion();
+    command.arg("slice").arg(plan).args(["--slicer", "builtin", "-q", "-o"]).arg(folder);
+    let run = command.output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    let file = folder.join("print-00-part-0.gcode");
+    let mut text = std::fs::read_to_string(&file).unwrap();
+    text.truncate(text.rfind("; crc32 = ").unwrap());
+    (file, text)
+}
+
 #[test]
 fn however_a_file_is_spelt_its_lines_are_the_same() {
     let folder = folder();
     let plan = planned(folder.path(), Path::new(&fixture("cube")));
-    let mut command = trunnion();
-    command.arg("slice").arg(&plan).args(["--slicer", "builtin", "-q", "-o"]).arg(folder.path());
-    let run = command.output().unwrap();
-    assert!(run.status.success(), "{}", said(&run));
-    let file = folder.path().join("print-00-part-0.gcode");
-    let mut text = std::fs::read_to_string(&file).unwrap();
-    text.truncate(text.rfind("; crc32 = ").unwrap());
+    let (file, text) = sliced(folder.path(), &plan);
     let wanted = laid(text.as_bytes());
     for seed in 0..12 {
         let other = respelt(&text, seed);
@@ -288,13 +294,7 @@ fn a_print_is_found_wherever_it_was_moved_or_turned() {
     let model = folder.path().join("angle.stl");
     std::fs::write(&model, angle()).unwrap();
     let plan = planned(folder.path(), &model);
-    let mut command = trunnion();
-    command.arg("slice").arg(&plan).args(["--slicer", "builtin", "-q", "-o"]).arg(folder.path());
-    let run = command.output().unwrap();
-    assert!(run.status.success(), "{}", said(&run));
-    let file = folder.path().join("print-00-part-0.gcode");
-    let mut text = std::fs::read_to_string(&file).unwrap();
-    text.truncate(text.rfind("; crc32 = ").unwrap());
+    let (file, text) = sliced(folder.path(), &plan);
     let rewritten = |text: &str| {
         std::fs::write(&file, text).unwrap();
         let run = rewrite(std::slice::from_ref(&file), &plan, &[]);

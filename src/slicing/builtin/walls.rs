@@ -109,10 +109,10 @@ fn narrow_pieces(zone: &Region, fit: &GapFit) -> Region {
 }
 
 /// How far a whole line may leave its course where points are dropped, grid units: 12 micrometres, as PrusaSlicer does.
-const COURSE: f64 = 120.0;
+const THINNED: f64 = 120.0;
 
 fn whole(ring: &Contour, depth: u32) -> Bead {
-    Bead { points: simplified(ring, COURSE), closed: true, depth, widths: Vec::new() }
+    Bead { points: simplified(ring, THINNED), closed: true, depth, widths: Vec::new() }
 }
 
 /// The walls of a zone with narrow `pieces`; what of it the beads in these fill, and what lies around the ends of lines.

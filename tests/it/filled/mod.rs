@@ -6,6 +6,7 @@
 
 mod clock;
 mod configured;
+mod moves;
 mod raster;
 mod shapes;
 mod travels;

@@ -6,6 +6,8 @@ use std::f64::consts::PI;
 use trunnion::geom::{Slot, Vec3};
 use trunnion::mesh::TriangleMesh;
 
+use super::moves::{Step, steps};
+
 /// The grid's cells, mm.
 const CELL_MM: f64 = 0.025;
 
@@ -45,38 +47,19 @@ impl Bead {
 
 const FILAMENT_MM2: f64 = PI / 4.0 * 1.75 * 1.75;
 
-/// The printing moves of a file with relative E, or with absolute E and G92.
+/// The printing moves of a file.
 pub(crate) fn beads(gcode: &str) -> Vec<Bead> {
-    let (mut at, mut last_e, mut relative) = ([0.0; 3], 0.0, false);
     let (mut path, mut along) = (0, 0.0);
     let mut found = Vec::new();
-    for line in gcode.lines() {
-        let code = line.split(';').next().unwrap();
-        let mut words = code.split_whitespace();
-        let command = words.next().unwrap_or_default();
-        let word =
-            |letter: char| code.split_whitespace().skip(1).find_map(|w| w.strip_prefix(letter)?.parse::<f64>().ok());
-        match command {
-            "M83" => relative = true,
-            "M82" => relative = false,
-            "G92" => last_e = word('E').unwrap_or(last_e),
-            "G1" | "G0" => {
-                let from = at;
-                for (i, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
-                    at[i] = word(letter).unwrap_or(at[i]);
-                }
-                let e = word('E').map_or(0.0, |e| if relative { e } else { e - last_e });
-                last_e = word('E').unwrap_or(last_e);
-                let length = (at[0] - from[0]).hypot(at[1] - from[1]);
-                if e > 0.0 && length > 0.0 {
-                    let [from, to] = [from, at].map(|p| [p[0], p[1]]);
-                    found.push(Bead { from, to, z: at[2], e, path, along });
-                    along += length;
-                } else if length > 0.0 {
-                    (path, along) = (path + 1, 0.0);
-                }
-            }
-            _ => {}
+    for Step { from, to, e, .. } in steps(gcode) {
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        if e > 0.0 && length > 0.0 {
+            let z = to[2];
+            let [from, to] = [from, to].map(|p| [p[0], p[1]]);
+            found.push(Bead { from, to, z, e, path, along });
+            along += length;
+        } else if length > 0.0 {
+            (path, along) = (path + 1, 0.0);
         }
     }
     found

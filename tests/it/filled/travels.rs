@@ -7,6 +7,7 @@ use trunnion::geom::Slot;
 use trunnion::mesh::TriangleMesh;
 use trunnion::slicing::{BuiltIn, SliceJob, SliceSettings, Slicer};
 
+use super::moves::{Step, steps};
 use super::raster::{cut, spans};
 use super::shapes::{self, Named};
 use super::{prusa_slicer, skip};
@@ -44,43 +45,6 @@ impl fmt::Display for Travels {
         let anchor = self.anchor().map_or("-".to_owned(), |mm| format!("{mm:.2}"));
         write!(f, "{count:7} {length:9.0} {outside:9.0} {pulls:6} {close:5} {anchor:>6}")
     }
-}
-
-/// A move as it stands in the file.
-struct Step {
-    from: [f64; 3],
-    to: [f64; 3],
-    e: f64,
-    bridge: bool,
-}
-
-fn steps(gcode: &str) -> Vec<Step> {
-    let (mut at, mut last_e, mut relative, mut bridge) = ([0.0; 3], 0.0, false, false);
-    let mut found = Vec::new();
-    for line in gcode.lines() {
-        if let Some(kind) = line.strip_prefix(";TYPE:") {
-            bridge = kind.starts_with("Bridge");
-        }
-        let code = line.split(';').next().unwrap();
-        let word =
-            |letter: char| code.split_whitespace().skip(1).find_map(|w| w.strip_prefix(letter)?.parse::<f64>().ok());
-        match code.split_whitespace().next().unwrap_or_default() {
-            "M83" => relative = true,
-            "M82" => relative = false,
-            "G92" => last_e = word('E').unwrap_or(last_e),
-            "G1" | "G0" => {
-                let from = at;
-                for (i, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
-                    at[i] = word(letter).unwrap_or(at[i]);
-                }
-                let e = word('E').map_or(0.0, |e| if relative { e } else { e - last_e });
-                last_e = word('E').unwrap_or(last_e);
-                found.push(Step { from, to: at, e, bridge });
-            }
-            _ => {}
-        }
-    }
-    found
 }
 
 /// Counts what a file does with this mesh, layers `height` thick.
