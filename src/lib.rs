@@ -38,6 +38,7 @@
 //!
 #![doc = include_str!("ARCHITECTURE.md")]
 
+pub mod assembly;
 #[doc(hidden)]
 pub mod cli;
 pub mod document;

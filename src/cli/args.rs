@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
-use crate::job::{PlanOptions, SlicingOptions, SplitOptions};
+use crate::job::{Arrangement, PlanOptions, SlicingOptions, SplitOptions};
 
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
 #[derive(Parser)]
@@ -74,6 +74,26 @@ pub(super) struct ModelArgs {
     /// Mend what is safe to mend: flipped facets, doubled facets, plane holes
     #[arg(long)]
     pub(super) repair: bool,
+}
+
+/// How models are set up before they are planned.
+#[derive(ClapArgs)]
+pub(super) struct ArrangeArgs {
+    /// More models for the same table; MODEL*3 for three of one
+    #[arg(value_name = "MODEL[*COUNT]")]
+    pub(super) more: Vec<String>,
+    /// Direction of the file that is up [default: as drawn]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
+    pub(super) up: Option<String>,
+    /// Stand the model on this part's largest face below which there is nothing
+    #[arg(long, value_name = "PART", conflicts_with = "more")]
+    pub(super) base: Option<usize>,
+    /// Close gaps between parts up to this width, and cut overlapping parts along each other; 0 leaves both
+    #[arg(long, default_value_t = Arrangement::default().snap_mm, value_name = "MM")]
+    pub(super) snap: f64,
+    /// Room between models [default: as far as the head reaches sideways; less where the table is too small]
+    #[arg(long, value_name = "MM")]
+    pub(super) gap: Option<f64>,
 }
 
 /// The machine.
@@ -173,6 +193,8 @@ pub(super) struct Prepare {
     #[command(flatten)]
     pub(super) model: ModelArgs,
     #[command(flatten)]
+    pub(super) arrange: ArrangeArgs,
+    #[command(flatten)]
     pub(super) machine: MachineArgs,
     /// The file for the machine; written only if nothing is found wrong with it
     #[arg(short, long, value_name = "OUT.gcode")]
@@ -260,6 +282,8 @@ pub(super) struct Orient {
 pub(super) struct Plan {
     #[command(flatten)]
     pub(super) model: ModelArgs,
+    #[command(flatten)]
+    pub(super) arrange: ArrangeArgs,
     #[command(flatten)]
     pub(super) machine: MachineArgs,
     /// The plan file

@@ -1,30 +1,36 @@
 //! `trunnion plan`
 
-use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 use super::args::Plan as Verb;
 use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, why};
-use crate::document;
-use crate::job::{self, Error, OutputFile, PlanRequest, PlanResult};
+use crate::document::{self, text};
+use crate::job::{self, Error, OutputFile, Outputs, PlanRequest, PlanResult};
 use crate::planning::Slot;
-use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
-    let read = [args.model.model.as_path()].into_iter().chain(profile.as_deref());
-    let mut outputs = outputs(read);
+    let models = args.arrange.files(&args.model);
+    let mut outputs = outputs(models.iter().map(PathBuf::as_path).chain(profile.as_deref()));
     let output = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let parts_file = args.output.as_deref().map(parts_file);
+    let parts = parts_file.as_deref().map(|path| claim_parts(path, &mut outputs)).transpose()?.flatten();
     let picture = args.sheet.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let mut options = args.plan.options()?;
     options.plans = args.top.unwrap_or(1);
     options.kept_in = folder_of(args.output.as_deref());
-    let request = PlanRequest { model: args.model.source()?, machine: args.machine.source(), options };
+    let (model, arrangement) = args.arrange.request(&args.model, parts_file.as_deref())?;
+    let request = PlanRequest { model, machine: args.machine.source(), arrangement, options };
     if args.all {
         return list(&request, args.limit, console);
     }
     let made = explained(job::plan(&request, &console.world()), picture.as_ref(), console)?;
+    told(&made, console);
     search(&made, console);
+    if let (Some(arranged), Some(path)) = (&made.arranged, parts_file.as_deref()) {
+        write_parts(path, parts.as_ref(), &arranged.bytes, console)?;
+    }
     if let Some(output) = &output {
         output.write(made.plan.plan.to_text().as_bytes())?;
     }
@@ -34,12 +40,43 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::planned(&made));
     } else {
-        console.result(&text(&made));
+        console.result(&text::planned(&made));
         if args.top.is_some() {
-            console.result(&comparison(&made));
+            console.result(&text::comparison(&made));
         }
     }
     Ok(())
+}
+
+/// The file beside `output` for a model that is not as it was read: `OUT.parts.3mf`.
+pub(super) fn parts_file(output: &Path) -> PathBuf {
+    output.with_extension("parts.3mf")
+}
+
+/// The right to write it; none where the model is such a file itself.
+pub(super) fn claim_parts(path: &Path, outputs: &mut Outputs) -> Result<Option<OutputFile>, Failure> {
+    match outputs.claim(path) {
+        Err(Error::Twice { .. }) => Ok(None),
+        claimed => Ok(Some(claimed?)),
+    }
+}
+
+/// Writes it.
+pub(super) fn write_parts(
+    path: &Path,
+    file: Option<&OutputFile>,
+    bytes: &[u8],
+    console: &Console,
+) -> Result<(), Failure> {
+    let what = "an input, and would be written anew";
+    file.ok_or_else(|| Error::Twice { path: path.to_owned(), what })?.write(bytes)?;
+    console.note(&format!("the model as it is printed is in {}", path.display()));
+    Ok(())
+}
+
+/// What was done to the model before.
+pub(super) fn told(made: &PlanResult, console: &Console) {
+    made.arranged.iter().flat_map(|arranged| &arranged.changes).for_each(|change| console.note(change));
 }
 
 /// Where there is no plan, says why, and what would help.
@@ -75,7 +112,7 @@ fn list(request: &PlanRequest, most: usize, console: &Console) -> Result<(), Fai
         if console.json() {
             listed.push(slots);
         } else {
-            console.result(&line(&slots));
+            console.result(&text::sequence(&slots));
         }
     })?;
     let (count, complete, seconds) = (done.count, done.complete, done.seconds);
@@ -87,81 +124,4 @@ fn list(request: &PlanRequest, most: usize, console: &Console) -> Result<(), Fai
         console.note(&format!("{count} sequences and more; --limit and --budget say how many, {seconds:.2} s"));
     }
     Ok(())
-}
-
-/// A sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
-fn line(slots: &[Slot]) -> String {
-    let setup = |prints: &Vec<&crate::planning::Print>| {
-        let parts: Vec<String> = prints.iter().map(|p| p.part.to_string()).collect();
-        format!("{} @ {} {}", parts.join(","), prints[0].tilt_deg, prints[0].rotation_deg)
-    };
-    let slot = |slot: &Slot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
-    slots.iter().map(slot).collect::<Vec<_>>().join(" | ")
-}
-
-pub(super) fn text(made: &PlanResult) -> String {
-    let k = &made.plan.machine.profile.kinematics;
-    let mut out = String::new();
-    for slot in &made.plan.plan.slots {
-        let _ = writeln!(out, "slot {}", slot.id);
-        for setup in slot.setups() {
-            let parts: Vec<String> = setup.iter().map(|p| p.part.to_string()).collect();
-            let (a, c) = (setup[0].tilt_deg, setup[0].rotation_deg);
-            let which = if parts.len() == 1 { "part" } else { "parts" };
-            let _ = writeln!(out, "  {}{a} {}{c}: {which} {}", k.tilt.letter, k.rotation.letter, parts.join(", "));
-        }
-    }
-    let best = made.best();
-    for w in &best.within_slots {
-        let (minutes, by_layer) = (w.seconds / 60.0, w.seconds_layer_by_layer / 60.0);
-        let _ = writeln!(
-            out,
-            "slot {}, pose by pose: {}, {minutes:.1} min; layer by layer it would be {}, {by_layer:.0} min",
-            w.slot,
-            counted(w.turns, "turn"),
-            counted(w.turns_layer_by_layer, "turn")
-        );
-    }
-    let name = if made.objective == "bss" { "building sequence size" } else { &made.objective };
-    let proof = if best.value <= best.lower_bound { "the least possible" } else { "not proved least" };
-    let _ = writeln!(
-        out,
-        "{name} {} (at least {}: {proof}), {}, planned clearance {:.2} mm, {:.2} s",
-        shown(best.value),
-        shown(best.lower_bound),
-        counted(best.pose_changes, "pose change"),
-        best.clearance_mm,
-        made.seconds
-    );
-    out
-}
-
-/// The plans beside each other.
-fn comparison(made: &PlanResult) -> String {
-    let mut out =
-        format!("{:>4} {:>14} {:>6} {:>6} {:>6} {:>9}\n", "plan", made.objective, "slots", "bss", "poses", "time");
-    for (i, p) in made.plans.iter().enumerate() {
-        let (slots, minutes) = (p.slots.len(), p.seconds / 60.0);
-        let value = shown(p.value);
-        let (size, poses, staircase) = (p.sequence_size, p.pose_changes, p.staircase);
-        let _ = writeln!(
-            out,
-            "{i:>8} {value:>14} {slots:>6} {size:>6} {poses:>6} {minutes:>5.0} min {:>8} mm3 {staircase:>10.4}",
-            0
-        );
-    }
-    if let Some(plain) = &made.three_axis {
-        let (minutes, support, staircase) = (plain.seconds / 60.0, plain.support_mm3, plain.staircase);
-        let _ = writeln!(
-            out,
-            "{:>8} {:>14} {:>6} {:>6} {:>6} {minutes:>5.0} min {support:>8.0} mm3 {staircase:>10.4}",
-            "3 axes", "-", "-", "-", 0
-        );
-    }
-    out
-}
-
-/// Whole numbers as such, others to six digits.
-fn shown(value: f64) -> String {
-    if value.fract() == 0.0 { format!("{value}") } else { format!("{value:.6}") }
 }

@@ -5,23 +5,23 @@ use std::path::PathBuf;
 use super::args::Prepare as Verb;
 use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, plan, send, verify};
-use crate::document;
+use crate::document::{self, text};
 use crate::job::{
-    self, Bar, Cutting, OutputFile, Outputs, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step,
-    World,
+    self, Bar, Cutting, OutputFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, World,
 };
 use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
     let profile = profile_file(&args.machine.profile);
-    let read = [args.model.model.as_path()].into_iter().chain(profile.as_deref());
+    let models = args.arrange.files(&args.model);
+    let read = models.iter().map(PathBuf::as_path).chain(profile.as_deref());
     let mut outputs = outputs(read.chain(configs));
     let output = outputs.claim(&args.output)?;
     let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let journal = args.port.as_ref().map(|_| send::journal(&mut outputs, &args.output, &args.stream)).transpose()?;
     let sheet = args.sheet.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let parts = parts(args, &mut outputs)?;
+    let parts = plan::claim_parts(&plan::parts_file(&args.output), &mut outputs)?;
     let done = work(args, &output, [plan, sheet, parts], console);
     if done.is_err() {
         console.set_aside(&output)?;
@@ -35,34 +35,23 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     send::stream(&request, (port, &journal), &args.stream, console)
 }
 
-/// The right to write the parts of a model that is cut; none where that is not wanted, or where the model is such a file itself.
-fn parts(args: &Verb, outputs: &mut Outputs) -> Result<Option<OutputFile>, Failure> {
-    if args.split == "never" {
-        return Ok(None);
-    }
-    match outputs.claim(&parts_file(args)) {
-        Err(job::Error::Twice { .. }) => Ok(None),
-        claimed => Ok(Some(claimed?)),
-    }
-}
-
-fn parts_file(args: &Verb) -> PathBuf {
-    args.output.with_extension("parts.3mf")
-}
-
 fn work(
     args: &Verb,
     output: &OutputFile,
     [plan_out, sheet, parts]: [Option<OutputFile>; 3],
     console: &Console,
 ) -> Result<PrepareResult, Failure> {
-    let file = parts_file(args).display().to_string();
+    let parts_file = plan::parts_file(&args.output);
+    let (model, arrangement) = args.arrange.request(&args.model, Some(&parts_file))?;
+    let may_cut = parts.is_some() && args.split != "never";
+    let file = parts_file.display().to_string();
     let request = PrepareRequest {
-        model: args.model.source()?,
+        model,
         machine: args.machine.source(),
+        arrangement,
         plan: PlanOptions { kept_in: folder_of(args.plan_out.as_deref()), ..args.plan.options()? },
         slicing: args.slicing.options(&args.bed)?,
-        cutting: parts.as_ref().map_or(Cutting::Never, |_| Cutting::Auto { file }),
+        cutting: if may_cut { Cutting::Auto { file } } else { Cutting::Never },
     };
     let teller = Teller(console);
     let done = job::prepare(&request, &World { progress: &teller, ..console.world() });
@@ -76,10 +65,12 @@ fn work(
     if let Some(sheet) = sheet {
         sheet.write(done.planned.sheet().as_bytes())?;
     }
-    if let Some((cut, parts)) = done.cut.as_ref().zip(parts) {
-        parts.write(&cut.bytes)?;
+    if let Some(cut) = &done.cut {
         let seconds = done.gcode.report().map_or(0.0, |report| report.seconds_print);
-        console.note(&format!("{}; the parts are in {}", cut.story(seconds), cut.file));
+        console.note(&cut.story(seconds));
+        plan::write_parts(&parts_file, parts.as_ref(), &cut.bytes, console)?;
+    } else if let Some(arranged) = &done.planned.arranged {
+        plan::write_parts(&parts_file, parts.as_ref(), &arranged.bytes, console)?;
     }
     output.write(done.gcode.program())?;
     if let Some(report) = done.gcode.report() {
@@ -115,8 +106,9 @@ impl Progress for Teller<'_> {
                 self.0.note(&format!("{} in {}", counted(model.model.parts.len(), "part"), model.file))
             }
             Step::Planned(made) => {
+                plan::told(made, self.0);
                 plan::search(made, self.0);
-                self.0.note(plan::text(made).trim_end());
+                self.0.note(text::planned(made).trim_end());
             }
             Step::Sliced(done) => {
                 let (prints, by) = (counted(done.sliced.len(), "print"), &done.slicer);

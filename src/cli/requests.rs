@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::Failure;
-use super::args::{BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs};
+use super::args::{ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs};
 use crate::job::{
-    Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanSource, SlicingOptions,
-    Source, interrupts,
+    Arrangement, Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanSource,
+    SlicingOptions, Source, Standing, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -20,6 +20,57 @@ impl ModelArgs {
         let unit = unit.map_err(|e| Failure::Usage(e.to_string()))?;
         Ok(ModelSource { source: Source::from(&self.model), unit, repair: self.repair })
     }
+}
+
+impl ArrangeArgs {
+    /// The first model and how all are set up; `file` is where an arranged model is to be kept.
+    pub(super) fn request(
+        &self,
+        model: &ModelArgs,
+        file: Option<&Path>,
+    ) -> Result<(ModelSource, Arrangement), Failure> {
+        let first = model.source()?;
+        let of = |word: &str| {
+            let (name, copies) = copies(word);
+            (ModelSource { source: Source::from(name), ..first.clone() }, copies)
+        };
+        let (named, copies) = of(&model.model.to_string_lossy());
+        let standing = match (&self.up, self.base) {
+            (Some(text), _) => Standing::Up(direction(text)?),
+            (None, Some(part)) => Standing::On(part),
+            (None, None) => Standing::AsDrawn,
+        };
+        let arrangement = Arrangement {
+            snap_mm: self.snap,
+            standing,
+            copies,
+            beside: self.more.iter().map(|word| of(word)).collect(),
+            gap_mm: self.gap,
+            file: file.map(|path| path.display().to_string()),
+        };
+        Ok((named, arrangement))
+    }
+
+    /// The files that are read.
+    pub(super) fn files(&self, model: &ModelArgs) -> Vec<PathBuf> {
+        let first = model.model.to_string_lossy();
+        std::iter::once(&*first).chain(self.more.iter().map(String::as_str)).map(|w| copies(w).0.into()).collect()
+    }
+}
+
+/// `A.stl*3`: the file and how many; one where nothing is said, or where that is the file's own name.
+fn copies(word: &str) -> (&str, usize) {
+    let said = word.rsplit_once('*').and_then(|(name, count)| Some((name, count.parse().ok()?)));
+    said.filter(|_| !Path::new(word).exists()).unwrap_or((word, 1))
+}
+
+/// `--up X,Y,Z`.
+fn direction(text: &str) -> Result<[f64; 3], Failure> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|t| t.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
+    numbers
+        .and_then(|v| v.try_into().ok())
+        .ok_or_else(|| Failure::Usage(format!("--up {text}: not a direction; write three numbers, as --up 0,-1,0")))
 }
 
 impl MachineArgs {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::job::SplitResult;
-use crate::mesh::{Interface, Model, Part};
+use crate::mesh::{Interface, Model, Part, nearest};
 use crate::split::{CutMade, CutPart, PatchLeft, Unsupported};
 
 /// Patches smaller than this are rounding, mm²: they count in the sums and are not listed.
@@ -26,8 +26,14 @@ pub fn inspected(model: &Model) -> Value {
         "interfaces": model.interfaces.iter().map(interface).collect::<Vec<_>>(),
         "on_table": model.on_table,
         "floating": model.floating(),
+        "apart": apart(model).iter().map(|(part, (other, mm))| json!({"part": part, "nearest": other, "mm": mm})).collect::<Vec<_>>(),
         "warnings": model.warnings,
     })
+}
+
+/// The parts that hang together with nothing that stands, each with the part nearest to it and the distance, mm.
+pub(super) fn apart(model: &Model) -> Vec<(usize, (usize, f64))> {
+    model.floating().into_iter().filter_map(|part| Some((part, nearest(&model.parts, part)?))).collect()
 }
 
 /// `trunnion split`: planes, parts in the order of printing, what needs support before and after.

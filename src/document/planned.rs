@@ -21,6 +21,9 @@ pub fn planned(made: &PlanResult) -> Value {
         if made.plans.len() > 1 {
             map.insert("alternatives".to_owned(), made.plans.iter().map(alternative).collect());
         }
+        if let Some(arranged) = &made.arranged {
+            map.insert("arranged".to_owned(), json!({"file": arranged.file, "changes": arranged.changes}));
+        }
         if let Some(plain) = &made.three_axis {
             let (seconds, support, staircase) = (plain.seconds, plain.support_mm3, plain.staircase);
             let row = json!({"seconds_print_estimate": seconds, "support_mm3": support, "staircase": staircase});

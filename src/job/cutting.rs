@@ -1,7 +1,8 @@
 //! One solid that has no plan as it is: cut by planes, and its parts planned. The model itself is never changed: the parts are a
 //! model of their own, for whoever asked to write beside the output.
 
-use super::plan::{planned, spanning};
+use super::load::spanning;
+use super::plan::planned;
 use super::split::cut_up;
 use super::{Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, SplitOptions, SplitResult, World};
 use crate::spelling::counted;

@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::{BadSetting, BadSimulation, NoPlan, Rejected};
+use crate::assembly::FitError;
 use crate::link::serial::PortError;
 use crate::link::{JournalError, ProgramError, Unfit};
 use crate::mesh::{MeshError, UnknownUnit};
@@ -166,6 +167,9 @@ pub enum Error {
     /// A model that does not lie on its table.
     #[error(transparent)]
     Misplaced(#[from] Misplaced),
+    /// Parts that cannot be made to meet.
+    #[error(transparent)]
+    Fit(#[from] FitError),
     /// A plan that is none, or is stale.
     #[error(transparent)]
     Plan(#[from] PlanError),

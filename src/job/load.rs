@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::plan::spanning;
 use super::source::{MachineSource, ModelSource, Source};
-use super::{Error, World};
+use super::{BadSetting, Error, World};
 use crate::mesh::{Model, ReadOptions, Unit, read_model};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
-use crate::profile::{Base, Origin, Profile, resolve, resolve_over, shipped};
+use crate::profile::{Base, Origin, Profile, check_number, resolve, resolve_over, shipped};
 
 /// A model with what identifies it.
 #[derive(Clone, Debug)]
@@ -36,10 +35,20 @@ impl LoadedModel {
 ///
 /// [`Error::Mesh`], and what keeps a file from being read.
 pub fn load_model(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
+    let loaded = read_quietly(from, world)?;
+    tell(&loaded.model.warnings, world);
+    Ok(loaded)
+}
+
+pub(super) fn tell(warnings: &[String], world: &World<'_>) {
+    warnings.iter().for_each(|text| world.progress.warning(text));
+}
+
+/// Reads a model; its warnings are kept in it, and not told.
+pub(super) fn read_quietly(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
     let bytes = from.source.bytes(world)?;
     let file = from.source.name().into_owned();
     let model = read_model(&bytes, &file, &ReadOptions { unit: from.unit, repair: from.repair })?;
-    model.warnings.iter().for_each(|w| world.progress.warning(w));
     Ok(LoadedModel { model, file, sha256: sha256_hex(&bytes), path: from.source.path().map(Path::to_owned) })
 }
 
@@ -98,6 +107,19 @@ impl LoadedProfile {
         }
         Ok(out)
     }
+}
+
+/// The machine with the span that is asked for in the place of its own.
+///
+/// # Errors
+///
+/// [`BadSetting::Number`] for a span that no profile may have.
+pub(super) fn spanning(mut machine: LoadedProfile, bridge_mm: Option<f64>) -> Result<LoadedProfile, BadSetting> {
+    if let Some(mm) = bridge_mm {
+        check_number("process.bridge_mm", mm).map_err(|source| BadSetting::Number { name: "bridge", source })?;
+        machine.profile.process.bridge_mm = mm;
+    }
+    Ok(machine)
 }
 
 fn named(name: &str, path: Option<&Path>, kept_in: Option<&Path>, world: &World<'_>) -> String {

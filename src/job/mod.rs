@@ -16,6 +16,7 @@
 //! JSON here, no flags and no terminal: those are the command's.
 //! Lengths mm, angles degrees, times seconds where a name does not say otherwise.
 
+mod arrange;
 mod bench;
 mod cutting;
 mod error;
@@ -36,6 +37,7 @@ mod verify;
 mod world;
 
 pub use crate::toolpath::{Bed, Spot};
+pub use arrange::{ArrangedModel, Arrangement, Standing};
 pub use bench::Bench;
 pub use cutting::{CutModel, Cutting};
 pub use error::{Error, in_words, remedy};

@@ -1,12 +1,13 @@
 //! The main job: from a model to a verified program, in memory.
 
+use super::arrange::arranged;
 use super::cutting::{CutModel, Cutting, planned_or_cut};
 use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
 use super::{
-    Error, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult, SlicerName, SlicingOptions,
-    Verified, World, load_model, load_profile,
+    Arrangement, Error, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult, SlicerName,
+    SlicingOptions, Verified, World, load_profile,
 };
 use crate::slicing::Flaw;
 use crate::toolpath::{Input, Segment, SlicedError};
@@ -18,6 +19,8 @@ pub struct PrepareRequest {
     pub model: ModelSource,
     /// The machine.
     pub machine: MachineSource,
+    /// How the model is set up before.
+    pub arrangement: Arrangement,
     /// How to plan.
     pub plan: PlanOptions,
     /// How to slice.
@@ -32,7 +35,8 @@ impl PrepareRequest {
         let (plan, slicing) = (PlanOptions::default(), SlicingOptions::default());
         let model = model.into();
         let cutting = Cutting::Auto { file: format!("{}.parts.3mf", model.source.name()) };
-        Self { model, machine: machine.into(), plan, slicing, cutting }
+        let arrangement = Arrangement::default();
+        Self { model, machine: machine.into(), arrangement, plan, slicing, cutting }
     }
 }
 
@@ -86,12 +90,13 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
         (now - before).as_secs_f64()
     };
     let machine = load_profile(&request.machine, world)?;
-    let model = load_model(&request.model, world)?;
+    let (model, arranged) = arranged(&request.model, &request.arrangement, &machine, world)?;
     seconds.read = lap();
     world.progress.reached(Step::Read(&model));
     // A slicer that is not there is found out before the long search.
     let slicer = request.slicing.slicer(world)?;
     let (plan, cut) = planned_or_cut(model, machine, (&request.plan, &request.cutting), world)?;
+    let plan = plan.of_arranged(arranged);
     seconds.orient = plan.orient_seconds;
     seconds.plan = (lap() - seconds.orient).max(0.0);
     world.progress.reached(Step::Planned(&plan));

@@ -70,6 +70,22 @@ pub enum BadSetting {
         /// What there is, mm².
         most: f64,
     },
+    /// A direction without length.
+    #[error("{name} 0,0,0: not a direction; give one as x,y,z, for example 0,0,1")]
+    NoDirection {
+        /// The setting.
+        name: &'static str,
+    },
+    /// A part that the model cannot stand on.
+    #[error(
+        "base {part}: part {part} ({name}) has no plane face that everything else lies above; give the direction itself as up"
+    )]
+    NoBase {
+        /// The part.
+        part: usize,
+        /// Its name.
+        name: String,
+    },
     /// An objective that is none.
     #[error("{name}: {source}")]
     Objective {

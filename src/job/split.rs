@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::plan::spanning;
+use super::load::spanning;
 use super::{
     BadSetting, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World, load_model, load_profile,
 };

@@ -14,15 +14,16 @@ struct Node {
     second: u32,
 }
 
-/// The boxes of a mesh's facets, halved at the median of their longest axis.
-pub(super) struct BoxTree {
+/// The boxes of a mesh's facets, halved at the median of their longest axis: says which facets may touch a given box.
+pub struct BoxTree {
     boxes: Vec<Bounds>,
     order: Vec<u32>,
     nodes: Vec<Node>,
 }
 
 impl BoxTree {
-    pub(super) fn new<F>(mesh: &TriangleMesh<F>) -> Self {
+    /// Of all facets of `mesh`; `O(n log n)`.
+    pub fn new<F>(mesh: &TriangleMesh<F>) -> Self {
         let boxes: Vec<Bounds> = (0..mesh.facets().len()).map(|index| Bounds::of(mesh.corners(index))).collect();
         let order = (0..boxes.len() as u32).collect();
         let mut tree = Self { nodes: Vec::with_capacity(boxes.len() / 2 + 1), order, boxes };

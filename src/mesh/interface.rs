@@ -67,24 +67,12 @@ impl Near<'_> {
         let [part_a, part_b] = self.parts;
         let (mut facets_a, mut facets_b) = (BTreeMap::new(), BTreeMap::new());
         let mut normal = Vec3::zeros();
-        let mut candidates = Vec::new();
-        self.trees[0].visit(reach, |facet| candidates.push(facet));
-        candidates.sort_unstable();
-        for facet in candidates {
-            let Some(outward) = part_a.mesh.normal(facet) else { continue };
-            let mut others = Vec::new();
-            let around = self.trees[0].bounds_of(facet).inflated(INTERFACE_GAP_MM);
-            self.trees[1].visit(&around, |other| others.push(other));
-            others.sort_unstable();
-            for other in others {
-                let area = facing_area(&part_a.mesh, facet, &outward, &part_b.mesh, other);
-                if area > 0.0 {
-                    *facets_a.entry(facet).or_insert(0.0) += area;
-                    *facets_b.entry(other).or_insert(0.0) += area;
-                    normal += outward * area;
-                }
-            }
-        }
+        let trees = [self.trees[0], self.trees[1]];
+        facing([&part_a.mesh, &part_b.mesh], trees, reach, &Apart::INTERFACE, |found| {
+            *facets_a.entry(found.facets[0]).or_insert(0.0) += found.area_mm2;
+            *facets_b.entry(found.facets[1]).or_insert(0.0) += found.area_mm2;
+            normal += found.outward * found.area_mm2;
+        });
         let area_mm2: f64 = facets_a.values().sum();
         (area_mm2 > INTERFACE_AREA_MM2).then(|| Interface {
             a: part_a.id,
@@ -98,14 +86,91 @@ impl Near<'_> {
     }
 }
 
-/// The area of `facet` of `a` that faces `other` of `b` side by side, mm².
-fn facing_area<F>(a: &TriangleMesh<F>, facet: usize, outward: &Vec3, b: &TriangleMesh<F>, other: usize) -> f64 {
-    let Some(opposite) = b.normal(other) else { return 0.0 };
-    if outward.dot(&opposite) > -INTERFACE_ANGLE_DEG.to_radians().cos() {
-        return 0.0;
+/// How far from each other, and how far from parallel, facets may be that face each other.
+#[derive(Clone, Copy, Debug)]
+struct Apart {
+    /// Least and greatest distance, mm, along the second facet's normal; negative where they reach into each other.
+    mm: [f64; 2],
+    /// Between one normal and the other reversed, degrees.
+    deg: f64,
+}
+
+impl Apart {
+    const INTERFACE: Self = Self { mm: [-INTERFACE_GAP_MM, INTERFACE_GAP_MM], deg: INTERFACE_ANGLE_DEG };
+}
+
+/// A facet of one mesh and one of another that face each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facing {
+    /// Their numbers.
+    pub facets: [usize; 2],
+    /// The first one's outward unit normal.
+    pub outward: Vec3,
+    /// What the first one has of the second one's shadow, mm².
+    pub area_mm2: f64,
+    /// From the first one there to the second, mm.
+    pub gap_mm: f64,
+}
+
+/// The facets of two closed meshes that face each other with more than the interfaces' gap and at most `most_mm` between them,
+/// `deg` degrees or less from parallel; by ascending facets. `trees` are the meshes' own.
+pub fn facing_across<F>(meshes: [&TriangleMesh<F>; 2], trees: [&BoxTree; 2], most_mm: f64, deg: f64) -> Vec<Facing> {
+    let reach = meshes[1].bounds().inflated(most_mm);
+    let mut found = Vec::new();
+    if meshes[0].bounds().meets(&reach) {
+        let apart = Apart { mm: [INTERFACE_GAP_MM, most_mm], deg };
+        facing(meshes, trees, &reach, &apart, |one| {
+            if one.gap_mm > INTERFACE_GAP_MM {
+                found.push(one);
+            }
+        });
     }
-    let corners = b.corners(other);
-    let shared = overlap::shared(&a.corners(facet), outward, &corners);
-    let gap = (corners[0] - shared.centre).dot(&opposite);
-    if gap.abs() <= INTERFACE_GAP_MM { shared.area } else { 0.0 }
+    found
+}
+
+/// Hands every two facets that face each other to `each`; `reach` is the second mesh's box, grown by the greatest distance.
+fn facing<F>(
+    [a, b]: [&TriangleMesh<F>; 2],
+    trees: [&BoxTree; 2],
+    reach: &Bounds,
+    apart: &Apart,
+    mut each: impl FnMut(Facing),
+) {
+    let (grown, least) = (apart.mm[1], apart.deg.to_radians().cos());
+    let mut candidates = Vec::new();
+    trees[0].visit(reach, |facet| candidates.push(facet));
+    candidates.sort_unstable();
+    for facet in candidates {
+        let Some(outward) = a.normal(facet) else { continue };
+        let mut others = Vec::new();
+        trees[1].visit(&trees[0].bounds_of(facet).inflated(grown), |other| others.push(other));
+        others.sort_unstable();
+        for other in others {
+            let Some((area_mm2, gap_mm)) = shared(a, (facet, &outward), (b, other), apart.mm, least) else { continue };
+            each(Facing { facets: [facet, other], outward, area_mm2, gap_mm });
+        }
+    }
+}
+
+/// The area of `facet` of `a` that faces `other` of `b`, mm², and how far that is, mm; `None` where they do not face each other.
+fn shared<F>(
+    a: &TriangleMesh<F>,
+    (facet, outward): (usize, &Vec3),
+    (b, other): (&TriangleMesh<F>, usize),
+    [least, most]: [f64; 2],
+    least_cos: f64,
+) -> Option<(f64, f64)> {
+    let opposite = b.normal(other)?;
+    if outward.dot(&opposite) > -least_cos {
+        return None;
+    }
+    let (own, corners) = (a.corners(facet), b.corners(other));
+    // The centre of what they share lies between the corners: a cheap no for most.
+    let above = own.map(|corner| (corner - corners[0]).dot(&opposite));
+    if above.iter().all(|mm| *mm < least) || above.iter().all(|mm| *mm > most) {
+        return None;
+    }
+    let shared = overlap::shared(&own, outward, &corners);
+    let gap_mm = (shared.centre - corners[0]).dot(&opposite);
+    (shared.area > 0.0 && (least..=most).contains(&gap_mm)).then_some((shared.area, gap_mm))
 }

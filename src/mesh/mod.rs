@@ -10,6 +10,7 @@
 //!       -> parts (outer shell + cavities) -> mm -> interfaces, table contact -> Model
 //! ```
 
+mod apart;
 mod box_tree;
 mod error;
 mod interface;
@@ -26,10 +27,13 @@ mod unit;
 mod winding;
 mod write;
 
+pub use apart::{may_overlap, nearest};
+pub use box_tree::BoxTree;
 pub use error::{Fault, MAX_COORDINATE, MeshError, Place};
-pub use interface::{INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface};
+pub use interface::{Facing, INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface, facing_across};
 pub use model::{Model, Part, TABLE_GAP_MM};
 pub use read::{ReadOptions, read_model, read_surface};
 pub use triangle_mesh::TriangleMesh;
 pub use unit::{METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
+pub use winding::is_overlap;
 pub use write::{stl_binary, stl_binary_parts, threemf, threemf_project};

@@ -30,6 +30,14 @@ const OVERLAP_DEPTH_MM: f64 = 0.1;
 /// Facets of each part that are looked at; a crossing smaller than the mesh between them goes unseen.
 const PROBES: usize = 24;
 
+/// What tells such a warning from all others.
+const OVERLAP: &str = " overlap: what both fill would be printed twice";
+
+/// Whether a model's warning is about parts that overlap.
+pub fn is_overlap(warning: &str) -> bool {
+    warning.contains(OVERLAP)
+}
+
 /// A warning for every two parts seen to fill the same space, by ascending ids.
 ///
 /// Looks just below some facets of each whether the other's material is there as well: a hint that costs little, no
@@ -43,8 +51,7 @@ pub(super) fn overlaps(parts: &[Part]) -> Vec<String> {
                 && (reaches_into(one, other, &bounds[b]) || reaches_into(other, one, &bounds[a]))
             {
                 let names = format!("parts {a} ({}) and {b} ({})", one.name, other.name);
-                warnings
-                    .push(format!("{names} overlap: what both fill would be printed twice; cut one from the other"));
+                warnings.push(format!("{names}{OVERLAP}; cut one from the other"));
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Why there is no plan.
 
+use crate::assembly::MOST_SNAP_MM;
 use crate::motion::Pose;
 
 /// What a part would lay on nothing at an orientation.
@@ -35,6 +36,27 @@ pub struct Reason {
     pub tip: Option<[f64; 3]>,
 }
 
+/// A part, and how far away it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Near {
+    /// Its number.
+    pub part: usize,
+    /// Its name.
+    pub name: String,
+    /// The least distance between the two surfaces, mm.
+    pub mm: f64,
+}
+
+impl Near {
+    fn told(&self) -> String {
+        format!("; the nearest is part {} ({}), {:.2} mm away", self.part, self.name, self.mm)
+    }
+
+    fn remedy(&self) -> &'static str {
+        if self.mm < MOST_SNAP_MM { ", or give --snap more than that" } else { "" }
+    }
+}
+
 /// No sequence was found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Infeasible {
@@ -48,12 +70,17 @@ pub enum Infeasible {
         parts: usize,
     },
     /// Parts that hang together with nothing.
-    #[error("part {part} ({name}) touches neither the table nor another part that does; move it, or join the parts")]
+    #[error(
+        "part {part} ({name}) touches neither the table nor another part that does{}; move it, or join the parts{}",
+        nearest.as_ref().map_or_else(String::new, Near::told), nearest.as_ref().map_or("", Near::remedy)
+    )]
     Floating {
         /// The first of them.
         part: usize,
         /// Its name.
         name: String,
+        /// What is nearest to it; `None` for the only part.
+        nearest: Option<Near>,
     },
     /// No place on the table lets every part within the machine's axes.
     #[error("{summary}")]

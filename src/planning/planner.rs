@@ -2,7 +2,7 @@
 
 use super::best::{SearchLimits, Tariff, best};
 use super::candidates::{Candidate, Setups, Sifted, all_directions};
-use super::infeasible::{Infeasible, MOST_PARTS, Reason};
+use super::infeasible::{Infeasible, MOST_PARTS, Near, Reason};
 use super::options::{Options, Priority};
 use super::part_set::PartSet;
 use super::plan::{Print, Slot};
@@ -13,6 +13,7 @@ use super::turning::{Struck, Turns};
 use super::whynot;
 use super::workpiece::Workpiece;
 use crate::geom::Angle;
+use crate::mesh::nearest;
 use crate::motion::Pose;
 use crate::orient::Direction;
 use crate::profile::Profile;
@@ -61,7 +62,12 @@ pub fn plannable(workpiece: &Workpiece<'_>) -> Result<(), Infeasible> {
         return Err(Infeasible::TooManyParts { parts });
     }
     match workpiece.model.floating().first() {
-        Some(&part) => Err(Infeasible::Floating { part, name: workpiece.model.parts[part].name.clone() }),
+        Some(&part) => {
+            let model = workpiece.model;
+            let named = |id: usize| model.parts[id].name.clone();
+            let nearest = nearest(&model.parts, part).map(|(part, mm)| Near { part, name: named(part), mm });
+            Err(Infeasible::Floating { part, name: named(part), nearest })
+        }
         None => Ok(()),
     }
 }

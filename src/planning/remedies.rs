@@ -252,9 +252,8 @@ impl Wish<'_> {
             if plan(&workpiece, self.profile, &directions, &options).is_ok() {
                 let name = &model.parts[part].name;
                 let [x, y, z] = [normal.x, normal.y, normal.z].map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
-                let text = format!(
-                    "standing the model on part {part} ({name}), its ({x:.3}, {y:.3}, {z:.3}) downward, would do"
-                );
+                let up = [x, y, z].map(|v| format!("{}", (-v * 1e4).round() / 1e4 + 0.0)).join(",");
+                let text = format!("standing the model on part {part} ({name}), --up {up}, would do");
                 found.push(Remedy { kind: "base", amount: part as f64, text });
                 break;
             }

@@ -17,6 +17,7 @@ mod kinematics;
 mod layer_oracle;
 mod link;
 mod linuxcnc;
+mod loose;
 mod mutants;
 mod mutated_slices;
 mod oracle;

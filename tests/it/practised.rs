@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use serde_json::Value;
-use trunnion::mesh::stl_binary;
+use trunnion::mesh::{stl_binary, stl_binary_parts};
 
 use crate::split::solids::{self, Shape};
 use crate::support::{folder, installed, root, said, skip, trunnion};
@@ -168,7 +168,7 @@ fn one_part_may_hang_and_the_others_may_not() {
     let folder = folder();
     let meshes = [gate(20.0).mesh(), gate(20.0).at(0.0, 30.0, 0.0).mesh()];
     let model = folder.path().join("two.stl");
-    std::fs::write(&model, trunnion::mesh::stl_binary_parts(&meshes.iter().collect::<Vec<_>>())).unwrap();
+    std::fs::write(&model, stl_binary_parts(&meshes.iter().collect::<Vec<_>>())).unwrap();
     let model = model.display().to_string();
     let plan = |more: &[&str]| run(&[&["plan", &model, "-m", "generic-ac", "--no-remedies"][..], more].concat()).0;
     // 19.6 mm of 10 mm beyond 45 degrees each.
@@ -261,19 +261,26 @@ fn a_round_body_on_a_slant_is_verified_with_every_slicer() {
     assert_eq!(done["cut"]["planes"].as_array().map(Vec::len), Some(1));
 }
 
-/// The README's recipe is run as it is printed, on a model that must be cut.
+/// The README's recipes are run as they are printed: a solid that must be cut, and an assembly with gaps.
 #[test]
-fn the_recipe_of_the_readme_works_as_printed() {
+fn the_recipes_of_the_readme_work_as_printed() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let recipe = readme.split("One solid, as it comes out of CAD:").nth(1).expect("the recipe");
-    let block = recipe.split("```").nth(1).unwrap().trim_start_matches("sh");
-    let commands: Vec<&str> = block.lines().filter(|line| line.starts_with("trunnion ")).collect();
-    assert!(commands.len() >= 3, "{block}");
     let folder = folder();
     written(folder.path(), "solid", &solids::tee());
-    for command in commands {
-        let words: Vec<&str> = command.split('#').next().unwrap().split_whitespace().skip(1).collect();
-        let run = trunnion().args(&words).current_dir(folder.path()).output().unwrap();
-        assert!(run.status.success(), "{command}: {}", said(&run));
+    let assembly = crate::loose::tree(0.1);
+    std::fs::write(folder.path().join("model.stl"), stl_binary_parts(&assembly.iter().collect::<Vec<_>>())).unwrap();
+    for (heading, least) in
+        [("One solid, as it comes out of CAD:", 3), ("Several parts, as assemblies come out of CAD:", 2)]
+    {
+        let recipe = readme.split(heading).nth(1).expect("the recipe");
+        let block = recipe.split("```").nth(1).unwrap().trim_start_matches("sh");
+        let commands: Vec<&str> = block.lines().filter(|line| line.starts_with("trunnion ")).collect();
+        assert!(commands.len() >= least, "{block}");
+        for command in commands {
+            let quoted = command.split('#').next().unwrap().replace('"', "");
+            let words: Vec<&str> = quoted.split_whitespace().skip(1).collect();
+            let run = trunnion().args(&words).current_dir(folder.path()).output().unwrap();
+            assert!(run.status.success(), "{command}: {}", said(&run));
+        }
     }
 }

@@ -5,8 +5,11 @@ mod options;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::arrange::arranged;
+use super::load::spanning;
 use super::{
-    CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World, load_model, load_profile,
+    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World,
+    load_profile,
 };
 use crate::orient::Direction;
 use crate::planning::{
@@ -15,7 +18,6 @@ use crate::planning::{
 };
 use crate::profile::Profile;
 use options::PlanAsked;
-pub(super) use options::spanning;
 pub use options::{PlaceRequest, PlanOptions};
 
 /// A model and a machine, and how to plan.
@@ -25,6 +27,8 @@ pub struct PlanRequest {
     pub model: ModelSource,
     /// The machine.
     pub machine: MachineSource,
+    /// How the model is set up before.
+    pub arrangement: Arrangement,
     /// How.
     pub options: PlanOptions,
 }
@@ -32,7 +36,8 @@ pub struct PlanRequest {
 impl PlanRequest {
     /// As the command does it without flags.
     pub fn new(model: impl Into<ModelSource>, machine: impl Into<MachineSource>) -> Self {
-        Self { model: model.into(), machine: machine.into(), options: PlanOptions::default() }
+        let (arrangement, options) = (Arrangement::default(), PlanOptions::default());
+        Self { model: model.into(), machine: machine.into(), arrangement, options }
     }
 }
 
@@ -55,12 +60,22 @@ pub struct PlanResult {
     pub seconds: f64,
     /// What was done to the model before, in a sentence; for the picture.
     pub story: Option<String>,
+    /// The model as it was set up, where that is not as it was read.
+    pub arranged: Option<ArrangedModel>,
 }
 
 impl PlanResult {
     /// The best of the plans.
     pub fn best(&self) -> &Planned {
         &self.plans[0]
+    }
+
+    /// With what became of the model before.
+    pub(super) fn of_arranged(mut self, arranged: Option<ArrangedModel>) -> Self {
+        let stories = arranged.iter().map(ArrangedModel::story).chain(self.story.take());
+        self.story = Some(stories.collect::<Vec<_>>().join("; ")).filter(|story| !story.is_empty());
+        self.arranged = arranged;
+        self
     }
 
     /// The plan as one picture (SVG), a frame for each pose.
@@ -128,8 +143,9 @@ impl NoPlan {
 /// planned at all; [`Error::Setting`]; what reading model and machine may say.
 pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
     let machine = load_profile(&request.machine, world)?;
-    let model = load_model(&request.model, world)?;
-    planned(model, machine, &request.options, world)
+    let (model, arranged) = arranged(&request.model, &request.arrangement, &machine, world)?;
+    let plan = planned(model, machine, &request.options, world)?;
+    Ok(plan.of_arranged(arranged))
 }
 
 /// Plans what is loaded already.
@@ -180,7 +196,17 @@ pub(super) fn planned(
     let compared = options.plans > 1;
     let three_axis = compared.then(|| three_axis(&plan.workpiece(), &plan.machine.profile, wanted.overhang));
     let (objective, moved) = (asked.goal.text.clone(), placement != base);
-    Ok(PlanResult { plan, plans, objective, three_axis, moved, orient_seconds, seconds: seconds(), story: None })
+    Ok(PlanResult {
+        plan,
+        plans,
+        objective,
+        three_axis,
+        moved,
+        orient_seconds,
+        seconds: seconds(),
+        story: None,
+        arranged: None,
+    })
 }
 
 /// The plan's document, as it is kept in a folder.
@@ -254,7 +280,7 @@ pub fn sequences(
     mut each: impl FnMut(Vec<Slot>),
 ) -> Result<Listed, Error> {
     let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
-    let model = load_model(&request.model, world)?;
+    let (model, _) = arranged(&request.model, &request.arrangement, &machine, world)?;
     let start = world.clock.now();
     let asked = PlanAsked::of(&request.options, &machine, &model)?;
     let options = asked.options(&request.options);

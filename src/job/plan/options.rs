@@ -7,7 +7,6 @@ use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile};
 use crate::orient::{Direction, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{Goal, Options, Placement, Priority, Workpiece, centred, orientations, plannable};
-use crate::profile::check_number;
 
 /// How to plan; the default is what the command does without flags.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,22 +50,6 @@ pub struct PlanOptions {
 
 /// The largest area that can be let pass, mm².
 const MOST_MM2: f64 = 1e6;
-
-/// The machine with the span that is asked for in the place of its own.
-///
-/// # Errors
-///
-/// [`BadSetting::Number`] for a span that no profile may have.
-pub(in crate::job) fn spanning(
-    mut machine: LoadedProfile,
-    bridge_mm: Option<f64>,
-) -> Result<LoadedProfile, BadSetting> {
-    if let Some(mm) = bridge_mm {
-        check_number("process.bridge_mm", mm).map_err(|source| BadSetting::Number { name: "bridge", source })?;
-        machine.profile.process.bridge_mm = mm;
-    }
-    Ok(machine)
-}
 
 /// A place on the table; the height is the table's.
 #[derive(Clone, Copy, Debug, PartialEq)]

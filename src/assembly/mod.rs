@@ -1,0 +1,203 @@
+//! Parts as people draw them, made to meet: small gaps are closed, overlaps are cut off.
+//!
+//! The rest of the house knows parts that share faces exactly. Assemblies from CAD programs seldom do: a lid lies 0.05 mm above its
+//! box, a pin has 0.1 mm of room in its hole, an arm ends somewhere inside its trunk. [`fit`] makes of those a model whose parts
+//! share their faces, and says what it changed. What touches already stays as it is, to the bit.
+//!
+//! Lengths mm, frame [`Object`]. It must not know machines, poses or files.
+//!
+//! - **Gap** ([`gaps`]): faces that look at each other across more than the interfaces' gap and at most `snap_mm`. The part whose
+//!   face lies more wholly before the other one is drawn out: a plane face up to the other's plane, a curved one a little
+//!   into the other part, which is then cut off like any overlap.
+//! - **Overlap** ([`solid`]): what two parts both fill goes to the earlier one; the later is cut along its surface. Where the later
+//!   one would fall to pieces or vanish, the earlier one gives way: a pin through a plate leaves a plate with a hole.
+//!
+//! Besides ([`upright`], [`up_on`], [`in_rows`]): which way a model stands, and where several stand beside each other.
+//!
+//! The booleans are `boolmesh`'s, a port of Manifold (Lalish) in Rust; every result's volume is held against the parts'.
+
+mod gaps;
+mod solid;
+mod standing;
+#[cfg(test)]
+mod tests;
+
+pub use standing::{in_rows, up_on, upright};
+
+use crate::geom::Object;
+use crate::mesh::{BoxTree, Model, Part, TriangleMesh, may_overlap};
+
+/// Gaps that are closed where nothing else is asked for, mm: CAD clearances for parts that belong together. Hinges printed in
+/// place keep 0.3 mm and more.
+pub const SNAP_MM: f64 = 0.2;
+/// The widest gap that may be asked for, mm: about two lines; beyond it two parts are simply apart.
+pub const MOST_SNAP_MM: f64 = 1.0;
+
+/// Overlaps thinner than this on the mean touch, mm: what the interfaces' own gap takes in.
+const OVERLAP_MM: f64 = crate::mesh::INTERFACE_GAP_MM;
+
+/// A model whose parts meet.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// Names and meshes, in the model's order.
+    pub parts: Vec<(String, TriangleMesh<Object>)>,
+    /// What was done, in order; never empty.
+    pub changes: Vec<Change>,
+}
+
+/// What was done to a part.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// A face was drawn out.
+    Closed {
+        /// The part whose face it was.
+        part: usize,
+        /// The part it now meets.
+        other: usize,
+        /// How wide the gap was at its widest, mm.
+        gap_mm: f64,
+    },
+    /// What two parts both filled was cut off from one of them.
+    Cut {
+        /// The part that gave way.
+        part: usize,
+        /// The part that kept it.
+        other: usize,
+        /// How much it was, mm³.
+        volume_mm3: f64,
+    },
+}
+
+impl Change {
+    /// In a sentence, with the parts' names.
+    pub fn told(&self, parts: &[(String, TriangleMesh<Object>)]) -> String {
+        let named = |id: usize| format!("part {id} ({})", parts[id].0);
+        match *self {
+            Self::Closed { part, other, gap_mm } => {
+                format!("the gap of {gap_mm:.2} mm between {} and {} was closed", named(part), named(other))
+            }
+            Self::Cut { part, other, volume_mm3 } => {
+                format!("{} overlaps {}: {volume_mm3:.2} mm3 were cut off from it", named(part), named(other))
+            }
+        }
+    }
+}
+
+/// Parts that cannot be made to meet.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// Neither can give way.
+    #[error(
+        "parts {a} ({name_a}) and {b} ({name_b}) overlap by {volume_mm3:.2} mm3, and neither stays one piece without it; \
+         cut one from the other where they were drawn, or join them"
+    )]
+    Pieces {
+        /// The earlier part.
+        a: usize,
+        /// Its name.
+        name_a: String,
+        /// The later one.
+        b: usize,
+        /// Its name.
+        name_b: String,
+        /// What both fill, mm³.
+        volume_mm3: f64,
+    },
+    /// The boolean failed.
+    #[error(
+        "parts {a} ({name_a}) and {b} ({name_b}) overlap and could not be cut along each other ({why}); cut one from the \
+         other where they were drawn"
+    )]
+    Failed {
+        /// The earlier part.
+        a: usize,
+        /// Its name.
+        name_a: String,
+        /// The later one.
+        b: usize,
+        /// Its name.
+        name_b: String,
+        /// What went wrong.
+        why: String,
+    },
+}
+
+/// The model with its small gaps closed and its overlaps cut off; `None` where there are none.
+///
+/// `snap_mm` is the widest gap that is closed.
+///
+/// # Errors
+///
+/// [`FitError`] with the two parts.
+pub fn fit(model: &Model, snap_mm: f64) -> Result<Option<Fitted>, FitError> {
+    let mut parts = model.parts.clone();
+    let mut trees: Vec<BoxTree> = parts.iter().map(|part| BoxTree::new(&part.mesh)).collect();
+    let mut changes = Vec::new();
+    let touch = |a: usize, b: usize| model.interfaces.iter().find(|one| (one.a, one.b) == (a, b));
+    let pairs = || (0..model.parts.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+    let mut reaching = Vec::new();
+    for (a, b) in pairs() {
+        let shared = touch(a, b).map_or(0.0, |one| one.area_mm2);
+        let Some(gap) = gaps::widest([&parts[a], &parts[b]], [&trees[a], &trees[b]], snap_mm, shared) else { continue };
+        let (part, other) = if gap.first_moves { (a, b) } else { (b, a) };
+        parts[part].mesh = gap.closed;
+        trees[part] = BoxTree::new(&parts[part].mesh);
+        if gap.reaches {
+            reaching.push((a, b, part));
+        }
+        changes.push(Change::Closed { part, other, gap_mm: gap.mm });
+    }
+    for (a, b) in pairs() {
+        let drawn_out = reaching.iter().find(|one| (one.0, one.1) == (a, b)).map(|one| one.2);
+        let Some(cut) = cut_apart(&parts, (a, b), (&trees[b], touch(a, b).is_some()), drawn_out)? else { continue };
+        parts[cut.part].mesh = cut.left;
+        trees[cut.part] = BoxTree::new(&parts[cut.part].mesh);
+        if drawn_out.is_none() {
+            let other = a + b - cut.part;
+            changes.push(Change::Cut { part: cut.part, other, volume_mm3: cut.volume_mm3 });
+        }
+    }
+    if changes.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Fitted { parts: parts.into_iter().map(|part| (part.name, part.mesh)).collect(), changes }))
+}
+
+/// A part that gave way.
+struct CutOff {
+    part: usize,
+    left: TriangleMesh<Object>,
+    volume_mm3: f64,
+}
+
+/// Cuts the overlap of parts `a < b` off from one of them: the one that was drawn out, else the later one where it stays whole.
+fn cut_apart(
+    parts: &[Part],
+    (a, b): (usize, usize),
+    (tree, touch): (&BoxTree, bool),
+    drawn_out: Option<usize>,
+) -> Result<Option<CutOff>, FitError> {
+    let (one, two) = (&parts[a], &parts[b]);
+    if !may_overlap(one, two, tree, touch) {
+        return Ok(None);
+    }
+    let names = || (one.name.clone(), two.name.clone());
+    let failed = |why: String| {
+        let (name_a, name_b) = names();
+        FitError::Failed { a, name_a, b, name_b, why }
+    };
+    let common = solid::common(&one.mesh, &two.mesh).map_err(failed)?;
+    let least = if drawn_out.is_some() { 0.0 } else { OVERLAP_MM };
+    if common.thickness_mm() <= least {
+        return Ok(None);
+    }
+    let first = drawn_out.unwrap_or(b);
+    for part in [first, a + b - first] {
+        let left = solid::less(&parts[part].mesh, &parts[a + b - part].mesh, &common).map_err(failed)?;
+        if let Some(left) = left {
+            return Ok(Some(CutOff { part, left, volume_mm3: common.volume_mm3 }));
+        }
+    }
+    let (name_a, name_b) = names();
+    Err(FitError::Pieces { a, name_a, b, name_b, volume_mm3: common.volume_mm3 })
+}

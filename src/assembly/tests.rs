@@ -1,0 +1,206 @@
+//! Made to meet: gaps from nothing to too wide, overlaps from a scratch to a part inside another.
+
+use super::{Change, FitError, Fitted, fit};
+use crate::fixtures::{all, solid_box, tricks};
+use crate::geom::{Object, Vec3};
+use crate::mesh::{BoxTree, Model, TriangleMesh, may_overlap};
+
+type Mesh = TriangleMesh<Object>;
+
+fn block(from: [f64; 3], to: [f64; 3]) -> Mesh {
+    solid_box(Vec3::from(from), Vec3::from(to))
+}
+
+fn model(parts: Vec<Mesh>) -> Model {
+    Model::from_parts(parts.into_iter().enumerate().map(|(i, mesh)| (format!("p{i}"), mesh)).collect())
+}
+
+fn fitted(parts: Vec<Mesh>, snap_mm: f64) -> Option<(Fitted, Model)> {
+    let fitted = fit(&model(parts), snap_mm).unwrap()?;
+    let model = Model::from_parts(fitted.parts.clone());
+    Some((fitted, model))
+}
+
+/// A ring of `sides` around z from `inner` to `outer`, or a full rod for an `inner` of 0.
+fn round(inner: f64, outer: f64, z: [f64; 2], sides: usize, turn: f64) -> Mesh {
+    let at = |r: f64, k: usize, z: f64| {
+        let (s, c) = (std::f64::consts::TAU * (k as f64 + turn) / sides as f64).sin_cos();
+        Vec3::new(r * c, r * s, z)
+    };
+    let radii = [outer, inner];
+    let vertices: Vec<Vec3> = (0..4 * sides).map(|i| at(radii[i / 2 % 2], i / 4, z[i % 2])).collect();
+    let mut facets: Vec<[u32; 3]> = Vec::new();
+    let mut quad = |a: usize, b: usize, c: usize, d: usize| {
+        facets.extend([[a, b, c], [a, c, d]].map(|f| f.map(|v| v as u32)));
+    };
+    for k in 0..sides {
+        let (here, next) = (4 * k, 4 * ((k + 1) % sides));
+        quad(here, next, next + 1, here + 1);
+        quad(here + 1, next + 1, next + 3, here + 3);
+        quad(here + 3, next + 3, next + 2, here + 2);
+        quad(here + 2, next + 2, next, here);
+    }
+    if inner > 0.0 {
+        return Mesh::new(vertices, facets);
+    }
+    // The inner corners of a full rod are one place; facets without area go.
+    let merged = |v: u32| if v % 4 < 2 { v } else { v % 2 + 2 };
+    let facets = facets.into_iter().map(|f| f.map(merged)).filter(|f| f[0] != f[1] && f[1] != f[2] && f[2] != f[0]);
+    Mesh::new(vertices, facets.collect())
+}
+
+#[test]
+fn what_touches_stays_as_it_is() {
+    let touching = vec![block([0.0; 3], [10.0; 3]), block([10.0, 2.0, 2.0], [20.0, 8.0, 8.0])];
+    assert!(fit(&model(touching), 0.2).unwrap().is_none());
+    for fixture in all().into_iter().chain(tricks()) {
+        let model = Model::from_parts(fixture.parts);
+        assert!(fit(&model, 0.2).unwrap().is_none(), "{}", fixture.file);
+    }
+}
+
+#[test]
+fn a_plane_gap_is_closed_up_to_the_widest_allowed() {
+    let mut told = Vec::new();
+    for gap in [0.0, 0.04, 0.06, 0.1, 0.19, 0.21, 0.5] {
+        let parts = || vec![block([0.0; 3], [10.0; 3]), block([10.0 + gap, 2.0, 2.0], [20.0, 8.0, 8.0])];
+        let apart = model(parts());
+        let found = fitted(parts(), 0.2);
+        told.push((gap, apart.interfaces.len(), found.is_some()));
+        if let Some((fitted, model)) = found {
+            assert_eq!(fitted.parts[0].1.vertices(), apart.parts[0].mesh.vertices(), "the larger face stays");
+            assert!((model.parts[1].mesh.bounds().min.x - 10.0).abs() < 1e-9);
+            assert!((model.interfaces[0].area_mm2 - 36.0).abs() < 1e-6);
+            assert!(
+                matches!(fitted.changes[..], [Change::Closed { part: 1, other: 0, gap_mm }] if (gap_mm - gap).abs() < 1e-9)
+            );
+        }
+    }
+    let wanted = [
+        (0.0, 1, false),
+        (0.04, 1, false),
+        (0.06, 0, true),
+        (0.1, 0, true),
+        (0.19, 0, true),
+        (0.21, 0, false),
+        (0.5, 0, false),
+    ];
+    assert_eq!(told, wanted);
+}
+
+#[test]
+fn the_face_that_lies_wholly_before_the_other_is_drawn_out() {
+    // A plate over a post: the post grows, the plate's underside stays plane.
+    let parts = vec![block([-20.0, -20.0, 30.1], [20.0, 20.0, 34.0]), block([-3.0, -3.0, 0.0], [3.0, 3.0, 30.0])];
+    let (fitted, model) = fitted(parts, 0.2).unwrap();
+    assert!(matches!(fitted.changes[..], [Change::Closed { part: 1, other: 0, .. }]), "{:?}", fitted.changes);
+    assert!((model.parts[0].mesh.volume() - 40.0 * 40.0 * 3.9).abs() < 1e-6);
+    assert!((model.parts[1].mesh.volume() - 36.0 * 30.1).abs() < 1e-6);
+}
+
+#[test]
+fn a_bar_between_two_walls_meets_both() {
+    let parts = vec![
+        block([0.0; 3], [5.0, 10.0, 20.0]),
+        block([25.0, 0.0, 0.0], [30.0, 10.0, 20.0]),
+        block([5.1, 3.0, 10.0], [24.85, 7.0, 14.0]),
+    ];
+    let (fitted, model) = fitted(parts, 0.2).unwrap();
+    assert_eq!(fitted.changes.len(), 2);
+    assert_eq!(model.interfaces.len(), 2);
+    assert!((model.parts[2].mesh.volume() - 20.0 * 16.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_pin_with_room_in_its_hole_fills_it() {
+    for (sides, turn) in [(48u32, 0.0), (48, 0.5), (37, 0.2)] {
+        let parts = vec![round(4.1, 12.0, [0.0, 10.0], 48, 0.0), round(0.0, 4.0, [0.0, 20.0], sides as usize, turn)];
+        let (fitted, model) = fitted(parts, 0.2).unwrap();
+        // The hole's wall lies before the pin as a whole, the pin's does not: the plate grows.
+        assert!(matches!(fitted.changes[..], [Change::Closed { part: 0, other: 1, .. }]), "{:?}", fitted.changes);
+        let around = 2.0 * 4.0 * (std::f64::consts::PI / f64::from(sides)).sin() * f64::from(sides) * 10.0;
+        let shared = model.interfaces[0].area_mm2;
+        assert!((shared / around - 1.0).abs() < 1e-3, "{sides} {turn}: {shared} of {around}");
+        assert_eq!(model.warnings, Vec::<String>::new());
+    }
+}
+
+#[test]
+fn an_overlap_goes_to_the_earlier_part() {
+    for deep in [0.04, 0.07, 0.36, 3.0] {
+        let parts = vec![block([0.0; 3], [10.0; 3]), block([10.0 - deep, 2.0, 2.0], [20.0, 8.0, 8.0])];
+        let found = fitted(parts, 0.2);
+        assert_eq!(found.is_some(), deep > 0.05, "{deep}");
+        let Some((fitted, model)) = found else { continue };
+        assert!(
+            matches!(fitted.changes[..], [Change::Cut { part: 1, other: 0, volume_mm3 }] if (volume_mm3 - 36.0 * deep).abs() < 1e-6)
+        );
+        assert!(
+            (model.parts[1].mesh.volume() - 360.0).abs() < 1e-6 && (model.parts[0].mesh.volume() - 1000.0).abs() < 1e-9
+        );
+        assert!((model.interfaces[0].area_mm2 - 36.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn who_reaches_into_whom_is_seen_by_sides_and_facets() {
+    let seen = |a: Mesh, b: Mesh| {
+        let model = model(vec![a, b]);
+        may_overlap(&model.parts[0], &model.parts[1], &BoxTree::new(&model.parts[1].mesh), !model.interfaces.is_empty())
+    };
+    let cube = || block([0.0; 3], [10.0; 3]);
+    for (to, overlaps) in [(-0.01, false), (0.0, false), (5e-5, false), (0.07, true), (5.0, true)] {
+        let from = 10.0 - to;
+        assert_eq!(seen(cube(), block([from, 0.0, 0.0], [20.0, 10.0, 10.0])), overlaps, "side by side, alike: {to}");
+        assert_eq!(seen(cube(), block([from, 2.0, 2.0], [20.0, 8.0, 8.0])), overlaps, "a smaller one: {to}");
+        assert_eq!(seen(cube(), block([from, 4.0, -3.0], [20.0, 30.0, 30.0])), overlaps, "a larger one: {to}");
+    }
+    assert!(seen(cube(), cube()), "the same twice");
+    assert!(seen(cube(), block([3.0; 3], [7.0; 3])) && seen(block([3.0; 3], [7.0; 3]), cube()));
+    assert!(!seen(round(5.0, 9.0, [0.0, 4.0], 24, 0.0), round(0.0, 4.9, [0.0, 4.0], 24, 0.5)), "a pin in its hole");
+    assert!(seen(round(5.0, 9.0, [0.0, 4.0], 24, 0.0), round(0.0, 5.1, [0.0, 4.0], 24, 0.5)));
+}
+
+#[test]
+fn what_would_fall_to_pieces_keeps_its_place() {
+    // A pin through a plate, drawn after it: the plate gets the hole.
+    let parts = vec![block([-10.0, -10.0, 5.0], [10.0, 10.0, 8.0]), round(0.0, 3.0, [0.0, 20.0], 24, 0.0)];
+    let (cut, joined) = fitted(parts, 0.2).unwrap();
+    assert!(matches!(cut.changes[..], [Change::Cut { part: 0, other: 1, .. }]), "{:?}", cut.changes);
+    assert!(
+        (joined.interfaces[0].area_mm2 - 24.0 * 2.0 * 3.0 * (std::f64::consts::PI / 24.0).sin() * 3.0).abs() < 1e-6
+    );
+    // A part inside another one vanishes; the other becomes its shell.
+    let nested = vec![block([0.0; 3], [10.0; 3]), block([3.0; 3], [7.0; 3])];
+    let (shell, _) = fitted(nested, 0.2).unwrap();
+    assert!(matches!(shell.changes[..], [Change::Cut { part: 0, other: 1, .. }]));
+    // A cross: either falls to pieces.
+    let cross = vec![block([-20.0, -2.0, 0.0], [20.0, 2.0, 4.0]), block([-2.0, -20.0, 0.0], [2.0, 20.0, 4.0])];
+    let error = fit(&model(cross), 0.2).unwrap_err();
+    assert!(matches!(error, FitError::Pieces { a: 0, b: 1, volume_mm3, .. } if (volume_mm3 - 64.0).abs() < 1e-6));
+    assert!(error.to_string().contains("neither stays one piece"), "{error}");
+}
+
+#[test]
+fn random_overlaps_conserve_what_both_fill_together() {
+    let mut random = crate::geom::SplitMix64::seeded(11);
+    let mut cut = 0;
+    for _ in 0..60 {
+        let mut at = |low: f64, high: f64| low + (high - low) * random.unit();
+        let trunk = round(0.0, at(4.0, 12.0), [0.0, at(20.0, 60.0)], 40, at(0.0, 1.0));
+        let arm = round(0.0, at(2.0, 3.5), [0.0, at(30.0, 60.0)], 24, 0.0);
+        let (s, c) = at(0.4, 1.5).sin_cos();
+        let lift = at(6.0, 14.0);
+        let turned = |p: &Vec3| Vec3::new(c * p.x + s * p.z, p.y + 0.01, -s * p.x + c * p.z + lift);
+        let arm = Mesh::new(arm.vertices().iter().map(turned).collect(), arm.facets().to_vec());
+        let before = [trunk.volume(), arm.volume()];
+        let Some((fitted, model)) = fitted(vec![trunk, arm], 0.2) else { continue };
+        cut += 1;
+        let Change::Cut { part, volume_mm3, .. } = fitted.changes[0] else { panic!("{:?}", fitted.changes) };
+        let after: f64 = fitted.parts.iter().map(|(_, mesh)| mesh.volume()).sum();
+        assert!((before[0] + before[1] - volume_mm3 - after).abs() < 0.5, "crumbs only: {part}");
+        assert_eq!(model.interfaces.len(), 1);
+        assert!(fit(&model, 0.2).unwrap().is_none(), "done once is done");
+    }
+    assert!(cut > 40, "{cut}");
+}

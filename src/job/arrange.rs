@@ -1,0 +1,226 @@
+//! A model as it is to be printed: turned, set beside others, its parts made to meet. What was read is never changed: the arranged
+//! model is one of its own, for whoever asked to write beside the output.
+
+use super::load::{read_quietly, tell};
+use super::{BadSetting, Error, LoadedModel, LoadedProfile, ModelSource, World};
+use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, up_on, upright};
+use crate::geom::{Bounds, Object, Rigid, Vec3};
+use crate::mesh::{Model, TriangleMesh, is_overlap, threemf};
+use crate::spelling::counted;
+
+/// Which way a model stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Standing {
+    /// As it was drawn.
+    #[default]
+    AsDrawn,
+    /// With this direction of the file's up; any length but zero.
+    Up([f64; 3]),
+    /// On the largest face of this part below which there is nothing.
+    On(usize),
+}
+
+/// How models are set up before they are planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arrangement {
+    /// The widest gap between parts that is closed, mm; 0 leaves gaps and overlaps as they are.
+    pub snap_mm: f64,
+    /// Which way each model stands.
+    pub standing: Standing,
+    /// Copies of the first model.
+    pub copies: usize,
+    /// More models for the same table, each with its copies.
+    pub beside: Vec<(ModelSource, usize)>,
+    /// Room between models, mm; `None` as the head needs it, less where the table is too small for that.
+    pub gap_mm: Option<f64>,
+    /// What the plan calls the file of the arranged model (3MF); `None` for the model's own name with `.parts.3mf` behind it.
+    pub file: Option<String>,
+}
+
+impl Default for Arrangement {
+    fn default() -> Self {
+        let (standing, beside) = (Standing::AsDrawn, Vec::new());
+        Self { snap_mm: SNAP_MM, standing, copies: 1, beside, gap_mm: None, file: None }
+    }
+}
+
+/// A model that was arranged.
+#[derive(Clone, Debug)]
+pub struct ArrangedModel {
+    /// It, as 3MF, to be written to [`ArrangedModel::file`].
+    pub bytes: Vec<u8>,
+    /// What the plan calls that.
+    pub file: String,
+    /// What was done, one sentence each.
+    pub changes: Vec<String>,
+}
+
+/// Copies of one model, at most, and models in all.
+const MOST_MODELS: usize = 1000;
+/// Room between models, mm, where it is asked for.
+const GAPS_MM: [f64; 2] = [0.5, 500.0];
+/// Room between models that is tried where the head's own does not fit on the table, mm.
+const NARROWER_MM: [f64; 4] = [40.0, 20.0, 10.0, 5.0];
+
+/// Reads the models, and arranges them where there is something to arrange; warnings are told.
+pub(super) fn arranged(
+    first: &ModelSource,
+    how: &Arrangement,
+    machine: &LoadedProfile,
+    world: &World<'_>,
+) -> Result<(LoadedModel, Option<ArrangedModel>), Error> {
+    how.check()?;
+    let read = read_quietly(first, world)?;
+    if how.is_plain() && how.snap_mm == 0.0 {
+        tell(&read.model.warnings, world);
+        return Ok((read, None));
+    }
+    let mut changes = Vec::new();
+    let stood = if how.is_plain() { None } else { Some(stood(&read, how, machine, &mut changes, world)?) };
+    let model = stood.as_ref().unwrap_or(&read.model);
+    let fitted = if how.snap_mm > 0.0 { fit(model, how.snap_mm)? } else { None };
+    let Some(parts) = fitted.as_ref().map_or_else(|| stood.as_ref().map(named), |f| Some(f.parts.clone())) else {
+        tell(&read.model.warnings, world);
+        return Ok((read, None));
+    };
+    changes.extend(fitted.iter().flat_map(|f| f.changes.iter().map(|change: &Change| change.told(&f.parts))));
+    let file = how.file.clone().unwrap_or_else(|| format!("{}.parts.3mf", read.file));
+    let bytes = threemf(&parts.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>());
+    let mut made = LoadedModel::made(file.clone(), &bytes)?;
+    let about_file = read.model.warnings.iter().filter(|text| !is_overlap(text));
+    made.model.warnings.splice(0..0, about_file.cloned());
+    tell(&made.model.warnings, world);
+    Ok((made, Some(ArrangedModel { bytes, file, changes })))
+}
+
+impl Arrangement {
+    fn check(&self) -> Result<(), BadSetting> {
+        BadSetting::within("snap", self.snap_mm, " mm", [0.0, MOST_SNAP_MM])?;
+        if let Some(mm) = self.gap_mm {
+            BadSetting::within("gap", mm, " mm", GAPS_MM)?;
+        }
+        if let Standing::Up(up) = self.standing
+            && !up.iter().map(|v| v * v).sum::<f64>().is_normal()
+        {
+            return Err(BadSetting::NoDirection { name: "up" });
+        }
+        let all = self.copies + self.beside.iter().map(|(_, copies)| copies).sum::<usize>();
+        BadSetting::within("models", all as f64, "", [1.0, MOST_MODELS as f64])
+    }
+
+    /// Whether there is one model, as it was drawn.
+    fn is_plain(&self) -> bool {
+        self.standing == Standing::AsDrawn && self.copies == 1 && self.beside.is_empty()
+    }
+}
+
+/// All models, turned and beside each other.
+fn stood(
+    first: &LoadedModel,
+    how: &Arrangement,
+    machine: &LoadedProfile,
+    changes: &mut Vec<String>,
+    world: &World<'_>,
+) -> Result<Model, Error> {
+    let others = how.beside.iter().map(|(from, copies)| Ok((read_quietly(from, world)?, *copies)));
+    let others = others.collect::<Result<Vec<_>, Error>>()?;
+    let all = || std::iter::once((first, how.copies)).chain(others.iter().map(|(model, copies)| (model, *copies)));
+    let turns = all().map(|(model, _)| turn(model, how.standing)).collect::<Result<Vec<_>, Error>>()?;
+    if how.standing != Standing::AsDrawn {
+        let up = turns[0].rotation.transpose() * Vec3::z();
+        changes.push(format!(
+            "{} stands with ({:.4}, {:.4}, {:.4}) up",
+            first.file,
+            up.x + 0.0,
+            up.y + 0.0,
+            up.z + 0.0
+        ));
+    }
+    let each: Vec<(&LoadedModel, &Rigid<Object, Object>)> =
+        all().zip(&turns).flat_map(|((model, copies), turn)| std::iter::repeat_n((model, turn), copies)).collect();
+    let boxes: Vec<Bounds> = each.iter().map(|(model, turn)| bounds(&model.model, turn)).collect();
+    let (corners, gap_mm) = on_table(&boxes, how.gap_mm, machine);
+    if each.len() > 1 {
+        changes.push(format!("{} stand {gap_mm:.1} mm apart", counted(each.len(), "model")));
+    }
+    let mut parts = Vec::new();
+    for (index, ((model, turn), (own, corner))) in each.iter().zip(boxes.iter().zip(&corners)).enumerate() {
+        let by = Vec3::new(corner[0] - own.min.x, corner[1] - own.min.y, -own.min.z);
+        let placed = turn.then(&Rigid::shift(if each.len() > 1 { by } else { Vec3::zeros() }));
+        for part in &model.model.parts {
+            let name = if each.len() > 1 { format!("{}-{}", index + 1, part.name) } else { part.name.clone() };
+            parts.push((name, part.mesh.moved(&placed)));
+        }
+    }
+    Ok(Model::from_parts(parts))
+}
+
+/// How the model is turned.
+fn turn(model: &LoadedModel, standing: Standing) -> Result<Rigid<Object, Object>, Error> {
+    let last = model.model.parts.len() - 1;
+    let up = match standing {
+        Standing::AsDrawn => return Ok(Rigid::shift(Vec3::zeros())),
+        Standing::Up(up) => Vec3::from(up),
+        Standing::On(given) if given > last => {
+            return Err(BadSetting::NoSuchPart { given, last, model: model.file.clone() }.into());
+        }
+        Standing::On(part) => {
+            let name = || model.model.parts[part].name.clone();
+            up_on(&model.model, part).ok_or_else(|| BadSetting::NoBase { part, name: name() })?
+        }
+    };
+    Ok(upright(&model.model.parts, up))
+}
+
+fn bounds(model: &Model, turn: &Rigid<Object, Object>) -> Bounds {
+    let vertices = model.parts.iter().flat_map(|part| part.mesh.vertices());
+    Bounds::of(vertices.map(|v| turn.rotation * v))
+}
+
+/// The models' low corners, and the room between them: what is asked for, or what the head needs, or the most that fits the table.
+fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) -> (Vec<[f64; 2]>, f64) {
+    let footprints: Vec<[f64; 2]> = boxes.iter().map(|b| [b.size().x, b.size().y]).collect();
+    let highest = boxes.iter().map(|b| b.size().z).fold(0.0, f64::max);
+    let tried = match asked_mm {
+        Some(mm) => vec![mm],
+        None => {
+            let own = head_reach_mm(machine, highest).max(NARROWER_MM[3]);
+            std::iter::once(own).chain(NARROWER_MM.into_iter().filter(|mm| *mm < own)).collect()
+        }
+    };
+    let last = tried[tried.len() - 1];
+    let fits = |corners: &[[f64; 2]]| {
+        let all: Vec<[f64; 2]> = corners
+            .iter()
+            .zip(&footprints)
+            .flat_map(|(c, f)| [[c[0], c[1]], [c[0] + f[0], c[1]], [c[0], c[1] + f[1]], [c[0] + f[0], c[1] + f[1]]])
+            .collect();
+        let span = Bounds::of(all.iter().map(|c| Vec3::new(c[0], c[1], 0.0)));
+        let middle = span.centre();
+        all.iter().all(|c| machine.profile.beyond_table(c[0] - middle.x, c[1] - middle.y) <= 0.0)
+    };
+    let room = tried.into_iter().map(|mm| (in_rows(&footprints, mm), mm)).find(|(corners, _)| fits(corners));
+    // What does not fit at all is refused where every model is held against its table.
+    room.unwrap_or_else(|| (in_rows(&footprints, last), last))
+}
+
+/// How far the head reaches sideways from its tip, mm, with what of it is lower than `highest`.
+fn head_reach_mm(machine: &LoadedProfile, highest: f64) -> f64 {
+    let low = machine.profile.head_bodies().into_iter().filter(|body| body.bounds().min.z < highest);
+    low.map(|body| {
+        let b = body.bounds();
+        b.max.x.max(-b.min.x).max(b.max.y).max(-b.min.y)
+    })
+    .fold(0.0, f64::max)
+}
+
+fn named(model: &Model) -> Vec<(String, TriangleMesh<Object>)> {
+    model.parts.iter().map(|part| (part.name.clone(), part.mesh.clone())).collect()
+}
+
+impl ArrangedModel {
+    /// What was done, in one sentence.
+    pub fn story(&self) -> String {
+        self.changes.join("; ")
+    }
+}

@@ -1,0 +1,165 @@
+//! Assemblies as people draw them, from one file to a verified one: gaps, overlaps, models turned and beside each other.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use serde_json::Value;
+use trunnion::fixtures::solid_box;
+use trunnion::geom::{Object, Vec3};
+use trunnion::mesh::{ReadOptions, TriangleMesh, read_model, stl_binary_parts};
+
+use crate::split::solids::{Shape, block, rod};
+use crate::support::{folder as new_folder, installed, skip, trunnion};
+
+fn run(folder: &Path, args: &[&str]) -> Output {
+    trunnion().current_dir(folder).args(args).output().unwrap()
+}
+
+fn written(folder: &Path, name: &str, parts: &[TriangleMesh<Object>]) {
+    fs::write(folder.join(name), stl_binary_parts(&parts.iter().collect::<Vec<_>>())).unwrap();
+}
+
+fn boxed(from: [f64; 3], to: [f64; 3]) -> TriangleMesh<Object> {
+    solid_box(Vec3::from(from), Vec3::from(to))
+}
+
+/// A post on a plate and an arm on the post, so far apart (negative: overlapping).
+pub(crate) fn tree(gap: f64) -> [TriangleMesh<Object>; 3] {
+    [
+        boxed([-20.0, -20.0, 0.0], [20.0, 20.0, 8.0]),
+        boxed([-6.0, -6.0, 8.0 + gap], [6.0, 6.0, 60.0]),
+        boxed([6.0 + gap, -5.0, 40.0], [40.0, 5.0, 50.0]),
+    ]
+}
+
+fn prepared(folder: &Path, model: &str, more: &[&str]) -> Output {
+    let args = ["prepare", model, "-m", "generic-ac", "--slicer", "builtin", "-o", "out.gcode", "--json"];
+    run(folder, &[&args[..], more].concat())
+}
+
+#[test]
+fn gaps_and_overlaps_go_to_a_verified_file() {
+    let folder = new_folder();
+    let here = folder.path();
+    for gap in [0.0, 0.04, 0.1, 0.2, -0.07, -0.36, -3.0] {
+        written(here, "tree.stl", &tree(gap));
+        let done = prepared(here, "tree.stl", &[]);
+        let told = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(done.status.success(), "{gap}: {told}");
+        let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+        let changes = document["plan"]["arranged"]["changes"].as_array().map_or(0, Vec::len);
+        // Up to 0.05 mm either way parts touch.
+        assert_eq!(changes, if gap.abs() > 0.051 { 2 } else { 0 }, "{gap}: {told}");
+        assert_eq!(here.join("out.parts.3mf").exists(), changes > 0, "{gap}");
+        if changes > 0 {
+            let parts = fs::read(here.join("out.parts.3mf")).unwrap();
+            let model = read_model(&parts, "out.parts.3mf", &ReadOptions::default()).unwrap();
+            assert_eq!(model.interfaces.len(), 2, "{gap}");
+            assert_eq!(document["plan"]["model"]["file"], "out.parts.3mf");
+            assert!(told.contains(if gap > 0.0 { "was closed" } else { "were cut off" }), "{told}");
+            let verify = run(here, &["verify", "out.gcode", "--plan", "out.json"]);
+            assert!(!verify.status.success(), "no plan was kept");
+        }
+        fs::remove_file(here.join("out.gcode")).unwrap();
+        let _ = fs::remove_file(here.join("out.parts.3mf"));
+    }
+}
+
+#[test]
+fn what_is_too_far_apart_is_told_with_its_distance() {
+    let folder = new_folder();
+    let here = folder.path();
+    written(here, "tree.stl", &tree(0.3));
+    let done = prepared(here, "tree.stl", &[]);
+    let told = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(!done.status.success() && !here.join("out.gcode").exists());
+    assert!(told.contains("the nearest is part") && told.contains("0.30 mm away") && told.contains("--snap"), "{told}");
+    assert!(prepared(here, "tree.stl", &["--snap", "0.3"]).status.success());
+    for (snap, says) in [("1.5", "0..1"), ("-0.1", "0..1")] {
+        let done = prepared(here, "tree.stl", &[&format!("--snap={snap}")]);
+        assert!(String::from_utf8_lossy(&done.stderr).contains(says), "{snap}");
+    }
+    written(here, "over.stl", &tree(-0.3));
+    let done = prepared(here, "over.stl", &["--snap", "0"]);
+    assert!(!done.status.success(), "as drawn: {}", String::from_utf8_lossy(&done.stderr));
+    let inspected = run(here, &["inspect", "tree.stl"]);
+    assert!(String::from_utf8_lossy(&inspected.stdout).contains("part 1 is 0.30 mm away from part 0"));
+    // Two bars through each other: neither stays whole.
+    written(
+        here,
+        "cross.stl",
+        &[boxed([-20.0, -3.0, 0.0], [20.0, 3.0, 6.0]), boxed([-3.0, -20.0, 0.0], [3.0, 20.0, 6.0])],
+    );
+    let done = prepared(here, "cross.stl", &[]);
+    assert!(String::from_utf8_lossy(&done.stderr).contains("neither stays one piece"), "{done:?}");
+}
+
+/// A pipe along z and a round arm drawn into it, leaning by so much from the upright.
+fn saddle(lean_deg: f64) -> [TriangleMesh<Object>; 2] {
+    let arm: Shape = rod(7.0, 60.0, 48).about_y(lean_deg).at(0.0, 0.0, 35.0);
+    [rod(15.0, 80.0, 64).mesh(), arm.mesh()]
+}
+
+#[test]
+fn a_round_arm_on_a_round_pipe_is_cut_along_it() {
+    let folder = new_folder();
+    let here = folder.path();
+    let mut slicers = vec!["builtin"];
+    if installed("prusa-slicer") {
+        slicers.push("prusa-slicer");
+    } else {
+        skip("PrusaSlicer is not installed");
+    }
+    for lean in [60.0, 70.0] {
+        for slicer in &slicers {
+            written(here, "saddle.stl", &saddle(lean));
+            let args = ["prepare", "saddle.stl", "-m", "generic-ac", "--slicer", slicer, "-o", "out.gcode"];
+            let done = run(here, &args);
+            assert!(done.status.success(), "{lean} {slicer}: {}", String::from_utf8_lossy(&done.stderr));
+        }
+    }
+}
+
+#[test]
+fn models_are_turned_and_stand_beside_each_other() {
+    let folder = new_folder();
+    let here = folder.path();
+    // Lies on its side as drawn, and hangs.
+    let tee = block(10.0, 10.0, 40.0).and(&block(40.0, 10.0, 10.0).at(-15.0, 0.0, 40.0));
+    written(here, "tee.stl", &[tee.mesh()]);
+    let plan = |more: &[&str]| {
+        let args = ["plan", "tee.stl", "-m", "generic-ac", "-o", "tee.json", "--json"];
+        run(here, &[&args[..], more].concat())
+    };
+    let turned = plan(&["--up", "0,0,-1"]);
+    assert!(turned.status.success(), "{}", String::from_utf8_lossy(&turned.stderr));
+    let document: Value = serde_json::from_slice(&turned.stdout).unwrap();
+    assert!(document["arranged"]["changes"][0].as_str().unwrap().contains("(0.0000, 0.0000, -1.0000) up"));
+    let model = read_model(&fs::read(here.join("tee.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
+    assert!((model.parts[0].mesh.bounds().size().z - 50.0).abs() < 1e-9);
+    for (more, says) in [
+        (["--up", "0,0,0"], "not a direction"),
+        (["--up", "0,0"], "three numbers"),
+        (["--base", "3"], "parts 0..0"),
+        (["--gap", "0"], "0.5..500"),
+    ] {
+        let done = plan(&more);
+        assert!(!done.status.success());
+        assert!(String::from_utf8_lossy(&done.stderr).contains(says), "{more:?}: {done:?}");
+    }
+    written(here, "cube.stl", &[boxed([0.0; 3], [12.0; 3])]);
+    written(here, "post.stl", &[boxed([5.0; 3], [15.0, 15.0, 45.0])]);
+    let args =
+        ["prepare", "cube.stl*3", "post.stl", "-m", "generic-ac", "--slicer", "builtin", "-o", "all.gcode", "--json"];
+    let done = run(here, &args);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(document["plan"]["parts"].as_array().unwrap().len(), 4);
+    let model = read_model(&fs::read(here.join("all.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
+    assert_eq!((model.parts.len(), model.on_table.len()), (4, 4));
+    let twice = run(here, &["prepare", "cube.stl*0", "-m", "generic-ac", "-o", "none.gcode"]);
+    assert!(String::from_utf8_lossy(&twice.stderr).contains("1..1000"), "{twice:?}");
+    let many = run(here, &["prepare", "cube.stl*400", "-m", "generic-ac", "-o", "none.gcode"]);
+    assert!(!many.status.success() && !here.join("none.gcode").exists());
+}
