@@ -12,6 +12,9 @@ const SHORTEST_MM: f64 = 0.1;
 /// The longest joint, in pitches: on a border that runs nearly along the rows it would lie on one of them.
 const LONGEST_JOINT: f64 = 3.0;
 
+/// For how long a joint may lie on a row that it joins, mm: two beads in one place stand up.
+const MOST_ON_ROW_MM: f64 = 1.0;
+
 /// Lines across the region, joined where the way along the rail, `inset` grid units inside the border, is short and `allowed`.
 pub(super) fn lines(region: &Region, lattice: Lattice, inset: i32, allowed: impl Fn(&[Point]) -> bool) -> Vec<Contour> {
     let mut spans = Vec::new();
@@ -19,7 +22,7 @@ pub(super) fn lines(region: &Region, lattice: Lattice, inset: i32, allowed: impl
         spans.extend(row.spans.iter().map(|&(from, to)| Span { row: row.index, ends: [from, to], rail: [None; 2] }));
     }
     let rail: Vec<Contour> = grown(region, -inset).into_iter().flatten().collect();
-    let joints = joints(&mut spans, &rail, lattice, allowed);
+    let joints = joints(&mut spans, &rail, (lattice, inset), allowed);
     let used = vec![false; spans.len()];
     Zigzag { spans, joints, rail: &rail, lattice, used }.lines()
 }
@@ -58,7 +61,7 @@ struct Hit {
 fn joints(
     spans: &mut [Span],
     rail: &[Contour],
-    lattice: Lattice,
+    (lattice, inset): (Lattice, i32),
     allowed: impl Fn(&[Point]) -> bool,
 ) -> Vec<[Option<Joint>; 2]> {
     let hits = hits(rail, lattice);
@@ -80,13 +83,26 @@ fn joints(
             let mut way = vec![lattice.point(hits[one].x, hits[one].row)];
             way.extend(joint.corners(rail));
             way.push(lattice.point(hits[other].x, hits[other].row));
-            if allowed(&way) {
+            let lies = |hit: usize| runs_along(&way, lattice.row(hits[hit].row), f64::from(inset), lattice);
+            if lies(one).max(lies(other)) <= MOST_ON_ROW_MM && allowed(&way) {
                 found[from][0] = Some(joint);
                 found[to][1] = Some(Joint { to: from, sides: [sides[1], sides[0]], forward: false, ..joint });
             }
         }
     }
     found
+}
+
+/// For how long a way lies on a row, nearer to its middle than `near` grid units, mm.
+fn runs_along(way: &[Point], row: f64, near: f64, lattice: Lattice) -> f64 {
+    let leg = |leg: &[Point]| {
+        let [from, to] = [leg[0], leg[1]].map(|p| lattice.turned(p).1 - row);
+        let (low, high) = (from.min(to), from.max(to));
+        let held = high.min(near) - low.max(-near);
+        let share = if high - low > 1e-9 { held.max(0.0) / (high - low) } else { f64::from(held >= 0.0) };
+        share * distance_mm(leg[0], leg[1])
+    };
+    way.windows(2).map(leg).sum()
 }
 
 /// Where the rings meet the rows.
@@ -266,6 +282,25 @@ mod tests {
             let (across, along) = ((leg[1].y - leg[0].y).abs(), (leg[1].x - leg[0].x).abs());
             across == 0 || along < 12_000
         })));
+    }
+
+    #[test]
+    fn no_joint_lies_on_a_row() {
+        // Sparse rows, 2.25 mm apart, and a side at 2 to 30 degrees to them: its joints are short enough, and run beside the row.
+        for deg in [2.0f64, 5.0, 8.0, 20.0, 30.0] {
+            let rise = (300_000.0 * deg.to_radians().tan()) as i32;
+            let slant = [(0, 0), (300_000, rise), (300_000, rise + 90_000), (0, 90_000)];
+            let region = enclosed(&[slant.map(|(x, y)| Point::new(x, y)).to_vec()]);
+            let lattice = Lattice::common(0.0, 22_500.0);
+            for line in all(&region, lattice) {
+                for leg in line.windows(2).filter(|leg| (leg[1].y - leg[0].y) != 0) {
+                    let from = lattice.turned(leg[0]).1;
+                    assert!(runs_along(leg, from, f64::from(INSET), lattice) <= 1.0, "{deg}: {leg:?}");
+                }
+            }
+            // The upright sides join them in any case.
+            assert!(all(&region, lattice).len() < lines(&region, lattice, INSET, |_| false).len(), "{deg}");
+        }
     }
 
     #[test]
