@@ -5,7 +5,7 @@ use super::infeasible::Hanging;
 use super::options::Options;
 use super::owed::{Owed, TOUCHING_MM};
 use super::solid::Solid;
-use super::support::{Needs, Neighbours};
+use super::support::Needs;
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Bounds, Dir, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
@@ -153,7 +153,7 @@ impl<'a> Setups<'a> {
     /// Every direction of `tried` at each of its poses, with the objections that are to be told.
     pub(super) fn ways(&self, part: usize, tried: &[Direction], told: Told) -> Vec<PrintWay> {
         use rayon::prelude::*;
-        let neighbours = Neighbours::of(self.workpiece, part);
+        let neighbours = self.options.known.neighbours(self.workpiece, part);
         let mut known: Vec<(Dir<Table>, f64)> = Vec::new();
         for direction in tried {
             let Some(up) = Dir::new(direction.up) else { continue };

@@ -10,11 +10,11 @@
 //! Angles from the vertical: a wall is 0, a ceiling 90 (PrusaSlicer counts from the horizontal).
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use super::part_set::PartSet;
 use super::workpiece::Workpiece;
-use crate::geom::{Angle, Dir, Table};
+use crate::geom::{Angle, Dir, Table, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::overhang::{self, Footing, Ground, Hang, Patch, Relief, Rule};
 
@@ -103,24 +103,35 @@ impl Needs {
     }
 }
 
-/// What the layers of a part at a direction lay on nothing: asked for again by every remedy, and the same each time.
+/// What was found out about parts and directions: every remedy asks for it again, and it is the same each time.
 #[derive(Clone, Debug, Default)]
-pub struct Known(Arc<Mutex<Answers>>);
+pub struct Known(Arc<Answers>);
 
-/// What hangs, by the numbers of part, direction and rule.
-type Answers = HashMap<Vec<u64>, Arc<Vec<Patch>>>;
+/// By the numbers of part, direction and rule.
+#[derive(Debug, Default)]
+struct Answers {
+    patches: Mutex<HashMap<Key, Arc<Vec<Patch>>>>,
+    neighbours: Mutex<HashMap<Key, Arc<Neighbours>>>,
+    needs: Mutex<HashMap<Key, Arc<Needs>>>,
+}
 
-impl Known {
-    fn or_find(&self, key: Vec<u64>, find: impl FnOnce() -> Vec<Patch>) -> Vec<Patch> {
-        let known = |all: &Self| all.0.lock().ok().and_then(|map| map.get(&key).cloned());
-        if let Some(found) = known(self) {
-            return found.to_vec();
-        }
+type Key = Vec<u64>;
+
+fn or_find<T>(known: &Mutex<HashMap<Key, Arc<T>>>, key: Key, find: impl FnOnce() -> T) -> Arc<T> {
+    let found = known.lock().ok().and_then(|map| map.get(&key).cloned());
+    found.unwrap_or_else(|| {
         let found = Arc::new(find());
-        if let Ok(mut map) = self.0.lock() {
+        if let Ok(mut map) = known.lock() {
             map.insert(key, found.clone());
         }
-        found.to_vec()
+        found
+    })
+}
+
+impl Known {
+    /// The neighbours of `part`.
+    pub(super) fn neighbours(&self, workpiece: &Workpiece<'_>, part: usize) -> Arc<Neighbours> {
+        or_find(&self.0.neighbours, Neighbours::key(workpiece, part), || Neighbours::of(workpiece, part))
     }
 }
 
@@ -136,7 +147,19 @@ pub(super) struct NeedsAsked<'a> {
     pub(super) known: &'a Known,
 }
 
+impl NeedsAsked<'_> {
+    /// What tells this question from all others, but for what is let pass.
+    fn key(&self, neighbours: &Neighbours, up: Dir<Table>) -> Key {
+        let Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2 } = self.rule;
+        let up = up.unit();
+        let numbers = [overhang.rad(), layer_mm, line_mm, bridge_mm, tolerate_mm2, up.x, up.y, up.z];
+        let rule = numbers.map(f64::to_bits).into_iter().chain([u64::from(self.enough)]);
+        neighbours.key.iter().copied().chain(rule).collect()
+    }
+}
+
 /// Who lies on each facet of a part.
+#[derive(Debug)]
 pub(super) struct Neighbours {
     /// For each facet: (part, shared area).
     on_facet: Vec<Vec<(usize, f64)>>,
@@ -147,6 +170,8 @@ pub(super) struct Neighbours {
     footings: Vec<Footing>,
     /// What tells this part where it stands from all others.
     key: Vec<u64>,
+    /// For each vertex the parts on which it stands, once somebody has asked: the same in all directions.
+    carriers: Vec<OnceLock<Vec<usize>>>,
 }
 
 /// An interface that covers this share of its facets is as large as they are.
@@ -154,7 +179,7 @@ const COVERED: f64 = 0.999;
 
 impl Neighbours {
     /// The neighbours of `part`.
-    pub(super) fn of(workpiece: &Workpiece<'_>, part: usize) -> Self {
+    fn of(workpiece: &Workpiece<'_>, part: usize) -> Self {
         let mesh = &workpiece.parts[part];
         let mut on_facet = vec![Vec::new(); mesh.facets().len()];
         let mut footings: Vec<Footing> = Vec::new();
@@ -178,9 +203,24 @@ impl Neighbours {
         let table = (0..on_table.len()).filter(|&f| on_table[f]).map(|f| mesh.corners(f)).collect();
         footings.push(Footing { own: table, below: Vec::new() });
         let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
-        let numbers = mesh.vertices().iter().take(3).flat_map(|v| v.iter().map(|x| x.to_bits())).collect::<Vec<u64>>();
+        let key = Self::key(workpiece, part);
+        let carriers = vec![OnceLock::new(); mesh.vertices().len()];
+        Self { on_facet, on_table, relief, footings, key, carriers }
+    }
+
+    /// What tells a part where it stands, and what it shares with others, from all that a search asks about.
+    fn key(workpiece: &Workpiece<'_>, part: usize) -> Key {
+        let mesh = &workpiece.parts[part];
         let counts = [part, mesh.facets().len(), mesh.vertices().len()].map(|n| n as u64);
-        Self { on_facet, on_table, relief, footings, key: counts.into_iter().chain(numbers).collect() }
+        let first = mesh.vertices().iter().take(3).flat_map(|v| v.iter().map(|x| x.to_bits()));
+        let shared = workpiece.model.interfaces.iter().filter(|one| one.a == part || one.b == part);
+        let shared = shared.flat_map(|one| [(one.a + one.b - part) as u64, one.area_mm2.to_bits()]);
+        counts.into_iter().chain(first).chain(shared).collect()
+    }
+
+    /// The parts on which a vertex stands.
+    fn carriers(&self, mesh: &TriangleMesh<Table>, vertex: usize) -> Vec<usize> {
+        self.carriers[vertex].get_or_init(|| carriers(mesh, self, vertex)).clone()
     }
 
     /// Whether a facet lies on the table or a neighbour, whole.
@@ -196,6 +236,18 @@ fn lies_on_table(mesh: &TriangleMesh<Table>, facet: usize) -> bool {
 
 /// What `mesh` needs when printed along `up`.
 pub(super) fn needs(
+    mesh: &TriangleMesh<Table>,
+    neighbours: &Neighbours,
+    up: Dir<Table>,
+    asked: &NeedsAsked<'_>,
+    parts: usize,
+) -> Needs {
+    let mut key = asked.key(neighbours, up);
+    key.extend([parts as u64, asked.allowed_mm2.to_bits(), u64::from(asked.by_layers)]);
+    or_find(&asked.known.0.needs, key, || found(mesh, neighbours, up, asked, parts)).as_ref().clone()
+}
+
+fn found(
     mesh: &TriangleMesh<Table>,
     neighbours: &Neighbours,
     up: Dir<Table>,
@@ -238,17 +290,14 @@ fn by_layers(
     up: Dir<Table>,
     asked: &NeedsAsked<'_>,
 ) -> Vec<Patch> {
-    let Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2 } = asked.rule;
-    let numbers = [overhang.rad(), layer_mm, line_mm, bridge_mm, tolerate_mm2, up.unit().x, up.unit().y, up.unit().z];
-    let mut key = neighbours.key.clone();
-    key.extend(numbers.map(f64::to_bits));
-    key.push(u64::from(asked.enough));
-    asked.known.or_find(key, || {
+    let key = asked.key(neighbours, up);
+    let find = || {
         let upright = up.unit().z > 1.0 - 1e-9;
         let table = upright && neighbours.on_table.contains(&true);
         let ground = Ground { footings: neighbours.footings.clone(), table };
         overhang::unsupported(mesh, up.unit(), &ground, |f| neighbours.carries(mesh, f), &asked.rule, asked.enough)
-    })
+    };
+    or_find(&asked.known.0.patches, key, find).to_vec()
 }
 
 /// Where the surface begins along `up`, and the ridges that hang too far, as the parts each may stand on; those on the table are left
@@ -274,7 +323,7 @@ fn beginnings(
         // Each corner of a flat foot begins for itself: they may stand on different parts.
         for vertex in relief.level_with(&heights, first) {
             if relief.looks_down(vertex, up.unit()) {
-                add(carriers(mesh, neighbours, vertex as usize));
+                add(neighbours.carriers(mesh, vertex as usize));
             }
         }
     }
@@ -286,24 +335,25 @@ fn beginnings(
     found
 }
 
-/// The parts on which `vertex` stands: those that share a facet of the flat face around it.
+/// The parts on which `vertex` stands, ascending: those that share a facet of the flat face around it.
 ///
 /// A sliver of a fanned cap shares too little area to count as an interface itself, so the facets next to the vertex's
 /// own are asked too, as long as the vertex lies in their plane.
 fn carriers(mesh: &TriangleMesh<Table>, neighbours: &Neighbours, vertex: usize) -> Vec<usize> {
     let at = mesh.vertices()[vertex];
     let relief = &neighbours.relief;
-    let own = relief.facets_at(vertex).iter().flat_map(|&f| mesh.facets()[f as usize]);
-    let mut around: Vec<u32> = own.flat_map(|c| relief.facets_at(c as usize).iter().copied()).collect();
-    around.sort_unstable();
-    around.dedup();
-    let mut parts: Vec<usize> = around
-        .into_iter()
-        .map(|f| f as usize)
-        .filter(|&f| !neighbours.on_facet[f].is_empty())
-        .filter(|&f| mesh.normal(f).is_some_and(|n| (at - mesh.corners(f)[0]).dot(&n).abs() < ON_TABLE))
-        .flat_map(|f| neighbours.on_facet[f].iter().map(|&(q, _)| q))
-        .collect();
+    let mut corners: Vec<u32> = relief.facets_at(vertex).iter().flat_map(|&f| mesh.facets()[f as usize]).collect();
+    corners.sort_unstable();
+    corners.dedup();
+    let mut parts: Vec<usize> = Vec::new();
+    for facet in corners.iter().flat_map(|&corner| relief.facets_at(corner as usize)).map(|&f| f as usize) {
+        let more = neighbours.on_facet[facet].iter().map(|&(part, _)| part).filter(|part| !parts.contains(part));
+        let more: Vec<usize> = more.collect();
+        let in_plane = |n: Vec3| (at - mesh.corners(facet)[0]).dot(&n).abs() < ON_TABLE;
+        if !more.is_empty() && mesh.normal(facet).is_some_and(in_plane) {
+            parts.extend(more);
+        }
+    }
     parts.sort_unstable();
     parts.dedup();
     parts
