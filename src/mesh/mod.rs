@@ -12,6 +12,7 @@
 
 mod box_tree;
 mod error;
+mod fans;
 mod interface;
 mod model;
 mod overlap;
@@ -27,6 +28,7 @@ mod winding;
 mod write;
 
 pub use error::{Fault, MAX_COORDINATE, MeshError, Place};
+pub use fans::{Fanned, fanned};
 pub use interface::{INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface};
 pub use model::{Model, Part, TABLE_GAP_MM};
 pub use read::{ReadOptions, read_model, read_surface};
