@@ -36,10 +36,22 @@ impl LoadedModel {
 ///
 /// [`Error::Mesh`], and what keeps a file from being read.
 pub fn load_model(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
+    let loaded = load_quietly(from, world)?;
+    loaded.model.warnings.iter().for_each(|w| world.progress.warning(w));
+    Ok(loaded)
+}
+
+/// The same for a job that changes the pose: the warnings about it are not told.
+pub(super) fn load_unposed(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
+    let loaded = load_quietly(from, world)?;
+    loaded.model.warnings_in_any_pose().for_each(|w| world.progress.warning(w));
+    Ok(loaded)
+}
+
+fn load_quietly(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
     let bytes = from.source.bytes(world)?;
     let file = from.source.name().into_owned();
     let model = read_model(&bytes, &file, &ReadOptions { unit: from.unit, repair: from.repair })?;
-    model.warnings.iter().for_each(|w| world.progress.warning(w));
     Ok(LoadedModel { model, file, sha256: sha256_hex(&bytes), path: from.source.path().map(Path::to_owned) })
 }
 
