@@ -31,7 +31,7 @@ pub use process::{Laid, Process};
 pub use search::{Recommendation, Role, Runner, recommend};
 pub use supports::Supports;
 
-use super::{Facets, Objective};
+use super::{Facets, Objective, Proof};
 use crate::geom::Vec3;
 
 /// Columns along the part's diagonal for a first look, and for the figures that are told.
@@ -63,6 +63,11 @@ impl Objective for Printable {
 
     fn needs_closed(&self) -> bool {
         true
+    }
+
+    /// An evaluation takes a millisecond and more.
+    fn proof(&self) -> Proof {
+        Proof::ROUGH
     }
 
     fn unproved(&self, _: &Facets) -> Option<String> {
