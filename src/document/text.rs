@@ -159,10 +159,12 @@ fn recommended(result: &Oriented, made: &Recommendation, process: &Process, out:
     made.runners.iter().for_each(|runner| row(runner.role.name(), &runner.pose));
     row("as it lies", &made.as_it_lies);
     made.own.iter().for_each(|own| row("yours", own));
+    let gap = 100.0 * (1.0 - made.at_least_min / made.recommended.price_min);
     let _ = writeln!(
         out,
-        "    proved: no pose costs less than {:.1} min (the part alone at the least height); the best of those priced, not proved best",
-        made.at_least_min
+        "    proved: no pose costs less than {:.1} min (the part alone at the least height), {gap:.1} % below the recommended one{}",
+        made.at_least_min,
+        if result.is_proved() { "" } else { "; that it is the best is not proved" }
     );
 }
 

@@ -120,6 +120,18 @@ fn the_least_support_of_a_cube_is_had_on_a_face() {
 }
 
 #[test]
+fn a_budget_holds_for_all_evaluations() {
+    let hook = fixture("hook");
+    for method in ["certified", "nelder-mead", "direct", "differential-evolution", "multistart"] {
+        for objective in ["height", "support-volume-convex"] {
+            let made = result(&[&hook, "--objective", objective, "--method", method, "--budget", "400"]);
+            let spent = made["evaluations"].as_u64().unwrap();
+            assert!((50..=400).contains(&spent), "{objective} by {method}: {spent}");
+        }
+    }
+}
+
+#[test]
 fn several_parts_are_written_beside_each_other() {
     let folder = folder();
     let out = folder.path().join("all.stl");
