@@ -36,3 +36,21 @@ impl Mass {
         Self { volume_mm3: (six / 6.0).abs(), area_mm2: area, centre }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Object;
+    use crate::mesh::TriangleMesh;
+
+    #[test]
+    fn a_tetrahedron_has_its_mass_at_the_mean_of_its_corners() {
+        let points = [[7.0, 0.0, 1.0], [11.0, 0.0, 1.0], [7.0, 3.0, 1.0], [7.0, 0.0, 3.0]].map(Vec3::from);
+        let facets = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        let mass = Mass::of(&Facets::of(&TriangleMesh::<Object>::new(points.to_vec(), facets)));
+        assert!((mass.volume_mm3 - 4.0).abs() < 1e-12, "{mass:?}");
+        assert!((mass.centre - points.iter().sum::<Vec3>() / 4.0).norm() < 1e-12, "{mass:?}");
+        assert!((mass.area_mm2 - (6.0 + 4.0 + 3.0 + 61f64.sqrt())).abs() < 1e-12, "{mass:?}");
+        assert!((mass.support_tie_mm3() - 0.004).abs() < 1e-15);
+    }
+}

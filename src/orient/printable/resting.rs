@@ -155,5 +155,9 @@ mod tests {
         let rests = resting(&facets, &Mass::of(&facets));
         assert!(rests.iter().all(|up| (up - Vec3::z()).norm() > 0.1), "{rests:?}");
         assert_eq!(rests.len(), 4, "two ends along y and two slopes: {rests:?}");
+        // Let go upright it falls to where it leans, onto its lower slope.
+        let points = facets.points.clone();
+        let fallen = settled(&points, &facets.mass().centre, Vec3::z(), 1e-6).unwrap();
+        assert!((fallen - Vec3::new(-0.8, 0.0, 0.6)).norm() < 1e-9, "{fallen:?}");
     }
 }
