@@ -7,7 +7,7 @@
 use divan::Bencher;
 use trunnion::geom::{Object, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_surface};
-use trunnion::orient::{Certified, Facets, Found, Search, Settings, objective};
+use trunnion::orient::{Certified, Facets, Found, Process, Search, Settings, objective, recommend};
 
 fn main() {
     if std::env::var_os("TRUNNION_MESHES").is_none() {
@@ -123,6 +123,30 @@ fn tanh_overhang(bencher: Bencher<'_, '_>, part: &str) {
 #[divan::bench(args = PARTS, sample_count = 1, sample_size = 1)]
 fn contact_area(bencher: Bencher<'_, '_>, part: &str) {
     bench(bencher, part, "contact-area");
+}
+
+/// What `orient` does without an objective; meshes 100 mm long.
+#[divan::bench(args = PARTS, sample_count = 3, sample_size = 1)]
+fn printable(bencher: Bencher<'_, '_>, name: &str) {
+    recommended(bencher, name);
+}
+
+/// 1.4 million facets.
+#[divan::bench(sample_count = 1, sample_size = 1)]
+fn printable_large(bencher: Bencher<'_, '_>) {
+    recommended(bencher, "lump 838");
+}
+
+fn recommended(bencher: Bencher<'_, '_>, name: &str) {
+    let Some(mesh) = part(name) else { return bencher.bench(|| ()) };
+    let bounds = mesh.bounds();
+    let scale = 100.0 / bounds.size().max();
+    let points = mesh.vertices().iter().map(|v| (v - bounds.min) * scale).collect();
+    let mesh = TriangleMesh::<Object>::new(points, mesh.facets().to_vec());
+    let find = || recommend(&Facets::of(&mesh), &Process::default(), None, None);
+    let best = find().recommended;
+    eprintln!("  {name}: {:.0} mm3 of support, tips beyond {:.1} degrees", best.support_mm3, best.tipping_deg);
+    bencher.bench(find);
 }
 
 /// A million facets.

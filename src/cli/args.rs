@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
 use crate::job::{Arrangement, PlanOptions, SlicingOptions, SplitOptions};
+use crate::orient::PRINTABLE;
 
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
 #[derive(Parser)]
@@ -231,10 +232,11 @@ pub(super) struct Inspect {
 pub(super) struct Orient {
     #[command(flatten)]
     pub(super) model: ModelArgs,
-    /// staircase, support-area, height, overhang-angle, normal-z, weighted-normal-z, tanh-overhang,
+    /// printable (grams and minutes of a pose that stands, with reasons), staircase, support-area, height, overhang-angle,
+    /// normal-z, weighted-normal-z, tanh-overhang,
     /// support-volume-convex, support-volume-convex-smooth, support-volume, support-volume-column, interface-area,
     /// alexander, contact-area, or a sum such as 0.7*staircase+0.3*height, weights of either sign; may be given several times
-    #[arg(long, default_value = "staircase", value_name = "NAME", allow_hyphen_values = true)]
+    #[arg(long, default_value = PRINTABLE, value_name = "NAME", allow_hyphen_values = true)]
     pub(super) objective: Vec<String>,
     /// certified (best value and a lower bound), mmls (all minima, seed 004), multistart, bfgs, cg, newton-cg, nelder-mead,
     /// direct, differential-evolution or grid
@@ -255,19 +257,25 @@ pub(super) struct Orient {
     /// Surfaces up to this angle from the vertical need no support
     #[arg(long, default_value_t = 45.0, value_name = "DEG")]
     pub(super) overhang: f64,
-    /// Layer height of staircase and alexander
-    #[arg(long, default_value_t = 0.2, value_name = "MM")]
-    pub(super) layer: f64,
-    /// Width of the columns that support volumes are measured by
-    #[arg(long, default_value_t = 0.5, value_name = "MM")]
-    pub(super) resolution: f64,
-    /// Only directions that lay at least this much flat on the bed
+    /// Layer height of printable, staircase and alexander [default: the machine's, else 0.2]
+    #[arg(long, value_name = "MM")]
+    pub(super) layer: Option<f64>,
+    /// Price by this machine's process: a shipped profile's name, or a TOML file
+    #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
+    pub(super) profile: Option<String>,
+    /// Price this pose too: the direction of the file that is up while printing, as 0,0,1
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(super) up: Option<String>,
+    /// Width of the columns that support volumes are measured by [default: 0.5, for parts above 200 mm a 400th of their length]
+    #[arg(long, value_name = "MM")]
+    pub(super) resolution: Option<f64>,
+    /// Only directions whose first layer lies on the bed with at least this much
     #[arg(long, value_name = "MM2")]
     pub(super) contact_area_min: Option<f64>,
     /// Also the model as it lies beside each best: support volume, overhang area, staircase, height, contact area
     #[arg(long)]
     pub(super) compare: bool,
-    /// Write the part with the first objective's best direction up, on z = 0 (STL; 3MF by its ending)
+    /// Write the parts with the first objective's best direction up, on z = 0, beside each other (STL; 3MF by its ending)
     #[arg(short, long, value_name = "OUT.stl")]
     pub(super) output: Option<PathBuf>,
     /// Draw the first objective over alpha and beta, its minima ringed (the best in red)

@@ -33,7 +33,7 @@ impl<E: Into<job::Error>> From<E> for Failure {
 fn in_flags(error: &job::Error) -> String {
     match error {
         job::Error::Setting(BadSetting::SeveralParts { count }) => format!(
-            "-o, --landscape and --view are of one part, and there are {count}; choose one with --part N, or take all as one with \
+            "--landscape and --view are of one part, and there are {count}; choose one with --part N, or take all as one with \
              --whole"
         ),
         job::Error::Setting(bad) => format!("--{bad}"),

@@ -9,21 +9,21 @@ use super::args::Orient as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, OrientOptions, OrientRequest, OutputFile, PartChoice};
+use crate::job::{self, MachineSource, OrientOptions, OrientRequest, OutputFile, PartChoice};
 use crate::orient::Picture;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let mut outputs = outputs([args.model.model.as_path()]);
     let mut claim = |path: &Option<PathBuf>| path.as_deref().map(|path| outputs.claim(path)).transpose();
     let [oriented, drawn, viewed] = [claim(&args.output)?, claim(&args.landscape)?, claim(&args.view)?];
-    let only_one = [&oriented, &drawn, &viewed].into_iter().any(Option::is_some);
+    let only_one = [&drawn, &viewed].into_iter().any(Option::is_some);
     let request =
-        OrientRequest { model: args.model.source()?, parts: chosen(args)?, only_one, options: args.options() };
+        OrientRequest { model: args.model.source()?, parts: chosen(args)?, only_one, options: args.options()? };
     let done = job::orient(&request, &console.world())?;
     let part = &done.parts[0];
     if let Some(output) = &oriented {
         let as_3mf = output.path().extension().is_some_and(|end| end.eq_ignore_ascii_case("3mf"));
-        output.write(&done.upright(part, as_3mf))?;
+        output.write(&done.upright(as_3mf))?;
     }
     let draw = |output: &Option<OutputFile>, picture: &dyn Fn() -> Picture| -> Result<(), Failure> {
         let Some(output) = output else { return Ok(()) };
@@ -42,19 +42,28 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 }
 
 impl Verb {
-    fn options(&self) -> OrientOptions {
-        OrientOptions {
+    fn options(&self) -> Result<OrientOptions, Failure> {
+        Ok(OrientOptions {
             objectives: self.objective.clone(),
             method: self.method.clone(),
             budget: self.budget,
             seed: self.seed,
             overhang_deg: self.overhang,
             layer_mm: self.layer,
+            machine: self.profile.as_deref().map(MachineSource::from),
+            up: self.up.as_deref().map(direction).transpose()?,
             resolution_mm: self.resolution,
             contact_mm2: self.contact_area_min,
             compare: self.compare,
-        }
+        })
     }
+}
+
+/// Three numbers, as `0,0,1`.
+fn direction(text: &str) -> Result<[f64; 3], Failure> {
+    let bad = || Failure::Usage(format!("--up {text:?}: not three numbers; write X,Y,Z as 0,0,1"));
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse::<f64>()).collect();
+    numbers.ok().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok()).ok_or_else(bad)
 }
 
 /// The parts that `--part` names: numbers and ranges, as `0,3,5-7`.

@@ -11,10 +11,12 @@
 mod model;
 mod oriented;
 mod planned;
+mod priced;
 mod printing;
 pub mod text;
 
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};
 pub use planned::{no_plan, planned, sequences};
+pub use priced::reasons;
 pub use printing::{checked, event, prepared, rehearsed, rejected, shipped, sliced, verified};

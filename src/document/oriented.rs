@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::priced::{plain, recommendation};
 use crate::job::{Compared, Oriented, OrientedPart};
 use crate::orient::{Minimum, Stop, to_angles};
 
@@ -11,7 +12,7 @@ pub fn oriented(part: &OrientedPart) -> Value {
     let mut document = json!({"id": part.id, "facets": part.mesh.facets().len(), "results": results});
     if let Some(rows) = &part.compared {
         let row = |row: &Compared| {
-            let mut document = json!({"orientation": row.name, "up": row.up.as_slice()});
+            let mut document = json!({"orientation": row.name, "up": plain(&row.up)});
             figures(row).into_iter().for_each(|(_, key, value)| document[key] = value.into());
             document
         };
@@ -25,8 +26,8 @@ fn found(result: &Oriented) -> Value {
     let minimum = |m: &Minimum| {
         let (alpha, beta) = to_angles(&m.up);
         json!({
-            "value": m.value + 0.0, "up": m.up.as_slice(), "kind": result.kind(m),
-            "alpha_deg": alpha.to_degrees(), "beta_deg": beta.to_degrees(),
+            "value": m.value + 0.0, "up": plain(&m.up), "kind": result.kind(m),
+            "alpha_deg": alpha.to_degrees() + 0.0, "beta_deg": beta.to_degrees() + 0.0,
         })
     };
     let found = &result.found;
@@ -39,16 +40,23 @@ fn found(result: &Oriented) -> Value {
     if let Some(why) = &result.unproved {
         document["unproved"] = why.as_str().into();
     }
+    if let Some(value) = result.finer {
+        document["best_finer"] = (value + 0.0).into();
+    }
+    if let Some((made, process)) = &result.recommendation {
+        recommendation(made, process, &mut document);
+    }
     document
 }
 
 /// The figures of one orientation: heading of a table, key, value.
-pub fn figures(row: &Compared) -> [(&'static str, &'static str, f64); 5] {
+pub fn figures(row: &Compared) -> [(&'static str, &'static str, f64); 6] {
     [
         ("support mm3", "support_volume_mm3", row.support_mm3),
         ("overhang mm2", "overhang_area_mm2", row.overhang_mm2),
         ("staircase mm4", "staircase_mm4", row.staircase_mm4),
         ("height mm", "height_mm", row.height_mm),
         ("contact mm2", "contact_area_mm2", row.contact_mm2),
+        ("tipping deg", "tipping_deg", row.tipping_deg),
     ]
 }

@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
-use super::figures;
 use super::model::apart;
+use super::priced::{grams, minutes, plain};
+use super::{figures, reasons};
 use crate::job::{Compared, LoadedProfile, Oriented, OrientedPart, PlanResult};
 use crate::mesh::Model;
-use crate::orient::{Stop, to_angles};
+use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::planning::{Print, Slot};
 use crate::spelling::counted;
 use crate::verify::Report;
@@ -97,7 +98,12 @@ const SHOWN: usize = 8;
 /// `trunnion orient`, one part.
 pub fn oriented(part: &OrientedPart) -> String {
     let mut out = format!("part {}, {} facets\n", part.id, part.mesh.facets().len());
-    part.results.iter().for_each(|result| result_text(result, &mut out));
+    for result in &part.results {
+        match &result.recommendation {
+            Some((made, process)) => recommended(result, made, process, &mut out),
+            None => result_text(result, &mut out),
+        }
+    }
     part.compared.iter().for_each(|rows| table(rows, &mut out));
     out.push('\n');
     out
@@ -122,9 +128,49 @@ fn result_text(result: &Oriented, out: &mut String) {
         let (alpha, beta) = (alpha.to_degrees(), beta.to_degrees());
         let _ = writeln!(out, "    {:<17.9e} {up:30} {alpha:8.3} {beta:8.3}  {}", m.value + 0.0, result.kind(m));
     }
+    if let Some(value) = result.finer {
+        let _ = writeln!(out, "    the best by columns four times finer: {value:.3}");
+    }
     if found.minima.len() > SHOWN {
         let _ = writeln!(out, "    and {} more; --json lists them", found.minima.len() - SHOWN);
     }
+}
+
+/// What is recommended, why, and what stands against it.
+fn recommended(result: &Oriented, made: &Recommendation, process: &Process, out: &mut String) {
+    let Process { layer_mm, line_mm, infill, .. } = process;
+    let _ = writeln!(
+        out,
+        "\n  {}: layers of {layer_mm} mm, lines of {line_mm} mm, {:.0} % infill; {} poses priced, {:.2} s",
+        result.objective,
+        infill * 100.0,
+        made.evaluations,
+        result.seconds
+    );
+    reasons(made).iter().for_each(|reason| _ = writeln!(out, "    - {reason}"));
+    let head = ["price min", "grams", "minutes", "support mm3", "first mm2", "tips deg", "height mm"];
+    let _ = write!(out, "\n    {:15}", "");
+    head.iter().for_each(|name| _ = write!(out, " {name:>11}"));
+    let _ = writeln!(out, "  stands  up");
+    let mut row = |name: &str, p: &Priced| {
+        let figures = [p.price_min, grams(p), minutes(p), p.support_mm3, p.footprint_mm2, p.tipping_deg, p.height_mm];
+        let _ = write!(out, "    {name:15}");
+        figures.iter().for_each(|value| _ = write!(out, " {:>11.1}", value + 0.0));
+        let [x, y, z] = plain(&p.up);
+        let stands = if p.stands { "yes" } else { "no" };
+        let _ = writeln!(out, "  {stands:6}  ({x:.5}, {y:.5}, {z:.5})");
+    };
+    row("recommended", &made.recommended);
+    made.runners.iter().for_each(|runner| row(runner.role.name(), &runner.pose));
+    row("as it lies", &made.as_it_lies);
+    made.own.iter().for_each(|own| row("yours", own));
+    let gap = 100.0 * (1.0 - made.at_least_min / made.recommended.price_min);
+    let _ = writeln!(
+        out,
+        "    proved: no pose costs less than {:.1} min (the part alone at the least height), {gap:.1} % below the recommended one{}",
+        made.at_least_min,
+        if result.is_proved() { "" } else { "; that it is the best is not proved" }
+    );
 }
 
 /// The gap in words.

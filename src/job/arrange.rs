@@ -87,7 +87,8 @@ pub(super) fn arranged(
     let file = how.file.clone().unwrap_or_else(|| format!("{}.parts.3mf", read.file));
     let bytes = threemf(&parts.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>());
     let mut made = LoadedModel::made(file.clone(), &bytes)?;
-    let about_file = read.model.warnings.iter().filter(|text| !is_overlap(text));
+    // The pose and what overlaps are looked at anew.
+    let about_file = read.model.warnings_in_any_pose().filter(|text| !is_overlap(text));
     made.model.warnings.splice(0..0, about_file.cloned());
     tell(&made.model.warnings, world);
     Ok((made, Some(ArrangedModel { bytes, file, changes })))

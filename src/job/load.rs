@@ -44,6 +44,13 @@ pub(super) fn tell(warnings: &[String], world: &World<'_>) {
     warnings.iter().for_each(|text| world.progress.warning(text));
 }
 
+/// The same for a job that changes the pose: the warnings about it are not told.
+pub(super) fn load_unposed(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
+    let loaded = read_quietly(from, world)?;
+    loaded.model.warnings_in_any_pose().for_each(|text| world.progress.warning(text));
+    Ok(loaded)
+}
+
 /// Reads a model; its warnings are kept in it, and not told.
 pub(super) fn read_quietly(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
     let bytes = from.source.bytes(world)?;

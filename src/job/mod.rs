@@ -41,6 +41,7 @@ pub use arrange::{ArrangedModel, Arrangement, Standing};
 pub use bench::Bench;
 pub use cutting::{CutModel, Cutting};
 pub use error::{Error, in_words, remedy};
+use load::load_unposed;
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, plan, sequences};

@@ -55,13 +55,22 @@ pub enum BadSetting {
         model: String,
     },
     /// Several parts where the result is of one.
-    #[error(
-        "part: there are {count} parts, and an oriented file or a picture is of one; choose one, or take all as one (whole)"
-    )]
+    #[error("part: there are {count} parts, and a picture is of one; choose one, or take all as one (whole)")]
     SeveralParts {
         /// How many.
         count: usize,
     },
+    /// A direction without a length.
+    #[error("{name} {},{},{}: no direction; give three numbers that are not all 0, as 0,0,1", given[0], given[1], given[2])]
+    Direction {
+        /// The setting.
+        name: &'static str,
+        /// As given.
+        given: [f64; 3],
+    },
+    /// A pose to be priced where nothing is.
+    #[error("up: only the objective printable prices a pose, and a comparison shows one; ask for either (compare)")]
+    OwnPose,
     /// No facet as large as asked for.
     #[error("contact-area-min {least} mm2: no direction lays so much on the bed; the most is {most:.3} mm2")]
     NoContact {

@@ -13,6 +13,7 @@
 mod apart;
 mod box_tree;
 mod error;
+mod fans;
 mod interface;
 mod model;
 mod overlap;
@@ -30,6 +31,7 @@ mod write;
 pub use apart::{may_overlap, nearest};
 pub use box_tree::BoxTree;
 pub use error::{Fault, MAX_COORDINATE, MeshError, Place};
+pub use fans::{Fanned, fanned};
 pub use interface::{Facing, INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface, facing_across};
 pub use model::{Model, Part, TABLE_GAP_MM};
 pub use read::{ReadOptions, read_model, read_surface};

@@ -96,6 +96,11 @@ impl Model {
         held
     }
 
+    /// The warnings that hold in whatever pose the model is printed.
+    pub fn warnings_in_any_pose(&self) -> impl Iterator<Item = &String> {
+        self.warnings.iter().filter(|text| self.parts.iter().all(|part| on_a_tip(part) != **text))
+    }
+
     fn find_table(&mut self) {
         let low = self.bounds.min.z + TABLE_GAP_MM;
         let touching = self.parts.iter().filter(|part| part.mesh.bounds().min.z <= low);
@@ -104,14 +109,16 @@ impl Model {
         for id in tips {
             if !self.held(&standing)[id] {
                 standing.push(id);
-                let name = &self.parts[id].name;
-                self.warnings
-                    .push(format!("part {id} ({name}) touches the table at an edge or corner only: 0 mm2 of contact"));
+                self.warnings.push(on_a_tip(&self.parts[id]));
             }
         }
         standing.sort_unstable();
         self.on_table = standing;
     }
+}
+
+fn on_a_tip(part: &Part) -> String {
+    format!("part {} ({}) touches the table at an edge or corner only: 0 mm2 of contact", part.id, part.name)
 }
 
 /// Whether a facet below `low` faces down.

@@ -110,6 +110,10 @@ impl<'a> Run<'a> {
                 self.floor = self.floor.min(cell.bound);
                 continue;
             }
+            if cell.bound > 0.0 && cell.bound >= (1.0 - SPREAD) * self.trial.size() {
+                self.heap.push(cell);
+                return Stop::Converged;
+            }
             if self.trial.left() < 12 + POLISH {
                 self.heap.push(cell);
                 return Stop::Budget;
@@ -149,6 +153,9 @@ impl<'a> Run<'a> {
         }
     }
 }
+
+/// Where the best and the worst direction differ by less than this, relative, no printer can tell them apart (a ball).
+const SPREAD: f64 = 1e-3;
 
 /// Of the largest value: a difference that is none.
 const ROUNDED: f64 = 1e-13;

@@ -7,6 +7,8 @@ use crate::mesh::{TABLE_GAP_MM, TriangleMesh};
 
 /// Both senses of the so many largest normals are tried.
 const MOST_NORMALS: usize = 100;
+/// Evaluations of each sense: there, and on four sides.
+const EACH: usize = 5;
 /// A dip is lower than its neighbourhood so far away, radians: beyond the 0.1 degree within which a facet is flat.
 const BESIDE: f64 = 0.004;
 
@@ -14,13 +16,19 @@ impl Found {
     /// With the dips of `objective` at the largest facets' normals, evaluations counted; the lower bound stays, since it
     /// holds for every direction.
     #[must_use]
-    pub fn with_dips(mut self, objective: &dyn Objective, facets: &Facets) -> Self {
+    pub fn with_dips(self, objective: &dyn Objective, facets: &Facets) -> Self {
+        self.with_dips_within(objective, facets, 2 * MOST_NORMALS * EACH)
+    }
+
+    /// The same with at most so many evaluations.
+    #[must_use]
+    pub fn with_dips_within(mut self, objective: &dyn Objective, facets: &Facets, most: usize) -> Self {
         let (normals, order) = (&facets.normals().units, facets.normals().by_area());
         let mut minima = std::mem::take(&mut self.minima);
-        for &i in order.iter().take(MOST_NORMALS) {
+        for &i in order.iter().take(MOST_NORMALS.min(most / (2 * EACH))) {
             for up in [normals[i], -normals[i]] {
                 let value = objective.value(facets, &up);
-                self.evaluations += 5;
+                self.evaluations += EACH;
                 if beside(&up).iter().all(|d| objective.value(facets, d) > value) {
                     minima.push(Minimum { up, value });
                 }

@@ -60,13 +60,22 @@ pub fn method(name: &str, objective: &dyn Objective, budget: Option<usize>, seed
 }
 
 /// All distinct local and global minima of `objective` that `search` finds, best first, and the dips at the largest facet
-/// normals, which no descent finds; directions are in the frame of the part's mesh. The dips take up to 1000 evaluations
-/// on top of the search's budget; the history is the search's alone.
+/// normals, which no descent finds; directions are in the frame of the part's mesh. The dips take up to 1000 evaluations;
+/// the history is the search's alone.
 ///
 /// Minima within half a degree of a better one are left out. A part without facets has one minimum somewhere, of value 0.
 /// The lower bound, where `search` proves one, holds for the dips as well.
-pub fn minima(facets: &Facets, objective: &dyn Objective, search: &dyn Search) -> Found {
-    search.search(objective, facets).with_dips(objective, facets)
+///
+/// Where `budget` is given, search and dips together take no more.
+pub fn minima(facets: &Facets, objective: &dyn Objective, search: &dyn Search, budget: Option<usize>) -> Found {
+    let found = search.search(objective, facets);
+    match budget {
+        Some(budget) => {
+            let left = budget.saturating_sub(found.evaluations);
+            found.with_dips_within(objective, facets, left)
+        }
+        None => found.with_dips(objective, facets),
+    }
 }
 
 #[cfg(test)]

@@ -39,10 +39,12 @@ mod nelder_mead;
 mod normals;
 mod objective;
 mod picture;
+mod printable;
 mod sight;
 mod sphere;
 #[cfg(test)]
 mod tests;
+mod ties;
 mod trial;
 mod volumes;
 mod weighted;
@@ -54,7 +56,7 @@ pub use dips::{laid, overhang_area, turned, turned_by};
 pub use direct::Direct;
 pub use directions::{Direction, directions};
 pub use evolution::DifferentialEvolution;
-pub use facets::{Facet, Facets, Normals};
+pub use facets::{Facet, Facets, Mass, Normals};
 pub use gradient::{Descent, Method};
 pub use grid::Grid;
 pub use methods::{METHODS, method, minima};
@@ -65,8 +67,12 @@ pub use nelder_mead::NelderMead;
 pub use normals::{NormalZ, OverhangAngle};
 pub use objective::{Height, Objective, Proof, Staircase, SupportArea};
 pub use picture::{Paint, Picture, landscape, view};
+pub use printable::{
+    Footing, Laid, PRINTABLE, Priced, Printable, Process, Recommendation, Role, Runner, STANDS_DEG, Supports, recommend,
+};
 pub use sight::{Alexander, Cost, FIELD_FACETS, Smoothing, Supported};
 pub use sphere::{from_angles, to_angles};
+pub use ties::{Standing, Tried, standing, without_ties};
 pub use volumes::{ContactArea, SupportVolumeConvex, TanhOverhang, WeightedNormalZ};
 pub use weighted::WeightedSum;
 

@@ -1,13 +1,14 @@
 //! Objectives by name.
 
 use super::{
-    Alexander, ContactArea, Cost, Height, NormalZ, Objective, OverhangAngle, Smoothing, Staircase, SupportArea,
-    SupportVolumeColumn, SupportVolumeConvex, Supported, TanhOverhang, WeightedNormalZ, WeightedSum,
+    Alexander, ContactArea, Cost, Height, NormalZ, Objective, OverhangAngle, PRINTABLE, Printable, Process, Smoothing,
+    Staircase, SupportArea, SupportVolumeColumn, SupportVolumeConvex, Supported, TanhOverhang, WeightedNormalZ,
+    WeightedSum,
 };
 use crate::geom::Angle;
 use crate::spelling;
 
-/// The names of [`objective`], in the order of METHODS.
+/// The names of [`objective`], in the order of METHODS; beside them there is [`PRINTABLE`], which has no bound as an objective.
 pub const OBJECTIVES: [&str; 14] = [
     "staircase",
     "support-area",
@@ -68,7 +69,7 @@ impl Default for Settings {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BadObjective {
     /// No objective has this name.
-    #[error("objective `{name}` is unknown; did you mean {nearest}? known are {}", OBJECTIVES.join(", "))]
+    #[error("objective `{name}` is unknown; did you mean {nearest}? known are {}", [&[PRINTABLE], &OBJECTIVES[..]].concat().join(", "))]
     Unknown {
         /// As given.
         name: String,
@@ -144,7 +145,16 @@ fn plain(name: &str, settings: &Settings) -> Result<Box<dyn Objective>, BadObjec
             overhang: settings.overhang,
         }),
         "contact-area" => Box::new(ContactArea),
-        _ => return Err(BadObjective::Unknown { name: name.to_owned(), nearest: nearest(name, &OBJECTIVES) }),
+        PRINTABLE => {
+            let process = Process { layer_mm: settings.layer_mm, overhang: settings.overhang, ..Process::default() };
+            Box::new(Printable { process })
+        }
+        _ => {
+            return Err(BadObjective::Unknown {
+                name: name.to_owned(),
+                nearest: nearest(name, &[&[PRINTABLE], &OBJECTIVES[..]].concat()),
+            });
+        }
     })
 }
 

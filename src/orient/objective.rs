@@ -26,6 +26,11 @@ pub trait Objective: Sync {
         false
     }
 
+    /// Values nearer than this are one for a printer; 0 where every difference counts.
+    fn tie(&self, _facets: &Facets) -> f64 {
+        0.0
+    }
+
     /// What is worth proving of it.
     fn proof(&self) -> Proof {
         Proof::EXACT

@@ -70,6 +70,10 @@ impl Objective for SupportVolumeConvex {
         true
     }
 
+    fn tie(&self, facets: &Facets) -> f64 {
+        facets.mass().support_tie_mm3()
+    }
+
     fn gradient(&self, facets: &Facets, up: &Vec3) -> Option<Vec3> {
         let (lowest, from) = (facets.lowest(up), self.overhang.rad().sin());
         let normals = facets.normals();

@@ -13,8 +13,15 @@ use crate::support::{folder, note, skip, trunnion};
 const MOST: f64 = 200.0;
 
 /// Those whose searches keep lists for a while, and those that do not.
-const NAMES: [&str; 6] =
-    ["weighted-normal-z", "height", "staircase", "overhang-angle", "support-volume-convex", "support-volume-column"];
+const NAMES: [&str; 7] = [
+    "printable",
+    "weighted-normal-z",
+    "height",
+    "staircase",
+    "overhang-angle",
+    "support-volume-convex",
+    "support-volume-column",
+];
 
 /// The highest resident size of the command so far, bytes, as the system counts it.
 fn highest(id: u32) -> Option<f64> {

@@ -35,6 +35,11 @@ fn run(page: &str, least: usize) {
 }
 
 #[test]
+fn of_orientation() {
+    run("orientation.md", 1);
+}
+
+#[test]
 fn of_prusa_slicer() {
     if !installed("prusa-slicer") {
         return skip("prusa-slicer is not installed: the recipes of docs/prusa-slicer.md are not run");

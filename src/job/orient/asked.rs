@@ -1,20 +1,29 @@
 //! What a request for orientations asks for, checked.
 
-use super::{OrientOptions, Oriented};
-use crate::geom::Angle;
-use crate::job::{BadSetting, Error, World};
+use super::{OrientOptions, Oriented, finer};
+use crate::geom::{Angle, Bounds, Vec3};
+use crate::job::{BadSetting, Error, World, load_profile};
 use crate::orient::{
-    ContactArea, Facets, Found, METHODS, Minimum, Objective, Settings, laid, method, minima, nearest, objective,
+    Facets, Found, METHODS, Minimum, Objective, PRINTABLE, Printable, Process, Recommendation, Settings, Standing,
+    Stop, Tried, method, minima, nearest, objective, recommend, standing, without_ties,
 };
+use crate::profile::SliceSettings;
 
 /// Fewer evaluations than this say nothing of a whole sphere.
 const LEAST_BUDGET: usize = 100;
+/// Columns along a part's longest side, unless the user wants others.
+const COLUMNS: f64 = 400.0;
 /// A horizontal surface overhangs whatever is allowed.
 const STEEPEST_DEG: f64 = 89.9;
 
 pub(super) struct OrientAsked {
-    pub(super) objectives: Vec<Box<dyn Objective>>,
-    pub(super) settings: Settings,
+    /// Each makes an objective.
+    texts: Vec<String>,
+    settings: Settings,
+    /// Columns as the user wants them, else as they suit the part.
+    resolution_mm: Option<f64>,
+    pub(super) up: Option<Vec3>,
+    process: Process,
     method: &'static str,
     budget: Option<usize>,
     seed: u64,
@@ -22,64 +31,161 @@ pub(super) struct OrientAsked {
 }
 
 impl OrientAsked {
-    pub(super) fn of(options: &OrientOptions) -> Result<Self, BadSetting> {
-        let settings = settings(options)?;
+    pub(super) fn of(options: &OrientOptions, world: &World<'_>) -> Result<Self, Error> {
+        let machine = options.machine.as_ref().map(|machine| load_profile(machine, world)).transpose()?;
+        let print = machine.map(|loaded| loaded.profile.process);
+        let settings = settings(options, print.as_ref())?;
         if let Some(value) = options.budget.filter(|&budget| budget < LEAST_BUDGET) {
-            return Err(BadSetting::TooFew { name: "budget", value, least: LEAST_BUDGET, what: "evaluations" });
+            return Err(BadSetting::TooFew { name: "budget", value, least: LEAST_BUDGET, what: "evaluations" }.into());
         }
         let method = METHODS.into_iter().find(|name| *name == options.method).ok_or_else(|| BadSetting::Method {
             name: "method",
             given: options.method.clone(),
             nearest: nearest(&options.method, &METHODS).to_string(),
         })?;
-        let made = options.objectives.iter().map(|text| objective(text, &settings));
+        let process = process(print.as_ref().unwrap_or(&SliceSettings::default()), &settings);
+        let texts = options.objectives.clone();
         let bad = |source| BadSetting::Objective { name: "objective", source };
-        let objectives = made.collect::<Result<Vec<_>, _>>().map_err(bad)?;
-        if objectives.is_empty() {
-            return Err(BadSetting::Zero { name: "objective" });
+        texts.iter().try_for_each(|text| objective(text, &settings).map(drop)).map_err(bad)?;
+        if texts.is_empty() {
+            return Err(BadSetting::Zero { name: "objective" }.into());
         }
-        let OrientOptions { budget, seed, contact_mm2, .. } = *options;
-        Ok(Self { objectives, settings, method, budget, seed, contact_mm2 })
+        let up = options.up.map(own_pose).transpose()?;
+        if up.is_some() && !options.compare && !texts.iter().any(|text| text.trim() == PRINTABLE) {
+            return Err(BadSetting::OwnPose.into());
+        }
+        let OrientOptions { budget, seed, contact_mm2, resolution_mm, .. } = *options;
+        Ok(Self { texts, settings, resolution_mm, up, process, method, budget, seed, contact_mm2 })
+    }
+
+    /// The objectives for a part.
+    pub(super) fn objectives(&self, facets: &Facets) -> Vec<Box<dyn Objective>> {
+        let settings = self.settings(facets);
+        let made = |text: &String| match text.trim() {
+            PRINTABLE => Some(Box::new(Printable { process: self.process }) as Box<dyn Objective>),
+            _ => objective(text, &settings).ok(),
+        };
+        self.texts.iter().filter_map(made).collect()
+    }
+
+    /// The settings for a part: columns of half a millimetre, wider where the part is longer than [`COLUMNS`] of them.
+    pub(super) fn settings(&self, facets: &Facets) -> Settings {
+        let longest = Bounds::of(facets.points.iter().copied()).size().max();
+        let suits = self.settings.resolution_mm.max(longest / COLUMNS);
+        Settings { resolution_mm: self.resolution_mm.unwrap_or(suits), ..self.settings }
+    }
+
+    /// The first objective that means nothing on an open surface.
+    pub(super) fn closed_only(&self) -> Option<String> {
+        let needs = |text: &&String| objective(text, &self.settings).is_ok_and(|f| f.needs_closed());
+        self.texts.iter().find(needs).cloned()
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.texts.len()
     }
 
     pub(super) fn result(&self, f: &dyn Objective, facets: &Facets, world: &World<'_>) -> Result<Oriented, Error> {
         let start = world.clock.now();
+        let made = if f.name() == PRINTABLE && self.method == METHODS[0] {
+            self.recommended(facets)?
+        } else {
+            self.searched(f, facets)?
+        };
+        Ok(Oriented { seconds: (world.clock.now() - start).as_secs_f64(), ..made })
+    }
+
+    fn recommended(&self, facets: &Facets) -> Result<Oriented, BadSetting> {
+        let mut made = recommend(facets, &self.process, self.up, self.budget);
+        if let Some(least) = self.contact_mm2 {
+            let most = made.poses.iter().map(|p| p.footprint_mm2).fold(0.0, f64::max);
+            if !made.keep_standing_on(least) {
+                return Err(BadSetting::NoContact { least, most });
+            }
+        }
+        let Recommendation { poses, at_least_min, evaluations, .. } = &made;
+        let minima = poses.iter().map(|p| Minimum { up: p.up, value: p.price_min }).collect();
+        let (evaluations, lower_bound) = (*evaluations, Some(*at_least_min));
+        let found = Found { minima, evaluations, lower_bound, stop: Stop::Converged, history: Vec::new() };
+        let unproved = "the bound is the part alone at the least height: supports, steps and risk are 0 in it";
+        Ok(Oriented {
+            objective: PRINTABLE.to_owned(),
+            method: "candidates",
+            found,
+            unproved: Some(unproved.to_owned()),
+            recommendation: Some((made, self.process)),
+            finer: None,
+            tie: 0.0,
+            seconds: 0.0,
+        })
+    }
+
+    fn searched(&self, f: &dyn Objective, facets: &Facets) -> Result<Oriented, BadSetting> {
         let unknown =
             || BadSetting::Method { name: "method", given: self.method.to_owned(), nearest: METHODS.join(", ") };
-        let search = method(self.method, f, self.budget, self.seed).ok_or_else(unknown)?;
-        let mut found = minima(facets, f, search.as_ref());
+        // Of a budget a quarter is kept for dips and ties.
+        let share = self.budget.map(|budget| budget - budget / 4);
+        let search = method(self.method, f, share, self.seed).ok_or_else(unknown)?;
+        let mut found = minima(facets, f, search.as_ref(), self.budget.map(|budget| budget - budget / 8));
+        let tie = f.tie(facets);
         if let Some(least) = self.contact_mm2 {
-            found.minima = standing(f, facets, least)?;
-            found.evaluations += found.minima.len();
+            let Standing { minima, most_mm2, evaluations } =
+                standing(f, facets, &found.minima, least, self.settings.layer_mm);
+            if minima.is_empty() {
+                return Err(BadSetting::NoContact { least, most: most_mm2 });
+            }
+            found.evaluations += evaluations;
+            found.minima = minima;
         }
+        let left = self.budget.map_or(usize::MAX, |budget| budget.saturating_sub(found.evaluations));
+        let tried = Tried { least_mm2: self.contact_mm2, most: left };
+        found = without_ties(found, f, facets, self.settings.layer_mm, tried);
         let found = Found { lower_bound: found.lower_bound.filter(|bound| bound.is_finite()), ..found };
-        let unproved = found.lower_bound.is_none().then(|| match search.name() {
-            "certified" => f.unproved(facets).unwrap_or_else(|| "no bound was reached".to_owned()),
-            name => format!("{name} proves nothing; --method certified does"),
-        });
-        let seconds = (world.clock.now() - start).as_secs_f64();
-        Ok(Oriented { objective: f.name().to_owned(), method: search.name(), found, unproved, seconds })
+        let beyond = || "the bound is over all directions, those that lie on less among them".to_owned();
+        let unproved = match (found.lower_bound, search.name()) {
+            (Some(_), _) => self.contact_mm2.filter(|least| *least > 0.0).map(|_| beyond()),
+            (None, "certified") => Some(f.unproved(facets).unwrap_or_else(|| "no bound was reached".to_owned())),
+            (None, name) => Some(format!("{name} proves nothing; --method certified does")),
+        };
+        let (objective, method) = (f.name().to_owned(), search.name());
+        let columns = finer(&self.settings(facets));
+        let finer = (objective == columns.name()).then(|| columns.value(facets, &found.minima[0].up));
+        Ok(Oriented { objective, method, found, unproved, recommendation: None, finer, tie, seconds: 0.0 })
     }
 }
 
-/// Directions that lay `least` mm² on the bed, best first by `f`. Contact is had only where a facet lies flat, so these are
-/// all there are; the lower bound over all directions holds for them as well.
-fn standing(f: &dyn Objective, facets: &Facets, least: f64) -> Result<Vec<Minimum>, BadSetting> {
-    let all = laid(facets, least, f);
-    if all.is_empty() {
-        let most = laid(facets, 0.0, &ContactArea).first().map_or(0.0, |m| 0.0 - m.value);
-        return Err(BadSetting::NoContact { least, most });
-    }
-    Ok(all)
+/// A direction that the user gives.
+fn own_pose(given: [f64; 3]) -> Result<Vec3, BadSetting> {
+    let up = Vec3::from(given);
+    let length = up.norm();
+    if length.is_finite() && length > 1e-9 { Ok(up / length) } else { Err(BadSetting::Direction { name: "up", given }) }
 }
 
-fn settings(options: &OrientOptions) -> Result<Settings, BadSetting> {
-    let OrientOptions { overhang_deg, layer_mm, resolution_mm, .. } = *options;
+/// What of a profile's process a price needs.
+fn process(print: &SliceSettings, settings: &Settings) -> Process {
+    Process {
+        layer_mm: settings.layer_mm,
+        line_mm: print.line_width_mm,
+        walls: print.walls,
+        infill: print.infill,
+        wall_mm_per_s: f64::midpoint(print.outer_wall_mm_per_s, print.inner_wall_mm_per_s),
+        infill_mm_per_s: print.infill_mm_per_s,
+        overhang: settings.overhang,
+        ..Process::default()
+    }
+}
+
+fn settings(options: &OrientOptions, print: Option<&SliceSettings>) -> Result<Settings, BadSetting> {
+    let OrientOptions { overhang_deg, .. } = *options;
+    let own = print.map_or(SliceSettings::default().layer_height_mm, |print| print.layer_height_mm);
+    let layer_mm = options.layer_mm.unwrap_or(own);
     BadSetting::within("overhang", overhang_deg, " deg", [0.0, STEEPEST_DEG])?;
     BadSetting::within("layer", layer_mm, " mm", [0.001, 10.0])?;
-    BadSetting::within("resolution", resolution_mm, " mm", [0.01, 100.0])?;
+    if let Some(resolution) = options.resolution_mm {
+        BadSetting::within("resolution", resolution, " mm", [0.01, 100.0])?;
+    }
     if let Some(contact) = options.contact_mm2 {
         BadSetting::within("contact-area-min", contact, " mm2", [0.0, 1e9])?;
     }
-    Ok(Settings { layer_mm, overhang: Angle::from_deg(overhang_deg), resolution_mm, ..Settings::default() })
+    Ok(Settings { layer_mm, overhang: Angle::from_deg(overhang_deg), ..Settings::default() })
 }

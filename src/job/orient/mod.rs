@@ -1,17 +1,19 @@
 //! Orientations of a model's parts, each by itself: by one or several objectives, with bounds where a method proves them.
 
 mod asked;
+mod surfaces;
 
 use std::ops::RangeInclusive;
 
-use super::{BadSetting, Error, ModelSource, World, load_model};
+use super::{BadSetting, Error, MachineSource, ModelSource, World};
 use crate::geom::{Object, Slot, Vec3};
-use crate::mesh::{Fault, MeshError, ReadOptions, TriangleMesh, read_surface, stl_binary, threemf};
+use crate::mesh::{TriangleMesh, stl_binary_parts, threemf};
 use crate::orient::{
-    ContactArea, Facets, Found, Height, Minimum, Objective, Paint, Picture, Staircase, SupportVolumeColumn, landscape,
-    overhang_area, turned, view,
+    Facets, Footing, Found, Height, Minimum, Objective, PRINTABLE, Paint, Picture, Process, Recommendation, Settings,
+    Staircase, SupportVolumeColumn, landscape, overhang_area, turned, view,
 };
 use asked::OrientAsked;
+use surfaces::{chosen, meshes};
 
 /// A model, and how to look for orientations of its parts.
 #[derive(Clone, Debug)]
@@ -50,10 +52,14 @@ pub struct OrientOptions {
     pub seed: u64,
     /// Surfaces up to this angle from the vertical need no support.
     pub overhang_deg: f64,
-    /// Layer height of staircase and alexander.
-    pub layer_mm: f64,
-    /// Width of the columns that support volumes are measured by.
-    pub resolution_mm: f64,
+    /// Layer height of printable, staircase and alexander; `None`: the machine's, else 0.2 mm.
+    pub layer_mm: Option<f64>,
+    /// Whose process `printable` is priced by; `None`: the defaults of profiles.
+    pub machine: Option<MachineSource>,
+    /// A pose that `printable` prices beside its own, and that is compared: any length but 0, the file's frame.
+    pub up: Option<[f64; 3]>,
+    /// Width of the columns that support volumes are measured by; `None`: half a millimetre, or a 400th of a longer part.
+    pub resolution_mm: Option<f64>,
     /// Only directions that lay at least this much flat on the bed.
     pub contact_mm2: Option<f64>,
     /// Whether the part as it lies is compared with each best.
@@ -63,13 +69,15 @@ pub struct OrientOptions {
 impl Default for OrientOptions {
     fn default() -> Self {
         Self {
-            objectives: vec!["staircase".to_owned()],
+            objectives: vec![PRINTABLE.to_owned()],
             method: "certified".to_owned(),
             budget: None,
             seed: 1,
             overhang_deg: 45.0,
-            layer_mm: 0.2,
-            resolution_mm: 0.5,
+            layer_mm: None,
+            machine: None,
+            up: None,
+            resolution_mm: None,
             contact_mm2: None,
             compare: false,
         }
@@ -85,14 +93,22 @@ pub struct Oriented {
     pub method: &'static str,
     /// The minima, best first, at least one; the bound.
     pub found: Found,
-    /// Why there is no lower bound, where there is none.
+    /// Why there is no lower bound, where there is none, or what it leaves out.
     pub unproved: Option<String>,
+    /// Of `printable`: its recommendation, and by which process it was priced.
+    pub recommendation: Option<(Recommendation, Process)>,
+    /// Of a volume by columns: the best direction's by columns four times finer.
+    pub finer: Option<f64>,
+    /// Values nearer than this are one for a printer.
+    pub tie: f64,
     /// What it took.
     pub seconds: f64,
 }
 
 /// Minima whose values agree to this, relative, are the same: the gap to which the best is proved.
 const SAME_VALUE: f64 = 1e-6;
+/// A best value is called global where the lower bound comes as near as this, relative.
+const PROVED: f64 = 1e-2;
 
 impl Oriented {
     /// The best minimum.
@@ -100,15 +116,21 @@ impl Oriented {
         &self.found.minima[0]
     }
 
-    /// Whether no minimum that was found is better.
+    /// Whether no minimum that was found is better by more than a tie.
     pub fn is_best(&self, minimum: &Minimum) -> bool {
         let best = self.best().value;
-        minimum.value <= best + SAME_VALUE * best.abs()
+        minimum.value <= best + (SAME_VALUE * best.abs()).max(self.tie)
     }
 
-    /// `global` for a best minimum, else `local`.
+    /// Whether a lower bound comes within a hundredth of the best value, or within a tie.
+    pub fn is_proved(&self) -> bool {
+        let best = self.best().value;
+        self.found.lower_bound.is_some_and(|bound| best - bound <= (PROVED * best.abs()).max(self.tie))
+    }
+
+    /// `global` for a best minimum of which a lower bound proves it, else `local`.
     pub fn kind(&self, minimum: &Minimum) -> &'static str {
-        if self.is_best(minimum) { "global" } else { "local" }
+        if self.is_proved() && self.is_best(minimum) { "global" } else { "local" }
     }
 }
 
@@ -127,8 +149,10 @@ pub struct Compared {
     pub staircase_mm4: f64,
     /// Height, mm.
     pub height_mm: f64,
-    /// What lies flat on the bed, mm².
+    /// The footprint of the first layer, mm².
     pub contact_mm2: f64,
+    /// How far it may be tipped before its centre of mass leaves the footprint's outline, degrees.
+    pub tipping_deg: f64,
 }
 
 /// One part's results.
@@ -140,7 +164,7 @@ pub struct OrientedPart {
     pub mesh: TriangleMesh<Object>,
     /// In the order of the objectives.
     pub results: Vec<Oriented>,
-    /// As it lies, and the best of each result, where that was asked for.
+    /// As it lies, the user's own pose, and the best of each result, where that was asked for.
     pub compared: Option<Vec<Compared>>,
 }
 
@@ -152,26 +176,47 @@ pub struct OrientResult {
 }
 
 impl OrientResult {
-    /// A part with its first objective's best direction up, on z = 0, as STL or 3MF.
-    pub fn upright(&self, part: &OrientedPart, as_3mf: bool) -> Vec<u8> {
-        let mesh: TriangleMesh<Slot> = turned(&part.mesh, &part.results[0].best().up);
-        if as_3mf { threemf(&[(format!("part-{}", part.id), &mesh)]) } else { stl_binary(&mesh) }
+    /// The parts with their first objective's best direction up, on z = 0, as STL or 3MF; several lie beside each other along X, 5 mm
+    /// apart, each from y = 0 on.
+    pub fn upright(&self, as_3mf: bool) -> Vec<u8> {
+        let mut meshes: Vec<(String, TriangleMesh<Slot>)> = Vec::new();
+        let mut from = 0.0;
+        for part in &self.parts {
+            let mut mesh: TriangleMesh<Slot> = turned(&part.mesh, &part.results[0].best().up);
+            if self.parts.len() > 1 {
+                let bounds = mesh.bounds();
+                let shift = Vec3::new(from - bounds.min.x, -bounds.min.y, 0.0);
+                let points = mesh.vertices().iter().map(|v| v + shift).collect();
+                mesh = TriangleMesh::new(points, mesh.facets().to_vec());
+                from += bounds.size().x + BESIDE_MM;
+            }
+            meshes.push((format!("part-{}", part.id), mesh));
+        }
+        if as_3mf {
+            let named: Vec<(String, &TriangleMesh<Slot>)> = meshes.iter().map(|(n, m)| (n.clone(), m)).collect();
+            return threemf(&named);
+        }
+        stl_binary_parts(&meshes.iter().map(|(_, mesh)| mesh).collect::<Vec<_>>())
     }
 
     /// The first objective over all directions, its minima ringed.
     pub fn landscape(&self, part: &OrientedPart) -> Picture {
-        landscape(self.asked.objectives[0].as_ref(), &Facets::of(&part.mesh), &part.results[0].found.minima)
+        let facets = Facets::of(&part.mesh);
+        landscape(self.asked.objectives(&facets)[0].as_ref(), &facets, &part.results[0].found.minima)
     }
 
     /// A part as its first objective would have it.
     pub fn view(&self, part: &OrientedPart) -> Picture {
         let (facets, up) = (Facets::of(&part.mesh), part.results[0].best().up);
-        let overhang = self.asked.settings.overhang;
-        let costs = self.asked.objectives[0].by_facet(&facets, &up);
+        let overhang = self.asked.settings(&facets).overhang;
+        let costs = self.asked.objectives(&facets)[0].by_facet(&facets, &up);
         let paint = costs.as_ref().map_or(Paint::Overhangs(overhang), |costs| Paint::Costs(costs, overhang));
         view(&facets, &up, paint)
     }
 }
+
+/// Between parts that are written beside each other.
+const BESIDE_MM: f64 = 5.0;
 
 /// Looks for orientations.
 ///
@@ -180,12 +225,12 @@ impl OrientResult {
 /// [`Error::Setting`]; [`Error::NoArea`] for a part without a surface; [`Error::NeedsClosed`] and what else keeps the model from
 /// being read.
 pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult, Error> {
-    let asked = OrientAsked::of(&request.options)?;
+    let asked = OrientAsked::of(&request.options, world)?;
     let meshes = chosen(request, meshes(request, &asked, world)?)?;
     if request.only_one && meshes.len() != 1 {
         return Err(BadSetting::SeveralParts { count: meshes.len() }.into());
     }
-    let bar = world.progress.begin("orienting", meshes.len() * asked.objectives.len());
+    let bar = world.progress.begin("orienting", meshes.len() * asked.count());
     let mut parts: Vec<OrientedPart> = Vec::new();
     for (id, mesh) in meshes {
         let facets = Facets::of(&mesh);
@@ -193,9 +238,9 @@ pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult
             return Err(Error::NoArea { part: id, facets: mesh.facets().len() });
         }
         let mut results = Vec::new();
-        for f in &asked.objectives {
+        for f in &asked.objectives(&facets) {
             results.push(asked.result(f.as_ref(), &facets, world)?);
-            bar.at(parts.len() * asked.objectives.len() + results.len());
+            bar.at(parts.len() * asked.count() + results.len());
         }
         let compared = request.options.compare.then(|| compared(&facets, &results, &asked));
         parts.push(OrientedPart { id, mesh, results, compared });
@@ -204,71 +249,33 @@ pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult
     Ok(OrientResult { parts, asked })
 }
 
-type Numbered = (usize, TriangleMesh<Object>);
+/// Columns of what is told are so many times finer than those of the search.
+const FINER: f64 = 4.0;
 
-/// The model's closed parts; or its open surface as one, where no volume is asked for.
-fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World<'_>) -> Result<Vec<Numbered>, Error> {
-    let error = match load_model(&request.model, world) {
-        Ok(loaded) if request.parts == PartChoice::Whole => {
-            return Ok(vec![(0, joined(loaded.model.parts.iter().map(|part| &part.mesh)))]);
-        }
-        Ok(loaded) => return Ok(loaded.model.parts.into_iter().map(|part| (part.id, part.mesh)).collect()),
-        Err(Error::Mesh(error)) => error,
-        Err(other) => return Err(other),
-    };
-    let open = matches!(error.fault, Fault::Open { .. } | Fault::Winding { .. });
-    if !open || request.options.compare {
-        return Err(error.into());
-    }
-    if let Some(f) = asked.objectives.iter().find(|f| f.needs_closed()) {
-        return Err(Error::NeedsClosed { source: Box::new(error), objective: f.name().to_owned() });
-    }
-    world.progress.warning(&format!("{error}: taken as one surface, since no volume is asked for"));
-    surface(&request.model, world).map(|mesh| vec![(0, mesh)])
+fn finer(settings: &Settings) -> SupportVolumeColumn {
+    SupportVolumeColumn { overhang: settings.overhang, resolution_mm: settings.resolution_mm / FINER }
 }
 
-fn surface(model: &ModelSource, world: &World<'_>) -> Result<TriangleMesh<Object>, Error> {
-    let bytes = model.source.bytes(world)?;
-    let options = ReadOptions { unit: model.unit, repair: false };
-    let read: Result<_, MeshError> = read_surface(&bytes, &model.source.name(), &options);
-    Ok(read?)
-}
-
-/// All parts as one mesh.
-fn joined<'a>(parts: impl Iterator<Item = &'a TriangleMesh<Object>>) -> TriangleMesh<Object> {
-    let (mut vertices, mut facets) = (Vec::new(), Vec::new());
-    for part in parts {
-        let first = vertices.len() as u32;
-        vertices.extend_from_slice(part.vertices());
-        facets.extend(part.facets().iter().map(|facet| facet.map(|i| i + first)));
-    }
-    TriangleMesh::new(vertices, facets)
-}
-
-fn chosen(request: &OrientRequest, mut parts: Vec<Numbered>) -> Result<Vec<Numbered>, BadSetting> {
-    let PartChoice::Numbered(wanted) = &request.parts else { return Ok(parts) };
-    let last = parts.len() - 1;
-    if let Some(range) = wanted.iter().find(|range| *range.end() > last) {
-        let model = request.model.source.name().into_owned();
-        return Err(BadSetting::NoSuchPart { given: *range.end(), last, model });
-    }
-    parts.retain(|(id, _)| wanted.iter().any(|range| range.contains(id)));
-    Ok(parts)
-}
-
-/// The part as it lies, and the best of each result.
+/// The part as it lies, the user's own pose, and the best of each result.
 fn compared(facets: &Facets, results: &[Oriented], asked: &OrientAsked) -> Vec<Compared> {
-    let settings = &asked.settings;
-    let column = SupportVolumeColumn { overhang: settings.overhang, resolution_mm: settings.resolution_mm };
-    let row = |(name, up): (String, Vec3)| Compared {
-        name,
-        up,
-        support_mm3: column.value(facets, &up),
-        overhang_mm2: overhang_area(facets, &up, settings.overhang),
-        staircase_mm4: Staircase { layer_mm: settings.layer_mm }.value(facets, &up),
-        height_mm: Height.value(facets, &up),
-        contact_mm2: 0.0 - ContactArea.value(facets, &up),
+    let settings = asked.settings(facets);
+    // Four times finer than the search: what its columns gain or lose along outlines is then a quarter.
+    let column = finer(&settings);
+    let row = |(name, up): (String, Vec3)| {
+        let footing = Footing::of(facets, facets.mass(), &up, settings.layer_mm);
+        Compared {
+            name,
+            up,
+            support_mm3: column.value(facets, &up),
+            overhang_mm2: overhang_area(facets, &up, settings.overhang),
+            staircase_mm4: Staircase { layer_mm: settings.layer_mm }.value(facets, &up),
+            height_mm: Height.value(facets, &up),
+            contact_mm2: footing.area_mm2,
+            tipping_deg: footing.tipping_deg,
+        }
     };
     let best = results.iter().map(|result| (result.objective.clone(), result.best().up));
-    std::iter::once(("as it lies".to_owned(), Vec3::z())).chain(best).map(row).collect()
+    let given = [("as it lies".to_owned(), Some(Vec3::z())), ("yours".to_owned(), asked.up)];
+    let given = given.into_iter().filter_map(|(name, up)| Some((name, up?)));
+    given.chain(best).map(row).collect()
 }

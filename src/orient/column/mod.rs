@@ -52,6 +52,10 @@ impl Objective for SupportVolumeColumn {
         true
     }
 
+    fn tie(&self, facets: &Facets) -> f64 {
+        facets.mass().support_tie_mm3()
+    }
+
     fn gradient(&self, _: &Facets, _: &Vec3) -> Option<Vec3> {
         None
     }

@@ -166,10 +166,15 @@ impl Raster {
         self.first.len()
     }
 
+    /// A column's middle across the direction, along its two [`tangents`].
+    pub(crate) fn flat(&self, column: usize) -> [f64; 2] {
+        let middle = |k: usize, i: usize| self.corner[k] + (i as f64 + 0.5) * self.width;
+        [middle(0, column % self.columns), middle(1, column / self.columns)]
+    }
+
     /// The point of a column's middle at a height along the direction, in the part's frame.
     pub(crate) fn point(&self, column: usize, z: f64) -> Vec3 {
-        let middle = |k: usize, i: usize| self.corner[k] + (i as f64 + 0.5) * self.width;
-        let (x, y) = (middle(0, column % self.columns), middle(1, column / self.columns));
+        let [x, y] = self.flat(column);
         self.axes[0] * x + self.axes[1] * y + self.axes[2] * z
     }
 }

@@ -1,6 +1,7 @@
 //! What the objectives know of a part, and what is worked out of that once: normals, sums, trees, who sees whom.
 
 mod lowest;
+mod mass;
 mod moments;
 mod sets;
 mod sums;
@@ -9,6 +10,7 @@ mod tree;
 use std::sync::OnceLock;
 
 use lowest::Lowest;
+pub use mass::Mass;
 pub(super) use moments::Moments;
 pub(super) use sets::Sets;
 pub(super) use sums::chunked;
@@ -46,6 +48,7 @@ pub struct Facets {
     sums: OnceLock<Moments>,
     tree: OnceLock<Tree>,
     sets: OnceLock<Sets>,
+    mass: OnceLock<Mass>,
 }
 
 /// The facets of one normal summed up, in the order of the normals.
@@ -79,7 +82,7 @@ impl Facets {
                 corners.push(*facet);
             }
         }
-        Self { corners, ..Self::made(each, vertices.to_vec()) }
+        Self::gathered(each, corners, vertices.to_vec())
     }
 
     /// Facets known by normal and area alone, all at the origin, with the corner `points`: enough for the objectives
@@ -96,8 +99,13 @@ impl Facets {
 
     fn made(each: Vec<Facet>, points: Vec<Vec3>) -> Self {
         let (normals, lowest, sums) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        let (corners, tree, sets) = (Vec::new(), OnceLock::new(), OnceLock::new());
-        Self { each, points, corners, normals, lowest, sums, tree, sets }
+        let (corners, tree, sets, mass) = (Vec::new(), OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self { each, points, corners, normals, lowest, sums, tree, sets, mass }
+    }
+
+    /// Facets with the numbers of their corners among `points`.
+    pub(super) fn gathered(each: Vec<Facet>, corners: Vec<[u32; 3]>, points: Vec<Vec3>) -> Self {
+        Self { corners, ..Self::made(each, points) }
     }
 
     /// The facets summed up by their normal; worked out when first asked for.
@@ -115,6 +123,11 @@ impl Facets {
     /// The sums over all facets that `weighted-normal-z` is made of.
     pub(super) fn sums(&self) -> &Moments {
         self.sums.get_or_init(|| Moments::of(self))
+    }
+
+    /// Volume, surface and centre of mass.
+    pub fn mass(&self) -> &Mass {
+        self.mass.get_or_init(|| Mass::of(self))
     }
 
     /// The facets in a tree, for rays.
