@@ -12,9 +12,11 @@ mod model;
 mod oriented;
 mod planned;
 mod printing;
+mod supported;
 pub mod text;
 
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};
 pub use planned::{no_plan, planned, sequences};
 pub use printing::{checked, event, prepared, rehearsed, rejected, shipped, sliced, verified};
+pub use supported::supported;
