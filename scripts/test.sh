@@ -108,6 +108,15 @@ virtual_printer() {
         skip "OctoPrint could not be installed (its virtual printer)"
 }
 
+# OR-tools, a witness for the costs of supports.
+or_tools() {
+    if [ ! -x .venv/bin/python ] || .venv/bin/python -c 'import ortools' 2>/dev/null; then
+        return
+    fi
+    timeout -k 20 300 .venv/bin/python -m pip install --quiet --disable-pip-version-check ortools==9.15.6755 </dev/null ||
+        skip "OR-tools could not be installed (a witness for supports)"
+}
+
 # The definitions of CuraEngine's settings, out of the package that would bring the whole window with it.
 cura_definitions() {
     if [ -d .venv/cura/definitions ] || ! have CuraEngine || ! have dpkg-deb || ! may_install; then
@@ -128,6 +137,7 @@ cura_definitions() {
 say "programs"
 python_environment
 virtual_printer
+or_tools
 if [ -d .venv/bin ]; then
     export PATH="$PWD/.venv/bin:$PATH"
 fi
@@ -177,6 +187,7 @@ took_part CuraEngine 'command -v CuraEngine' 'CuraEngine --help'
 took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc-uspace"
 took_part Python 'python3 --version' 'python3 --version'
 took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
+took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
 took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'
 passed=$(awk '/^test result:/ { n += $4 } END { print n + 0 }' "$log")
 broken=$(awk '/^test result:/ { n += $6 } END { print n + 0 }' "$log")
