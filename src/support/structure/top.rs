@@ -37,20 +37,36 @@ impl Ceiling {
     }
 
     /// The places of `ring` (at the height of the square) lifted to `gap_mm` below the surface. Where there is none above a place
-    /// within two steps, it is lifted as the lowest of the others.
+    /// within two steps, it is lifted as the lowest of the others; one that lies in the part already, since a sheet reaches a little
+    /// beyond its cell, stays.
     pub(super) fn above(&self, graph: &Graph, red: usize, ring: &[Vec3], gap_mm: f64) -> Vec<Vec3> {
         let facets = self.by_column.get(&(red as u32)).map_or(&[][..], Vec::as_slice);
-        let heights: Vec<Option<f64>> = ring.iter().map(|at| lowest(facets, at)).collect();
-        let others = heights.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let over: Vec<Over> = ring.iter().map(|at| first_over(facets, at)).collect();
+        let heights =
+            over.iter().filter_map(|over| if let Over::Surface(height) = over { Some(*height) } else { None });
+        let others = heights.fold(f64::INFINITY, f64::min);
         let least = graph.grid.step_mm * LEAST;
-        ring.iter()
-            .zip(heights)
-            .map(|(at, height)| {
-                let surface = height.unwrap_or(if others.is_finite() { others } else { at.z });
-                Vec3::new(at.x, at.y, (surface - gap_mm).max(at.z + least))
-            })
-            .collect()
+        let lifted = |(at, over): (&Vec3, &Over)| {
+            let surface = match over {
+                Over::Surface(height) => *height,
+                Over::Nothing if others.is_finite() => others,
+                Over::Nothing | Over::Material => at.z,
+            };
+            Vec3::new(at.x, at.y, (surface - gap_mm).max(at.z + least))
+        };
+        ring.iter().zip(&over).map(lifted).collect()
     }
+}
+
+/// What is over a place.
+#[derive(Clone, Copy, Debug)]
+enum Over {
+    /// A surface that faces down, at this height.
+    Surface(f64),
+    /// No surface.
+    Nothing,
+    /// The part itself: the first surface above faces up.
+    Material,
 }
 
 /// The squares of a cube and of those around it, and one level lower: a sheet reaches a little beyond its cell.
@@ -65,15 +81,21 @@ fn below(graph: &Graph, cube: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The lowest height at which an upright line through `at` meets the facets above it.
-fn lowest(facets: &[[Vec3; 3]], at: &Vec3) -> Option<f64> {
-    let heights = facets.iter().filter_map(|[a, b, c]| {
+/// What an upright line through `at` meets first.
+fn first_over(facets: &[[Vec3; 3]], at: &Vec3) -> Over {
+    let met = facets.iter().filter_map(|[a, b, c]| {
         let normal = (b - a).cross(&(c - a));
         let inside = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| {
             let side = (q.x - p.x) * (at.y - p.y) - (q.y - p.y) * (at.x - p.x);
             side * normal.z >= 0.0
         });
-        (inside && normal.z != 0.0).then(|| a.z - (normal.x * (at.x - a.x) + normal.y * (at.y - a.y)) / normal.z)
+        let height = || a.z - (normal.x * (at.x - a.x) + normal.y * (at.y - a.y)) / normal.z;
+        (inside && normal.z != 0.0).then(|| (height(), normal.z < 0.0))
     });
-    heights.filter(|&height| height >= at.z).min_by(f64::total_cmp)
+    let first = met.filter(|(height, _)| *height >= at.z).min_by(|a, b| a.0.total_cmp(&b.0));
+    match first {
+        Some((height, true)) => Over::Surface(height),
+        Some((_, false)) => Over::Material,
+        None => Over::Nothing,
+    }
 }

@@ -137,7 +137,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         (&ring, &["--step", "0"], &["--step 0 mm", "0.05..100"]),
         (&ring, &["--step", "-2"], &["--step -2 mm", "0.05..100"]),
         (&ring, &["--step", "0.5", "--wall", "0.6"], &["--wall 0.6 mm", "0.01..0.5"]),
-        (&ring, &["--step", "0.1"], &["--step 0.1 mm makes", "cubes", "--step 0."]),
+        (&ring, &["--step", "0.06"], &["--step 0.06 mm makes", "cubes", "--step 0."]),
         (&ring, &["--space", "90,90"], &["--space", "90,90", "three numbers"]),
         (&ring, &["--space", "60,90,50"], &["--space", "in x", "60.000", "larger space"]),
         (&ring, &["--up", "0,0,0"], &["--up 0 long", "0.000001..1000000"]),
