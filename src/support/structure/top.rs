@@ -36,37 +36,14 @@ impl Ceiling {
         Self { by_column }
     }
 
-    /// The places of `ring` (at the height of the square) lifted to `gap_mm` below the surface. Where there is none above a place
-    /// within two steps, it is lifted as the lowest of the others; one that lies in the part already, since a sheet reaches a little
-    /// beyond its cell, stays.
+    /// The places of `ring` (at the height of the square) lifted to `gap_mm` below the surface. A place over which nothing faces down
+    /// within two steps stays: it lies beside the part, or in it, since a sheet reaches a little beyond its cell.
     pub(super) fn above(&self, graph: &Graph, red: usize, ring: &[Vec3], gap_mm: f64) -> Vec<Vec3> {
         let facets = self.by_column.get(&(red as u32)).map_or(&[][..], Vec::as_slice);
-        let over: Vec<Over> = ring.iter().map(|at| first_over(facets, at)).collect();
-        let heights =
-            over.iter().filter_map(|over| if let Over::Surface(height) = over { Some(*height) } else { None });
-        let others = heights.fold(f64::INFINITY, f64::min);
         let least = graph.grid.step_mm * LEAST;
-        let lifted = |(at, over): (&Vec3, &Over)| {
-            let surface = match over {
-                Over::Surface(height) => *height,
-                Over::Nothing if others.is_finite() => others,
-                Over::Nothing | Over::Material => at.z,
-            };
-            Vec3::new(at.x, at.y, (surface - gap_mm).max(at.z + least))
-        };
-        ring.iter().zip(&over).map(lifted).collect()
+        let top = |at: &Vec3| surface_over(facets, at).map_or(at.z, |surface| surface - gap_mm);
+        ring.iter().map(|at| Vec3::new(at.x, at.y, top(at).max(at.z + least))).collect()
     }
-}
-
-/// What is over a place.
-#[derive(Clone, Copy, Debug)]
-enum Over {
-    /// A surface that faces down, at this height.
-    Surface(f64),
-    /// No surface.
-    Nothing,
-    /// The part itself: the first surface above faces up.
-    Material,
 }
 
 /// The squares of a cube and of those around it, and one level lower: a sheet reaches a little beyond its cell.
@@ -81,8 +58,8 @@ fn below(graph: &Graph, cube: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// What an upright line through `at` meets first.
-fn first_over(facets: &[[Vec3; 3]], at: &Vec3) -> Over {
+/// Where an upright line through `at` first meets a surface, if that faces down; one that faces up is met from within the part.
+fn surface_over(facets: &[[Vec3; 3]], at: &Vec3) -> Option<f64> {
     let met = facets.iter().filter_map(|[a, b, c]| {
         let normal = (b - a).cross(&(c - a));
         let inside = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| {
@@ -93,9 +70,5 @@ fn first_over(facets: &[[Vec3; 3]], at: &Vec3) -> Over {
         (inside && normal.z != 0.0).then(|| (height(), normal.z < 0.0))
     });
     let first = met.filter(|(height, _)| *height >= at.z).min_by(|a, b| a.0.total_cmp(&b.0));
-    match first {
-        Some((height, true)) => Over::Surface(height),
-        Some((_, false)) => Over::Material,
-        None => Over::Nothing,
-    }
+    first.filter(|(_, faces_down)| *faces_down).map(|(height, _)| height)
 }
