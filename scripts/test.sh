@@ -117,6 +117,15 @@ trimesh() {
         skip "numpy and trimesh could not be installed"
 }
 
+# OR-tools, a witness for the costs of supports.
+or_tools() {
+    if [ ! -x .venv/bin/python ] || .venv/bin/python -c 'import ortools' 2>/dev/null; then
+        return
+    fi
+    timeout -k 20 300 .venv/bin/python -m pip install --quiet --disable-pip-version-check ortools==9.15.6755 </dev/null ||
+        skip "OR-tools could not be installed (a witness for supports)"
+}
+
 # The definitions of CuraEngine's settings, out of the package that would bring the whole window with it.
 cura_definitions() {
     if [ -d .venv/cura/definitions ] || ! have CuraEngine || ! have dpkg-deb || ! may_install; then
@@ -138,6 +147,7 @@ say "programs"
 python_environment
 virtual_printer
 trimesh
+or_tools
 if [ -d .venv/bin ]; then
     export PATH="$PWD/.venv/bin:$PATH"
 fi
@@ -188,6 +198,7 @@ took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc
 took_part Python 'python3 --version' 'python3 --version'
 took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
 took_part trimesh 'python3 -c "import trimesh"' 'python3 -c "import trimesh; print(trimesh.__version__)"'
+took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
 took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'
 passed=$(awk '/^test result:/ { n += $4 } END { print n + 0 }' "$log")
 broken=$(awk '/^test result:/ { n += $6 } END { print n + 0 }' "$log")

@@ -58,6 +58,7 @@ pub mod section;
 pub mod slicing;
 pub mod spelling;
 pub mod split;
+pub mod support;
 pub mod toolpath;
 pub mod trace;
 pub mod verify;

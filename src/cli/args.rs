@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
-use crate::job::{Arrangement, PlanOptions, SlicingOptions, SplitOptions};
+use crate::job::{Arrangement, PlanOptions, SlicingOptions, SplitOptions, SupportOptions, Triple};
 use crate::orient::PRINTABLE;
 
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
@@ -47,6 +47,8 @@ pub(super) enum Verb {
     Orient(Orient),
     /// Cut one solid into parts that print without supports, each along its own direction
     Split(Split),
+    /// Plan supports for what overhangs, with the least material, and write them as a mesh
+    Support(Support),
     /// Find orientations and a sequence of time slots, or say why there is none
     Plan(Plan),
     /// Write each print's mesh, a project with all of them, and sliced files
@@ -345,6 +347,54 @@ pub(super) struct Split {
     /// Height of a part below the model, printed first [default: none; 10, 20 and 40 where nothing else helps]
     #[arg(long, value_name = "MM")]
     pub(super) pedestal: Option<f64>,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Support {
+    #[command(flatten)]
+    pub(super) model: ModelArgs,
+    /// The supports (.stl), or the model as it stands with its supports (.3mf)
+    #[arg(short, long, value_name = "SUPPORTS.stl|.3mf")]
+    pub(super) output: Option<PathBuf>,
+    /// A picture of the model with its supports
+    #[arg(long, value_name = "OUT.png")]
+    pub(super) view: Option<PathBuf>,
+    /// The direction that is up, in the file's frame
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true)]
+    pub(super) up: Triple,
+    /// Take the file's own z = 0 for the ground, instead of standing the model on it
+    #[arg(long)]
+    pub(super) keep_z: bool,
+    /// Distance between columns, and height of a level
+    #[arg(long, default_value_t = SupportOptions::default().step_mm, value_name = "MM", allow_hyphen_values = true)]
+    pub(super) step: f64,
+    /// The space, from the origin on, that the model lies in and supports may use [default: the model's box and five steps around it]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(super) space: Option<Triple>,
+    /// Overhangs up to this angle from the vertical need no support
+    #[arg(long, default_value_t = SupportOptions::default().overhang_deg, value_name = "DEG")]
+    pub(super) overhang: f64,
+    /// Columns that may join in one piece of support
+    #[arg(long, default_value_t = SupportOptions::default().capacity, value_name = "N")]
+    pub(super) capacity: u16,
+    /// Columns that may pass one node [default: as many as its pieces carry]
+    #[arg(long, value_name = "N")]
+    pub(super) node_capacity: Option<u16>,
+    /// auto (least material), min-cost (straightest, exact), push-relabel (fastest) or shortest-paths
+    #[arg(long, default_value_t = SupportOptions::default().method)]
+    pub(super) method: String,
+    /// x (two crossed sheets), prism (solid squares) or tree (round rods)
+    #[arg(long, default_value_t = SupportOptions::default().structure)]
+    pub(super) structure: String,
+    /// Thickness of a sheet, and half that of the thinnest rod [default: 0.4, or half a step where that is less]
+    #[arg(long, value_name = "MM")]
+    pub(super) wall: Option<f64>,
+    /// What is left free between the supports and the model
+    #[arg(long, default_value_t = SupportOptions::default().gap_mm, value_name = "MM", allow_hyphen_values = true)]
+    pub(super) gap: f64,
+    /// Seed of the methods that draw numbers
+    #[arg(long, default_value_t = SupportOptions::default().seed, value_name = "N")]
+    pub(super) seed: u64,
 }
 
 /// A plan and what it was made for.

@@ -18,6 +18,7 @@ mod send;
 mod simulate;
 mod slice;
 mod split;
+mod support;
 mod verify;
 mod why;
 
@@ -49,6 +50,7 @@ pub fn run() -> ExitCode {
         Verb::Inspect(verb) => inspect::run(&verb, &console),
         Verb::Orient(verb) => orient::run(&verb, &console),
         Verb::Split(verb) => split::run(&verb, &console),
+        Verb::Support(verb) => support::run(&verb, &console),
         Verb::Plan(verb) => plan::run(&verb, &console),
         Verb::Slice(verb) => slice::run(&verb, &console),
         Verb::Rewrite(verb) => rewrite::run(&verb, &console),

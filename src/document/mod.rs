@@ -13,6 +13,7 @@ mod oriented;
 mod planned;
 mod priced;
 mod printing;
+mod supported;
 pub mod text;
 
 pub use model::{inspected, split};
@@ -20,3 +21,4 @@ pub use oriented::{figures, oriented};
 pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
 pub use printing::{checked, event, prepared, rehearsed, rejected, shipped, sliced, verified};
+pub use supported::supported;

@@ -5,6 +5,7 @@
 //! OrientRequest  --orient--> OrientResult{parts}                         orientations of parts, with bounds
 //! PlanRequest    --plan--> PlanResult{plan: CheckedPlan}                   or Error::NoPlan{reasons, remedies}
 //! SplitRequest   --split--> SplitResult{split}                           one solid in parts, printable or why not
+//! SupportRequest --support--> SupportResult{planned, built}              supports for a model in one pose, or what stays bare
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
 //! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
@@ -33,6 +34,7 @@ mod simulate;
 mod slice;
 mod source;
 mod split;
+mod support;
 mod verify;
 mod world;
 
@@ -57,6 +59,7 @@ pub use simulate::{BadSimulation, SimulateRequest, simulate};
 pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, slice};
 pub use source::{MachineSource, ModelSource, Source};
 pub use split::{SplitOptions, SplitRequest, SplitResult, split};
+pub use support::{SupportOptions, SupportRequest, SupportResult, Triple, is_3mf, support};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{

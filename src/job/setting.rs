@@ -1,5 +1,7 @@
 //! Settings of requests that cannot be. Every text begins with the setting's name, so that the command can make a flag of it.
 
+use std::path::PathBuf;
+
 use crate::orient::BadObjective;
 use crate::profile::OutOfRange;
 
@@ -94,6 +96,43 @@ pub enum BadSetting {
         part: usize,
         /// Its name.
         name: String,
+    },
+    /// A model that is not all in the space for its supports.
+    #[error(
+        "space: the model lies from {low:.3} to {high:.3} mm in {axis}, the space from {:.3} to {:.3}; give a larger space, move the model, \
+         or let it stand on the ground (without --keep-z)", space[0], space[1]
+    )]
+    OutsideSpace {
+        /// `x`, `y` or `z`.
+        axis: &'static str,
+        /// Where the model begins, mm.
+        low: f64,
+        /// Where it ends, mm.
+        high: f64,
+        /// Where the space begins and ends, mm.
+        space: [f64; 2],
+    },
+    /// A file whose name says nothing of its format.
+    #[error("{name} {}: written are {allowed}; end the name so", path.display())]
+    Ending {
+        /// The setting.
+        name: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Endings that say something.
+        allowed: &'static str,
+    },
+    /// A grid that does not fit in memory.
+    #[error("step {step} mm makes {cubes:.3e} cubes, at most {most:.0e} fit in memory; --step {fits} does")]
+    TooFine {
+        /// The step, mm.
+        step: f64,
+        /// Cubes that it makes.
+        cubes: f64,
+        /// Cubes that fit.
+        most: f64,
+        /// A step that fits, mm.
+        fits: f64,
     },
     /// An objective that is none.
     #[error("{name}: {source}")]

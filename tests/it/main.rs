@@ -40,5 +40,6 @@ mod sliced_files;
 mod solids;
 mod split;
 mod support;
+mod supports;
 mod sweeps;
 mod turns;

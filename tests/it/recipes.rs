@@ -27,6 +27,11 @@ fn run(page: &str, least: usize) {
         shell.args(["-e", "-c", &block]).current_dir(folder.path()).env("PATH", &path);
         let run = shell.output().unwrap();
         assert!(run.status.success(), "{page}:\n{block}{}", said(&run));
+        for written in
+            block.split_whitespace().filter(|word| word.starts_with("supports.") || word.ends_with("supports.3mf"))
+        {
+            assert!(folder.path().join(written).is_file(), "{page}:\n{block} wrote no {written}");
+        }
         if block.contains("tree.gcode") {
             let text = std::fs::read_to_string(folder.path().join("tree.gcode")).unwrap();
             assert!(text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
@@ -53,6 +58,11 @@ fn of_slic3r() {
         return skip("slic3r is not installed: the recipes of docs/slic3r.md are not run");
     }
     run("slic3r.md", 3);
+}
+
+#[test]
+fn of_supports() {
+    run("support.md", 4);
 }
 
 #[test]

@@ -1,0 +1,371 @@
+//! Supports for a model in one pose: planned, built as meshes, measured.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::str::FromStr;
+
+use super::{BadSetting, Error, ModelSource, World, load_model};
+use crate::geom::{Angle, Bounds, Slot, Vec3};
+use crate::mesh::{TriangleMesh, stl_binary, threemf};
+use crate::orient::{Facets, Paint, Picture, turned_by, view};
+use crate::spelling::{counted, nearest};
+use crate::support::{
+    Bare, Build, Built, Ceiling, Count, Cover, Graph, Grid, Method, Planned, Structure, bare, build, cover,
+    longest_free_mm, plan,
+};
+
+/// A model, and how to support it.
+#[derive(Clone, Debug)]
+pub struct SupportRequest {
+    /// The model: one or several closed parts, all printed in one pose.
+    pub model: ModelSource,
+    /// How.
+    pub options: SupportOptions,
+}
+
+/// Three numbers, as `0,0,1`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triple(pub [f64; 3]);
+
+impl FromStr for Triple {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let numbers: Vec<f64> = text.split(',').map_while(|word| word.trim().parse().ok()).collect();
+        let all = numbers.len() == text.split(',').count() && numbers.iter().all(|number| number.is_finite());
+        let three = <[f64; 3]>::try_from(numbers).ok().filter(|_| all);
+        three.map(Self).ok_or("not three numbers; write them with commas, as 0,0,1")
+    }
+}
+
+/// How to plan supports; the default is what the command does without flags.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SupportOptions {
+    /// The direction that is up, the file's frame; of any length.
+    pub up: Vec3,
+    /// Whether the file's own z = 0 is the ground; else the model's lowest point stands on it.
+    pub keep_z: bool,
+    /// Edge of a cube of the grid, mm.
+    pub step_mm: f64,
+    /// The space from the origin on, mm, in which supports may be; `None`: the model's box and some steps around it.
+    pub space_mm: Option<[f64; 3]>,
+    /// Surfaces up to this angle from the vertical need no support.
+    pub overhang_deg: f64,
+    /// Units of support that an arc may carry.
+    pub capacity: u16,
+    /// Units that may pass a node.
+    pub node_capacity: Option<u16>,
+    /// The method, by name.
+    pub method: String,
+    /// What stands along an arc, by name.
+    pub structure: String,
+    /// Thickness of a sheet, mm; `None`: 0.4, or half a step where that is less.
+    pub wall_mm: Option<f64>,
+    /// What is left free below the part, mm.
+    pub gap_mm: f64,
+    /// Seed of the methods that draw numbers.
+    pub seed: u64,
+}
+
+impl Default for SupportOptions {
+    fn default() -> Self {
+        Self {
+            up: Vec3::z(),
+            keep_z: false,
+            step_mm: 2.0,
+            space_mm: None,
+            overhang_deg: 45.0,
+            capacity: 4,
+            node_capacity: None,
+            method: "auto".to_owned(),
+            structure: "x".to_owned(),
+            wall_mm: None,
+            gap_mm: 0.2,
+            seed: 1,
+        }
+    }
+}
+
+/// A sheet is one line of a usual nozzle thick, mm.
+const WALL_MM: f64 = 0.4;
+/// Cubes of a grid, at most: with 50 bytes each they fit in 2 GB.
+const MOST_CUBES: f64 = 4e7;
+/// Steps around the model's box where no space is given.
+const AROUND: f64 = 5.0;
+/// Patches that a message names.
+const NAMED: usize = 3;
+
+/// Supports of a model.
+#[derive(Clone, Debug)]
+pub struct SupportResult {
+    /// The parts as they stand, +Z up, mm.
+    pub parts: Vec<(String, TriangleMesh<Slot>)>,
+    /// The squares in which supports were planned.
+    pub graph: Graph,
+    /// How large the graph is.
+    pub count: Count,
+    /// The method.
+    pub method: &'static str,
+    /// The flow.
+    pub planned: Planned,
+    /// The supports.
+    pub built: Built,
+    /// What of the overhanging area they hold.
+    pub cover: Cover,
+    /// What cannot be held, the largest patch first.
+    pub bare: Vec<Bare>,
+    /// The longest stretch of a column without another beside it, mm.
+    pub longest_free_mm: f64,
+    /// What planning alone took.
+    pub seconds_plan: f64,
+    /// What it took in all.
+    pub seconds: f64,
+}
+
+impl SupportResult {
+    /// The supports as binary STL.
+    pub fn stl(&self) -> Vec<u8> {
+        stl_binary(&self.built.mesh)
+    }
+
+    /// The parts as they stand and the supports as 3MF.
+    pub fn threemf(&self) -> Vec<u8> {
+        let mut objects: Vec<(String, &TriangleMesh<Slot>)> =
+            self.parts.iter().map(|(name, mesh)| (name.clone(), mesh)).collect();
+        objects.push(("supports".to_owned(), &self.built.mesh));
+        threemf(&objects)
+    }
+
+    /// What is written to a file of this name.
+    ///
+    /// # Errors
+    ///
+    /// [`BadSetting::Ending`] for one that ends neither with `.stl` nor with `.3mf`.
+    pub fn file(&self, path: &Path) -> Result<Vec<u8>, BadSetting> {
+        if is_3mf(path)? { Ok(self.threemf()) } else { Ok(self.stl()) }
+    }
+
+    /// The parts with their supports in blue.
+    pub fn view(&self) -> Picture {
+        let (mut vertices, mut facets, mut costs) = (Vec::new(), Vec::new(), Vec::new());
+        let solids = self.parts.iter().map(|(_, mesh)| (mesh, 0.0)).chain([(&self.built.mesh, 1.0)]);
+        for (mesh, cost) in solids {
+            let first = vertices.len() as u32;
+            vertices.extend_from_slice(mesh.vertices());
+            for (i, facet) in mesh.facets().iter().enumerate() {
+                // A facet without area is none of the picture's.
+                if mesh.facet_area(i) > 0.0 {
+                    facets.push(facet.map(|k| k + first));
+                    costs.push(cost * mesh.facet_area(i));
+                }
+            }
+        }
+        let all = Facets::of(&TriangleMesh::<Slot>::new(vertices, facets));
+        // What overhangs is held by what was planned: no other supports are drawn.
+        view(&all, &Vec3::z(), Paint::Costs(&costs, Angle::from_deg(90.0)))
+    }
+
+    /// Whether something wants support, and none of it can have any.
+    pub fn why_not(&self) -> Option<String> {
+        let hopeless = self.graph.red.is_empty() && !self.bare.is_empty();
+        hopeless.then(|| format!("{}; choose another direction (--up), or a finer --step", self.unreached()))
+    }
+
+    /// What is left bare, in words; empty where nothing is.
+    fn unreached(&self) -> String {
+        let Some(first) = self.bare.first() else { return String::new() };
+        let squares: usize = self.bare.iter().map(|patch| patch.squares).sum();
+        let area: f64 = self.bare.iter().map(|patch| patch.area_mm2).sum();
+        let at = |patch: &Bare| format!("({:.1}, {:.1}, {:.1})", patch.at.x, patch.at.y, patch.at.z);
+        let places: Vec<String> = self.bare.iter().take(NAMED).map(at).collect();
+        let more = if self.bare.len() > NAMED { " and elsewhere" } else { "" };
+        let has = if first.squares == 1 && squares == 1 { "has" } else { "have" };
+        format!(
+            "{} ({area:.1} mm2) that want support {has} no way to the ground, about {} mm{more}",
+            counted(squares, "square"),
+            places.join(", ")
+        )
+    }
+
+    /// The result for people.
+    pub fn text(&self) -> String {
+        let Self { count, planned, built, cover, .. } = self;
+        let (tally, mut out) = (&planned.tally, String::new());
+        if count.red == 0 && self.bare.is_empty() {
+            return "nothing overhangs: no support is needed".to_owned();
+        }
+        let [nx, ny, nz] = self.graph.grid.size;
+        let _ = writeln!(
+            out,
+            "grid {nx} x {ny} x {nz}: {} nodes, {} arcs, {} squares want support, {} can stand",
+            count.nodes, count.arcs, count.red, count.green
+        );
+        let _ = writeln!(
+            out,
+            "{}: cost {} (at least {}), {} arcs used (at least {}), {:.0} mm, {} over capacity, planned in {:.2} s",
+            self.method,
+            tally.cost,
+            planned.lower_bound,
+            tally.used_arcs(),
+            planned.fewest_arcs,
+            tally.length_mm(self.graph.grid.step_mm),
+            tally.over_capacity,
+            self.seconds_plan
+        );
+        let _ = writeln!(
+            out,
+            "{:.1} mm3 of support, {:.1} % of {:.1} mm2 held, contact {:.1} mm2, on the ground {:.1} mm2, longest free column {:.1} mm; {:.2} s",
+            built.volume_mm3,
+            100.0 * cover.share(),
+            cover.area_mm2,
+            built.contact_mm2,
+            built.plate_mm2,
+            self.longest_free_mm,
+            self.seconds
+        );
+        out
+    }
+}
+
+/// Plans and builds supports.
+///
+/// # Errors
+///
+/// [`Error::Setting`] for options that cannot be, for a model that lies outside the space or below the ground, and for a grid that
+/// does not fit in memory; what reading the model may say. That something cannot be held is a result.
+pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportResult, Error> {
+    let options = &request.options;
+    let (method, name) = checked(options)?;
+    let structure = named("structure", &options.structure, &Structure::NAMED)?.0;
+    let start = world.clock.now();
+    let loaded = load_model(&request.model, world)?;
+    let parts = standing(loaded.model.parts.into_iter().map(|part| (part.name, part.mesh)), options);
+    let meshes: Vec<&TriangleMesh<Slot>> = parts.iter().map(|(_, mesh)| mesh).collect();
+    let overhang = Angle::from_deg(options.overhang_deg);
+    let graph = Graph::of(grid(&meshes, options)?, &meshes, overhang);
+    let planning = world.clock.now();
+    let bar = world.progress.begin("supports", 100);
+    let planned =
+        plan(&graph, method, (options.capacity, options.node_capacity), options.seed, &mut |done| bar.at(done));
+    drop(bar);
+    let seconds_plan = (world.clock.now() - planning).as_secs_f64();
+    let how = Build { structure, wall_mm: wall_mm(options), gap_mm: options.gap_mm };
+    let built = build(&graph, &planned.flow, &Ceiling::of(&graph, &meshes), &how);
+    let cover = cover(&graph, &planned.flow, &meshes, overhang);
+    let done = SupportResult {
+        count: graph.count(),
+        method: name,
+        built,
+        cover,
+        bare: bare(&graph),
+        longest_free_mm: longest_free_mm(&graph, &planned.flow),
+        seconds_plan,
+        seconds: (world.clock.now() - start).as_secs_f64(),
+        planned,
+        graph,
+        parts,
+    };
+    if !done.bare.is_empty() && done.why_not().is_none() {
+        world.progress.warning(&format!("{}; they stay bare", done.unreached()));
+    }
+    let over = done.planned.tally.over_capacity;
+    if over > 0 {
+        let limit = options.capacity;
+        world.progress.warning(&format!(
+            "{over} arcs and nodes carry more than allowed ({limit} on an arc), without which something would stay bare"
+        ));
+    }
+    Ok(done)
+}
+
+fn checked(options: &SupportOptions) -> Result<(Method, &'static str), BadSetting> {
+    BadSetting::within("step", options.step_mm, " mm", [0.05, 100.0])?;
+    BadSetting::within("overhang", options.overhang_deg, " deg", [1.0, 89.0])?;
+    BadSetting::within("capacity", f64::from(options.capacity), "", [1.0, 1000.0])?;
+    BadSetting::within("node-capacity", options.node_capacity.map_or(1.0, f64::from), "", [1.0, 1000.0])?;
+    BadSetting::within("wall", wall_mm(options), " mm", [0.01, options.step_mm])?;
+    BadSetting::within("gap", options.gap_mm, " mm", [0.0, 5.0])?;
+    for length in options.space_mm.into_iter().flatten() {
+        BadSetting::within("space", length, " mm", [options.step_mm, 1e5])?;
+    }
+    BadSetting::within("up", options.up.norm(), " long", [1e-6, 1e6])?;
+    named("method", &options.method, &Method::NAMED)
+}
+
+/// Whether model and supports go into a file of this name, or supports alone.
+///
+/// # Errors
+///
+/// [`BadSetting::Ending`] for one that ends neither with `.3mf` nor with `.stl`.
+pub fn is_3mf(path: &Path) -> Result<bool, BadSetting> {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match ending.to_str() {
+        Some("3mf") => Ok(true),
+        Some("stl") => Ok(false),
+        _ => Err(BadSetting::Ending { name: "output", path: path.to_owned(), allowed: ".stl or .3mf" }),
+    }
+}
+
+fn wall_mm(options: &SupportOptions) -> f64 {
+    options.wall_mm.unwrap_or(WALL_MM.min(0.5 * options.step_mm))
+}
+
+fn named<T: Copy>(
+    name: &'static str,
+    given: &str,
+    known: &[(&'static str, T)],
+) -> Result<(T, &'static str), BadSetting> {
+    let found = known.iter().find(|(known, _)| *known == given).map(|&(known, it)| (it, known));
+    let near = || nearest(given, known.iter().map(|(known, _)| *known)).map_or("", |(_, near)| near).to_owned();
+    found.ok_or_else(|| BadSetting::Method { name, given: given.to_owned(), nearest: near() })
+}
+
+/// The parts turned together so that `up` is up, on the ground or at their own height.
+fn standing(
+    parts: impl Iterator<Item = (String, TriangleMesh)>,
+    options: &SupportOptions,
+) -> Vec<(String, TriangleMesh<Slot>)> {
+    let turn = turned_by(&options.up.normalize());
+    let turned = |mesh: &TriangleMesh| -> Vec<Vec3> { mesh.vertices().iter().map(|v| turn * v).collect() };
+    let parts: Vec<(String, Vec<Vec3>, Vec<[u32; 3]>)> =
+        parts.map(|(name, mesh)| (name, turned(&mesh), mesh.facets().to_vec())).collect();
+    let low = parts.iter().flat_map(|(_, vertices, _)| vertices).map(|v| v.z).fold(f64::INFINITY, f64::min);
+    let lift = Vec3::z() * if options.keep_z { 0.0 } else { -low };
+    let stand = |(name, vertices, facets): (String, Vec<Vec3>, _)| {
+        (name, TriangleMesh::new(vertices.into_iter().map(|v| v + lift).collect(), facets))
+    };
+    parts.into_iter().map(stand).collect()
+}
+
+/// The grid over the space that was asked for, or over the model and some steps around it.
+fn grid(meshes: &[&TriangleMesh<Slot>], options: &SupportOptions) -> Result<Grid, BadSetting> {
+    let bounds = meshes.iter().fold(Bounds::EMPTY, |all, mesh| all.union(&mesh.bounds()));
+    let step = options.step_mm;
+    let (origin, space) = match options.space_mm {
+        Some(space) => (Vec3::zeros(), space),
+        None => {
+            let around = Vec3::new(AROUND * step, AROUND * step, 0.0);
+            let origin = Vec3::new(bounds.min.x, bounds.min.y, 0.0) - around;
+            // A level above the top, so that it lies in none of the grid's planes.
+            let size = bounds.max + around + Vec3::z() * step - origin;
+            (origin, size.into())
+        }
+    };
+    let end = origin + Vec3::from(space);
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let (low, high) = (bounds.min[axis], bounds.max[axis]);
+        if low < origin[axis] - OUTSIDE_MM || high > end[axis] + OUTSIDE_MM {
+            return Err(BadSetting::OutsideSpace { axis: name, low, high, space: [origin[axis], end[axis]] });
+        }
+    }
+    let cubes = Grid::cubes_needed(space, step);
+    if cubes > MOST_CUBES {
+        // A little more than the root says, for the cubes that stand out of the space.
+        let fits = step * (cubes / MOST_CUBES).cbrt() * 1.02;
+        return Err(BadSetting::TooFine { step, cubes, most: MOST_CUBES, fits: (fits * 100.0).ceil() / 100.0 });
+    }
+    Ok(Grid::over(origin, space, step))
+}
+
+/// What may stand out of the space: the last digit of a float in a file.
+const OUTSIDE_MM: f64 = 1e-3;

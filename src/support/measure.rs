@@ -1,0 +1,139 @@
+//! What supports are worth: how much of the overhanging area they hold, what they leave, how slender they are.
+
+use super::demand::Demand;
+use super::flow::Flow;
+use super::graph::Graph;
+use crate::geom::{Angle, Slot, Vec3};
+use crate::mesh::TriangleMesh;
+
+/// Distance between samples of an overhanging area, mm.
+pub const SAMPLE_MM: f64 = 0.5;
+
+/// How much of the overhanging area above the lowest level is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cover {
+    /// Overhanging area, mm², without what lies within a step of the ground.
+    pub area_mm2: f64,
+    /// What of it has support below.
+    pub covered_mm2: f64,
+}
+
+impl Cover {
+    /// The share that is held; 1 where nothing overhangs.
+    pub fn share(&self) -> f64 {
+        if self.area_mm2 > 0.0 { self.covered_mm2 / self.area_mm2 } else { 1.0 }
+    }
+}
+
+/// Samples the overhanging facets every half millimetre. A sample is held where, in its column, the black cubes below it end above
+/// a red square with flow.
+pub fn cover(graph: &Graph, flow: &Flow, meshes: &[&TriangleMesh<Slot>], overhang: Angle) -> Cover {
+    let mut held = vec![false; graph.squares()];
+    graph.red.iter().filter(|&&red| flow.out(red as usize) > 0).for_each(|&red| held[red as usize] = true);
+    let mut cover = Cover::default();
+    for mesh in meshes {
+        for facet in Demand::of(mesh, overhang).facets {
+            let area = mesh.facet_area(facet);
+            let samples = samples(&mesh.corners(facet), area);
+            let each = area / samples.len() as f64;
+            for at in samples {
+                let Some(cube) = cube_of(graph, &at).filter(|&cube| cube >= graph.grid.level()) else { continue };
+                cover.area_mm2 += each;
+                cover.covered_mm2 += if is_held(graph, &held, cube) { each } else { 0.0 };
+            }
+        }
+    }
+    cover
+}
+
+/// Points evenly over a triangle, at least one, each for the same share of it.
+fn samples([a, b, c]: &[Vec3; 3], area: f64) -> Vec<Vec3> {
+    let n = ((area.sqrt() / SAMPLE_MM).ceil() as usize).max(1);
+    let share = 1.0 / (3.0 * n as f64);
+    let at = |i: usize, j: usize, k: usize| {
+        let (u, v) = ((3 * i + k) as f64 * share, (3 * j + k) as f64 * share);
+        a + (b - a) * u + (c - a) * v
+    };
+    let upward = (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j, 1)));
+    let downward = (0..n).flat_map(|i| (0..(n - i).saturating_sub(1)).map(move |j| (i, j, 2)));
+    upward.chain(downward).map(|(i, j, k)| at(i, j, k)).collect()
+}
+
+fn cube_of(graph: &Graph, at: &Vec3) -> Option<usize> {
+    let steps = graph.grid.in_steps(at);
+    let inside = (0..3).all(|k| steps[k] >= 0.0 && steps[k] < graph.grid.size[k] as f64);
+    inside.then(|| graph.grid.index(steps.map(|s| s as usize)))
+}
+
+fn is_held(graph: &Graph, held: &[bool], cube: usize) -> bool {
+    let level = graph.grid.level();
+    let mut at = cube;
+    loop {
+        if held[at] {
+            return true;
+        }
+        if at < level || !graph.is_black(at - level) {
+            return false;
+        }
+        at -= level;
+    }
+}
+
+/// Red squares side by side from which the ground cannot be reached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bare {
+    /// How many.
+    pub squares: usize,
+    /// Of the squares, seen from below, mm².
+    pub area_mm2: f64,
+    /// The middle of the lowest of them, mm.
+    pub at: Vec3,
+}
+
+/// What cannot be held, in patches of squares that touch at a corner at least, the largest first.
+pub fn bare(graph: &Graph) -> Vec<Bare> {
+    let mut left: std::collections::BTreeSet<u32> = graph.unreachable.iter().copied().collect();
+    let mut patches = Vec::new();
+    while let Some(first) = left.pop_first() {
+        let (mut patch, mut next) = (vec![first], 0);
+        while let Some(&square) = patch.get(next) {
+            next += 1;
+            for beside in beside(graph, square as usize) {
+                if left.remove(&(beside as u32)) {
+                    patch.push(beside as u32);
+                }
+            }
+        }
+        let area_mm2 = patch.len() as f64 * graph.grid.step_mm.powi(2);
+        patches.push(Bare { squares: patch.len(), area_mm2, at: graph.grid.middle(first as usize) });
+    }
+    patches.sort_by_key(|patch| std::cmp::Reverse(patch.squares));
+    patches
+}
+
+/// The squares around one, those above and below among them.
+fn beside(graph: &Graph, square: usize) -> Vec<usize> {
+    let (at, size) = (graph.grid.cube(square), graph.grid.size);
+    let around = |k: usize| at[k].saturating_sub(1)..(at[k] + 2).min(size[k]);
+    let cubes = around(2).flat_map(|z| around(1).flat_map(move |y| around(0).map(move |x| [x, y, z])));
+    cubes.map(|cube| graph.grid.index(cube)).filter(|&other| other != square).collect()
+}
+
+/// The longest stretch over which a column has no other beside it (corners included), mm.
+pub fn longest_free_mm(graph: &Graph, flow: &Flow) -> f64 {
+    let level = graph.grid.level();
+    let mut free = vec![0_u32; graph.squares()];
+    let mut longest = 0;
+    for node in level..graph.squares() {
+        if flow.on[node][0] == 0 {
+            continue;
+        }
+        let z = node / level;
+        let alone = beside(graph, node).into_iter().all(|other| other / level != z || flow.out(other) == 0);
+        if alone {
+            free[node] = free[node - level] + 1;
+            longest = longest.max(free[node]);
+        }
+    }
+    f64::from(longest) * graph.grid.step_mm
+}

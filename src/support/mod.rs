@@ -1,0 +1,46 @@
+//! Supports for what overhangs, planned as a flow from what must be held to the ground (seed 003, chapter 3).
+//!
+//! Slot frame: mm, +Z up, the ground at z = 0 of the grid. A support belongs to a part's print and pose; what comes out is the
+//! same frame's, to be printed at the print's own layers.
+//!
+//! ```text
+//! closed meshes --Graph::of--> Graph{red, green squares, arcs}   cubes the surface touches are black; what wants support is red
+//! Graph --plan--> Planned{flow, tally, bound}                    one unit from each red square to the ground, within limits
+//! Planned --build--> Built{mesh, volume}                         closed solids along the arcs with flow
+//! ```
+//!
+//! Four methods ([`Method`]): [`push_relabel`] is the fastest, [`min_cost`] the cheapest by straight and oblique arcs, proved;
+//! [`shortest_paths`] lets columns join, [`least_material`] is the one to use: it takes the least material of all, with no arc above
+//! its limit. Nothing that can be held stays bare: where the limits would leave it so they are raised, one arc by one, and the
+//! [`Tally`] counts them. What cannot be held whatever the limits is in [`Graph::unreachable`], by patches in [`bare`].
+//!
+//! A grid of nx by ny by nz cubes takes 2 bytes a cube, a flow 10, a method up to 30 more. Nothing here opens a file or knows a machine.
+
+mod auto;
+mod demand;
+mod flow;
+mod graph;
+mod grid;
+mod inside;
+mod measure;
+mod min_cost;
+mod plan;
+mod preflow;
+mod residual;
+mod shortest_paths;
+mod structure;
+#[cfg(test)]
+mod tests;
+mod ways;
+
+pub use auto::{Effort, least_material};
+pub use demand::Demand;
+pub use flow::{Flow, Limits, Tally};
+pub use graph::{ARCS, COSTS, Count, Graph};
+pub use grid::Grid;
+pub use measure::{Bare, Cover, SAMPLE_MM, bare, cover, longest_free_mm};
+pub use min_cost::{min_cost, unlimited_cost};
+pub use plan::{Method, Planned, plan};
+pub use preflow::push_relabel;
+pub use shortest_paths::{Drawing, shortest_paths};
+pub use structure::{Build, Built, Ceiling, Outline, Structure, build};
