@@ -1,10 +1,17 @@
-//! Words of messages: the known name that somebody may have meant (Levenshtein 1966), for every refusal of an unknown one, and numbers of
-//! things.
+//! Words of messages: the known name that somebody may have meant (Levenshtein 1966), for every refusal of an unknown one, numbers of
+//! things, and lists of numbers.
 
 /// The one of `known` nearest to `wanted` and by how many edits (Levenshtein: letters put in, left out or changed), the first
 /// of those as near; `None` for no names.
 pub fn nearest<'a>(wanted: &str, known: impl IntoIterator<Item = &'a str>) -> Option<(usize, &'a str)> {
     known.into_iter().map(|name| (edits(wanted, name), name)).min_by_key(|(edits, _)| *edits)
+}
+
+/// Numbers with commas between them, as `12.5,-30`; `None` unless there are just `N`, all finite.
+pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let all: Option<Vec<f64>> =
+        text.split(',').map(|word| word.trim().parse().ok().filter(|value: &f64| value.is_finite())).collect();
+    all?.try_into().ok()
 }
 
 /// "1 part", "2 parts".
@@ -28,6 +35,12 @@ fn edits(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn so_many_numbers_or_none() {
+        assert_eq!(numbers(" 12.5, -30"), Some([12.5, -30.0]));
+        assert_eq!(["1", "1,2,3", "1,", "1,x", "1,inf", ""].map(numbers::<2>), [None; 6]);
+    }
 
     #[test]
     fn one_thing_and_several() {

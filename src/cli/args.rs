@@ -87,7 +87,7 @@ pub(super) struct ArrangeArgs {
     pub(super) more: Vec<String>,
     /// Direction of the file that is up [default: as drawn]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
-    pub(super) up: Option<String>,
+    pub(super) up: Option<Triple>,
     /// Stand the model on this part's largest face below which there is nothing
     #[arg(long, value_name = "PART", conflicts_with = "more")]
     pub(super) base: Option<usize>,
@@ -267,7 +267,7 @@ pub(super) struct Orient {
     pub(super) profile: Option<String>,
     /// Price this pose too: the direction of the file that is up while printing, as 0,0,1
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub(super) up: Option<String>,
+    pub(super) up: Option<Triple>,
     /// Width of the columns that support volumes are measured by [default: 0.5, for parts above 200 mm a 400th of their length]
     #[arg(long, value_name = "MM")]
     pub(super) resolution: Option<f64>,

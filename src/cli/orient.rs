@@ -51,19 +51,12 @@ impl Verb {
             overhang_deg: self.overhang,
             layer_mm: self.layer,
             machine: self.profile.as_deref().map(MachineSource::from),
-            up: self.up.as_deref().map(direction).transpose()?,
+            up: self.up.map(|up| up.0),
             resolution_mm: self.resolution,
             contact_mm2: self.contact_area_min,
             compare: self.compare,
         })
     }
-}
-
-/// Three numbers, as `0,0,1`.
-fn direction(text: &str) -> Result<[f64; 3], Failure> {
-    let bad = || Failure::Usage(format!("--up {text:?}: not three numbers; write X,Y,Z as 0,0,1"));
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse::<f64>()).collect();
-    numbers.ok().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok()).ok_or_else(bad)
 }
 
 /// The parts that `--part` names: numbers and ranges, as `0,3,5-7`.

@@ -13,6 +13,7 @@ use crate::job::{
 use crate::mesh::Unit;
 use crate::planning::Priority;
 use crate::slicing::SlicerChoice;
+use crate::spelling::numbers;
 
 impl ModelArgs {
     pub(super) fn source(&self) -> Result<ModelSource, Failure> {
@@ -35,8 +36,8 @@ impl ArrangeArgs {
             (ModelSource { source: Source::from(name), ..first.clone() }, copies)
         };
         let (named, copies) = of(&model.model.to_string_lossy());
-        let standing = match (&self.up, self.base) {
-            (Some(text), _) => Standing::Up(direction(text)?),
+        let standing = match (self.up, self.base) {
+            (Some(up), _) => Standing::Up(up.0),
             (None, Some(part)) => Standing::On(part),
             (None, None) => Standing::AsDrawn,
         };
@@ -62,15 +63,6 @@ impl ArrangeArgs {
 fn copies(word: &str) -> (&str, usize) {
     let said = word.rsplit_once('*').and_then(|(name, count)| Some((name, count.parse().ok()?)));
     said.filter(|_| !Path::new(word).exists()).unwrap_or((word, 1))
-}
-
-/// `--up X,Y,Z`.
-fn direction(text: &str) -> Result<[f64; 3], Failure> {
-    let numbers: Option<Vec<f64>> =
-        text.split(',').map(|t| t.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
-    numbers
-        .and_then(|v| v.try_into().ok())
-        .ok_or_else(|| Failure::Usage(format!("--up {text}: not a direction; write three numbers, as --up 0,-1,0")))
 }
 
 impl MachineArgs {
@@ -110,9 +102,8 @@ impl PlanArgs {
     fn place(&self, text: &str) -> Result<PlaceRequest, Failure> {
         let bad =
             || Failure::Usage(format!("--origin {text}: not two numbers of millimetres; write --origin 12.5,-30"));
-        let (x, y) = text.split_once(',').ok_or_else(bad)?;
-        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(bad);
-        Ok(PlaceRequest { origin_mm: [number(x)?, number(y)?], turn_deg: self.turn.unwrap_or(0.0) })
+        let origin_mm = numbers(text).ok_or_else(bad)?;
+        Ok(PlaceRequest { origin_mm, turn_deg: self.turn.unwrap_or(0.0) })
     }
 }
 

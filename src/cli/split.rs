@@ -5,6 +5,7 @@ use super::requests::{outputs, profile_file};
 use super::{Console, Failure};
 use crate::document;
 use crate::job::{self, SplitOptions, SplitRequest};
+use crate::spelling::numbers;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
@@ -45,12 +46,7 @@ impl Verb {
 
 /// The box of `--no-cut`.
 fn corners(text: &str) -> Result<[[f64; 3]; 2], Failure> {
-    let numbers: Vec<f64> =
-        text.split(',').filter_map(|t| t.trim().parse().ok()).filter(|v: &f64| v.is_finite()).collect();
-    match numbers[..] {
-        [a, b, c, d, e, f] if text.split(',').count() == 6 => Ok([[a, b, c], [d, e, f]]),
-        _ => Err(Failure::Usage(format!(
-            "--no-cut {text}: not six numbers of millimetres; write two corners, as --no-cut -5,-5,0,5,5,20"
-        ))),
-    }
+    let corners = numbers(text).map(|[a, b, c, d, e, f]| [[a, b, c], [d, e, f]]);
+    let how = "not six numbers of millimetres; write two corners, as --no-cut -5,-5,0,5,5,20";
+    corners.ok_or_else(|| Failure::Usage(format!("--no-cut {text}: {how}")))
 }

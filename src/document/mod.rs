@@ -10,6 +10,7 @@
 
 mod model;
 mod oriented;
+mod plan_text;
 mod planned;
 mod priced;
 mod printing;

@@ -100,10 +100,8 @@ impl Arrangement {
         if let Some(mm) = self.gap_mm {
             BadSetting::within("gap", mm, " mm", GAPS_MM)?;
         }
-        if let Standing::Up(up) = self.standing
-            && !up.iter().map(|v| v * v).sum::<f64>().is_normal()
-        {
-            return Err(BadSetting::NoDirection { name: "up" });
+        if let Standing::Up(up) = self.standing {
+            BadSetting::direction("up", up)?;
         }
         let all = self.copies + self.beside.iter().map(|(_, copies)| copies).sum::<usize>();
         BadSetting::within("models", all as f64, "", [1.0, MOST_MODELS as f64])

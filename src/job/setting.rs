@@ -81,12 +81,6 @@ pub enum BadSetting {
         /// What there is, mm².
         most: f64,
     },
-    /// A direction without length.
-    #[error("{name} 0,0,0: not a direction; give one as x,y,z, for example 0,0,1")]
-    NoDirection {
-        /// The setting.
-        name: &'static str,
-    },
     /// A part that the model cannot stand on.
     #[error(
         "base {part}: part {part} ({name}) has no plane face that everything else lies above; give the direction itself as up"
@@ -155,6 +149,12 @@ pub enum BadSetting {
 }
 
 impl BadSetting {
+    /// That a direction has a length.
+    pub(super) fn direction(name: &'static str, given: [f64; 3]) -> Result<(), Self> {
+        let long = given.iter().map(|v| v * v).sum::<f64>().is_normal();
+        if long { Ok(()) } else { Err(Self::Direction { name, given }) }
+    }
+
     /// That `value` lies in `allowed`.
     pub(super) fn within(name: &'static str, value: f64, unit: &'static str, allowed: [f64; 2]) -> Result<(), Self> {
         let inside = (allowed[0]..=allowed[1]).contains(&value);

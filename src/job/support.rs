@@ -8,7 +8,7 @@ use super::{BadSetting, Error, ModelSource, World, load_model};
 use crate::geom::{Angle, Bounds, Slot, Vec3};
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
 use crate::orient::{Facets, Paint, Picture, turned_by, view};
-use crate::spelling::{counted, nearest};
+use crate::spelling::{counted, nearest, numbers};
 use crate::support::{
     Bare, Build, Built, Ceiling, Count, Cover, Graph, Grid, Method, Planned, Structure, bare, build, cover,
     longest_free_mm, plan,
@@ -31,10 +31,7 @@ impl FromStr for Triple {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let numbers: Vec<f64> = text.split(',').map_while(|word| word.trim().parse().ok()).collect();
-        let all = numbers.len() == text.split(',').count() && numbers.iter().all(|number| number.is_finite());
-        let three = <[f64; 3]>::try_from(numbers).ok().filter(|_| all);
-        three.map(Self).ok_or("not three numbers; write them with commas, as 0,0,1")
+        numbers(text).map(Self).ok_or("not three numbers; write them with commas, as 0,0,1")
     }
 }
 
@@ -288,7 +285,7 @@ fn checked(options: &SupportOptions) -> Result<(Method, &'static str), BadSettin
     for length in options.space_mm.into_iter().flatten() {
         BadSetting::within("space", length, " mm", [options.step_mm, 1e5])?;
     }
-    BadSetting::within("up", options.up.norm(), " long", [1e-6, 1e6])?;
+    BadSetting::direction("up", options.up.into())?;
     named("method", &options.method, &Method::NAMED)
 }
 

@@ -139,7 +139,7 @@ fn models_are_turned_and_stand_beside_each_other() {
     let model = read_model(&fs::read(here.join("tee.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
     assert!((model.parts[0].mesh.bounds().size().z - 50.0).abs() < 1e-9);
     for (more, says) in [
-        (["--up", "0,0,0"], "not a direction"),
+        (["--up", "0,0,0"], "no direction"),
         (["--up", "0,0"], "three numbers"),
         (["--base", "3"], "parts 0..0"),
         (["--gap", "0"], "0.5..500"),

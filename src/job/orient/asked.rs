@@ -156,9 +156,8 @@ impl OrientAsked {
 
 /// A direction that the user gives.
 fn own_pose(given: [f64; 3]) -> Result<Vec3, BadSetting> {
-    let up = Vec3::from(given);
-    let length = up.norm();
-    if length.is_finite() && length > 1e-9 { Ok(up / length) } else { Err(BadSetting::Direction { name: "up", given }) }
+    BadSetting::direction("up", given)?;
+    Ok(Vec3::from(given).normalize())
 }
 
 /// What of a profile's process a price needs.

@@ -193,8 +193,8 @@ fn distinct(mut poses: Vec<Priced>, exact: Vec<Vec3>) -> Vec<Priced> {
 /// A pose that stands by itself may cost so much more than one that does not, relative.
 const STANDING: f64 = 0.03;
 
-/// The cheapest of those that stand by themselves, unless one that does not is cheaper still; of those that tie the one that lies on the most, then the lowest, then the one of the best surface, then the one
-/// nearest to how the part lies.
+/// The cheapest of those that stand by themselves, unless one that does not is cheaper still. Of those that tie the one that lies on
+/// the most, then the lowest, then the one of the best surface, then the one nearest to how the part lies.
 fn best(poses: &[Priced]) -> Priced {
     let least = |stands: bool| {
         let those = poses.iter().filter(|p| p.stands || !stands);

@@ -1,0 +1,116 @@
+//! Plans for people: slots and poses, several plans beside each other, and why there is none.
+
+use std::fmt::Write;
+
+use crate::job::{Hindrance, NoPlan, PlanResult};
+use crate::planning::{Print, Slot};
+use crate::spelling::counted;
+
+/// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
+pub fn sequence(slots: &[Slot]) -> String {
+    let setup = |prints: &Vec<&Print>| {
+        let parts: Vec<String> = prints.iter().map(|p| p.part.to_string()).collect();
+        format!("{} @ {} {}", parts.join(","), prints[0].tilt_deg, prints[0].rotation_deg)
+    };
+    let slot = |slot: &Slot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
+    slots.iter().map(slot).collect::<Vec<_>>().join(" | ")
+}
+
+/// `trunnion plan`: slots, poses, and what the plan comes to.
+pub fn planned(made: &PlanResult) -> String {
+    let k = &made.plan.machine.profile.kinematics;
+    let mut out = String::new();
+    for slot in &made.plan.plan.slots {
+        let _ = writeln!(out, "slot {}", slot.id);
+        for setup in slot.setups() {
+            let parts: Vec<String> = setup.iter().map(|p| p.part.to_string()).collect();
+            let (a, c) = (setup[0].tilt_deg, setup[0].rotation_deg);
+            let which = if parts.len() == 1 { "part" } else { "parts" };
+            let _ = writeln!(out, "  {}{a} {}{c}: {which} {}", k.tilt.letter, k.rotation.letter, parts.join(", "));
+        }
+    }
+    let best = made.best();
+    for w in &best.within_slots {
+        let (minutes, by_layer) = (w.seconds / 60.0, w.seconds_layer_by_layer / 60.0);
+        let _ = writeln!(
+            out,
+            "slot {}, pose by pose: {}, {minutes:.1} min; layer by layer it would be {}, {by_layer:.0} min",
+            w.slot,
+            counted(w.turns, "turn"),
+            counted(w.turns_layer_by_layer, "turn")
+        );
+    }
+    let name = if made.objective == "bss" { "building sequence size" } else { &made.objective };
+    let proof = if best.value <= best.lower_bound { "the least possible" } else { "not proved least" };
+    let _ = writeln!(
+        out,
+        "{name} {} (at least {}: {proof}), {}, planned clearance {:.2} mm, {:.2} s",
+        shown(best.value),
+        shown(best.lower_bound),
+        counted(best.pose_changes, "pose change"),
+        best.clearance_mm,
+        made.seconds
+    );
+    out
+}
+
+/// `trunnion plan --top`: the plans beside each other.
+pub fn comparison(made: &PlanResult) -> String {
+    let mut out =
+        format!("{:>4} {:>14} {:>6} {:>6} {:>6} {:>9}\n", "plan", made.objective, "slots", "bss", "poses", "time");
+    for (i, p) in made.plans.iter().enumerate() {
+        let (slots, minutes) = (p.slots.len(), p.seconds / 60.0);
+        let value = shown(p.value);
+        let (size, poses, staircase) = (p.sequence_size, p.pose_changes, p.staircase);
+        let _ = writeln!(
+            out,
+            "{i:>8} {value:>14} {slots:>6} {size:>6} {poses:>6} {minutes:>5.0} min {:>8} mm3 {staircase:>10.4}",
+            0
+        );
+    }
+    if let Some(plain) = &made.three_axis {
+        let (minutes, support, staircase) = (plain.seconds / 60.0, plain.support_mm3, plain.staircase);
+        let _ = writeln!(
+            out,
+            "{:>8} {:>14} {:>6} {:>6} {:>6} {minutes:>5.0} min {support:>8.0} mm3 {staircase:>10.4}",
+            "3 axes", "-", "-", "-", 0
+        );
+    }
+    out
+}
+
+/// Whole numbers as such, others to six digits.
+fn shown(value: f64) -> String {
+    if value.fract() == 0.0 { format!("{value}") } else { format!("{value:.6}") }
+}
+
+/// Per part: how many orientations each thing stands against, with the nearest miss of each.
+pub fn no_plan(no: &NoPlan) -> String {
+    let mut out = String::new();
+    let hindrances = no.hindrances();
+    if no.reasons().1 && !hindrances.is_empty() {
+        let _ = writeln!(out, "each of these is needed to rule a plan out:");
+    }
+    let mut last = None;
+    for Hindrance { part, orientations, nearest } in hindrances {
+        if last.replace(part) != Some(part) {
+            let _ = writeln!(out, "  part {part} ({})", no.model.model.parts[part].name);
+        }
+        let [x, y, z] = nearest.up.map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
+        let by = &nearest.blocked_by;
+        let what = by.parse::<usize>().map_or_else(|_| by.clone(), |other| format!("part {other}"));
+        let text = &nearest.text;
+        let _ = writeln!(out, "    {what}, {orientations} orientations; with up ({x:.3}, {y:.3}, {z:.3}): {text}");
+    }
+    no.cut.iter().for_each(|why| _ = writeln!(out, "cut by planes: {why}"));
+    let Some(remedies) = &no.remedies else { return out };
+    if remedies.is_empty() {
+        out.push_str(
+            "none of the remedies that were tried helps: tolerance, bridges, tilt, height, head, nozzle, pedestal, margin, support, base\n",
+        );
+    } else {
+        out.push_str("remedies, each by itself, all but cuts checked by planning:\n");
+        remedies.iter().for_each(|r| _ = writeln!(out, "  {}", r.text));
+    }
+    out
+}
