@@ -6,13 +6,14 @@
 //!
 //! Lengths mm, frame [`Object`]. It must not know machines, poses or files.
 //!
-//! - **Gap** ([`gaps`]): faces that look at each other across more than the interfaces' gap and at most `snap_mm`. The part whose
+//! - **Gap** (`gaps.rs`): faces that look at each other across more than the interfaces' gap and at most `snap_mm`. The part whose
 //!   face lies more wholly before the other one is drawn out: a plane face up to the other's plane, a curved one a little
 //!   into the other part, which is then cut off like any overlap.
-//! - **Overlap** ([`solid`]): what two parts both fill goes to the earlier one; the later is cut along its surface. Where the later
+//! - **Overlap** (`solid.rs`): what two parts both fill goes to the earlier one; the later is cut along its surface. Where the later
 //!   one would fall to pieces or vanish, the earlier one gives way: a pin through a plate leaves a plate with a hole.
 //!
-//! Besides ([`upright`], [`up_on`], [`in_rows`]): which way a model stands, and where several stand beside each other.
+//! [`join`] makes solids of parts that touch or overlap instead. Besides ([`upright`], [`up_on`], [`in_rows`]): which way a model
+//! stands, and where several stand beside each other.
 //!
 //! The booleans are `boolmesh`'s, a port of Manifold (Lalish) in Rust; every result's volume is held against the parts'.
 
@@ -24,8 +25,8 @@ mod tests;
 
 pub use standing::{in_rows, up_on, upright};
 
-use crate::geom::Object;
-use crate::mesh::{BoxTree, Model, Part, TriangleMesh, may_overlap};
+use crate::geom::{Object, Sets};
+use crate::mesh::{BoxTree, Model, Part, TriangleMesh, may_overlap, seen_to_overlap};
 
 /// Gaps that are closed where nothing else is asked for, mm: CAD clearances for parts that belong together. Hinges printed in
 /// place keep 0.3 mm and more.
@@ -39,7 +40,7 @@ const OVERLAP_MM: f64 = crate::mesh::INTERFACE_GAP_MM;
 /// A model whose parts meet.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// Names and meshes, in the model's order.
+    /// Names and meshes, in the model's order; fewer where some were joined.
     pub parts: Vec<(String, TriangleMesh<Object>)>,
     /// What was done, in order; never empty.
     pub changes: Vec<Change>,
@@ -66,12 +67,19 @@ pub enum Change {
         /// How much it was, mm³.
         volume_mm3: f64,
     },
+    /// Two parts became one solid.
+    Joined {
+        /// The later part.
+        part: usize,
+        /// The earlier one.
+        other: usize,
+    },
 }
 
 impl Change {
-    /// In a sentence, with the parts' names.
-    pub fn told(&self, parts: &[(String, TriangleMesh<Object>)]) -> String {
-        let named = |id: usize| format!("part {id} ({})", parts[id].0);
+    /// In a sentence; numbers and names are those of the model before.
+    pub fn told(&self, model: &Model) -> String {
+        let named = |id: usize| format!("part {id} ({})", model.parts[id].name);
         match *self {
             Self::Closed { part, other, gap_mm } => {
                 format!("the gap of {gap_mm:.2} mm between {} and {} was closed", named(part), named(other))
@@ -79,6 +87,7 @@ impl Change {
             Self::Cut { part, other, volume_mm3 } => {
                 format!("{} overlaps {}: {volume_mm3:.2} mm3 were cut off from it", named(part), named(other))
             }
+            Self::Joined { part, other } => format!("{} was joined to {}", named(part), named(other)),
         }
     }
 }
@@ -163,6 +172,52 @@ pub fn fit(model: &Model, snap_mm: f64) -> Result<Option<Fitted>, FitError> {
     Ok(Some(Fitted { parts: parts.into_iter().map(|part| (part.name, part.mesh)).collect(), changes }))
 }
 
+/// The model with all parts that touch or overlap joined into solids, each under its first part's name, and what was joined to what;
+/// `None` where nothing touches.
+///
+/// # Errors
+///
+/// [`FitError::Failed`] with the two parts.
+pub fn join(model: &Model) -> Result<Option<Fitted>, FitError> {
+    let mut parts = model.parts.clone();
+    let mut sets = Sets::new(parts.len());
+    let mut changes = Vec::new();
+    for b in 0..parts.len() {
+        for a in 0..b {
+            let touch = model.interfaces.iter().any(|one| (one.a, one.b) == (a, b));
+            let (one, two) = (&model.parts[a], &model.parts[b]);
+            let (into, from) = (sets.root(a as u32), sets.root(b as u32));
+            if into == from || !(touch || reach_into_each_other(one, two)) {
+                continue;
+            }
+            let (into, from) = (into.min(from) as usize, into.max(from) as usize);
+            let failed = |why| FitError::Failed {
+                a: into,
+                name_a: parts[into].name.clone(),
+                b: from,
+                name_b: parts[from].name.clone(),
+                why,
+            };
+            parts[into].mesh = solid::joined_with(&parts[into].mesh, &parts[from].mesh).map_err(failed)?;
+            // The lower number stands for both.
+            sets.join(into as u32, from as u32);
+            changes.push(Change::Joined { part: b, other: a });
+        }
+    }
+    if changes.is_empty() {
+        return Ok(None);
+    }
+    let kept = (0..parts.len()).filter(|&part| sets.root(part as u32) as usize == part);
+    let parts = kept.map(|part| (parts[part].name.clone(), parts[part].mesh.clone())).collect();
+    Ok(Some(Fitted { parts, changes }))
+}
+
+/// Whether two parts have more in common than a face, a side or a corner.
+fn reach_into_each_other(one: &Part, two: &Part) -> bool {
+    may_overlap(one, two, &BoxTree::new(&two.mesh), false)
+        && solid::common(&one.mesh, &two.mesh).is_ok_and(|common| common.thickness_mm() > 0.0)
+}
+
 /// A part that gave way.
 struct CutOff {
     part: usize,
@@ -186,7 +241,12 @@ fn cut_apart(
         let (name_a, name_b) = names();
         FitError::Failed { a, name_a, b, name_b, why }
     };
-    let common = solid::common(&one.mesh, &two.mesh).map_err(failed)?;
+    let common = match solid::common(&one.mesh, &two.mesh) {
+        Ok(common) => common,
+        // Surfaces that touch themselves are too much for the boolean; where nothing was seen to overlap, nothing is lost.
+        Err(_) if drawn_out.is_none() && !seen_to_overlap(one, two) => return Ok(None),
+        Err(why) => return Err(failed(why)),
+    };
     let least = if drawn_out.is_some() { 0.0 } else { OVERLAP_MM };
     if common.thickness_mm() <= least {
         return Ok(None);

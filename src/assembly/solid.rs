@@ -54,7 +54,7 @@ pub(super) fn less(a: &Mesh, b: &Mesh, common: &Common) -> Result<Option<Mesh>, 
     }
     // A small cavity is no crumb.
     whole.extend(crumbs.into_iter().filter(|shell| shell.volume_mm3 < 0.0));
-    Ok(Some(joined(&left, &whole)))
+    Ok(Some(kept(&left, &whole)))
 }
 
 /// A closed shell of a mesh.
@@ -87,7 +87,7 @@ fn shells(mesh: &Mesh) -> Vec<Shell> {
 }
 
 /// The shells as one mesh, vertices numbered in the order of first use.
-fn joined(mesh: &Mesh, shells: &[Shell]) -> Mesh {
+fn kept(mesh: &Mesh, shells: &[Shell]) -> Mesh {
     let mut number = vec![u32::MAX; mesh.vertices().len()];
     let mut vertices = Vec::new();
     let mut facets = Vec::new();
@@ -101,6 +101,14 @@ fn joined(mesh: &Mesh, shells: &[Shell]) -> Mesh {
         }));
     }
     Mesh::new(vertices, facets)
+}
+
+/// Both as one solid: where they touch or overlap, their common faces go.
+pub(super) fn joined_with(a: &Mesh, b: &Mesh) -> Result<Mesh, String> {
+    let both = boolean(a, b, &OpType::Add)?;
+    let common = common(a, b)?.volume_mm3;
+    let off = (both.volume() + common - a.volume() - b.volume()).abs();
+    if off > EXACT * (a.volume() + b.volume()) { Err(format!("volumes are off by {off:.4} mm3")) } else { Ok(both) }
 }
 
 fn boolean(a: &Mesh, b: &Mesh, what: &OpType) -> Result<Mesh, String> {

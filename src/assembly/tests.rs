@@ -1,6 +1,6 @@
 //! Made to meet: gaps from nothing to too wide, overlaps from a scratch to a part inside another.
 
-use super::{Change, FitError, Fitted, fit};
+use super::{Change, FitError, Fitted, fit, join};
 use crate::fixtures::{all, solid_box, tricks};
 use crate::geom::{Object, Vec3};
 use crate::mesh::{BoxTree, Model, TriangleMesh, may_overlap};
@@ -159,6 +159,93 @@ fn who_reaches_into_whom_is_seen_by_sides_and_facets() {
     assert!(seen(cube(), block([3.0; 3], [7.0; 3])) && seen(block([3.0; 3], [7.0; 3]), cube()));
     assert!(!seen(round(5.0, 9.0, [0.0, 4.0], 24, 0.0), round(0.0, 4.9, [0.0, 4.0], 24, 0.5)), "a pin in its hole");
     assert!(seen(round(5.0, 9.0, [0.0, 4.0], 24, 0.0), round(0.0, 5.1, [0.0, 4.0], 24, 0.5)));
+}
+
+#[test]
+fn what_touches_or_overlaps_is_joined() {
+    let apart = || block([40.0, 0.0, 0.0], [50.0, 10.0, 10.0]);
+    for (from, common) in [(10.0, 0.0), (7.0, 108.0), (-5.0, 360.0)] {
+        let parts = vec![block([0.0; 3], [10.0; 3]), apart(), block([from, 2.0, 2.0], [20.0, 8.0, 8.0])];
+        let sum: f64 = parts.iter().map(Mesh::volume).sum();
+        let joined = join(&model(parts)).unwrap().unwrap();
+        assert_eq!(joined.changes, [Change::Joined { part: 2, other: 0 }]);
+        assert_eq!(joined.parts.len(), 2);
+        let volume: f64 = joined.parts.iter().map(|(_, mesh)| mesh.volume()).sum();
+        assert!((volume - (sum - common)).abs() < 1e-6, "{from}: {volume}");
+        let again = Model::from_parts(joined.parts);
+        assert!(again.interfaces.is_empty() && join(&again).unwrap().is_none());
+    }
+    // Side by side at an edge, and at a corner: nothing in common.
+    for at in [[10.0, 10.0, 0.0], [10.0; 3]] {
+        let to = at.map(|v| v + 5.0);
+        assert!(join(&model(vec![block([0.0; 3], [10.0; 3]), block(at, to)])).unwrap().is_none());
+    }
+}
+
+#[test]
+fn the_fixtures_become_one_solid() {
+    for fixture in all() {
+        let parts = fixture.parts.len();
+        let volume: f64 = fixture.parts.iter().map(|(_, mesh)| mesh.volume()).sum();
+        let Some(joined) = join(&Model::from_parts(fixture.parts)).unwrap() else {
+            assert_eq!(parts, 1, "{}", fixture.file);
+            continue;
+        };
+        assert_eq!(joined.parts.len(), 1, "{}", fixture.file);
+        assert!((joined.parts[0].1.volume() / volume - 1.0).abs() < 1e-6, "{}", fixture.file);
+    }
+}
+
+#[test]
+fn a_surface_that_touches_itself_is_let_pass_where_nothing_overlaps() {
+    // A plate of four cubes with two more on opposite corners: all four sides of the upright edge between them meet there.
+    let cells = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 1, 1]];
+    let pinched = || cubes(&cells);
+    assert!((pinched().volume() - 6000.0).abs() < 1e-6);
+    let beside = block([20.0, 5.0, 0.0], [30.0, 15.0, 15.0]);
+    assert!(fit(&model(vec![pinched(), beside]), 0.2).unwrap().is_none());
+    let touching_its_rim = block([20.0, 20.0, 5.0], [30.0, 30.0, 15.0]);
+    assert!(fit(&model(vec![pinched(), touching_its_rim]), 0.2).unwrap().is_none());
+    let into = block([8.0, 5.0, 15.0], [12.0, 15.0, 30.0]);
+    match fit(&model(vec![pinched(), into]), 0.2) {
+        Ok(fitted) => assert!(fitted.is_some_and(|f| matches!(f.changes[..], [Change::Cut { .. }]))),
+        Err(error) => assert!(error.to_string().contains("could not be cut along each other"), "{error}"),
+    }
+}
+
+/// The surface of cubes of 10 mm at the given places, equal corners being one.
+fn cubes(cells: &[[i32; 3]]) -> Mesh {
+    let mut number = std::collections::HashMap::new();
+    let (mut vertices, mut facets) = (Vec::new(), Vec::new());
+    for cell in cells {
+        for axis in 0..3 {
+            for side in [0, 1] {
+                let mut beside = *cell;
+                beside[axis] += 2 * side - 1;
+                if cells.contains(&beside) {
+                    continue;
+                }
+                let corner = |u: i32, v: i32| {
+                    let mut at = *cell;
+                    at[axis] += side;
+                    at[(axis + 1) % 3] += u;
+                    at[(axis + 2) % 3] += v;
+                    at
+                };
+                let mut quad = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)].map(|at| {
+                    *number.entry(at).or_insert_with(|| {
+                        vertices.push(Vec3::from(at.map(|v| 10.0 * f64::from(v))));
+                        vertices.len() as u32 - 1
+                    })
+                });
+                if side == 0 {
+                    quad.reverse();
+                }
+                facets.extend([[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]);
+            }
+        }
+    }
+    Mesh::new(vertices, facets)
 }
 
 #[test]

@@ -94,6 +94,9 @@ pub(super) struct ArrangeArgs {
     /// Close gaps between parts up to this width, and cut overlapping parts along each other; 0 leaves both
     #[arg(long, default_value_t = Arrangement::default().snap_mm, value_name = "MM")]
     pub(super) snap: f64,
+    /// Make one solid of parts that touch or overlap; it is cut again where it has no plan (prepare)
+    #[arg(long, conflicts_with = "snap")]
+    pub(super) join: bool,
     /// Room between models [default: as far as the head reaches sideways; less where the table is too small]
     #[arg(long, value_name = "MM")]
     pub(super) gap: Option<f64>,

@@ -43,6 +43,7 @@ impl ArrangeArgs {
         };
         let arrangement = Arrangement {
             snap_mm: self.snap,
+            join: self.join,
             standing,
             copies,
             beside: self.more.iter().map(|word| of(word)).collect(),

@@ -3,7 +3,7 @@
 
 use super::load::{read_quietly, tell};
 use super::{BadSetting, Error, LoadedModel, LoadedProfile, ModelSource, World};
-use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, up_on, upright};
+use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
 use crate::geom::{Bounds, Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh, is_overlap, threemf};
 use crate::spelling::counted;
@@ -25,6 +25,8 @@ pub enum Standing {
 pub struct Arrangement {
     /// The widest gap between parts that is closed, mm; 0 leaves gaps and overlaps as they are.
     pub snap_mm: f64,
+    /// Whether parts that touch or overlap become one solid; gaps then stay.
+    pub join: bool,
     /// Which way each model stands.
     pub standing: Standing,
     /// Copies of the first model.
@@ -40,7 +42,7 @@ pub struct Arrangement {
 impl Default for Arrangement {
     fn default() -> Self {
         let (standing, beside) = (Standing::AsDrawn, Vec::new());
-        Self { snap_mm: SNAP_MM, standing, copies: 1, beside, gap_mm: None, file: None }
+        Self { snap_mm: SNAP_MM, join: false, standing, copies: 1, beside, gap_mm: None, file: None }
     }
 }
 
@@ -71,19 +73,23 @@ pub(super) fn arranged(
 ) -> Result<(LoadedModel, Option<ArrangedModel>), Error> {
     how.check()?;
     let read = read_quietly(first, world)?;
-    if how.is_plain() && how.snap_mm == 0.0 {
+    if how.is_plain() && how.snap_mm == 0.0 && !how.join {
         tell(&read.model.warnings, world);
         return Ok((read, None));
     }
     let mut changes = Vec::new();
     let stood = if how.is_plain() { None } else { Some(stood(&read, how, machine, &mut changes, world)?) };
     let model = stood.as_ref().unwrap_or(&read.model);
-    let fitted = if how.snap_mm > 0.0 { fit(model, how.snap_mm)? } else { None };
+    let fitted = match how {
+        Arrangement { join: true, .. } => join(model)?,
+        Arrangement { snap_mm: 0.0, .. } => None,
+        _ => fit(model, how.snap_mm)?,
+    };
     let Some(parts) = fitted.as_ref().map_or_else(|| stood.as_ref().map(named), |f| Some(f.parts.clone())) else {
         tell(&read.model.warnings, world);
         return Ok((read, None));
     };
-    changes.extend(fitted.iter().flat_map(|f| f.changes.iter().map(|change: &Change| change.told(&f.parts))));
+    changes.extend(fitted.iter().flat_map(|f| f.changes.iter().map(|change: &Change| change.told(model))));
     let file = how.file.clone().unwrap_or_else(|| format!("{}.parts.3mf", read.file));
     let bytes = threemf(&parts.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>());
     let mut made = LoadedModel::made(file.clone(), &bytes)?;

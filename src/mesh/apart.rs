@@ -49,7 +49,7 @@ const IN_PLANE_MM: f64 = 1e-4;
 /// Whether two parts may fill the same space: a side of one passes through a facet of the other, or one may lie in the other.
 ///
 /// Of two that `touch` in a face, sides that pass a facet's very rim do not count: those of the smaller face do, all around the
-/// larger one's. Otherwise they do, and `false` is proved, but for what is thinner than [`IN_PLANE_MM`].
+/// larger one's. Otherwise they do, and `false` is proved, but for what is thinner than 0.0001 mm.
 ///
 /// `tree` is the second one's.
 pub fn may_overlap(a: &Part, b: &Part, tree: &BoxTree, touch: bool) -> bool {

@@ -37,5 +37,5 @@ pub use model::{Model, Part, TABLE_GAP_MM};
 pub use read::{ReadOptions, read_model, read_surface};
 pub use triangle_mesh::TriangleMesh;
 pub use unit::{METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
-pub use winding::is_overlap;
+pub use winding::{is_overlap, seen_to_overlap};
 pub use write::{stl_binary, stl_binary_parts, threemf, threemf_project};

@@ -163,3 +163,26 @@ fn models_are_turned_and_stand_beside_each_other() {
     let many = run(here, &["prepare", "cube.stl*400", "-m", "generic-ac", "-o", "none.gcode"]);
     assert!(!many.status.success() && !here.join("none.gcode").exists());
 }
+
+#[test]
+fn overlapping_shells_are_joined_and_cut_again() {
+    let folder = new_folder();
+    let here = folder.path();
+    // A T of two shells, as drawn by somebody who never joined them.
+    written(
+        here,
+        "tee.stl",
+        &[boxed([-5.0, -5.0, 0.0], [5.0, 5.0, 45.0]), boxed([-30.0, -5.0, 40.0], [30.0, 5.0, 50.0])],
+    );
+    let done = prepared(here, "tee.stl", &["--join"]);
+    let told = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success(), "{told}");
+    assert!(
+        told.contains("part 1 (part-1) was joined to part 0 (part-0)") && told.contains("cut by 2 planes"),
+        "{told}"
+    );
+    let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(document["plan"]["parts"].as_array().unwrap().len(), 3);
+    let both = prepared(here, "tee.stl", &["--join", "--snap", "0.1"]);
+    assert!(String::from_utf8_lossy(&both.stderr).contains("cannot be used with"), "{both:?}");
+}
