@@ -338,6 +338,10 @@ fn through(slicer: &SlicerChoice, of: fn(u64) -> Case, seeds: std::ops::Range<u6
     let (mut kept, mut refused, mut broken) = (0, 0, Vec::new());
     for seed in seeds {
         let case = of(seed);
+        if let Some(folder) = &keep {
+            // Before, so that one that takes for ever can be looked at.
+            case.keep(Path::new(folder));
+        }
         match case.prepared(slicer.clone()) {
             Outcome::Kept(done) => {
                 let report = done.gcode.report().expect("a replay");
@@ -354,9 +358,8 @@ fn through(slicer: &SlicerChoice, of: fn(u64) -> Case, seeds: std::ops::Range<u6
             Outcome::Broken(error) => {
                 let machine = case.machine.lines().next().unwrap_or_default();
                 broken.push(format!("seed {seed} ({machine}, {} parts): {}", case.parts.len(), told(&error)));
-                if let Some(folder) = &keep {
+                if keep.is_some() {
                     note(broken.last().unwrap());
-                    case.keep(Path::new(folder));
                 }
             }
         }
