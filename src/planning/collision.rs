@@ -8,8 +8,9 @@
 //! the head for a tip inside the part also does for a tip lower down, and so for one on the part's surface; and no bounded
 //! obstacle can swallow the head.
 
+use super::fans::Fans;
 use super::owed::{Owed, carries_tip, contact_mm};
-use super::solid::Solid;
+use super::solid::{Solid, Tool};
 use crate::geom::convex::Separation;
 use crate::geom::{Body, Machine, Rigid, Vec3};
 use crate::profile::Profile;
@@ -26,7 +27,7 @@ pub struct Head {
 #[derive(Clone, Debug)]
 struct Piece {
     name: String,
-    points: Vec<Vec3>,
+    fans: Fans,
     follows: [bool; 3],
     /// Whether it carries the tip.
     tip: bool,
@@ -61,10 +62,9 @@ impl Head {
     fn reaching(bodies: &[Body], upward: f64, contact: f64) -> Self {
         let pieces = bodies.iter().map(|body| {
             let upward = if body.follows[2] { upward } else { 0.0 };
-            let raised = body.points.iter().map(|p| p + Vec3::z() * upward);
             Piece {
                 name: body.name.clone(),
-                points: body.points.iter().copied().chain(raised).collect(),
+                fans: Fans::of(&body.points, upward),
                 follows: body.follows,
                 tip: carries_tip(body, contact),
             }
@@ -77,7 +77,7 @@ impl Head {
         Self {
             pieces: vec![Piece {
                 name: "tip".to_owned(),
-                points: vec![Vec3::zeros(), Vec3::z() * UPWARD],
+                fans: Fans::of(&[Vec3::zeros()], UPWARD),
                 follows: [true; 3],
                 tip: true,
             }],
@@ -86,8 +86,7 @@ impl Head {
 
     /// By piece: its lowest point above the tip, and whether it follows the tip in Z.
     pub(super) fn lows(&self) -> impl Iterator<Item = (f64, bool)> {
-        let low = |piece: &Piece| piece.points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-        self.pieces.iter().map(move |piece| (low(piece), piece.follows[2]))
+        self.pieces.iter().map(|piece| (piece.fans.bounds.min.z, piece.follows[2]))
     }
 
     /// How far the head stays from `obstacle` while its tip visits `swept` raised by `lift` mm, up to `enough` mm; both at
@@ -102,9 +101,9 @@ impl Head {
     ) -> Clearance {
         let mut least = Clearance { mm: enough, piece: String::new() };
         for piece in &self.pieces {
-            let raise = if piece.follows[2] { Vec3::z() * lift } else { Vec3::zeros() };
-            let points: Vec<Vec3> = piece.points.iter().map(|p| p + raise).collect();
-            match swept.swept_clearance(at, piece.follows, &points, obstacle, least.mm) {
+            let raise = if piece.follows[2] { lift } else { 0.0 };
+            let tool = Tool::Fans { fans: &piece.fans, raise, wider: 0.0 };
+            match swept.tool_clearance(at, piece.follows, &tool, obstacle, least.mm) {
                 Separation::Meeting => return Clearance { mm: 0.0, piece: piece.name.clone() },
                 Separation::Apart(mm) if mm < least.mm || least.piece.is_empty() => {
                     least = Clearance { mm, piece: piece.name.clone() }
@@ -127,9 +126,9 @@ impl Head {
     ) -> Option<Clearance> {
         self.pieces.iter().find_map(|piece| {
             let share = if piece.tip { owed.tip } else { owed.rest };
-            let raise = if piece.follows[2] { Vec3::z() * (share.lift + lift) } else { Vec3::zeros() };
-            let points: Vec<Vec3> = piece.points.iter().map(|p| p + raise).collect();
-            let apart = swept.widened_clearance(at, piece.follows, (&points, share.wider), obstacle, share.mm);
+            let raise = if piece.follows[2] { share.lift + lift } else { 0.0 };
+            let tool = Tool::Fans { fans: &piece.fans, raise, wider: share.wider };
+            let apart = swept.tool_clearance(at, piece.follows, &tool, obstacle, share.mm);
             let mm = apart.distance();
             (mm < share.mm).then(|| Clearance { mm, piece: piece.name.clone() })
         })

@@ -10,6 +10,7 @@
 mod best;
 mod candidates;
 mod collision;
+mod fans;
 mod goal;
 mod heads;
 mod infeasible;

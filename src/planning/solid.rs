@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::fans::Fans;
 use crate::geom::convex::{Separation, separation, support};
 use crate::geom::{Bounds, Mat3, Rigid, Vec3};
 use crate::mesh::TriangleMesh;
@@ -94,26 +95,23 @@ impl Solid {
         obstacle: &Self,
         enough: f64,
     ) -> Separation {
-        self.widened_clearance(motion, follows, (tool, 0.0), obstacle, enough)
+        self.tool_clearance(motion, follows, &Tool::Points(tool), obstacle, enough)
     }
 
-    /// The same for a tool that is wider by some mm on every side, seen from above.
-    pub(super) fn widened_clearance<A, B>(
+    /// The same for any tool.
+    pub(super) fn tool_clearance<A, B>(
         &self,
         motion: &Rigid<A, B>,
         follows: [bool; 3],
-        (tool, wider): (&[Vec3], f64),
+        tool: &Tool<'_>,
         obstacle: &Self,
         enough: f64,
     ) -> Separation {
-        let around = Vec3::new(wider, wider, 0.0);
-        let Bounds { min, max } = Bounds::of(tool.iter().copied());
         let query = Query {
             swept: self,
             mask: Vec3::from_fn(|i, _| if follows[i] { 1.0 } else { 0.0 }),
             tool,
-            wider,
-            tool_box: Bounds { min: min - around, max: max + around },
+            tool_box: tool.bounds(),
             obstacle,
             turn: motion.rotation,
             back: motion.rotation.transpose(),
@@ -124,12 +122,46 @@ impl Solid {
     }
 }
 
+/// What is swept.
+pub(super) enum Tool<'a> {
+    /// The hull of some points.
+    Points(&'a [Vec3]),
+    /// A piece of the head, raised by some mm, and wider by some on every side, seen from above.
+    Fans { fans: &'a Fans, raise: f64, wider: f64 },
+}
+
+impl Tool<'_> {
+    fn bounds(&self) -> Bounds {
+        match *self {
+            Self::Points(points) => Bounds::of(points.iter().copied()),
+            Self::Fans { fans, raise, wider } => {
+                let (lift, around) = (Vec3::z() * raise, Vec3::new(wider, wider, 0.0));
+                Bounds { min: fans.bounds.min + lift - around, max: fans.bounds.max + lift + around }
+            }
+        }
+    }
+
+    /// The point farthest along `d`, the disc about each point included.
+    fn farthest(&self, d: &Vec3) -> Vec3 {
+        match *self {
+            Self::Points(points) => support(points, d),
+            Self::Fans { fans, raise, wider } => {
+                let mut point = fans.farthest(d);
+                point.z += raise;
+                let across = (d.x * d.x + d.y * d.y).sqrt();
+                if wider == 0.0 || across < 1e-12 {
+                    return point;
+                }
+                point + Vec3::new(d.x, d.y, 0.0) * (wider / across)
+            }
+        }
+    }
+}
+
 struct Query<'a> {
     swept: &'a Solid,
     mask: Vec3,
-    tool: &'a [Vec3],
-    /// On every side, seen from above, mm.
-    wider: f64,
+    tool: &'a Tool<'a>,
     tool_box: Bounds,
     obstacle: &'a Solid,
     turn: Mat3,
@@ -189,17 +221,7 @@ impl Query<'_> {
             self.turn * far + self.shift
         };
         let of_swept = |d: &Vec3| corner(a, &d.component_mul(&self.mask)).component_mul(&self.mask);
-        separation(|d| of_swept(d) + self.of_tool(d) - corner(b, &-d), enough)
-    }
-
-    /// The tool's point farthest along `d`, the disc about each of its points included.
-    fn of_tool(&self, d: &Vec3) -> Vec3 {
-        let point = support(self.tool, d);
-        let across = d.x.hypot(d.y);
-        if self.wider == 0.0 || across < 1e-12 {
-            return point;
-        }
-        point + Vec3::new(d.x, d.y, 0.0) * (self.wider / across)
+        separation(|d| of_swept(d) + self.tool.farthest(d) - corner(b, &-d), enough)
     }
 
     /// The box around a turned box.
@@ -212,7 +234,7 @@ impl Query<'_> {
         let corner =
             |solid: &Solid, node, d: &Vec3| self.turn * solid.leaf_support(node, &(self.back * d)) + self.shift;
         let of_swept = |d: &Vec3| corner(self.swept, a, &d.component_mul(&self.mask)).component_mul(&self.mask);
-        let reach = |d: &Vec3| of_swept(d) + self.of_tool(d) - corner(self.obstacle, b, &-d);
+        let reach = |d: &Vec3| of_swept(d) + self.tool.farthest(d) - corner(self.obstacle, b, &-d);
         separation(reach, enough)
     }
 }
