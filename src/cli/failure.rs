@@ -36,6 +36,9 @@ fn in_flags(error: &job::Error) -> String {
             "--landscape and --view are of one part, and there are {count}; choose one with --part N, or take all as one with \
              --whole"
         ),
+        job::Error::Setting(BadSetting::OutOfRange { name: "models", value, allowed, .. }) => {
+            format!("{value} models are out of {}..{}; MODEL*3 means three of one", allowed[0], allowed[1])
+        }
         job::Error::Setting(bad) => format!("--{bad}"),
         job::Error::Simulation(bad) => format!("--{bad}"),
         job::Error::Log { .. } => format!("--{error}"),

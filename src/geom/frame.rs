@@ -96,6 +96,12 @@ impl<A, B> Clone for Rigid<A, B> {
 }
 impl<A, B> Copy for Rigid<A, B> {}
 
+/// The least rotation that brings the unit direction `up` to +Z; for -Z half a turn about X.
+pub fn turned_by(up: &Vec3) -> nalgebra::UnitQuaternion<f64> {
+    let half = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
+    nalgebra::UnitQuaternion::rotation_between(up, &Vec3::z()).unwrap_or(half)
+}
+
 impl<A, B> Rigid<A, B> {
     /// The motion `p -> R p + t`; the caller vouches that `rotation` is orthonormal and right-handed.
     pub fn new(rotation: Mat3, translation: Vec3) -> Self {

@@ -22,7 +22,7 @@ mod sets;
 pub use angle::Angle;
 pub use body::Body;
 pub use bounds::Bounds;
-pub use frame::{Dir, Machine, Object, Point, Rigid, Slot, Table};
+pub use frame::{Dir, Machine, Object, Point, Rigid, Slot, Table, turned_by};
 pub use outline::convex_outline;
 pub use random::SplitMix64;
 pub use sets::Sets;

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::str::FromStr;
 
 use super::{BadSetting, Error, ModelSource, World, load_model};
-use crate::geom::{Angle, Bounds, Slot, Vec3};
+use crate::geom::{Angle, Bounds, Slot, Vec3, turned_by};
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
-use crate::orient::{Facets, Paint, Picture, turned_by, view};
+use crate::orient::{Facets, Paint, Picture, view};
 use crate::spelling::{counted, nearest, numbers};
 use crate::support::{
     Bare, Build, Built, Ceiling, Count, Cover, Graph, Grid, Method, Planned, Structure, bare, build, cover,

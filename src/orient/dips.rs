@@ -2,7 +2,7 @@
 
 use super::sphere::tangents;
 use super::{ContactArea, Facets, Found, Minimum, Objective, distinct};
-use crate::geom::{Angle, Vec3};
+use crate::geom::{Angle, Vec3, turned_by};
 use crate::mesh::{TABLE_GAP_MM, TriangleMesh};
 
 /// Both senses of the so many largest normals are tried.
@@ -69,12 +69,6 @@ pub fn overhang_area(facets: &Facets, up: &Vec3, overhang: Angle) -> f64 {
         let size = f.area.norm();
         if -f.area.dot(up) > from * size && f.barycentre.dot(up) > bed { size } else { 0.0 }
     })
-}
-
-/// The least rotation that brings the unit direction `up` to +Z; for -Z half a turn about X.
-pub fn turned_by(up: &Vec3) -> nalgebra::UnitQuaternion<f64> {
-    let half = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
-    nalgebra::UnitQuaternion::rotation_between(up, &Vec3::z()).unwrap_or(half)
 }
 
 /// `mesh` turned by the least rotation that brings the unit direction `up` to +Z (for -Z: half a turn about X), lowest

@@ -52,7 +52,7 @@ mod weighted;
 pub use bound::{Cap, Local, Minorant, lower};
 pub use certified::Certified;
 pub use column::{BOUNDED_FACETS, SupportVolumeColumn};
-pub use dips::{laid, overhang_area, turned, turned_by};
+pub use dips::{laid, overhang_area, turned};
 pub use direct::Direct;
 pub use directions::{Direction, directions};
 pub use evolution::DifferentialEvolution;

@@ -51,7 +51,7 @@ fn columns(grid: &Grid, corners: &[Vec3; 3]) -> impl Iterator<Item = usize> {
 }
 
 /// Where an upright line through `at` meets a facet, and 1 where the facet faces up, -1 where it faces down.
-fn crossing([a, b, c]: &[Vec3; 3], at: &Vec3) -> Option<(f64, i32)> {
+pub(super) fn crossing([a, b, c]: &[Vec3; 3], at: &Vec3) -> Option<(f64, i32)> {
     let normal = (b - a).cross(&(c - a));
     let inside = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| {
         let side = (q.x - p.x) * (at.y - p.y) - (q.y - p.y) * (at.x - p.x);

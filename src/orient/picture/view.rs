@@ -1,10 +1,10 @@
 //! A part on the bed with what overhangs and what holds it.
 
+use super::super::Facets;
 use super::super::column::Raster;
-use super::super::{Facets, turned_by};
 use super::Picture;
 use super::canvas::Canvas;
-use crate::geom::{Angle, Vec3};
+use crate::geom::{Angle, Vec3, turned_by};
 
 /// How facets are coloured.
 #[derive(Clone, Copy, Debug)]

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::support::graph::Graph;
+use crate::support::inside::crossing;
 
 /// A top is at least so much of a step above its square: it must not be flat.
 const LEAST: f64 = 0.01;
@@ -60,15 +61,7 @@ fn below(graph: &Graph, cube: usize) -> impl Iterator<Item = usize> {
 
 /// Where an upright line through `at` first meets a surface, if that faces down; one that faces up is met from within the part.
 fn surface_over(facets: &[[Vec3; 3]], at: &Vec3) -> Option<f64> {
-    let met = facets.iter().filter_map(|[a, b, c]| {
-        let normal = (b - a).cross(&(c - a));
-        let inside = [(a, b), (b, c), (c, a)].iter().all(|(p, q)| {
-            let side = (q.x - p.x) * (at.y - p.y) - (q.y - p.y) * (at.x - p.x);
-            side * normal.z >= 0.0
-        });
-        let height = || a.z - (normal.x * (at.x - a.x) + normal.y * (at.y - a.y)) / normal.z;
-        (inside && normal.z != 0.0).then(|| (height(), normal.z < 0.0))
-    });
+    let met = facets.iter().filter_map(|corners| crossing(corners, at));
     let first = met.filter(|(height, _)| *height >= at.z).min_by(|a, b| a.0.total_cmp(&b.0));
-    first.filter(|(_, faces_down)| *faces_down).map(|(height, _)| height)
+    first.filter(|(_, sense)| *sense < 0).map(|(height, _)| height)
 }
