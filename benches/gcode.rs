@@ -50,7 +50,7 @@ fn prism(height: f64) -> Vec<u8> {
 }
 
 fn print() -> Print {
-    Print { part: 0, up: [0.0, 0.0, 1.0], tilt_deg: 0.0, rotation_deg: 0.0 }
+    Print { part: 0, up: [0.0, 0.0, 1.0], tilt_deg: 0.0, rotation_deg: 0.0, supports: None }
 }
 
 /// What the built-in slicer makes of the model in `stl`.

@@ -220,6 +220,9 @@ pub(super) struct Prepare {
     /// Cut one solid by planes where there is no plan for it as it is; the parts are written beside the output as OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(super) split: String,
+    /// Print one solid upright on supports where there is no plan for it as it is, nor in parts
+    #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
+    pub(super) supports: String,
     /// Go on and print: a serial device, or tcp:host:port
     #[arg(long, value_name = "PATH")]
     pub(super) port: Option<String>,

@@ -7,7 +7,7 @@ use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, plan, send, verify};
 use crate::document::{self, text};
 use crate::job::{
-    self, Bar, Cutting, OutputFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, World,
+    self, Bar, Cutting, OutputFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, Supporting, WaysOut, World,
 };
 use crate::spelling::counted;
 
@@ -51,7 +51,10 @@ fn work(
         arrangement,
         plan: PlanOptions { kept_in: folder_of(args.plan_out.as_deref()), ..args.plan.options()? },
         slicing: args.slicing.options(&args.bed)?,
-        cutting: if may_cut { Cutting::Auto { file } } else { Cutting::Never },
+        ways: WaysOut {
+            cutting: if may_cut { Cutting::Auto { file } } else { Cutting::Never },
+            supporting: if args.supports == "never" { Supporting::Never } else { Supporting::Auto },
+        },
     };
     let teller = Teller(console);
     let done = job::prepare(&request, &World { progress: &teller, ..console.world() });
@@ -64,6 +67,9 @@ fn work(
     }
     if let Some(sheet) = sheet {
         sheet.write(done.planned.sheet().as_bytes())?;
+    }
+    if let Some(held) = &done.held {
+        console.note(&held.story(done.gcode.report().map_or(0.0, |report| report.seconds_print)));
     }
     if let Some(cut) = &done.cut {
         let seconds = done.gcode.report().map_or(0.0, |report| report.seconds_print);

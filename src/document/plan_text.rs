@@ -9,7 +9,8 @@ use crate::spelling::counted;
 /// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
 pub fn sequence(slots: &[Slot]) -> String {
     let setup = |prints: &Vec<&Print>| {
-        let parts: Vec<String> = prints.iter().map(|p| p.part.to_string()).collect();
+        let part = |p: &&Print| format!("{}{}", p.part, if p.supports.is_some() { " on supports" } else { "" });
+        let parts: Vec<String> = prints.iter().map(part).collect();
         format!("{} @ {} {}", parts.join(","), prints[0].tilt_deg, prints[0].rotation_deg)
     };
     let slot = |slot: &Slot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
@@ -103,6 +104,7 @@ pub fn no_plan(no: &NoPlan) -> String {
         let _ = writeln!(out, "    {what}, {orientations} orientations; with up ({x:.3}, {y:.3}, {z:.3}): {text}");
     }
     no.cut.iter().for_each(|why| _ = writeln!(out, "cut by planes: {why}"));
+    no.held.iter().for_each(|why| _ = writeln!(out, "on supports: {why}"));
     let Some(remedies) = &no.remedies else { return out };
     if remedies.is_empty() {
         out.push_str(

@@ -67,6 +67,7 @@ pub fn no_plan(no: &NoPlan) -> Value {
         "reasons": reasons.iter().map(reason).collect::<Vec<_>>(),
         "least": least,
         "cut": no.cut,
+        "supports": no.held,
         "remedies": no.remedies.as_deref().unwrap_or_default(),
     })
 }

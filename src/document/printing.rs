@@ -36,6 +36,10 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
             document["filament_mm"] = report.filament_mm.into();
             document
         }),
+        "supports": done.held.as_ref().map(|held| json!({
+            "step_mm": held.supports.step_mm, "gap_mm": held.supports.gap_mm, "overhang_deg": held.supports.overhang_deg,
+            "volume_mm3": held.volume_mm3, "seconds": held.seconds, "reason": held.why,
+        })),
         "slicer": slicer(&done.slicer),
         "left_out": left_out(&done.flaws),
         "warnings": done.warnings,

@@ -2,9 +2,10 @@
 //! model of their own, for whoever asked to write beside the output.
 
 use super::load::spanning;
-use super::plan::planned;
+use super::plan::{planned, planned_along};
 use super::split::cut_up;
-use super::{Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, SplitOptions, SplitResult, World};
+use super::supported::on_supports;
+use super::{Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanResult, SplitOptions, SplitResult, Supporting, World};
 use crate::spelling::counted;
 
 /// Whether one solid may be cut where there is no plan for it as it is.
@@ -48,7 +49,29 @@ impl CutModel {
     }
 }
 
-/// Plans `model` as it is, or, where it is one solid without a plan and `cutting` allows it, its parts.
+/// What may be done with one solid that has no plan as it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WaysOut {
+    /// Whether it may be cut; that comes first.
+    pub cutting: Cutting,
+    /// Whether it may stand on supports.
+    pub supporting: Supporting,
+}
+
+/// A plan, and what was done to the model for it.
+pub(super) struct PlannedSomehow {
+    pub(super) plan: PlanResult,
+    pub(super) cut: Option<CutModel>,
+    pub(super) held: Option<HeldModel>,
+}
+
+impl PlannedSomehow {
+    fn as_it_is(plan: PlanResult) -> Self {
+        Self { plan, cut: None, held: None }
+    }
+}
+
+/// Plans `model` as it is, or, where it is one solid without a plan and `ways` allow it, its parts; or else on supports.
 ///
 /// # Errors
 ///
@@ -56,32 +79,42 @@ impl CutModel {
 pub(super) fn planned_or_cut(
     model: LoadedModel,
     machine: LoadedProfile,
-    (options, cutting): (&PlanOptions, &Cutting),
+    (options, ways): (&PlanOptions, &WaysOut),
     world: &World<'_>,
-) -> Result<(PlanResult, Option<CutModel>), Error> {
-    let Cutting::Auto { file } = cutting else { return Ok((planned(model, machine, options, world)?, None)) };
-    if model.model.parts.len() != 1 {
-        return Ok((planned(model, machine, options, world)?, None));
+) -> Result<PlannedSomehow, Error> {
+    let none = matches!(ways, WaysOut { cutting: Cutting::Never, supporting: Supporting::Never });
+    if none || model.model.parts.len() != 1 {
+        return planned(model, machine, options, world).map(PlannedSomehow::as_it_is);
     }
     let quiet = PlanOptions { remedies: false, ..options.clone() };
     let why = match planned(model.clone(), machine.clone(), &quiet, world) {
         Err(Error::NoPlan(no)) => no.infeasible.to_string(),
-        done => return Ok((done?, None)),
+        done => return done.map(PlannedSomehow::as_it_is),
     };
-    let not = match in_parts(&model, &machine, (options, file), world) {
-        Ok((mut plan, split, bytes)) => {
-            let cut = CutModel { split, bytes, file: file.clone(), why };
-            plan.story = Some(cut.story(plan.best().seconds));
-            return Ok((plan, Some(cut)));
+    let mut not = None;
+    if let Cutting::Auto { file } = &ways.cutting {
+        match in_parts(&model, &machine, (options, file), world) {
+            Ok((mut plan, split, bytes)) => {
+                let cut = CutModel { split, bytes, file: file.clone(), why };
+                plan.story = Some(cut.story(plan.best().seconds));
+                return Ok(PlannedSomehow { cut: Some(cut), ..PlannedSomehow::as_it_is(plan) });
+            }
+            Err(why_not) => not = Some(why_not),
         }
-        Err(why_not) => why_not,
-    };
+    }
+    let mut unheld = None;
+    if ways.supporting == Supporting::Auto {
+        match on_supports(&model, &machine, (options, &why), world) {
+            Ok((plan, held)) => return Ok(PlannedSomehow { held: Some(held), ..PlannedSomehow::as_it_is(plan) }),
+            Err(why_not) => unheld = Some(why_not),
+        }
+    }
     match planned(model, machine, options, world) {
         Err(Error::NoPlan(mut no)) => {
-            no.cut = Some(not);
+            (no.cut, no.held) = (not, unheld);
             Err(Error::NoPlan(no))
         }
-        done => Ok((done?, None)),
+        done => done.map(PlannedSomehow::as_it_is),
     }
 }
 
@@ -109,6 +142,11 @@ fn in_parts(
     let parts = LoadedModel::made(file.to_owned(), &bytes).map_err(words)?;
     // Exceptions are of the model's own parts.
     let plain = PlanOptions { remedies: false, allow: Vec::new(), ..options.clone() };
-    let plan = planned(parts, machine.clone(), &plain, world).map_err(words)?;
-    Ok((plan, split, bytes))
+    // The cuts' own directions have a plan, and are few; a search over all that the parts offer may take a hundred times as long.
+    let ups = split.split.ups();
+    let plan = match planned_along(Some(&ups), parts.clone(), machine.clone(), &plain, world) {
+        Err(Error::NoPlan(_)) => planned(parts, machine.clone(), &plain, world),
+        found => found,
+    };
+    Ok((plan.map_err(words)?, split, bytes))
 }

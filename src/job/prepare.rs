@@ -1,13 +1,13 @@
 //! The main job: from a model to a verified program, in memory.
 
 use super::arrange::arranged;
-use super::cutting::{CutModel, Cutting, planned_or_cut};
+use super::cutting::{CutModel, Cutting, PlannedSomehow, WaysOut, planned_or_cut};
 use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
 use super::{
-    Arrangement, Error, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult, SlicerName,
-    SlicingOptions, Verified, World, load_profile,
+    Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult, SlicerName,
+    SlicingOptions, Supporting, Verified, World, load_profile,
 };
 use crate::slicing::Flaw;
 use crate::toolpath::{Input, Segment, SlicedError};
@@ -25,8 +25,8 @@ pub struct PrepareRequest {
     pub plan: PlanOptions,
     /// How to slice.
     pub slicing: SlicingOptions,
-    /// Whether one solid may be cut.
-    pub cutting: Cutting,
+    /// What may be done with one solid that has no plan as it is.
+    pub ways: WaysOut,
 }
 
 impl PrepareRequest {
@@ -35,8 +35,9 @@ impl PrepareRequest {
         let (plan, slicing) = (PlanOptions::default(), SlicingOptions::default());
         let model = model.into();
         let cutting = Cutting::Auto { file: format!("{}.parts.3mf", model.source.name()) };
+        let ways = WaysOut { cutting, supporting: Supporting::Auto };
         let arrangement = Arrangement::default();
-        Self { model, machine: machine.into(), arrangement, plan, slicing, cutting }
+        Self { model, machine: machine.into(), arrangement, plan, slicing, ways }
     }
 }
 
@@ -49,6 +50,8 @@ pub struct PrepareResult {
     pub planned: PlanResult,
     /// What became of one solid that has no plan as it is.
     pub cut: Option<CutModel>,
+    /// What became of one that is printed on supports.
+    pub held: Option<HeldModel>,
     /// Who sliced.
     pub slicer: SlicerName,
     /// What of the prints, by name, is not in what was sliced.
@@ -95,7 +98,7 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     world.progress.reached(Step::Read(&model));
     // A slicer that is not there is found out before the long search.
     let slicer = request.slicing.slicer(world)?;
-    let (plan, cut) = planned_or_cut(model, machine, (&request.plan, &request.cutting), world)?;
+    let PlannedSomehow { plan, cut, held } = planned_or_cut(model, machine, (&request.plan, &request.ways), world)?;
     let plan = plan.of_arranged(arranged);
     seconds.orient = plan.orient_seconds;
     seconds.plan = (lap() - seconds.orient).max(0.0);
@@ -113,7 +116,7 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     seconds.rewrite = (lap() - verify_seconds).max(0.0);
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(of_slicer).chain(warnings).collect();
-    Ok(PrepareResult { gcode, planned: plan, cut, slicer, flaws, warnings, seconds })
+    Ok(PrepareResult { gcode, planned: plan, cut, held, slicer, flaws, warnings, seconds })
 }
 
 /// One print a file.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::holding::{CENTRE_MM, all_supports};
 use super::verify::replayed;
 use super::{CheckedPlan, Error, Prints, Source, Verified, World};
 use crate::gcode::marks::finished_by;
@@ -93,7 +94,7 @@ pub fn is_finished(file: &Source, plan: &CheckedPlan, world: &World<'_>) -> Resu
 
 /// The prints of a sliced file.
 pub(super) fn read_prints<'a>(bytes: &'a [u8], file: &'a str, profile: &'a Profile) -> Result<Vec<Segment<'a>>, Error> {
-    let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow };
+    let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow, supports: false };
     Ok(read_sliced(bytes, file, words)?)
 }
 
@@ -111,12 +112,21 @@ impl Written {
         plan: &CheckedPlan,
         world: &World<'_>,
     ) -> Result<Self, Error> {
+        let supports = all_supports(plan, inputs)?;
+        let words = InputWords { supports: true, ..InputWords::default() };
+        let mut read: Vec<(usize, SlicedPrint<'_>)> = Vec::new();
+        for (number, bytes) in &supports {
+            read.extend(read_sliced(bytes, "supports", words)?.into_iter().map(|segment| (*number, segment.sliced)));
+        }
+        let held = inputs.iter().map(|i| Input { print: i.print, centre_mm: i.centre_mm, file: i.file, sliced: i.sliced });
+        let own = read.iter().map(|(print, sliced)| Input { print: *print, centre_mm: CENTRE_MM, file: "supports", sliced });
+        let inputs: Vec<Input<'_>> = held.chain(own).collect();
         let workpiece = plan.workpiece();
         let (profile, plan_sha256) = (&plan.machine.profile, &plan.sha256);
         let job = Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece };
         // An eighth more than was read: a buffer that grows by copies would need room for two of itself.
         let mut gcode = Vec::with_capacity(expected + expected / 8);
-        let made = rewritten(inputs, &job, &mut gcode)?;
+        let made = rewritten(&inputs, &job, &mut gcode)?;
         made.warnings.iter().for_each(|w| world.progress.warning(w));
         Ok(Self { gcode, warnings: made.warnings })
     }

@@ -338,16 +338,8 @@ fn standing(
 fn grid(meshes: &[&TriangleMesh<Slot>], options: &SupportOptions) -> Result<Grid, BadSetting> {
     let bounds = meshes.iter().fold(Bounds::EMPTY, |all, mesh| all.union(&mesh.bounds()));
     let step = options.step_mm;
-    let (origin, space) = match options.space_mm {
-        Some(space) => (Vec3::zeros(), space),
-        None => {
-            let around = Vec3::new(AROUND * step, AROUND * step, 0.0);
-            let origin = Vec3::new(bounds.min.x, bounds.min.y, 0.0) - around;
-            // A level above the top, so that it lies in none of the grid's planes.
-            let size = bounds.max + around + Vec3::z() * step - origin;
-            (origin, size.into())
-        }
-    };
+    let Some(space) = options.space_mm else { return grid_over(meshes, step) };
+    let origin = Vec3::zeros();
     let end = origin + Vec3::from(space);
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let (low, high) = (bounds.min[axis], bounds.max[axis]);
@@ -355,6 +347,25 @@ fn grid(meshes: &[&TriangleMesh<Slot>], options: &SupportOptions) -> Result<Grid
             return Err(BadSetting::OutsideSpace { axis: name, low, high, space: [origin[axis], end[axis]] });
         }
     }
+    fitting(origin, space, step)
+}
+
+/// The grid over parts and some steps around them, on the ground at z = 0.
+pub(super) fn grid_over(meshes: &[&TriangleMesh<Slot>], step: f64) -> Result<Grid, BadSetting> {
+    let bounds = meshes.iter().fold(Bounds::EMPTY, |all, mesh| all.union(&mesh.bounds()));
+    let around = Vec3::new(AROUND * step, AROUND * step, 0.0);
+    let origin = Vec3::new(bounds.min.x, bounds.min.y, 0.0) - around;
+    // A level above the top, so that it lies in none of the grid's planes.
+    let size = bounds.max + around + Vec3::z() * step - origin;
+    if bounds.min.z < -OUTSIDE_MM {
+        let (low, high) = (bounds.min.z, bounds.max.z);
+        return Err(BadSetting::OutsideSpace { axis: "z", low, high, space: [0.0, high.max(0.0)] });
+    }
+    fitting(origin, size.into(), step)
+}
+
+/// A grid, where it fits in memory.
+fn fitting(origin: Vec3, space: [f64; 3], step: f64) -> Result<Grid, BadSetting> {
     let cubes = Grid::cubes_needed(space, step);
     if cubes > MOST_CUBES {
         // A little more than the root says, for the cubes that stand out of the space.

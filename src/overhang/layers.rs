@@ -16,7 +16,7 @@ use std::fmt;
 
 use super::Rule;
 use super::chords::Air;
-use super::region::{Corners, Region, and, area_mm2, covered, enclosed, grown, minus, or, with_few_points};
+use super::region::{Corners, Region, and, area_mm2, covered, enclosed, grown, minus, or, strips, with_few_points};
 use crate::geom::{Mat3, Sets, Slot, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::section::Sections;
@@ -38,6 +38,29 @@ pub struct Ground {
     /// Whether the lowest layer lies on something that goes on beyond the part, as the table does: then all of it is carried, though it
     /// be wider than the part's foot.
     pub table: bool,
+    /// Supports that stand below it; for parts that are printed along +Z of their own frame only.
+    pub held: Held,
+}
+
+/// Supports as lines.
+#[derive(Clone, Debug, Default)]
+pub struct Held {
+    /// The top of each layer and the middles of its lines, upward, mm.
+    pub layers: Vec<(f64, Vec<[[f64; 2]; 2]>)>,
+    /// Width of a line, mm.
+    pub line_mm: f64,
+    /// The air between them and what lies on them, mm; they end in layers of their own.
+    pub gap_mm: f64,
+}
+
+impl Held {
+    /// What holds a layer that goes from `under` up by `high`: what ends in the air below it.
+    fn under(&self, under: f64, high: f64) -> Region {
+        let air = (self.gap_mm / high - SAME_LAYER).ceil().max(0.0) * high;
+        let near = SAME_LAYER * high;
+        let below = self.layers.iter().filter(|(top, _)| (under - air - near..=under + near).contains(top));
+        strips(below.flat_map(|(_, lines)| lines), self.line_mm)
+    }
 }
 
 /// What a part lays on nothing, connected from layer to layer.
@@ -104,6 +127,8 @@ const SAME_PATCH_MM: f64 = 2.0;
 const TOGETHER_MM: f64 = 0.5;
 /// A face whose normal leans up or down by less than this (sine) covers nothing: 0.3 micrometres in a layer of 0.3 mm.
 const EDGE_ON: f64 = 1e-3;
+/// Heights that differ by less than this share of a layer are the same.
+const SAME_LAYER: f64 = 0.01;
 /// A patch of at most so many layers is a ceiling.
 const CEILING_LAYERS: usize = 2;
 
@@ -156,10 +181,11 @@ struct Stack<'a> {
     /// Of what lies on something: the facets upright, and what is below them, whole.
     footings: Vec<(Vec<[Vec3; 3]>, Option<Region>)>,
     table: bool,
+    held: &'a Held,
 }
 
 impl<'a> Stack<'a> {
-    fn of<F>(mesh: &TriangleMesh<F>, up: &Vec3, ground: &Ground, rule: &'a Rule) -> Self {
+    fn of<F>(mesh: &TriangleMesh<F>, up: &Vec3, ground: &'a Ground, rule: &'a Rule) -> Self {
         let across = Vec3::ith(if up.z.abs() > 0.999 { 1 } else { up.iamin() }, 1.0).cross(up).normalize();
         let upright = Mat3::from_rows(&[across.transpose(), up.cross(&across).transpose(), up.transpose()]);
         let turned = mesh.vertices().iter().map(|v| upright * v).collect();
@@ -171,7 +197,7 @@ impl<'a> Stack<'a> {
             (all(&one.own), below)
         };
         let footings = ground.footings.iter().map(footing).collect();
-        Self { rule, upright, sections, low, high, footings, table: ground.table }
+        Self { rule, upright, sections, low, high, footings, table: ground.table, held: &ground.held }
     }
 
     /// The middle of layer `i`, upright; of the layer below the first, infinitely low.
@@ -218,6 +244,10 @@ impl<'a> Stack<'a> {
     /// What is there below layer `i`: what of the layer below is `carried`, and whatever else.
     fn below(&self, i: usize, carried: Region) -> Region {
         let band = [self.middle(i.checked_sub(1)), self.middle(Some(i))];
+        let carried = match self.held.layers.is_empty() {
+            true => carried,
+            false => or(&carried, &self.held.under(self.low + i as f64 * self.rule.layer_mm, self.rule.layer_mm)),
+        };
         self.footings.iter().fold(carried, |below, (own, under)| {
             let foot = seen(own, band);
             or(&below, &under.as_ref().map_or_else(|| foot.clone(), |under| and(&foot, under)))

@@ -18,7 +18,7 @@ mod layers;
 mod region;
 mod relief;
 
-pub use layers::{Cause, Footing, Ground, Patch, unsupported};
+pub use layers::{Cause, Footing, Ground, Held, Patch, unsupported};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};
 
 use crate::geom::Angle;

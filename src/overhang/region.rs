@@ -91,6 +91,17 @@ pub(super) fn covered(polygons: impl Iterator<Item = (Vec<[f64; 2]>, bool)>) -> 
     with_few_points(&wound(&rings))
 }
 
+/// What lines of a width cover.
+pub(super) fn strips<'a>(lines: impl Iterator<Item = &'a [[f64; 2]; 2]>, width_mm: f64) -> Region {
+    let strip = |[a, b]: &[[f64; 2]; 2]| {
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        let half = width_mm / 2.0 / dx.hypot(dy).max(f64::MIN_POSITIVE);
+        let (nx, ny) = (-dy * half, dx * half);
+        [[a[0] - nx, a[1] - ny], [b[0] - nx, b[1] - ny], [b[0] + nx, b[1] + ny], [a[0] + nx, a[1] + ny]].map(point).to_vec()
+    };
+    wound(&lines.map(strip).collect::<Vec<_>>())
+}
+
 /// What becomes of corners that grow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Corners {

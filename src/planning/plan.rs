@@ -101,6 +101,22 @@ pub struct Print {
     pub tilt_deg: f64,
     /// The rotation's word, degrees; may count more than one turn.
     pub rotation_deg: f64,
+    /// What holds it while it is printed; `None`: it needs nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supports: Option<PrintSupports>,
+}
+
+/// Supports that are printed with a part, in its setup and before it in each layer. They are a print of their own; their numbers follow
+/// those of all parts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PrintSupports {
+    /// Edge of the cubes of the grid in which they are planned, mm.
+    pub step_mm: f64,
+    /// Surfaces up to this angle from the vertical hold themselves.
+    pub overhang_deg: f64,
+    /// Air between a support and what lies on it, mm.
+    pub gap_mm: f64,
 }
 
 /// A plan that cannot be used.
@@ -174,6 +190,16 @@ pub enum PlanError {
         /// The highest.
         high: f64,
     },
+    /// Supports that cannot be.
+    #[error("slot {slot}, part {part}: {problem}; plan again")]
+    Supports {
+        /// The slot.
+        slot: usize,
+        /// The part.
+        part: usize,
+        /// What is wrong with them.
+        problem: &'static str,
+    },
     /// A part is missing or doubled.
     #[error("part {part} is printed {times} times; every part of the model is printed once")]
     Count {
@@ -190,8 +216,10 @@ const UPRIGHT: f64 = 2e-5;
 impl Plan {
     /// What `format` says.
     pub const FORMAT: &'static str = "trunnion-plan";
-    /// The version this code reads and writes.
+    /// The version of plans without supports.
     pub const VERSION: u32 = 1;
+    /// The version of plans in which a print has supports; the newest that this code reads.
+    pub const WITH_SUPPORTS: u32 = 2;
 
     /// Reads a plan file's text; `file` is for the messages.
     ///
@@ -202,8 +230,9 @@ impl Plan {
         let syntax = |e: serde_json::Error| PlanError::Syntax { file: file.to_owned(), message: e.to_string() };
         let value: serde_json::Value = serde_json::from_str(text).map_err(syntax)?;
         let found = format!("{} version {}", value["format"].as_str().unwrap_or("no format"), value["version"]);
-        let wanted = format!("{} version {}", Self::FORMAT, Self::VERSION);
-        if found != wanted {
+        let known = |version: u32| format!("{} version {version}", Self::FORMAT);
+        if found != known(Self::VERSION) && found != known(Self::WITH_SUPPORTS) {
+            let wanted = format!("{} or {}", known(Self::VERSION), Self::WITH_SUPPORTS);
             return Err(PlanError::Version { file: file.to_owned(), found, wanted });
         }
         serde_json::from_value(value).map_err(syntax)
@@ -245,8 +274,11 @@ impl Plan {
             }
             let upright = Dir::<Table>::new(Vec3::from(print.up)).map(|up| table.forward(pose).dir(up));
             if upright.is_none_or(|up| (up.unit() - Vec3::z()).norm() > UPRIGHT) {
-                let &Print { part, up, tilt_deg, rotation_deg } = print;
+                let &Print { part, up, tilt_deg, rotation_deg, .. } = print;
                 return Err(PlanError::Angles { slot, part, tilt_deg, rotation_deg, up });
+            }
+            if let Some(problem) = print.supports.and_then(|supports| supports.problem(pose)) {
+                return Err(PlanError::Supports { slot, part: print.part, problem });
             }
         }
         match times.iter().position(|&n| n != 1) {
@@ -258,6 +290,40 @@ impl Plan {
     /// All prints in order, with their slot's number.
     pub fn prints(&self) -> impl Iterator<Item = (usize, &Print)> {
         self.slots.iter().flat_map(|slot| slot.prints.iter().map(move |print| (slot.id, print)))
+    }
+
+    /// The prints of supports, numbered behind those of parts: number, slot, and the print that they hold.
+    pub fn supports(&self) -> impl Iterator<Item = (usize, usize, &Print)> {
+        let supported = self.prints().filter(|(_, print)| print.supports.is_some());
+        supported.enumerate().map(|(k, (slot, print))| (self.prints().count() + k, slot, print))
+    }
+
+    /// The number of the supports' print of `print`, where it has some.
+    pub fn supports_of(&self, print: &Print) -> Option<usize> {
+        self.supports().find(|(_, _, held)| std::ptr::eq(*held, print)).map(|(number, _, _)| number)
+    }
+}
+
+impl PrintSupports {
+    /// Steps of the grid, mm.
+    pub const STEPS_MM: [f64; 2] = [1.0, 20.0];
+    /// Air below what is held, mm.
+    pub const GAPS_MM: [f64; 2] = [0.0, 2.0];
+
+    /// What is wrong with them at a pose.
+    fn problem(&self, pose: Pose) -> Option<&'static str> {
+        let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
+        if !within(self.step_mm, Self::STEPS_MM) {
+            return Some("the supports' step_mm is not within 1..20 mm");
+        }
+        if !within(self.gap_mm, Self::GAPS_MM) {
+            return Some("the supports' gap_mm is not within 0..2 mm");
+        }
+        if !within(self.overhang_deg, [1.0, 89.0]) {
+            return Some("the supports' overhang_deg is not within 1..89 deg");
+        }
+        // They stand on the table.
+        (pose.tilt.rad().abs() > UPRIGHT).then_some("supports stand on the table, and this pose tilts it")
     }
 }
 
@@ -286,6 +352,7 @@ impl Print {
             up: [up.unit().x, up.unit().y, up.unit().z].map(|v| round_to(v, 7)),
             tilt_deg: round_to(table.tilt.word_of(pose.tilt).deg(), 4),
             rotation_deg: round_to(table.rotation.word_of(pose.rotation).deg(), 4),
+            supports: None,
         }
     }
 

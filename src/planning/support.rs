@@ -294,7 +294,7 @@ fn by_layers(
     let find = || {
         let upright = up.unit().z > 1.0 - 1e-9;
         let table = upright && neighbours.on_table.contains(&true);
-        let ground = Ground { footings: neighbours.footings.clone(), table };
+        let ground = Ground { footings: neighbours.footings.clone(), table, ..Ground::default() };
         overhang::unsupported(mesh, up.unit(), &ground, |f| neighbours.carries(mesh, f), &asked.rule, asked.enough)
     };
     or_find(&asked.known.0.patches, key, find).to_vec()

@@ -9,7 +9,7 @@ use crate::profile::Profile;
 
 /// One print's sliced file.
 pub struct Input<'a> {
-    /// The print's number, in the order of [`Plan::prints`].
+    /// The print's number, in the order of [`Plan::prints`]; of supports, as [`Plan::supports`] numbers them.
     pub print: usize,
     /// Where on the slicer's bed the print's box is centred.
     pub centre_mm: [f64; 2],
@@ -136,6 +136,8 @@ pub(super) struct Entry<'a> {
     pub(super) slot: usize,
     pub(super) mesh: SlotMesh,
     pub(super) joint: Joint,
+    /// Whether these are the print's supports.
+    pub(super) holds: bool,
 }
 
 /// A layer of an entry.

@@ -32,7 +32,7 @@ pub fn read_sliced<'a>(bytes: &'a [u8], file: &'a str, words: InputWords<'a>) ->
     // RS274 machines print no slicer's own words: what is not stated is a printer's.
     let unstated = if words.firmware.is_printer() { words.firmware } else { Firmware::Marlin };
     let firmware = stated::firmware(bytes).unwrap_or(unstated);
-    let source = SlicedSource { file, bytes, firmware, allow: words.allow };
+    let source = SlicedSource { file, bytes, firmware, allow: words.allow, supports: words.supports };
     let mut reader = Reader::new(source);
     let read = reader.read();
     // PrusaSlicer before 2.6 had no flavour for Klipper, whose users chose Marlin's and wrote macros.
@@ -286,7 +286,7 @@ impl<'a> Reader<'a> {
         self.role = role;
         let name = String::from_utf8_lossy(comment).to_ascii_lowercase();
         let what = match role {
-            Role::Support => "supports or a raft",
+            Role::Support if !self.source.supports => "supports or a raft",
             Role::Adhesion if name.contains("tower") => "a wipe or prime tower",
             Role::Adhesion if name.contains("raft") => "a raft",
             _ => return Ok(()),

@@ -86,8 +86,9 @@ fn entries<'a>(
     table: &TableKinematics,
 ) -> Result<Vec<Entry<'a>>, RewriteError> {
     let prints: Vec<(usize, &Print)> = job.plan.prints().collect();
+    let all = prints.len() + job.plan.supports().count();
     for (index, input) in inputs.iter().enumerate() {
-        let problem = if input.print >= prints.len() {
+        let problem = if input.print >= all {
             "is not in the plan"
         } else if inputs[..index].iter().any(|other| other.print == input.print) {
             "was given before"
@@ -104,6 +105,12 @@ fn entries<'a>(
             let Some(input) = inputs.iter().find(|i| i.print == index) else {
                 return Err(RewriteError::Missing { print: index, slot: slot.id, part: print.part });
             };
+            if let Some(number) = job.plan.supports_of(print) {
+                let missing = || RewriteError::Missing { print: number, slot: slot.id, part: print.part };
+                let input = inputs.iter().find(|i| i.print == number).ok_or_else(missing)?;
+                let mesh = slot_mesh(job.workpiece, table, print, input.centre_mm);
+                entries.push(Entry { input, print, slot: slot.id, mesh, joint: Joint::default(), holds: true });
+            }
             let mesh = slot_mesh(job.workpiece, table, print, input.centre_mm);
             check_box(&mesh, input.sliced, job.profile).map_err(|source| RewriteError::Box {
                 file: input.file.to_owned(),
@@ -120,7 +127,7 @@ fn entries<'a>(
             let gap = joint_gap_mm(job.workpiece, print.part, up, &printed);
             let joint = Joint::over(gap, input.sliced, &job.profile.process);
             printed.push(Printed { part: print.part, up, height_mm: input.sliced.extrusion.max.z });
-            entries.push(Entry { input, print, slot: slot.id, mesh, joint });
+            entries.push(Entry { input, print, slot: slot.id, mesh, joint, holds: false });
         }
     }
     Ok(entries)
@@ -133,7 +140,8 @@ fn setups<'a>(entries: &'a [Entry<'a>], plan: &Plan) -> Result<Vec<Setup<'a>>, R
     let mut rest = entries;
     let mut all = Vec::new();
     for setup in plan.slots.iter().flat_map(|slot| slot.setups()) {
-        let (group, after) = rest.split_at(setup.len());
+        let supports = setup.iter().filter(|print| print.supports.is_some()).count();
+        let (group, after) = rest.split_at(setup.len() + supports);
         rest = after;
         all.push((group, chunks(group)?));
     }

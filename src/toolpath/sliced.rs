@@ -118,4 +118,6 @@ pub struct InputWords<'a> {
     pub firmware: Firmware,
     /// Commands that the profile lets pass although nobody knows or follows what they do (`[dialect] allow`).
     pub allow: &'a [String],
+    /// Whether these are supports that a plan wants; else a file with supports is refused.
+    pub supports: bool,
 }

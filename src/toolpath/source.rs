@@ -12,6 +12,8 @@ pub(super) struct SlicedSource<'a> {
     pub(super) bytes: &'a [u8],
     pub(super) firmware: Firmware,
     pub(super) allow: &'a [String],
+    /// Whether supports are wanted.
+    pub(super) supports: bool,
 }
 
 impl std::fmt::Debug for SlicedSource<'_> {

@@ -179,7 +179,7 @@ impl<'a> Writer<'a> {
     pub(super) fn setup(&mut self, group: &[Entry<'_>], chunks: &[Chunk<'_>]) -> Result<(), RewriteError> {
         let pose = group[0].print.pose(self.table);
         self.change_pose(pose, group);
-        let printing: Vec<usize> = group.iter().map(|e| e.print.part).collect();
+        let printing = parts(group);
         let stands = (&self.printed[..], &printing[..]);
         let obstacles = Obstacles::at(pose, stands, self.job.workpiece, self.table, self.job.profile, self.head);
         self.clear_height = obstacles.over_all;
@@ -195,7 +195,7 @@ impl<'a> Writer<'a> {
             filled?;
             std::mem::swap(&mut now, &mut then);
         }
-        self.printed.extend(group.iter().map(|e| e.print.part));
+        self.printed.extend(printing);
         Ok(())
     }
 
@@ -211,7 +211,7 @@ impl<'a> Writer<'a> {
                 self.out.go(Vec3::new(x, y, height), 0.0, transition.travel_mm_per_min, b"");
             }
         }
-        let parts: Vec<usize> = group.iter().map(|e| e.print.part).collect();
+        let parts = parts(group);
         let (print, table) = (group[0].print, self.table);
         let words = [(table.tilt.letter, print.tilt_deg), (table.rotation.letter, print.rotation_deg)];
         self.out.line(&slot_mark(group[0].slot, &parts, words));
@@ -435,6 +435,11 @@ impl Place<'_> {
     fn obstacles_of(&self, chunk: &Chunk<'_>) -> Option<&Obstacles<'_>> {
         (!self.open[chunk.position]).then_some(self.obstacles)
     }
+}
+
+/// The parts of a setup, each once.
+fn parts(group: &[Entry<'_>]) -> Vec<usize> {
+    group.iter().filter(|entry| !entry.holds).map(|entry| entry.print.part).collect()
 }
 
 /// Where an entry's tip goes, machine coordinates.

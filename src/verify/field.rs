@@ -34,6 +34,19 @@ pub(super) struct Field {
     levels: Vec<Level>,
     /// The finest level as it was when [`Field::settle`] was called.
     earlier: Vec<f32>,
+    /// What supports laid since reach there; empty where there are none.
+    held: Vec<f32>,
+}
+
+/// How high something must be to lie below a line.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Below {
+    /// Whatever it is.
+    pub(super) height: f64,
+    /// What was there before this setup.
+    pub(super) earlier: f64,
+    /// A support.
+    pub(super) held: f64,
 }
 
 impl Field {
@@ -52,7 +65,7 @@ impl Field {
             count = count.map(|n| n.div_ceil(FAN));
             cell *= FAN as f64;
         }
-        Self { origin: region.min, levels, earlier: Vec::new() }
+        Self { origin: region.min, levels, earlier: Vec::new(), held: Vec::new() }
     }
 
     /// Half of a cell's diagonal, mm: nothing in a cell is farther from its centre.
@@ -95,6 +108,20 @@ impl Field {
                 cells.iter_mut().for_each(|top| *top = top.max(height));
                 (row, first, last) = (row / FAN, first / FAN, last / FAN);
             }
+        }
+    }
+
+    /// Takes note that a support was laid to `height` over those cells.
+    pub(super) fn hold(&mut self, ends: [[f64; 2]; 2], reach: f64, height: f64) {
+        if self.held.is_empty() {
+            self.held = vec![f32::NEG_INFINITY; self.levels[0].top.len()];
+        }
+        let height = (height + ROUNDING) as f32;
+        let mut rows = self.rows(ends, reach);
+        while let Some((row, columns)) = rows.next(&self.levels[0]) {
+            let first = row * self.levels[0].columns;
+            let cells = &mut self.held[first + columns.start()..=first + columns.end()];
+            cells.iter_mut().for_each(|top| *top = top.max(height));
         }
     }
 
@@ -142,12 +169,14 @@ impl Field {
         Rows { origin: self.origin, a, b, along, length, reach, row: row(a[1].min(b[1]) - reach), last }
     }
 
-    /// Whether anything within `reach` (a square) of `at` stands at `height` or higher, or stood at `earlier_height` or
-    /// higher before this setup.
-    pub(super) fn stands(&self, at: [f64; 2], reach: f64, height: f64, earlier_height: f64) -> bool {
+    /// Whether anything within `reach` (a square) of `at` is as high as `below` wants it.
+    pub(super) fn stands(&self, at: [f64; 2], reach: f64, below: Below) -> bool {
         let level = &self.levels[0];
         let index = |v: f64, axis: usize| (v - self.origin[axis]) / level.cell;
-        let holds = |i: usize| f64::from(level.top[i]) >= height || f64::from(self.earlier[i]) >= earlier_height;
+        let held = |i: usize| self.held.get(i).is_some_and(|top| f64::from(*top) >= below.held);
+        let holds = |i: usize| {
+            f64::from(level.top[i]) >= below.height || f64::from(self.earlier[i]) >= below.earlier || held(i)
+        };
         let limit = [level.columns, level.rows];
         let clamp = |v: f64, axis: usize| (v.max(0.0) as usize).min(limit[axis] - 1);
         let middle = [0, 1].map(|i| clamp(index(at[i], i), i));
@@ -363,11 +392,11 @@ mod tests {
         let mut field = field();
         assert_eq!(field.highest() as f32, 30.0 + ROUNDING as f32);
         field.settle();
-        assert!(field.stands([10.0, 0.0], 0.2, 29.0, 99.0));
-        assert!(field.stands([11.5, 0.0], 1.0, 29.0, 99.0));
-        assert!(!field.stands([13.0, 0.0], 1.0, 29.0, 99.0));
-        assert!(field.stands([10.0, 0.0], 0.2, 99.0, 29.0));
-        assert!(!field.stands([10.0, 0.0], 0.2, 31.0, 31.0));
+        assert!(field.stands([10.0, 0.0], 0.2, Below { height: 29.0, earlier: 99.0, held: 99.0 }));
+        assert!(field.stands([11.5, 0.0], 1.0, Below { height: 29.0, earlier: 99.0, held: 99.0 }));
+        assert!(!field.stands([13.0, 0.0], 1.0, Below { height: 29.0, earlier: 99.0, held: 99.0 }));
+        assert!(field.stands([10.0, 0.0], 0.2, Below { height: 99.0, earlier: 29.0, held: 99.0 }));
+        assert!(!field.stands([10.0, 0.0], 0.2, Below { height: 31.0, earlier: 31.0, held: 99.0 }));
     }
 
     #[test]

@@ -29,7 +29,7 @@ const FEWEST: usize = 5;
 /// Where no width is stated: thin lines fill gaps, and the most is a full line or a bridge's round thread.
 const UNSTATED: [f64; 2] = [0.03, 1.15];
 /// What rounding of F may add to the flow, relative.
-const RATE_SLACK: f64 = 0.01;
+pub(super) const RATE_SLACK: f64 = 0.01;
 /// Factors that a slicer may be set to.
 const MULTIPLIERS: [f64; 2] = [0.8, 1.25];
 

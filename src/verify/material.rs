@@ -131,11 +131,15 @@ impl Material {
     }
 }
 
-/// Raises the cells that the stroke being printed fills: its tip's height over its width.
-pub(super) fn deposit(field: &mut Field, stroke: &Stroke) {
+/// Raises the cells that the stroke being printed fills: its tip's height over its width. Whether it is a support's is kept.
+pub(super) fn deposit(field: &mut Field, stroke: &Stroke, holds: bool) {
     let (a, b) = (stroke.from, stroke.to);
     let reach = f64::from(stroke.width) / 2.0 + field.reach();
-    field.deposit([[a.x, a.y], [b.x, b.y]], reach, a.z.max(b.z));
+    let ends = [[a.x, a.y], [b.x, b.y]];
+    field.deposit(ends, reach, a.z.max(b.z));
+    if holds {
+        field.hold(ends, reach, a.z.max(b.z));
+    }
 }
 
 /// Raises the cells under a capsule to upper bounds of its top.

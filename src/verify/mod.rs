@@ -23,6 +23,7 @@ mod doubled;
 mod field;
 mod floor;
 mod flow;
+mod holding;
 mod hull;
 mod layers;
 mod line;
@@ -59,6 +60,8 @@ struct Planned {
     setup: usize,
     pose: Pose,
     up: Vec3,
+    /// Where these are a part's supports: the air that they leave below it, mm.
+    gap_mm: Option<f64>,
 }
 
 /// What a file is held against.
@@ -91,6 +94,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
     all.absorb(walked.findings);
     all.absorb(prints);
     adhesion::check(&trace, &printed, &mut all);
+    holding::check(&trace, job, &planned, &mut all);
     let (findings, counts) = all.finish();
     Report {
         findings,
@@ -104,7 +108,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
     }
 }
 
-/// The plan's prints in the order of [`Plan::prints`], each with its setup's number.
+/// The plan's prints in the order of [`Plan::prints`], each with its setup's number; then those of supports.
 fn planned(job: &Job<'_>) -> Vec<Planned> {
     let table = job.profile.kinematics();
     let mut before = 0;
@@ -114,9 +118,15 @@ fn planned(job: &Job<'_>) -> Vec<Planned> {
         for print in &slot.prints {
             let own = setups.iter().position(|s| s.iter().any(|p| std::ptr::eq(*p, print))).unwrap_or_default();
             let (setup, up) = (before + own, Vec3::from(print.up));
-            all.push(Planned { slot: slot.id, part: print.part, setup, pose: print.pose(&table), up });
+            all.push(Planned { slot: slot.id, part: print.part, setup, pose: print.pose(&table), up, gap_mm: None });
         }
         before += setups.len();
     }
+    let supports = job.plan.prints().zip(all.clone()).filter_map(|((_, print), held)| {
+        let supports = print.supports?;
+        Some(Planned { gap_mm: Some(supports.gap_mm), ..held })
+    });
+    let supports: Vec<Planned> = supports.collect();
+    all.extend(supports);
     all
 }

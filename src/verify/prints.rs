@@ -129,7 +129,8 @@ pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Plann
     let flows = stated_flows(trace, planned.len());
     let each = beads.into_par_iter().zip(flows).zip(planned);
     let one = |((beads, flow), plan): ((Vec<u32>, Expect), &'a Planned)| {
-        if beads.is_empty() { None } else { printed(trace, job, plan, &beads, flow) }
+        // Supports have no part of their own: see `holding`.
+        if beads.is_empty() || plan.gap_mm.is_some() { None } else { printed(trace, job, plan, &beads, flow) }
     };
     let mut all: Vec<Option<PrintedPart<'_>>> = each.map(one).collect();
     let mut before = Vec::new();
@@ -153,7 +154,7 @@ fn by_print(trace: &Trace, prints: usize) -> Vec<Vec<u32>> {
 }
 
 /// What the header says of each print's flow.
-fn stated_flows(trace: &Trace, prints: usize) -> Vec<Expect> {
+pub(super) fn stated_flows(trace: &Trace, prints: usize) -> Vec<Expect> {
     let mut all = vec![Expect::plain(0, 0, 0.0); prints];
     for event in &trace.events {
         if let What::Mark(Mark::Expect(expect)) = &event.what

@@ -4,13 +4,15 @@
 //! [`SQUEEZE`]; or the line beside it, laid before in the same layer, carries it. What was printed in earlier setups may
 //! lie a layer deeper: where a part grows out of a slanting surface, its slices begin in mid-layer.
 //!
+//! What lies on supports leaves some air below it, in whole layers: a support's top counts as if it reached so much higher.
+//!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
 //! as long as a string that stays up by itself. Whatever the slicer calls it.
 
 use std::collections::VecDeque;
 
 use super::acts::Stroke;
-use super::field::Field;
+use super::field::{Below, Field};
 use super::material::deposit;
 use crate::planning::FREE_SPAN_MM;
 
@@ -42,12 +44,21 @@ pub(super) struct Laying {
     held: bool,
     tail: VecDeque<(Stroke, f64)>,
     travelled: f64,
+    /// The air that the part being printed has below it on supports, or that it has if these are its supports, mm.
+    gap_mm: f64,
+    /// Whether these are supports.
+    holds: bool,
 }
 
 impl Laying {
     /// Nothing laid yet; lines may span `bridge_mm` between two ends on material.
     pub(super) fn new(bridge_mm: f64) -> Self {
-        Self { bridge_mm, gap: None, held: false, tail: VecDeque::new(), travelled: 0.0 }
+        Self { bridge_mm, gap: None, held: false, tail: VecDeque::new(), travelled: 0.0, gap_mm: 0.0, holds: false }
+    }
+
+    /// The next lines are supports (`holds`), or lie on such with so much air between.
+    pub(super) fn with_supports(&mut self, gap_mm: f64, holds: bool) {
+        (self.gap_mm, self.holds) = (gap_mm, holds);
     }
 
     /// Lays `stroke`; the gaps that end on it go to `found`.
@@ -59,7 +70,10 @@ impl Laying {
         for i in 0..count as usize {
             let p = stroke.from + along * ((i as f64 + 0.5) / count);
             let under = p.z - height * (1.0 + SQUEEZE);
-            if field.stands([p.x, p.y], width, under, under - height) {
+            // A support ends in one of its own layers.
+            let air = (self.gap_mm / height - 1e-6).ceil().max(0.0) * height;
+            let below = Below { height: under, earlier: under - height, held: under - air };
+            if field.stands([p.x, p.y], width, below) {
                 self.end_gap(true, found);
                 self.held = true;
             } else {
@@ -72,7 +86,7 @@ impl Laying {
         self.tail.push_back((*stroke, self.travelled));
         while self.tail.front().is_some_and(|(_, end)| self.travelled - end > TAIL_WIDTHS * width) {
             if let Some((old, _)) = self.tail.pop_front() {
-                deposit(field, &old);
+                deposit(field, &old, self.holds);
             }
         }
     }
@@ -80,7 +94,7 @@ impl Laying {
     /// The line ends here.
     pub(super) fn end(&mut self, field: &mut Field, found: &mut Vec<UnsupportedGap>) {
         self.end_gap(false, found);
-        self.tail.drain(..).for_each(|(stroke, _)| deposit(field, &stroke));
+        self.tail.drain(..).for_each(|(stroke, _)| deposit(field, &stroke, self.holds));
         (self.travelled, self.held) = (0.0, false);
     }
 

@@ -136,10 +136,19 @@ impl Walker<'_> {
         FindingPlace { line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) }
     }
 
+    /// The air that a part has below it on its supports, mm.
+    fn gap_below(&self, print: &Planned) -> f64 {
+        let its = self.planned.iter().filter(|other| other.part == print.part);
+        its.filter_map(|other| other.gap_mm).fold(0.0, f64::max)
+    }
+
     fn stroke(&mut self, stroke: &Stroke, from: usize) {
         if stroke.print != self.print {
             self.end_line();
             self.print = stroke.print;
+            let planned = self.print.map(|print| &self.planned[print as usize]);
+            let air = planned.map_or(0.0, |print| print.gap_mm.unwrap_or_else(|| self.gap_below(print)));
+            self.laying.with_supports(air, planned.is_some_and(|print| print.gap_mm.is_some()));
         }
         self.set_up(from);
         let Some(mut setup) = self.setup.take() else {

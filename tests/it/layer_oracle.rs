@@ -293,7 +293,7 @@ fn what_hangs_is_what_a_grid_of_columns_says() {
         let mesh = solid(seed).mesh();
         let rule = rule();
         let foot = |f: usize| mesh.corners(f).iter().all(|p: &Vec3| p.z.abs() < 1e-6);
-        let ground = Ground { footings: Vec::new(), table: true };
+        let ground = Ground { table: true, ..Ground::default() };
         let found = unsupported(&mesh, &Vec3::z(), &ground, foot, &rule, false);
         // Whether to look for one only or for all is no difference.
         let enough = unsupported(&mesh, &Vec3::z(), &ground, foot, &rule, true);

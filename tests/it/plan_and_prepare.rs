@@ -289,7 +289,7 @@ impl Case {
         request.slicing.slicer = slicer;
         // What would help is another promise, and takes a hundred times as long.
         request.plan.remedies = false;
-        request.cutting = self.cutting.clone();
+        request.ways.cutting = self.cutting.clone();
         match prepare(&request, &World::here(&Silent)) {
             Ok(done) => Outcome::Kept(Box::new(done)),
             Err(error @ (Error::NoPlan(_) | Error::Misplaced(_) | Error::Infeasible(_))) => Outcome::Refused(error),

@@ -11,6 +11,7 @@ use super::{
     ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World,
     load_profile,
 };
+use crate::geom::Vec3;
 use crate::orient::Direction;
 use crate::planning::{
     self, Infeasible, Options, PartRef, Placement, Plan, Planned, Reason, Remedy, Slot, ThreeAxis, Wish, Workpiece,
@@ -93,6 +94,8 @@ pub struct NoPlan {
     pub remedies: Option<Vec<Remedy>>,
     /// Why cutting the model does not help, where that was tried.
     pub cut: Option<String>,
+    /// Why supports do not help, where they were tried.
+    pub held: Option<String>,
     /// The model.
     pub model: LoadedModel,
     machine: LoadedProfile,
@@ -155,6 +158,17 @@ pub(super) fn planned(
     options: &PlanOptions,
     world: &World<'_>,
 ) -> Result<PlanResult, Error> {
+    planned_along(None, model, machine, options, world)
+}
+
+/// As [`planned`], each part along any of `ups` (the model file's frame), where they are given, and in no other direction.
+pub(super) fn planned_along(
+    ups: Option<&[Vec3]>,
+    model: LoadedModel,
+    machine: LoadedProfile,
+    options: &PlanOptions,
+    world: &World<'_>,
+) -> Result<PlanResult, Error> {
     let start = world.clock.now();
     let seconds = || (world.clock.now() - start).as_secs_f64();
     // The machine's own values, before this plan's bridges.
@@ -164,7 +178,7 @@ pub(super) fn planned(
     let wanted = asked.options(options);
     let (base, profile) = (asked.base, &machine.profile);
     let workpiece = Workpiece::place(&model.model, &base);
-    let directions = asked.directions(&workpiece, &machine, &wanted)?;
+    let directions = asked.directions(&workpiece, &machine, &wanted, ups)?;
     let orient_seconds = seconds();
     let found = if options.place.is_some() {
         planning::plan(&workpiece, profile, &directions, &wanted).map(|plans| (base, plans))
@@ -181,6 +195,7 @@ pub(super) fn planned(
                 infeasible,
                 remedies: seek,
                 cut: None,
+                held: None,
                 model,
                 machine,
                 base,
@@ -285,7 +300,7 @@ pub fn sequences(
     let asked = PlanAsked::of(&request.options, &machine, &model)?;
     let options = asked.options(&request.options);
     let workpiece = Workpiece::place(&model.model, &asked.base);
-    let directions = asked.directions(&workpiece, &machine, &options)?;
+    let directions = asked.directions(&workpiece, &machine, &options, None)?;
     let mut seen = 0;
     let complete = planning::sequences(&workpiece, &machine.profile, &directions, &options, |slots| {
         seen += 1;

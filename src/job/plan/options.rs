@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::geom::Angle;
+use crate::geom::{Angle, Vec3};
 use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile};
-use crate::orient::{Direction, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
+use crate::orient::{Direction, Facets, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{Goal, Options, Placement, Priority, Workpiece, centred, orientations, plannable};
 
@@ -142,16 +142,26 @@ impl PlanAsked {
         }
     }
 
-    /// The directions to try where the model stands at first.
+    /// The directions to try where the model stands at first: `ups` for every part (the model file's frame), or those that are found.
     pub(super) fn directions(
         &self,
         workpiece: &Workpiece<'_>,
         machine: &LoadedProfile,
         options: &Options<'_>,
+        ups: Option<&[Vec3]>,
     ) -> Result<Vec<Vec<Direction>>, Error> {
         workpiece.check(&machine.profile)?;
         plannable(workpiece)?;
-        Ok(orientations(workpiece, options))
+        let Some(ups) = ups else { return Ok(orientations(workpiece, options)) };
+        let up = |facets: &Facets, up: &Vec3| {
+            let up = workpiece.placed.rotation * up;
+            Direction { up, value: self.objective.value(facets, &up) }
+        };
+        let of_part = |mesh| {
+            let facets = Facets::of(mesh);
+            ups.iter().map(|d| up(&facets, d)).collect()
+        };
+        Ok(workpiece.parts.iter().map(of_part).collect())
     }
 }
 

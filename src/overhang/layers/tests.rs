@@ -13,7 +13,7 @@ fn rule() -> Rule {
 fn hanging(outline: &[[f64; 2]], y: [f64; 2], rule: &Rule) -> Vec<Patch> {
     let mesh: TriangleMesh<Object> = prism(outline, y);
     let foot = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
-    let ground = Ground { footings: Vec::new(), table: true };
+    let ground = Ground { table: true, ..Ground::default() };
     unsupported(&mesh, &Vec3::z(), &ground, foot, rule, false)
 }
 
@@ -102,7 +102,7 @@ fn what_lies_on_something_is_carried_there_only() {
         vec![[a, b, c], [a, c, d]]
     };
     let found = |below: Vec<[Vec3; 3]>| {
-        let ground = Ground { footings: vec![Footing { own: Vec::clone(&own), below }], table: false };
+        let ground = Ground { footings: vec![Footing { own: Vec::clone(&own), below }], ..Ground::default() };
         unsupported(&mesh, &Vec3::z(), &ground, |_| false, &rule(), false)
     };
     assert_eq!(found(Vec::new()), []);

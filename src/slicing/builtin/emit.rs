@@ -88,8 +88,13 @@ impl<'a> Writer<'a> {
 
     /// The marks of a layer, and the move up; `slow` prints all of it at the first layer's speed.
     pub(super) fn layer(&mut self, index: usize, slow: bool) {
-        self.line = self.lines.at(index);
-        let z_mm = (index + 1) as f64 * self.line.height_mm;
+        let line = self.lines.at(index);
+        self.layer_of(line, (index + 1) as f64 * line.height_mm, slow);
+    }
+
+    /// The same for a layer of its own lines whose top is at `z_mm`.
+    pub(super) fn layer_of(&mut self, line: &'a Line, z_mm: f64, slow: bool) {
+        self.line = line;
         let z = (z_mm * 1000.0).round() / 1000.0;
         self.slow = slow;
         self.pace = 1.0;
@@ -234,7 +239,7 @@ impl<'a> Writer<'a> {
             Feature::Overhang => s.overhang_mm_per_s,
             Feature::Bridge => s.bridge_mm_per_s,
             Feature::InnerWall => s.inner_wall_mm_per_s,
-            Feature::Solid | Feature::Top | Feature::Sparse => s.infill_mm_per_s,
+            Feature::Solid | Feature::Top | Feature::Sparse | Feature::Support => s.infill_mm_per_s,
         };
         if self.slow { s.first_layer_mm_per_s } else { speed }
     }
@@ -297,6 +302,7 @@ fn name(feature: Feature) -> &'static str {
         Feature::Solid => "Solid infill",
         Feature::Top => "Top solid infill",
         Feature::Sparse => "Internal infill",
+        Feature::Support => "Support material",
     }
 }
 

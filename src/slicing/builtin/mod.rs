@@ -18,6 +18,7 @@ mod order;
 mod overhang;
 mod plan;
 mod region;
+mod sheets;
 mod skins;
 #[cfg(test)]
 mod tests;
@@ -39,6 +40,7 @@ use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
 pub use self::ini::Configured;
+pub use self::sheets::sheets;
 
 /// The cross-section of every line: a stadium, as PrusaSlicer has it.
 struct Line {

@@ -30,6 +30,7 @@ pub(super) enum Feature {
     Solid,
     Top,
     Sparse,
+    Support,
 }
 
 /// One line of extrusion.

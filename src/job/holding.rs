@@ -1,0 +1,128 @@
+//! Supports in the main job: planned for a part that stands on the level table, and laid at the layers that its own slicer made.
+//!
+//! A plan says of a print that it has supports, and how wide their grid is; what they are is worked out from the part again wherever it is
+//! wanted, the same each time. Planning lays them at the profile's own layers and asks `overhang` what is left; writing the file for
+//! the machine lays them at those of the sliced part.
+
+use super::support::grid_over;
+use super::{BadSetting, CheckedPlan, Error};
+use crate::geom::{Angle, Bounds, Vec3};
+use crate::overhang::{Footing, Ground, Held, Patch, Rule, unsupported};
+use crate::planning::{Print, PrintSupports};
+use crate::profile::SliceSettings;
+use crate::slicing::builtin::sheets;
+use crate::support::{Bare, Graph, Laying, Method, SupportLayer, bare, lines, plan};
+use crate::toolpath::{Input, SlicedPrint, SlotMesh, print_name, slot_mesh};
+
+/// Where the middle of a part with supports is put, mm.
+pub(super) const CENTRE_MM: [f64; 2] = [0.0; 2];
+/// Units that a column carries, as many as `trunnion support` has without a flag.
+const CAPACITY: u16 = 4;
+/// Seed of the search for the least material.
+const SEED: u64 = 1;
+/// Air beside a support, in widths of a line.
+const BESIDE_WIDTHS: f64 = 1.0;
+/// Facets as near to the table lie on it, mm.
+const ON_TABLE_MM: f64 = 0.05;
+/// Heights that differ by less are one layer, mm.
+const SAME_MM: f64 = 1e-3;
+
+/// Supports of one print, as lines.
+pub(super) struct Laid {
+    /// By layer.
+    pub(super) layers: Vec<SupportLayer>,
+    /// What has no way to the table, the largest patch first.
+    pub(super) bare: Vec<Bare>,
+}
+
+impl Laid {
+    /// Lays supports below `mesh` in layers that go from one of `tops` to the next.
+    ///
+    /// # Errors
+    ///
+    /// [`BadSetting::TooFine`] for a part too large for the grid.
+    pub(super) fn below(
+        mesh: &SlotMesh,
+        supports: &PrintSupports,
+        tops: &[f64],
+        process: &SliceSettings,
+    ) -> Result<Self, BadSetting> {
+        let meshes = [&mesh.mesh];
+        let graph = Graph::of(grid_over(&meshes, supports.step_mm)?, &meshes, Angle::from_deg(supports.overhang_deg));
+        let planned = plan(&graph, Method::Auto, (CAPACITY, None), SEED, &mut |_| {});
+        let line_mm = process.line_width_mm;
+        let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm };
+        let bottoms = std::iter::once(&0.0).chain(tops);
+        let spans: Vec<[f64; 2]> = bottoms.zip(tops).map(|(low, high)| [*low, *high]).collect();
+        Ok(Self { layers: lines(&graph, &planned.flow, &meshes, &spans, &how), bare: bare(&graph) })
+    }
+
+    /// The length of all lines, mm.
+    pub(super) fn length_mm(&self) -> f64 {
+        let lines = self.layers.iter().flat_map(|layer| &layer.lines);
+        lines.map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
+    }
+
+    /// The box of all lines.
+    pub(super) fn bounds(&self) -> Bounds {
+        let ends = |layer: &SupportLayer| -> Vec<Vec3> {
+            layer.lines.iter().flatten().map(|p| Vec3::new(p[0], p[1], layer.span_mm[1])).collect()
+        };
+        Bounds::of(self.layers.iter().flat_map(ends))
+    }
+
+    /// What of `mesh` would be laid on nothing in spite of them.
+    pub(super) fn left(&self, mesh: &SlotMesh, supports: &PrintSupports, rule: &Rule) -> Vec<Patch> {
+        let mesh = &mesh.mesh;
+        let layers = self.layers.iter().map(|layer| (layer.span_mm[1], layer.lines.clone())).collect();
+        let held = Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm };
+        let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
+        let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
+        let footings = vec![Footing { own, below: Vec::new() }];
+        unsupported(mesh, &Vec3::z(), &Ground { footings, table: true, held }, lies, rule, false)
+    }
+}
+
+/// The tops of layers of `layer_mm` up to `height_mm`.
+pub(super) fn even_tops(layer_mm: f64, height_mm: f64) -> Vec<f64> {
+    let count = (height_mm / layer_mm).round().max(1.0) as usize;
+    (1..=count).map(|k| k as f64 * layer_mm).collect()
+}
+
+/// The part as its supports are planned, always on the same place: numbers rounded otherwise would make other columns.
+pub(super) fn held_mesh(plan: &CheckedPlan, print: &Print) -> SlotMesh {
+    slot_mesh(&plan.workpiece(), &plan.machine.profile.kinematics(), print, CENTRE_MM)
+}
+
+/// The supports of `print` as G-code like a slicer's, at the layers of what was `sliced` for it.
+fn sliced_supports(
+    plan: &CheckedPlan,
+    (number, print): (usize, &Print),
+    sliced: &SlicedPrint<'_>,
+) -> Result<Vec<u8>, Error> {
+    let Some(supports) = &print.supports else { return Ok(Vec::new()) };
+    let process = &plan.machine.profile.process;
+    let mesh = held_mesh(plan, print);
+    let mut tops: Vec<f64> = sliced.layers.iter().map(|layer| layer.z).collect();
+    tops.sort_by(f64::total_cmp);
+    tops.dedup_by(|a, b| *a - *b < SAME_MM);
+    let laid = Laid::below(&mesh, supports, &tops, process)?;
+    let name = print_name(number, &format!("supports of {}", plan.model.model.parts[print.part].name));
+    Ok(sheets(&laid.layers, process, &name, sliced.nozzle_c))
+}
+
+/// The supports' prints of a plan: number and G-code, in their own coordinates around [`CENTRE_MM`].
+///
+/// # Errors
+///
+/// As [`Laid::below`].
+pub(super) fn all_supports(plan: &CheckedPlan, inputs: &[Input<'_>]) -> Result<Vec<(usize, Vec<u8>)>, Error> {
+    let number_of = |held: &Print| plan.prints().position(|(_, print)| std::ptr::eq(print, held));
+    let one = |(number, _, print): (usize, usize, &Print)| {
+        let held = number_of(print)?;
+        // What is missing is named where the file is written.
+        let sliced = inputs.iter().find(|input| input.print == held)?.sliced;
+        Some(sliced_supports(plan, (number, print), sliced).map(|bytes| (number, bytes)))
+    };
+    plan.plan.supports().filter_map(one).collect()
+}

@@ -1,0 +1,348 @@
+//! Supports as lines of filament, layer by layer: the sheets of `x` one line wide, kept away from what they hold.
+//!
+//! Slot frame, mm. Along an arc with flow stands a cross of two sheets over the diagonals of its cell; above a red square it goes on up
+//! to the surface. In each layer a sheet is one line. Of it stays what keeps its distance from the part: sideways in its own layer, and
+//! from below in the layers above it, so that `gap_mm` of air is left under what is held; and only where the same sheet stands
+//! in the layer below. So nothing of a support begins in the air: an oblique arc moves by no more than the layer's height.
+//!
+//! Cubes that the surface touches have no columns, so beside a wall a strip as wide as a cube would stay bare. Below a red square
+//! sheets lean out into such cubes, by as much as a layer is high in each.
+//!
+//! What is free is found along a line by steps as long as the distance from the part is, which can pass over nothing.
+
+use std::collections::HashMap;
+
+use super::flow::Flow;
+use super::graph::{ARCS, Graph};
+use crate::geom::{Slot, Vec3};
+use crate::mesh::TriangleMesh;
+use crate::section::{Section, Sections};
+
+/// How supports are laid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Laying {
+    /// Width of a line, mm.
+    pub line_mm: f64,
+    /// Air between a support and what it holds, mm, at least.
+    pub gap_mm: f64,
+    /// Air between a support and the part beside it, mm.
+    pub beside_mm: f64,
+}
+
+/// One layer of supports.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SupportLayer {
+    /// From where to where it goes, mm.
+    pub span_mm: [f64; 2],
+    /// The middles of its lines, mm.
+    pub lines: Vec<[[f64; 2]; 2]>,
+}
+
+/// Shorter lines are left out, in widths: they would not stick.
+const SHORTEST_WIDTHS: f64 = 3.0;
+/// Where the distance from the part is less than this, mm, so far is gone on along a line.
+const FINEST_MM: f64 = 0.02;
+/// Heights that differ by less are the same, mm.
+const SAME_MM: f64 = 1e-6;
+/// Above its red square a sheet ends at the latest after so many steps: the surface is within the cube above.
+const ABOVE: f64 = 2.0;
+
+/// Lines whose middles are nearer than so many widths would lie on each other.
+const SIDE_BY_SIDE: f64 = 0.8;
+
+/// What of a sheet is there, along its diagonal from the middle of the cell, mm.
+type Spans = Vec<[f64; 2]>;
+
+/// What stands along one arc, or above a red square: the node above, and the arc (`ARCS` above the square itself).
+type Place = (usize, usize);
+
+/// The lines of `flow`'s supports in `layers` (from, to; upward), clear of `meshes`.
+pub fn lines(
+    graph: &Graph,
+    flow: &Flow,
+    meshes: &[&TriangleMesh<Slot>],
+    layers: &[[f64; 2]],
+    how: &Laying,
+) -> Vec<SupportLayer> {
+    let sections: Vec<Sections> = meshes.iter().map(|mesh| Sections::of(mesh)).collect();
+    let cuts: Vec<Vec<Section>> =
+        layers.iter().map(|[low, high]| sections.iter().map(|s| s.at((low + high) / 2.0)).collect()).collect();
+    let mut rising = Rising { graph, flow, how, by_level: by_level(graph, flow), there: HashMap::new() };
+    let mut all = Vec::with_capacity(layers.len());
+    for (k, span_mm) in layers.iter().enumerate() {
+        // Layers that begin less than the gap above this one's top.
+        let over = layers.iter().skip(k + 1).take_while(|above| above[0] < span_mm[1] + how.gap_mm - SAME_MM).count();
+        let air = Air { own: &cuts[k], over: &cuts[k + 1..=k + over], how };
+        let mut lines = rising.layer(*span_mm, &air);
+        if k == 0 {
+            lines.extend(rising.feet(&air));
+        }
+        all.push(SupportLayer { span_mm: *span_mm, lines });
+    }
+    while all.last().is_some_and(|layer| layer.lines.is_empty()) {
+        all.pop();
+    }
+    all
+}
+
+/// The arcs with flow, by the level of their node above.
+fn by_level(graph: &Graph, flow: &Flow) -> Vec<Vec<Place>> {
+    let mut all = vec![Vec::new(); graph.grid.size[2] + 1];
+    for node in (0..graph.squares()).filter(|&node| flow.out(node) > 0) {
+        let arcs = graph.arcs(node).filter(|&arc| flow.on[node][arc] > 0);
+        all[node / graph.grid.level()].extend(arcs.map(|arc| (node, arc)));
+    }
+    all
+}
+
+/// What is free around one layer.
+struct Air<'a> {
+    own: &'a [Section],
+    over: &'a [Vec<Section>],
+    how: &'a Laying,
+}
+
+impl Air<'_> {
+    /// How far `p` is from where no line's middle may be, mm; below 0 where it may not be. A step of so much crosses no border.
+    fn room(&self, p: [f64; 2]) -> f64 {
+        let half = self.how.line_mm / 2.0;
+        let away = |sections: &[Section], from: f64| {
+            let nearest = sections.iter().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+            nearest - from
+        };
+        let over = self.over.iter().map(|sections| away(sections, half)).fold(f64::INFINITY, f64::min);
+        away(self.own, half + self.how.beside_mm).min(over)
+    }
+
+    /// What of the way from `a` to `b` is free, as lengths from `a`.
+    fn free(&self, [a, b]: [[f64; 2]; 2]) -> Spans {
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let at = |t: f64| [a[0] + (b[0] - a[0]) * t / length, a[1] + (b[1] - a[1]) * t / length];
+        let (mut spans, mut from, mut t) = (Spans::new(), None, 0.0);
+        while t < length {
+            let room = self.room(at(t));
+            match (room >= 0.0, from) {
+                (true, None) => from = Some(t),
+                (false, Some(start)) => {
+                    spans.push([start, t]);
+                    from = None;
+                }
+                _ => {}
+            }
+            // Nothing near: the section's own distances end at 2 mm.
+            t += room.abs().clamp(FINEST_MM, 1.0);
+        }
+        spans.extend(from.map(|start| [start, length]));
+        spans
+    }
+}
+
+/// Supports that grow from the ground up.
+struct Rising<'a> {
+    graph: &'a Graph,
+    flow: &'a Flow,
+    how: &'a Laying,
+    by_level: Vec<Vec<Place>>,
+    /// What the last layer of a place had, of both diagonals.
+    there: HashMap<Place, [Spans; 2]>,
+}
+
+impl Rising<'_> {
+    /// The lines of a layer.
+    fn layer(&mut self, [low, high]: [f64; 2], air: &Air<'_>) -> Vec<[[f64; 2]; 2]> {
+        let grid = &self.graph.grid;
+        let middle = (low + high) / 2.0;
+        // Between the levels `level - 1` and `level`.
+        let above = (middle - grid.origin.z) / grid.step_mm;
+        let level = above.ceil().max(1.0) as usize;
+        let mut places: Vec<Place> = self.by_level.get(level).cloned().unwrap_or_default();
+        let first_level = (above - ABOVE).ceil().max(1.0) as usize;
+        for level in first_level..=above.floor().max(0.0) as usize {
+            let begins = self.by_level.get(level).map_or(&[][..], Vec::as_slice).iter();
+            places.extend(begins.filter(|(node, _)| self.is_red(*node)).map(|(node, _)| (*node, ARCS)));
+        }
+        // Upright ones first: where sheets come together, what leans gives way.
+        places.sort_unstable_by_key(|&(node, arc)| (arc != 0 && arc != ARCS, node, arc));
+        places.dedup();
+        let mut laid = Laid { lines: Vec::new(), line_mm: self.how.line_mm };
+        let mut now = Vec::new();
+        for place in places {
+            let (mut below, centre) = (self.below(place), self.centre(place, middle));
+            if self.is_red(place.0) {
+                self.lean_out(&mut below, place.0, high - low);
+            }
+            let spans: [Spans; 2] = std::array::from_fn(|diagonal| self.stands(&below[diagonal], centre, diagonal, air));
+            for (diagonal, spans) in spans.iter().enumerate() {
+                spans.iter().for_each(|span| laid.add(centre, diagonal, *span));
+            }
+            now.push((place, spans));
+        }
+        self.there.extend(now);
+        laid.lines.into_iter().map(|(diagonal, across, span)| span.map(|t| point(diagonal, across, t))).collect()
+    }
+
+    fn is_red(&self, node: usize) -> bool {
+        self.graph.red.binary_search(&(node as u32)).is_ok()
+    }
+
+    /// Half a diagonal, mm.
+    fn half(&self) -> f64 {
+        self.graph.grid.step_mm * std::f64::consts::FRAC_1_SQRT_2
+    }
+
+    /// What carries a place: what it had in the layer below, or what goes on below its foot.
+    fn below(&self, place: Place) -> [Spans; 2] {
+        if let Some(spans) = self.there.get(&place) {
+            return spans.clone();
+        }
+        let (node, arc) = place;
+        let foot = if arc == ARCS { node } else { self.graph.head(node, arc) };
+        if self.graph.is_ground(foot) {
+            return std::array::from_fn(|_| vec![[-self.half(), self.half()]]);
+        }
+        let ways = self.graph.arcs(foot).filter(|&arc| self.flow.on[foot][arc] > 0);
+        let feet: Vec<&[Spans; 2]> = ways.filter_map(|arc| self.there.get(&(foot, arc))).collect();
+        std::array::from_fn(|diagonal| joined(feet.iter().flat_map(|spans| spans[diagonal].iter().copied()).collect()))
+    }
+
+    /// The middle of a place's cross at a height.
+    fn centre(&self, (node, arc): Place, z: f64) -> [f64; 2] {
+        let grid = &self.graph.grid;
+        let top = grid.middle(node);
+        if arc == ARCS {
+            return [top.x, top.y];
+        }
+        let foot: Vec3 = grid.middle(self.graph.head(node, arc));
+        let at = foot + (top - foot) * ((z - foot.z) / (top.z - foot.z)).clamp(0.0, 1.0);
+        [at.x, at.y]
+    }
+
+    /// Lets the ends of the sheets below red square `node` go out by `mm` where a cube without columns of its own lies there.
+    fn lean_out(&self, below: &mut [Spans; 2], node: usize, mm: f64) {
+        let (half, farthest) = (self.half(), 3.0 * self.half());
+        for (diagonal, spans) in below.iter_mut().enumerate() {
+            for end in [0, 1] {
+                if !self.is_beside_wall(node, diagonal, end) {
+                    continue;
+                }
+                let sign = if end == 0 { -1.0 } else { 1.0 };
+                for span in spans.iter_mut().filter(|span| sign * span[end] > half - mm) {
+                    span[end] = sign * (sign * span[end] + mm).min(farthest);
+                }
+            }
+        }
+    }
+
+    /// Whether the cube beyond that end of a diagonal of red square `node` is black, and the one below it too.
+    fn is_beside_wall(&self, node: usize, diagonal: usize, end: usize) -> bool {
+        let grid = &self.graph.grid;
+        let [x, y, z] = grid.cube(node);
+        let up = (diagonal == 0) == (end == 1);
+        let step = |v: usize, up: bool| if up { Some(v + 1) } else { v.checked_sub(1) };
+        let (Some(x), Some(y), Some(under)) = (step(x, end == 1), step(y, up), z.checked_sub(1)) else { return false };
+        let inside = x < grid.size[0] && y < grid.size[1];
+        inside && [z, under].iter().all(|&z| self.graph.is_black(grid.index([x, y, z])))
+    }
+
+    /// What of a sheet stands in this layer.
+    fn stands(&self, below: &Spans, centre: [f64; 2], diagonal: usize, air: &Air<'_>) -> Spans {
+        let (Some([from, _]), Some([_, to])) = (below.first().copied(), below.last().copied()) else { return Spans::new() };
+        let free = air.free([from, to].map(|t| along(centre, diagonal, t)));
+        let free: Spans = free.into_iter().map(|[a, b]| [a + from, b + from]).collect();
+        let shortest = SHORTEST_WIDTHS * self.how.line_mm;
+        shared(below, &free).into_iter().filter(|[a, b]| b - a >= shortest).collect()
+    }
+
+    /// The edges of the cells on the ground, each once: a cross alone sticks too little.
+    fn feet(&self, air: &Air<'_>) -> Vec<[[f64; 2]; 2]> {
+        let grid = &self.graph.grid;
+        let feet = self.by_level.get(1).into_iter().flatten().map(|&(node, arc)| self.graph.head(node, arc));
+        let mut edges: Vec<[[usize; 2]; 2]> = Vec::new();
+        for foot in feet {
+            let [x, y, _] = grid.cube(foot);
+            edges.extend([
+                [[x, y], [x + 1, y]],
+                [[x, y + 1], [x + 1, y + 1]],
+                [[x, y], [x, y + 1]],
+                [[x + 1, y], [x + 1, y + 1]],
+            ]);
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        let corner = |[x, y]: [usize; 2]| [grid.origin.x + x as f64 * grid.step_mm, grid.origin.y + y as f64 * grid.step_mm];
+        let shortest = SHORTEST_WIDTHS * self.how.line_mm;
+        let mut lines = Vec::new();
+        for edge in edges {
+            let [a, b] = edge.map(corner);
+            let at = |t: f64| [0, 1].map(|i| a[i] + (b[i] - a[i]) * t / grid.step_mm);
+            let free = air.free([a, b]).into_iter().filter(|[from, to]| to - from >= shortest);
+            lines.extend(free.map(|span| span.map(at)));
+        }
+        lines
+    }
+}
+
+/// The lines of a layer, each by its diagonal, its distance from the origin across that, and from where to where it goes along it.
+struct Laid {
+    lines: Vec<(usize, f64, [f64; 2])>,
+    line_mm: f64,
+}
+
+impl Laid {
+    /// Lays what of a span no line lies on yet.
+    fn add(&mut self, centre: [f64; 2], diagonal: usize, span: [f64; 2]) {
+        let (across, middle) = turned(diagonal, centre);
+        let mut left = vec![span.map(|t| middle + t)];
+        for &(other, at, [from, to]) in &self.lines {
+            if other == diagonal && (at - across).abs() < SIDE_BY_SIDE * self.line_mm {
+                left = left.into_iter().flat_map(|[a, b]| [[a, b.min(from)], [a.max(to), b]]).filter(|[a, b]| a < b).collect();
+            }
+        }
+        let shortest = SHORTEST_WIDTHS * self.line_mm;
+        let left = left.into_iter().filter(|[a, b]| b - a >= shortest);
+        self.lines.extend(left.map(|span| (diagonal, across, span)));
+    }
+}
+
+/// The direction of a diagonal.
+fn direction(diagonal: usize) -> [f64; 2] {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    [half, if diagonal == 0 { half } else { -half }]
+}
+
+/// A point as its distance from the origin across a diagonal, and along it.
+fn turned(diagonal: usize, [x, y]: [f64; 2]) -> (f64, f64) {
+    let [dx, dy] = direction(diagonal);
+    (y * dx - x * dy, x * dx + y * dy)
+}
+
+/// The point that lies so far across a diagonal, and along it.
+fn point(diagonal: usize, across: f64, along: f64) -> [f64; 2] {
+    let [dx, dy] = direction(diagonal);
+    [along * dx - across * dy, along * dy + across * dx]
+}
+
+/// The point at `t` mm from the middle of a cell along a diagonal.
+fn along(centre: [f64; 2], diagonal: usize, t: f64) -> [f64; 2] {
+    let [dx, dy] = direction(diagonal);
+    [centre[0] + t * dx, centre[1] + t * dy]
+}
+
+/// Spans that overlap made one, upward.
+fn joined(mut spans: Spans) -> Spans {
+    spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut all = Spans::new();
+    for [from, to] in spans {
+        match all.last_mut() {
+            Some(last) if from <= last[1] => last[1] = last[1].max(to),
+            _ => all.push([from, to]),
+        }
+    }
+    all
+}
+
+/// What two lists of spans share.
+fn shared(a: &Spans, b: &Spans) -> Spans {
+    let both = a.iter().flat_map(|x| b.iter().map(move |y| [x[0].max(y[0]), x[1].min(y[1])]));
+    both.filter(|[from, to]| from < to).collect()
+}

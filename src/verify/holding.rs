@@ -1,0 +1,140 @@
+//! Rule `outside-part` for supports: what a plan has printed to hold a part is no part of it, and touches none.
+//!
+//! Only a plan's own prints of supports are taken for such: a line of a part that a slicer calls a support is a line of the part. What they
+//! hold, and whether they stand, is rule `in-air`'s to say; here the middle of each of their lines keeps half of its width from every
+//! part, at the height of its middle, and takes the filament that its width and height hold. So nothing of a part passes as a support,
+//! and no support grows into a part.
+//!
+//! A line is gone along by steps as long as the distance from the part, which pass over nothing.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::flow::RATE_SLACK;
+use super::report::{FindingPlace, Findings, Rule};
+use super::{Job, Planned, prints};
+use crate::gcode::marks::{Expect, Role};
+use crate::section::{Section, Sections};
+use crate::trace::{Move, Trace};
+
+/// How much nearer to a part than half of its width a line may lie, mm: outlines are cut in the middle of layers, and rounded.
+const NEARER_MM: f64 = 0.05;
+/// Where a line is nearer to where it may not be than this, mm, it is looked at in steps of so much.
+const FINEST_MM: f64 = 0.02;
+/// Sections tell distances up to 2 mm; so far is gone on at most.
+const LONGEST_MM: f64 = 1.0;
+/// What a line may take, beside what its width and height hold.
+const FLOW: [f64; 2] = [0.8, 1.25];
+/// Shorter lines tell nothing of what they hold, mm.
+const SHORT_MM: f64 = 1.0;
+/// Heights that differ by less are cut once, mm.
+const SAME_MM: f64 = 1.5e-3;
+
+/// Holds all supports of the program.
+pub(super) fn check(trace: &Trace, job: &Job<'_>, planned: &[Planned], findings: &mut Findings) {
+    let flows = prints::stated_flows(trace, planned.len());
+    let of = |number: usize| -> Vec<Move> {
+        let its = |m: &Move| m.prints() && trace.state(m).print == Some(number as u32);
+        trace.moves().filter(its).collect()
+    };
+    for (number, print) in planned.iter().enumerate().filter(|(_, print)| print.gap_mm.is_some()) {
+        let supports = Supports::of(job, print, &flows[number]);
+        for (m, text) in supports.objections(of(number)) {
+            let at = FindingPlace { line: m.line, slot: Some(print.slot), part: Some(print.part) };
+            findings.add(Rule::OutsidePart, at, [0.0, 0.0], || text);
+        }
+    }
+}
+
+/// The supports of one part.
+struct Supports<'a> {
+    part: usize,
+    /// Every part at the pose, machine coordinates.
+    parts: Vec<Sections>,
+    flow: &'a Expect,
+    filament_mm2: f64,
+    line_mm: f64,
+    layer_mm: f64,
+    /// What the hot end melts, mm³/s.
+    most_flow: f64,
+}
+
+impl<'a> Supports<'a> {
+    fn of(job: &Job<'_>, print: &Planned, flow: &'a Expect) -> Self {
+        let motion = job.profile.kinematics().forward(print.pose);
+        let process = &job.profile.process;
+        Self {
+            part: print.part,
+            parts: job.workpiece.parts.iter().map(|part| Sections::of(&part.moved(&motion))).collect(),
+            flow,
+            filament_mm2: PI / 4.0 * flow.diameter_mm.unwrap_or(process.filament_mm).powi(2),
+            line_mm: process.line_width_mm,
+            layer_mm: process.layer_height_mm,
+            most_flow: job.profile.limits.max_flow_mm3_per_s,
+        }
+    }
+
+    /// What stands against its lines, layer by layer.
+    fn objections(&self, mut lines: Vec<Move>) -> Vec<(Move, String)> {
+        lines.sort_by(|a, b| self.middle(a).total_cmp(&self.middle(b)));
+        let layers: Vec<&[Move]> = lines.chunk_by(|a, b| self.middle(b) - self.middle(a) < SAME_MM).collect();
+        let layer = |layer: &&[Move]| -> Vec<(Move, String)> {
+            let sections: Vec<Section> = self.parts.iter().map(|part| part.at(self.middle(&layer[0]))).collect();
+            layer.iter().filter_map(|m| Some((*m, self.objection(m, &sections)?))).collect()
+        };
+        layers.par_iter().map(layer).collect::<Vec<_>>().concat()
+    }
+
+    fn width(&self, m: &Move) -> f64 {
+        m.width.unwrap_or(self.line_mm)
+    }
+
+    fn height(&self, m: &Move) -> f64 {
+        m.height.unwrap_or(self.layer_mm)
+    }
+
+    /// The height of a line's middle.
+    fn middle(&self, m: &Move) -> f64 {
+        m.to[2].unwrap_or(f64::NAN) - self.height(m) / 2.0
+    }
+
+    fn objection(&self, m: &Move, sections: &[Section]) -> Option<String> {
+        let Self { part, .. } = self;
+        if m.role != Role::Support {
+            return Some(format!("a line among the supports of part {part} is none; only supports are laid there"));
+        }
+        let [from, to] = m.ends()?;
+        if (to.z - from.z).abs() > SAME_MM {
+            return Some(format!("a support of part {part} rises by {:.2} mm while it is laid", to.z - from.z));
+        }
+        let (width, length) = (self.width(m), (to - from).norm());
+        let least = width / 2.0 - NEARER_MM;
+        let mut t = 0.0;
+        loop {
+            let p = from + (to - from) * if length > 0.0 { t / length } else { 0.0 };
+            let distances = sections.iter().map(|section| section.signed_distance([p.x, p.y]));
+            let (other, distance) = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+            if distance < least {
+                return Some(format!(
+                    "a support of part {part} lies {distance:.2} mm from part {other}, at least {least:.2} mm is right"
+                ));
+            }
+            if t >= length {
+                break;
+            }
+            t = (t + (distance - least).clamp(FINEST_MM, LONGEST_MM)).min(length);
+        }
+        let held = self.flow.bead.area(width, self.height(m)) * length * self.flow.multiplier;
+        let laid = m.e * self.filament_mm2;
+        let (ratio, rate) = (laid / held, if m.seconds > 0.0 { laid / m.seconds } else { 0.0 });
+        if rate > self.most_flow * (1.0 + RATE_SLACK) {
+            let most = self.most_flow;
+            return Some(format!(
+                "a support of part {part} takes {rate:.1} mm3/s of filament; the hot end melts at most {most:.1} ([limits] max_flow_mm3_per_s)"
+            ));
+        }
+        (length > SHORT_MM && !(FLOW[0]..=FLOW[1]).contains(&ratio))
+            .then(|| format!("a support of part {part} takes {ratio:.2} of the filament that its width and height hold"))
+    }
+}
