@@ -21,7 +21,7 @@ const CAPACITY: u16 = 4;
 /// Seed of the search for the least material.
 const SEED: u64 = 1;
 /// Air beside a support, in widths of a line.
-const BESIDE_WIDTHS: f64 = 1.0;
+const BESIDE_WIDTHS: f64 = 0.5;
 /// Facets as near to the table lie on it, mm.
 const ON_TABLE_MM: f64 = 0.05;
 /// Heights that differ by less are one layer, mm.
@@ -51,7 +51,7 @@ impl Laid {
         let graph = Graph::of(grid_over(&meshes, supports.step_mm)?, &meshes, Angle::from_deg(supports.overhang_deg));
         let planned = plan(&graph, Method::Auto, (CAPACITY, None), SEED, &mut |_| {});
         let line_mm = process.line_width_mm;
-        let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm };
+        let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm, on_part: true };
         let bottoms = std::iter::once(&0.0).chain(tops);
         let spans: Vec<[f64; 2]> = bottoms.zip(tops).map(|(low, high)| [*low, *high]).collect();
         Ok(Self { layers: lines(&graph, &planned.flow, &meshes, &spans, &how), bare: bare(&graph) })
@@ -75,7 +75,9 @@ impl Laid {
     pub(super) fn left(&self, mesh: &SlotMesh, supports: &PrintSupports, rule: &Rule) -> Vec<Patch> {
         let mesh = &mesh.mesh;
         let layers = self.layers.iter().map(|layer| (layer.span_mm[1], layer.lines.clone())).collect();
-        let held = Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm };
+        // Between the diagonals of a cell no place is farther from one than a third of its edge.
+        let beside_mm = (supports.step_mm / 2.0).min(rule.free_mm());
+        let held = Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm, beside_mm };
         let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
         let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
         let footings = vec![Footing { own, below: Vec::new() }];

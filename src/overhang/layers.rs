@@ -51,6 +51,9 @@ pub struct Held {
     pub line_mm: f64,
     /// The air between them and what lies on them, mm; they end in layers of their own.
     pub gap_mm: f64,
+    /// So far beside them, and beside what is carried, a layer may reach, mm: lines lie across sheets that are no farther apart than
+    /// twice that.
+    pub beside_mm: f64,
 }
 
 impl Held {
@@ -289,7 +292,9 @@ impl<'a> Stack<'a> {
         if is_nothing(&past) {
             return layer;
         }
-        let beyond = minus(&past, &grown(below, self.rule.reach_mm(), Corners::Round));
+        let reach_mm = self.rule.reach_mm();
+        let reach_mm = if self.held.layers.is_empty() { reach_mm } else { reach_mm.max(self.held.beside_mm) };
+        let beyond = minus(&past, &grown(below, reach_mm, Corners::Round));
         if is_nothing(&beyond) {
             return minus(&layer, &past);
         }

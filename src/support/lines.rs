@@ -8,9 +8,12 @@
 //! Cubes that the surface touches have no columns, so beside a wall a strip as wide as a cube would stay bare. Below a red square
 //! sheets lean out into such cubes, by as much as a layer is high in each.
 //!
+//! What has no way to the ground may stand on the part: a straight column down to the surface below, where its sheets begin, layer by
+//! layer, on what the part has there.
+//!
 //! What is free is found along a line by steps as long as the distance from the part is, which can pass over nothing.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
@@ -27,6 +30,8 @@ pub struct Laying {
     pub gap_mm: f64,
     /// Air between a support and the part beside it, mm.
     pub beside_mm: f64,
+    /// Whether what has no way to the ground stands on the part.
+    pub on_part: bool,
 }
 
 /// One layer of supports.
@@ -53,7 +58,14 @@ const SIDE_BY_SIDE: f64 = 0.8;
 /// What of a sheet is there, along its diagonal from the middle of the cell, mm.
 type Spans = Vec<[f64; 2]>;
 
-/// What stands along one arc, or above a red square: the node above, and the arc (`ARCS` above the square itself).
+/// Below a column that stands on the part its surface is at most so many steps away.
+const BELOW: f64 = 2.0;
+/// A line may lie so far beside what carries it, in widths.
+const ASIDE: f64 = 0.8;
+/// What a column that stands on the part has below its lowest square.
+const ON_PART: usize = ARCS + 1;
+
+/// What stands along one arc, above a red square (`ARCS`), or between a column and the part (`ON_PART`): the node above, and the arc.
 type Place = (usize, usize);
 
 /// The lines of `flow`'s supports in `layers` (from, to; upward), clear of `meshes`.
@@ -67,12 +79,20 @@ pub fn lines(
     let sections: Vec<Sections> = meshes.iter().map(|mesh| Sections::of(mesh)).collect();
     let cuts: Vec<Vec<Section>> =
         layers.iter().map(|[low, high]| sections.iter().map(|s| s.at((low + high) / 2.0)).collect()).collect();
-    let mut rising = Rising { graph, flow, how, by_level: by_level(graph, flow), there: HashMap::new() };
+    let columns = if how.on_part { columns(graph) } else { Vec::new() };
+    let mut by_level = by_level(graph, flow);
+    for &node in columns.iter().flat_map(|column| &column[..column.len() - 1]) {
+        by_level[node / graph.grid.level()].push((node, 0));
+    }
+    let tops = columns.iter().map(|column| column[0]).chain(graph.red.iter().map(|&red| red as usize)).collect();
+    let feet = columns.iter().map(|column| column[column.len() - 1]).collect();
+    let mut rising = Rising { graph, how, by_level, tops, feet, there: HashMap::new() };
     let mut all = Vec::with_capacity(layers.len());
     for (k, span_mm) in layers.iter().enumerate() {
         // Layers that begin less than the gap above this one's top.
         let over = layers.iter().skip(k + 1).take_while(|above| above[0] < span_mm[1] + how.gap_mm - SAME_MM).count();
-        let air = Air { own: &cuts[k], over: &cuts[k + 1..=k + over], how };
+        let under = k.checked_sub(1).map_or(&[][..], |below| &cuts[below]);
+        let air = Air { own: &cuts[k], over: &cuts[k + 1..=k + over], under, how };
         let mut lines = rising.layer(*span_mm, &air);
         if k == 0 {
             lines.extend(rising.feet(&air));
@@ -95,10 +115,21 @@ fn by_level(graph: &Graph, flow: &Flow) -> Vec<Vec<Place>> {
     all
 }
 
+/// The squares of each straight column from a red square that has no way to the ground down to the part below, from the top.
+fn columns(graph: &Graph) -> Vec<Vec<usize>> {
+    let level = graph.grid.level();
+    let column = |&red: &u32| {
+        let next = |node: &usize| node.checked_sub(level).filter(|&under| under >= level && !graph.is_black(under));
+        std::iter::successors(Some(red as usize), next).collect()
+    };
+    graph.unreachable.iter().map(column).collect()
+}
+
 /// What is free around one layer.
 struct Air<'a> {
     own: &'a [Section],
     over: &'a [Vec<Section>],
+    under: &'a [Section],
     how: &'a Laying,
 }
 
@@ -114,13 +145,26 @@ impl Air<'_> {
         away(self.own, half + self.how.beside_mm).min(over)
     }
 
+    /// How far `p` is from where the part no longer carries a line, mm; below 0 there.
+    fn carried(&self, p: [f64; 2]) -> f64 {
+        let nearest = self.under.iter().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+        ASIDE * self.how.line_mm - nearest
+    }
+
     /// What of the way from `a` to `b` is free, as lengths from `a`.
-    fn free(&self, [a, b]: [[f64; 2]; 2]) -> Spans {
+    fn free(&self, ends: [[f64; 2]; 2]) -> Spans {
+        where_above(ends, |p| self.room(p))
+    }
+}
+
+/// Where on the way from `a` to `b` a measure is not below 0, as lengths from `a`; it changes by no more than the way does.
+fn where_above([a, b]: [[f64; 2]; 2], measure: impl Fn([f64; 2]) -> f64) -> Spans {
+    {
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         let at = |t: f64| [a[0] + (b[0] - a[0]) * t / length, a[1] + (b[1] - a[1]) * t / length];
         let (mut spans, mut from, mut t) = (Spans::new(), None, 0.0);
         while t < length {
-            let room = self.room(at(t));
+            let room = measure(at(t));
             match (room >= 0.0, from) {
                 (true, None) => from = Some(t),
                 (false, Some(start)) => {
@@ -140,9 +184,12 @@ impl Air<'_> {
 /// Supports that grow from the ground up.
 struct Rising<'a> {
     graph: &'a Graph,
-    flow: &'a Flow,
     how: &'a Laying,
     by_level: Vec<Vec<Place>>,
+    /// Squares at which columns end, below what they hold.
+    tops: HashSet<usize>,
+    /// Squares at which columns stand on the part.
+    feet: Vec<usize>,
     /// What the last layer of a place had, of both diagonals.
     there: HashMap<Place, [Spans; 2]>,
 }
@@ -161,14 +208,18 @@ impl Rising<'_> {
             let begins = self.by_level.get(level).map_or(&[][..], Vec::as_slice).iter();
             places.extend(begins.filter(|(node, _)| self.is_red(*node)).map(|(node, _)| (*node, ARCS)));
         }
+        let on_part = |node: &usize| (above..above + BELOW).contains(&((node / grid.level()) as f64));
+        places.extend(self.feet.iter().copied().filter(on_part).map(|node| (node, ON_PART)));
         // Upright ones first: where sheets come together, what leans gives way.
-        places.sort_unstable_by_key(|&(node, arc)| (arc != 0 && arc != ARCS, node, arc));
+        places.sort_unstable_by_key(|&(node, arc)| ((1..ARCS).contains(&arc), node, arc));
         places.dedup();
         let mut laid = Laid { lines: Vec::new(), line_mm: self.how.line_mm };
         let mut now = Vec::new();
         for place in places {
             let (mut below, centre) = (self.below(place), self.centre(place, middle));
-            if self.is_red(place.0) {
+            if place.1 == ON_PART {
+                self.land(&mut below, centre, air);
+            } else if self.is_red(place.0) {
                 self.lean_out(&mut below, place.0, high - low);
             }
             let spans: [Spans; 2] = std::array::from_fn(|diagonal| self.stands(&below[diagonal], centre, diagonal, air));
@@ -182,7 +233,7 @@ impl Rising<'_> {
     }
 
     fn is_red(&self, node: usize) -> bool {
-        self.graph.red.binary_search(&(node as u32)).is_ok()
+        self.tops.contains(&node)
     }
 
     /// Half a diagonal, mm.
@@ -196,12 +247,14 @@ impl Rising<'_> {
             return spans.clone();
         }
         let (node, arc) = place;
+        if arc == ON_PART {
+            return Default::default();
+        }
         let foot = if arc == ARCS { node } else { self.graph.head(node, arc) };
         if self.graph.is_ground(foot) {
             return std::array::from_fn(|_| vec![[-self.half(), self.half()]]);
         }
-        let ways = self.graph.arcs(foot).filter(|&arc| self.flow.on[foot][arc] > 0);
-        let feet: Vec<&[Spans; 2]> = ways.filter_map(|arc| self.there.get(&(foot, arc))).collect();
+        let feet: Vec<&[Spans; 2]> = (0..=ON_PART).filter(|&arc| arc != ARCS).filter_map(|arc| self.there.get(&(foot, arc))).collect();
         std::array::from_fn(|diagonal| joined(feet.iter().flat_map(|spans| spans[diagonal].iter().copied()).collect()))
     }
 
@@ -209,12 +262,22 @@ impl Rising<'_> {
     fn centre(&self, (node, arc): Place, z: f64) -> [f64; 2] {
         let grid = &self.graph.grid;
         let top = grid.middle(node);
-        if arc == ARCS {
+        if arc >= ARCS {
             return [top.x, top.y];
         }
         let foot: Vec3 = grid.middle(self.graph.head(node, arc));
         let at = foot + (top - foot) * ((z - foot.z) / (top.z - foot.z)).clamp(0.0, 1.0);
         [at.x, at.y]
+    }
+
+    /// Lets sheets begin where the part carries them.
+    fn land(&self, below: &mut [Spans; 2], centre: [f64; 2], air: &Air<'_>) {
+        let half = self.half();
+        for (diagonal, spans) in below.iter_mut().enumerate() {
+            let ends = [-half, half].map(|t| along(centre, diagonal, t));
+            let landed = where_above(ends, |p| air.carried(p)).into_iter().map(|[a, b]| [a - half, b - half]);
+            *spans = joined(spans.iter().copied().chain(landed).collect());
+        }
     }
 
     /// Lets the ends of the sheets below red square `node` go out by `mm` where a cube without columns of its own lies there.

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use super::line::Line;
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
+use crate::gcode::marks::Role;
 use crate::section::{Point, Segment};
 
 /// Directions are gathered by so many to a half turn. A line belongs to the nearest two, so that lines less than half of one apart
@@ -23,6 +24,9 @@ const TOO_WIDE: f64 = 1.3;
 const SHORTEST_MM: f64 = 2.0;
 /// Of which each shares at least so much with another: lines of two hatches that meet end to end share their ends.
 const CURVE_SHARE: f64 = 0.5;
+/// Infill may turn back on itself for so much, mm (a third of a cubic millimetre), within so many lines.
+const HAIRPIN_MM: f64 = 4.0;
+const HAIRPIN_LINES: usize = 8;
 /// What a layer may hold of the others, mm.
 const MOST_MM: f64 = 3.0;
 
@@ -90,7 +94,16 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
     // Most have met twice, in both of their directions.
     pairs.sort_unstable_by(|a, b| (a.line, a.other).cmp(&(b.line, b.other)).then(b.length.total_cmp(&a.length)));
     pairs.dedup_by_key(|pair| (pair.line, pair.other));
-    Some(in_stretches(&pairs))
+    Some(in_stretches(&pairs, |pair| is_hairpin(lines, pair)))
+}
+
+/// Whether infill turns back on itself between the two lines, without a way between: along a curved wall PrusaSlicer goes from one row
+/// to the next and back over the same place.
+fn is_hairpin(lines: &[Line], pair: &Pair) -> bool {
+    let between = &lines[pair.other..=pair.line];
+    let infill = |line: &Line| matches!(line.m.role, Role::Solid | Role::Infill);
+    let joined = |two: &[Line]| two[0].axis().zip(two[1].axis()).is_some_and(|(a, b)| a[1] == b[0]);
+    between.len() <= HAIRPIN_LINES && between.iter().all(infill) && between.windows(2).all(joined)
 }
 
 /// Two lines of a layer, the later one first, and for how long they lie on each other, mm.
@@ -101,11 +114,12 @@ struct Pair {
 }
 
 /// What the pairs, sorted, add up to in stretches that count.
-fn in_stretches(pairs: &[Pair]) -> Doubled {
+fn in_stretches(pairs: &[Pair], is_hairpin: impl Fn(&Pair) -> bool) -> Doubled {
     let mut all = Doubled { length: 0.0, longest: 0.0, line: 0, other: 0 };
     for stretch in pairs.chunk_by(|a, b| b.line - a.line <= 1) {
         let length = stretch.iter().map(|pair| pair.length).sum();
-        if length > SHORTEST_MM {
+        let turns_back = length <= HAIRPIN_MM && stretch.iter().all(&is_hairpin);
+        if length > SHORTEST_MM && !turns_back {
             all.length += length;
             if length > all.longest {
                 (all.longest, all.line, all.other) = (length, stretch[0].line, stretch[0].other);

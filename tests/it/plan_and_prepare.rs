@@ -8,7 +8,9 @@ use std::path::Path;
 
 use trunnion::fixtures::{NamedMesh, prism, solid_box};
 use trunnion::geom::{Mat3, Object, Rigid, Vec3};
-use trunnion::job::{Cutting, Error, MachineSource, PrepareRequest, PrepareResult, Silent, Source, World, prepare};
+use trunnion::job::{
+    Cutting, Error, MachineSource, PrepareRequest, PrepareResult, Silent, Source, Supporting, WaysOut, World, prepare,
+};
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::planning::Infeasible;
 use trunnion::profile::SHIPPED;
@@ -23,7 +25,7 @@ struct Case {
     parts: Vec<NamedMesh>,
     machine: String,
     /// Whether one solid may be cut into parts.
-    cutting: Cutting,
+    ways: WaysOut,
 }
 
 /// What became of a case.
@@ -150,6 +152,9 @@ fn branches(numbers: &mut Numbers) -> Vec<TriangleMesh<Object>> {
     parts
 }
 
+/// What comes in parts is planned as it is.
+const PARTS: WaysOut = WaysOut { cutting: Cutting::Never, supporting: Supporting::Never };
+
 impl Case {
     fn of(seed: u64) -> Self {
         let mut numbers = Numbers::seeded(seed);
@@ -182,7 +187,7 @@ impl Case {
         }
         let machine = format!("extends = \"{name}\"\n[process]\nlayer_height_mm = {layer}\n");
         let parts = parts.into_iter().enumerate().map(|(i, mesh)| (format!("part {i}"), mesh)).collect();
-        Self { seed, parts, machine, cutting: Cutting::Never }
+        Self { seed, parts, machine, ways: PARTS }
     }
 
     /// One or two blocks with round holes in three directions, windows, notches and pockets: what only bridges, roofs of holes and
@@ -233,7 +238,7 @@ impl Case {
         }
         let machine = format!("extends = \"{name}\"\n[process]\nlayer_height_mm = {layer}\n");
         let parts = parts.into_iter().enumerate().map(|(i, mesh)| (format!("part {i}"), mesh)).collect();
-        Self { seed, parts, machine, cutting: Cutting::Never }
+        Self { seed, parts, machine, ways: PARTS }
     }
 
     /// One solid as people draw them: a post with limbs at any angle, round or square, uprights on them, a ball, holes; most must
@@ -274,8 +279,17 @@ impl Case {
             seed,
             parts: vec![("solid".to_owned(), solid.mesh())],
             machine,
-            cutting: Cutting::Auto { file: "solid.parts.3mf".to_owned() },
+            ways: WaysOut {
+                cutting: Cutting::Auto { file: "solid.parts.3mf".to_owned() },
+                supporting: Supporting::Never,
+            },
         }
+    }
+
+    /// The same as one solid that is printed upright, on supports.
+    fn held(seed: u64) -> Self {
+        let ways = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
+        Self { ways, ..Self::united(seed) }
     }
 
     fn stl(&self) -> Vec<u8> {
@@ -289,7 +303,7 @@ impl Case {
         request.slicing.slicer = slicer;
         // What would help is another promise, and takes a hundred times as long.
         request.plan.remedies = false;
-        request.ways.cutting = self.cutting.clone();
+        request.ways = self.ways.clone();
         match prepare(&request, &World::here(&Silent)) {
             Ok(done) => Outcome::Kept(Box::new(done)),
             Err(error @ (Error::NoPlan(_) | Error::Misplaced(_) | Error::Infeasible(_))) => Outcome::Refused(error),
@@ -409,13 +423,24 @@ fn solids_that_are_cut_are_kept() {
     }
 }
 
+#[test]
+fn solids_on_supports_are_kept() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::held, seeds(0..12));
+    assert!(kept > refused, "{kept} kept, {refused} refused");
+    if installed("prusa-slicer") {
+        through(&SlicerChoice::PrusaSlicer, Case::held, seeds(0..4));
+    } else {
+        skip("prusa-slicer is not installed");
+    }
+}
+
 /// A post of this height with a beam out of its side, on the generic machine with these keys changed.
 fn post_and_beam(height: f64, keys: &str) -> Outcome {
     let post = solid_box(Vec3::new(-10.0, -10.0, 0.0), Vec3::new(10.0, 10.0, height));
     let beam = solid_box(Vec3::new(10.0, -10.0, 40.0), Vec3::new(40.0, 10.0, 60.0));
     let parts = vec![("post".to_owned(), post), ("beam".to_owned(), beam)];
     let machine = format!("extends = \"generic-ac\"\n{keys}");
-    Case { seed: 0, parts, machine, cutting: Cutting::Never }.prepared(SlicerChoice::BuiltIn)
+    Case { seed: 0, parts, machine, ways: PARTS }.prepared(SlicerChoice::BuiltIn)
 }
 
 fn refusal(outcome: &Outcome) -> String {
