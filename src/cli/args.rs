@@ -317,6 +317,9 @@ pub(super) struct Plan {
     /// Most sequences that --all lists
     #[arg(long, default_value_t = 1000, value_name = "N", requires = "all")]
     pub(super) limit: usize,
+    /// Print one solid upright on supports where there is no plan for it as it is
+    #[arg(long, value_parser = ["auto", "never"], default_value = "never")]
+    pub(super) supports: String,
     #[command(flatten)]
     pub(super) plan: PlanArgs,
 }

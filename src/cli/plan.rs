@@ -6,7 +6,7 @@ use super::args::Plan as Verb;
 use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, why};
 use crate::document::{self, text};
-use crate::job::{self, Error, OutputFile, Outputs, PlanRequest, PlanResult};
+use crate::job::{self, Error, OutputFile, Outputs, PlanRequest, PlanResult, Supporting};
 use crate::planning::Slot;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -21,7 +21,13 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     options.plans = args.top.unwrap_or(1);
     options.kept_in = folder_of(args.output.as_deref());
     let (model, arrangement) = args.arrange.request(&args.model, parts_file.as_deref())?;
-    let request = PlanRequest { model, machine: args.machine.source(), arrangement, options };
+    let request = PlanRequest {
+        model,
+        machine: args.machine.source(),
+        arrangement,
+        options,
+        supporting: supporting(&args.supports),
+    };
     if args.all {
         return list(&request, args.limit, console);
     }
@@ -46,6 +52,11 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// What the word after `--supports` means.
+pub(super) fn supporting(word: &str) -> Supporting {
+    if word == "never" { Supporting::Never } else { Supporting::Auto }
 }
 
 /// The file beside `output` for a model that is not as it was read: `OUT.parts.3mf`.

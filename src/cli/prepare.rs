@@ -7,7 +7,8 @@ use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure, plan, send, verify};
 use crate::document::{self, text};
 use crate::job::{
-    self, Bar, Cutting, OutputFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, Supporting, WaysOut, World,
+    self, Bar, Cutting, OutputFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, WaysOut,
+    World,
 };
 use crate::spelling::counted;
 
@@ -53,7 +54,7 @@ fn work(
         slicing: args.slicing.options(&args.bed)?,
         ways: WaysOut {
             cutting: if may_cut { Cutting::Auto { file } } else { Cutting::Never },
-            supporting: if args.supports == "never" { Supporting::Never } else { Supporting::Auto },
+            supporting: plan::supporting(&args.supports),
         },
     };
     let teller = Teller(console);

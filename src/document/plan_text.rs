@@ -9,12 +9,16 @@ use crate::spelling::counted;
 /// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
 pub fn sequence(slots: &[Slot]) -> String {
     let setup = |prints: &Vec<&Print>| {
-        let part = |p: &&Print| format!("{}{}", p.part, if p.supports.is_some() { " on supports" } else { "" });
         let parts: Vec<String> = prints.iter().map(part).collect();
         format!("{} @ {} {}", parts.join(","), prints[0].tilt_deg, prints[0].rotation_deg)
     };
     let slot = |slot: &Slot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
     slots.iter().map(slot).collect::<Vec<_>>().join(" | ")
+}
+
+/// A print by its part.
+fn part(print: &&Print) -> String {
+    format!("{}{}", print.part, if print.supports.is_some() { " on supports" } else { "" })
 }
 
 /// `trunnion plan`: slots, poses, and what the plan comes to.
@@ -24,7 +28,7 @@ pub fn planned(made: &PlanResult) -> String {
     for slot in &made.plan.plan.slots {
         let _ = writeln!(out, "slot {}", slot.id);
         for setup in slot.setups() {
-            let parts: Vec<String> = setup.iter().map(|p| p.part.to_string()).collect();
+            let parts: Vec<String> = setup.iter().map(part).collect();
             let (a, c) = (setup[0].tilt_deg, setup[0].rotation_deg);
             let which = if parts.len() == 1 { "part" } else { "parts" };
             let _ = writeln!(out, "  {}{a} {}{c}: {which} {}", k.tilt.letter, k.rotation.letter, parts.join(", "));

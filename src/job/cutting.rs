@@ -5,7 +5,9 @@ use super::load::spanning;
 use super::plan::{planned, planned_along};
 use super::split::cut_up;
 use super::supported::on_supports;
-use super::{Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanResult, SplitOptions, SplitResult, Supporting, World};
+use super::{
+    Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanResult, SplitOptions, SplitResult, Supporting, World,
+};
 use crate::spelling::counted;
 
 /// Whether one solid may be cut where there is no plan for it as it is.

@@ -44,7 +44,6 @@ pub use crate::toolpath::{Bed, Spot};
 pub use arrange::{ArrangedModel, Arrangement, Standing};
 pub use bench::Bench;
 pub use cutting::{CutModel, Cutting, WaysOut};
-pub use supported::{HeldModel, Supporting};
 pub use error::{Error, in_words, remedy};
 use load::load_unposed;
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
@@ -63,6 +62,7 @@ pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, S
 pub use source::{MachineSource, ModelSource, Source};
 pub use split::{SplitOptions, SplitRequest, SplitResult, split};
 pub use support::{SupportOptions, SupportRequest, SupportResult, Triple, is_3mf, support};
+pub use supported::{HeldModel, Supporting};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{

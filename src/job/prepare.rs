@@ -6,8 +6,8 @@ use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
 use super::{
-    Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult, SlicerName,
-    SlicingOptions, Supporting, Verified, World, load_profile,
+    Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult,
+    SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
 };
 use crate::slicing::Flaw;
 use crate::toolpath::{Input, Segment, SlicedError};

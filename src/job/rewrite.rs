@@ -118,8 +118,10 @@ impl Written {
         for (number, bytes) in &supports {
             read.extend(read_sliced(bytes, "supports", words)?.into_iter().map(|segment| (*number, segment.sliced)));
         }
-        let held = inputs.iter().map(|i| Input { print: i.print, centre_mm: i.centre_mm, file: i.file, sliced: i.sliced });
-        let own = read.iter().map(|(print, sliced)| Input { print: *print, centre_mm: CENTRE_MM, file: "supports", sliced });
+        let held =
+            inputs.iter().map(|i| Input { print: i.print, centre_mm: i.centre_mm, file: i.file, sliced: i.sliced });
+        let own =
+            read.iter().map(|(print, sliced)| Input { print: *print, centre_mm: CENTRE_MM, file: "supports", sliced });
         let inputs: Vec<Input<'_>> = held.chain(own).collect();
         let workpiece = plan.workpiece();
         let (profile, plan_sha256) = (&plan.machine.profile, &plan.sha256);

@@ -106,7 +106,8 @@ impl Attempt {
         if let Some(patch) = left.first() {
             let all: f64 = left.iter().map(|patch| patch.area_mm2).sum();
             let bare: f64 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
-            let reach = if bare > 0.0 { format!("; {bare:.0} mm2 have no straight way to the table") } else { String::new() };
+            let reach =
+                if bare > 0.0 { format!("; {bare:.0} mm2 have no straight way to the table") } else { String::new() };
             return Err(format!(
                 "with supports {all:.1} mm2 would still be laid on nothing, {:.1} of it at a height of {:.1} mm: {}{reach}",
                 patch.area_mm2, patch.at.z, patch.cause

@@ -97,7 +97,9 @@ pub(super) fn strips<'a>(lines: impl Iterator<Item = &'a [[f64; 2]; 2]>, width_m
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let half = width_mm / 2.0 / dx.hypot(dy).max(f64::MIN_POSITIVE);
         let (nx, ny) = (-dy * half, dx * half);
-        [[a[0] - nx, a[1] - ny], [b[0] - nx, b[1] - ny], [b[0] + nx, b[1] + ny], [a[0] + nx, a[1] + ny]].map(point).to_vec()
+        [[a[0] - nx, a[1] - ny], [b[0] - nx, b[1] - ny], [b[0] + nx, b[1] + ny], [a[0] + nx, a[1] + ny]]
+            .map(point)
+            .to_vec()
     };
     wound(&lines.map(strip).collect::<Vec<_>>())
 }

@@ -224,7 +224,12 @@ impl Wish<'_> {
         let helps = |part: &usize| self.helps(self.profile, |o| o.supported.push(*part));
         let remedy = |part: usize| {
             let name = &self.workpiece.model.parts[part].name;
-            let text = format!("support below part {part} ({name}) would do: made by hand, and --allow {part}");
+            let text = match self.workpiece.parts.len() {
+                1 => format!(
+                    "support below part {part} ({name}) would do: --supports auto, or made by hand and --allow {part}"
+                ),
+                _ => format!("support below part {part} ({name}) would do: made by hand, and --allow {part}"),
+            };
             Remedy { kind: "support", amount: part as f64, text }
         };
         self.concerned().into_iter().filter(helps).map(remedy).collect()

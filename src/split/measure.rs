@@ -98,7 +98,8 @@ impl Measured {
     pub(super) fn passes(&self, up: &Vec3, cap: Option<u32>, rules: &MeasureRules) -> bool {
         let facets = (0..self.area.len()).filter(|&f| self.stands(f, cap));
         let own = facets.map(|f| self.surface.corners(f)).collect();
-        let ground = Ground { footings: vec![Footing { own, below: Vec::new() }], table: cap.is_none(), ..Ground::default() };
+        let ground =
+            Ground { footings: vec![Footing { own, below: Vec::new() }], table: cap.is_none(), ..Ground::default() };
         unsupported(&self.surface.mesh(), up, &ground, |f| self.stands(f, cap), &rules.layers, true).is_empty()
     }
 

@@ -198,6 +198,11 @@ impl Graph {
         self.cubes[cube] & BLACK != 0
     }
 
+    /// Whether a cube holds something that wants support.
+    pub fn wants(&self, cube: usize) -> bool {
+        self.cubes[cube] & WANTS != 0
+    }
+
     /// Counts it.
     pub fn count(&self) -> Count {
         Count {

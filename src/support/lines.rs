@@ -8,6 +8,9 @@
 //! Cubes that the surface touches have no columns, so beside a wall a strip as wide as a cube would stay bare. Below a red square
 //! sheets lean out into such cubes, by as much as a layer is high in each.
 //!
+//! A cube on the ground that the surface touches has no square below it that could want support. What hangs there stands on sheets of
+//! its own, under the part's shadow.
+//!
 //! What has no way to the ground may stand on the part: a straight column down to the surface below, where its sheets begin, layer by
 //! layer, on what the part has there.
 //!
@@ -65,7 +68,11 @@ const ASIDE: f64 = 0.8;
 /// What a column that stands on the part has below its lowest square.
 const ON_PART: usize = ARCS + 1;
 
-/// What stands along one arc, above a red square (`ARCS`), or between a column and the part (`ON_PART`): the node above, and the arc.
+/// What stands in a cube on the ground that the surface touches.
+const LOW: usize = ARCS + 2;
+
+/// What stands along one arc, above a red square (`ARCS`), between a column and the part (`ON_PART`), or in
+/// a cube on the ground (`LOW`): the node above (of the last the cube's own), and the arc.
 type Place = (usize, usize);
 
 /// The lines of `flow`'s supports in `layers` (from, to; upward), clear of `meshes`.
@@ -86,7 +93,11 @@ pub fn lines(
     }
     let tops = columns.iter().map(|column| column[0]).chain(graph.red.iter().map(|&red| red as usize)).collect();
     let feet = columns.iter().map(|column| column[column.len() - 1]).collect();
-    let mut rising = Rising { graph, how, by_level, tops, feet, there: HashMap::new() };
+    let low = (0..graph.grid.level()).filter(|&cube| graph.is_black(cube) && graph.wants(cube));
+    let shadow_mm = graph.grid.origin.z + BELOW * graph.grid.step_mm;
+    let near = layers.iter().take_while(|span| span[1] <= shadow_mm).count();
+    let low: Vec<(usize, [Spans; 2])> = low.map(|cube| (cube, shadow(graph, cube, &cuts[..near]))).collect();
+    let mut rising = Rising { graph, how, by_level, tops, feet, low, there: HashMap::new() };
     let mut all = Vec::with_capacity(layers.len());
     for (k, span_mm) in layers.iter().enumerate() {
         // Layers that begin less than the gap above this one's top.
@@ -123,6 +134,16 @@ fn columns(graph: &Graph) -> Vec<Vec<usize>> {
         std::iter::successors(Some(red as usize), next).collect()
     };
     graph.unreachable.iter().map(column).collect()
+}
+
+/// What of the sheets in a cube lies under what is cut in these layers.
+fn shadow(graph: &Graph, cube: usize, cuts: &[Vec<Section>]) -> [Spans; 2] {
+    let (middle, half) = (graph.grid.middle(cube), graph.grid.step_mm * std::f64::consts::FRAC_1_SQRT_2);
+    let covered = |p: [f64; 2]| -cuts.iter().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+    std::array::from_fn(|diagonal| {
+        let ends = [-half, half].map(|t| along([middle.x, middle.y], diagonal, t));
+        where_above(ends, covered).into_iter().map(|[a, b]| [a - half, b - half]).collect()
+    })
 }
 
 /// What is free around one layer.
@@ -190,6 +211,8 @@ struct Rising<'a> {
     tops: HashSet<usize>,
     /// Squares at which columns stand on the part.
     feet: Vec<usize>,
+    /// Cubes on the ground that the surface touches, and what of their sheets lies under the part.
+    low: Vec<(usize, [Spans; 2])>,
     /// What the last layer of a place had, of both diagonals.
     there: HashMap<Place, [Spans; 2]>,
 }
@@ -210,6 +233,9 @@ impl Rising<'_> {
         }
         let on_part = |node: &usize| (above..above + BELOW).contains(&((node / grid.level()) as f64));
         places.extend(self.feet.iter().copied().filter(on_part).map(|node| (node, ON_PART)));
+        if above < BELOW {
+            places.extend(self.low.iter().map(|(cube, _)| (*cube, LOW)));
+        }
         // Upright ones first: where sheets come together, what leans gives way.
         places.sort_unstable_by_key(|&(node, arc)| ((1..ARCS).contains(&arc), node, arc));
         places.dedup();
@@ -222,7 +248,8 @@ impl Rising<'_> {
             } else if self.is_red(place.0) {
                 self.lean_out(&mut below, place.0, high - low);
             }
-            let spans: [Spans; 2] = std::array::from_fn(|diagonal| self.stands(&below[diagonal], centre, diagonal, air));
+            let spans: [Spans; 2] =
+                std::array::from_fn(|diagonal| self.stands(&below[diagonal], centre, diagonal, air));
             for (diagonal, spans) in spans.iter().enumerate() {
                 spans.iter().for_each(|span| laid.add(centre, diagonal, *span));
             }
@@ -250,11 +277,17 @@ impl Rising<'_> {
         if arc == ON_PART {
             return Default::default();
         }
+        if arc == LOW {
+            // Only from the ground up: what was not there in the layer below is not there in this one.
+            let own = self.low.iter().find(|(cube, _)| *cube == node);
+            return own.map(|(_, spans)| spans.clone()).unwrap_or_default();
+        }
         let foot = if arc == ARCS { node } else { self.graph.head(node, arc) };
         if self.graph.is_ground(foot) {
             return std::array::from_fn(|_| vec![[-self.half(), self.half()]]);
         }
-        let feet: Vec<&[Spans; 2]> = (0..=ON_PART).filter(|&arc| arc != ARCS).filter_map(|arc| self.there.get(&(foot, arc))).collect();
+        let feet: Vec<&[Spans; 2]> =
+            (0..=ON_PART).filter(|&arc| arc != ARCS).filter_map(|arc| self.there.get(&(foot, arc))).collect();
         std::array::from_fn(|diagonal| joined(feet.iter().flat_map(|spans| spans[diagonal].iter().copied()).collect()))
     }
 
@@ -309,7 +342,9 @@ impl Rising<'_> {
 
     /// What of a sheet stands in this layer.
     fn stands(&self, below: &Spans, centre: [f64; 2], diagonal: usize, air: &Air<'_>) -> Spans {
-        let (Some([from, _]), Some([_, to])) = (below.first().copied(), below.last().copied()) else { return Spans::new() };
+        let (Some([from, _]), Some([_, to])) = (below.first().copied(), below.last().copied()) else {
+            return Spans::new();
+        };
         let free = air.free([from, to].map(|t| along(centre, diagonal, t)));
         let free: Spans = free.into_iter().map(|[a, b]| [a + from, b + from]).collect();
         let shortest = SHORTEST_WIDTHS * self.how.line_mm;
@@ -332,7 +367,8 @@ impl Rising<'_> {
         }
         edges.sort_unstable();
         edges.dedup();
-        let corner = |[x, y]: [usize; 2]| [grid.origin.x + x as f64 * grid.step_mm, grid.origin.y + y as f64 * grid.step_mm];
+        let corner =
+            |[x, y]: [usize; 2]| [grid.origin.x + x as f64 * grid.step_mm, grid.origin.y + y as f64 * grid.step_mm];
         let shortest = SHORTEST_WIDTHS * self.how.line_mm;
         let mut lines = Vec::new();
         for edge in edges {
@@ -358,7 +394,11 @@ impl Laid {
         let mut left = vec![span.map(|t| middle + t)];
         for &(other, at, [from, to]) in &self.lines {
             if other == diagonal && (at - across).abs() < SIDE_BY_SIDE * self.line_mm {
-                left = left.into_iter().flat_map(|[a, b]| [[a, b.min(from)], [a.max(to), b]]).filter(|[a, b]| a < b).collect();
+                left = left
+                    .into_iter()
+                    .flat_map(|[a, b]| [[a, b.min(from)], [a.max(to), b]])
+                    .filter(|[a, b]| a < b)
+                    .collect();
             }
         }
         let shortest = SHORTEST_WIDTHS * self.line_mm;

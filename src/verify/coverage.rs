@@ -7,6 +7,7 @@
 //! no line runs at all, of whatever kind, must be too narrow for a line.
 
 use super::prints::{Level, PrintedPart};
+use super::registration::CLOSED_MM;
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
 use crate::section::{OutlineSearch, Point, Section, Segment, Segments};
@@ -189,9 +190,10 @@ fn holds_disc(search: &mut OutlineSearch<'_>, p: Point, normal: Point, radius: f
     search.signed_distance(middle) <= ROUNDING_MM - radius
 }
 
-/// Whether air begins at `p`: it is no seam of two overlapping shells.
+/// Whether air begins at `p`: it is no seam of two overlapping shells, and no slit that slicers close.
 fn begins_air(search: &mut OutlineSearch<'_>, p: Point, normal: Point) -> bool {
-    search.signed_distance([0, 1].map(|i| p[i] + normal[i] * ROUNDING_MM)) > 0.0
+    let middle = [0, 1].map(|i| p[i] + normal[i] * CLOSED_MM);
+    search.signed_distance(middle) >= CLOSED_MM - ROUNDING_MM
 }
 
 /// Whether the outline is where it is a little above and below too: a face in the layer's middle belongs to either side.

@@ -24,9 +24,9 @@ const TOO_WIDE: f64 = 1.3;
 const SHORTEST_MM: f64 = 2.0;
 /// Of which each shares at least so much with another: lines of two hatches that meet end to end share their ends.
 const CURVE_SHARE: f64 = 0.5;
-/// Infill may turn back on itself for so much, mm (a third of a cubic millimetre), within so many lines.
-const HAIRPIN_MM: f64 = 4.0;
-const HAIRPIN_LINES: usize = 8;
+/// Infill may turn back on itself for so much, mm (half a cubic millimetre), within so many lines.
+const HAIRPIN_MM: f64 = 6.0;
+const HAIRPIN_LINES: usize = 10;
 /// What a layer may hold of the others, mm.
 const MOST_MM: f64 = 3.0;
 

@@ -134,7 +134,8 @@ impl<'a> Supports<'a> {
                 "a support of part {part} takes {rate:.1} mm3/s of filament; the hot end melts at most {most:.1} ([limits] max_flow_mm3_per_s)"
             ));
         }
-        (length > SHORT_MM && !(FLOW[0]..=FLOW[1]).contains(&ratio))
-            .then(|| format!("a support of part {part} takes {ratio:.2} of the filament that its width and height hold"))
+        (length > SHORT_MM && !(FLOW[0]..=FLOW[1]).contains(&ratio)).then(|| {
+            format!("a support of part {part} takes {ratio:.2} of the filament that its width and height hold")
+        })
     }
 }

@@ -22,7 +22,7 @@ const MOST_OUT_MM: f64 = 0.2;
 const MOST_IN_MM: f64 = 0.4;
 /// How far the middle of any line may leave the outline, mm: PrusaSlicer and Slic3r close what is narrower than twice 0.049 mm in a
 /// section (`slice_closing_radius`), so that a wall turns inside the notch of a sharp corner and not at its end.
-const CLOSED_MM: f64 = 0.05;
+pub(super) const CLOSED_MM: f64 = 0.05;
 /// Walls farther off are no outer walls, mm; where the slicer names none, a line farther off may be the next wall.
 const STRAY_MM: [f64; 2] = [0.8, 0.2];
 /// The part of the outline that must have an outer wall beside it.

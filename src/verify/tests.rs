@@ -343,7 +343,8 @@ fn clearance_of_the_nozzle_beside_another_print() {
         let solid = |x: f64, high: f64| solid_box(Vec3::new(x - 10.0, -5.0, 0.0), Vec3::new(x, 5.0, high));
         let model = Model::from_parts(vec![("tall".to_owned(), solid(5.0, 8.8)), ("low".to_owned(), solid(near, 4.0))]);
         let mut plan = plan();
-        plan.slots[1].prints[0] = Print { part: 1, up: [0.0, 0.0, 1.0], tilt_deg: 0.0, rotation_deg: 0.0, supports: None };
+        plan.slots[1].prints[0] =
+            Print { part: 1, up: [0.0, 0.0, 1.0], tilt_deg: 0.0, rotation_deg: 0.0, supports: None };
         let (mut tall, mut low) = (String::new(), String::new());
         let first = layers(&mut tall, [-5.0, -5.0, 0.0], 22);
         let second = layers(&mut low, [near - 10.0, -5.0, 0.0], 10);

@@ -139,8 +139,11 @@ fn the_main_job_needs_nothing_but_its_world() {
 fn each_step_by_itself_gives_the_program_of_the_main_job() {
     let (world, whole) = (World::here(&Silent), builtin());
     let expected = job::prepare(&whole, &world).unwrap();
-    let request =
-        PlanRequest { arrangement: whole.arrangement, model: whole.model, machine: whole.machine, options: whole.plan };
+    let request = PlanRequest {
+        arrangement: whole.arrangement,
+        options: whole.plan,
+        ..PlanRequest::new(whole.model, whole.machine)
+    };
     let text = job::plan(&request, &world).unwrap().plan.plan.to_text().into_bytes();
     let file = Source::Bytes { name: "plan.json".to_owned(), bytes: text };
     let source = PlanSource { plan: file, model: Some(fixture("two-boxes.stl")), machine: None };

@@ -10,6 +10,7 @@ mod cura;
 mod cura_engine;
 mod files_and_streams;
 mod filled;
+mod held;
 mod hooks;
 mod islands;
 mod job;

@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::arrange::arranged;
+use super::cutting::{Cutting, WaysOut, planned_or_cut};
 use super::load::spanning;
 use super::{
-    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World,
-    load_profile,
+    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, Supporting,
+    World, load_profile,
 };
 use crate::geom::Vec3;
 use crate::orient::Direction;
@@ -32,13 +33,16 @@ pub struct PlanRequest {
     pub arrangement: Arrangement,
     /// How.
     pub options: PlanOptions,
+    /// Whether one solid may stand on supports.
+    pub supporting: Supporting,
 }
 
 impl PlanRequest {
     /// As the command does it without flags.
     pub fn new(model: impl Into<ModelSource>, machine: impl Into<MachineSource>) -> Self {
         let (arrangement, options) = (Arrangement::default(), PlanOptions::default());
-        Self { model: model.into(), machine: machine.into(), arrangement, options }
+        let supporting = Supporting::Never;
+        Self { model: model.into(), machine: machine.into(), arrangement, options, supporting }
     }
 }
 
@@ -147,7 +151,8 @@ impl NoPlan {
 pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
     let machine = load_profile(&request.machine, world)?;
     let (model, arranged) = arranged(&request.model, &request.arrangement, &machine, world)?;
-    let plan = planned(model, machine, &request.options, world)?;
+    let ways = WaysOut { cutting: Cutting::Never, supporting: request.supporting };
+    let plan = planned_or_cut(model, machine, (&request.options, &ways), world)?.plan;
     Ok(plan.of_arranged(arranged))
 }
 

@@ -1,0 +1,309 @@
+//! One solid on supports, from its file to a verified one; and every way to break the supports is seen.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use serde_json::Value;
+use trunnion::geom::{Object, Vec3};
+use trunnion::mesh::{ReadOptions, TriangleMesh, read_model, stl_binary};
+
+use crate::split::solids::{Shape, all, ball, block, rod};
+use crate::support::{folder as new_folder, installed, note, root, skip, trunnion};
+
+fn run(folder: &Path, args: &[&str]) -> Output {
+    trunnion().current_dir(folder).args(args).output().unwrap()
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn prepared(folder: &Path, slicer: &str, more: &[&str]) -> Output {
+    let args = [
+        "prepare",
+        "solid.stl",
+        "-m",
+        "generic-ac",
+        "--slicer",
+        slicer,
+        "-o",
+        "out.gcode",
+        "--plan-out",
+        "out.json",
+        "--json",
+    ];
+    run(folder, &[&args[..], more].concat())
+}
+
+fn written(folder: &Path, shape: &Shape) {
+    fs::write(folder.join("solid.stl"), stl_binary(&shape.mesh())).unwrap();
+}
+
+/// A round head on a cone, two arms held out, on a disc: what no plane cuts well.
+fn figurine() -> Shape {
+    let arm = rod(4.0, 22.0, 24).about_y(80.0);
+    let body = rod(14.0, 40.0, 32).and(&ball(12.0, 32).at(0.0, 0.0, 50.0));
+    body.and(&arm.at(8.0, 0.0, 30.0))
+        .and(&arm.about_z(180.0).at(-8.0, 0.0, 30.0))
+        .and(&block(60.0, 40.0, 4.0).at(-30.0, -20.0, 0.0))
+}
+
+#[test]
+fn solids_go_to_a_verified_file_on_supports() {
+    let folder = new_folder();
+    let here = folder.path();
+    let mut slicers = vec!["builtin"];
+    for (program, name) in [("prusa-slicer", "prusa-slicer"), ("slic3r", "slic3r")] {
+        if installed(program) {
+            slicers.push(name);
+        } else {
+            skip(&format!("{program} is not installed"));
+        }
+    }
+    let named = |name: &str| all().into_iter().find(|solid| solid.name == name).unwrap().shape;
+    let shapes =
+        [("tee", named("T")), ("mushroom", named("mushroom")), ("bracket", named("bracket")), ("figurine", figurine())];
+    for (name, shape) in shapes {
+        written(here, &shape);
+        for slicer in &slicers {
+            let done = prepared(here, slicer, &["--split", "never"]);
+            assert!(done.status.success(), "{name}, {slicer}: {}", told(&done));
+            let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+            let supports = &document["supports"];
+            assert!(supports["volume_mm3"].as_f64().unwrap() > 100.0, "{supports}");
+            assert!(told(&done).contains("on supports of"), "{}", told(&done));
+            assert_eq!(document["plan"]["slots"][0]["prints"][0]["supports"]["gap_mm"], 0.2);
+            // By what is on the disk alone.
+            let verify = run(here, &["verify", "out.gcode", "--plan", "out.json"]);
+            assert!(verify.status.success(), "{name}, {slicer}: {}", told(&verify));
+            note(&format!("{name}, {slicer}: {} mm3 of support", supports["volume_mm3"].as_f64().unwrap().round()));
+            fs::remove_file(here.join("out.gcode")).unwrap();
+        }
+    }
+}
+
+/// Real meshes, scaled to a height, as they stand.
+#[test]
+fn real_meshes_go_to_a_verified_file_on_supports() {
+    let meshes = root().join("../shared/data/meshes");
+    if !meshes.exists() {
+        skip("../shared/data is not there");
+        return;
+    }
+    let folder = new_folder();
+    let here = folder.path();
+    for (file, turn, high) in [("castro/bunny.off", Turn::None, 40.0), ("puri/battery mount.stl", Turn::None, 20.0)] {
+        let bytes = fs::read(meshes.join(file)).unwrap();
+        let model = read_model(&bytes, file, &ReadOptions::default()).unwrap();
+        fs::write(here.join("solid.stl"), stl_binary(&standing(&model.parts[0].mesh, turn, high))).unwrap();
+        let done = prepared(here, "builtin", &["--split", "never"]);
+        assert!(done.status.success(), "{file}: {}", told(&done));
+        let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+        note(&format!("{file}: supports {}", document["supports"]["volume_mm3"]));
+        fs::remove_file(here.join("out.gcode")).unwrap();
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Turn {
+    None,
+}
+
+/// The mesh scaled to `high` mm, its lowest half percent cut off flat where it stands on a point.
+fn standing(mesh: &TriangleMesh<Object>, turn: Turn, high: f64) -> TriangleMesh<Object> {
+    let Turn::None = turn;
+    let bounds = mesh.bounds();
+    let scale = high / bounds.size().z;
+    let at = |v: &Vec3| (v - bounds.min) * scale;
+    TriangleMesh::new(mesh.vertices().iter().map(at).collect(), mesh.facets().to_vec())
+}
+
+/// A post with a beam that is held by supports: the finished file, line by line.
+struct Held {
+    folder: tempfile::TempDir,
+    lines: Vec<String>,
+    /// The lines that lay supports.
+    supports: Vec<usize>,
+}
+
+impl Held {
+    fn new() -> Self {
+        let folder = new_folder();
+        let here = folder.path();
+        written(here, &block(16.0, 16.0, 30.0).and(&block(60.0, 16.0, 8.0).at(0.0, 0.0, 22.0)));
+        let done = prepared(here, "builtin", &["--split", "never"]);
+        assert!(done.status.success(), "{}", told(&done));
+        let text = fs::read_to_string(here.join("out.gcode")).unwrap();
+        let lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let mut role = "";
+        let mut supports = Vec::new();
+        for (at, line) in lines.iter().enumerate() {
+            role = line.strip_prefix(";TYPE:").unwrap_or(role);
+            if role == "Support material" && line.starts_with("G1 X") && line.contains(" E") {
+                supports.push(at);
+            }
+        }
+        assert!(supports.len() > 500);
+        Self { folder, lines, supports }
+    }
+
+    /// The rules that the file breaks once `change` was made to the lines.
+    fn broken_by(&self, change: impl FnOnce(&mut Vec<String>)) -> Vec<String> {
+        let mut lines = self.lines.clone();
+        change(&mut lines);
+        fs::write(self.folder.path().join("mutant.gcode"), lines.join("\n")).unwrap();
+        let run = run(self.folder.path(), &["verify", "mutant.gcode", "--plan", "out.json", "--json"]);
+        let document: Value = serde_json::from_slice(&run.stdout).unwrap_or_default();
+        let mut rules: Vec<String> = document["findings"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(|f| f["rule"].as_str().unwrap().to_owned())
+            .collect();
+        rules.sort();
+        rules.dedup();
+        rules
+    }
+}
+
+/// The number behind `letter` in a line.
+fn number(line: &str, letter: char) -> Option<f64> {
+    line.split(' ').find_map(|word| word.strip_prefix(letter)?.parse().ok())
+}
+
+/// The line with `by` added to what stands behind `letter`.
+fn moved(line: &str, letter: char, by: f64) -> String {
+    let word = |word: &str| match word.strip_prefix(letter).and_then(|v| v.parse::<f64>().ok()) {
+        Some(value) => format!("{letter}{:.3}", value + by),
+        None => word.to_owned(),
+    };
+    line.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn broken_supports_are_seen() {
+    let held = Held::new();
+    assert!(held.broken_by(|_| {}).is_empty(), "unchanged");
+    // Without what they lay: what they hold hangs.
+    let travelled = held.broken_by(|lines| {
+        for &at in &held.supports {
+            lines[at] = lines[at].split(' ').filter(|word| !word.starts_with('E')).collect::<Vec<_>>().join(" ");
+        }
+    });
+    assert!(travelled.contains(&"in-air".to_owned()) && travelled.contains(&"filament".to_owned()), "{travelled:?}");
+    // Called something else, and something else called a support.
+    let renamed = held.broken_by(|lines| {
+        lines
+            .iter_mut()
+            .filter(|line| *line == ";TYPE:Support material")
+            .for_each(|line| *line = ";TYPE:Perimeter".to_owned());
+    });
+    assert!(renamed.contains(&"outside-part".to_owned()), "{renamed:?}");
+    let called = held.broken_by(|lines| {
+        lines
+            .iter_mut()
+            .filter(|line| *line == ";TYPE:External perimeter")
+            .for_each(|line| *line = ";TYPE:Support material".to_owned());
+    });
+    assert!(!called.is_empty(), "walls pass for supports");
+    // Half of the filament.
+    let starved = held.broken_by(|lines| {
+        for &at in &held.supports {
+            let e = number(&lines[at], 'E').unwrap();
+            lines[at] = moved(&lines[at], 'E', -e / 2.0);
+        }
+    });
+    assert!(starved.contains(&"outside-part".to_owned()) && starved.contains(&"filament".to_owned()), "{starved:?}");
+    // Not in the plan.
+    let plan = held.folder.path().join("out.json");
+    let text = fs::read_to_string(&plan).unwrap();
+    let mut document: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(document["version"], 2);
+    document["slots"][0]["prints"][0].as_object_mut().unwrap().remove("supports");
+    fs::write(&plan, document.to_string()).unwrap();
+    assert!(!held.broken_by(|_| {}).is_empty(), "supports that no plan wants");
+}
+
+/// All supports moved against the post, by nothing up to a line; and lifted or sunk.
+#[test]
+fn supports_are_told_from_the_part_at_a_tenth_of_a_line() {
+    let held = Held::new();
+    let shifted = |letter: char, by: f64| {
+        held.broken_by(|lines| {
+            let mut inside = false;
+            for line in lines.iter_mut() {
+                if line.starts_with(";TRUNNION print=") {
+                    inside = line.contains("print=1");
+                }
+                if inside && line.starts_with("G1 ") {
+                    *line = moved(line, letter, by);
+                }
+            }
+        })
+    };
+    // They begin 0.225 mm beside the post, on its +X side: their edge meets it there, and 0.05 mm are let pass.
+    let mut first = None;
+    for hundredths in [0, 5, 10, 15, 20, 25, 28, 30, 35, 45, 80] {
+        let by = -f64::from(hundredths) / 100.0;
+        let rules = shifted('X', by);
+        if !rules.is_empty() && first.is_none() {
+            first = Some(hundredths);
+        }
+        assert!(first.is_none() || !rules.is_empty(), "{by}");
+    }
+    note(&format!("supports moved towards the post are seen from -{:.2} mm on", f64::from(first.unwrap()) / 100.0));
+    assert!((20..=35).contains(&first.unwrap()), "{first:?}");
+    // Upward they come into the beam, downward into the table; 0.02 mm is what heights are rounded to.
+    for (by, seen) in [(0.01, false), (0.25, true), (-0.1, true)] {
+        assert_eq!(!shifted('Z', by).is_empty(), seen, "{by}");
+    }
+}
+
+#[test]
+fn what_supports_cannot_do_is_said() {
+    let folder = new_folder();
+    let here = folder.path();
+    // As wide as the table: its supports would stand beside it.
+    written(here, &block(20.0, 20.0, 20.0).at(-10.0, -10.0, 0.0).and(&block(170.0, 20.0, 5.0).at(-85.0, -10.0, 20.0)));
+    let narrow = "extends = \"generic-ac\"\n[table]\nradius_mm = 84.0\n";
+    fs::write(here.join("machine.toml"), narrow).unwrap();
+    let args =
+        ["prepare", "solid.stl", "-m", "machine.toml", "--slicer", "builtin", "--split", "never", "-o", "out.gcode"];
+    let done = run(here, &args);
+    assert_eq!(done.status.code(), Some(1), "{}", told(&done));
+    assert!(
+        told(&done).contains("on supports: its supports would stand") && told(&done).contains("beyond the table"),
+        "{}",
+        told(&done)
+    );
+    // Not where nobody wants them.
+    written(here, &block(16.0, 16.0, 30.0).and(&block(60.0, 16.0, 8.0).at(0.0, 0.0, 22.0)));
+    let done = prepared(here, "builtin", &["--split", "never", "--supports", "never"]);
+    assert_eq!(done.status.code(), Some(1), "{}", told(&done));
+    assert!(!here.join("out.gcode").exists() && !told(&done).contains("on supports"));
+    // A plan says so, and its bad values are refused.
+    let planned = run(here, &["plan", "solid.stl", "-m", "generic-ac", "--supports", "auto", "-o", "plan.json"]);
+    assert!(planned.status.success(), "{}", told(&planned));
+    assert!(
+        String::from_utf8_lossy(&planned.stdout).contains("part 0 on supports")
+            || told(&planned).contains("on supports")
+    );
+    let text = fs::read_to_string(here.join("plan.json")).unwrap();
+    for (key, value, says) in
+        [("step_mm", "0.0", "1..20"), ("gap_mm", "-1.0", "0..2"), ("overhang_deg", "90.0", "1..89")]
+    {
+        let mut document: Value = serde_json::from_str(&text).unwrap();
+        document["slots"][0]["prints"][0]["supports"][key] = serde_json::from_str(value).unwrap();
+        fs::write(here.join("bad.json"), document.to_string()).unwrap();
+        let done = run(here, &["slice", "bad.json", "-o", "slots"]);
+        assert!(told(&done).contains(says) && done.status.code() == Some(2), "{key}: {}", told(&done));
+    }
+    // Sliced by hand: the supports come with the rewriting.
+    let sliced = run(here, &["slice", "plan.json", "--slicer", "builtin", "-o", "slots"]);
+    assert!(sliced.status.success(), "{}", told(&sliced));
+    let rewritten =
+        run(here, &["rewrite", "slots/print-00-part-0.gcode", "--plan", "plan.json", "-o", "by-hand.gcode"]);
+    assert!(rewritten.status.success(), "{}", told(&rewritten));
+    assert!(fs::read_to_string(here.join("by-hand.gcode")).unwrap().contains(";TYPE:Support material"));
+}
