@@ -1,12 +1,14 @@
 //! One solid that has no plan as it is: cut by planes, and its parts planned. The model itself is never changed: the parts are a
 //! model of their own, for whoever asked to write beside the output.
 
+use super::arrange::arranged;
 use super::load::spanning;
 use super::plan::{planned, planned_along};
 use super::split::cut_up;
 use super::supported::on_supports;
 use super::{
-    Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanResult, SplitOptions, SplitResult, Supporting, World,
+    Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanRequest, PlanResult, SplitOptions, SplitResult,
+    Supporting, World, load_profile,
 };
 use crate::spelling::counted;
 
@@ -49,6 +51,20 @@ impl CutModel {
             self.why
         )
     }
+}
+
+/// Plans.
+///
+/// # Errors
+///
+/// [`Error::NoPlan`] with reasons and remedies; [`Error::Infeasible`] and [`Error::Misplaced`] for a model that cannot be
+/// planned at all; [`Error::Setting`]; what reading model and machine may say.
+pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
+    let machine = load_profile(&request.machine, world)?;
+    let (model, arranged) = arranged(&request.model, &request.arrangement, &machine, world)?;
+    let ways = WaysOut { cutting: Cutting::Never, supporting: request.supporting };
+    let plan = planned_or_cut(model, machine, (&request.options, &ways), world)?.plan;
+    Ok(plan.of_arranged(arranged))
 }
 
 /// What may be done with one solid that has no plan as it is.

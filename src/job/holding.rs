@@ -91,6 +91,14 @@ pub(super) fn even_tops(layer_mm: f64, height_mm: f64) -> Vec<f64> {
     (1..=count).map(|k| k as f64 * layer_mm).collect()
 }
 
+/// The layers of a part, and below its first one more: a part that stands on a point begins where it is as wide as a line.
+fn from_the_table(tops: &[f64], layer_mm: f64) -> Vec<f64> {
+    let first = tops.first().copied().unwrap_or(layer_mm);
+    let count = (first / layer_mm).round().max(1.0);
+    let below = (1..count as usize).map(|k| first * k as f64 / count);
+    below.chain(tops.iter().copied()).collect()
+}
+
 /// The part as its supports are planned, always on the same place: numbers rounded otherwise would make other columns.
 pub(super) fn held_mesh(plan: &CheckedPlan, print: &Print) -> SlotMesh {
     slot_mesh(&plan.workpiece(), &plan.machine.profile.kinematics(), print, CENTRE_MM)
@@ -108,6 +116,7 @@ fn sliced_supports(
     let mut tops: Vec<f64> = sliced.layers.iter().map(|layer| layer.z).collect();
     tops.sort_by(f64::total_cmp);
     tops.dedup_by(|a, b| *a - *b < SAME_MM);
+    let tops = from_the_table(&tops, process.layer_height_mm);
     let laid = Laid::below(&mesh, supports, &tops, process)?;
     let name = print_name(number, &format!("supports of {}", plan.model.model.parts[print.part].name));
     Ok(sheets(&laid.layers, process, &name, sliced.nozzle_c))

@@ -43,12 +43,12 @@ mod world;
 pub use crate::toolpath::{Bed, Spot};
 pub use arrange::{ArrangedModel, Arrangement, Standing};
 pub use bench::Bench;
-pub use cutting::{CutModel, Cutting, WaysOut};
+pub use cutting::{CutModel, Cutting, WaysOut, plan};
 pub use error::{Error, in_words, remedy};
 use load::load_unposed;
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
-pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, plan, sequences};
+pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
@@ -62,7 +62,7 @@ pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, S
 pub use source::{MachineSource, ModelSource, Source};
 pub use split::{SplitOptions, SplitRequest, SplitResult, split};
 pub use support::{SupportOptions, SupportRequest, SupportResult, Triple, is_3mf, support};
-pub use supported::{HeldModel, Supporting};
+pub use supported::HeldModel;
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{

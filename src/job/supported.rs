@@ -9,16 +9,6 @@ use crate::planning::{Plan, PrintSupports, Slot};
 use crate::spelling::counted;
 use crate::toolpath::SlotMesh;
 
-/// Whether a part may be printed on supports where there is no plan without.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Supporting {
-    /// Never.
-    #[default]
-    Never,
-    /// Where nothing else helps.
-    Auto,
-}
-
 /// What became of a solid that is printed on supports.
 #[derive(Clone, Debug)]
 pub struct HeldModel {

@@ -7,7 +7,6 @@
 //! no line runs at all, of whatever kind, must be too narrow for a line.
 
 use super::prints::{Level, PrintedPart};
-use super::registration::CLOSED_MM;
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
 use crate::section::{OutlineSearch, Point, Section, Segment, Segments};
@@ -28,6 +27,10 @@ const ISLAND_SLACK_MM: f64 = 0.05;
 const USUAL_WIDTHS: f64 = 1.2;
 /// How far up and down a layer is looked at for faces that lie in its middle, mm.
 const EITHER_WAY_MM: f64 = 0.02;
+
+/// How far the middle of any line may leave the outline, mm: PrusaSlicer and Slic3r close what is narrower than twice 0.049 mm in a
+/// section (`slice_closing_radius`), so that a wall turns inside the notch of a sharp corner and not at its end.
+pub(super) const CLOSED_MM: f64 = 0.05;
 
 /// Holds the walls of one layer against its outline; they lie `offset` mm farther out than half a line.
 pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {

@@ -27,6 +27,7 @@ const CURVE_SHARE: f64 = 0.5;
 /// Infill may turn back on itself for so much, mm (half a cubic millimetre), within so many lines.
 const HAIRPIN_MM: f64 = 6.0;
 const HAIRPIN_LINES: usize = 10;
+const JOINED_MM: f64 = 0.2;
 /// What a layer may hold of the others, mm.
 const MOST_MM: f64 = 3.0;
 
@@ -102,7 +103,11 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
 fn is_hairpin(lines: &[Line], pair: &Pair) -> bool {
     let between = &lines[pair.other..=pair.line];
     let infill = |line: &Line| matches!(line.m.role, Role::Solid | Role::Infill);
-    let joined = |two: &[Line]| two[0].axis().zip(two[1].axis()).is_some_and(|(a, b)| a[1] == b[0]);
+    // Lines too short to tell what they hold are not among these.
+    let joined = |two: &[Line]| {
+        let ends = two[0].axis().zip(two[1].axis());
+        ends.is_some_and(|([_, a], [b, _])| (b[0] - a[0]).hypot(b[1] - a[1]) <= JOINED_MM)
+    };
     between.len() <= HAIRPIN_LINES && between.iter().all(infill) && between.windows(2).all(joined)
 }
 

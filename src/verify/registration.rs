@@ -5,7 +5,7 @@
 //! than a little. Whether a whole line stays inside is settled as exactly as its ends: the distance changes by at most 1 mm a
 //! mm, so with `f` at both ends of a piece of length `l` no point of it lies farther out than `(f0 + f1 + l) / 2`.
 
-use super::coverage;
+use super::coverage::{self, CLOSED_MM};
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
@@ -20,9 +20,6 @@ const MOST_OFFSET_MM: f64 = 0.25;
 const MOST_OUT_MM: f64 = 0.2;
 /// How far an outer wall may lie too far inside, mm: an elephant's foot is compensated by 0.2 mm and more.
 const MOST_IN_MM: f64 = 0.4;
-/// How far the middle of any line may leave the outline, mm: PrusaSlicer and Slic3r close what is narrower than twice 0.049 mm in a
-/// section (`slice_closing_radius`), so that a wall turns inside the notch of a sharp corner and not at its end.
-pub(super) const CLOSED_MM: f64 = 0.05;
 /// Walls farther off are no outer walls, mm; where the slicer names none, a line farther off may be the next wall.
 const STRAY_MM: [f64; 2] = [0.8, 0.2];
 /// The part of the outline that must have an outer wall beside it.

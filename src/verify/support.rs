@@ -72,7 +72,9 @@ impl Laying {
             let under = p.z - height * (1.0 + SQUEEZE);
             // A support ends in one of its own layers.
             let air = (self.gap_mm / height - 1e-6).ceil().max(0.0) * height;
-            let below = Below { height: under, earlier: under - height, held: under - air };
+            // A support's first layer lies on the table itself.
+            let earlier = if self.holds { under } else { under - height };
+            let below = Below { height: under, earlier, held: under - air };
             if field.stands([p.x, p.y], width, below) {
                 self.end_gap(true, found);
                 self.held = true;

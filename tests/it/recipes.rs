@@ -3,7 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
+use trunnion::mesh::stl_binary;
+
 use crate::pipeline::fixture;
+use crate::split::solids::block as block_of;
 use crate::support::{folder, installed, root, said, skip};
 
 /// The blocks of shell in a page, in order.
@@ -23,6 +26,8 @@ fn run(page: &str, least: usize) {
     for block in blocks {
         let folder = folder();
         std::fs::copy(fixture("y-tree"), folder.path().join("tree.stl")).unwrap();
+        let hanging = block_of(16.0, 16.0, 30.0).and(&block_of(60.0, 16.0, 8.0).at(0.0, 0.0, 22.0));
+        std::fs::write(folder.path().join("hanging.stl"), stl_binary(&hanging.mesh())).unwrap();
         let mut shell = Command::new("sh");
         shell.args(["-e", "-c", &block]).current_dir(folder.path()).env("PATH", &path);
         let run = shell.output().unwrap();
@@ -31,6 +36,10 @@ fn run(page: &str, least: usize) {
             block.split_whitespace().filter(|word| word.starts_with("supports.") || word.ends_with("supports.3mf"))
         {
             assert!(folder.path().join(written).is_file(), "{page}:\n{block} wrote no {written}");
+        }
+        if block.contains("hanging.gcode") {
+            let text = std::fs::read_to_string(folder.path().join("hanging.gcode")).unwrap();
+            assert!(text.contains(";TYPE:Support material") && text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
         }
         if block.contains("tree.gcode") {
             let text = std::fs::read_to_string(folder.path().join("tree.gcode")).unwrap();
@@ -62,7 +71,7 @@ fn of_slic3r() {
 
 #[test]
 fn of_supports() {
-    run("support.md", 4);
+    run("support.md", 6);
 }
 
 #[test]

@@ -6,11 +6,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::arrange::arranged;
-use super::cutting::{Cutting, WaysOut, planned_or_cut};
 use super::load::spanning;
 use super::{
-    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, Supporting,
-    World, load_profile,
+    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World,
+    load_profile,
 };
 use crate::geom::Vec3;
 use crate::orient::Direction;
@@ -20,7 +19,7 @@ use crate::planning::{
 };
 use crate::profile::Profile;
 use options::PlanAsked;
-pub use options::{PlaceRequest, PlanOptions};
+pub use options::{PlaceRequest, PlanOptions, Supporting};
 
 /// A model and a machine, and how to plan.
 #[derive(Clone, Debug)]
@@ -140,20 +139,6 @@ impl NoPlan {
         let (reasons, _) = self.reasons();
         (!reasons.is_empty()).then(|| sheet_of_reasons(reasons, &workpiece, &self.machine.profile))
     }
-}
-
-/// Plans.
-///
-/// # Errors
-///
-/// [`Error::NoPlan`] with reasons and remedies; [`Error::Infeasible`] and [`Error::Misplaced`] for a model that cannot be
-/// planned at all; [`Error::Setting`]; what reading model and machine may say.
-pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
-    let machine = load_profile(&request.machine, world)?;
-    let (model, arranged) = arranged(&request.model, &request.arrangement, &machine, world)?;
-    let ways = WaysOut { cutting: Cutting::Never, supporting: request.supporting };
-    let plan = planned_or_cut(model, machine, (&request.options, &ways), world)?.plan;
-    Ok(plan.of_arranged(arranged))
 }
 
 /// Plans what is loaded already.

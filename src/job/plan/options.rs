@@ -48,6 +48,16 @@ pub struct PlanOptions {
     pub plans: usize,
 }
 
+/// Whether a part may be printed on supports where there is no plan without.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Supporting {
+    /// Never.
+    #[default]
+    Never,
+    /// Where nothing else helps.
+    Auto,
+}
+
 /// The largest area that can be let pass, mm².
 const MOST_MM2: f64 = 1e6;
 
