@@ -57,6 +57,8 @@ pub(super) enum Verb {
     Rewrite(Rewrite),
     /// Replay a finished file on the machine model and report what is wrong with it
     Verify(Verify),
+    /// Show a finished file, a plan, or why there is none, as one page for the browser
+    Preview(Preview),
     /// Stream a verified file to a printer: every line once, in order, or stop safely
     Send(Send),
     /// Be a printer: on a pseudo-terminal or a TCP address, with motion, heat, and faults on purpose
@@ -459,6 +461,24 @@ pub(super) struct Verify {
     /// The plan it was made by
     #[arg(long, value_name = "PLAN.json")]
     pub(super) plan: PathBuf,
+    #[command(flatten)]
+    pub(super) plan_ref: PlanRef,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Preview {
+    /// The finished file; without it the plan alone is shown. Or a model, which is planned for the machine first
+    #[arg(required_unless_present = "plan")]
+    pub(super) file: Option<PathBuf>,
+    /// The plan it was made by
+    #[arg(long, value_name = "PLAN.json", required_unless_present = "profile")]
+    pub(super) plan: Option<PathBuf>,
+    /// The page
+    #[arg(short, long, value_name = "VIEW.html")]
+    pub(super) output: PathBuf,
+    /// Open it in the browser
+    #[arg(long)]
+    pub(super) open: bool,
     #[command(flatten)]
     pub(super) plan_ref: PlanRef,
 }
