@@ -1,6 +1,6 @@
 //! `trunnion preview`: one page for the browser.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use super::args::Preview as Verb;
@@ -14,40 +14,35 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     job::is_page("output", &args.output)?;
     let profile = args.plan_ref.profile.as_deref().and_then(profile_file);
     let read = [&args.file, &args.plan, &args.plan_ref.model, &profile];
-    let mut outputs = outputs(read.into_iter().flatten().map(std::path::PathBuf::as_path));
-    let output = outputs.claim(&args.output)?;
-    let (shown, made) = shown(args, console)?;
+    let output = outputs(read.into_iter().flatten().map(PathBuf::as_path)).claim(&args.output)?;
+    let shown = job::preview(&args.request(), &console.world())?;
     let bytes = write(&shown, &output, args.open, console)?;
     if console.json() {
         console.document(&document::previewed(&args.output.display().to_string(), bytes, &shown));
     }
-    made?;
-    let found = shown.report.as_ref().filter(|report| !report.is_clean());
-    found.map_or(Ok(()), |report| {
-        Err(Failure::Findings(format!("{}; the page shows them", counted(report.count(), "finding"))))
-    })
+    let found =
+        shown.report.as_ref().filter(|report| !report.is_clean()).map(|report| counted(report.count(), "finding"));
+    match (shown.no_plan, found) {
+        (None, None) => Ok(()),
+        (None, Some(count)) => Err(Failure::Findings(format!("{count}; the page shows them"))),
+        // With --json there is one document, and that is the page's.
+        (Some(no), _) if console.json() => Err(Error::NoPlan(no).into()),
+        (Some(no), _) => plan::explained(Err(Error::NoPlan(no)), None, console),
+    }
 }
 
-/// What is to be shown, and whether the answer was yes.
-fn shown(args: &Verb, console: &Console) -> Result<(PreviewResult, Result<(), Failure>), Failure> {
-    let world = console.world();
-    let Some(path) = &args.plan else {
-        let machine = MachineSource::from(args.plan_ref.profile.as_deref().unwrap_or_default());
-        let request = PlanRequest::new(args.file.as_deref().unwrap_or(Path::new("")), machine);
-        return match job::plan(&request, &world) {
-            Ok(made) => Ok((job::preview_plan(&made.plan.model.file, &made.plan), Ok(()))),
-            Err(Error::NoPlan(no)) => {
-                let shown = job::preview_no_plan(&no, &request.machine, None, &world)?;
-                let no = Err(Error::NoPlan(no));
-                // With --json there is one document, and that is the page's.
-                Ok((shown, if console.json() { no.map_err(Failure::from) } else { plan::explained(no, None, console) }))
+impl Verb {
+    fn request(&self) -> PreviewRequest {
+        let plan = self.plan.as_deref().map(|path| self.plan_ref.source(path));
+        match (plan, &self.file) {
+            (Some(plan), Some(file)) => PreviewRequest::Program(Source::from(file), plan),
+            (Some(plan), None) => PreviewRequest::Plan(plan),
+            (None, file) => {
+                let machine = MachineSource::from(self.plan_ref.profile.as_deref().unwrap_or_default());
+                PreviewRequest::Model(Box::new(PlanRequest::new(file.as_deref().unwrap_or(Path::new("")), machine)))
             }
-            Err(error) => Err(error.into()),
-        };
-    };
-    let plan = job::load_plan(&args.plan_ref.source(path), &world)?;
-    let Some(file) = &args.file else { return Ok((job::preview_plan(&path.display().to_string(), &plan), Ok(()))) };
-    Ok((job::preview(&PreviewRequest { program: &Source::from(file), plan: &plan }, &world)?, Ok(())))
+        }
+    }
 }
 
 /// Writes the page; how large it is.

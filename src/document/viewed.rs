@@ -33,13 +33,17 @@ pub fn previewed(output: &str, bytes: usize, of: &PreviewResult) -> Value {
         "poses": of.poses.len(),
         "thinned": of.scene.shapes.thinned,
         "verify": of.report.as_ref().map(|report| super::verified(report, of.seconds_verify)),
-        "why_not": of.why_not,
+        "why_not": why_not(of),
         "seconds": {"verify": of.seconds_verify, "page": of.seconds},
     })
 }
 
+fn why_not(of: &PreviewResult) -> Option<String> {
+    of.no_plan.as_ref().map(|no| no.infeasible.to_string())
+}
+
 fn kind(of: &PreviewResult) -> &'static str {
-    match (&of.scene.program, &of.why_not) {
+    match (&of.scene.program, &of.no_plan) {
         (Some(_), _) => "program",
         (None, None) => "plan",
         (None, Some(_)) => "reasons",
@@ -58,7 +62,7 @@ fn facts(of: &PreviewResult) -> Value {
         "parts": of.parts.iter().zip(counts).map(part).collect::<Vec<_>>(),
         "thinned": of.scene.shapes.thinned,
         "poses": of.poses.iter().map(pose).collect::<Vec<_>>(),
-        "why_not": of.why_not,
+        "why_not": why_not(of),
         "verify": of.report,
         "program": of.scene.program.as_ref().map(|program| self::program(program, of)),
     })

@@ -9,7 +9,7 @@
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
 //! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
-//! Source         --preview--> PreviewResult                                a page to look at, with what the replay finds
+//! PreviewRequest --preview--> PreviewResult                              a program, a plan or the lack of one, to be looked at
 //! Verified       --send, resume, rehearse--> the printer                   an Operator stands by
 //! ```
 //!
@@ -50,7 +50,7 @@ pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, 
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, plan, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
-pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, preview_no_plan, preview_plan, show};
+pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{

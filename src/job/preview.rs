@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use super::load::load_profile;
-use super::{BadSetting, CheckedPlan, Error, MachineSource, NoPlan, PlaceRequest, Source, World};
+use super::{
+    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Source, World, load_plan,
+    load_profile, plan,
+};
 use crate::gcode::marks::made_by;
 use crate::geom::{Machine as MachineFrame, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
@@ -13,13 +15,15 @@ use crate::trace;
 use crate::verify::{Job, Report, verify};
 use crate::view::{Machine, Packed, Program, Scene, Shapes};
 
-/// A finished program and the plan it was made by.
-#[derive(Clone, Copy, Debug)]
-pub struct PreviewRequest<'a> {
-    /// The program, G-code for the machine.
-    pub program: &'a Source,
-    /// Its plan.
-    pub plan: &'a CheckedPlan,
+/// What is to be looked at.
+#[derive(Clone, Debug)]
+pub enum PreviewRequest {
+    /// A finished program, G-code for the machine, and the plan it was made by.
+    Program(Source, PlanSource),
+    /// A plan alone.
+    Plan(PlanSource),
+    /// A model, which is planned first: the plan, or why there is none.
+    Model(Box<PlanRequest>),
 }
 
 /// One pose of a plan, or of what stands against one.
@@ -61,7 +65,7 @@ pub struct PreviewResult {
     /// The poses in order; of the nearest misses where there is no plan.
     pub poses: Vec<PoseShown>,
     /// Why there is no plan.
-    pub why_not: Option<String>,
+    pub no_plan: Option<Box<NoPlan>>,
     /// What verification says of the program.
     pub report: Option<Report>,
     /// What is drawn.
@@ -85,14 +89,27 @@ pub fn is_page(name: &'static str, path: &Path) -> Result<(), BadSetting> {
     if fits { Ok(()) } else { Err(BadSetting::Ending { name, path: path.to_owned(), allowed: ".html" }) }
 }
 
-/// Verifies a finished program, and shows it with what was found.
+/// Shows what is asked for; a program is verified, and shown with what was found.
 ///
 /// # Errors
 ///
-/// [`Error::NotOurs`], [`Error::MadeByAnother`], [`Error::NoMoves`], and what keeps the program from being read. Findings are none.
-pub fn preview(request: &PreviewRequest<'_>, world: &World<'_>) -> Result<PreviewResult, Error> {
-    let bytes = request.program.bytes(world)?;
-    let (file, plan) = (request.program.name().into_owned(), request.plan);
+/// [`Error::NotOurs`], [`Error::MadeByAnother`], [`Error::NoMoves`], and what keeps files from being read. Neither findings nor the lack of a
+/// plan is one.
+pub fn preview(request: &PreviewRequest, world: &World<'_>) -> Result<PreviewResult, Error> {
+    match request {
+        PreviewRequest::Program(source, plan) => program(source, &load_plan(plan, world)?, world),
+        PreviewRequest::Plan(plan) => Ok(of_plan(&plan.plan.name(), &load_plan(plan, world)?, None)),
+        PreviewRequest::Model(request) => match plan(request, world) {
+            Ok(made) => Ok(of_plan(&made.plan.model.file, &made.plan, None)),
+            Err(Error::NoPlan(no)) => of_no_plan(no, request, world),
+            Err(error) => Err(error),
+        },
+    }
+}
+
+fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<PreviewResult, Error> {
+    let bytes = source.bytes(world)?;
+    let file = source.name().into_owned();
     match made_by(&bytes) {
         None => return Err(Error::NotOurs { file }),
         Some(made_by) if made_by != plan.sha256 => {
@@ -139,11 +156,7 @@ pub fn show(
     Ok(shown)
 }
 
-/// Shows a plan alone: the parts as they come, pose by pose.
-pub fn preview_plan(file: &str, plan: &CheckedPlan) -> PreviewResult {
-    of_plan(file, plan, None)
-}
-
+/// A plan, pose by pose, with the program where there is one.
 fn of_plan(file: &str, plan: &CheckedPlan, program: Option<Program>) -> PreviewResult {
     let (workpiece, profile) = (plan.workpiece(), &plan.machine.profile);
     let mut shown = scene(file, profile, &workpiece, program);
@@ -152,29 +165,20 @@ fn of_plan(file: &str, plan: &CheckedPlan, program: Option<Program>) -> PreviewR
     shown
 }
 
-/// Shows why there is no plan: for each part and each thing in its way the nearest miss, the head where it would strike.
-///
-/// # Errors
-///
-/// What keeps the machine's profile from being read.
-pub fn preview_no_plan(
-    no: &NoPlan,
-    machine: &MachineSource,
-    place: Option<&PlaceRequest>,
-    world: &World<'_>,
-) -> Result<PreviewResult, Error> {
-    let loaded = load_profile(machine, world)?;
+/// For each part and each thing in its way the nearest miss, the head where it would strike.
+fn of_no_plan(no: Box<NoPlan>, request: &PlanRequest, world: &World<'_>) -> Result<PreviewResult, Error> {
+    let loaded = load_profile(&request.machine, world)?;
     let given = |place: &PlaceRequest| {
         let [x, y] = place.origin_mm;
         Placement { origin_mm: [x, y, -no.model.model.bounds.min.z], turn_deg: place.turn_deg }
     };
-    let placement = place.map_or_else(|| Workpiece::centred(&no.model.model), given);
+    let placement = request.options.place.as_ref().map_or_else(|| Workpiece::centred(&no.model.model), given);
     let workpiece = Workpiece::place(&no.model.model, &placement);
     let mut shown = scene(&no.model.file, &loaded.profile, &workpiece, None);
     let kinematics = loaded.profile.kinematics();
     let reasons = no.hindrances().into_iter().map(|h| reason(h.nearest, &workpiece, &kinematics));
     shown.poses = reasons.collect();
-    shown.why_not = Some(no.infeasible.to_string());
+    shown.no_plan = Some(no);
     Ok(shown)
 }
 
@@ -189,7 +193,7 @@ fn scene(file: &str, profile: &Profile, workpiece: &Workpiece<'_>, program: Opti
         parts: workpiece.model.parts.iter().map(|part| part.name.clone()).collect(),
         plan: None,
         poses: Vec::new(),
-        why_not: None,
+        no_plan: None,
         report: None,
         packed: scene.packed(),
         scene,

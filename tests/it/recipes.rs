@@ -32,6 +32,10 @@ fn run(page: &str, least: usize) {
         {
             assert!(folder.path().join(written).is_file(), "{page}:\n{block} wrote no {written}");
         }
+        if block.contains("view.html") {
+            let html = std::fs::read_to_string(folder.path().join("view.html")).unwrap();
+            assert!(html.starts_with("<!DOCTYPE html>") && html.trim_end().ends_with("</html>"), "{page}:\n{block}");
+        }
         if block.contains("tree.gcode") {
             let text = std::fs::read_to_string(folder.path().join("tree.gcode")).unwrap();
             assert!(text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
@@ -42,6 +46,11 @@ fn run(page: &str, least: usize) {
 #[test]
 fn of_orientation() {
     run("orientation.md", 1);
+}
+
+#[test]
+fn of_the_preview() {
+    run("preview.md", 2);
 }
 
 #[test]

@@ -4,6 +4,8 @@
 const KINDS = [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [0, 114, 178], [213, 94, 0], [204, 121, 167], [150, 150, 150]];
 const SCALE = [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37]];
 const PLAIN = [150, 155, 162];
+// A feature has the same colour in every file.
+const FEATURES = ['outer wall', 'inner wall', 'infill', 'bridge', 'solid infill', 'overhanging wall', 'support', 'gap', 'ironing', 'skirt and brim', 'not said'];
 
 function kind(i) {
   const hue = KINDS[i % KINDS.length], round = Math.floor(i / KINDS.length) % 3;
@@ -21,7 +23,6 @@ function colourModes(replay, facts) {
   const styles = replay.facts.styles, prints = replay.facts.prints;
   const style = (i) => styles[replay.style[i]] ?? [null, 'not said', 0, 0, 0];
   const print = (i) => prints[style(i)[0]] ?? [-1, -1];
-  const roles = [...new Set(styles.map((s) => s[1]))].sort();
   const seconds = (i) => replay.end[i] - (i ? replay.end[i - 1] : 0);
   const way = (i) => (i ? Math.hypot(...replay.at.map((axis) => axis[i] - axis[i - 1])) / XYZ : 0);
   const stated = (v) => (v > 0 ? v : NaN);
@@ -29,7 +30,7 @@ function colourModes(replay, facts) {
   return {
     part: { title: 'Part', of: (i) => print(i)[0], name: (k) => facts.parts[k]?.name ?? 'none' },
     slot: { title: 'Slot', of: (i) => print(i)[1], name: (k) => (k < 0 ? 'none' : `slot ${k}`) },
-    feature: { title: 'Feature', of: (i) => roles.indexOf(style(i)[1]), name: (k) => roles[k] ?? 'not said' },
+    feature: { title: 'Feature', of: (i) => FEATURES.indexOf(style(i)[1]), name: (k) => FEATURES[k] },
     speed: { title: 'Speed', unit: 'mm/s', value: (i) => per(way(i), i) },
     flow: { title: 'Filament', unit: 'mm/s of filament', value: (i) => per(replay.e[i] / FILAMENT, i) },
     height: { title: 'Layer height', unit: 'mm', value: (i) => stated(style(i)[3]) },

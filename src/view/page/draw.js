@@ -67,6 +67,7 @@ class Drawing {
     this.line = this.program(LINE_SHADER, FLAT, ['place']);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
+    gl.polygonOffset(1, 1); // surfaces lie a little behind the lines on them
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     this.scratch = gl.createBuffer();
     this.corners = this.cornerOrder();
@@ -210,6 +211,7 @@ class Drawing {
     this.use(this.solid, eye);
     gl.uniform4f(this.solid.ink, ...ink.map((v) => v / 255), 1);
     gl.uniform1f(this.solid.alpha, alpha);
+    gl.enable(gl.POLYGON_OFFSET_FILL);
     this.bare(2);
     this.attribute(0, buffer, 24, 0);
     this.attribute(1, buffer, 24, 12);
@@ -219,13 +221,14 @@ class Drawing {
       gl.enable(gl.CULL_FACE);
     }
     gl.drawArrays(gl.TRIANGLES, 0, count);
+    gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.disable(gl.BLEND);
     gl.depthMask(true);
     gl.disable(gl.CULL_FACE);
   }
 
   /** `count` ends of lines, from `first` on, a little nearer to the eye (`lift`) than they are. */
-  lines(buffer, count, ink, alpha, eye, lift = 1e-4, first = 0) {
+  lines(buffer, count, ink, alpha, eye, lift = 2e-6, first = 0) {
     const gl = this.gl;
     if (count <= 0) return;
     this.use(this.line, eye);
@@ -279,8 +282,17 @@ class Drawing {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  /** Waits for all that was asked for. */
-  settle() {
-    this.gl.finish();
+  /** When all that was asked for is drawn; the page stays answerable meanwhile. */
+  drawn() {
+    const gl = this.gl, fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    return new Promise((resolve) => {
+      const look = () => {
+        if (!gl.isContextLost() && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) return setTimeout(look, 2);
+        gl.deleteSync(fence);
+        return resolve();
+      };
+      look();
+    });
   }
 }

@@ -2,13 +2,13 @@
 
 const state = {
   move: 0, share: 1, line: 0, playing: false, speed: 60, table: true, dark: false, travels: false, machine: true, parts: false,
-  oneLayer: false, measuring: false, points: [], mode: 'part', pose: 0, place: null, moving: 0,
+  oneLayer: false, measuring: false, points: [], mode: 'part', pose: 0, place: null, finding: null, frames: 0, frameMs: 0, whole: 0,
 };
 const facts = JSON.parse(document.getElementById('facts').textContent);
 const camera = new Camera();
 const byId = (id) => document.getElementById(id);
 let replay = null, beads = null, travels = null, few = null, drawing = null, stuff = null, modes = {}, legend = null;
-let asked = false, resting = 0, rest = null, costs = 1e-3; // costs: milliseconds a bead, as measured
+let busy = false, again = false, resting = 0, rest = null, costs = 1e-3; // costs: milliseconds a bead, as measured
 
 async function begin() {
   setTheme(matchMedia('(prefers-color-scheme: dark)').matches);
@@ -95,8 +95,8 @@ function eyes(at) {
 }
 
 const INK = {
-  light: { back: [0.953, 0.957, 0.965], table: [196, 202, 210], grid: [120, 130, 142], head: [70, 84, 100], frame: [120, 110, 130], edge: [40, 50, 60], axis: [11, 99, 181], travel: [90, 60, 160], bad: [179, 38, 30], ghost: [120, 130, 142] },
-  dark: { back: [0.078, 0.094, 0.114], table: [70, 80, 92], grid: [120, 132, 146], head: [150, 165, 182], frame: [140, 130, 155], edge: [200, 212, 224], axis: [108, 180, 255], travel: [190, 160, 255], bad: [255, 138, 128], ghost: [140, 150, 165] },
+  light: { back: [0.953, 0.957, 0.965], table: [196, 202, 210], grid: [120, 130, 142], head: [70, 84, 100], frame: [120, 110, 130], edge: [40, 50, 60], axis: [11, 99, 181], travel: [90, 60, 160], bad: [179, 38, 30], ghost: [176, 182, 190] },
+  dark: { back: [0.078, 0.094, 0.114], table: [70, 80, 92], grid: [120, 132, 146], head: [150, 165, 182], frame: [140, 130, 155], edge: [200, 212, 224], axis: [108, 180, 255], travel: [190, 160, 255], bad: [255, 138, 128], ghost: [150, 160, 172] },
 };
 const ink = () => (state.dark ? INK.dark : INK.light);
 
@@ -112,7 +112,7 @@ function drawBefore(eye) {
   const colours = ink();
   drawing.begin(colours.back);
   drawing.solids(stuff.table.triangles, stuff.table.count, colours.table, 1, eye.table);
-  drawing.lines(stuff.grid, stuff.gridCount, colours.grid, 0.45, eye.table, 2e-4);
+  drawing.lines(stuff.grid, stuff.gridCount, colours.grid, 0.45, eye.table);
   drawing.lines(stuff.table.edges, stuff.table.edgeCount, colours.edge, 0.35, eye.table);
 }
 
@@ -131,7 +131,7 @@ function drawAfter(at, eye, most = Infinity) {
   if (state.parts) drawParts(eye);
   if (state.travels && replay) {
     const last = above(travels.of, state.move), first = Math.max(0, last - most);
-    drawing.lines(stuff.travels, (last - first) * 2, colours.travel, 0.75, eye.table, 1e-4, first * 2);
+    drawing.lines(stuff.travels, (last - first) * 2, colours.travel, 0.75, eye.table, 2e-6, first * 2);
   }
   if (state.points.length === 2) drawing.loose(state.points.flat(), colours.axis, 1, eye.table, 0.01);
   if (!state.machine) return;
@@ -145,15 +145,18 @@ function drawAfter(at, eye, most = Infinity) {
   if (!at.tip.includes(null)) stuff.head.forEach((one) => piece(one, shifted(at.tip.map((v, k) => (one.follows[k] ? v : 0))), colours.head, 0.32));
 }
 
+/** The parts' surfaces: over a program as ghosts; of a plan what is printed here, what was before, and what is in the way. */
 function drawParts(eye) {
-  const colours = ink(), pose = facts.poses[state.pose];
-  const struck = (k) => !replay && pose?.struck === k, fresh = (k) => !replay && pose?.fresh.includes(k);
-  stuff.parts.forEach((part, k) => {
-    if (!replay && pose && !fresh(k) && !pose.before.includes(k)) return;
-    const clear = replay || (facts.kind === 'reasons' && !fresh(k) && !struck(k));
-    const colour = replay ? colours.ghost : fresh(k) ? KINDS[5] : struck(k) ? KINDS[3] : colours.ghost;
-    drawing.solids(part.triangles, part.count, colour, clear ? 0.25 : 1, eye.table);
-    drawing.lines(part.edges, part.edgeCount, colours.edge, clear ? 0.25 : 0.5, eye.table);
+  const colours = ink(), pose = facts.poses[state.pose], against = facts.kind === 'reasons';
+  const fresh = (k) => !replay && pose?.fresh.includes(k), struck = (k) => !replay && pose?.struck === k;
+  const kinds = stuff.parts
+    .map((part, k) => ({ part, clear: (replay || against) && !fresh(k), struck: struck(k), fresh: fresh(k) }))
+    .filter((one, k) => replay || !pose || one.fresh || pose.before.includes(k));
+  // What is seen through comes last.
+  kinds.sort((a, b) => a.clear - b.clear).forEach(({ part, clear, struck, fresh }) => {
+    const colour = fresh ? KINDS[5] : struck ? KINDS[3] : colours.ghost;
+    drawing.solids(part.triangles, part.count, colour, !clear ? 1 : struck ? 0.4 : 0.22, eye.table);
+    drawing.lines(part.edges, part.edgeCount, colours.edge, clear ? 0.35 : 0.5, eye.table);
   });
 }
 
@@ -162,12 +165,13 @@ function invalidate() {
   if (!drawing) return;
   rest = null;
   clearTimeout(resting);
-  if (!asked) requestAnimationFrame(quick);
-  asked = true;
+  again = true;
+  if (!busy) requestAnimationFrame(quick);
+  busy = true;
 }
 
-function quick() {
-  asked = false;
+async function quick() {
+  again = false;
   const began = performance.now();
   drawing.resize();
   drawing.aim(false);
@@ -184,36 +188,35 @@ function quick() {
   drawCurrent(at, eye);
   drawAfter(at, eye, all ? Infinity : 1500);
   labels(at);
-  drawing.settle();
-  state.frames = (state.frames ?? 0) + 1;
+  await drawing.drawn();
+  state.frames += 1;
   state.frameMs = performance.now() - began;
-  resting = setTimeout(() => {
-    rest = { next: shownBeads()[0], began: false };
-    requestAnimationFrame(grow);
-  }, 140);
+  if (again) return requestAnimationFrame(quick);
+  busy = false;
+  resting = setTimeout(() => grow((rest = { next: shownBeads()[0], ms: 0 })), 140);
 }
 
-/** A piece of the whole picture. */
-function grow() {
-  if (!rest) return;
-  const at = now(), eye = eyes(at), last = shownBeads()[1], began = performance.now();
+/** The whole picture, a piece at a time; given up as soon as anything changes. */
+async function grow(own) {
+  const at = now(), eye = eyes(at), [first, last] = shownBeads();
+  do {
+    const began = performance.now(), until = Math.min(last, own.next + PIECE);
+    drawing.aim(true);
+    if (own.next === first) drawBefore(eye);
+    if (replay) drawing.beads(stuff.beads, own.next, until, beads.ups, eye.table);
+    await drawing.drawn();
+    if (rest !== own) return;
+    own.ms += performance.now() - began;
+    own.next = until;
+  } while (own.next < last);
+  // Four samples a point cost about three times as much as one.
+  if (last - first > 2000) costs = own.ms / (last - first) / 3;
   drawing.aim(true);
-  if (!rest.began) drawBefore(eye);
-  rest.began = true;
-  const until = Math.min(last, rest.next + PIECE);
-  if (replay) drawing.beads(stuff.beads, rest.next, until, beads.ups, eye.table);
-  if (until < last) {
-    drawing.gl.flush();
-    rest.next = until;
-    return requestAnimationFrame(grow);
-  }
   drawCurrent(at, eye);
   drawAfter(at, eye);
   drawing.show();
-  drawing.settle();
-  if (replay && until - rest.next > 2000) costs = (performance.now() - began) / (until - rest.next) / 3;
-  rest = null;
-  state.whole = (state.whole ?? 0) + 1;
+  await drawing.drawn();
+  state.whole += 1;
 }
 
 /** All in sight. */
@@ -277,11 +280,11 @@ function tick(at) {
   requestAnimationFrame(tick);
 }
 
-begin().catch((error) => problem(`this page cannot be shown: ${error.message}`));
+const ready = begin().catch((error) => problem(`this page cannot be shown: ${error.message}`));
 
 /** For programs that drive the page: where it is, and what it holds. */
 window.trunnion = {
-  state, facts, camera, seek: (move, share) => seek(move, share), seekLine, fit, text: (line) => replay.text(line),
+  ready, state, facts, camera, seek: (move, share) => seek(move, share), seekLine, fit, text: (line) => replay.text(line),
   frame: () => { const { tip, tilt, rotation, motion } = now(); return { tip, tilt, rotation, motion, line: currentLine() }; },
   get replay() { return replay; }, get beads() { return beads; }, get few() { return few; },
 };

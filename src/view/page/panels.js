@@ -63,6 +63,7 @@ function panels() {
 /** A plan alone has no times, no layers and no text. */
 function hideProgram() {
   ['text-section', 'show-travels', 'one-layer', 'show-parts'].forEach((id) => { byId(id).hidden = true; });
+  document.body.classList.add('planned');
   byId('colour').parentElement.hidden = true;
   document.querySelector('footer').hidden = true;
 }
@@ -71,7 +72,7 @@ function hideProgram() {
 function summary() {
   const { verify, machine, program } = facts;
   const of = `${counted(facts.parts.length, 'part')} on ${machine.name}`;
-  if (facts.kind === 'reasons') return `${of}: no plan. ${facts.why_not}. Each entry below is the nearest miss of one part.`;
+  if (facts.kind === 'reasons') return `${of}, and no plan: ${facts.why_not}. Each entry below is the nearest miss of one part.`;
   const poses = counted(facts.poses.length, 'pose');
   if (!program) return `A plan for ${of}, ${poses}; nothing is sliced yet.`;
   const found = Object.values(verify.counts).reduce((sum, n) => sum + n, 0);

@@ -153,7 +153,7 @@ function keyList() {
   ];
   const program = [
     [' ', 'play or pause', () => play(!state.playing)], ['.', 'next move', step(1)], [',', 'move before', step(-1)], ['PageUp', 'next layer', layer(1)],
-    ['PageDown', 'layer before', layer(-1)], ['Home', 'beginning', () => seek(0)], ['End', 'end', () => seek(replay.count - 1)], ['c', 'next colour', () => cycle('colour')],
+    ['PageDown', 'layer before', layer(-1)], ['Home', 'beginning', () => seek(0, 0)], ['End', 'end', () => seek(replay.count - 1)], ['c', 'next colour', () => cycle('colour')],
     ['s', 'next speed', () => cycle('speed')], ['t', 'travels and pose changes', () => toggle('travels')], ['o', "the parts' own surfaces", () => toggle('parts')],
     ['l', 'this layer alone', () => toggle('oneLayer')], ['g', 'go to a line', () => byId('goto').select()], ['n', 'next finding', () => nextFinding(1)], ['p', 'finding before', () => nextFinding(-1)],
   ];
