@@ -7,7 +7,7 @@ use super::args::Preview as Verb;
 use super::requests::{outputs, profile_file};
 use super::{Console, Failure, plan};
 use crate::document;
-use crate::job::{self, Error, MachineSource, OutputFile, PlanRequest, PreviewRequest, PreviewResult, Source};
+use crate::job::{self, Error, OutputFile, PreviewResult};
 use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -28,20 +28,6 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         // With --json there is one document, and that is the page's.
         (Some(no), _) if console.json() => Err(Error::NoPlan(no).into()),
         (Some(no), _) => plan::explained(Err(Error::NoPlan(no)), None, console),
-    }
-}
-
-impl Verb {
-    fn request(&self) -> PreviewRequest {
-        let plan = self.plan.as_deref().map(|path| self.plan_ref.source(path));
-        match (plan, &self.file) {
-            (Some(plan), Some(file)) => PreviewRequest::Program(Source::from(file), plan),
-            (Some(plan), None) => PreviewRequest::Plan(plan),
-            (None, file) => {
-                let machine = MachineSource::from(self.plan_ref.profile.as_deref().unwrap_or_default());
-                PreviewRequest::Model(Box::new(PlanRequest::new(file.as_deref().unwrap_or(Path::new("")), machine)))
-            }
-        }
     }
 }
 

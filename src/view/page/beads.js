@@ -5,6 +5,7 @@
 
 const SIDES = 4; // a bead is a diamond in cross-section, shaded as if it were round
 const FEW = 10000; // beads that software draws ten times a second
+const MOST_UPS = 64; // directions of building; what comes beyond is drawn as the last one
 const JOINED_MM = 0.25; // a joined bead leaves its lines by less
 const INSIDE = new Set(['infill', 'inner wall', 'gap']);
 
@@ -30,7 +31,7 @@ class Beads {
   /** Directions of building are few; their number goes with the colour. */
   upNumber(up) {
     const known = this.ups.findIndex((other) => dot(up, other) > 1 - 1e-9);
-    return known >= 0 ? known : Math.min(this.ups.push(up), 32) - 1;
+    return known >= 0 ? known : Math.min(this.ups.push(up), MOST_UPS) - 1;
   }
 
   put(i, m) {
@@ -56,12 +57,15 @@ class Beads {
   /** A small set that stands for all: `of` says which move each ends with. */
   few() {
     const inside = this.replay.facts.styles.map((style) => INSIDE.has(style[1]));
-    for (let step = 1; ; step = step < 4 ? step + 1 : Math.ceil(step * 1.4)) {
-      const made = this.fewOf(step, inside);
-      if (made.of.length <= FEW || step > 4096) return made;
+    for (let step = 1; ;) {
+      const { made, share } = this.fewOf(step, inside);
+      if (share === 1) return made;
+      // Too many after that share of the moves: so many times fewer layers.
+      step = Math.max(step + 1, Math.ceil((step / share) * 0.9));
     }
   }
 
+  /** Every `step`th layer's; or how far it came before there were too many. */
   fewOf(step, inside) {
     const { flags, style, place, layers, count } = this.replay, { points, sizes } = this;
     const made = { from: [], to: [], size: [], of: [] };
@@ -81,9 +85,10 @@ class Beads {
       if (open >= 0 && (!lays || style[i] !== style[open] || place[i] !== place[open] || !this.straight(open, i, reach))) close(i - 1);
       if (lays && open < 0) [open, reach] = [i, 0];
       if (lays) reach = Math.max(reach, i - open);
+      if (made.of.length > FEW && step < this.replay.layers.length) return { share: i / count };
     }
     close(count - 1);
-    return this.gathered(made, points);
+    return { made: this.gathered(made, points), share: 1 };
   }
 
   /** Whether beads `open` to `i` run along one line, judged at the one in the middle and at the last corner. */

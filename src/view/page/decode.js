@@ -95,6 +95,9 @@ function readShapes(parts, [vertices, facets]) {
   });
 }
 
+/** The smallest array that holds the numbers of a table's rows. */
+const numbersOf = (table) => (table.length < 256 ? Uint8Array : table.length < 65536 ? Uint16Array : Uint32Array);
+
 /** The program's columns; `end` is the time (s) at which each move ends. */
 function readProgram(facts, sections) {
   const count = facts.moves;
@@ -103,9 +106,9 @@ function readProgram(facts, sections) {
     count, facts, kept, runs,
     line: sums(line, count, Uint32Array, false),
     at: [x, y, z].map((column) => sums(column, count, Int32Array, true)),
-    feed: sums(feed, count, Uint32Array, true),
-    style: sums(style, count, Uint32Array, true),
-    place: sums(place, count, Uint32Array, true),
+    feed: sums(feed, count, numbersOf(facts.feeds), true),
+    style: sums(style, count, numbersOf(facts.styles), true),
+    place: sums(place, count, numbersOf(facts.places), true),
     flags, e: new Int32Array(count), end: new Float64Array(count), layers: [],
   };
   const starts = new Reader(layers);

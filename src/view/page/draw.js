@@ -9,7 +9,7 @@ const ROW_OF = 4096; // texels in a row
 const BEAD_SHADER = `#version 300 es
 precision highp float; precision highp int; precision highp sampler2D; precision highp usampler2D;
 uniform sampler2D points; uniform usampler2D sizes; uniform sampler2D colours;
-uniform mat4 toEye; uniform mat4 toClip; uniform vec3 ups[32]; uniform int first; uniform int ends;
+uniform mat4 toEye; uniform mat4 toClip; uniform vec3 ups[${MOST_UPS}]; uniform int first; uniform int ends;
 out vec3 shade; out vec3 tint;
 ivec2 texel(int i) { return ivec2(i % ${ROW_OF}, i / ${ROW_OF}); }
 void main() {
@@ -185,8 +185,8 @@ class Drawing {
     const gl = this.gl;
     if (last <= first) return;
     this.use(this.bead, eye);
-    const flat = new Float32Array(96);
-    ups.forEach((up, i) => flat.set(up, i * 3));
+    const flat = new Float32Array(MOST_UPS * 3);
+    ups.slice(0, MOST_UPS).forEach((up, i) => flat.set(up, i * 3));
     gl.uniform3fv(this.bead.ups, flat);
     gl.uniform1f(this.bead.alpha, 1);
     gl.uniform1i(this.bead.ends, set.ends);

@@ -173,7 +173,9 @@ function toggle(what) {
 }
 
 function seekLayer(layer) {
-  const last = replay.layers.length - 1, at = Math.min(Math.max(0, layer), last);
+  const last = replay.layers.length - 1;
+  if (last < 0) return;
+  const at = Math.min(Math.max(0, layer), last);
   seek(at < last ? replay.layers[at + 1] - 1 : replay.count - 1);
 }
 

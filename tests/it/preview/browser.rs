@@ -280,6 +280,28 @@ fn two_clicks_measure_a_distance_and_the_text_keeps_step() {
     assert!(results[5].as_str().unwrap().lines().eq(text.lines()), "the page has another text than the file");
 }
 
+/// A file cut short before its first bead, and one of a single move, are pages all the same.
+#[test]
+fn a_file_that_lays_nothing_opens() {
+    let shown = Shown::of("two-boxes");
+    let text = std::fs::read_to_string(&shown.program).unwrap();
+    let file = shown.folder.path().join("short.gcode");
+    let first = text.lines().position(|line| line.starts_with("G1")).unwrap();
+    let bead =
+        text.lines().position(|line| line.starts_with("G1") && line.contains(" X") && line.contains(" E")).unwrap();
+    for (lines, moves) in [(first + 1, 1), (bead, 4)] {
+        std::fs::write(&file, text.lines().take(lines).collect::<Vec<_>>().join("\n")).unwrap();
+        let document = preview(&file, &shown.plan, &shown.page, 1);
+        assert!(document["moves"].as_u64().unwrap() >= moves && document["layers"] == 0, "{document}");
+        let keys = ["PageUp", "PageDown", "Home", "End", ".", ",", "c", "t", "l", "v", "n", "p", " ", "k"];
+        let mut steps: Vec<Value> = keys.iter().map(|key| json!({"key": key})).collect();
+        steps.extend([whole(), eval("byId('problem').hidden && byId('summary').textContent")]);
+        let Some(answers) = browse(&shown.page, &steps) else { return };
+        answers.quiet();
+        assert!(answers.results[keys.len() + 1].as_str().unwrap().contains("0 layers"), "{:?}", answers.results.last());
+    }
+}
+
 /// For each rule of verification a file that breaks it: the page lists what `verify --json` does, and each entry leads to its line.
 #[test]
 fn every_finding_leads_to_its_line() {
