@@ -219,6 +219,12 @@ pub(super) struct Prepare {
     /// The plan as one picture, a frame for each pose
     #[arg(long, value_name = "SHEET.svg")]
     pub(super) sheet: Option<PathBuf>,
+    /// The file as one page for the browser, to be seen before it is printed
+    #[arg(long, value_name = "VIEW.html")]
+    pub(super) preview: Option<PathBuf>,
+    /// Open that page
+    #[arg(long, requires = "preview")]
+    pub(super) open: bool,
     /// Cut one solid by planes where there is no plan for it as it is; the parts are written beside the output as OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(super) split: String,

@@ -50,7 +50,7 @@ fn of_orientation() {
 
 #[test]
 fn of_the_preview() {
-    run("preview.md", 2);
+    run("preview.md", 3);
 }
 
 #[test]
