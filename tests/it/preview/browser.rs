@@ -321,22 +321,28 @@ fn every_finding_leads_to_its_line() {
             ),
             eval(
                 "facts.verify.findings.map((_, i) => { document.querySelectorAll('#findings button')[i].click(); const row = document.querySelector('#text .now'); \
-                 return row && [Number(row.children[0].textContent), row.children[1].textContent]; })",
+                 return row && [Number(row.children[0].textContent), row.children[1].textContent, replay.line[state.move], replay.line[state.move + 1] ?? 1e9]; })",
             ),
-            eval("[byId('goto').value, state.place]"),
         ];
         let Some(answers) = browse(&page, &steps) else { return };
         answers.quiet();
         let findings = report["findings"].as_array().unwrap();
         let text = std::fs::read_to_string(&file).unwrap();
         let lines: Vec<&str> = text.lines().collect();
+        let first_move = read.moves()[0].line as usize;
         let (listed, landed) = (answers.results[0].as_array().unwrap(), answers.results[1].as_array().unwrap());
         assert_eq!((listed.len(), landed.len()), (findings.len(), findings.len()), "{wanted:?}");
         for ((finding, entry), row) in findings.iter().zip(listed).zip(landed) {
             let line = finding["line"].as_u64().unwrap() as usize;
             assert_eq!([&entry[0], &entry[1]], [&finding["line"], &finding["rule"]]);
             assert!(entry[2].as_str().unwrap().ends_with(finding["text"].as_str().unwrap()), "{entry} for {finding}");
-            assert_eq!(row, &json!([line, lines[line - 1]]), "{finding}");
+            assert_eq!([&row[0], &row[1]], [&json!(line), &json!(lines[line - 1])], "{finding}");
+            // The picture stands at the last move up to that line; before the first move at the first.
+            let [at, next] = [2, 3].map(|i| row[i].as_u64().unwrap() as usize);
+            assert!(
+                next > line && (at <= line || at == first_move),
+                "{finding}: move of line {at}, the next of {next}"
+            );
             rules.insert(finding["rule"].as_str().unwrap().to_owned());
         }
     }
