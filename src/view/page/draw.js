@@ -4,7 +4,7 @@
 // Beads are pulled out of textures by the number of their corner: drawn as instances each would cost software 17 microseconds, for
 // it carries out instances one by one.
 
-const PIECE = 60000; // beads drawn before the page may answer again
+const PIECE = 96000; // beads drawn at once, at most
 const ROW_OF = 4096; // texels in a row
 const BEAD_SHADER = `#version 300 es
 precision highp float; precision highp int; precision highp sampler2D; precision highp usampler2D;

@@ -193,21 +193,24 @@ async function quick() {
   state.frameMs = performance.now() - began;
   if (again) return requestAnimationFrame(quick);
   busy = false;
-  resting = setTimeout(() => grow((rest = { next: shownBeads()[0], ms: 0 })), 140);
+  resting = setTimeout(() => grow((rest = { next: shownBeads()[0], ms: 0, piece: 12000 })), 140);
 }
 
 /** The whole picture, a piece at a time; given up as soon as anything changes. */
 async function grow(own) {
   const at = now(), eye = eyes(at), [first, last] = shownBeads();
   do {
-    const began = performance.now(), until = Math.min(last, own.next + PIECE);
+    const began = performance.now(), until = Math.min(last, own.next + own.piece);
     drawing.aim(true);
     if (own.next === first) drawBefore(eye);
     if (replay) drawing.beads(stuff.beads, own.next, until, beads.ups, eye.table);
     await drawing.drawn();
     if (rest !== own) return;
-    own.ms += performance.now() - began;
+    const took = performance.now() - began;
+    own.ms += took;
     own.next = until;
+    // A piece keeps the page waiting: larger ones only where they are quick.
+    if (took < 40) own.piece = Math.min(PIECE, own.piece * 2);
   } while (own.next < last);
   // Four samples a point cost about three times as much as one.
   if (last - first > 2000) costs = own.ms / (last - first) / 3;

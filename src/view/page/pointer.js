@@ -129,8 +129,8 @@ function labels(at) {
 }
 
 function cycle(id) {
-  const list = byId(id);
-  list.selectedIndex = (list.selectedIndex + 1) % list.options.length;
+  const list = byId(id), open = [...list.options].filter((option) => !option.disabled);
+  list.value = open[(open.indexOf(list.selectedOptions[0]) + 1) % open.length].value;
   list.dispatchEvent(new Event('change'));
 }
 

@@ -99,6 +99,12 @@ fn what_is_in_a_page_is_what_the_trace_says() {
                 assert_eq!(style[0].as_u64(), state.print.map(u64::from), "line {}", one.line);
                 assert!((style[2].as_f64().unwrap() - one.width.unwrap_or_default()).abs() < 1e-9);
             }
+            assert!(
+                (read.seconds - one.seconds).abs() < 2e-4 + 1e-3 * one.seconds,
+                "line {}: {} s",
+                one.line,
+                read.seconds
+            );
             (clock, truth) = (clock + read.seconds, truth + one.seconds);
             assert!((clock - truth).abs() < 1e-4 * truth + 0.05, "line {}: {clock} s for {truth} s", one.line);
         }
