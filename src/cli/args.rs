@@ -40,7 +40,7 @@ Exit codes: 0 done; 1 done, and the answer is no (findings, no plan); 2 usage or
 #[derive(Subcommand)]
 pub(super) enum Verb {
     /// Do everything: from a model to a verified file
-    Prepare(Prepare),
+    Prepare(Box<Prepare>),
     /// Say what a model is made of: parts, volumes, interfaces, unit
     Inspect(Inspect),
     /// Find the best build directions of each part, with a proof where there is one

@@ -147,6 +147,15 @@ pub(crate) fn mutants(victim: &Victim) -> Vec<(&'static [&'static str], Change)>
                 lines[at] = moved(&lines[at], 'Z', 1.0);
             }),
         ),
+        (&["heat"], Box::new(move |lines| lines.insert(laying, "M104 S0".to_owned()))),
+        (
+            // The same by half a layer.
+            &["layer-height"],
+            Box::new(|lines| {
+                let at = lines.iter().position(|l| l.starts_with("G1 Z5 ")).unwrap();
+                lines[at] = moved(&lines[at], 'Z', 0.1);
+            }),
+        ),
         (
             // Without the lift before the table turns, the head stands where the table sweeps.
             &["turn-collision"],

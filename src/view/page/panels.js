@@ -102,7 +102,7 @@ function findingsList() {
     return;
   }
   const total = Object.values(verify.counts).reduce((sum, n) => sum + n, 0);
-  byId('findings-title').textContent = total > verify.findings.length ? `Findings: ${total}, the first of each rule` : `Findings: ${total || 'none'}`;
+  byId('findings-title').textContent = total > verify.findings.length ? `Findings: ${total}, the first ones of each rule` : `Findings: ${total || 'none'}`;
   verify.findings.forEach((finding, i) => {
     const part = facts.parts[finding.part]?.name;
     const where = `line ${finding.line}${part === undefined ? '' : `, ${part}`} `;

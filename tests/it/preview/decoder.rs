@@ -23,6 +23,9 @@ pub(super) struct Move {
     pub(super) flags: u8,
 }
 
+/// A part's corners and facets.
+pub(super) type Surface = (Vec<[f64; 3]>, Vec<[i64; 3]>);
+
 /// What lies between two texts.
 fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
     let start = text.find(from).unwrap_or_else(|| panic!("no {from}")) + from.len();
@@ -99,7 +102,7 @@ impl Page {
     }
 
     /// The corners of each part, mm, and its facets.
-    pub(super) fn parts(&self) -> Vec<(Vec<[f64; 3]>, Vec<[i64; 3]>)> {
+    pub(super) fn parts(&self) -> Vec<Surface> {
         let (mut corners, mut facets) = (self.section(0), self.section(1));
         let mut part = |part: &Value| {
             let (mut at, mut index) = ([0i64; 3], 0);
