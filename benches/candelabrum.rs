@@ -10,7 +10,9 @@ use trunnion::planning::{Goal, MachineRef, ModelRef, Options, PartRef, Plan, Pla
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{BuiltIn, SliceJob, Slicer};
 use trunnion::toolpath::{Input, InputWords, Job, Segment, print_name, read_sliced, rewrite, slot_mesh};
+use trunnion::trace;
 use trunnion::verify;
+use trunnion::view::{Machine, Program, Scene, Shapes};
 
 fn main() {
     divan::main();
@@ -143,4 +145,20 @@ fn e_verify(bencher: Bencher<'_, '_>) {
     bencher
         .counter(divan::counter::BytesCount::new(bytes.len()))
         .bench(|| assert!(verify::verify(&bytes, &job).is_clean()));
+}
+
+/// What the page of `preview` takes besides verification: the trace, its columns, the text, compression.
+#[divan::bench(sample_count = 10)]
+fn f_preview(bencher: Bencher<'_, '_>) {
+    let made = Made::new();
+    let (bytes, profile) = (made.rewritten(), &made.profile);
+    let machine = || {
+        let (head, frame) = (profile.head_bodies(), profile.fixed_bodies());
+        Machine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &head, &frame)
+    };
+    bencher.counter(divan::counter::BytesCount::new(bytes.len())).bench(|| {
+        let trace = trace::read(&bytes, &profile.trace_setting());
+        let program = Some(Program::of(&trace, &bytes, &profile.kinematics(), 'E'));
+        Scene { machine: machine(), shapes: Shapes::of(&made.workpiece().parts), program }.packed()
+    });
 }

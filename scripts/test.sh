@@ -139,6 +139,7 @@ package prusa-slicer prusa-slicer
 package slic3r slic3r
 package linuxcnc-uspace rs274
 package cura-engine CuraEngine
+if have chromium-browser || have google-chrome; then :; else package chromium chromium; fi
 cura_definitions
 if [ -d .venv/cura/definitions ]; then
     export CURA_ENGINE_SEARCH_PATH="${CURA_ENGINE_SEARCH_PATH:-$PWD/.venv/cura/definitions:$PWD/.venv/cura/extruders}"
@@ -177,6 +178,8 @@ say "summary"
 echo "real programs:"
 took_part PrusaSlicer 'command -v prusa-slicer' 'prusa-slicer --help'
 took_part Slic3r 'command -v slic3r' 'slic3r --version'
+took_part Chromium 'command -v chromium || command -v chromium-browser || command -v google-chrome' \
+    '$(command -v chromium || command -v chromium-browser || command -v google-chrome) --version'
 took_part CuraEngine 'command -v CuraEngine' 'CuraEngine --help'
 took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc-uspace"
 took_part Python 'python3 --version' 'python3 --version'

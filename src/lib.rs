@@ -62,3 +62,4 @@ pub mod support;
 pub mod toolpath;
 pub mod trace;
 pub mod verify;
+pub mod view;

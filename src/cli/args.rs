@@ -40,7 +40,7 @@ Exit codes: 0 done; 1 done, and the answer is no (findings, no plan); 2 usage or
 #[derive(Subcommand)]
 pub(super) enum Verb {
     /// Do everything: from a model to a verified file
-    Prepare(Prepare),
+    Prepare(Box<Prepare>),
     /// Say what a model is made of: parts, volumes, interfaces, unit
     Inspect(Inspect),
     /// Find the best build directions of each part, with a proof where there is one
@@ -57,6 +57,8 @@ pub(super) enum Verb {
     Rewrite(Rewrite),
     /// Replay a finished file on the machine model and report what is wrong with it
     Verify(Verify),
+    /// Show a finished file, a plan, or why there is none, as one page for the browser
+    Preview(Preview),
     /// Stream a verified file to a printer: every line once, in order, or stop safely
     Send(Send),
     /// Be a printer: on a pseudo-terminal or a TCP address, with motion, heat, and faults on purpose
@@ -217,6 +219,12 @@ pub(super) struct Prepare {
     /// The plan as one picture, a frame for each pose
     #[arg(long, value_name = "SHEET.svg")]
     pub(super) sheet: Option<PathBuf>,
+    /// The file as one page for the browser, to be seen before it is printed
+    #[arg(long, value_name = "VIEW.html")]
+    pub(super) preview: Option<PathBuf>,
+    /// Open that page
+    #[arg(long, requires = "preview")]
+    pub(super) open: bool,
     /// Cut one solid by planes where there is no plan for it as it is; the parts are written beside the output as OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(super) split: String,
@@ -465,6 +473,24 @@ pub(super) struct Verify {
     /// The plan it was made by
     #[arg(long, value_name = "PLAN.json")]
     pub(super) plan: PathBuf,
+    #[command(flatten)]
+    pub(super) plan_ref: PlanRef,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct Preview {
+    /// The finished file; without it the plan alone is shown. Or a model, which is planned for the machine first
+    #[arg(required_unless_present = "plan")]
+    pub(super) file: Option<PathBuf>,
+    /// The plan it was made by
+    #[arg(long, value_name = "PLAN.json", required_unless_present = "profile")]
+    pub(super) plan: Option<PathBuf>,
+    /// The page
+    #[arg(short, long, value_name = "VIEW.html")]
+    pub(super) output: PathBuf,
+    /// Open it in the browser
+    #[arg(long)]
+    pub(super) open: bool,
     #[command(flatten)]
     pub(super) plan_ref: PlanRef,
 }

@@ -10,6 +10,7 @@ mod operator;
 mod orient;
 mod plan;
 mod prepare;
+mod preview;
 mod profile;
 mod progress;
 mod requests;
@@ -55,6 +56,7 @@ pub fn run() -> ExitCode {
         Verb::Slice(verb) => slice::run(&verb, &console),
         Verb::Rewrite(verb) => rewrite::run(&verb, &console),
         Verb::Verify(verb) => verify::run(&verb, &console),
+        Verb::Preview(verb) => preview::run(&verb, &console),
         Verb::Send(verb) => send::run(&verb, &console),
         Verb::Simulate(verb) => simulate::run(&verb, &console),
         Verb::Profile(verb) => profile::run(&verb, &console),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::args::Prepare as Verb;
 use super::requests::{folder_of, outputs, profile_file};
-use super::{Console, Failure, plan, send, verify};
+use super::{Console, Failure, plan, preview, send, verify};
 use crate::document::{self, text};
 use crate::job::{
     self, Bar, Cutting, OutputFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, WaysOut,
@@ -22,12 +22,23 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let journal = args.port.as_ref().map(|_| send::journal(&mut outputs, &args.output, &args.stream)).transpose()?;
     let sheet = args.sheet.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
+    let page = args.preview.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts = plan::claim_parts(&plan::parts_file(&args.output), &mut outputs)?;
     let done = work(args, &output, [plan, sheet, parts], console);
     if done.is_err() {
         console.set_aside(&output)?;
     }
     let done = done?;
+    if let (Some(page), Some(report)) = (page, done.gcode.report()) {
+        let (name, plan) = (args.output.display().to_string(), &done.planned.plan);
+        preview::write(
+            &job::show(&name, done.gcode.program(), plan, report, &console.world())?,
+            &page,
+            args.open,
+            console,
+        )?;
+    }
     let (Some(port), Some(journal)) = (&args.port, journal) else { return Ok(()) };
     // A file that is proved stays, whatever becomes of the printer.
     let plan = &done.planned.plan;

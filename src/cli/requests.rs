@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::Failure;
-use super::args::{ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs};
+use super::args::{ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, Preview, SliceArgs};
 use crate::job::{
-    Arrangement, Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanSource,
-    SlicingOptions, Source, Standing, interrupts,
+    Arrangement, Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanRequest,
+    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -137,6 +137,21 @@ impl PlanRef {
             plan: plan.into(),
             model: self.model.as_ref().map(Source::from),
             machine: self.profile.as_deref().map(MachineSource::from),
+        }
+    }
+}
+
+impl Preview {
+    /// A finished file by its plan, a plan alone, or a model that is planned first.
+    pub(super) fn request(&self) -> PreviewRequest {
+        let plan = self.plan.as_deref().map(|path| self.plan_ref.source(path));
+        match (plan, &self.file) {
+            (Some(plan), Some(file)) => PreviewRequest::Program(Source::from(file), plan),
+            (Some(plan), None) => PreviewRequest::Plan(plan),
+            (None, file) => {
+                let machine = MachineSource::from(self.plan_ref.profile.as_deref().unwrap_or_default());
+                PreviewRequest::Model(Box::new(PlanRequest::new(file.as_deref().unwrap_or(Path::new("")), machine)))
+            }
         }
     }
 }

@@ -16,6 +16,7 @@ mod priced;
 mod printing;
 mod supported;
 pub mod text;
+mod viewed;
 
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};
@@ -23,3 +24,4 @@ pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
 pub use printing::{checked, event, prepared, rehearsed, rejected, shipped, sliced, verified};
 pub use supported::supported;
+pub use viewed::{page, previewed};

@@ -140,13 +140,17 @@ pub fn version_mark(plan_sha256: &str, profile: &str) -> String {
 /// How far down a file its first mark may stand, bytes.
 const HEAD: usize = 1 << 12;
 
-/// The hash of the plan by which a program was finished: it begins with the mark of a version and has that of the end.
-pub fn finished_by(program: &[u8]) -> Option<String> {
+/// The hash of the plan by which a program was made, whether or not it is whole: it begins with the mark of a version.
+pub fn made_by(program: &[u8]) -> Option<String> {
     let head = String::from_utf8_lossy(&program[..program.len().min(HEAD)]).into_owned();
     let first = head.lines().find_map(|line| line.strip_prefix(";TRUNNION version="))?;
-    let plan = first.split(' ').find_map(|word| word.strip_prefix("plan="))?;
-    let has_end = program.rsplit(|b| *b == b'\n').any(|line| line.trim_ascii_end() == END_MARK.as_bytes());
-    has_end.then(|| plan.to_owned())
+    first.split(' ').find_map(|word| word.strip_prefix("plan=")).map(str::to_owned)
+}
+
+/// The hash of the plan by which a program was finished: it begins with the mark of a version and has that of the end.
+pub fn finished_by(program: &[u8]) -> Option<String> {
+    let has_end = || program.rsplit(|b| *b == b'\n').any(|line| line.trim_ascii_end() == END_MARK.as_bytes());
+    made_by(program).filter(|_| has_end())
 }
 
 /// The mark behind the last move of the plan.

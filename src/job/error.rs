@@ -102,6 +102,33 @@ pub enum Error {
         /// The file.
         file: String,
     },
+    /// A file to be looked at that is no finished program.
+    #[error(
+        "{file} has no ;TRUNNION mark with a plan at its head, so neither prepare nor rewrite has written it; a slicer's own file must be \
+         rewritten first"
+    )]
+    NotOurs {
+        /// The file.
+        file: String,
+    },
+    /// A file to be looked at that another plan made.
+    #[error(
+        "{file} was made by the plan with hash {made_by:.12}.., this one has {given:.12}..; give the plan it was made by"
+    )]
+    MadeByAnother {
+        /// The file.
+        file: String,
+        /// In the file.
+        made_by: String,
+        /// Of the plan.
+        given: String,
+    },
+    /// A program in which nothing moves.
+    #[error("{file} has no moves, so there is nothing to see; was it cut short?")]
+    NoMoves {
+        /// The file.
+        file: String,
+    },
     /// A plan whose model is neither where it says nor beside it.
     #[error("{plan}: the model {model} is not there")]
     NoModel {

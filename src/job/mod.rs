@@ -9,6 +9,7 @@
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
 //! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
+//! PreviewRequest --preview--> PreviewResult                              a program, a plan or the lack of one, to be looked at
 //! Verified       --send, resume, rehearse--> the printer                   an Operator stands by
 //! ```
 //!
@@ -26,6 +27,7 @@ mod load;
 mod orient;
 mod plan;
 mod prepare;
+mod preview;
 pub(crate) mod printer;
 mod progress;
 mod rewrite;
@@ -50,6 +52,7 @@ pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, 
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
+pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{

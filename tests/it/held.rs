@@ -83,6 +83,8 @@ fn solids_go_to_a_verified_file_on_supports() {
             // By what is on the disk alone.
             let verify = run(here, &["verify", "out.gcode", "--plan", "out.json"]);
             assert!(verify.status.success(), "{name}, {slicer}: {}", told(&verify));
+            let page = run(here, &["preview", "out.gcode", "--plan", "out.json", "-o", "view.html"]);
+            assert!(page.status.success(), "{name}, {slicer}: {}", told(&page));
             note(&format!("{name}, {slicer}: {} mm3 of support", supports["volume_mm3"].as_f64().unwrap().round()));
             fs::remove_file(here.join("out.gcode")).unwrap();
         }

@@ -31,6 +31,7 @@ mod pipeline;
 mod plan_and_prepare;
 mod planning;
 mod practised;
+mod preview;
 mod printable;
 mod projects;
 mod recipes;

@@ -9,14 +9,17 @@ use crate::pipeline::{fixture, prepare};
 use crate::support::{folder, said, trunnion};
 
 /// A prepared file, its plan, and a folder to mutate it in.
-struct Victim {
-    folder: tempfile::TempDir,
+pub(crate) struct Victim {
+    pub(crate) folder: tempfile::TempDir,
     lines: Vec<String>,
-    plan: PathBuf,
+    pub(crate) plan: PathBuf,
 }
 
+/// A change of a file's lines.
+type Change = Box<dyn FnOnce(&mut Vec<String>)>;
+
 impl Victim {
-    fn of(name: &str) -> Self {
+    pub(crate) fn of(name: &str) -> Self {
         let folder = folder();
         let (file, plan) = (folder.path().join("whole.gcode"), folder.path().join("plan.json"));
         prepare(&fixture(name), "generic-ac", "builtin", &file, &["--plan-out", &plan.display().to_string()]);
@@ -40,23 +43,35 @@ impl Victim {
         within.start + self.lines[within].iter().position(lays).unwrap()
     }
 
-    /// The rules that the file breaks once `change` was made to its lines.
+    /// The file with `change` made to its lines.
     #[track_caller]
-    fn broken_by(&self, change: impl FnOnce(&mut Vec<String>)) -> Vec<String> {
+    pub(crate) fn changed(&self, change: impl FnOnce(&mut Vec<String>)) -> PathBuf {
         let mut lines = self.lines.clone();
         change(&mut lines);
         assert_ne!(lines, self.lines, "nothing was changed");
         let file = self.folder.path().join("mutant.gcode");
         std::fs::write(&file, lines.join("\n")).unwrap();
-        rules(&file, &self.plan)
+        file
     }
+
+    /// The rules that the file breaks once `change` was made to its lines.
+    #[track_caller]
+    fn broken_by(&self, change: impl FnOnce(&mut Vec<String>)) -> Vec<String> {
+        rules(&self.changed(change), &self.plan)
+    }
+}
+
+/// What `verify --json` says of a file with findings.
+#[track_caller]
+pub(crate) fn report(file: &Path, plan: &Path) -> Value {
+    let run = trunnion().arg("verify").arg(file).arg("--plan").arg(plan).arg("--json").output().unwrap();
+    assert_eq!(run.status.code(), Some(1), "nothing was found: {}", said(&run));
+    serde_json::from_slice(&run.stdout).unwrap()
 }
 
 #[track_caller]
 fn rules(file: &Path, plan: &Path) -> Vec<String> {
-    let run = trunnion().arg("verify").arg(file).arg("--plan").arg(plan).arg("--json").output().unwrap();
-    assert_eq!(run.status.code(), Some(1), "nothing was found: {}", said(&run));
-    let report: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let report = report(file, plan);
     let findings = report["findings"].as_array().unwrap();
     for finding in findings {
         assert!(finding["line"].as_u64().unwrap() > 0 && !finding["text"].as_str().unwrap().is_empty(), "{finding}");
@@ -78,57 +93,87 @@ fn moved(line: &str, word: char, by: f64) -> String {
     line.split(' ').map(shift).collect::<Vec<_>>().join(" ")
 }
 
+/// Changes of `two-boxes`, each with the rules that must name it.
+pub(crate) fn mutants(victim: &Victim) -> Vec<(&'static [&'static str], Change)> {
+    let slot = victim.slot_one();
+    let laying = victim.laying(slot.clone());
+    let start = slot.start;
+    let retract = victim.lines[..start].iter().rposition(|l| l.starts_with("G1 E-")).unwrap();
+    let turn = |lines: &[String]| lines.iter().position(|l| l.starts_with("G1 A90")).unwrap();
+    let instead = |at: usize, line: &'static str| -> Change { Box::new(move |lines| lines[at] = line.to_owned()) };
+    vec![
+        (
+            &["outside-part"],
+            Box::new(move |lines| {
+                lines[slot].iter_mut().filter(|l| l.starts_with("G1")).for_each(|l| *l = moved(l, 'X', 1.0));
+            }),
+        ),
+        (
+            &["pose", "axis-limit"],
+            Box::new(move |lines| {
+                let at = turn(lines);
+                lines[at] = lines[at].replace("A90", "A-90");
+            }),
+        ),
+        (
+            &["axis-limit"],
+            Box::new(move |lines| {
+                let at = turn(lines);
+                lines[at] = lines[at].replace("A90", "A90.5");
+            }),
+        ),
+        (&["retract"], Box::new(move |lines| drop(lines.remove(retract)))),
+        (&["filament"], Box::new(move |lines| drop(lines.remove(laying)))),
+        (&["turn-while-extruding"], Box::new(move |lines| lines.insert(laying, lines[laying].clone() + " C91"))),
+        (
+            &["axis-rate"],
+            Box::new(move |lines| {
+                let at = turn(lines);
+                lines[at] = "G1 A90 F12000".to_owned();
+            }),
+        ),
+        (&["axis-rate"], Box::new(move |lines| lines[laying] += " F99000")),
+        (&["syntax"], instead(laying, "G1 X--5")),
+        (&["syntax"], instead(laying, "G20")),
+        (&["command"], instead(laying, "G54")),
+        (&["unknown-position"], Box::new(move |lines| lines.insert(laying, "G28".to_owned()))),
+        (&["sequence"], Box::new(|lines| lines.retain(|l| !l.starts_with(";TRUNNION expect print=1")))),
+        (&["sequence"], Box::new(move |lines| lines.truncate(start))),
+        (
+            // A whole layer of the first box laid 1 mm too high.
+            &["in-air"],
+            Box::new(|lines| {
+                let at = lines.iter().position(|l| l.starts_with("G1 Z5 ")).unwrap();
+                lines[at] = moved(&lines[at], 'Z', 1.0);
+            }),
+        ),
+        (&["heat"], Box::new(move |lines| lines.insert(laying, "M104 S0".to_owned()))),
+        (
+            // The same by half a layer.
+            &["layer-height"],
+            Box::new(|lines| {
+                let at = lines.iter().position(|l| l.starts_with("G1 Z5 ")).unwrap();
+                lines[at] = moved(&lines[at], 'Z', 0.1);
+            }),
+        ),
+        (
+            // Without the lift before the table turns, the head stands where the table sweeps.
+            &["turn-collision"],
+            Box::new(move |lines| {
+                let lift = lines[..start].iter().rposition(|l| l.starts_with("G1 Z")).unwrap();
+                lines.remove(lift);
+            }),
+        ),
+    ]
+}
+
 #[test]
 fn every_mutant_of_a_real_file_is_caught_by_its_rule() {
     let victim = Victim::of("two-boxes");
-    let slot = victim.slot_one();
-    let laying = victim.laying(slot.clone());
-    let retract = victim.lines[..slot.start].iter().rposition(|l| l.starts_with("G1 E-")).unwrap();
-
-    let shifted = victim.broken_by(|lines| {
-        lines[slot.clone()].iter_mut().filter(|l| l.starts_with("G1")).for_each(|l| *l = moved(l, 'X', 1.0));
-    });
-    names(&shifted, "outside-part");
-    let flipped = victim.broken_by(|lines| {
-        let at = lines.iter().position(|l| l.starts_with("G1 A90")).unwrap();
-        lines[at] = lines[at].replace("A90", "A-90");
-    });
-    names(&flipped, "pose");
-    names(&flipped, "axis-limit");
-    let past_its_stop = victim.broken_by(|lines| {
-        let at = lines.iter().position(|l| l.starts_with("G1 A90")).unwrap();
-        lines[at] = lines[at].replace("A90", "A90.5");
-    });
-    names(&past_its_stop, "axis-limit");
-    names(&victim.broken_by(|lines| drop(lines.remove(retract))), "retract");
-    names(&victim.broken_by(|lines| drop(lines.remove(laying))), "filament");
-    names(&victim.broken_by(|lines| lines.insert(laying, lines[laying].clone() + " C91")), "turn-while-extruding");
-    let hasty = victim.broken_by(|lines| {
-        let at = lines.iter().position(|l| l.starts_with("G1 A90")).unwrap();
-        lines[at] = "G1 A90 F12000".to_owned();
-    });
-    names(&hasty, "axis-rate");
-    names(&victim.broken_by(|lines| lines[laying] += " F99000"), "axis-rate");
-    names(&victim.broken_by(|lines| lines[laying] = "G1 X--5".to_owned()), "syntax");
-    names(&victim.broken_by(|lines| lines[laying] = "G20".to_owned()), "syntax");
-    names(&victim.broken_by(|lines| lines[laying] = "G54".to_owned()), "command");
-    names(&victim.broken_by(|lines| lines.insert(laying, "G28".to_owned())), "unknown-position");
-    let unmarked = victim.broken_by(|lines| lines.retain(|l| !l.starts_with(";TRUNNION expect print=1")));
-    names(&unmarked, "sequence");
-    let cut_short = victim.broken_by(|lines| lines.truncate(slot.start));
-    names(&cut_short, "sequence");
-    // A whole layer of the first box laid 1 mm too high.
-    let lifted = victim.broken_by(|lines| {
-        let at = lines.iter().position(|l| l.starts_with("G1 Z5 ")).unwrap();
-        lines[at] = moved(&lines[at], 'Z', 1.0);
-    });
-    names(&lifted, "in-air");
-    // Without the lift before the table turns, the head stands where the table sweeps.
-    let not_lifted = victim.broken_by(|lines| {
-        let lift = lines[..slot.start].iter().rposition(|l| l.starts_with("G1 Z")).unwrap();
-        lines.remove(lift);
-    });
-    names(&not_lifted, "turn-collision");
+    for (wanted, change) in mutants(&victim) {
+        let rules = victim.broken_by(change);
+        wanted.iter().for_each(|rule| names(&rules, rule));
+    }
 }
 
 #[test]

@@ -41,6 +41,10 @@ fn run(page: &str, least: usize) {
             let text = std::fs::read_to_string(folder.path().join("hanging.gcode")).unwrap();
             assert!(text.contains(";TYPE:Support material") && text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
         }
+        if block.contains("view.html") {
+            let html = std::fs::read_to_string(folder.path().join("view.html")).unwrap();
+            assert!(html.starts_with("<!DOCTYPE html>") && html.trim_end().ends_with("</html>"), "{page}:\n{block}");
+        }
         if block.contains("tree.gcode") {
             let text = std::fs::read_to_string(folder.path().join("tree.gcode")).unwrap();
             assert!(text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
@@ -51,6 +55,11 @@ fn run(page: &str, least: usize) {
 #[test]
 fn of_orientation() {
     run("orientation.md", 1);
+}
+
+#[test]
+fn of_the_preview() {
+    run("preview.md", 3);
 }
 
 #[test]

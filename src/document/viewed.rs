@@ -1,0 +1,165 @@
+//! A preview: the page, the document in it, and what the command says of it.
+
+use serde_json::{Value, json};
+
+use crate::gcode::marks::Role;
+use crate::gcode::round_to;
+use crate::geom::{Machine, Rigid, Table, Vec3};
+use crate::job::{PoseShown, PreviewResult};
+use crate::motion::{AxisRange, TiltAbout};
+use crate::planning::Plan;
+use crate::trace::Zone;
+use crate::view::{self, Hull, Piece, Place, Program};
+
+/// The page that shows `of`, complete.
+pub fn page(of: &PreviewResult) -> String {
+    view::page(&facts(of).to_string(), &of.packed.bytes)
+}
+
+/// `trunnion preview`: what was written to `output`, how large it is, and what verification found.
+pub fn previewed(output: &str, bytes: usize, of: &PreviewResult) -> Value {
+    let program = of.scene.program.as_ref();
+    let counted = |count: fn(&Program) -> usize| program.map_or(0, count);
+    json!({
+        "output": output,
+        "shows": kind(of),
+        "bytes": bytes,
+        "moves": counted(|p| p.moves),
+        "layers": counted(|p| p.layers),
+        "lines": counted(|p| p.lines as usize),
+        "lines_from_moves": counted(|p| p.rebuilt as usize),
+        "text": of.packed.has_text,
+        "parts": of.parts.len(),
+        "poses": of.poses.len(),
+        "thinned": of.scene.shapes.thinned,
+        "verify": of.report.as_ref().map(|report| super::verified(report, of.seconds_verify)),
+        "why_not": why_not(of),
+        "seconds": {"verify": of.seconds_verify, "page": of.seconds},
+    })
+}
+
+fn why_not(of: &PreviewResult) -> Option<String> {
+    of.no_plan.as_ref().map(|no| no.infeasible.to_string())
+}
+
+fn kind(of: &PreviewResult) -> &'static str {
+    match (&of.scene.program, &of.no_plan) {
+        (Some(_), _) => "program",
+        (None, None) => "plan",
+        (None, Some(_)) => "reasons",
+    }
+}
+
+/// Everything that the page says and that is no column of numbers.
+fn facts(of: &PreviewResult) -> Value {
+    let counts = &of.scene.shapes.counts;
+    let part = |(name, [vertices, facets]): (&String, &[usize; 2])| json!({"name": name, "vertices": vertices, "facets": facets});
+    json!({
+        "file": of.file,
+        "kind": kind(of),
+        "made_by": concat!("trunnion ", env!("CARGO_PKG_VERSION")),
+        "machine": machine(of),
+        "parts": of.parts.iter().zip(counts).map(part).collect::<Vec<_>>(),
+        "thinned": of.scene.shapes.thinned,
+        "poses": of.poses.iter().map(pose).collect::<Vec<_>>(),
+        "why_not": why_not(of),
+        "verify": of.report,
+        "program": of.scene.program.as_ref().map(|program| self::program(program, of)),
+    })
+}
+
+fn machine(of: &PreviewResult) -> Value {
+    let machine = &of.scene.machine;
+    let kinematics = &machine.kinematics;
+    let axis = |axis: &AxisRange| json!({"letter": char::from(axis.letter).to_string(), "direction": axis.direction, "zero_deg": axis.zero.deg()});
+    let pieces = |all: &[Piece]| -> Vec<Value> {
+        all.iter().map(|p| json!({"name": p.name, "follows": p.follows, "hull": hull(&p.hull)})).collect()
+    };
+    json!({
+        "name": of.machine,
+        "tilt": axis(&kinematics.tilt),
+        "rotation": axis(&kinematics.rotation),
+        "about": match kinematics.about { TiltAbout::X => "X", TiltAbout::Y => "Y" },
+        "pivot": numbers(&kinematics.pivot),
+        "offset": numbers(&kinematics.offset),
+        "limits": [numbers(&machine.limits.min), numbers(&machine.limits.max)],
+        "table": hull(&machine.table),
+        "head": pieces(&machine.head),
+        "frame": pieces(&machine.frame),
+    })
+}
+
+fn numbers(v: &Vec3) -> [f64; 3] {
+    (*v).into()
+}
+
+/// Corners and faces one behind the other; a ten-thousandth of a millimetre is enough for a picture.
+fn hull(hull: &Hull) -> Value {
+    let points: Vec<f64> = hull.points.iter().flat_map(|p| numbers(p).map(|v| round_to(v, 4))).collect();
+    let faces: Vec<u32> = hull.faces.iter().flatten().copied().collect();
+    json!({"points": points, "faces": faces})
+}
+
+/// The rotation's rows, then the translation.
+fn motion(motion: &Rigid<Table, Machine>) -> Vec<f64> {
+    let rows = (0..3).flat_map(|row| (0..3).map(move |column| (row, column)));
+    rows.map(|at| motion.rotation[at]).chain(numbers(&motion.translation)).collect()
+}
+
+fn pose(of: &PoseShown) -> Value {
+    json!({
+        "slot": of.slot, "words_deg": of.words_deg, "angles": [of.pose.tilt.rad(), of.pose.rotation.rad()], "motion": motion(&of.motion),
+        "fresh": of.fresh, "before": of.before, "struck": of.struck, "tip": of.tip.as_ref().map(numbers), "text": of.text,
+    })
+}
+
+fn program(program: &Program, of: &PreviewResult) -> Value {
+    let style = |s: &view::Style| json!([s.print, role(s.role), s.width_mm, s.height_mm, s.share]);
+    json!({
+        "moves": program.moves,
+        "lines": program.lines,
+        "seconds": program.seconds,
+        "has_text": of.packed.has_text,
+        "extruder": of.extruder.to_string(),
+        "feeds": program.feeds,
+        "styles": program.styles.iter().map(style).collect::<Vec<_>>(),
+        "places": program.places.iter().map(place).collect::<Vec<_>>(),
+        "prints": of.plan.iter().flat_map(prints).collect::<Vec<_>>(),
+    })
+}
+
+/// Part and slot of each print, those of supports last, as they are numbered.
+fn prints(plan: &Plan) -> Vec<Value> {
+    let supports = plan.supports().map(|(_, slot, print)| (slot, print));
+    plan.prints().chain(supports).map(|(slot, print)| json!([print.part, slot])).collect()
+}
+
+fn place(place: &Place) -> Value {
+    let state = &place.state;
+    let zone = match state.zone {
+        Zone::Start => "start",
+        Zone::Prints => "prints",
+        Zone::End => "end",
+    };
+    json!({
+        "tilt": state.tilt.map(|a| a.rad()), "rotation": state.rotation.map(|a| a.rad()), "slot": state.slot, "zone": zone,
+        "nozzle_c": state.nozzle_c, "motion": place.motion.as_ref().map(motion),
+    })
+}
+
+/// In the words of a legend.
+fn role(role: Role) -> &'static str {
+    match role {
+        Role::Unknown => "not said",
+        Role::OuterWall => "outer wall",
+        Role::InnerWall => "inner wall",
+        Role::Overhang => "overhanging wall",
+        Role::Infill => "infill",
+        Role::Solid => "solid infill",
+        Role::Bridge => "bridge",
+        Role::Gap => "gap",
+        Role::Ironing => "ironing",
+        Role::Support => "support",
+        Role::Adhesion => "skirt and brim",
+    }
+}

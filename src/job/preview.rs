@@ -1,0 +1,252 @@
+//! What a program, a plan or the lack of one looks like: the scene of a page, with what verification says of it.
+
+use std::path::Path;
+
+use super::{
+    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Source, World, load_plan,
+    load_profile, plan,
+};
+use crate::gcode::marks::made_by;
+use crate::geom::{Machine as MachineFrame, Rigid, Table, Vec3};
+use crate::motion::{Pose, TableKinematics};
+use crate::planning::{Placement, Plan, Reason, Workpiece};
+use crate::profile::Profile;
+use crate::trace;
+use crate::verify::{Job, Report, verify};
+use crate::view::{Machine, Packed, Program, Scene, Shapes};
+
+/// What is to be looked at.
+#[derive(Clone, Debug)]
+pub enum PreviewRequest {
+    /// A finished program, G-code for the machine, and the plan it was made by.
+    Program(Source, PlanSource),
+    /// A plan alone.
+    Plan(PlanSource),
+    /// A model, which is planned first: the plan, or why there is none.
+    Model(Box<PlanRequest>),
+}
+
+/// One pose of a plan, or of what stands against one.
+#[derive(Clone, Debug)]
+pub struct PoseShown {
+    /// The slot; `None` for a reason against a plan.
+    pub slot: Option<usize>,
+    /// The table's angles.
+    pub pose: Pose,
+    /// The same as words, degrees.
+    pub words_deg: [f64; 2],
+    /// From the table's frame to the machine's.
+    pub motion: Rigid<Table, MachineFrame>,
+    /// Parts that it is about.
+    pub fresh: Vec<usize>,
+    /// Parts that stand already.
+    pub before: Vec<usize>,
+    /// The part that is in the way.
+    pub struck: Option<usize>,
+    /// Where the tip stands, machine frame; `None` where nothing was looked at.
+    pub tip: Option<Vec3>,
+    /// In words.
+    pub text: String,
+}
+
+/// What a page shows.
+#[derive(Clone, Debug)]
+pub struct PreviewResult {
+    /// The program, the plan or the model, by its file's name.
+    pub file: String,
+    /// The machine, by its profile's name.
+    pub machine: String,
+    /// The filament's letter.
+    pub extruder: char,
+    /// The parts' names.
+    pub parts: Vec<String>,
+    /// The plan, where there is one.
+    pub plan: Option<Plan>,
+    /// The poses in order; of the nearest misses where there is no plan.
+    pub poses: Vec<PoseShown>,
+    /// Why there is no plan.
+    pub no_plan: Option<Box<NoPlan>>,
+    /// What verification says of the program.
+    pub report: Option<Report>,
+    /// What is drawn.
+    pub scene: Scene,
+    /// The same, compressed.
+    pub packed: Packed,
+    /// What verification took.
+    pub seconds_verify: f64,
+    /// What the scene took.
+    pub seconds: f64,
+}
+
+/// That `path` is named as a page.
+///
+/// # Errors
+///
+/// [`BadSetting::Ending`] for a name that does not end with `.html`.
+pub fn is_page(name: &'static str, path: &Path) -> Result<(), BadSetting> {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let fits = ending == "html" || ending == "htm";
+    if fits { Ok(()) } else { Err(BadSetting::Ending { name, path: path.to_owned(), allowed: ".html" }) }
+}
+
+/// Shows what is asked for; a program is verified, and shown with what was found.
+///
+/// # Errors
+///
+/// [`Error::NotOurs`], [`Error::MadeByAnother`], [`Error::NoMoves`], and what keeps files from being read. Neither findings nor the lack of a
+/// plan is one.
+pub fn preview(request: &PreviewRequest, world: &World<'_>) -> Result<PreviewResult, Error> {
+    match request {
+        PreviewRequest::Program(source, plan) => program(source, &load_plan(plan, world)?, world),
+        PreviewRequest::Plan(plan) => Ok(of_plan(&plan.plan.name(), &load_plan(plan, world)?, None)),
+        PreviewRequest::Model(request) => match plan(request, world) {
+            Ok(made) => Ok(of_plan(&made.plan.model.file, &made.plan, None)),
+            Err(Error::NoPlan(no)) => of_no_plan(no, request, world),
+            Err(error) => Err(error),
+        },
+    }
+}
+
+fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<PreviewResult, Error> {
+    let bytes = source.bytes(world)?;
+    let file = source.name().into_owned();
+    match made_by(&bytes) {
+        None => return Err(Error::NotOurs { file }),
+        Some(made_by) if made_by != plan.sha256 => {
+            return Err(Error::MadeByAnother { file, made_by, given: plan.sha256.clone() });
+        }
+        Some(_) => {}
+    }
+    let bar = world.progress.begin("verifying", 2);
+    let start = world.clock.now();
+    let workpiece = plan.workpiece();
+    let report = verify(&bytes, &Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
+    let seconds_verify = (world.clock.now() - start).as_secs_f64();
+    bar.at(1);
+    drop(bar);
+    Ok(PreviewResult { seconds_verify, ..show(&file, &bytes, plan, &report, world)? })
+}
+
+/// Shows a program that was verified already.
+///
+/// # Errors
+///
+/// [`Error::NoMoves`].
+pub fn show(
+    file: &str,
+    program: &[u8],
+    plan: &CheckedPlan,
+    report: &Report,
+    world: &World<'_>,
+) -> Result<PreviewResult, Error> {
+    let bar = world.progress.begin("drawing", 3);
+    let start = world.clock.now();
+    let profile = &plan.machine.profile;
+    let trace = trace::read(program, &profile.trace_setting());
+    bar.at(1);
+    if trace.is_empty() {
+        return Err(Error::NoMoves { file: file.to_owned() });
+    }
+    let packed = Program::of(&trace, program, &profile.kinematics(), profile.dialect.extruder);
+    drop(trace);
+    bar.at(2);
+    let mut shown = of_plan(file, plan, Some(packed));
+    shown.report = Some(report.clone());
+    shown.seconds = (world.clock.now() - start).as_secs_f64();
+    Ok(shown)
+}
+
+/// A plan, pose by pose, with the program where there is one.
+fn of_plan(file: &str, plan: &CheckedPlan, program: Option<Program>) -> PreviewResult {
+    let (workpiece, profile) = (plan.workpiece(), &plan.machine.profile);
+    let mut shown = scene(file, profile, &workpiece, program);
+    shown.plan = Some(plan.plan.clone());
+    shown.poses = poses(&plan.plan, &workpiece, &profile.kinematics());
+    shown
+}
+
+/// For each part and each thing in its way the nearest miss, the head where it would strike.
+fn of_no_plan(no: Box<NoPlan>, request: &PlanRequest, world: &World<'_>) -> Result<PreviewResult, Error> {
+    let loaded = load_profile(&request.machine, world)?;
+    let given = |place: &PlaceRequest| {
+        let [x, y] = place.origin_mm;
+        Placement { origin_mm: [x, y, -no.model.model.bounds.min.z], turn_deg: place.turn_deg }
+    };
+    let placement = request.options.place.as_ref().map_or_else(|| Workpiece::centred(&no.model.model), given);
+    let workpiece = Workpiece::place(&no.model.model, &placement);
+    let mut shown = scene(&no.model.file, &loaded.profile, &workpiece, None);
+    let kinematics = loaded.profile.kinematics();
+    let reasons = no.hindrances().into_iter().map(|h| reason(h.nearest, &workpiece, &kinematics));
+    shown.poses = reasons.collect();
+    shown.no_plan = Some(no);
+    Ok(shown)
+}
+
+fn scene(file: &str, profile: &Profile, workpiece: &Workpiece<'_>, program: Option<Program>) -> PreviewResult {
+    let (head, frame) = (profile.head_bodies(), profile.fixed_bodies());
+    let machine = Machine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &head, &frame);
+    let scene = Scene { machine, shapes: Shapes::of(&workpiece.parts), program };
+    PreviewResult {
+        file: Path::new(file).file_name().map_or_else(|| file.into(), |name| name.to_string_lossy().into_owned()),
+        machine: profile.machine.name.clone(),
+        extruder: profile.dialect.extruder,
+        parts: workpiece.model.parts.iter().map(|part| part.name.clone()).collect(),
+        plan: None,
+        poses: Vec::new(),
+        no_plan: None,
+        report: None,
+        packed: scene.packed(),
+        scene,
+        seconds_verify: 0.0,
+        seconds: 0.0,
+    }
+}
+
+fn words(pose: Pose, kinematics: &TableKinematics) -> [f64; 2] {
+    [kinematics.tilt.word_of(pose.tilt).deg(), kinematics.rotation.word_of(pose.rotation).deg()]
+}
+
+/// The poses of a plan, the tip above the highest place of what is new.
+fn poses(plan: &Plan, workpiece: &Workpiece<'_>, kinematics: &TableKinematics) -> Vec<PoseShown> {
+    let mut before: Vec<usize> = Vec::new();
+    let mut all = Vec::new();
+    for slot in &plan.slots {
+        for setup in slot.setups() {
+            let pose = setup[0].pose(kinematics);
+            let motion = kinematics.forward(pose);
+            let fresh: Vec<usize> = setup.iter().map(|print| print.part).collect();
+            let corners = fresh.iter().flat_map(|&part| workpiece.parts[part].vertices());
+            let highest = corners.map(|v| motion.rotation * v + motion.translation).max_by(|a, b| a.z.total_cmp(&b.z));
+            let names: Vec<&str> = fresh.iter().map(|&part| workpiece.model.parts[part].name.as_str()).collect();
+            all.push(PoseShown {
+                slot: Some(slot.id),
+                pose,
+                words_deg: [setup[0].tilt_deg, setup[0].rotation_deg],
+                motion,
+                before: before.clone(),
+                struck: None,
+                tip: highest,
+                text: names.join(", "),
+                fresh: fresh.clone(),
+            });
+            before.extend(fresh);
+        }
+    }
+    all
+}
+
+fn reason(reason: &Reason, workpiece: &Workpiece<'_>, kinematics: &TableKinematics) -> PoseShown {
+    let motion = kinematics.forward(reason.pose);
+    let others = (0..workpiece.parts.len()).filter(|part| *part != reason.part).collect();
+    PoseShown {
+        slot: None,
+        pose: reason.pose,
+        words_deg: words(reason.pose, kinematics),
+        tip: reason.tip.map(|tip| motion.rotation * Vec3::from(tip) + motion.translation),
+        motion,
+        fresh: vec![reason.part],
+        before: others,
+        struck: reason.blocked_by.parse().ok(),
+        text: reason.text.clone(),
+    }
+}

@@ -1,0 +1,43 @@
+//! The machine as it is drawn: its table, head and frame as hulls, and the constants by which its table turns.
+
+use super::hull::Hull;
+use crate::geom::{Body, Vec3};
+use crate::motion::{LinearLimits, TableKinematics};
+
+/// A convex piece of head or frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// Its name in the profile.
+    pub name: String,
+    /// Whether it follows the tip along X, Y and Z.
+    pub follows: [bool; 3],
+    /// Its shape, mm: relative to the tip on the axes that it follows, machine coordinates on the others.
+    pub hull: Hull,
+}
+
+/// What is drawn of a machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// `p_machine = pivot + R_tilt(A) (offset + Rz(C) p_table)`.
+    pub kinematics: TableKinematics,
+    /// Where the tip may go.
+    pub limits: LinearLimits,
+    /// The table's slab, table frame.
+    pub table: Hull,
+    /// The head's pieces.
+    pub head: Vec<Piece>,
+    /// The frame's, machine coordinates.
+    pub frame: Vec<Piece>,
+}
+
+impl Machine {
+    /// Of the corners of the table's slab (table frame) and the bodies of head and frame.
+    pub fn of(kinematics: TableKinematics, limits: LinearLimits, slab: &[Vec3], head: &[Body], frame: &[Body]) -> Self {
+        let pieces = |bodies: &[Body]| bodies.iter().map(piece).collect();
+        Self { kinematics, limits, table: Hull::of(slab), head: pieces(head), frame: pieces(frame) }
+    }
+}
+
+fn piece(body: &Body) -> Piece {
+    Piece { name: body.name.clone(), follows: body.follows, hull: Hull::of(&body.points) }
+}

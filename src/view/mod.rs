@@ -1,0 +1,76 @@
+//! What is looked at: a program on its machine, as one page that needs nothing else.
+//!
+//! ```text
+//! Trace + bytes --Program::of--> columns     parts --Shapes::of--> facets     bodies --Machine::of--> hulls
+//! Scene --packed--> one compressed block --page(document, block)--> HTML
+//! ```
+//!
+//! The page (`page/`, plain JavaScript on WebGL 2) moves nothing by itself: positions are the trace's, in whole micrometres; the
+//! motion of each pose is `motion`'s; only while the table turns does it use the chain's own constants. Looked at before it was written:
+//! three.js (1.3 MB, and third-party code in this repository), and renderers that come as crates (wgpu, bevy: a web assembly toolchain,
+//! hundreds of crates); for lines, hulls and one camera a thousand lines do.
+//!
+//! Units: mm, seconds, degrees in what people read, radians in matrices. This room must not know rules, plans, JSON or files: names
+//! and findings are the document's.
+
+mod hull;
+mod machine;
+mod pack;
+mod page;
+mod program;
+mod shapes;
+mod text;
+
+pub use hull::Hull;
+pub use machine::{Machine, Piece};
+pub use page::page;
+pub use program::{Place, Program, Style, flag};
+pub use shapes::Shapes;
+
+use pack::{Column, deflated};
+
+/// Everything that a page draws.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The machine.
+    pub machine: Machine,
+    /// The parts, table frame.
+    pub shapes: Shapes,
+    /// The program; `None` where a plan alone is shown.
+    pub program: Option<Program>,
+}
+
+/// A scene, compressed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Packed {
+    /// The block.
+    pub bytes: Vec<u8>,
+    /// Whether the file's text is in it.
+    pub has_text: bool,
+}
+
+/// What a page may take: so much, and so much a move, bytes.
+pub const PAGE_BYTES: usize = 2_000_000;
+/// See [`PAGE_BYTES`].
+pub const BYTES_A_MOVE: usize = 6;
+/// Of [`PAGE_BYTES`], for the page's own program and the document.
+const OWN_BYTES: usize = 200_000;
+
+impl Scene {
+    /// The scene as one block; the text of a file is left out where it would make the page larger than [`PAGE_BYTES`] and
+    /// [`BYTES_A_MOVE`] for each move.
+    pub fn packed(&self) -> Packed {
+        let shapes = [&self.shapes.vertices, &self.shapes.facets];
+        let Some(program) = &self.program else {
+            return Packed { bytes: deflated(shapes), has_text: false };
+        };
+        let with = |text: [&Column; 2]| deflated(shapes.into_iter().chain(&program.columns).chain(text));
+        let bytes = with([&program.text.runs, &program.text.kept]);
+        let most = PAGE_BYTES - OWN_BYTES + BYTES_A_MOVE * program.moves;
+        if bytes.len() / 3 * 4 <= most {
+            return Packed { bytes, has_text: true };
+        }
+        let none = Column::default();
+        Packed { bytes: with([&none, &none]), has_text: false }
+    }
+}

@@ -1,0 +1,48 @@
+//! The page: one file of HTML with its style, its program, what it shows and nothing from elsewhere.
+//!
+//! Names and sentences come as one JSON document in which no `<` is left, so that nothing in it can end its element; the program
+//! puts them on the page as text, never as HTML. The page's own policy lets only this program run (by its hash) and fetches
+//! nothing at all.
+
+use sha2::{Digest, Sha256};
+
+use super::pack::push_base64;
+
+const FRAME: &str = include_str!("page/page.html");
+const STYLE: &str = include_str!("page/style.css");
+/// In the order in which they need each other.
+const SCRIPTS: [&str; 10] = [
+    include_str!("page/decode.js"),
+    include_str!("page/matrix.js"),
+    include_str!("page/replay.js"),
+    include_str!("page/colours.js"),
+    include_str!("page/beads.js"),
+    include_str!("page/machine.js"),
+    include_str!("page/draw.js"),
+    include_str!("page/panels.js"),
+    include_str!("page/pointer.js"),
+    include_str!("page/main.js"),
+];
+
+/// The page that shows `packed` (see [`super::Scene::packed`]), with the document that says what is in it.
+///
+/// The program reads the document's keys as `document::viewed` writes them.
+pub fn page(facts: &str, packed: &[u8]) -> String {
+    let script = format!("\n'use strict';\n{}", SCRIPTS.concat());
+    let mut hash = String::new();
+    push_base64(&Sha256::digest(script.as_bytes()), &mut hash);
+    let mut out = String::with_capacity(script.len() + STYLE.len() + facts.len() + packed.len() * 4 / 3 + 8192);
+    // Pieces are put between the marks, not for them: what they hold may look like a mark.
+    for (i, piece) in FRAME.split("@@").enumerate() {
+        match (i % 2, piece) {
+            (0, text) => out.push_str(text),
+            (_, "hash") => out.push_str(&hash),
+            (_, "style") => out.push_str(STYLE),
+            (_, "facts") => out.push_str(&facts.replace('<', "\\u003c")),
+            (_, "packed") => push_base64(packed, &mut out),
+            (_, "script") => out.push_str(&script),
+            (_, other) => unreachable!("no piece {other} of the page"),
+        }
+    }
+    out
+}

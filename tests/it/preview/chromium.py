@@ -1,0 +1,151 @@
+"""Opens a page in headless Chromium and does what it is told, through the browser's own debugging pipe: nothing to install.
+
+Arguments: the browser, the page's file, width, height. Standard input: a JSON list of steps, each one of
+  {"eval": JAVASCRIPT}       its value (awaited) is among the results
+  {"shot": FILE.png}         a screenshot
+  {"key": KEY}               pressed and released, as a person would
+  {"click": SELECTOR}        the middle of the element, with the mouse
+  {"at": [X, Y]}             a place of the page, with the mouse
+Standard output: {"results": [one a step], "console": [texts of errors and warnings], "requests": [addresses]}.
+"""
+
+import base64
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+FLAGS = [
+    "--headless=new", "--remote-debugging-pipe", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--no-first-run", "--no-default-browser-check", "--disable-background-networking", "--disable-component-update",
+    "--disable-sync", "--hide-scrollbars", "--force-device-scale-factor=1", "--no-sandbox", "--disable-dev-shm-usage",
+    "--disable-extensions", "--force-color-profile=srgb",
+]
+SECONDS = 240
+
+
+class Browser:
+    """The two ends of the pipe: messages are JSON, each with a zero byte behind it."""
+
+    def __init__(self, program, profile, size):
+        to_browser, self.write_end = os.pipe()
+        self.read_end, from_browser = os.pipe()
+
+        def ends():
+            # In between on other numbers: one of the four may be 3 or 4 already.
+            a, b = os.dup(to_browser), os.dup(from_browser)
+            os.dup2(a, 3)
+            os.dup2(b, 4)
+
+        args = [program, *FLAGS, f"--user-data-dir={profile}", "--window-size=%d,%d" % size, "about:blank"]
+        self.process = subprocess.Popen(
+            args, preexec_fn=ends, close_fds=False, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        os.close(to_browser)
+        os.close(from_browser)
+        self.rest, self.count, self.session = b"", 0, None
+        self.console, self.requests = [], []
+
+    def read(self):
+        while b"\0" not in self.rest:
+            more = os.read(self.read_end, 1 << 20)
+            if not more:
+                raise SystemExit("the browser has gone")
+            self.rest += more
+        message, self.rest = self.rest.split(b"\0", 1)
+        return json.loads(message)
+
+    def note(self, message):
+        """Keeps what must not happen."""
+        method, params = message.get("method"), message.get("params", {})
+        if method == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning", "assert"):
+            self.console.append(" ".join(str(a.get("value", a.get("description"))) for a in params["args"]))
+        elif method == "Runtime.exceptionThrown":
+            details = params["exceptionDetails"]
+            self.console.append(details.get("exception", {}).get("description", details["text"]))
+        elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
+            self.console.append(params["entry"]["text"])
+        elif method == "Network.requestWillBeSent":
+            self.requests.append(params["request"]["url"][:200])
+
+    def ask(self, method, **params):
+        self.count += 1
+        number = self.count
+        message = {"id": number, "method": method, "params": params}
+        if self.session:
+            message["sessionId"] = self.session
+        os.write(self.write_end, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self.read()
+            if answer.get("id") == number:
+                if "error" in answer:
+                    raise SystemExit(f"{method}: {answer['error']}")
+                return answer["result"]
+            self.note(answer)
+
+    def value(self, code):
+        answer = self.ask("Runtime.evaluate", expression=code, awaitPromise=True, returnByValue=True)
+        if "exceptionDetails" in answer:
+            details = answer["exceptionDetails"]
+            raise SystemExit(f"{code}: {details.get('exception', {}).get('description', details['text'])}")
+        return answer["result"].get("value")
+
+    def press(self, x, y):
+        for kind in ("mousePressed", "mouseReleased"):
+            self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def key(self, key):
+        text = key if len(key) == 1 else ""
+        self.ask("Input.dispatchKeyEvent", type="keyDown", key=key, text=text)
+        self.ask("Input.dispatchKeyEvent", type="keyUp", key=key)
+
+
+def main():
+    program, page, width, height = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), int(sys.argv[3]), int(sys.argv[4])
+    steps, results = json.load(sys.stdin), []
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        browser = Browser(program, profile, (width, height))
+        watch = threading.Timer(SECONDS, browser.process.kill)
+        watch.start()
+        try:
+            pages = [t for t in browser.ask("Target.getTargets")["targetInfos"] if t["type"] == "page"]
+            browser.session = browser.ask("Target.attachToTarget", targetId=pages[0]["targetId"], flatten=True)["sessionId"]
+            for domain in ("Runtime", "Log", "Network", "Page"):
+                browser.ask(f"{domain}.enable")
+            browser.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+            browser.ask("Page.navigate", url=page.as_uri())
+            while not browser.value("location.protocol === 'file:' && document.readyState === 'complete'"):
+                time.sleep(0.02)
+            for step in steps:
+                results.append(do(browser, step))
+        finally:
+            watch.cancel()
+            browser.process.kill()
+            browser.process.wait()
+    json.dump({"results": results, "console": browser.console, "requests": browser.requests}, sys.stdout)
+
+
+def do(browser, step):
+    if "eval" in step:
+        return browser.value(step["eval"])
+    if "shot" in step:
+        picture = base64.b64decode(browser.ask("Page.captureScreenshot", format="png")["data"])
+        pathlib.Path(step["shot"]).write_bytes(picture)
+    elif "key" in step:
+        browser.key(step["key"])
+    elif "click" in step:
+        box = browser.value(
+            f"(() => {{ const e = document.querySelector({json.dumps(step['click'])}); e.scrollIntoView({{block: 'nearest'}});"
+            " const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"
+        )
+        browser.press(*box)
+    elif "at" in step:
+        browser.press(*step["at"])
+    return None
+
+
+main()
