@@ -1,0 +1,7 @@
+//! Packing held against brute force, published instances and other programs.
+
+mod boxes;
+mod brute;
+mod models;
+mod mpv;
+mod shapes;

@@ -1,0 +1,105 @@
+//! Models: more go into a run by their shapes than by their boxes; what is said to lie apart and to lift out does.
+
+use trunnion::geom::Vec3;
+use trunnion::pack::{Goal, Method, Packed, Room, Solid, Turns, Watch, apart, lift, pack_models};
+
+use super::shapes::{block, boat};
+
+fn room(space_mm: [f64; 3], turns: Turns, liftable: bool) -> Room {
+    Room { space_mm, gap_mm: 1.0, turns, liftable }
+}
+
+fn packed(solids: &[Solid], room: &Room, goal: Goal, steps: u64) -> Packed {
+    let mut asked = |_| None;
+    let done = pack_models(solids, room, goal, Method::Auto, true, 1, &mut Watch::new(steps, &mut asked)).unwrap();
+    apart(solids, room, &done.put).unwrap();
+    done
+}
+
+/// A boat in a farm's bin: at least a fifth more than their boxes allow, the best packing of which is known to be 82 or fewer.
+#[test]
+fn more_boats_than_boxes() {
+    let solids = [Solid::of(boat().iter(), 1.0, 200)];
+    let size = solids[0].bounds(&trunnion::geom::Mat3::identity()).size();
+    assert!(size.x > 59.9 && size.y > 30.0 && size.z > 47.9, "{size}");
+    let room = room([165.0, 165.0, 320.0], Turns::Any, false);
+    let done = packed(&solids, &room, Goal::Filling, 8_000_000);
+    assert!(done.put.len() >= 99, "{} boats, {} as boxes", done.put.len(), done.boxes);
+    assert_eq!(done, packed(&solids, &room, Goal::Filling, 8_000_000), "the same steps, the same packing");
+}
+
+/// Each piece is lifted in small steps through all that is still there, by the exact test.
+#[test]
+fn what_is_said_to_lift_out_does() {
+    let solids = [Solid::of(boat().iter(), 1.0, 5), Solid::of([&block([0.0; 3], [20.0, 30.0, 12.0])], 1.0, 4)];
+    let room = room([90.0, 80.0, 110.0], Turns::Any, true);
+    let done = packed(&solids, &room, Goal::Runs, 3_000_000);
+    let lifts = lift(&solids, &room, &done.put);
+    assert_eq!(lifts.len(), done.runs);
+    let high = Room { space_mm: [90.0, 80.0, 400.0], gap_mm: 1e-3, ..room };
+    for lift in &lifts {
+        assert!(lift.locked.is_empty());
+        let mut left: Vec<usize> = lift.order.clone();
+        for &piece in &lift.order {
+            left.retain(|&other| other != piece);
+            for step in 0..110 {
+                let moved = |p: usize| {
+                    let by = if p == piece { Vec3::z() * f64::from(step) } else { Vec3::zeros() };
+                    trunnion::pack::Put { shift: done.put[p].shift + by, ..done.put[p] }
+                };
+                let all: Vec<_> = left.iter().chain([&piece]).map(|&p| moved(p)).collect();
+                apart(&solids, &high, &all).unwrap();
+            }
+        }
+    }
+}
+
+/// Two hooks, one through the other: neither comes out upward before the other, and that is told.
+#[test]
+fn pieces_that_hold_each_other_are_told() {
+    let hook = |at: Vec3, turned: bool| {
+        let [low, high] = if turned { [8.0, 10.0] } else { [0.0, 2.0] };
+        let shift = |p: [f64; 3]| [p[0] + at.x, p[1] + at.y, p[2] + at.z];
+        let parts = [
+            block(shift([0.0, 0.0, low]), shift([30.0, 4.0, high])),
+            block(shift([0.0, 0.0, 2.0]), shift([2.0, 4.0, 8.0])),
+            block(
+                shift([0.0, 0.0, if turned { 0.0 } else { 8.0 }]),
+                shift([14.0, 4.0, if turned { 2.0 } else { 10.0 }]),
+            ),
+        ];
+        Solid::of(parts.iter(), 1.0, 1)
+    };
+    // Two C's, the arms of each between and beyond those of the other.
+    let solids = [hook(Vec3::zeros(), false), hook(Vec3::zeros(), false)];
+    let identity = trunnion::geom::Mat3::identity();
+    let put = |model, x: f64, z: f64| trunnion::pack::Put {
+        run: 0,
+        model,
+        copy: 0,
+        turn: identity,
+        shift: Vec3::new(x, 0.0, z),
+    };
+    let room = room([80.0; 3], Turns::None, false);
+    let [one, two] = [put(0, 0.0, 0.0), put(1, 4.0, 4.0)];
+    apart(&solids, &room, &[one, two]).unwrap();
+    let told = &lift(&solids, &room, &[one, two])[0];
+    assert_eq!((told.order.len(), told.locked.len()), (0, 2), "{told:?}");
+    let beside = &lift(&solids, &room, &[one, put(1, 40.0, 0.0)])[0];
+    assert_eq!((beside.order.clone(), beside.locked.len()), (vec![0, 1], 0));
+    let above = &lift(&solids, &room, &[one, put(1, 4.0, 40.0)])[0];
+    assert_eq!(above.order, [1, 0]);
+}
+
+/// Bounds hold where the best is known: cubes that fill the space but for their gaps.
+#[test]
+fn the_bound_of_models_is_one() {
+    let cube = Solid::of([&block([0.0; 3], [10.0; 3])], 3.0, 9);
+    let tight = room([21.0, 21.0, 21.0], Turns::None, true);
+    let runs = packed(std::slice::from_ref(&cube), &tight, Goal::Runs, 200_000);
+    assert_eq!(runs.runs, 2);
+    assert!(runs.bound <= 2.0 && runs.bound >= 1.0);
+    let filled = packed(std::slice::from_ref(&cube), &tight, Goal::Filling, 200_000);
+    assert_eq!(filled.put.len(), 8);
+    assert!(filled.bound >= 24.0 && filled.bound <= 27.0, "{}", filled.bound);
+}
