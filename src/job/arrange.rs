@@ -210,7 +210,7 @@ fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) ->
 }
 
 /// How far the head reaches sideways from its tip, mm, with what of it is lower than `highest`.
-fn head_reach_mm(machine: &LoadedProfile, highest: f64) -> f64 {
+pub(super) fn head_reach_mm(machine: &LoadedProfile, highest: f64) -> f64 {
     let low = machine.profile.head_bodies().into_iter().filter(|body| body.bounds().min.z < highest);
     low.map(|body| {
         let b = body.bounds();

@@ -21,12 +21,27 @@ pub enum Method {
     IpLocalSearch,
     /// Tabu search; for the least number of runs.
     Tabu,
+    /// Models as a few boxes each.
+    Coverings,
+    /// Models on their own surfaces.
+    Anneal,
 }
 
 impl Method {
     /// By name.
-    pub const NAMED: [(&'static str, Self); 4] =
-        [("auto", Self::Auto), ("ip", Self::Ip), ("ip-local-search", Self::IpLocalSearch), ("tabu", Self::Tabu)];
+    pub const NAMED: [(&'static str, Self); 6] = [
+        ("auto", Self::Auto),
+        ("ip", Self::Ip),
+        ("ip-local-search", Self::IpLocalSearch),
+        ("tabu", Self::Tabu),
+        ("coverings", Self::Coverings),
+        ("anneal", Self::Anneal),
+    ];
+
+    /// Whether it looks at more of a model than its box.
+    pub fn of_shapes(self) -> bool {
+        matches!(self, Self::Coverings | Self::Anneal)
+    }
 }
 
 /// What cannot be packed by a method.
@@ -44,6 +59,12 @@ pub enum Unpackable {
     /// Tabu search fills no single run.
     #[error("tabu search looks for the least number of runs, not for the most value in one")]
     NoFilling,
+    /// A method for models only.
+    #[error("it is for models, whose shapes it looks at, not for boxes")]
+    OnlyModels,
+    /// The annealing fills one run.
+    #[error("annealing draws models into one run; ask for the most value in it (--fill volume)")]
+    OnlyFilling,
 }
 
 /// Steps of `Auto` with which the integer programs begin.
@@ -64,6 +85,9 @@ pub fn pack(
     seed: u64,
     watch: &mut Watch<'_>,
 ) -> Result<Answer, Unpackable> {
+    if method.of_shapes() {
+        return Err(Unpackable::OnlyModels);
+    }
     let drawn = instance.drawn();
     let sizes = drawn.sizes();
     let fits: Vec<usize> = (0..sizes.len()).filter(|&item| !sizes[item].is_empty()).collect();
@@ -107,7 +131,7 @@ impl Search<'_> {
         };
         let ready = Ready::of(self.instance);
         match method {
-            Method::Auto => self.answer(self.start(&ready, bound, watch), bound, false, watch),
+            Method::Auto | Method::Coverings | Method::Anneal => self.answer(self.start(&ready, bound, watch), bound, false, watch),
             Method::Tabu => self.answer(flat(&tabu(&ready, bound as usize, watch)), bound, false, watch),
             Method::Ip | Method::IpLocalSearch => {
                 let start = {

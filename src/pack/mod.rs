@@ -8,9 +8,12 @@
 //! Every answer says what no packing can beat, and why the search ended; [`check`] (boxes) and
 //! [`apart`] (models) tell from the definitions alone whether a packing is one. The same seed and number of steps give the same packing on every machine; a clock only ends a search early.
 
+mod anneal;
 mod apart;
 mod bound;
 mod check;
+mod composite;
+mod covering;
 mod empty;
 mod fill;
 mod filling;
@@ -21,8 +24,10 @@ mod lift;
 mod method;
 mod models;
 mod nest;
+mod obb;
 mod solid;
 mod spaces;
+mod table;
 mod tabu;
 mod voxels;
 mod watch;
@@ -36,4 +41,5 @@ pub use lift::{Lift, lift};
 pub use method::{Method, Unpackable, pack};
 pub use models::{Packed, pack_models};
 pub use solid::{Put, Room, Solid, axis_and_angle};
+pub use table::{Spot, on_table};
 pub use watch::{Asked, Watch};

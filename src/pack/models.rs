@@ -1,6 +1,8 @@
 //! Models packed: by their boxes first, then, where that can gain something, by their cells.
 
+use super::anneal::annealed;
 use super::bound::most_value;
+use super::composite::by_coverings;
 use super::instance::{Ended, Goal, Instance, Item, Triple, Turns};
 use super::method::{Method, Unpackable, pack};
 use super::nest::Nest;
@@ -42,14 +44,17 @@ pub fn pack_models(
     seed: u64,
     watch: &mut Watch<'_>,
 ) -> Result<Packed, Unpackable> {
+    if method == Method::Anneal && goal == Goal::Runs {
+        return Err(Unpackable::OnlyFilling);
+    }
     let bound = bound(solids, room, goal);
     let boxed = Boxed::of(solids, room);
     let by_boxes = {
         // Half of all steps at most where cells come afterwards.
         let mut asked = |_| (!watch.spend(2000)).then(|| watch.ended());
-        let steps = if shapes { BOX_STEPS } else { u64::MAX };
+        let steps = if shapes || method.of_shapes() { BOX_STEPS } else { u64::MAX };
         let mut own = Watch::new(steps, &mut asked);
-        pack(&boxed.instance, goal, method, seed, &mut own)
+        pack(&boxed.instance, goal, if method.of_shapes() { Method::Auto } else { method }, seed, &mut own)
     };
     let answer = by_boxes.map_err(|why| match why {
         Unpackable::TooLarge(item) => Unpackable::TooLarge(boxed.pieces[item].0),
@@ -63,8 +68,13 @@ pub fn pack_models(
         Goal::Filling => value(put) >= bound * (1.0 - 1e-8),
     };
     let mut best = Packed { runs: answer.runs, put, bound, ended: answer.ended, boxes };
-    if shapes && !met(&best.put, best.runs) && watch.goes_on() {
-        let nested = Nest::of(solids, room).and_then(|nest| nest.pack(goal, bound, seed, watch));
+    let more = shapes || method.of_shapes();
+    if more && !met(&best.put, best.runs) && watch.goes_on() {
+        let nested = match method {
+            Method::Coverings => by_coverings(solids, room, goal, seed, watch),
+            Method::Anneal => Some(annealed(solids, room, &best.put, seed, watch)),
+            _ => Nest::of(solids, room).and_then(|nest| nest.pack(goal, bound, seed, watch)),
+        };
         if let Some(nested) = nested {
             let runs = nested.iter().map(|p| p.run + 1).max().unwrap_or(0);
             let better = match goal {

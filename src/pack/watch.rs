@@ -45,6 +45,11 @@ impl<'a> Watch<'a> {
         self.ended.unwrap_or(Ended::Steps)
     }
 
+    /// Whether it has ended, without asking.
+    pub(super) fn ended_early(&self) -> bool {
+        self.ended.is_some()
+    }
+
     /// The share of the steps that is spent.
     pub fn share(&self) -> f64 {
         (self.spent as f64 / self.allowed.max(1) as f64).min(1.0)
