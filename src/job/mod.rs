@@ -49,7 +49,8 @@ use load::load_unposed;
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
 pub use pack::{
-    BadPacking, Contents, Into as PackInto, MOST_PIECES, PackOptions, PackRequest, PackResult, Piece, Plate, pack,
+    BadPacking, Contents, Into as PackInto, MOST_PIECES, PackOptions, PackRequest, PackResult, Piece, Plate, Plates,
+    pack,
 };
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, plan, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};

@@ -34,13 +34,7 @@ struct Scene<'a> {
 }
 
 /// `start`, all of one run, with as many more pieces in it as find a way.
-pub(super) fn annealed(
-    solids: &[Solid],
-    room: &Room,
-    start: &[Put],
-    seed: u64,
-    watch: &mut Watch<'_>,
-) -> Vec<Put> {
+pub(super) fn annealed(solids: &[Solid], room: &Room, start: &[Put], seed: u64, watch: &mut Watch<'_>) -> Vec<Put> {
     let mut scene = Scene::of(solids, room, start);
     let mut numbers = SplitMix64::seeded(seed);
     let mut best = scene.value();
@@ -75,7 +69,8 @@ impl<'a> Scene<'a> {
                 let cell = [waiting % across, waiting / across % across, waiting / across / across];
                 let apart = Vec3::new(0.0, 0.0, z + widest) + Vec3::from(cell.map(|c| c as f64 * widest)) - own.min;
                 waiting += usize::from(known.is_none());
-                let pose = known.map_or(Pose { turn: Mat3::identity(), shift: apart }, |p| Pose { turn: p.turn, shift: p.shift });
+                let pose = known
+                    .map_or(Pose { turn: Mat3::identity(), shift: apart }, |p| Pose { turn: p.turn, shift: p.shift });
                 let piece = scene.piece(model, copy, pose);
                 scene.pieces.push(piece);
             }
@@ -103,7 +98,8 @@ impl<'a> Scene<'a> {
     fn step(&mut self, cold: f64, numbers: &mut SplitMix64) {
         let outside: Vec<usize> = (0..self.pieces.len()).filter(|&i| !self.pieces[i].inside).collect();
         // What waits is looked at as often as what lies inside.
-        let index = if numbers.unit() < 0.5 { outside[numbers.below(outside.len())] } else { numbers.below(self.pieces.len()) };
+        let index =
+            if numbers.unit() < 0.5 { outside[numbers.below(outside.len())] } else { numbers.below(self.pieces.len()) };
         let piece = &self.pieces[index];
         let turns = self.room.turns != Turns::None && numbers.unit() < 0.2;
         let moved = if turns { self.turned(index, numbers) } else { self.moved(index, cold, numbers) };
@@ -126,10 +122,17 @@ impl<'a> Scene<'a> {
             let aim = Vec3::from([0, 1, 2].map(|k| numbers.unit() * self.room.space_mm[k]));
             along = (aim - piece.bounds.centre()).try_normalize(1e-9)?;
         } else if piece.inside && numbers.unit() < 0.6 {
-            along = Vec3::from([0, 1, 2].map(|k| if k == 2 || middle[k] > piece.bounds.centre()[k] { -1.0 } else { 1.0 } * along[k].abs()));
+            along = Vec3::from(
+                [0, 1, 2]
+                    .map(|k| if k == 2 || middle[k] > piece.bounds.centre()[k] { -1.0 } else { 1.0 } * along[k].abs()),
+            );
         }
         let farthest = FARTHEST * self.room.space_mm.iter().fold(0.0, |a: f64, &b| a.max(b));
-        let most = if piece.inside { self.to_the_wall(&piece.bounds, &along).min(farthest) } else { f64::MAX.min(4.0 * farthest) };
+        let most = if piece.inside {
+            self.to_the_wall(&piece.bounds, &along).min(farthest)
+        } else {
+            f64::MAX.min(4.0 * farthest)
+        };
         let free = self.free(index, &along, most);
         // All of it now and then: pieces that touch leave the most room.
         let share = if numbers.unit() < 0.4 { 1.0 } else { numbers.unit() };
@@ -187,10 +190,12 @@ impl<'a> Scene<'a> {
     fn keeps_gap(&self, index: usize, next: &Piece) -> bool {
         let gap = self.room.gap_mm * (1.0 + 1e-6) + 1e-6;
         let around = next.bounds.inflated(gap);
-        (0..self.pieces.len()).filter(|&other| other != index && self.pieces[other].bounds.meets(&around)).all(|other| {
-            let them = &self.pieces[other];
-            let tree = &self.trees[them.model];
-            self.trees[next.model].distance(&next.pose, tree, &them.pose, gap) >= gap
-        })
+        (0..self.pieces.len()).filter(|&other| other != index && self.pieces[other].bounds.meets(&around)).all(
+            |other| {
+                let them = &self.pieces[other];
+                let tree = &self.trees[them.model];
+                self.trees[next.model].distance(&next.pose, tree, &them.pose, gap) >= gap
+            },
+        )
     }
 }

@@ -129,7 +129,9 @@ fn best_place(shapes: &[Shape], lying: &Lying, space: &Triple, watch: &mut Watch
 fn free(shape: &Shape, at: &Triple, lying: &Lying) -> bool {
     shape.boxes.iter().all(|(from, size)| {
         let low = plus(at, from);
-        lying.iter().all(|(other, theirs)| (0..3).any(|k| low[k] + size[k] <= other[k] || other[k] + theirs[k] <= low[k]))
+        lying
+            .iter()
+            .all(|(other, theirs)| (0..3).any(|k| low[k] + size[k] <= other[k] || other[k] + theirs[k] <= low[k]))
     })
 }
 
@@ -140,7 +142,9 @@ fn sunk(shape: &Shape, mut at: Triple, lying: &Lying) -> Triple {
         let mut least = 0;
         for (from, size) in &shape.boxes {
             let low = plus(&at, from);
-            let beside = |k: usize, other: &Triple, theirs: &Triple| low[k] < other[k] + theirs[k] && other[k] < low[k] + size[k];
+            let beside = |k: usize, other: &Triple, theirs: &Triple| {
+                low[k] < other[k] + theirs[k] && other[k] < low[k] + size[k]
+            };
             for (other, theirs) in lying {
                 if beside(a, other, theirs) && beside(b, other, theirs) && other[axis] + theirs[axis] <= low[axis] {
                     least = least.max(other[axis] + theirs[axis] - from[axis]);

@@ -196,7 +196,8 @@ mod tests {
                 let sum: f64 = shares.iter().sum();
                 shares.iter_mut().for_each(|s| *s /= sum);
                 let p: Vec3 = (0..4).map(|k| (corners[k] - low) * shares[k]).sum();
-                let inside = |(at, size): &(Vec3, Vec3)| (0..3).all(|k| at[k] - 1e-6 <= p[k] && p[k] <= at[k] + size[k] + 1e-6);
+                let inside =
+                    |(at, size): &(Vec3, Vec3)| (0..3).all(|k| at[k] - 1e-6 <= p[k] && p[k] <= at[k] + size[k] + 1e-6);
                 assert!(boxes.iter().any(inside), "{p}");
             }
         }

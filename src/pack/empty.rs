@@ -41,6 +41,8 @@ struct Search<'a> {
     waiting: Vec<usize>,
     weights: Vec<f64>,
     scratch: [Run; 3],
+    /// Which turn a box must have in this step; see [`Ready::fill`].
+    turns: Vec<u8>,
 }
 
 /// `runs` with one fewer; `None` where the watch ended before.
@@ -57,7 +59,7 @@ fn one_fewer(
     let mean = ready.volumes.iter().sum::<f64>() / ready.volumes.len() as f64;
     let weights = ready.volumes.iter().map(|v| v / mean).collect();
     let scratch = [(); 3].map(|()| Run::empty(ready.space));
-    let mut search = Search { ready, runs: kept, waiting, weights, scratch };
+    let mut search = Search { ready, runs: kept, waiting, weights, scratch, turns: vec![0; ready.sizes.len()] };
     search.go(numbers, watch).then_some(search.runs)
 }
 
@@ -100,11 +102,18 @@ impl Search<'_> {
         let mut order: Vec<usize> = chosen.iter().flat_map(|&run| self.runs[run].iter().map(|p| p.item)).collect();
         order.extend(taken.iter().map(|&i| self.waiting[i]));
         self.shuffle(&mut order, numbers);
+        let pool = order.clone();
+        if numbers.below(2) == 0 {
+            for &item in pool.iter().filter(|item| self.ready.sizes[**item].len() > 1) {
+                self.turns[item] = numbers.below(self.ready.sizes[item].len() + 1) as u8;
+            }
+        }
         for i in 0..chosen.len() {
             let rule = RULES[numbers.below(RULES.len())];
             self.scratch[i].clear();
-            self.ready.fill(&mut self.scratch[i], &mut order, rule, watch);
+            self.ready.fill(&mut self.scratch[i], &mut order, &self.turns, rule, watch);
         }
+        pool.iter().for_each(|&item| self.turns[item] = 0);
         let before: f64 = taken.iter().map(|&i| self.weights[self.waiting[i]]).sum();
         let more = self.weight(&order) - before;
         if more > 0.0 && more > -warm * (1.0 - numbers.unit()).ln() {

@@ -43,31 +43,33 @@ impl Ready {
         }
     }
 
-    /// Puts what fits of `order` into `run`, one after the other; what does not fit stays in `order`.
-    pub(super) fn fill(&self, run: &mut Run, order: &mut Vec<usize>, rule: Rule, watch: &mut Watch<'_>) -> bool {
+    /// Puts what fits of `order` into `run`, one after the other; what does not fit stays in `order`. `turns`: by box which of its turns it
+    /// must have, from 1; 0 for any, and none given for any of all.
+    pub(super) fn fill(&self, run: &mut Run, order: &mut Vec<usize>, turns: &[u8], rule: Rule, watch: &mut Watch<'_>) {
         watch.spend(order.len() as u64);
         // Room only shrinks: what did not fit does not fit later, nor do boxes like it.
-        let mut failed = vec![false; self.kinds];
+        let mut failed = vec![false; self.kinds * TURNS];
         order.retain(|&item| {
-            if self.kinds > 0 && failed[self.alike[item]] {
+            let turn = usize::from(turns.get(item).copied().unwrap_or(0));
+            let kind = self.alike[item] * TURNS + turn;
+            if self.kinds > 0 && failed[kind] {
                 return true;
             }
-            match run.place_for(&self.sizes[item], rule) {
-                Some((at, size)) => {
-                    run.put(item, at, size, &self.least);
-                    false
-                }
-                None => {
-                    if self.kinds > 0 {
-                        failed[self.alike[item]] = true;
-                    }
-                    true
-                }
+            let all = &self.sizes[item];
+            let sizes = if turn > 0 { std::slice::from_ref(&all[(turn - 1) % all.len()]) } else { all };
+            let place = run.place_for(sizes, rule);
+            if let Some((at, size)) = place {
+                run.put(item, at, size, &self.least);
+            } else if self.kinds > 0 {
+                failed[kind] = true;
             }
+            place.is_none()
         });
-        order.is_empty()
     }
 }
+
+/// Turns of a box, and any of them.
+const TURNS: usize = 7;
 
 /// The rules that a search draws from.
 pub(super) const RULES: [Rule; 7] = [
@@ -108,7 +110,7 @@ pub(super) fn one_by_one(ready: &Ready, mut order: Vec<usize>, rule: Rule, watch
     let mut runs = Vec::new();
     while !order.is_empty() {
         let mut run = Run::empty(ready.space);
-        ready.fill(&mut run, &mut order, rule, watch);
+        ready.fill(&mut run, &mut order, &[], rule, watch);
         runs.push(run.placed);
     }
     runs

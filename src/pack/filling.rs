@@ -3,7 +3,7 @@
 
 use super::fill::{RULES, Ready};
 use super::instance::Placed;
-use super::spaces::Run;
+use super::spaces::{Rule, Run};
 use super::watch::Watch;
 use crate::geom::SplitMix64;
 
@@ -18,64 +18,81 @@ pub(super) fn fullest(ready: &Ready, bound: f64, seed: u64, watch: &mut Watch<'_
     let met = |value: f64| value >= bound * (1.0 - 1e-8);
     for round in 0.. {
         let rule = RULES[round % RULES.len()];
-        let mut order = first_order(ready, round / RULES.len());
-        let mut here = value(ready, &mut run, &order, rule, watch);
-        keep(&mut best, here, &run);
+        let mut here = Way::first(ready, round / RULES.len());
+        let mut value = here.value(ready, &mut run, rule, watch);
+        keep(&mut best, value, &run);
         // Warm enough at first to lose the least of the values now and then.
-        let warmest = 0.05 * here.max(f64::MIN_POSITIVE);
+        let warmest = 0.05 * value.max(f64::MIN_POSITIVE);
         for step in 0..ROUND {
             if met(best.0) || !watch.spend(1) {
                 return best.1;
             }
             let warm = warmest * (1.0 - step as f64 / ROUND as f64).powi(3);
-            let undo = change(&mut order, &mut numbers);
-            let there = value(ready, &mut run, &order, rule, watch);
-            if there >= here || numbers.unit() < ((there - here) / warm.max(f64::MIN_POSITIVE)).exp() {
-                here = there;
-                keep(&mut best, here, &run);
-            } else {
-                undo_change(&mut order, undo);
+            let there = here.changed(ready, &mut numbers);
+            let worth = there.value(ready, &mut run, rule, watch);
+            if worth >= value || numbers.unit() < ((worth - value) / warm.max(f64::MIN_POSITIVE)).exp() {
+                (here, value) = (there, worth);
+                keep(&mut best, value, &run);
             }
         }
     }
     best.1
 }
 
-/// By falling value, volume, value a volume, longest side.
-fn first_order(ready: &Ready, which: usize) -> Vec<usize> {
-    let longest = |item: usize| ready.sizes[item].iter().flatten().copied().max().unwrap_or(0) as f64;
-    let key = |item: usize| match which % 4 {
-        0 => ready.values[item],
-        1 => ready.volumes[item],
-        2 => ready.values[item] / ready.volumes[item],
-        _ => longest(item),
-    };
-    let mut order: Vec<usize> = (0..ready.sizes.len()).collect();
-    order.sort_by(|&a, &b| key(b).total_cmp(&key(a)).then(a.cmp(&b)));
-    order
+/// An order of the boxes, and which of them must be turned how ([`Ready::fill`]).
+#[derive(Clone)]
+struct Way {
+    order: Vec<usize>,
+    turns: Vec<u8>,
 }
 
-fn value(ready: &Ready, run: &mut Run, order: &[usize], rule: super::spaces::Rule, watch: &mut Watch<'_>) -> f64 {
-    run.clear();
-    ready.fill(run, &mut order.to_vec(), rule, watch);
-    run.placed.iter().map(|p| ready.values[p.item]).sum()
+impl Way {
+    /// By falling value, volume, value a volume, longest side.
+    fn first(ready: &Ready, which: usize) -> Self {
+        let longest = |item: usize| ready.sizes[item].iter().flatten().copied().max().unwrap_or(0) as f64;
+        let key = |item: usize| match which % 4 {
+            0 => ready.values[item],
+            1 => ready.volumes[item],
+            2 => ready.values[item] / ready.volumes[item],
+            _ => longest(item),
+        };
+        let mut order: Vec<usize> = (0..ready.sizes.len()).collect();
+        order.sort_by(|&a, &b| key(b).total_cmp(&key(a)).then(a.cmp(&b)));
+        Self { turns: vec![0; order.len()], order }
+    }
+
+    /// What the run then holds: first each box as it must be turned, then what is left as it fits.
+    fn value(&self, ready: &Ready, run: &mut Run, rule: Rule, watch: &mut Watch<'_>) -> f64 {
+        run.clear();
+        let mut left = self.order.clone();
+        ready.fill(run, &mut left, &self.turns, rule, watch);
+        if self.turns.iter().any(|&turn| turn > 0) {
+            ready.fill(run, &mut left, &[], rule, watch);
+        }
+        run.placed.iter().map(|p| ready.values[p.item]).sum()
+    }
+
+    /// A box at another place of the order, or some in sequence turned another way.
+    fn changed(&self, ready: &Ready, numbers: &mut SplitMix64) -> Self {
+        let mut next = self.clone();
+        let count = next.order.len();
+        let at = numbers.below(count);
+        let turns = ready.sizes[next.order[at]].len();
+        if turns > 1 && numbers.below(2) == 0 {
+            let (turn, many) = (numbers.below(turns + 1) as u8, 1 + numbers.below(count.min(24)));
+            for i in at..(at + many).min(count) {
+                next.turns[next.order[i]] = turn;
+            }
+        } else {
+            let item = next.order.remove(at);
+            next.order.insert(numbers.below(count), item);
+        }
+        next
+    }
 }
 
 fn keep(best: &mut (f64, Vec<Placed>), value: f64, run: &Run) {
     if value > best.0 {
         *best = (value, run.placed.clone());
     }
-}
-
-/// Moves a box to another place of the order: from where to where.
-fn change(order: &mut Vec<usize>, numbers: &mut SplitMix64) -> [usize; 2] {
-    let moved = [numbers.below(order.len()), numbers.below(order.len())];
-    let item = order.remove(moved[0]);
-    order.insert(moved[1], item);
-    moved
-}
-
-fn undo_change(order: &mut Vec<usize>, [from, to]: [usize; 2]) {
-    let item = order.remove(to);
-    order.insert(from, item);
 }

@@ -131,7 +131,9 @@ impl Search<'_> {
         };
         let ready = Ready::of(self.instance);
         match method {
-            Method::Auto | Method::Coverings | Method::Anneal => self.answer(self.start(&ready, bound, watch), bound, false, watch),
+            Method::Auto | Method::Coverings | Method::Anneal => {
+                self.answer(self.start(&ready, bound, watch), bound, false, watch)
+            }
             Method::Tabu => self.answer(flat(&tabu(&ready, bound as usize, watch)), bound, false, watch),
             Method::Ip | Method::IpLocalSearch => {
                 let start = {

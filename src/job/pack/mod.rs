@@ -1,6 +1,7 @@
 //! Models or boxes packed into runs of a space, or side by side on a machine's table.
 
 mod boxes;
+mod plates;
 mod result;
 mod table;
 
@@ -13,6 +14,7 @@ use crate::pack::{
     Clash, Ended, Fault, Goal, Method, Packed, Room, Solid, Turns, Unpackable, Watch, apart, lift, pack_models,
 };
 use crate::spelling::nearest;
+pub use plates::Plates;
 pub use result::{PackResult, Piece, Plate};
 
 /// What is packed.
