@@ -32,6 +32,9 @@ fn run(page: &str, least: usize) {
         {
             assert!(folder.path().join(written).is_file(), "{page}:\n{block} wrote no {written}");
         }
+        if block.contains("-o plates") {
+            assert!(folder.path().join("plates/plate-01.3mf").is_file(), "{page}:\n{block} wrote no plate");
+        }
         if block.contains("tree.gcode") {
             let text = std::fs::read_to_string(folder.path().join("tree.gcode")).unwrap();
             assert!(text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
@@ -63,6 +66,11 @@ fn of_slic3r() {
 #[test]
 fn of_supports() {
     run("support.md", 4);
+}
+
+#[test]
+fn of_packing() {
+    run("packing.md", 4);
 }
 
 #[test]

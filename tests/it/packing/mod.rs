@@ -4,4 +4,6 @@ mod boxes;
 mod brute;
 mod models;
 mod mpv;
+mod outside;
 mod shapes;
+mod verb;

@@ -103,3 +103,25 @@ fn the_bound_of_models_is_one() {
     assert_eq!(filled.put.len(), 8);
     assert!(filled.bound >= 24.0 && filled.bound <= 27.0, "{}", filled.bound);
 }
+
+/// Angles of metal, two of which go into each other: boxes waste the half of each, coverings and annealing less.
+#[test]
+fn other_methods_gain_over_boxes_too() {
+    let parts = [block([0.0; 3], [60.0, 20.0, 8.0]), block([0.0, 0.0, 8.0], [8.0, 20.0, 60.0])];
+    let solids = [Solid::of(parts.iter(), 1.0, 40)];
+    let room = room([125.0, 45.0, 130.0], Turns::Any, false);
+    let by = |method, steps| {
+        let mut asked = |_| None;
+        let mut watch = Watch::new(steps, &mut asked);
+        let done = pack_models(&solids, &room, Goal::Filling, method, method == Method::Auto, 1, &mut watch).unwrap();
+        apart(&solids, &room, &done.put).unwrap();
+        (done.boxes as usize, done.put.len())
+    };
+    let (boxes, covered) = by(Method::Coverings, 20_000_000);
+    assert!(covered > boxes, "{covered} by coverings, {boxes} by boxes");
+    let (_, cells) = by(Method::Auto, 8_000_000);
+    assert!(cells > boxes, "{cells} by cells, {boxes} by boxes");
+    let (_, annealed) = by(Method::Anneal, 6_000_000);
+    assert!(annealed >= boxes, "{annealed} by annealing, {boxes} by boxes");
+    crate::support::note(&format!("angles: boxes {boxes}, coverings {covered}, cells {cells}, annealing {annealed}"));
+}
