@@ -23,7 +23,7 @@ impl CellBox {
     const NONE: Self = Self { low: [i32::MAX; 3], high: [i32::MIN; 3] };
 
     fn volume(&self) -> i64 {
-        (0..3).map(|k| i64::from((self.high[k] - self.low[k]).max(0))).product()
+        (0..3).map(|k| i64::from(self.high[k].saturating_sub(self.low[k]).max(0))).product()
     }
 
     fn of<'a>(cells: impl IntoIterator<Item = &'a [i32; 3]>) -> Self {

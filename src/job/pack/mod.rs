@@ -157,7 +157,7 @@ const GAP_MM: f64 = 1.0;
 /// The least and the most between models, mm.
 const GAPS_MM: [f64; 2] = [0.01, 500.0];
 /// Steps where no time is given: some ten seconds.
-const STEPS: u64 = 30_000_000;
+const STEPS: u64 = 10_000_000;
 
 fn sizes(size: &[f64; 3]) -> String {
     size.map(|length| format!("{}", (length * 1000.0).round() / 1000.0)).join(" x ")
@@ -305,6 +305,7 @@ fn solids(models: &[(LoadedModel, usize)], asked: &Asked<'_>) -> Result<Vec<Soli
         .map(|(loaded, count)| {
             let parts = loaded.model.parts.iter().map(|part| &part.mesh);
             let mut solid = Solid::of(parts.clone(), 0.0, *count);
+            solid.value = solid.volume_mm3;
             if loaded.model.warnings.iter().any(|text| is_overlap(text)) {
                 // Where parts overlap, no more than the largest is sure to be there.
                 solid.volume_mm3 = parts.map(|mesh| mesh.volume()).fold(0.0, f64::max);
@@ -312,7 +313,7 @@ fn solids(models: &[(LoadedModel, usize)], asked: &Asked<'_>) -> Result<Vec<Soli
             solid
         })
         .collect();
-    let volumes: Vec<f64> = solids.iter().map(|solid| solid.volume_mm3).collect();
+    let volumes: Vec<f64> = solids.iter().map(|solid| solid.value).collect();
     let values = asked.values(&volumes, &[])?;
     solids.iter_mut().zip(values).for_each(|(solid, value)| solid.value = value);
     Ok(solids)
@@ -352,6 +353,9 @@ fn proved(
 ) -> Result<PackResult, Error> {
     let clearance = apart(solids, room, &packed.put).map_err(|clash: Clash| BadPacking::Unproved(clash.to_string()))?;
     let lifts = lift(solids, room, &packed.put);
+    if room.liftable && lifts.iter().any(|lift| !lift.locked.is_empty()) {
+        return Err(BadPacking::Unproved("pieces hold each other".to_owned()).into());
+    }
     Ok(result::of_models(models, solids, room, &packed, lifts, clearance, asked))
 }
 

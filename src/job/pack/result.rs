@@ -40,7 +40,7 @@ pub struct PackResult {
 /// One run.
 #[derive(Clone, Debug)]
 pub struct Plate {
-    /// What of its space is filled.
+    /// What of its space is filled; where parts overlap, twice.
     pub fill: f64,
     /// Its pieces.
     pub pieces: Vec<Piece>,
@@ -84,9 +84,11 @@ pub(super) fn of_models(
     let plates = (0..packed.runs).zip(lifts).map(|(run, lift)| {
         let own: Vec<usize> = (0..packed.put.len()).filter(|&i| packed.put[i].run == run).collect();
         let place = |all: Vec<usize>| all.iter().filter_map(|i| own.iter().position(|o| o == i)).collect();
+        let pieces: Vec<Piece> = own.iter().map(|&i| piece(&models[packed.put[i].model].0, &packed.put[i])).collect();
+        let parts = pieces.iter().flat_map(|piece| &piece.parts);
         Plate {
-            fill: own.iter().map(|&i| solids[packed.put[i].model].volume_mm3).sum::<f64>() / space,
-            pieces: own.iter().map(|&i| piece(&models[packed.put[i].model].0, &packed.put[i])).collect(),
+            fill: parts.map(|(_, mesh)| mesh.volume()).sum::<f64>() / space,
+            pieces,
             lift_order: place(lift.order),
             locked: place(lift.locked),
         }

@@ -30,7 +30,7 @@ pub(super) fn packed(
     let solids = solids(models, asked)?;
     let poses: Vec<Mat3> = solids.iter().map(|solid| snug(solid, asked.turns)).collect();
     let highest = solids.iter().zip(&poses).map(|(s, pose)| s.bounds(pose).size().z).fold(0.0, f64::max);
-    let gap_mm = asked.options.gap_mm.unwrap_or_else(|| head_reach_mm(machine, highest).max(1.0));
+    let gap_mm = asked.options.gap_mm.unwrap_or_else(|| head_reach_mm(machine, highest).max(NEAREST_MM));
     let table = Table { solids: &solids, poses: &poses, machine, gap_mm, turns: asked.turns };
     let half = table.half_mm();
     let room = Room { space_mm: [2.0 * half, 2.0 * half, highest + 1.0], gap_mm, turns: asked.turns, liftable: true };
@@ -57,6 +57,9 @@ fn snug(solid: &Solid, turns: Turns) -> Mat3 {
     let angle = if turns == Turns::Z { solid.snug_angle() } else { 0.0 };
     if angle == 0.0 { Mat3::identity() } else { nalgebra::Rotation3::new(Vec3::z() * angle).into_inner() }
 }
+
+/// Between models on a table where the head reaches less far, mm.
+const NEAREST_MM: f64 = 5.0;
 
 struct Table<'a> {
     solids: &'a [Solid],

@@ -2,6 +2,7 @@
 
 mod boxes;
 mod brute;
+mod generator;
 mod models;
 mod mpv;
 mod outside;

@@ -1,7 +1,7 @@
 //! Models: more go into a run by their shapes than by their boxes; what is said to lie apart and to lift out does.
 
-use trunnion::geom::Vec3;
-use trunnion::pack::{Goal, Method, Packed, Room, Solid, Turns, Watch, apart, lift, pack_models};
+use trunnion::geom::{Mat3, Vec3};
+use trunnion::pack::{Goal, Method, Packed, Put, Room, Solid, Turns, Watch, apart, lift, pack_models};
 
 use super::shapes::{block, boat};
 
@@ -20,7 +20,7 @@ fn packed(solids: &[Solid], room: &Room, goal: Goal, steps: u64) -> Packed {
 #[test]
 fn more_boats_than_boxes() {
     let solids = [Solid::of(boat().iter(), 1.0, 200)];
-    let size = solids[0].bounds(&trunnion::geom::Mat3::identity()).size();
+    let size = solids[0].bounds(&Mat3::identity()).size();
     assert!(size.x > 59.9 && size.y > 30.0 && size.z > 47.9, "{size}");
     let room = room([165.0, 165.0, 320.0], Turns::Any, false);
     let done = packed(&solids, &room, Goal::Filling, 8_000_000);
@@ -45,7 +45,7 @@ fn what_is_said_to_lift_out_does() {
             for step in 0..110 {
                 let moved = |p: usize| {
                     let by = if p == piece { Vec3::z() * f64::from(step) } else { Vec3::zeros() };
-                    trunnion::pack::Put { shift: done.put[p].shift + by, ..done.put[p] }
+                    Put { shift: done.put[p].shift + by, ..done.put[p] }
                 };
                 let all: Vec<_> = left.iter().chain([&piece]).map(|&p| moved(p)).collect();
                 apart(&solids, &high, &all).unwrap();
@@ -54,34 +54,23 @@ fn what_is_said_to_lift_out_does() {
     }
 }
 
-/// Two hooks, one through the other: neither comes out upward before the other, and that is told.
+/// Two C's, open to each other, with an arm of each between the arms of the other: neither comes out upward before the other, and that
+/// is told.
 #[test]
 fn pieces_that_hold_each_other_are_told() {
-    let hook = |at: Vec3, turned: bool| {
-        let [low, high] = if turned { [8.0, 10.0] } else { [0.0, 2.0] };
-        let shift = |p: [f64; 3]| [p[0] + at.x, p[1] + at.y, p[2] + at.z];
+    let clamp = |spine: f64| {
         let parts = [
-            block(shift([0.0, 0.0, low]), shift([30.0, 4.0, high])),
-            block(shift([0.0, 0.0, 2.0]), shift([2.0, 4.0, 8.0])),
-            block(
-                shift([0.0, 0.0, if turned { 0.0 } else { 8.0 }]),
-                shift([14.0, 4.0, if turned { 2.0 } else { 10.0 }]),
-            ),
+            block([0.0, 0.0, 0.0], [20.0, 4.0, 2.0]),
+            block([spine, 0.0, 2.0], [spine + 2.0, 4.0, 8.0]),
+            block([0.0, 0.0, 8.0], [20.0, 4.0, 10.0]),
         ];
         Solid::of(parts.iter(), 1.0, 1)
     };
-    // Two C's, the arms of each between and beyond those of the other.
-    let solids = [hook(Vec3::zeros(), false), hook(Vec3::zeros(), false)];
-    let identity = trunnion::geom::Mat3::identity();
-    let put = |model, x: f64, z: f64| trunnion::pack::Put {
-        run: 0,
-        model,
-        copy: 0,
-        turn: identity,
-        shift: Vec3::new(x, 0.0, z),
-    };
+    let solids = [clamp(0.0), clamp(18.0)];
+    let put =
+        |model, x: f64, z: f64| Put { run: 0, model, copy: 0, turn: Mat3::identity(), shift: Vec3::new(x, 0.0, z) };
     let room = room([80.0; 3], Turns::None, false);
-    let [one, two] = [put(0, 0.0, 0.0), put(1, 4.0, 4.0)];
+    let [one, two] = [put(0, 0.0, 0.0), put(1, 10.0, 4.0)];
     apart(&solids, &room, &[one, two]).unwrap();
     let told = &lift(&solids, &room, &[one, two])[0];
     assert_eq!((told.order.len(), told.locked.len()), (0, 2), "{told:?}");
