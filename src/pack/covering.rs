@@ -28,10 +28,8 @@ impl CellBox {
 
     fn of<'a>(cells: impl IntoIterator<Item = &'a [i32; 3]>) -> Self {
         cells.into_iter().fold(Self::NONE, |mut all, cell| {
-            for k in 0..3 {
-                all.low[k] = all.low[k].min(cell[k]);
-                all.high[k] = all.high[k].max(cell[k] + 1);
-            }
+            all.low = [0, 1, 2].map(|k| all.low[k].min(cell[k]));
+            all.high = [0, 1, 2].map(|k| all.high[k].max(cell[k] + 1));
             all
         })
     }

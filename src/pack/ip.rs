@@ -338,7 +338,7 @@ impl<'a> Model<'a> {
 /// Whether `b` lies to the right, left, up, down, in front or at the back of `a`, counted from 0.
 fn lies(a: &Placed, b: &Placed, direction: usize) -> bool {
     let axis = direction / 2;
-    let (first, then) = if direction % 2 == 0 { (a, b) } else { (b, a) };
+    let (first, then) = if direction.is_multiple_of(2) { (a, b) } else { (b, a) };
     if axis == 0 && first.run != then.run {
         return first.run < then.run;
     }

@@ -120,7 +120,7 @@ impl<'a> Nest<'a> {
         for (model, solid) in self.solids.iter().enumerate() {
             let own = match goal {
                 Goal::Runs => solid.volume_mm3,
-                Goal::Filling if attempt % 2 == 0 => solid.value / solid.volume_mm3,
+                Goal::Filling if attempt.is_multiple_of(2) => solid.value / solid.volume_mm3,
                 Goal::Filling => solid.value,
             };
             for copy in 0..solid.copies {
@@ -184,7 +184,6 @@ impl<'a> Nest<'a> {
     }
 
     /// The place that the rule likes best; `None` for the outer where the watch ended, for the inner where there is no place.
-    #[expect(clippy::type_complexity, reason = "a turn and a corner")]
     fn place(
         &self,
         grid: &Grid,

@@ -101,14 +101,13 @@ impl Table<'_> {
         let least = |k: usize| spots.iter().map(|spot| spot.corner[k]).fold(f64::INFINITY, f64::min);
         let middle = [0, 1].map(|k| (least(k) + far(k)) / 2.0);
         let half = self.half_mm();
-        let place = |((spot, turn), (b, &(model, copy))): (
-            (&crate::pack::Spot, &Mat3),
-            (&crate::geom::Bounds, &(usize, usize)),
-        )| {
-            let to = [0, 1].map(|k| spot.corner[k] - middle[k] + half);
-            Put { run, model, copy, turn: *turn, shift: Vec3::new(to[0] - b.min.x, to[1] - b.min.y, -b.min.z) }
+        let place = |index: usize| {
+            let (b, (model, copy)) = (&turned[index], pieces[index]);
+            let to = [0, 1].map(|k| spots[index].corner[k] - middle[k] + half);
+            let shift = Vec3::new(to[0] - b.min.x, to[1] - b.min.y, -b.min.z);
+            Put { run, model, copy, turn: turns[index], shift }
         };
-        Some(spots.iter().zip(&turns).zip(turned.iter().zip(pieces)).map(place).collect())
+        Some((0..pieces.len()).map(place).collect())
     }
 
     /// Run after run: piece by piece by falling footprint, each kept if all still fit.

@@ -22,7 +22,7 @@ pub(super) fn packed(instance: &Instance, goal: Goal, method: Method, steps: u64
 fn tiny(seed: u64, turns: Turns) -> Instance {
     let mut numbers = SplitMix64::seeded(seed);
     let space = [0, 1, 2].map(|_| 3 + numbers.below(3) as i64);
-    let gap = i64::from(seed % 3 == 0);
+    let gap = i64::from(seed.is_multiple_of(3));
     let mut items: Vec<Item> = Vec::new();
     while items.len() < 5 {
         let size = [0, 1, 2].map(|k| 1 + numbers.below(space[k] as usize - usize::from(gap > 0)) as i64);
@@ -35,7 +35,7 @@ fn tiny(seed: u64, turns: Turns) -> Instance {
 
 #[test]
 fn every_method_agrees_with_brute_force() {
-    let (mut beyond_volume, mut several, mut by_program) = (0, 0, 0);
+    let (mut beyond_volume, mut several, mut by_program, mut missed) = (0, 0, 0, 0);
     for seed in 1..=60 {
         let turns = [Turns::None, Turns::Z90, Turns::Any][seed as usize % 3];
         let instance = tiny(seed, turns);
@@ -49,7 +49,10 @@ fn every_method_agrees_with_brute_force() {
         several += usize::from(fewest > 1);
         for method in METHODS {
             let answer = packed(&instance, Goal::Runs, method, 600_000);
-            assert_eq!(answer.runs, fewest, "{seed}: {method:?}");
+            // Tabu search may miss the best: it only never says what cannot be.
+            assert!(answer.runs >= fewest, "{seed}: {method:?}");
+            missed += usize::from(answer.runs > fewest);
+            assert!(answer.runs == fewest || method == Method::Tabu, "{seed}: {method:?}");
             assert!(answer.bound <= fewest as f64, "{seed}: {method:?}");
             by_program += usize::from(method == Method::Ip && answer.ended == Ended::Proved);
             if method != Method::Tabu {
@@ -61,6 +64,7 @@ fn every_method_agrees_with_brute_force() {
     }
     // The integer program goes through on nearly all sets of five boxes: then it proves what it says.
     assert!(by_program > 45, "{by_program} of 60 proved");
+    assert!(missed <= 4, "{missed} of 60 missed by tabu search");
     assert!(several > 30 && beyond_volume > 10, "{several} {beyond_volume}: the instances say nothing");
 }
 

@@ -13,7 +13,7 @@ impl Numbers {
 
     /// Evenly from `low` to `high`, by the remainder, as the generator does.
     pub(super) fn between(&mut self, low: i64, high: i64) -> i64 {
-        self.0 = (self.0.wrapping_mul(0x5_dee_ce66d_u64) + 0xb) & ((1 << 48) - 1);
+        self.0 = (self.0.wrapping_mul(0x0005_deec_e66d_u64) + 0xb) & ((1 << 48) - 1);
         (self.0 >> 17) as i64 % (high - low + 1) + low
     }
 }

@@ -93,7 +93,7 @@ fn the_bound_of_models_is_one() {
     assert!(filled.bound >= 24.0 && filled.bound <= 27.0, "{}", filled.bound);
 }
 
-/// Angles of metal, two of which go into each other: boxes waste the half of each, coverings and annealing less.
+/// Angles of metal, which go into each other: boxes waste most of each; annealing is at least not worse.
 #[test]
 fn other_methods_gain_over_boxes_too() {
     let parts = [block([0.0; 3], [60.0, 20.0, 8.0]), block([0.0, 0.0, 8.0], [8.0, 20.0, 60.0])];

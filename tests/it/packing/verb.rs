@@ -70,9 +70,10 @@ fn plates_hold_what_the_document_says() {
         for item in plate["items"].as_array().unwrap() {
             assert!(seen.insert((item["model"].to_string(), item["copy"].as_u64().unwrap())));
             let (low, high) = (numbers(&item["box_mm"][0]), numbers(&item["box_mm"][1]));
-            // The file's low corner is its origin: turned about it and moved, it is a corner of the box.
+            // The plate's low corner is its file's origin: turned about that it stays a corner of the box.
             let origin = numbers(&item["origin_mm"]);
-            assert!((0..3).all(|k| origin[k] > low[k] - 1e-3 && origin[k] < high[k] + 1e-3), "{item}");
+            let corner = |k: usize| (origin[k] - low[k]).abs() < 1e-3 || (origin[k] - high[k]).abs() < 1e-3;
+            assert!(item["model"] != "plate.stl" || (0..3).all(corner), "{item}");
             assert!(item["turn_deg"].as_f64().unwrap() % 90.0 == 0.0);
         }
         let order = plate["lift_order"].as_array().unwrap().len() + plate["locked"].as_array().unwrap().len();
