@@ -360,7 +360,7 @@ mod tests {
         assert!((cube.distance(&origin, &cube, &at(13.0, 14.0, 5.0), 50.0) - 5.0).abs() < 1e-6);
         assert_eq!(cube.distance(&origin, &cube, &at(90.0, 0.0, 0.0), 50.0), 50.0);
         // Turned about its own corner, the far corner strikes a wall that stands 12 mm from the axis.
-        let wall = at(-3.0, 12.0, 0.0);
+        let wall = at(-2.0, 12.0, 0.0);
         let angle = cube.turnable(&origin, &cube, &wall, &Vec3::zeros(), &Vec3::z(), 0.0, 3.0);
         let meets = (12.0 / 200_f64.sqrt()).asin() - std::f64::consts::FRAC_PI_4;
         assert!(angle <= meets + 1e-6 && angle > 0.8 * meets, "{angle} of {meets}");

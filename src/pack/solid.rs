@@ -135,7 +135,9 @@ fn cube_turns() -> Vec<Mat3> {
 /// A turn as one about a unit axis, degrees from 0 to 180; about +Z for none, and from -180 to 180 about +Z where that is its axis.
 pub fn axis_and_angle(turn: &Mat3) -> (Vec3, f64) {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*turn);
-    let (axis, angle) = rotation.axis_angle().map_or((Vec3::z(), 0.0), |(axis, angle)| (axis.into_inner(), angle));
+    // By the quaternion: at half a turn the matrix alone says no axis.
+    let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
+    let (axis, angle) = turn.axis_angle().map_or((Vec3::z(), 0.0), |(axis, angle)| (axis.into_inner(), angle));
     let degrees = (angle.to_degrees() * 1e9).round() / 1e9;
     if axis.z < -1.0 + 1e-12 { (Vec3::z(), -degrees) } else { (axis.map(|v| v + 0.0), degrees) }
 }
