@@ -131,7 +131,7 @@ say "programs"
 python_environment
 from_registry octoprint 600 "OctoPrint (its virtual printer)" OctoPrint==1.11.8
 from_registry trimesh 300 "numpy and trimesh (first layers and tipping angles with other code)" numpy trimesh
-from_registry ortools 300 "OR-tools (a witness for the costs of supports)" ortools==9.15.6755
+from_registry ortools 300 "OR-tools (a witness for the costs of supports and for packings)" ortools==9.15.6755
 if [ -d .venv/bin ]; then
     export PATH="$PWD/.venv/bin:$PATH"
 fi

@@ -52,6 +52,7 @@ pub mod mesh;
 pub mod motion;
 pub mod orient;
 pub mod overhang;
+pub mod pack;
 pub mod planning;
 pub mod profile;
 pub mod section;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
-use crate::job::{Arrangement, PlanOptions, SlicingOptions, SplitOptions, SupportOptions, Triple};
+use crate::job::{Arrangement, PackOptions, PlanOptions, SlicingOptions, SplitOptions, SupportOptions, Triple};
 use crate::orient::PRINTABLE;
 
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
@@ -49,6 +49,8 @@ pub(super) enum Verb {
     Split(Split),
     /// Plan supports for what overhangs, with the least material, and write them as a mesh
     Support(Support),
+    /// Pack models or boxes into as few runs as there must be, or the most value into one
+    Pack(Pack),
     /// Find orientations and a sequence of time slots, or say why there is none
     Plan(Plan),
     /// Write each print's mesh, a project with all of them, and sliced files
@@ -364,6 +366,56 @@ pub(super) struct Split {
     /// Height of a part below the model, printed first [default: none; 10, 20 and 40 where nothing else helps]
     #[arg(long, value_name = "MM")]
     pub(super) pedestal: Option<f64>,
+}
+
+#[derive(ClapArgs)]
+#[command(group = clap::ArgGroup::new("room").required(true).args(["space", "profile"]))]
+pub(super) struct Pack {
+    /// Models; MODEL*3 for three of one
+    #[arg(value_name = "MODEL[*COUNT]", required_unless_present = "boxes", conflicts_with = "boxes")]
+    pub(super) models: Vec<String>,
+    /// Boxes instead of models: a text with a line `width depth height [count [value]]` each, in mm
+    #[arg(long, value_name = "FILE")]
+    pub(super) boxes: Option<PathBuf>,
+    /// Unit of the files' numbers: um, mm, cm, in, ft or m [default: each file's own, else guessed]
+    #[arg(long)]
+    pub(super) unit: Option<String>,
+    /// Mend what is safe to mend: flipped facets, doubled facets, plane holes
+    #[arg(long)]
+    pub(super) repair: bool,
+    /// The space of each run
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(super) space: Option<Triple>,
+    /// The machine on whose table models stand side by side: a shipped profile's name, or a TOML file
+    #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
+    pub(super) profile: Option<String>,
+    /// A folder for the runs, one 3MF each
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(super) output: Option<PathBuf>,
+    /// A picture of all runs
+    #[arg(long, value_name = "OUT.png")]
+    pub(super) view: Option<PathBuf>,
+    /// Least distance between two pieces [default: 1 for models, 0 for boxes, on a table as far as the head reaches sideways]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    pub(super) gap: Option<f64>,
+    /// none, z90 (quarter turns about Z), z (any angle about Z) or any
+    #[arg(long, default_value_t = PackOptions::default().turn)]
+    pub(super) turn: String,
+    /// Fill one run with the most value instead of taking all in few runs: volume, file (values of --boxes), or a value for each model
+    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    pub(super) fill: Option<String>,
+    /// auto, ip, ip-local-search or tabu; for models also coverings and anneal
+    #[arg(long, default_value_t = PackOptions::default().method)]
+    pub(super) method: String,
+    /// End after so many seconds [default: after a number of steps, the same on every machine]
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    pub(super) time: Option<f64>,
+    /// Every model must come out straight up, one after the other
+    #[arg(long)]
+    pub(super) no_interlock: bool,
+    /// Seed of the methods that draw numbers
+    #[arg(long, default_value_t = PackOptions::default().seed, value_name = "N")]
+    pub(super) seed: u64,
 }
 
 #[derive(ClapArgs)]

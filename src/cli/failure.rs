@@ -21,6 +21,9 @@ pub(crate) enum Failure {
     /// The work was done and says no.
     #[error("{0}")]
     Findings(String),
+    /// Asked to end; what was found until then is written.
+    #[error("interrupted; the best so far was kept")]
+    Interrupted,
 }
 
 impl<E: Into<job::Error>> From<E> for Failure {
@@ -54,6 +57,7 @@ impl Failure {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Findings(_) => 1,
+            Self::Interrupted => interrupts::EXIT_CODE,
             Self::Job(error) => exit_code_of(error),
             _ => 2,
         }

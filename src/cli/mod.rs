@@ -8,6 +8,7 @@ mod failure;
 mod inspect;
 mod operator;
 mod orient;
+mod pack;
 mod plan;
 mod prepare;
 mod preview;
@@ -52,6 +53,7 @@ pub fn run() -> ExitCode {
         Verb::Orient(verb) => orient::run(&verb, &console),
         Verb::Split(verb) => split::run(&verb, &console),
         Verb::Support(verb) => support::run(&verb, &console),
+        Verb::Pack(verb) => pack::run(&verb, &console),
         Verb::Plan(verb) => plan::run(&verb, &console),
         Verb::Slice(verb) => slice::run(&verb, &console),
         Verb::Rewrite(verb) => rewrite::run(&verb, &console),

@@ -61,7 +61,7 @@ impl ArrangeArgs {
 }
 
 /// `A.stl*3`: the file and how many; one where nothing is said, or where that is the file's own name.
-fn copies(word: &str) -> (&str, usize) {
+pub(super) fn copies(word: &str) -> (&str, usize) {
     let said = word.rsplit_once('*').and_then(|(name, count)| Some((name, count.parse().ok()?)));
     said.filter(|_| !Path::new(word).exists()).unwrap_or((word, 1))
 }

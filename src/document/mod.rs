@@ -10,6 +10,7 @@
 
 mod model;
 mod oriented;
+mod packed;
 mod plan_text;
 mod planned;
 mod priced;
@@ -20,6 +21,7 @@ mod viewed;
 
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};
+pub use packed::packed;
 pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
 pub use printing::{checked, event, prepared, rehearsed, rejected, shipped, sliced, verified};

@@ -4,8 +4,9 @@
 use super::load::{read_quietly, tell};
 use super::{BadSetting, Error, LoadedModel, LoadedProfile, ModelSource, World};
 use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
-use crate::geom::{Bounds, Object, Rigid, Vec3};
+use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh, is_overlap, threemf};
+use crate::pack::{self, Spot};
 use crate::spelling::counted;
 
 /// Which way a model stands.
@@ -144,13 +145,15 @@ fn stood(
     let each: Vec<(&LoadedModel, &Rigid<Object, Object>)> =
         all().zip(&turns).flat_map(|((model, copies), turn)| std::iter::repeat_n((model, turn), copies)).collect();
     let boxes: Vec<Bounds> = each.iter().map(|(model, turn)| bounds(&model.model, turn)).collect();
-    let (corners, gap_mm) = on_table(&boxes, how.gap_mm, machine);
+    let (spots, gap_mm) = on_table(&boxes, how.gap_mm, machine);
     if each.len() > 1 {
         changes.push(format!("{} stand {gap_mm:.1} mm apart", counted(each.len(), "model")));
     }
     let mut parts = Vec::new();
-    for (index, ((model, turn), (own, corner))) in each.iter().zip(boxes.iter().zip(&corners)).enumerate() {
-        let by = Vec3::new(corner[0] - own.min.x, corner[1] - own.min.y, -own.min.z);
+    for (index, ((model, turn), spot)) in each.iter().zip(&spots).enumerate() {
+        let turn = if spot.turned { turn.then(&quarter()) } else { **turn };
+        let own = bounds(&model.model, &turn);
+        let by = Vec3::new(spot.corner[0] - own.min.x, spot.corner[1] - own.min.y, -own.min.z);
         let placed = turn.then(&Rigid::shift(if each.len() > 1 { by } else { Vec3::zeros() }));
         for part in &model.model.parts {
             let name = if each.len() > 1 { format!("{}-{}", index + 1, part.name) } else { part.name.clone() };
@@ -182,8 +185,14 @@ fn bounds(model: &Model, turn: &Rigid<Object, Object>) -> Bounds {
     Bounds::of(vertices.map(|v| turn.rotation * v))
 }
 
-/// The models' low corners, and the room between them: what is asked for, or what the head needs, or the most that fits the table.
-fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) -> (Vec<[f64; 2]>, f64) {
+/// A quarter turn about Z.
+fn quarter() -> Rigid<Object, Object> {
+    Rigid::new(Mat3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0), Vec3::zeros())
+}
+
+/// Where the models stand, and the room between them: what is asked for, or what the head needs, or the most that fits the table; a
+/// model is turned only where there is no room otherwise.
+fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) -> (Vec<Spot>, f64) {
     let footprints: Vec<[f64; 2]> = boxes.iter().map(|b| [b.size().x, b.size().y]).collect();
     let highest = boxes.iter().map(|b| b.size().z).fold(0.0, f64::max);
     let tried = match asked_mm {
@@ -194,23 +203,16 @@ fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) ->
         }
     };
     let last = tried[tried.len() - 1];
-    let fits = |corners: &[[f64; 2]]| {
-        let all: Vec<[f64; 2]> = corners
-            .iter()
-            .zip(&footprints)
-            .flat_map(|(c, f)| [[c[0], c[1]], [c[0] + f[0], c[1]], [c[0], c[1] + f[1]], [c[0] + f[0], c[1] + f[1]]])
-            .collect();
-        let span = Bounds::of(all.iter().map(|c| Vec3::new(c[0], c[1], 0.0)));
-        let middle = span.centre();
-        all.iter().all(|c| machine.profile.beyond_table(c[0] - middle.x, c[1] - middle.y) <= 0.0)
-    };
-    let room = tried.into_iter().map(|mm| (in_rows(&footprints, mm), mm)).find(|(corners, _)| fits(corners));
+    let inside = |[x, y]: [f64; 2]| machine.profile.beyond_table(x, y) <= 0.0;
+    let ways = tried.into_iter().flat_map(|mm| [(mm, false), (mm, true)]);
+    let room = ways.into_iter().find_map(|(mm, turns)| Some((pack::on_table(&footprints, mm, turns, &inside)?, mm)));
     // What does not fit at all is refused where every model is held against its table.
-    room.unwrap_or_else(|| (in_rows(&footprints, last), last))
+    let rows = || in_rows(&footprints, last).into_iter().map(|corner| Spot { corner, turned: false }).collect();
+    room.unwrap_or_else(|| (rows(), last))
 }
 
 /// How far the head reaches sideways from its tip, mm, with what of it is lower than `highest`.
-fn head_reach_mm(machine: &LoadedProfile, highest: f64) -> f64 {
+pub(super) fn head_reach_mm(machine: &LoadedProfile, highest: f64) -> f64 {
     let low = machine.profile.head_bodies().into_iter().filter(|body| body.bounds().min.z < highest);
     low.map(|body| {
         let b = body.bounds();

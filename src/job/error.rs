@@ -148,6 +148,9 @@ pub enum Error {
     /// A setting of a request that cannot be.
     #[error(transparent)]
     Setting(#[from] BadSetting),
+    /// What cannot be packed.
+    #[error(transparent)]
+    Packing(#[from] super::BadPacking),
     /// A simulated printer that cannot be.
     #[error(transparent)]
     Simulation(#[from] BadSimulation),

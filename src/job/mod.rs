@@ -6,6 +6,7 @@
 //! PlanRequest    --plan--> PlanResult{plan: CheckedPlan}                   or Error::NoPlan{reasons, remedies}
 //! SplitRequest   --split--> SplitResult{split}                           one solid in parts, printable or why not
 //! SupportRequest --support--> SupportResult{planned, built}              supports for a model in one pose, or what stays bare
+//! PackRequest    --pack--> PackResult{plates}                              models in as few runs as there must be, or the most value in one
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
 //! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
@@ -25,6 +26,7 @@ mod error;
 mod holding;
 mod load;
 mod orient;
+mod pack;
 mod plan;
 mod prepare;
 mod preview;
@@ -50,6 +52,10 @@ pub use error::{Error, in_words, remedy};
 use load::load_unposed;
 pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
+pub use pack::{
+    BadPacking, Contents, Into as PackInto, MOST_PIECES, PackOptions, PackRequest, PackResult, Piece, Plate, Plates,
+    pack,
+};
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show};

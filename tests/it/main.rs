@@ -27,6 +27,7 @@ mod orient_numpy;
 mod orient_sample;
 mod orient_size;
 mod own_settings;
+mod packing;
 mod pipeline;
 mod plan_and_prepare;
 mod planning;

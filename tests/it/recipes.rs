@@ -45,6 +45,9 @@ fn run(page: &str, least: usize) {
             let html = std::fs::read_to_string(folder.path().join("view.html")).unwrap();
             assert!(html.starts_with("<!DOCTYPE html>") && html.trim_end().ends_with("</html>"), "{page}:\n{block}");
         }
+        if block.contains("-o plates") {
+            assert!(folder.path().join("plates/plate-01.3mf").is_file(), "{page}:\n{block} wrote no plate");
+        }
         if block.contains("tree.gcode") {
             let text = std::fs::read_to_string(folder.path().join("tree.gcode")).unwrap();
             assert!(text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
@@ -81,6 +84,11 @@ fn of_slic3r() {
 #[test]
 fn of_supports() {
     run("support.md", 6);
+}
+
+#[test]
+fn of_packing() {
+    run("packing.md", 4);
 }
 
 #[test]

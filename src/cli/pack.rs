@@ -1,0 +1,54 @@
+//! `trunnion pack`
+
+use std::path::PathBuf;
+
+use super::args::Pack as Verb;
+use super::requests::{copies, outputs};
+use super::{Console, Failure};
+use crate::document;
+use crate::job::{self, Contents, MachineSource, ModelSource, PackInto, PackOptions, PackRequest, Source, interrupts};
+
+pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
+    let files: Vec<PathBuf> = args.models.iter().map(|word| copies(word).0.into()).chain(args.boxes.clone()).collect();
+    let mut outputs = outputs(files.iter().map(PathBuf::as_path));
+    let plates = args.output.as_deref().map(|folder| job::Plates::claim(folder, &mut outputs)).transpose()?;
+    let viewed = args.view.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    // From here on an interrupt ends the search, and what was found so far is written.
+    let asked = interrupts::Interrupts::listen();
+    let done = job::pack(&args.request()?, &|| asked.count() > 0, &console.world())?;
+    let stale = plates.map(|plates| plates.write(&done, &mut outputs)).transpose()?.unwrap_or_default();
+    stale.iter().try_for_each(|plate| console.set_aside(plate))?;
+    if let Some(viewed) = viewed {
+        viewed.write(&done.view().png().map_err(|e| Failure::Usage(format!("{}: {e}", viewed.path().display())))?)?;
+    }
+    if console.json() {
+        console.document(&document::packed(&done));
+    } else {
+        console.result(&done.text());
+    }
+    if done.interrupted() { Err(Failure::Interrupted) } else { Ok(()) }
+}
+
+impl Verb {
+    fn request(&self) -> Result<PackRequest, Failure> {
+        let unit = self.unit.as_deref().map(str::parse).transpose();
+        let unit = unit.map_err(|e: crate::mesh::UnknownUnit| Failure::Usage(e.to_string()))?;
+        let model = |word: &String| {
+            let (name, count) = copies(word);
+            (ModelSource { source: Source::from(name), unit, repair: self.repair }, count)
+        };
+        let models = || Contents::Models(self.models.iter().map(model).collect());
+        let table = || PackInto::Table(MachineSource::from(self.profile.as_deref().unwrap_or_default()));
+        let options = PackOptions {
+            gap_mm: self.gap,
+            turn: self.turn.clone(),
+            fill: self.fill.clone(),
+            method: self.method.clone(),
+            seconds: self.time,
+            no_interlock: self.no_interlock,
+            seed: self.seed,
+        };
+        let contents = self.boxes.as_ref().map_or_else(models, |boxes| Contents::Boxes(Source::from(boxes)));
+        Ok(PackRequest { contents, into: self.space.map_or_else(table, |space| PackInto::Space(space.0)), options })
+    }
+}

@@ -1,0 +1,45 @@
+//! Packings: runs with their pieces.
+
+use serde_json::{Value, json};
+
+use crate::job::{PackResult, Piece, Plate};
+use crate::pack::{Ended, Goal};
+
+/// `trunnion pack`. `origin_mm` is where the file's origin comes, or a box's low corner, turned by `turn_deg` about `axis`;
+/// `lift_order` and `locked` are places in `items`.
+pub fn packed(done: &PackResult) -> Value {
+    let item = |piece: &Piece| {
+        json!({
+            "model": piece.name, "index": piece.model, "copy": piece.copy, "origin_mm": piece.origin_mm.as_slice(),
+            "turn_deg": piece.turn_deg, "axis": piece.axis.as_slice(),
+            "box_mm": [piece.bounds.min.as_slice(), piece.bounds.max.as_slice()],
+        })
+    };
+    let plate = |(index, plate): (usize, &Plate)| {
+        json!({
+            "file": PackResult::file(index), "fill": plate.fill,
+            "items": plate.pieces.iter().map(item).collect::<Vec<_>>(),
+            "lift_order": plate.lift_order, "locked": plate.locked,
+        })
+    };
+    let ended = match done.ended {
+        Ended::Proved => "proved",
+        Ended::Steps => "steps",
+        Ended::Time => "time",
+        Ended::Interrupted => "interrupted",
+    };
+    let left = |(name, count): &(String, usize)| json!({"model": name, "copies": count});
+    let mut all = json!({
+        "plates": done.plates.iter().enumerate().map(plate).collect::<Vec<_>>(),
+        "runs": done.plates.len(), "lower_bound": if done.goal == Goal::Runs { done.bound as u64 } else { 1 },
+        "goal": if done.goal == Goal::Runs { "runs" } else { "filling" },
+        "ended": ended, "interrupted": done.interrupted(), "method": done.method,
+        "space_mm": done.space_mm, "gap_mm": done.gap_mm, "clearance_mm": done.clearance_mm,
+        "left_out": done.left_out.iter().map(left).collect::<Vec<_>>(), "seconds": done.seconds,
+    });
+    if done.goal == Goal::Filling {
+        all["value"] = json!(done.value);
+        all["value_upper_bound"] = json!(done.bound);
+    }
+    all
+}

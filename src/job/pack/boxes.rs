@@ -1,0 +1,139 @@
+//! Boxes from a text, a line each.
+
+use super::result::{self, PackResult};
+use super::{Asked, BadPacking, Error, MOST_PIECES, Source, World, counted};
+use crate::pack::{Goal, Instance, Item, check, pack};
+
+/// Units of a length in a millimetre: micrometres.
+pub(super) const UNITS: f64 = 1000.0;
+
+/// A line of the text.
+struct Line {
+    name: String,
+    size: [f64; 3],
+    count: usize,
+    value: f64,
+}
+
+/// `w d h [count [value]]`, mm; empty lines and what follows a `#` say nothing.
+fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
+    let mut lines = Vec::new();
+    for (index, whole) in text.lines().enumerate() {
+        let said = whole.split('#').next().unwrap_or_default().trim();
+        if said.is_empty() {
+            continue;
+        }
+        let bad = || BadPacking::Line { name: name.to_owned(), line: index + 1, text: said.to_owned() };
+        let numbers: Option<Vec<f64>> =
+            said.split([' ', '\t', ',']).filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect();
+        let numbers = numbers.filter(|all| (3..=5).contains(&all.len()) && all.iter().all(|v| v.is_finite()));
+        let numbers = numbers.ok_or_else(bad)?;
+        let size = [numbers[0], numbers[1], numbers[2]];
+        let value = numbers.get(4).copied().unwrap_or_else(|| size.iter().product());
+        // Whole micrometres, so that what is packed is what was written.
+        let fine = |mm: &f64| (0.001..=1e6).contains(mm) && (mm * UNITS - (mm * UNITS).round()).abs() < 1e-3;
+        if !size.iter().all(fine) || value <= 0.0 {
+            return Err(bad());
+        }
+        let place = format!("{name}, line {}", index + 1);
+        let count = counted(&place, numbers.get(3).copied().unwrap_or(1.0))?;
+        lines.push(Line { name: place, size, count, value });
+    }
+    let pieces = lines.iter().map(|line| line.count).sum();
+    match pieces {
+        0 => Err(BadPacking::NoBoxes(name.to_owned())),
+        1..=MOST_PIECES => Ok(lines),
+        _ => Err(BadPacking::TooMany { pieces }),
+    }
+}
+
+/// Packs the boxes of a text.
+pub(super) fn packed(
+    source: &Source,
+    space_mm: [f64; 3],
+    asked: &Asked<'_>,
+    stop: &dyn Fn() -> bool,
+    world: &World<'_>,
+) -> Result<PackResult, Error> {
+    let name = source.name().into_owned();
+    let lines = lines(&name, &source.text(world)?)?;
+    let volumes: Vec<f64> = lines.iter().map(|line| line.size.iter().product()).collect();
+    let own: Vec<f64> = lines.iter().map(|line| line.value).collect();
+    let values = asked.values(&volumes, &own)?;
+    let units = |mm: f64| (mm * UNITS).round() as i64;
+    let copies = lines.iter().enumerate().flat_map(|(index, line)| std::iter::repeat_n(index, line.count));
+    let of: Vec<usize> = copies.collect();
+    let items = of.iter().map(|&line| Item { size: lines[line].size.map(units), value: values[line] }).collect();
+    let space = space_mm.map(|mm| (mm * UNITS + 1e-3).floor() as i64);
+    let gap = units(asked.options.gap_mm.unwrap_or(0.0));
+    let instance = Instance { space, gap, turns: asked.turns, items };
+    let goal = asked.goal();
+    let seed = asked.options.seed;
+    let answer = asked.watched(stop, world, |watch| pack(&instance, goal, asked.method, seed, watch));
+    let no_fit = |item: usize| {
+        let line = &lines[of[item]];
+        BadPacking::NoFit { name: line.name.clone(), size: line.size, space: space_mm, turn: asked.turns }
+    };
+    let answer = answer.map_err(|why| asked.unpackable(why, no_fit))?;
+    check(&instance, &answer.placed, goal == Goal::Runs).map_err(BadPacking::from)?;
+    let names: Vec<(String, usize)> = lines.iter().map(|line| (line.name.clone(), line.count)).collect();
+    Ok(result::of_boxes(&instance, &names, &of, &answer, space_mm, asked))
+}
+
+/// The turn that gives a box of `size` the lengths `turned`, as the one about an axis by so many degrees.
+pub(super) fn turn_of(size: [i64; 3], turned: [i64; 3]) -> ([f64; 3], f64) {
+    let [w, d, h] = size;
+    let third = 1.0 / 3.0_f64.sqrt();
+    let turns: [([i64; 3], [f64; 3], f64); 6] = [
+        (size, [0.0, 0.0, 1.0], 0.0),
+        ([d, w, h], [0.0, 0.0, 1.0], 90.0),
+        ([w, h, d], [1.0, 0.0, 0.0], 90.0),
+        ([h, d, w], [0.0, 1.0, 0.0], 90.0),
+        ([h, w, d], [third; 3], 120.0),
+        ([d, h, w], [third; 3], -120.0),
+    ];
+    let found = turns.iter().find(|(lengths, ..)| *lengths == turned);
+    found.map_or(([0.0, 0.0, 1.0], 0.0), |(_, axis, degrees)| (*axis, *degrees))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Vec3;
+    use crate::pack::Turns;
+
+    #[test]
+    fn lines_are_read_or_refused_by_number() {
+        let good = lines("b.txt", "# boxes\n1 2 3\n\n4.5,5,6 2  # two\n7\t8 9 3 1.5\n").unwrap();
+        let told: Vec<_> = good.iter().map(|l| (l.size, l.count, l.value)).collect();
+        assert_eq!(told, [([1.0, 2.0, 3.0], 1, 6.0), ([4.5, 5.0, 6.0], 2, 135.0), ([7.0, 8.0, 9.0], 3, 1.5)]);
+        for (text, wanted) in [
+            ("1 2", "line 1"),
+            ("1 2 3\n1 2 x", "line 2"),
+            ("1 2 -3", "line 1"),
+            ("1 2 3 4 5 6", "line 1"),
+            ("1 2 inf", "line 1"),
+            ("1 2 3.0001", "line 1"),
+            ("1 2 3 1 0", "line 1"),
+            ("1 2 3 0", "count of 0 is out of 1..5000"),
+            ("1 2 3 10000", "count of 10000"),
+            ("1 2 3 1.5", "count of 1.5"),
+            ("1 2 3 4000\n1 2 3 4000", "8000 pieces"),
+            ("# none\n", "no boxes"),
+        ] {
+            let told = lines("b.txt", text).err().map(|e| e.to_string()).unwrap();
+            assert!(told.contains(wanted) && told.contains("b.txt") != wanted.contains("pieces"), "{text}: {told}");
+        }
+    }
+
+    #[test]
+    fn a_turn_gives_the_lengths_that_it_says() {
+        let size = [2, 3, 5];
+        for turned in Turns::Any.sizes(size) {
+            let (axis, degrees) = turn_of(size, turned);
+            let turn = nalgebra::Rotation3::new(Vec3::from(axis) * f64::to_radians(degrees));
+            let got = (turn * Vec3::new(2.0, 3.0, 5.0)).map(|v| v.abs().round() as i64);
+            assert_eq!(<[i64; 3]>::from(got), turned);
+        }
+    }
+}

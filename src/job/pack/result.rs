@@ -1,0 +1,276 @@
+//! What a packing comes to: plates with their pieces, as values, text, files and a picture.
+
+use std::fmt::Write;
+
+use super::boxes::{UNITS, turn_of};
+use super::{Asked, LoadedModel};
+use crate::geom::{Angle, Bounds, Slot, Vec3};
+use crate::mesh::{TriangleMesh, threemf};
+use crate::orient::{Facets, Paint, Picture, view};
+use crate::pack::{Answer, Ended, Goal, Instance, Lift, Packed, Put, Room, Solid, axis_and_angle, volume};
+use crate::spelling::counted;
+
+/// A packing that passed the independent test.
+#[derive(Clone, Debug)]
+pub struct PackResult {
+    /// The runs.
+    pub plates: Vec<Plate>,
+    /// What was looked for.
+    pub goal: Goal,
+    /// [`Goal::Runs`]: no packing has fewer runs. [`Goal::Filling`]: none has more value.
+    pub bound: f64,
+    /// What one run holds ([`Goal::Filling`]).
+    pub value: f64,
+    /// Why the search ended.
+    pub ended: Ended,
+    /// The method.
+    pub method: &'static str,
+    /// The space of a run, mm.
+    pub space_mm: [f64; 3],
+    /// The gap that was kept, mm.
+    pub gap_mm: f64,
+    /// The least distance between two pieces, mm, where it is less than twice the gap.
+    pub clearance_mm: Option<f64>,
+    /// Models or lines with how many of each are in no run.
+    pub left_out: Vec<(String, usize)>,
+    /// What it took.
+    pub seconds: f64,
+}
+
+/// One run.
+#[derive(Clone, Debug)]
+pub struct Plate {
+    /// What of its space is filled; where parts overlap, twice.
+    pub fill: f64,
+    /// Its pieces.
+    pub pieces: Vec<Piece>,
+    /// In which order they lift out straight up, by their places.
+    pub lift_order: Vec<usize>,
+    /// Pieces that are not shown to come out so.
+    pub locked: Vec<usize>,
+}
+
+/// A model or a box in its place.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// The model's file, or the line.
+    pub name: String,
+    /// The model or line, from 0.
+    pub model: usize,
+    /// Which of its copies, from 0.
+    pub copy: usize,
+    /// Where the file's origin comes, mm; a box's low corner.
+    pub origin_mm: Vec3,
+    /// The axis about which it is turned.
+    pub axis: Vec3,
+    /// By how much, degrees.
+    pub turn_deg: f64,
+    /// The box around it, mm.
+    pub bounds: Bounds,
+    /// Its parts by name, as they stand.
+    parts: Vec<(String, TriangleMesh<Slot>)>,
+}
+
+pub(super) fn of_models(
+    models: &[(LoadedModel, usize)],
+    solids: &[Solid],
+    room: &Room,
+    packed: &Packed,
+    lifts: Vec<Lift>,
+    clearance_mm: Option<f64>,
+    asked: &Asked<'_>,
+) -> PackResult {
+    let space: f64 = room.space_mm.iter().product();
+    let plates = (0..packed.runs).zip(lifts).map(|(run, lift)| {
+        let own: Vec<usize> = (0..packed.put.len()).filter(|&i| packed.put[i].run == run).collect();
+        let place = |all: Vec<usize>| all.iter().filter_map(|i| own.iter().position(|o| o == i)).collect();
+        let pieces: Vec<Piece> = own.iter().map(|&i| piece(&models[packed.put[i].model].0, &packed.put[i])).collect();
+        let parts = pieces.iter().flat_map(|piece| &piece.parts);
+        Plate {
+            fill: parts.map(|(_, mesh)| mesh.volume()).sum::<f64>() / space,
+            pieces,
+            lift_order: place(lift.order),
+            locked: place(lift.locked),
+        }
+    });
+    let names: Vec<(String, usize)> = models.iter().map(|(model, count)| (model.file.clone(), *count)).collect();
+    let plates: Vec<Plate> = plates.collect();
+    PackResult {
+        goal: asked.goal(),
+        bound: packed.bound,
+        value: packed.put.iter().map(|p| solids[p.model].value).sum(),
+        ended: packed.ended,
+        method: asked.name,
+        space_mm: room.space_mm,
+        gap_mm: room.gap_mm,
+        clearance_mm,
+        left_out: left_out(&names, &plates),
+        plates,
+        seconds: 0.0,
+    }
+}
+
+fn piece(model: &LoadedModel, put: &Put) -> Piece {
+    let moved = |mesh: &TriangleMesh| {
+        let vertices = mesh.vertices().iter().map(|v| put.turn * v + put.shift).collect();
+        TriangleMesh::new(vertices, mesh.facets().to_vec())
+    };
+    let parts: Vec<(String, TriangleMesh<Slot>)> =
+        model.model.parts.iter().map(|part| (part.name.clone(), moved(&part.mesh))).collect();
+    let (axis, turn_deg) = axis_and_angle(&put.turn);
+    Piece {
+        name: model.file.clone(),
+        model: put.model,
+        copy: put.copy,
+        origin_mm: put.shift,
+        axis,
+        turn_deg,
+        bounds: parts.iter().fold(Bounds::EMPTY, |all, (_, mesh)| all.union(&mesh.bounds())),
+        parts,
+    }
+}
+
+pub(super) fn of_boxes(
+    instance: &Instance,
+    lines: &[(String, usize)],
+    of: &[usize],
+    answer: &Answer,
+    space_mm: [f64; 3],
+    asked: &Asked<'_>,
+) -> PackResult {
+    let mm = |units: [i64; 3]| Vec3::from(units.map(|u| u as f64 / UNITS));
+    let mut plates: Vec<Plate> = Vec::new();
+    for run in 0..answer.runs {
+        let mut own: Vec<_> = answer.placed.iter().filter(|p| p.run == run).collect();
+        own.sort_by_key(|p| p.item);
+        let pieces = own.iter().map(|p| {
+            let line = of[p.item];
+            let (axis, turn_deg) = turn_of(instance.items[p.item].size, p.size);
+            let bounds = Bounds { min: mm(p.at), max: mm(p.at) + mm(p.size) };
+            let copy = p.item - of.partition_point(|&l| l < line);
+            let name = format!("box-{}", line + 1);
+            let parts = vec![(name, block(&bounds))];
+            let name = lines[line].0.clone();
+            Piece { name, model: line, copy, origin_mm: bounds.min, axis: axis.into(), turn_deg, bounds, parts }
+        });
+        let pieces: Vec<Piece> = pieces.collect();
+        // A box comes out once nothing stands above it: the highest tops first do.
+        let mut lift_order: Vec<usize> = (0..own.len()).collect();
+        lift_order.sort_by_key(|&i| (-(own[i].at[2] + own[i].size[2]), i));
+        let fill = own.iter().map(|p| volume(&p.size)).sum::<f64>() / volume(&instance.space);
+        plates.push(Plate { fill, pieces, lift_order, locked: Vec::new() });
+    }
+    PackResult {
+        goal: asked.goal(),
+        bound: answer.bound,
+        value: instance.value(&answer.placed),
+        ended: answer.ended,
+        method: asked.name,
+        space_mm,
+        gap_mm: instance.gap as f64 / UNITS,
+        clearance_mm: None,
+        left_out: left_out(lines, &plates),
+        plates,
+        seconds: 0.0,
+    }
+}
+
+fn block(bounds: &Bounds) -> TriangleMesh<Slot> {
+    let corner = |i: usize| Vec3::from([0, 1, 2].map(|k| if i >> k & 1 == 1 { bounds.max[k] } else { bounds.min[k] }));
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let facets = sides.iter().flat_map(|&[a, b, c, d]: &[u32; 4]| [[a, b, c], [a, c, d]]).collect();
+    TriangleMesh::new((0..8).map(corner).collect(), facets)
+}
+
+fn left_out(asked: &[(String, usize)], plates: &[Plate]) -> Vec<(String, usize)> {
+    let placed = |model: usize| plates.iter().flat_map(|p| &p.pieces).filter(|p| p.model == model).count();
+    let left = asked.iter().enumerate().map(|(model, (name, count))| (name.clone(), count - placed(model)));
+    left.filter(|(_, count)| *count > 0).collect()
+}
+
+impl PackResult {
+    /// Moves everything from a space that begins at the origin to one about it.
+    pub(super) fn about_middle(&mut self, half: f64) {
+        let by = Vec3::new(-half, -half, 0.0);
+        for piece in self.plates.iter_mut().flat_map(|plate| &mut plate.pieces) {
+            piece.origin_mm += by;
+            piece.bounds = Bounds { min: piece.bounds.min + by, max: piece.bounds.max + by };
+            for (_, mesh) in &mut piece.parts {
+                let vertices = mesh.vertices().iter().map(|v| v + by).collect();
+                *mesh = TriangleMesh::new(vertices, mesh.facets().to_vec());
+            }
+        }
+    }
+
+    /// A run as 3MF, mm: the parts of its pieces by their own names, as they lie in the space.
+    pub fn threemf(&self, plate: usize) -> Vec<u8> {
+        let parts = self.plates[plate].pieces.iter().flat_map(|piece| &piece.parts);
+        threemf(&parts.map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>())
+    }
+
+    /// Whether somebody asked for an end before the search was through.
+    pub fn interrupted(&self) -> bool {
+        self.ended == Ended::Interrupted
+    }
+
+    /// The name of a run's file.
+    pub fn file(plate: usize) -> String {
+        format!("plate-{:02}.3mf", plate + 1)
+    }
+
+    /// All runs beside each other, pieces in two colours.
+    pub fn view(&self) -> Picture {
+        let (mut vertices, mut facets, mut costs) = (Vec::new(), Vec::new(), Vec::new());
+        let apart = 1.15 * self.space_mm[0];
+        for (run, plate) in self.plates.iter().enumerate() {
+            for (index, piece) in plate.pieces.iter().enumerate() {
+                let shade = [1.0, -1.0, 0.5, -0.5, 0.2, -0.2][index % 6];
+                for (_, mesh) in &piece.parts {
+                    let first = vertices.len() as u32;
+                    vertices.extend(mesh.vertices().iter().map(|v| v + Vec3::x() * (run as f64 * apart)));
+                    for (i, facet) in mesh.facets().iter().enumerate().filter(|(i, _)| mesh.facet_area(*i) > 0.0) {
+                        facets.push(facet.map(|k| k + first));
+                        costs.push(shade * mesh.facet_area(i));
+                    }
+                }
+            }
+        }
+        let all = Facets::of(&TriangleMesh::<Slot>::new(vertices, facets));
+        view(&all, &Vec3::z(), Paint::Costs(&costs, Angle::from_deg(90.0)))
+    }
+
+    /// The result for people.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        for (index, plate) in self.plates.iter().enumerate() {
+            let _ = write!(out, "{}: {}, ", Self::file(index), counted(plate.pieces.len(), "piece"));
+            let _ = write!(out, "{:.1} % of the space", 100.0 * plate.fill);
+            if !plate.locked.is_empty() {
+                let _ = write!(out, ", {} of them not shown to lift straight out", plate.locked.len());
+            }
+            let _ = writeln!(out);
+        }
+        let pieces: usize = self.plates.iter().map(|plate| plate.pieces.len()).sum();
+        let _ = match self.goal {
+            Goal::Runs => {
+                writeln!(out, "{pieces} pieces in {} (at least {})", counted(self.plates.len(), "run"), self.bound)
+            }
+            Goal::Filling => writeln!(out, "{pieces} pieces worth {:.3} (at most {:.3})", self.value, self.bound),
+        };
+        for (name, count) in &self.left_out {
+            let _ = writeln!(out, "left out: {count} of {name}");
+        }
+        let _ = writeln!(out, "{} after {:.2} s by {}", self.end(), self.seconds, self.method);
+        out
+    }
+
+    /// Why the search ended, in words.
+    pub fn end(&self) -> &'static str {
+        match self.ended {
+            Ended::Proved => "proved best",
+            Ended::Steps => "the best that was found in the steps allowed",
+            Ended::Time => "the best that was found in the time allowed",
+            Ended::Interrupted => "interrupted: the best so far",
+        }
+    }
+}

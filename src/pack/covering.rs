@@ -1,0 +1,203 @@
+//! A solid covered by a few boxes (seed 003, section 2.3), over the cells that it touches: branch and cut over boxes on one side of a plane, and
+//! k-means with a middle and a diagonal for each box; the less volume of both. Every point of the solid lies in one of the boxes.
+
+use super::voxels::{Span, voxels};
+use crate::geom::{SplitMix64, Vec3};
+
+/// Cells along the longest side.
+const CELLS: f64 = 28.0;
+/// Boxes that are branched on, of those that are made.
+const BRANCHES: usize = 14;
+/// Beginnings of the clustering, and its rounds.
+const BEGINNINGS: usize = 12;
+const ROUNDS: usize = 20;
+
+/// From the low cell to behind the high one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct CellBox {
+    low: [i32; 3],
+    high: [i32; 3],
+}
+
+impl CellBox {
+    const NONE: Self = Self { low: [i32::MAX; 3], high: [i32::MIN; 3] };
+
+    fn volume(&self) -> i64 {
+        (0..3).map(|k| i64::from(self.high[k].saturating_sub(self.low[k]).max(0))).product()
+    }
+
+    fn of<'a>(cells: impl IntoIterator<Item = &'a [i32; 3]>) -> Self {
+        cells.into_iter().fold(Self::NONE, |mut all, cell| {
+            all.low = [0, 1, 2].map(|k| all.low[k].min(cell[k]));
+            all.high = [0, 1, 2].map(|k| all.high[k].max(cell[k] + 1));
+            all
+        })
+    }
+
+    fn holds(&self, cell: &[i32; 3]) -> bool {
+        (0..3).all(|k| self.low[k] <= cell[k] && cell[k] < self.high[k])
+    }
+}
+
+/// At most `count` boxes (low corner and size, mm, from the low corner of the solid's own box) that cover `facets`.
+pub(super) fn covering(facets: &[[Vec3; 3]], count: usize, seed: u64) -> Vec<(Vec3, Vec3)> {
+    let bounds = crate::geom::Bounds::of(facets.iter().flatten().copied());
+    let step = bounds.size().max() / CELLS;
+    let made = voxels(facets, step);
+    let each = |span: &Span| {
+        let (y, z) = (span.y, span.z);
+        (span.from..span.to).map(move |x| [x, y, z])
+    };
+    let cells: Vec<[i32; 3]> = made.spans.iter().flat_map(each).collect();
+    let mut best = Cut { least: i64::MAX, boxes: Vec::new() };
+    best.branch(count, &cells, 0, &mut Vec::new());
+    let clustered = k_means(&cells, count, seed);
+    let volume = |boxes: &[CellBox]| boxes.iter().map(CellBox::volume).sum::<i64>();
+    if volume(&clustered) < best.least {
+        best.boxes = clustered;
+    }
+    // No farther than the solid itself reaches.
+    let corner = |cell: [i32; 3]| Vec3::from(cell.map(f64::from)) * step;
+    best.boxes.iter().map(|b| (corner(b.low), corner(b.high).inf(&bounds.size()) - corner(b.low))).collect()
+}
+
+/// Branch and cut: what is known to be the least, and its boxes.
+struct Cut {
+    least: i64,
+    boxes: Vec<CellBox>,
+}
+
+impl Cut {
+    fn branch(&mut self, count: usize, cells: &[[i32; 3]], so_far: i64, chosen: &mut Vec<CellBox>) {
+        // Whatever covers the rest has at least its volume.
+        if so_far + cells.len() as i64 >= self.least {
+            return;
+        }
+        let all = CellBox::of(cells);
+        if count <= 1 || cells.is_empty() {
+            let rest = if cells.is_empty() { 0 } else { all.volume() };
+            if so_far + rest < self.least {
+                self.least = so_far + rest;
+                self.boxes.clone_from(chosen);
+                self.boxes.extend((!cells.is_empty()).then_some(all));
+            }
+            return;
+        }
+        for made in boxes_to_try(cells, &all) {
+            let left: Vec<[i32; 3]> = cells.iter().filter(|cell| !made.holds(cell)).copied().collect();
+            chosen.push(made);
+            self.branch(count - 1, &left, so_far + made.volume(), chosen);
+            chosen.pop();
+        }
+    }
+}
+
+/// The box around what lies on one side of a plane between cells, for every plane and side; first those with which the box and what is
+/// left have the least volume.
+fn boxes_to_try(cells: &[[i32; 3]], all: &CellBox) -> Vec<CellBox> {
+    let mut made: Vec<(i64, CellBox)> = Vec::new();
+    for k in 0..3 {
+        for at in all.low[k] + 1..all.high[k] {
+            let side = |low: bool| CellBox::of(cells.iter().filter(|cell| (cell[k] < at) == low));
+            for (one, other) in [(side(true), side(false)), (side(false), side(true))] {
+                if !made.iter().any(|(_, known)| *known == one) {
+                    made.push((one.volume() + other.volume(), one));
+                }
+            }
+        }
+    }
+    made.push((all.volume(), *all));
+    made.sort_by_key(|(volume, b)| (*volume, b.low, b.high));
+    made.into_iter().take(BRANCHES).map(|(_, b)| b).collect()
+}
+
+/// Clusters by the smallest box about a middle, along its diagonal, that holds a cell; the best of some beginnings.
+fn k_means(cells: &[[i32; 3]], count: usize, seed: u64) -> Vec<CellBox> {
+    let mut numbers = SplitMix64::seeded(seed);
+    let mut best: Option<(i64, Vec<CellBox>)> = None;
+    for _ in 0..BEGINNINGS {
+        let mut boxes: Vec<CellBox> = (0..count).map(|_| CellBox::of([&cells[numbers.below(cells.len())]])).collect();
+        for _ in 0..ROUNDS {
+            let next = clustered(cells, &boxes);
+            if next == boxes {
+                break;
+            }
+            boxes = next;
+        }
+        let volume = boxes.iter().map(CellBox::volume).sum();
+        if best.as_ref().is_none_or(|(least, _)| volume < *least) {
+            best = Some((volume, boxes));
+        }
+    }
+    best.map(|(_, boxes)| boxes).unwrap_or_default()
+}
+
+/// Each cell to the box that would have to be least large for it; then the boxes around what came to each.
+fn clustered(cells: &[[i32; 3]], boxes: &[CellBox]) -> Vec<CellBox> {
+    let middle = |b: &CellBox, k: usize| f64::from(b.low[k] + b.high[k]) / 2.0;
+    let mut next = vec![CellBox::NONE; boxes.len()];
+    for cell in cells {
+        let needed = |b: &CellBox| {
+            let size = [0, 1, 2].map(|k| f64::from((b.high[k] - b.low[k]).max(1)));
+            let share = |k: usize| ((f64::from(cell[k]) + 0.5 - middle(b, k)).abs() + 0.5) / size[k];
+            let scale = (0..3).map(share).fold(0.0, f64::max);
+            size.iter().product::<f64>() * scale.powi(3)
+        };
+        let own = (0..boxes.len()).min_by(|&a, &b| needed(&boxes[a]).total_cmp(&needed(&boxes[b]))).unwrap_or(0);
+        let with = CellBox::of([cell]);
+        for k in 0..3 {
+            next[own].low[k] = next[own].low[k].min(with.low[k]);
+            next[own].high[k] = next[own].high[k].max(with.high[k]);
+        }
+    }
+    next.retain(|b| b.volume() > 0);
+    next
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::solid_box;
+    use crate::pack::Solid;
+
+    fn ell() -> Vec<[Vec3; 3]> {
+        let long = solid_box(Vec3::zeros(), Vec3::new(40.0, 10.0, 10.0));
+        let high = solid_box(Vec3::zeros(), Vec3::new(10.0, 10.0, 40.0));
+        Solid::of([&long, &high], 1.0, 1).facets
+    }
+
+    #[test]
+    fn two_boxes_cover_an_ell_without_waste() {
+        let boxes = covering(&ell(), 2, 1);
+        let volume: f64 = boxes.iter().map(|(_, size)| size.product()).sum();
+        assert!(boxes.len() == 2 && (volume - 7000.0).abs() < 7000.0 * 0.15, "{boxes:?}");
+        assert_eq!(covering(&ell(), 1, 1).len(), 1);
+    }
+
+    /// 100,000 points of the surface and the inside lie in the boxes.
+    #[test]
+    fn every_point_is_covered() {
+        let mut numbers = SplitMix64::seeded(6);
+        let corners = [(); 4].map(|()| numbers.direction() * 20.0);
+        let [a, b, c, d] = corners;
+        let facets = if (b - a).cross(&(c - a)).dot(&(d - a)) < 0.0 {
+            vec![[a, b, c], [a, d, b], [a, c, d], [b, d, c]]
+        } else {
+            vec![[a, c, b], [a, b, d], [a, d, c], [b, c, d]]
+        };
+        let low = crate::geom::Bounds::of(corners).min;
+        for count in 1..=4 {
+            let boxes = covering(&facets, count, 1);
+            assert!(boxes.len() <= count);
+            for _ in 0..100_000 {
+                let mut shares = [(); 4].map(|()| -(1.0 - numbers.unit()).ln());
+                let sum: f64 = shares.iter().sum();
+                shares.iter_mut().for_each(|s| *s /= sum);
+                let p: Vec3 = (0..4).map(|k| (corners[k] - low) * shares[k]).sum();
+                let inside =
+                    |(at, size): &(Vec3, Vec3)| (0..3).all(|k| at[k] - 1e-6 <= p[k] && p[k] <= at[k] + size[k] + 1e-6);
+                assert!(boxes.iter().any(inside), "{p}");
+            }
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! In which order the models of a run can be lifted out, each straight up: one must wait while another has something above any of it.
+//!
+//! Looked at in columns half a gap wide, each widened to whole columns: what is said to come out does; models whose sides only just pass each
+//! other may be said to hold each other though they do not.
+
+use std::collections::HashMap;
+
+use super::solid::{Put, Room, Solid};
+use super::voxels::{reach, slabs};
+use crate::geom::Vec3;
+
+/// How a run is emptied.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Lift {
+    /// Places in the list of pieces, in the order in which they come out.
+    pub order: Vec<usize>,
+    /// Pieces that hold each other.
+    pub locked: Vec<usize>,
+}
+
+/// Columns across the longer side, at most.
+const MOST_COLUMNS: f64 = 2000.0;
+
+/// The order for each run.
+pub fn lift(solids: &[Solid], room: &Room, put: &[Put]) -> Vec<Lift> {
+    let runs = put.iter().map(|p| p.run + 1).max().unwrap_or(0);
+    (0..runs).map(|run| of_run(solids, room, put, run)).collect()
+}
+
+fn of_run(solids: &[Solid], room: &Room, put: &[Put], run: usize) -> Lift {
+    let step = (room.gap_mm / 2.0).max(room.space_mm[0].max(room.space_mm[1]) / MOST_COLUMNS);
+    let own: Vec<usize> = (0..put.len()).filter(|&i| put[i].run == run).collect();
+    let mut columns: HashMap<[i32; 2], Vec<(usize, f64, f64)>> = HashMap::new();
+    for (index, &piece) in own.iter().enumerate() {
+        for (column, [low, high]) in silhouette(solids, &put[piece], step) {
+            columns.entry(column).or_default().push((index, low, high));
+        }
+    }
+    // Whom each one waits for.
+    let mut above: Vec<std::collections::BTreeSet<usize>> = vec![Default::default(); own.len()];
+    for all in columns.values() {
+        for (i, low, _) in all {
+            above[*i].extend(all.iter().filter(|(j, _, high)| j != i && high > low).map(|(j, ..)| *j));
+        }
+    }
+    let mut left: Vec<usize> = (0..own.len()).collect();
+    let mut order = Vec::new();
+    while let Some(next) = left.iter().position(|&i| above[i].iter().all(|j| !left.contains(j))) {
+        order.push(own[left.remove(next)]);
+    }
+    Lift { order, locked: left.into_iter().map(|i| own[i]).collect() }
+}
+
+/// The lowest and highest of a piece over each column that it reaches into, mm.
+fn silhouette(solids: &[Solid], put: &Put, step: f64) -> HashMap<[i32; 2], [f64; 2]> {
+    let mut found: HashMap<[i32; 2], [f64; 2]> = HashMap::new();
+    for corners in solids[put.model].turned(&put.turn) {
+        let moved: Vec<Vec3> = corners.iter().map(|p| (p + put.shift) / step).collect();
+        for (x, slab) in slabs(&moved, 0, i32::MAX) {
+            for (y, piece) in slabs(&slab, 1, i32::MAX) {
+                let [low, high] = reach(&piece, 2);
+                let known = found.entry([x, y]).or_insert([f64::INFINITY, f64::NEG_INFINITY]);
+                *known = [known[0].min(low * step), known[1].max(high * step)];
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,169 @@
+//! Models packed: by their boxes first, then, where that can gain something, by their cells.
+
+use super::anneal::annealed;
+use super::bound::most_value;
+use super::composite::by_coverings;
+use super::instance::{Ended, Goal, Instance, Item, Triple, Turns};
+use super::method::{Method, Unpackable, pack};
+use super::nest::Nest;
+use super::solid::{Put, Room, Solid};
+use super::watch::Watch;
+use crate::geom::{Mat3, Vec3};
+
+/// Units of a box's lengths in a millimetre.
+const UNITS: f64 = 1000.0;
+/// What lengths may be off by, units: a hundredth of a micrometre is no reason to round up a whole one.
+const OFF: f64 = 1e-3;
+
+/// A packing of models.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Packed {
+    /// The pieces, by run, model and copy.
+    pub put: Vec<Put>,
+    /// Runs.
+    pub runs: usize,
+    /// [`Goal::Runs`]: no packing has fewer runs. [`Goal::Filling`]: none has more value.
+    pub bound: f64,
+    /// Why the search ended.
+    pub ended: Ended,
+    /// How many runs the models' boxes take ([`Goal::Runs`]), or which value one holds of them.
+    pub boxes: f64,
+}
+
+/// Packs models. `shapes`: whether their cells are looked at, beyond their boxes.
+///
+/// # Errors
+///
+/// [`Unpackable`]; its number is the model's.
+pub fn pack_models(
+    solids: &[Solid],
+    room: &Room,
+    goal: Goal,
+    method: Method,
+    shapes: bool,
+    seed: u64,
+    watch: &mut Watch<'_>,
+) -> Result<Packed, Unpackable> {
+    if method == Method::Anneal && goal == Goal::Runs {
+        return Err(Unpackable::OnlyFilling);
+    }
+    let bound = bound(solids, room, goal);
+    let boxed = Boxed::of(solids, room);
+    let by_boxes = {
+        // Half of all steps at most where cells come afterwards.
+        let mut asked = |_| (!watch.spend(2000)).then(|| watch.ended());
+        let steps = if shapes || method.of_shapes() { BOX_STEPS } else { u64::MAX };
+        let mut own = Watch::new(steps, &mut asked);
+        pack(&boxed.instance, goal, if method.of_shapes() { Method::Auto } else { method }, seed, &mut own)
+    };
+    let answer = by_boxes.map_err(|why| match why {
+        Unpackable::TooLarge(item) => Unpackable::TooLarge(boxed.pieces[item].0),
+        other => other,
+    })?;
+    let put: Vec<Put> = answer.placed.iter().map(|p| boxed.put(solids, p.run, p.item, p.at, p.size)).collect();
+    let value = |put: &[Put]| put.iter().map(|p| solids[p.model].value).sum::<f64>();
+    let boxes = if goal == Goal::Runs { answer.runs as f64 } else { value(&put) };
+    let met = |put: &[Put], runs: usize| match goal {
+        Goal::Runs => runs as f64 <= bound,
+        Goal::Filling => value(put) >= bound * (1.0 - 1e-8),
+    };
+    let mut best = Packed { runs: answer.runs, put, bound, ended: answer.ended, boxes };
+    let more = shapes || method.of_shapes();
+    if more && !met(&best.put, best.runs) && watch.goes_on() {
+        let nested = match method {
+            Method::Coverings => by_coverings(solids, room, goal, seed, watch),
+            Method::Anneal => Some(annealed(solids, room, &best.put, seed, watch)),
+            _ => Nest::of(solids, room).and_then(|nest| nest.pack(goal, bound, seed, watch)),
+        };
+        if let Some(nested) = nested {
+            let runs = nested.iter().map(|p| p.run + 1).max().unwrap_or(0);
+            let better = match goal {
+                Goal::Runs => runs < best.runs,
+                Goal::Filling => value(&nested) > value(&best.put),
+            };
+            if better {
+                (best.put, best.runs) = (nested, runs);
+            }
+        }
+        best.ended = watch.ended();
+    }
+    if met(&best.put, best.runs) {
+        best.ended = Ended::Proved;
+    }
+    best.put.sort_by_key(|p| (p.run, p.model, p.copy));
+    Ok(best)
+}
+
+/// Steps for boxes where cells are looked at afterwards.
+const BOX_STEPS: u64 = 2_000_000;
+
+/// What no packing of the models themselves can beat: each grown by half the gap still lies within the space grown so, and they do not overlap
+/// then. A body's grown volume is at least a ball's of its volume (Brunn and Minkowski).
+fn bound(solids: &[Solid], room: &Room, goal: Goal) -> f64 {
+    use std::f64::consts::PI;
+    let r = room.gap_mm / 2.0;
+    let [a, b, c] = room.space_mm;
+    let space = a * b * c + 2.0 * r * (a * b + b * c + c * a) + PI * r * r * (a + b + c) + 4.0 / 3.0 * PI * r.powi(3);
+    let ball = (4.0 / 3.0 * PI).cbrt();
+    let grown = |solid: &Solid| (solid.volume_mm3.max(0.0).cbrt() + ball * r).powi(3);
+    match goal {
+        Goal::Runs => {
+            let all: f64 = solids.iter().map(|solid| grown(solid) * solid.copies as f64).sum();
+            (all / space * (1.0 - 1e-9)).ceil().max(f64::from(u8::from(!solids.is_empty())))
+        }
+        Goal::Filling => {
+            let unit = |solid: &Solid| ((grown(solid) / space * 1e6).floor() as i64).clamp(1, 1_000_000);
+            let one = |solid: &Solid| Item { size: [unit(solid), 1, 1], value: solid.value };
+            let items = solids.iter().flat_map(|solid| std::iter::repeat_n(one(solid), solid.copies)).collect();
+            most_value(&Instance { space: [1_000_000, 1, 1], gap: 0, turns: Turns::None, items })
+        }
+    }
+}
+
+/// The models as boxes of whole micrometres.
+struct Boxed {
+    instance: Instance,
+    /// Model and copy of each item.
+    pieces: Vec<(usize, usize)>,
+    /// For each model its turns with the sizes of its box then.
+    turns: Vec<Vec<(Mat3, Triple)>>,
+}
+
+impl Boxed {
+    fn of(solids: &[Solid], room: &Room) -> Self {
+        let up = |mm: f64| (mm * UNITS - OFF).ceil() as i64;
+        // About Z only the snuggest angle and its quarter turns: a box turned askew is only a larger one.
+        let turns: Vec<Vec<(Mat3, Triple)>> = solids
+            .iter()
+            .map(|solid| {
+                let all = solid.turns(room.turns);
+                let size = |turn: &Mat3| -> Triple { solid.bounds(turn).size().map(up).into() };
+                let area = |t: &(Mat3, Triple)| t.1[0] as f64 * t.1[1] as f64;
+                let sized: Vec<(Mat3, Triple)> = all.iter().map(|turn| (*turn, size(turn))).collect();
+                let least = sized.iter().map(area).fold(f64::INFINITY, f64::min);
+                let snug = |t: &&(Mat3, Triple)| room.turns != Turns::Z || area(t) <= least * (1.0 + 1e-6);
+                sized.iter().filter(snug).copied().collect()
+            })
+            .collect();
+        let (mut items, mut pieces) = (Vec::new(), Vec::new());
+        for (model, solid) in solids.iter().enumerate() {
+            for copy in 0..solid.copies {
+                items.push(Item { size: turns[model][0].1, value: solid.value });
+                pieces.push((model, copy));
+            }
+        }
+        let space = room.space_mm.map(|mm| (mm * UNITS + OFF).floor() as i64);
+        Self { instance: Instance { space, gap: up(room.gap_mm), turns: room.turns, items }, pieces, turns }
+    }
+
+    /// A box in its place as the model in it.
+    fn put(&self, solids: &[Solid], run: usize, item: usize, at: Triple, size: Triple) -> Put {
+        let (model, copy) = self.pieces[item];
+        let turns = &self.turns[model];
+        // Rounding may make sizes of one turn differ from those of another by a unit: the nearest is meant.
+        let off = |t: &(Mat3, Triple)| (0..3).map(|k| (t.1[k] - size[k]).abs()).sum::<i64>();
+        let turn = turns.iter().min_by_key(|t| off(t)).map_or_else(Mat3::identity, |t| t.0);
+        let corner = Vec3::from(at.map(|units| units as f64 / UNITS));
+        Put { run, model, copy, turn, shift: corner - solids[model].bounds(&turn).min }
+    }
+}
