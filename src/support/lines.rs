@@ -16,7 +16,9 @@
 //!
 //! What is free is found along a line by steps as long as the distance from the part is, which can pass over nothing.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
+
+use rayon::prelude::*;
 
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
@@ -68,6 +70,8 @@ const ASIDE: f64 = 0.8;
 /// What a column that stands on the part has below its lowest square.
 const ON_PART: usize = ARCS + 1;
 
+/// A sheet that leans out ends at the latest after so many times its own half.
+const FARTHEST: f64 = 3.0;
 /// What stands in a cube on the ground that the surface touches.
 const LOW: usize = ARCS + 2;
 
@@ -91,12 +95,23 @@ pub fn lines(
     for &node in columns.iter().flat_map(|column| &column[..column.len() - 1]) {
         by_level[node / graph.grid.level()].push((node, 0));
     }
-    let tops = columns.iter().map(|column| column[0]).chain(graph.red.iter().map(|&red| red as usize)).collect();
+    let tops: Vec<usize> =
+        columns.iter().map(|column| column[0]).chain(graph.red.iter().map(|&red| red as usize)).collect();
+    // Beside what they hold sheets would rise as walls around the part.
+    let held = |&node: &usize| {
+        let low = graph.grid.middle(node).z;
+        let within = |span: &[f64; 2]| span[1] > low && span[0] < low + ABOVE * graph.grid.step_mm;
+        let near: Vec<&[Section]> =
+            layers.iter().zip(&cuts).filter(|(span, _)| within(span)).map(|(_, cut)| cut.as_slice()).collect();
+        (node, shadow(graph, node, &near, (FARTHEST, how.line_mm)))
+    };
+    let tops: HashMap<usize, [Spans; 2]> = tops.par_iter().map(held).collect();
     let feet = columns.iter().map(|column| column[column.len() - 1]).collect();
     let low = (0..graph.grid.level()).filter(|&cube| graph.is_black(cube) && graph.wants(cube));
     let shadow_mm = graph.grid.origin.z + BELOW * graph.grid.step_mm;
     let near = layers.iter().take_while(|span| span[1] <= shadow_mm).count();
-    let low: Vec<(usize, [Spans; 2])> = low.map(|cube| (cube, shadow(graph, cube, &cuts[..near]))).collect();
+    let near: Vec<&[Section]> = cuts[..near].iter().map(Vec::as_slice).collect();
+    let low: Vec<(usize, [Spans; 2])> = low.map(|cube| (cube, shadow(graph, cube, &near, (1.0, 0.0)))).collect();
     let mut rising = Rising { graph, how, by_level, tops, feet, low, there: HashMap::new() };
     let mut all = Vec::with_capacity(layers.len());
     for (k, span_mm) in layers.iter().enumerate() {
@@ -136,10 +151,12 @@ fn columns(graph: &Graph) -> Vec<Vec<usize>> {
     graph.unreachable.iter().map(column).collect()
 }
 
-/// What of the sheets in a cube lies under what is cut in these layers.
-fn shadow(graph: &Graph, cube: usize, cuts: &[Vec<Section>]) -> [Spans; 2] {
-    let (middle, half) = (graph.grid.middle(cube), graph.grid.step_mm * std::f64::consts::FRAC_1_SQRT_2);
-    let covered = |p: [f64; 2]| -cuts.iter().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+/// What of the sheets in a cube, so many times as long, lies under what is cut in these layers or no more than `beside` mm beside it.
+fn shadow(graph: &Graph, cube: usize, cuts: &[&[Section]], (times, beside): (f64, f64)) -> [Spans; 2] {
+    let (middle, half) = (graph.grid.middle(cube), times * graph.grid.step_mm * std::f64::consts::FRAC_1_SQRT_2);
+    let nearest =
+        |p: [f64; 2]| cuts.iter().copied().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+    let covered = |p: [f64; 2]| beside - nearest(p);
     std::array::from_fn(|diagonal| {
         let ends = [-half, half].map(|t| along([middle.x, middle.y], diagonal, t));
         where_above(ends, covered).into_iter().map(|[a, b]| [a - half, b - half]).collect()
@@ -207,8 +224,8 @@ struct Rising<'a> {
     graph: &'a Graph,
     how: &'a Laying,
     by_level: Vec<Vec<Place>>,
-    /// Squares at which columns end, below what they hold.
-    tops: HashSet<usize>,
+    /// Squares at which columns end, and what of their sheets, drawn out, lies below what they hold.
+    tops: HashMap<usize, [Spans; 2]>,
     /// Squares at which columns stand on the part.
     feet: Vec<usize>,
     /// Cubes on the ground that the surface touches, and what of their sheets lies under the part.
@@ -245,8 +262,11 @@ impl Rising<'_> {
             let (mut below, centre) = (self.below(place), self.centre(place, middle));
             if place.1 == ON_PART {
                 self.land(&mut below, centre, air);
-            } else if self.is_red(place.0) {
+            } else if let Some(held) = self.tops.get(&place.0) {
                 self.lean_out(&mut below, place.0, high - low);
+                if place.1 == ARCS {
+                    below = std::array::from_fn(|diagonal| shared(&below[diagonal], &held[diagonal]));
+                }
             }
             let spans: [Spans; 2] =
                 std::array::from_fn(|diagonal| self.stands(&below[diagonal], centre, diagonal, air));
@@ -260,7 +280,7 @@ impl Rising<'_> {
     }
 
     fn is_red(&self, node: usize) -> bool {
-        self.tops.contains(&node)
+        self.tops.contains_key(&node)
     }
 
     /// Half a diagonal, mm.
@@ -315,7 +335,7 @@ impl Rising<'_> {
 
     /// Lets the ends of the sheets below red square `node` go out by `mm` where a cube without columns of its own lies there.
     fn lean_out(&self, below: &mut [Spans; 2], node: usize, mm: f64) {
-        let (half, farthest) = (self.half(), 3.0 * self.half());
+        let (half, farthest) = (self.half(), FARTHEST * self.half());
         for (diagonal, spans) in below.iter_mut().enumerate() {
             for end in [0, 1] {
                 if !self.is_beside_wall(node, diagonal, end) {

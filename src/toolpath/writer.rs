@@ -124,7 +124,7 @@ impl<'a> Writer<'a> {
             let expect = Expect { multiplier, bead, widths, outset_mm, heights_mm, diameter_mm, ..expect };
             self.out.line(&expect.to_string());
         }
-        if let Some(first) = entries.first() {
+        if let Some(first) = of_a_part(entries) {
             for span in &first.input.sliced.prologue {
                 self.out.keep(without_date(first.input.sliced.text(span)));
             }
@@ -155,7 +155,7 @@ impl<'a> Writer<'a> {
         self.custom_code(&self.job.profile.dialect.end, 0.0, 0.0);
         let laid_mm: f64 = entries.iter().map(|entry| entry.input.sliced.filament_mm + entry.joint.added_mm).sum();
         self.out.line(&format!("; filament used [mm] = {laid_mm:.2}"));
-        if let Some(first) = entries.first() {
+        if let Some(first) = of_a_part(entries) {
             for span in &first.input.sliced.epilogue {
                 self.out.keep(first.input.sliced.text(span));
             }
@@ -435,6 +435,11 @@ impl Place<'_> {
     fn obstacles_of(&self, chunk: &Chunk<'_>) -> Option<&Obstacles<'_>> {
         (!self.open[chunk.position]).then_some(self.obstacles)
     }
+}
+
+/// The first that was sliced by the user's slicer: supports have no settings of their own to tell.
+fn of_a_part<'b, 'a>(entries: &'b [Entry<'a>]) -> Option<&'b Entry<'a>> {
+    entries.iter().find(|entry| !entry.holds)
 }
 
 /// The parts of a setup, each once.
