@@ -1,0 +1,107 @@
+"""The pictures of the README, taken from preview pages: python3 scripts/pictures.py [PROGRAM] [FOLDER]
+
+PROGRAM is trunnion (default target/release/trunnion), FOLDER where they go (default docs/pictures). Needs Chromium. The solids are made
+here; what is shown is a file that was verified.
+"""
+
+import json
+import math
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PROGRAM = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/trunnion").resolve()
+FOLDER = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else ROOT / "docs/pictures").resolve()
+SIZE = 640, 480
+# The picture alone, in light colours, from nearer.
+ALONE = """ready.then(() => {
+  for (const e of document.querySelectorAll('body *')) {
+    const keeps = e.id === 'canvas' || e.contains(document.getElementById('canvas'));
+    if (!keeps) e.style.display = 'none';
+  }
+  const view = document.getElementById('canvas');
+  for (let e = view; e !== document.body; e = e.parentElement) Object.assign(e.style, {position: 'fixed', inset: 0, width: '100vw', height: '100vh'});
+  setTheme(false);
+})"""
+
+
+def facets(path, triangles):
+    """Binary STL."""
+    body = b"".join(struct.pack("<12fH", 0, 0, 0, *sum(map(list, t), []), 0) for t in triangles)
+    path.write_bytes(bytes(80) + struct.pack("<I", len(triangles)) + body)
+
+
+def extruded(outline, convex, depth):
+    """A prism; `convex` are pieces of the outline that together fill it."""
+    out = []
+    for piece in convex:
+        for i in range(1, len(piece) - 1):
+            a, b, c = piece[0], piece[i], piece[i + 1]
+            out.append([(p[0], 0.0, p[1]) for p in (a, b, c)])
+            out.append([(p[0], depth, p[1]) for p in (a, c, b)])
+    for a, b in zip(outline, outline[1:] + outline[:1]):
+        p, q, r, s = (a[0], 0.0, a[1]), (b[0], 0.0, b[1]), (b[0], depth, b[1]), (a[0], depth, a[1])
+        out += [[p, r, q], [p, s, r]]
+    return out
+
+
+def turned(profile, sides):
+    """A solid of revolution; the profile goes from the axis up to the axis."""
+    out = []
+    at = lambda p, k: (p[0] * math.cos(math.tau * k / sides), p[0] * math.sin(math.tau * k / sides), p[1])
+    for a, b in zip(profile, profile[1:]):
+        for k in range(sides):
+            p, q, r, s = at(a, k), at(a, (k + 1) % sides), at(b, (k + 1) % sides), at(b, k)
+            if a[0] > 0:
+                out.append([p, q, r])
+            if b[0] > 0:
+                out.append([p, r, s])
+    return out
+
+
+def tee(path):
+    # Every corner of a piece is one of the outline, so that the surface is closed.
+    outline = [(-8, 0), (8, 0), (8, 40), (35, 40), (35, 52), (8, 52), (-8, 52), (-35, 52), (-35, 40), (-8, 40)]
+    middle, left, right = [(-8, 40), (8, 40), (8, 52), (-8, 52)], [(-35, 40), (-8, 40), (-8, 52), (-35, 52)], [(8, 40), (35, 40), (35, 52), (8, 52)]
+    facets(path, extruded(outline, [[(-8, 0), (8, 0), (8, 40), (-8, 40)], middle, left, right], 16.0))
+
+
+def mushroom(path):
+    cap = [(30 * math.cos(a), 40 + 15 * math.sin(a)) for a in (math.pi / 2 * k / 16 for k in range(16))]
+    facets(path, turned([(0, 0), (10, 0), (10, 40)] + cap + [(0, 55)], 64))
+
+
+def run(folder, *args):
+    subprocess.run([PROGRAM, *args], cwd=folder, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def shot(folder, page, picture, *steps):
+    """A picture of the page after some steps (JavaScript)."""
+    wait = "new Promise((done) => setTimeout(done, 8000))"
+    orders = [{"eval": ALONE}, *({"eval": step} for step in steps), {"eval": wait}, {"shot": str(FOLDER / picture)}]
+    driver = [sys.executable, ROOT / "tests/it/preview/chromium.py", "chromium", folder / page, *map(str, SIZE)]
+    subprocess.run(driver, input=json.dumps(orders).encode(), check=True, stdout=subprocess.DEVNULL)
+
+
+def main():
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        tee(folder / "tee.stl")
+        mushroom(folder / "mushroom.stl")
+        (folder / "candelabrum.stl").write_bytes((ROOT / "fixtures/candelabrum.stl").read_bytes())
+        machine = ["-m", "generic-ac", "--slicer", "builtin"]
+        run(folder, "prepare", "tee.stl", *machine, "-o", "tee.gcode", "--preview", "tee.html")
+        run(folder, "prepare", "mushroom.stl", *machine, "--split", "never", "-o", "mushroom.gcode", "--preview", "mushroom.html")
+        run(folder, "prepare", "candelabrum.stl", *machine, "-o", "candelabrum.gcode", "--preview", "candelabrum.html")
+        near = "camera.distance *= 0.62; invalidate()"
+        feature = "state.mode = 'feature'; recolour()"
+        shot(folder, "tee.html", "tee-in-parts.png", "state.table = false; invalidate()", near)
+        shot(folder, "mushroom.html", "mushroom-on-supports.png", feature, near)
+        shot(folder, "candelabrum.html", "candelabrum-tilted.png", "seek(Math.floor(replay.count * 0.62))", "state.table = false; invalidate()")
+
+
+main()
