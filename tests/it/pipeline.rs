@@ -31,6 +31,8 @@ fn prepare_twice(name: &str) {
     assert!(document["verify"]["filament_mm"].as_f64().unwrap() > 100.0);
     let one_thread = trunnion()
         .env("RAYON_NUM_THREADS", "1")
+        // Without a name, or called dumb, a terminal gets no bar.
+        .env("TERM", "xterm")
         .args(["prepare", &fixture(name), "-m", "generic-ac", "--slicer", slicer, "-q", "-o"])
         .arg(&second)
         .output()

@@ -125,7 +125,7 @@ fn one_span_is_planned_sliced_and_verified_with() {
     let gcode = folder.path().join("gate.gcode").display().to_string();
     let plan = folder.path().join("gate.json").display().to_string();
     let args = ["prepare", &model, "-m", "generic-ac", "--slicer", "builtin", "--split", "never", "-o", &gcode];
-    let (code, _, said) = run(&args);
+    let (code, _, said) = run(&[&args[..], &["--supports", "never"]].concat());
     assert_eq!(code, Some(1), "{said}");
     let (code, document, said) = run(&[&args[..], &["--bridge", "13", "--plan-out", &plan]].concat());
     assert_eq!(code, Some(0), "{said}");
@@ -232,7 +232,12 @@ fn one_solid_that_has_no_plan_is_cut_and_says_so() {
     // Not where it is not wanted: then the parts are not written either.
     let (model, out) = (written(folder.path(), "whole", &solids::tee()), folder.path().join("whole.gcode"));
     let args = ["prepare", &model, "-m", "generic-ac", "--slicer", "builtin", "-o"];
-    let never = trunnion().args(args).arg(&out).args(["--split", "never", "--no-remedies"]).output().unwrap();
+    let never = trunnion()
+        .args(args)
+        .arg(&out)
+        .args(["--split", "never", "--supports", "never", "--no-remedies"])
+        .output()
+        .unwrap();
     assert_eq!(never.status.code(), Some(1), "{}", said(&never));
     assert!(!folder.path().join("whole.parts.3mf").exists() && !out.exists());
     // The picture and the text say what was done, and why.

@@ -277,7 +277,7 @@ pub struct Listed {
 ///
 /// # Errors
 ///
-/// As [`plan`], but [`Error::Infeasible`] without remedies where there is none.
+/// As [`plan`](super::plan()), but [`Error::Infeasible`] without remedies where there is none.
 pub fn sequences(
     request: &PlanRequest,
     most: usize,
