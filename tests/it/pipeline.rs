@@ -31,8 +31,6 @@ fn prepare_twice(name: &str) {
     assert!(document["verify"]["filament_mm"].as_f64().unwrap() > 100.0);
     let one_thread = trunnion()
         .env("RAYON_NUM_THREADS", "1")
-        // Without a name, or called dumb, a terminal gets no bar.
-        .env("TERM", "xterm")
         .args(["prepare", &fixture(name), "-m", "generic-ac", "--slicer", slicer, "-q", "-o"])
         .arg(&second)
         .output()
@@ -303,6 +301,8 @@ fn a_terminal_sees_a_bar_and_a_pipe_does_not() {
     // Slowed down to one thread, so that the second after which a bar may show has passed.
     let shown = std::process::Command::new("script")
         .env("RAYON_NUM_THREADS", "1")
+        // Without a name, or called dumb, a terminal gets no bar.
+        .env("TERM", "xterm")
         .args(["-qec", &command, "/dev/null"])
         .output()
         .unwrap();
