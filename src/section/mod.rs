@@ -12,12 +12,14 @@
 
 mod fit;
 mod grid;
+mod march;
 mod outline;
 pub mod polygons;
 pub mod simplify;
 
 pub use fit::{Fit, Sample, fit};
 pub use grid::{Nearest, Point, Segment, Segments};
+pub use march::march;
 pub use outline::{OutlineSearch, Section};
 
 use crate::geom::Vec3;

@@ -14,7 +14,7 @@
 //! What has no way to the ground may stand on the part: a straight column down to the surface below, where its sheets begin, layer by
 //! layer, on what the part has there.
 //!
-//! What is free is found along a line by steps as long as the distance from the part is, which can pass over nothing.
+//! What is free is found along a line by [`march`], which passes over nothing.
 
 use std::collections::HashMap;
 
@@ -24,7 +24,7 @@ use super::flow::Flow;
 use super::graph::{ARCS, Graph};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::section::{Section, Sections};
+use crate::section::{Section, Sections, march};
 
 /// How supports are laid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +50,6 @@ pub struct SupportLayer {
 
 /// Shorter lines are left out, in widths: they would not stick.
 const SHORTEST_WIDTHS: f64 = 3.0;
-/// Where the distance from the part is less than this, mm, so far is gone on along a line.
-const FINEST_MM: f64 = 0.02;
 /// Heights that differ by less are the same, mm.
 const SAME_MM: f64 = 1e-6;
 /// Above its red square a sheet ends at the latest after so many steps: the surface is within the cube above.
@@ -197,26 +195,20 @@ impl Air<'_> {
 
 /// Where on the way from `a` to `b` a measure is not below 0, as lengths from `a`; it changes by no more than the way does.
 fn where_above([a, b]: [[f64; 2]; 2], measure: impl Fn([f64; 2]) -> f64) -> Spans {
-    {
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        let at = |t: f64| [a[0] + (b[0] - a[0]) * t / length, a[1] + (b[1] - a[1]) * t / length];
-        let (mut spans, mut from, mut t) = (Spans::new(), None, 0.0);
-        while t < length {
-            let room = measure(at(t));
-            match (room >= 0.0, from) {
-                (true, None) => from = Some(t),
-                (false, Some(start)) => {
-                    spans.push([start, t]);
-                    from = None;
-                }
-                _ => {}
+    let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+    let (mut spans, mut from) = (Spans::new(), None);
+    for (t, room) in march([a, b], measure) {
+        match (room >= 0.0, from) {
+            (true, None) => from = Some(t),
+            (false, Some(start)) => {
+                spans.push([start, t]);
+                from = None;
             }
-            // Nothing near: the section's own distances end at 2 mm.
-            t += room.abs().clamp(FINEST_MM, 1.0);
+            _ => {}
         }
-        spans.extend(from.map(|start| [start, length]));
-        spans
     }
+    spans.extend(from.filter(|start| *start < length).map(|start| [start, length]));
+    spans
 }
 
 /// Supports that grow from the ground up.

@@ -15,15 +15,11 @@ use super::flow::RATE_SLACK;
 use super::report::{FindingPlace, Findings, Rule};
 use super::{Job, Planned, prints};
 use crate::gcode::marks::{Expect, Role};
-use crate::section::{Section, Sections};
+use crate::section::{Point, Section, Sections, march};
 use crate::trace::{Move, Trace};
 
 /// How much nearer to a part than half of its width a line may lie, mm: outlines are cut in the middle of layers, and rounded.
 const NEARER_MM: f64 = 0.05;
-/// Where a line is nearer to where it may not be than this, mm, it is looked at in steps of so much.
-const FINEST_MM: f64 = 0.02;
-/// Sections tell distances up to 2 mm; so far is gone on at most.
-const LONGEST_MM: f64 = 1.0;
 /// What a line may take, beside what its width and height hold.
 const FLOW: [f64; 2] = [0.8, 1.25];
 /// Shorter lines tell nothing of what they hold, mm.
@@ -110,20 +106,18 @@ impl<'a> Supports<'a> {
         }
         let (width, length) = (self.width(m), (to - from).norm());
         let least = width / 2.0 - NEARER_MM;
-        let mut t = 0.0;
-        loop {
+        let nearest = |p: Point| {
+            let distances = sections.iter().map(|section| section.signed_distance(p));
+            distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
+        };
+        let way = [from, to].map(|p| [p.x, p.y]);
+        if let Some((t, room)) = march(way, |p| nearest(p).1 - least).find(|(_, room)| *room < 0.0) {
             let p = from + (to - from) * if length > 0.0 { t / length } else { 0.0 };
-            let distances = sections.iter().map(|section| section.signed_distance([p.x, p.y]));
-            let (other, distance) = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-            if distance < least {
-                return Some(format!(
-                    "a support of part {part} lies {distance:.2} mm from part {other}, at least {least:.2} mm is right"
-                ));
-            }
-            if t >= length {
-                break;
-            }
-            t = (t + (distance - least).clamp(FINEST_MM, LONGEST_MM)).min(length);
+            let (other, _) = nearest([p.x, p.y]);
+            let distance = room + least;
+            return Some(format!(
+                "a support of part {part} lies {distance:.2} mm from part {other}, at least {least:.2} mm is right"
+            ));
         }
         let held = self.flow.bead.area(width, self.height(m)) * length * self.flow.multiplier;
         let laid = m.e * self.filament_mm2;
