@@ -24,8 +24,8 @@ const TOO_WIDE: f64 = 1.3;
 const SHORTEST_MM: f64 = 2.0;
 /// Of which each shares at least so much with another: lines of two hatches that meet end to end share their ends.
 const CURVE_SHARE: f64 = 0.5;
-/// Infill may turn back on itself for so much, mm (half a cubic millimetre), within so many lines.
-const HAIRPIN_MM: f64 = 6.0;
+/// Infill may turn back on itself along a curve for so much, mm (a cubic millimetre), within so many lines.
+const HAIRPIN_MM: f64 = 12.0;
 const HAIRPIN_LINES: usize = 10;
 const JOINED_MM: f64 = 0.2;
 /// What a layer may hold of the others, mm.
@@ -99,10 +99,11 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
 }
 
 /// Whether infill turns back on itself between the two lines, without a way between: along a curved wall PrusaSlicer goes from one row
-/// to the next and back over the same place.
+/// to the next and back over the same place, and Slic3r, which names no roles, begins infill in the midst of its first row and lays
+/// that whole on the way back.
 fn is_hairpin(lines: &[Line], pair: &Pair) -> bool {
     let between = &lines[pair.other..=pair.line];
-    let infill = |line: &Line| matches!(line.m.role, Role::Solid | Role::Infill);
+    let infill = |line: &Line| matches!(line.m.role, Role::Solid | Role::Infill | Role::Unknown);
     // Lines too short to tell what they hold are not among these.
     let joined = |two: &[Line]| {
         let ends = two[0].axis().zip(two[1].axis());
@@ -123,7 +124,9 @@ fn in_stretches(pairs: &[Pair], is_hairpin: impl Fn(&Pair) -> bool) -> Doubled {
     let mut all = Doubled { length: 0.0, longest: 0.0, line: 0, other: 0 };
     for stretch in pairs.chunk_by(|a, b| b.line - a.line <= 1) {
         let length = stretch.iter().map(|pair| pair.length).sum();
-        let turns_back = length <= HAIRPIN_MM && stretch.iter().all(&is_hairpin);
+        let there_and_back = |pair: &Pair| pair.line - pair.other == 1;
+        let short = length <= HAIRPIN_MM || matches!(stretch, [one] if there_and_back(one));
+        let turns_back = short && stretch.iter().all(&is_hairpin);
         if length > SHORTEST_MM && !turns_back {
             all.length += length;
             if length > all.longest {
