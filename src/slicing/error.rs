@@ -98,6 +98,16 @@ pub enum SliceError {
         /// The program names that were tried.
         looked_for: Vec<String>,
     },
+    /// Neither a slicer's name nor a program.
+    #[error("there is no slicer {given:?}; did you mean {nearest}? ({known}, or the path of one)")]
+    UnknownSlicer {
+        /// The word.
+        given: String,
+        /// The name nearest to it.
+        nearest: String,
+        /// All names.
+        known: String,
+    },
     /// This version has no recipe for that slicer's command line.
     #[error("this version of trunnion cannot drive {slicer}; {remedy}")]
     NotDriven {

@@ -86,6 +86,11 @@ impl FromStr for SlicerChoice {
     }
 }
 
+impl SlicerChoice {
+    /// All that have a name and can be driven.
+    pub(super) const NAMED: [Self; 5] = [Self::Auto, Self::BuiltIn, Self::PrusaSlicer, Self::Slic3r, Self::Cura];
+}
+
 impl fmt::Display for SlicerChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

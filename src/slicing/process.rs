@@ -21,6 +21,7 @@ use super::{BuiltIn, Flaw, Interrupt, SliceError, SliceJob, SliceSettings, Slice
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::mesh::stl_binary;
+use crate::spelling::nearest;
 
 /// How the user's slicer is run.
 #[derive(Clone, Debug)]
@@ -111,7 +112,7 @@ fn identified(path: &Path, options: &ExternalOptions, end: Instant) -> Result<Ex
     let mut command = Command::new(path);
     command.arg("--help");
     let seconds = HELP_TIMEOUT.min(options.timeout).as_secs_f64();
-    let ended = run.finish(command, path, end, &|| None)?;
+    let ended = run.finish(command, path, end, &|| None).map_err(|error| unknown(path).unwrap_or(error))?;
     ended.ok_or_else(|| SliceError::Silent { path: path.to_owned(), seconds })?;
     let help = run.said();
     let Some((program, version)) = Program::identify(&help) else {
@@ -119,6 +120,17 @@ fn identified(path: &Path, options: &ExternalOptions, end: Instant) -> Result<Ex
         return Err(SliceError::NotASlicer { path: path.to_owned(), text });
     };
     Ok(External { program, path: path.to_owned(), version, options: options.clone() })
+}
+
+/// What to say of a word that is neither a slicer's name nor a program.
+fn unknown(path: &Path) -> Option<SliceError> {
+    let given = path.to_str().filter(|word| !word.contains(std::path::MAIN_SEPARATOR))?;
+    if std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).any(|folder| folder.join(given).is_file()) {
+        return None;
+    }
+    let known = SlicerChoice::NAMED.map(|choice| choice.to_string());
+    let (_, nearest) = nearest(given, known.iter().map(String::as_str))?;
+    Some(SliceError::UnknownSlicer { given: given.to_owned(), nearest: nearest.to_owned(), known: known.join(", ") })
 }
 
 /// A slicer that is a program of its own.

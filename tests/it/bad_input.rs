@@ -195,6 +195,9 @@ fn a_slicer_that_fails_hangs_or_drops_the_part_is_exit_code_three() {
     assert_eq!(code, Some(3), "{text}");
     let (code, text) = run(&fake("silent", "exit 0"), &[]);
     assert_eq!(code, Some(3), "{text}");
+    // Neither a name nor a program.
+    let (_, text) = run("bultin", &[]);
+    assert!(text.contains("did you mean builtin?"), "{text}");
 }
 
 /// A slicer's files, and the slicer, go with the command, whatever it is doing when it is interrupted.
