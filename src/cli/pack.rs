@@ -24,7 +24,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::packed(&done));
     } else {
-        console.result(&done.text());
+        console.summary(&done.text(), args.output.is_some());
     }
     if done.interrupted() { Err(Failure::Interrupted) } else { Ok(()) }
 }

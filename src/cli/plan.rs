@@ -46,7 +46,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::planned(&made));
     } else {
-        console.result(&text::planned(&made));
+        console.summary(&text::planned(&made), args.output.is_some());
         if args.top.is_some() {
             console.result(&text::comparison(&made));
         }

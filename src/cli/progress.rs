@@ -39,6 +39,13 @@ impl Console {
         }
     }
 
+    /// The same; what was `written` to a file as well is not told for `-q`.
+    pub(crate) fn summary(&self, text: &str, written: bool) {
+        if !(self.quiet && written) {
+            self.result(text);
+        }
+    }
+
     fn lose(&self, error: Error) {
         if error.kind() != ErrorKind::BrokenPipe {
             let _ = self.lost.set(error);

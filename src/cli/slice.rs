@@ -40,7 +40,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::sliced(&written, slicer.as_ref(), &options.bed, &flaws));
     } else {
-        console.result(&written.join("\n"));
+        console.summary(&written.join("\n"), true);
     }
     Ok(())
 }

@@ -21,7 +21,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::split(&done));
     } else if why_not.is_none() {
-        console.result(&done.text());
+        console.summary(&done.text(), true);
     } else {
         console.note(&done.text());
     }

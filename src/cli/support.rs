@@ -26,7 +26,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::supported(&done));
     } else {
-        console.result(&done.text());
+        console.summary(&done.text(), args.output.is_some());
     }
     why_not.map_or(Ok(()), |why| Err(Failure::Findings(format!("{why}; no file of supports was written"))))
 }
