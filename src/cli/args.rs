@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
-use crate::job::{Arrangement, PackOptions, PlanOptions, SlicingOptions, SplitOptions, SupportOptions, Triple};
+use crate::job::{
+    Arrangement, PackOptions, PlanOptions, SlicingOptions, SplitOptions, Standing, SupportOptions, Triple,
+};
 use crate::orient::PRINTABLE;
 
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
@@ -89,9 +91,9 @@ pub(super) struct ArrangeArgs {
     /// More models for the same table; MODEL*3 for three of one
     #[arg(value_name = "MODEL[*COUNT]")]
     pub(super) more: Vec<String>,
-    /// Direction of the file that is up [default: as drawn]
+    /// Direction of the file that is up, or auto: as `trunnion orient` recommends [default: as drawn]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
-    pub(super) up: Option<Triple>,
+    pub(super) up: Option<Standing>,
     /// Stand the model on this part's largest face below which there is nothing
     #[arg(long, value_name = "PART", conflicts_with = "more")]
     pub(super) base: Option<usize>,
@@ -227,10 +229,10 @@ pub(super) struct Prepare {
     /// Open that page
     #[arg(long, requires = "preview")]
     pub(super) open: bool,
-    /// Cut one solid by planes where there is no plan for it as it is; the parts are written beside the output as OUT.parts.3mf
+    /// Cut solids by planes where there is no plan for them as they are; the parts are written beside the output as OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(super) split: String,
-    /// Print one solid upright on supports where there is no plan for it as it is, nor in parts
+    /// Print solids upright on supports where there is no plan for them as they are, nor in parts
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(super) supports: String,
     /// Go on and print: a serial device, or tcp:host:port
@@ -327,7 +329,7 @@ pub(super) struct Plan {
     /// Most sequences that --all lists
     #[arg(long, default_value_t = 1000, value_name = "N", requires = "all")]
     pub(super) limit: usize,
-    /// Print one solid upright on supports where there is no plan for it as it is
+    /// Print solids upright on supports where there is no plan for them as they are
     #[arg(long, value_parser = ["auto", "never"], default_value = "never")]
     pub(super) supports: String,
     #[command(flatten)]

@@ -37,7 +37,7 @@ impl ArrangeArgs {
         };
         let (named, copies) = of(&model.model.to_string_lossy());
         let standing = match (self.up, self.base) {
-            (Some(up), _) => Standing::Up(up.0),
+            (Some(standing), _) => standing,
             (None, Some(part)) => Standing::On(part),
             (None, None) => Standing::AsDrawn,
         };

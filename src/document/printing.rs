@@ -4,7 +4,10 @@ use serde_json::{Value, json};
 
 use super::model::split;
 use super::planned::planned;
-use crate::job::{At, Bed, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
+use crate::job::{
+    At, Bed, CutSolid, HeldPart, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName,
+};
+use crate::planning::PrintSupports;
 use crate::profile::TableAt;
 use crate::slicing::Flaw;
 use crate::verify::Report;
@@ -29,7 +32,9 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
         "plan": planned(&done.planned),
         "verify": verified(report, verify),
         "cut": done.cut.as_ref().map(|cut| {
-            let mut document = split(&cut.split);
+            // Copies were cut alike; of several solids each has a document of its own.
+            let mut solids: Vec<Value> = cut.solids.iter().map(of_solid).collect();
+            let mut document = if solids.len() == 1 { solids.remove(0) } else { json!({"solids": solids}) };
             document["file"] = cut.file.as_str().into();
             document["reason"] = cut.why.as_str().into();
             document["seconds_print"] = report.seconds_print.into();
@@ -37,8 +42,8 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
             document
         }),
         "supports": done.held.as_ref().map(|held| json!({
-            "step_mm": held.supports.step_mm, "gap_mm": held.supports.gap_mm, "overhang_deg": held.supports.overhang_deg,
-            "volume_mm3": held.volume_mm3, "seconds": held.seconds, "reason": held.why,
+            "parts": held.parts.iter().map(of_held).collect::<Vec<_>>(),
+            "volume_mm3": held.volume_mm3(), "seconds": held.seconds(), "reason": held.why,
         })),
         "slicer": slicer(&done.slicer),
         "left_out": left_out(&done.flaws),
@@ -46,6 +51,22 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
         "seconds": {
             "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,
         },
+    })
+}
+
+/// Solids that were cut alike.
+fn of_solid(solid: &CutSolid) -> Value {
+    let mut document = split(&solid.split);
+    document["of_parts"] = solid.parts.as_slice().into();
+    document
+}
+
+/// The supports of one part.
+fn of_held(held: &HeldPart) -> Value {
+    let PrintSupports { step_mm, overhang_deg, gap_mm } = held.supports;
+    json!({
+        "part": held.part, "step_mm": step_mm, "gap_mm": gap_mm, "overhang_deg": overhang_deg, "volume_mm3": held.volume_mm3,
+        "seconds": held.seconds,
     })
 }
 

@@ -1,13 +1,17 @@
 //! A model as it is to be printed: turned, set beside others, its parts made to meet. What was read is never changed: the arranged
 //! model is one of its own, for whoever asked to write beside the output.
 
+use std::str::FromStr;
+
 use super::load::{read_quietly, tell};
-use super::{BadSetting, Error, LoadedModel, LoadedProfile, ModelSource, World};
+use super::orient::process_of;
+use super::{BadSetting, Error, LoadedModel, LoadedProfile, ModelSource, Silent, World};
 use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
 use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh, is_overlap, threemf};
+use crate::orient::{Facets, recommend};
 use crate::pack::{self, Spot};
-use crate::spelling::counted;
+use crate::spelling::{counted, numbers};
 
 /// Which way a model stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,8 +21,22 @@ pub enum Standing {
     AsDrawn,
     /// With this direction of the file's up; any length but zero.
     Up([f64; 3]),
+    /// As `orient` recommends; for models of one part.
+    Recommended,
     /// On the largest face of this part below which there is nothing.
     On(usize),
+}
+
+impl FromStr for Standing {
+    type Err = &'static str;
+
+    /// `auto`, or a direction.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "auto" => Ok(Self::Recommended),
+            _ => numbers(text).map(Self::Up).ok_or("neither auto nor three numbers; write these with commas, as 0,0,1"),
+        }
+    }
 }
 
 /// How models are set up before they are planned.
@@ -64,22 +82,54 @@ const MOST_MODELS: usize = 1000;
 const GAPS_MM: [f64; 2] = [0.5, 500.0];
 /// Room between models that is tried where the head's own does not fit on the table, mm.
 const NARROWER_MM: [f64; 4] = [40.0, 20.0, 10.0, 5.0];
+/// Room that is tried where they have no plan so near to each other, mm.
+const WIDER_MM: [f64; 4] = [20.0, 40.0, 60.0, 90.0];
+
+/// Models as they are to be planned.
+pub(super) struct SetUp {
+    /// All of them as one.
+    pub(super) model: LoadedModel,
+    /// What was done to what was read; `None`: nothing.
+    pub(super) arranged: Option<ArrangedModel>,
+    /// The room between models, mm, where there are several and nobody asked for some.
+    gap_mm: Option<f64>,
+}
+
+/// Where models come from, how they are set up, and for which machine.
+#[derive(Clone, Copy)]
+pub(super) struct Models<'a> {
+    pub(super) first: &'a ModelSource,
+    pub(super) how: &'a Arrangement,
+    pub(super) machine: &'a LoadedProfile,
+}
+
+impl Models<'_> {
+    /// The models with more room between them than in `set`, ever wider, as far as the table goes.
+    pub(super) fn wider(&self, set: &SetUp, world: &World<'_>) -> Vec<SetUp> {
+        let world = World { progress: &Silent, ..*world };
+        let again = |mm: f64| {
+            let how = Arrangement { gap_mm: Some(mm), ..self.how.clone() };
+            arranged(&Models { how: &how, ..*self }, &world).ok()
+        };
+        let wider = WIDER_MM.into_iter().filter(|mm| set.gap_mm.is_some_and(|gap| *mm > gap));
+        // What does not fit on the table is refused by the planner at once.
+        wider.filter_map(again).collect()
+    }
+}
 
 /// Reads the models, and arranges them where there is something to arrange; warnings are told.
-pub(super) fn arranged(
-    first: &ModelSource,
-    how: &Arrangement,
-    machine: &LoadedProfile,
-    world: &World<'_>,
-) -> Result<(LoadedModel, Option<ArrangedModel>), Error> {
+pub(super) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, Error> {
+    let Models { first, how, machine } = *models;
     how.check()?;
     let read = read_quietly(first, world)?;
     if how.is_plain() && how.snap_mm == 0.0 && !how.join {
         tell(&read.model.warnings, world);
-        return Ok((read, None));
+        return Ok(SetUp { model: read, arranged: None, gap_mm: None });
     }
     let mut changes = Vec::new();
     let stood = if how.is_plain() { None } else { Some(stood(&read, how, machine, &mut changes, world)?) };
+    let gap_mm = stood.as_ref().and_then(|(_, gap_mm)| gap_mm.filter(|_| how.gap_mm.is_none()));
+    let stood = stood.map(|(model, _)| model);
     let model = stood.as_ref().unwrap_or(&read.model);
     let fitted = match how {
         Arrangement { join: true, .. } => join(model)?,
@@ -88,7 +138,7 @@ pub(super) fn arranged(
     };
     let Some(parts) = fitted.as_ref().map_or_else(|| stood.as_ref().map(named), |f| Some(f.parts.clone())) else {
         tell(&read.model.warnings, world);
-        return Ok((read, None));
+        return Ok(SetUp { model: read, arranged: None, gap_mm });
     };
     changes.extend(fitted.iter().flat_map(|f| f.changes.iter().map(|change: &Change| change.told(model))));
     let file = how.file.clone().unwrap_or_else(|| format!("{}.parts.3mf", read.file));
@@ -98,7 +148,7 @@ pub(super) fn arranged(
     let about_file = read.model.warnings_in_any_pose().filter(|text| !is_overlap(text));
     made.model.warnings.splice(0..0, about_file.cloned());
     tell(&made.model.warnings, world);
-    Ok((made, Some(ArrangedModel { bytes, file, changes })))
+    Ok(SetUp { model: made, arranged: Some(ArrangedModel { bytes, file, changes }), gap_mm })
 }
 
 impl Arrangement {
@@ -120,27 +170,24 @@ impl Arrangement {
     }
 }
 
-/// All models, turned and beside each other.
+/// All models, turned and beside each other, and the room between them where there are several.
 fn stood(
     first: &LoadedModel,
     how: &Arrangement,
     machine: &LoadedProfile,
     changes: &mut Vec<String>,
     world: &World<'_>,
-) -> Result<Model, Error> {
+) -> Result<(Model, Option<f64>), Error> {
     let others = how.beside.iter().map(|(from, copies)| Ok((read_quietly(from, world)?, *copies)));
     let others = others.collect::<Result<Vec<_>, Error>>()?;
     let all = || std::iter::once((first, how.copies)).chain(others.iter().map(|(model, copies)| (model, *copies)));
-    let turns = all().map(|(model, _)| turn(model, how.standing)).collect::<Result<Vec<_>, Error>>()?;
+    let turns = all().map(|(model, _)| turn(model, how.standing, machine)).collect::<Result<Vec<_>, Error>>()?;
     if how.standing != Standing::AsDrawn {
-        let up = turns[0].rotation.transpose() * Vec3::z();
-        changes.push(format!(
-            "{} stands with ({:.4}, {:.4}, {:.4}) up",
-            first.file,
-            up.x + 0.0,
-            up.y + 0.0,
-            up.z + 0.0
-        ));
+        let chosen = if how.standing == Standing::Recommended { ", as orient recommends" } else { "" };
+        changes.extend(all().zip(&turns).map(|((model, _), turn)| {
+            let up = turn.rotation.transpose() * Vec3::z();
+            format!("{} stands with ({:.4}, {:.4}, {:.4}) up{chosen}", model.file, up.x + 0.0, up.y + 0.0, up.z + 0.0)
+        }));
     }
     let each: Vec<(&LoadedModel, &Rigid<Object, Object>)> =
         all().zip(&turns).flat_map(|((model, copies), turn)| std::iter::repeat_n((model, turn), copies)).collect();
@@ -160,15 +207,21 @@ fn stood(
             parts.push((name, part.mesh.moved(&placed)));
         }
     }
-    Ok(Model::from_parts(parts))
+    Ok((Model::from_parts(parts), (each.len() > 1).then_some(gap_mm)))
 }
 
 /// How the model is turned.
-fn turn(model: &LoadedModel, standing: Standing) -> Result<Rigid<Object, Object>, Error> {
+fn turn(model: &LoadedModel, standing: Standing, machine: &LoadedProfile) -> Result<Rigid<Object, Object>, Error> {
     let last = model.model.parts.len() - 1;
     let up = match standing {
         Standing::AsDrawn => return Ok(Rigid::shift(Vec3::zeros())),
         Standing::Up(up) => Vec3::from(up),
+        Standing::Recommended => {
+            let [part] = &model.model.parts[..] else {
+                return Err(BadSetting::SeveralToStand { model: model.file.clone(), parts: last + 1 }.into());
+            };
+            recommend(&Facets::of(&part.mesh), &process_of(machine), None, None).recommended.up
+        }
         Standing::On(given) if given > last => {
             return Err(BadSetting::NoSuchPart { given, last, model: model.file.clone() }.into());
         }

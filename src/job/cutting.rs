@@ -1,35 +1,34 @@
-//! One solid that has no plan as it is: cut by planes, and its parts planned. The model itself is never changed: the parts are a
-//! model of their own, for whoever asked to write beside the output.
+//! Solids that have no plan as they are: cut by planes, and the parts planned; or printed on supports. The model itself is never changed: the
+//! parts are a model of their own, for whoever asked to write beside the output.
 
-use super::arrange::arranged;
-use super::load::spanning;
+use super::arrange::{Models, SetUp, arranged};
 use super::plan::{planned, planned_along};
-use super::split::cut_up;
+use super::solids::{CutSolid, Known, Pieces, groups, in_parts};
 use super::supported::on_supports;
 use super::{
-    Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanRequest, PlanResult, SplitOptions, SplitResult,
-    Supporting, World, load_profile,
+    Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanRequest, PlanResult, Supporting, World, load_profile,
 };
 use crate::spelling::counted;
+use crate::split::Split;
 
-/// Whether one solid may be cut where there is no plan for it as it is.
+/// Whether solids may be cut where there is no plan for them as they are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cutting {
-    /// It is planned as it is, or not at all.
+    /// They are planned as they are, or not at all.
     Never,
-    /// It may be cut.
+    /// They may be cut.
     Auto {
         /// What the plan calls the parts' file (3MF).
         file: String,
     },
 }
 
-/// What became of a solid that was cut.
+/// What became of a model whose solids were cut.
 #[derive(Clone, Debug)]
 pub struct CutModel {
-    /// The parts and the cuts.
-    pub split: SplitResult,
-    /// The parts as 3MF, to be written to [`CutModel::file`].
+    /// The solids that were cut, copies together; at least one.
+    pub solids: Vec<CutSolid>,
+    /// The parts as 3MF, to be written to [`CutModel::file`]; with those that stayed whole.
     pub bytes: Vec<u8>,
     /// What the plan calls that.
     pub file: String,
@@ -40,13 +39,17 @@ pub struct CutModel {
 impl CutModel {
     /// What was done, what it costs and why, in one sentence; `seconds` of printing and turning.
     pub fn story(&self, seconds: f64) -> String {
-        let split = &self.split.split;
+        let of_all = |count: fn(&Split) -> usize| -> usize {
+            self.solids.iter().map(|solid| solid.parts.len() * count(&solid.split.split)).sum()
+        };
+        let seams: f64 = self.solids.iter().map(|s| s.parts.len() as f64 * s.split.split.seam_mm2()).sum();
+        let solids: usize = self.solids.iter().map(|solid| solid.parts.len()).sum();
+        let which = if solids > 1 { format!("{} ", counted(solids, "solid")) } else { String::new() };
         format!(
-            "cut by {} into {}: {}, seams {:.1} mm2, about {:.0} min; as it is: {}",
-            counted(split.cuts.len(), "plane"),
-            counted(split.parts.len(), "part"),
-            counted(split.setups(), "setup"),
-            split.seam_mm2(),
+            "{which}cut by {} into {}: {}, seams {seams:.1} mm2, about {:.0} min; as it is: {}",
+            counted(of_all(|split| split.cuts.len()), "plane"),
+            counted(of_all(|split| split.parts.len()), "part"),
+            counted(self.solids.iter().map(|solid| solid.split.split.setups()).max().unwrap_or(0), "setup"),
             seconds / 60.0,
             self.why
         )
@@ -61,18 +64,18 @@ impl CutModel {
 /// planned at all; [`Error::Setting`]; what reading model and machine may say.
 pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
     let machine = load_profile(&request.machine, world)?;
-    let (model, arranged) = arranged(&request.model, &request.arrangement, &machine, world)?;
+    let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
     let ways = WaysOut { cutting: Cutting::Never, supporting: request.supporting };
-    let plan = planned_or_cut(model, machine, (&request.options, &ways), world)?.plan;
-    Ok(plan.of_arranged(arranged))
+    let set = arranged(&models, world)?;
+    Ok(planned_or_cut(&models, set, (&request.options, &ways), world)?.plan)
 }
 
-/// What may be done with one solid that has no plan as it is.
+/// What may be done with solids that have no plan as they are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WaysOut {
-    /// Whether it may be cut; that comes first.
+    /// Whether they may be cut; that comes first.
     pub cutting: Cutting,
-    /// Whether it may stand on supports.
+    /// Whether they may stand on supports.
     pub supporting: Supporting,
 }
 
@@ -83,88 +86,139 @@ pub(super) struct PlannedSomehow {
     pub(super) held: Option<HeldModel>,
 }
 
-impl PlannedSomehow {
-    fn as_it_is(plan: PlanResult) -> Self {
-        Self { plan, cut: None, held: None }
-    }
-}
-
-/// Plans `model` as it is, or, where it is one solid without a plan and `ways` allow it, its parts; or else on supports.
+/// Plans models as they are, or, where they have no plan and `ways` allow it, with their solids cut; or else on supports. Several that
+/// have no plan so near to each other are given more room, where nobody said how much.
 ///
 /// # Errors
 ///
-/// What [`plan`](super::plan()) says of the model as it is; with why cutting does not help.
+/// What [`plan`](super::plan()) says of the models as they are; with why cutting and supports do not help.
 pub(super) fn planned_or_cut(
-    model: LoadedModel,
-    machine: LoadedProfile,
+    models: &Models<'_>,
+    set: SetUp,
     (options, ways): (&PlanOptions, &WaysOut),
     world: &World<'_>,
 ) -> Result<PlannedSomehow, Error> {
+    let mut sets = vec![set];
+    sets.extend(models.wider(&sets[0], world));
     let none = matches!(ways, WaysOut { cutting: Cutting::Never, supporting: Supporting::Never });
-    if none || model.model.parts.len() != 1 {
-        return planned(model, machine, options, world).map(PlannedSomehow::as_it_is);
-    }
-    let quiet = PlanOptions { remedies: false, ..options.clone() };
-    let why = match planned(model.clone(), machine.clone(), &quiet, world) {
-        Err(Error::NoPlan(no)) => no.infeasible.to_string(),
-        done => return done.map(PlannedSomehow::as_it_is),
-    };
-    let mut not = None;
-    if let Cutting::Auto { file } = &ways.cutting {
-        match in_parts(&model, &machine, (options, file), world) {
-            Ok((mut plan, split, bytes)) => {
-                let cut = CutModel { split, bytes, file: file.clone(), why };
-                plan.story = Some(cut.story(plan.best().seconds));
-                return Ok(PlannedSomehow { cut: Some(cut), ..PlannedSomehow::as_it_is(plan) });
+    // Parts of one assembly are neither cut nor held.
+    let assembly = sets[0].model.model.parts.len() > 1 && groups(&sets[0].model.model).len() == 1;
+    let mut tries = Tries { machine: models.machine, options, sets, known: Known::default(), world };
+    let mut why_not = [None, None];
+    if !(none || assembly) || tries.sets.len() > 1 {
+        let why = match tries.as_they_are()? {
+            Ok(plan) => return Ok(PlannedSomehow { plan, cut: None, held: None }),
+            Err(why) => why,
+        };
+        match &ways.cutting {
+            Cutting::Auto { file } if !assembly => match tries.cut(file, &why) {
+                Ok((plan, cut)) => return Ok(PlannedSomehow { plan, cut: Some(cut), held: None }),
+                Err(text) => why_not[0] = Some(text),
+            },
+            _ => {}
+        }
+        if ways.supporting == Supporting::Auto && !assembly {
+            match tries.held(&why) {
+                Ok((plan, held)) => return Ok(PlannedSomehow { plan, cut: None, held: Some(held) }),
+                Err(text) => why_not[1] = Some(text),
             }
-            Err(why_not) => not = Some(why_not),
         }
     }
-    let mut unheld = None;
-    if ways.supporting == Supporting::Auto {
-        match on_supports(&model, &machine, (options, &why), world) {
-            Ok((plan, held)) => return Ok(PlannedSomehow { held: Some(held), ..PlannedSomehow::as_it_is(plan) }),
-            Err(why_not) => unheld = Some(why_not),
+    tries.explained(why_not)
+}
+
+/// The same models with ever more room between them, and how they are planned.
+struct Tries<'a> {
+    machine: &'a LoadedProfile,
+    options: &'a PlanOptions,
+    sets: Vec<SetUp>,
+    /// What is known of the solids alone.
+    known: Known,
+    world: &'a World<'a>,
+}
+
+impl Tries<'_> {
+    /// The plan with the least room that does, or why there is none with the least.
+    fn as_they_are(&mut self) -> Result<Result<PlanResult, String>, Error> {
+        let quiet = PlanOptions { remedies: false, ..self.options.clone() };
+        let plan = |set: &SetUp| match planned(set.model.clone(), self.machine.clone(), &quiet, self.world) {
+            Ok(plan) => Ok(Ok(plan.of_arranged(set.arranged.clone()))),
+            Err(Error::NoPlan(no)) => Ok(Err(no.infeasible.to_string())),
+            Err(error) => Err(error),
+        };
+        let why = match plan(&self.sets[0])? {
+            Err(why) if self.sets.len() > 1 => why,
+            done => return Ok(done),
+        };
+        // More room is of no use to what has no plan by itself.
+        if !self.known.each_has_a_plan(&self.sets[0].model, (self.machine, self.options), self.world) {
+            return Ok(Err(why));
         }
+        // What no longer fits on the table is no error.
+        Ok(self.sets[1..].iter().find_map(|set| plan(set).ok()?.ok()).ok_or(why))
     }
-    match planned(model, machine, options, world) {
-        Err(Error::NoPlan(mut no)) => {
-            (no.cut, no.held) = (not, unheld);
-            Err(Error::NoPlan(no))
+
+    fn cut(&mut self, file: &str, why: &str) -> Result<(PlanResult, CutModel), String> {
+        let mut known = std::mem::take(&mut self.known);
+        self.first_of(|set| {
+            let (mut plan, solids, bytes) =
+                in_pieces(&set.model, self.machine, (self.options, file), &mut known, self.world)?;
+            let cut = CutModel { solids, bytes, file: file.to_owned(), why: why.to_owned() };
+            plan.story = Some(cut.story(plan.best().seconds));
+            Ok((plan.of_arranged(set.arranged.clone()), cut))
+        })
+    }
+
+    fn held(&self, why: &str) -> Result<(PlanResult, HeldModel), String> {
+        self.first_of(|set| {
+            let (plan, held) = on_supports(&set.model, self.machine, (self.options, why), self.world)?;
+            Ok((plan.of_arranged(set.arranged.clone()), held))
+        })
+    }
+
+    /// What `way` makes of the set with the least room that it does for, or why it does for none: what it says of the first.
+    fn first_of<T>(&self, mut way: impl FnMut(&SetUp) -> Result<T, String>) -> Result<T, String> {
+        let mut why = None;
+        for set in &self.sets {
+            match way(set) {
+                Ok(done) => return Ok(done),
+                Err(text) => why = why.or(Some(text)),
+            }
         }
-        done => done.map(PlannedSomehow::as_it_is),
+        Err(why.unwrap_or_default())
+    }
+
+    /// The least room once more, with what would help; and why cutting and supports do not.
+    fn explained(mut self, [cut, held]: [Option<String>; 2]) -> Result<PlannedSomehow, Error> {
+        let SetUp { model, arranged, .. } = self.sets.swap_remove(0);
+        match planned(model, self.machine.clone(), self.options, self.world) {
+            Err(Error::NoPlan(mut no)) => {
+                (no.cut, no.held) = (cut, held);
+                Err(Error::NoPlan(no))
+            }
+            done => Ok(PlannedSomehow { plan: done?.of_arranged(arranged), cut: None, held: None }),
+        }
     }
 }
 
-/// The plan of the parts, with the cuts and the parts' file; else why not.
-fn in_parts(
+/// The plan of `model` with its solids cut, the cuts and the parts' file; else why not.
+fn in_pieces(
     model: &LoadedModel,
     machine: &LoadedProfile,
     (options, file): (&PlanOptions, &str),
+    known: &mut Known,
     world: &World<'_>,
-) -> Result<(PlanResult, SplitResult, Vec<u8>), String> {
-    let words = |error: Error| error.to_string();
-    let cuts = SplitOptions {
-        overhang_deg: options.overhang_deg,
-        bridge_mm: options.bridge_mm,
-        tolerate_mm2: options.tolerate_mm2,
-        margin_mm: options.margin_mm,
-        ..SplitOptions::default()
-    };
-    let spanned = spanning(machine.clone(), options.bridge_mm).map_err(|e| words(e.into()))?;
-    let split = cut_up(model.clone(), &spanned, &cuts, world).map_err(words)?;
-    if let Some(why) = split.why_not() {
-        return Err(why);
+) -> Result<(PlanResult, Vec<CutSolid>, Vec<u8>), String> {
+    if model.model.parts.len() == 1 {
+        let (plan, split, bytes) = in_parts(model.clone(), machine, (options, file), world)?;
+        return Ok((plan, vec![CutSolid { parts: vec![0], split }], bytes));
     }
-    let bytes = split.threemf();
+    let words = |error: Error| error.to_string();
+    let pieces = Pieces::of(model, (machine, options), known, world)?;
+    let bytes = pieces.threemf();
     let parts = LoadedModel::made(file.to_owned(), &bytes).map_err(words)?;
-    // Exceptions are of the model's own parts.
-    let plain = PlanOptions { remedies: false, allow: Vec::new(), ..options.clone() };
-    // The cuts' own directions have a plan, and are few; a search over all that the parts offer may take a hundred times as long.
-    let ups = split.split.ups();
-    let plan = match planned_along(Some(&ups), parts.clone(), machine.clone(), &plain, world) {
-        Err(Error::NoPlan(_)) => planned(parts, machine.clone(), &plain, world),
-        found => found,
-    };
-    Ok((plan.map_err(words)?, split, bytes))
+    let plain = PlanOptions { remedies: false, allow: pieces.allow, ..options.clone() };
+    let plan = planned_along(Some(&pieces.ups), parts, machine.clone(), &plain, world);
+    let crowded = |error| format!("{}; print fewer at once, or give them more room (--gap)", words(error));
+    Ok((plan.map_err(crowded)?, pieces.cut, bytes))
 }

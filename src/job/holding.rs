@@ -36,6 +36,11 @@ pub(super) struct Laid {
 }
 
 impl Laid {
+    /// No supports at all.
+    pub(super) fn none() -> Self {
+        Self { layers: Vec::new(), bare: Vec::new() }
+    }
+
     /// Lays supports below `mesh` in layers that go from one of `tops` to the next.
     ///
     /// # Errors

@@ -60,6 +60,13 @@ pub(super) fn read_quietly(from: &ModelSource, world: &World<'_>) -> Result<Load
 }
 
 impl LoadedModel {
+    /// Some of its parts, as if there were no others; for planning alone.
+    pub(super) fn only(&self, parts: &[usize]) -> Self {
+        let of = |&part: &usize| (self.model.parts[part].name.clone(), self.model.parts[part].mesh.clone());
+        let model = Model::from_parts(parts.iter().map(of).collect());
+        Self { model: Model { unit: self.model.unit, ..model }, ..self.clone() }
+    }
+
     /// A model that was made on the way, as it will be written to `file`.
     pub(super) fn made(file: String, bytes: &[u8]) -> Result<Self, Error> {
         let model = read_model(bytes, &file, &ReadOptions::default())?;

@@ -37,6 +37,7 @@ mod send;
 mod setting;
 mod simulate;
 mod slice;
+mod solids;
 mod source;
 mod split;
 mod support;
@@ -68,10 +69,11 @@ pub use send::{
 pub use setting::BadSetting;
 pub use simulate::{BadSimulation, SimulateRequest, simulate};
 pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, slice};
+pub use solids::CutSolid;
 pub use source::{MachineSource, ModelSource, Source};
 pub use split::{SplitOptions, SplitRequest, SplitResult, split};
 pub use support::{SupportOptions, SupportRequest, SupportResult, Triple, is_3mf, support};
-pub use supported::HeldModel;
+pub use supported::{HeldModel, HeldPart};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{

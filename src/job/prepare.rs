@@ -1,6 +1,6 @@
 //! The main job: from a model to a verified program, in memory.
 
-use super::arrange::arranged;
+use super::arrange::{Models, arranged};
 use super::cutting::{CutModel, Cutting, PlannedSomehow, WaysOut, planned_or_cut};
 use super::progress::Step;
 use super::rewrite::{Written, read_prints};
@@ -25,7 +25,7 @@ pub struct PrepareRequest {
     pub plan: PlanOptions,
     /// How to slice.
     pub slicing: SlicingOptions,
-    /// What may be done with one solid that has no plan as it is.
+    /// What may be done with solids that have no plan as they are.
     pub ways: WaysOut,
 }
 
@@ -48,7 +48,7 @@ pub struct PrepareResult {
     pub gcode: Verified<Vec<u8>>,
     /// The plan, with its model and machine.
     pub planned: PlanResult,
-    /// What became of one solid that has no plan as it is.
+    /// What became of a model whose solids were cut.
     pub cut: Option<CutModel>,
     /// What became of one that is printed on supports.
     pub held: Option<HeldModel>,
@@ -93,13 +93,13 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
         (now - before).as_secs_f64()
     };
     let machine = load_profile(&request.machine, world)?;
-    let (model, arranged) = arranged(&request.model, &request.arrangement, &machine, world)?;
+    let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
+    let set = arranged(&models, world)?;
     seconds.read = lap();
-    world.progress.reached(Step::Read(&model));
+    world.progress.reached(Step::Read(&set.model));
     // A slicer that is not there is found out before the long search.
     let slicer = request.slicing.slicer(world)?;
-    let PlannedSomehow { plan, cut, held } = planned_or_cut(model, machine, (&request.plan, &request.ways), world)?;
-    let plan = plan.of_arranged(arranged);
+    let PlannedSomehow { plan, cut, held } = planned_or_cut(&models, set, (&request.plan, &request.ways), world)?;
     seconds.orient = plan.orient_seconds;
     seconds.plan = (lap() - seconds.orient).max(0.0);
     world.progress.reached(Step::Planned(&plan));

@@ -81,6 +81,16 @@ pub enum BadSetting {
         /// What there is, mm².
         most: f64,
     },
+    /// A model of several parts that is to stand as `orient` recommends.
+    #[error(
+        "up auto: {model} has {parts} parts, and poses are priced for one; say what is up (0,0,1), the part that it stands on, or join them"
+    )]
+    SeveralToStand {
+        /// The model.
+        model: String,
+        /// How many.
+        parts: usize,
+    },
     /// A part that the model cannot stand on.
     #[error(
         "base {part}: part {part} ({name}) has no plane face that everything else lies above; give the direction itself as up"

@@ -1,34 +1,58 @@
-//! One solid that has no plan as it is, nor in parts: printed upright on the level table, on supports.
+//! Solids that have no plan as they are, nor in parts: printed upright on the level table, on supports.
 
 use super::holding::{Laid, even_tops, held_mesh};
 use super::plan::planned_along;
-use super::{Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, World};
+use super::solids::groups;
+use super::{CheckedPlan, Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, World};
 use crate::geom::{Angle, Vec3};
-use crate::overhang::Rule;
-use crate::planning::{Plan, PrintSupports, Slot};
-use crate::spelling::counted;
+use crate::overhang::{Patch, Rule};
+use crate::planning::{Plan, Print, PrintSupports, Slot};
+use crate::section::{Point, Segment, Segments, march};
 use crate::toolpath::SlotMesh;
 
-/// What became of a solid that is printed on supports.
+/// What became of a model that is printed on supports.
 #[derive(Clone, Debug)]
 pub struct HeldModel {
+    /// The parts that have supports; at least one.
+    pub parts: Vec<HeldPart>,
+    /// Why there is no plan for the model as it is, in one sentence.
+    pub why: String,
+}
+
+/// The supports of one part.
+#[derive(Clone, Debug)]
+pub struct HeldPart {
+    /// The part.
+    pub part: usize,
     /// The supports.
     pub supports: PrintSupports,
     /// What they are made of, mm³, at the profile's own layers.
     pub volume_mm3: f64,
     /// What laying them takes, seconds.
     pub seconds: f64,
-    /// Why there is no plan for the model as it is, in one sentence.
-    pub why: String,
 }
 
 impl HeldModel {
+    /// What all supports are made of, mm³, at the profile's own layers.
+    pub fn volume_mm3(&self) -> f64 {
+        self.parts.iter().map(|held| held.volume_mm3).sum()
+    }
+
+    /// What laying them takes, seconds.
+    pub fn seconds(&self) -> f64 {
+        self.parts.iter().map(|held| held.seconds).sum()
+    }
+
     /// What was done, what it costs and why, in one sentence; `seconds` of printing in all.
     pub fn story(&self, seconds: f64) -> String {
+        let which = match self.parts.len() {
+            1 => String::new(),
+            count => format!("{count} parts "),
+        };
         format!(
-            "on supports of {:.0} mm3, {:.0} min of about {:.0} min; as it is: {}",
-            self.volume_mm3,
-            self.seconds / 60.0,
+            "{which}on supports of {:.0} mm3, {:.0} min of about {:.0} min; as it is: {}",
+            self.volume_mm3(),
+            self.seconds() / 60.0,
             seconds / 60.0,
             self.why
         )
@@ -39,52 +63,59 @@ impl HeldModel {
 const STEPS_MM: [f64; 3] = [5.0, 3.5, 2.5];
 /// Air below what is held, layers.
 const GAP_LAYERS: f64 = 1.0;
+/// Supports and what is beside them are told apart up to this, mm.
+const FAR_MM: f64 = 5.0;
 
-/// The plan of `model` upright on supports, or why that does not help.
+/// The plan of `model` upright, with supports below each part that wants some; or why that does not help.
 pub(super) fn on_supports(
     model: &LoadedModel,
     machine: &LoadedProfile,
     (options, why): (&PlanOptions, &str),
     world: &World<'_>,
 ) -> Result<(PlanResult, HeldModel), String> {
-    if model.model.parts.len() != 1 {
-        let parts = counted(model.model.parts.len(), "part");
-        return Err(format!("supports are made for one solid, and this model has {parts}; join them (--join)"));
+    let parts = &model.model.parts;
+    let named = |part: usize| format!("part {part} ({})", parts[part].name);
+    if let Some(touching) = groups(&model.model).iter().find(|group| group.len() > 1) {
+        let [one, other] = [touching[0], touching[1]].map(named);
+        return Err(format!("supports are made below single solids, and {one} and {other} touch; join them (--join)"));
     }
     let words = |error: Error| error.to_string();
     // What hangs is looked at below, with the supports there.
-    let carried = PlanOptions { remedies: false, allow: vec![(0, None)], plans: 1, ..options.clone() };
+    let allow = (0..parts.len()).map(|part| (part, None)).collect();
+    let carried = PlanOptions { remedies: false, allow, plans: 1, ..options.clone() };
     let upright = [Vec3::z()];
     let mut plan = planned_along(Some(&upright), model.clone(), machine.clone(), &carried, world).map_err(words)?;
-    let mut left = String::new();
-    for step_mm in STEPS_MM {
-        match Attempt::of(&plan, step_mm, options) {
-            Ok(attempt) => {
-                let held = attempt.taken(&mut plan, why);
-                plan.story = Some(held.story(plan.best().seconds));
-                return Ok((plan, held));
-            }
-            Err(why_not) => left = why_not,
-        }
+    if plan.plan.plan.slots.len() > 1 {
+        let slots = plan.plan.plan.slots.len();
+        return Err(format!(
+            "supports are made where all is printed in one slot, and here it takes {slots} (--slots together)"
+        ));
     }
-    Err(left)
+    let mut held = Vec::new();
+    for (_, print) in plan.plan.prints() {
+        let about = |why: String| if parts.len() > 1 { format!("{}: {why}", named(print.part)) } else { why };
+        held.extend(Attempt::best(&plan.plan, print, options).map_err(about)?);
+    }
+    apart(&plan.plan, &held)?;
+    let held = HeldModel { parts: taken(&held, &mut plan), why: why.to_owned() };
+    plan.story = Some(held.story(plan.best().seconds));
+    Ok((plan, held))
 }
 
-/// Supports that hold all there is to hold.
+/// Supports that hold all there is to hold of a part.
 struct Attempt {
+    part: usize,
     supports: PrintSupports,
     laid: Laid,
+    /// Slot to machine.
+    to_machine: Vec3,
 }
 
 impl Attempt {
-    fn of(plan: &PlanResult, step_mm: f64, options: &PlanOptions) -> Result<Self, String> {
-        let process = &plan.plan.machine.profile.process;
-        let gap_mm = GAP_LAYERS * process.layer_height_mm;
-        let supports = PrintSupports { step_mm, overhang_deg: options.overhang_deg, gap_mm };
-        let (_, print) = plan.plan.prints().next().ok_or("the plan prints nothing")?;
-        let mesh = held_mesh(&plan.plan, print);
-        let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
-        let laid = Laid::below(&mesh, &supports, &tops, process).map_err(|e| e.to_string())?;
+    /// The first that does, on the coarsest grid; `None` for a part that needs none.
+    fn best(plan: &CheckedPlan, print: &Print, options: &PlanOptions) -> Result<Option<Self>, String> {
+        let process = &plan.machine.profile.process;
+        let mesh = held_mesh(plan, print);
         let rule = Rule {
             overhang: Angle::from_deg(options.overhang_deg),
             layer_mm: process.layer_height_mm,
@@ -92,39 +123,67 @@ impl Attempt {
             bridge_mm: process.bridge_mm,
             tolerate_mm2: options.tolerate_mm2,
         };
-        let left = laid.left(&mesh, &supports, &rule);
+        let gap_mm = GAP_LAYERS * process.layer_height_mm;
+        let of_step = |step_mm: f64| PrintSupports { step_mm, overhang_deg: options.overhang_deg, gap_mm };
+        let bare = Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &rule);
+        let allowed = options.allow.iter().find(|(part, _)| *part == print.part).map(|(_, area)| *area);
+        let carried = allowed.is_some_and(|area| area.is_none_or(|mm2| area_of(&bare) <= mm2));
+        if bare.is_empty() || carried {
+            return Ok(None);
+        }
+        let mut why_not = String::new();
+        for supports in STEPS_MM.map(of_step) {
+            match Self::of(plan, print, (&mesh, supports), &rule) {
+                Ok(attempt) => return Ok(Some(attempt)),
+                Err(why) => why_not = why,
+            }
+        }
+        Err(why_not)
+    }
+
+    fn of(
+        plan: &CheckedPlan,
+        print: &Print,
+        (mesh, supports): (&SlotMesh, PrintSupports),
+        rule: &Rule,
+    ) -> Result<Self, String> {
+        let process = &plan.machine.profile.process;
+        let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
+        let laid = Laid::below(mesh, &supports, &tops, process).map_err(|e| e.to_string())?;
+        let left = laid.left(mesh, &supports, rule);
         if let Some(patch) = left.first() {
-            let all: f64 = left.iter().map(|patch| patch.area_mm2).sum();
             let bare: f64 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
             let reach =
                 if bare > 0.0 { format!("; {bare:.0} mm2 have no straight way to the table") } else { String::new() };
             return Err(format!(
-                "with supports {all:.1} mm2 would still be laid on nothing, {:.1} of it at a height of {:.1} mm: {}{reach}",
-                patch.area_mm2, patch.at.z, patch.cause
+                "with supports {:.1} mm2 would still be laid on nothing, {:.1} of it at a height of {:.1} mm: {}{reach}",
+                area_of(&left),
+                patch.area_mm2,
+                patch.at.z,
+                patch.cause
             ));
         }
-        let attempt = Self { supports, laid };
-        attempt.fits(plan, &mesh)?;
+        let attempt = Self { part: print.part, supports, laid, to_machine: mesh.to_machine };
+        attempt.fits(plan, print)?;
         Ok(attempt)
     }
 
     /// Whether they stand on the table, and within the axes.
-    fn fits(&self, plan: &PlanResult, mesh: &SlotMesh) -> Result<(), String> {
-        let profile = &plan.plan.machine.profile;
+    fn fits(&self, plan: &CheckedPlan, print: &Print) -> Result<(), String> {
+        let profile = &plan.machine.profile;
         let bounds = self.laid.bounds();
         if bounds.is_empty() {
             return Ok(());
         }
         let limits = profile.linear_limits();
-        if let Some(out) = [bounds.min, bounds.max].iter().find_map(|p| limits.violation(&(p + mesh.to_machine))) {
+        if let Some(out) = [bounds.min, bounds.max].iter().find_map(|p| limits.violation(&(p + self.to_machine))) {
             return Err(format!("its supports leave the axes: {out}"));
         }
-        let Some((_, print)) = plan.plan.prints().next() else { return Ok(()) };
         let motion = profile.kinematics().forward(print.pose(&profile.kinematics())).inverse();
         let half = profile.process.line_width_mm / 2.0;
         let feet = self.laid.layers.first().into_iter().flat_map(|layer| layer.lines.iter().flatten());
         let beyond = feet.map(|p| {
-            let at = motion.point((Vec3::new(p[0], p[1], 0.0) + mesh.to_machine).into()).at;
+            let at = motion.point((Vec3::new(p[0], p[1], 0.0) + self.to_machine).into()).at;
             profile.beyond_table(at.x, at.y) + half
         });
         let most = beyond.fold(f64::NEG_INFINITY, f64::max);
@@ -134,20 +193,68 @@ impl Attempt {
         Ok(())
     }
 
-    /// Puts them into the plan.
-    fn taken(self, plan: &mut PlanResult, why: &str) -> HeldModel {
-        let Self { supports, laid } = self;
-        let hold = |slots: &mut Vec<Slot>| {
-            slots.iter_mut().flat_map(|slot| &mut slot.prints).for_each(|print| print.supports = Some(supports));
-        };
-        hold(&mut plan.plan.plan.slots);
-        hold(&mut plan.plans[0].slots);
-        plan.plan.plan.version = Plan::WITH_SUPPORTS;
-        plan.plan.sha256 = plan.plan.plan.sha256();
-        let process = &plan.plan.machine.profile.process;
-        let section_mm2 = process.line_width_mm * process.layer_height_mm;
-        let (volume_mm3, seconds) = (laid.length_mm() * section_mm2, laid.length_mm() / process.infill_mm_per_s);
-        plan.plans[0].seconds += seconds;
-        HeldModel { supports, volume_mm3, seconds, why: why.to_owned() }
+    /// Their lines, machine frame, seen from above.
+    fn lines(&self) -> impl Iterator<Item = Segment> {
+        let at = |p: &Point| [p[0] + self.to_machine.x, p[1] + self.to_machine.y];
+        self.laid.layers.iter().flat_map(|layer| &layer.lines).map(move |[a, b]| [at(a), at(b)])
     }
+}
+
+fn area_of(patches: &[Patch]) -> f64 {
+    patches.iter().map(|patch| patch.area_mm2).sum()
+}
+
+/// Whether the supports of each part keep clear of the other parts' boxes and of their supports, seen from above.
+fn apart(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), String> {
+    let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
+    let room_mm = 2.0 * plan.machine.profile.process.line_width_mm;
+    for (_, print) in plan.prints() {
+        let mesh = held_mesh(plan, print);
+        let own = held.iter().find(|attempt| attempt.part == print.part);
+        let bounds = mesh.mesh.bounds();
+        let [low, high] = [bounds.min, bounds.max].map(|p| p + mesh.to_machine);
+        let corners = [[low.x, low.y], [high.x, low.y], [high.x, high.y], [low.x, high.y]];
+        let rim = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]);
+        let there = Segments::new(rim.chain(own.into_iter().flat_map(Attempt::lines)).collect());
+        let inside = |p: Point| p[0] > low.x && p[0] < high.x && p[1] > low.y && p[1] < high.y;
+        let distance = |p: Point| {
+            let far = there.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
+            if inside(p) { 0.0 } else { far }
+        };
+        let meets = |line: Segment| march(line, |p| distance(p) - room_mm).any(|(_, room)| room < 0.0);
+        let other = held.iter().filter(|attempt| attempt.part != print.part).find(|attempt| attempt.lines().any(meets));
+        if let Some(attempt) = other {
+            let (part, other) = (name(attempt.part), name(print.part));
+            return Err(format!(
+                "the supports of {part} would stand below or beside {other}; give them more room (--gap)"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Puts them into the plan.
+fn taken(held: &[Attempt], plan: &mut PlanResult) -> Vec<HeldPart> {
+    let of_part = |part: usize| held.iter().find(|attempt| attempt.part == part).map(|attempt| attempt.supports);
+    let hold = |slots: &mut Vec<Slot>| {
+        slots.iter_mut().flat_map(|slot| &mut slot.prints).for_each(|print| print.supports = of_part(print.part));
+    };
+    hold(&mut plan.plan.plan.slots);
+    hold(&mut plan.plans[0].slots);
+    plan.plan.plan.version = Plan::WITH_SUPPORTS;
+    plan.plan.sha256 = plan.plan.plan.sha256();
+    let process = &plan.plan.machine.profile.process;
+    let section_mm2 = process.line_width_mm * process.layer_height_mm;
+    let cost = |attempt: &Attempt| {
+        let length_mm = attempt.laid.length_mm();
+        HeldPart {
+            part: attempt.part,
+            supports: attempt.supports,
+            volume_mm3: length_mm * section_mm2,
+            seconds: length_mm / process.infill_mm_per_s,
+        }
+    };
+    let parts: Vec<HeldPart> = held.iter().map(cost).collect();
+    plan.plans[0].seconds += parts.iter().map(|held| held.seconds).sum::<f64>();
+    parts
 }

@@ -141,6 +141,7 @@ fn models_are_turned_and_stand_beside_each_other() {
     for (more, says) in [
         (["--up", "0,0,0"], "no direction"),
         (["--up", "0,0"], "three numbers"),
+        (["--up", "best"], "neither auto nor three numbers"),
         (["--base", "3"], "parts 0..0"),
         (["--gap", "0"], "0.5..500"),
     ] {
@@ -148,6 +149,22 @@ fn models_are_turned_and_stand_beside_each_other() {
         assert!(!done.status.success());
         assert!(String::from_utf8_lossy(&done.stderr).contains(says), "{more:?}: {done:?}");
     }
+    // Laid down, as a person would print them; each model by itself.
+    let chosen = plan(&["--up", "auto", "slab.stl"]);
+    assert!(!chosen.status.success(), "there is no slab yet");
+    written(here, "slab.stl", &[boxed([0.0; 3], [2.0, 40.0, 30.0])]);
+    let chosen = plan(&["--up", "auto", "slab.stl"]);
+    assert!(chosen.status.success(), "{}", String::from_utf8_lossy(&chosen.stderr));
+    let document: Value = serde_json::from_slice(&chosen.stdout).unwrap();
+    let changes = document["arranged"]["changes"].as_array().unwrap();
+    assert!(changes[0].as_str().unwrap().contains("1.0000, 0.0000) up, as orient recommends"), "{changes:?}");
+    assert!(changes[1].as_str().unwrap().starts_with("slab.stl stands with ("), "{changes:?}");
+    let model = read_model(&fs::read(here.join("tee.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
+    let heights: Vec<f64> = model.parts.iter().map(|part| part.mesh.bounds().size().z).collect();
+    assert!((heights[0] - 10.0).abs() < 1e-6 && (heights[1] - 2.0).abs() < 1e-6, "{heights:?}");
+    written(here, "two.stl", &[boxed([0.0; 3], [9.0; 3]), boxed([0.0, 0.0, 9.0], [9.0, 9.0, 20.0])]);
+    let several = run(here, &["plan", "two.stl", "-m", "generic-ac", "-o", "two.json", "--up", "auto"]);
+    assert!(String::from_utf8_lossy(&several.stderr).contains("two.stl has 2 parts"), "{several:?}");
     written(here, "cube.stl", &[boxed([0.0; 3], [12.0; 3])]);
     written(here, "post.stl", &[boxed([5.0; 3], [15.0, 15.0, 45.0])]);
     let args =

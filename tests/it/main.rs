@@ -39,6 +39,7 @@ mod recipes;
 mod respelt;
 mod rewriting;
 mod rust_source;
+mod several;
 mod sliced_files;
 mod solids;
 mod split;

@@ -292,6 +292,24 @@ impl Case {
         Self { ways, ..Self::united(seed) }
     }
 
+    /// Two of those and a copy of one on a large table: each as it is, cut, or all on supports.
+    fn beside(seed: u64) -> Self {
+        let [one, other] = [Self::united(seed), Self::united(seed + 500)];
+        let mut edge = 0.0;
+        let mut beside = |index: usize, mesh: &TriangleMesh<Object>| {
+            let bounds = mesh.bounds();
+            let by = Vec3::new(edge - bounds.min.x, -(bounds.min.y + bounds.max.y) / 2.0, -bounds.min.z);
+            edge += bounds.size().x + 45.0;
+            (format!("solid {index}"), mesh.moved(&Rigid::<Object, Object>::shift(by)))
+        };
+        let [one, other] = [&one.parts[0].1, &other.parts[0].1];
+        let parts = vec![beside(0, one), beside(1, one), beside(2, other)];
+        let axes = "x_mm = [-400.0, 400.0]\ny_mm = [-400.0, 400.0]\nz_mm = [-400.0, 400.0]\n";
+        let machine = format!("extends = \"generic-ac\"\n[table]\nradius_mm = 260.0\n[limits]\n{axes}");
+        let cutting = Cutting::Auto { file: "solids.parts.3mf".to_owned() };
+        Self { seed, parts, machine, ways: WaysOut { cutting, supporting: Supporting::Auto } }
+    }
+
     fn stl(&self) -> Vec<u8> {
         stl_binary_parts(&self.parts.iter().map(|(_, mesh)| mesh).collect::<Vec<_>>())
     }
@@ -429,6 +447,17 @@ fn solids_on_supports_are_kept() {
     assert!(kept > refused, "{kept} kept, {refused} refused");
     if installed("prusa-slicer") {
         through(&SlicerChoice::PrusaSlicer, Case::held, seeds(0..4));
+    } else {
+        skip("prusa-slicer is not installed");
+    }
+}
+
+#[test]
+fn several_solids_on_one_table_are_kept() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::beside, seeds(0..4));
+    assert!(kept > refused, "{kept} kept, {refused} refused");
+    if installed("prusa-slicer") {
+        through(&SlicerChoice::PrusaSlicer, Case::beside, seeds(0..2));
     } else {
         skip("prusa-slicer is not installed");
     }

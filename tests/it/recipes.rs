@@ -48,9 +48,10 @@ fn run(page: &str, least: usize) {
         if block.contains("-o plates") {
             assert!(folder.path().join("plates/plate-01.3mf").is_file(), "{page}:\n{block} wrote no plate");
         }
-        if block.contains("tree.gcode") {
-            let text = std::fs::read_to_string(folder.path().join("tree.gcode")).unwrap();
-            assert!(text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
+        let words: Vec<&str> = block.split_whitespace().collect();
+        for written in words.windows(2).filter(|two| two[0] == "-o" && two[1].ends_with(".gcode")) {
+            let text = std::fs::read_to_string(folder.path().join(written[1])).unwrap();
+            assert!(text.contains("\n;TRUNNION end\n"), "{page}:\n{block} wrote {} in part", written[1]);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{OrientOptions, Oriented, finer};
 use crate::geom::{Angle, Bounds, Vec3};
-use crate::job::{BadSetting, Error, World, load_profile};
+use crate::job::{BadSetting, Error, LoadedProfile, World, load_profile};
 use crate::orient::{
     Facets, Found, METHODS, Minimum, Objective, PRINTABLE, Printable, Process, Recommendation, Settings, Standing,
     Stop, Tried, method, minima, nearest, objective, recommend, standing, without_ties,
@@ -158,6 +158,12 @@ impl OrientAsked {
 fn own_pose(given: [f64; 3]) -> Result<Vec3, BadSetting> {
     BadSetting::direction("up", given)?;
     Ok(Vec3::from(given).normalize())
+}
+
+/// What a machine's process is for a price, with the overhang that stands by itself everywhere else.
+pub(in crate::job) fn process_of(machine: &LoadedProfile) -> Process {
+    let print = &machine.profile.process;
+    process(print, &Settings { layer_mm: print.layer_height_mm, ..Settings::default() })
 }
 
 /// What of a profile's process a price needs.

@@ -13,6 +13,7 @@ use crate::orient::{
     Staircase, SupportVolumeColumn, landscape, overhang_area, turned, view,
 };
 use asked::OrientAsked;
+pub(super) use asked::process_of;
 use surfaces::{chosen, meshes};
 
 /// A model, and how to look for orientations of its parts.

@@ -5,7 +5,7 @@ mod options;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::arrange::arranged;
+use super::arrange::{Models, SetUp, arranged};
 use super::load::spanning;
 use super::{
     ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World,
@@ -285,7 +285,8 @@ pub fn sequences(
     mut each: impl FnMut(Vec<Slot>),
 ) -> Result<Listed, Error> {
     let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
-    let (model, _) = arranged(&request.model, &request.arrangement, &machine, world)?;
+    let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
+    let SetUp { model, .. } = arranged(&models, world)?;
     let start = world.clock.now();
     let asked = PlanAsked::of(&request.options, &machine, &model)?;
     let options = asked.options(&request.options);
