@@ -4,8 +4,9 @@ use serde_json::{Value, json};
 
 use super::model::split;
 use super::planned::planned;
-use crate::job::{At, Bed, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName};
-use crate::profile::TableAt;
+use crate::job::{
+    At, Bed, CheckedProfile, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
+};
 use crate::slicing::Flaw;
 use crate::verify::Report;
 
@@ -73,15 +74,20 @@ fn slicer(by: &SlicerName) -> Value {
     json!({"name": by.name, "version": by.version})
 }
 
-/// `trunnion profile check`: a profile that makes sense, and where its table comes.
-pub fn checked(loaded: &LoadedProfile) -> Value {
-    let at = |at: &TableAt| {
+/// `trunnion profile check`: where the table of a profile comes, and what follows. `reached_mm` is the lowest and the highest place, from the
+/// table's middle straight up the slope, where the head can touch the bare table.
+pub fn checked(done: &CheckedProfile) -> Value {
+    let at = |at: &Tilted| {
         json!({
             "tilt_deg": at.tilt_deg, "centre_mm": at.centre_mm, "within_axes": at.within, "top_mm": at.top_mm, "room_mm": at.room_mm,
+            "reached_mm": at.reached_mm,
         })
     };
-    let table: Vec<Value> = loaded.profile.table_at_its_ends().iter().map(at).collect();
-    json!({"profile": loaded.name, "sha256": loaded.sha256, "ok": true, "table": table})
+    json!({
+        "profile": done.machine.name, "sha256": done.machine.sha256, "ok": done.refusals.is_empty(), "refused": done.refusals,
+        "table": done.tilts.iter().map(at).collect::<Vec<_>>(), "largest_level_mm": done.largest_level_mm,
+        "largest_at_every_tilt_mm": done.largest_any_mm, "sweeps_to_mm": done.sweeps_to_mm,
+    })
 }
 
 /// `trunnion profile list`: one shipped profile.

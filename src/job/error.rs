@@ -151,6 +151,20 @@ pub enum Error {
     /// What cannot be packed.
     #[error(transparent)]
     Packing(#[from] super::BadPacking),
+    /// Touches that are none.
+    #[error(transparent)]
+    Touches(#[from] crate::calibrate::TouchError),
+    /// Touches that do not tell everything about a machine.
+    #[error("{0}")]
+    Calibration(Box<super::Uncalibrated>),
+    /// A machine whose table no tip can touch.
+    #[error(
+        "profile {profile}: the head reaches the table in no pose within its limits; hold limits, pivot_mm and offset_mm against the machine"
+    )]
+    NoTouches {
+        /// The profile.
+        profile: String,
+    },
     /// A simulated printer that cannot be.
     #[error(transparent)]
     Simulation(#[from] BadSimulation),
