@@ -625,12 +625,14 @@ pub(super) struct Simulate {
 
 #[derive(Subcommand)]
 pub(super) enum Profile {
-    /// The shipped profiles
+    /// The shipped profiles, and your own in $XDG_CONFIG_HOME/trunnion/profiles
     List,
     /// A profile with all its values, and where each comes from
     Show(ProfileName),
     /// Whether a profile makes sense, and what follows from it
     Check(CheckProfile),
+    /// Describe a machine of your own: asks on a terminal, else takes answers from flags and a file
+    New(New),
     /// Find pivot, offset and zeros from touches at several poses, or choose the touches to make
     Calibrate(Calibrate),
 }
@@ -642,6 +644,27 @@ pub(super) struct CheckProfile {
     /// Draw table, head and frame from the side
     #[arg(long, value_name = "FILE.svg")]
     pub(super) view: Option<PathBuf>,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct New {
+    /// Its name, by which it is found from then on
+    pub(super) name: String,
+    /// The profile that it is like
+    #[arg(long, default_value = "generic-ac", value_name = "PROFILE")]
+    pub(super) like: String,
+    /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60; may be given again and again
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
+    /// A TOML file of answers
+    #[arg(long, value_name = "FILE.toml")]
+    pub(super) answers: Option<PathBuf>,
+    /// Whatever is not answered is as in the other profile
+    #[arg(long)]
+    pub(super) keep_rest: bool,
+    /// Where to write it [default: NAME.toml in $XDG_CONFIG_HOME/trunnion/profiles]
+    #[arg(short, long)]
+    pub(super) output: Option<PathBuf>,
 }
 
 /// Either TOUCHES or --poses.

@@ -1,15 +1,16 @@
-//! `trunnion profile list|show|check|calibrate`
+//! `trunnion profile list|show|check|new|calibrate`
 
 use std::fmt::Write;
+use std::io::IsTerminal;
 use std::path::Path;
 
 use serde_json::json;
 
-use super::args::{Calibrate, CheckProfile, Profile as Verb};
+use super::args::{Calibrate, CheckProfile, New, Profile as Verb};
 use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::FitOptions;
-use crate::job::{CalibrateRequest, PosesRequest, Source};
+use crate::job::{CalibrateRequest, NewProfile, PosesRequest, Source};
 use crate::profile::SHIPPED;
 use crate::{document, job};
 
@@ -18,6 +19,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         Verb::List => list(console),
         Verb::Show(of) => show(&of.profile, console),
         Verb::Check(args) => check(args, console),
+        Verb::New(args) => new(args, console),
         Verb::Calibrate(args) => match &args.poses {
             Some(form) => poses(args, form, console),
             None => calibrate(args, console),
@@ -36,6 +38,38 @@ fn check(args: &CheckProfile, console: &Console) -> Result<(), Failure> {
     }
     view.map(|view| view.write(done.svg().as_bytes())).transpose()?;
     done.refusal().map_or(Ok(()), |why| Err(Failure::Findings(why)))
+}
+
+fn new(args: &New, console: &Console) -> Result<(), Failure> {
+    let world = console.world();
+    let mut outputs = outputs(args.answers.as_deref().into_iter().chain(profile_file(&args.like).as_deref()));
+    let set = args.set.iter().map(|word| {
+        let (key, value) =
+            word.split_once('=').ok_or_else(|| Failure::Usage(format!("--set {word}: give KEY=VALUE")))?;
+        Ok((key.trim().to_owned(), value.trim().to_owned()))
+    });
+    let mut request = NewProfile {
+        name: args.name.clone(),
+        base: args.like.as_str().into(),
+        answers: args.answers.as_ref().map(Source::from),
+        set: set.collect::<Result<_, Failure>>()?,
+        rest: args.keep_rest,
+    };
+    if std::io::stdin().is_terminal() && !request.rest && !console.json() {
+        let shown =
+            |key: &str, question: &str| console.note(&format!("{question} ({key}); Enter: as in {}", args.like));
+        request.ask(std::io::stdin().lock(), shown, &world)?;
+    }
+    let made = job::new_profile(&request, &world)?;
+    let place = args.output.clone().map_or_else(|| job::own_place(&args.name, &outputs, &world), Ok)?;
+    job::not_there(&place, &world)?;
+    outputs.claim(&place)?.write(made.text.as_bytes())?;
+    if console.json() {
+        console.document(&json!({"profile": args.name, "file": place, "unanswered": made.unanswered}));
+    } else {
+        console.result(&format!("{}\nnext: trunnion profile check, and docs/machine.md", place.display()));
+    }
+    Ok(())
 }
 
 fn calibrate(args: &Calibrate, console: &Console) -> Result<(), Failure> {
@@ -99,6 +133,15 @@ fn list(console: &Console) -> Result<(), Failure> {
             if machine.tested_on.is_empty() { "no real machine yet".to_owned() } else { machine.tested_on.join(", ") };
         let _ = writeln!(text, "{name:20} {}; tested on: {tested}", machine.about);
         rows.push(document::shipped(&loaded));
+    }
+    for (name, file, loaded) in &job::own_profiles(&console.world()) {
+        match loaded {
+            Ok(own) => {
+                let _ = writeln!(text, "{name:20} {}; your own: {}", own.profile.machine.about, file.display());
+            }
+            Err(error) => console.warning(&error.to_string()),
+        }
+        rows.push(document::own(name, file, loaded));
     }
     if console.json() {
         console.document(&json!(rows))

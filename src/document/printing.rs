@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 use super::model::split;
 use super::planned::planned;
 use crate::job::{
-    At, Bed, CheckedProfile, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
+    At, Bed, CheckedProfile, Error, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName,
+    Tilted,
 };
 use crate::slicing::Flaw;
 use crate::verify::Report;
@@ -94,6 +95,16 @@ pub fn checked(done: &CheckedProfile) -> Value {
 pub fn shipped(loaded: &LoadedProfile) -> Value {
     let machine = &loaded.profile.machine;
     json!({"name": loaded.name, "about": machine.about, "tested_on": machine.tested_on})
+}
+
+/// `trunnion profile list`: one of the user's own, with its file.
+pub fn own(name: &str, file: &std::path::Path, loaded: &Result<LoadedProfile, Error>) -> Value {
+    let mut row = match loaded {
+        Ok(loaded) => shipped(loaded),
+        Err(error) => json!({"name": name, "error": error.to_string()}),
+    };
+    row["file"] = file.to_string_lossy().into();
+    row
 }
 
 /// `trunnion send --dry-run`: the rehearsal's last event.

@@ -34,6 +34,7 @@ mod prepare;
 mod preview;
 pub(crate) mod printer;
 mod profile_check;
+mod profile_new;
 mod profile_view;
 mod progress;
 mod rewrite;
@@ -55,7 +56,9 @@ pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult
 pub use cutting::{CutModel, Cutting, WaysOut, plan};
 pub use error::{Error, in_words, remedy};
 use load::load_unposed;
-pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
+pub use load::{
+    CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile, own_profiles,
+};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
 pub use pack::{
     BadPacking, Contents, Into as PackInto, MOST_PIECES, PackOptions, PackRequest, PackResult, Piece, Plate, Plates,
@@ -65,6 +68,7 @@ pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show};
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
+pub use profile_new::{MadeProfile, NewProfile, QUESTIONS, new_profile, not_there, own_place};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{

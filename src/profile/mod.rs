@@ -6,6 +6,7 @@
 
 mod build;
 mod code;
+mod complete;
 mod layers;
 mod process;
 mod ranges;
