@@ -78,13 +78,13 @@ fn made_up_machines_are_found_again() {
         // A probe touches each place four times.
         let poses: Vec<Candidate> = chosen.poses.iter().flat_map(|one| vec![one.clone(); 4]).collect();
         let places: Vec<[f64; 2]> = chosen.marks.iter().map(|(_, at)| *at).collect();
-        let (mut worst, mut held, mut all) = ([0.0_f64; 2], 0, 0);
+        let (mut worst, mut held, mut all, mut left_out) = ([0.0_f64; 2], 0, 0, 0);
         for seed in 0..60 {
             let machine = Machine::any(profile.kinematics(), &mut numbers, 0.3);
             let places: Vec<[f64; 2]> = places.iter().map(|p| p.map(|v| v + 2.0 * numbers.unit() - 1.0)).collect();
             let touches = touch_all(&machine, &poses, &places, NOISE, &mut numbers);
             let found = fit(&profile, &touches, &FitOptions::default()).unwrap();
-            assert!(found.outliers.is_empty(), "{name} {seed}: {:?}", found.outliers);
+            left_out += found.outliers.len();
             assert!((found.rms_mm / NOISE - 1.0).abs() < 0.4, "{name} {seed}: {}", found.rms_mm);
             for (unknown, off, _) in wrong(&found, &machine) {
                 let kind = usize::from(unknown.is_angle());
@@ -103,6 +103,8 @@ fn made_up_machines_are_found_again() {
             worst[1]
         ));
         assert!(worst[0] < 0.02 && worst[1] < degrees, "{name}: {worst:?} from {} poses", chosen.poses.len());
+        // 48,000 touches, of which one in 150,000 or, with three numbers each, somewhat more are left out by chance.
+        assert!(left_out <= 3, "{name}: {left_out} good touches were left out");
         // 300 cases: three standard deviations are 0.038.
         assert!((0.91..=0.99).contains(&share), "{name}: {share} of the intervals hold the truth");
     }
