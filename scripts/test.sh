@@ -131,6 +131,7 @@ say "programs"
 python_environment
 from_registry octoprint 600 "OctoPrint (its virtual printer)" OctoPrint==1.11.8
 from_registry trimesh 300 "numpy and trimesh (first layers and tipping angles with other code)" numpy trimesh
+from_registry scipy 300 "scipy (a witness for the least squares of calibration)" numpy scipy
 from_registry ortools 300 "OR-tools (a witness for the costs of supports and for packings)" ortools==9.15.6755
 if [ -d .venv/bin ]; then
     export PATH="$PWD/.venv/bin:$PATH"
@@ -185,6 +186,7 @@ took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc
 took_part Python 'python3 --version' 'python3 --version'
 took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
 took_part trimesh 'python3 -c "import trimesh"' 'python3 -c "import trimesh; print(trimesh.__version__)"'
+took_part scipy 'python3 -c "import scipy"' 'python3 -c "import scipy; print(scipy.__version__)"'
 took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
 took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'
 passed=$(awk '/^test result:/ { n += $4 } END { print n + 0 }' "$log")

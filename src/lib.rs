@@ -39,6 +39,7 @@
 #![doc = include_str!("ARCHITECTURE.md")]
 
 pub mod assembly;
+pub mod calibrate;
 #[doc(hidden)]
 pub mod cli;
 pub mod document;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
+use crate::calibrate::{FitOptions, Tip};
 use crate::job::{
     Arrangement, PackOptions, PlanOptions, SlicingOptions, SplitOptions, Standing, SupportOptions, Triple,
 };
@@ -67,7 +68,7 @@ pub(super) enum Verb {
     Send(Send),
     /// Be a printer: on a pseudo-terminal or a TCP address, with motion, heat, and faults on purpose
     Simulate(Simulate),
-    /// List, show and check machine profiles
+    /// List, show, check and calibrate machine profiles
     #[command(subcommand)]
     Profile(Profile),
 }
@@ -626,12 +627,77 @@ pub(super) struct Simulate {
 
 #[derive(Subcommand)]
 pub(super) enum Profile {
-    /// The shipped profiles
+    /// The shipped profiles, and your own in $XDG_CONFIG_HOME/trunnion/profiles
     List,
     /// A profile with all its values, and where each comes from
     Show(ProfileName),
-    /// Whether a profile makes sense
-    Check(ProfileName),
+    /// Whether a profile makes sense, and what follows from it
+    Check(CheckProfile),
+    /// Describe a machine of your own: asks on a terminal, else takes answers from flags and a file
+    New(New),
+    /// Find pivot, offset and zeros from touches at several poses, or choose the touches to make
+    Calibrate(Calibrate),
+}
+
+#[derive(ClapArgs)]
+pub(super) struct CheckProfile {
+    #[command(flatten)]
+    pub(super) of: ProfileName,
+    /// Draw table, head and frame from the side
+    #[arg(long, value_name = "FILE.svg")]
+    pub(super) view: Option<PathBuf>,
+}
+
+#[derive(ClapArgs)]
+pub(super) struct New {
+    /// Its name, by which it is found from then on
+    pub(super) name: String,
+    /// The profile that it is like
+    #[arg(long, default_value = "generic-ac", value_name = "PROFILE")]
+    pub(super) like: String,
+    /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60; may be given again and again
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
+    /// A TOML file of answers
+    #[arg(long, value_name = "FILE.toml")]
+    pub(super) answers: Option<PathBuf>,
+    /// Whatever is not answered is as in the other profile
+    #[arg(long)]
+    pub(super) keep_rest: bool,
+    /// Where to write it [default: NAME.toml in $XDG_CONFIG_HOME/trunnion/profiles]
+    #[arg(short, long)]
+    pub(super) output: Option<PathBuf>,
+}
+
+/// Either TOUCHES or --poses.
+#[derive(ClapArgs)]
+pub(super) struct Calibrate {
+    /// Touches as written down; docs/machine.md says how
+    #[arg(required_unless_present = "poses")]
+    pub(super) touches: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) machine: MachineArgs,
+    /// Where to write a profile that extends the given one [default: its keys on stdout]
+    #[arg(short, long, conflicts_with = "poses")]
+    pub(super) output: Option<PathBuf>,
+    /// The most, mm, that a machine with axes that are not square may be off from what a profile can say
+    #[arg(long, default_value_t = FitOptions::default().tolerance_mm, value_name = "MM", conflicts_with = "poses")]
+    pub(super) tolerance: f64,
+    /// Take the axes as square, with fewer touches
+    #[arg(long)]
+    pub(super) assume_square: bool,
+    /// Choose the touches to make, and write a file to fill in
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "touches")]
+    pub(super) poses: Option<PathBuf>,
+    /// With --poses: G-code that goes to each, cold and slowly, and stops there
+    #[arg(long, value_name = "FILE.gcode", requires = "poses")]
+    pub(super) gcode: Option<PathBuf>,
+    /// With --poses: how well one touch repeats (standard deviation)
+    #[arg(long, default_value_t = Tip::default().repeats_to_mm, value_name = "MM", requires = "poses")]
+    pub(super) repeats_to: f64,
+    /// With --poses: so many touches at most
+    #[arg(long, default_value_t = 60, value_name = "COUNT", requires = "poses")]
+    pub(super) most: usize,
 }
 
 #[derive(ClapArgs)]

@@ -1,11 +1,16 @@
-//! `trunnion profile list|show|check`
+//! `trunnion profile list|show|check|new|calibrate`
 
 use std::fmt::Write;
+use std::io::IsTerminal;
+use std::path::Path;
 
 use serde_json::json;
 
-use super::args::Profile as Verb;
+use super::args::{Calibrate, CheckProfile, New, Profile as Verb};
+use super::requests::{folder_of, outputs, profile_file};
 use super::{Console, Failure};
+use crate::calibrate::FitOptions;
+use crate::job::{CalibrateRequest, NewProfile, PosesRequest, Source};
 use crate::profile::SHIPPED;
 use crate::{document, job};
 
@@ -13,16 +18,109 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match args {
         Verb::List => list(console),
         Verb::Show(of) => show(&of.profile, console),
-        Verb::Check(of) => {
-            let loaded = job::load_profile(&of.profile.as_str().into(), &console.world())?;
-            if console.json() {
-                console.document(&document::checked(&loaded));
-            } else {
-                console.result(&document::text::checked(&loaded));
-            }
-            Ok(())
-        }
+        Verb::Check(args) => check(args, console),
+        Verb::New(args) => new(args, console),
+        Verb::Calibrate(args) => match &args.poses {
+            Some(form) => poses(args, form, console),
+            None => calibrate(args, console),
+        },
     }
+}
+
+fn check(args: &CheckProfile, console: &Console) -> Result<(), Failure> {
+    let name = &args.of.profile;
+    let view = args.view.as_deref().map(|path| outputs(profile_file(name).as_deref()).claim(path)).transpose()?;
+    let done = job::check_profile(&name.as_str().into(), &console.world())?;
+    if console.json() {
+        console.document(&document::checked(&done));
+    } else {
+        console.result(&done.text());
+    }
+    view.map(|view| view.write(done.svg().as_bytes())).transpose()?;
+    done.refusal().map_or(Ok(()), |why| Err(Failure::Findings(why)))
+}
+
+fn new(args: &New, console: &Console) -> Result<(), Failure> {
+    let world = console.world();
+    let mut outputs = outputs(args.answers.as_deref().into_iter().chain(profile_file(&args.like).as_deref()));
+    let set = args.set.iter().map(|word| {
+        let (key, value) =
+            word.split_once('=').ok_or_else(|| Failure::Usage(format!("--set {word}: give KEY=VALUE")))?;
+        Ok((key.trim().to_owned(), value.trim().to_owned()))
+    });
+    let mut request = NewProfile {
+        name: args.name.clone(),
+        base: args.like.as_str().into(),
+        answers: args.answers.as_ref().map(Source::from),
+        set: set.collect::<Result<_, Failure>>()?,
+        rest: args.keep_rest,
+    };
+    if std::io::stdin().is_terminal() && !request.rest && !console.json() {
+        let shown =
+            |key: &str, question: &str| console.note(&format!("{question} ({key}); Enter: as in {}", args.like));
+        request.ask(std::io::stdin().lock(), shown, &world)?;
+    }
+    let made = job::new_profile(&request, &world)?;
+    let place = args.output.clone().map_or_else(|| job::own_place(&args.name, &outputs, &world), Ok)?;
+    job::not_there(&place, &world)?;
+    outputs.claim(&place)?.write(made.text.as_bytes())?;
+    if console.json() {
+        console.document(&json!({"profile": args.name, "file": place, "unanswered": made.unanswered}));
+    } else {
+        console.result(&format!("{}\nnext: trunnion profile check, and docs/machine.md", place.display()));
+    }
+    Ok(())
+}
+
+fn calibrate(args: &Calibrate, console: &Console) -> Result<(), Failure> {
+    let touches = args.touches.clone().unwrap_or_default();
+    let mut outputs = outputs([touches.as_path()].into_iter().chain(profile_file(&args.machine.profile).as_deref()));
+    let output = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let machine = args.machine.profile.as_str().into();
+    let options = FitOptions { square: args.assume_square, tolerance_mm: args.tolerance };
+    let request = CalibrateRequest { machine, touches: Source::from(&touches), options };
+    let done = job::calibrate(&request, &console.world())?;
+    if console.json() {
+        console.document(&document::calibrated(&done));
+    } else {
+        console.result(&done.text());
+    }
+    if let Some(why) = done.refusal() {
+        return Err(Failure::Findings(format!("nothing was written: {why}")));
+    }
+    match output {
+        Some(output) => {
+            let folder = folder_of(Some(output.path())).unwrap_or_default();
+            output.write(done.profile(Some(&folder), &console.world()).as_bytes())?;
+        }
+        None if !console.json() => console.result(&done.profile(None, &console.world())),
+        None => {}
+    }
+    Ok(())
+}
+
+fn poses(args: &Calibrate, form: &Path, console: &Console) -> Result<(), Failure> {
+    let mut outputs = outputs(profile_file(&args.machine.profile).as_deref());
+    let form = outputs.claim(form)?;
+    let gcode = args.gcode.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let machine = args.machine.profile.as_str().into();
+    let request = PosesRequest { machine, repeats_to_mm: args.repeats_to, most: args.most, square: args.assume_square };
+    let done = job::poses(&request, &console.world())?;
+    if console.json() {
+        console.document(&document::poses(&done));
+    } else {
+        console.result(&done.text());
+    }
+    if let Some(gcode) = gcode {
+        let visit = done.visit.as_ref().map_err(|why| Failure::Findings(format!("no G-code was written: {why}")))?;
+        let left = visit.left_out.join(", ");
+        if !left.is_empty() {
+            console
+                .warning(&format!("start lines that heat, move or are not known are left out of the G-code: {left}"));
+        }
+        gcode.write(visit.gcode.as_bytes())?;
+    }
+    Ok(form.write(done.form.as_bytes())?)
 }
 
 fn list(console: &Console) -> Result<(), Failure> {
@@ -35,6 +133,15 @@ fn list(console: &Console) -> Result<(), Failure> {
             if machine.tested_on.is_empty() { "no real machine yet".to_owned() } else { machine.tested_on.join(", ") };
         let _ = writeln!(text, "{name:20} {}; tested on: {tested}", machine.about);
         rows.push(document::shipped(&loaded));
+    }
+    for (name, file, loaded) in &job::own_profiles(&console.world()) {
+        match loaded {
+            Ok(own) => {
+                let _ = writeln!(text, "{name:20} {}; your own: {}", own.profile.machine.about, file.display());
+            }
+            Err(error) => console.warning(&error.to_string()),
+        }
+        rows.push(document::own(name, file, loaded));
     }
     if console.json() {
         console.document(&json!(rows))

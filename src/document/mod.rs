@@ -8,6 +8,7 @@
 //!
 //! Plans, profiles and verify's reports serialise themselves where their formats are decided; they are embedded as they are.
 
+mod calibrated;
 mod model;
 mod oriented;
 mod packed;
@@ -19,11 +20,12 @@ mod supported;
 pub mod text;
 mod viewed;
 
+pub use calibrated::{calibrated, poses};
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};
 pub use packed::packed;
 pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
-pub use printing::{checked, event, prepared, rehearsed, rejected, shipped, sliced, verified};
+pub use printing::{checked, event, own, prepared, rehearsed, rejected, shipped, sliced, verified};
 pub use supported::supported;
 pub use viewed::{page, previewed};

@@ -5,10 +5,10 @@ use serde_json::{Value, json};
 use super::model::split;
 use super::planned::planned;
 use crate::job::{
-    At, Bed, CutSolid, HeldPart, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds, Sending, SlicerName,
+    At, Bed, CheckedProfile, CutSolid, Error, HeldPart, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds,
+    Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
-use crate::profile::TableAt;
 use crate::slicing::Flaw;
 use crate::verify::Report;
 
@@ -94,21 +94,36 @@ fn slicer(by: &SlicerName) -> Value {
     json!({"name": by.name, "version": by.version})
 }
 
-/// `trunnion profile check`: a profile that makes sense, and where its table comes.
-pub fn checked(loaded: &LoadedProfile) -> Value {
-    let at = |at: &TableAt| {
+/// `trunnion profile check`: where the table of a profile comes, and what follows. `reached_mm` is the lowest and the highest place, from the
+/// table's middle straight up the slope, where the head can touch the bare table.
+pub fn checked(done: &CheckedProfile) -> Value {
+    let at = |at: &Tilted| {
         json!({
             "tilt_deg": at.tilt_deg, "centre_mm": at.centre_mm, "within_axes": at.within, "top_mm": at.top_mm, "room_mm": at.room_mm,
+            "reached_mm": at.reached_mm,
         })
     };
-    let table: Vec<Value> = loaded.profile.table_at_its_ends().iter().map(at).collect();
-    json!({"profile": loaded.name, "sha256": loaded.sha256, "ok": true, "table": table})
+    json!({
+        "profile": done.machine.name, "sha256": done.machine.sha256, "ok": done.refusals.is_empty(), "refused": done.refusals,
+        "table": done.tilts.iter().map(at).collect::<Vec<_>>(), "largest_level_mm": done.largest_level_mm,
+        "largest_at_every_tilt_mm": done.largest_any_mm, "sweeps_to_mm": done.sweeps_to_mm,
+    })
 }
 
 /// `trunnion profile list`: one shipped profile.
 pub fn shipped(loaded: &LoadedProfile) -> Value {
     let machine = &loaded.profile.machine;
     json!({"name": loaded.name, "about": machine.about, "tested_on": machine.tested_on})
+}
+
+/// `trunnion profile list`: one of the user's own, with its file.
+pub fn own(name: &str, file: &std::path::Path, loaded: &Result<LoadedProfile, Error>) -> Value {
+    let mut row = match loaded {
+        Ok(loaded) => shipped(loaded),
+        Err(error) => json!({"name": name, "error": error.to_string()}),
+    };
+    row["file"] = file.to_string_lossy().into();
+    row
 }
 
 /// `trunnion send --dry-run`: the rehearsal's last event.

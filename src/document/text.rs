@@ -6,30 +6,11 @@ use super::model::apart;
 pub use super::plan_text::{comparison, no_plan, planned, sequence};
 use super::priced::{grams, minutes, plain};
 use super::{figures, reasons};
-use crate::job::{Compared, LoadedProfile, Oriented, OrientedPart};
+use crate::job::{Compared, Oriented, OrientedPart};
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::spelling::counted;
 use crate::verify::Report;
-
-/// `trunnion profile check`: what a person may hold against the machine itself.
-pub fn checked(loaded: &LoadedProfile) -> String {
-    let letter = loaded.profile.kinematics().tilt.letter as char;
-    let mut out = format!("{}: fine\n", loaded.name);
-    for at in loaded.profile.table_at_its_ends() {
-        let [x, y, z] = at.centre_mm.map(|v| (v * 100.0).round() / 100.0 + 0.0);
-        let _ = writeln!(
-            out,
-            "{letter}{:.2}: the middle of the table comes to X {x} Y {y} Z {z}{}, its highest point to Z {:.1}; the tip may go {:.1} mm above that",
-            at.tilt_deg,
-            if at.within { "" } else { ", which is beyond the axes" },
-            at.top_mm,
-            at.room_mm
-        );
-    }
-    out.push_str("hold these against the machine: tilt the table to each, and touch its middle with the nozzle");
-    out
-}
 
 /// `trunnion inspect`.
 pub fn inspected(model: &Model) -> String {

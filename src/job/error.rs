@@ -151,6 +151,50 @@ pub enum Error {
     /// What cannot be packed.
     #[error(transparent)]
     Packing(#[from] super::BadPacking),
+    /// An answer about a new machine that is none.
+    #[error("{what}: {why}")]
+    Answer {
+        /// The answer, or its file.
+        what: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A machine of which too little is told.
+    #[error(
+        "not answered: {keys}; give each as --set KEY=VALUE or in --answers FILE, or take the rest as it is in the other profile with --keep-rest"
+    )]
+    Unanswered {
+        /// The keys.
+        keys: String,
+    },
+    /// A file that is not written over.
+    #[error("{} is there already, and is not written over; give another name, or take it away first", path.display())]
+    There {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A profile of the user's own that nobody can ask for.
+    #[error("{}: a shipped profile is called {name} too, and goes first; rename the file", path.display())]
+    Hidden {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        name: String,
+    },
+    /// Touches that are none.
+    #[error(transparent)]
+    Touches(#[from] crate::calibrate::TouchError),
+    /// Touches that do not tell everything about a machine.
+    #[error("{0}")]
+    Calibration(Box<super::Uncalibrated>),
+    /// A machine whose table no tip can touch.
+    #[error(
+        "profile {profile}: the head reaches the table in no pose within its limits; hold limits, pivot_mm and offset_mm against the machine"
+    )]
+    NoTouches {
+        /// The profile.
+        profile: String,
+    },
     /// A simulated printer that cannot be.
     #[error(transparent)]
     Simulation(#[from] BadSimulation),

@@ -147,11 +147,19 @@ fn named(name: &str, path: Option<&Path>, kept_in: Option<&Path>, world: &World<
 ///
 /// [`Error::Profile`], and what keeps a file from being read.
 pub fn load_profile(from: &MachineSource, world: &World<'_>) -> Result<LoadedProfile, Error> {
+    let mut path = from.path().map(Path::to_owned);
     let (name, (profile, origin)) = match from {
-        MachineSource::Shipped(name) => {
-            let (file, text) = shipped(name)?;
-            (name.clone(), resolve(file, text)?)
-        }
+        MachineSource::Shipped(name) => match own_file(name, world) {
+            Some(own) => {
+                let resolved = resolve_over(&own_layers(&Source::File(own.clone()), world)?)?;
+                path = Some(own);
+                (name.clone(), resolved)
+            }
+            None => {
+                let (file, text) = shipped(name).map_err(|error| error.with_own(name, own_names(world)))?;
+                (name.clone(), resolve(file, text)?)
+            }
+        },
         MachineSource::Toml(source) => {
             let resolved = resolve_over(&own_layers(source, world)?)?;
             (source.name().into_owned(), resolved)
@@ -162,7 +170,33 @@ pub fn load_profile(from: &MachineSource, world: &World<'_>) -> Result<LoadedPro
         }
     };
     let sha256 = sha256_hex(profile.canonical().as_bytes());
-    Ok(LoadedProfile { profile, origin, name, sha256, path: from.path().map(Path::to_owned) })
+    Ok(LoadedProfile { profile, origin, name, sha256, path })
+}
+
+/// The user's own profile of that name; a shipped one of the same name goes first.
+fn own_file(name: &str, world: &World<'_>) -> Option<PathBuf> {
+    let path = world.files.own_profiles()?.join(format!("{name}.toml"));
+    (shipped(name).is_err() && world.files.exists(&path)).then_some(path)
+}
+
+fn own_names(world: &World<'_>) -> Vec<String> {
+    let files = world.files.own_profiles().map(|folder| world.files.toml_files(&folder)).unwrap_or_default();
+    files.iter().filter_map(|path| Some(path.file_stem()?.to_string_lossy().into_owned())).collect()
+}
+
+/// The user's own profiles, each with its name and its file, and why it cannot be used where it cannot.
+pub fn own_profiles(world: &World<'_>) -> Vec<(String, PathBuf, Result<LoadedProfile, Error>)> {
+    let folder = world.files.own_profiles().unwrap_or_default();
+    let of = |name: String| {
+        let path = folder.join(format!("{name}.toml"));
+        let loaded = if shipped(&name).is_ok() {
+            Err(Error::Hidden { path: path.clone(), name: name.clone() })
+        } else {
+            load_profile(&MachineSource::Shipped(name.clone()), world)
+        };
+        (name, path, loaded)
+    };
+    own_names(world).into_iter().map(of).collect()
 }
 
 /// Files that may extend each other, at most.
@@ -174,11 +208,17 @@ fn own_layers(top: &Source, world: &World<'_>) -> Result<Vec<(String, String)>, 
     let mut folder = top.path().and_then(Path::parent).map(Path::to_owned);
     loop {
         let (file, text) = &layers[layers.len() - 1];
-        let Base::File(named) = Base::of(file, text)? else { break };
-        let (Some(beside), true) = (&folder, layers.len() < MOST_LAYERS) else {
+        let (named, path) = match Base::of(file, text)? {
+            Base::File(named) => (named.clone(), folder.as_ref().map(|beside| beside.join(named))),
+            Base::Shipped(name) => match own_file(&name, world) {
+                Some(path) => (name, Some(path)),
+                None => break,
+            },
+            Base::Defaults => break,
+        };
+        let (Some(path), true) = (path, layers.len() < MOST_LAYERS) else {
             return Err(Error::Layers { file: file.clone(), named, most: MOST_LAYERS });
         };
-        let path = beside.join(named);
         folder = path.parent().map(Path::to_owned);
         layers.push((path.to_string_lossy().into_owned(), Source::File(path).text(world)?));
     }

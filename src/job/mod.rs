@@ -6,6 +6,7 @@
 //! PlanRequest    --plan--> PlanResult{plan: CheckedPlan}                   or Error::NoPlan{reasons, remedies}
 //! SplitRequest   --split--> SplitResult{split}                           one solid in parts, printable or why not
 //! SupportRequest --support--> SupportResult{planned, built}              supports for a model in one pose, or what stays bare
+//! CalibrateRequest --calibrate--> CalibrateResult{fit}                  a machine's numbers from touches; PosesRequest: which to make
 //! PackRequest    --pack--> PackResult{plates}                              models in as few runs as there must be, or the most value in one
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
@@ -21,6 +22,7 @@
 
 mod arrange;
 mod bench;
+mod calibrate;
 mod cutting;
 mod error;
 mod holding;
@@ -31,6 +33,9 @@ mod plan;
 mod prepare;
 mod preview;
 pub(crate) mod printer;
+mod profile_check;
+mod profile_new;
+mod profile_view;
 mod progress;
 mod rewrite;
 mod send;
@@ -48,10 +53,13 @@ mod world;
 pub use crate::toolpath::{Bed, Spot};
 pub use arrange::{ArrangedModel, Arrangement, Standing};
 pub use bench::Bench;
+pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, Uncalibrated, calibrate, poses};
 pub use cutting::{CutModel, Cutting, WaysOut, plan};
 pub use error::{Error, in_words, remedy};
 use load::load_unposed;
-pub use load::{CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile};
+pub use load::{
+    CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile, own_profiles,
+};
 pub use orient::{Compared, OrientOptions, OrientRequest, OrientResult, Oriented, OrientedPart, PartChoice, orient};
 pub use pack::{
     BadPacking, Contents, Into as PackInto, MOST_PIECES, PackOptions, PackRequest, PackResult, Piece, Plate, Plates,
@@ -60,6 +68,8 @@ pub use pack::{
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show};
+pub use profile_check::{CheckedProfile, Tilted, check_profile};
+pub use profile_new::{MadeProfile, NewProfile, QUESTIONS, new_profile, not_there, own_place};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{

@@ -154,6 +154,13 @@ impl Profile {
         )?;
         let range = format!("{}..{}", tilt.min_deg, tilt.max_deg);
         check("kinematics.tilt.max_deg", tilt.min_deg <= tilt.max_deg, range, "min_deg..max_deg, ordered")?;
+        let level = self.kinematics().tilt.admits(Angle::ZERO);
+        let range = format!("{}..{}", tilt.min_deg, tilt.max_deg);
+        let holds = format!(
+            "a range that holds level (zero_deg = {}): a table that is never level begins no print; widen it if the axis goes there",
+            tilt.zero_deg
+        );
+        check("kinematics.tilt.min_deg", level, range, &holds)?;
         let both = rotation.min_deg.is_some() == rotation.max_deg.is_some();
         let ordered = rotation.min_deg.zip(rotation.max_deg).is_none_or(|(a, b)| a <= b);
         let range = format!("{:?}..{:?}", rotation.min_deg, rotation.max_deg);

@@ -9,7 +9,7 @@ use super::schema::Profile;
 use crate::spelling;
 
 /// The reference of every key.
-const DEFAULTS: (&str, &str) =
+pub(super) const DEFAULTS: (&str, &str) =
     ("firmware-profiles/defaults.toml", include_str!("../../firmware-profiles/defaults.toml"));
 
 /// The shipped profiles: name, where it is kept, text.
@@ -41,8 +41,10 @@ pub type Origin = BTreeMap<String, String>;
 #[derive(Debug, thiserror::Error)]
 pub enum ProfileError {
     /// No shipped profile of that name.
-    #[error("{name:?} is neither a file nor a shipped profile{}; shipped are: {}", nearest.as_ref().map(|n| format!("; did you mean {n:?}?")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "))]
+    #[error("{name:?} is neither a file nor a shipped profile{}; shipped are: {}{}", nearest.as_ref().map(|n| format!("; did you mean {n:?}?")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]
     NoSuchProfile {
+        /// The user's own.
+        own: Vec<String>,
         /// As asked for.
         name: String,
         /// The nearest name.
@@ -107,9 +109,22 @@ pub enum ProfileError {
 /// [`ProfileError::NoSuchProfile`] with the nearest name.
 pub fn shipped(name: &str) -> Result<(&'static str, &'static str), ProfileError> {
     SHIPPED.iter().find(|s| s.0 == name).map(|s| (s.1, s.2)).ok_or_else(|| ProfileError::NoSuchProfile {
+        own: Vec::new(),
         name: name.to_owned(),
         nearest: nearest(name, SHIPPED.iter().map(|s| s.0)),
     })
+}
+
+impl ProfileError {
+    /// For a `name` that is not there, with the user's `own` beside the shipped ones; any other as it is.
+    #[must_use]
+    pub fn with_own(self, name: &str, own: Vec<String>) -> Self {
+        if !matches!(self, Self::NoSuchProfile { .. }) {
+            return self;
+        }
+        let names = SHIPPED.iter().map(|s| s.0).chain(own.iter().map(String::as_str));
+        Self::NoSuchProfile { name: name.to_owned(), nearest: nearest(name, names), own }
+    }
 }
 
 /// What a profile's `extends` names.

@@ -6,16 +6,15 @@
 
 mod build;
 mod code;
+mod complete;
 mod layers;
 mod process;
 mod ranges;
-mod reach;
 mod schema;
 
 pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shipped};
 pub use process::SliceSettings;
 pub use ranges::{OutOfRange, check_number};
-pub use reach::TableAt;
 pub use schema::{
     BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, OnStop,
     Profile, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,

@@ -142,6 +142,9 @@ pub struct TableSpec {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bodies {
+    /// Whether a head of one cone is all that there is.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub bare_cone: bool,
     /// The convex pieces.
     pub body: Vec<BodySpec>,
 }

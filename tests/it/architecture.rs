@@ -15,7 +15,7 @@ const FLOORS: [&[&str]; 12] = [
     &["mesh", "motion"],
     &["fixtures", "section", "trace", "assembly"],
     &["profile", "link", "overhang"],
-    &["orient", "pack", "support"],
+    &["calibrate", "orient", "pack", "support"],
     &["planning"],
     &["slicing", "split", "toolpath"],
     &["verify", "view"],
@@ -67,13 +67,35 @@ const TERMINAL_ONLY_IN: [&str; 1] = ["src/cli/"];
 const TERMINAL: [&str; 2] = ["clap", "indicatif"];
 
 /// Documents are read and written where their format is decided.
-const DOCUMENTS_ONLY_IN: [&str; 5] = ["src/profile/", "src/planning/", "src/verify/", "src/document/", "src/cli/"];
+const DOCUMENTS_ONLY_IN: [&str; 6] =
+    ["src/profile/", "src/calibrate/", "src/planning/", "src/verify/", "src/document/", "src/cli/"];
 const DOCUMENTS: [&str; 4] = ["Serialize", "Deserialize", "serde", "serde_json"];
 
 /// Rooms whose modules form no circle.
-const WITHOUT_CIRCLES: [&str; 22] = [
-    "assembly", "geom", "gcode", "mesh", "motion", "section", "trace", "profile", "link", "orient", "overhang", "pack",
-    "planning", "slicing", "split", "support", "toolpath", "verify", "view", "job", "document", "cli",
+const WITHOUT_CIRCLES: [&str; 23] = [
+    "assembly",
+    "calibrate",
+    "geom",
+    "gcode",
+    "mesh",
+    "motion",
+    "section",
+    "trace",
+    "profile",
+    "link",
+    "orient",
+    "overhang",
+    "pack",
+    "planning",
+    "slicing",
+    "split",
+    "support",
+    "toolpath",
+    "verify",
+    "view",
+    "job",
+    "document",
+    "cli",
 ];
 
 /// A file: its path from the repository's folder, with `/`, and its text.
@@ -311,7 +333,7 @@ fn a_circle_of_modules_is_found() {
 fn the_command_stays_thin() {
     let sources = files(&root().join("src/cli"), &[".rs"]);
     let lines: usize = sources.iter().map(|(_, text)| text.lines().count()).sum();
-    assert!(sources.len() > 10 && lines < 2330, "{lines} lines in {} files of src/cli", sources.len());
+    assert!(sources.len() > 10 && lines < 2487, "{lines} lines in {} files of src/cli", sources.len());
 }
 
 #[test]
@@ -425,7 +447,9 @@ fn speaking_parsing_flags_and_documents_out_of_place_are_found() {
     assert_eq!(house(&[("src/verify/x.rs", "use clap::Parser;")]), ["src/verify/x.rs:2: clap belongs in src/cli/"]);
     assert_eq!(
         house(&[("src/mesh/x.rs", "#[derive(Clone, Serialize)]\nstruct A;")]),
-        ["src/mesh/x.rs:2: Serialize belongs in src/profile/, src/planning/, src/verify/, src/document/, src/cli/"]
+        [
+            "src/mesh/x.rs:2: Serialize belongs in src/profile/, src/calibrate/, src/planning/, src/verify/, src/document/, src/cli/"
+        ]
     );
 }
 

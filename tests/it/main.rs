@@ -4,6 +4,7 @@
 mod architecture;
 mod bad_input;
 mod beside_the_part;
+mod calibrate;
 mod columns;
 mod configurations;
 mod cura;
@@ -19,6 +20,7 @@ mod layer_oracle;
 mod link;
 mod linuxcnc;
 mod loose;
+mod machines;
 mod mutants;
 mod mutated_slices;
 mod oracle;

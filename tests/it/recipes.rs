@@ -41,6 +41,10 @@ fn run(page: &str, least: usize) {
             let text = std::fs::read_to_string(folder.path().join("hanging.gcode")).unwrap();
             assert!(text.contains(";TYPE:Support material") && text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
         }
+        for written in ["mine.toml", "machine.svg", "touches.toml", "visit.gcode", "calibrated.toml"] {
+            let there = folder.path().join(written).is_file();
+            assert!(there || !block.contains(written), "{page}:\n{block} wrote no {written}");
+        }
         if block.contains("view.html") {
             let html = std::fs::read_to_string(folder.path().join("view.html")).unwrap();
             assert!(html.starts_with("<!DOCTYPE html>") && html.trim_end().ends_with("</html>"), "{page}:\n{block}");
@@ -59,6 +63,11 @@ fn run(page: &str, least: usize) {
 #[test]
 fn of_orientation() {
     run("orientation.md", 1);
+}
+
+#[test]
+fn of_an_own_machine() {
+    run("machine.md", 4);
 }
 
 #[test]

@@ -60,6 +60,21 @@ impl Files for Disk {
         path.exists()
     }
 
+    /// `trunnion/profiles` in `$XDG_CONFIG_HOME`, which counts only where it is absolute, else in `~/.config` (XDG Base Directory
+    /// Specification 0.8).
+    fn own_profiles(&self) -> Option<PathBuf> {
+        let absolute = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+        let home = || absolute("HOME").map(|home| home.join(".config"));
+        absolute("XDG_CONFIG_HOME").or_else(home).map(|config| config.join("trunnion/profiles"))
+    }
+
+    fn toml_files(&self, folder: &Path) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+        let mut all: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+        all.sort();
+        all
+    }
+
     fn seen_from(&self, file: &Path, folder: &Path) -> PathBuf {
         let here = |path: &Path| std::fs::canonicalize(if path.as_os_str().is_empty() { Path::new(".") } else { path });
         // The file itself may be still to come.

@@ -52,6 +52,17 @@ pub trait Files {
     /// Whether there is anything of this name.
     fn exists(&self, path: &Path) -> bool;
 
+    /// The folder with the user's own profiles, where there can be one.
+    fn own_profiles(&self) -> Option<PathBuf> {
+        None
+    }
+
+    /// The TOML files of a folder, by name; none where it is not there.
+    fn toml_files(&self, folder: &Path) -> Vec<PathBuf> {
+        let _ = folder;
+        Vec::new()
+    }
+
     /// The path of `file` as seen from `folder`; as it is where that cannot be told.
     fn seen_from(&self, file: &Path, folder: &Path) -> PathBuf {
         let _ = folder;

@@ -1,0 +1,59 @@
+//! Calibration: what touches say of a machine, and which are to be made.
+
+use serde_json::{Value, json};
+
+use crate::calibrate::{Deviation, Estimate, Outlier};
+use crate::job::{CalibrateResult, PosesResult};
+
+/// `trunnion profile calibrate TOUCHES`. `differs` and `error_95` are mm, or degrees where `unit` says so.
+pub fn calibrated(done: &CalibrateResult) -> Value {
+    let fit = &done.fit;
+    let estimate = |e: &Estimate| {
+        let unit = if e.unknown.is_angle() { "deg" } else { "mm" };
+        json!({"unknown": e.name, "differs": e.differs, "error_95": e.error, "unit": unit, "in_profile": !e.unknown.bends()})
+    };
+    let deviation = |d: &Deviation| {
+        json!({
+            "touch": d.number, "line": d.line, "of": done.touches.name(d.of), "tilt_deg": d.words_deg[0],
+            "rotation_deg": d.words_deg[1], "off_mm": d.off_mm,
+        })
+    };
+    let outlier = |o: &Outlier| json!({"touch": o.number, "line": o.line, "off_mm": o.off_mm});
+    let (pivot, offset, [tilt, rotation]) = done.keys();
+    json!({
+        "profile": done.machine.name, "touches": fit.deviations.len(), "without_at_mm": done.touches.empty,
+        "ok": done.refusal().is_none(), "refused": done.refusal(),
+        "pivot_mm": pivot, "offset_mm": offset, "tilt_zero_deg": tilt, "rotation_zero_deg": rotation,
+        "estimates": fit.estimates.iter().map(estimate).collect::<Vec<_>>(),
+        "bend_mm": fit.bend.as_ref().map(|b| b.mm), "surface_mm": fit.bend.as_ref().map(|b| b.surface_mm),
+        "places": fit.places.iter().map(|(name, at)| json!({"name": name, "table_mm": at})).collect::<Vec<_>>(),
+        "rms_mm": fit.rms_mm, "degrees_of_freedom": fit.freedom,
+        "outliers": fit.outliers.iter().map(outlier).collect::<Vec<_>>(),
+        "deviations": fit.deviations.iter().map(deviation).collect::<Vec<_>>(),
+    })
+}
+
+/// `trunnion profile calibrate --poses`.
+pub fn poses(done: &PosesResult) -> Value {
+    let of = |of| match of {
+        crate::calibrate::Of::Table => "table",
+        crate::calibrate::Of::Feature(index) => &*done.choice.marks[index].0,
+    };
+    let pose = |one: &crate::calibrate::Candidate| {
+        json!({
+            "of": of(one.of), "tilt_deg": one.words_deg[0], "rotation_deg": one.words_deg[1],
+            "near_mm": one.tip.as_slice(),
+        })
+    };
+    let error = |(name, error, angle): &(String, f64, bool)| json!({"unknown": name, "standard_error": error, "unit": if *angle { "deg" } else { "mm" }});
+    json!({
+        "profile": done.machine.name, "enough": done.choice.enough,
+        "poses": done.choice.poses.iter().map(pose).collect::<Vec<_>>(),
+        "marks": done.choice.marks.iter().map(|(name, at)| json!({"name": name, "table_mm": at})).collect::<Vec<_>>(),
+        "errors": done.choice.errors.iter().map(error).collect::<Vec<_>>(),
+        "visit": done.visit.as_ref().map_or_else(
+            |why| json!({"error": why}),
+            |v| json!({"height_mm": v.height_mm, "left_out": v.left_out}),
+        ),
+    })
+}

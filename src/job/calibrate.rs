@@ -1,0 +1,353 @@
+//! A machine's pivot, offset and zeros from touches, and the touches that are to be made.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::{BadSetting, Error, LoadedProfile, MachineSource, Source, World, load_profile};
+use crate::calibrate::{
+    Choice, Feature, Fit, FitOptions, NoFit, Of, Refusal, Shape, Tip, TipShape, Touches, Undetermined, Unknown, Visit,
+    choose, fit, form, visit,
+};
+use crate::profile::Profile;
+
+/// Touches of one machine.
+#[derive(Clone, Debug)]
+pub struct CalibrateRequest {
+    /// The machine, as its profile says today.
+    pub machine: MachineSource,
+    /// What was touched where.
+    pub touches: Source,
+    /// How to fit.
+    pub options: FitOptions,
+}
+
+/// What the touches say.
+#[derive(Clone, Debug)]
+pub struct CalibrateResult {
+    /// The machine, as its profile says today.
+    pub machine: LoadedProfile,
+    /// The touches.
+    pub touches: Touches,
+    /// Their file, as given.
+    pub file: String,
+    /// The fit.
+    pub fit: Fit,
+    /// Why no profile can hold the result, if none can.
+    unfit: Option<String>,
+}
+
+/// What `--tolerance` may be, mm.
+const TOLERANCES_MM: [f64; 2] = [0.001, 5.0];
+/// What `--repeats-to` may be, mm.
+const REPEATS_MM: [f64; 2] = [0.0005, 1.0];
+/// How many touches may be asked for.
+const MOST: [f64; 2] = [3.0, 1000.0];
+
+/// Fits the machine to its touches.
+///
+/// # Errors
+///
+/// What cannot be read, [`Error::Touches`], and [`Error::Calibration`] where the touches do not tell everything.
+pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<CalibrateResult, Error> {
+    within("tolerance", request.options.tolerance_mm, " mm", TOLERANCES_MM)?;
+    let machine = load_profile(&request.machine, world)?;
+    let file = request.touches.name().into_owned();
+    let touches = Touches::parse(&file, &request.touches.text(world)?)?;
+    let fit = fit(&machine.profile, &touches, &request.options)
+        .map_err(|no| Error::Calibration(Box::new(Uncalibrated::of(no, &file, &machine, &touches))))?;
+    let mut done = CalibrateResult { machine, touches, file, fit, unfit: None };
+    done.unfit = done.written().validate().err().map(|error| error.to_string());
+    Ok(done)
+}
+
+fn within(name: &'static str, value: f64, unit: &'static str, allowed: [f64; 2]) -> Result<(), BadSetting> {
+    // Not a number is in no range.
+    if (allowed[0]..=allowed[1]).contains(&value) {
+        return Ok(());
+    }
+    Err(BadSetting::OutOfRange { name, value, unit, allowed })
+}
+
+/// Rounded to a tenth of what a machine can do.
+fn round(value: f64, digits: i32) -> f64 {
+    let scale = 10.0_f64.powi(digits);
+    (value * scale).round() / scale + 0.0
+}
+
+impl CalibrateResult {
+    /// The zeros of tilt and rotation, pivot and offset, as they are written.
+    pub fn keys(&self) -> ([f64; 3], [f64; 3], [f64; 2]) {
+        let table = &self.fit.table;
+        let triple = |v: &crate::geom::Vec3| [v.x, v.y, v.z].map(|v| round(v, 4));
+        let zeros = [&table.tilt, &table.rotation].map(|axis| round(axis.zero.deg(), 4));
+        (triple(&table.pivot), triple(&table.offset), zeros)
+    }
+
+    /// A profile that extends the machine's, kept in the folder `kept_in`; without one, its keys alone.
+    pub fn profile(&self, kept_in: Option<&Path>, world: &World<'_>) -> String {
+        let (pivot, offset, [tilt, rotation]) = self.keys();
+        let scatter = self.fit.rms_mm;
+        let touches = count(self.fit.deviations.len());
+        let mut out = format!(
+            "# From {touches} in {:?}, which scatter by {scatter:.3} mm (trunnion profile calibrate).\n",
+            self.file
+        );
+        if kept_in.is_some() {
+            let _ = writeln!(out, "extends = {:?}", self.machine.reference(kept_in, world).profile);
+        }
+        let bend = self.fit.bend.as_ref().map_or(String::new(), |b| {
+            format!("# Its axes are not square: by at most {:.3} mm on or over the table.\n", b.mm)
+        });
+        let _ = write!(
+            out,
+            "\n[kinematics]\n# Known to, 95 of 100: {}\n{bend}pivot_mm = {pivot:?}\noffset_mm = {offset:?}\n\
+             \n[kinematics.tilt]\nzero_deg = {tilt:?}\n\n[kinematics.rotation]\nzero_deg = {rotation:?}\n",
+            self.known()
+        );
+        out
+    }
+
+    fn known(&self) -> String {
+        let of = |e: &crate::calibrate::Estimate| {
+            format!("{} {:.4} {}", e.name, e.error, if e.unknown.is_angle() { "deg" } else { "mm" })
+        };
+        let all: Vec<String> = self.fit.estimates.iter().filter(|e| !e.unknown.bends()).map(of).collect();
+        all.join(", ")
+    }
+
+    /// The machine with what was found in the place of what its profile says.
+    fn written(&self) -> Profile {
+        let (pivot, offset, [tilt, rotation]) = self.keys();
+        let mut profile = self.machine.profile.clone();
+        (profile.kinematics.pivot_mm, profile.kinematics.offset_mm) = (pivot, offset);
+        (profile.kinematics.tilt.zero_deg, profile.kinematics.rotation.zero_deg) = (tilt, rotation);
+        profile
+    }
+
+    /// Why nothing may be written; `None` where it may.
+    pub fn refusal(&self) -> Option<String> {
+        let found = self.fit.refusals.iter().map(|why| self.in_words(why));
+        let all: Vec<String> = found.chain(self.unfit.clone()).collect();
+        (!all.is_empty()).then(|| all.join("; "))
+    }
+
+    fn in_words(&self, why: &Refusal) -> String {
+        match why {
+            Refusal::Outliers => {
+                let of = |o: &crate::calibrate::Outlier| {
+                    format!("touch {} ({}:{}) by {:.3} mm", o.number, self.file, o.line, o.off_mm.abs())
+                };
+                let all: Vec<String> = self.fit.outliers.iter().map(of).collect();
+                format!(
+                    "against all others these are off: {}; touch them again, or take them out of the file",
+                    all.join(", ")
+                )
+            }
+            Refusal::Scattered { rms_mm, noise_mm } => format!(
+                "the touches scatter by {rms_mm:.3} mm, and one is to repeat to {noise_mm} mm (repeats_to_mm); something gives or slips, or \
+                 the tip is another than [tip] says; where touches are that rough, say so there"
+            ),
+            Refusal::Bent { mm, allowed_mm } => format!(
+                "the axes are not square: a point on or over the table comes up to {mm:.3} mm from where a profile can say ({allowed_mm} mm \
+                 is allowed); set the axes square, or raise --tolerance"
+            ),
+            Refusal::Sloped { mm, allowed_mm } => format!(
+                "the table's surface is not square to its axis: its rim is off by {mm:.3} mm ({allowed_mm} mm is allowed); level it on its \
+                 axis, or raise --tolerance"
+            ),
+        }
+    }
+
+    /// The unknowns with their errors, then the touches, the worst first.
+    pub fn text(&self) -> String {
+        let fit = &self.fit;
+        let mut out = format!("{}: {} used", self.file, count(fit.deviations.len()));
+        if !self.touches.empty.is_empty() {
+            let _ = write!(out, ", {} without at_mm left out", self.touches.empty.len());
+        }
+        let _ = writeln!(out, "; {} more numbers than unknowns", fit.freedom);
+        let _ = writeln!(out, "\n{:54} differs from {} by      known to (95 %)", "", self.machine.name);
+        for e in &fit.estimates {
+            let unit = if e.unknown.is_angle() { "deg" } else { "mm" };
+            let _ = writeln!(out, "{:54} {:+12.4} {unit:3}      +- {:.4}", e.name, e.differs, e.error);
+        }
+        if !fit.estimates.iter().any(|e| e.unknown == Unknown::RotationZero) {
+            let letter = self.machine.profile.kinematics.rotation.letter;
+            let _ = writeln!(out, "{:54} as in the profile: no mark has a table_mm", format!("zero of {letter}"));
+        }
+        if let Some(bend) = &fit.bend {
+            let _ = writeln!(
+                out,
+                "\nnot square: a point on or over the table is off by at most {:.3} mm, its rim by {:.3} mm",
+                bend.mm, bend.surface_mm
+            );
+        }
+        for (name, [x, y, z]) in &fit.places {
+            let _ = writeln!(out, "{name}: on the table at X {x:.3} Y {y:.3} Z {z:.3}");
+        }
+        let _ = writeln!(out, "\none number scatters by {:.4} mm; the touches that are farthest off:", fit.rms_mm);
+        let mut worst: Vec<_> = fit.deviations.iter().collect();
+        worst.sort_by(|a, b| b.off_mm.abs().total_cmp(&a.off_mm.abs()));
+        for d in worst.iter().take(5) {
+            let [a, c] = d.words_deg;
+            let name = self.touches.name(d.of);
+            let _ = writeln!(out, "  touch {:3} (line {}), {name} at {a} {c}: {:+.4} mm", d.number, d.line, d.off_mm);
+        }
+        out
+    }
+}
+
+fn count(touches: usize) -> String {
+    if touches == 1 { "1 touch".to_owned() } else { format!("{touches} touches") }
+}
+
+/// Why touches give no machine, with where they stand.
+#[derive(Debug)]
+pub struct Uncalibrated {
+    file: String,
+    letters: [char; 2],
+    names: Vec<String>,
+    no: NoFit,
+}
+
+impl Uncalibrated {
+    fn of(no: NoFit, file: &str, machine: &LoadedProfile, touches: &Touches) -> Self {
+        let names = touches.features.iter().map(|f| f.name.clone()).collect();
+        let k = &machine.profile.kinematics;
+        Self { file: file.to_owned(), letters: [k.tilt.letter, k.rotation.letter], names, no }
+    }
+}
+
+impl std::fmt::Display for Uncalibrated {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.no {
+            NoFit::Touch(number, line, why) => write!(f, "{}:{line}: touch {number}: {why}", self.file),
+            NoFit::Unsettled => write!(
+                f,
+                "{}: no machine fits these touches; look for a mark under a wrong name, or for X, Y, Z or angles of another touch",
+                self.file
+            ),
+            NoFit::Undetermined(what) => self.undetermined(what, f),
+        }
+    }
+}
+
+impl Uncalibrated {
+    fn undetermined(&self, what: &Undetermined, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let told = |(name, error, angle): &(String, f64, bool)| {
+            let (unit, hardly) = if *angle { ("deg", 3.0) } else { ("mm", 6.0) };
+            let to = if *error > hardly { "not at all".to_owned() } else { format!("to {error:.3} {unit} only") };
+            format!("{name} ({to})")
+        };
+        let unknowns: Vec<String> = what.unknowns.iter().map(told).collect();
+        write!(f, "{}: the touches do not tell {}", self.file, unknowns.join(", "))?;
+        if let Some([x, y]) = what.new_mark {
+            write!(f, "; draw a mark on the table near X{x} Y{y} of it and touch that")?;
+        }
+        if !what.next.is_empty() {
+            f.write_str(if what.new_mark.is_some() { " at" } else { "; touch next" })?;
+        }
+        let [tilt, rotation] = self.letters;
+        for (i, one) in what.next.iter().enumerate() {
+            let [a, c] = one.words_deg;
+            let of = match one.of {
+                Of::Table => "the table, ",
+                Of::Feature(index) => self.names.get(index).map_or("", |name| name),
+            };
+            let gap = if matches!(one.of, Of::Feature(i) if i < self.names.len()) { ", " } else { "" };
+            write!(
+                f,
+                "{} {of}{gap}{tilt}{a} {rotation}{c} near X{:.0} Y{:.0}",
+                if i > 0 { ";" } else { "" },
+                one.tip.x,
+                one.tip.y
+            )?;
+        }
+        f.write_str("; profile calibrate --poses makes a whole list")
+    }
+}
+
+/// Which touches to make.
+#[derive(Clone, Debug)]
+pub struct PosesRequest {
+    /// The machine.
+    pub machine: MachineSource,
+    /// Standard deviation of one touch, mm.
+    pub repeats_to_mm: f64,
+    /// How many touches at most.
+    pub most: usize,
+    /// Whether its axes are taken as square.
+    pub square: bool,
+}
+
+/// Touches to be made.
+#[derive(Clone, Debug)]
+pub struct PosesResult {
+    /// The machine.
+    pub machine: LoadedProfile,
+    /// What was chosen.
+    pub choice: Choice,
+    /// The file to be filled in.
+    pub form: String,
+    /// The G-code that goes there, or why it cannot.
+    pub visit: Result<Visit, String>,
+}
+
+/// Of one touch's error, what is to be left of a length: 95 of 100 results are then off by less than one touch.
+const AIM: f64 = 0.5;
+
+/// Chooses touches that tell everything about a machine.
+///
+/// # Errors
+///
+/// What cannot be read, a number out of its range, and [`Error::NoTouches`] for a machine that nothing can be told of.
+pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, Error> {
+    within("repeats-to", request.repeats_to_mm, " mm", REPEATS_MM)?;
+    within("most", request.most as f64, "", MOST)?;
+    let machine = load_profile(&request.machine, world)?;
+    let profile = &machine.profile;
+    let radius_mm = profile.head.body.iter().filter(|b| b.z_mm.is_some_and(|z| z[0] == 0.0));
+    let radius_mm = radius_mm.filter_map(|b| b.r_mm).map(|r| r[0]).fold(0.0, f64::max);
+    let tip = Tip {
+        shape: TipShape::Flat,
+        radius_mm,
+        repeats_to_mm: request.repeats_to_mm,
+        paper_mm: 0.1,
+        offset_mm: [0.0; 3],
+    };
+    let choice = choose(profile, &tip, AIM * tip.repeats_to_mm, request.most, request.square);
+    if choice.poses.is_empty() {
+        return Err(Error::NoTouches { profile: machine.name.clone() });
+    }
+    let shape = Shape::Mark { height: 0.0, known: None };
+    let features: Vec<Feature> = choice.marks.iter().map(|(name, _)| Feature { name: name.clone(), shape }).collect();
+    let letters = [profile.kinematics.tilt.letter, profile.kinematics.rotation.letter];
+    let form = form(&tip, &features, &choice.poses, letters);
+    let name = |of: Of| if let Of::Feature(i) = of { features[i].name.clone() } else { "the table".to_owned() };
+    let names: Vec<String> = choice.poses.iter().map(|one| name(one.of)).collect();
+    let visit = visit(profile, &choice.poses, &names).map_err(|no| no.to_string());
+    Ok(PosesResult { choice, form, visit, machine })
+}
+
+impl PosesResult {
+    /// What there is to do.
+    pub fn text(&self) -> String {
+        let mut out = format!("{} to make on {}\n", count(self.choice.poses.len()), self.machine.name);
+        for (name, [x, y]) in &self.choice.marks {
+            let _ = writeln!(
+                out,
+                "draw a small cross on the table near X{x} Y{y} of it, level and at the rotation's zero: {name}"
+            );
+        }
+        let wanted = if self.choice.enough {
+            "they will tell"
+        } else {
+            "these are as many as were asked for (--most), or as the head reaches; they will tell"
+        };
+        let _ = writeln!(out, "{wanted}, if touches repeat as said (standard errors):");
+        for (name, error, angle) in &self.choice.errors {
+            let _ = writeln!(out, "  {name:54} {error:.4} {}", if *angle { "deg" } else { "mm" });
+        }
+        out
+    }
+}

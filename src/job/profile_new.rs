@@ -1,0 +1,190 @@
+//! A profile of one's own, from answers.
+
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+
+use toml::{Table, Value};
+
+use super::{Error, MachineSource, Outputs, Source, World, load_profile};
+use crate::profile::{Profile, shipped};
+
+/// What is asked of every machine: key and question.
+pub const QUESTIONS: [(&str, &str); 13] = [
+    ("dialect.firmware", "firmware: marlin, reprapfirmware, klipper, grbl or linuxcnc"),
+    ("kinematics.tilt.letter", "letter of the axis that tilts the table"),
+    ("kinematics.tilt.about", "machine axis that it tilts about: X (an A table) or Y (a B table)"),
+    ("kinematics.tilt.min_deg", "lowest tilt, degrees"),
+    ("kinematics.tilt.max_deg", "highest tilt, degrees"),
+    ("kinematics.rotation.letter", "letter of the axis that turns the table"),
+    ("limits.x_mm", "where the nozzle may go in X: [lowest, highest], mm"),
+    ("limits.y_mm", "the same in Y"),
+    ("limits.z_mm", "the same in Z"),
+    ("table.radius_mm", "radius of the round table, mm (for a rectangle: 0, and --set table.size_mm=[x,y])"),
+    ("kinematics.pivot_mm", "a point on the tilt axis: [x, y, z], roughly (profile calibrate measures it)"),
+    ("kinematics.offset_mm", "from there to the middle of the level table's surface: [x, y, z]"),
+    ("process.nozzle_mm", "the nozzle's diameter, mm"),
+];
+
+/// A machine to be described.
+#[derive(Clone, Debug)]
+pub struct NewProfile {
+    /// Its name.
+    pub name: String,
+    /// What it is like.
+    pub base: MachineSource,
+    /// A file of answers: any keys of a profile.
+    pub answers: Option<Source>,
+    /// Answers: key and value as TOML has it; words may go without quotes. They go over those of the file.
+    pub set: Vec<(String, String)>,
+    /// Whether what is not answered is as in `base`.
+    pub rest: bool,
+}
+
+/// A described machine.
+#[derive(Clone, Debug)]
+pub struct MadeProfile {
+    /// It.
+    pub profile: Profile,
+    /// Its file, with a comment on every key.
+    pub text: String,
+    /// Questions that were not answered, by their keys.
+    pub unanswered: Vec<&'static str>,
+}
+
+impl NewProfile {
+    /// The questions that are not answered yet.
+    ///
+    /// # Errors
+    ///
+    /// What keeps the file of answers from being read.
+    pub fn unanswered(&self, world: &World<'_>) -> Result<Vec<(&'static str, &'static str)>, Error> {
+        let given = self.layer(world)?;
+        let answered = |key: &str| key.split('.').try_fold(&given, |at, name| at.get(name)).is_some();
+        Ok(QUESTIONS.into_iter().filter(|(key, _)| !answered(key)).collect())
+    }
+
+    /// Asks what is not answered yet, a line each; an empty one leaves it as it is in `base`. `show` puts the question.
+    ///
+    /// # Errors
+    ///
+    /// As [`NewProfile::unanswered`], and [`Error::Answer`] where the answers end.
+    pub fn ask(&mut self, from: impl BufRead, show: impl Fn(&str, &str), world: &World<'_>) -> Result<(), Error> {
+        let mut lines = from.lines();
+        for (key, question) in self.unanswered(world)? {
+            show(key, question);
+            let ended =
+                || Error::Answer { what: key.to_owned(), why: "there is no answer; nothing was written".to_owned() };
+            let line = lines.next().and_then(Result::ok).ok_or_else(ended)?;
+            if !line.trim().is_empty() {
+                self.set.push((key.to_owned(), line.trim().to_owned()));
+            }
+        }
+        self.rest = true;
+        Ok(())
+    }
+
+    /// All answers as one table.
+    fn layer(&self, world: &World<'_>) -> Result<Value, Error> {
+        let mut all = Table::new();
+        if let Some(source) = &self.answers {
+            let (file, text) = (source.name(), source.text(world)?);
+            let wrong = |why: String| Error::Answer { what: file.clone().into_owned(), why };
+            all = text.parse().map_err(|e: toml::de::Error| wrong(e.message().replace('\n', " ")))?;
+            if all.contains_key("extends") {
+                return Err(wrong(
+                    "answers extend nothing; give the profile that yours is like with --like".to_owned(),
+                ));
+            }
+        }
+        for (key, value) in &self.set {
+            let why = || "a key is made of names with dots between, as kinematics.tilt.max_deg".to_owned();
+            let wrong = || Error::Answer { what: format!("{key}={value}"), why: why() };
+            insert(&mut all, key, answer(value)).ok_or_else(wrong)?;
+        }
+        Ok(Value::Table(all))
+    }
+}
+
+/// A value as TOML has it, else a word.
+fn answer(text: &str) -> Value {
+    let line = format!("value = {text}").parse::<Table>().ok();
+    let value = line.filter(|table| table.len() == 1).and_then(|mut table| table.remove("value"));
+    value.unwrap_or_else(|| Value::String(text.to_owned()))
+}
+
+/// Where a profile of that name is looked for: in the user's own folder, made if it is not there.
+///
+/// # Errors
+///
+/// [`Error::Answer`] where nobody knows a home, and what keeps the folder from being made.
+pub fn own_place(name: &str, outputs: &Outputs, world: &World<'_>) -> Result<PathBuf, Error> {
+    let folder = world.files.own_profiles().ok_or_else(|| Error::Answer {
+        what: name.to_owned(),
+        why: "neither XDG_CONFIG_HOME nor HOME says where profiles are kept; give a file with -o".to_owned(),
+    })?;
+    outputs.folder(&folder)?;
+    Ok(folder.join(format!("{name}.toml")))
+}
+
+/// Refuses a file that is there.
+///
+/// # Errors
+///
+/// [`Error::There`].
+pub fn not_there(path: &Path, world: &World<'_>) -> Result<(), Error> {
+    if world.files.exists(path) { Err(Error::There { path: path.to_owned() }) } else { Ok(()) }
+}
+
+fn insert(into: &mut Table, key: &str, value: Value) -> Option<()> {
+    let fine = |name: &str| !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    match key.split_once('.') {
+        None if fine(key) => {
+            into.insert(key.to_owned(), value);
+            Some(())
+        }
+        Some((first, rest)) if fine(first) => {
+            let inner = into.entry(first).or_insert_with(|| Value::Table(Table::new()));
+            insert(inner.as_table_mut()?, rest, value)
+        }
+        _ => None,
+    }
+}
+
+/// The profile of all answers.
+///
+/// # Errors
+///
+/// [`Error::Unanswered`], [`Error::Answer`], and all that a profile may be refused for.
+pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfile, Error> {
+    let fine = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+    let name = &request.name;
+    if name.is_empty() || !name.chars().all(fine) || shipped(name).is_ok() {
+        let why = "a name is made of letters, digits, - and _, and is none of the shipped profiles'".to_owned();
+        return Err(Error::Answer { what: name.clone(), why });
+    }
+    let unanswered: Vec<&str> = request.unanswered(world)?.into_iter().map(|(key, _)| key).collect();
+    if !unanswered.is_empty() && !request.rest {
+        return Err(Error::Unanswered { keys: unanswered.join(", ") });
+    }
+    let base = load_profile(&request.base, world)?;
+    let mut layer = match request.layer(world)? {
+        Value::Table(table) => table,
+        _ => Table::new(),
+    };
+    insert(&mut layer, "machine.name", Value::String(name.clone()));
+    // The base's values below, so that an unknown key and a wrong value are told as of any file.
+    let below = base.profile.complete("");
+    let layers = [(base.name.clone(), below), ("your answers".to_owned(), layer.to_string())];
+    let (profile, _) = crate::profile::resolve_over(&layers)?;
+    let mut heading = format!("{name}: described by trunnion profile new, like {}.\n", base.name);
+    if !unanswered.is_empty() {
+        heading += &format!("Not answered, so as there: {}.\n", unanswered.join(", "));
+    }
+    if profile.head == base.profile.head {
+        heading +=
+            "The head ([[head.body]]) is that one's too: measure yours, or nothing proves that it does not collide.\n";
+    }
+    heading += "Then: trunnion profile check, and trunnion profile calibrate (docs/machine.md).";
+    let text = profile.complete(&heading);
+    Ok(MadeProfile { profile, text, unanswered })
+}

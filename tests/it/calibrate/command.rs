@@ -1,0 +1,130 @@
+//! The command: a form that is filled in, and the profile that comes of it.
+
+use nalgebra::Vector3;
+use trunnion::calibrate::{Of, Shape, Tip};
+use trunnion::geom::SplitMix64;
+
+use super::profile;
+use super::touched::{Machine, normal};
+use crate::support::{folder, said, trunnion};
+
+const OWN: &str =
+    "extends = \"generic-ac\"\n[machine]\nname = \"mine\"\n[kinematics]\npivot_mm = [10.0, -5.0, -30.0]\n";
+
+/// `form` with what a person would read off `machine`, the touch with the number `slipped` wrong by a millimetre.
+fn filled(form: &str, machine: &Machine, slipped: Option<usize>, numbers: &mut SplitMix64) -> String {
+    let values: toml::Table = form.parse().unwrap();
+    let tip = Tip { paper_mm: 0.1, ..Tip::default() };
+    let number = |value: &toml::Value| value.as_float().unwrap();
+    let near: Vec<[f64; 2]> = form
+        .lines()
+        .filter_map(|line| line.strip_prefix("# ")?.split_once(": A")?.1.split_once("near X"))
+        .map(|(_, rest)| {
+            let (x, rest) = rest.split_once(" Y").unwrap();
+            [x.parse().unwrap(), rest.split_once(" Z").unwrap().0.parse().unwrap()]
+        })
+        .collect();
+    let touches = values["touch"].as_array().unwrap();
+    assert_eq!(near.len(), touches.len());
+    let mut out = form.to_owned();
+    for (i, touch) in touches.iter().enumerate() {
+        let words = [number(&touch["tilt_deg"]), number(&touch["rotation_deg"])];
+        let mark = |at: [f64; 2]| {
+            let shape = Shape::Mark { height: 0.0, known: None };
+            machine.touch(Of::Feature(0), words, near[i], machine.on_surface(at, 0.0), Some(shape), &tip).at
+        };
+        let at = match touch["of"].as_str().unwrap() {
+            "mark-x" => mark([93.0, 1.0]),
+            "mark-y" => mark([-0.5, 94.5]),
+            _ => machine.touch(Of::Table, words, near[i], Vector3::zeros(), None, &tip).at,
+        };
+        let slip = if slipped == Some(i + 1) { 1.0 } else { 0.0 };
+        let mut shown = || normal(numbers) * 0.02;
+        let [x, y, z] = [at.x + shown(), at.y + shown(), at.z + shown() + slip];
+        out = out.replacen("at_mm = []", &format!("at_mm = [{x:.3}, {y:.3}, {z:.3}]"), 1);
+    }
+    out
+}
+
+#[test]
+fn a_form_is_filled_in_and_becomes_a_profile() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("machine.toml"), OWN).unwrap();
+    let run = |args: &[&str]| trunnion().args(["profile"]).args(args).current_dir(folder.path()).output().unwrap();
+    let calibrate = |args: &[&str]| run(&[&["calibrate", "-m", "machine.toml"], args].concat());
+    let made = calibrate(&["--poses", "form.toml", "--gcode", "visit.gcode", "--repeats-to", "0.02", "--most", "100"]);
+    assert!(made.status.success(), "{}", said(&made));
+    assert!(
+        said(&made).contains("draw a small cross") && said(&made).contains("left out of the G-code"),
+        "{}",
+        said(&made)
+    );
+    let form = std::fs::read_to_string(path("form.toml")).unwrap();
+
+    // Nothing filled in.
+    let empty = calibrate(&["form.toml"]);
+    assert_eq!(empty.status.code(), Some(1), "{}", said(&empty));
+    assert!(said(&empty).contains("do not tell pivot X (not at all)"), "{}", said(&empty));
+
+    let mut numbers = SplitMix64::seeded(30);
+    let mut machine = Machine::any(profile(OWN).kinematics(), &mut numbers, 0.0);
+    machine.by[..6].copy_from_slice(&[0.8, -1.2, 0.5, 0.3, -0.7, 0.9_f64.to_radians()]);
+    std::fs::write(path("touches.toml"), filled(&form, &machine, None, &mut numbers)).unwrap();
+    let done = calibrate(&["touches.toml", "-o", "calibrated.toml"]);
+    assert!(done.status.success(), "{}", said(&done));
+    let written = std::fs::read_to_string(path("calibrated.toml")).unwrap();
+    assert!(written.contains("extends = \"machine.toml\"") && written.contains("Known to, 95 of 100"), "{written}");
+    let shown = run(&["show", "calibrated.toml", "--json"]);
+    let shown: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
+    let table = &shown["kinematics"];
+    let near = |value: &serde_json::Value, wanted: f64, by: f64| {
+        let value = value.as_f64().unwrap();
+        assert!((value - wanted).abs() < by, "{value} for {wanted}:\n{written}");
+    };
+    for (i, wanted) in [10.8, -6.2, -29.5].into_iter().enumerate() {
+        near(&table["pivot_mm"][i], wanted, 0.04);
+    }
+    near(&table["offset_mm"][1], 0.3, 0.04);
+    near(&table["offset_mm"][2], 19.3, 0.04);
+    near(&table["tilt"]["zero_deg"], -0.9, 0.02);
+    assert_eq!(
+        (shown["machine"]["name"].as_str(), &table["rotation"]["zero_deg"]),
+        (Some("mine"), &serde_json::json!(0.0))
+    );
+
+    let json = calibrate(&["touches.toml", "--json"]);
+    let document: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(document["ok"], true);
+    assert_eq!(document["estimates"].as_array().unwrap().len(), 11);
+    assert_eq!(document["deviations"].as_array().unwrap().len(), form.matches("[[touch]]").count());
+
+    // A profile is not written over, and a touch that slipped is found.
+    let over = calibrate(&["touches.toml", "-o", "machine.toml"]);
+    assert_eq!(over.status.code(), Some(2), "{}", said(&over));
+    assert_eq!(std::fs::read_to_string(path("machine.toml")).unwrap(), OWN);
+    std::fs::write(path("slipped.toml"), filled(&form, &machine, Some(17), &mut numbers)).unwrap();
+    let slipped = calibrate(&["slipped.toml", "-o", "no.toml"]);
+    assert_eq!(slipped.status.code(), Some(1), "{}", said(&slipped));
+    assert!(said(&slipped).contains("these are off: touch 17 (slipped.toml:"), "{}", said(&slipped));
+    assert!(!path("no.toml").exists());
+}
+
+#[test]
+fn bad_flags_say_what_is_allowed() {
+    let folder = folder();
+    std::fs::write(folder.path().join("touches.toml"), "").unwrap();
+    for (args, wanted) in [
+        (&["touches.toml", "-m", "generic-ac", "--tolerance", "nan"][..], "--tolerance NaN mm is out of 0.001..5"),
+        (&["-m", "generic-ac", "--poses", "p.toml", "--repeats-to", "0"], "--repeats-to 0 mm is out of 0.0005..1"),
+        (&["-m", "generic-ac", "--poses", "p.toml", "--most", "2"], "--most 2 is out of 3..1000"),
+        (&["-m", "generic-ac"], "required"),
+        (&["touches.toml", "-m", "generic-ax"], "did you mean \"generic-ac\"?"),
+        (&["none.toml", "-m", "generic-ac"], "none.toml: there is no such file"),
+    ] {
+        let run = trunnion().args(["profile", "calibrate"]).args(args).current_dir(folder.path()).output().unwrap();
+        assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+        assert!(said(&run).contains(wanted), "{args:?}: {}", said(&run));
+    }
+    assert!(!folder.path().join("p.toml").exists());
+}
