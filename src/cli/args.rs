@@ -219,7 +219,7 @@ pub(super) struct Prepare {
     #[arg(long, value_name = "FILE")]
     pub(super) plan_out: Option<PathBuf>,
     /// The plan as one picture, a frame for each pose
-    #[arg(long, value_name = "SHEET.svg")]
+    #[arg(long, value_name = "SHEET.svg|.png|.pdf")]
     pub(super) sheet: Option<PathBuf>,
     /// The file as one page for the browser, to be seen before it is printed
     #[arg(long, value_name = "VIEW.html")]
@@ -296,11 +296,11 @@ pub(super) struct Orient {
     /// Write the parts with the first objective's best direction up, on z = 0, beside each other (STL; 3MF by its ending)
     #[arg(short, long, value_name = "OUT.stl")]
     pub(super) output: Option<PathBuf>,
-    /// Draw the first objective over alpha and beta, its minima ringed (the best in red)
-    #[arg(long, value_name = "OUT.png")]
+    /// Draw the first objective over all directions, its minima numbered (the best in red)
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(super) landscape: Option<PathBuf>,
     /// Draw the part as the first objective would have it: overhangs, or what each facet costs, and supports
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(super) view: Option<PathBuf>,
 }
 
@@ -316,7 +316,7 @@ pub(super) struct Plan {
     #[arg(short, long, value_name = "PLAN.json")]
     pub(super) output: Option<PathBuf>,
     /// The plan as one picture, a frame for each pose
-    #[arg(long, value_name = "SHEET.svg")]
+    #[arg(long, value_name = "SHEET.svg|.png|.pdf")]
     pub(super) sheet: Option<PathBuf>,
     /// Compare the best so many distinct plans with each other, and with printing in three axes on supports
     #[arg(long, value_name = "K")]
@@ -393,7 +393,7 @@ pub(super) struct Pack {
     #[arg(short, long, value_name = "FOLDER")]
     pub(super) output: Option<PathBuf>,
     /// A picture of all runs
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(super) view: Option<PathBuf>,
     /// Least distance between two pieces [default: 1 for models, 0 for boxes, on a table as far as the head reaches sideways]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
@@ -426,7 +426,7 @@ pub(super) struct Support {
     #[arg(short, long, value_name = "SUPPORTS.stl|.3mf")]
     pub(super) output: Option<PathBuf>,
     /// A picture of the model with its supports
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(super) view: Option<PathBuf>,
     /// The direction that is up, in the file's frame
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true)]

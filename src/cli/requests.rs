@@ -7,8 +7,8 @@ use std::time::Duration;
 use super::Failure;
 use super::args::{ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, Preview, SliceArgs};
 use crate::job::{
-    Arrangement, Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanRequest,
-    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, interrupts,
+    Arrangement, Bed, Error, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest,
+    PlanOptions, PlanRequest, PlanSource, PreviewRequest, SlicingOptions, Source, Standing, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -179,6 +179,15 @@ impl BedArgs {
 /// The right to write, for a call that reads `inputs`.
 pub(super) fn outputs<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Outputs {
     Outputs::new(inputs).held_by(|| -> Box<dyn Any> { Box::new(interrupts::held()) })
+}
+
+/// The right to write a picture, where one is asked for.
+pub(super) fn claim_picture(
+    name: &'static str,
+    path: Option<&Path>,
+    outputs: &mut Outputs,
+) -> Result<Option<PictureFile>, Error> {
+    path.map(|path| PictureFile::claim(name, path, outputs)).transpose()
 }
 
 /// The file that a profile's word means; `None` for a shipped name.

@@ -27,6 +27,7 @@ mod holding;
 mod load;
 mod orient;
 mod pack;
+mod pictures;
 mod plan;
 mod prepare;
 mod preview;
@@ -56,6 +57,7 @@ pub use pack::{
     BadPacking, Contents, Into as PackInto, MOST_PIECES, PackOptions, PackRequest, PackResult, Piece, Plate, Plates,
     pack,
 };
+pub use pictures::PictureFile;
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show};
