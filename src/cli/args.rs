@@ -532,11 +532,14 @@ pub(super) struct Verify {
 #[derive(ClapArgs)]
 pub(super) struct Preview {
     /// The finished file; without it the plan alone is shown. Or a model, which is planned for the machine first
-    #[arg(required_unless_present = "plan")]
+    #[arg(required_unless_present_any = ["plan", "compare"])]
     pub(super) file: Option<PathBuf>,
     /// The plan it was made by
-    #[arg(long, value_name = "PLAN.json", required_unless_present = "profile")]
+    #[arg(long, value_name = "PLAN.json", required_unless_present_any = ["profile", "compare"])]
     pub(super) plan: Option<PathBuf>,
+    /// Two side by side: plans, or finished files with theirs, as OUT.gcode=PLAN.json
+    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["file", "plan"])]
+    pub(super) compare: Vec<String>,
     /// The page
     #[arg(short, long, value_name = "VIEW.html")]
     pub(super) output: PathBuf,

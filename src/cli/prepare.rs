@@ -25,7 +25,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
     let page = args.preview.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts = plan::claim_parts(&plan::parts_file(&args.output), &mut outputs)?;
-    let done = work(args, &output, ([plan, parts], sheet), console);
+    let done = work(args, &output, ([plan, parts], sheet, page.as_ref()), console);
     if done.is_err() {
         console.set_aside(&output)?;
     }
@@ -50,7 +50,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 fn work(
     args: &Verb,
     output: &OutputFile,
-    ([plan_out, parts], sheet): ([Option<OutputFile>; 2], Option<PictureFile>),
+    ([plan_out, parts], sheet, page): ([Option<OutputFile>; 2], Option<PictureFile>, Option<&OutputFile>),
     console: &Console,
 ) -> Result<PrepareResult, Failure> {
     let parts_file = plan::parts_file(&args.output);
@@ -70,6 +70,10 @@ fn work(
     };
     let teller = Teller(console);
     let done = job::prepare(&request, &World { progress: &teller, ..console.world() });
+    if let (Err(job::Error::Rejected(no)), Some(page)) = (&done, page) {
+        let shown = job::show_rejected(&args.output.display().to_string(), no, &console.world())?;
+        shown.map(|shown| preview::write(&shown, page, args.open, console)).transpose()?;
+    }
     let done = match done {
         Err(job::Error::NoPlan(_)) => plan::explained(done, None, console)?,
         done => verify::explained(done, console)?,

@@ -156,6 +156,36 @@ impl Preview {
     }
 }
 
+/// What a word of `--compare` names: a plan, or a finished file and its plan behind an equals sign.
+fn compared(word: &str) -> (Option<&Path>, &Path) {
+    word.split_once('=').map_or((None, Path::new(word)), |(file, plan)| (Some(Path::new(file)), Path::new(plan)))
+}
+
+impl Preview {
+    /// The files that are read.
+    pub(super) fn read(&self) -> impl Iterator<Item = &Path> {
+        let two = self.compare.iter().flat_map(|word| {
+            let (file, plan) = compared(word);
+            file.into_iter().chain([plan])
+        });
+        let one = [&self.file, &self.plan, &self.plan_ref.model].into_iter().flatten().map(PathBuf::as_path);
+        one.chain(two)
+    }
+
+    /// The two that are shown side by side; none where one is shown.
+    pub(super) fn requests(&self) -> Vec<PreviewRequest> {
+        let request = |word: &String| {
+            let (file, plan) = compared(word);
+            let plan = self.plan_ref.source(plan);
+            match file {
+                Some(file) => PreviewRequest::Program(Source::from(file), plan),
+                None => PreviewRequest::Plan(plan),
+            }
+        };
+        self.compare.iter().map(request).collect()
+    }
+}
+
 impl BedArgs {
     /// The bed: `250x210`, its corner at 0, 0; or from where to where, `-125..125x-105..105`.
     pub(super) fn bed(&self) -> Result<Bed, Failure> {

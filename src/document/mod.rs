@@ -26,4 +26,4 @@ pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
 pub use printing::{checked, event, prepared, rehearsed, rejected, shipped, sliced, verified};
 pub use supported::supported;
-pub use viewed::{page, previewed};
+pub use viewed::{compared, page, page_of_two, previewed};

@@ -9,11 +9,28 @@ use crate::job::{PoseShown, PreviewResult};
 use crate::motion::{AxisRange, TiltAbout};
 use crate::planning::Plan;
 use crate::trace::Zone;
+use crate::verify::SURVEYED_MM;
 use crate::view::{self, Hull, Piece, Place, Program};
 
 /// The page that shows `of`, complete.
 pub fn page(of: &PreviewResult) -> String {
     view::page(&facts(of).to_string(), &of.packed.bytes)
+}
+
+/// Both pages side by side in one.
+pub fn page_of_two(of: [&PreviewResult; 2]) -> String {
+    view::pair(of.map(|one| (one.file.clone(), page(one))))
+}
+
+/// `trunnion preview --compare`: what was written to `output`, how large it is, and each of the two.
+pub fn compared(output: &str, bytes: usize, of: [&PreviewResult; 2]) -> Value {
+    // Of the file there is one size.
+    let pages = of.map(|one| {
+        let mut document = previewed(output, bytes, one);
+        document["file"] = one.file.as_str().into();
+        document
+    });
+    json!({"output": output, "shows": "two", "bytes": bytes, "pages": pages})
 }
 
 /// `trunnion preview`: what was written to `output`, how large it is, and what verification found.
@@ -121,6 +138,9 @@ fn program(program: &Program, of: &PreviewResult) -> Value {
         "seconds": program.seconds,
         "has_text": of.packed.has_text,
         "extruder": of.extruder.to_string(),
+        // Where each run begins and ends and how much room it has; what is between two runs has none told.
+        "rooms": of.rooms.iter().map(|room| json!([room.moves.start, room.moves.end, round_to(room.mm, 2)])).collect::<Vec<_>>(),
+        "surveyed_mm": SURVEYED_MM,
         "feeds": program.feeds,
         "styles": program.styles.iter().map(style).collect::<Vec<_>>(),
         "places": program.places.iter().map(place).collect::<Vec<_>>(),

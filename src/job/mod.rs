@@ -60,7 +60,7 @@ pub use pack::{
 pub use pictures::PictureFile;
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
-pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show};
+pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Source, World, load_plan,
+    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Rejected, Source, World, load_plan,
     load_profile, plan,
 };
 use crate::gcode::marks::made_by;
@@ -12,7 +12,7 @@ use crate::motion::{Pose, TableKinematics};
 use crate::planning::{Placement, Plan, Reason, Workpiece};
 use crate::profile::Profile;
 use crate::trace;
-use crate::verify::{Job, Report, verify};
+use crate::verify::{Job, Report, Room, surveyed};
 use crate::view::{Machine, Packed, Program, Scene, Shapes};
 
 /// What is to be looked at.
@@ -68,6 +68,8 @@ pub struct PreviewResult {
     pub no_plan: Option<Box<NoPlan>>,
     /// What verification says of the program.
     pub report: Option<Report>,
+    /// What room the head has, by runs of moves; empty where nobody looked.
+    pub rooms: Vec<Room>,
     /// What is drawn.
     pub scene: Scene,
     /// The same, compressed.
@@ -120,11 +122,12 @@ fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<Pre
     let bar = world.progress.begin("verifying", 2);
     let start = world.clock.now();
     let workpiece = plan.workpiece();
-    let report = verify(&bytes, &Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
+    let job = Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece };
+    let (report, rooms) = surveyed(&bytes, &job);
     let seconds_verify = (world.clock.now() - start).as_secs_f64();
     bar.at(1);
     drop(bar);
-    Ok(PreviewResult { seconds_verify, ..show(&file, &bytes, plan, &report, world)? })
+    Ok(PreviewResult { seconds_verify, rooms, ..show(&file, &bytes, plan, &report, world)? })
 }
 
 /// Shows a program that was verified already.
@@ -154,6 +157,16 @@ pub fn show(
     shown.report = Some(report.clone());
     shown.seconds = (world.clock.now() - start).as_secs_f64();
     Ok(shown)
+}
+
+/// Shows a program that was made and rejected, with what was found; `None` where its plan was not made on the way.
+///
+/// # Errors
+///
+/// [`Error::NoMoves`].
+pub fn show_rejected(file: &str, rejected: &Rejected, world: &World<'_>) -> Result<Option<PreviewResult>, Error> {
+    let shown = |plan| show(file, &rejected.program, plan, &rejected.report, world);
+    rejected.plan.as_ref().map(shown).transpose()
 }
 
 /// A plan, pose by pose, with the program where there is one.
@@ -195,6 +208,7 @@ fn scene(file: &str, profile: &Profile, workpiece: &Workpiece<'_>, program: Opti
         poses: Vec::new(),
         no_plan: None,
         report: None,
+        rooms: Vec::new(),
         packed: scene.packed(),
         scene,
         seconds_verify: 0.0,

@@ -13,8 +13,9 @@ use super::floor::Floor;
 use super::hull::Hull;
 use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
-use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, Rule};
+use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, Nearest, Rule};
 use super::support::Laying;
+use super::survey::{Room, Survey};
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
@@ -40,10 +41,12 @@ pub(super) struct Walked {
     pub(super) findings: Findings,
     pub(super) clearance: f64,
     pub(super) clearance_line: u32,
+    pub(super) clearance_at: Option<Nearest>,
+    pub(super) rooms: Vec<Room>,
 }
 
-/// Walks through `acts`.
-pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walked {
+/// Walks through `acts`; a survey says of all runs of moves what room they have.
+pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned], survey: bool) -> Walked {
     let contact = contact_mm(job.profile);
     let hulls = |bodies: Vec<_>| bodies.into_iter().map(|b| Hull::new(b, contact)).collect();
     let mut walker = Walker {
@@ -62,9 +65,16 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         setup: None,
         pose: None,
         laying: Laying::new(job.profile.process.bridge_mm),
-        walked: Walked { findings: Findings::default(), clearance: CLEARANCE_CAP_MM, clearance_line: 0 },
+        walked: Walked {
+            findings: Findings::default(),
+            clearance: CLEARANCE_CAP_MM,
+            clearance_line: 0,
+            clearance_at: None,
+            rooms: Vec::new(),
+        },
         print: None,
         runs: Vec::new(),
+        survey: survey.then(|| Survey { rooms: Vec::new(), all: vec![true; planned.len()] }),
     };
     for m in acts.trace.moves() {
         if let Some(turn) = acts.turn(&m) {
@@ -79,7 +89,10 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         }
     }
     walker.rest(acts.trace.lines);
-    walker.walked
+    let mut rooms = walker.survey.map_or_else(Vec::new, |survey| survey.rooms);
+    // Of each setup a sixteenth comes first.
+    rooms.sort_by_key(|room| room.moves.start);
+    Walked { rooms, ..walker.walked }
 }
 
 /// For each print, the others that its part shares no face with.
@@ -119,6 +132,7 @@ struct Walker<'a> {
     walked: Walked,
     print: Option<u32>,
     runs: Vec<Run>,
+    survey: Option<Survey>,
 }
 
 /// Moves of one print after one another.
@@ -305,10 +319,13 @@ impl Walker<'_> {
         }
     }
 
-    fn note(&mut self, room: f64, line: u32) {
-        if room < self.walked.clearance {
-            (self.walked.clearance, self.walked.clearance_line) = (room, line);
+    /// Whether that is the least so far; where it is, is not known then.
+    fn note(&mut self, room: f64, line: u32) -> bool {
+        let least = room < self.walked.clearance;
+        if least {
+            (self.walked.clearance, self.walked.clearance_line, self.walked.clearance_at) = (room, line, None);
         }
+        least
     }
 
     /// A move at an unknown pose must be above everything at whatever pose.
@@ -373,6 +390,12 @@ impl Walker<'_> {
             for hull in head.iter().filter(|hull| hull.tip) {
                 self.stays_apart(setup, hull, run, run.moves.clone());
             }
+            if let Some(survey) = &mut self.survey {
+                let prints = &self.strangers[run.print as usize];
+                let table = !self.on_table.contains(&self.planned[run.print as usize].part);
+                let strangers = Strangers { prints, table, laid: run.laid };
+                survey.look((self.acts, &self.material, &head), &mut setup.near, run.moves.clone(), &strangers);
+            }
         }
         self.head = head;
     }
@@ -402,7 +425,9 @@ impl Walker<'_> {
         let way = TipWay::Line([stroke.from, stroke.to]);
         let room = setup.near.room_to_strangers(&self.material, hull, &way, cap, &strangers);
         if room < cap {
+            let pair = setup.near.nearest(hull, &way, room + FIGURE_MM, Some(&strangers));
             self.note(room, line);
+            self.walked.clearance_at = Nearest::of(pair, (hull, [stroke.from, stroke.to]), &setup.back);
         }
     }
 
@@ -417,7 +442,10 @@ impl Walker<'_> {
         let way = finest.is_finite();
         let room = if way { setup.near.distance(&self.material, piece, &TipWay::Line(ends), cap) } else { 0.0 };
         let room = if room > 0.0 || (!way && bound > 0.0) { room.max(bound) } else { bound.min(0.0) };
-        self.note(room, line);
+        if self.note(room, line) && way && room > 0.0 {
+            let pair = setup.near.nearest(piece.1, &TipWay::Line(ends), room + FIGURE_MM, None);
+            self.walked.clearance_at = Nearest::of(pair, (piece.1, ends), &setup.back);
+        }
         if room <= 0.0 {
             self.hit(piece.1, line, [-room, 0.0]);
         }
@@ -453,4 +481,22 @@ fn least(
     let middle = (a + b) * 0.5;
     let first = least(field, hull, [a, middle], finest, cap, measure);
     least(field, hull, [middle, b], finest, first.min(cap), measure).min(first)
+}
+
+impl Nearest {
+    /// Of a place of a hull on the tip's way and of what is near it, with the origin of the hull's body there; machine frame.
+    fn of(
+        pair: Option<[Vec3; 3]>,
+        (hull, [from, to]): (&Hull, [Vec3; 2]),
+        back: &Rigid<Machine, Table>,
+    ) -> Option<Self> {
+        let [head, other, origin] = pair?;
+        // A ten-thousandth of a millimetre is less than beads are known to.
+        let table = |p: Vec3| <[f64; 3]>::from(back.point(p.into()).at).map(|v| (v * 1e4).round() / 1e4 + 0.0);
+        // A piece that does not follow every axis tells less of the tip; along the others it is where the tip is.
+        let (start, along) = (hull.body.origin_at(&from), hull.body.origin_at(&to) - hull.body.origin_at(&from));
+        let share = (origin - start).dot(&along) / along.norm_squared();
+        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 };
+        Some(Self { head_mm: table(head), other_mm: table(other), share })
+    }
 }

@@ -36,7 +36,7 @@ pub use frame::{Arrow, Frame, Ghost, JOINT_COLOUR, Side};
 pub use hull::Hull;
 pub use landscape::{Dip, Landscape};
 pub use machine::{Machine, Piece};
-pub use page::page;
+pub use page::{page, pair};
 pub use program::{Place, Program, Style, flag};
 pub use shapes::Shapes;
 pub use sheet::Sheet;

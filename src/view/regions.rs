@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, HashMap};
 
 /// No label: paper.
 pub(super) const NOTHING: u32 = 0;
-/// A border is straightened by at most so much: the steps of a slanting one are lower.
-const STRAIGHTENED: f64 = 0.75;
+/// A border is straightened by at most so much: the middles of the steps of a slanting one are half a place to either side of it.
+const STRAIGHTENED: f64 = 1.0;
 /// Patches of fewer places are given to a neighbour of the same kin.
 const SPECK: usize = 10;
 
@@ -325,14 +325,24 @@ mod tests {
 
     #[test]
     fn patches_that_meet_at_a_corner_and_that_touch_the_edge_are_whole() {
-        let picture = labels(&["aabb", "aabb", "bbaa", "bbaa"]);
+        let picture = labels(&[
+            "aaaaaabbbbbb",
+            "aaaaaabbbbbb",
+            "aaaaaabbbbbb",
+            "aaaaaabbbbbb",
+            "bbbbbbaaaaaa",
+            "bbbbbbaaaaaa",
+            "bbbbbbaaaaaa",
+            "bbbbbbaaaaaa",
+        ]);
         let regions = picture.regions(|_| 0);
         for label in [b'a', b'b'] {
             let rings = &regions.areas[&u32::from(label)];
-            assert!(rings.iter().flatten().all(|p| (0.0..=4.0).contains(&p[0]) && (0.0..=4.0).contains(&p[1])));
-            assert!((area(rings) - 8.0).abs() < 1.7, "{rings:?}");
+            assert!(rings.iter().flatten().all(|p| (0.0..=12.0).contains(&p[0]) && (0.0..=8.0).contains(&p[1])));
+            assert!((area(rings) - 48.0).abs() < 4.0, "{rings:?}");
         }
-        let ring = labels(&[".....", ".aaa.", ".a.a.", ".aaa.", "....."]).regions(|_| 0);
+        let ring =
+            labels(&[".......", ".aaaaa.", ".a...a.", ".a...a.", ".a...a.", ".aaaaa.", "......."]).regions(|_| 0);
         assert_eq!(ring.areas.len(), 1);
         assert_eq!(ring.areas[&97].len(), 2, "a ring and its hole");
     }

@@ -38,10 +38,11 @@ impl PictureFile {
     ///
     /// As [`Outputs::claim`], and [`BadSetting::Ending`] for a name that does not end with `.svg`, `.png` or `.pdf`.
     pub fn claim(name: &'static str, path: &Path, outputs: &mut Outputs) -> Result<Self, Error> {
+        let file = outputs.claim(path)?;
         let format = path.extension().and_then(|ending| Format::of_ending(&ending.to_string_lossy()));
         let allowed = Format::ENDINGS;
-        let format = format.ok_or_else(|| BadSetting::Ending { name, path: path.to_owned(), allowed });
-        Ok(Self { file: outputs.claim(path)?, format: format? })
+        let format = format.ok_or_else(|| BadSetting::Ending { name, path: path.to_owned(), allowed })?;
+        Ok(Self { file, format })
     }
 
     /// Writes a picture.

@@ -9,7 +9,7 @@ fn sample() -> Drawing {
     drawing.area(vec![square(2.0, 22.0), square(6.0, 18.0)], [200, 0, 0], 1.0);
     drawing.area(vec![square(8.0, 16.0)], [0, 0, 200], 0.5);
     drawing.line(vec![[0.0, 28.0], [40.0, 28.0]], 1.0, [0, 100, 0]);
-    drawing.text([30.0, 20.0], 10.0, Anchor::Middle, "I \"<&");
+    drawing.text([30.0, 20.0], 4.0, Anchor::Middle, "I \"<&");
     drawing
 }
 
