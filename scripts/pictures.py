@@ -153,17 +153,17 @@ def animated(frames, path, milliseconds):
     path.write_bytes(out)
 
 
-# The whole picture of what is shown now.
-WHOLE = "new Promise((done) => { state.whole = 0; invalidate(); const look = () => (state.whole ? done(0) : setTimeout(look, 20)); look(); })"
+# The quick picture of what is shown now: the whole one takes software some seconds, and a small frame shows no more of it.
+QUICK = "new Promise((done) => { const last = state.frames; invalidate(); const look = () => (state.frames > last ? done(0) : setTimeout(look, 10)); look(); })"
 
 
 def film(folder, page, picture, count):
     """The print from its beginning to its end on the turning table, frames of the page."""
-    orders = [{"eval": ALONE}, {"eval": "setView(false); camera.distance *= 0.8; state.mode = 'part'; recolour()"}]
+    orders = [{"eval": ALONE}, {"eval": "setView(false); camera.distance *= 0.8; grow = async () => {}; state.mode = 'part'; recolour()"}]
     for k in range(count):
         # As much is laid from frame to frame; the last ones show it done.
         orders.append({"eval": f"seek(Math.floor((replay.count - 1) * Math.min(1, {(k + 1) / (count - 3)})))"})
-        orders += [{"eval": WHOLE}, {"shot": str(folder / f"frame-{k:03}.png")}]
+        orders += [{"eval": QUICK}, {"shot": str(folder / f"frame-{k:03}.png")}]
     driver = [sys.executable, ROOT / "tests/it/preview/chromium.py", "chromium", folder / page, "420", "330"]
     subprocess.run(driver, input=json.dumps(orders).encode(), check=True, stdout=subprocess.DEVNULL)
     animated([folder / f"frame-{k:03}.png" for k in range(count)], FOLDER / picture, 220)

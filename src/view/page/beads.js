@@ -65,9 +65,9 @@ class Beads {
     }
   }
 
-  /** Every `step`th layer's; or how far it came before there were too many. */
+  /** Every `step`th layer's of each print (prints of one setup take turns); or how far it came before there were too many. */
   fewOf(step, inside, most) {
-    const { flags, style, place, layers, count } = this.replay, { points, sizes } = this;
+    const { flags, style, place, layers, count, facts } = this.replay, { points, sizes } = this, nth = new Map();
     const made = { from: [], to: [], size: [], of: [] };
     let layer = 0, open = -1, reach = 0;
     const close = (last) => {
@@ -79,9 +79,15 @@ class Beads {
       }
       open = -1;
     };
+    // Of a print the how manieth layer this is.
+    const turnOf = (print) => {
+      const own = nth.get(print) ?? { layer: -1, count: -1 };
+      if (own.layer !== layer) nth.set(print, Object.assign(own, { layer, count: own.count + 1 }));
+      return own.count;
+    };
     for (let i = 0; i < count; i++) {
       while (layers[layer + 1] <= i) layer++;
-      const lays = flags[i] & FLAG.lays && sizes[i * 2] && layer % step === 0 && !inside[style[i]];
+      const laid = flags[i] & FLAG.lays && sizes[i * 2] && !inside[style[i]], lays = laid && turnOf(facts.styles[style[i]][0]) % step === 0;
       if (open >= 0 && (!lays || style[i] !== style[open] || place[i] !== place[open] || !this.straight(open, i, reach))) close(i - 1);
       if (lays && open < 0) [open, reach] = [i, 0];
       if (lays) reach = Math.max(reach, i - open);
