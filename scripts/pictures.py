@@ -153,13 +153,15 @@ def animated(frames, path, milliseconds):
     path.write_bytes(out)
 
 
+# More beads than a moving camera has, fewer than all.
+MORE = "few = beads.few(60000); stuff.few = drawing.beadSet(few.points, few.sizes, new Uint8Array(few.of.length * 4), 2); recolour()"
 # The quick picture of what is shown now: the whole one takes software some seconds, and a small frame shows no more of it.
-QUICK = "new Promise((done) => { const last = state.frames; invalidate(); const look = () => (state.frames > last ? done(0) : setTimeout(look, 10)); look(); })"
+QUICK = "new Promise((done) => { [state.slow, state.late] = [false, -1e9]; const last = state.frames; invalidate(); const look = () => (state.frames > last ? done(0) : setTimeout(look, 10)); look(); })"
 
 
 def film(folder, page, picture, count):
     """The print from its beginning to its end on the turning table, frames of the page."""
-    orders = [{"eval": ALONE}, {"eval": "setView(false); camera.distance *= 0.8; grow = async () => {}; state.mode = 'part'; recolour()"}]
+    orders = [{"eval": ALONE}, {"eval": "setView(false); camera.distance *= 0.8; grow = async () => {}; state.mode = 'part'"}, {"eval": MORE}]
     for k in range(count):
         # As much is laid from frame to frame; the last ones show it done.
         orders.append({"eval": f"seek(Math.floor((replay.count - 1) * Math.min(1, {(k + 1) / (count - 3)})))"})

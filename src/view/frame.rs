@@ -194,11 +194,11 @@ impl Frame {
             drawing.lines(regions.lines(EDGE, &paper), 1.0, surface.colour);
             if let Some(name) = &surface.name {
                 let places = (0..alone.labels.each.len()).filter(|i| alone.at(*i).is_some());
-                let (x, y) = places.fold((0.0, 0.0), |(x, y), i| {
-                    (x + (i % alone.labels.width) as f64, y + (i / alone.labels.width) as f64)
+                let (x, y) = places.fold((0.0, 0.0f64), |(x, y), i| {
+                    (x + (i % alone.labels.width) as f64, y.max((i / alone.labels.width) as f64))
                 });
-                let count = own.max(1) as f64;
-                drawing.label(paper([x / count, y / count]), NAME, INK, shortened(name));
+                // Below the outline, where what hides it has no name.
+                drawing.label(paper([x / own.max(1) as f64, y + NAME * FINE]), NAME, INK, shortened(name));
             }
         }
     }
@@ -222,7 +222,7 @@ impl Frame {
             }
         }
         let mut taken: Vec<[f64; 4]> = Vec::new();
-        for (surface, found) in self.surfaces.iter().zip(nearest) {
+        for (index, (surface, found)) in self.surfaces.iter().zip(nearest).enumerate() {
             let (Some(name), Some((_, i))) = (&surface.name, found) else { continue };
             let ([x, y], name) = (place(i), shortened(name));
             let anchor = [at[0] + x / FINE, at[1] + y / FINE];
@@ -235,7 +235,9 @@ impl Frame {
                 let apart = |b: &[f64; 4]| x + half < b[0] || x - half > b[1] || *y < b[2] || *y - NAME > b[3];
                 within && taken.iter().all(apart)
             };
-            let Some(y) = steps.map(|dy| anchor[1] + 4.0 + dy).find(fits) else { continue };
+            // A name would hide what is hardly larger than it.
+            let aside = if sums[index].1 < 3.0 * half * NAME * FINE * FINE { 2.0 * NAME } else { 0.0 };
+            let Some(y) = steps.map(|dy| anchor[1] + 4.0 + aside + dy).find(fits) else { continue };
             taken.push([x - half, x + half, y - NAME, y]);
             if (y - 4.0 - anchor[1]).abs() > NAME * 0.6 {
                 drawing.line(vec![anchor, [x, y - 4.0]], 0.7, INK);

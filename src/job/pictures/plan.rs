@@ -136,7 +136,8 @@ impl Told<'_> {
 
     /// Scope and arrows.
     fn finish(&self, frame: &mut Frame, pose: Pose, motion: &Rigid<Table, Machine>) {
-        let solid = frame.surfaces.iter().skip(1).flat_map(|surface| surface.points.iter().copied());
+        let solid =
+            frame.surfaces.iter().filter(|one| one.colour != TABLE).flat_map(|surface| surface.points.iter().copied());
         frame.scope.extend(solid.collect::<Vec<_>>());
         frame.arrows = self.arrows(pose, motion);
     }
@@ -192,7 +193,11 @@ impl Told<'_> {
     fn reason(&self, reason: &Reason) -> Frame {
         let table = self.table();
         let motion = table.forward(reason.pose);
-        let mut frame = Frame { surfaces: vec![self.slab(&motion)], side: Side::Above, ..Frame::default() };
+        // What hangs is seen from below, where the table would hide it.
+        let below = reason.blocked_by == "support";
+        let surfaces = if below { vec![] } else { vec![self.slab(&motion)] };
+        let side = if below { Side::Below } else { Side::Above };
+        let mut frame = Frame { surfaces, side, ..Frame::default() };
         let all: Vec<usize> = (0..self.workpiece.parts.len()).collect();
         for &part in &all {
             let mesh = self.placed(part, &motion);
