@@ -9,7 +9,6 @@ use crate::job::{PoseShown, PreviewResult};
 use crate::motion::{AxisRange, TiltAbout};
 use crate::planning::Plan;
 use crate::trace::Zone;
-use crate::verify::SURVEYED_MM;
 use crate::view::{self, Hull, Piece, Place, Program};
 
 /// The page that shows `of`, complete.
@@ -138,9 +137,6 @@ fn program(program: &Program, of: &PreviewResult) -> Value {
         "seconds": program.seconds,
         "has_text": of.packed.has_text,
         "extruder": of.extruder.to_string(),
-        // Where each run begins and ends and how much room it has; what is between two runs has none told.
-        "rooms": of.rooms.iter().map(|room| json!([room.moves.start, room.moves.end, round_to(room.mm, 2)])).collect::<Vec<_>>(),
-        "surveyed_mm": SURVEYED_MM,
         "feeds": program.feeds,
         "styles": program.styles.iter().map(style).collect::<Vec<_>>(),
         "places": program.places.iter().map(place).collect::<Vec<_>>(),

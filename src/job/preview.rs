@@ -12,7 +12,7 @@ use crate::motion::{Pose, TableKinematics};
 use crate::planning::{Placement, Plan, Reason, Workpiece};
 use crate::profile::Profile;
 use crate::trace;
-use crate::verify::{Job, Report, Room, surveyed};
+use crate::verify::{Job, Report, verify};
 use crate::view::{Machine, Packed, Program, Scene, Shapes};
 
 /// What is to be looked at.
@@ -68,8 +68,6 @@ pub struct PreviewResult {
     pub no_plan: Option<Box<NoPlan>>,
     /// What verification says of the program.
     pub report: Option<Report>,
-    /// What room the head has, by runs of moves; empty where nobody looked.
-    pub rooms: Vec<Room>,
     /// What is drawn.
     pub scene: Scene,
     /// The same, compressed.
@@ -123,11 +121,11 @@ fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<Pre
     let start = world.clock.now();
     let workpiece = plan.workpiece();
     let job = Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece };
-    let (report, rooms) = surveyed(&bytes, &job);
+    let report = verify(&bytes, &job);
     let seconds_verify = (world.clock.now() - start).as_secs_f64();
     bar.at(1);
     drop(bar);
-    Ok(PreviewResult { seconds_verify, rooms, ..show(&file, &bytes, plan, &report, world)? })
+    Ok(PreviewResult { seconds_verify, ..show(&file, &bytes, plan, &report, world)? })
 }
 
 /// Shows a program that was verified already.
@@ -208,7 +206,6 @@ fn scene(file: &str, profile: &Profile, workpiece: &Workpiece<'_>, program: Opti
         poses: Vec::new(),
         no_plan: None,
         report: None,
-        rooms: Vec::new(),
         packed: scene.packed(),
         scene,
         seconds_verify: 0.0,

@@ -35,7 +35,6 @@ mod registration;
 mod report;
 mod shape;
 mod support;
-mod survey;
 mod tally;
 #[cfg(test)]
 mod tests;
@@ -44,7 +43,6 @@ mod turning;
 mod walk;
 
 pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Nearest, Report, Rule};
-pub use survey::{Room, SURVEYED_MM};
 
 use crate::geom::Vec3;
 use crate::motion::Pose;
@@ -81,22 +79,12 @@ pub struct Job<'a> {
 ///
 /// The report does not depend on the number of threads.
 pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
-    replayed(bytes, job, false).0
-}
-
-/// The same, and what room the head has during each run of moves, in order: for pictures. Moves of no print, and what is laid at an unknown
-/// pose, have none.
-pub fn surveyed(bytes: &[u8], job: &Job<'_>) -> (Report, Vec<Room>) {
-    replayed(bytes, job, true)
-}
-
-fn replayed(bytes: &[u8], job: &Job<'_>, survey: bool) -> (Report, Vec<Room>) {
     let planned = planned(job);
     let trace = trace::read(bytes, &job.profile.trace_setting());
     let printed = prints::gather(&trace, job, &planned);
     let acts = Acts::new(&trace, job.profile, &printed);
     let (walked, (checked, prints)) = rayon::join(
-        || walk::walk(&acts, job, &planned, survey),
+        || walk::walk(&acts, job, &planned),
         || {
             let program = || program::check(bytes, &trace, job, &planned);
             rayon::join(program, || shape::check(&printed))
@@ -108,7 +96,7 @@ fn replayed(bytes: &[u8], job: &Job<'_>, survey: bool) -> (Report, Vec<Room>) {
     adhesion::check(&trace, &printed, &mut all);
     holding::check(&trace, job, &planned, &mut all);
     let (findings, counts) = all.finish();
-    let report = Report {
+    Report {
         findings,
         counts,
         clearance_mm: walked.clearance,
@@ -118,8 +106,7 @@ fn replayed(bytes: &[u8], job: &Job<'_>, survey: bool) -> (Report, Vec<Room>) {
         slots: checked.tally.slots(&planned),
         filament_mm: checked.tally.filament,
         seconds_print: trace.seconds(),
-    };
-    (report, walked.rooms)
+    }
 }
 
 /// The plan's prints in the order of [`Plan::prints`], each with its setup's number; then those of supports.

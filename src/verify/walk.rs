@@ -15,7 +15,6 @@ use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
 use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, Nearest, Rule};
 use super::support::Laying;
-use super::survey::{Room, Survey};
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
@@ -42,11 +41,10 @@ pub(super) struct Walked {
     pub(super) clearance: f64,
     pub(super) clearance_line: u32,
     pub(super) clearance_at: Option<Nearest>,
-    pub(super) rooms: Vec<Room>,
 }
 
-/// Walks through `acts`; a survey says of all runs of moves what room they have.
-pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned], survey: bool) -> Walked {
+/// Walks through `acts`.
+pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walked {
     let contact = contact_mm(job.profile);
     let hulls = |bodies: Vec<_>| bodies.into_iter().map(|b| Hull::new(b, contact)).collect();
     let mut walker = Walker {
@@ -70,11 +68,9 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned], survey: 
             clearance: CLEARANCE_CAP_MM,
             clearance_line: 0,
             clearance_at: None,
-            rooms: Vec::new(),
         },
         print: None,
         runs: Vec::new(),
-        survey: survey.then(|| Survey { rooms: Vec::new(), all: vec![true; planned.len()] }),
     };
     for m in acts.trace.moves() {
         if let Some(turn) = acts.turn(&m) {
@@ -89,10 +85,7 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned], survey: 
         }
     }
     walker.rest(acts.trace.lines);
-    let mut rooms = walker.survey.map_or_else(Vec::new, |survey| survey.rooms);
-    // Of each setup a sixteenth comes first.
-    rooms.sort_by_key(|room| room.moves.start);
-    Walked { rooms, ..walker.walked }
+    walker.walked
 }
 
 /// For each print, the others that its part shares no face with.
@@ -132,7 +125,6 @@ struct Walker<'a> {
     walked: Walked,
     print: Option<u32>,
     runs: Vec<Run>,
-    survey: Option<Survey>,
 }
 
 /// Moves of one print after one another.
@@ -389,12 +381,6 @@ impl Walker<'_> {
         for (_, run) in first.into_iter().chain(rest) {
             for hull in head.iter().filter(|hull| hull.tip) {
                 self.stays_apart(setup, hull, run, run.moves.clone());
-            }
-            if let Some(survey) = &mut self.survey {
-                let prints = &self.strangers[run.print as usize];
-                let table = !self.on_table.contains(&self.planned[run.print as usize].part);
-                let strangers = Strangers { prints, table, laid: run.laid };
-                survey.look((self.acts, &self.material, &head), &mut setup.near, run.moves.clone(), &strangers);
             }
         }
         self.head = head;

@@ -44,8 +44,8 @@ function panels() {
   pressed('play', () => play(!state.playing));
   if (!replay) return hideProgram();
   Object.entries(modes).forEach(([id, mode]) => byId('colour').append(new Option(mode.title, id)));
-  // What is not known is said: `prepare` proves the least clearance and does not look at each move.
-  if (!modes.clearance) byId('colour').append(Object.assign(new Option('Clearance: only the least is known', ''), { disabled: true }));
+  // What is not known is said: verification keeps the least clearance with its line and places, not one for each move.
+  byId('colour').append(Object.assign(new Option('Clearance: only the least is known', ''), { disabled: true }));
   byId('colour').addEventListener('change', () => { state.mode = byId('colour').value; recolour(); });
   SPEEDS.forEach((speed) => byId('speed').append(new Option(`${speed} x`, speed, speed === state.speed, speed === state.speed)));
   byId('speed').addEventListener('change', () => { state.speed = Number(byId('speed').value); });
