@@ -239,8 +239,8 @@ mod tests {
             }
         }
         // A cap of height h has 2 pi h of the sphere; on the disc it is a circle of radius sqrt(h), pi h: half of it.
-        for h in [0.1, 0.5, 1.0] {
-            let rim = Vec3::new((2.0 * h - h * h as f64).sqrt(), 0.0, 1.0 - h);
+        for h in [0.1f64, 0.5, 1.0] {
+            let rim = Vec3::new((2.0 * h - h * h).sqrt(), 0.0, 1.0 - h);
             let ([r, _], _) = on_disc(&rim);
             assert!((r * r - h).abs() < 1e-12);
         }

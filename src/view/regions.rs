@@ -309,9 +309,9 @@ mod tests {
         }
         let regions =
             picture.regions(|[a, b]| u8::from(a.zip(b).is_some_and(|(a, b)| picture.each[a] * picture.each[b] == 2)));
-        for side in 0..2 {
-            let drawn = area(&regions.areas[&(side as u32 + 1)]);
-            assert!((drawn / truth[side] - 1.0).abs() < 0.01, "{drawn} for {}", truth[side]);
+        for (side, truth) in (1u32..).zip(truth) {
+            let drawn = area(&regions.areas[&side]);
+            assert!((drawn / truth - 1.0).abs() < 0.01, "{drawn} for {truth}");
         }
         for border in regions.borders.iter().filter(|b| b.class == 1) {
             lines += 1;
