@@ -11,6 +11,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/trunnion").resolve()
@@ -86,6 +87,90 @@ def shot(folder, page, picture, *steps):
     subprocess.run(driver, input=json.dumps(orders).encode(), check=True, stdout=subprocess.DEVNULL)
 
 
+def chunks(path):
+    data, at = path.read_bytes(), 8
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at : at + 8])
+        yield kind, data[at + 8 : at + 8 + size]
+        at += 12 + size
+
+
+def rows(path):
+    """Width, height and the rows of a PNG of 8 bits, red, green and blue alone."""
+    head, body = None, b""
+    for kind, data in chunks(path):
+        head = data if kind == b"IHDR" else head
+        body += data if kind == b"IDAT" else b""
+    width, height, depth, colours = struct.unpack(">IIBB", head[:10])
+    each = {2: 3, 6: 4}[colours]
+    assert depth == 8
+    raw, last, out = zlib.decompress(body), bytes(width * each), []
+    for y in range(height):
+        start = y * (width * each + 1)
+        kind, row = raw[start], bytearray(raw[start + 1 : start + 1 + width * each])
+        for i in range(len(row)):
+            a = row[i - each] if i >= each else 0
+            b, c = last[i], last[i - each] if i >= each else 0
+            p = a + b - c
+            nearest = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            row[i] = (row[i] + (0, a, b, (a + b) // 2, nearest)[kind]) & 255
+        last = bytes(row)
+        out.append(b"".join(last[i : i + 3] for i in range(0, len(last), each)))
+    return width, height, out
+
+
+def coarse(row):
+    """Sixteen steps a colour: what a small moving picture needs."""
+    return bytes((v & 0xF0) | (v >> 4) for v in row)
+
+
+def animated(frames, path, milliseconds):
+    """An animated PNG (https://www.w3.org/TR/png-3/) of pictures of one size; rows are packed as differences from the one above."""
+    out, number = b"\x89PNG\r\n\x1a\n", 0
+
+    def put(kind, data):
+        nonlocal out
+        out += struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    for k, frame in enumerate(frames):
+        width, height, lines = rows(frame)
+        if k == 0:
+            put(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+            put(b"acTL", struct.pack(">II", len(frames), 0))
+        put(b"fcTL", struct.pack(">IIIIIHHBB", number, width, height, 0, 0, milliseconds, 1000, 0, 0))
+        number += 1
+        packed, last = b"", bytes(width * 3)
+        for line in map(coarse, lines):
+            packed += b"\2" + bytes((a - b) & 255 for a, b in zip(line, last))
+            last = line
+        data = zlib.compress(packed, 9)
+        if k == 0:
+            put(b"IDAT", data)
+        else:
+            put(b"fdAT", struct.pack(">I", number) + data)
+            number += 1
+    put(b"IEND", b"")
+    path.write_bytes(out)
+
+
+# More beads than a moving camera has, fewer than all.
+MORE = "few = beads.few(60000); stuff.few = drawing.beadSet(few.points, few.sizes, new Uint8Array(few.of.length * 4), 2); recolour()"
+# The quick picture of what is shown now: the whole one takes software some seconds, and a small frame shows no more of it.
+QUICK = "new Promise((done) => { [state.slow, state.late] = [false, -1e9]; const last = state.frames; invalidate(); const look = () => (state.frames > last ? done(0) : setTimeout(look, 10)); look(); })"
+
+
+def film(folder, page, picture, count):
+    """The print from its beginning to its end on the turning table, frames of the page."""
+    orders = [{"eval": ALONE}, {"eval": "setView(false); camera.distance *= 0.8; grow = async () => {}; state.mode = 'part'"}, {"eval": MORE}]
+    for k in range(count):
+        # As much is laid from frame to frame; the last ones show it done.
+        orders.append({"eval": f"seek(Math.floor((replay.count - 1) * Math.min(1, {(k + 1) / (count - 3)})))"})
+        orders += [{"eval": QUICK}, {"shot": str(folder / f"frame-{k:03}.png")}]
+    driver = [sys.executable, ROOT / "tests/it/preview/chromium.py", "chromium", folder / page, "420", "330"]
+    subprocess.run(driver, input=json.dumps(orders).encode(), check=True, stdout=subprocess.DEVNULL)
+    animated([folder / f"frame-{k:03}.png" for k in range(count)], FOLDER / picture, 220)
+
+
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
@@ -102,6 +187,7 @@ def main():
         shot(folder, "tee.html", "tee-in-parts.png", "state.table = false; invalidate()", near)
         shot(folder, "mushroom.html", "mushroom-on-supports.png", feature, near)
         shot(folder, "candelabrum.html", "candelabrum-tilted.png", "seek(Math.floor(replay.count * 0.62))", "state.table = false; invalidate()")
+        film(folder, "candelabrum.html", "candelabrum.png", 24)
 
 
 main()

@@ -222,7 +222,7 @@ pub(super) struct Prepare {
     #[arg(long, value_name = "FILE")]
     pub(super) plan_out: Option<PathBuf>,
     /// The plan as one picture, a frame for each pose
-    #[arg(long, value_name = "SHEET.svg")]
+    #[arg(long, value_name = "SHEET.svg|.png|.pdf")]
     pub(super) sheet: Option<PathBuf>,
     /// The file as one page for the browser, to be seen before it is printed
     #[arg(long, value_name = "VIEW.html")]
@@ -299,11 +299,11 @@ pub(super) struct Orient {
     /// Write the parts with the first objective's best direction up, on z = 0, beside each other (STL; 3MF by its ending)
     #[arg(short, long, value_name = "OUT.stl")]
     pub(super) output: Option<PathBuf>,
-    /// Draw the first objective over alpha and beta, its minima ringed (the best in red)
-    #[arg(long, value_name = "OUT.png")]
+    /// Draw the first objective over all directions, its minima numbered (the best in red)
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(super) landscape: Option<PathBuf>,
     /// Draw the part as the first objective would have it: overhangs, or what each facet costs, and supports
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(super) view: Option<PathBuf>,
 }
 
@@ -319,7 +319,7 @@ pub(super) struct Plan {
     #[arg(short, long, value_name = "PLAN.json")]
     pub(super) output: Option<PathBuf>,
     /// The plan as one picture, a frame for each pose
-    #[arg(long, value_name = "SHEET.svg")]
+    #[arg(long, value_name = "SHEET.svg|.png|.pdf")]
     pub(super) sheet: Option<PathBuf>,
     /// Compare the best so many distinct plans with each other, and with printing in three axes on supports
     #[arg(long, value_name = "K")]
@@ -396,7 +396,7 @@ pub(super) struct Pack {
     #[arg(short, long, value_name = "FOLDER")]
     pub(super) output: Option<PathBuf>,
     /// A picture of all runs
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(super) view: Option<PathBuf>,
     /// Least distance between two pieces [default: 1 for models, 0 for boxes, on a table as far as the head reaches sideways]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
@@ -429,7 +429,7 @@ pub(super) struct Support {
     #[arg(short, long, value_name = "SUPPORTS.stl|.3mf")]
     pub(super) output: Option<PathBuf>,
     /// A picture of the model with its supports
-    #[arg(long, value_name = "OUT.png")]
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(super) view: Option<PathBuf>,
     /// The direction that is up, in the file's frame
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true)]
@@ -535,11 +535,14 @@ pub(super) struct Verify {
 #[derive(ClapArgs)]
 pub(super) struct Preview {
     /// The finished file; without it the plan alone is shown. Or a model, which is planned for the machine first
-    #[arg(required_unless_present = "plan")]
+    #[arg(required_unless_present_any = ["plan", "compare"])]
     pub(super) file: Option<PathBuf>,
     /// The plan it was made by
-    #[arg(long, value_name = "PLAN.json", required_unless_present = "profile")]
+    #[arg(long, value_name = "PLAN.json", required_unless_present_any = ["profile", "compare"])]
     pub(super) plan: Option<PathBuf>,
+    /// Two side by side: plans, or finished files with theirs, as OUT.gcode=PLAN.json
+    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["file", "plan"])]
+    pub(super) compare: Vec<String>,
     /// The page
     #[arg(short, long, value_name = "VIEW.html")]
     pub(super) output: PathBuf,

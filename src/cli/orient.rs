@@ -1,22 +1,21 @@
 //! `trunnion orient`
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
 use super::args::Orient as Verb;
-use super::requests::outputs;
+use super::requests::{claim_picture, outputs};
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, MachineSource, OrientOptions, OrientRequest, OutputFile, PartChoice};
-use crate::orient::Picture;
+use crate::job::{self, MachineSource, OrientOptions, OrientRequest, PartChoice};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let mut outputs = outputs([args.model.model.as_path()]);
-    let mut claim = |path: &Option<PathBuf>| path.as_deref().map(|path| outputs.claim(path)).transpose();
-    let [oriented, drawn, viewed] = [claim(&args.output)?, claim(&args.landscape)?, claim(&args.view)?];
-    let only_one = [&drawn, &viewed].into_iter().any(Option::is_some);
+    let oriented = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let drawn = claim_picture("landscape", args.landscape.as_deref(), &mut outputs)?;
+    let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
+    let only_one = drawn.is_some() || viewed.is_some();
     let request =
         OrientRequest { model: args.model.source()?, parts: chosen(args)?, only_one, options: args.options()? };
     let done = job::orient(&request, &console.world())?;
@@ -25,13 +24,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         let as_3mf = output.path().extension().is_some_and(|end| end.eq_ignore_ascii_case("3mf"));
         output.write(&done.upright(as_3mf))?;
     }
-    let draw = |output: &Option<OutputFile>, picture: &dyn Fn() -> Picture| -> Result<(), Failure> {
-        let Some(output) = output else { return Ok(()) };
-        let png = picture().png().map_err(|e| Failure::Usage(format!("{}: {e}", output.path().display())))?;
-        Ok(output.write(&png)?)
-    };
-    draw(&drawn, &|| done.landscape(part))?;
-    draw(&viewed, &|| done.view(part))?;
+    drawn.map(|drawn| drawn.write(&done.landscape(part))).transpose()?;
+    viewed.map(|viewed| viewed.write(&done.view(part))).transpose()?;
     if console.json() {
         let parts: Vec<Value> = done.parts.iter().map(document::oriented).collect();
         console.document(&json!({"model": args.model.model.display().to_string(), "parts": parts}));

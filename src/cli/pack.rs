@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::Pack as Verb;
-use super::requests::{copies, outputs};
+use super::requests::{claim_picture, copies, outputs};
 use super::{Console, Failure};
 use crate::document;
 use crate::job::{self, Contents, MachineSource, ModelSource, PackInto, PackOptions, PackRequest, Source, interrupts};
@@ -12,14 +12,14 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let files: Vec<PathBuf> = args.models.iter().map(|word| copies(word).0.into()).chain(args.boxes.clone()).collect();
     let mut outputs = outputs(files.iter().map(PathBuf::as_path));
     let plates = args.output.as_deref().map(|folder| job::Plates::claim(folder, &mut outputs)).transpose()?;
-    let viewed = args.view.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
     // From here on an interrupt ends the search, and what was found so far is written.
     let asked = interrupts::Interrupts::listen();
     let done = job::pack(&args.request()?, &|| asked.count() > 0, &console.world())?;
     let stale = plates.map(|plates| plates.write(&done, &mut outputs)).transpose()?.unwrap_or_default();
     stale.iter().try_for_each(|plate| console.set_aside(plate))?;
     if let Some(viewed) = viewed {
-        viewed.write(&done.view().png().map_err(|e| Failure::Usage(format!("{}: {e}", viewed.path().display())))?)?;
+        viewed.write(&done.view())?;
     }
     if console.json() {
         console.document(&document::packed(&done));

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::args::Plan as Verb;
-use super::requests::{folder_of, outputs, profile_file};
+use super::requests::{claim_picture, folder_of, outputs, profile_file};
 use super::{Console, Failure, why};
 use crate::document::{self, text};
-use crate::job::{self, Error, OutputFile, Outputs, PlanRequest, PlanResult, Supporting};
+use crate::job::{self, Error, OutputFile, Outputs, PictureFile, PlanRequest, PlanResult, Supporting};
 use crate::planning::Slot;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -16,7 +16,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let output = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts_file = args.output.as_deref().map(parts_file);
     let parts = parts_file.as_deref().map(|path| claim_parts(path, &mut outputs)).transpose()?.flatten();
-    let picture = args.sheet.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let picture = claim_picture("sheet", args.sheet.as_deref(), &mut outputs)?;
     let mut options = args.plan.options()?;
     options.plans = args.top.unwrap_or(1);
     options.kept_in = folder_of(args.output.as_deref());
@@ -41,7 +41,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         output.write(made.plan.plan.to_text().as_bytes())?;
     }
     if let Some(picture) = &picture {
-        picture.write(made.sheet().as_bytes())?;
+        picture.write(&made.sheet())?;
     }
     if console.json() {
         console.document(&document::planned(&made));
@@ -93,7 +93,7 @@ pub(super) fn told(made: &PlanResult, console: &Console) {
 /// Where there is no plan, says why, and what would help.
 pub(super) fn explained<T>(
     done: Result<T, Error>,
-    picture: Option<&OutputFile>,
+    picture: Option<&PictureFile>,
     console: &Console,
 ) -> Result<T, Failure> {
     if let Err(Error::NoPlan(no)) = &done {

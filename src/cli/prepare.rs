@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use super::args::Prepare as Verb;
-use super::requests::{folder_of, outputs, profile_file};
+use super::requests::{claim_picture, folder_of, outputs, profile_file};
 use super::{Console, Failure, plan, preview, send, verify};
 use crate::document::{self, text};
 use crate::job::{
-    self, Bar, Cutting, OutputFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest, Step, WaysOut,
-    World,
+    self, Bar, Cutting, OutputFile, PictureFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest,
+    Step, WaysOut, World,
 };
 use crate::spelling::counted;
 
@@ -21,11 +21,11 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let output = outputs.claim(&args.output)?;
     let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let journal = args.port.as_ref().map(|_| send::journal(&mut outputs, &args.output, &args.stream)).transpose()?;
-    let sheet = args.sheet.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let sheet = claim_picture("sheet", args.sheet.as_deref(), &mut outputs)?;
     args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
     let page = args.preview.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts = plan::claim_parts(&plan::parts_file(&args.output), &mut outputs)?;
-    let done = work(args, &output, [plan, sheet, parts], console);
+    let done = work(args, &output, ([plan, parts], sheet, page.as_ref()), console);
     if done.is_err() {
         console.set_aside(&output)?;
     }
@@ -50,7 +50,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 fn work(
     args: &Verb,
     output: &OutputFile,
-    [plan_out, sheet, parts]: [Option<OutputFile>; 3],
+    ([plan_out, parts], sheet, page): ([Option<OutputFile>; 2], Option<PictureFile>, Option<&OutputFile>),
     console: &Console,
 ) -> Result<PrepareResult, Failure> {
     let parts_file = plan::parts_file(&args.output);
@@ -70,6 +70,10 @@ fn work(
     };
     let teller = Teller(console);
     let done = job::prepare(&request, &World { progress: &teller, ..console.world() });
+    if let (Err(job::Error::Rejected(no)), Some(page)) = (&done, page) {
+        let shown = job::show_rejected(&args.output.display().to_string(), no, &console.world())?;
+        shown.map(|shown| preview::write(&shown, page, args.open, console)).transpose()?;
+    }
     let done = match done {
         Err(job::Error::NoPlan(_)) => plan::explained(done, None, console)?,
         done => verify::explained(done, console)?,
@@ -78,7 +82,7 @@ fn work(
         plan.write(done.planned.plan.plan.to_text().as_bytes())?;
     }
     if let Some(sheet) = sheet {
-        sheet.write(done.planned.sheet().as_bytes())?;
+        sheet.write(&done.planned.sheet())?;
     }
     if let Some(held) = &done.held {
         console.note(&held.story(done.gcode.report().map_or(0.0, |report| report.seconds_print)));

@@ -1,6 +1,6 @@
 //! `trunnion preview`: one page for the browser.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use super::args::Preview as Verb;
@@ -9,26 +9,39 @@ use super::{Console, Failure, plan};
 use crate::document;
 use crate::job::{self, Error, OutputFile, PreviewResult};
 use crate::spelling::counted;
+use crate::verify::Report;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     job::is_page("output", &args.output)?;
     let profile = args.plan_ref.profile.as_deref().and_then(profile_file);
-    let read = [&args.file, &args.plan, &args.plan_ref.model, &profile];
-    let output = outputs(read.into_iter().flatten().map(PathBuf::as_path)).claim(&args.output)?;
-    let shown = job::preview(&args.request(), &console.world())?;
+    let output = outputs(args.read().chain(profile.as_deref())).claim(&args.output)?;
+    let world = console.world();
+    let two = args.requests().iter().map(|one| job::preview(one, &world)).collect::<Result<Vec<_>, _>>()?;
+    if let [one, other] = &two[..] {
+        let bytes = put(&document::page_of_two([one, other]), &output, args.open, console)?;
+        if console.json() {
+            console.document(&document::compared(&args.output.display().to_string(), bytes, [one, other]));
+        }
+        return found(&two);
+    }
+    let shown = job::preview(&args.request(), &world)?;
     let bytes = write(&shown, &output, args.open, console)?;
     if console.json() {
         console.document(&document::previewed(&args.output.display().to_string(), bytes, &shown));
     }
-    let found =
-        shown.report.as_ref().filter(|report| !report.is_clean()).map(|report| counted(report.count(), "finding"));
-    match (shown.no_plan, found) {
-        (None, None) => Ok(()),
-        (None, Some(count)) => Err(Failure::Findings(format!("{count}; the page shows them"))),
+    match shown.no_plan {
+        None => found(&[shown]),
         // With --json there is one document, and that is the page's.
-        (Some(no), _) if console.json() => Err(Error::NoPlan(no).into()),
-        (Some(no), _) => plan::explained(Err(Error::NoPlan(no)), None, console),
+        Some(no) if console.json() => Err(Error::NoPlan(no).into()),
+        Some(no) => plan::explained(Err(Error::NoPlan(no)), None, console),
     }
+}
+
+/// Findings are the exit code's, whatever is shown.
+fn found(shown: &[PreviewResult]) -> Result<(), Failure> {
+    let count: usize = shown.iter().filter_map(|one| one.report.as_ref()).map(Report::count).sum();
+    let text = || format!("{}; the page shows them", counted(count, "finding"));
+    if count == 0 { Ok(()) } else { Err(Failure::Findings(text())) }
 }
 
 /// Writes the page; how large it is.
@@ -38,12 +51,15 @@ pub(super) fn write(
     open: bool,
     console: &Console,
 ) -> Result<usize, Failure> {
-    let page = document::page(shown);
-    output.write(page.as_bytes())?;
-    console.note(&format!("{}: {:.2} MB, open it in a browser", output.path().display(), page.len() as f64 / 1e6));
     if !shown.packed.has_text && shown.scene.program.is_some() {
         console.warning("the file's own lines would make the page too large, so they are not in it");
     }
+    put(&document::page(shown), output, open, console)
+}
+
+fn put(page: &str, output: &OutputFile, open: bool, console: &Console) -> Result<usize, Failure> {
+    output.write(page.as_bytes())?;
+    console.note(&format!("{}: {:.2} MB, open it in a browser", output.path().display(), page.len() as f64 / 1e6));
     if open && !opened(output.path()) {
         console.warning("no browser could be started; open the page yourself");
     }

@@ -7,8 +7,8 @@ use std::time::Duration;
 use super::Failure;
 use super::args::{ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, Preview, SliceArgs};
 use crate::job::{
-    Arrangement, Bed, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PlaceRequest, PlanOptions, PlanRequest,
-    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, interrupts,
+    Arrangement, Bed, Error, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest,
+    PlanOptions, PlanRequest, PlanSource, PreviewRequest, SlicingOptions, Source, Standing, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -156,6 +156,36 @@ impl Preview {
     }
 }
 
+/// What a word of `--compare` names: a plan, or a finished file and its plan behind an equals sign.
+fn compared(word: &str) -> (Option<&Path>, &Path) {
+    word.split_once('=').map_or((None, Path::new(word)), |(file, plan)| (Some(Path::new(file)), Path::new(plan)))
+}
+
+impl Preview {
+    /// The files that are read.
+    pub(super) fn read(&self) -> impl Iterator<Item = &Path> {
+        let two = self.compare.iter().flat_map(|word| {
+            let (file, plan) = compared(word);
+            file.into_iter().chain([plan])
+        });
+        let one = [&self.file, &self.plan, &self.plan_ref.model].into_iter().flatten().map(PathBuf::as_path);
+        one.chain(two)
+    }
+
+    /// The two that are shown side by side; none where one is shown.
+    pub(super) fn requests(&self) -> Vec<PreviewRequest> {
+        let request = |word: &String| {
+            let (file, plan) = compared(word);
+            let plan = self.plan_ref.source(plan);
+            match file {
+                Some(file) => PreviewRequest::Program(Source::from(file), plan),
+                None => PreviewRequest::Plan(plan),
+            }
+        };
+        self.compare.iter().map(request).collect()
+    }
+}
+
 impl BedArgs {
     /// The bed: `250x210`, its corner at 0, 0; or from where to where, `-125..125x-105..105`.
     pub(super) fn bed(&self) -> Result<Bed, Failure> {
@@ -179,6 +209,15 @@ impl BedArgs {
 /// The right to write, for a call that reads `inputs`.
 pub(super) fn outputs<'a>(inputs: impl IntoIterator<Item = &'a Path>) -> Outputs {
     Outputs::new(inputs).held_by(|| -> Box<dyn Any> { Box::new(interrupts::held()) })
+}
+
+/// The right to write a picture, where one is asked for.
+pub(super) fn claim_picture(
+    name: &'static str,
+    path: Option<&Path>,
+    outputs: &mut Outputs,
+) -> Result<Option<PictureFile>, Error> {
+    path.map(|path| PictureFile::claim(name, path, outputs)).transpose()
 }
 
 /// The file that a profile's word means; `None` for a shipped name.

@@ -1,7 +1,7 @@
 //! `trunnion support`
 
 use super::args::Support as Verb;
-use super::requests::outputs;
+use super::requests::{claim_picture, outputs};
 use super::{Console, Failure};
 use crate::document;
 use crate::job::{self, SupportOptions, SupportRequest, is_3mf};
@@ -10,7 +10,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     args.output.as_deref().map(is_3mf).transpose()?;
     let mut outputs = outputs([args.model.model.as_path()]);
     let output = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let viewed = args.view.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
     let request = SupportRequest { model: args.model.source()?, options: args.options() };
     let done = job::support(&request, &console.world())?;
     let why_not = done.why_not();
@@ -20,8 +20,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         console.note("nothing overhangs, so no file of supports was written");
     }
     if let Some(viewed) = viewed {
-        let picture = done.view().png().map_err(|e| Failure::Usage(format!("{}: {e}", viewed.path().display())))?;
-        viewed.write(&picture)?;
+        viewed.write(&done.view())?;
     }
     if console.json() {
         console.document(&document::supported(&done));

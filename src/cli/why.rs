@@ -2,16 +2,16 @@
 
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{NoPlan, OutputFile};
+use crate::job::{NoPlan, PictureFile};
 use crate::planning::can_be_helped;
 
 /// Prints reasons and remedies; what no remedy can help is left to the error's own sentence.
-pub(super) fn explain(no: &NoPlan, picture: Option<&OutputFile>, console: &Console) -> Result<(), Failure> {
+pub(super) fn explain(no: &NoPlan, picture: Option<&PictureFile>, console: &Console) -> Result<(), Failure> {
     if !can_be_helped(&no.infeasible) {
         return Ok(());
     }
     if let Some((picture, sheet)) = picture.zip(no.sheet()) {
-        picture.write(sheet.as_bytes())?;
+        picture.write(&sheet)?;
     }
     if console.json() {
         console.document(&document::no_plan(no));

@@ -28,4 +28,4 @@ pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
 pub use printing::{checked, event, own, prepared, rehearsed, rejected, shipped, sliced, verified};
 pub use supported::supported;
-pub use viewed::{page, previewed};
+pub use viewed::{compared, page, page_of_two, previewed};

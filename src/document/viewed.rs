@@ -16,6 +16,22 @@ pub fn page(of: &PreviewResult) -> String {
     view::page(&facts(of).to_string(), &of.packed.bytes)
 }
 
+/// Both pages side by side in one.
+pub fn page_of_two(of: [&PreviewResult; 2]) -> String {
+    view::pair(of.map(|one| (one.file.clone(), page(one))))
+}
+
+/// `trunnion preview --compare`: what was written to `output`, how large it is, and each of the two.
+pub fn compared(output: &str, bytes: usize, of: [&PreviewResult; 2]) -> Value {
+    // Of the file there is one size.
+    let pages = of.map(|one| {
+        let mut document = previewed(output, bytes, one);
+        document["file"] = one.file.as_str().into();
+        document
+    });
+    json!({"output": output, "shows": "two", "bytes": bytes, "pages": pages})
+}
+
 /// `trunnion preview`: what was written to `output`, how large it is, and what verification found.
 pub fn previewed(output: &str, bytes: usize, of: &PreviewResult) -> Value {
     let program = of.scene.program.as_ref();

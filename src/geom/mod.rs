@@ -15,6 +15,7 @@ mod body;
 mod bounds;
 pub mod convex;
 mod frame;
+pub mod nearest;
 mod outline;
 mod random;
 mod sets;

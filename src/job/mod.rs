@@ -29,6 +29,7 @@ mod holding;
 mod load;
 mod orient;
 mod pack;
+mod pictures;
 mod plan;
 mod prepare;
 mod preview;
@@ -65,9 +66,10 @@ pub use pack::{
     BadPacking, Contents, Into as PackInto, MOST_PIECES, PackOptions, PackRequest, PackResult, Piece, Plate, Plates,
     pack,
 };
+pub use pictures::PictureFile;
 pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
-pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show};
+pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
 pub use profile_new::{MadeProfile, NewProfile, QUESTIONS, new_profile, not_there, own_place};
 pub use progress::{Bar, Progress, Silent, Step};

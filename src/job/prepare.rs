@@ -6,8 +6,8 @@ use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
 use super::{
-    Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, RewriteResult,
-    SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
+    Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,
+    RewriteResult, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
 };
 use crate::slicing::Flaw;
 use crate::toolpath::{Input, Segment, SlicedError};
@@ -111,7 +111,10 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     let (slicer, flaws) = (done.slicer, done.flaws);
     // Given back before the replay, which needs room of its own.
     drop(done.sliced);
-    let RewriteResult { gcode, warnings, verify_seconds } = written.verified(&plan.plan, world)?;
+    let RewriteResult { gcode, warnings, verify_seconds } = match written.verified(&plan.plan, world) {
+        Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
+        verified => verified?,
+    };
     seconds.verify = verify_seconds;
     seconds.rewrite = (lap() - verify_seconds).max(0.0);
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));

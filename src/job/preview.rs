@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Source, World, load_plan,
+    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Rejected, Source, World, load_plan,
     load_profile, plan,
 };
 use crate::gcode::marks::made_by;
@@ -120,7 +120,8 @@ fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<Pre
     let bar = world.progress.begin("verifying", 2);
     let start = world.clock.now();
     let workpiece = plan.workpiece();
-    let report = verify(&bytes, &Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
+    let job = Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece };
+    let report = verify(&bytes, &job);
     let seconds_verify = (world.clock.now() - start).as_secs_f64();
     bar.at(1);
     drop(bar);
@@ -154,6 +155,16 @@ pub fn show(
     shown.report = Some(report.clone());
     shown.seconds = (world.clock.now() - start).as_secs_f64();
     Ok(shown)
+}
+
+/// Shows a program that was made and rejected, with what was found; `None` where its plan was not made on the way.
+///
+/// # Errors
+///
+/// [`Error::NoMoves`].
+pub fn show_rejected(file: &str, rejected: &Rejected, world: &World<'_>) -> Result<Option<PreviewResult>, Error> {
+    let shown = |plan| show(file, &rejected.program, plan, &rejected.report, world);
+    rejected.plan.as_ref().map(shown).transpose()
 }
 
 /// A plan, pose by pose, with the program where there is one.

@@ -4,15 +4,16 @@ use std::fmt::Write;
 use std::path::Path;
 use std::str::FromStr;
 
+use super::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
 use super::{BadSetting, Error, ModelSource, World, load_model};
 use crate::geom::{Angle, Bounds, Slot, Vec3, turned_by};
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
-use crate::orient::{Facets, Paint, Picture, view};
 use crate::spelling::{counted, nearest, numbers};
 use crate::support::{
     Bare, Build, Built, Ceiling, Count, Cover, Graph, Grid, Method, Planned, Structure, bare, build, cover,
     longest_free_mm, plan,
 };
+use crate::view::Drawing;
 
 /// A model, and how to support it.
 #[derive(Clone, Debug)]
@@ -142,24 +143,12 @@ impl SupportResult {
         if is_3mf(path)? { Ok(self.threemf()) } else { Ok(self.stl()) }
     }
 
-    /// The parts with their supports in blue.
-    pub fn view(&self) -> Picture {
-        let (mut vertices, mut facets, mut costs) = (Vec::new(), Vec::new(), Vec::new());
-        let solids = self.parts.iter().map(|(_, mesh)| (mesh, 0.0)).chain([(&self.built.mesh, 1.0)]);
-        for (mesh, cost) in solids {
-            let first = vertices.len() as u32;
-            vertices.extend_from_slice(mesh.vertices());
-            for (i, facet) in mesh.facets().iter().enumerate() {
-                // A facet without area is none of the picture's.
-                if mesh.facet_area(i) > 0.0 {
-                    facets.push(facet.map(|k| k + first));
-                    costs.push(cost * mesh.facet_area(i));
-                }
-            }
-        }
-        let all = Facets::of(&TriangleMesh::<Slot>::new(vertices, facets));
-        // What overhangs is held by what was planned: no other supports are drawn.
-        view(&all, &Vec3::z(), Paint::Costs(&costs, Angle::from_deg(90.0)))
+    /// The parts with their supports in blue, from above and from below.
+    pub fn view(&self) -> Drawing {
+        let parts = self.parts.iter().map(|(name, mesh)| coloured(mesh, PART, Some(name.as_str())));
+        let solids = parts.chain([coloured(&self.built.mesh, SUPPORT, None)]).collect();
+        let legend = vec![(PART, "parts"), SUPPORT_WORD];
+        pictures::solids("Parts on their supports", solids, legend, vec![], true).drawing()
     }
 
     /// Whether something wants support, and none of it can have any.

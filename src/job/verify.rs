@@ -34,7 +34,7 @@ impl VerifyResult {
         if report.is_clean() {
             Ok(Verified { program, report: Some(report) })
         } else {
-            Err(Error::Rejected(Box::new(Rejected { report, seconds })))
+            Err(Error::Rejected(Box::new(Rejected { report, seconds, program, plan: None })))
         }
     }
 }
@@ -64,6 +64,10 @@ pub struct Rejected {
     pub report: Report,
     /// What the replay took.
     pub seconds: f64,
+    /// To be looked at; nobody prints it.
+    pub(super) program: Vec<u8>,
+    /// The plan, where it was made on the way.
+    pub(super) plan: Option<CheckedPlan>,
 }
 
 impl std::fmt::Display for Rejected {

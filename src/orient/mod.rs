@@ -38,7 +38,6 @@ mod names;
 mod nelder_mead;
 mod normals;
 mod objective;
-mod picture;
 mod printable;
 mod sight;
 mod sphere;
@@ -51,7 +50,7 @@ mod weighted;
 
 pub use bound::{Cap, Local, Minorant, lower};
 pub use certified::Certified;
-pub use column::{BOUNDED_FACETS, SupportVolumeColumn};
+pub use column::{BOUNDED_FACETS, SupportVolumeColumn, support_columns};
 pub use dips::{laid, overhang_area, turned};
 pub use direct::Direct;
 pub use directions::{Direction, directions};
@@ -66,7 +65,6 @@ pub use names::{BadObjective, OBJECTIVES, Settings, named, nearest, objective};
 pub use nelder_mead::NelderMead;
 pub use normals::{NormalZ, OverhangAngle};
 pub use objective::{Height, Objective, Proof, Staircase, SupportArea};
-pub use picture::{Paint, Picture, landscape, view};
 pub use printable::{
     Footing, Laid, PRINTABLE, Priced, Printable, Process, Recommendation, Role, Runner, STANDS_DEG, Supports, recommend,
 };

@@ -42,7 +42,7 @@ mod thin;
 mod turning;
 mod walk;
 
-pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Report, Rule};
+pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Nearest, Report, Rule};
 
 use crate::geom::Vec3;
 use crate::motion::Pose;
@@ -101,6 +101,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
         counts,
         clearance_mm: walked.clearance,
         clearance_line: walked.clearance_line,
+        clearance_at: walked.clearance_at,
         moves: trace.len(),
         slots: checked.tally.slots(&planned),
         filament_mm: checked.tally.filament,

@@ -9,6 +9,7 @@ use std::cell::Cell;
 use super::hull::Hull;
 use super::material::{LaidBead, Material};
 use crate::geom::convex::{separation, support};
+use crate::geom::nearest::nearest_pair;
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 
 /// Edge of a cell by which beads are found, mm, and how many stand beside each other.
@@ -417,6 +418,40 @@ impl Near {
         let slab = if strangers.table { swept.to_slab(&self.slab, cap).min(cap) } else { cap };
         let earlier = self.earlier.distance(&swept, [slab; 2], usize::MAX, counts);
         self.own.distance(&swept, [earlier; 2], own, counts)
+    }
+
+    /// Where `hull` on the tip's way and the nearest of what it must stay away from (all, or `strangers`), no more than `mm` apart, are
+    /// nearest: a place of each, machine frame, and the origin of the hull's body there. `None` where they meet.
+    pub(super) fn nearest(
+        &self,
+        hull: &Hull,
+        way: &TipWay,
+        mm: f64,
+        strangers: Option<&Strangers<'_>>,
+    ) -> Option<[Vec3; 3]> {
+        let swept = Swept::new(hull, way);
+        let counts = |print: Option<u32>| strangers.is_none_or(|strangers| strangers.counts(print));
+        let own = strangers.map_or(usize::MAX, |strangers| strangers.laid.saturating_sub(self.earlier_beads));
+        let mut least = (mm, None);
+        for (cells, laid) in [(&self.earlier, usize::MAX), (&self.own, own)] {
+            cells.each_pile(&swept, mm, &counts, |pile, _| {
+                for line in pile.laid(laid) {
+                    let bead = &cells.beads[line.bead as usize];
+                    if swept.bound_of_line(line, least.0) < least.0 {
+                        let far = swept.to_bead(bead, least.0);
+                        if far < least.0 {
+                            least = (far, Some(bead));
+                        }
+                    }
+                }
+            });
+        }
+        let table = strangers.is_none_or(|strangers| strangers.table) && swept.to_slab(&self.slab, least.0) < least.0;
+        let bead = if table { None } else { Some(least.1?) };
+        nearest_pair(|d| {
+            let other = bead.map_or_else(|| support(&self.slab, &-d), |bead| bead.support(&-d));
+            [swept.support(d), other, swept.origins.support(d)]
+        })
     }
 
     /// Whether that is less than `mm`.

@@ -88,6 +88,8 @@ pub struct Report {
     pub clearance_mm: f64,
     /// The line with that room; 0 where the cap was never undercut.
     pub clearance_line: u32,
+    /// Where that is, at a fixed pose; `None` while the table turns, where something is hit, and where the cap was never undercut.
+    pub clearance_at: Option<Nearest>,
     /// Moves of any axis.
     pub moves: usize,
     /// Slots in which something was printed.
@@ -97,6 +99,17 @@ pub struct Report {
     /// Time of all moves and dwells at the speeds written or the axes' fastest, whichever is slower; no accelerations,
     /// no heating. `send` counts the same down; a rehearsal's whole time is longer.
     pub seconds_print: f64,
+}
+
+/// Where the head comes nearest to something: two places in the table's frame, mm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Nearest {
+    /// On the head.
+    pub head_mm: [f64; 3],
+    /// On the table, or on what was printed.
+    pub other_mm: [f64; 3],
+    /// How much of the line's move is done then, from 0 to 1.
+    pub share: f64,
 }
 
 /// How many findings of one rule are kept.

@@ -13,7 +13,7 @@ use super::floor::Floor;
 use super::hull::Hull;
 use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
-use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, Rule};
+use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, Nearest, Rule};
 use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
@@ -40,6 +40,7 @@ pub(super) struct Walked {
     pub(super) findings: Findings,
     pub(super) clearance: f64,
     pub(super) clearance_line: u32,
+    pub(super) clearance_at: Option<Nearest>,
 }
 
 /// Walks through `acts`.
@@ -62,7 +63,12 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         setup: None,
         pose: None,
         laying: Laying::new(job.profile.process.bridge_mm),
-        walked: Walked { findings: Findings::default(), clearance: CLEARANCE_CAP_MM, clearance_line: 0 },
+        walked: Walked {
+            findings: Findings::default(),
+            clearance: CLEARANCE_CAP_MM,
+            clearance_line: 0,
+            clearance_at: None,
+        },
         print: None,
         runs: Vec::new(),
     };
@@ -305,10 +311,13 @@ impl Walker<'_> {
         }
     }
 
-    fn note(&mut self, room: f64, line: u32) {
-        if room < self.walked.clearance {
-            (self.walked.clearance, self.walked.clearance_line) = (room, line);
+    /// Whether that is the least so far; where it is, is not known then.
+    fn note(&mut self, room: f64, line: u32) -> bool {
+        let least = room < self.walked.clearance;
+        if least {
+            (self.walked.clearance, self.walked.clearance_line, self.walked.clearance_at) = (room, line, None);
         }
+        least
     }
 
     /// A move at an unknown pose must be above everything at whatever pose.
@@ -402,7 +411,9 @@ impl Walker<'_> {
         let way = TipWay::Line([stroke.from, stroke.to]);
         let room = setup.near.room_to_strangers(&self.material, hull, &way, cap, &strangers);
         if room < cap {
+            let pair = setup.near.nearest(hull, &way, room + FIGURE_MM, Some(&strangers));
             self.note(room, line);
+            self.walked.clearance_at = Nearest::of(pair, (hull, [stroke.from, stroke.to]), &setup.back);
         }
     }
 
@@ -417,7 +428,10 @@ impl Walker<'_> {
         let way = finest.is_finite();
         let room = if way { setup.near.distance(&self.material, piece, &TipWay::Line(ends), cap) } else { 0.0 };
         let room = if room > 0.0 || (!way && bound > 0.0) { room.max(bound) } else { bound.min(0.0) };
-        self.note(room, line);
+        if self.note(room, line) && way && room > 0.0 {
+            let pair = setup.near.nearest(piece.1, &TipWay::Line(ends), room + FIGURE_MM, None);
+            self.walked.clearance_at = Nearest::of(pair, (piece.1, ends), &setup.back);
+        }
         if room <= 0.0 {
             self.hit(piece.1, line, [-room, 0.0]);
         }
@@ -453,4 +467,22 @@ fn least(
     let middle = (a + b) * 0.5;
     let first = least(field, hull, [a, middle], finest, cap, measure);
     least(field, hull, [middle, b], finest, first.min(cap), measure).min(first)
+}
+
+impl Nearest {
+    /// Of a place of a hull on the tip's way and of what is near it, with the origin of the hull's body there; machine frame.
+    fn of(
+        pair: Option<[Vec3; 3]>,
+        (hull, [from, to]): (&Hull, [Vec3; 2]),
+        back: &Rigid<Machine, Table>,
+    ) -> Option<Self> {
+        let [head, other, origin] = pair?;
+        // A ten-thousandth of a millimetre is less than beads are known to.
+        let table = |p: Vec3| <[f64; 3]>::from(back.point(p.into()).at).map(|v| (v * 1e4).round() / 1e4 + 0.0);
+        // A piece that does not follow every axis tells less of the tip; along the others it is where the tip is.
+        let (start, along) = (hull.body.origin_at(&from), hull.body.origin_at(&to) - hull.body.origin_at(&from));
+        let share = (origin - start).dot(&along) / along.norm_squared();
+        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 };
+        Some(Self { head_mm: table(head), other_mm: table(other), share })
+    }
 }

@@ -13,19 +13,34 @@
 //! Units: mm, seconds, degrees in what people read, radians in matrices. This room must not know rules, plans, JSON or files: names
 //! and findings are the document's.
 
+mod drawing;
+mod eye;
+mod frame;
 mod hull;
+mod landscape;
 mod machine;
 mod pack;
 mod page;
 mod program;
+mod regions;
 mod shapes;
+mod sheet;
+mod solids;
+#[cfg(test)]
+mod tests;
 mod text;
 
+pub use drawing::{Anchor, Colour, Drawing, Format, INK, Mark, Picture, width_of};
+pub use eye::Eye;
+pub use frame::{Arrow, Frame, Ghost, JOINT_COLOUR, Side};
 pub use hull::Hull;
+pub use landscape::{Dip, Landscape};
 pub use machine::{Machine, Piece};
-pub use page::page;
+pub use page::{page, pair};
 pub use program::{Place, Program, Style, flag};
 pub use shapes::Shapes;
+pub use sheet::Sheet;
+pub use solids::{Joint, Surface};
 
 use pack::{Column, deflated};
 

@@ -30,6 +30,7 @@ mod orient_sample;
 mod orient_size;
 mod own_settings;
 mod packing;
+mod pictures;
 mod pipeline;
 mod plan_and_prepare;
 mod planning;

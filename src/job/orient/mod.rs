@@ -5,13 +5,15 @@ mod surfaces;
 
 use std::ops::RangeInclusive;
 
+use super::pictures::{Painted, standing};
 use super::{BadSetting, Error, MachineSource, ModelSource, World};
 use crate::geom::{Object, Slot, Vec3};
 use crate::mesh::{TriangleMesh, stl_binary_parts, threemf};
 use crate::orient::{
-    Facets, Footing, Found, Height, Minimum, Objective, PRINTABLE, Paint, Picture, Process, Recommendation, Settings,
-    Staircase, SupportVolumeColumn, landscape, overhang_area, turned, view,
+    Facets, Footing, Found, Height, Minimum, Objective, PRINTABLE, Process, Recommendation, Settings, Staircase,
+    SupportVolumeColumn, overhang_area, to_angles, turned,
 };
+use crate::view::{Dip, Drawing, Landscape};
 use asked::OrientAsked;
 pub(super) use asked::process_of;
 use surfaces::{chosen, meshes};
@@ -200,20 +202,52 @@ impl OrientResult {
         stl_binary_parts(&meshes.iter().map(|(_, mesh)| mesh).collect::<Vec<_>>())
     }
 
-    /// The first objective over all directions, its minima ringed.
-    pub fn landscape(&self, part: &OrientedPart) -> Picture {
-        let facets = Facets::of(&part.mesh);
-        landscape(self.asked.objectives(&facets)[0].as_ref(), &facets, &part.results[0].found.minima)
+    /// The first objective over all directions, its minima numbered.
+    pub fn landscape(&self, part: &OrientedPart) -> Drawing {
+        let (facets, first) = (Facets::of(&part.mesh), &part.results[0]);
+        let objectives = self.asked.objectives(&facets);
+        let objective = objectives[0].as_ref();
+        let dip = |minimum: &Minimum| {
+            let (alpha, beta) = to_angles(&minimum.up);
+            let (kind, [x, y, z]) = (first.kind(minimum), <[f64; 3]>::from(minimum.up).map(tidy));
+            let (alpha, beta, value) = (tidy(alpha.to_degrees()), tidy(beta.to_degrees()), figures(minimum.value));
+            let text = format!("{value} ({kind}) with {x} {y} {z} up: alpha {alpha}, beta {beta} deg");
+            Dip { up: minimum.up, best: first.is_best(minimum), text }
+        };
+        let across = ACROSS[usize::from(objective.proof().budget < QUICK)];
+        let title = format!("{} of part {} by the direction that is up; dark is low", first.objective, part.id);
+        let minima = first.found.minima.iter().map(dip).collect();
+        Landscape { title, value: &|up| objective.value(&facets, up), across, minima }.drawing()
     }
 
     /// A part as its first objective would have it.
-    pub fn view(&self, part: &OrientedPart) -> Picture {
-        let (facets, up) = (Facets::of(&part.mesh), part.results[0].best().up);
+    pub fn view(&self, part: &OrientedPart) -> Drawing {
+        let (facets, first) = (Facets::of(&part.mesh), &part.results[0]);
+        let (best, up) = (first.best(), first.best().up);
         let overhang = self.asked.settings(&facets).overhang;
         let costs = self.asked.objectives(&facets)[0].by_facet(&facets, &up);
-        let paint = costs.as_ref().map_or(Paint::Overhangs(overhang), |costs| Paint::Costs(costs, overhang));
-        view(&facets, &up, paint)
+        let painted = costs.as_ref().map_or(Painted::Overhangs(overhang), |costs| Painted::Costs(costs, overhang));
+        let ([x, y, z], value) = (<[f64; 3]>::from(up).map(tidy), figures(best.value));
+        let hanging = overhang_area(&facets, &up, overhang);
+        let said = format!("part {}: {} {value}, {x} {y} {z} of the file is up", part.id, first.objective);
+        let hangs = format!("{hanging:.1} mm2 overhang more than {} deg from the vertical", overhang.deg());
+        standing(&facets, &up, painted, vec![format!("{said}; {hangs}")]).drawing()
     }
+}
+
+/// Values of a landscape across half of all directions, for quick objectives and for slow ones.
+const ACROSS: [usize; 2] = [150, 44];
+/// An objective that is asked more often than this when it is minimised is quick.
+const QUICK: usize = 10_000;
+
+/// Four decimals, without a zero's sign.
+fn tidy(v: f64) -> f64 {
+    (v * 1e4).round() / 1e4 + 0.0
+}
+
+/// Some six figures.
+fn figures(value: f64) -> String {
+    if value.abs() < 1e5 { tidy(value).to_string() } else { format!("{value:.0}") }
 }
 
 /// Between parts that are written beside each other.

@@ -4,11 +4,12 @@ use std::fmt::Write;
 
 use super::boxes::{UNITS, turn_of};
 use super::{Asked, LoadedModel};
-use crate::geom::{Angle, Bounds, Slot, Vec3};
+use crate::geom::{Bounds, Slot, Vec3};
+use crate::job::pictures::{self, KINDS, coloured};
 use crate::mesh::{TriangleMesh, threemf};
-use crate::orient::{Facets, Paint, Picture, view};
 use crate::pack::{Answer, Ended, Goal, Instance, Lift, Packed, Put, Room, Solid, axis_and_angle, volume};
 use crate::spelling::counted;
+use crate::view::Drawing;
 
 /// A packing that passed the independent test.
 #[derive(Clone, Debug)]
@@ -218,25 +219,22 @@ impl PackResult {
         format!("plate-{:02}.3mf", plate + 1)
     }
 
-    /// All runs beside each other, pieces in two colours.
-    pub fn view(&self) -> Picture {
-        let (mut vertices, mut facets, mut costs) = (Vec::new(), Vec::new(), Vec::new());
+    /// All runs beside each other along X, pieces named and in a few colours.
+    pub fn view(&self) -> Drawing {
         let apart = 1.15 * self.space_mm[0];
+        let mut solids = Vec::new();
         for (run, plate) in self.plates.iter().enumerate() {
             for (index, piece) in plate.pieces.iter().enumerate() {
-                let shade = [1.0, -1.0, 0.5, -0.5, 0.2, -0.2][index % 6];
                 for (_, mesh) in &piece.parts {
-                    let first = vertices.len() as u32;
-                    vertices.extend(mesh.vertices().iter().map(|v| v + Vec3::x() * (run as f64 * apart)));
-                    for (i, facet) in mesh.facets().iter().enumerate().filter(|(i, _)| mesh.facet_area(*i) > 0.0) {
-                        facets.push(facet.map(|k| k + first));
-                        costs.push(shade * mesh.facet_area(i));
-                    }
+                    let mut surface = coloured(mesh, KINDS[index % KINDS.len()], Some(&piece.name));
+                    surface.points.iter_mut().for_each(|p| p.x += run as f64 * apart);
+                    solids.push(surface);
                 }
             }
         }
-        let all = Facets::of(&TriangleMesh::<Slot>::new(vertices, facets));
-        view(&all, &Vec3::z(), Paint::Costs(&costs, Angle::from_deg(90.0)))
+        let [x, y, z] = self.space_mm;
+        let story = format!("{} of {x} x {y} x {z} mm", counted(self.plates.len(), "run"));
+        pictures::solids("Models in their runs", solids, vec![], vec![story], false).drawing()
     }
 
     /// The result for people.

@@ -7,17 +7,19 @@ use std::path::Path;
 
 use super::arrange::{Models, SetUp, arranged};
 use super::load::spanning;
+use super::pictures::{Told, plan_sheet, reasons_sheet};
 use super::{
     ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World,
     load_profile,
 };
-use crate::geom::Vec3;
+use crate::geom::{Angle, Vec3};
 use crate::orient::Direction;
 use crate::planning::{
     self, Infeasible, Options, PartRef, Placement, Plan, Planned, Reason, Remedy, Slot, ThreeAxis, Wish, Workpiece,
-    can_be_helped, layers_matter, plan_anywhere, sheet, sheet_of_reasons, three_axis,
+    can_be_helped, layers_matter, plan_anywhere, three_axis,
 };
 use crate::profile::Profile;
+use crate::view::Drawing;
 use options::PlanAsked;
 pub use options::{PlaceRequest, PlanOptions, Supporting};
 
@@ -62,6 +64,8 @@ pub struct PlanResult {
     pub orient_seconds: f64,
     /// What planning took.
     pub seconds: f64,
+    /// Surfaces up to this angle from the vertical were taken to hold themselves.
+    pub overhang: Angle,
     /// What was done to the model before, in a sentence; for the picture.
     pub story: Option<String>,
     /// The model as it was set up, where that is not as it was read.
@@ -82,9 +86,11 @@ impl PlanResult {
         self
     }
 
-    /// The plan as one picture (SVG), a frame for each pose.
-    pub fn sheet(&self) -> String {
-        sheet(&self.plan.plan, &self.plan.workpiece(), &self.plan.machine.profile, self.story.as_deref())
+    /// The plan as one picture, a frame for each pose.
+    pub fn sheet(&self) -> Drawing {
+        let (workpiece, profile) = (&self.plan.workpiece(), &self.plan.machine.profile);
+        let told = Told { workpiece, profile, overhang: self.overhang };
+        plan_sheet(&self.plan.plan, told, self.story.as_deref()).drawing()
     }
 }
 
@@ -103,6 +109,7 @@ pub struct NoPlan {
     pub model: LoadedModel,
     machine: LoadedProfile,
     base: Placement,
+    overhang: Angle,
 }
 
 /// One thing that stands in a part's way.
@@ -133,11 +140,12 @@ impl NoPlan {
         by.into_values().collect()
     }
 
-    /// The reasons as one picture (SVG); `None` where there are none that can be drawn.
-    pub fn sheet(&self) -> Option<String> {
-        let workpiece = Workpiece::place(&self.model.model, &self.base);
+    /// The reasons as one picture; `None` where there are none that can be drawn.
+    pub fn sheet(&self) -> Option<Drawing> {
+        let workpiece = &Workpiece::place(&self.model.model, &self.base);
+        let told = Told { workpiece, profile: &self.machine.profile, overhang: self.overhang };
         let (reasons, _) = self.reasons();
-        (!reasons.is_empty()).then(|| sheet_of_reasons(reasons, &workpiece, &self.machine.profile))
+        (!reasons.is_empty()).then(|| reasons_sheet(reasons, told).drawing())
     }
 }
 
@@ -189,6 +197,7 @@ pub(super) fn planned_along(
                 model,
                 machine,
                 base,
+                overhang: wanted.overhang,
             })));
         }
     };
@@ -209,6 +218,7 @@ pub(super) fn planned_along(
         moved,
         orient_seconds,
         seconds: seconds(),
+        overhang: wanted.overhang,
         story: None,
         arranged: None,
     })

@@ -65,3 +65,17 @@ impl Objective for SupportVolumeColumn {
             .then(|| Box::new(bound::Free::of(self, facets)) as Box<dyn Local<'a> + 'a>)
     }
 }
+
+/// Upright columns of support along `up`, from facets that `hangs` names down to the part or the bed: their width (mm, `width_mm` unless
+/// that would make more than 4096) and the lower and upper end of each, the part's frame.
+pub fn support_columns(
+    facets: &Facets,
+    up: &Vec3,
+    width_mm: f64,
+    hangs: impl Fn(usize) -> bool,
+) -> (f64, Vec<[Vec3; 2]>) {
+    let raster = Raster::of(facets, up, width_mm);
+    let gaps = raster.gaps().filter(|gap| hangs(gap.above as usize));
+    let ends = gaps.map(|gap| [gap.from, gap.to].map(|z| raster.point(gap.column, z))).collect();
+    (raster.width, ends)
+}

@@ -42,7 +42,7 @@ pub struct Facets {
     /// The corner points, mm, in the mesh's frame.
     pub points: Vec<Vec3>,
     /// The numbers of each facet's corners; empty where facets are known by normal and area alone.
-    pub(super) corners: Vec<[u32; 3]>,
+    pub(crate) corners: Vec<[u32; 3]>,
     normals: OnceLock<Normals>,
     lowest: OnceLock<Lowest>,
     sums: OnceLock<Moments>,
@@ -141,7 +141,7 @@ impl Facets {
     }
 
     /// The radius of a ball about [`middle`](Self::middle) that holds all points, mm.
-    pub(super) fn reach(&self) -> f64 {
+    pub(crate) fn reach(&self) -> f64 {
         let centre = self.middle();
         self.points.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max)
     }
@@ -158,7 +158,7 @@ impl Facets {
     }
 
     /// The sum of `term` over all facets, in one order whatever the number of threads.
-    pub(super) fn sum<T: std::iter::Sum<T> + Send>(&self, term: impl Fn(&Facet) -> T + Sync) -> T {
+    pub(crate) fn sum<T: std::iter::Sum<T> + Send>(&self, term: impl Fn(&Facet) -> T + Sync) -> T {
         chunked(self.each.len(), |range| self.each[range].iter().map(&term).sum())
     }
 }
@@ -212,7 +212,7 @@ impl Normals {
     }
 
     /// The sum of `term(normal, area, index)` over all normals, in one order whatever the number of threads.
-    pub(super) fn sum<T: std::iter::Sum<T> + Send>(&self, term: impl Fn(&Vec3, f64, usize) -> T + Sync) -> T {
+    pub(crate) fn sum<T: std::iter::Sum<T> + Send>(&self, term: impl Fn(&Vec3, f64, usize) -> T + Sync) -> T {
         chunked(self.units.len(), |range| {
             let from = range.start;
             let both = self.units[range.clone()].iter().zip(&self.areas[range]);

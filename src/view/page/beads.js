@@ -4,7 +4,7 @@
 // While something moves on the screen, few longer and higher beads stand for all (`few`): layers are left out, neighbours joined.
 
 const SIDES = 4; // a bead is a diamond in cross-section, shaded as if it were round
-const FEW = 10000; // beads that software draws ten times a second
+const FEW = [10000, 3000]; // beads that software draws ten times a second, and what is drawn where it does not
 const MOST_UPS = 64; // directions of building; what comes beyond is drawn as the last one
 const JOINED_MM = 0.25; // a joined bead leaves its lines by less
 const INSIDE = new Set(['infill', 'inner wall', 'gap']);
@@ -54,20 +54,20 @@ class Beads {
     }
   }
 
-  /** A small set that stands for all: `of` says which move each ends with. */
-  few() {
+  /** A set of `most` that stands for all: `of` says which move each ends with. */
+  few(most) {
     const inside = this.replay.facts.styles.map((style) => INSIDE.has(style[1]));
     for (let step = 1; ;) {
-      const { made, share } = this.fewOf(step, inside);
+      const { made, share } = this.fewOf(step, inside, most);
       if (share === 1) return made;
       // Too many after that share of the moves: so many times fewer layers.
       step = Math.max(step + 1, Math.ceil((step / share) * 0.9));
     }
   }
 
-  /** Every `step`th layer's; or how far it came before there were too many. */
-  fewOf(step, inside) {
-    const { flags, style, place, layers, count } = this.replay, { points, sizes } = this;
+  /** Every `step`th layer's of each print (prints of one setup take turns); or how far it came before there were too many. */
+  fewOf(step, inside, most) {
+    const { flags, style, place, layers, count, facts } = this.replay, { points, sizes } = this, nth = new Map();
     const made = { from: [], to: [], size: [], of: [] };
     let layer = 0, open = -1, reach = 0;
     const close = (last) => {
@@ -79,13 +79,19 @@ class Beads {
       }
       open = -1;
     };
+    // Of a print the how manieth layer this is.
+    const turnOf = (print) => {
+      const own = nth.get(print) ?? { layer: -1, count: -1 };
+      if (own.layer !== layer) nth.set(print, Object.assign(own, { layer, count: own.count + 1 }));
+      return own.count;
+    };
     for (let i = 0; i < count; i++) {
       while (layers[layer + 1] <= i) layer++;
-      const lays = flags[i] & FLAG.lays && sizes[i * 2] && layer % step === 0 && !inside[style[i]];
+      const laid = flags[i] & FLAG.lays && sizes[i * 2] && !inside[style[i]], lays = laid && turnOf(facts.styles[style[i]][0]) % step === 0;
       if (open >= 0 && (!lays || style[i] !== style[open] || place[i] !== place[open] || !this.straight(open, i, reach))) close(i - 1);
       if (lays && open < 0) [open, reach] = [i, 0];
       if (lays) reach = Math.max(reach, i - open);
-      if (made.of.length > FEW && step < this.replay.layers.length) return { share: i / count };
+      if (made.of.length > most && step < this.replay.layers.length) return { share: i / count };
     }
     close(count - 1);
     return { made: this.gathered(made, points), share: 1 };

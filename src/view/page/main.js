@@ -2,12 +2,12 @@
 
 const state = {
   move: 0, share: 1, line: 0, playing: false, speed: 60, table: true, dark: false, travels: false, machine: true, parts: false,
-  oneLayer: false, measuring: false, points: [], mode: 'part', pose: 0, place: null, finding: null, frames: 0, frameMs: 0, whole: 0,
+  oneLayer: false, measuring: false, points: [], mode: 'part', pose: 0, place: null, finding: null, frames: 0, frameMs: 0, whole: 0, slow: false, late: 0,
 };
 const facts = JSON.parse(document.getElementById('facts').textContent);
 const camera = new Camera();
 const byId = (id) => document.getElementById(id);
-let replay = null, beads = null, travels = null, few = null, drawing = null, stuff = null, modes = {}, legend = null;
+let replay = null, beads = null, travels = null, few = null, fewer = null, drawing = null, stuff = null, modes = {}, legend = null;
 let busy = false, again = false, resting = 0, rest = null, costs = 1e-3; // costs: milliseconds a bead, as measured
 
 async function begin() {
@@ -32,6 +32,7 @@ async function begin() {
     return problem(error.message);
   }
   pointer(byId('canvas'));
+  window.addEventListener('message', hearBeside);
   recolour();
   fit();
   seen();
@@ -57,9 +58,9 @@ function upload(shapes) {
   };
   if (!replay) return;
   travels = beads.travels();
-  few = beads.few();
+  [few, fewer] = FEW.map((most) => beads.few(most));
   stuff.beads = drawing.beadSet(beads.points, beads.sizes, beads.colours, 1);
-  stuff.few = drawing.beadSet(few.points, few.sizes, new Uint8Array(few.of.length * 4), 2);
+  [stuff.few, stuff.fewer] = [few, fewer].map((set) => drawing.beadSet(set.points, set.sizes, new Uint8Array(set.of.length * 4), 2));
   stuff.now = drawing.beadSet(new Float32Array(6), new Uint16Array(2), new Uint8Array(4), 2);
   stuff.travels = drawing.buffer(travels.points);
 }
@@ -71,9 +72,11 @@ function recolour() {
   showLegend(legend);
   if (!drawing) return;
   drawing.table('colours', beads.colours, stuff.beads.colours);
-  const colours = new Uint8Array(few.of.length * 4);
-  few.of.forEach((of, i) => colours.set(beads.colours.subarray(of * 4, of * 4 + 4), i * 4));
-  drawing.table('colours', colours, stuff.few.colours);
+  [[few, stuff.few], [fewer, stuff.fewer]].forEach(([set, drawn]) => {
+    const colours = new Uint8Array(set.of.length * 4);
+    set.of.forEach((of, i) => colours.set(beads.colours.subarray(of * 4, of * 4 + 4), i * 4));
+    drawing.table('colours', colours, drawn.colours);
+  });
   invalidate();
 }
 
@@ -99,6 +102,9 @@ const INK = {
   dark: { back: [0.078, 0.094, 0.114], table: [70, 80, 92], grid: [120, 132, 146], head: [150, 165, 182], frame: [140, 130, 155], edge: [200, 212, 224], axis: [108, 180, 255], travel: [190, 160, 255], bad: [255, 138, 128], ghost: [150, 160, 172] },
 };
 const ink = () => (state.dark ? INK.dark : INK.light);
+
+/** The two places of the least clearance, table frame, while its line is shown. */
+const nearest = () => (replay && currentLine() === facts.verify?.clearance_line ? facts.verify.clearance_at : null);
 
 /** The first bead that is shown, and the first that is not. */
 function shownBeads() {
@@ -133,6 +139,8 @@ function drawAfter(at, eye, most = Infinity) {
     const last = above(travels.of, state.move), first = Math.max(0, last - most);
     drawing.lines(stuff.travels, (last - first) * 2, colours.travel, 0.75, eye.table, 2e-6, first * 2);
   }
+  const near = nearest();
+  if (near) drawing.loose([...near.head_mm, ...near.other_mm], colours.bad, 1, eye.table, 0.02);
   if (state.points.length === 2) drawing.loose(state.points.flat(), colours.axis, 1, eye.table, 0.01);
   if (!state.machine) return;
   axes(facts.machine, at.motion).forEach((axis) => drawing.loose(axis.ends.flat(), colours.axis, 0.9, eye.machine));
@@ -163,6 +171,7 @@ function drawParts(eye) {
 /** The quick picture, then the whole one when nothing has changed for a while. */
 function invalidate() {
   if (!drawing) return;
+  tellBeside();
   rest = null;
   clearTimeout(resting);
   again = true;
@@ -181,8 +190,8 @@ async function quick() {
   if (replay && all) {
     drawing.beads(stuff.beads, first, last, beads.ups, eye.table);
   } else if (replay) {
-    const recent = Math.max(first, last - 1500);
-    drawing.beads(stuff.few, above(few.of, first - 1), above(few.of, recent - 1), beads.ups, eye.table);
+    const recent = Math.max(first, last - (state.slow ? 400 : 1500)), { of } = state.slow ? fewer : few;
+    drawing.beads(state.slow ? stuff.fewer : stuff.few, above(of, first - 1), above(of, recent - 1), beads.ups, eye.table);
     drawing.beads(stuff.beads, recent, last, beads.ups, eye.table);
   }
   drawCurrent(at, eye);
@@ -191,6 +200,9 @@ async function quick() {
   await drawing.drawn();
   state.frames += 1;
   state.frameMs = performance.now() - began;
+  // Too slow for ten a second twice: fewer beads from now on; many times faster: more again.
+  state.late = state.frameMs > 90 ? state.late + 1 : 0;
+  if (state.late > 1 || (state.slow && state.frameMs < 12)) [state.slow, state.late] = [state.late > 1, 0];
   if (again) return requestAnimationFrame(quick);
   busy = false;
   resting = setTimeout(() => grow((rest = { next: shownBeads()[0], ms: 0, piece: 12000 })), 140);
@@ -287,7 +299,7 @@ const ready = begin().catch((error) => problem(`this page cannot be shown: ${err
 
 /** For programs that drive the page: where it is, and what it holds. */
 window.trunnion = {
-  ready, state, facts, camera, seek: (move, share) => seek(move, share), seekLine, fit, text: (line) => replay.text(line),
+  ready, state, facts, camera, seek: (move, share) => seek(move, share), seekLine, fit, text: (line) => replay.text(line), invalidate: () => invalidate(), canvas: () => byId('canvas'),
   frame: () => { const { tip, tilt, rotation, motion } = now(); return { tip, tilt, rotation, motion, line: currentLine() }; },
   get replay() { return replay; }, get beads() { return beads; }, get few() { return few; },
 };

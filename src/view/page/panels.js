@@ -44,7 +44,7 @@ function panels() {
   pressed('play', () => play(!state.playing));
   if (!replay) return hideProgram();
   Object.entries(modes).forEach(([id, mode]) => byId('colour').append(new Option(mode.title, id)));
-  // What is not known is said: verification keeps the least clearance and its line, not one for each move.
+  // What is not known is said: verification keeps the least clearance with its line and places, not one for each move.
   byId('colour').append(Object.assign(new Option('Clearance: only the least is known', ''), { disabled: true }));
   byId('colour').addEventListener('change', () => { state.mode = byId('colour').value; recolour(); });
   SPEEDS.forEach((speed) => byId('speed').append(new Option(`${speed} x`, speed, speed === state.speed, speed === state.speed)));
@@ -111,7 +111,7 @@ function findingsList() {
     button.dataset.rule = finding.rule;
   });
   if (verify.clearance_line) {
-    const button = entry(list, () => showPlace(verify.clearance_line), element('span', `line ${verify.clearance_line}: least clearance ${verify.clearance_mm.toFixed(2)} mm`));
+    const button = entry(list, () => showPlace(verify.clearance_line, verify.clearance_at), element('span', `line ${verify.clearance_line}: least clearance ${verify.clearance_mm.toFixed(2)} mm`));
     button.id = 'clearance';
   }
 }
@@ -122,14 +122,15 @@ function showFinding(i) {
   document.querySelectorAll('#findings button').forEach((button, k) => button.setAttribute('aria-current', k === i));
 }
 
-/** Goes to a line, and brings the tip there to the middle. */
-function showPlace(line) {
+/** Goes to a line, and brings the tip there, or what it comes near to, to the middle. */
+function showPlace(line, near = null) {
   play(false);
   seekLine(line);
+  if (near) seek(state.move, near.share, line);
   const at = now();
-  if (!at.tip.includes(null)) {
-    state.place = moved(at.back, at.tip);
-    camera.target = moved(at.fromMachine, at.tip);
+  if (near || !at.tip.includes(null)) {
+    state.place = near ? near.other_mm : moved(at.back, at.tip);
+    camera.target = moved(at.fromTable, state.place);
     camera.distance = Math.min(camera.distance, 160);
   }
   seen();
@@ -158,11 +159,12 @@ function showPose(i) {
   seen();
 }
 
-function setView(table) {
+function setView(table, fits = true) {
   state.table = table;
   byId('view-table').setAttribute('aria-pressed', table);
   byId('view-machine').setAttribute('aria-pressed', !table);
-  fit();
+  if (fits) fit();
+  else invalidate();
 }
 
 const BUTTONS = { travels: 'show-travels', machine: 'show-machine', parts: 'show-parts', oneLayer: 'one-layer', measuring: 'measure' };

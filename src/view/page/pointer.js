@@ -122,6 +122,8 @@ function labels(at) {
   };
   if (state.machine) axes(facts.machine, at.motion).forEach((axis) => put(moved(at.fromMachine, axis.ends[1]), axis.label));
   if (state.place) put(moved(at.fromTable, state.place), '', 'place');
+  const near = nearest();
+  if (near) put(moved(at.fromTable, plus(near.head_mm, plus(near.other_mm, near.head_mm, -1), 0.5)), `${facts.verify.clearance_mm.toFixed(2)} mm`, 'distance near');
   const [a, b] = state.points;
   if (a && !b) put(moved(at.fromTable, a), '+', 'distance');
   if (b) put(moved(at.fromTable, plus(a, plus(b, a, -1), 0.5)), `${Math.hypot(...plus(b, a, -1)).toFixed(2)} mm`, 'distance');

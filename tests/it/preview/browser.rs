@@ -24,6 +24,15 @@ const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
 /// Carries out `steps` on `page`; `None`, aloud, where that cannot be done here.
 fn browse(page: &Path, steps: &[Value]) -> Option<Answers> {
+    browse_after("ready.then(() => 0)", page, steps)
+}
+
+/// The same for a page that is none of ours by itself.
+fn browse_any(page: &Path, steps: &[Value]) -> Option<Answers> {
+    browse_after("0", page, steps)
+}
+
+fn browse_after(first: &str, page: &Path, steps: &[Value]) -> Option<Answers> {
     let program =
         NAMES.into_iter().find(|name| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success()));
     let Some((program, python)) = program.zip(python(&["python3", "python"], "subprocess")) else {
@@ -38,7 +47,7 @@ fn browse(page: &Path, steps: &[Value]) -> Option<Answers> {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let steps: Vec<Value> = std::iter::once(eval("ready.then(() => 0)")).chain(steps.iter().cloned()).collect();
+    let steps: Vec<Value> = std::iter::once(eval(first)).chain(steps.iter().cloned()).collect();
     driver.stdin.take().unwrap().write_all(json!(steps).to_string().as_bytes()).unwrap();
     let run = driver.wait_with_output().unwrap();
     assert!(run.status.success(), "{}: {}", page.display(), said(&run));
@@ -403,4 +412,64 @@ pub(super) fn shows_poses(folder: &Path, plan: &Path, none: &Path) {
         let poses = answers.results[3].as_array().unwrap();
         assert!(!poses.is_empty() && poses.iter().all(|text| !text.as_str().unwrap().is_empty()));
     }
+}
+
+/// Both pages of one are drawn, and where one camera goes the other goes too.
+pub(super) fn shows_both(page: &Path, program: bool) {
+    let both =
+        "const two = () => [...document.querySelectorAll('iframe')].map((frame) => frame.contentWindow.trunnion);";
+    let steps = [
+        eval(&format!(
+            "{both} new Promise((done) => {{ const look = () => two().every((one) => one) ? Promise.all(two().map((one) => one.ready)).then(() => done(2)) : setTimeout(look, 50); look(); }})"
+        )),
+        eval("two().map((one) => one.facts.kind)"),
+        eval(
+            "new Promise((done) => setTimeout(() => { two()[0].camera.yaw = 1.25; two()[0].camera.distance = 333; two()[0].invalidate(); setTimeout(() => done(two().map((one) => [one.camera.yaw, one.camera.distance])), 1500); }, 500))",
+        ),
+        eval(
+            "two().map((one) => { const s = document.createElement('canvas'); Object.assign(s, { width: 120, height: 80 }); const c = s.getContext('2d'); \
+             c.drawImage(one.canvas(), 0, 0, 120, 80); return [...c.getImageData(0, 0, 120, 80).data].filter((_, i) => i % 4 < 3); })",
+        ),
+    ];
+    let Some(answers) = browse_any(page, &steps) else { return };
+    assert_eq!(answers.console, Vec::<Value>::new());
+    assert!(answers.requests.iter().all(|one| {
+        let address = one.as_str().unwrap();
+        address.starts_with("file:///") || address == "about:srcdoc"
+    }));
+    let kind = if program { "program" } else { "plan" };
+    assert_eq!(answers.results[1], json!([kind, kind]));
+    assert_eq!(answers.results[2], json!([[1.25, 333], [1.25, 333]]), "the cameras go together");
+    for pixels in answers.results[3].as_array().unwrap() {
+        assert!(coloured(&bytes(pixels)) > 60, "{} coloured pixels", coloured(&bytes(pixels)));
+    }
+}
+
+/// The entry of the least clearance goes to its line and shows how long the way is, and what is drawn there is drawn nowhere else.
+pub(super) fn draws_the_least_clearance(shown: &Shown) {
+    let red = "(() => { const c = byId('canvas'), g = c.getContext('webgl2'), p = new Uint8Array(c.width * c.height * 4); g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p); \
+               let n = 0; for (let i = 0; i < p.length; i += 4) if (p[i] > 150 && p[i + 1] < 80 && p[i + 2] < 80) n += 1; return n; })()";
+    let steps = [
+        eval(STAGE),
+        eval("state.mode = 'feature'; recolour(); byId('clearance').click(); toggle('machine'); 0"),
+        whole(),
+        eval(
+            "[currentLine(), facts.verify.clearance_line, document.querySelector('#labels .near')?.textContent, facts.verify.clearance_mm.toFixed(2)]",
+        ),
+        eval(red),
+        eval("const kept = facts.verify.clearance_at; facts.verify.clearance_at = null; 0"),
+        whole(),
+        eval(red),
+        eval("facts.verify.clearance_at = kept; seek(0); 0"),
+        whole(),
+        eval("[document.querySelector('#labels .near') === null, nearest()]"),
+    ];
+    let Some(answers) = browse(&shown.page, &steps) else { return };
+    answers.quiet();
+    let at = &answers.results[3];
+    assert_eq!(at[0], at[1]);
+    assert_eq!(at[2], json!(format!("{} mm", at[3].as_str().unwrap())));
+    let [with, without] = [4, 7].map(|i| answers.results[i].as_u64().unwrap());
+    assert!(with > without, "{with} red pixels with the line, {without} without");
+    assert_eq!(answers.results[10], json!([true, null]));
 }

@@ -284,6 +284,95 @@ fn a_plan_alone_and_the_lack_of_one_are_shown() {
     browser::shows_poses(folder.path(), &page, &none);
 }
 
+/// Two plans, and two finished files, in one page.
+#[test]
+fn two_are_shown_side_by_side() {
+    let (one, other) = (Shown::of("two-boxes"), Shown::of("y-tree"));
+    let page = one.folder.path().join("both.html");
+    let word = |shown: &Shown| format!("{}={}", shown.program.display(), shown.plan.display());
+    let plans = [one.plan.display().to_string(), other.plan.display().to_string()];
+    for (words, kind) in [([word(&one), word(&other)], "program"), (plans, "plan")] {
+        let mut run = trunnion();
+        let run = run.args(["preview", "--json", "--compare"]).args(&words).arg("-o").arg(&page).output().unwrap();
+        assert!(run.status.success(), "{}", said(&run));
+        let document: Value = serde_json::from_slice(&run.stdout).unwrap();
+        assert_eq!(document["shows"], "two");
+        assert_eq!(document["bytes"], std::fs::metadata(&page).unwrap().len());
+        let shows = document["pages"].as_array().unwrap().iter().map(|one| one["shows"].as_str().unwrap());
+        assert_eq!(shows.collect::<Vec<_>>(), [kind; 2]);
+        browser::shows_both(&page, kind == "program");
+    }
+    let refused = |words: &[&str], wanted: &str| {
+        let run = trunnion().args(["preview", "--compare"]).args(words).args(["-o", "x.html"]).output().unwrap();
+        assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+        assert!(said(&run).contains(wanted), "{}", said(&run));
+    };
+    refused(&["a.json"], "--compare");
+    refused(&["gone.json", "gone.json"], "there is no such file");
+    refused(&["a.json", "b.json", "--plan", "c.json"], "cannot be used with");
+}
+
+/// A file that verification rejects is not written, but it can be looked at.
+#[test]
+fn what_prepare_rejects_is_shown_and_not_written() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    // The built-in slicer's temperature is beyond what this nozzle may be asked for.
+    std::fs::write(at("cool.toml"), "extends = \"generic-ac\"\n[link]\nmax_nozzle_c = 150.0\n").unwrap();
+    let mut run = trunnion();
+    run.args(["prepare", &fixture("cube"), "--slicer", "builtin", "-m"]).arg(at("cool.toml"));
+    let run = run.arg("-o").arg(at("out.gcode")).arg("--preview").arg(at("view.html")).output().unwrap();
+    assert_eq!(run.status.code(), Some(1), "{}", said(&run));
+    assert!(said(&run).contains("no file was written"), "{}", said(&run));
+    assert!(!at("out.gcode").exists(), "what was rejected is there to be printed");
+    let page = Page::read(std::fs::read_to_string(at("view.html")).unwrap());
+    let findings = page.facts["verify"]["findings"].as_array().unwrap();
+    assert!(!findings.is_empty() && findings.iter().all(|one| one["rule"] == "heat"), "{findings:?}");
+    assert!(page.facts["program"]["moves"].as_u64().unwrap() > 1000);
+}
+
+/// The line between the two nearest places is as long as the clearance, one end on the table or in what was laid.
+#[test]
+fn the_least_clearance_has_its_two_places() {
+    for name in ["y-tree", "candelabrum"] {
+        let shown = Shown::of(name);
+        let facts = shown.read().facts;
+        let verify = &facts["verify"];
+        let near = &verify["clearance_at"];
+        let place = |key: &str| Vec3::from_fn(|i, _| near[key][i].as_f64().unwrap());
+        let (head, other) = (place("head_mm"), place("other_mm"));
+        let (length, least) = ((head - other).norm(), verify["clearance_mm"].as_f64().unwrap());
+        assert!((length - least).abs() < 0.02, "{name}: {length} mm between them for {least} mm");
+        // By other code: what stands there is the table or a corner, edge or face of a part, but for half a line.
+        let (bytes, plan) = (std::fs::read(fixture(name)).unwrap(), std::fs::read(&shown.plan).unwrap());
+        let model = read_model(&bytes, "x.stl", &ReadOptions::default()).unwrap();
+        let plan: Value = serde_json::from_slice(&plan).unwrap();
+        let origin = Vec3::from_fn(|i, _| plan["placement"]["origin_mm"][i].as_f64().unwrap());
+        let away = |mesh: &TriangleMesh| {
+            let facets = 0..mesh.facets().len();
+            facets.map(|i| from_triangle(mesh.corners(i).map(|c| c + origin), other)).fold(f64::INFINITY, f64::min)
+        };
+        let part = model.parts.iter().map(|part| away(&part.mesh)).fold(f64::INFINITY, f64::min);
+        assert!(part < 0.5 || other.z.abs() < 1e-3, "{name}: {part} mm from all parts, {} above the table", other.z);
+        assert!((0.0..=1.0).contains(&near["share"].as_f64().unwrap()));
+        browser::draws_the_least_clearance(&shown);
+    }
+}
+
+/// By sampling: good to a hundredth of the triangle.
+fn from_triangle([a, b, c]: [Vec3; 3], p: Vec3) -> f64 {
+    let steps = 40;
+    let places = (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| (i, j)));
+    let at =
+        |(i, j): (i32, i32)| a + (b - a) * f64::from(i) / f64::from(steps) + (c - a) * f64::from(j) / f64::from(steps);
+    let reach = [a, b, c].iter().map(|corner| (corner - a).norm()).fold(0.0, f64::max);
+    if (a - p).norm() > reach + 2.0 {
+        f64::INFINITY
+    } else {
+        places.map(|one| (at(one) - p).norm()).fold(f64::INFINITY, f64::min)
+    }
+}
+
 #[test]
 fn what_cannot_be_shown_is_refused_with_a_reason() {
     let shown = Shown::of("two-boxes");

@@ -1,0 +1,92 @@
+//! Sheets, views and landscapes as the command writes them: committed ones, the three formats, and names that say none.
+
+use std::path::Path;
+
+use crate::pipeline::fixture;
+use crate::support::{folder, root, said, trunnion};
+
+/// What the README of the fixtures shows, and how it is made; the code that the command ends with.
+const SHEETS: [(&str, &[&str], i32); 5] = [
+    ("bar-beside-post", &["generic-ac", "--slots", "only-single"], 0),
+    ("between-towers", &["generic-ac", "--slots", "only-single"], 0),
+    ("under-the-gantry", &["fibr3d", "--slots", "only-single"], 0),
+    ("caged", &["generic-ac"], 1),
+    ("hook", &["generic-ac", "--no-remedies"], 1),
+];
+
+fn sheet(name: &str, words: &[&str], to: &Path, code: i32) -> Vec<u8> {
+    let mut run = trunnion();
+    run.args(["plan", &fixture(name), "-q", "-m"]).args(words).arg("--sheet").arg(to);
+    let run = run.output().unwrap();
+    assert_eq!(run.status.code(), Some(code), "{name}: {}", said(&run));
+    std::fs::read(to).unwrap()
+}
+
+/// UPDATE_FIXTURES=1 writes them anew; look at them before they are committed.
+#[test]
+fn sheets_are_as_they_were_when_they_were_looked_at() {
+    let folder = folder();
+    for (name, words, code) in SHEETS {
+        let drawn = sheet(name, words, &folder.path().join(format!("{name}.svg")), code);
+        let kept = root().join(format!("fixtures/{name}.svg"));
+        if std::env::var_os("UPDATE_FIXTURES").is_some() {
+            std::fs::write(&kept, &drawn).unwrap();
+        }
+        assert!(drawn == std::fs::read(&kept).unwrap(), "{name}: another picture than the committed one");
+        let text = String::from_utf8(drawn).unwrap();
+        assert!(text.len() < 150_000, "{name}: {} bytes", text.len());
+        for wanted in [">table</text>", "mm</text>", ">X</text>", ">Z</text>"] {
+            assert!(text.contains(wanted), "{name}: no {wanted}");
+        }
+    }
+}
+
+#[test]
+fn a_picture_is_what_its_name_ends_with() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    for (ending, start) in [("svg", &b"<svg "[..]), ("PNG", b"\x89PNG\r\n\x1a\n"), ("pdf", b"%PDF-1.4\n")] {
+        let drawn = sheet("two-boxes", &["generic-ac"], &at(&format!("sheet.{ending}")), 0);
+        assert!(drawn.starts_with(start), "{ending}");
+        let [view, land] = ["view", "land"].map(|name| at(&format!("{name}.{ending}")));
+        let mut run = trunnion();
+        run.args(["orient", &fixture("two-boxes"), "--whole", "--objective", "height", "--budget", "300", "--view"]);
+        let run = run.arg(&view).arg("--landscape").arg(&land).output().unwrap();
+        assert!(run.status.success(), "{}", said(&run));
+        assert!([view, land].iter().all(|file| std::fs::read(file).unwrap().starts_with(start)), "{ending}");
+    }
+    let tree = fixture("y-tree");
+    let verbs: [&[&str]; 6] = [
+        &["plan", &tree, "-m", "generic-ac", "--sheet"],
+        &["prepare", &tree, "-m", "generic-ac", "-o", "x.gcode", "--sheet"],
+        &["orient", &tree, "--view"],
+        &["orient", &tree, "--landscape"],
+        &["support", &tree, "--view"],
+        &["pack", &tree, "--space", "200,200,200", "--view"],
+    ];
+    for args in verbs {
+        for name in ["picture.gif", "picture", "picture.svgz"] {
+            let run = trunnion().args(args).arg(at(name)).current_dir(folder.path()).output().unwrap();
+            assert_eq!(run.status.code(), Some(2), "{args:?} {name}: {}", said(&run));
+            let text = String::from_utf8_lossy(&run.stderr);
+            assert!(text.contains("written are .svg, .png, .pdf; end the name so"), "{args:?} {name}: {text}");
+            assert!(!at(name).exists() && !at("x.gcode").exists(), "{args:?} {name}");
+        }
+    }
+}
+
+/// What the picture says is what the objective is: the landscape of a height has its ends in the bar.
+#[test]
+fn a_landscape_has_degrees_a_bar_and_its_minima_in_words() {
+    let folder = folder();
+    let land = folder.path().join("land.svg");
+    let mut run = trunnion();
+    run.args(["orient", &fixture("cube"), "--objective", "height", "-q", "--landscape"]).arg(&land);
+    assert!(run.output().unwrap().status.success());
+    let text = std::fs::read_to_string(&land).unwrap();
+    // A cube of 20 mm: at least 20, at most its diagonal of 34.64 mm.
+    for wanted in [">20.00<", ">34.6", ">0 +X<", ">270 -Y<", ">30<", ">60<", ">+Z up<", ">-Z up<", "20 (global) with"] {
+        assert!(text.contains(wanted), "no {wanted:?}");
+    }
+    assert_eq!(text.matches("(global)").count(), 6, "the six faces");
+}
