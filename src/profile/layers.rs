@@ -12,16 +12,28 @@ use crate::spelling;
 pub(super) const DEFAULTS: (&str, &str) =
     ("firmware-profiles/defaults.toml", include_str!("../../firmware-profiles/defaults.toml"));
 
+/// A profile that is shipped: name, where it is kept, text.
+macro_rules! shipped {
+    ($name:literal) => {
+        (
+            $name,
+            concat!("firmware-profiles/", $name, ".toml"),
+            include_str!(concat!("../../firmware-profiles/", $name, ".toml")),
+        )
+    };
+}
+
 /// The shipped profiles: name, where it is kept, text.
-pub const SHIPPED: [(&str, &str, &str); 4] = [
-    ("fibr3d", "firmware-profiles/fibr3d.toml", include_str!("../../firmware-profiles/fibr3d.toml")),
-    ("generic-ac", "firmware-profiles/generic-ac.toml", include_str!("../../firmware-profiles/generic-ac.toml")),
-    (
-        "linuxcnc-xyzac-trt",
-        "firmware-profiles/linuxcnc-xyzac-trt.toml",
-        include_str!("../../firmware-profiles/linuxcnc-xyzac-trt.toml"),
-    ),
-    ("open5x-prusa", "firmware-profiles/open5x-prusa.toml", include_str!("../../firmware-profiles/open5x-prusa.toml")),
+pub const SHIPPED: [(&str, &str, &str); 9] = [
+    shipped!("fibr3d"),
+    shipped!("fractal-5-pro"),
+    shipped!("generic-ac"),
+    shipped!("linuxcnc-xyzac-trt"),
+    shipped!("linuxcnc-xyzbc-trt"),
+    shipped!("open5x-prusa"),
+    shipped!("open5x-voron0"),
+    shipped!("pentos"),
+    shipped!("trident-5-axis"),
 ];
 
 /// Keys that may be absent, and so are not in the defaults.

@@ -157,6 +157,23 @@ fn the_shipped_linuxcnc_profile_is_its_sample_configuration() {
 }
 
 #[test]
+fn the_shipped_linuxcnc_profile_about_y_is_its_sample_configuration() {
+    let (file, text) = shipped("linuxcnc-xyzbc-trt").unwrap();
+    let table = resolve(file, text).unwrap().0.kinematics();
+    let mut numbers = Numbers::seeded(6);
+    for _ in 0..1000 {
+        let (p, b, c) = (numbers.triple(100.0), numbers.between(-100.0, 50.0), numbers.between(-3600.0, 3600.0));
+        let got = at_words(&table, b, c).point(Point::from(Vec3::from(p)));
+        // xyzbc-trt.ini: rot-points 0, x-offset -20, z-offset -15; conventional-directions is not set.
+        assert_close(
+            &got.at,
+            xyzbc_inverse(p, b, c, [0.0; 3], [-20.0, -15.0], [-1.0, -1.0]),
+            &format!("{p:?} B{b} C{c}"),
+        );
+    }
+}
+
+#[test]
 fn directions_and_zeros_of_a_profile_reach_the_chain() {
     let text = "extends = \"linuxcnc-xyzac-trt\"\n\
                 [kinematics.tilt]\ndirection = -1\nzero_deg = 5.0\n\

@@ -18,6 +18,7 @@ mod real;
 #[cfg(unix)]
 mod reentry;
 mod second_resume;
+mod shipped;
 mod transcripts;
 #[cfg(unix)]
 mod two_printers;
