@@ -14,6 +14,7 @@ mod fit;
 mod grid;
 mod march;
 mod outline;
+mod overlap;
 pub mod polygons;
 pub mod simplify;
 

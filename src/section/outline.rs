@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::grid::{Nearest, Point, Segment, Segments};
+use super::overlap;
 
 /// Distances beyond this are not told apart, mm: wider than any line, and the search stays among neighbours.
 const CAP_MM: f64 = 2.0;
@@ -19,6 +20,13 @@ pub struct Section {
 
 impl Section {
     pub(super) fn new(segments: Vec<Segment>) -> Self {
+        let section = Self::of(segments);
+        let overlaps = section.winding.iter().any(|turns| *turns > 1) || overlap::cross(&section.segments);
+        // Curves that are not closed are told as they are.
+        overlaps.then(|| overlap::enclosed(section.segments.all())).flatten().map_or(section, Self::of)
+    }
+
+    fn of(segments: Vec<Segment>) -> Self {
         let segments = Segments::new(segments);
         let mut section = Self { winding: Vec::new(), segments };
         section.wind();
@@ -45,7 +53,7 @@ impl Section {
         self.segments().iter().map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
     }
 
-    /// What the outline encloses, mm²; where shells overlap it counts twice.
+    /// What the outline encloses, mm².
     pub fn area(&self) -> f64 {
         let origin = self.bounds()[0];
         let cross =

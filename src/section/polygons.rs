@@ -31,6 +31,11 @@ pub fn wound(contours: &[Contour]) -> Region {
     Overlay::from_subj(contours).overlay(OverlayRule::Subject, FillRule::NonZero)
 }
 
+/// The same, but only where they wind anticlockwise.
+pub fn positive(contours: &[Contour]) -> Region {
+    Overlay::from_subj(contours).overlay(OverlayRule::Subject, FillRule::Positive)
+}
+
 /// `a` without `b`.
 pub fn minus(a: &Region, b: &Region) -> Region {
     if a.is_empty() || b.is_empty() {

@@ -171,7 +171,7 @@ pub(super) fn executed(log: &Path) -> Vec<String> {
 }
 
 #[track_caller]
-fn assert_same(wanted: &[String], executed: &[String]) {
+pub(super) fn assert_same(wanted: &[String], executed: &[String]) {
     let first = wanted.iter().zip(executed).position(|(w, e)| w != e);
     assert!(
         wanted == executed,

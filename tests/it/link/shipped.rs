@@ -4,7 +4,7 @@ use std::path::Path;
 
 use trunnion::profile::{SHIPPED, resolve};
 
-use super::real::{executed, output, simulate, wanted};
+use super::real::{assert_same, executed, output, simulate, wanted};
 use crate::support::{folder, note, root, said, trunnion};
 
 /// A part that stands and one that leans on it: the table turns, tilts and goes back.
@@ -29,7 +29,9 @@ fn each_shipped_machine_prints_a_file_that_verifies() {
         let _printer = simulate(&link, Path::new(name), &["--speed", "max", "--log", log.to_str().unwrap()]);
         let done = output(trunnion().arg("send").arg(&out).arg("--plan").arg(&plan).arg("--port").arg(&link));
         assert!(done.status.success(), "{name}: {}", said(&done));
-        assert_eq!(executed(&log), wanted(&out), "{name}: what was printed is what was verified");
+        // The sender waits for the last move by itself as well.
+        let wanted: Vec<String> = wanted(&out).into_iter().filter(|line| line != "M400").collect();
+        assert_same(&wanted, &executed(&log));
         note(&format!("{name}: {} lines printed", program.lines().count()));
     }
 }

@@ -1,0 +1,114 @@
+//! Outlines that cross each other or lie within each other, as where limbs of a model run into one another: what they enclose together.
+//!
+//! The side of a point is told by the nearest segment, and its distance is that from it: neither is right where that segment lies within
+//! another shell. Such a cut, rare, is made anew as the border of all that is wound around at least once, on the grid of [`polygons`].
+
+use std::collections::HashMap;
+
+use super::grid::{Point, Segment, Segments};
+use super::polygons::{self, UNITS_PER_MM, units};
+
+/// Twice the area of a triangle that may as well be a line, mm².
+const UNSURE: f64 = 1e-9;
+
+/// Whether two of the segments cross.
+pub(super) fn cross(segments: &Segments) -> bool {
+    let [columns, rows] = segments.count();
+    let mut here: Vec<Segment> = Vec::new();
+    (0..columns * rows).any(|cell| {
+        here.clear();
+        here.extend(segments.members(cell));
+        here.iter().enumerate().any(|(k, one)| here[k + 1..].iter().any(|other| crosses(*one, *other)))
+    })
+}
+
+/// The border of what closed curves of segments wind around at least once, material to the left; `None` where they are not closed.
+pub(super) fn enclosed(segments: &[Segment]) -> Option<Vec<Segment>> {
+    let contours = contours(segments)?;
+    let border = polygons::positive(&contours);
+    let mm = |p: &polygons::Point| [f64::from(p.x) / UNITS_PER_MM, f64::from(p.y) / UNITS_PER_MM];
+    let mut all = Vec::new();
+    for ring in border.iter().flatten() {
+        let next = ring.iter().cycle().skip(1);
+        all.extend(ring.iter().zip(next).map(|(a, b)| [mm(a), mm(b)]));
+    }
+    Some(all)
+}
+
+/// The closed curves, on the grid. Segments follow each other where they meet to the last bit.
+fn contours(segments: &[Segment]) -> Option<Vec<polygons::Contour>> {
+    let key = |p: Point| p.map(|v| (v + 0.0).to_bits());
+    let mut from: HashMap<[u64; 2], Vec<usize>> = HashMap::new();
+    segments.iter().enumerate().for_each(|(k, segment)| from.entry(key(segment[0])).or_default().push(k));
+    let mut contours = Vec::new();
+    for first in 0..segments.len() {
+        let start = key(segments[first][0]);
+        if !from.get_mut(&start).is_some_and(|there| take(there, first)) {
+            continue;
+        }
+        let (mut contour, mut at) = (Vec::new(), first);
+        loop {
+            let [here, next] = segments[at];
+            contour.push(polygons::Point::new(units(here[0]), units(here[1])));
+            if key(next) == start {
+                break;
+            }
+            at = from.get_mut(&key(next))?.pop()?;
+        }
+        contours.push(contour);
+    }
+    Some(contours)
+}
+
+/// Takes `one` out; whether it was there.
+fn take(of: &mut Vec<usize>, one: usize) -> bool {
+    of.iter().position(|there| *there == one).map(|place| of.swap_remove(place)).is_some()
+}
+
+/// Whether two segments cross each other, not at an end.
+fn crosses([a, b]: Segment, [p, q]: Segment) -> bool {
+    let beside =
+        |axis: usize| a[axis].max(b[axis]) < p[axis].min(q[axis]) || p[axis].max(q[axis]) < a[axis].min(b[axis]);
+    if beside(0) || beside(1) {
+        return false;
+    }
+    let side = |from: Point, to: Point, at: Point| {
+        (to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0])
+    };
+    let apart = |one: f64, other: f64| one > UNSURE && other < -UNSURE || one < -UNSURE && other > UNSURE;
+    apart(side(a, b, p), side(a, b, q)) && apart(side(p, q, a), side(p, q, b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Section;
+    use super::*;
+
+    /// A rectangle, anticlockwise.
+    fn rectangle([x0, y0]: Point, [x1, y1]: Point) -> Vec<Segment> {
+        let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
+        (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
+    }
+
+    #[test]
+    fn where_shells_overlap_there_is_no_border() {
+        // Two that overlap by 0.07 mm, as the legs of a scanned animal; and one within the other.
+        for second in [[[9.93, 2.0], [20.0, 8.0]], [[3.0, 2.0], [7.0, 8.0]]] {
+            let both = Section::new([rectangle([0.0; 2], [10.0; 2]), rectangle(second[0], second[1])].concat());
+            for (p, distance) in
+                [([9.95, 5.0], None), ([5.0, 5.0], None), ([5.0, 0.5], Some(-0.5)), ([5.0, -0.3], Some(0.3))]
+            {
+                let found = both.signed_distance(p);
+                match distance {
+                    Some(wanted) => assert!((found - wanted).abs() < 1e-3, "{p:?}: {found}"),
+                    None => assert!(found < -0.04, "{p:?}: {found}"),
+                }
+            }
+            let area_mm2 = if second[0][0] > 9.0 { 160.0 } else { 100.0 };
+            assert!((both.area() - area_mm2).abs() < 1e-2, "{}", both.area());
+        }
+        // What only touches stays as it is, to the bit.
+        let apart = [rectangle([0.0; 2], [10.0; 2]), rectangle([10.0, 0.0], [20.0, 10.0])].concat();
+        assert_eq!(Section::new(apart.clone()).segments(), apart);
+    }
+}
