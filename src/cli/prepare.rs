@@ -74,6 +74,9 @@ fn work(
         let shown = job::show_rejected(&args.output.display().to_string(), no, &console.world())?;
         shown.map(|shown| preview::write(&shown, page, args.open, console)).transpose()?;
     }
+    if matches!(done, Err(job::Error::Rejected(_))) && !["auto", "builtin"].contains(&args.slicing.slicer.as_str()) {
+        console.note("--preview VIEW.html shows what the slicer laid there; --slicer builtin lays other lines");
+    }
     let done = match done {
         Err(job::Error::NoPlan(_)) => plan::explained(done, None, console)?,
         done => verify::explained(done, console)?,

@@ -9,7 +9,7 @@ use super::{
     Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,
     RewriteResult, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
 };
-use crate::slicing::Flaw;
+use crate::slicing::{BuiltIn, Flaw, Slicer, SlicerChoice};
 use crate::toolpath::{Input, Segment, SlicedError};
 
 /// A model and a machine, and how to bring them together.
@@ -104,22 +104,49 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     seconds.plan = (lap() - seconds.orient).max(0.0);
     world.progress.reached(Step::Planned(&plan));
     let prints = Prints::of(&plan.plan, request.slicing.bed);
-    let done = slice_by(slicer.as_ref(), &prints, &plan.plan, world)?;
-    seconds.slice = lap();
-    world.progress.reached(Step::Sliced(&done));
-    let written = rewrite_all(&done.sliced, &prints, &plan, world)?;
-    let (slicer, flaws) = (done.slicer, done.flaws);
-    // Given back before the replay, which needs room of its own.
-    drop(done.sliced);
-    let RewriteResult { gcode, warnings, verify_seconds } = match written.verified(&plan.plan, world) {
-        Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
-        verified => verified?,
+    let chosen_by_us = request.slicing.slicer == SlicerChoice::Auto && request.slicing.configs.is_empty();
+    let proved = match Proved::of(slicer.as_ref(), &prints, &plan, world) {
+        Err(Error::Rejected(no)) if chosen_by_us && slicer.name() != BuiltIn.name() => {
+            let name = slicer.name();
+            world
+                .progress
+                .warning(&format!("{name} lays what is refused ({no}); sliced by the built-in slicer instead"));
+            Proved::of(&BuiltIn, &prints, &plan, world)
+        }
+        proved => proved,
     };
-    seconds.verify = verify_seconds;
-    seconds.rewrite = (lap() - verify_seconds).max(0.0);
+    let Proved { rewritten, slicer, flaws, slice_seconds } = match proved {
+        Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
+        proved => proved?,
+    };
+    let RewriteResult { gcode, warnings, verify_seconds } = rewritten;
+    (seconds.slice, seconds.verify) = (slice_seconds, verify_seconds);
+    seconds.rewrite = (lap() - slice_seconds - verify_seconds).max(0.0);
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(of_slicer).chain(warnings).collect();
     Ok(PrepareResult { gcode, planned: plan, cut, held, slicer, flaws, warnings, seconds })
+}
+
+/// Prints that were sliced, rewritten and proved.
+struct Proved {
+    rewritten: RewriteResult,
+    slicer: SlicerName,
+    flaws: Vec<(String, Flaw)>,
+    slice_seconds: f64,
+}
+
+impl Proved {
+    fn of(slicer: &dyn Slicer, prints: &Prints, plan: &PlanResult, world: &World<'_>) -> Result<Self, Error> {
+        let start = world.clock.now();
+        let done = slice_by(slicer, prints, &plan.plan, world)?;
+        let slice_seconds = (world.clock.now() - start).as_secs_f64();
+        world.progress.reached(Step::Sliced(&done));
+        let written = rewrite_all(&done.sliced, prints, plan, world)?;
+        let (slicer, flaws) = (done.slicer, done.flaws);
+        // Given back before the replay, which needs room of its own.
+        drop(done.sliced);
+        Ok(Self { rewritten: written.verified(&plan.plan, world)?, slicer, flaws, slice_seconds })
+    }
 }
 
 /// One print a file.

@@ -4,6 +4,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
+use trunnion::fixtures::solid_box;
+use trunnion::geom::Vec3;
+use trunnion::mesh::stl_binary;
 
 use crate::support::{folder, installed, note, root, said, skip, trunnion};
 
@@ -102,6 +105,32 @@ fn the_small_fixtures_are_prepared_and_verified_with_slic3r() {
         return skip("slic3r is not installed (apt-get install slic3r)");
     }
     ["cube", "two-boxes", "y-tree"].iter().for_each(|name| prepare_with(name, "slic3r"));
+}
+
+#[test]
+fn what_a_slicer_that_nobody_asked_for_lays_wrongly_is_sliced_by_the_built_in_one() {
+    if !installed("prusa-slicer") {
+        return skip("prusa-slicer is not installed (apt-get install prusa-slicer)");
+    }
+    // Too small for PrusaSlicer's whole lines.
+    let folder = folder();
+    let (model, out) = (folder.path().join("tiny.stl"), folder.path().join("tiny.gcode"));
+    let tiny = solid_box(Vec3::zeros(), Vec3::repeat(1.0));
+    std::fs::write(&model, stl_binary(&tiny)).unwrap();
+    let run = |more: &[&str]| {
+        trunnion()
+            .arg("prepare")
+            .arg(&model)
+            .args(["--unit", "mm", "-m", "generic-ac", "-o"])
+            .arg(&out)
+            .args(more)
+            .output()
+            .unwrap()
+    };
+    let done = run(&[]);
+    assert!(done.status.success() && said(&done).contains("sliced by the built-in slicer instead"), "{}", said(&done));
+    let asked = run(&["--slicer", "prusa-slicer"]);
+    assert!(!asked.status.success() && said(&asked).contains("--slicer builtin lays other lines"), "{}", said(&asked));
 }
 
 #[test]

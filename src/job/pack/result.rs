@@ -1,6 +1,7 @@
 //! What a packing comes to: plates with their pieces, as values, text, files and a picture.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use super::boxes::{UNITS, turn_of};
 use super::{Asked, LoadedModel};
@@ -226,7 +227,8 @@ impl PackResult {
         for (run, plate) in self.plates.iter().enumerate() {
             for (index, piece) in plate.pieces.iter().enumerate() {
                 for (_, mesh) in &piece.parts {
-                    let mut surface = coloured(mesh, KINDS[index % KINDS.len()], Some(&piece.name));
+                    let name = Path::new(&piece.name).file_stem().and_then(|stem| stem.to_str());
+                    let mut surface = coloured(mesh, KINDS[index % KINDS.len()], name.or(Some(&piece.name)));
                     surface.points.iter_mut().for_each(|p| p.x += run as f64 * apart);
                     solids.push(surface);
                 }
