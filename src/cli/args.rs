@@ -92,7 +92,7 @@ pub(super) struct ArrangeArgs {
     /// More models for the same table; MODEL*3 for three of one
     #[arg(value_name = "MODEL[*COUNT]")]
     pub(super) more: Vec<String>,
-    /// Direction of the file that is up, or auto: as `trunnion orient` recommends [default: as drawn]
+    /// Direction of the file that is up, or auto: as `trunnion orient` recommends for printing whole, on supports [default: as drawn]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
     pub(super) up: Option<Standing>,
     /// Stand the model on this part's largest face below which there is nothing

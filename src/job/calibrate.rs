@@ -49,7 +49,7 @@ const MOST: [f64; 2] = [3.0, 1000.0];
 ///
 /// What cannot be read, [`Error::Touches`], and [`Error::Calibration`] where the touches do not tell everything.
 pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<CalibrateResult, Error> {
-    within("tolerance", request.options.tolerance_mm, " mm", TOLERANCES_MM)?;
+    BadSetting::within("tolerance", request.options.tolerance_mm, " mm", TOLERANCES_MM)?;
     let machine = load_profile(&request.machine, world)?;
     let file = request.touches.name().into_owned();
     let touches = Touches::parse(&file, &request.touches.text(world)?)?;
@@ -58,14 +58,6 @@ pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<Calibr
     let mut done = CalibrateResult { machine, touches, file, fit, unfit: None };
     done.unfit = done.written().validate().err().map(|error| error.to_string());
     Ok(done)
-}
-
-fn within(name: &'static str, value: f64, unit: &'static str, allowed: [f64; 2]) -> Result<(), BadSetting> {
-    // Not a number is in no range.
-    if (allowed[0]..=allowed[1]).contains(&value) {
-        return Ok(());
-    }
-    Err(BadSetting::OutOfRange { name, value, unit, allowed })
 }
 
 /// Rounded to a tenth of what a machine can do.
@@ -302,12 +294,11 @@ const AIM: f64 = 0.5;
 ///
 /// What cannot be read, a number out of its range, and [`Error::NoTouches`] for a machine that nothing can be told of.
 pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, Error> {
-    within("repeats-to", request.repeats_to_mm, " mm", REPEATS_MM)?;
-    within("most", request.most as f64, "", MOST)?;
+    BadSetting::within("repeats-to", request.repeats_to_mm, " mm", REPEATS_MM)?;
+    BadSetting::within("most", request.most as f64, "", MOST)?;
     let machine = load_profile(&request.machine, world)?;
     let profile = &machine.profile;
-    let radius_mm = profile.head.body.iter().filter(|b| b.z_mm.is_some_and(|z| z[0] == 0.0));
-    let radius_mm = radius_mm.filter_map(|b| b.r_mm).map(|r| r[0]).fold(0.0, f64::max);
+    let radius_mm = profile.tip_radius_mm();
     let tip = Tip {
         shape: TipShape::Flat,
         radius_mm,

@@ -112,7 +112,7 @@ fn tilted(profile: &Profile, clear: &Clear, word: f64) -> Tilted {
     let reach = half(profile);
     let reached = |place: f64| {
         // The nozzle's rim comes down first.
-        let gap = nozzle(profile) * normal.x.hypot(normal.y) / normal.z;
+        let gap = profile.tip_radius_mm() * normal.x.hypot(normal.y) / normal.z;
         let tip = at(&(up * place)) + Vec3::z() * gap;
         normal.z > 0.05 && clear.touchable([word, rotation], &tip, limits.max.z.max(tip.z))
     };
@@ -126,12 +126,6 @@ fn tilted(profile: &Profile, clear: &Clear, word: f64) -> Tilted {
         room_mm: limits.max.z - top_mm,
         reached_mm: reached.first().zip(reached.last()).map(|(low, high)| [*low, *high]),
     }
-}
-
-/// The radius of the nozzle's end.
-fn nozzle(profile: &Profile) -> f64 {
-    let ends = profile.head.body.iter().filter(|b| b.z_mm.is_some_and(|z| z[0] == 0.0));
-    ends.filter_map(|b| b.r_mm).map(|r| r[0]).fold(0.0, f64::max)
 }
 
 fn level(profile: &Profile, half_mm: f64) -> [f64; 2] {

@@ -92,6 +92,12 @@ impl Profile {
         Firmware::named(&self.dialect.firmware).unwrap_or_default()
     }
 
+    /// The radius of the nozzle's end, mm: of the frustums that begin at the tip; 0 where none does.
+    pub fn tip_radius_mm(&self) -> f64 {
+        let ends = self.head.body.iter().filter(|b| b.z_mm.is_some_and(|z| z[0] == 0.0));
+        ends.filter_map(|b| b.r_mm).map(|r| r[0]).fold(0.0, f64::max)
+    }
+
     /// The head's convex pieces, tip at the origin.
     pub fn head_bodies(&self) -> Vec<Body> {
         self.head.body.iter().filter_map(body).collect()

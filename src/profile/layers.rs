@@ -53,7 +53,7 @@ pub type Origin = BTreeMap<String, String>;
 #[derive(Debug, thiserror::Error)]
 pub enum ProfileError {
     /// No shipped profile of that name.
-    #[error("{name:?} is neither a file nor a shipped profile{}; shipped are: {}{}", nearest.as_ref().map(|n| format!("; did you mean {n:?}?")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]
+    #[error("{name:?} is neither a file nor a shipped profile; {}shipped are: {}{}", nearest.as_ref().map(|n| format!("did you mean {n:?}? ")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]
     NoSuchProfile {
         /// The user's own.
         own: Vec<String>,
