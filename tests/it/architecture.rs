@@ -329,11 +329,14 @@ fn a_circle_of_modules_is_found() {
 }
 
 /// The command is arguments and text: what it does, and how a result is written as a document, others need too.
+///
+/// The flags themselves (`cli/args`) are a list that grows with what can be asked, and do nothing.
 #[test]
 fn the_command_stays_thin() {
     let sources = files(&root().join("src/cli"), &[".rs"]);
-    let lines: usize = sources.iter().map(|(_, text)| text.lines().count()).sum();
-    assert!(sources.len() > 10 && lines < 2554, "{lines} lines in {} files of src/cli", sources.len());
+    let doing = || sources.iter().filter(|(name, _)| !name.contains("args/"));
+    let lines: usize = doing().map(|(_, text)| text.lines().count()).sum();
+    assert!(doing().count() > 10 && lines < 1900, "{lines} lines in {} files of src/cli", doing().count());
 }
 
 #[test]

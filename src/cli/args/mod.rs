@@ -1,0 +1,219 @@
+//! Every flag, declared once: here what several verbs share, and a file for each family of verbs.
+
+mod link;
+mod print;
+mod profile;
+mod shape;
+
+use std::path::PathBuf;
+
+use clap::{Args as ClapArgs, Parser, Subcommand};
+
+use crate::job::{Arrangement, PlanOptions, SlicingOptions, Standing};
+
+pub(in crate::cli) use link::{Send, Simulate, StreamArgs};
+pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
+pub(in crate::cli) use profile::{Calibrate, CheckProfile, New, Profile};
+pub(in crate::cli) use shape::{Inspect, Orient, Pack, Split, Support};
+
+/// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
+#[derive(Parser)]
+#[command(version, about, max_term_width = 100, after_help = AFTER_HELP)]
+pub(in crate::cli) struct Args {
+    #[command(subcommand)]
+    pub(in crate::cli) verb: Verb,
+    /// Print one JSON document on stdout; messages stay on stderr
+    #[arg(long, global = true)]
+    pub(in crate::cli) json: bool,
+    /// Say nothing but warnings and errors
+    #[arg(short, long, global = true)]
+    pub(in crate::cli) quiet: bool,
+    /// Say more
+    #[arg(short, long, global = true)]
+    pub(in crate::cli) verbose: bool,
+}
+
+const AFTER_HELP: &str = "\
+Lengths are millimetres, angles degrees, speeds as each profile key says.
+
+The usual way:
+  trunnion prepare model.stl -m generic-ac -o model.gcode
+The way from inside a slicer's window:
+  trunnion plan model.stl -m machine.toml -o plan.json
+  trunnion slice plan.json -o slots      (then open slots/project.3mf, print objects one by one)
+  post-processing script:  trunnion rewrite --in-place --plan /path/plan.json
+
+Exit codes: 0 done; 1 done, and the answer is no (findings, no plan); 2 usage or bad input;
+3 the slicer failed; 4 printer or wire; 130 interrupted.";
+
+#[derive(Subcommand)]
+pub(in crate::cli) enum Verb {
+    /// Do everything: from a model to a verified file
+    Prepare(Box<Prepare>),
+    /// Say what a model is made of: parts, volumes, interfaces, unit
+    Inspect(Inspect),
+    /// Find the best build directions of each part, with a proof where there is one
+    Orient(Orient),
+    /// Cut one solid into parts that print without supports, each along its own direction
+    Split(Split),
+    /// Plan supports for what overhangs, with the least material, and write them as a mesh
+    Support(Support),
+    /// Pack models or boxes into as few runs as there must be, or the most value into one
+    Pack(Pack),
+    /// Find orientations and a sequence of time slots, or say why there is none
+    Plan(Plan),
+    /// Write each print's mesh, a project with all of them, and sliced files
+    Slice(Slice),
+    /// Turn sliced files into one for the machine (also as a post-processing script)
+    Rewrite(Rewrite),
+    /// Replay a finished file on the machine model and report what is wrong with it
+    Verify(Verify),
+    /// Show a finished file, a plan, or why there is none, as one page for the browser
+    Preview(Preview),
+    /// Stream a verified file to a printer: every line once, in order, or stop safely
+    Send(Send),
+    /// Be a printer: on a pseudo-terminal or a TCP address, with motion, heat, and faults on purpose
+    Simulate(Simulate),
+    /// List, show, check and calibrate machine profiles
+    #[command(subcommand)]
+    Profile(Profile),
+}
+
+/// The model and how to read it.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct ModelArgs {
+    /// STL, OBJ, 3MF or OFF with one or several closed parts
+    pub(in crate::cli) model: PathBuf,
+    /// Unit of the file's numbers: um, mm, cm, in, ft or m [default: the file's own, else guessed]
+    #[arg(long)]
+    pub(in crate::cli) unit: Option<String>,
+    /// Mend what is safe to mend: flipped facets, doubled facets, plane holes
+    #[arg(long)]
+    pub(in crate::cli) repair: bool,
+}
+
+/// How models are set up before they are planned.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct ArrangeArgs {
+    /// More models for the same table; MODEL*3 for three of one
+    #[arg(value_name = "MODEL[*COUNT]")]
+    pub(in crate::cli) more: Vec<String>,
+    /// Direction of the file that is up, or auto: as `trunnion orient` recommends for printing whole, on supports [default: as drawn]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
+    pub(in crate::cli) up: Option<Standing>,
+    /// Stand the model on this part's largest face below which there is nothing
+    #[arg(long, value_name = "PART", conflicts_with = "more")]
+    pub(in crate::cli) base: Option<usize>,
+    /// Close gaps between parts up to this width, and cut overlapping parts along each other; 0 leaves both
+    #[arg(long, default_value_t = Arrangement::default().snap_mm, value_name = "MM")]
+    pub(in crate::cli) snap: f64,
+    /// Make one solid of parts that touch or overlap; it is cut again where it has no plan (prepare)
+    #[arg(long, conflicts_with = "snap")]
+    pub(in crate::cli) join: bool,
+    /// Room between models [default: as far as the head reaches sideways; less where the table is too small]
+    #[arg(long, value_name = "MM")]
+    pub(in crate::cli) gap: Option<f64>,
+}
+
+/// The machine.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct MachineArgs {
+    /// A shipped profile's name, or a TOML file
+    #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
+    pub(in crate::cli) profile: String,
+}
+
+/// What is let pass of what hangs.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct PassArgs {
+    /// What a line may span between two ends on material, for planning and verification [default: the profile's process.bridge_mm]
+    #[arg(long, value_name = "MM")]
+    pub(in crate::cli) bridge: Option<f64>,
+    /// What a connected patch may have that nothing carries, as in engraved text; verification still holds each line to --bridge
+    #[arg(long, default_value_t = PlanOptions::default().tolerate_mm2, value_name = "MM2")]
+    pub(in crate::cli) tolerate: f64,
+}
+
+/// How to plan.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct PlanArgs {
+    /// What the plan minimises: bss (sum of the parts' slot numbers), time, setups, slots, any objective of
+    /// `trunnion orient` summed over the parts, or a sum such as 1*bss+0.01*staircase
+    #[arg(long, default_value_t = PlanOptions::default().objective)]
+    pub(in crate::cli) objective: String,
+    /// What the search for orientations minimises; decides where the plan's own objective does not look at orientations
+    /// [default: the plan's objective where it is one of parts, else staircase]
+    #[arg(long, value_name = "NAME")]
+    pub(in crate::cli) orient_by: Option<String>,
+    /// The search for orientations, any of `trunnion orient` [default: a multistart of quick descents]
+    #[arg(long, value_name = "METHOD")]
+    pub(in crate::cli) method: Option<String>,
+    /// Most evaluations of that search, for one part and objective [default: the method's own]
+    #[arg(long, value_name = "N")]
+    pub(in crate::cli) orient_budget: Option<usize>,
+    /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)
+    #[arg(long, default_value_t = PlanOptions::default().overhang_deg, value_name = "DEG")]
+    pub(in crate::cli) overhang: f64,
+    #[command(flatten)]
+    pub(in crate::cli) pass: PassArgs,
+    /// Let a part overhang by so much, or, without MM2, by whatever something else carries; may be given several times
+    #[arg(long, value_name = "PART[:MM2]")]
+    pub(in crate::cli) allow: Vec<String>,
+    /// Room the head keeps from parts it does not print on
+    #[arg(long, default_value_t = PlanOptions::default().margin_mm, value_name = "MM")]
+    pub(in crate::cli) margin: f64,
+    /// As many parts in a slot as can be, one after the other where possible, or never two
+    #[arg(long, value_parser = ["together", "single", "only-single"], default_value = "together")]
+    pub(in crate::cli) slots: String,
+    /// Let parts that stand on the table wait for later slots
+    #[arg(long)]
+    pub(in crate::cli) table_later: bool,
+    /// Seed of the orientation search
+    #[arg(long, default_value_t = PlanOptions::default().seed)]
+    pub(in crate::cli) seed: u64,
+    /// Where the file's origin comes to lie on the table [default: the model centred; elsewhere if the axes do not reach]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub(in crate::cli) origin: Option<String>,
+    /// Turn of the model about the table's normal; with --origin
+    #[arg(long, value_name = "DEG", requires = "origin", allow_hyphen_values = true)]
+    pub(in crate::cli) turn: Option<f64>,
+    /// Do not look for what would help where there is no plan
+    #[arg(long)]
+    pub(in crate::cli) no_remedies: bool,
+    /// Most steps of the sequence search
+    #[arg(long, default_value_t = PlanOptions::default().budget, value_name = "STEPS")]
+    pub(in crate::cli) budget: u64,
+}
+
+/// How to slice.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct SliceArgs {
+    /// auto, builtin, prusa-slicer, slic3r, cura (its engine), or the path of one
+    #[arg(long, default_value_t = SlicingOptions::default().slicer.to_string())]
+    pub(in crate::cli) slicer: String,
+    /// The slicer's own configuration, over the profile's [process]; may be given several times
+    #[arg(long = "slicer-config", value_name = "FILE")]
+    pub(in crate::cli) slicer_config: Vec<PathBuf>,
+    /// Give the slicer up after this long for one print
+    #[arg(long, default_value_t = SlicingOptions::default().timeout.as_secs(), value_name = "SECONDS")]
+    pub(in crate::cli) slicer_timeout: u64,
+}
+
+/// The slicer's bed, on whose centre each single print is put.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct BedArgs {
+    /// The slicer's bed, on whose middle each print stands: 250x210, or from where to where, -125..125x-105..105
+    #[arg(long, default_value = "250x250", value_name = "XxY", allow_hyphen_values = true)]
+    pub(in crate::cli) bed: String,
+}
+
+/// A plan and what it was made for.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct PlanRef {
+    /// The model, where it is no longer where the plan says
+    #[arg(long, value_name = "FILE")]
+    pub(in crate::cli) model: Option<PathBuf>,
+    /// The profile, where it is no longer where the plan says
+    #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
+    pub(in crate::cli) profile: Option<String>,
+}

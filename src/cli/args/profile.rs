@@ -1,0 +1,89 @@
+//! Flags of `profile`.
+
+use std::path::PathBuf;
+
+use clap::{Args as ClapArgs, Subcommand};
+
+use super::MachineArgs;
+use crate::calibrate::{FitOptions, Tip};
+
+#[derive(Subcommand)]
+pub(in crate::cli) enum Profile {
+    /// The shipped profiles, and your own in $XDG_CONFIG_HOME/trunnion/profiles
+    List,
+    /// A profile with all its values, and where each comes from
+    Show(ProfileName),
+    /// Whether a profile makes sense, and what follows from it
+    Check(CheckProfile),
+    /// Describe a machine of your own: asks on a terminal, else takes answers from flags and a file
+    New(New),
+    /// Find pivot, offset and zeros from touches at several poses, or choose the touches to make
+    Calibrate(Calibrate),
+}
+
+#[derive(ClapArgs)]
+pub(in crate::cli) struct CheckProfile {
+    #[command(flatten)]
+    pub(in crate::cli) of: ProfileName,
+    /// Draw table, head and frame from the side
+    #[arg(long, value_name = "FILE.svg")]
+    pub(in crate::cli) view: Option<PathBuf>,
+}
+
+#[derive(ClapArgs)]
+pub(in crate::cli) struct New {
+    /// Its name, by which it is found from then on
+    pub(in crate::cli) name: String,
+    /// The profile that it is like
+    #[arg(long, default_value = "generic-ac", value_name = "PROFILE")]
+    pub(in crate::cli) like: String,
+    /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60; may be given again and again
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(in crate::cli) set: Vec<String>,
+    /// A TOML file of answers
+    #[arg(long, value_name = "FILE.toml")]
+    pub(in crate::cli) answers: Option<PathBuf>,
+    /// Whatever is not answered is as in the other profile
+    #[arg(long)]
+    pub(in crate::cli) keep_rest: bool,
+    /// Where to write it [default: NAME.toml in $XDG_CONFIG_HOME/trunnion/profiles]
+    #[arg(short, long)]
+    pub(in crate::cli) output: Option<PathBuf>,
+}
+
+/// Either TOUCHES or --poses.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct Calibrate {
+    /// Touches as written down; docs/machine.md says how
+    #[arg(required_unless_present = "poses")]
+    pub(in crate::cli) touches: Option<PathBuf>,
+    #[command(flatten)]
+    pub(in crate::cli) machine: MachineArgs,
+    /// Where to write a profile that extends the given one [default: its keys on stdout]
+    #[arg(short, long, conflicts_with = "poses")]
+    pub(in crate::cli) output: Option<PathBuf>,
+    /// The most, mm, that a machine with axes that are not square may be off from what a profile can say
+    #[arg(long, default_value_t = FitOptions::default().tolerance_mm, value_name = "MM", conflicts_with = "poses")]
+    pub(in crate::cli) tolerance: f64,
+    /// Take the axes as square, with fewer touches
+    #[arg(long)]
+    pub(in crate::cli) assume_square: bool,
+    /// Choose the touches to make, and write a file to fill in
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "touches")]
+    pub(in crate::cli) poses: Option<PathBuf>,
+    /// With --poses: G-code that goes to each, cold and slowly, and stops there
+    #[arg(long, value_name = "FILE.gcode", requires = "poses")]
+    pub(in crate::cli) gcode: Option<PathBuf>,
+    /// With --poses: how well one touch repeats (standard deviation)
+    #[arg(long, default_value_t = Tip::default().repeats_to_mm, value_name = "MM", requires = "poses")]
+    pub(in crate::cli) repeats_to: f64,
+    /// With --poses: so many touches at most
+    #[arg(long, default_value_t = 60, value_name = "COUNT", requires = "poses")]
+    pub(in crate::cli) most: usize,
+}
+
+#[derive(ClapArgs)]
+pub(in crate::cli) struct ProfileName {
+    /// A shipped profile's name, or a TOML file
+    pub(in crate::cli) profile: String,
+}
