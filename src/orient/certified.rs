@@ -52,6 +52,27 @@ const FIRST_STEP: f64 = 1e-5;
 const POLISH: usize = 200;
 const POLISHED: f64 = 1e-9;
 
+impl Certified {
+    /// The search begun with a direction that is known already, and with no other: its bound, and what is better.
+    pub(super) fn improving(&self, objective: &dyn Objective, facets: &Facets, known: &Minimum) -> Found {
+        let mut trial = Trial::new(objective, facets, self.budget);
+        let best = trial.at(known.up);
+        match objective.local(facets) {
+            Some(whole) => self.narrowed(trial, &Arc::from(whole), best, Vec::new()),
+            None => trial.found(vec![best], None, Stop::Converged),
+        }
+    }
+
+    fn narrowed<'a>(&self, trial: Trial<'a>, whole: &Known<'a>, best: Minimum, mut minima: Vec<Minimum>) -> Found {
+        let mut run = Run { trial, gap: self.gap, best, heap: BinaryHeap::new(), floor: f64::INFINITY };
+        run.begin(whole);
+        let stop = run.narrow();
+        let lower = run.heap.peek().map_or(run.floor, |cell| run.floor.min(cell.bound)).min(run.best.value);
+        minima.push(run.best);
+        run.trial.found(minima, Some(lower), stop)
+    }
+}
+
 impl Search for Certified {
     fn name(&self) -> &'static str {
         "certified"
@@ -68,12 +89,7 @@ impl Search for Certified {
         minima.sort_by(|a, b| a.value.total_cmp(&b.value));
         let best = descend(&mut trial, minima[0].up, POLISH.min(share), POLISHED);
         let best = if best.value < minima[0].value { best } else { minima[0] };
-        let mut run = Run { trial, gap: self.gap, best, heap: BinaryHeap::new(), floor: f64::INFINITY };
-        run.begin(&Arc::from(whole));
-        let stop = run.narrow();
-        let lower = run.heap.peek().map_or(run.floor, |cell| run.floor.min(cell.bound)).min(run.best.value);
-        minima.push(run.best);
-        run.trial.found(minima, Some(lower), stop)
+        self.narrowed(trial, &Arc::from(whole), best, minima)
     }
 }
 

@@ -28,7 +28,8 @@ fn lying(facets: &Facets, layer_mm: f64) -> Vec<Lying> {
     all
 }
 
-fn footprint(facets: &Facets, up: &Vec3, layer_mm: f64) -> f64 {
+/// The area of the part's footprint, mm².
+pub(super) fn footprint(facets: &Facets, up: &Vec3, layer_mm: f64) -> f64 {
     Footing::of(facets, facets.mass(), up, layer_mm).area_mm2
 }
 

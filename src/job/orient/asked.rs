@@ -5,14 +5,14 @@ use crate::geom::{Angle, Bounds, Vec3};
 use crate::job::{BadSetting, Error, LoadedProfile, World, load_profile};
 use crate::orient::{
     Facets, Found, METHODS, Minimum, Objective, PRINTABLE, Printable, Process, Recommendation, Settings, Standing,
-    Stop, Tried, method, minima, nearest, objective, recommend, standing, without_ties,
+    Stop, Tried, method, minima, nearest, objective, proved_standing, recommend, standing, without_ties,
 };
 use crate::profile::SliceSettings;
 
 /// Fewer evaluations than this say nothing of a whole sphere.
 const LEAST_BUDGET: usize = 100;
 /// Columns along a part's longest side, unless the user wants others.
-const COLUMNS: f64 = 400.0;
+const COLUMNS: f64 = 200.0;
 /// A horizontal surface overhangs whatever is allowed.
 const STEEPEST_DEG: f64 = 89.9;
 
@@ -137,13 +137,22 @@ impl OrientAsked {
             found.evaluations += evaluations;
             found.minima = minima;
         }
-        let left = self.budget.map_or(usize::MAX, |budget| budget.saturating_sub(found.evaluations));
+        let left = |found: &Found| self.budget.map_or(usize::MAX, |budget| budget.saturating_sub(found.evaluations));
+        let held = self.contact_mm2.filter(|least| *least > 0.0 && found.lower_bound.is_some());
+        if let Some(least) = held {
+            // The bound so far is over all directions; this one is over those that stand.
+            let first = found.minima[0];
+            let proved = proved_standing(f, facets, &first, (least, self.settings.layer_mm), left(&found));
+            found.evaluations += proved.evaluations;
+            found.lower_bound = proved.lower_bound.into_iter().chain(found.lower_bound).reduce(f64::max);
+            found.minima.splice(0..0, proved.minima.into_iter().filter(|better| better.value < first.value));
+        }
+        let left = left(&found);
         let tried = Tried { least_mm2: self.contact_mm2, most: left };
         found = without_ties(found, f, facets, self.settings.layer_mm, tried);
         let found = Found { lower_bound: found.lower_bound.filter(|bound| bound.is_finite()), ..found };
-        let beyond = || "the bound is over all directions, those that lie on less among them".to_owned();
         let unproved = match (found.lower_bound, search.name()) {
-            (Some(_), _) => self.contact_mm2.filter(|least| *least > 0.0).map(|_| beyond()),
+            (Some(_), _) => None,
             (None, "certified") => Some(f.unproved(facets).unwrap_or_else(|| "no bound was reached".to_owned())),
             (None, name) => Some(format!("{name} proves nothing; --method certified does")),
         };

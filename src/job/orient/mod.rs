@@ -61,7 +61,7 @@ pub struct OrientOptions {
     pub machine: Option<MachineSource>,
     /// A pose that `printable` prices beside its own, and that is compared: any length but 0, the file's frame.
     pub up: Option<[f64; 3]>,
-    /// Width of the columns that support volumes are measured by; `None`: half a millimetre, or a 400th of a longer part.
+    /// Width of the columns that support volumes are measured by; `None`: half a millimetre, or a 200th of a part longer than 100 mm.
     pub resolution_mm: Option<f64>,
     /// Only directions that lay at least this much flat on the bed.
     pub contact_mm2: Option<f64>,

@@ -33,7 +33,7 @@ impl Footing {
                 continue;
             }
             let along = facet.area.dot(up);
-            let below = below(&z, layer_mm);
+            let below = share_below(&z, layer_mm);
             if along < 0.0 {
                 area -= along * below;
             }
@@ -74,7 +74,7 @@ fn tipping(outline: &[[f64; 2]], [x, y, z]: [f64; 3]) -> f64 {
 }
 
 /// The share of a triangle's area that lies below `level`, by the heights of its corners.
-fn below(z: &[f64; 3], level: f64) -> f64 {
+pub(in super::super) fn share_below(z: &[f64; 3], level: f64) -> f64 {
     let mut z = *z;
     z.sort_by(f64::total_cmp);
     let [a, b, c] = z;
@@ -142,8 +142,8 @@ mod tests {
 
     #[test]
     fn a_share_below_a_level() {
-        assert_eq!(below(&[0.0, 0.0, 1.0], 0.5), 0.75);
-        assert_eq!(below(&[1.0, 0.0, 1.0], 0.5), 0.25);
-        assert_eq!((below(&[0.0; 3], 0.5), below(&[1.0; 3], 0.5)), (1.0, 0.0));
+        assert_eq!(share_below(&[0.0, 0.0, 1.0], 0.5), 0.75);
+        assert_eq!(share_below(&[1.0, 0.0, 1.0], 0.5), 0.25);
+        assert_eq!((share_below(&[0.0; 3], 0.5), share_below(&[1.0; 3], 0.5)), (1.0, 0.0));
     }
 }

@@ -26,6 +26,7 @@ mod search;
 mod supports;
 
 pub use footing::Footing;
+pub(super) use footing::share_below;
 pub use price::{Priced, STANDS_DEG};
 pub use process::{Laid, Process};
 pub use search::{Recommendation, Role, Runner, recommend};
