@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::doubled;
-use super::line::{DIGITS_MM, Line, lines};
+use super::line::{DIGITS_MM, E_DIGITS_MM, Line, lines};
 use super::prints::PrintedPart;
 use super::report::{FindingPlace, Findings, Rule};
 use super::thin;
@@ -140,7 +140,7 @@ fn each(printed: &PrintedPart<'_>, mut visit: impl FnMut(&Line)) {
 
 /// One line against its own cross-section, and where its width is stated against the `usual` ratio of its role.
 fn one(printed: &PrintedPart<'_>, line: &Line, usual: f64, findings: &mut Findings) {
-    let digits = DIGITS_MM / line.length;
+    let digits = DIGITS_MM / line.length + E_DIGITS_MM * printed.filament_mm2 / line.held;
     let around = |most: f64| (usual - most - digits, usual + most + digits);
     let (low, high) = match line.stated {
         true if line.is_thread() => around(ONE_THREAD),

@@ -5,8 +5,10 @@ use crate::gcode::marks::Role;
 use crate::section::Segment;
 use crate::trace::Move;
 
-/// What the last digits of length and filament add to what a line may be off, mm of length.
+/// What the last digits of its ends add to what a line may be off, mm of length.
 pub(super) const DIGITS_MM: f64 = 0.004;
+/// E is written to so much, mm of filament, half of it either way and a little more.
+pub(super) const E_DIGITS_MM: f64 = 0.6e-5;
 /// Filament in lines shorter than this says little of their cross-section, mm.
 const SHORT_MM: f64 = 0.15;
 
