@@ -103,6 +103,15 @@ impl Clear {
         self.head.iter().all(|piece| moved(piece, &tip).iter().all(|p| p.z > top + ROOM_MM))
     }
 
+    /// That the table can turn from each of `words_deg` to the next, one axis at a time, while the tip waits at `tip`; else why not.
+    pub fn turns_through(&self, words_deg: [[f64; 2]; 3], tip: &Vec3) -> Result<(), String> {
+        if words_deg.windows(2).all(|two| self.turns(two[0], two[1], tip)) {
+            return Ok(());
+        }
+        let room = "the head and the frame are not proved clear of the table while it turns there";
+        Err(format!("{room}, the tip at X{:.1} Y{:.1} Z{:.1}", tip.x, tip.y, tip.z))
+    }
+
     /// Whether the table can turn one axis from `from` to `to` while the tip waits at `tip`.
     pub fn turns(&self, from: [f64; 2], to: [f64; 2], tip: &Vec3) -> bool {
         let most = (to[0] - from[0]).abs().max((to[1] - from[1]).abs());

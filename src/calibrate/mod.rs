@@ -6,6 +6,8 @@
 //! Profile        --choose--> poses to touch at, as few as the wanted errors allow --visit--> G-code that goes there, cold and slowly
 //! ```
 //!
+//! With the same care a print is rehearsed on the machine itself before anything is hot ([`dry_run`]).
+//!
 //! The model is the chain of [`crate::motion`] with what it leaves out beside it: a tilt axis that is not along its machine axis, a rotation
 //! axis that is not square to it, a surface that is not square to the rotation axis ([`Unknown`]). Those three are measured so that they
 //! can be told; a profile cannot hold them, and where they matter nothing is written.
@@ -16,6 +18,7 @@
 
 mod chain;
 mod clear;
+mod dry_run;
 mod fit;
 mod form;
 mod found;
@@ -29,6 +32,7 @@ mod visit;
 
 pub use chain::{Chain, UNKNOWNS, Unknown};
 pub use clear::Clear;
+pub use dry_run::{ColdPose, dry_run, outermost};
 pub use fit::{NoFit, Undetermined, fit};
 pub use form::form;
 pub use found::{Bend, Deviation, Estimate, Fit, FitOptions, Outlier, Refusal};

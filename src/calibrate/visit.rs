@@ -15,7 +15,7 @@ use crate::motion::replay::{Controller, Step};
 use crate::profile::{FeedReference, Profile};
 
 /// Above the touch, mm: more than any profile is wrong by before it was measured.
-const HOVER_MM: f64 = 20.0;
+pub(super) const HOVER_MM: f64 = 20.0;
 /// Never faster, mm/min.
 const ACROSS_MM_PER_MIN: f64 = 1500.0;
 const DOWN_MM_PER_MIN: f64 = 300.0;
@@ -55,13 +55,14 @@ impl std::fmt::Display for NoVisit {
 /// [`NoVisit`] with the pose that cannot be come to without the head, the table or the frame meeting.
 pub fn visit(profile: &Profile, poses: &[Candidate], names: &[String]) -> Result<Visit, NoVisit> {
     let clear = Clear::of(profile);
-    let height = (clear.ball_top() + HOVER_MM + profile.transition.clearance_mm).min(profile.limits.z_mm[1]);
-    if !clear.passes_anywhere(height) {
-        let why =
-            format!("with the tip at the end of Z ({height:.1} mm) the head is not proved clear of the level table");
-        return Err(NoVisit { number: 1, why });
-    }
-    let mut writer = Writer::new(profile, height);
+    let height = turning_height(profile, &clear)?;
+    let (tilt, rotation) = (profile.kinematics.tilt.letter, profile.kinematics.rotation.letter);
+    let head = format!(
+        "; Poses for trunnion profile calibrate: cold, slow, no filament. Nothing may be on the table but marks.\n\
+         ; Before it starts: table level, {tilt} and {rotation} as after homing, a hand on the switch.\n\
+         ; At each stop lower the tip onto what is named, write down X Y Z, lift it again, and go on.\n"
+    );
+    let mut writer = Writer::new(profile, height, &head);
     let level = [profile.kinematics.tilt.zero_deg, profile.kinematics.rotation.zero_deg];
     let (mut words, mut at) = (level, None);
     for (index, (pose, name)) in poses.iter().zip(names).enumerate() {
@@ -71,25 +72,37 @@ pub fn visit(profile: &Profile, poses: &[Candidate], names: &[String]) -> Result
         // The first way comes from a place that nobody knows: it is gone before the table turns.
         let waits = at.unwrap_or(above);
         let between = [words[0], pose.words_deg[1]];
-        for (from, to) in [(words, between), (between, pose.words_deg)] {
-            if !clear.turns(from, to, &waits) {
-                let room = "the head and the frame are not proved clear of the table while it turns there";
-                return Err(stop(format!("{room}, the tip at X{:.1} Y{:.1} Z{height:.1}", waits.x, waits.y)));
-            }
-        }
+        clear.turns_through([words, between, pose.words_deg], &waits).map_err(stop)?;
         if !clear.passes(pose.words_deg, &waits, &above) || !clear.touchable(pose.words_deg, &pose.tip, height) {
             return Err(stop(format!("the way to X{:.1} Y{:.1} is not proved clear", pose.tip.x, pose.tip.y)));
         }
-        writer.block(index + 1, poses.len(), name, pose, at.is_none());
+        let [x, y, z] = [pose.tip.x, pose.tip.y, pose.tip.z].map(|v| (v * 10.0).round() / 10.0 + 0.0);
+        writer.says(&format!("{} of {}: touch {name}, near X{x:.1} Y{y:.1} Z{z:.1}", index + 1, poses.len()));
+        writer.up(at.is_none().then_some(&Vec3::new(x, y, height)));
         writer.turn(between, pose.words_deg);
         writer.over(&above, &hover);
+        writer.pause();
         (words, at) = (pose.words_deg, Some(above));
     }
-    writer.end(level, at);
-    Ok(Visit { gcode: writer.out, left_out: writer.left_out, height_mm: height })
+    if let Some(at) = &at {
+        let stop = |why: String| NoVisit { number: poses.len(), why: format!("on the way back, {why}") };
+        clear.turns_through([words, [words[0], level[1]], level], at).map_err(stop)?;
+    }
+    Ok(writer.end(level, at))
 }
 
-struct Writer<'a> {
+/// The height of the tip at which the table may turn, mm.
+pub(super) fn turning_height(profile: &Profile, clear: &Clear) -> Result<f64, NoVisit> {
+    let height = (clear.ball_top() + HOVER_MM + profile.transition.clearance_mm).min(profile.limits.z_mm[1]);
+    if clear.passes_anywhere(height) {
+        return Ok(height);
+    }
+    let why = format!("with the tip at the end of Z ({height:.1} mm) the head is not proved clear of the level table");
+    Err(NoVisit { number: 1, why })
+}
+
+/// Writes cold and slow moves.
+pub(super) struct Writer<'a> {
     profile: &'a Profile,
     height: f64,
     out: String,
@@ -98,19 +111,9 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    fn new(profile: &'a Profile, height: f64) -> Self {
-        let mut writer = Self { profile, height, out: String::new(), left_out: Vec::new(), words: [None; 2] };
-        let (tilt, rotation) = (profile.kinematics.tilt.letter, profile.kinematics.rotation.letter);
-        writer.out.push_str(
-            "; Poses for trunnion profile calibrate: cold, slow, no filament. Nothing may be on the table but marks.\n",
-        );
-        let _ = writeln!(
-            writer.out,
-            "; Before it starts: table level, {tilt} and {rotation} as after homing, a hand on the switch."
-        );
-        writer
-            .out
-            .push_str("; At each stop lower the tip onto what is named, write down X Y Z, lift it again, and go on.\n");
+    /// `head` are comments for the person at the machine; the profile's own start lines follow.
+    pub(super) fn new(profile: &'a Profile, height: f64, head: &str) -> Self {
+        let mut writer = Self { profile, height, out: head.to_owned(), left_out: Vec::new(), words: [None; 2] };
         writer.start();
         writer
     }
@@ -151,13 +154,18 @@ impl<'a> Writer<'a> {
         let _ = writeln!(self.out, "G1 Z{z:.3} F{feed}");
     }
 
-    fn block(&mut self, number: usize, of: usize, name: &str, pose: &Candidate, first: bool) {
-        let [x, y, z] = [pose.tip.x, pose.tip.y, pose.tip.z].map(|v| (v * 10.0).round() / 10.0 + 0.0);
-        let _ = writeln!(self.out, "; {number} of {of}: touch {name}, near X{x:.1} Y{y:.1} Z{z:.1}");
+    /// A comment.
+    pub(super) fn says(&mut self, text: &str) {
+        let kept: String = text.chars().filter(|c| c.is_ascii() && !c.is_control()).collect();
+        let _ = writeln!(self.out, "; {kept}");
+    }
+
+    /// Up to where the table may turn; then to above a place, at the beginning.
+    pub(super) fn up(&mut self, first: Option<&Vec3>) {
         let height = self.height;
         self.z(height);
-        if first {
-            self.across(x, y);
+        if let Some(place) = first {
+            self.across(place.x, place.y);
         }
     }
 
@@ -169,7 +177,7 @@ impl<'a> Writer<'a> {
     }
 
     /// One axis after the other: rotation, then tilt.
-    fn turn(&mut self, between: [f64; 2], to: [f64; 2]) {
+    pub(super) fn turn(&mut self, between: [f64; 2], to: [f64; 2]) {
         let table = self.profile.kinematics();
         for (place, axis, word) in [(1, &table.rotation, between[1]), (0, &table.tilt, to[0])] {
             if self.words[place] == Some(word) {
@@ -188,9 +196,14 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn over(&mut self, above: &Vec3, hover: &Vec3) {
+    /// Across to `above` and down to `hover`.
+    pub(super) fn over(&mut self, above: &Vec3, hover: &Vec3) {
         self.across(above.x, above.y);
         self.z(hover.z);
+    }
+
+    /// Waits for a person.
+    pub(super) fn pause(&mut self) {
         self.out.push_str(match self.profile.firmware() {
             Firmware::Klipper => "PAUSE\n",
             Firmware::RepRapFirmware => "M226\n",
@@ -198,16 +211,17 @@ impl<'a> Writer<'a> {
         });
     }
 
-    fn end(&mut self, level: [f64; 2], at: Option<Vec3>) {
-        if at.is_none() {
-            return;
+    /// The file, at its end up and level again.
+    pub(super) fn end(mut self, level: [f64; 2], at: Option<Vec3>) -> Visit {
+        if at.is_some() {
+            self.out.push_str("; done: up, and the table level again\n");
+            let height = self.height;
+            self.z(height);
+            self.turn(level, level);
+            if self.profile.firmware() == Firmware::LinuxCnc {
+                self.out.push_str("M2\n");
+            }
         }
-        self.out.push_str("; done: up, and the table level again\n");
-        let height = self.height;
-        self.z(height);
-        self.turn(level, level);
-        if self.profile.firmware() == Firmware::LinuxCnc {
-            self.out.push_str("M2\n");
-        }
+        Visit { gcode: self.out, left_out: self.left_out, height_mm: self.height }
     }
 }

@@ -66,7 +66,10 @@ impl Failure {
 
 fn exit_code_of(error: &job::Error) -> u8 {
     match error {
-        job::Error::Rejected(_) | job::Error::Unfit { .. } | job::Error::Calibration(_) => 1,
+        job::Error::Rejected(_)
+        | job::Error::Unfit { .. }
+        | job::Error::Calibration(_)
+        | job::Error::NoDryRun { .. } => 1,
         job::Error::Port(_) | job::Error::Printer(_) | job::Error::Refused { .. } => 4,
         job::Error::Infeasible(why) => answer_is_no(why),
         job::Error::NoPlan(no) => answer_is_no(&no.infeasible),

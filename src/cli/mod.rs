@@ -24,6 +24,7 @@ mod support;
 mod verify;
 mod why;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -31,6 +32,23 @@ use clap::Parser;
 use args::{Args, Verb};
 pub(crate) use failure::Failure;
 pub(crate) use progress::Console;
+
+/// How Rust's parsers refuse a number, and how a person would.
+const REFUSED: [(&str, &str); 4] = [
+    ("invalid float literal", "not a number"),
+    ("cannot parse float from empty string", "not a number"),
+    ("invalid digit found in string", "not a whole number"),
+    ("cannot parse integer from empty string", "not a whole number"),
+];
+
+/// Prints what is wrong with the arguments, or the help that was asked for.
+fn told(error: &clap::Error) -> std::io::Result<()> {
+    let text = error.render().to_string();
+    match REFUSED.iter().find(|(words, _)| error.use_stderr() && text.contains(words)) {
+        Some((words, ours)) => std::io::stderr().write_all(text.replace(words, ours).as_bytes()),
+        None => error.print(),
+    }
+}
 
 /// Runs the command and says how it went.
 pub fn run() -> ExitCode {
@@ -41,7 +59,7 @@ pub fn run() -> ExitCode {
             if error.use_stderr() {
                 rewrite::spoil_unparsed(std::env::args_os().skip(1));
             }
-            let lost = error.print().err().filter(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
+            let lost = told(&error).err().filter(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
             let lost = lost.map(|source| progress::error(&Failure::Stdout { source }.to_string()));
             return ExitCode::from(if error.use_stderr() || lost.is_some() { 2 } else { 0 });
         }

@@ -3,24 +3,24 @@
 use std::path::{Path, PathBuf};
 
 use super::args::Plan as Verb;
-use super::requests::{claim_picture, folder_of, outputs, profile_file};
+use super::requests::{claim_picture, folder_of, outputs, profile_file, supporting};
 use super::{Console, Failure, why};
 use crate::document::{self, text};
-use crate::job::{self, Error, OutputFile, Outputs, PictureFile, PlanRequest, PlanResult, Supporting};
+use crate::job::{self, Error, OutputFile, Outputs, PictureFile, PlanRequest, PlanResult};
 use crate::planning::Slot;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
-    let models = args.arrange.files(&args.model);
+    let models = args.arrange.files(&args.model.model);
     let mut outputs = outputs(models.iter().map(PathBuf::as_path).chain(profile.as_deref()));
     let output = args.output.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts_file = args.output.as_deref().map(parts_file);
     let parts = parts_file.as_deref().map(|path| claim_parts(path, &mut outputs)).transpose()?.flatten();
     let picture = claim_picture("sheet", args.sheet.as_deref(), &mut outputs)?;
-    let mut options = args.plan.options()?;
+    let mut options = args.plan.options(&args.pass)?;
     options.plans = args.top.unwrap_or(1);
     options.kept_in = folder_of(args.output.as_deref());
-    let (model, arrangement) = args.arrange.request(&args.model, parts_file.as_deref())?;
+    let (model, arrangement) = args.arrange.request(&args.model.model, &args.model.read, parts_file.as_deref())?;
     let request = PlanRequest {
         model,
         machine: args.machine.source(),
@@ -52,11 +52,6 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-/// What the word after `--supports` means.
-pub(super) fn supporting(word: &str) -> Supporting {
-    if word == "never" { Supporting::Never } else { Supporting::Auto }
 }
 
 /// The file beside `output` for a model that is not as it was read: `OUT.parts.3mf`.

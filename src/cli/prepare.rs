@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::args::Prepare as Verb;
-use super::requests::{claim_picture, folder_of, outputs, profile_file};
+use super::requests::{claim_picture, folder_of, outputs, profile_file, supporting};
 use super::{Console, Failure, plan, preview, send, verify};
 use crate::document::{self, text};
 use crate::job::{
@@ -15,7 +15,7 @@ use crate::spelling::counted;
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
     let profile = profile_file(&args.machine.profile);
-    let models = args.arrange.files(&args.model);
+    let models = args.arrange.files(&args.model.model);
     let read = models.iter().map(PathBuf::as_path).chain(profile.as_deref());
     let mut outputs = outputs(read.chain(configs));
     let output = outputs.claim(&args.output)?;
@@ -24,8 +24,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let sheet = claim_picture("sheet", args.sheet.as_deref(), &mut outputs)?;
     args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
     let page = args.preview.as_deref().map(|path| outputs.claim(path)).transpose()?;
+    let dry_run = args.dry_run.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let parts = plan::claim_parts(&plan::parts_file(&args.output), &mut outputs)?;
-    let done = work(args, &output, ([plan, parts], sheet, page.as_ref()), console);
+    let done = work(args, &output, ([plan, parts, dry_run], sheet, page.as_ref()), console);
     if done.is_err() {
         console.set_aside(&output)?;
     }
@@ -50,22 +51,22 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 fn work(
     args: &Verb,
     output: &OutputFile,
-    ([plan_out, parts], sheet, page): ([Option<OutputFile>; 2], Option<PictureFile>, Option<&OutputFile>),
+    ([plan_out, parts, dry_run], sheet, page): ([Option<OutputFile>; 3], Option<PictureFile>, Option<&OutputFile>),
     console: &Console,
 ) -> Result<PrepareResult, Failure> {
     let parts_file = plan::parts_file(&args.output);
-    let (model, arrangement) = args.arrange.request(&args.model, Some(&parts_file))?;
+    let (model, arrangement) = args.arrange.request(&args.model.model, &args.model.read, Some(&parts_file))?;
     let may_cut = parts.is_some() && args.split != "never";
     let file = parts_file.display().to_string();
     let request = PrepareRequest {
         model,
         machine: args.machine.source(),
         arrangement,
-        plan: PlanOptions { kept_in: folder_of(args.plan_out.as_deref()), ..args.plan.options()? },
+        plan: PlanOptions { kept_in: folder_of(args.plan_out.as_deref()), ..args.plan.options(&args.pass)? },
         slicing: args.slicing.options(&args.bed)?,
         ways: WaysOut {
             cutting: if may_cut { Cutting::Auto { file } } else { Cutting::Never },
-            supporting: plan::supporting(&args.supports),
+            supporting: supporting(&args.supports),
         },
     };
     let teller = Teller(console);
@@ -81,6 +82,8 @@ fn work(
         Err(job::Error::NoPlan(_)) => plan::explained(done, None, console)?,
         done => verify::explained(done, console)?,
     };
+    // Nothing is written where it cannot be made.
+    let rehearsal = dry_run.as_ref().map(|_| job::dry_run(done.gcode.program(), &done.planned.plan)).transpose()?;
     if let Some(plan) = plan_out {
         plan.write(done.planned.plan.plan.to_text().as_bytes())?;
     }
@@ -97,6 +100,10 @@ fn work(
     } else if let Some(arranged) = &done.planned.arranged {
         plan::write_parts(&parts_file, parts.as_ref(), &arranged.bytes, console)?;
     }
+    if let (Some(file), Some(made)) = (&dry_run, &rehearsal) {
+        file.write(made.gcode.as_bytes())?;
+        console.note(&format!("{}: {}", file.path().display(), made.text()));
+    }
     output.write(done.gcode.program())?;
     if let Some(report) = done.gcode.report() {
         console.note(&format!(
@@ -107,7 +114,9 @@ fn work(
             report.clearance_mm,
         ));
         if console.json() {
-            console.document(&document::prepared(&args.output.display().to_string(), &done, report));
+            let mut document = document::prepared(&args.output.display().to_string(), &done, report);
+            document["dry_run"] = rehearsal.as_ref().map(document::cold).into();
+            console.document(&document);
         }
     }
     Ok(done)

@@ -1,6 +1,6 @@
 //! `trunnion preview`: one page for the browser.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use super::args::Preview as Verb;
@@ -14,7 +14,8 @@ use crate::verify::Report;
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     job::is_page("output", &args.output)?;
     let profile = args.plan_ref.profile.as_deref().and_then(profile_file);
-    let output = outputs(args.read().chain(profile.as_deref())).claim(&args.output)?;
+    let files: Vec<_> = args.files().chain(profile).collect();
+    let output = outputs(files.iter().map(PathBuf::as_path)).claim(&args.output)?;
     let world = console.world();
     let two = args.requests().iter().map(|one| job::preview(one, &world)).collect::<Result<Vec<_>, _>>()?;
     if let [one, other] = &two[..] {
@@ -24,7 +25,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         }
         return found(&two);
     }
-    let shown = job::preview(&args.request(), &world)?;
+    let shown = job::preview(&args.request()?, &world)?;
     let bytes = write(&shown, &output, args.open, console)?;
     if console.json() {
         console.document(&document::previewed(&args.output.display().to_string(), bytes, &shown));

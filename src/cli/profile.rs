@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::{Calibrate, CheckProfile, New, Profile as Verb};
-use super::requests::{folder_of, outputs, profile_file};
+use super::requests::{claim_picture, folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::FitOptions;
 use crate::job::{CalibrateRequest, NewProfile, PosesRequest, Source};
@@ -29,14 +29,14 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 
 fn check(args: &CheckProfile, console: &Console) -> Result<(), Failure> {
     let name = &args.of.profile;
-    let view = args.view.as_deref().map(|path| outputs(profile_file(name).as_deref()).claim(path)).transpose()?;
+    let view = claim_picture("view", args.view.as_deref(), &mut outputs(profile_file(name).as_deref()))?;
     let done = job::check_profile(&name.as_str().into(), &console.world())?;
     if console.json() {
         console.document(&document::checked(&done));
     } else {
         console.result(&done.text());
     }
-    view.map(|view| view.write(done.svg().as_bytes())).transpose()?;
+    view.map(|view| view.write(&done.view())).transpose()?;
     done.refusal().map_or(Ok(()), |why| Err(Failure::Findings(why)))
 }
 

@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::Failure;
-use super::args::{ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, Preview, SliceArgs};
+use super::args::{
+    ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, Preview, ReadArgs, SliceArgs,
+};
 use crate::job::{
     Arrangement, Bed, Error, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest,
-    PlanOptions, PlanRequest, PlanSource, PreviewRequest, SlicingOptions, Source, Standing, interrupts,
+    PlanOptions, PlanRequest, PlanSource, PreviewRequest, SlicingOptions, Source, Standing, Supporting, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -17,9 +19,15 @@ use crate::spelling::numbers;
 
 impl ModelArgs {
     pub(super) fn source(&self) -> Result<ModelSource, Failure> {
+        self.read.source(&self.model)
+    }
+}
+
+impl ReadArgs {
+    pub(super) fn source(&self, model: &Path) -> Result<ModelSource, Failure> {
         let unit = self.unit.as_deref().map(str::parse::<Unit>).transpose();
         let unit = unit.map_err(|e| Failure::Usage(e.to_string()))?;
-        Ok(ModelSource { source: Source::from(&self.model), unit, repair: self.repair })
+        Ok(ModelSource { source: Source::from(model), unit, repair: self.repair })
     }
 }
 
@@ -27,15 +35,16 @@ impl ArrangeArgs {
     /// The first model and how all are set up; `file` is where an arranged model is to be kept.
     pub(super) fn request(
         &self,
-        model: &ModelArgs,
+        model: &Path,
+        read: &ReadArgs,
         file: Option<&Path>,
     ) -> Result<(ModelSource, Arrangement), Failure> {
-        let first = model.source()?;
+        let first = read.source(model)?;
         let of = |word: &str| {
             let (name, copies) = copies(word);
             (ModelSource { source: Source::from(name), ..first.clone() }, copies)
         };
-        let (named, copies) = of(&model.model.to_string_lossy());
+        let (named, copies) = of(&model.to_string_lossy());
         let standing = match (self.up, self.base) {
             (Some(standing), _) => standing,
             (None, Some(part)) => Standing::On(part),
@@ -54,8 +63,8 @@ impl ArrangeArgs {
     }
 
     /// The files that are read.
-    pub(super) fn files(&self, model: &ModelArgs) -> Vec<PathBuf> {
-        let first = model.model.to_string_lossy();
+    pub(super) fn files(&self, model: &Path) -> Vec<PathBuf> {
+        let first = model.to_string_lossy();
         std::iter::once(&*first).chain(self.more.iter().map(String::as_str)).map(|w| copies(w).0.into()).collect()
     }
 }
@@ -73,15 +82,15 @@ impl MachineArgs {
 }
 
 impl PlanArgs {
-    pub(super) fn options(&self) -> Result<PlanOptions, Failure> {
+    pub(super) fn options(&self, pass: &PassArgs) -> Result<PlanOptions, Failure> {
         Ok(PlanOptions {
             objective: self.objective.clone(),
             orient_by: self.orient_by.clone(),
             method: self.method.clone(),
             orient_budget: self.orient_budget,
             overhang_deg: self.overhang,
-            bridge_mm: self.pass.bridge,
-            tolerate_mm2: self.pass.tolerate,
+            bridge_mm: pass.bridge,
+            tolerate_mm2: pass.tolerate,
             allow: self.allow.iter().map(|text| allowed(text)).collect::<Result<_, _>>()?,
             margin_mm: self.margin,
             priority: match self.slots.as_str() {
@@ -143,17 +152,31 @@ impl PlanRef {
 
 impl Preview {
     /// A finished file by its plan, a plan alone, or a model that is planned first.
-    pub(super) fn request(&self) -> PreviewRequest {
+    pub(super) fn request(&self) -> Result<PreviewRequest, Failure> {
         let plan = self.plan.as_deref().map(|path| self.plan_ref.source(path));
-        match (plan, &self.file) {
+        Ok(match (plan, &self.file) {
             (Some(plan), Some(file)) => PreviewRequest::Program(Source::from(file), plan),
             (Some(plan), None) => PreviewRequest::Plan(plan),
-            (None, file) => {
-                let machine = MachineSource::from(self.plan_ref.profile.as_deref().unwrap_or_default());
-                PreviewRequest::Model(Box::new(PlanRequest::new(file.as_deref().unwrap_or(Path::new("")), machine)))
-            }
-        }
+            (None, file) => PreviewRequest::Model(Box::new(self.planned(file.as_deref().unwrap_or(Path::new("")))?)),
+        })
     }
+
+    /// What `trunnion plan` would be asked with the same flags.
+    fn planned(&self, model: &Path) -> Result<PlanRequest, Failure> {
+        let (model, arrangement) = self.arrange.request(model, &self.read, None)?;
+        Ok(PlanRequest {
+            model,
+            machine: MachineSource::from(self.plan_ref.profile.as_deref().unwrap_or_default()),
+            arrangement,
+            options: self.planning.options(&self.pass)?,
+            supporting: supporting(&self.supports),
+        })
+    }
+}
+
+/// What the word after `--supports` means.
+pub(super) fn supporting(word: &str) -> Supporting {
+    if word == "never" { Supporting::Never } else { Supporting::Auto }
 }
 
 /// What a word of `--compare` names: a plan, or a finished file and its plan behind an equals sign.
@@ -163,13 +186,13 @@ fn compared(word: &str) -> (Option<&Path>, &Path) {
 
 impl Preview {
     /// The files that are read.
-    pub(super) fn read(&self) -> impl Iterator<Item = &Path> {
+    pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
         let two = self.compare.iter().flat_map(|word| {
             let (file, plan) = compared(word);
             file.into_iter().chain([plan])
         });
         let one = [&self.file, &self.plan, &self.plan_ref.model].into_iter().flatten().map(PathBuf::as_path);
-        one.chain(two)
+        one.chain(two).map(Path::to_owned).chain(self.arrange.files(Path::new("")).into_iter().skip(1))
     }
 
     /// The two that are shown side by side; none where one is shown.

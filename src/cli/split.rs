@@ -11,8 +11,12 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
     let mut outputs = outputs([args.model.model.as_path()].into_iter().chain(profile.as_deref()));
     let output = outputs.claim(&args.output)?;
-    let request =
-        SplitRequest { model: args.model.source()?, machine: args.machine.source(), options: args.options()? };
+    let request = SplitRequest {
+        model: args.model.source()?,
+        machine: args.machine.source(),
+        standing: args.up.unwrap_or_default(),
+        options: args.options()?,
+    };
     let done = job::split(&request, &console.world())?;
     let why_not = done.why_not();
     if why_not.is_none() {

@@ -26,6 +26,6 @@ pub use oriented::{figures, oriented};
 pub use packed::packed;
 pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
-pub use printing::{checked, event, own, prepared, rehearsed, rejected, shipped, sliced, verified};
+pub use printing::{checked, cold, event, own, prepared, rehearsed, rejected, shipped, sliced, verified};
 pub use supported::supported;
 pub use viewed::{compared, page, page_of_two, previewed};

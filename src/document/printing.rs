@@ -4,9 +4,10 @@ use serde_json::{Value, json};
 
 use super::model::split;
 use super::planned::planned;
+use crate::calibrate::ColdPose;
 use crate::job::{
-    At, Bed, CheckedProfile, CutSolid, Error, HeldPart, LoadedProfile, PrepareResult, Rehearsal, Rejected, Seconds,
-    Sending, SlicerName, Tilted,
+    At, Bed, CheckedProfile, CutSolid, DryRun, Error, HeldPart, LoadedProfile, PrepareResult, Rehearsal, Rejected,
+    Seconds, Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
 use crate::slicing::Flaw;
@@ -52,6 +53,12 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
             "read": read, "orient": orient, "plan": plan, "slice": slice, "rewrite": rewrite, "verify": verify,
         },
     })
+}
+
+/// `prepare --dry-run`: the poses of the rehearsal, and the outermost places of the tip at each, machine coordinates, mm.
+pub fn cold(made: &DryRun) -> Value {
+    let pose = |pose: &ColdPose| json!({"name": pose.name, "words_deg": pose.words_deg, "places_mm": pose.places.iter().map(|p| p.as_slice()).collect::<Vec<_>>()});
+    json!({"poses": made.poses.iter().map(pose).collect::<Vec<_>>(), "left_out": made.left_out})
 }
 
 /// Solids that were cut alike.

@@ -9,6 +9,7 @@ use crate::job::{PoseShown, PreviewResult};
 use crate::motion::{AxisRange, TiltAbout};
 use crate::planning::Plan;
 use crate::trace::Zone;
+use crate::verify::SURVEYED_MM;
 use crate::view::{self, Hull, Piece, Place, Program};
 
 /// The page that shows `of`, complete.
@@ -69,13 +70,14 @@ fn kind(of: &PreviewResult) -> &'static str {
 /// Everything that the page says and that is no column of numbers.
 fn facts(of: &PreviewResult) -> Value {
     let counts = &of.scene.shapes.counts;
-    let part = |(name, [vertices, facets]): (&String, &[usize; 2])| json!({"name": name, "vertices": vertices, "facets": facets});
+    let named = of.parts.iter().map(|name| (name, "solid")).chain(of.supports.iter().map(|name| (name, "support")));
+    let part = |((name, role), [vertices, facets]): ((&String, _), &[usize; 2])| json!({"name": name, "role": role, "vertices": vertices, "facets": facets});
     json!({
         "file": of.file,
         "kind": kind(of),
         "made_by": concat!("trunnion ", env!("CARGO_PKG_VERSION")),
         "machine": machine(of),
-        "parts": of.parts.iter().zip(counts).map(part).collect::<Vec<_>>(),
+        "parts": named.zip(counts).map(part).collect::<Vec<_>>(),
         "thinned": of.scene.shapes.thinned,
         "poses": of.poses.iter().map(pose).collect::<Vec<_>>(),
         "why_not": why_not(of),
@@ -137,6 +139,9 @@ fn program(program: &Program, of: &PreviewResult) -> Value {
         "seconds": program.seconds,
         "has_text": of.packed.has_text,
         "extruder": of.extruder.to_string(),
+        // Where each run begins and ends and how much room it has; what is between two runs has none told.
+        "rooms": of.rooms.iter().map(|room| json!([room.moves.start, room.moves.end, round_to(room.mm, 2)])).collect::<Vec<_>>(),
+        "surveyed_mm": SURVEYED_MM,
         "feeds": program.feeds,
         "styles": program.styles.iter().map(style).collect::<Vec<_>>(),
         "places": program.places.iter().map(place).collect::<Vec<_>>(),

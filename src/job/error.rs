@@ -187,6 +187,12 @@ pub enum Error {
     /// Touches that do not tell everything about a machine.
     #[error("{0}")]
     Calibration(Box<super::Uncalibrated>),
+    /// A rehearsal on the machine that is not proved clear.
+    #[error("no dry run: {why}; leave out --dry-run")]
+    NoDryRun {
+        /// The pose, and what is in the way.
+        why: String,
+    },
     /// A machine whose table no tip can touch.
     #[error(
         "profile {profile}: the head reaches the table in no pose within its limits; hold limits, pivot_mm and offset_mm against the machine"

@@ -6,12 +6,15 @@
 
 use super::support::grid_over;
 use super::{BadSetting, CheckedPlan, Error};
-use crate::geom::{Angle, Bounds, Vec3};
+use crate::geom::{Angle, Bounds, Machine, Rigid, Vec3};
+use crate::mesh::TriangleMesh;
 use crate::overhang::{Footing, Ground, Held, Patch, Rule, unsupported};
-use crate::planning::{Print, PrintSupports};
-use crate::profile::SliceSettings;
+use crate::planning::{Plan, Print, PrintSupports, Workpiece};
+use crate::profile::{Profile, SliceSettings};
 use crate::slicing::builtin::sheets;
-use crate::support::{Bare, Graph, Laying, Method, SupportLayer, bare, lines, plan};
+use crate::support::{
+    Bare, Build, Ceiling, Graph, Laying, Method, Planned, Structure, SupportLayer, bare, build, lines, plan,
+};
 use crate::toolpath::{Input, SlicedPrint, SlotMesh, print_name, slot_mesh};
 
 /// Where the middle of a part with supports is put, mm.
@@ -53,8 +56,7 @@ impl Laid {
         process: &SliceSettings,
     ) -> Result<Self, BadSetting> {
         let meshes = [&mesh.mesh];
-        let graph = Graph::of(grid_over(&meshes, supports.step_mm)?, &meshes, Angle::from_deg(supports.overhang_deg));
-        let planned = plan(&graph, Method::Auto, (CAPACITY, None), SEED, &mut |_| {});
+        let (graph, planned) = columns(mesh, supports)?;
         let line_mm = process.line_width_mm;
         let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm, on_part: true };
         let bottoms = std::iter::once(&0.0).chain(tops);
@@ -88,6 +90,32 @@ impl Laid {
         let footings = vec![Footing { own, below: Vec::new() }];
         unsupported(mesh, &Vec3::z(), &Ground { footings, table: true, held }, lies, rule, false)
     }
+}
+
+/// The columns that hold `mesh`.
+fn columns(mesh: &SlotMesh, supports: &PrintSupports) -> Result<(Graph, Planned), BadSetting> {
+    let meshes = [&mesh.mesh];
+    let graph = Graph::of(grid_over(&meshes, supports.step_mm)?, &meshes, Angle::from_deg(supports.overhang_deg));
+    let planned = plan(&graph, Method::Auto, (CAPACITY, None), SEED, &mut |_| {});
+    Ok((graph, planned))
+}
+
+/// The supports of a plan as solids, sheets as thick as a line, for pictures: the part that each holds, and its surface, machine frame.
+pub(super) fn support_solids(
+    plan: &Plan,
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+) -> Vec<(usize, TriangleMesh<Machine>)> {
+    let solid = |print: &Print| {
+        let supports = print.supports.as_ref()?;
+        let mesh = slot_mesh(workpiece, &profile.kinematics(), print, CENTRE_MM);
+        // A plan's grid was made once already; without it the picture lacks them, and nothing else does.
+        let (graph, planned) = columns(&mesh, supports).ok()?;
+        let how = Build { structure: Structure::X, wall_mm: profile.process.line_width_mm, gap_mm: supports.gap_mm };
+        let built = build(&graph, &planned.flow, &Ceiling::of(&graph, &[&mesh.mesh]), &how);
+        Some((print.part, built.mesh.moved(&Rigid::shift(mesh.to_machine))))
+    };
+    plan.prints().filter_map(|(_, print)| solid(print)).collect()
 }
 
 /// The tops of layers of `layer_mm` up to `height_mm`.

@@ -2,17 +2,19 @@
 
 use std::path::Path;
 
+use super::holding::support_solids;
 use super::{
     BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Rejected, Source, World, load_plan,
     load_profile, plan,
 };
 use crate::gcode::marks::made_by;
 use crate::geom::{Machine as MachineFrame, Rigid, Table, Vec3};
+use crate::mesh::TriangleMesh;
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{Placement, Plan, Reason, Workpiece};
 use crate::profile::Profile;
 use crate::trace;
-use crate::verify::{Job, Report, verify};
+use crate::verify::{Job, Report, Room, rooms, verify};
 use crate::view::{Machine, Packed, Program, Scene, Shapes};
 
 /// What is to be looked at.
@@ -60,6 +62,8 @@ pub struct PreviewResult {
     pub extruder: char,
     /// The parts' names.
     pub parts: Vec<String>,
+    /// Names of what is drawn behind the parts: supports of a plan, which a program has as lines.
+    pub supports: Vec<String>,
     /// The plan, where there is one.
     pub plan: Option<Plan>,
     /// The poses in order; of the nearest misses where there is no plan.
@@ -68,6 +72,8 @@ pub struct PreviewResult {
     pub no_plan: Option<Box<NoPlan>>,
     /// What verification says of the program.
     pub report: Option<Report>,
+    /// What room the head has to what it does not print on, by runs of moves; empty without a program.
+    pub rooms: Vec<Room>,
     /// What is drawn.
     pub scene: Scene,
     /// The same, compressed.
@@ -148,11 +154,14 @@ pub fn show(
     if trace.is_empty() {
         return Err(Error::NoMoves { file: file.to_owned() });
     }
-    let packed = Program::of(&trace, program, &profile.kinematics(), profile.dialect.extruder);
+    let workpiece = plan.workpiece();
+    let job = Job { profile, plan: &plan.plan, workpiece: &workpiece };
+    let pack = || Program::of(&trace, program, &profile.kinematics(), profile.dialect.extruder);
+    let (packed, rooms) = rayon::join(pack, || rooms(&trace, &job));
     drop(trace);
     bar.at(2);
     let mut shown = of_plan(file, plan, Some(packed));
-    shown.report = Some(report.clone());
+    (shown.report, shown.rooms) = (Some(report.clone()), rooms);
     shown.seconds = (world.clock.now() - start).as_secs_f64();
     Ok(shown)
 }
@@ -170,9 +179,23 @@ pub fn show_rejected(file: &str, rejected: &Rejected, world: &World<'_>) -> Resu
 /// A plan, pose by pose, with the program where there is one.
 fn of_plan(file: &str, plan: &CheckedPlan, program: Option<Program>) -> PreviewResult {
     let (workpiece, profile) = (plan.workpiece(), &plan.machine.profile);
-    let mut shown = scene(file, profile, &workpiece, program);
+    let kinematics = profile.kinematics();
+    // They stand on the table as it is level.
+    let back = kinematics.forward(Pose::LEVEL).inverse();
+    let solids = if program.is_none() { support_solids(&plan.plan, &workpiece, profile) } else { Vec::new() };
+    let supports: Vec<_> = solids.into_iter().map(|(part, solid)| (part, solid.moved(&back))).collect();
+    let mut shown = scene(file, profile, &workpiece, &supports, program);
+    shown.poses = poses(&plan.plan, &workpiece, &kinematics);
+    for (nth, (part, _)) in supports.iter().enumerate() {
+        let shape = shown.parts.len() + nth;
+        for pose in &mut shown.poses {
+            [&mut pose.fresh, &mut pose.before]
+                .into_iter()
+                .filter(|all| all.contains(part))
+                .for_each(|all| all.push(shape));
+        }
+    }
     shown.plan = Some(plan.plan.clone());
-    shown.poses = poses(&plan.plan, &workpiece, &profile.kinematics());
     shown
 }
 
@@ -185,7 +208,7 @@ fn of_no_plan(no: Box<NoPlan>, request: &PlanRequest, world: &World<'_>) -> Resu
     };
     let placement = request.options.place.as_ref().map_or_else(|| Workpiece::centred(&no.model.model), given);
     let workpiece = Workpiece::place(&no.model.model, &placement);
-    let mut shown = scene(&no.model.file, &loaded.profile, &workpiece, None);
+    let mut shown = scene(&no.model.file, &loaded.profile, &workpiece, &[], None);
     let kinematics = loaded.profile.kinematics();
     let reasons = no.hindrances().into_iter().map(|h| reason(h.nearest, &workpiece, &kinematics));
     shown.poses = reasons.collect();
@@ -193,19 +216,30 @@ fn of_no_plan(no: Box<NoPlan>, request: &PlanRequest, world: &World<'_>) -> Resu
     Ok(shown)
 }
 
-fn scene(file: &str, profile: &Profile, workpiece: &Workpiece<'_>, program: Option<Program>) -> PreviewResult {
+/// The parts on their table, with supports of some of them.
+fn scene(
+    file: &str,
+    profile: &Profile,
+    workpiece: &Workpiece<'_>,
+    supports: &[(usize, TriangleMesh<Table>)],
+    program: Option<Program>,
+) -> PreviewResult {
     let (head, frame) = (profile.head_bodies(), profile.fixed_bodies());
     let machine = Machine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &head, &frame);
-    let scene = Scene { machine, shapes: Shapes::of(&workpiece.parts), program };
+    let name = |part: usize| workpiece.model.parts[part].name.clone();
+    let solids = workpiece.parts.iter().cloned().chain(supports.iter().map(|(_, solid)| solid.clone()));
+    let scene = Scene { machine, shapes: Shapes::of(&solids.collect::<Vec<_>>()), program };
     PreviewResult {
         file: Path::new(file).file_name().map_or_else(|| file.into(), |name| name.to_string_lossy().into_owned()),
         machine: profile.machine.name.clone(),
         extruder: profile.dialect.extruder,
-        parts: workpiece.model.parts.iter().map(|part| part.name.clone()).collect(),
+        parts: (0..workpiece.parts.len()).map(name).collect(),
+        supports: supports.iter().map(|(part, _)| format!("supports of {}", name(*part))).collect(),
         plan: None,
         poses: Vec::new(),
         no_plan: None,
         report: None,
+        rooms: Vec::new(),
         packed: scene.packed(),
         scene,
         seconds_verify: 0.0,

@@ -91,6 +91,11 @@ pub enum BadSetting {
         /// How many.
         parts: usize,
     },
+    /// Boxes of the file's frame for a model that is turned.
+    #[error(
+        "no_cut: boxes are in the file's frame, and up turns the model; give one of them, or turn the model before"
+    )]
+    TurnedBoxes,
     /// A part that the model cannot stand on.
     #[error(
         "base {part}: part {part} ({name}) has no plane face that everything else lies above; give the direction itself as up"

@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
+use super::arrange::{Models, arranged};
 use super::load::spanning;
 use super::{
-    BadSetting, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World, load_model, load_profile,
+    Arrangement, BadSetting, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, Standing, World,
+    load_model, load_profile,
 };
 use crate::geom::{Angle, Bounds, Vec3};
 use crate::mesh::threemf;
@@ -19,6 +21,8 @@ pub struct SplitRequest {
     pub model: ModelSource,
     /// The machine.
     pub machine: MachineSource,
+    /// Which way the solid stands before it is cut.
+    pub standing: Standing,
     /// How.
     pub options: SplitOptions,
 }
@@ -70,8 +74,10 @@ const PEDESTALS_MM: [f64; 3] = [10.0, 20.0, 40.0];
 pub struct SplitResult {
     /// The parts and the cuts; see [`Split::printable`] for whether it worked.
     pub split: Split,
-    /// The model.
+    /// The model, as it stands.
     pub model: LoadedModel,
+    /// How it was stood up, where it does not stand as drawn.
+    pub stood: Option<String>,
     /// Height of the pedestal, mm; 0 for none.
     pub pedestal_mm: f64,
     /// What it took.
@@ -88,7 +94,7 @@ impl SplitResult {
     /// The cuts, a line each, and what they come to.
     pub fn text(&self) -> String {
         let split = &self.split;
-        let mut out = String::new();
+        let mut out = self.stood.as_ref().map_or_else(String::new, |stood| format!("{stood}\n"));
         for (k, cut) in split.cuts.iter().enumerate() {
             let (n, c) = (cut.plane.normal, cut.plane.offset_mm);
             let parts: Vec<String> = cut.parts.iter().map(ToString::to_string).collect();
@@ -171,8 +177,16 @@ pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, E
     let options = &request.options;
     check(options)?;
     let machine = spanning(load_profile(&request.machine, world)?, options.bridge_mm)?;
-    let model = load_model(&request.model, world)?;
-    cut_up(model, &machine, options, world)
+    if request.standing == Standing::AsDrawn {
+        return cut_up(load_model(&request.model, world)?, &machine, options, world);
+    }
+    if !options.no_cut.is_empty() {
+        return Err(BadSetting::TurnedBoxes.into());
+    }
+    let how = Arrangement { standing: request.standing, snap_mm: 0.0, ..Arrangement::default() };
+    let set = arranged(&Models { first: &request.model, how: &how, machine: &machine }, world)?;
+    let stood = set.arranged.map(|arranged| arranged.changes.join("; "));
+    Ok(SplitResult { stood, ..cut_up(set.model, &machine, options, world)? })
 }
 
 /// Cuts a model that is loaded already.
@@ -231,7 +245,7 @@ pub(super) fn cut_up(
             .progress
             .warning(&format!("pieces of {crumbs:.4} mm3 together were left out: they are below what prints"));
     }
-    Ok(SplitResult { split, pedestal_mm, seconds: (world.clock.now() - start).as_secs_f64(), model })
+    Ok(SplitResult { split, stood: None, pedestal_mm, seconds: (world.clock.now() - start).as_secs_f64(), model })
 }
 
 fn check(options: &SplitOptions) -> Result<(), BadSetting> {

@@ -35,6 +35,7 @@ mod registration;
 mod report;
 mod shape;
 mod support;
+mod survey;
 mod tally;
 #[cfg(test)]
 mod tests;
@@ -43,12 +44,13 @@ mod turning;
 mod walk;
 
 pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Nearest, Report, Rule};
+pub use survey::{Room, SURVEYED_MM};
 
 use crate::geom::Vec3;
 use crate::motion::Pose;
 use crate::planning::{Plan, Workpiece};
 use crate::profile::Profile;
-use crate::trace;
+use crate::trace::{self, Trace};
 use acts::Acts;
 
 /// A print of the plan, with its place in the order.
@@ -107,6 +109,13 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
         filament_mm: checked.tally.filament,
         seconds_print: trace.seconds(),
     }
+}
+
+/// What room the head has to what it does not print on, move by move, for pictures: `trace` is the program's.
+pub fn rooms(trace: &Trace, job: &Job<'_>) -> Vec<Room> {
+    let planned = planned(job);
+    let printed = prints::gather(trace, job, &planned);
+    survey::survey(&Acts::new(trace, job.profile, &printed), job, &planned)
 }
 
 /// The plan's prints in the order of [`Plan::prints`], each with its setup's number; then those of supports.

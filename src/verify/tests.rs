@@ -5,12 +5,13 @@
 //! it: `Rz(90) (x, y, z) = (-y, x, z)`; plus the offset, `(-y, x, z + 20)`; `Rx(90) (x, y, z) = (x, -z, y)`, so
 //! `(-y, -z - 20, x)`; plus the pivot, `(-y, -z - 20, x - 20)`.
 
-use super::{Job, Report, Rule, verify};
+use super::{Job, Report, Rule, SURVEYED_MM, rooms, verify};
 use crate::fixtures::solid_box;
 use crate::geom::Vec3;
 use crate::mesh::Model;
 use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, Slot, Workpiece};
 use crate::profile::{Profile, resolve, shipped};
+use crate::trace::{self, Move};
 
 mod lines;
 
@@ -362,10 +363,40 @@ fn clearance_of_the_nozzle_beside_another_print() {
             near - 9.6
         );
         let workpiece = Workpiece::place(&model, &plan.placement);
-        let report = verify(text.as_bytes(), &Job { profile: &profile(), plan: &plan, workpiece: &workpiece });
+        let job = Job { profile: &profile(), plan: &plan, workpiece: &workpiece };
+        let report = verify(text.as_bytes(), &job);
         assert!(report.is_clean(), "{gap}: {:?}", report.findings);
         assert!((report.clearance_mm - gap).abs() < 0.02, "{gap}: {}", report.clearance_mm);
+        // Move by move, for pictures: the post's upper edge beside the cone, or the heater block (20 mm wide, 10 mm up) above it.
+        let rooms_are = |x: f64, z: f64| {
+            let cone = (x - 5.0 - (0.5 + 0.75 * (8.8 - z)) * grow) * lean;
+            cone.min((x - 15.0).max(0.0).hypot(z + 10.0 - 8.8))
+        };
+        rooms_hold(&text, &job, near, rooms_are);
     }
+}
+
+/// The rooms of what is printed from x = `near` - 10 on (tip at `x`, `z`) are lower bounds of `exact`, and not far below.
+fn rooms_hold(text: &str, job: &Job<'_>, near: f64, exact: impl Fn(f64, f64) -> f64) {
+    let trace = trace::read(text.as_bytes(), &job.profile.trace_setting());
+    let rooms = rooms(&trace, job);
+    assert!(rooms.windows(2).all(|two| two[0].moves.end <= two[1].moves.start));
+    let (mut told, mut tight) = (0, 0);
+    for m in trace.moves().filter(Move::prints) {
+        let [from, to] = m.ends().expect("a line has two ends");
+        let (a, b, z) = (from.x, to.x, to.z);
+        let at = rooms.partition_point(|room| room.moves.end <= m.index);
+        let room =
+            rooms.get(at).filter(|room| room.moves.contains(&m.index)).expect("each line of a print has its room").mm;
+        // What the first print does not print on is not there yet.
+        let exact = if a.min(b) > near - 10.0 { exact(a.min(b), z).min(SURVEYED_MM) } else { SURVEYED_MM };
+        assert!(
+            room <= exact + 0.02 && room >= exact - 0.55,
+            "x {a}..{b}, z {z}: {room} mm told, {exact} mm are there"
+        );
+        (told, tight) = (told + 1, tight + usize::from(exact < SURVEYED_MM));
+    }
+    assert!(told > 400 && tight > 100, "{told} moves, {tight} of them tight");
 }
 
 #[test]

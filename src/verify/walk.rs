@@ -89,7 +89,7 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
 }
 
 /// For each print, the others that its part shares no face with.
-fn strangers(job: &Job<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
+pub(super) fn strangers(job: &Job<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
     let apart = |a: usize, b: usize| {
         let joined = |(x, y)| x == a && y == b || x == b && y == a;
         a != b && !job.workpiece.model.interfaces.iter().any(|one| joined((one.a, one.b)))

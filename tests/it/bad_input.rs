@@ -167,6 +167,18 @@ fn what_no_machine_can_be_is_not_called_fine() {
 }
 
 #[test]
+fn numbers_are_refused_in_plain_words() {
+    for (flag, value, words) in [
+        ("--overhang", "abc", "invalid value 'abc' for '--overhang <DEG>': not a number"),
+        ("--budget", "1.5", "invalid value '1.5' for '--budget <STEPS>': not a whole number"),
+        ("--seed", "", "not a whole number"),
+    ] {
+        let text = refused("x.stl", 2, &["-m", "generic-ac", flag, value]);
+        assert!(text.contains(words), "{text}");
+    }
+}
+
+#[test]
 fn a_slicer_that_fails_hangs_or_drops_the_part_is_exit_code_three() {
     let folder = folder();
     let fake = |name: &str, body: &str| {

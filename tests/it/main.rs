@@ -9,6 +9,7 @@ mod columns;
 mod configurations;
 mod cura;
 mod cura_engine;
+mod dry_run;
 mod files_and_streams;
 mod filled;
 mod held;

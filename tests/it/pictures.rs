@@ -5,13 +5,14 @@ use std::path::Path;
 use crate::pipeline::fixture;
 use crate::support::{folder, root, said, trunnion};
 
-/// What the README of the fixtures shows, and how it is made; the code that the command ends with.
-const SHEETS: [(&str, &[&str], i32); 5] = [
-    ("bar-beside-post", &["generic-ac", "--slots", "only-single"], 0),
-    ("between-towers", &["generic-ac", "--slots", "only-single"], 0),
-    ("under-the-gantry", &["fibr3d", "--slots", "only-single"], 0),
-    ("caged", &["generic-ac"], 1),
-    ("hook", &["generic-ac", "--no-remedies"], 1),
+/// What the README of the fixtures shows, of which model, and how it is made; the code that the command ends with.
+const SHEETS: [(&str, &str, &[&str], i32); 6] = [
+    ("bar-beside-post", "bar-beside-post", &["generic-ac", "--slots", "only-single"], 0),
+    ("between-towers", "between-towers", &["generic-ac", "--slots", "only-single"], 0),
+    ("under-the-gantry", "under-the-gantry", &["fibr3d", "--slots", "only-single"], 0),
+    ("caged", "caged", &["generic-ac"], 1),
+    ("hook", "hook", &["generic-ac", "--no-remedies"], 1),
+    ("hook-on-supports", "hook", &["generic-ac", "--supports", "auto"], 0),
 ];
 
 fn sheet(name: &str, words: &[&str], to: &Path, code: i32) -> Vec<u8> {
@@ -26,8 +27,8 @@ fn sheet(name: &str, words: &[&str], to: &Path, code: i32) -> Vec<u8> {
 #[test]
 fn sheets_are_as_they_were_when_they_were_looked_at() {
     let folder = folder();
-    for (name, words, code) in SHEETS {
-        let drawn = sheet(name, words, &folder.path().join(format!("{name}.svg")), code);
+    for (name, model, words, code) in SHEETS {
+        let drawn = sheet(model, words, &folder.path().join(format!("{name}.svg")), code);
         let kept = root().join(format!("fixtures/{name}.svg"));
         if std::env::var_os("UPDATE_FIXTURES").is_some() {
             std::fs::write(&kept, &drawn).unwrap();
@@ -38,6 +39,7 @@ fn sheets_are_as_they_were_when_they_were_looked_at() {
         for wanted in [">table</text>", "mm</text>", ">X</text>", ">Z</text>"] {
             assert!(text.contains(wanted), "{name}: no {wanted}");
         }
+        assert_eq!(text.contains(">supports</text>"), words.contains(&"--supports"), "{name}");
     }
 }
 
@@ -56,7 +58,8 @@ fn a_picture_is_what_its_name_ends_with() {
         assert!([view, land].iter().all(|file| std::fs::read(file).unwrap().starts_with(start)), "{ending}");
     }
     let tree = fixture("y-tree");
-    let verbs: [&[&str]; 6] = [
+    let verbs: [&[&str]; 7] = [
+        &["profile", "check", "generic-ac", "--view"],
         &["plan", &tree, "-m", "generic-ac", "--sheet"],
         &["prepare", &tree, "-m", "generic-ac", "-o", "x.gcode", "--sheet"],
         &["orient", &tree, "--view"],

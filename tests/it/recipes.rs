@@ -41,7 +41,7 @@ fn run(page: &str, least: usize) {
             let text = std::fs::read_to_string(folder.path().join("hanging.gcode")).unwrap();
             assert!(text.contains(";TYPE:Support material") && text.contains("\n;TRUNNION end\n"), "{page}:\n{block}");
         }
-        for written in ["mine.toml", "machine.svg", "touches.toml", "visit.gcode", "calibrated.toml"] {
+        for written in ["mine.toml", "machine.svg", "touches.toml", "visit.gcode", "calibrated.toml", "dry.gcode"] {
             let there = folder.path().join(written).is_file();
             assert!(there || !block.contains(written), "{page}:\n{block} wrote no {written}");
         }

@@ -84,6 +84,13 @@ pub(in crate::cli) enum Verb {
 pub(in crate::cli) struct ModelArgs {
     /// STL, OBJ, 3MF or OFF with one or several closed parts
     pub(in crate::cli) model: PathBuf,
+    #[command(flatten)]
+    pub(in crate::cli) read: ReadArgs,
+}
+
+/// How to read it.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct ReadArgs {
     /// Unit of the file's numbers: um, mm, cm, in, ft or m [default: the file's own, else guessed]
     #[arg(long)]
     pub(in crate::cli) unit: Option<String>,
@@ -134,7 +141,7 @@ pub(in crate::cli) struct PassArgs {
     pub(in crate::cli) tolerate: f64,
 }
 
-/// How to plan.
+/// How to plan. Nothing is flattened in it, so that `conflicts_with` may name it.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct PlanArgs {
     /// What the plan minimises: bss (sum of the parts' slot numbers), time, setups, slots, any objective of
@@ -154,8 +161,6 @@ pub(in crate::cli) struct PlanArgs {
     /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)
     #[arg(long, default_value_t = PlanOptions::default().overhang_deg, value_name = "DEG")]
     pub(in crate::cli) overhang: f64,
-    #[command(flatten)]
-    pub(in crate::cli) pass: PassArgs,
     /// Let a part overhang by so much, or, without MM2, by whatever something else carries; may be given several times
     #[arg(long, value_name = "PART[:MM2]")]
     pub(in crate::cli) allow: Vec<String>,

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 
-use super::{ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs, StreamArgs};
+use super::{
+    ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, ReadArgs, SliceArgs, StreamArgs,
+};
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Prepare {
@@ -19,6 +21,8 @@ pub(in crate::cli) struct Prepare {
     pub(in crate::cli) output: PathBuf,
     #[command(flatten)]
     pub(in crate::cli) plan: PlanArgs,
+    #[command(flatten)]
+    pub(in crate::cli) pass: PassArgs,
     #[command(flatten)]
     pub(in crate::cli) slicing: SliceArgs,
     #[command(flatten)]
@@ -35,6 +39,10 @@ pub(in crate::cli) struct Prepare {
     /// Open that page
     #[arg(long, requires = "preview")]
     pub(in crate::cli) open: bool,
+    /// Also a file to rehearse the print with on the machine itself: cold and slowly to each pose and its outermost places, 20 mm above
+    /// them, with a stop at each pose
+    #[arg(long, value_name = "DRY.gcode")]
+    pub(in crate::cli) dry_run: Option<PathBuf>,
     /// Cut solids by planes where there is no plan for them as they are; the parts are written beside the output as OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(in crate::cli) split: String,
@@ -76,6 +84,8 @@ pub(in crate::cli) struct Plan {
     pub(in crate::cli) supports: String,
     #[command(flatten)]
     pub(in crate::cli) plan: PlanArgs,
+    #[command(flatten)]
+    pub(in crate::cli) pass: PassArgs,
 }
 
 #[derive(ClapArgs)]
@@ -136,10 +146,11 @@ pub(in crate::cli) struct Preview {
     #[arg(required_unless_present_any = ["plan", "compare"])]
     pub(in crate::cli) file: Option<PathBuf>,
     /// The plan it was made by
-    #[arg(long, value_name = "PLAN.json", required_unless_present_any = ["profile", "compare"])]
+    #[arg(long, value_name = "PLAN.json", required_unless_present_any = ["profile", "compare"],
+        conflicts_with_all = ["ReadArgs", "ArrangeArgs", "PlanArgs", "PassArgs", "supports"])]
     pub(in crate::cli) plan: Option<PathBuf>,
     /// Two side by side: plans, or finished files with theirs, as OUT.gcode=PLAN.json
-    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["file", "plan"])]
+    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["file", "plan", "ReadArgs", "ArrangeArgs", "PlanArgs", "PassArgs", "supports"])]
     pub(in crate::cli) compare: Vec<String>,
     /// The page
     #[arg(short, long, value_name = "VIEW.html")]
@@ -149,4 +160,15 @@ pub(in crate::cli) struct Preview {
     pub(in crate::cli) open: bool,
     #[command(flatten)]
     pub(in crate::cli) plan_ref: PlanRef,
+    #[command(flatten, next_help_heading = "How a model is planned")]
+    pub(in crate::cli) read: ReadArgs,
+    #[command(flatten, next_help_heading = "How a model is planned")]
+    pub(in crate::cli) arrange: ArrangeArgs,
+    #[command(flatten, next_help_heading = "How a model is planned")]
+    pub(in crate::cli) planning: PlanArgs,
+    #[command(flatten, next_help_heading = "How a model is planned")]
+    pub(in crate::cli) pass: PassArgs,
+    /// Print solids upright on supports where there is no plan for them as they are
+    #[arg(long, value_parser = ["auto", "never"], default_value = "never", help_heading = "How a model is planned")]
+    pub(in crate::cli) supports: String,
 }

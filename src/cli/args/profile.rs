@@ -26,7 +26,7 @@ pub(in crate::cli) struct CheckProfile {
     #[command(flatten)]
     pub(in crate::cli) of: ProfileName,
     /// Draw table, head and frame from the side
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(in crate::cli) view: Option<PathBuf>,
 }
 

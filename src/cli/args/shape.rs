@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 
 use super::{MachineArgs, ModelArgs, PassArgs};
-use crate::job::{PackOptions, SplitOptions, SupportOptions, Triple};
+use crate::job::{PackOptions, SplitOptions, Standing, SupportOptions, Triple};
 use crate::orient::PRINTABLE;
 
 #[derive(ClapArgs)]
@@ -52,7 +52,7 @@ pub(in crate::cli) struct Orient {
     /// Price this pose too: the direction of the file that is up while printing, as 0,0,1
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(in crate::cli) up: Option<Triple>,
-    /// Width of the columns that support volumes are measured by [default: 0.5, for parts above 200 mm a 400th of their length]
+    /// Width of the columns that support volumes are measured by [default: 0.5, for parts above 100 mm a 200th of their length]
     #[arg(long, value_name = "MM")]
     pub(in crate::cli) resolution: Option<f64>,
     /// Only directions whose first layer lies on the bed with at least this much
@@ -78,6 +78,9 @@ pub(in crate::cli) struct Split {
     pub(in crate::cli) model: ModelArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
+    /// Direction of the file that is up, or auto: as `trunnion orient` recommends [default: as drawn]; the parts come out so turned
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "no_cut")]
+    pub(in crate::cli) up: Option<Standing>,
     /// The parts, in the order of printing (3MF); written only if the machine has a plan for them
     #[arg(short, long, value_name = "PARTS.3mf")]
     pub(in crate::cli) output: PathBuf,

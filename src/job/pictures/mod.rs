@@ -1,5 +1,6 @@
 //! What pictures are of: plans, reasons, parts and supports as frames for [`crate::view`], and the files they go to.
 
+mod machine;
 mod parts;
 mod plan;
 

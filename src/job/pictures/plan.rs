@@ -1,6 +1,6 @@
 //! A plan pose by pose, or the reasons against one: what stands, what is new, the head's lower end, the table's axes.
 
-use super::{BEFORE, HEAD, NEW, OVERHANG, STRUCK, TABLE, highest};
+use super::{BEFORE, HEAD, NEW, OVERHANG, STRUCK, SUPPORT, SUPPORT_WORD, TABLE, highest};
 use crate::geom::{Angle, Body, Machine, Rigid, Table, Vec3};
 use crate::mesh::{TABLE_GAP_MM, TriangleMesh};
 use crate::motion::{Pose, TableKinematics, TiltAbout};
@@ -31,17 +31,20 @@ pub(in crate::job) struct Told<'a> {
     pub(in crate::job) overhang: Angle,
 }
 
-/// A frame for each pose of `plan`; `story` says below all frames what became of the model before.
-pub(in crate::job) fn plan_sheet(plan: &Plan, told: Told<'_>, story: Option<&str>) -> Sheet {
+/// Supports: the part that they hold, and their surface.
+pub(in crate::job) type Supports = [(usize, TriangleMesh<Machine>)];
+
+/// A frame for each pose of `plan` with its `supports`; `story` says below all frames what became of the model before.
+pub(in crate::job) fn plan_sheet(plan: &Plan, told: Told<'_>, supports: &Supports, story: Option<&str>) -> Sheet {
     let mut before: Vec<usize> = Vec::new();
     let mut frames = Vec::new();
     for slot in &plan.slots {
         for setup in slot.setups() {
-            frames.push(told.setup(slot.id, &setup, &before));
+            frames.push(told.setup(slot.id, &setup, &before, supports));
             before.extend(setup.iter().map(|p| p.part));
         }
     }
-    let legend = vec![
+    let mut legend = vec![
         (NEW, "printed in this pose"),
         (BEFORE, "printed before"),
         (OVERHANG, "overhangs more than allowed"),
@@ -49,6 +52,9 @@ pub(in crate::job) fn plan_sheet(plan: &Plan, told: Told<'_>, story: Option<&str
         (TABLE, "table"),
         (HEAD, "lower end of the head"),
     ];
+    if !supports.is_empty() {
+        legend.insert(1, SUPPORT_WORD);
+    }
     let story = story.map(str::to_owned).into_iter().collect();
     let title = format!("A plan in {} poses of the table", frames.len());
     Sheet { title, side: FRAME, columns: COLUMNS, frames, legend, story }
@@ -97,7 +103,7 @@ impl Told<'_> {
         self.workpiece.parts[part].moved(motion)
     }
 
-    fn setup(&self, slot: usize, setup: &[&Print], before: &[usize]) -> Frame {
+    fn setup(&self, slot: usize, setup: &[&Print], before: &[usize], supports: &Supports) -> Frame {
         let table = self.table();
         let pose = setup[0].pose(&table);
         let motion = table.forward(pose);
@@ -117,6 +123,9 @@ impl Told<'_> {
             let surface = Surface { marked, name: Some(self.name(part)), ..Surface::of(&mesh, NEW) };
             frame.surfaces.push(Surface { wanted: true, joint: Joint::New, ..surface });
         }
+        // They stand on the level table, and nothing turns behind them.
+        let here = supports.iter().filter(|(part, _)| new.contains(part));
+        frame.surfaces.extend(here.map(|(_, mesh)| Surface::of(mesh, SUPPORT)));
         let fresh = frame.surfaces.iter().filter(|surface| surface.wanted);
         if let Some(tip) = highest(fresh.flat_map(|surface| &surface.points)) {
             let bodies = self.profile.head_bodies();

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::arrange::{Models, SetUp, arranged};
+use super::holding::support_solids;
 use super::load::spanning;
 use super::pictures::{Told, plan_sheet, reasons_sheet};
 use super::{
@@ -90,7 +91,8 @@ impl PlanResult {
     pub fn sheet(&self) -> Drawing {
         let (workpiece, profile) = (&self.plan.workpiece(), &self.plan.machine.profile);
         let told = Told { workpiece, profile, overhang: self.overhang };
-        plan_sheet(&self.plan.plan, told, self.story.as_deref()).drawing()
+        let supports = support_solids(&self.plan.plan, workpiece, profile);
+        plan_sheet(&self.plan.plan, told, &supports, self.story.as_deref()).drawing()
     }
 }
 

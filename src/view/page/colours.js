@@ -27,6 +27,11 @@ function colourModes(replay, facts) {
   const way = (i) => (i ? Math.hypot(...replay.at.map((axis) => axis[i] - axis[i - 1])) / XYZ : 0);
   const stated = (v) => (v > 0 ? v : NaN);
   const per = (amount, i) => (seconds(i) > 0 ? amount / seconds(i) : NaN);
+  const { rooms, surveyed_mm: most } = replay.facts, starts = rooms.map(([from]) => from);
+  const room = (i) => {
+    const [, to, mm] = rooms[above(starts, i) - 1] ?? [0, 0, NaN];
+    return i < to ? mm : NaN;
+  };
   return {
     part: { title: 'Part', of: (i) => print(i)[0], name: (k) => facts.parts[k]?.name ?? 'none' },
     slot: { title: 'Slot', of: (i) => print(i)[1], name: (k) => (k < 0 ? 'none' : `slot ${k}`) },
@@ -35,6 +40,7 @@ function colourModes(replay, facts) {
     flow: { title: 'Filament', unit: 'mm/s of filament', value: (i) => per(replay.e[i] / FILAMENT, i) },
     height: { title: 'Layer height', unit: 'mm', value: (i) => stated(style(i)[3]) },
     temperature: { title: 'Nozzle', unit: 'deg C', value: (i) => stated(replay.places[replay.place[i]].nozzle_c) },
+    ...(rooms.length ? { clearance: { title: 'Clearance', unit: `mm at least, to what it does not print on (${most}: that and more)`, value: room } } : {}),
   };
 }
 

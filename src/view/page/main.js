@@ -54,7 +54,7 @@ function upload(shapes) {
   stuff = {
     table: hull(machine.table), grid: drawing.buffer(grid), gridCount: grid.length / 3, box: drawing.buffer(box),
     head: machine.head.map((piece) => ({ ...piece, ...hull(piece.hull) })), frame: machine.frame.map((piece) => ({ ...piece, ...hull(piece.hull) })),
-    parts: shapes.map(({ points, faces }) => ({ ...whole(points, faces), points })),
+    parts: shapes.map(({ points, faces }, k) => ({ ...whole(points, faces), points, support: facts.parts[k].role === 'support' })),
   };
   if (!replay) return;
   travels = beads.travels();
@@ -162,7 +162,7 @@ function drawParts(eye) {
     .filter((one, k) => replay || !pose || one.fresh || pose.before.includes(k));
   // What is seen through comes last.
   kinds.sort((a, b) => a.clear - b.clear).forEach(({ part, clear, struck, fresh }) => {
-    const colour = fresh ? KINDS[5] : struck ? KINDS[3] : colours.ghost;
+    const colour = part.support ? KINDS[1] : fresh ? KINDS[5] : struck ? KINDS[3] : colours.ghost;
     drawing.solids(part.triangles, part.count, colour, !clear ? 1 : struck ? 0.4 : 0.22, eye.table);
     drawing.lines(part.edges, part.edgeCount, colours.edge, clear ? 0.35 : 0.5, eye.table);
   });

@@ -44,8 +44,8 @@ function panels() {
   pressed('play', () => play(!state.playing));
   if (!replay) return hideProgram();
   Object.entries(modes).forEach(([id, mode]) => byId('colour').append(new Option(mode.title, id)));
-  // What is not known is said: verification keeps the least clearance with its line and places, not one for each move.
-  byId('colour').append(Object.assign(new Option('Clearance: only the least is known', ''), { disabled: true }));
+  // What is not known is said: a program without a print has no rooms.
+  if (!modes.clearance) byId('colour').append(Object.assign(new Option('Clearance: no print has any', ''), { disabled: true }));
   byId('colour').addEventListener('change', () => { state.mode = byId('colour').value; recolour(); });
   SPEEDS.forEach((speed) => byId('speed').append(new Option(`${speed} x`, speed, speed === state.speed, speed === state.speed)));
   byId('speed').addEventListener('change', () => { state.speed = Number(byId('speed').value); });
@@ -73,7 +73,7 @@ function hideProgram() {
 /** What the picture shows, for those who cannot see it. */
 function summary() {
   const { verify, machine, program } = facts;
-  const of = `${counted(facts.parts.length, 'part')} on ${machine.name}`;
+  const of = `${counted(facts.parts.filter(({ role }) => role === 'solid').length, 'part')} on ${machine.name}`;
   if (facts.kind === 'reasons') return `${of}, and no plan: ${facts.why_not}. Each entry below is the nearest miss of one part.`;
   const poses = counted(facts.poses.length, 'pose');
   if (!program) return `A plan for ${of}, ${poses}; nothing is sliced yet.`;

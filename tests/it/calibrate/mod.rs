@@ -2,7 +2,7 @@
 
 mod command;
 mod touched;
-mod visited;
+pub(crate) mod visited;
 mod witness;
 
 use nalgebra::Vector3;

@@ -64,6 +64,56 @@ impl Replay<'_> {
     }
 }
 
+/// What became of a file, line by line.
+pub(crate) struct Visited {
+    /// How near the head came to the table, mm, by points.
+    pub(crate) nearest: f64,
+    /// The words of the table at each stop, degrees.
+    pub(crate) stops: Vec<[f64; 2]>,
+    /// Where the tip was, with the words.
+    pub(crate) tips: Vec<([f64; 2], Vector3<f64>)>,
+}
+
+/// Carries out a cold file: nothing heats, nothing is pushed, all is slow, one axis of the table at a time, within the axes.
+pub(crate) fn visited(profile: &Profile, gcode: &str) -> Visited {
+    let name = &profile.machine.name;
+    let mut numbers = SplitMix64::seeded(3);
+    let head = profile.head_bodies().into_iter().map(|body| {
+        let points = points_of(&body, &mut numbers);
+        (body, points)
+    });
+    let mut replay = Replay { profile, head: head.collect(), tip: None, words: [0.0; 2], nearest: f64::INFINITY };
+    let letters = [profile.kinematics.tilt.letter, profile.kinematics.rotation.letter];
+    let (mut at, mut stops, mut tips) = ([None; 3], Vec::new(), Vec::new());
+    for line in gcode.lines().filter(|line| !line.starts_with(';')) {
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        if ["M0", "M226", "PAUSE"].contains(&words[0]) {
+            stops.push(replay.words);
+        }
+        assert!(!["M104", "M109", "M140", "M190", "M106"].contains(&words[0]), "{name}: {line} heats");
+        if words[0] != "G1" {
+            continue;
+        }
+        assert!(!words.iter().any(|w| w.starts_with(profile.dialect.extruder)), "{name}: {line} pushes filament");
+        let turns: Vec<usize> = (0..2).filter(|&i| words.iter().any(|w| w.starts_with(letters[i]))).collect();
+        let mut to = replay.words;
+        for word in &words[1..] {
+            let value: f64 = word[1..].parse().unwrap();
+            match word.chars().next().unwrap() {
+                'F' => assert!(value <= 1500.0, "{name}: {line} is fast"),
+                axis @ ('X' | 'Y' | 'Z') => at["XYZ".find(axis).unwrap()] = Some(value),
+                axis => to[letters.iter().position(|l| *l == axis).unwrap()] = value,
+            }
+        }
+        assert!(turns.len() <= 1 && (turns.is_empty() || words.len() == 3), "{name}: {line} turns with something else");
+        let tip = at[0].zip(at[1]).zip(at[2]).map(|((x, y), z)| Vector3::new(x, y, z));
+        tip.iter().for_each(|tip| assert_eq!(profile.linear_limits().violation(tip), None, "{name}: {line}"));
+        replay.go(tip, to);
+        tips.extend(tip.map(|tip| (to, tip)));
+    }
+    Visited { nearest: replay.nearest, stops, tips }
+}
+
 #[test]
 fn the_poses_are_visited_cold_clear_and_within_the_axes() {
     for name in ["generic-ac", "fibr3d", "open5x-prusa", "linuxcnc-xyzac-trt"] {
@@ -72,43 +122,9 @@ fn the_poses_are_visited_cold_clear_and_within_the_axes() {
         let names: Vec<String> = chosen.poses.iter().map(|_| "it".to_owned()).collect();
         let made = visit(&profile, &chosen.poses, &names).unwrap_or_else(|no| panic!("{name}: {no}"));
         assert!(made.left_out.iter().all(|line| line.starts_with('M')), "{:?}", made.left_out);
-        let mut numbers = SplitMix64::seeded(3);
-        let head = profile.head_bodies().into_iter().map(|body| {
-            let points = points_of(&body, &mut numbers);
-            (body, points)
-        });
-        let mut replay =
-            Replay { profile: &profile, head: head.collect(), tip: None, words: [0.0; 2], nearest: f64::INFINITY };
-        let letters = [profile.kinematics.tilt.letter, profile.kinematics.rotation.letter];
-        let (mut at, mut stops) = ([None; 3], 0);
-        for line in made.gcode.lines().filter(|line| !line.starts_with(';')) {
-            let words: Vec<&str> = line.split_ascii_whitespace().collect();
-            stops += usize::from(["M0", "M226", "PAUSE"].contains(&words[0]));
-            assert!(!["M104", "M109", "M140", "M190", "M106"].contains(&words[0]), "{name}: {line} heats");
-            if words[0] != "G1" {
-                continue;
-            }
-            assert!(!words.iter().any(|w| w.starts_with(profile.dialect.extruder)), "{name}: {line} pushes filament");
-            let turns: Vec<usize> = (0..2).filter(|&i| words.iter().any(|w| w.starts_with(letters[i]))).collect();
-            let mut to = replay.words;
-            for word in &words[1..] {
-                let value: f64 = word[1..].parse().unwrap();
-                match word.chars().next().unwrap() {
-                    'F' => assert!(value <= 1500.0, "{name}: {line} is fast"),
-                    axis @ ('X' | 'Y' | 'Z') => at["XYZ".find(axis).unwrap()] = Some(value),
-                    axis => to[letters.iter().position(|l| *l == axis).unwrap()] = value,
-                }
-            }
-            assert!(
-                turns.len() <= 1 && (turns.is_empty() || words.len() == 3),
-                "{name}: {line} turns with something else"
-            );
-            let tip = at[0].zip(at[1]).zip(at[2]).map(|((x, y), z)| Vector3::new(x, y, z));
-            tip.iter().for_each(|tip| assert_eq!(profile.linear_limits().violation(tip), None, "{name}: {line}"));
-            replay.go(tip, to);
-        }
-        assert_eq!(stops, chosen.poses.len(), "{name}");
-        assert!(replay.nearest > 2.9, "{name}: the head comes to {} mm from the table", replay.nearest);
+        let seen = visited(&profile, &made.gcode);
+        assert_eq!(seen.stops.len(), chosen.poses.len(), "{name}");
+        assert!(seen.nearest > 2.9, "{name}: the head comes to {} mm from the table", seen.nearest);
         assert!(chosen.poses.iter().any(|one| one.of != Of::Table && one.words_deg[0].abs() > 10.0), "{name}");
     }
 }

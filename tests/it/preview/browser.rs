@@ -120,7 +120,7 @@ const STAGE: &str = "(() => { setTheme(false); byId('stage').style.cssText = 'po
 #[test]
 fn the_page_shows_plays_and_answers_keys() {
     let shown = Shown::of("ding");
-    let modes = ["part", "slot", "feature", "speed", "flow", "height", "temperature"];
+    let modes = ["part", "slot", "feature", "speed", "flow", "height", "temperature", "clearance"];
     let mut steps = vec![eval("setTheme(false)"), whole(), picture(), eval("byId('summary').textContent")];
     for mode in modes {
         steps.extend([
@@ -412,6 +412,17 @@ pub(super) fn shows_poses(folder: &Path, plan: &Path, none: &Path) {
         let poses = answers.results[3].as_array().unwrap();
         assert!(!poses.is_empty() && poses.iter().all(|text| !text.as_str().unwrap().is_empty()));
     }
+}
+
+/// Supports are drawn in their own colour, and are no part.
+pub(super) fn shows_supports(page: &Path) {
+    let steps = [eval(STAGE), whole(), picture(), eval("byId('summary').textContent")];
+    let Some(answers) = browse(page, &steps) else { return };
+    answers.quiet();
+    let pixels = bytes(&answers.results[2]);
+    let blue = pixels.chunks(3).filter(|p| p[2] > 120 && p[2] > p[0].saturating_add(60)).count();
+    assert!(blue > 30, "{blue} places are as blue as supports are");
+    assert!(answers.results[3].as_str().unwrap().contains("1 part on"), "{}", answers.results[3]);
 }
 
 /// Both pages of one are drawn, and where one camera goes the other goes too.

@@ -284,6 +284,42 @@ fn a_plan_alone_and_the_lack_of_one_are_shown() {
     browser::shows_poses(folder.path(), &page, &none);
 }
 
+/// What `plan` takes, `preview` of a model takes: there is a page of whatever was asked for. Supports are drawn with what they hold.
+#[test]
+fn a_model_is_planned_as_it_would_be_by_plan() {
+    let folder = folder();
+    let page = folder.path().join("view.html");
+    let shown = |words: &[&str]| -> Value {
+        let mut run = trunnion();
+        run.arg("preview").args(words).args(["-m", "generic-ac", "-q", "-o"]).arg(&page);
+        let run = run.output().unwrap();
+        assert!(run.status.success(), "{words:?}: {}", said(&run));
+        Page::read(std::fs::read_to_string(&page).unwrap()).facts
+    };
+    let poses = |facts: &Value| facts["poses"].as_array().unwrap().len();
+    let towers = fixture("between-towers");
+    let (together, single) = (shown(&[&towers]), shown(&[&towers, "--slots", "only-single"]));
+    assert!(poses(&single) > poses(&together), "{} and {} poses", poses(&single), poses(&together));
+    let two = shown(&[&fixture("cube"), &fixture("cube"), "--unit", "mm", "--gap", "40"]);
+    assert_eq!(two["parts"].as_array().unwrap().len(), 2);
+
+    let held = shown(&[&fixture("hook"), "--supports", "auto"]);
+    let roles: Vec<&Value> = held["parts"].as_array().unwrap().iter().map(|part| &part["role"]).collect();
+    assert_eq!(roles, ["solid", "support"]);
+    assert_eq!(held["poses"][0]["fresh"], json!([0, 1]));
+    assert!(held["parts"][1]["facets"].as_u64().unwrap() > 20, "{}", held["parts"]);
+    browser::shows_supports(&page);
+
+    for words in
+        [&["--supports", "auto"][..], &["--slots", "single"], &["--up", "1,0,0"], &["--unit", "mm"], &["--bridge", "5"]]
+    {
+        let run =
+            trunnion().args(["preview", "x.gcode", "--plan", "p.json", "-o", "v.html"]).args(words).output().unwrap();
+        assert_eq!(run.status.code(), Some(2), "{}", said(&run));
+        assert!(said(&run).contains("cannot be used with"), "{words:?}: {}", said(&run));
+    }
+}
+
 /// Two plans, and two finished files, in one page.
 #[test]
 fn two_are_shown_side_by_side() {
@@ -355,8 +391,25 @@ fn the_least_clearance_has_its_two_places() {
         let part = model.parts.iter().map(|part| away(&part.mesh)).fold(f64::INFINITY, f64::min);
         assert!(part < 0.5 || other.z.abs() < 1e-3, "{name}: {part} mm from all parts, {} above the table", other.z);
         assert!((0.0..=1.0).contains(&near["share"].as_f64().unwrap()));
+        rooms_hold(name, &facts);
         browser::draws_the_least_clearance(&shown);
     }
+}
+
+/// The rooms of runs of moves: one after the other, few told as none, and most of a tree's as more than anybody worries about.
+fn rooms_hold(name: &str, facts: &Value) {
+    let program = &facts["program"];
+    let number = |room: &Value, i: usize| room[i].as_f64().unwrap();
+    let rooms = program["rooms"].as_array().unwrap();
+    let most = program["surveyed_mm"].as_f64().unwrap();
+    assert!(rooms.windows(2).all(|two| number(&two[0], 1) <= number(&two[1], 0)), "{name}: runs lie over each other");
+    assert!(rooms.iter().all(|room| number(room, 0) < number(room, 1) && (0.0..=most).contains(&number(room, 2))));
+    let moves = |of: &dyn Fn(f64) -> bool| -> f64 {
+        rooms.iter().filter(|room| of(number(room, 2))).map(|room| number(room, 1) - number(room, 0)).sum()
+    };
+    let all = moves(&|_| true);
+    assert!(all > 0.9 * program["moves"].as_f64().unwrap(), "{name}: {all} moves have their room");
+    assert!(moves(&|mm| mm == most) > 0.5 * all && moves(&|mm| mm == 0.0) < 0.01 * all, "{name}: {rooms:?}");
 }
 
 /// By sampling: good to a hundredth of the triangle.

@@ -53,6 +53,31 @@ fn the_document_has_what_scripts_read() {
     assert_eq!(first, std::fs::read(folder.path().join("again.3mf")).unwrap());
 }
 
+/// A T on its head needs no cut; the parts come out as they stand.
+#[test]
+fn a_solid_is_turned_before_it_is_cut() {
+    let folder = folder();
+    let (output, model) = (folder.path().join("parts.3mf"), written(folder.path(), "tee.stl", &solids::tee()));
+    for (up, words) in [("0,0,-1", "(0.0000, 0.0000, -1.0000) up"), ("auto", "up, as orient recommends")] {
+        let (code, out, err) = run(&model, &output, &["--json", "--up", up]);
+        assert_eq!(code, Some(0), "{err}");
+        let document: Value = serde_json::from_str(&out).unwrap();
+        assert!(document["stood"].as_str().unwrap().contains(words), "{document}");
+        assert_eq!(document["planes"].as_array().unwrap().len(), 0, "{document}");
+        let plan = trunnion().args(["plan", "-m", "generic-ac", "-q"]).arg(&output).output().unwrap();
+        assert!(plan.status.success(), "{up}: {}", said(&plan));
+    }
+    let (_, out, _) = run(&model, &output, &["--up", "0,0,-1"]);
+    assert!(out.starts_with("tee.stl stands with") || out.contains(" stands with (0.0000"), "{out}");
+    for (more, words) in
+        [(&["--up", "0,0,0"][..], "up"), (&["--up", "0,0,1", "--no-cut", "0,0,0,1,1,1"], "cannot be used with")]
+    {
+        let (code, _, err) = run(&model, &folder.path().join("none.3mf"), more);
+        assert!(code == Some(2) && err.contains(words), "{err}");
+    }
+    assert!(!folder.path().join("none.3mf").exists());
+}
+
 #[test]
 fn cut_solids_go_through_plan_and_prepare() {
     let folder = folder();

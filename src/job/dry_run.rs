@@ -1,0 +1,104 @@
+//! `prepare --dry-run`: a file with which a print is rehearsed on the machine itself, cold.
+//!
+//! Poses and places come from the verified program's own moves, so what is rehearsed is what will be printed: each pose at which something
+//! is laid, in order, and the tip's outermost places there.
+
+use super::{CheckedPlan, Error};
+use crate::calibrate::{self, ColdPose, outermost};
+use crate::geom::Vec3;
+use crate::motion::Pose;
+use crate::planning::Print;
+use crate::spelling::counted;
+use crate::trace;
+
+/// A rehearsal.
+#[derive(Clone, Debug)]
+pub struct DryRun {
+    /// The file.
+    pub gcode: String,
+    /// Poses in order.
+    pub poses: Vec<ColdPose>,
+    /// Start lines of the profile that are not in it, since they heat or nobody knows what they do.
+    pub left_out: Vec<String>,
+}
+
+impl DryRun {
+    /// What it is, in words.
+    pub fn text(&self) -> String {
+        let places = self.poses.iter().map(|pose| pose.places.len()).sum();
+        let left_out = match &self.left_out[..] {
+            [] => String::new(),
+            lines => format!("; of the start lines these are not in it: {}", lines.join(", ")),
+        };
+        let (poses, places) = (counted(self.poses.len(), "pose"), counted(places, "place"));
+        format!("cold, {poses} with a stop at each, {places} from 20 mm above{left_out}")
+    }
+}
+
+/// Rehearses `program`, which was made for `plan`.
+///
+/// # Errors
+///
+/// [`Error::NoDryRun`] where a way on the bare table is not proved clear.
+pub fn dry_run(program: &[u8], plan: &CheckedPlan) -> Result<DryRun, Error> {
+    let profile = &plan.machine.profile;
+    let poses = poses(program, plan);
+    let made = calibrate::dry_run(profile, &poses).map_err(|no| Error::NoDryRun { why: no.to_string() })?;
+    Ok(DryRun { gcode: made.gcode, left_out: made.left_out, poses })
+}
+
+/// What is laid at one pose.
+struct Laid {
+    pose: Pose,
+    words_deg: [f64; 2],
+    slot: usize,
+    parts: Vec<usize>,
+    places: Vec<Vec3>,
+}
+
+fn poses(program: &[u8], plan: &CheckedPlan) -> Vec<ColdPose> {
+    let profile = &plan.machine.profile;
+    let trace = trace::read(program, &profile.trace_setting());
+    let supports = plan.plan.supports().map(|(_, slot, print)| (slot, print));
+    let prints: Vec<(usize, &Print)> = plan.plan.prints().chain(supports).collect();
+    let mut all: Vec<Laid> = Vec::new();
+    for m in trace.moves().filter(trace::Move::prints) {
+        let state = trace.state(&m);
+        let print = state.print.and_then(|number| prints.get(number as usize));
+        let (Some(&(slot, print)), Some(pose), Some(ends)) = (print, state.pose(), m.ends()) else { continue };
+        if all.last().is_none_or(|laid| laid.pose != pose) {
+            let words_deg = [print.tilt_deg, print.rotation_deg];
+            all.push(Laid { pose, words_deg, slot, parts: Vec::new(), places: Vec::new() });
+        }
+        let Some(laid) = all.last_mut() else { continue };
+        if !laid.parts.contains(&print.part) {
+            laid.parts.push(print.part);
+        }
+        laid.places.extend(ends);
+        if laid.places.len() > MOST {
+            laid.places = outermost(laid.places.drain(..));
+        }
+    }
+    all.into_iter().map(|laid| laid.cold(plan)).collect()
+}
+
+/// Places that are kept until they are looked through.
+const MOST: usize = 4096;
+
+impl Laid {
+    fn cold(self, plan: &CheckedPlan) -> ColdPose {
+        let kinematics = &plan.machine.profile.kinematics;
+        let [tilt, rotation] = self.words_deg.map(|deg| (deg * 100.0).round() / 100.0 + 0.0);
+        let name = |part: &usize| format!("{part} ({})", plan.model.model.parts[*part].name);
+        let parts: Vec<String> = self.parts.iter().map(name).collect();
+        let parts_word = if parts.len() == 1 { "part" } else { "parts" };
+        let name = format!(
+            "slot {}, {}{tilt} {}{rotation}, {parts_word} {}",
+            self.slot,
+            kinematics.tilt.letter,
+            kinematics.rotation.letter,
+            parts.join(", ")
+        );
+        ColdPose { words_deg: self.words_deg, name, places: outermost(self.places.into_iter()) }
+    }
+}
