@@ -14,6 +14,7 @@ mod prepare;
 mod preview;
 mod profile;
 mod progress;
+mod publish;
 mod requests;
 mod rewrite;
 mod send;
@@ -60,6 +61,7 @@ pub fn run() -> ExitCode {
         Verb::Verify(verb) => verify::run(&verb, &console),
         Verb::Preview(verb) => preview::run(&verb, &console),
         Verb::Send(verb) => send::run(&verb, &console),
+        Verb::Publish(verb) => publish::run(&verb, &console),
         Verb::Simulate(verb) => simulate::run(&verb, &console),
         Verb::Profile(verb) => profile::run(&verb, &console),
     };

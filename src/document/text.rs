@@ -6,9 +6,10 @@ use super::model::apart;
 pub use super::plan_text::{comparison, no_plan, planned, sequence};
 use super::priced::{grams, minutes, plain};
 use super::{figures, reasons};
-use crate::job::{Compared, Oriented, OrientedPart};
+use crate::job::{Compared, Oriented, OrientedPart, PublishResult};
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
+use crate::publish::Figures;
 use crate::spelling::counted;
 use crate::verify::Report;
 
@@ -175,4 +176,32 @@ fn table(rows: &[Compared], out: &mut String) {
         figures(row).into_iter().for_each(|(.., value)| _ = write!(out, " {value:>14.4}"));
     }
     out.push('\n');
+}
+
+/// Why a file without its plan is not published.
+pub const ONLY_VERIFIED_IS_PUBLISHED: &str = "only a file that verifies is published: give its plan with --plan PLAN.json; or, without any check for collisions, --unverified";
+
+/// A file on the server of a printer.
+pub fn published(done: &PublishResult) -> String {
+    let PublishResult { to, name, bytes, sha256, delivered, stated, .. } = done;
+    let how = if delivered.uploads == 0 { "was there already" } else { "uploaded" };
+    let started = if delivered.started { "; its print has begun" } else { "" };
+    let mut out =
+        format!("{}: {name} {how}, {bytes} bytes, the same as here (sha256 {sha256:.12}..){started}\n", to.kind);
+    for (who, figures) in [("stated", stated), ("shown there", &delivered.shown)] {
+        let Figures { seconds, filament_mm, layers } = figures;
+        let known = [
+            seconds.map(|s| format!("about {:.0} min", s / 60.0)),
+            filament_mm.map(|mm| format!("{:.2} m of filament", mm / 1000.0)),
+            layers.map(|layers| counted(usize::try_from(layers).unwrap_or(usize::MAX), "layer")),
+        ];
+        let known: Vec<String> = known.into_iter().flatten().collect();
+        let all = if known.is_empty() {
+            "nothing yet; it looks through a file when it has time".to_owned()
+        } else {
+            known.join(", ")
+        };
+        let _ = writeln!(out, "  {who}: {all}");
+    }
+    out
 }

@@ -10,6 +10,7 @@ use crate::link::{JournalError, ProgramError, Unfit};
 use crate::mesh::{MeshError, UnknownUnit};
 use crate::planning::{Infeasible, Misplaced, PlanError};
 use crate::profile::ProfileError;
+use crate::publish::{BadInput, PublishError};
 use crate::slicing::SliceError;
 use crate::toolpath::{RewriteError, SlicedError, TooLarge};
 
@@ -350,6 +351,12 @@ pub enum Error {
     /// A port that cannot be had.
     #[error(transparent)]
     Port(#[from] PortError),
+    /// A server, a key or a name that cannot be.
+    #[error(transparent)]
+    PublishInput(#[from] BadInput),
+    /// A server that does not take a program.
+    #[error(transparent)]
+    Publish(#[from] PublishError),
     /// The printer, the wire or the operator ended the print.
     #[error("{0}")]
     Printer(String),

@@ -13,6 +13,7 @@
 //! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
 //! PreviewRequest --preview--> PreviewResult                              a program, a plan or the lack of one, to be looked at
 //! Verified       --send, resume, rehearse--> the printer                   an Operator stands by
+//! Verified       --publish--> PublishResult                              a server has it, the same bytes
 //! ```
 //!
 //! What a job touches beyond its own values (files, slicers, ports, the clock, whoever watches) comes with its [`World`];
@@ -38,6 +39,7 @@ mod profile_check;
 mod profile_new;
 mod profile_view;
 mod progress;
+mod publish;
 mod rewrite;
 mod send;
 mod setting;
@@ -73,6 +75,7 @@ pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, sh
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
 pub use profile_new::{MadeProfile, NewProfile, QUESTIONS, new_profile, not_there, own_place};
 pub use progress::{Bar, Progress, Silent, Step};
+pub use publish::{PublishRequest, PublishResult, publish, server_key};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{
     Answer, At, Figures, Operator, Rehearsal, SendOptions, SendRequest, Sending, Unattended, Wire, can_be_sent,
@@ -89,5 +92,6 @@ pub use supported::{HeldModel, HeldPart};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{
-    Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, Ports, Slicers, SystemClock, World, with_suffix,
+    Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Slicers, SystemClock, World,
+    key_from_environment, with_suffix,
 };

@@ -38,6 +38,7 @@ mod practised;
 mod preview;
 mod printable;
 mod projects;
+mod publish;
 mod recipes;
 mod respelt;
 mod rewriting;
