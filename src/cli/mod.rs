@@ -4,6 +4,7 @@
 //! everything else to stderr.
 
 mod args;
+mod batch;
 mod failure;
 mod inspect;
 mod operator;
@@ -48,7 +49,8 @@ pub fn run() -> ExitCode {
         }
     };
     let console = Console::new(args.json, args.quiet, args.verbose);
-    let done = match args.verb {
+    let many = batch::run(&args, &console);
+    let done = many.unwrap_or_else(|| match args.verb {
         Verb::Prepare(verb) => prepare::run(&verb, &console),
         Verb::Inspect(verb) => inspect::run(&verb, &console),
         Verb::Orient(verb) => orient::run(&verb, &console),
@@ -64,7 +66,7 @@ pub fn run() -> ExitCode {
         Verb::Publish(verb) => publish::run(&verb, &console),
         Verb::Simulate(verb) => simulate::run(&verb, &console),
         Verb::Profile(verb) => profile::run(&verb, &console),
-    };
+    });
     // What the verb itself says comes first.
     let failures = [done, console.end()].map(Result::err);
     failures.iter().flatten().for_each(|failure| progress::error(&failure.to_string()));

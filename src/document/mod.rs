@@ -8,6 +8,7 @@
 //!
 //! Plans, profiles and verify's reports serialise themselves where their formats are decided; they are embedded as they are.
 
+mod batched;
 mod calibrated;
 mod model;
 mod oriented;
@@ -21,6 +22,7 @@ mod supported;
 pub mod text;
 mod viewed;
 
+pub use batched::{batch, batched};
 pub use calibrated::{calibrated, poses};
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};

@@ -6,7 +6,7 @@ use super::model::apart;
 pub use super::plan_text::{comparison, no_plan, planned, sequence};
 use super::priced::{grams, minutes, plain};
 use super::{figures, reasons};
-use crate::job::{Compared, Oriented, OrientedPart, PublishResult};
+use crate::job::{BatchResult, Batched, Compared, Fate, Listed, LoadedProfile, Oriented, OrientedPart, PublishResult};
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::publish::Figures;
@@ -204,4 +204,54 @@ pub fn published(done: &PublishResult) -> String {
         let _ = writeln!(out, "  {who}: {all}");
     }
     out
+}
+
+/// Flags of many models, given one.
+pub const BATCH_FLAGS: &str = "--jobs, --share and --retry are for many models: give a folder, or a list of models, one a line, that ends in .txt";
+
+/// Many models without a place for their results.
+pub const BATCH_OUTPUT: &str = "many models want a folder for their results: give one with -o DIR";
+
+/// What became of one model of many.
+pub fn batched(one: &Batched) -> String {
+    let model = one.model.display();
+    match &one.fate {
+        Fate::Done => format!("{model}: done in {:.1} s", one.seconds),
+        Fate::Skipped => format!("{model}: was done before"),
+        Fate::Failed { why, .. } => format!("{model}: {why}"),
+    }
+}
+
+/// Many models.
+pub fn batch(done: &BatchResult) -> String {
+    let BatchResult { done, skipped, failed, seconds } = done;
+    format!("{done} done, {skipped} done before, {} failed, {seconds:.1} s", failed.len())
+}
+
+/// The end of a batch in which some failed.
+pub fn batch_failed(done: &BatchResult) -> String {
+    format!(
+        "{} failed, listed above; the same command with --retry does them again",
+        counted(done.failed.len(), "model")
+    )
+}
+
+/// How many sequences there are.
+pub fn listed(done: &Listed) -> String {
+    let Listed { count, complete, seconds, .. } = done;
+    if *complete {
+        format!("{count} sequences, all there are, {seconds:.2} s")
+    } else {
+        format!("{count} sequences and more; --limit and --budget say how many, {seconds:.2} s")
+    }
+}
+
+/// A shipped machine, and whether it has run.
+pub fn machine(loaded: &LoadedProfile) -> String {
+    let machine = &loaded.profile.machine;
+    let tested = match &machine.tested_on[..] {
+        [] => "no real machine yet".to_owned(),
+        machines => machines.join(", "),
+    };
+    format!("{}; tested on: {tested}", machine.about)
 }

@@ -351,6 +351,12 @@ pub enum Error {
     /// A port that cannot be had.
     #[error(transparent)]
     Port(#[from] PortError),
+    /// A folder or a list without a model.
+    #[error("{}: there is no model in it; a model ends in .stl, .obj, .3mf or .off", path.display())]
+    NoModels {
+        /// The folder or list.
+        path: PathBuf,
+    },
     /// A server, a key or a name that cannot be.
     #[error(transparent)]
     PublishInput(#[from] BadInput),

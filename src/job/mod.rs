@@ -13,6 +13,7 @@
 //! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
 //! PreviewRequest --preview--> PreviewResult                              a program, a plan or the lack of one, to be looked at
 //! Verified       --send, resume, rehearse--> the printer                   an Operator stands by
+//! BatchRequest   --batch--> BatchResult                                  many models by one verb, a process and a document each
 //! Verified       --publish--> PublishResult                              a server has it, the same bytes
 //! ```
 //!
@@ -22,6 +23,7 @@
 //! Lengths mm, angles degrees, times seconds where a name does not say otherwise.
 
 mod arrange;
+mod batch;
 mod bench;
 mod calibrate;
 mod cutting;
@@ -55,6 +57,7 @@ mod world;
 
 pub use crate::toolpath::{Bed, Spot};
 pub use arrange::{ArrangedModel, Arrangement, Standing};
+pub use batch::{BatchRequest, BatchResult, Batched, Fate, Models, Share};
 pub use bench::Bench;
 pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, Uncalibrated, calibrate, poses};
 pub use cutting::{CutModel, Cutting, WaysOut, plan};
@@ -69,7 +72,9 @@ pub use pack::{
     pack,
 };
 pub use pictures::PictureFile;
-pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
+pub use plan::{
+    Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, allowed, sequences,
+};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
@@ -83,7 +88,7 @@ pub use send::{
 };
 pub use setting::BadSetting;
 pub use simulate::{BadSimulation, SimulateRequest, simulate};
-pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, slice};
+pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, bed, slice};
 pub use solids::CutSolid;
 pub use source::{MachineSource, ModelSource, Source};
 pub use split::{SplitOptions, SplitRequest, SplitResult, split};
@@ -92,6 +97,6 @@ pub use supported::{HeldModel, HeldPart};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{
-    Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Slicers, SystemClock, World,
-    key_from_environment, with_suffix,
+    Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Slicers, SystemClock, World, batch,
+    key_from_environment, models_at, with_suffix,
 };

@@ -3,6 +3,7 @@
 
 mod architecture;
 mod bad_input;
+mod batches;
 mod beside_the_part;
 mod calibrate;
 mod columns;

@@ -1,5 +1,6 @@
 //! Every flag, declared once: here what several verbs share, and a file for each family of verbs.
 
+mod batch;
 mod link;
 mod print;
 mod profile;
@@ -11,6 +12,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand};
 
 use crate::job::{Arrangement, PlanOptions, SlicingOptions, Standing};
 
+pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{Publish, Send, Simulate, StreamArgs};
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Calibrate, CheckProfile, New, Profile};

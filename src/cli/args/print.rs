@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 
-use super::{ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs, StreamArgs};
+use super::{ArrangeArgs, BatchArgs, BedArgs, MachineArgs, ModelArgs, PlanArgs, PlanRef, SliceArgs, StreamArgs};
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Prepare {
@@ -46,6 +46,8 @@ pub(in crate::cli) struct Prepare {
     pub(in crate::cli) port: Option<String>,
     #[command(flatten)]
     pub(in crate::cli) stream: StreamArgs,
+    #[command(flatten)]
+    pub(in crate::cli) batch: BatchArgs,
 }
 
 #[derive(ClapArgs)]
@@ -76,6 +78,8 @@ pub(in crate::cli) struct Plan {
     pub(in crate::cli) supports: String,
     #[command(flatten)]
     pub(in crate::cli) plan: PlanArgs,
+    #[command(flatten)]
+    pub(in crate::cli) batch: BatchArgs,
 }
 
 #[derive(ClapArgs)]

@@ -1,5 +1,6 @@
 //! What a job touches beyond its own values, as traits, and the real thing: this computer.
 
+mod batch;
 mod disk;
 pub(crate) mod interrupts;
 mod journal;
@@ -15,6 +16,7 @@ use super::{Error, Progress};
 use crate::link::serial::{self, Address, Port, PortError, Server};
 use crate::publish::Web;
 use crate::slicing::{Interrupt, Slicer, SlicerChoice};
+pub use batch::{batch, models_at};
 pub use disk::{Disk, with_suffix};
 pub(super) use journal::{JournalFile, read as read_journal};
 pub use outputs::{OutputFile, Outputs};
