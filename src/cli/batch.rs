@@ -16,7 +16,7 @@ pub(super) fn run(args: &Args, console: &Console) -> Option<Result<(), Failure>>
 
 fn work(args: &Args, models: Models, given: &OfMany<'_>, console: &Console) -> Result<(), Failure> {
     let OfMany { model, machine, output, flags } = *given;
-    let into = output.ok_or_else(|| Failure::Usage(text::BATCH_OUTPUT.to_owned()))?.to_owned();
+    let into = output.ok_or_else(|| Failure::Usage(text::batch_output(&models)))?.to_owned();
     let request = BatchRequest {
         models,
         machine: machine.map(MachineSource::from),

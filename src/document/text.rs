@@ -6,7 +6,9 @@ use super::model::apart;
 pub use super::plan_text::{comparison, no_plan, planned, sequence};
 use super::priced::{grams, minutes, plain};
 use super::{figures, reasons};
-use crate::job::{BatchResult, Batched, Compared, Fate, Listed, LoadedProfile, Oriented, OrientedPart, PublishResult};
+use crate::job::{
+    BatchResult, Batched, Compared, Fate, Listed, LoadedProfile, Models, Oriented, OrientedPart, PublishResult,
+};
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::publish::Figures;
@@ -210,7 +212,16 @@ pub fn published(done: &PublishResult) -> String {
 pub const BATCH_FLAGS: &str = "--jobs, --share and --retry are for many models: give a folder, or a list of models, one a line, that ends in .txt";
 
 /// Many models without a place for their results.
-pub const BATCH_OUTPUT: &str = "many models want a folder for their results: give one with -o DIR";
+pub fn batch_output(models: &Models) -> String {
+    let (path, what) = match models {
+        Models::Folder(path) => (path, "a folder"),
+        Models::List(path) => (path, "a list of models"),
+    };
+    let path = path.display();
+    format!(
+        "{path} is {what}; give the name of a file, or, for all models in it, a folder for their results with -o DIR"
+    )
+}
 
 /// What became of one model of many.
 pub fn batched(one: &Batched) -> String {

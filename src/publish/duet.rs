@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::Figures;
 use super::address::Key;
-use super::deliver::{Api, Kept, State};
+use super::api::{Api, Kept, State};
 use super::fault::Fault;
 use super::line::{Line, Question, escaped};
 

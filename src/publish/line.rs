@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde_json::Value;
 
 use super::address::{Key, Kind};
-use super::deliver::Delivery;
+use super::api::Delivery;
 use super::fault::Fault;
 use super::web::{Answer, Ask, Method, Trouble, Web};
 

@@ -17,6 +17,7 @@
 //! This room must not know profiles, plans or files.
 
 mod address;
+mod api;
 mod deliver;
 mod duet;
 mod fault;
@@ -29,7 +30,8 @@ mod tests;
 mod web;
 
 pub use address::{Address, BadInput, Key, Kind, file_name};
-pub use deliver::{Delivered, Delivery, deliver};
+pub use api::{Delivered, Delivery};
+pub use deliver::deliver;
 pub use fault::{Fault, PublishError};
 pub use web::{Answer, Ask, Method, Trouble, Web};
 

@@ -4,7 +4,7 @@
 //! file, of slicers that it knows: `gcode::marks::Totals` writes them.
 
 use super::Figures;
-use super::deliver::{Api, Kept, State};
+use super::api::{Api, Kept, State};
 use super::fault::Fault;
 use super::form::Form;
 use super::line::{Line, Question};

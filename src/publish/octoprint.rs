@@ -6,7 +6,7 @@
 use serde_json::{Value, json};
 
 use super::Figures;
-use super::deliver::{Api, Kept, State};
+use super::api::{Api, Kept, State};
 use super::fault::Fault;
 use super::form::Form;
 use super::line::{Line, Question};

@@ -160,7 +160,8 @@ fn again(models: &Path, into: &Path, broken: &BTreeSet<PathBuf>) {
     assert_eq!(count(&other, "done"), 4);
     let profile = into.parent().unwrap().join("mine.toml");
     for height in ["0.2", "0.25"] {
-        let text = format!("extends = \"generic-ac\"\n[machine]\nname = \"mine\"\n[process]\nlayer_mm = {height}\n");
+        let text =
+            format!("extends = \"generic-ac\"\n[machine]\nname = \"mine\"\n[process]\nlayer_height_mm = {height}\n");
         std::fs::write(&profile, text).unwrap();
         let run = orient(models, into).args(few).arg("-m").arg(&profile).output().unwrap();
         assert_eq!(count(&lines(&run).1, "done"), 4, "the profile has changed: {}", said(&run));
@@ -232,13 +233,16 @@ fn batches_that_cannot_be_are_sentences() {
     };
     let (cube, empty) = (fixture("cube"), empty.to_str().unwrap());
     fails(&[empty, "-o", "OUT"], "there is no model in it; a model ends in .stl");
-    fails(&[empty], "give one with -o DIR");
+    fails(&[empty], "is a folder; give the name of a file, or, for all models in it, a folder for their results");
     fails(&["no/such/list.txt", "-o", "OUT"], "there is no such file");
     fails(&[&cube, "--jobs", "2"], "--jobs, --share and --retry are for many models");
     fails(&[empty, "-o", "OUT", "--share", "4/4"], "--share 4/4: not I/N");
     fails(&[empty, "-o", "OUT", "--jobs", "0"], "invalid value '0'");
     fails(&[empty, "-o", "OUT", "--view", "x.svg"], "--view is of one model");
-    fails(&[empty, "-o", &cube], "cannot be written");
+    let full = folder.path().join("full");
+    std::fs::create_dir(&full).unwrap();
+    std::fs::copy(&cube, full.join("cube.stl")).unwrap();
+    fails(&[full.to_str().unwrap(), "-o", &cube], "cannot be written");
 }
 
 /// The script of `docs/batches.md`, two tasks of it one after the other, and the eye of shellcheck where it is there.

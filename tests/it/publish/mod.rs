@@ -1,8 +1,11 @@
 //! `trunnion publish`: a file goes to a server once, the same bytes, and is started only when asked; every bad day is a sentence.
 
+mod answers;
 mod octoprint;
 mod recipes;
+mod scissors;
 mod server;
+mod shown;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

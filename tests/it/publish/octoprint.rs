@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::server::scissors;
+use super::scissors::scissors;
 use super::{KEY, done, fails, of, prepared, publish};
 use crate::support::{SmallDisk, folder, note, python, root, skip};
 
