@@ -56,6 +56,7 @@ pub mod overhang;
 pub mod pack;
 pub mod planning;
 pub mod profile;
+pub mod publish;
 pub mod section;
 pub mod slicing;
 pub mod spelling;

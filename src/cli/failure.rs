@@ -2,6 +2,7 @@
 
 use crate::job::{self, BadSetting, interrupts};
 use crate::planning::Infeasible;
+use crate::publish::BadInput;
 use crate::slicing::SliceError;
 
 /// Why a verb did not do its work.
@@ -43,6 +44,8 @@ fn in_flags(error: &job::Error) -> String {
             format!("{value} models are out of {}..{}; MODEL*3 means three of one", allowed[0], allowed[1])
         }
         job::Error::Setting(bad) => format!("--{bad}"),
+        job::Error::PublishInput(bad @ (BadInput::Key { .. } | BadInput::Name { .. })) => bad.to_string(),
+        job::Error::PublishInput(bad) => format!("--{bad}"),
         job::Error::Simulation(bad) => format!("--{bad}"),
         job::Error::Log { .. } => format!("--{error}"),
         job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
@@ -70,7 +73,7 @@ fn exit_code_of(error: &job::Error) -> u8 {
         | job::Error::Unfit { .. }
         | job::Error::Calibration(_)
         | job::Error::NoDryRun { .. } => 1,
-        job::Error::Port(_) | job::Error::Printer(_) | job::Error::Refused { .. } => 4,
+        job::Error::Publish(_) | job::Error::Port(_) | job::Error::Printer(_) | job::Error::Refused { .. } => 4,
         job::Error::Infeasible(why) => answer_is_no(why),
         job::Error::NoPlan(no) => answer_is_no(&no.infeasible),
         job::Error::Slice(SliceError::Interrupted) => interrupts::EXIT_CODE,

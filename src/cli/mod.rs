@@ -4,6 +4,7 @@
 //! everything else to stderr.
 
 mod args;
+mod batch;
 mod failure;
 mod inspect;
 mod operator;
@@ -14,6 +15,7 @@ mod prepare;
 mod preview;
 mod profile;
 mod progress;
+mod publish;
 mod requests;
 mod rewrite;
 mod send;
@@ -65,7 +67,8 @@ pub fn run() -> ExitCode {
         }
     };
     let console = Console::new(args.json, args.quiet, args.verbose);
-    let done = match args.verb {
+    let many = batch::run(&args, &console);
+    let done = many.unwrap_or_else(|| match args.verb {
         Verb::Prepare(verb) => prepare::run(&verb, &console),
         Verb::Inspect(verb) => inspect::run(&verb, &console),
         Verb::Orient(verb) => orient::run(&verb, &console),
@@ -78,9 +81,10 @@ pub fn run() -> ExitCode {
         Verb::Verify(verb) => verify::run(&verb, &console),
         Verb::Preview(verb) => preview::run(&verb, &console),
         Verb::Send(verb) => send::run(&verb, &console),
+        Verb::Publish(verb) => publish::run(&verb, &console),
         Verb::Simulate(verb) => simulate::run(&verb, &console),
         Verb::Profile(verb) => profile::run(&verb, &console),
-    };
+    });
     // What the verb itself says comes first.
     let failures = [done, console.end()].map(Result::err);
     failures.iter().flatten().for_each(|failure| progress::error(&failure.to_string()));

@@ -121,13 +121,10 @@ fn list(request: &PlanRequest, most: usize, console: &Console) -> Result<(), Fai
             console.result(&text::sequence(&slots));
         }
     })?;
-    let (count, complete, seconds) = (done.count, done.complete, done.seconds);
     if console.json() {
         console.document(&document::sequences(&listed, &done));
-    } else if complete {
-        console.note(&format!("{count} sequences, all there are, {seconds:.2} s"));
     } else {
-        console.note(&format!("{count} sequences and more; --limit and --budget say how many, {seconds:.2} s"));
+        console.note(&text::listed(&done));
     }
     Ok(())
 }

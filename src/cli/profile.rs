@@ -128,10 +128,7 @@ fn list(console: &Console) -> Result<(), Failure> {
     let mut text = String::new();
     for (name, _, _) in SHIPPED {
         let loaded = job::load_profile(&name.into(), &console.world())?;
-        let machine = &loaded.profile.machine;
-        let tested =
-            if machine.tested_on.is_empty() { "no real machine yet".to_owned() } else { machine.tested_on.join(", ") };
-        let _ = writeln!(text, "{name:20} {}; tested on: {tested}", machine.about);
+        let _ = writeln!(text, "{name:20} {}", document::text::machine(&loaded));
         rows.push(document::shipped(&loaded));
     }
     for (name, file, loaded) in &job::own_profiles(&console.world()) {

@@ -9,8 +9,8 @@ use super::args::{
     ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, Preview, ReadArgs, SliceArgs,
 };
 use crate::job::{
-    Arrangement, Bed, Error, LARGEST_BED_MM, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest,
-    PlanOptions, PlanRequest, PlanSource, PreviewRequest, SlicingOptions, Source, Standing, Supporting, interrupts,
+    self, Arrangement, Error, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest, PlanOptions, PlanRequest,
+    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, Supporting, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -91,7 +91,7 @@ impl PlanArgs {
             overhang_deg: self.overhang,
             bridge_mm: pass.bridge,
             tolerate_mm2: pass.tolerate,
-            allow: self.allow.iter().map(|text| allowed(text)).collect::<Result<_, _>>()?,
+            allow: self.allow.iter().map(|text| job::allowed(text)).collect::<Result<_, _>>()?,
             margin_mm: self.margin,
             priority: match self.slots.as_str() {
                 "single" => Priority::Single,
@@ -117,25 +117,13 @@ impl PlanArgs {
     }
 }
 
-/// `--allow PART` or `--allow PART:MM2`.
-fn allowed(text: &str) -> Result<(usize, Option<f64>), Failure> {
-    let (part, area) = text.split_once(':').map_or((text, None), |(part, area)| (part, Some(area)));
-    let part = part.trim().parse().ok();
-    let area = area.map(|area| area.trim().parse::<f64>().ok().filter(|v| v.is_finite()));
-    match (part, area) {
-        (Some(part), None) => Ok((part, None)),
-        (Some(part), Some(Some(area))) => Ok((part, Some(area))),
-        _ => Err(Failure::Usage(format!("--allow {text}: not a part's number, or that and mm2; write --allow 0:40"))),
-    }
-}
-
 impl SliceArgs {
     pub(super) fn options(&self, bed: &BedArgs) -> Result<SlicingOptions, Failure> {
         Ok(SlicingOptions {
             slicer: self.slicer.parse().unwrap_or(SlicerChoice::Auto),
             configs: self.slicer_config.clone(),
             timeout: Duration::from_secs(self.slicer_timeout),
-            bed: bed.bed()?,
+            bed: job::bed(&bed.bed)?,
         })
     }
 }
@@ -206,26 +194,6 @@ impl Preview {
             }
         };
         self.compare.iter().map(request).collect()
-    }
-}
-
-impl BedArgs {
-    /// The bed: `250x210`, its corner at 0, 0; or from where to where, `-125..125x-105..105`.
-    pub(super) fn bed(&self) -> Result<Bed, Failure> {
-        let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.abs() <= LARGEST_BED_MM);
-        let side = |t: &str| {
-            let (low, high) = t.split_once("..").unwrap_or(("0", t));
-            number(low).zip(number(high)).filter(|(low, high)| low < high)
-        };
-        let parsed = self.bed.split_once(['x', 'X', ',']).and_then(|(x, y)| side(x).zip(side(y)));
-        let Some(((x0, x1), (y0, y1))) = parsed else {
-            return Err(Failure::Usage(format!(
-                "--bed {}: give width x depth in mm up to {LARGEST_BED_MM}, for example 250x210, or from where to where, \
-                 -125..125x-105..105",
-                self.bed
-            )));
-        };
-        Ok(Bed { min_mm: [x0, y0], max_mm: [x1, y1] })
     }
 }
 

@@ -77,7 +77,7 @@ pub(super) fn spoil_unparsed(words: impl Iterator<Item = OsString>) {
 
 fn work(args: &Verb, plan: &CheckedPlan, console: &Console) -> Result<RewriteResult, Failure> {
     let sliced = args.files.iter().map(Source::from).collect();
-    let request = RewriteRequest { plan, sliced, print: args.print, bed: args.bed.bed()? };
+    let request = RewriteRequest { plan, sliced, print: args.print, bed: job::bed(&args.bed.bed)? };
     explained(job::rewrite(&request, &console.world()), console)
 }
 

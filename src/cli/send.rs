@@ -45,7 +45,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 }
 
 /// The program, if nothing is found wrong with it.
-fn proved(path: &Path, plan: &CheckedPlan, world: &World<'_>) -> Result<Verified<Vec<u8>>, Failure> {
+pub(super) fn proved(path: &Path, plan: &CheckedPlan, world: &World<'_>) -> Result<Verified<Vec<u8>>, Failure> {
     let program = &Source::from(path);
     job::verify(&VerifyRequest { program, plan }, world)?.verified().map_err(|error| match error {
         job::Error::Rejected(no) => Failure::Findings(format!("{}: {no}; nothing was sent", path.display())),

@@ -8,6 +8,7 @@
 //!
 //! Plans, profiles and verify's reports serialise themselves where their formats are decided; they are embedded as they are.
 
+mod batched;
 mod calibrated;
 mod model;
 mod oriented;
@@ -16,10 +17,12 @@ mod plan_text;
 mod planned;
 mod priced;
 mod printing;
+mod published;
 mod supported;
 pub mod text;
 mod viewed;
 
+pub use batched::{batch, batched};
 pub use calibrated::{calibrated, poses};
 pub use model::{inspected, split};
 pub use oriented::{figures, oriented};
@@ -27,5 +30,6 @@ pub use packed::packed;
 pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
 pub use printing::{checked, cold, event, own, prepared, rehearsed, rejected, shipped, sliced, verified};
+pub use published::published;
 pub use supported::supported;
 pub use viewed::{compared, page, page_of_two, previewed};

@@ -6,9 +6,12 @@ use super::model::apart;
 pub use super::plan_text::{comparison, no_plan, planned, sequence};
 use super::priced::{grams, minutes, plain};
 use super::{figures, reasons};
-use crate::job::{Compared, Oriented, OrientedPart};
+use crate::job::{
+    BatchResult, Batched, Compared, Fate, Listed, LoadedProfile, Models, Oriented, OrientedPart, PublishResult,
+};
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
+use crate::publish::Figures;
 use crate::spelling::counted;
 use crate::verify::Report;
 
@@ -175,4 +178,91 @@ fn table(rows: &[Compared], out: &mut String) {
         figures(row).into_iter().for_each(|(.., value)| _ = write!(out, " {value:>14.4}"));
     }
     out.push('\n');
+}
+
+/// Why a file without its plan is not published.
+pub const ONLY_VERIFIED_IS_PUBLISHED: &str = "only a file that verifies is published: give its plan with --plan PLAN.json; or, without any check for collisions, --unverified";
+
+/// A file on the server of a printer.
+pub fn published(done: &PublishResult) -> String {
+    let PublishResult { to, name, bytes, sha256, delivered, stated, .. } = done;
+    let how = if delivered.uploads == 0 { "was there already" } else { "uploaded" };
+    let started = if delivered.started { "; its print has begun" } else { "" };
+    let mut out =
+        format!("{}: {name} {how}, {bytes} bytes, the same as here (sha256 {sha256:.12}..){started}\n", to.kind);
+    for (who, figures) in [("stated", stated), ("shown there", &delivered.shown)] {
+        let Figures { seconds, filament_mm, layers } = figures;
+        let known = [
+            seconds.map(|s| format!("about {:.0} min", s / 60.0)),
+            filament_mm.map(|mm| format!("{:.2} m of filament", mm / 1000.0)),
+            layers.map(|layers| counted(usize::try_from(layers).unwrap_or(usize::MAX), "layer")),
+        ];
+        let known: Vec<String> = known.into_iter().flatten().collect();
+        let all = if known.is_empty() {
+            "nothing yet; it looks through a file when it has time".to_owned()
+        } else {
+            known.join(", ")
+        };
+        let _ = writeln!(out, "  {who}: {all}");
+    }
+    out
+}
+
+/// Flags of many models, given one.
+pub const BATCH_FLAGS: &str = "--jobs, --share and --retry are for many models: give a folder, or a list of models, one a line, that ends in .txt";
+
+/// Many models without a place for their results.
+pub fn batch_output(models: &Models) -> String {
+    let (path, what) = match models {
+        Models::Folder(path) => (path, "a folder"),
+        Models::List(path) => (path, "a list of models"),
+    };
+    let path = path.display();
+    format!(
+        "{path} is {what}; give the name of a file, or, for all models in it, a folder for their results with -o DIR"
+    )
+}
+
+/// What became of one model of many.
+pub fn batched(one: &Batched) -> String {
+    let model = one.model.display();
+    match &one.fate {
+        Fate::Done => format!("{model}: done in {:.1} s", one.seconds),
+        Fate::Skipped => format!("{model}: was done before"),
+        Fate::Failed { why, .. } => format!("{model}: {why}"),
+    }
+}
+
+/// Many models.
+pub fn batch(done: &BatchResult) -> String {
+    let BatchResult { done, skipped, failed, seconds } = done;
+    format!("{done} done, {skipped} done before, {} failed, {seconds:.1} s", failed.len())
+}
+
+/// The end of a batch in which some failed.
+pub fn batch_failed(done: &BatchResult) -> String {
+    format!(
+        "{} failed, listed above; the same command with --retry does them again",
+        counted(done.failed.len(), "model")
+    )
+}
+
+/// How many sequences there are.
+pub fn listed(done: &Listed) -> String {
+    let Listed { count, complete, seconds, .. } = done;
+    if *complete {
+        format!("{count} sequences, all there are, {seconds:.2} s")
+    } else {
+        format!("{count} sequences and more; --limit and --budget say how many, {seconds:.2} s")
+    }
+}
+
+/// A shipped machine, and whether it has run.
+pub fn machine(loaded: &LoadedProfile) -> String {
+    let machine = &loaded.profile.machine;
+    let tested = match &machine.tested_on[..] {
+        [] => "no real machine yet".to_owned(),
+        machines => machines.join(", "),
+    };
+    format!("{}; tested on: {tested}", machine.about)
 }

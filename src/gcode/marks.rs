@@ -156,6 +156,37 @@ pub fn finished_by(program: &[u8]) -> Option<String> {
 /// The mark behind the last move of the plan.
 pub const END_MARK: &str = ";TRUNNION end";
 
+/// The comment by which servers take a file's closing comments for those of a slicer whose words they know: Moonraker looks for the name
+/// of one, then anything, then " on".
+pub const WORDS_MARK: &str = "; figures at the end are in the words of PrusaSlicer 2 on purpose: servers read them";
+
+/// What a whole program takes, as servers read it from comments at its end: Moonraker (`metadata.py`, of PrusaSlicer's) time and layers,
+/// RepRapFirmware (`FileInfoParser`) time and, as `total layer number`, layers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// All moves and waits, s.
+    pub seconds: f64,
+    /// Layers of all prints together.
+    pub layers: usize,
+}
+
+impl fmt::Display for Totals {
+    /// Whole lines; time in whole seconds, at least one.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let all = self.seconds.round().max(1.0) as u64;
+        let (days, hours, minutes, seconds) = (all / 86_400, all / 3_600 % 24, all / 60 % 60, all % 60);
+        write!(f, "; estimated printing time (normal mode) =")?;
+        // From the first unit that is not 0 on.
+        for (count, name, worth) in [(days, "d", 86_400), (hours, "h", 3_600), (minutes, "m", 60), (seconds, "s", 1)] {
+            if all >= worth {
+                write!(f, " {count}{name}")?;
+            }
+        }
+        let layers = self.layers;
+        writeln!(f, "\n; total layers count = {layers}\n; total layer number: {layers}")
+    }
+}
+
 fn own(text: &str) -> Mark {
     let value = |key: &str| text.split_ascii_whitespace().find_map(|w| w.strip_prefix(key)?.strip_prefix('='));
     let whole = |key: &str| value(key).and_then(|v| v.parse::<usize>().ok());
@@ -344,6 +375,17 @@ mod tests {
         assert_eq!(finished_by(&whole.as_bytes()[..whole.len() - 8]), None);
         assert_eq!(finished_by(format!("; a slicer's\nG28\n{END_MARK}\n").as_bytes()), None);
         assert_eq!(mark(b"TYPE:Skirt"), None);
+    }
+
+    #[test]
+    fn totals_are_written_as_servers_read_them() {
+        let time = |seconds| Totals { seconds, layers: 7 }.to_string().lines().next().unwrap().to_owned();
+        assert_eq!(time(90_061.4), "; estimated printing time (normal mode) = 1d 1h 1m 1s");
+        assert_eq!(time(3_600.0), "; estimated printing time (normal mode) = 1h 0m 0s");
+        assert_eq!(time(59.6), "; estimated printing time (normal mode) = 1m 0s");
+        assert_eq!(time(0.1), "; estimated printing time (normal mode) = 1s");
+        let text = Totals { seconds: 5.0, layers: 7 }.to_string();
+        assert!(text.ends_with("\n; total layers count = 7\n; total layer number: 7\n"), "{text}");
     }
 
     #[test]

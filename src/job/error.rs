@@ -10,6 +10,7 @@ use crate::link::{JournalError, ProgramError, Unfit};
 use crate::mesh::{MeshError, UnknownUnit};
 use crate::planning::{Infeasible, Misplaced, PlanError};
 use crate::profile::ProfileError;
+use crate::publish::{BadInput, PublishError};
 use crate::slicing::SliceError;
 use crate::toolpath::{RewriteError, SlicedError, TooLarge};
 
@@ -356,6 +357,18 @@ pub enum Error {
     /// A port that cannot be had.
     #[error(transparent)]
     Port(#[from] PortError),
+    /// A folder or a list without a model.
+    #[error("{}: there is no model in it; a model ends in .stl, .obj, .3mf or .off", path.display())]
+    NoModels {
+        /// The folder or list.
+        path: PathBuf,
+    },
+    /// A server, a key or a name that cannot be.
+    #[error(transparent)]
+    PublishInput(#[from] BadInput),
+    /// A server that does not take a program.
+    #[error(transparent)]
+    Publish(#[from] PublishError),
     /// The printer, the wire or the operator ended the print.
     #[error("{0}")]
     Printer(String),

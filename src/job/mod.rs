@@ -13,6 +13,8 @@
 //! Source         --verify--> VerifyResult --verified()--> Verified         or Error::Rejected{report}
 //! PreviewRequest --preview--> PreviewResult                              a program, a plan or the lack of one, to be looked at
 //! Verified       --send, resume, rehearse--> the printer                   an Operator stands by
+//! BatchRequest   --batch--> BatchResult                                  many models by one verb, a process and a document each
+//! Verified       --publish--> PublishResult                              a server has it, the same bytes
 //! ```
 //!
 //! What a job touches beyond its own values (files, slicers, ports, the clock, whoever watches) comes with its [`World`];
@@ -21,6 +23,7 @@
 //! Lengths mm, angles degrees, times seconds where a name does not say otherwise.
 
 mod arrange;
+mod batch;
 mod bench;
 mod calibrate;
 mod cutting;
@@ -38,6 +41,7 @@ pub(crate) mod printer;
 mod profile_check;
 mod profile_new;
 mod progress;
+mod publish;
 mod rewrite;
 mod send;
 mod setting;
@@ -53,6 +57,7 @@ mod world;
 
 pub use crate::toolpath::{Bed, Spot};
 pub use arrange::{ArrangedModel, Arrangement, Standing};
+pub use batch::{BatchRequest, BatchResult, Batched, Fate, Models, Share};
 pub use bench::Bench;
 pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, Uncalibrated, calibrate, poses};
 pub use cutting::{CutModel, Cutting, WaysOut, plan};
@@ -68,12 +73,15 @@ pub use pack::{
     pack,
 };
 pub use pictures::PictureFile;
-pub use plan::{Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, sequences};
+pub use plan::{
+    Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, allowed, sequences,
+};
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
 pub use profile_new::{MadeProfile, NewProfile, QUESTIONS, new_profile, not_there, own_place};
 pub use progress::{Bar, Progress, Silent, Step};
+pub use publish::{PublishRequest, PublishResult, publish, server_key};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{
     Answer, At, Figures, Operator, Rehearsal, SendOptions, SendRequest, Sending, Unattended, Wire, can_be_sent,
@@ -81,7 +89,7 @@ pub use send::{
 };
 pub use setting::BadSetting;
 pub use simulate::{BadSimulation, SimulateRequest, simulate};
-pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, slice};
+pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, bed, slice};
 pub use solids::CutSolid;
 pub use source::{MachineSource, ModelSource, Source};
 pub use split::{SplitOptions, SplitRequest, SplitResult, split};
@@ -90,5 +98,6 @@ pub use supported::{HeldModel, HeldPart};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{
-    Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, Ports, Slicers, SystemClock, World, with_suffix,
+    Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Slicers, SystemClock, World, batch,
+    key_from_environment, models_at, with_suffix,
 };

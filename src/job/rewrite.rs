@@ -11,6 +11,7 @@ use crate::toolpath::{
     Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, check_box, find_moved,
     read_sliced, rewrite as rewritten, slot_mesh,
 };
+use crate::trace::totals;
 
 /// Sliced files and the plan they were sliced for.
 #[derive(Clone, Debug)]
@@ -130,6 +131,8 @@ impl Written {
         let mut gcode = Vec::with_capacity(expected + expected / 8);
         let made = rewritten(&inputs, &job, &mut gcode)?;
         made.warnings.iter().for_each(|w| world.progress.warning(w));
+        // Before the replay, which is then of these bytes too.
+        gcode.extend_from_slice(totals(&gcode, &profile.trace_setting()).to_string().as_bytes());
         Ok(Self { gcode, warnings: made.warnings })
     }
 

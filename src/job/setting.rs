@@ -28,6 +28,16 @@ pub enum BadSetting {
         /// The number and its range.
         source: OutOfRange,
     },
+    /// Words that do not say what they should.
+    #[error("{name} {text}: {wanted}")]
+    Words {
+        /// The setting.
+        name: &'static str,
+        /// As it was given.
+        text: String,
+        /// What was expected, with an example.
+        wanted: String,
+    },
     /// A count of nothing.
     #[error("{name} 0: allowed is 1 and more")]
     Zero {

@@ -38,6 +38,27 @@ impl Default for SlicingOptions {
 /// Beyond this the `f32` of an STL no longer holds a micron, mm.
 pub const LARGEST_BED_MM: f64 = 5000.0;
 
+/// A slicer's bed in words: `250x210`, its corner at 0, 0; or from where to where, `-125..125x-105..105`; mm.
+///
+/// # Errors
+///
+/// [`Error::Setting`].
+pub fn bed(text: &str) -> Result<Bed, Error> {
+    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.abs() <= LARGEST_BED_MM);
+    let side = |t: &str| {
+        let (low, high) = t.split_once("..").unwrap_or(("0", t));
+        number(low).zip(number(high)).filter(|(low, high)| low < high)
+    };
+    let parsed = text.split_once(['x', 'X', ',']).and_then(|(x, y)| side(x).zip(side(y)));
+    let Some(((x0, x1), (y0, y1))) = parsed else {
+        let wanted = format!(
+            "give width x depth in mm up to {LARGEST_BED_MM}, for example 250x210, or from where to where, -125..125x-105..105"
+        );
+        return Err(BadSetting::Words { name: "bed", text: text.to_owned(), wanted }.into());
+    };
+    Ok(Bed { min_mm: [x0, y0], max_mm: [x1, y1] })
+}
+
 impl SlicingOptions {
     /// The slicer that is asked for, found and asked for its version.
     pub(super) fn slicer(&self, world: &World<'_>) -> Result<Box<dyn Slicer>, Error> {

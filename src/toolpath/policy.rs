@@ -29,7 +29,7 @@ pub(super) enum Stage {
 }
 
 /// Comments that would be false after rewriting.
-const FALSE_COMMENTS: [&[u8]; 13] = [
+const FALSE_COMMENTS: [&[u8]; 14] = [
     b" estimated printing time",
     b" estimated first layer printing time",
     b"TIME:",
@@ -43,6 +43,7 @@ const FALSE_COMMENTS: [&[u8]; 13] = [
     // Of one print: the sum over all is written at the end.
     b" filament used",
     b" total filament",
+    b" total layer",
     b"Filament used:",
 ];
 

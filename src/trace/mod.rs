@@ -19,10 +19,12 @@ mod interpreter;
 mod rates;
 #[cfg(test)]
 mod tests;
+mod totals;
 
 pub use build::read;
 pub use interpreter::{Action, Interpreter, Targets, TimedMove};
 pub use rates::{FeedCount, Rates, TooFast};
+pub use totals::totals;
 
 use std::ops::Range;
 

@@ -3,6 +3,7 @@
 
 mod architecture;
 mod bad_input;
+mod batches;
 mod beside_the_part;
 mod calibrate;
 mod columns;
@@ -39,6 +40,7 @@ mod practised;
 mod preview;
 mod printable;
 mod projects;
+mod publish;
 mod recipes;
 mod respelt;
 mod rewriting;

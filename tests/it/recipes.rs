@@ -49,6 +49,10 @@ fn run(page: &str, least: usize) {
             let html = std::fs::read_to_string(folder.path().join("view.html")).unwrap();
             assert!(html.starts_with("<!DOCTYPE html>") && html.trim_end().ends_with("</html>"), "{page}:\n{block}");
         }
+        if block.contains("-o results") {
+            let documents = std::fs::read_dir(folder.path().join("results")).unwrap().count();
+            assert!(documents >= 1, "{page}:\n{block} wrote no document");
+        }
         if block.contains("-o plates") {
             assert!(folder.path().join("plates/plate-01.3mf").is_file(), "{page}:\n{block} wrote no plate");
         }
@@ -89,6 +93,11 @@ fn of_slic3r() {
         return skip("slic3r is not installed: the recipes of docs/slic3r.md are not run");
     }
     run("slic3r.md", 3);
+}
+
+#[test]
+fn of_batches() {
+    run("batches.md", 1);
 }
 
 #[test]

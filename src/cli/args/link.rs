@@ -52,6 +52,41 @@ pub(in crate::cli) struct Send {
 }
 
 #[derive(ClapArgs)]
+#[command(
+    after_help = "The key is taken from --key-file or from the environment's TRUNNION_KEY, never from the command line."
+)]
+pub(in crate::cli) struct Publish {
+    /// The file to print
+    pub(in crate::cli) gcode: PathBuf,
+    /// The server: octoprint:URL, moonraker:URL or duet:URL, for example octoprint:http://printer.local
+    #[arg(long, value_name = "SERVER:URL")]
+    pub(in crate::cli) to: String,
+    /// A file with the server's key (a Duet's password) and nothing else [default: TRUNNION_KEY of the environment]
+    #[arg(long, value_name = "FILE")]
+    pub(in crate::cli) key_file: Option<PathBuf>,
+    /// The plan it was made by: the file is verified against it first
+    #[arg(long, value_name = "PLAN.json")]
+    pub(in crate::cli) plan: Option<PathBuf>,
+    #[command(flatten)]
+    pub(in crate::cli) plan_ref: PlanRef,
+    /// Publish a file without verifying it
+    #[arg(long, conflicts_with = "plan")]
+    pub(in crate::cli) unverified: bool,
+    /// What it is called there [default: the file's own name]
+    #[arg(long, value_name = "NAME")]
+    pub(in crate::cli) name: Option<String>,
+    /// Replace another file of this name there
+    #[arg(long)]
+    pub(in crate::cli) replace: bool,
+    /// Print it, if the server says that its printer stands idle
+    #[arg(long)]
+    pub(in crate::cli) start: bool,
+    /// How long the server may say nothing before it is given up
+    #[arg(long, default_value_t = 30, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=3600))]
+    pub(in crate::cli) timeout: u64,
+}
+
+#[derive(ClapArgs)]
 pub(in crate::cli) struct Simulate {
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,

@@ -1,5 +1,6 @@
 //! Every flag, declared once: here what several verbs share, and a file for each family of verbs.
 
+mod batch;
 mod link;
 mod print;
 mod profile;
@@ -11,7 +12,8 @@ use clap::{Args as ClapArgs, Parser, Subcommand};
 
 use crate::job::{Arrangement, PlanOptions, SlicingOptions, Standing};
 
-pub(in crate::cli) use link::{Send, Simulate, StreamArgs};
+pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
+pub(in crate::cli) use link::{Publish, Send, Simulate, StreamArgs};
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Calibrate, CheckProfile, New, Profile};
 pub(in crate::cli) use shape::{Inspect, Orient, Pack, Split, Support};
@@ -72,6 +74,8 @@ pub(in crate::cli) enum Verb {
     Preview(Preview),
     /// Stream a verified file to a printer: every line once, in order, or stop safely
     Send(Send),
+    /// Bring a verified file to the server that drives a printer: OctoPrint, Moonraker or a Duet
+    Publish(Publish),
     /// Be a printer: on a pseudo-terminal or a TCP address, with motion, heat, and faults on purpose
     Simulate(Simulate),
     /// List, show, check and calibrate machine profiles

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 
 use super::{
-    ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, ReadArgs, SliceArgs, StreamArgs,
+    ArrangeArgs, BatchArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, ReadArgs, SliceArgs,
+    StreamArgs,
 };
 
 #[derive(ClapArgs)]
@@ -54,6 +55,8 @@ pub(in crate::cli) struct Prepare {
     pub(in crate::cli) port: Option<String>,
     #[command(flatten)]
     pub(in crate::cli) stream: StreamArgs,
+    #[command(flatten)]
+    pub(in crate::cli) batch: BatchArgs,
 }
 
 #[derive(ClapArgs)]
@@ -86,6 +89,8 @@ pub(in crate::cli) struct Plan {
     pub(in crate::cli) plan: PlanArgs,
     #[command(flatten)]
     pub(in crate::cli) pass: PassArgs,
+    #[command(flatten)]
+    pub(in crate::cli) batch: BatchArgs,
 }
 
 #[derive(ClapArgs)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 
-use super::{MachineArgs, ModelArgs, PassArgs};
+use super::{BatchArgs, MachineArgs, ModelArgs, PassArgs};
 use crate::job::{PackOptions, SplitOptions, Standing, SupportOptions, Triple};
 use crate::orient::PRINTABLE;
 
@@ -70,6 +70,8 @@ pub(in crate::cli) struct Orient {
     /// Draw the part as the first objective would have it: overhangs, or what each facet costs, and supports
     #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(in crate::cli) view: Option<PathBuf>,
+    #[command(flatten)]
+    pub(in crate::cli) batch: BatchArgs,
 }
 
 #[derive(ClapArgs)]

@@ -22,7 +22,7 @@ use crate::planning::{
 use crate::profile::Profile;
 use crate::view::Drawing;
 use options::PlanAsked;
-pub use options::{PlaceRequest, PlanOptions, Supporting};
+pub use options::{PlaceRequest, PlanOptions, Supporting, allowed};
 
 /// A model and a machine, and how to plan.
 #[derive(Clone, Debug)]

@@ -70,6 +70,25 @@ pub struct PlaceRequest {
     pub turn_deg: f64,
 }
 
+/// What may hang in words: `PART`, or `PART:MM2`.
+///
+/// # Errors
+///
+/// [`Error::Setting`].
+pub fn allowed(text: &str) -> Result<(usize, Option<f64>), Error> {
+    let (part, area) = text.split_once(':').map_or((text, None), |(part, area)| (part, Some(area)));
+    let part = part.trim().parse().ok();
+    let area = area.map(|area| area.trim().parse::<f64>().ok().filter(|v| v.is_finite()));
+    match (part, area) {
+        (Some(part), None) => Ok((part, None)),
+        (Some(part), Some(Some(area))) => Ok((part, Some(area))),
+        _ => {
+            let wanted = "not a part's number, or that and mm2; write --allow 0:40".to_owned();
+            Err(BadSetting::Words { name: "allow", text: text.to_owned(), wanted }.into())
+        }
+    }
+}
+
 impl Default for PlanOptions {
     fn default() -> Self {
         Self {

@@ -1,10 +1,12 @@
 //! What a job touches beyond its own values, as traits, and the real thing: this computer.
 
+mod batch;
 mod disk;
 pub(crate) mod interrupts;
 mod journal;
 mod outputs;
 mod slicers;
+mod web;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -12,11 +14,14 @@ use std::time::{Duration, Instant};
 
 use super::{Error, Progress};
 use crate::link::serial::{self, Address, Port, PortError, Server};
+use crate::publish::Web;
 use crate::slicing::{Interrupt, Slicer, SlicerChoice};
+pub use batch::{batch, models_at};
 pub use disk::{Disk, with_suffix};
 pub(super) use journal::{JournalFile, read as read_journal};
 pub use outputs::{OutputFile, Outputs};
 pub use slicers::Installed;
+pub use web::{OwnWeb, key_from_environment};
 
 /// What a job touches beyond its own values.
 #[derive(Clone, Copy)]
@@ -27,6 +32,8 @@ pub struct World<'a> {
     pub slicers: &'a dyn Slicers,
     /// What leads to printers.
     pub ports: &'a dyn Ports,
+    /// What leads to servers.
+    pub web: &'a dyn Web,
     /// The time.
     pub clock: &'a dyn Clock,
     /// Whoever watches.
@@ -166,6 +173,7 @@ impl<'a> World<'a> {
             files: &Disk,
             slicers: &Installed { interrupt: |_| Interrupt::default() },
             ports: &OwnPorts,
+            web: &OwnWeb,
             clock: &SystemClock,
             progress,
         }

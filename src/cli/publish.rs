@@ -1,0 +1,40 @@
+//! `trunnion publish`
+
+use std::time::Duration;
+
+use super::args::Publish as Verb;
+use super::{Console, Failure, send};
+use crate::document::{self, text};
+use crate::job::{self, PublishRequest, Verified};
+use crate::publish::Address;
+
+pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
+    let world = console.world();
+    let to = &Address::parse(&args.to).map_err(job::Error::from)?;
+    let key = job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?;
+    let program = &match &args.plan {
+        Some(plan) => send::proved(&args.gcode, &job::load_plan(&args.plan_ref.source(plan), &world)?, &world)?,
+        None if args.unverified => {
+            console.warning("the file is not verified: the head may hit the part, the table or the frame");
+            Verified::unverified(world.files.read(&args.gcode)?)
+        }
+        None => return Err(Failure::Usage(text::ONLY_VERIFIED_IS_PUBLISHED.to_owned())),
+    };
+    let request = PublishRequest {
+        path: &args.gcode,
+        program,
+        to,
+        key: key.as_ref(),
+        name: args.name.as_deref(),
+        replace: args.replace,
+        start: args.start,
+        silence: Duration::from_secs(args.timeout),
+    };
+    let done = job::publish(&request, &world)?;
+    if console.json() {
+        console.document(&document::published(&done));
+    } else {
+        console.summary(&text::published(&done), true);
+    }
+    Ok(())
+}

@@ -1,0 +1,128 @@
+//! A proved program to the server that drives a printer.
+
+use std::cell::RefCell;
+use std::path::Path;
+use std::time::Duration;
+
+use super::{Error, Verified, World};
+use crate::gcode::marks::{Hint, hint};
+use crate::planning::sha256_hex;
+use crate::publish::{Address, Answer, Ask, Delivered, Delivery, Figures, Key, Trouble, Web, deliver, file_name};
+
+/// A program and where it goes.
+#[derive(Clone, Copy, Debug)]
+pub struct PublishRequest<'a> {
+    /// The program's file.
+    pub path: &'a Path,
+    /// The program.
+    pub program: &'a Verified<Vec<u8>>,
+    /// The server.
+    pub to: &'a Address,
+    /// What opens it.
+    pub key: Option<&'a Key>,
+    /// What the file is called there; `None`: as here.
+    pub name: Option<&'a str>,
+    /// Whether another file of that name is replaced.
+    pub replace: bool,
+    /// Whether it is printed.
+    pub start: bool,
+    /// How long the server may say nothing.
+    pub silence: Duration,
+}
+
+/// What is there now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PublishResult {
+    /// The server.
+    pub to: Address,
+    /// The file's name there.
+    pub name: String,
+    /// Its size.
+    pub bytes: usize,
+    /// Its SHA-256, which is that of what is there: the server's hash or its bytes were compared.
+    pub sha256: String,
+    /// Whether a replay has proved it.
+    pub verified: bool,
+    /// What we say that it takes; nothing but layers where there was no replay.
+    pub stated: Figures,
+    /// What became of it.
+    pub delivered: Delivered,
+    /// What that took, s.
+    pub seconds: f64,
+}
+
+/// Brings a program to a server, once, and compares what arrived.
+///
+/// # Errors
+///
+/// [`Error::PublishInput`] for a name that servers would change, and [`Error::Publish`].
+pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<PublishResult, Error> {
+    let own = || request.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = request.name.map_or_else(own, str::to_owned);
+    file_name(&name)?;
+    let (file, report) = (request.program.program(), request.program.report());
+    let is_layer = |line: &&[u8]| line.strip_prefix(b";").and_then(hint) == Some(Hint::Layer);
+    let stated = Figures {
+        seconds: report.map(|report| report.seconds_print),
+        filament_mm: report.map(|report| report.filament_mm),
+        layers: Some(file.split(|b| *b == b'\n').filter(is_layer).count() as u64),
+    };
+    let begun = world.clock.now();
+    let job = Delivery {
+        address: request.to.clone(),
+        key: request.key.cloned(),
+        name,
+        file,
+        sha256: sha256_hex(file),
+        sha1: sha1_hex(file),
+        verified: report.is_some(),
+        stated,
+        replace: request.replace,
+        start: request.start,
+        silence: request.silence,
+    };
+    let bar = RefCell::new(world.progress.begin("uploading", file.len()));
+    let delivered = deliver(&job, &Waiting(world), &|sent| bar.borrow().at(sent.min(file.len())))?;
+    Ok(PublishResult {
+        to: job.address,
+        name: job.name,
+        bytes: file.len(),
+        sha256: job.sha256,
+        verified: job.verified,
+        stated,
+        delivered,
+        seconds: (world.clock.now() - begun).as_secs_f64(),
+    })
+}
+
+fn sha1_hex(bytes: &[u8]) -> String {
+    use sha1::{Digest, Sha1};
+    Sha1::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The key in a file, or else the one that the environment has; `None` where there is neither.
+///
+/// # Errors
+///
+/// [`Error::PublishInput`] for what is no key, and what keeps the file from being read.
+pub fn server_key(file: Option<&Path>, environment: Option<&str>, world: &World<'_>) -> Result<Option<Key>, Error> {
+    if let Some(path) = file {
+        let place = path.display().to_string();
+        let bytes = world.files.read(path)?;
+        return Ok(Some(Key::new(&String::from_utf8_lossy(&bytes), &place)?));
+    }
+    Ok(environment.map(|text| Key::new(text, "TRUNNION_KEY")).transpose()?)
+}
+
+/// The world's web, which waits by the world's clock.
+struct Waiting<'a>(&'a World<'a>);
+
+impl Web for Waiting<'_> {
+    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<Answer, Trouble> {
+        self.0.web.ask(ask, sent)
+    }
+
+    fn wait(&self, time: Duration) {
+        self.0.clock.sleep(time);
+    }
+}

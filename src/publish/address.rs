@@ -1,0 +1,170 @@
+//! Where a server is, the key to it, and the name that a file gets there; each held to what all three servers take.
+
+use std::fmt;
+
+/// What kind of server.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// OctoPrint.
+    OctoPrint,
+    /// Moonraker, which drives Klipper.
+    Moonraker,
+    /// RepRapFirmware's own on a Duet.
+    Duet,
+}
+
+impl Kind {
+    /// As an address begins.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::OctoPrint => "octoprint",
+            Self::Moonraker => "moonraker",
+            Self::Duet => "duet",
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::OctoPrint => "OctoPrint",
+            Self::Moonraker => "Moonraker",
+            Self::Duet => "Duet",
+        })
+    }
+}
+
+/// What was given and cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BadInput {
+    /// No server of ours.
+    #[error(
+        "to: it begins with none of octoprint:, moonraker: and duet:; write for example octoprint:http://printer.local"
+    )]
+    Server,
+    /// Not http or https, or no host.
+    #[error(
+        "to: {kind}: is followed by no http:// or https:// address; write for example {kind}:http://printer.local:5000"
+    )]
+    Url {
+        /// The server's word.
+        kind: &'static str,
+    },
+    /// A password or a query in an address would end in shells' histories and servers' logs.
+    #[error(
+        "to: the address may hold neither a name, a password, a question mark nor a hash; the key belongs in --key-file or TRUNNION_KEY"
+    )]
+    Secret,
+    /// A key that no header can carry.
+    #[error("the key in {place} {why}; give one line with the key alone")]
+    Key {
+        /// Where it was found.
+        place: String,
+        /// What is wrong with it, without any of it.
+        why: &'static str,
+    },
+    /// A name that a server would change.
+    #[error(
+        "name: {name:?} {why}; servers write names differently beyond letters of ASCII, digits, '.', '_' and '-' up to 80, and take .gcode, .gco and .g; give one with --name"
+    )]
+    Name {
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+}
+
+/// A server's place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Address {
+    /// What it is.
+    pub kind: Kind,
+    /// `http://host[:port][/path]`, without a slash at its end.
+    url: String,
+}
+
+impl Address {
+    /// Reads `octoprint:URL`, `moonraker:URL` or `duet:URL`.
+    ///
+    /// # Errors
+    ///
+    /// [`BadInput`], which repeats nothing of the address.
+    pub fn parse(text: &str) -> Result<Self, BadInput> {
+        let known = [Kind::OctoPrint, Kind::Moonraker, Kind::Duet];
+        let split = |kind: Kind| text.strip_prefix(kind.word())?.strip_prefix(':').map(|url| (kind, url));
+        let (kind, url) = known.into_iter().find_map(split).ok_or(BadInput::Server)?;
+        let bad = BadInput::Url { kind: kind.word() };
+        let rest = ["http://", "https://"].iter().find_map(|scheme| url.strip_prefix(scheme)).ok_or(bad.clone())?;
+        if rest.contains(['@', '?', '#']) {
+            return Err(BadInput::Secret);
+        }
+        let host = rest.split('/').next().unwrap_or_default();
+        let plain = |c: char| c.is_ascii_graphic() && !"\"<>\\^`{|}".contains(c);
+        if host.is_empty() || host.starts_with(':') || !rest.chars().all(plain) {
+            return Err(bad);
+        }
+        Ok(Self { kind, url: url.trim_end_matches('/').to_owned() })
+    }
+
+    /// The address, in which there is no secret.
+    pub fn url(&self) -> &str {
+        &self.url
+    }
+}
+
+/// What opens a server; printed nowhere.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Key(String);
+
+impl fmt::Debug for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Key(..)")
+    }
+}
+
+impl Key {
+    /// The one line of `text`, which was found in `place`.
+    ///
+    /// # Errors
+    ///
+    /// [`BadInput::Key`], which repeats nothing of it.
+    pub fn new(text: &str, place: &str) -> Result<Self, BadInput> {
+        let key = text.trim();
+        let why = match () {
+            () if key.is_empty() => "is empty",
+            () if key.len() > 512 => "is longer than 512 bytes",
+            () if !key.chars().all(|c| c.is_ascii_graphic() || c == ' ') => {
+                "has more than one line of plain characters"
+            }
+            () => return Ok(Self(key.to_owned())),
+        };
+        Err(BadInput::Key { place: place.to_owned(), why })
+    }
+
+    /// The key itself, for a request.
+    pub(super) fn secret(&self) -> &str {
+        &self.0
+    }
+}
+
+/// The longest name that is given to a file.
+const LONGEST_NAME: usize = 80;
+
+/// `name`, if every server keeps it as it is.
+///
+/// # Errors
+///
+/// [`BadInput::Name`].
+pub fn file_name(name: &str) -> Result<&str, BadInput> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
+    let why = match () {
+        () if name.is_empty() => "is empty",
+        () if name.len() > LONGEST_NAME => "is too long",
+        () if !name.chars().all(plain) => "has other characters",
+        () if name.starts_with(['.', '-']) => "begins with '.' or '-'",
+        () if ![".gcode", ".gco", ".g"].iter().any(|end| name.ends_with(end)) => "has another ending",
+        () => return Ok(name),
+    };
+    Err(BadInput::Name { name: name.to_owned(), why })
+}

@@ -1,0 +1,77 @@
+//! A file, and what can be asked of every kind of server about it.
+
+use std::time::Duration;
+
+use super::Figures;
+use super::address::{Address, Key};
+use super::fault::Fault;
+
+/// A file on its way.
+pub struct Delivery<'a> {
+    /// Where it goes.
+    pub address: Address,
+    /// What opens the server.
+    pub key: Option<Key>,
+    /// What it is called there; see [`file_name`](super::file_name).
+    pub name: String,
+    /// Its bytes.
+    pub file: &'a [u8],
+    /// Their SHA-256, lower case.
+    pub sha256: String,
+    /// Their SHA-1, lower case: OctoPrint tells no other.
+    pub sha1: String,
+    /// Whether a replay has proved it.
+    pub verified: bool,
+    /// What we say of it.
+    pub stated: Figures,
+    /// Whether another file of this name is replaced.
+    pub replace: bool,
+    /// Whether it is printed.
+    pub start: bool,
+    /// How long the server may say nothing.
+    pub silence: Duration,
+}
+
+/// What became of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Delivered {
+    /// How often it was sent; 0 where it was there already.
+    pub uploads: u32,
+    /// Whether its print was started.
+    pub started: bool,
+    /// What the server shows of it by now.
+    pub shown: Figures,
+}
+
+/// What a server has under the file's name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Kept {
+    pub(super) bytes: u64,
+    /// Where it tells one.
+    pub(super) sha1: Option<String>,
+}
+
+/// What its printer does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    Ready,
+    /// The file, where it is told.
+    Printing(Option<String>),
+    NotReady(String),
+}
+
+/// What all servers can.
+pub(super) trait Api {
+    /// Who is there, and whether the key is right.
+    fn enter(&mut self) -> Result<(), Fault>;
+    /// Bytes that are free.
+    fn free(&self) -> Result<Option<u64>, Fault>;
+    fn kept(&self) -> Result<Option<Kept>, Fault>;
+    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), Fault>;
+    fn fetch(&self) -> Result<Vec<u8>, Fault>;
+    fn remove(&self) -> Result<(), Fault>;
+    fn state(&self) -> Result<State, Fault>;
+    fn start(&self) -> Result<(), Fault>;
+    fn shown(&self) -> Result<Figures, Fault>;
+    fn leave(&self) {}
+}

@@ -1,0 +1,111 @@
+//! RepRapFirmware's own server on a Duet without a single-board computer: the `rr_` requests.
+//!
+//! A session is known by its place on the network; the password is sent once, when it begins. The file's CRC-32 goes along, and the
+//! board keeps nothing whose checksum is another. `err` is 0 where a request was done.
+
+use serde_json::Value;
+
+use super::Figures;
+use super::address::Key;
+use super::api::{Api, Kept, State};
+use super::fault::Fault;
+use super::line::{Line, Question, escaped};
+
+pub(super) struct Duet<'a>(pub(super) Line<'a>);
+
+/// The password of a board that has none.
+const NO_PASSWORD: &str = "reprap";
+
+impl Duet<'_> {
+    /// The file on its card.
+    fn file(&self) -> String {
+        format!("0:/gcodes/{}", self.0.job.name)
+    }
+
+    fn path(&self, request: &str) -> String {
+        format!("/{request}?name={}", escaped(&self.file()))
+    }
+
+    /// A part of the board's own description.
+    fn model(&self, key: &str) -> Result<Value, Fault> {
+        Ok(self.0.read("a look at the board", &format!("/rr_model?key={key}&flags=d3"))?["result"].clone())
+    }
+
+    fn info(&self) -> Result<Option<Value>, Fault> {
+        let info = self.0.look("a look at the file", &self.path("rr_fileinfo"))?;
+        Ok(info.filter(|info| info["err"].as_i64() == Some(0)))
+    }
+}
+
+impl Api for Duet<'_> {
+    fn enter(&mut self) -> Result<(), Fault> {
+        let key = self.0.job.key.as_ref();
+        let password = key.map_or(NO_PASSWORD, Key::secret);
+        let answer = self.0.read("/rr_connect", &format!("/rr_connect?password={}", escaped(password)))?;
+        match answer["err"].as_i64() {
+            Some(0) => Ok(()),
+            Some(1) if key.is_none() => Err(Fault::NoKey),
+            Some(1) => Err(Fault::WrongKey { start: self.0.job.start }),
+            Some(2) => Err(Fault::Busy),
+            _ => Err(Fault::Page { what: "/rr_connect", kind: self.0.job.address.kind }),
+        }
+    }
+
+    fn free(&self) -> Result<Option<u64>, Fault> {
+        Ok(self.model("volumes")?[0]["freeSpace"].as_u64())
+    }
+
+    fn kept(&self) -> Result<Option<Kept>, Fault> {
+        Ok(self.info()?.map(|info| Kept { bytes: info["size"].as_u64().unwrap_or_default(), sha1: None }))
+    }
+
+    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), Fault> {
+        let (what, job) = ("the upload", self.0.job);
+        let path = format!("{}&crc32={:08x}", self.path("rr_upload"), crc32fast::hash(job.file));
+        let question = Question::post(path, "application/octet-stream", vec![job.file]);
+        let answer = self.0.good(what, self.0.once(question, sent)?)?;
+        // Another checksum, or a card that takes no more.
+        if self.0.value(what, &answer)?["err"].as_i64() == Some(0) { Ok(()) } else { Err(Fault::Closed) }
+    }
+
+    fn fetch(&self) -> Result<Vec<u8>, Fault> {
+        self.0.fetch(&self.path("rr_download"))
+    }
+
+    fn remove(&self) -> Result<(), Fault> {
+        let what = "to delete the file";
+        match self.0.read(what, &self.path("rr_delete"))?["err"].as_i64() {
+            Some(0) => Ok(()),
+            _ => Err(Fault::Refused { what, status: 200, words: String::new() }),
+        }
+    }
+
+    fn state(&self) -> Result<State, Fault> {
+        let state = self.model("state")?;
+        match state["status"].as_str() {
+            Some("idle") => Ok(State::Ready),
+            Some("processing" | "simulating" | "pausing" | "paused" | "resuming" | "cancelling" | "changingTool") => {
+                let job = self.model("job")?["file"]["fileName"].as_str().map(str::to_owned);
+                Ok(State::Printing(job.map(|file| file.rsplit('/').next().unwrap_or_default().to_owned())))
+            }
+            other => Ok(State::NotReady(format!("its state is {}", other.unwrap_or("not told")))),
+        }
+    }
+
+    fn start(&self) -> Result<(), Fault> {
+        let (what, code) = ("to start the print", format!("M32 \"{}\"", self.file()));
+        let path = format!("/rr_gcode?gcode={}", escaped(&code));
+        self.0.good(what, self.0.once(Question::get(path), &|_| {})?).map(drop)
+    }
+
+    fn shown(&self) -> Result<Figures, Fault> {
+        let info = self.info()?.unwrap_or(Value::Null);
+        let filament = info["filament"].as_array().map(|all| all.iter().filter_map(Value::as_f64).sum());
+        Ok(Figures { seconds: info["printTime"].as_f64(), filament_mm: filament, layers: info["numLayers"].as_u64() })
+    }
+
+    fn leave(&self) {
+        // A session that is not closed ends by itself after some seconds.
+        let _ = self.0.once(Question::get("/rr_disconnect".to_owned()), &|_| {});
+    }
+}

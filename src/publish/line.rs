@@ -1,0 +1,170 @@
+//! The line to one server: addresses and keys put on requests, answers read and every kind of no turned into its [`Fault`].
+
+use std::time::Duration;
+
+use serde_json::Value;
+
+use super::address::{Key, Kind};
+use super::api::Delivery;
+use super::fault::Fault;
+use super::web::{Answer, Ask, Method, Trouble, Web};
+
+/// More than this no answer has that is not a file.
+const LARGEST_ANSWER: u64 = 16 << 20;
+/// A question that changes nothing is asked so often, after such waits.
+const PAUSES: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(3)];
+/// So much of a server's own words is passed on.
+const WORDS: usize = 160;
+
+/// The line.
+pub(super) struct Line<'a> {
+    pub(super) job: &'a Delivery<'a>,
+    pub(super) web: &'a dyn Web,
+}
+
+/// A request of ours.
+pub(super) struct Question<'a> {
+    pub(super) method: Method,
+    /// Behind the server's address.
+    pub(super) path: String,
+    pub(super) headers: Vec<(&'static str, String)>,
+    pub(super) body: Option<Vec<&'a [u8]>>,
+    pub(super) most: u64,
+}
+
+impl<'a> Question<'a> {
+    /// One that reads.
+    pub(super) fn get(path: String) -> Self {
+        Self { method: Method::Get, path, headers: Vec::new(), body: None, most: LARGEST_ANSWER }
+    }
+
+    /// One that changes something.
+    pub(super) fn post(path: String, kind: &str, body: Vec<&'a [u8]>) -> Self {
+        let headers = vec![("Content-Type", kind.to_owned())];
+        Self { method: Method::Post, headers, body: Some(body), ..Self::get(path) }
+    }
+}
+
+impl Line<'_> {
+    /// Asks once; whatever is said is an answer, but what only says that we are at the wrong door.
+    pub(super) fn once(&self, question: Question<'_>, sent: &dyn Fn(usize)) -> Result<Answer, Fault> {
+        let mut headers = question.headers;
+        if let Some(key) = self.header_key() {
+            headers.push(("X-Api-Key", key.to_owned()));
+        }
+        let url = format!("{}{}", self.job.address.url(), question.path);
+        let (silence, most) = (self.job.silence, question.most);
+        let ask = Ask { method: question.method, url, headers, body: question.body, most, silence };
+        let answer = self.web.ask(&ask, sent).map_err(|trouble| self.fault(trouble))?;
+        match answer.status {
+            300..=399 => Err(Fault::Moved { to: elsewhere(answer.location.as_deref()) }),
+            401 | 403 if self.job.key.is_none() => Err(Fault::NoKey),
+            401 | 403 => Err(Fault::WrongKey { start: self.job.start }),
+            413 => Err(Fault::TooLarge { bytes: self.job.file.len() as u64 }),
+            507 => Err(Fault::Full { free: None, needs: self.job.file.len() as u64 }),
+            _ => Ok(answer),
+        }
+    }
+
+    /// Reads; asked again where that may help. `None` where there is no such thing.
+    pub(super) fn look(&self, what: &'static str, path: &str) -> Result<Option<Value>, Fault> {
+        let answer = self.patiently(|| {
+            let answer = self.once(Question::get(path.to_owned()), &|_| {})?;
+            if answer.status == 404 { Ok(answer) } else { self.good(what, answer) }
+        })?;
+        if answer.status == 404 { Ok(None) } else { self.value(what, &answer).map(Some) }
+    }
+
+    /// Reads what must be there.
+    pub(super) fn read(&self, what: &'static str, path: &str) -> Result<Value, Fault> {
+        self.look(what, path)?.ok_or(Fault::Page { what, kind: self.job.address.kind })
+    }
+
+    /// The bytes of a file as large as ours.
+    pub(super) fn fetch(&self, path: &str) -> Result<Vec<u8>, Fault> {
+        let (what, most) = ("a download", self.job.file.len() as u64 + 1);
+        let get = || Question { most, ..Question::get(path.to_owned()) };
+        Ok(self.patiently(|| self.good(what, self.once(get(), &|_| {})?))?.body)
+    }
+
+    /// `ask`, and again after a while where what went wrong may pass.
+    fn patiently(&self, ask: impl Fn() -> Result<Answer, Fault>) -> Result<Answer, Fault> {
+        for pause in PAUSES {
+            match ask() {
+                Err(fault) if fault.may_pass() => self.web.wait(pause),
+                done => return done,
+            }
+        }
+        ask()
+    }
+
+    /// An answer that says yes.
+    pub(super) fn good(&self, what: &'static str, answer: Answer) -> Result<Answer, Fault> {
+        match answer.status {
+            200..=299 => Ok(answer),
+            status => Err(Fault::Refused { what, status, words: self.words(&answer) }),
+        }
+    }
+
+    /// The data of an answer; Moonraker wraps it.
+    pub(super) fn value(&self, what: &'static str, answer: &Answer) -> Result<Value, Fault> {
+        let page = Fault::Page { what, kind: self.job.address.kind };
+        let value: Value = serde_json::from_slice(&answer.body).map_err(|_| page.clone())?;
+        match value {
+            Value::Object(mut all) if self.job.address.kind == Kind::Moonraker => {
+                Ok(all.remove("result").unwrap_or(Value::Object(all)))
+            }
+            Value::Object(_) => Ok(value),
+            _ => Err(page),
+        }
+    }
+
+    /// Why a server says no, in its words, without the key.
+    pub(super) fn words(&self, answer: &Answer) -> String {
+        let value: Value = serde_json::from_slice(&answer.body).unwrap_or_default();
+        let error = &value["error"];
+        let said = error["message"].as_str().or_else(|| error.as_str());
+        let text = String::from_utf8_lossy(&answer.body);
+        let page = text.trim_start().starts_with('<');
+        let said = said.unwrap_or(if page { "" } else { text.lines().next().unwrap_or_default() });
+        let said = match &self.job.key {
+            Some(key) => said.replace(key.secret(), "..."),
+            None => said.to_owned(),
+        };
+        said.chars().filter(|c| !c.is_control()).take(WORDS).collect()
+    }
+
+    fn header_key(&self) -> Option<&str> {
+        // A Duet takes its password once, on entering.
+        let takes = self.job.address.kind != Kind::Duet;
+        self.job.key.as_ref().filter(|_| takes).map(Key::secret)
+    }
+
+    fn fault(&self, trouble: Trouble) -> Fault {
+        match trouble {
+            Trouble::Away { why } => Fault::Away { why },
+            Trouble::Silent => Fault::Silent { seconds: self.job.silence.as_secs() },
+            Trouble::Closed => Fault::Closed,
+            Trouble::Tls { why } => Fault::Tls { why },
+            Trouble::Garbled { why } => Fault::Garbled { why },
+            Trouble::TooMuch => Fault::Page { what: "a question", kind: self.job.address.kind },
+        }
+    }
+}
+
+/// Where a redirection leads, without what may hold a key.
+fn elsewhere(location: Option<&str>) -> String {
+    let plain = |c: &char| c.is_ascii_graphic();
+    let to: String =
+        location.unwrap_or_default().split(['?', '#']).next().unwrap_or_default().chars().filter(plain).collect();
+    if to.is_empty() || to.contains('@') { "another address, which it does not name".to_owned() } else { to }
+}
+
+/// `text` with all but letters and digits in per cent.
+pub(super) fn escaped(text: &str) -> String {
+    let one = |byte: u8| match byte {
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'.' | b'_' | b'-' => char::from(byte).to_string(),
+        _ => format!("%{byte:02X}"),
+    };
+    text.bytes().map(one).collect()
+}

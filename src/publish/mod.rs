@@ -1,0 +1,47 @@
+//! A finished file to the server that drives a printer: OctoPrint, Moonraker, or a Duet's own.
+//!
+//! ```text
+//! Delivery{ file, where to } + &dyn Web --deliver--> Delivered     every request and every answer; nothing here opens a socket
+//! ```
+//!
+//! A server is asked who it is, what it has under the file's name and how much room it has; the file goes there once, is compared
+//! with what arrived, and is started only where that was asked for and the server says that its printer stands idle. What was lost
+//! on the way is looked for before it is sent again, so that there is never a second copy, and what arrived in part is taken away.
+//! A key is in no error, no text and no value that can be printed.
+//!
+//! Sizes in bytes, times in seconds, filament in millimetres.
+//!
+//! Sources: docs.octoprint.org "REST API" (1.11), moonraker.readthedocs.io "External API", the wiki page "HTTP requests" and
+//! `Developer-documentation/OpenAPI.yaml` (3.6.0) of RepRapFirmware.
+//!
+//! This room must not know profiles, plans or files.
+
+mod address;
+mod api;
+mod deliver;
+mod duet;
+mod fault;
+mod form;
+mod line;
+mod moonraker;
+mod octoprint;
+#[cfg(test)]
+mod tests;
+mod web;
+
+pub use address::{Address, BadInput, Key, Kind, file_name};
+pub use api::{Delivered, Delivery};
+pub use deliver::deliver;
+pub use fault::{Fault, PublishError};
+pub use web::{Answer, Ask, Method, Trouble, Web};
+
+/// What a file takes: as we state it, or as a server shows it; `None` where nobody says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// Time to print, s.
+    pub seconds: Option<f64>,
+    /// Filament, mm.
+    pub filament_mm: Option<f64>,
+    /// Layers of all prints together.
+    pub layers: Option<u64>,
+}

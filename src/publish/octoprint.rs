@@ -1,0 +1,109 @@
+//! OctoPrint's REST API: `/api/files/local`, `/api/printer`.
+//!
+//! An upload is put together beside the folder of files and moved there when it is whole. What the server shows of a file is its own
+//! analysis, which begins when nothing prints, and which no request can give it; our figures go along as `userdata`.
+
+use serde_json::{Value, json};
+
+use super::Figures;
+use super::api::{Api, Kept, State};
+use super::fault::Fault;
+use super::form::Form;
+use super::line::{Line, Question};
+use super::web::Method;
+
+pub(super) struct OctoPrint<'a>(pub(super) Line<'a>);
+
+impl OctoPrint<'_> {
+    fn file(&self) -> String {
+        format!("/api/files/local/{}", self.0.job.name)
+    }
+
+    /// Our own figures, kept with the file.
+    fn userdata(&self) -> String {
+        let (job, stated) = (self.0.job, self.0.job.stated);
+        let own = json!({
+            "sha256": job.sha256, "verified": job.verified, "seconds_print": stated.seconds, "filament_mm": stated.filament_mm,
+            "layers": stated.layers,
+        });
+        json!({"trunnion": own}).to_string()
+    }
+}
+
+impl Api for OctoPrint<'_> {
+    fn enter(&mut self) -> Result<(), Fault> {
+        let version = self.0.read("/api/version", "/api/version")?;
+        let named = version["text"].as_str().is_some_and(|text| text.starts_with("OctoPrint"));
+        if named { Ok(()) } else { Err(Fault::Page { what: "/api/version", kind: self.0.job.address.kind }) }
+    }
+
+    fn free(&self) -> Result<Option<u64>, Fault> {
+        Ok(self.0.read("a list of files", "/api/files/local?recursive=false")?["free"].as_u64())
+    }
+
+    fn kept(&self) -> Result<Option<Kept>, Fault> {
+        let Some(file) = self.0.look("a look at the file", &self.file())? else { return Ok(None) };
+        let bytes = file["size"].as_u64().unwrap_or_default();
+        Ok(Some(Kept { bytes, sha1: file["hash"].as_str().map(str::to_ascii_lowercase) }))
+    }
+
+    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), Fault> {
+        let (job, userdata) = (self.0.job, self.userdata());
+        let once = if job.replace { "false" } else { "true" };
+        let form = Form::of(&[("noOverwrite", once), ("userdata", &userdata)], &job.name, &job.sha256);
+        let what = "the upload";
+        let question = Question::post("/api/files/local".to_owned(), &form.kind(), form.body(job.file));
+        let answer = self.0.good(what, self.0.once(question, sent)?)?;
+        let path = self.0.value(what, &answer)?["files"]["local"]["path"].clone();
+        match path.as_str() {
+            Some(path) if path == job.name => Ok(()),
+            other => Err(Fault::Refused {
+                what: "the file's name",
+                status: answer.status,
+                words: format!("it would be called {}", other.unwrap_or("otherwise")),
+            }),
+        }
+    }
+
+    fn fetch(&self) -> Result<Vec<u8>, Fault> {
+        self.0.fetch(&format!("/downloads/files/local/{}", self.0.job.name))
+    }
+
+    fn remove(&self) -> Result<(), Fault> {
+        let question = Question { method: Method::Delete, ..Question::get(self.file()) };
+        self.0.good("to delete the file", self.0.once(question, &|_| {})?).map(drop)
+    }
+
+    fn state(&self) -> Result<State, Fault> {
+        let what = "a look at the printer";
+        let answer = self.0.once(Question::get("/api/printer?exclude=temperature,sd".to_owned()), &|_| {})?;
+        if answer.status == 409 {
+            return Ok(State::NotReady("it is not connected to one".to_owned()));
+        }
+        let answer = self.0.good(what, answer)?;
+        let state = self.0.value(what, &answer)?["state"].clone();
+        let is = |flag: &str| state["flags"][flag].as_bool().unwrap_or_default();
+        if ["printing", "paused", "pausing", "resuming", "cancelling", "finishing"].into_iter().any(is) {
+            let job = self.0.read("a look at the job", "/api/job")?;
+            return Ok(State::Printing(job["job"]["file"]["path"].as_str().map(str::to_owned)));
+        }
+        if is("ready") && is("operational") {
+            return Ok(State::Ready);
+        }
+        Ok(State::NotReady(state["text"].as_str().unwrap_or("it does not say why").to_owned()))
+    }
+
+    fn start(&self) -> Result<(), Fault> {
+        let (what, command) = ("to start the print", json!({"command": "select", "print": true}).to_string());
+        let question = Question::post(self.file(), "application/json", vec![command.as_bytes()]);
+        self.0.good(what, self.0.once(question, &|_| {})?).map(drop)
+    }
+
+    fn shown(&self) -> Result<Figures, Fault> {
+        let file = self.0.look("a look at the file", &self.file())?.unwrap_or(Value::Null);
+        let analysis = &file["gcodeAnalysis"];
+        let tools = analysis["filament"].as_object();
+        let lengths = tools.map(|tools| tools.values().filter_map(|tool| tool["length"].as_f64()).sum());
+        Ok(Figures { seconds: analysis["estimatedPrintTime"].as_f64(), filament_mm: lengths, layers: None })
+    }
+}

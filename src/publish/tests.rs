@@ -1,0 +1,77 @@
+//! Addresses, keys and names that cannot be, and sentences that hold no key.
+
+use super::address::{Address, BadInput, Key, Kind, file_name};
+use super::form::Form;
+use super::line::escaped;
+use super::{Fault, PublishError};
+
+#[test]
+fn addresses_are_read_and_repeated_nowhere_when_they_hold_a_secret() {
+    let good = Address::parse("octoprint:http://printer.local:5000/").unwrap();
+    assert_eq!((good.kind, good.url()), (Kind::OctoPrint, "http://printer.local:5000"));
+    let behind = Address::parse("moonraker:https://[fe80::1]:7125/printer/2").unwrap();
+    assert_eq!((behind.kind, behind.url()), (Kind::Moonraker, "https://[fe80::1]:7125/printer/2"));
+    for (text, wanted) in [
+        ("http://printer.local", BadInput::Server),
+        ("prusalink:http://printer.local", BadInput::Server),
+        ("duet:printer.local", BadInput::Url { kind: "duet" }),
+        ("duet:http://", BadInput::Url { kind: "duet" }),
+        ("duet:http://:80", BadInput::Url { kind: "duet" }),
+        ("duet:http://a b", BadInput::Url { kind: "duet" }),
+        ("duet:http://me:SECRET@printer.local", BadInput::Secret),
+        ("octoprint:http://printer.local/?apikey=SECRET", BadInput::Secret),
+    ] {
+        let error = Address::parse(text).unwrap_err();
+        assert_eq!(error, wanted, "{text}");
+        assert!(!error.to_string().contains("SECRET"), "{error}");
+    }
+}
+
+#[test]
+fn keys_are_one_line_and_are_never_printed() {
+    let key = Key::new(" SECRET\n", "a.key").unwrap();
+    assert_eq!((key.secret(), format!("{key:?}").as_str()), ("SECRET", "Key(..)"));
+    for text in ["", " \n", "SECRET\nSECRET", "SECR\u{c9}T", &"SECRET".repeat(100)] {
+        let error = Key::new(text, "a.key").unwrap_err().to_string();
+        assert!(error.contains("a.key") && !error.contains("SECR"), "{error}");
+    }
+}
+
+#[test]
+fn names_that_a_server_would_change_are_refused() {
+    for name in ["a.gcode", "Part-2_v1.5.g", "x.gco"] {
+        assert_eq!(file_name(name), Ok(name));
+    }
+    let long = format!("{}.gcode", "a".repeat(80));
+    for name in ["", "a b.gcode", "\u{e4}.gcode", "../a.gcode", ".a.gcode", "-a.gcode", "a.stl", "a.GCODE", &long] {
+        assert!(matches!(file_name(name), Err(BadInput::Name { .. })), "{name}");
+    }
+}
+
+#[test]
+fn a_form_is_fields_then_the_file() {
+    let form = Form::of(&[("root", "gcodes")], "a.gcode", "5e");
+    let body = form.body(b"G28\n").concat();
+    let wanted = "--trunnion-5e\r\nContent-Disposition: form-data; name=\"root\"\r\n\r\ngcodes\r\n--trunnion-5e\r\n\
+         Content-Disposition: form-data; name=\"file\"; filename=\"a.gcode\"\r\nContent-Type: application/octet-stream\r\n\r\n\
+         G28\n\r\n--trunnion-5e--\r\n";
+    assert_eq!(String::from_utf8(body).unwrap(), wanted);
+    assert_eq!(form.kind(), "multipart/form-data; boundary=trunnion-5e");
+}
+
+#[test]
+fn what_goes_into_an_address_is_escaped() {
+    assert_eq!(escaped("M32 \"0:/gcodes/a.g\"&x"), "M32%20%220%3A%2Fgcodes%2Fa.g%22%26x");
+}
+
+#[test]
+fn what_may_pass_is_tried_again_and_nothing_else() {
+    assert!(Fault::Closed.may_pass() && Fault::Silent { seconds: 1 }.may_pass());
+    let refused = |status| Fault::Refused { what: "the upload", status, words: String::new() };
+    assert!(refused(503).may_pass() && !refused(500).may_pass() && !Fault::NoKey.may_pass());
+    let address = Address::parse("duet:http://d").unwrap();
+    let told = PublishError::new(&address, Fault::Full { free: Some(5), needs: 9 }, true).to_string();
+    let wanted = "Duet at http://d: its disk is full: 5 bytes are free, the file needs 9 bytes; delete old files there; a part of \
+                  the file may be left there";
+    assert_eq!(told, wanted);
+}

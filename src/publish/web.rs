@@ -1,0 +1,81 @@
+//! One request and its answer, as values; whoever has a socket carries them.
+
+use std::time::Duration;
+
+/// What is done with a place on a server.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Read.
+    Get,
+    /// Written.
+    Post,
+    /// Taken away.
+    Delete,
+}
+
+/// A request. Its address and headers may hold the key, so it cannot be printed.
+pub struct Ask<'a> {
+    /// What is done.
+    pub method: Method,
+    /// The whole address.
+    pub url: String,
+    /// Headers besides host and length.
+    pub headers: Vec<(&'static str, String)>,
+    /// The body, piece after piece; `None` for none.
+    pub body: Option<Vec<&'a [u8]>>,
+    /// An answer of more bytes is none.
+    pub most: u64,
+    /// How long the server may say, and take, nothing.
+    pub silence: Duration,
+}
+
+/// What a server said.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// HTTP's number.
+    pub status: u16,
+    /// Where it says the place is now.
+    pub location: Option<String>,
+    /// What it said.
+    pub body: Vec<u8>,
+}
+
+/// Why there was no answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// Nobody is there.
+    Away {
+        /// The system's words.
+        why: String,
+    },
+    /// Somebody is there and says nothing.
+    Silent,
+    /// The connection ended before the answer did.
+    Closed,
+    /// Its certificate, or what it says as TLS.
+    Tls {
+        /// The library's words.
+        why: String,
+    },
+    /// What it says is no HTTP.
+    Garbled {
+        /// The library's words.
+        why: String,
+    },
+    /// More than was asked for.
+    TooMuch,
+}
+
+/// Whoever has a socket.
+pub trait Web {
+    /// Sends `ask` and waits for the answer; follows no redirection, since the key would go with it. `sent` is told the bytes of the
+    /// body that have gone.
+    ///
+    /// # Errors
+    ///
+    /// [`Trouble`]; whether the server has done what it was asked is not known then.
+    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<Answer, Trouble>;
+
+    /// Returns after `time`.
+    fn wait(&self, time: Duration);
+}

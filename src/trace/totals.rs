@@ -1,0 +1,22 @@
+//! What a program takes as a whole, without keeping its moves.
+
+use super::{Interpreter, Setting};
+use crate::gcode::marks::{Hint, Totals, hint};
+use crate::gcode::{LineKind, ParsedLine, lines};
+
+/// Time and layers of the program in `bytes`, by the same clock as [`read`](super::read()); what has no safe meaning takes no time.
+pub fn totals(bytes: &[u8], setting: &Setting) -> Totals {
+    let (mut interpreter, mut parsed) = (Interpreter::new(setting), ParsedLine::default());
+    let mut totals = Totals::default();
+    for line in lines(bytes) {
+        if parsed.read(line.bytes).is_err() {
+            continue;
+        }
+        if parsed.kind == LineKind::Empty {
+            totals.layers += usize::from(hint(&line.bytes[parsed.comment.clone()]) == Some(Hint::Layer));
+            continue;
+        }
+        totals.seconds += interpreter.take(&parsed).map_or(0.0, |action| action.seconds());
+    }
+    totals
+}

@@ -1,0 +1,336 @@
+//! `trunnion publish`: a file goes to a server once, the same bytes, and is started only when asked; every bad day is a sentence.
+
+mod answers;
+mod octoprint;
+mod recipes;
+mod scissors;
+mod server;
+mod shown;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::{Arc, OnceLock};
+
+use serde_json::{Value, json};
+use trunnion::publish::Kind;
+
+use crate::pipeline::{fixture, prepare};
+use crate::support::{folder, said, trunnion};
+use server::{Door, Hitch, Server};
+
+/// A key that must be seen nowhere.
+pub(super) const KEY: &str = "OPEN-SESAME-0123456789ABCDEF";
+
+/// A prepared program, its plan and the report of its verification; made once.
+pub(super) struct Prepared {
+    _folder: tempfile::TempDir,
+    pub(super) gcode: PathBuf,
+    pub(super) plan: PathBuf,
+    pub(super) bytes: Vec<u8>,
+    pub(super) report: Value,
+}
+
+pub(super) fn prepared() -> &'static Prepared {
+    static MADE: OnceLock<Prepared> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let folder = folder();
+        let (gcode, plan) = (folder.path().join("tree.gcode"), folder.path().join("plan.json"));
+        let document =
+            prepare(&fixture("y-tree"), "generic-ac", "builtin", &gcode, &["--plan-out", plan.to_str().unwrap()]);
+        let bytes = std::fs::read(&gcode).unwrap();
+        Prepared { _folder: folder, gcode, plan, bytes, report: document["verify"].clone() }
+    })
+}
+
+/// `publish` of the prepared program, with the key.
+pub(super) fn publish(to: &str, more: &[&str]) -> Command {
+    let made = prepared();
+    let mut command = of(&made.gcode, to, more);
+    command.arg("--plan").arg(&made.plan);
+    command
+}
+
+/// The same of any file, without a plan.
+pub(super) fn of(file: &Path, to: &str, more: &[&str]) -> Command {
+    let mut command = trunnion();
+    command.arg("publish").arg(file).args(["--to", to, "--json"]).args(more);
+    command.env("TRUNNION_KEY", KEY).env_remove("SSL_CERT_FILE");
+    command
+}
+
+/// The document of a call that succeeds.
+#[track_caller]
+pub(super) fn done(command: &mut Command) -> Value {
+    let run = command.output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    keeps_the_key(&run);
+    serde_json::from_slice(&run.stdout).unwrap()
+}
+
+/// That a call fails with this exit code and these words.
+#[track_caller]
+pub(super) fn fails(command: &mut Command, code: i32, words: &str) {
+    let run = command.output().unwrap();
+    assert_eq!(run.status.code(), Some(code), "{}", said(&run));
+    assert!(said(&run).contains(words), "wanted {words:?}: {}", said(&run));
+    keeps_the_key(&run);
+}
+
+#[track_caller]
+fn keeps_the_key(run: &Output) {
+    assert!(!said(run).contains(KEY) && !said(run).contains("SECRET"), "{}", said(run));
+}
+
+const KINDS: [Kind; 3] = [Kind::OctoPrint, Kind::Moonraker, Kind::Duet];
+
+/// A server that wants the key.
+fn locked(kind: Kind) -> Server {
+    let server = Server::of(kind);
+    server.inside().key = Some(KEY.to_owned());
+    server
+}
+
+/// A look at what a server has.
+fn with<T>(server: &Server, look: impl FnOnce(&server::Inside) -> T) -> T {
+    look(&server.inside())
+}
+
+#[test]
+fn a_file_goes_once_and_is_the_same_there() {
+    let made = prepared();
+    for kind in KINDS {
+        let server = locked(kind);
+        let first = done(&mut publish(&server.to(), &[]));
+        let wanted = json!([kind.word(), server.url(), "tree.gcode", made.bytes.len(), true, 1, false]);
+        let keys = ["server", "url", "file", "bytes", "verified", "uploads", "started"];
+        assert_eq!(json!(keys.map(|key| &first[key])), wanted);
+        assert!(server.inside().files["tree.gcode"] == made.bytes, "{kind}");
+        // The key goes as the server's documentation says, and nowhere else.
+        let asked = std::mem::take(&mut server.inside().asked);
+        assert!(asked.iter().all(|line| line.ends_with(" with key") != (kind == Kind::Duet)), "{asked:?}");
+        // Once more: it is there, and is not sent again.
+        assert_eq!(done(&mut publish(&server.to(), &[]))["uploads"], 0);
+        assert!(!server.inside().asked.iter().any(|line| line.contains("upload") || line.starts_with("POST")));
+        assert_eq!(server.inside().started, 0, "nothing starts that nobody asked for");
+    }
+}
+
+#[test]
+fn servers_show_the_time_the_filament_and_the_layers_that_verification_counts() {
+    let made = prepared();
+    let text = String::from_utf8(made.bytes.clone()).unwrap();
+    let layers = text.lines().filter(|line| *line == ";LAYER_CHANGE").count();
+    for kind in [Kind::Moonraker, Kind::Duet] {
+        let shown = done(&mut publish(&locked(kind).to(), &[]));
+        let (stated, shown) = (shown["stated"].clone(), shown["shown"].clone());
+        let near = |key: &str, share: f64| {
+            let (here, there) = (stated[key].as_f64().unwrap(), shown[key].as_f64().unwrap());
+            assert!((here - there).abs() <= share, "{kind} {key}: {here} here, {there} there");
+        };
+        near("seconds_print", 0.51);
+        near("filament_mm", 0.01 * made.report["filament_mm"].as_f64().unwrap());
+        assert_eq!(stated["seconds_print"], made.report["seconds_print"]);
+        assert_eq!((&shown["layers"], &stated["layers"]), (&json!(layers), &json!(layers)), "{kind}");
+    }
+    // OctoPrint shows its own analysis, and keeps ours beside it.
+    let server = locked(Kind::OctoPrint);
+    done(&mut publish(&server.to(), &[]));
+    let kept: Value = serde_json::from_str(server.inside().userdata.as_ref().unwrap()).unwrap();
+    assert_eq!(kept["trunnion"]["seconds_print"], made.report["seconds_print"]);
+    assert_eq!(kept["trunnion"]["verified"], true);
+}
+
+#[test]
+fn what_a_connection_loses_is_looked_for_before_it_is_sent_again() {
+    let made = prepared();
+    for kind in KINDS {
+        for (hitches, uploads) in [
+            (vec![Hitch::Cut(50_000)], 2),
+            (vec![Hitch::Cut(0), Hitch::HalfKept(70_000)], 3),
+            (vec![Hitch::AnswerLost], 1),
+            (vec![Hitch::HalfKept(60_000), Hitch::AnswerLost], 2),
+        ] {
+            let server = locked(kind);
+            server.inside().hitches = hitches.clone().into();
+            assert_eq!(done(&mut publish(&server.to(), &[]))["uploads"], uploads, "{kind} {hitches:?}");
+            let inside = server.inside();
+            assert!(inside.files.len() == 1 && inside.files["tree.gcode"] == made.bytes, "{kind} {hitches:?}");
+        }
+    }
+}
+
+#[test]
+fn nothing_half_is_left_where_it_cannot_be_finished() {
+    for kind in KINDS {
+        for hitch in [Hitch::Cut(10_000), Hitch::HalfKept(80_000)] {
+            let server = locked(kind);
+            server.inside().hitches = vec![hitch; 9].into();
+            fails(&mut publish(&server.to(), &[]), 4, "closes the connection half way");
+            assert!(server.inside().files.is_empty(), "{kind} {hitch:?}");
+            assert_eq!(server.inside().hitches.len(), 6, "three times, and no more");
+        }
+        for (hitch, words) in [
+            (Hitch::Full, "its disk is full"),
+            (Hitch::FullInItsWay, "its disk is full: 10 bytes are free"),
+            (Hitch::Forbidden, "it refuses the key"),
+        ] {
+            let server = locked(kind);
+            server.inside().hitches = vec![hitch].into();
+            // A Duet's card says no more than that it did not work, which is tried again.
+            server.inside().hitches.resize(if kind == Kind::Duet { 3 } else { 1 }, hitch);
+            fails(&mut publish(&server.to(), &[]), 4, words);
+            assert!(server.inside().files.is_empty(), "{kind} {hitch:?}");
+        }
+        let server = locked(kind);
+        server.inside().free = 1000;
+        fails(&mut publish(&server.to(), &[]), 4, "1000 bytes are free, the file needs");
+        assert!(!server.inside().asked.iter().any(|line| line.starts_with("POST")), "nothing is sent to a full disk");
+    }
+    // The others compare checksums themselves, and are sent it again.
+    let server = locked(Kind::OctoPrint);
+    server.inside().hitches = vec![Hitch::Spoilt].into();
+    fails(&mut publish(&server.to(), &[]), 4, "what arrived is not what was sent");
+    assert!(server.inside().files.is_empty());
+    for kind in [Kind::Moonraker, Kind::Duet] {
+        let server = locked(kind);
+        server.inside().hitches = vec![Hitch::Spoilt].into();
+        assert_eq!(done(&mut publish(&server.to(), &[]))["uploads"], 2, "{kind}");
+    }
+}
+
+#[test]
+fn another_file_of_the_name_stays_unless_it_is_to_be_replaced() {
+    let made = prepared();
+    for kind in KINDS {
+        let server = locked(kind);
+        // As large as ours: only its bytes tell.
+        let mut other = made.bytes.clone();
+        other[9] ^= 1;
+        server.inside().files.insert("tree.gcode".to_owned(), other.clone());
+        fails(&mut publish(&server.to(), &[]), 4, "it has another file called tree.gcode");
+        assert!(server.inside().files["tree.gcode"] == other, "{kind}");
+        assert_eq!(done(&mut publish(&server.to(), &["--name", "tree-2.gcode"]))["file"], "tree-2.gcode");
+        // A replacement that gets lost takes nothing away.
+        server.inside().hitches = vec![Hitch::Cut(10_000); 3].into();
+        fails(&mut publish(&server.to(), &["--replace"]), 4, "half way");
+        assert!(server.inside().files["tree.gcode"] == other, "{kind}");
+        assert_eq!(done(&mut publish(&server.to(), &["--replace"]))["uploads"], 1);
+        assert!(server.inside().files["tree.gcode"] == made.bytes, "{kind}");
+    }
+}
+
+#[test]
+fn a_print_starts_when_asked_and_never_beside_another() {
+    for kind in KINDS {
+        let server = locked(kind);
+        server.inside().connected = false;
+        fails(&mut publish(&server.to(), &["--start"]), 4, "its printer is not ready");
+        server.inside().connected = true;
+        server.inside().printing = Some("vase.gcode".to_owned());
+        fails(
+            &mut publish(&server.to(), &["--start"]),
+            4,
+            "it is printing vase.gcode; nothing was started or uploaded",
+        );
+        // One look at a time: a second waits for the first.
+        let (files, started) = with(&server, |inside| (inside.files.len(), inside.started));
+        assert_eq!((files, started), (0, 0), "{kind}");
+        // Uploading alone is no harm to a print.
+        assert_eq!(done(&mut publish(&server.to(), &[]))["started"], false);
+        server.inside().printing = None;
+        assert_eq!(done(&mut publish(&server.to(), &["--start"]))["started"], true);
+        let (started, printing) = with(&server, |inside| (inside.started, inside.printing.clone()));
+        assert_eq!((started, printing.as_deref()), (1, Some("tree.gcode")), "{kind}");
+        fails(&mut publish(&server.to(), &["--start"]), 4, "it is printing tree.gcode");
+        // An answer that is lost is not asked for again: it prints.
+        server.inside().printing = None;
+        server.inside().start_lost = true;
+        assert_eq!(done(&mut publish(&server.to(), &["--start"]))["started"], true);
+        assert_eq!(server.inside().started, 2, "{kind}");
+    }
+}
+
+#[test]
+fn doors_that_are_shut_are_sentences() {
+    for kind in KINDS {
+        let server = locked(kind);
+        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "it refuses the key");
+        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it wants a key; give it with --key-file FILE");
+        for (door, words) in [
+            (Door::Page, "with a web page or other text instead of data"),
+            (Door::Moved, "it sends to http://elsewhere.local/login; the key is not sent along"),
+            (Door::Mute, "it has said nothing for 1 s"),
+            (Door::Garbled, "it does not speak HTTP"),
+        ] {
+            server.inside().door = door;
+            fails(&mut publish(&server.to(), &["--timeout", "1"]), 4, words);
+        }
+        // Another server's answers.
+        let other = Server::of(if kind == Kind::Duet { Kind::Moonraker } else { Kind::Duet });
+        fails(&mut publish(&format!("{}:{}", kind.word(), other.url()), &[]), 4, &format!("is it {kind},"));
+    }
+    let gone = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    fails(&mut publish(&format!("octoprint:http://{gone}"), &[]), 4, "nobody answers: connection refused");
+}
+
+#[test]
+fn a_key_comes_from_a_file_or_the_environment() {
+    let server = locked(Kind::Moonraker);
+    let folder = folder();
+    let file = folder.path().join("octo.key");
+    std::fs::write(&file, format!("{KEY}\n")).unwrap();
+    let key_file = ["--key-file", file.to_str().unwrap()];
+    done(publish(&server.to(), &key_file).env("TRUNNION_KEY", "not this one"));
+    std::fs::write(&file, "SECRET\nSECRET\n").unwrap();
+    fails(&mut publish(&server.to(), &key_file), 2, "octo.key has more than one line");
+    std::fs::write(&file, "").unwrap();
+    fails(&mut publish(&server.to(), &key_file), 2, "octo.key is empty");
+    fails(&mut publish(&server.to(), &["--key-file", "no/such.key"]), 2, "no/such.key: there is no such file");
+    fails(&mut publish("octoprint:http://me:SECRET@printer.local", &[]), 2, "the key belongs in --key-file");
+    fails(&mut publish("http://printer.local", &[]), 2, "--to: it begins with none of octoprint:");
+    fails(&mut publish(&server.to(), &["--name", "my part.gcode"]), 2, "has other characters");
+}
+
+#[test]
+fn only_what_is_proved_is_published() {
+    let (made, server) = (prepared(), locked(Kind::OctoPrint));
+    fails(&mut of(&made.gcode, &server.to(), &[]), 2, "only a file that verifies is published");
+    let folder = folder();
+    let changed = folder.path().join("changed.gcode");
+    let text = String::from_utf8(made.bytes.clone()).unwrap().replacen("\nG1 A", "\nG1 A1", 1);
+    std::fs::write(&changed, text).unwrap();
+    let plan = ["--plan", made.plan.to_str().unwrap()];
+    fails(&mut of(&changed, &server.to(), &plan), 1, "nothing was sent");
+    assert!(server.inside().asked.is_empty(), "nobody is asked for a file that is not proved");
+    let sent = done(&mut of(&changed, &server.to(), &["--unverified"]));
+    assert_eq!((&sent["verified"], &sent["stated"]["seconds_print"]), (&json!(false), &Value::Null));
+}
+
+/// A server with the certificate of the tests' own authority.
+fn with_tls() -> Server {
+    use rustls::pki_types::pem::PemObject;
+    use rustls::pki_types::{CertificateDer, PrivateKeyDer};
+    let chain: Vec<_> = CertificateDer::pem_file_iter(certificate("server.pem")).unwrap().map(Result::unwrap).collect();
+    let key = PrivateKeyDer::from_pem_file(certificate("server.key.pem")).unwrap();
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let config = rustls::ServerConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
+    Server::spoken(Kind::Moonraker, Some(Arc::new(config.with_no_client_auth().with_single_cert(chain, key).unwrap())))
+}
+
+fn certificate(name: &str) -> PathBuf {
+    crate::support::root().join("tests/it/publish/certificates").join(name)
+}
+
+#[test]
+fn tls_holds_certificates_against_this_computers_authorities() {
+    let server = with_tls();
+    assert!(server.to().starts_with("moonraker:https://localhost:"));
+    fails(&mut publish(&server.to(), &[]), 4, "its certificate does not hold");
+    done(publish(&server.to(), &[]).env("SSL_CERT_FILE", certificate("authority.pem")));
+    assert_eq!(server.inside().files.len(), 1);
+    // Not the name in the certificate.
+    let other = server.to().replace("localhost", "127.0.0.2");
+    fails(publish(&other, &[]).env("SSL_CERT_FILE", certificate("authority.pem")), 4, "");
+    let plain = server.to().replace("https", "http");
+    fails(&mut publish(&plain, &["--timeout", "2"]), 4, "");
+}
