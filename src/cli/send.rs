@@ -67,7 +67,8 @@ fn go(
 
 impl StreamArgs {
     pub(super) fn options(&self) -> SendOptions {
-        SendOptions { baud: self.baud, wait: Duration::from_secs(self.wait), devices: self.devices.clone() }
+        let (baud, wait, devices) = (self.baud, Duration::from_secs(self.wait), self.devices.clone());
+        SendOptions { baud, wait, devices, from: self.from }
     }
 }
 

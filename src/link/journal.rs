@@ -12,6 +12,8 @@
 //! entering                 the machine is homed and brought to the part anew, from the beginning of that until `back`
 //! anew                     numbers begin again, and the position of the machine is unknown
 //! away | back              the head has left the part | is back
+//! paused <block>           it is away, every block before this one is executed and none from it on was sent
+//! sent <block>             no block from this one on was sent: the last word of a host that ended in order
 //! done | stopped <why>
 //! ```
 //!
@@ -67,6 +69,10 @@ pub enum Record {
     Away,
     /// It is back.
     Back,
+    /// The head is away, every block before this one is executed, none from it on was sent.
+    Paused(u32),
+    /// No block from this one on was sent.
+    Sent(u32),
     /// The program has ended.
     Done,
     /// It was stopped.
@@ -89,6 +95,12 @@ pub struct JournalSummary {
     pub reach: u32,
     /// Whether the head was away from the part.
     pub away: bool,
+    /// In a pause that was reached: every block before this one is executed, none from it on was sent. Holds until the head is back.
+    pub paused: Option<u32>,
+    /// No block from this one on was sent, where the host lived to say so and has sent none since.
+    pub sent: Option<u32>,
+    /// Blocks before this one are not printed again: here the print went on after a pause or a re-entry.
+    pub resumed_at: u32,
     /// Whether a re-entry after a reset was begun and not ended.
     pub entering: bool,
     /// Whether the program ended.
@@ -140,6 +152,8 @@ impl Record {
             Self::Anew => "anew\n".to_owned(),
             Self::Away => "away\n".to_owned(),
             Self::Back => "back\n".to_owned(),
+            Self::Paused(block) => format!("paused {block}\n"),
+            Self::Sent(block) => format!("sent {block}\n"),
             Self::Done => "done\n".to_owned(),
             Self::Stopped(why) => format!("stopped {}\n", why.replace(['\n', '\r'], " ")),
         }
@@ -193,6 +207,8 @@ impl JournalSummary {
                 self.runs.retain(|(n, _)| *n < number);
                 self.runs.push((number, block));
                 self.reach = self.reach.max(block);
+                // Until the head is back only lines of our own go out.
+                self.sent = self.sent.filter(|_| self.entering || self.away);
             }
             "ack" => {
                 let (number, block) = pair()?;
@@ -206,7 +222,12 @@ impl JournalSummary {
             }
             "entering" => self.entering = true,
             "away" => self.away = true,
-            "back" => (self.away, self.entering) = (false, false),
+            "back" => {
+                (self.away, self.entering, self.paused, self.sent) = (false, false, None, None);
+                self.resumed_at = self.resumed_at.max(self.runs.last().map_or(0, |(_, block)| *block));
+            }
+            "paused" => self.paused = Some(rest.parse().ok()?),
+            "sent" => self.sent = Some(rest.parse().ok()?),
             "done" => self.done = true,
             "stopped" => {}
             _ => return None,

@@ -41,6 +41,8 @@ pub struct Status {
     pub free: Option<[usize; 2]>,
     /// Machine position, in the firmware's order of axes.
     pub position: Vec<f64>,
+    /// What is to be taken from it to have the file's coordinates, where the status says so.
+    pub offset: Option<Vec<f64>>,
 }
 
 /// One line of a printer.
@@ -241,6 +243,10 @@ fn grbl(text: &str) -> Reply {
     }
 }
 
+fn numbers(list: &str) -> Vec<f64> {
+    list.split(',').filter_map(|v| v.parse().ok()).collect()
+}
+
 fn status(inner: &str) -> Status {
     let mut fields = inner.split('|');
     let mut found = Status { state: fields.next().unwrap_or_default().to_owned(), ..Status::default() };
@@ -251,7 +257,10 @@ fn status(inner: &str) -> Status {
                 let both: Vec<usize> = value.split(',').filter_map(|v| v.parse().ok()).collect();
                 found.free = <[usize; 2]>::try_from(both).ok();
             }
-            "MPos" => found.position = value.split(',').filter_map(|v| v.parse().ok()).collect(),
+            "MPos" => found.position = numbers(value),
+            "WCO" => found.offset = Some(numbers(value)),
+            // The file's own coordinates, as some are set up to report.
+            "WPos" => (found.position, found.offset) = (numbers(value), Some(Vec::new())),
             _ => {}
         }
     }

@@ -12,6 +12,9 @@ pub(in crate::cli) struct StreamArgs {
     /// Resume an interrupted print: from the printer's own line counter, or after a reset from the last layer
     #[arg(long)]
     pub(in crate::cli) resume: bool,
+    /// With --resume after a reset: the first line of the file that is to be printed, from a look at the part
+    #[arg(long, value_name = "LINE", requires = "resume")]
+    pub(in crate::cli) from: Option<u32>,
     /// Do not ask before the machine homes and moves for --resume
     #[arg(long)]
     pub(in crate::cli) yes: bool,

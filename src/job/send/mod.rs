@@ -45,11 +45,13 @@ pub struct SendOptions {
     pub wait: Duration,
     /// Where devices stand under their own names.
     pub devices: PathBuf,
+    /// For a re-entry: the file's first line that is to be printed, from somebody who has looked at the part.
+    pub from: Option<u32>,
 }
 
 impl Default for SendOptions {
     fn default() -> Self {
-        Self { baud: None, wait: Duration::from_secs(600), devices: PathBuf::from("/dev/serial/by-id") }
+        Self { baud: None, wait: Duration::from_secs(600), devices: PathBuf::from("/dev/serial/by-id"), from: None }
     }
 }
 

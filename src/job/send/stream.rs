@@ -8,7 +8,7 @@ use super::operator::{Answer, At, Operator, Sending};
 use crate::job::world::JournalFile;
 use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
-use crate::link::{Notice, Outcome, Record, Sender, StopReason, Temperatures, Time};
+use crate::link::{Counts, Notice, Outcome, Record, Sender, StopReason, Temperatures, Time};
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);
@@ -288,8 +288,9 @@ impl<'a> Stream<'a> {
             false => String::new(),
         };
         let first = if self.short { "free some, then " } else { "" };
+        let again = self.sender.way_back();
         let text = format!(
-            "{why}paused at line {line} with the head above the part and the heaters on; {first}continue with trunnion send --resume"
+            "{why}paused at line {line} with the head above the part and the heaters on; {first}continue with trunnion send --resume{again}"
         );
         self.tell(&Sending::Stopped { reason: &text });
         Error::Printer(text)
@@ -308,6 +309,7 @@ impl<'a> Stream<'a> {
         let unsaid = self.sender.pending().iter().any(|b| *b != b'\n');
         self.take_events();
         self.journal.progress(self.sender.progress(), true);
+        self.say_sent();
         self.operator.last_words(None);
         if unsaid {
             return Err(self.unsaid(&outcome));
@@ -326,6 +328,14 @@ impl<'a> Stream<'a> {
             Outcome::EmergencyStopped => self.tell(&Sending::Stopped { reason: "emergency stop" }),
         }
         Ok(outcome)
+    }
+
+    /// How far it has come at most, which a host that is killed cannot say.
+    fn say_sent(&mut self) {
+        let Counts { sent, .. } = self.sender.progress();
+        if sent > 0 {
+            self.journal.record(&Record::Sent(sent));
+        }
     }
 
     /// Last words that the port did not take.

@@ -22,6 +22,7 @@ mod grbl;
 mod hello;
 mod ledger;
 mod listen;
+mod locate;
 mod notice;
 mod outbox;
 mod phase;
@@ -37,6 +38,7 @@ pub use stop::{Outcome, StopReason};
 
 use super::Time;
 use super::journal::JournalSummary;
+use super::place::Place;
 use super::program::Program;
 use super::protocol::{Accounting, Traits};
 use super::reply::{Reply, Wording};
@@ -68,6 +70,8 @@ pub struct Sender {
     printer: Printer,
     dialog: Dialog,
     watch: Watch,
+    /// What Grbl's status counts its places from, in the order of its axes.
+    offset: Vec<f64>,
     /// The printer waits for a person.
     user_wait: bool,
     /// When the printer last showed life.
@@ -172,6 +176,16 @@ impl Sender {
         sender
     }
 
+    /// A sender that resumes a print whose printer does not count, but may still know where it is: nothing moves before its word
+    /// fits one of `places`, in order; `away` where that is above the part, in a pause.
+    pub fn locating(program: Arc<Program>, settings: SenderSettings, places: Vec<Place>, away: bool) -> Self {
+        let end = program.len();
+        let first = places.first().map_or(0, |place| place.block).min(end);
+        let mut sender = Self::with_blocks(program, settings, first..end);
+        sender.activity = Activity::Locate { places, away, asked: false, said: None };
+        sender
+    }
+
     fn with_blocks(program: Arc<Program>, settings: SenderSettings, blocks: std::ops::Range<u32>) -> Self {
         let traits = settings.protocol.traits();
         let blank = settings.blank_after_number;
@@ -194,6 +208,7 @@ impl Sender {
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),
+            offset: Vec::new(),
             user_wait: false,
             heard: Time::ZERO,
             moved: Time::ZERO,

@@ -18,7 +18,8 @@ const BOOT: Time = Duration::from_secs(2);
 impl Sender {
     /// Time-outs while lines are in flight.
     pub(super) fn check_timeouts(&mut self, now: Time) {
-        if self.ledger.in_flight() == 0 {
+        let locating = self.is_locating() && !self.proves();
+        if self.ledger.in_flight() == 0 && !locating {
             return;
         }
         if let Watch::Status { .. } = self.watch {

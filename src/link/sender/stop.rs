@@ -110,6 +110,12 @@ pub enum StopReason {
         /// Of the file.
         line: u32,
     },
+    /// It stands where the print cannot have left it.
+    #[error("the printer is at {said}, where the print cannot have left it: it was reset, or something else moved it")]
+    Misplaced {
+        /// Its own words.
+        said: String,
+    },
     /// Another printer, or another firmware.
     #[error("the printer identifies itself as {found:?}, expected {wanted:?}: wrong port, or wrong profile")]
     OtherPrinter {
@@ -123,10 +129,17 @@ pub enum StopReason {
     NotReady {
         /// What it says, and what to do.
         state: String,
+        /// Whether it is locked until it is homed: it has lost its position.
+        locked: bool,
     },
 }
 
 impl StopReason {
+    /// Whether a machine that can be held is to be.
+    fn holds(&self) -> bool {
+        !matches!(self, Self::NotReady { .. } | Self::OtherPrinter { .. } | Self::Misplaced { .. })
+    }
+
     /// Whether anything that is sent now could be heard and obeyed in a known way.
     fn answers(&self) -> bool {
         !matches!(
@@ -138,6 +151,7 @@ impl StopReason {
                 | Self::Fatal { .. }
                 | Self::OtherPrinter { .. }
                 | Self::NotReady { .. }
+                | Self::Misplaced { .. }
         )
     }
 }
@@ -165,7 +179,7 @@ impl Sender {
         self.outbox.drop_unsent(traits.blank_line_counts);
         match traits.real_time {
             // A feed hold keeps the position; a soft reset would not.
-            Some(bytes) if !matches!(why, StopReason::NotReady { .. } | StopReason::OtherPrinter { .. }) => {
+            Some(bytes) if why.holds() => {
                 self.outbox.push(&[bytes.hold]);
             }
             None if why.answers() => {
@@ -203,6 +217,16 @@ impl Sender {
             self.ledger.framing().write(self.outbox.end(), self.ledger.cursor(), b"M112");
         }
         self.finish(Outcome::EmergencyStopped);
+    }
+
+    /// What a pause is to be ended with `--resume` under, where that does not hold always.
+    pub fn way_back(&self) -> &'static str {
+        let homes = !self.settings.retreat.home.is_empty();
+        if homes {
+            ""
+        } else {
+            "; leave the printer switched on: [link] rehome is empty, so its position must not be lost"
+        }
     }
 
     /// Bytes that stop the printer whatever was sent before, for whoever cannot wait for [`Sender::emergency_stop`].

@@ -5,9 +5,12 @@ mod bad_day;
 mod bench_machine;
 mod faults;
 mod fuzz;
+mod kept_place;
 mod pacing;
 mod pause;
 mod phases;
+#[cfg(unix)]
+mod places;
 #[cfg(unix)]
 mod prepared;
 mod prologue;
