@@ -101,6 +101,13 @@ fn rehearse(request: &SendRequest<'_>, console: &Console) -> Result<(), Failure>
     if done.clamped > 0 {
         return Err(Failure::Findings(format!("{} targets lie beyond an axis of the profile", done.clamped)));
     }
+    if let Some(first) = done.troubles.first() {
+        let more = done.troubles.len() - 1;
+        let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+        return Err(Failure::Findings(format!(
+            "the simulated printer did not carry out {first}{more}; the real one would pause there"
+        )));
+    }
     Ok(())
 }
 

@@ -40,7 +40,8 @@ impl JournalSummary {
     pub(super) fn unsent(&self, program: &Program, settings: &SenderSettings, same_boot: bool) -> u32 {
         let mut end = match self.sent {
             // What a host has said in its last words may be all that is lost.
-            Some(sent) if same_boot => sent,
+            // A re-entry goes back behind what may stand already.
+            Some(sent) if same_boot => sent.max(self.stood),
             // Where a run begins is written before it is sent, and a run ends with the next proof.
             _ => self.reach.saturating_add(settings.prove_every).saturating_add(1),
         };

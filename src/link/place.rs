@@ -110,12 +110,11 @@ mod tests {
     use crate::link::Protocol;
     use crate::link::testing::{retreat, rules};
 
-    const PART: &str =
-        "G28\nG90\nM83\nG1 X0 Y0 Z1 F600\nG1 X10 E1\nG1 Y10 E1\nM106 S255\nG1 X0 E1\nG1 Y0 E1\nG1 X5 Y5 E.5\n";
+    const PART: &str = "G28\nG90\nM83\nG1 A0 F600\nG1 C0 F600\nG1 X0 Y0 Z1 F600\nG1 X10 E1\nG1 Y10 E1\nM106 S255\nG1 X0 E1\nG1 Y0 E1\nG1 X5 Y5 E.5\n";
 
     fn found(said: &[(u8, f64)]) -> Option<u32> {
         let program = Program::read(PART.as_bytes(), &rules(Protocol::Klipper)).unwrap();
-        Place::fitting(&places(&program, &retreat(), 4..=10).unwrap(), said)
+        Place::fitting(&places(&program, &retreat(), 6..=12).unwrap(), said)
     }
 
     fn at(x: f64, y: f64) -> Vec<(u8, f64)> {
@@ -124,10 +123,10 @@ mod tests {
 
     #[test]
     fn the_place_that_a_printer_is_at_says_what_it_has_executed() {
-        assert_eq!(found(&at(10.0, 0.0)), Some(5));
+        assert_eq!(found(&at(10.0, 0.0)), Some(7));
         // The fan between is set once more.
-        assert_eq!(found(&at(10.004, 9.996)), Some(6));
-        assert_eq!(found(&at(5.0, 5.0)), Some(10));
+        assert_eq!(found(&at(10.004, 9.996)), Some(8));
+        assert_eq!(found(&at(5.0, 5.0)), Some(12));
         assert_eq!(found(&at(5.0, 5.02)), None);
         assert_eq!(found(&[(b'X', 10.0), (b'Y', 0.0)]), None, "a place needs three words");
     }
@@ -136,12 +135,12 @@ mod tests {
     fn a_closed_line_has_one_place_and_two_states_which_only_the_extruder_tells() {
         assert_eq!(found(&at(0.0, 0.0)), None);
         let with = |e: f64| [at(0.0, 0.0), vec![(b'E', e)]].concat();
-        assert_eq!([with(0.0), with(4.0), with(2.0)].map(|said| found(&said)), [Some(4), Some(9), None]);
+        assert_eq!([with(0.0), with(4.0), with(2.0)].map(|said| found(&said)), [Some(6), Some(11), None]);
     }
 
     #[test]
     fn the_tables_axes_count_where_they_are_said() {
         let turned = |a: f64| found(&[at(10.0, 0.0), vec![(b'A', a), (b'C', 0.0)]].concat());
-        assert_eq!([turned(0.0), turned(45.0)], [Some(5), None]);
+        assert_eq!([turned(0.0), turned(45.0)], [Some(7), None]);
     }
 }

@@ -147,8 +147,8 @@ impl Reentry {
             };
             let laid = moves.is_some_and(|m| m.e > 0.0 && m.written != 0);
             // Behind a move that lays nothing a line begins.
-            let begins = (laid && !extrudes) || program.boundaries.iter().any(|b| b.block == block);
-            if known && block >= doubtful.start && (edge || begins) {
+            let marked = || program.boundaries.binary_search_by_key(&block, |b| b.block).is_ok();
+            if known && block >= doubtful.start && (edge || (laid && !extrudes) || marked()) {
                 found.push(block);
             }
             extrudes = laid;

@@ -73,7 +73,7 @@ pub(in crate::cli) struct Simulate {
     /// Seed of random faults
     #[arg(long, default_value_t = 1)]
     pub(in crate::cli) seed: u64,
-    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, blank-behind-slash, latches-errors or three-axes
+    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors or three-axes
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) quirk: Vec<String>,
     /// Bits a second of the simulated wire [default: no limit]

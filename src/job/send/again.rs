@@ -36,7 +36,7 @@ pub fn resume(
     let program = program(request, world)?;
     let standing = standing(request, wire.journal.path())?;
     let mut settings = printer::settings(&request.machine.profile)?;
-    let found = place(request, wire, world);
+    let found = place(request, wire, &program, world);
     let mut opened = world.ports.open(&found.address, found.baud)?;
     operator.begin();
     if !standing.began() {
@@ -52,8 +52,7 @@ pub fn resume(
     }
     let same_boot = standing.header.boot == world.clock.boot();
     if let Some((sender, journal)) = keeps_place(&program, &settings, &standing, (same_boot, request), wire)? {
-        let place = place(request, wire, world);
-        if let Some(outcome) = carry_on(&program, (sender, opened, place), journal, told)? {
+        if let Some(outcome) = carry_on(&program, (sender, opened, found.clone()), journal, told)? {
             return ended(outcome);
         }
         opened = world.ports.open(&found.address, found.baud)?;
@@ -94,6 +93,7 @@ fn keeps_place(
     };
     let mut journal = JournalFile::reopen(wire.journal.path())?;
     journal.record(&Record::Anew);
+    journal.record(&Record::Locating);
     if let Some(block) = standing.paused {
         journal.record(&Record::Away);
         journal.record(&Record::Paused(block));

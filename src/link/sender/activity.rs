@@ -200,6 +200,7 @@ impl Sender {
             Activity::Return { pause_behind, .. } => {
                 self.activity =
                     if *pause_behind { Activity::Drain(Departure::Pause) } else { Activity::Print { ending: false } };
+                self.knows_all = true;
                 self.event(Notice::Journal(Record::Back));
                 self.event(Notice::Resumed);
             }

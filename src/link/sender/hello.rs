@@ -89,6 +89,9 @@ impl Sender {
 
     pub(super) fn ask_who(&mut self) {
         self.own.push_front(Purpose::Proof);
+        if let Some(line) = self.traits().refused_when_down {
+            self.own.push_front(Purpose::Own(line.as_bytes().into()));
+        }
         self.own.push_front(Purpose::Identify);
     }
 

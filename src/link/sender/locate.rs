@@ -54,6 +54,7 @@ impl Sender {
             return;
         };
         (self.next_block, self.acked_blocks) = (block, block);
+        self.knows_all = true;
         let line = self.program.file_line(block);
         self.note(format!("the printer has kept its position; continuing at line {line}"));
         let lines = if away {

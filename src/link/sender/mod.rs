@@ -65,6 +65,8 @@ pub struct Sender {
     next_block: u32,
     end_block: u32,
     acked_blocks: u32,
+    /// Whether no other host has sent more of the program than this one.
+    knows_all: bool,
     since_proof: u32,
     resends: u32,
     printer: Printer,
@@ -72,6 +74,8 @@ pub struct Sender {
     watch: Watch,
     /// What Grbl's status counts its places from, in the order of its axes.
     offset: Vec<f64>,
+    /// Commands that the printer does not know: each is told once.
+    unknown: Vec<String>,
     /// The printer waits for a person.
     user_wait: bool,
     /// When the printer last showed life.
@@ -87,6 +91,8 @@ struct Input {
     lines: LineAssembler,
     heard: u32,
     garbled: u32,
+    /// The last line that nobody understands, as it may be shown.
+    strange: Option<String>,
 }
 
 /// What is known of the printer.
@@ -121,7 +127,18 @@ impl Input {
         let line = self.lines.next_line()?;
         self.heard += 1;
         self.garbled += u32::from(line.iter().filter(|b| !b.is_ascii()).count() * 3 > line.len());
-        Some(Reply::read(wording, line))
+        let reply = Reply::read(wording, line);
+        if reply == Reply::Chatter {
+            self.strange = Some(
+                String::from_utf8_lossy(line)
+                    .chars()
+                    .take(60)
+                    .filter(char::is_ascii)
+                    .map(|c| if c.is_ascii_control() { '?' } else { c })
+                    .collect(),
+            );
+        }
+        Some(reply)
     }
 
     /// Whether bytes come, but no words.
@@ -161,6 +178,7 @@ impl Sender {
         let mut sender = Self::with_blocks(program, settings, first.min(end)..end);
         if !prologue.is_empty() {
             sender.queue(prologue);
+            sender.knows_all = false;
             // Only when that is proven is the head back.
             sender.activity = Activity::Return { owed: false, pause_behind: false };
         }
@@ -173,6 +191,7 @@ impl Sender {
         let end = program.len();
         let mut sender = Self::with_blocks(program, settings, 0..end);
         sender.take_standing(standing);
+        sender.knows_all = false;
         sender
     }
 
@@ -183,6 +202,7 @@ impl Sender {
         let first = places.first().map_or(0, |place| place.block).min(end);
         let mut sender = Self::with_blocks(program, settings, first..end);
         sender.activity = Activity::Locate { places, away, asked: false, said: None };
+        sender.knows_all = false;
         sender
     }
 
@@ -203,12 +223,14 @@ impl Sender {
             next_block: blocks.start,
             end_block: blocks.end,
             acked_blocks: blocks.start,
+            knows_all: true,
             since_proof: 0,
             resends: 0,
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),
             offset: Vec::new(),
+            unknown: Vec::new(),
             user_wait: false,
             heard: Time::ZERO,
             moved: Time::ZERO,
@@ -302,6 +324,11 @@ impl Sender {
             proven: self.ledger.proven(),
             last: self.ledger.last(),
         }
+    }
+
+    /// No block from this one on was sent, by whichever host; `None` where an earlier one may have sent more.
+    pub fn sent_at_most(&self) -> Option<u32> {
+        (self.knows_all && self.next_block > 0).then_some(self.next_block)
     }
 
     /// The program.

@@ -39,13 +39,16 @@ pub enum StopReason {
     },
     /// No answer.
     #[error(
-        "the printer has not answered for {seconds:.0} s, nor any of {questions} questions; its heaters may still be on"
+        "the printer has not answered for {seconds:.0} s, nor any of {questions} questions{}; its heaters may still be on",
+        strange(said)
     )]
     Mute {
         /// Since its last word.
         seconds: f64,
         /// Asked in vain.
         questions: u32,
+        /// The last that it said and nobody understands.
+        said: Option<String>,
     },
     /// It answers, but nothing gets on.
     #[error("the printer responds, but has accepted no line for {seconds:.0} s, at line {line} of the file")]
@@ -59,7 +62,7 @@ pub enum StopReason {
     #[error("only unreadable bytes arrive: the baud rate is wrong, or this is no printer")]
     Noise,
     /// `Error:`, `!!`, `ALARM:` that ends everything.
-    #[error("the printer has stopped: {text}; remove the cause, then reset the printer")]
+    #[error("the printer has stopped: {text}; remove the cause, then {}", again(text))]
     Fatal {
         /// Its own words.
         text: String,
@@ -132,6 +135,16 @@ pub enum StopReason {
         /// Whether it is locked until it is homed: it has lost its position.
         locked: bool,
     },
+}
+
+fn strange(said: &Option<String>) -> String {
+    said.as_ref().map_or(String::new(), |said| format!("; the last it said, {said:?}, is not understood"))
+}
+
+/// What makes a printer listen again that has said `text` and stopped.
+pub(super) fn again(text: &str) -> &'static str {
+    let klipper = text.contains("Klipper") || text.to_ascii_lowercase().contains("shutdown");
+    if klipper { "send FIRMWARE_RESTART, behind which it must be homed" } else { "reset the printer" }
 }
 
 impl StopReason {

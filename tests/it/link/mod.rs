@@ -15,11 +15,16 @@ mod places;
 mod prepared;
 mod prologue;
 #[cfg(unix)]
+mod promised;
+#[cfg(unix)]
 mod python;
 #[cfg(unix)]
 mod real;
 #[cfg(unix)]
 mod reentry;
+mod refusals;
+#[cfg(unix)]
+mod screen;
 mod second_resume;
 mod shipped;
 mod transcripts;

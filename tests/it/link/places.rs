@@ -115,7 +115,8 @@ fn twenty_re_entries_at_random_places_are_offered_clear_and_carried() {
             let mut whole: Vec<String> = lines[..=printed].iter().map(|l| (*l).to_owned()).collect();
             whole.push("M84".to_owned());
             let ours = |l: &&String| {
-                ["G28", "G90", "G1Z", "G1X", "G1A", "G1C"].iter().any(|w| l.starts_with(w)) && !l.contains('E')
+                ["G28", "G90", "G91", "M82", "M83", "G1Z", "G1X", "G1A", "G1C"].iter().any(|w| l.starts_with(w))
+                    && !l.contains('E')
             };
             whole.extend(own.iter().filter(ours).cloned());
             let begun = whole.len();

@@ -48,7 +48,9 @@ impl ReentryPath {
         let mut controller = Controller::new(profile.reading());
         let mut read = ParsedLine::default();
         let mut moved = false;
-        let moves = |l: &str| ["G1", "G90", "G91", "G93", "G94", "G92E"].iter().any(|g| l.starts_with(g));
+        // G90 makes the extruder's words absolute, too, on some.
+        let kept = ["G1", "G90", "G91", "G93", "G94", "G92E", "M82", "M83"];
+        let moves = |l: &str| kept.iter().any(|g| l.starts_with(g));
         for (index, line) in entry.lines.iter().enumerate() {
             let homes = entry.home.contains(&index);
             // What is pulled and primed is none of the file's filament.
