@@ -145,6 +145,10 @@ fn klipper(text: &str) -> Option<Reply> {
     }
     let state = text.strip_prefix("// Klipper state: ")?.trim();
     let gone = matches!(state, "Shutdown" | "Disconnect");
+    // Said only by one that has just begun.
+    if state == "Ready" {
+        return Some(Reply::Greeting(format!("Klipper state: {state}")));
+    }
     Some(if gone { Reply::Fatal(format!("Klipper state: {state}")) } else { Reply::Chatter })
 }
 

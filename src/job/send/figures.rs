@@ -21,12 +21,15 @@ pub(super) struct Timing {
 impl Timing {
     /// By the simulated printer; where that does not come to the end, by the moves alone, as `verify` states them.
     pub(super) fn of(program: &Arc<Program>, profile: &Profile) -> Self {
-        let mut marks = vec![(0, Duration::ZERO)];
+        let (mut marks, mut seen) = (vec![(0, Duration::ZERO)], (0, Duration::ZERO));
         let end = through(program, profile, EVERY, |link| {
             let acked = link.sender.progress().acked;
-            if marks.last().is_some_and(|(block, _)| *block < acked) {
+            if acked > seen.0 {
+                // What stood in the way until then, heat perhaps, was one line's.
+                marks.extend((acked > seen.0 + 1).then_some((seen.0 + 1, seen.1)));
                 marks.push((acked, link.now()));
             }
+            seen = (acked, link.now());
         });
         match end {
             Ok((link, Some(Outcome::Done))) => {

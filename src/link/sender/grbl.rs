@@ -7,6 +7,7 @@
 use std::time::Duration;
 
 use super::ledger::Purpose;
+use super::phase::Phase;
 use super::{Notice, Sender, StopReason, Time, Watch};
 use crate::link::protocol::MARGIN;
 use crate::link::reply::{Reply, Status};
@@ -22,6 +23,15 @@ impl Sender {
     pub(super) fn hear_hello_grbl(&mut self, now: Time, reply: &Reply) {
         match reply {
             Reply::Ok { .. } => self.ask_status(),
+            Reply::Status(status) if self.is_locating() && status.state.starts_with("Run") => {
+                // What it was sent before ends first.
+                self.phase = Phase::Hello { asked: Some(now), tries: 0 };
+            }
+            Reply::Status(status)
+                if self.is_locating() && status.state.starts_with("Idle") && self.printer.identity.is_empty() =>
+            {
+                self.outbox.push(b"$I\n");
+            }
             Reply::Status(status) if status.state.starts_with("Idle") => {
                 self.take_offset(status);
                 self.flow(now, 0);
@@ -138,7 +148,7 @@ impl Sender {
         }
     }
 
-    fn ask_status(&mut self) {
+    pub(super) fn ask_status(&mut self) {
         if let Some(bytes) = self.traits().real_time {
             self.outbox.push(&[bytes.status]);
         }

@@ -9,7 +9,7 @@ use crate::link::state::MachineState;
 impl Sender {
     /// Whether the printer is being asked where it is.
     pub(super) fn is_locating(&self) -> bool {
-        matches!(self.activity, Activity::Locate { asked: true, .. })
+        matches!(self.activity, Activity::Locate { .. })
     }
 
     /// All that is under way ends first.
@@ -24,7 +24,8 @@ impl Sender {
 
     /// Grbl's word: its machine position less its offset, once it stands still.
     pub(super) fn locate(&mut self, status: &Status) {
-        if !self.is_locating() || !status.state.starts_with("Idle") || self.ledger.in_flight() > 0 {
+        let asked = matches!(self.activity, Activity::Locate { asked: true, .. });
+        if !asked || !status.state.starts_with("Idle") || self.ledger.in_flight() > 0 {
             return;
         }
         let offset = |i: usize| self.offset.get(i).copied().unwrap_or(0.0);

@@ -7,6 +7,13 @@ use crate::motion::replay::{Controller, Step};
 use crate::profile::Profile;
 use crate::verify::{Finding, Job as Proof, Rule, verify};
 
+/// What a remark says that holds until the next one says otherwise.
+const HOLDS: [&[u8]; 6] = [b";TRUNNION slot=", b";TRUNNION print=", b";TYPE:", b";WIDTH:", b";HEIGHT:", b";Z:"];
+
+fn key(line: &[u8]) -> Option<&'static [u8]> {
+    HOLDS.into_iter().find(|key| line.starts_with(key))
+}
+
 /// What was printed, and the re-entry, as one program; lines are numbered from 1.
 pub(super) struct ReentryPath {
     pub(super) text: Vec<u8>,
@@ -24,7 +31,7 @@ impl ReentryPath {
     /// they go where material may stand already.
     pub(super) fn of(file: &[u8], printed: u32, entry: &Reentry, until: u32, profile: &Profile) -> Self {
         let mut path = Self { text: Vec::with_capacity(file.len()), printed: 0, posed: 0, own: 0 };
-        let mut again = Vec::new();
+        let (mut again, mut stands) = (Vec::new(), Vec::<&[u8]>::new());
         for line in crate::gcode::lines(file).take_while(|l| l.number <= until.max(printed)) {
             let is_remark = line.bytes.trim_ascii_start().first().is_none_or(|b| *b == b';');
             // What begins in between begins, though its lines are left out.
@@ -33,12 +40,18 @@ impl ReentryPath {
             }
             if line.number >= entry.file_line && line.number <= until {
                 again.push(line.bytes);
+            } else if let (true, Some(key)) = (line.number < entry.file_line, key(line.bytes)) {
+                stands.retain(|other| !other.starts_with(key));
+                stands.push(line.bytes);
             }
         }
         path.printed = path.own;
         // Motors that were off or a board that was reset: nobody knows where anything is, the table's angles included.
         path.push(b"M84");
         path.own_lines(entry, profile);
+        if entry.file_line <= printed {
+            stands.into_iter().for_each(|line| path.push(line));
+        }
         let own = path.own;
         again.into_iter().for_each(|line| path.push(line));
         Self { own, ..path }
