@@ -53,8 +53,19 @@ impl<'a> Terminal<'a> {
             Sending::UserWait => console.note("the printer is waiting for a person"),
             Sending::Note(text) => console.note(text),
             Sending::Progress(figures) if !console.json() => console.status(&status(figures, at)),
-            Sending::Pausing => {
-                console.note("pausing after the moves under way; Ctrl-C again is an emergency stop");
+            Sending::Pausing { waits_for } => {
+                let first = waits_for
+                    .map_or("the moves under way".to_owned(), |what| format!("{what}, which the printer waits for"));
+                console.note(&format!("pausing after {first}; Ctrl-C again is an emergency stop"));
+            }
+            Sending::Trouble { file_line, text } => {
+                console.warning(&format!(
+                    "line {file_line} was not carried out as it is written; the printer says: {text}"
+                ));
+            }
+            Sending::Resumed => console.note("the print goes on"),
+            Sending::Done { resends } => {
+                console.note(&format!("the print is complete: {} lines, {resends} of them sent again", at.of));
             }
             Sending::Short { journal } => {
                 console.warning(&format!("{journal}: no room left on the disk for the journal; pausing"));
@@ -137,10 +148,18 @@ impl Operator for Terminal<'_> {
     }
 }
 
-fn status(figures: &Figures, at: At) -> String {
-    let bed = figures.bed_c.unwrap_or(0.0);
-    let heat = figures.nozzle_c.map_or(String::new(), |nozzle| format!(", nozzle {nozzle:.0}, bed {bed:.0}"));
-    let slot = figures.slot.map_or(String::new(), |slot| format!(", slot {slot}"));
-    let (line, of, layer, left) = (at.line, at.of, figures.layer, figures.seconds_left / 60.0);
-    format!("line {line} of {of}, layer {layer}{slot}, about {left:.0} min left{heat}")
+/// One line of a narrow terminal.
+fn status(f: &Figures, at: At) -> String {
+    let mut words = vec![format!("{:.0} %", (f.share * 100.0).clamp(0.0, 100.0))];
+    if f.layers > 0 {
+        words.push(format!("layer {} of {}", f.layer, f.layers));
+    } else {
+        words.push(format!("line {} of {}", at.line, at.of));
+    }
+    words.extend(f.slot.map(|slot| format!("slot {slot} of {}", f.slots)));
+    words.push(format!("{:.0} min left", f.seconds_left / 60.0));
+    words.extend(f.waits_for.map(|what| format!("waits for {what}")));
+    words.extend(f.nozzle_c.map(|[now, wanted]| format!("{now:.0}/{wanted:.0} C")));
+    words.extend(f.bed_c.map(|[now, wanted]| format!("bed {now:.0}/{wanted:.0}")));
+    words.join(", ")
 }

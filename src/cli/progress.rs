@@ -82,7 +82,7 @@ impl Console {
     /// Where a long job is: in one place of a terminal, nowhere else.
     pub(crate) fn status(&self, text: &str) {
         if !self.quiet && std::io::stderr().is_terminal() {
-            let _ = write!(std::io::stderr(), "\r{text:<78}\r");
+            let _ = write!(std::io::stderr(), "\r{text:<78.78}\r");
         }
     }
 
@@ -122,7 +122,9 @@ pub(super) fn error(text: &str) {
 }
 
 fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+    // What stands in the place of the status goes first.
+    let clear = if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
+    let _ = writeln!(std::io::stderr(), "{clear}{text}");
 }
 
 /// A bar that waits a second before it shows.

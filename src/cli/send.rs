@@ -67,7 +67,8 @@ fn go(
 
 impl StreamArgs {
     pub(super) fn options(&self) -> SendOptions {
-        SendOptions { baud: self.baud, wait: Duration::from_secs(self.wait), devices: self.devices.clone() }
+        let (baud, wait, devices) = (self.baud, Duration::from_secs(self.wait), self.devices.clone());
+        SendOptions { baud, wait, devices, from: self.from }
     }
 }
 
@@ -99,6 +100,13 @@ fn rehearse(request: &SendRequest<'_>, console: &Console) -> Result<(), Failure>
     }
     if done.clamped > 0 {
         return Err(Failure::Findings(format!("{} targets lie beyond an axis of the profile", done.clamped)));
+    }
+    if let Some(first) = done.troubles.first() {
+        let more = done.troubles.len() - 1;
+        let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+        return Err(Failure::Findings(format!(
+            "the simulated printer did not carry out {first}{more}; the real one would pause there"
+        )));
     }
     Ok(())
 }

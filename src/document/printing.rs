@@ -139,6 +139,7 @@ pub fn rehearsed(done: &Rehearsal) -> Value {
     json!({
         "event": "done", "line": of, "of": of, "dry_run": true, "seconds": done.seconds,
         "seconds_print": done.seconds_print, "clamped": done.clamped,
+        "troubles": done.troubles,
     })
 }
 
@@ -160,11 +161,14 @@ fn facts(what: &Sending<'_>) -> Option<(&'static str, Value)> {
         }
         Sending::Progress(f) => {
             let facts = json!({
-                "layer": f.layer, "slot": f.slot, "seconds_left": f.seconds_left, "nozzle_c": f.nozzle_c, "bed_c": f.bed_c,
-                "resends": f.resends,
+                "share": f.share, "layer": f.layer, "layers": f.layers, "slot": f.slot, "slots": f.slots, "seconds_left": f.seconds_left,
+                "nozzle_c": f.nozzle_c.map(|t| t[0]), "nozzle_target_c": f.nozzle_c.map(|t| t[1]),
+                "bed_c": f.bed_c.map(|t| t[0]), "bed_target_c": f.bed_c.map(|t| t[1]),
+                "waits_for": f.waits_for, "resends": f.resends,
             });
             ("progress", facts)
         }
+        Sending::Trouble { file_line, text } => ("trouble", json!({"file_line": file_line, "text": text})),
         Sending::Paused => ("pause", json!({})),
         Sending::Resumed => ("resumed", json!({})),
         Sending::Short { journal } | Sending::Full { journal } => ("full", json!({"journal": journal})),

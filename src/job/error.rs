@@ -304,6 +304,19 @@ pub enum Error {
         /// As it says.
         protocol: String,
     },
+    /// No journal where one is looked for.
+    #[error(
+        "{}: there is no such journal, without which nobody knows how far the print of {} has come; it was looked for there only: give the one \
+         that send has written with --journal FILE, or print from the start without --resume",
+        path.display(),
+        program.display()
+    )]
+    NoJournal {
+        /// Where it was looked for.
+        path: PathBuf,
+        /// The program.
+        program: PathBuf,
+    },
     /// A file that is no journal.
     #[error("{}: {source}", path.display())]
     Journal {

@@ -48,13 +48,15 @@ pub enum BadSimulation {
 type NamedQuirk = (&'static str, fn(&mut Quirks));
 
 /// The quirks that can be asked for.
-const QUIRKS: [NamedQuirk; 9] = [
+const QUIRKS: [NamedQuirk; 11] = [
     ("advanced-ok", |q| q.advanced_ok = true),
     ("no-ok-after-resend", |q| q.ok_after_resend = false),
     ("refuses-doubles", |q| q.silent_duplicates = false),
     ("no-emergency-parser", |q| q.emergency_parser = false),
     ("no-busy", |q| q.busy = false),
     ("repetier-errors", |q| q.repetier_errors = true),
+    ("sprinter-errors", |q| q.sprinter_errors = true),
+    ("smoothie-resends", |q| q.smoothie_resends = true),
     ("blank-behind-slash", |q| q.blank_behind_slash = true),
     ("latches-errors", |q| q.latches_errors = true),
     ("three-axes", |q| q.axes = 3),

@@ -10,8 +10,11 @@
 //! run <number> <block>     from this number on, numbers carry blocks from this one on
 //! ack <number> <block>     lines up to this number are proven accepted; blocks before this one are answered
 //! entering                 the machine is homed and brought to the part anew, from the beginning of that until `back`
+//! locating                 the printer is asked where it stands; none of the file's lines goes out until `back`
 //! anew                     numbers begin again, and the position of the machine is unknown
 //! away | back              the head has left the part | is back
+//! paused <block>           it is away, every block before this one is executed and none from it on was sent
+//! sent <block>             no block from this one on was sent: the last word of a host that ended in order
 //! done | stopped <why>
 //! ```
 //!
@@ -61,12 +64,18 @@ pub enum Record {
     Printer(String),
     /// The machine is homed and brought to the part anew; until [`Record::Back`] nothing of that counts as done.
     Entering,
+    /// The printer is asked where it stands; no block goes out until [`Record::Back`].
+    Locating,
     /// Numbers begin again.
     Anew,
     /// The head has left, or is leaving, the part.
     Away,
     /// It is back.
     Back,
+    /// The head is away, every block before this one is executed, none from it on was sent.
+    Paused(u32),
+    /// No block from this one on was sent.
+    Sent(u32),
     /// The program has ended.
     Done,
     /// It was stopped.
@@ -89,11 +98,20 @@ pub struct JournalSummary {
     pub reach: u32,
     /// Whether the head was away from the part.
     pub away: bool,
+    /// In a pause that was reached: every block before this one is executed, none from it on was sent. Holds until the head is back.
+    pub paused: Option<u32>,
+    /// No block from this one on was sent, where the host lived to say so and has sent none since.
+    pub sent: Option<u32>,
+    /// What a re-entry may have left behind it beyond its own place: blocks before this one.
+    pub stood: u32,
+    /// Blocks before this one are not printed again: here the print went on after a pause or a re-entry.
+    pub resumed_at: u32,
     /// Whether a re-entry after a reset was begun and not ended.
     pub entering: bool,
     /// Whether the program ended.
     pub done: bool,
     runs: Vec<(i64, u32)>,
+    locating: bool,
 }
 
 /// Why a journal cannot be used.
@@ -137,9 +155,12 @@ impl Record {
             Self::Ack { number, block } => format!("ack {number} {block}\n"),
             Self::Printer(text) => format!("printer {}\n", text.replace(['\n', '\r'], " ")),
             Self::Entering => "entering\n".to_owned(),
+            Self::Locating => "locating\n".to_owned(),
             Self::Anew => "anew\n".to_owned(),
             Self::Away => "away\n".to_owned(),
             Self::Back => "back\n".to_owned(),
+            Self::Paused(block) => format!("paused {block}\n"),
+            Self::Sent(block) => format!("sent {block}\n"),
             Self::Done => "done\n".to_owned(),
             Self::Stopped(why) => format!("stopped {}\n", why.replace(['\n', '\r'], " ")),
         }
@@ -193,6 +214,9 @@ impl JournalSummary {
                 self.runs.retain(|(n, _)| *n < number);
                 self.runs.push((number, block));
                 self.reach = self.reach.max(block);
+                // Until the head is back only lines of our own go out.
+                let own = self.entering || self.away || self.locating;
+                self.sent = self.sent.filter(|_| own);
             }
             "ack" => {
                 let (number, block) = pair()?;
@@ -205,8 +229,18 @@ impl JournalSummary {
                 (self.proven, self.away) = (0, false);
             }
             "entering" => self.entering = true,
+            "locating" => self.locating = true,
             "away" => self.away = true,
-            "back" => (self.away, self.entering) = (false, false),
+            "back" => {
+                if self.entering {
+                    self.stood = self.stood.max(self.paused.or(self.sent).unwrap_or(self.reach));
+                }
+                (self.away, self.entering, self.locating) = (false, false, false);
+                (self.paused, self.sent) = (None, None);
+                self.resumed_at = self.resumed_at.max(self.runs.last().map_or(0, |(_, block)| *block));
+            }
+            "paused" => self.paused = Some(rest.parse().ok()?),
+            "sent" => self.sent = Some(rest.parse().ok()?),
             "done" => self.done = true,
             "stopped" => {}
             _ => return None,
@@ -310,6 +344,26 @@ mod tests {
         assert_eq!(JournalSummary::parse("G28\n"), Err(JournalError::Foreign));
         let broken = JournalSummary::parse(&(Header::default().to_text() + "nonsense\n"));
         assert!(matches!(broken, Err(JournalError::Broken { line: 6, .. })), "{broken:?}");
+    }
+
+    #[test]
+    fn what_was_sent_holds_until_more_may_be_sent() {
+        let run = |number, block| Record::Run { number, block };
+        let ended = [run(3, 0), run(36, 32), Record::Ack { number: 70, block: 60 }, Record::Sent(64)];
+        let with = |more: &[Record]| journal(&[&ended[..], more].concat());
+        assert_eq!((with(&[]).sent, with(&[run(70, 60)]).sent), (Some(64), None));
+        // Asking where it stands, and a re-entry, send nothing of the file.
+        let asking = [Record::Anew, Record::Locating, run(2, 60)];
+        assert_eq!(with(&asking).sent, Some(64));
+        assert_eq!(with(&[&asking[..], &[Record::Back]].concat()).sent, None);
+        let entering = [Record::Entering, Record::Anew, run(2, 50)];
+        assert_eq!(with(&entering).sent, Some(64));
+        // Behind it what stood before still stands.
+        let back = with(&[&entering[..], &[Record::Back, Record::Sent(55)]].concat());
+        assert_eq!((back.sent, back.stood, back.resumed_at), (Some(55), 64, 50));
+        let paused = with(&[Record::Away, Record::Paused(61), Record::Entering, Record::Anew, run(2, 61)]);
+        assert_eq!(paused.paused, Some(61));
+        assert_eq!(with(&[Record::Away, Record::Paused(61), Record::Back]).paused, None);
     }
 
     #[test]

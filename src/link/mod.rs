@@ -14,10 +14,12 @@
 //! `field/firmware.md` sections 3 and 4.
 
 mod compact;
+mod doubt;
 mod journal;
 mod loopback;
 mod pace;
 mod padding;
+mod place;
 mod preflight;
 mod program;
 mod protocol;
@@ -37,6 +39,7 @@ pub use compact::push_compact;
 pub use journal::{Header, JournalError, JournalSummary, Record};
 pub use loopback::{Heading, Loopback};
 pub use pace::{TooSlow, too_slow};
+pub use place::Place;
 pub use preflight::{Abilities, Unfit};
 pub use program::{Boundary, BoundaryKind, LARGEST_FILE, Program, ProgramError, ProgramRules};
 pub(crate) use protocol::Accounting;

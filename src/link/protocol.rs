@@ -79,6 +79,8 @@ pub(crate) struct Traits {
     pub(crate) real_time: Option<RealTime>,
     /// Waits until the last move has ended.
     pub(crate) drain: &'static str,
+    /// A line that moves nothing and is refused by a printer that is shut down, though it answers all questions as ever.
+    pub(crate) refused_when_down: Option<&'static str>,
     /// Ends a wait for heat, where the firmware looks for it before it queues lines.
     pub(crate) end_wait: Option<&'static [u8]>,
     /// The emergency stop as a line without a number.
@@ -113,6 +115,7 @@ static MARLIN: Traits = Traits {
     blank_line_counts: false,
     real_time: None,
     drain: "M400",
+    refused_when_down: None,
     end_wait: Some(b"\nM108\n"),
     emergency: b"M112\n",
     emergency_raw: b"\nM112\n",
@@ -135,6 +138,7 @@ static REPRAPFIRMWARE: Traits = Traits {
     blank_line_counts: false,
     real_time: None,
     drain: "M400",
+    refused_when_down: None,
     end_wait: None,
     // M112 halts it, and only M999 makes it listen again.
     emergency: b"M112\nM999\n",
@@ -159,6 +163,7 @@ static KLIPPER: Traits = Traits {
     blank_line_counts: true,
     real_time: None,
     drain: "M400",
+    refused_when_down: Some("M400"),
     end_wait: None,
     emergency: b"M112\n",
     emergency_raw: b"\nM112\n",
@@ -181,6 +186,7 @@ static GRBL: Traits = Traits {
     blank_line_counts: true,
     real_time: Some(RealTime { status: b'?', hold: b'!', reset: 0x18 }),
     drain: "G4P0.01",
+    refused_when_down: None,
     end_wait: None,
     emergency: b"\x18",
     emergency_raw: b"\x18",

@@ -1,18 +1,19 @@
 //! Re-entry: how a print is resumed when the printer has forgotten where it is.
 //!
-//! Homing as the profile has it, up, heat, the table's axes, across and down to a layer that began before anything that may not be
-//! printed.
+//! Homing as the profile has it, up, heat, the table's axes, across and down to a block among those of which nobody knows whether they
+//! were printed ([`JournalSummary::doubtful`]). What is printed again from there on may be laid twice, what is left out before it may
+//! be missing; which of these blocks it is, is for whoever can prove the path and what it carries.
 //!
 //! Units: mm, degrees Celsius; lines of the file from 1, blocks from 0.
 
 use std::ops::Range;
 
-use super::program::{Boundary, BoundaryKind, Program};
-use super::protocol::Accounting;
+use super::journal::JournalSummary;
+use super::program::{BoundaryKind, Program};
 use super::retreat::number;
 use super::settings::SenderSettings;
 use super::state::MachineState;
-use crate::motion::replay::ReplayError;
+use crate::trace::Action;
 
 /// How a print is resumed after the printer has forgotten where it is.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +22,12 @@ pub struct Reentry {
     pub block: u32,
     /// Its line of the file.
     pub file_line: u32,
-    /// The last block that is known to be executed.
-    pub executed: u32,
+    /// The blocks of which nobody knows whether they are executed.
+    pub doubtful: Range<u32>,
+    /// Of lines that may be missing, mm.
+    pub missing_mm: f64,
+    /// Of lines that may be laid twice, mm.
+    pub twice_mm: f64,
     /// Our own lines before it.
     pub lines: Vec<String>,
     /// Which of them home, as the profile says.
@@ -37,20 +42,27 @@ pub struct Reentry {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ReentryError {
     /// Nobody can be asked, and nothing says what was printed.
-    #[error("a print cannot be resumed after a reset of {protocol}: it has no line counter to ask")]
+    #[error(
+        "the host ended without a word, and {protocol} has no line counter to ask: nobody knows which lines were printed since line \
+         {line} of the file; look at the part and give --from LINE, the first line that is to be printed"
+    )]
     Uncounted {
         /// The protocol's name.
         protocol: &'static str,
+        /// The last that is known to be answered, of the file.
+        line: u32,
     },
     /// Homing could hit the part.
     #[error(
         "[link] rehome is empty: the profile does not say how to home with a part on the table, and homing as usual could \
-         drive the nozzle into the print"
+         drive the nozzle into the print; where Z homes upward, write rehome = \"G28\" into the profile"
     )]
     NoHoming,
     /// Nothing to begin at.
-    #[error("no layer or slot begins before line {line}, the last that is known to be executed; start the print again")]
-    NoBoundary {
+    #[error(
+        "at line {line}, the last that is known to be executed, the axes had no known place yet; start the print again"
+    )]
+    NoPlace {
         /// Of the file.
         line: u32,
     },
@@ -62,84 +74,232 @@ pub enum ReentryError {
         /// What the replay says.
         why: String,
     },
+    /// A line that is not among those in doubt.
+    #[error(
+        "--from {line}: nobody doubts this line; between {first} and {last} is where the print can have been interrupted"
+    )]
+    NotInDoubt {
+        /// As given, of the file.
+        line: u32,
+        /// The first that can be given.
+        first: u32,
+        /// The last that can be given.
+        last: u32,
+    },
 }
 
 impl Reentry {
-    /// The re-entry for a print of which blocks before `answered` were answered.
-    ///
-    /// An answered block may still have been in the printer's planner, or (not on Marlin) in a buffer that holds motion by its
-    /// time, so that the last [`SenderSettings::planner_blocks`] of them, and three seconds before those, do not count as executed. The
-    /// print goes on at the last slot, print or layer that began before that.
+    /// The blocks of which nobody knows whether `standing`'s print has executed them; none where somebody has looked at the part and
+    /// says that it goes on `from` this line of the file.
     ///
     /// # Errors
     ///
-    /// [`ReentryError`] where that is not safe.
-    pub fn find(program: &Program, settings: &SenderSettings, answered: u32) -> Result<Self, ReentryError> {
-        let SenderSettings { protocol, retreat, planner_blocks, .. } = settings;
-        let traits = protocol.traits();
-        if traits.accounting == Accounting::Status {
-            return Err(ReentryError::Uncounted { protocol: traits.name });
-        }
-        let mut executed = answered.saturating_sub(*planner_blocks);
-        let mut left = traits.buffered_s;
-        while left > 0.0 && executed > 0 {
-            executed -= 1;
-            left -= program.seconds(executed);
-        }
-        let line = program.file_line(executed);
-        if retreat.home.is_empty() {
-            return Err(ReentryError::NoHoming);
-        }
-        let unknown = |why: ReplayError| ReentryError::Unknown { line, why: why.to_string() };
-        let known = |s: &MachineState| s.at.tip().is_some() && s.at.pose().is_some();
-        for boundary in program.boundaries.iter().rev().filter(|b| b.block <= executed) {
-            let state = MachineState::before(program, boundary.block).map_err(unknown)?;
-            if known(&state) {
-                return Ok(Self::at(program, settings, *boundary, executed, state));
-            }
-        }
-        Err(ReentryError::NoBoundary { line })
-    }
-
-    fn at(
+    /// [`ReentryError::NoHoming`], [`ReentryError::Uncounted`] where nothing says how far it can have come, and
+    /// [`ReentryError::NotInDoubt`] for a line that nobody asks about.
+    pub fn doubt(
         program: &Program,
         settings: &SenderSettings,
-        boundary: Boundary,
-        executed: u32,
-        state: MachineState,
-    ) -> Self {
+        standing: &JournalSummary,
+        same_boot: bool,
+        from: Option<u32>,
+    ) -> Result<Range<u32>, ReentryError> {
+        if settings.retreat.home.is_empty() {
+            return Err(ReentryError::NoHoming);
+        }
+        let mut doubtful = standing.doubtful(program, settings, same_boot);
+        if !standing.has_end(settings) {
+            if from.is_none() {
+                let line = program.file_line(standing.answered.saturating_sub(1));
+                return Err(ReentryError::Uncounted { protocol: settings.protocol.name(), line });
+            }
+            doubtful.end = program.len();
+        }
+        let Some(line) = from else { return Ok(doubtful) };
+        let block = program.block_on(line);
+        if !(doubtful.start..=doubtful.end).contains(&block) {
+            let [first, last] = [doubtful.start, doubtful.end].map(|block| program.file_line(block));
+            return Err(ReentryError::NotInDoubt { line, first, last });
+        }
+        Ok(block..block)
+    }
+
+    /// The blocks at which a print with `doubtful` ones may go on, in order: where a line begins, a layer, or the doubt begins or ends. At
+    /// least one.
+    ///
+    /// # Errors
+    ///
+    /// [`ReentryError::NoPlace`] where no axis had a known place by then, [`ReentryError::Unknown`] where the replay cannot follow.
+    pub fn choices(program: &Program, doubtful: &Range<u32>) -> Result<Vec<u32>, ReentryError> {
+        let mut replay = program.replay();
+        let (mut found, mut extrudes, mut lays) = (Vec::new(), false, false);
+        let line = program.file_line(doubtful.start);
+        while replay.at() <= doubtful.end {
+            let block = replay.at();
+            let place = &replay.machine().controller().at;
+            let known = place.tip().is_some() && place.pose().is_some();
+            let edge = block == doubtful.start || block == doubtful.end;
+            let step = replay.step();
+            let moves = match step.map(|(_, _, action)| action).transpose() {
+                Ok(action) => {
+                    action.and_then(|action| if let Action::Move(timed) = action { Some(timed.made) } else { None })
+                }
+                Err(why) => return Err(ReentryError::Unknown { line, why: why.to_string() }),
+            };
+            let laid = moves.is_some_and(|m| m.e > 0.0 && m.written != 0);
+            // Behind a move that lays nothing a line begins.
+            let marked = || program.boundaries.binary_search_by_key(&block, |b| b.block).is_ok();
+            if known && block >= doubtful.start && (edge || (laid && !extrudes) || marked()) {
+                found.push(block);
+            }
+            extrudes = laid;
+            lays |= laid && block >= doubtful.start && block < doubtful.end;
+            if block >= program.len() {
+                break;
+            }
+        }
+        match found.first() {
+            None => Err(ReentryError::NoPlace { line }),
+            // Nothing can be missing, and nothing can be there twice.
+            Some(&first) if !lays => Ok(vec![first]),
+            Some(_) => Ok(found),
+        }
+    }
+
+    /// Which of `choices` is taken where nothing can be proved: within one layer nothing is struck; of several the last stands on top
+    /// of all.
+    ///
+    /// # Panics
+    ///
+    /// Panics where there is no choice.
+    pub fn unproved(program: &Program, doubtful: &Range<u32>, choices: &[u32]) -> u32 {
+        let begins = |b: &&u32| program.boundaries.iter().any(|one| one.block == **b && one.block > doubtful.start);
+        choices.iter().rev().find(begins).copied().unwrap_or(choices[0])
+    }
+
+    /// The re-entry at `block`.
+    ///
+    /// # Errors
+    ///
+    /// [`ReentryError::Unknown`] where the replay cannot follow.
+    pub fn at(
+        program: &Program,
+        settings: &SenderSettings,
+        doubtful: &Range<u32>,
+        block: u32,
+    ) -> Result<Self, ReentryError> {
         let SenderSettings { protocol, retreat, .. } = settings;
-        let Boundary { kind, block } = boundary;
+        let file_line = program.file_line(block);
+        let unknown = |why: &dyn std::fmt::Display| ReentryError::Unknown { line: file_line, why: why.to_string() };
+        let state = MachineState::before(program, block).map_err(|why| unknown(&why))?;
         let top = number(retreat.z_max_mm);
         let mut lines = Vec::new();
-        lines.extend((state.bed_c > 0.0).then(|| format!("M140S{}", number(state.bed_c))));
+        let is_printer = protocol.traits().is_printer();
+        lines.extend((is_printer && state.bed_c > 0.0).then(|| format!("M140S{}", number(state.bed_c))));
         // The printer may not have been reset since an earlier re-entry ended in the file's modes.
         lines.extend(state.inverse_time.then(|| "G94".to_owned()));
+        let own_first = lines.len();
         lines.push("G90".to_owned());
+        // A machine that is locked takes nothing before its own homing.
+        let locked = retreat.home.first().is_some_and(|l| l.starts_with('$'));
+        if locked {
+            lines.truncate(own_first);
+        }
         let home = lines.len()..lines.len() + retreat.home.len();
         lines.extend(retreat.home.iter().cloned());
         lines.push("G90".to_owned());
         lines.push(format!("G1Z{top}F{}", number(retreat.z_feed)));
         lines.extend(state.kept.iter().cloned());
         lines.extend(retreat.come_back(&state, *protocol));
-        let [x, y, z] = state.at.linear.map(|v| number(v.unwrap_or(0.0)));
-        let file_line = program.file_line(block);
-        let what = match kind {
-            BoundaryKind::Slot(n) => format!("slot {n}"),
-            BoundaryKind::Print(n) => format!("print {n}"),
-            BoundaryKind::Layer => "a layer".to_owned(),
+        let [missing_mm, twice_mm] =
+            [doubtful.start..block, block..doubtful.end].map(|blocks| program.laid_mm(&blocks));
+        let mut entry = Self {
+            block,
+            file_line,
+            doubtful: doubtful.clone(),
+            missing_mm,
+            twice_mm,
+            lines,
+            home,
+            words: Vec::new(),
+            state,
         };
-        let turns = retreat.turn(&state).join(", ");
-        let words = vec![
-            format!("the file is known to be executed up to line {}", program.file_line(executed)),
-            format!("heat the bed to {:.0} C, then home with: {}", state.bed_c, retreat.home.join(", ")),
-            format!("go up to Z {top}, heat the nozzle to {:.0} C, turn the table: {turns}", state.nozzle_c),
-            format!("travel to X {x} Y {y}, straight down to Z {z}, prime {} mm", number(retreat.retract_mm)),
-            format!(
-                "continue at line {file_line}, the start of {what}; {} lines are printed a second time",
-                program.file_line(executed).saturating_sub(file_line)
+        entry.words = entry.in_words(program, settings);
+        Ok(entry)
+    }
+
+    fn in_words(&self, program: &Program, settings: &SenderSettings) -> Vec<String> {
+        let (retreat, state) = (&settings.retreat, &self.state);
+        let [x, y, z] = state.at.linear.map(|v| number(v.unwrap_or(0.0)));
+        let turns = retreat.turn(state).join(", ");
+        let top = number(retreat.z_max_mm);
+        let line = |block: u32| program.file_line(block.saturating_sub(1));
+        let known = match self.doubtful.is_empty() {
+            true => format!("the file is executed up to line {}, and no further", line(self.doubtful.start)),
+            false => format!(
+                "the file is known to be executed up to line {}; nobody knows of lines {} to {}",
+                line(self.doubtful.start),
+                program.file_line(self.doubtful.start),
+                line(self.doubtful.end)
             ),
-        ];
-        Self { block, file_line, executed, lines, home, words, state }
+        };
+        let heat = settings.protocol.traits().is_printer();
+        let home = retreat.home.join(", ");
+        vec![
+            known,
+            if heat {
+                format!("heat the bed to {:.0} C, then home with: {home}", state.bed_c)
+            } else {
+                format!("home with: {home}")
+            },
+            if heat {
+                format!("go up to Z {top}, heat the nozzle to {:.0} C, turn the table: {turns}", state.nozzle_c)
+            } else {
+                format!("go up to Z {top}, turn the table: {turns}")
+            },
+            format!("travel to X {x} Y {y}, straight down to Z {z}, prime {} mm", number(retreat.retract_mm)),
+            format!("continue at line {}, {}; {}", self.file_line, self.whereabouts(program), self.owed()),
+        ]
+    }
+
+    /// What begins there, or where that lies.
+    fn whereabouts(&self, program: &Program) -> String {
+        let begun = program.boundaries.iter().filter(|b| b.block <= self.block);
+        let starts = |b: &&super::Boundary| b.block == self.block;
+        let layer = begun.clone().filter(|b| b.kind == BoundaryKind::Layer).count();
+        match program.boundaries.iter().filter(starts).map(|b| b.kind).min_by_key(|kind| match kind {
+            BoundaryKind::Slot(_) => 0,
+            BoundaryKind::Print(_) => 1,
+            BoundaryKind::Layer => 2,
+        }) {
+            Some(BoundaryKind::Slot(n)) => format!("the start of slot {n}"),
+            Some(BoundaryKind::Print(n)) => format!("the start of print {n}"),
+            Some(BoundaryKind::Layer) => format!("the start of layer {layer}"),
+            None if layer > 0 => format!("within layer {layer}"),
+            None => "before the first layer".to_owned(),
+        }
+    }
+
+    fn owed(&self) -> String {
+        let mm = |mm: f64| if mm < 0.05 { "nothing".to_owned() } else { format!("at most {mm:.1} mm of lines") };
+        format!("{} can be missing, {} is laid twice", mm(self.missing_mm), mm(self.twice_mm))
+    }
+}
+
+impl Program {
+    /// Length of the lines that `blocks` lay, mm; of what can be followed.
+    pub(super) fn laid_mm(&self, blocks: &Range<u32>) -> f64 {
+        let mut replay = self.replay();
+        let mut length = 0.0;
+        while replay.at() < blocks.end
+            && let Some((block, _, action)) = replay.step()
+        {
+            if let (true, Ok(Action::Move(timed))) = (blocks.contains(&block), action) {
+                let m = timed.made;
+                let step = |i: usize| Some(m.to.linear[i]? - m.from.linear[i]?);
+                let squares: f64 = (0..3).map(|i| step(i).unwrap_or(0.0).powi(2)).sum();
+                length += if m.e > 0.0 { squares.sqrt() } else { 0.0 };
+            }
+        }
+        length
     }
 }

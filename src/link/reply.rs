@@ -41,6 +41,8 @@ pub struct Status {
     pub free: Option<[usize; 2]>,
     /// Machine position, in the firmware's order of axes.
     pub position: Vec<f64>,
+    /// What is to be taken from it to have the file's coordinates, where the status says so.
+    pub offset: Option<Vec<f64>>,
 }
 
 /// One line of a printer.
@@ -73,6 +75,8 @@ pub enum Reply {
     Greeting(String),
     /// `echo:Unknown command: ".."`, with the command.
     Unknown(String),
+    /// `echo: cold extrusion prevented` and its like: the line in hand was not carried out as it is written, whatever `ok` follows.
+    Undone(String),
     /// `FIRMWARE_NAME:..`, `[VER:..]`.
     Identity(String),
     /// Grbl's `error:22`.
@@ -91,13 +95,22 @@ impl Reply {
         if line == b"ok" {
             return Self::Ok { number: None, report: None };
         }
-        let text = String::from_utf8_lossy(line);
+        let text = printable(line);
         match wording {
             Wording::Grbl => grbl(&text),
             Wording::Printer => printer(&text),
             Wording::Klipper => klipper(&text).unwrap_or_else(|| printer(&text)),
         }
     }
+}
+
+/// More than any firmware says in a line.
+const LONGEST_TEXT: usize = 400;
+
+/// A line as it may be shown: nothing in it moves a terminal's cursor or turns its letters round.
+fn printable(line: &[u8]) -> String {
+    let shown = |c: char| if c == ' ' || c.is_ascii_graphic() || c.is_alphanumeric() { c } else { '?' };
+    String::from_utf8_lossy(line).chars().take(LONGEST_TEXT).map(shown).collect()
 }
 
 fn printer(text: &str) -> Reply {
@@ -113,8 +126,15 @@ fn printer(text: &str) -> Reply {
     if let Some(rest) = text.strip_prefix("Resend:").or_else(|| text.strip_prefix("rs ")) {
         return Reply::Resend(rest.trim().trim_start_matches('N').parse().ok());
     }
-    if text.starts_with("Error:") {
-        return error(text);
+    // Sprinter's `Serial Error:`, Repetier's `fatal:`; Smoothie answers every line with `!!` once it has stopped.
+    if let Some(body) = text.strip_prefix("Serial Error:").or_else(|| text.strip_prefix("Error:")) {
+        return error(body.trim());
+    }
+    if let Some(body) = text.strip_prefix("fatal:") {
+        return Reply::Fatal(body.trim().to_owned());
+    }
+    if text.starts_with("!!") {
+        return Reply::Fatal(format!("it answers {text:?}, and nothing else until M999 or a reset"));
     }
     echo(text)
 }
@@ -125,6 +145,10 @@ fn klipper(text: &str) -> Option<Reply> {
     }
     let state = text.strip_prefix("// Klipper state: ")?.trim();
     let gone = matches!(state, "Shutdown" | "Disconnect");
+    // Said only by one that has just begun.
+    if state == "Ready" {
+        return Some(Reply::Greeting(format!("Klipper state: {state}")));
+    }
     Some(if gone { Reply::Fatal(format!("Klipper state: {state}")) } else { Reply::Chatter })
 }
 
@@ -142,8 +166,7 @@ const FATAL: [&str; 9] = [
     "system stopped",
 ];
 
-fn error(text: &str) -> Reply {
-    let body = text["Error:".len()..].trim();
+fn error(body: &str) -> Reply {
     if FATAL.iter().any(|f| body.contains(f)) {
         return Reply::Fatal(body.to_owned());
     }
@@ -168,9 +191,13 @@ fn echo(text: &str) -> Reply {
         let user = rest.contains("paused");
         return Reply::Busy(if user { Busy::User } else { Busy::Processing });
     }
-    if let Some(rest) = text.strip_prefix("echo:Unknown command:").or_else(|| text.strip_prefix("// Unknown command:"))
-    {
+    let said = text.strip_prefix("echo:").or_else(|| text.strip_prefix("// ")).unwrap_or(text).trim_start();
+    let unknown = ["Unknown command:", "Unknown G code:", "Unknown M code:"].iter().find_map(|w| said.strip_prefix(w));
+    if let Some(rest) = unknown {
         return Reply::Unknown(rest.trim().trim_matches('"').to_owned());
+    }
+    if is_undone(said) {
+        return Reply::Undone(said.to_owned());
     }
     if text == "start" || text == "PowerUp" || text.starts_with("Marlin ") || text.starts_with("RepRapFirmware for ") {
         return Reply::Greeting(text.to_owned());
@@ -185,6 +212,14 @@ fn echo(text: &str) -> Reply {
         Some(found) if text.starts_with([' ', 'T', 'B']) => Reply::Temperatures(found),
         _ => Reply::Chatter,
     }
+}
+
+/// Marlin's and Prusa's words for what they leave undone, `ok` or not; limits it cuts to without a word.
+const UNDONE: [&str; 4] = ["cold extrusion prevented", "long extrusion prevented", "hotend too cold", "endstops hit"];
+
+fn is_undone(said: &str) -> bool {
+    let said = said.to_ascii_lowercase();
+    UNDONE.iter().any(|words| said.contains(words)) || (said.starts_with("home ") && said.ends_with("first"))
 }
 
 /// The words of `X:10.00 Y:0.00 Z:0.00 A:9.00 C:0.00 E:7.00 Count X:-15200`, up to `Count`.
@@ -241,6 +276,10 @@ fn grbl(text: &str) -> Reply {
     }
 }
 
+fn numbers(list: &str) -> Vec<f64> {
+    list.split(',').filter_map(|v| v.parse().ok()).collect()
+}
+
 fn status(inner: &str) -> Status {
     let mut fields = inner.split('|');
     let mut found = Status { state: fields.next().unwrap_or_default().to_owned(), ..Status::default() };
@@ -251,7 +290,10 @@ fn status(inner: &str) -> Status {
                 let both: Vec<usize> = value.split(',').filter_map(|v| v.parse().ok()).collect();
                 found.free = <[usize; 2]>::try_from(both).ok();
             }
-            "MPos" => found.position = value.split(',').filter_map(|v| v.parse().ok()).collect(),
+            "MPos" => found.position = numbers(value),
+            "WCO" => found.offset = Some(numbers(value)),
+            // The file's own coordinates, as some are set up to report.
+            "WPos" => (found.position, found.offset) = (numbers(value), Some(Vec::new())),
             _ => {}
         }
     }
@@ -333,6 +375,51 @@ mod tests {
         assert_eq!(read("error:20"), Reply::Refused(20));
         assert_eq!(read("ALARM:2"), Reply::Alarm(2));
         assert!(matches!(read("Grbl 1.1h ['$' for help]"), Reply::Greeting(_)));
+    }
+
+    #[test]
+    fn what_a_printer_leaves_undone_is_no_chatter() {
+        for text in [
+            "echo: cold extrusion prevented",
+            " cold extrusion prevented",
+            "echo: too long extrusion prevented",
+            "echo:Home XYZ First",
+            "echo:endstops hit:  X:3.50",
+        ] {
+            assert!(matches!(marlin(text), Reply::Undone(_)), "{text}");
+        }
+        // Marlin, Repetier and Sprinter, Prusa, Klipper.
+        for text in [
+            "echo:Unknown command: \"G93\"",
+            "Unknown command:G93",
+            "Unknown G code: G93",
+            "// Unknown command:\"G93\"",
+        ] {
+            assert_eq!(marlin(text), Reply::Unknown("G93".to_owned()), "{text}");
+        }
+        assert_eq!(
+            marlin("Serial Error: Line Number is not Last Line Number+1, Last Line:3"),
+            Reply::LineError(Some(3))
+        );
+        assert!(
+            matches!(marlin("fatal:Heater/sensor defect"), Reply::Fatal(_)) && matches!(marlin("!!"), Reply::Fatal(_))
+        );
+    }
+
+    #[test]
+    fn a_printers_words_cannot_move_a_cursor() {
+        let Reply::Error(text) =
+            Reply::read(Wording::Printer, b"Error:\x1b[2J\x07red\xc2\x9b31m\xe2\x80\xae caf\xc3\xa9")
+        else {
+            panic!()
+        };
+        assert_eq!(text, "?[2J?red?31m? caf\u{e9}");
+        let Reply::Identity(text) =
+            Reply::read(Wording::Printer, &[b"FIRMWARE_NAME:".as_slice(), &[b'x'; 9000]].concat())
+        else {
+            panic!()
+        };
+        assert_eq!(text.len(), LONGEST_TEXT);
     }
 
     #[test]

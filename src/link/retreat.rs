@@ -10,6 +10,7 @@ use super::state::MachineState;
 use crate::gcode::push_fixed;
 use crate::geom::Angle;
 use crate::motion::AxisRange;
+use crate::motion::replay::Position;
 
 /// What becomes of the heaters when a print is stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,8 +80,13 @@ impl Retreat {
 
     /// The words of all axes that are known at `state`, as M114 has them.
     pub fn words(&self, state: &MachineState) -> Vec<(u8, f64)> {
-        let linear = [b'X', b'Y', b'Z'].into_iter().zip(state.at.linear);
-        let angles = self.axes.iter().zip([state.at.tilt, state.at.rotation]);
+        self.words_at(&state.at)
+    }
+
+    /// The same of a place.
+    pub(super) fn words_at(&self, at: &Position) -> Vec<(u8, f64)> {
+        let linear = [b'X', b'Y', b'Z'].into_iter().zip(at.linear);
+        let angles = self.axes.iter().zip([at.tilt, at.rotation]);
         let angles = angles.map(|(axis, angle)| (axis.letter, angle.map(|a| axis.word_of(a).deg())));
         linear.chain(angles).filter_map(|(letter, value)| Some((letter, value?))).collect()
     }
@@ -105,19 +111,28 @@ impl Retreat {
         if lines.last().is_none_or(|l| l != "G90") {
             lines.push("G90".to_owned());
         }
-        let up = (z + self.lift_mm).min(self.z_max_mm.max(z));
-        lines.push(format!("G1Z{}F{}", number(up), number(self.z_feed)));
+        lines.push(format!("G1Z{}F{}", number(self.lifted(z)), number(self.z_feed)));
         lines.push(self.drain(protocol).to_owned());
         lines
     }
 
+    /// How high the head stands in a pause that began at `z`.
+    pub(super) fn lifted(&self, z: f64) -> f64 {
+        (z + self.lift_mm).min(self.z_max_mm.max(z))
+    }
+
+    /// Waits for the heat that `state` has.
+    pub(super) fn heat(&self, state: &MachineState, protocol: Protocol) -> Vec<String> {
+        if !protocol.traits().is_printer() {
+            return Vec::new();
+        }
+        let wait = |word: &str, target: f64| (target > 0.0).then(|| format!("{word}S{}", number(target)));
+        [wait("M190", state.bed_c), wait("M109", state.nozzle_c)].into_iter().flatten().collect()
+    }
+
     /// From above back to `state`: heat, the table's axes each alone, X and Y, down, filament, modes.
     pub fn come_back(&self, state: &MachineState, protocol: Protocol) -> Vec<String> {
-        let mut lines = Vec::new();
-        if protocol.traits().is_printer() {
-            lines.extend((state.bed_c > 0.0).then(|| format!("M190S{}", number(state.bed_c))));
-            lines.extend((state.nozzle_c > 0.0).then(|| format!("M109S{}", number(state.nozzle_c))));
-        }
+        let mut lines = self.heat(state, protocol);
         lines.push("G90".to_owned());
         lines.extend(self.turn(state));
         if let [Some(x), Some(y), Some(z)] = state.at.linear {

@@ -35,6 +35,8 @@ pub struct SenderSettings {
     pub renumber_at: i64,
     /// What the printer must call itself; `None` takes any.
     pub identity: Option<String>,
+    /// Whether a line that the printer did not carry out as it is written is a pause.
+    pub pauses: bool,
     /// How the head leaves the part.
     pub retreat: Retreat,
 }
@@ -57,6 +59,7 @@ impl SenderSettings {
             refusals: 10,
             renumber_at: 2_000_000_000,
             identity: None,
+            pauses: true,
             retreat,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::program::ProgramRules;
 use super::protocol::Protocol;
+use super::retreat::{Heaters, Retreat};
 use crate::geom::Angle;
 use crate::motion::AxisRange;
 use crate::motion::replay::Reading;
@@ -23,6 +24,21 @@ pub(super) fn setting() -> Setting {
     let axes = [('A', 20.0), ('C', 30.0)];
     let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
     Setting { reading: Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() }, rates }
+}
+
+pub(super) fn retreat() -> Retreat {
+    Retreat {
+        axes: axes(),
+        z_max_mm: 300.0,
+        lift_mm: 20.0,
+        retract_mm: 2.0,
+        retract_feed: 2100.0,
+        travel_feed: 6000.0,
+        z_feed: 900.0,
+        extruder: b'E',
+        heaters: Heaters::Off,
+        home: vec!["G28".to_owned()],
+    }
 }
 
 pub(super) fn rules(protocol: Protocol) -> ProgramRules {

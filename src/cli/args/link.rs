@@ -12,6 +12,9 @@ pub(in crate::cli) struct StreamArgs {
     /// Resume an interrupted print: from the printer's own line counter, or after a reset from the last layer
     #[arg(long)]
     pub(in crate::cli) resume: bool,
+    /// With --resume after a reset: the first line of the file that is to be printed, from a look at the part
+    #[arg(long, value_name = "LINE", requires = "resume")]
+    pub(in crate::cli) from: Option<u32>,
     /// Do not ask before the machine homes and moves for --resume
     #[arg(long)]
     pub(in crate::cli) yes: bool,
@@ -105,7 +108,7 @@ pub(in crate::cli) struct Simulate {
     /// Seed of random faults
     #[arg(long, default_value_t = 1)]
     pub(in crate::cli) seed: u64,
-    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, blank-behind-slash, latches-errors or three-axes
+    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors or three-axes
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) quirk: Vec<String>,
     /// Bits a second of the simulated wire [default: no limit]

@@ -17,6 +17,7 @@ use crate::link::{Header, LARGEST_FILE, Outcome, Program, ProgramError, Sender, 
 use crate::planning::sha256_hex;
 use crate::profile::check_number;
 pub use again::resume;
+use figures::Timing;
 pub use operator::{Answer, At, Figures, Operator, Sending, Unattended};
 pub use rehearsal::{Rehearsal, rehearse};
 use stream::{Connection, Stream};
@@ -45,11 +46,13 @@ pub struct SendOptions {
     pub wait: Duration,
     /// Where devices stand under their own names.
     pub devices: PathBuf,
+    /// For a re-entry: the file's first line that is to be printed, from somebody who has looked at the part.
+    pub from: Option<u32>,
 }
 
 impl Default for SendOptions {
     fn default() -> Self {
-        Self { baud: None, wait: Duration::from_secs(600), devices: PathBuf::from("/dev/serial/by-id") }
+        Self { baud: None, wait: Duration::from_secs(600), devices: PathBuf::from("/dev/serial/by-id"), from: None }
     }
 }
 
@@ -75,7 +78,7 @@ pub fn send(
     operator: &dyn Operator,
 ) -> Result<(), Error> {
     let program = program(request, world)?;
-    let place = place(request, wire, world);
+    let place = place(request, wire, &program, world);
     let opened = world.ports.open(&place.address, place.baud)?;
     operator.begin();
     begin(request, wire, (program, opened, place), (world, operator))
@@ -141,13 +144,14 @@ fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>,
     Ok(Arc::new(program))
 }
 
-fn place(request: &SendRequest<'_>, wire: &Wire<'_>, world: &World<'_>) -> Connection {
+fn place(request: &SendRequest<'_>, wire: &Wire<'_>, program: &Arc<Program>, world: &World<'_>) -> Connection {
     let options = request.options;
     let identity = match wire.address {
         Address::Device(path) => world.ports.identity(path, &options.devices),
         Address::Tcp(_) => None,
     };
     Connection {
+        timing: Timing::of(program, &request.machine.profile),
         baud: options.baud.unwrap_or(request.machine.profile.link.baud),
         identity,
         devices: options.devices.clone(),

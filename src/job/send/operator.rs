@@ -80,8 +80,18 @@ pub enum Sending<'a> {
     Note(&'a str),
     /// How far it is, about once a second.
     Progress(Figures),
-    /// It was asked to pause; the moves under way end first.
-    Pausing,
+    /// A line of the file was not carried out as it is written; a pause follows.
+    Trouble {
+        /// Of the file.
+        file_line: u32,
+        /// The printer's words.
+        text: &'a str,
+    },
+    /// It was asked to pause; the moves under way end first, and what the printer waits for.
+    Pausing {
+        /// In words.
+        waits_for: Option<&'a str>,
+    },
     /// The head is away from the part.
     Paused,
     /// The print continues.
@@ -132,16 +142,24 @@ pub enum Sending<'a> {
 /// How far a print is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
+    /// Of its time, 0 to 1.
+    pub share: f64,
     /// Layers begun.
     pub layer: usize,
+    /// Layers that the file has.
+    pub layers: usize,
     /// The plan's slot.
     pub slot: Option<u32>,
-    /// Time left, without accelerations and heating: at the start what `verify` states for the whole print.
+    /// Its last; 0 where the file names none.
+    pub slots: u32,
+    /// Time left, with homing, heating and accelerations as the rehearsal has them.
     pub seconds_left: f64,
-    /// The nozzle.
-    pub nozzle_c: Option<f64>,
-    /// The bed.
-    pub bed_c: Option<f64>,
+    /// The nozzle, and what it shall become.
+    pub nozzle_c: Option<[f64; 2]>,
+    /// The bed, and what it shall become.
+    pub bed_c: Option<[f64; 2]>,
+    /// What the printer waits for, in words.
+    pub waits_for: Option<&'static str>,
     /// Lines sent again.
     pub resends: u32,
 }

@@ -6,13 +6,14 @@ use std::time::Duration;
 use super::{SendRequest, program};
 use crate::job::{Error, World, printer};
 use crate::link::sim::{Script, Sim};
-use crate::link::{Loopback, Outcome, Sender};
+use crate::link::{Loopback, Notice, Outcome, Program, Sender, SenderSettings};
+use crate::profile::Profile;
 
 /// Nothing prints longer than this.
 const LONGEST: Duration = Duration::from_secs(60 * 24 * 3600);
 
 /// What a rehearsal came to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rehearsal {
     /// Lines sent.
     pub lines: u32,
@@ -24,6 +25,15 @@ pub struct Rehearsal {
     pub seconds_print: f64,
     /// Targets beyond an axis of the profile.
     pub clamped: u32,
+    /// Lines that the simulated printer did not carry out as they are written: cold extrusion, commands that it does not know.
+    pub troubles: Vec<String>,
+}
+
+fn trouble(notice: &Notice) -> Option<String> {
+    match notice {
+        Notice::Trouble { line, text } => Some(format!("line {line}: {text}")),
+        _ => None,
+    }
 }
 
 /// Prints on the simulated printer in virtual time; no port is opened.
@@ -33,7 +43,28 @@ pub struct Rehearsal {
 /// As [`send`](super::send()) before anything is sent, and [`Error::Printer`] where the print does not come to its end.
 pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsal, Error> {
     let program = program(request, world)?;
-    let profile = &request.machine.profile;
+    let (link, outcome) = through(&program, &request.machine.profile, LONGEST, |_| {})?;
+    match outcome {
+        Some(Outcome::Done) => Ok(Rehearsal {
+            lines: program.len(),
+            last_line: program.file_line(program.len()),
+            seconds: link.now().as_secs_f64(),
+            seconds_print: program.seconds_print(),
+            clamped: link.sim.clamped(),
+            troubles: link.events().iter().filter_map(trouble).collect(),
+        }),
+        Some(Outcome::Stopped(why)) => Err(Error::Printer(format!("rehearsal: {why}"))),
+        _ => Err(Error::Printer("rehearsal: it did not end".to_owned())),
+    }
+}
+
+/// Prints `program` on the simulated printer to its end, and shows how that stands `every` so often.
+pub(super) fn through(
+    program: &Arc<Program>,
+    profile: &Profile,
+    every: Duration,
+    mut shown: impl FnMut(&Loopback),
+) -> Result<(Loopback, Option<Outcome>), Error> {
     let protocol = printer::protocol(profile)?;
     let mut sim = Sim::new(protocol, printer::model(profile)?, printer::quirks(profile)?, Script::none()).without_log();
     if let Some(words) = protocol.traits().unlock {
@@ -41,16 +72,13 @@ pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsa
         sim.advance(Duration::from_secs(60));
         sim.took(usize::MAX);
     }
-    let mut link = Loopback::new(Sender::new(Arc::clone(&program), printer::settings(profile)?), sim);
-    match link.run(LONGEST) {
-        Some(Outcome::Done) => Ok(Rehearsal {
-            lines: program.len(),
-            last_line: program.file_line(program.len()),
-            seconds: link.now().as_secs_f64(),
-            seconds_print: program.seconds_print(),
-            clamped: link.sim.clamped(),
-        }),
-        Some(Outcome::Stopped(why)) => Err(Error::Printer(format!("rehearsal: {why}"))),
-        _ => Err(Error::Printer("rehearsal: it did not end".to_owned())),
+    let settings = SenderSettings { pauses: false, ..printer::settings(profile)? };
+    let mut link = Loopback::new(Sender::new(Arc::clone(program), settings), sim);
+    while link.sender.outcome().is_none() && link.now() < LONGEST {
+        let next = link.now() + every.min(LONGEST);
+        link.run_to(next);
+        shown(&link);
     }
+    let outcome = link.run(link.now() + LONGEST);
+    Ok((link, outcome))
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::figures::TimeLeft;
+use super::figures::Timing;
 use super::operator::{Answer, At, Operator, Sending};
 use crate::job::world::JournalFile;
 use crate::job::{Error, World};
@@ -16,8 +16,10 @@ const REOPEN_EVERY: Duration = Duration::from_millis(500);
 /// After the end the last bytes get this long to leave.
 const LAST_BYTES: Duration = Duration::from_secs(2);
 
-/// Where the printer is, and how it is found again.
+/// Where the printer is, how it is found again, and how long it takes.
+#[derive(Clone)]
 pub(super) struct Connection {
+    pub(super) timing: Timing,
     pub(super) address: Address,
     pub(super) baud: u32,
     pub(super) identity: Option<String>,
@@ -33,7 +35,6 @@ pub(super) struct Stream<'a> {
     world: &'a World<'a>,
     operator: &'a dyn Operator,
     start: Duration,
-    seconds_left: TimeLeft,
     said: Time,
     /// Since when no byte has come, once the link was lost.
     lost_at: Option<Time>,
@@ -45,6 +46,8 @@ pub(super) struct Stream<'a> {
     /// Not even that.
     full: bool,
     paused: bool,
+    /// What it pauses for, where the printer has left something undone.
+    trouble: Option<String>,
 }
 
 impl<'a> Stream<'a> {
@@ -56,7 +59,6 @@ impl<'a> Stream<'a> {
         (world, operator): (&'a World<'a>, &'a dyn Operator),
     ) -> Self {
         Self {
-            seconds_left: TimeLeft::of(sender.program()),
             sender,
             port: Some(port),
             place,
@@ -72,6 +74,7 @@ impl<'a> Stream<'a> {
             short: false,
             full: false,
             paused: false,
+            trouble: None,
         }
     }
 
@@ -214,7 +217,7 @@ impl<'a> Stream<'a> {
         let first = self.interrupts == 0 && count == 1 && !self.paused;
         self.interrupts = count;
         if first && self.sender.progress().sent > 0 {
-            self.tell(&Sending::Pausing);
+            self.tell(&Sending::Pausing { waits_for: self.sender.waits_for() });
             self.sender.pause();
             return Ok(());
         }
@@ -245,10 +248,14 @@ impl<'a> Stream<'a> {
                 }
                 Notice::Temperatures(t) => self.temperatures = t,
                 Notice::UserWait => self.tell(&Sending::UserWait),
+                Notice::Trouble { line, text } => {
+                    self.tell(&Sending::Trouble { file_line: line, text: &text });
+                    self.trouble = Some(format!("at line {line} of the file the printer says: {text}; "));
+                }
                 Notice::Note(text) => self.tell(&Sending::Note(&text)),
                 Notice::Paused => self.pause(),
                 Notice::Resumed => {
-                    self.paused = false;
+                    (self.paused, self.trouble) = (false, None);
                     self.tell(&Sending::Resumed);
                 }
                 Notice::Position(_) | Notice::Status(_) | Notice::Over(_) => {}
@@ -285,11 +292,12 @@ impl<'a> Stream<'a> {
         let line = self.line();
         let why = match self.short {
             true => format!("{}: no room left on the disk: ", self.journal.path().display()),
-            false => String::new(),
+            false => self.trouble.take().unwrap_or_default(),
         };
         let first = if self.short { "free some, then " } else { "" };
+        let again = self.sender.way_back();
         let text = format!(
-            "{why}paused at line {line} with the head above the part and the heaters on; {first}continue with trunnion send --resume"
+            "{why}paused at line {line} with the head above the part and the heaters on; {first}continue with trunnion send --resume{again}"
         );
         self.tell(&Sending::Stopped { reason: &text });
         Error::Printer(text)
@@ -308,6 +316,7 @@ impl<'a> Stream<'a> {
         let unsaid = self.sender.pending().iter().any(|b| *b != b'\n');
         self.take_events();
         self.journal.progress(self.sender.progress(), true);
+        self.say_sent();
         self.operator.last_words(None);
         if unsaid {
             return Err(self.unsaid(&outcome));
@@ -326,6 +335,13 @@ impl<'a> Stream<'a> {
             Outcome::EmergencyStopped => self.tell(&Sending::Stopped { reason: "emergency stop" }),
         }
         Ok(outcome)
+    }
+
+    /// How far it has come at most, which a host that is killed cannot say.
+    fn say_sent(&mut self) {
+        if let Some(sent) = self.sender.sent_at_most() {
+            self.journal.record(&Record::Sent(sent));
+        }
     }
 
     /// Last words that the port did not take.
@@ -353,7 +369,7 @@ impl<'a> Stream<'a> {
             return;
         }
         self.said = now;
-        let figures = self.seconds_left.figures(&self.sender, self.temperatures);
+        let figures = self.place.timing.figures(&self.sender, self.temperatures);
         self.tell(&Sending::Progress(figures));
     }
 

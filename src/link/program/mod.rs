@@ -248,6 +248,11 @@ impl Program {
         self.file_lines.get(index as usize).or(self.file_lines.last()).copied().unwrap_or(0)
     }
 
+    /// The first block on line `line` of the file or behind it.
+    pub fn block_on(&self, line: u32) -> u32 {
+        self.file_lines.partition_point(|l| *l < line) as u32
+    }
+
     /// Whether the program stands at block `index` until heat, homing, a person or the end of a wait.
     pub fn waits(&self, index: u32) -> bool {
         self.waiting.binary_search(&index).is_ok()

@@ -3,6 +3,7 @@
 use super::ledger::Purpose;
 use super::{Notice, Outcome, Sender, StopReason};
 use crate::link::journal::Record;
+use crate::link::place::Place;
 use crate::link::state::MachineState;
 
 /// M114 has two decimals, and a step of any usual axis is less than this, mm or degrees.
@@ -29,6 +30,17 @@ pub(super) enum Activity {
     Away,
     /// After a cancel the heaters' last lines are under way.
     Cool,
+    /// Nothing moves before the printer has said where it is, which tells how far it has come.
+    Locate {
+        /// Where it can be.
+        places: Vec<Place>,
+        /// Above the part, in a pause.
+        away: bool,
+        /// Whether it has been asked.
+        asked: bool,
+        /// What it says.
+        said: Option<Vec<(u8, f64)>>,
+    },
     /// Back to the part.
     Return {
         /// Our own lines are not worked out yet: the printer has to say first where it is.
@@ -72,6 +84,8 @@ impl Sender {
             Activity::Print { .. } => self.activity = Activity::Drain(Departure::Pause),
             Activity::Return { pause_behind, .. } => *pause_behind = true,
             Activity::Leave { then: then @ Then::Continue, .. } => *then = Then::Pause,
+            // Nothing has moved, and it can be asked again.
+            Activity::Locate { .. } => self.finish(Outcome::Cancelled),
             Activity::Leave { .. } | Activity::Drain(_) | Activity::Away | Activity::Cool => {}
         }
     }
@@ -87,6 +101,7 @@ impl Sender {
             Activity::Print { .. } | Activity::Drain(_) | Activity::Return { .. } => {
                 self.activity = Activity::Drain(Departure::Cancel)
             }
+            Activity::Locate { .. } => self.finish(Outcome::Cancelled),
             Activity::Cool => {}
         }
         // A wait for heat would hold the rest back for minutes.
@@ -130,6 +145,9 @@ impl Sender {
     /// The printer's word of where it stands before it leaves the part, against where the file has brought it.
     pub(super) fn compare(&mut self, words: &[(u8, f64)]) {
         let line = self.program.file_line(self.next_block.saturating_sub(1));
+        if let Activity::Locate { said, asked: true, .. } = &mut self.activity {
+            *said = Some(words.to_vec());
+        }
         let Activity::Leave { place, .. } = &mut self.activity else { return };
         let PositionCheck::Asked(believed) = place else { return };
         let differs = believed.iter().find_map(|&(letter, believed)| {
@@ -169,13 +187,20 @@ impl Sender {
             Activity::Leave { then: Then::Continue, .. } => self.come_back(),
             Activity::Leave { then: Then::Pause, .. } => {
                 self.activity = Activity::Away;
+                self.event(Notice::Journal(Record::Paused(self.next_block)));
                 self.event(Notice::Paused);
             }
             Activity::Away => {}
+            Activity::Locate { said: Some(_), .. } => self.located(),
+            Activity::Locate { asked: false, .. } => self.ask_where(),
+            // A machine without M114 is asked for its status until it stands still.
+            Activity::Locate { .. } if !self.proves() => {}
+            Activity::Locate { .. } => self.stop(StopReason::Misplaced { said: "nowhere".to_owned() }),
             Activity::Cool => self.finish(Outcome::Cancelled),
             Activity::Return { pause_behind, .. } => {
                 self.activity =
                     if *pause_behind { Activity::Drain(Departure::Pause) } else { Activity::Print { ending: false } };
+                self.knows_all = true;
                 self.event(Notice::Journal(Record::Back));
                 self.event(Notice::Resumed);
             }

@@ -83,6 +83,10 @@ impl Sender {
 
     /// An `ok`; `number` of ADVANCED_OK, `report` where it carries temperatures.
     pub(super) fn answered(&mut self, now: Time, number: Option<i64>, report: bool) {
+        // Before it has said who it is it answers what an earlier host has sent.
+        if self.is_locating() && self.proves() && self.printer.identity.is_empty() {
+            return;
+        }
         let (sent, credited) = (self.ledger.cursor() - 1, self.ledger.credited());
         let proof = self.proof_in_flight();
         let mut to = match (report, number) {

@@ -6,6 +6,8 @@
 
 use std::time::Duration;
 
+use super::ledger::Purpose;
+use super::phase::Phase;
 use super::{Notice, Sender, StopReason, Time, Watch};
 use crate::link::protocol::MARGIN;
 use crate::link::reply::{Reply, Status};
@@ -21,7 +23,23 @@ impl Sender {
     pub(super) fn hear_hello_grbl(&mut self, now: Time, reply: &Reply) {
         match reply {
             Reply::Ok { .. } => self.ask_status(),
+            Reply::Status(status) if self.is_locating() && status.state.starts_with("Run") => {
+                // What it was sent before ends first.
+                self.phase = Phase::Hello { asked: Some(now), tries: 0 };
+            }
+            Reply::Status(status)
+                if self.is_locating() && status.state.starts_with("Idle") && self.printer.identity.is_empty() =>
+            {
+                self.outbox.push(b"$I\n");
+            }
             Reply::Status(status) if status.state.starts_with("Idle") => {
+                self.take_offset(status);
+                self.flow(now, 0);
+                self.take_buffer_size();
+                self.open();
+            }
+            // A locked machine takes its own homing, with which our own lines begin then.
+            Reply::Status(status) if status.state.starts_with("Alarm") && self.homes_first() => {
                 self.flow(now, 0);
                 self.take_buffer_size();
                 self.open();
@@ -29,17 +47,34 @@ impl Sender {
             Reply::Status(status) => {
                 let hint =
                     if status.state.starts_with("Alarm") { "; home it ($H) or unlock it ($X) first" } else { "" };
-                self.stop(StopReason::NotReady { state: format!("its state is {}{hint}", status.state) });
+                let locked = status.state.starts_with("Alarm");
+                self.stop(StopReason::NotReady { state: format!("its state is {}{hint}", status.state), locked });
             }
             Reply::Refused(code) => {
                 let state = format!("it answers error:{code} ({}) to $I", meaning(*code));
-                self.stop(StopReason::NotReady { state });
+                self.stop(StopReason::NotReady { state, locked: false });
             }
             Reply::Alarm(code) => {
-                self.stop(StopReason::NotReady { state: format!("ALARM:{code}; home it ($H) first") })
+                self.stop(StopReason::NotReady { state: format!("ALARM:{code}; home it ($H) first"), locked: true })
             }
             _ => {}
         }
+    }
+
+    fn take_offset(&mut self, status: &Status) {
+        if let Some(offset) = &status.offset {
+            self.offset.clone_from(offset);
+        }
+    }
+
+    fn homes_first(&self) -> bool {
+        matches!(self.own.front(), Some(Purpose::Own(text)) if text.starts_with(b"$"))
+    }
+
+    /// Whether a line of our own that unlocks the machine is still to be answered.
+    fn homing(&self) -> bool {
+        let mut unanswered = self.ledger.unanswered();
+        self.homes_first() || unanswered.any(|(_, p)| matches!(p, Purpose::Own(text) if text.starts_with(b"$")))
     }
 
     /// `[OPT:V,15,128]`: planner blocks, receive bytes.
@@ -81,10 +116,12 @@ impl Sender {
             self.event(Notice::UserWait);
         }
         self.user_wait = waiting;
-        if status.state.starts_with("Alarm") {
+        if status.state.starts_with("Alarm") && !self.homing() {
             self.stop(StopReason::Fatal { text: format!("its state is {}", status.state) });
             return;
         }
+        self.take_offset(&status);
+        self.locate(&status);
         let in_flight = self.ledger.in_flight() > 0;
         let idle = status.state.starts_with("Idle") && in_flight;
         let free = status.free;
@@ -111,7 +148,7 @@ impl Sender {
         }
     }
 
-    fn ask_status(&mut self) {
+    pub(super) fn ask_status(&mut self) {
         if let Some(bytes) = self.traits().real_time {
             self.outbox.push(&[bytes.status]);
         }

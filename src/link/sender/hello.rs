@@ -43,6 +43,8 @@ impl Sender {
                 self.outbox.push(b"\n");
                 self.ledger.framing().write(self.outbox.end(), 0, b"M110N0");
             }
+            // One that may still be moving takes no command, but tells its status.
+            Hello::Ask(_) if self.is_locating() && self.printer.identity.is_empty() => self.ask_status(),
             Hello::Ask(words) => self.outbox.push(words),
             Hello::None => {
                 self.begin(now, tries + 1);
@@ -89,6 +91,9 @@ impl Sender {
 
     pub(super) fn ask_who(&mut self) {
         self.own.push_front(Purpose::Proof);
+        if let Some(line) = self.traits().refused_when_down {
+            self.own.push_front(Purpose::Own(line.as_bytes().into()));
+        }
         self.own.push_front(Purpose::Identify);
     }
 

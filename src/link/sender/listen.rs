@@ -2,16 +2,20 @@
 
 use std::time::Duration;
 
+use super::activity::Activity;
 use super::ledger::{Purpose, RefusalKind};
 use super::phase::Phase;
 use super::{Notice, Sender, StopReason, Time};
 use crate::gcode::ParsedLine;
-use crate::gcode::meaning::waits;
+use crate::gcode::meaning::{Effect, Hazard, Heater, effect, waits};
 use crate::link::protocol::Accounting;
 use crate::link::reply::{Busy, Reply, Temperatures};
 
 /// An error line's companion (`Resend:`, or the next line) comes within this.
 const COMPANION: Time = Duration::from_secs(1);
+
+/// So many unknown commands are remembered.
+const MOST_UNKNOWN: usize = 64;
 
 /// What the printer has said half of; the other half may come in whatever phase.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -80,6 +84,10 @@ impl Sender {
             Reply::LineError(last) => self.line_error(now, last),
             Reply::Resend(number) => self.hear_resend(now, number),
             Reply::Unknown(command) => self.unknown(&command),
+            Reply::Undone(text) => {
+                self.heard = now;
+                self.trouble(text);
+            }
             Reply::Error(text) => self.error(now, text),
             _ => {}
         }
@@ -140,7 +148,10 @@ impl Sender {
 
     fn error(&mut self, now: Time, text: String) {
         self.heard = now;
-        if self.traits().accounting == Accounting::Counter {
+        if self.phase.is_fresh() && self.traits().accounting == Accounting::Proof {
+            // None of our lines can fail yet: it answers somebody who was here before.
+            self.note(format!("an error of an earlier program: {text}"));
+        } else if self.traits().accounting == Accounting::Counter {
             // A wire error whose text noise has spoilt is followed by its Resend; any other stands.
             self.dialog.error = Some((text, now));
         } else {
@@ -155,6 +166,11 @@ impl Sender {
     }
 
     pub(super) fn stop_with_error(&mut self, text: String) {
+        // Klipper answers M105, M114 and M115 as ever, and nothing else.
+        if text.to_ascii_lowercase().contains("shutdown") {
+            self.stop(StopReason::Fatal { text });
+            return;
+        }
         let line = self.line_of(self.ledger.credited() + 1);
         self.stop(StopReason::Error { text, line });
     }
@@ -211,11 +227,60 @@ impl Sender {
             Some(purpose @ (Purpose::Block(_) | Purpose::Own(_))) => purpose.text(&self.program) == command.as_bytes(),
             _ => false,
         };
-        if own {
-            let line = self.line_of(next);
-            self.note(format!("line {line}: the printer does not know {command:?} and ignored it"));
-        } else if self.traits().accounting == Accounting::Counter && self.dialog.own_ok == OwnOk::None {
+        if own && !self.unknown.iter().any(|known| known == command) {
+            if self.unknown.len() < MOST_UNKNOWN {
+                self.unknown.push(command.to_owned());
+            }
+            if self.matters(next) {
+                self.trouble(format!("it does not know {command:?} and did nothing"));
+            } else {
+                let line = self.line_of(next);
+                self.note(format!("line {line}: the printer does not know {command:?} and ignored it"));
+            }
+        } else if !own && self.traits().accounting == Accounting::Counter && self.dialog.own_ok == OwnOk::None {
             self.dialog.own_ok = OwnOk::Expected;
+        }
+    }
+
+    /// Whether line `number` is of the file and does anything.
+    fn matters(&self, number: i64) -> bool {
+        let Some(Purpose::Block(block)) = self.ledger.purpose(number) else { return false };
+        let mut line = ParsedLine::default();
+        let says = |line: &ParsedLine| {
+            matches!(
+                effect(self.traits().firmware, line),
+                Effect::Report | Effect::Label | Effect::Progress | Effect::Nothing
+            )
+        };
+        line.read(self.program.block(*block)).is_err() || !says(&line)
+    }
+
+    /// The line in hand was not carried out as it is written: said, and the head leaves the part until somebody has looked.
+    fn trouble(&mut self, text: String) {
+        let line = self.line_of(self.ledger.credited() + 1);
+        self.event(Notice::Trouble { line, text });
+        if self.settings.pauses && matches!(self.activity, Activity::Print { .. }) {
+            self.pause();
+        }
+    }
+
+    /// What the printer is waiting for at the oldest line without an answer, in words.
+    pub fn waits_for(&self) -> Option<&'static str> {
+        if self.user_wait {
+            return Some("a person");
+        }
+        let (_, purpose) = self.ledger.unanswered().next()?;
+        let mut line = ParsedLine::default();
+        line.read(purpose.text(&self.program)).ok()?;
+        match effect(self.traits().firmware, &line) {
+            Effect::Heat { heater: Heater::Bed, waits: true, .. } => Some("the bed's heat"),
+            Effect::Heat { heater: Heater::Chamber, waits: true, .. } => Some("the chamber's heat"),
+            Effect::Heat { waits: true, .. } => Some("the nozzle's heat"),
+            Effect::HeatWait => Some("heat"),
+            Effect::Home => Some("homing"),
+            Effect::Hazard(Hazard::Person) => Some("a person"),
+            Effect::Dwell(_) => Some("the end of a dwell"),
+            _ => None,
         }
     }
 

@@ -22,6 +22,7 @@ mod grbl;
 mod hello;
 mod ledger;
 mod listen;
+mod locate;
 mod notice;
 mod outbox;
 mod phase;
@@ -37,6 +38,7 @@ pub use stop::{Outcome, StopReason};
 
 use super::Time;
 use super::journal::JournalSummary;
+use super::place::Place;
 use super::program::Program;
 use super::protocol::{Accounting, Traits};
 use super::reply::{Reply, Wording};
@@ -63,11 +65,17 @@ pub struct Sender {
     next_block: u32,
     end_block: u32,
     acked_blocks: u32,
+    /// Whether no other host has sent more of the program than this one.
+    knows_all: bool,
     since_proof: u32,
     resends: u32,
     printer: Printer,
     dialog: Dialog,
     watch: Watch,
+    /// What Grbl's status counts its places from, in the order of its axes.
+    offset: Vec<f64>,
+    /// Commands that the printer does not know: each is told once.
+    unknown: Vec<String>,
     /// The printer waits for a person.
     user_wait: bool,
     /// When the printer last showed life.
@@ -83,6 +91,8 @@ struct Input {
     lines: LineAssembler,
     heard: u32,
     garbled: u32,
+    /// The last line that nobody understands, as it may be shown.
+    strange: Option<String>,
 }
 
 /// What is known of the printer.
@@ -117,7 +127,18 @@ impl Input {
         let line = self.lines.next_line()?;
         self.heard += 1;
         self.garbled += u32::from(line.iter().filter(|b| !b.is_ascii()).count() * 3 > line.len());
-        Some(Reply::read(wording, line))
+        let reply = Reply::read(wording, line);
+        if reply == Reply::Chatter {
+            self.strange = Some(
+                String::from_utf8_lossy(line)
+                    .chars()
+                    .take(60)
+                    .filter(char::is_ascii)
+                    .map(|c| if c.is_ascii_control() { '?' } else { c })
+                    .collect(),
+            );
+        }
+        Some(reply)
     }
 
     /// Whether bytes come, but no words.
@@ -157,6 +178,7 @@ impl Sender {
         let mut sender = Self::with_blocks(program, settings, first.min(end)..end);
         if !prologue.is_empty() {
             sender.queue(prologue);
+            sender.knows_all = false;
             // Only when that is proven is the head back.
             sender.activity = Activity::Return { owed: false, pause_behind: false };
         }
@@ -169,6 +191,18 @@ impl Sender {
         let end = program.len();
         let mut sender = Self::with_blocks(program, settings, 0..end);
         sender.take_standing(standing);
+        sender.knows_all = false;
+        sender
+    }
+
+    /// A sender that resumes a print whose printer does not count, but may still know where it is: nothing moves before its word
+    /// fits one of `places`, in order; `away` where that is above the part, in a pause.
+    pub fn locating(program: Arc<Program>, settings: SenderSettings, places: Vec<Place>, away: bool) -> Self {
+        let end = program.len();
+        let first = places.first().map_or(0, |place| place.block).min(end);
+        let mut sender = Self::with_blocks(program, settings, first..end);
+        sender.activity = Activity::Locate { places, away, asked: false, said: None };
+        sender.knows_all = false;
         sender
     }
 
@@ -189,11 +223,14 @@ impl Sender {
             next_block: blocks.start,
             end_block: blocks.end,
             acked_blocks: blocks.start,
+            knows_all: true,
             since_proof: 0,
             resends: 0,
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),
+            offset: Vec::new(),
+            unknown: Vec::new(),
             user_wait: false,
             heard: Time::ZERO,
             moved: Time::ZERO,
@@ -287,6 +324,11 @@ impl Sender {
             proven: self.ledger.proven(),
             last: self.ledger.last(),
         }
+    }
+
+    /// No block from this one on was sent, by whichever host; `None` where an earlier one may have sent more.
+    pub fn sent_at_most(&self) -> Option<u32> {
+        (self.knows_all && self.next_block > 0).then_some(self.next_block)
     }
 
     /// The program.

@@ -28,6 +28,13 @@ pub enum Notice {
     Status(Status),
     /// The printer waits for a person.
     UserWait,
+    /// A line of the file was not carried out as it is written.
+    Trouble {
+        /// Of the file.
+        line: u32,
+        /// The printer's words, or what they come to.
+        text: String,
+    },
     /// Something worth a line on the screen.
     Note(String),
     /// The head is away from the part.

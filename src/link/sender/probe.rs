@@ -18,7 +18,8 @@ const BOOT: Time = Duration::from_secs(2);
 impl Sender {
     /// Time-outs while lines are in flight.
     pub(super) fn check_timeouts(&mut self, now: Time) {
-        if self.ledger.in_flight() == 0 {
+        let locating = self.is_locating() && !self.proves();
+        if self.ledger.in_flight() == 0 && !locating {
             return;
         }
         if let Watch::Status { .. } = self.watch {
@@ -102,7 +103,8 @@ impl Sender {
             self.stop(StopReason::Reset { greeting: "a start-up message, then no answer".to_owned() });
         } else {
             let seconds = now.saturating_sub(self.heard).as_secs_f64();
-            self.stop(StopReason::Mute { seconds, questions });
+            let said = self.input.strange.clone();
+            self.stop(StopReason::Mute { seconds, questions, said });
         }
     }
 
@@ -126,7 +128,10 @@ impl Sender {
         } else if greeted && now < self.heard + BOOT {
             return;
         }
-        self.outbox.push(b"\n");
+        // Smoothie answers a blank line, too.
+        if !self.printer.identity.contains("Smoothie") {
+            self.outbox.push(b"\n");
+        }
         // Neither the next line nor one that the printer would drop as a double.
         let wrong = self.ledger.last() + 2 + i64::from(tries);
         self.ledger.framing().write(self.outbox.end(), wrong, b"M105");
@@ -176,6 +181,8 @@ impl Sender {
         self.ledger.agree(found);
         self.watch_for_ok(now);
         if doubt == Doubt::Link {
+            // A way back to the part may lead behind what an earlier host has sent.
+            self.knows_all |= !matches!(self.activity, Activity::Return { owed: false, .. });
             self.renumber_from();
         } else if self.ledger.cursor() != found + 1 {
             self.rewind(found + 1, "not accepted");

@@ -39,13 +39,16 @@ pub enum StopReason {
     },
     /// No answer.
     #[error(
-        "the printer has not answered for {seconds:.0} s, nor any of {questions} questions; its heaters may still be on"
+        "the printer has not answered for {seconds:.0} s, nor any of {questions} questions{}; its heaters may still be on",
+        strange(said)
     )]
     Mute {
         /// Since its last word.
         seconds: f64,
         /// Asked in vain.
         questions: u32,
+        /// The last that it said and nobody understands.
+        said: Option<String>,
     },
     /// It answers, but nothing gets on.
     #[error("the printer responds, but has accepted no line for {seconds:.0} s, at line {line} of the file")]
@@ -59,7 +62,7 @@ pub enum StopReason {
     #[error("only unreadable bytes arrive: the baud rate is wrong, or this is no printer")]
     Noise,
     /// `Error:`, `!!`, `ALARM:` that ends everything.
-    #[error("the printer has stopped: {text}; remove the cause, then reset the printer")]
+    #[error("the printer has stopped: {text}; remove the cause, then {}", again(text))]
     Fatal {
         /// Its own words.
         text: String,
@@ -110,6 +113,12 @@ pub enum StopReason {
         /// Of the file.
         line: u32,
     },
+    /// It stands where the print cannot have left it.
+    #[error("the printer is at {said}, where the print cannot have left it: it was reset, or something else moved it")]
+    Misplaced {
+        /// Its own words.
+        said: String,
+    },
     /// Another printer, or another firmware.
     #[error("the printer identifies itself as {found:?}, expected {wanted:?}: wrong port, or wrong profile")]
     OtherPrinter {
@@ -123,10 +132,27 @@ pub enum StopReason {
     NotReady {
         /// What it says, and what to do.
         state: String,
+        /// Whether it is locked until it is homed: it has lost its position.
+        locked: bool,
     },
 }
 
+fn strange(said: &Option<String>) -> String {
+    said.as_ref().map_or(String::new(), |said| format!("; the last it said, {said:?}, is not understood"))
+}
+
+/// What makes a printer listen again that has said `text` and stopped.
+pub(super) fn again(text: &str) -> &'static str {
+    let klipper = text.contains("Klipper") || text.to_ascii_lowercase().contains("shutdown");
+    if klipper { "send FIRMWARE_RESTART, behind which it must be homed" } else { "reset the printer" }
+}
+
 impl StopReason {
+    /// Whether a machine that can be held is to be.
+    fn holds(&self) -> bool {
+        !matches!(self, Self::NotReady { .. } | Self::OtherPrinter { .. } | Self::Misplaced { .. })
+    }
+
     /// Whether anything that is sent now could be heard and obeyed in a known way.
     fn answers(&self) -> bool {
         !matches!(
@@ -138,6 +164,7 @@ impl StopReason {
                 | Self::Fatal { .. }
                 | Self::OtherPrinter { .. }
                 | Self::NotReady { .. }
+                | Self::Misplaced { .. }
         )
     }
 }
@@ -165,7 +192,7 @@ impl Sender {
         self.outbox.drop_unsent(traits.blank_line_counts);
         match traits.real_time {
             // A feed hold keeps the position; a soft reset would not.
-            Some(bytes) if !matches!(why, StopReason::NotReady { .. } | StopReason::OtherPrinter { .. }) => {
+            Some(bytes) if why.holds() => {
                 self.outbox.push(&[bytes.hold]);
             }
             None if why.answers() => {
@@ -203,6 +230,16 @@ impl Sender {
             self.ledger.framing().write(self.outbox.end(), self.ledger.cursor(), b"M112");
         }
         self.finish(Outcome::EmergencyStopped);
+    }
+
+    /// What a pause is to be ended with `--resume` under, where that does not hold always.
+    pub fn way_back(&self) -> &'static str {
+        let homes = !self.settings.retreat.home.is_empty();
+        if homes {
+            ""
+        } else {
+            "; leave the printer switched on: [link] rehome is empty, so its position must not be lost"
+        }
     }
 
     /// Bytes that stop the printer whatever was sent before, for whoever cannot wait for [`Sender::emergency_stop`].

@@ -125,12 +125,20 @@ impl Sim {
     }
 
     fn line_error(&mut self, error: &WireError) {
+        if self.quirks.smoothie_resends {
+            self.say(&format!("rs N{}", self.last_number + 1));
+            return;
+        }
         let text = if self.quirks.repetier_errors {
             error.in_repetiers_words(self.last_number)
         } else {
             error.in_marlins_words(self.last_number)
         };
-        self.say(&format!("Error:{text}"));
+        if self.quirks.sprinter_errors {
+            self.say(&format!("Serial Error: {}", text.replace("Line: ", "Line:")));
+        } else {
+            self.say(&format!("Error:{text}"));
+        }
         self.rx.clear();
         if self.spoiled_ok == Some(SimFault::ErrorOnly) {
             self.spoiled_ok = None;
@@ -140,7 +148,7 @@ impl Sim {
         if std::mem::take(&mut self.garble) {
             wanted.push('7');
         }
-        let blank = if self.quirks.repetier_errors { "" } else { " " };
+        let blank = if self.quirks.repetier_errors || self.quirks.sprinter_errors { "" } else { " " };
         self.say(&format!("Resend:{blank}{wanted}"));
         if self.quirks.ok_after_resend {
             self.say("ok");

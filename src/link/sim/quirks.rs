@@ -23,6 +23,10 @@ pub struct Quirks {
     pub overflows: bool,
     /// Wire errors in Repetier's words: `expected line 302 got 303`, `Resend:302`.
     pub repetier_errors: bool,
+    /// Wire errors as Sprinter has them: `Serial Error:`, and no blank before a number.
+    pub sprinter_errors: bool,
+    /// A bad line is answered by `rs N4` and nothing else, as Smoothie does.
+    pub smoothie_resends: bool,
     /// Temperatures with the blank behind the slash: `T:21.30/ 0.00`.
     pub blank_behind_slash: bool,
     /// grblHAL latches an error until a blank line, `$` or reset.
@@ -50,6 +54,8 @@ impl Quirks {
             receive_buffer: if protocol == Protocol::RepRapFirmware { 256 } else { 128 },
             overflows: matches!(protocol, Protocol::Marlin | Protocol::Grbl),
             repetier_errors: false,
+            sprinter_errors: false,
+            smoothie_resends: false,
             blank_behind_slash: false,
             latches_errors: false,
             baud: 0,

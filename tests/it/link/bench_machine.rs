@@ -118,7 +118,7 @@ pub(super) fn executed(link: &mut Loopback) -> Vec<String> {
 }
 
 /// A move without the zero that may pad its first fraction.
-fn without_padding(block: &str) -> String {
+pub(super) fn without_padding(block: &str) -> String {
     let Some(point) = block.find('.').filter(|_| block.starts_with("G1")) else { return block.to_owned() };
     let end = block[point + 1..].find(|c: char| !c.is_ascii_digit()).map_or(block.len(), |n| point + 1 + n);
     format!("{}{}", block[..end].trim_end_matches('0'), &block[end..])

@@ -5,18 +5,26 @@ mod bad_day;
 mod bench_machine;
 mod faults;
 mod fuzz;
+mod kept_place;
 mod pacing;
 mod pause;
 mod phases;
 #[cfg(unix)]
+mod places;
+#[cfg(unix)]
 mod prepared;
 mod prologue;
+#[cfg(unix)]
+mod promised;
 #[cfg(unix)]
 mod python;
 #[cfg(unix)]
 mod real;
 #[cfg(unix)]
 mod reentry;
+mod refusals;
+#[cfg(unix)]
+mod screen;
 mod second_resume;
 mod shipped;
 mod transcripts;

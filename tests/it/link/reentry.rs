@@ -9,12 +9,14 @@ use crate::support::{folder, root, said, trunnion};
 
 /// Two boxes, the second on the side of the first: the file as sent, its plan beside it.
 fn prepared(dir: &Path, machine: &Path) -> PathBuf {
+    prepared_of(dir, machine, &root().join("fixtures/two-boxes.stl"))
+}
+
+/// The same of any model.
+pub(super) fn prepared_of(dir: &Path, machine: &Path, model: &Path) -> PathBuf {
     let file = dir.join("out.gcode");
     let mut command = trunnion();
-    command
-        .args(["prepare", "-q", "--slicer", "builtin", "-m"])
-        .arg(machine)
-        .arg(root().join("fixtures/two-boxes.stl"));
+    command.args(["prepare", "-q", "--slicer", "builtin", "-m"]).arg(machine).arg(model);
     let done = output(command.arg("-o").arg(&file).arg("--plan-out").arg(dir.join("plan.json")));
     assert!(done.status.success(), "{}", said(&done));
     file
@@ -26,7 +28,7 @@ fn send(file: &Path, link: &Path, more: &[&str]) -> Output {
 }
 
 /// Prints `file` up to a reset before its line `block` and tries to go on; what was said, and what was executed before and after.
-fn reset_at(dir: &Path, machine: &Path, file: &Path, block: u32) -> (Output, Vec<String>, Vec<String>) {
+pub(super) fn reset_at(dir: &Path, machine: &Path, file: &Path, block: u32) -> (Output, Vec<String>, Vec<String>) {
     let (link, log) = (dir.join("tty"), dir.join("sim.log"));
     let fault = format!("reset@{block}");
     let printer = ["--speed", "max", "--fault", fault.as_str(), "--log", log.to_str().unwrap()];
@@ -64,27 +66,24 @@ fn a_re_entry_that_is_clear_is_carried_out_at_both_poses() {
         let (resumed, before, after) = reset_at(dir.path(), &machine, &file, wire(layer(&file, print, 2)) + 100);
         assert!(resumed.status.success(), "print {print}: {}", said(&resumed));
         let tail = after.iter().rev().zip(all.iter().rev()).take_while(|(a, w)| a == w).count();
-        assert!(tail + before.len() >= all.len(), "print {print}: lines are missing between the two");
-        assert!(before.len() + tail < all.len() + 300, "print {print}: too much is printed again");
+        // The window's lines were sent, and nobody knows of them.
+        assert!(tail + before.len() + 5 >= all.len(), "print {print}: lines are missing between the two");
+        assert!(before.len() + tail < all.len() + 40, "print {print}: too much is printed again");
         let own = &after[..after.len() - tail];
         assert!(own.iter().any(|l| l == "G28") && own.iter().any(|l| l.starts_with(text)), "print {print}: {own:?}");
     }
 }
 
 #[test]
-fn a_re_entry_through_what_is_printed_is_refused_and_nothing_moves() {
+fn a_way_through_what_is_printed_is_refused_and_nothing_moves() {
     let dir = folder();
-    let machine = profile(dir.path());
+    let machine = dir.path().join("machine.toml");
+    // Homing that ends low over the table, and a top of Z that is below the print.
+    let text = "extends = \"generic-ac\"\n[link]\nrehome = \"G28\\nG1 Z320 F900\\nG1 C90 F1800\\nG1 A90 F1200\\nG1 Z1 F900\"\n";
+    std::fs::write(&machine, text).unwrap();
     let file = prepared(dir.path(), &machine);
-    // Without its layers a slot can only be begun anew, through all that it has printed.
-    let text = std::fs::read_to_string(&file).unwrap();
-    let plain = dir.path().join("plain.gcode");
-    let lines: String = text.lines().filter(|l| *l != ";LAYER_CHANGE").map(|l| format!("{l}\n")).collect();
-    std::fs::write(&plain, lines).unwrap();
-    for block in [600, 16_500] {
-        let (resumed, _, after) = reset_at(dir.path(), &machine, &plain, block);
-        assert_eq!(resumed.status.code(), Some(4), "{}", said(&resumed));
-        assert!(said(&resumed).contains("the path of the re-entry is not clear: nozzle reaches"), "{}", said(&resumed));
-        assert!(after.is_empty(), "nothing may move: {after:?}");
-    }
+    let (resumed, _, after) = reset_at(dir.path(), &machine, &file, 600);
+    assert_eq!(resumed.status.code(), Some(4), "{}", said(&resumed));
+    assert!(said(&resumed).contains("the path of the re-entry is not clear: "), "{}", said(&resumed));
+    assert!(after.is_empty(), "nothing may move: {after:?}");
 }

@@ -19,20 +19,25 @@ const MARLIN: Protocol = Protocol::Marlin;
 const STEP: Duration = Duration::from_millis(250);
 
 /// A journal as the disk has it: what the sender has said, and how far it is after each step.
-struct Journal {
-    text: String,
+pub(super) struct Journal {
+    pub(super) text: String,
     seen: usize,
     acked: i64,
 }
 
 impl Journal {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { text: Header::default().to_text(), seen: 0, acked: 0 }
     }
 
-    fn step(&mut self, link: &mut Loopback) {
+    pub(super) fn step(&mut self, link: &mut Loopback) {
         let to = link.now() + STEP;
         link.run_to(to);
+        self.note(link);
+    }
+
+    /// What has been said since.
+    pub(super) fn note(&mut self, link: &Loopback) {
         for event in &link.events()[self.seen..] {
             if let Notice::Journal(record) = event {
                 self.text += &record.to_text();
@@ -46,7 +51,7 @@ impl Journal {
         }
     }
 
-    fn standing(&self) -> JournalSummary {
+    pub(super) fn standing(&self) -> JournalSummary {
         JournalSummary::parse(&self.text).unwrap()
     }
 
@@ -57,11 +62,24 @@ impl Journal {
         if standing.counts() {
             return Sender::resuming(Arc::clone(program), settings(MARLIN), &standing);
         }
-        let found = Reentry::find(program, &settings(MARLIN), standing.answered).unwrap();
-        assert_eq!(found.block, entry.block, "the same layer as before");
+        let found = found(program, MARLIN, &standing);
+        assert_eq!(found.block, entry.block, "the same place as before");
         self.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
         Sender::reentering(Arc::clone(program), settings(MARLIN), &entry.lines, entry.block)
     }
+}
+
+/// The re-entry of a host that cannot prove its path.
+pub(super) fn found(program: &Program, protocol: Protocol, standing: &JournalSummary) -> Reentry {
+    let settings = settings(protocol);
+    let doubtful = Reentry::doubt(program, &settings, standing, true, None).unwrap();
+    let choices = Reentry::choices(program, &doubtful).unwrap();
+    Reentry::at(program, &settings, &doubtful, Reentry::unproved(program, &doubtful, &choices)).unwrap()
+}
+
+/// A journal that knows that the blocks before this one are answered.
+fn answered(block: u32) -> JournalSummary {
+    JournalSummary::parse(&format!("{}ack 1 {block}\n", Header::default().to_text())).unwrap()
 }
 
 /// A print that a reset has interrupted, its journal, and the re-entry; the printer's log begins there.
@@ -76,7 +94,7 @@ fn broken_off() -> (Arc<Program>, Loopback, Journal, Reentry) {
     }
     assert!(matches!(link.sender.outcome(), Some(Outcome::Stopped(StopReason::Reset { .. }))));
     executed(&mut link);
-    let entry = Reentry::find(&program, &settings(MARLIN), journal.standing().answered).unwrap();
+    let entry = found(&program, MARLIN, &journal.standing());
     journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
     link.sender = Sender::reentering(Arc::clone(&program), settings(MARLIN), &entry.lines, entry.block);
     journal.acked = 0;
@@ -130,10 +148,10 @@ fn the_re_entry_is_complete_once_it_is_proven_and_before_the_next_block_goes_out
     assert!(standing.counts() && !standing.entering && !standing.away, "{standing:?}");
 }
 
-/// A reset during the re-entry, and again a few lines behind it: each time the same re-entry to the same layer.
+/// A reset during the re-entry, and again a few lines behind it: never back to what stood before the first.
 #[test]
 fn interrupted_re_entries_do_not_step_back_layer_by_layer() {
-    let (program, mut link, mut journal, entry) = broken_off();
+    let (program, mut link, mut journal, mut entry) = broken_off();
     for behind in [0, 3, 30] {
         while link.sender.progress().acked < entry.block + behind || !journal.standing().runs_began() {
             journal.step(&mut link);
@@ -144,8 +162,9 @@ fn interrupted_re_entries_do_not_step_back_layer_by_layer() {
         }
         let outcome = link.sender.outcome();
         assert!(matches!(outcome, Some(Outcome::Stopped(StopReason::Reset { .. }))), "{behind}: {outcome:?}");
-        let found = Reentry::find(&program, &settings(MARLIN), journal.standing().answered).unwrap();
-        assert_eq!((found.block, &found.lines), (entry.block, &entry.lines), "after {behind} lines");
+        let found = found(&program, MARLIN, &journal.standing());
+        assert!(found.block >= entry.block, "after {behind} lines: {} before {}", found.block, entry.block);
+        entry = found;
         journal.text += &(Record::Entering.to_text() + &Record::Anew.to_text());
         journal.acked = 0;
         link.sender = Sender::reentering(Arc::clone(&program), settings(MARLIN), &entry.lines, entry.block);
@@ -176,11 +195,11 @@ fn what_seconds_of_motion_ago_was_answered_may_not_have_been_executed() {
     };
     let file = format!("G28\nG90\nM83\nG1 A0 C0 F600\nG1 X0 Y0 Z1 F1200\n{}{}", layer(1), layer(2));
     let program = program(Protocol::Klipper, &file);
-    let [first, second] = [program.boundaries[0].block, program.boundaries[1].block];
-    let found = |answered| Reentry::find(&program, &settings(Protocol::Klipper), answered).unwrap();
-    for (behind, block) in [(20, first), (26, first), (60, first), (120, second)] {
-        let found = found(second + behind);
-        assert_eq!(found.block, block, "{behind} lines behind the mark: {}", found.executed);
+    let second = program.boundaries[1].block;
+    for behind in [20, 26, 60, 120] {
+        let settings = settings(Protocol::Klipper);
+        let doubtful = answered(second + behind).doubtful(&program, &settings, true);
+        assert_eq!(doubtful, second + behind - 24 - 60..second + behind + 33, "{behind} lines behind the mark");
     }
 }
 
@@ -211,7 +230,7 @@ fn the_re_entry_begins_in_the_modes_that_it_is_written_in() {
         + &"G1 X1 F60\nG1 X0 F60\n".repeat(90);
     // Marlin has no G93.
     let program = program(Protocol::RepRapFirmware, &text);
-    let entry = Reentry::find(&program, &settings(Protocol::RepRapFirmware), program.len()).unwrap();
+    let entry = found(&program, Protocol::RepRapFirmware, &answered(program.len()));
     let at = |line: &str| entry.lines.iter().position(|l| l == line);
     assert!(at("G94").unwrap() < at("G28").unwrap() && at("G90").unwrap() < at("G28").unwrap(), "{:?}", entry.lines);
     assert_eq!(entry.lines.last().map(String::as_str), Some("G93"));

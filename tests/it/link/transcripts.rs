@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trunnion::link::sim::{Quirks, Script, Sim};
-use trunnion::link::{Outcome, Program, Protocol, Sender};
+use trunnion::link::{Notice, Outcome, Program, Protocol, Sender};
 
 use super::bench_machine::{model, program, settings};
 use crate::support::root;
@@ -33,7 +33,7 @@ fn transcripts() -> Vec<Transcript> {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     paths.retain(|p| p.extension().is_some_and(|e| e == "txt"));
     paths.sort();
-    assert!(paths.len() >= 30, "{} transcripts", paths.len());
+    assert!(paths.len() >= 32, "{} transcripts", paths.len());
     paths
         .iter()
         .map(|path| read(path.file_stem().unwrap().to_str().unwrap(), &std::fs::read_to_string(path).unwrap()))
@@ -62,6 +62,8 @@ fn read(name: &str, text: &str) -> Transcript {
     let quirks = Quirks {
         advanced_ok: has("advanced-ok"),
         repetier_errors: has("repetier-errors"),
+        sprinter_errors: has("sprinter-errors"),
+        smoothie_resends: has("smoothie-resends"),
         blank_behind_slash: has("blank-behind-slash"),
         ..Quirks::of(protocol)
     };
@@ -90,11 +92,13 @@ fn plain(line: &str) -> String {
 }
 
 /// The next line that the sender puts on the wire; a leading blank line wakes the printer's parser and says nothing.
-fn next_line(sender: &mut Sender, now: &mut Duration, patience: f64) -> Option<String> {
+fn next_line(sender: &mut Sender, now: &mut Duration, patience: f64, heard: &mut Vec<Notice>) -> Option<String> {
     let until = *now + Duration::from_secs_f64(patience);
     loop {
         sender.poll(*now);
-        while sender.next_event().is_some() {}
+        while let Some(notice) = sender.next_event() {
+            heard.push(notice);
+        }
         while sender.pending().first() == Some(&b'\n') {
             sender.took(1);
         }
@@ -121,11 +125,11 @@ fn the_sender_says_what_the_transcripts_say() {
         let mut settings = settings(t.protocol);
         settings.window_lines = 1;
         let mut sender = Sender::new(Arc::clone(&t.program), settings);
-        let mut now = Duration::ZERO;
+        let (mut now, mut heard) = (Duration::ZERO, Vec::new());
         for act in &t.acts {
             match act {
                 Act::Host(wanted) => {
-                    let line = next_line(&mut sender, &mut now, 1.0);
+                    let line = next_line(&mut sender, &mut now, 1.0, &mut heard);
                     let line = line.as_deref().map(plain);
                     assert_eq!(line, Some(plain(wanted)), "{}: {:?}", t.name, sender.outcome());
                 }
@@ -134,9 +138,13 @@ fn the_sender_says_what_the_transcripts_say() {
                 Act::Arrives(_) => {}
             }
         }
-        let _ = next_line(&mut sender, &mut now, 2.0);
+        let _ = next_line(&mut sender, &mut now, 2.0, &mut heard);
         match (t.outcome.split_once(' ').unwrap_or((&t.outcome, "")), sender.outcome()) {
             (("done", _), Some(Outcome::Done)) => {}
+            // What it was told of the line, and that the head is off the part.
+            (("paused", why), None)
+                if heard.contains(&Notice::Paused)
+                    && heard.iter().any(|n| matches!(n, Notice::Trouble { text, .. } if text.contains(why))) => {}
             (("stopped", why), Some(Outcome::Stopped(stop))) if stop.to_string().contains(why) => {}
             (wanted, found) => panic!("{}: ended with {found:?}, not {wanted:?}", t.name),
         }

@@ -3,8 +3,10 @@
 //! Two boxes on the generic machine: a post, and a beam out of its side that is printed at A90 C90. The print was interrupted in the
 //! beam.
 
+use super::proof::ReentryPath;
 use super::*;
-use crate::job::{CheckedPlan, MachineSource, PrepareRequest, PrepareResult, SendOptions, Silent, Source, prepare};
+use crate::job::{CheckedPlan, MachineSource, PrepareRequest, PrepareResult, Silent, Source, prepare};
+use crate::link::Reentry;
 use crate::slicing::SlicerChoice;
 
 /// The job, prepared, and its machine homed by `rehome`.
@@ -25,7 +27,8 @@ impl Case {
         let profile = &done.planned.plan.machine.profile;
         let program = Program::read(done.gcode.program(), &printer::rules(profile).unwrap()).unwrap();
         let settings = printer::settings(profile).unwrap();
-        let entry = Reentry::find(&program, &settings, program.len() - 400).unwrap();
+        let block = program.boundaries.iter().rev().find(|b| b.block < program.len() - 400).unwrap().block;
+        let entry = Reentry::at(&program, &settings, &(block..block), block).unwrap();
         Self { done, program, entry }
     }
 
@@ -34,14 +37,9 @@ impl Case {
     }
 
     fn proved(&self, entry: &Reentry) -> Result<(), String> {
-        let request = SendRequest {
-            path: Path::new("out.gcode"),
-            program: &self.done.gcode,
-            machine: &self.plan().machine,
-            plan: Some(self.plan()),
-            options: &SendOptions::default(),
-        };
-        prove_path(&request, &self.program, entry, entry.executed).map_err(|e| e.to_string())
+        let (profile, last) = (&self.plan().machine.profile, self.program.file_line(self.program.len() - 400));
+        let path = ReentryPath::of(self.done.gcode.program(), last, entry, last, profile);
+        path.struck(self.plan(), profile).map_or(Ok(()), Err)
     }
 
     /// Our own lines with `change` made to each.

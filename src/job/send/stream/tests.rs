@@ -23,7 +23,14 @@ fn begun<'a>(folder: &Path, world: &'a World<'a>) -> (Stream<'a>, TcpStream) {
     let port = Port::open(&address, 115_200).unwrap();
     let (far, _) = listener.accept().unwrap();
     far.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
-    let place = Connection { address, baud: 115_200, identity: None, devices: PathBuf::new(), wait: Duration::ZERO };
+    let place = Connection {
+        timing: Timing::default(),
+        address,
+        baud: 115_200,
+        identity: None,
+        devices: PathBuf::new(),
+        wait: Duration::ZERO,
+    };
     let journal =
         JournalFile::create(&Outputs::new(None).claim(&folder.join("journal")).unwrap(), &Header::default()).unwrap();
     (Stream::new(sender, port, place, journal, (world, &Unattended)), far)

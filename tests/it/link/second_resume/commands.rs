@@ -33,8 +33,7 @@ fn assert_whole_reentry(file: &Path, log: &Path) {
         assert!(line.starts_with(want), "{want}: {:?}", &done[..20.min(done.len())]);
     }
     let tail = done.iter().rev().zip(all.iter().rev()).take_while(|(d, w)| d == w).count();
-    assert!(all[all.len() - tail].starts_with("G1Z"), "from a layer on: {:?}", all[all.len() - tail]);
-    assert!((340..all.len()).contains(&tail) && done.len() - tail < 30, "{tail} of {}", all.len());
+    assert!((300..400).contains(&tail) && done.len() - tail < 30, "{tail} of {}", all.len());
 }
 
 #[test]
@@ -97,7 +96,7 @@ fn a_host_killed_while_the_re_entry_heats_repeats_all_of_it() {
 }
 
 #[test]
-fn a_reset_during_the_re_entry_and_one_behind_it_lead_to_the_same_layer() {
+fn a_reset_during_the_re_entry_leads_to_the_same_place_and_one_behind_it_never_back() {
     // Lines of the second printer: two questions, three first words, the re-entry to about the 22nd.
     for fault in ["reset@12", "reset@60"] {
         let dir = folder();
@@ -105,13 +104,14 @@ fn a_reset_during_the_re_entry_and_one_behind_it_lead_to_the_same_layer() {
         let log = dir.path().join("2.log");
         let _printer = simulate(&link, &machine, &["--speed", "max", "--fault", fault, "--log", log.to_str().unwrap()]);
         let resume = || output(send(&file, &machine, &link).args(["--resume", "--yes"]));
-        let layer = |text: String| text.split("continue at line ").nth(1).map(|t| t[..5].to_owned());
+        let place =
+            |text: String| -> Option<u32> { text.split("continue at line ").nth(1)?.split(',').next()?.parse().ok() };
         let again = resume();
         assert!(again.status.code() == Some(4) && said(&again).contains("was reset"), "{fault}: {}", said(&again));
         let done = resume();
         assert!(done.status.success(), "{fault}: {}", said(&done));
-        assert!(layer(said(&done)).is_some(), "{fault}: {}", said(&done));
-        assert_eq!(layer(said(&done)), layer(said(&again)), "{fault}");
+        let (first, second) = (place(said(&again)).unwrap(), place(said(&done)).unwrap());
+        assert!(second == first || (fault == "reset@60" && second > first), "{fault}: {second} after {first}");
         assert!(!executed(&log).contains(&"G21".to_owned()), "{fault}: the print began anew on the part");
         assert_whole_reentry(&file, &log);
     }

@@ -1,0 +1,110 @@
+//! Where a print goes on after a reset: at which of the blocks that nobody knows to be printed.
+//!
+//! What can have been printed ends somewhere among them. A later place leaves more out, should the print have ended early; an earlier one
+//! lays more twice, should it have ended late. So the latest is taken at which, had the print ended earliest, nothing lies in the air; and had
+//! it ended latest, nothing is struck. Both are asked of `verify`.
+
+use std::ops::Range;
+
+use super::no_entry;
+use super::proof::ReentryPath;
+use crate::job::send::operator::{Operator, Sending};
+use crate::job::send::{SendRequest, start};
+use crate::job::{CheckedPlan, Error, World};
+use crate::link::{BoundaryKind, JournalSummary, Program, Reentry, SenderSettings};
+
+/// Layers behind a place in which it shows what carries them.
+const LAYERS_LOOKED_AT: usize = 3;
+
+/// A print that is to go on.
+pub(super) struct Choice<'a> {
+    pub(super) request: &'a SendRequest<'a>,
+    pub(super) program: &'a Program,
+    pub(super) settings: &'a SenderSettings,
+    pub(super) told: (&'a World<'a>, &'a dyn Operator),
+}
+
+impl Choice<'_> {
+    /// The re-entry, told; nothing has moved yet.
+    pub(super) fn entry(&self, standing: &JournalSummary, same_boot: bool) -> Result<Reentry, Error> {
+        let operator = self.told.1;
+        let from = self.request.options.from;
+        let doubtful =
+            Reentry::doubt(self.program, self.settings, standing, same_boot, from).map_err(|e| no_entry(&e))?;
+        let choices = Reentry::choices(self.program, &doubtful).map_err(|e| no_entry(&e))?;
+        let block = match self.request.plan {
+            Some(plan) => self.proved(plan, &doubtful, &choices),
+            None => Ok(Reentry::unproved(self.program, &doubtful, &choices)),
+        };
+        // Where there is no way, what would be done is told nevertheless.
+        let told = block.as_ref().map_or_else(|_| choices[choices.len() - 1], |block| *block);
+        let entry = self.at(&doubtful, told)?;
+        for words in &entry.words {
+            operator.told(&Sending::Note(&format!("  {words}")), start(self.program));
+        }
+        if self.request.plan.is_none() {
+            operator.told(&Sending::UnprovedReentry, start(self.program));
+        }
+        block.map(|_| entry)
+    }
+
+    fn at(&self, doubtful: &Range<u32>, block: u32) -> Result<Reentry, Error> {
+        Reentry::at(self.program, self.settings, doubtful, block).map_err(|e| no_entry(&e))
+    }
+
+    /// The latest of `choices` behind which nothing lies in the air, if its path is clear.
+    fn proved(&self, plan: &CheckedPlan, doubtful: &Range<u32>, choices: &[u32]) -> Result<u32, Error> {
+        let path = |block: u32, printed: u32| -> Result<ReentryPath, Error> {
+            let line = |block: u32| if block == 0 { 0 } else { self.program.file_line(block - 1) };
+            let entry = self.at(doubtful, block)?;
+            let until = self.program.file_line(self.looked_at(block).max(doubtful.end));
+            let profile = &self.request.machine.profile;
+            Ok(ReentryPath::of(self.request.program.program(), line(printed), &entry, until, profile))
+        };
+        // The first lays nothing on what may be missing, whatever was printed.
+        let (mut low, mut high) = (0, choices.len() - 1);
+        while low < high {
+            let middle = (low + high).div_ceil(2);
+            // Most often all of them are carried.
+            let middle = if high == choices.len() - 1 && low == 0 { high } else { middle };
+            match path(choices[middle], doubtful.start)?.hanging(plan, &self.request.machine.profile) {
+                None => low = middle,
+                Some(_) => high = middle - 1,
+            }
+        }
+        let block = choices[low];
+        match path(block, doubtful.end)?.struck(plan, &self.request.machine.profile) {
+            None => Ok(block),
+            Some(why) => Err(Error::Printer(self.no_way(&why, doubtful, choices))),
+        }
+    }
+
+    /// The end of what shows whether `block`'s layer and the next ones are carried.
+    fn looked_at(&self, block: u32) -> u32 {
+        let layers = self.program.boundaries.iter().filter(|b| b.kind == BoundaryKind::Layer && b.block > block);
+        layers.map(|b| b.block).nth(LAYERS_LOOKED_AT).unwrap_or(self.program.len())
+    }
+
+    /// Why there is none, and what helps.
+    fn no_way(&self, why: &str, doubtful: &Range<u32>, choices: &[u32]) -> String {
+        if doubtful.is_empty() || choices.len() == 1 {
+            return format!("the path of the re-entry is not clear: {why}");
+        }
+        let layers: Vec<u32> = self
+            .program
+            .boundaries
+            .iter()
+            .filter(|b| b.kind == BoundaryKind::Layer && doubtful.contains(&b.block))
+            .map(|b| self.program.file_line(b.block))
+            .collect();
+        let [first, last] = [doubtful.start, doubtful.end].map(|block| self.program.file_line(block));
+        let layers = match layers.as_slice() {
+            [] => String::new(),
+            lines => format!(" (layers begin at {})", lines.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
+        };
+        format!(
+            "the path of the re-entry is not clear: {why}, should lines {first} to {last} be printed already; should they not, a later place \
+             leaves lines in the air. Look at the part and give --from LINE, the first line that is to be printed{layers}"
+        )
+    }
+}

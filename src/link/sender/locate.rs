@@ -1,0 +1,71 @@
+//! A printer without a counter that was not reset: where it is tells how far it has come.
+
+use super::activity::Activity;
+use super::{Sender, StopReason};
+use crate::link::place::Place;
+use crate::link::reply::Status;
+use crate::link::state::MachineState;
+
+impl Sender {
+    /// Whether the printer is being asked where it is.
+    pub(super) fn is_locating(&self) -> bool {
+        matches!(self.activity, Activity::Locate { .. })
+    }
+
+    /// All that is under way ends first.
+    pub(super) fn ask_where(&mut self) {
+        if let Activity::Locate { asked, .. } = &mut self.activity {
+            *asked = true;
+        }
+        let mut lines = vec![self.traits().drain.to_owned()];
+        lines.extend(self.traits().is_printer().then(|| "M114".to_owned()));
+        self.queue(&lines);
+    }
+
+    /// Grbl's word: its machine position less its offset, once it stands still.
+    pub(super) fn locate(&mut self, status: &Status) {
+        let asked = matches!(self.activity, Activity::Locate { asked: true, .. });
+        if !asked || !status.state.starts_with("Idle") || self.ledger.in_flight() > 0 {
+            return;
+        }
+        let offset = |i: usize| self.offset.get(i).copied().unwrap_or(0.0);
+        let places = status.position.iter().enumerate().map(|(i, at)| at - offset(i));
+        let words = self.letters().into_iter().zip(places).collect();
+        if let Activity::Locate { said, .. } = &mut self.activity {
+            *said = Some(words);
+        }
+    }
+
+    /// The order of the axes in a status: as the firmware says (`[AXS:5:XYZAC]`), else the profile's.
+    fn letters(&self) -> Vec<u8> {
+        let told =
+            |l: &str| Some(l.strip_prefix("[AXS:")?.trim_end_matches(']').split_once(':')?.1.as_bytes().to_vec());
+        let [tilt, rotation] = self.settings.retreat.axes.each_ref().map(|a| a.letter);
+        self.printer.identity.lines().find_map(told).unwrap_or_else(|| vec![b'X', b'Y', b'Z', tilt, rotation])
+    }
+
+    /// It has said where it is.
+    pub(super) fn located(&mut self) {
+        let Activity::Locate { places, away, said: Some(said), .. } = &self.activity else { return };
+        let away = *away;
+        let Some(block) = Place::fitting(places, said) else {
+            let word = |(letter, value): &(u8, f64)| format!("{}{value:.2}", char::from(*letter));
+            let said = said.iter().map(word).collect::<Vec<_>>().join(" ");
+            self.stop(StopReason::Misplaced { said });
+            return;
+        };
+        (self.next_block, self.acked_blocks) = (block, block);
+        self.knows_all = true;
+        let line = self.program.file_line(block);
+        self.note(format!("the printer has kept its position; continuing at line {line}"));
+        let lines = if away {
+            self.return_lines()
+        } else {
+            // Some printers let their heaters go cold where nobody speaks.
+            let state = MachineState::before(&self.program, block).ok();
+            state.map_or(Vec::new(), |state| self.settings.retreat.heat(&state, self.settings.protocol))
+        };
+        self.queue(&lines);
+        self.activity = Activity::Return { owed: false, pause_behind: false };
+    }
+}
