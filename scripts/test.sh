@@ -138,6 +138,7 @@ if [ -d .venv/bin ]; then
 fi
 package prusa-slicer prusa-slicer
 package slic3r slic3r
+package shellcheck shellcheck
 package linuxcnc-uspace rs274
 package cura-engine CuraEngine
 if have chromium-browser || have google-chrome; then :; else package chromium chromium; fi
