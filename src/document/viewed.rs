@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::gcode::marks::Role;
 use crate::gcode::round_to;
 use crate::geom::{Machine, Rigid, Table, Vec3};
-use crate::job::{PoseShown, PreviewResult};
+use crate::job::{MOST_LOOKED_AT, PoseShown, PreviewResult};
 use crate::motion::{AxisRange, TiltAbout};
 use crate::planning::Plan;
 use crate::trace::Zone;
@@ -142,6 +142,7 @@ fn program(program: &Program, of: &PreviewResult) -> Value {
         // Where each run begins and ends and how much room it has; what is between two runs has none told.
         "rooms": of.rooms.iter().map(|room| json!([room.moves.start, room.moves.end, round_to(room.mm, 2)])).collect::<Vec<_>>(),
         "surveyed_mm": SURVEYED_MM,
+        "surveyed_moves": MOST_LOOKED_AT,
         "feeds": program.feeds,
         "styles": program.styles.iter().map(style).collect::<Vec<_>>(),
         "places": program.places.iter().map(place).collect::<Vec<_>>(),

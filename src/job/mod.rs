@@ -77,7 +77,7 @@ pub use plan::{
     Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, allowed, sequences,
 };
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
-pub use preview::{PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
+pub use preview::{MOST_LOOKED_AT, PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
 pub use profile_new::{MadeProfile, NewProfile, QUESTIONS, new_profile, not_there, own_place};
 pub use progress::{Bar, Progress, Silent, Step};

@@ -72,7 +72,7 @@ pub struct PreviewResult {
     pub no_plan: Option<Box<NoPlan>>,
     /// What verification says of the program.
     pub report: Option<Report>,
-    /// What room the head has to what it does not print on, by runs of moves; empty without a program.
+    /// What room the head has to what it does not print on, by runs of moves; empty without a program, and for one of very many moves.
     pub rooms: Vec<Room>,
     /// What is drawn.
     pub scene: Scene,
@@ -134,6 +134,9 @@ fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<Pre
     Ok(PreviewResult { seconds_verify, ..show(&file, &bytes, plan, &report, world)? })
 }
 
+/// The room of each move is looked for in programs of so many moves: some seconds. Four million of hair-thin lines took three minutes.
+pub const MOST_LOOKED_AT: usize = 500_000;
+
 /// Shows a program that was verified already.
 ///
 /// # Errors
@@ -157,7 +160,8 @@ pub fn show(
     let workpiece = plan.workpiece();
     let job = Job { profile, plan: &plan.plan, workpiece: &workpiece };
     let pack = || Program::of(&trace, program, &profile.kinematics(), profile.dialect.extruder);
-    let (packed, rooms) = rayon::join(pack, || rooms(&trace, &job));
+    let looked_at = trace.len() <= MOST_LOOKED_AT;
+    let (packed, rooms) = rayon::join(pack, || if looked_at { rooms(&trace, &job) } else { Vec::new() });
     drop(trace);
     bar.at(2);
     let mut shown = of_plan(file, plan, Some(packed));

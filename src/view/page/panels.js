@@ -44,8 +44,8 @@ function panels() {
   pressed('play', () => play(!state.playing));
   if (!replay) return hideProgram();
   Object.entries(modes).forEach(([id, mode]) => byId('colour').append(new Option(mode.title, id)));
-  // What is not known is said: a program without a print has no rooms.
-  if (!modes.clearance) byId('colour').append(Object.assign(new Option('Clearance: no print has any', ''), { disabled: true }));
+  // What is not known is said.
+  if (!modes.clearance) byId('colour').append(Object.assign(new Option(replay.count > facts.program.surveyed_moves ? 'Clearance: too many moves, only the least is known' : 'Clearance: no print has any', ''), { disabled: true }));
   byId('colour').addEventListener('change', () => { state.mode = byId('colour').value; recolour(); });
   SPEEDS.forEach((speed) => byId('speed').append(new Option(`${speed} x`, speed, speed === state.speed, speed === state.speed)));
   byId('speed').addEventListener('change', () => { state.speed = Number(byId('speed').value); });
