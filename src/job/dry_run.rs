@@ -51,7 +51,7 @@ pub fn dry_run(program: &[u8], plan: &CheckedPlan) -> Result<DryRun, Error> {
 struct Laid {
     pose: Pose,
     words_deg: [f64; 2],
-    slot: usize,
+    slots: Vec<usize>,
     parts: Vec<usize>,
     places: Vec<Vec3>,
 }
@@ -68,11 +68,13 @@ fn poses(program: &[u8], plan: &CheckedPlan) -> Vec<ColdPose> {
         let (Some(&(slot, print)), Some(pose), Some(ends)) = (print, state.pose(), m.ends()) else { continue };
         if all.last().is_none_or(|laid| laid.pose != pose) {
             let words_deg = [print.tilt_deg, print.rotation_deg];
-            all.push(Laid { pose, words_deg, slot, parts: Vec::new(), places: Vec::new() });
+            all.push(Laid { pose, words_deg, slots: Vec::new(), parts: Vec::new(), places: Vec::new() });
         }
         let Some(laid) = all.last_mut() else { continue };
-        if !laid.parts.contains(&print.part) {
-            laid.parts.push(print.part);
+        for (all, one) in [(&mut laid.slots, slot), (&mut laid.parts, print.part)] {
+            if !all.contains(&one) {
+                all.push(one);
+            }
         }
         laid.places.extend(ends);
         if laid.places.len() > MOST {
@@ -90,14 +92,15 @@ impl Laid {
         let kinematics = &plan.machine.profile.kinematics;
         let [tilt, rotation] = self.words_deg.map(|deg| (deg * 100.0).round() / 100.0 + 0.0);
         let name = |part: &usize| format!("{part} ({})", plan.model.model.parts[*part].name);
-        let parts: Vec<String> = self.parts.iter().map(name).collect();
-        let parts_word = if parts.len() == 1 { "part" } else { "parts" };
+        let list = |word: &str, all: Vec<String>| {
+            format!("{word}{} {}", if all.len() == 1 { "" } else { "s" }, all.join(", "))
+        };
         let name = format!(
-            "slot {}, {}{tilt} {}{rotation}, {parts_word} {}",
-            self.slot,
+            "{}, {}{tilt} {}{rotation}, {}",
+            list("slot", self.slots.iter().map(ToString::to_string).collect()),
             kinematics.tilt.letter,
             kinematics.rotation.letter,
-            parts.join(", ")
+            list("part", self.parts.iter().map(name).collect()),
         );
         ColdPose { words_deg: self.words_deg, name, places: outermost(self.places.into_iter()) }
     }

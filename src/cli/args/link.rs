@@ -61,7 +61,7 @@ pub(in crate::cli) struct Send {
 pub(in crate::cli) struct Publish {
     /// The file to print
     pub(in crate::cli) gcode: PathBuf,
-    /// The server: octoprint:URL, moonraker:URL or duet:URL, for example octoprint:http://printer.local
+    /// The server: octoprint:URL, moonraker:URL or duet:URL, for example `octoprint:http://printer.local`
     #[arg(long, value_name = "SERVER:URL")]
     pub(in crate::cli) to: String,
     /// A file with the server's key (a Duet's password) and nothing else [default: TRUNNION_KEY of the environment]
