@@ -12,6 +12,7 @@ use crate::geom::{Angle, Bounds, Vec3};
 use crate::mesh::threemf;
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{FREE_SPAN_MM, OnePrint, Placement, centred};
+use crate::spelling::counted;
 use crate::split::{Against, Options, PatchLeft, Split, split as cut};
 
 /// A model and a machine, and how to cut.
@@ -113,9 +114,9 @@ impl SplitResult {
         let (before, after) = (split.before.area_mm2, split.after.area_mm2);
         let _ = writeln!(
             out,
-            "{} parts, {} setups, seams {:.1} mm2; needs support: {before:.1} mm2 before, {after:.1} after; {:.2} s",
-            split.parts.len(),
-            split.setups(),
+            "{}, {}, seams {:.1} mm2; needs support: {before:.1} mm2 before, {after:.1} after; {:.2} s",
+            counted(split.parts.len(), "part"),
+            counted(split.setups(), "setup"),
             split.seam_mm2(),
             self.seconds
         );

@@ -1,8 +1,8 @@
 //! The best of the directions whose first layer lies on enough of the bed, with a bound that holds for just those.
 //!
 //! Over a cap the footprint is at most the sum over the facets that face down somewhere on it, each with the share that may lie within
-//! the first layer: heights are measured from the lowest point at the cap's centre, and no point is higher above the bed than above
-//! that. Caps on which even so much is too little are left out of the search.
+//! the first layer: heights are measured from the point that is lowest at the cap's centre, and every point is at least as high above the
+//! bed as above that one. Caps on which even so much is too little are left out of the search.
 
 use super::printable::share_below;
 use super::ties::footprint;

@@ -97,7 +97,7 @@ pub struct Unsupported {
 
 impl From<measure::PieceNeeds> for Unsupported {
     fn from(needs: measure::PieceNeeds) -> Self {
-        Self { area_mm2: needs.area_mm2, beginnings: needs.beginnings, ridges: needs.ridges }
+        Self { area_mm2: needs.area_mm2 + 0.0, beginnings: needs.beginnings, ridges: needs.ridges }
     }
 }
 
@@ -173,7 +173,8 @@ pub struct Split {
 impl Split {
     /// All seams, mm².
     pub fn seam_mm2(&self) -> f64 {
-        self.cuts.iter().map(|cut| cut.seam_mm2).sum()
+        // An empty sum is -0.
+        self.cuts.iter().map(|cut| cut.seam_mm2).sum::<f64>() + 0.0
     }
 
     /// Distinct directions that are printed along.

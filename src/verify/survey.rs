@@ -4,7 +4,8 @@
 //! What counts is everything laid before, but the part itself and its supports, and the table where the part does not stand on it; for the piece that
 //! carries the tip also without the parts that share a face with the one printed, as for the least clearance. So this is the room to
 //! what a print could strike, not the constant one between the heater block and the layer just laid. A lower bound, mm: the way of the
-//! tip since a measured place is taken off what was measured there, and measured anew where that is more than [`FINE_MM`].
+//! tip since a measured place is taken off what was measured there, and measured anew where either way leaves the other by more than
+//! [`FINE_MM`]: a short line beside one end of a long one has nothing to do with what is near the other.
 
 use std::ops::Range;
 
@@ -19,8 +20,8 @@ use crate::planning::contact_mm;
 
 /// Room beyond this is not told apart, mm: a greater one is nobody's worry.
 pub const SURVEYED_MM: f64 = 5.0;
-/// What a bound may be below the distance before that is measured anew, mm.
-const FINE_MM: f64 = 0.25;
+/// Ways no farther apart than this, mm, have one measure: the bound is at most twice as much low.
+const FINE_MM: f64 = 0.125;
 /// Rooms are rounded down to multiples of this, mm, so that moves with the same colour are one run.
 const STEP_MM: f64 = 0.25;
 
@@ -149,7 +150,7 @@ impl Surveyor {
             for ((_, way), room) in ways.iter().zip(&mut rooms) {
                 if let Some((at, mm)) = &known {
                     let since = away(way, at);
-                    if mm - since >= *room || since <= FINE_MM {
+                    if mm - since >= *room || since.max(away(at, way)) <= FINE_MM {
                         *room = room.min(mm - since);
                         continue;
                     }
@@ -174,4 +175,19 @@ fn away(way: &[Vec3; 2], [a, b]: &[Vec3; 2]) -> f64 {
         (p - (a + along * t)).norm()
     };
     way.iter().map(to_it).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_way_is_near_a_long_one_and_not_the_other_way_round() {
+        let at = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        let (long, short) = ([at(0.0, 0.0), at(50.0, 0.0)], [at(48.0, 0.1), at(49.0, 0.0)]);
+        assert!((away(&short, &long) - 0.1).abs() < 1e-12);
+        // From its far end to the short one's near end.
+        assert!((away(&long, &short) - 48.0_f64.hypot(0.1)).abs() < 1e-12);
+        assert_eq!(away(&long, &[long[1], long[0]]), 0.0);
+    }
 }

@@ -63,11 +63,14 @@ fn a_solid_is_turned_before_it_is_cut() {
         assert_eq!(code, Some(0), "{err}");
         let document: Value = serde_json::from_str(&out).unwrap();
         assert!(document["stood"].as_str().unwrap().contains(words), "{document}");
+        let figures = [&document["seam_mm2"], &document["needs_support_mm2"]["before"]];
+        assert!(figures.iter().all(|figure| !figure.to_string().starts_with('-')), "{document}");
         assert_eq!(document["planes"].as_array().unwrap().len(), 0, "{document}");
         let plan = trunnion().args(["plan", "-m", "generic-ac", "-q"]).arg(&output).output().unwrap();
         assert!(plan.status.success(), "{up}: {}", said(&plan));
     }
     let (_, out, _) = run(&model, &output, &["--up", "0,0,-1"]);
+    assert!(out.contains("1 part, 1 setup, seams 0.0 mm2; needs support: 0.0 mm2 before"), "{out}");
     assert!(out.starts_with("tee.stl stands with") || out.contains(" stands with (0.0000"), "{out}");
     for (more, words) in
         [(&["--up", "0,0,0"][..], "up"), (&["--up", "0,0,1", "--no-cut", "0,0,0,1,1,1"], "cannot be used with")]
