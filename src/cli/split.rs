@@ -1,7 +1,7 @@
 //! `trunnion split`
 
 use super::args::Split as Verb;
-use super::requests::{outputs, profile_file};
+use super::requests::{claim_picture, outputs, profile_file};
 use super::{Console, Failure};
 use crate::document;
 use crate::job::{self, SplitOptions, SplitRequest};
@@ -11,6 +11,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
     let mut outputs = outputs([args.model.model.as_path()].into_iter().chain(profile.as_deref()));
     let output = outputs.claim(&args.output)?;
+    let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
     let request = SplitRequest {
         model: args.model.source()?,
         machine: args.machine.source(),
@@ -22,6 +23,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if why_not.is_none() {
         output.write(&done.threemf())?;
     }
+    // Also where it did not work: then it shows what is left.
+    viewed.map(|viewed| viewed.write(&done.view())).transpose()?;
     if console.json() {
         console.document(&document::split(&done));
     } else if why_not.is_none() {
@@ -29,7 +32,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     } else {
         console.note(&done.text());
     }
-    why_not.map_or(Ok(()), |why| Err(Failure::Findings(format!("{why}; no file was written"))))
+    why_not.map_or(Ok(()), |why| Err(Failure::Findings(format!("{why}; no parts were written"))))
 }
 
 impl Verb {

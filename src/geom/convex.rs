@@ -50,20 +50,43 @@ const MOST_ROUNDS: usize = 128;
 /// Stops as soon as more than `enough` mm are proved (pass infinity for the distance itself, proved to within
 /// `1e-6` relative). A set that touches the origin counts as [`Separation::Meeting`], and so does one that the
 /// iteration could not settle: "not proved free" is "not free".
-pub fn separation(mut support: impl FnMut(&Vec3) -> Vec3, enough: f64) -> Separation {
+pub fn separation(support: impl FnMut(&Vec3) -> Vec3, enough: f64) -> Separation {
+    separation_by(support, enough, &mut Vec3::x())
+}
+
+/// The same, where `axis` may tell the two apart at once, as the one that told apart the two before often does; it becomes what did.
+///
+/// Only [`Separation::Apart`] below `enough` is the distance: above, it is what was proved.
+pub fn separation_by(mut support: impl FnMut(&Vec3) -> Vec3, enough: f64, axis: &mut Vec3) -> Separation {
+    let first = support(&-*axis);
+    let along = first.dot(axis);
+    if along > enough {
+        return Separation::Apart(along);
+    }
+    let apart = nearest(support, enough, first);
+    if let Some(direction) = apart.1 {
+        *axis = direction;
+    }
+    apart.0
+}
+
+/// From the point `nearest` of the set on; with the unit direction that proved the distance.
+fn nearest(mut support: impl FnMut(&Vec3) -> Vec3, enough: f64, mut nearest: Vec3) -> (Separation, Option<Vec3>) {
     let mut simplex = Simplex::default();
-    let mut nearest = support(&Vec3::x());
     simplex.push(nearest);
-    let mut proved = 0.0f64;
+    let (mut proved, mut by) = (0.0f64, None);
     for _ in 0..MOST_ROUNDS {
         let length = nearest.norm();
         if length < 1e-9 {
-            return Separation::Meeting;
+            return (Separation::Meeting, None);
         }
         let candidate = support(&-nearest);
-        proved = proved.max(nearest.dot(&candidate) / length);
+        let along = nearest.dot(&candidate) / length;
+        if along > proved {
+            (proved, by) = (along, Some(nearest / length));
+        }
         if proved > enough || (proved > 0.0 && length - proved <= 1e-6 * length) {
-            return Separation::Apart(proved);
+            return (Separation::Apart(proved), by);
         }
         if simplex.has(&candidate) {
             break;
@@ -72,10 +95,10 @@ pub fn separation(mut support: impl FnMut(&Vec3) -> Vec3, enough: f64) -> Separa
         match simplex.nearest_to_origin() {
             Some(point) if point.norm_squared() < nearest.norm_squared() => nearest = point,
             Some(_) => break,
-            None => return Separation::Meeting,
+            None => return (Separation::Meeting, None),
         }
     }
-    if proved > 0.0 { Separation::Apart(proved) } else { Separation::Meeting }
+    (if proved > 0.0 { Separation::Apart(proved) } else { Separation::Meeting }, by)
 }
 
 #[derive(Default)]

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::arrange::{Models, arranged};
 use super::load::spanning;
+use super::pictures;
 use super::{
     Arrangement, BadSetting, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, Standing, World,
     load_model, load_profile,
@@ -14,6 +15,7 @@ use crate::overhang::TOLERATE_MM2;
 use crate::planning::{FREE_SPAN_MM, OnePrint, Placement, centred};
 use crate::spelling::counted;
 use crate::split::{Against, Options, PatchLeft, Split, split as cut};
+use crate::view::Drawing;
 
 /// A model and a machine, and how to cut.
 #[derive(Clone, Debug)]
@@ -81,6 +83,8 @@ pub struct SplitResult {
     pub stood: Option<String>,
     /// Height of the pedestal, mm; 0 for none.
     pub pedestal_mm: f64,
+    /// Surfaces up to this angle from the vertical were taken to need no support.
+    pub overhang_deg: f64,
     /// What it took.
     pub seconds: f64,
 }
@@ -90,6 +94,13 @@ impl SplitResult {
     pub fn threemf(&self) -> Vec<u8> {
         let named = self.split.named();
         threemf(&named.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>())
+    }
+
+    /// The solid with what overhangs, and its parts in colours, where they were and apart.
+    pub fn view(&self) -> Drawing {
+        let story = self.why_not().into_iter().collect();
+        let whole = (&self.model.model.parts[0].mesh, Angle::from_deg(self.overhang_deg));
+        pictures::cut_up(whole, &self.split, story).drawing()
     }
 
     /// The cuts, a line each, and what they come to.
@@ -129,7 +140,8 @@ impl SplitResult {
         if *printable {
             return None;
         }
-        let after_cuts = if cuts.is_empty() { "no cut helps".to_owned() } else { format!("after {} cuts", cuts.len()) };
+        let after_cuts =
+            if cuts.is_empty() { "no cut helps".to_owned() } else { format!("after {}", counted(cuts.len(), "cut")) };
         if *unplanned > 0 && left.iter().map(|p| p.area_mm2).sum::<f64>() < 0.5 * parts.len() as f64 {
             return Some(format!(
                 "{after_cuts} nothing needs support, but the machine has no plan for the {} parts; a taller pedestal (--pedestal), a \
@@ -144,7 +156,10 @@ impl SplitResult {
         }
         let begins = after.beginnings + after.ridges;
         if begins > 0 {
-            text += &format!(", and {begins} places begin in the air");
+            text += &format!(
+                ", and {} in the air",
+                if begins == 1 { "1 place begins".to_owned() } else { format!("{begins} places begin") }
+            );
         }
         if let Some((against, count)) = refused.iter().max_by_key(|(against, count)| (*count, *against)) {
             let all: usize = refused.iter().map(|r| r.1).sum();
@@ -246,7 +261,8 @@ pub(super) fn cut_up(
             .progress
             .warning(&format!("pieces of {crumbs:.4} mm3 together were left out: they are below what prints"));
     }
-    Ok(SplitResult { split, stood: None, pedestal_mm, seconds: (world.clock.now() - start).as_secs_f64(), model })
+    let seconds = (world.clock.now() - start).as_secs_f64();
+    Ok(SplitResult { split, stood: None, pedestal_mm, overhang_deg: options.overhang_deg, seconds, model })
 }
 
 fn check(options: &SplitOptions) -> Result<(), BadSetting> {

@@ -134,6 +134,16 @@ impl Head {
         })
     }
 
+    /// Whether the head gives `obstacle` all that is owed to it while the tip visits `swept`.
+    pub(super) fn owes_nothing<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, owed: &Owed) -> bool {
+        self.pieces.iter().all(|piece| {
+            let share = if piece.tip { owed.tip } else { owed.rest };
+            let raise = if piece.follows[2] { share.lift } else { 0.0 };
+            let tool = Tool::Fans { fans: &piece.fans, raise, wider: share.wider };
+            swept.tool_clears(at, piece.follows, &tool, obstacle, share.mm)
+        })
+    }
+
     /// Whether the head keeps `margin` mm from `obstacle` while its tip visits all of `swept` raised by `lift` mm, both at the
     /// pose whose motion is `at`.
     pub fn clears<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, lift: f64, margin: f64) -> bool {

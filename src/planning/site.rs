@@ -78,7 +78,9 @@ impl<'a> Site<'a> {
 
     /// Whether `other` must not be there before `part` is printed in `setup`.
     pub(super) fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
-        self.at_frame[setup].has(other) || self.offence(part, other, setup).is_some()
+        let solids = &self.setups.solids;
+        let (motion, owed) = (&self.motions[setup], self.owed(part, other));
+        self.at_frame[setup].has(other) || !self.setups.head.owes_nothing(motion, &solids[part], &solids[other], owed)
     }
 
     /// The piece of the head that comes nearer to `other` than it owes while it prints `part` in `setup`.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::fans::Fans;
-use crate::geom::convex::{Separation, separation, support};
+use crate::geom::convex::{Separation, separation_by, support};
 use crate::geom::{Bounds, Mat3, Rigid, Vec3};
 use crate::mesh::TriangleMesh;
 
@@ -24,16 +24,26 @@ enum Pieces {
     Facets { facets: Vec<[u32; 3]>, tree: Vec<FacetBox> },
 }
 
-/// A node of the tree: a leaf has `count > 0` facets from `first`, an inner node its children at `first` and `first + 1`.
+/// A node of the tree: `count` facets from `first`, and its two children from `children`; a leaf has one facet and none.
 #[derive(Clone, Copy, Debug)]
 struct FacetBox {
     bounds: Bounds,
     first: u32,
     count: u32,
+    children: u32,
 }
 
-/// Facets in a leaf. A leaf is tested as the hull of its facets' corners, so it stays small.
-const LEAF: usize = 1;
+impl FacetBox {
+    fn is_leaf(&self) -> bool {
+        self.count <= 1
+    }
+}
+
+/// Up to so many facets, or points of a convex solid, a node is asked as the hull of its points. Its box is quicker, but wide where
+/// facets are long and lie across the axes, as those of a slanting rod do.
+const AS_HULL: usize = 48;
+/// Beyond so many points the hull of all of them is no quick question any more.
+const WHOLE: usize = 20_000;
 
 impl Solid {
     /// The solid inside a closed mesh.
@@ -44,8 +54,7 @@ impl Solid {
             return Self { points, pieces: Pieces::Convex, bounds };
         }
         let mut facets = mesh.facets().to_vec();
-        let mut tree = vec![FacetBox { bounds, first: 0, count: 0 }];
-        build(&points, &mut facets, 0, &mut tree, 0);
+        let tree = tree(&points, &mut facets);
         Self { points, pieces: Pieces::Facets { facets, tree }, bounds }
     }
 
@@ -63,8 +72,7 @@ impl Solid {
             Pieces::Convex => Pieces::Convex,
             Pieces::Facets { facets, .. } => {
                 let mut facets = facets.clone();
-                let mut tree = vec![FacetBox { bounds, first: 0, count: 0 }];
-                build(&points, &mut facets, 0, &mut tree, 0);
+                let tree = tree(&points, &mut facets);
                 Pieces::Facets { facets, tree }
             }
         };
@@ -107,7 +115,31 @@ impl Solid {
         obstacle: &Self,
         enough: f64,
     ) -> Separation {
-        let query = Query {
+        self.query(motion, follows, tool, obstacle).clearance(enough, false)
+    }
+
+    /// Whether the same stays at least `mm` away.
+    pub(super) fn tool_clears<A, B>(
+        &self,
+        motion: &Rigid<A, B>,
+        follows: [bool; 3],
+        tool: &Tool<'_>,
+        obstacle: &Self,
+        mm: f64,
+    ) -> bool {
+        let mut query = self.query(motion, follows, tool, obstacle);
+        // What is printed is mostly as good as convex, and what stands lies below it: then one question is enough.
+        query.hull_clears(mm) || query.clearance(mm, true).distance() >= mm
+    }
+
+    fn query<'a, A, B>(
+        &'a self,
+        motion: &Rigid<A, B>,
+        follows: [bool; 3],
+        tool: &'a Tool<'a>,
+        obstacle: &'a Self,
+    ) -> Query<'a> {
+        Query {
             swept: self,
             mask: Vec3::from_fn(|i, _| if follows[i] { 1.0 } else { 0.0 }),
             tool,
@@ -117,8 +149,8 @@ impl Solid {
             back: motion.rotation.transpose(),
             spread: motion.rotation.abs(),
             shift: motion.translation,
-        };
-        query.clearance(enough)
+            axis: Vec3::z(),
+        }
     }
 }
 
@@ -168,10 +200,32 @@ struct Query<'a> {
     back: Mat3,
     spread: Mat3,
     shift: Vec3,
+    /// The direction along which the last two sets were told apart: mostly it does for the next two.
+    axis: Vec3,
 }
 
 impl Query<'_> {
-    fn clearance(&self, enough: f64) -> Separation {
+    /// Whether the tool that sweeps the hull of all that it should sweep stays `mm` away: no, where that is not proved.
+    fn hull_clears(&mut self, mm: f64) -> bool {
+        if self.swept.is_hull() || self.swept.points.len() > WHOLE {
+            return false;
+        }
+        let mut stack = vec![0usize];
+        while let Some(b) = stack.pop() {
+            let (swept, obstacle) = (Reach::Points(&self.swept.points), self.obstacle.reach(b));
+            if self.apart(&swept, &obstacle, mm).distance() >= mm {
+                continue;
+            }
+            if self.obstacle.node(b).1 {
+                return false;
+            }
+            stack.extend(self.obstacle.children(b));
+        }
+        true
+    }
+
+    /// The least distance below `enough`; `any` that is below it will do where only that is asked.
+    fn clearance(&mut self, enough: f64, any: bool) -> Separation {
         let mut least = enough;
         let mut stack = vec![(0usize, 0usize)];
         while let Some((a, b)) = stack.pop() {
@@ -181,13 +235,14 @@ impl Query<'_> {
                 continue;
             }
             // The boxes around boxes are wide where the tool is slender: before a pair is opened, it is asked exactly.
-            if !(leaf_a && leaf_b) && self.hulls(&box_a, &box_b, least).distance() >= least {
+            let apart = self.apart(&self.swept.reach(a), &self.obstacle.reach(b), least);
+            if apart.distance() >= least {
                 continue;
             }
             match (leaf_a, leaf_b) {
-                (true, true) => match self.leaf(a, b, least) {
-                    Separation::Meeting => return Separation::Meeting,
-                    Separation::Apart(mm) => least = least.min(mm),
+                (true, true) => match apart {
+                    Separation::Apart(mm) if !any => least = mm,
+                    found => return found,
                 },
                 (true, false) => stack.extend(self.obstacle.children(b).map(|b| (a, b))),
                 (false, true) => stack.extend(self.swept.children(a).map(|a| (a, b))),
@@ -213,15 +268,15 @@ impl Query<'_> {
         Vec3::new(apart(0), apart(1), apart(2)).norm()
     }
 
-    /// The separation of what the tool sweeps over box `a` from box `b`.
-    fn hulls(&self, a: &Bounds, b: &Bounds, enough: f64) -> Separation {
-        let corner = |b: &Bounds, d: &Vec3| {
-            let d = self.back * d;
-            let far = Vec3::from_fn(|i, _| if d[i] > 0.0 { b.max[i] } else { b.min[i] });
-            self.turn * far + self.shift
+    /// The separation of what the tool sweeps over `a` from `b`, where it is below `enough`.
+    fn apart(&mut self, a: &Reach<'_>, b: &Reach<'_>, enough: f64) -> Separation {
+        let (turn, back, shift, mask, tool) = (self.turn, self.back, self.shift, self.mask, self.tool);
+        let of_swept = |d: &Vec3| {
+            let far = turn * a.farthest(&(back * d.component_mul(&mask))) + shift;
+            far.component_mul(&mask)
         };
-        let of_swept = |d: &Vec3| corner(a, &d.component_mul(&self.mask)).component_mul(&self.mask);
-        separation(|d| of_swept(d) + self.tool.farthest(d) - corner(b, &-d), enough)
+        let reach = |d: &Vec3| of_swept(d) + tool.farthest(d) - (turn * b.farthest(&(back * -d)) + shift);
+        separation_by(reach, enough, &mut self.axis)
     }
 
     /// The box around a turned box.
@@ -229,13 +284,25 @@ impl Query<'_> {
         let (centre, half) = (self.turn * b.centre() + self.shift, self.spread * (b.size() * 0.5));
         Bounds { min: centre - half, max: centre + half }
     }
+}
 
-    fn leaf(&self, a: usize, b: usize, enough: f64) -> Separation {
-        let corner =
-            |solid: &Solid, node, d: &Vec3| self.turn * solid.leaf_support(node, &(self.back * d)) + self.shift;
-        let of_swept = |d: &Vec3| corner(self.swept, a, &d.component_mul(&self.mask)).component_mul(&self.mask);
-        let reach = |d: &Vec3| of_swept(d) + self.tool.farthest(d) - corner(self.obstacle, b, &-d);
-        separation(reach, enough)
+/// What a node may hold, as its farthest points: the hull of what it has, or something around that.
+enum Reach<'a> {
+    Box(Bounds),
+    Points(&'a [Vec3]),
+    Facets(&'a [Vec3], &'a [[u32; 3]]),
+}
+
+impl Reach<'_> {
+    fn farthest(&self, d: &Vec3) -> Vec3 {
+        match *self {
+            Self::Box(Bounds { min, max }) => Vec3::from_fn(|i, _| if d[i] > 0.0 { max[i] } else { min[i] }),
+            Self::Points(points) => support(points, d),
+            Self::Facets(points, facets) => {
+                let corners = facets.iter().flatten().map(|&i| points[i as usize]);
+                corners.max_by(|p, q| p.dot(d).total_cmp(&q.dot(d))).unwrap_or_default()
+            }
+        }
     }
 }
 
@@ -243,7 +310,7 @@ impl Solid {
     fn node(&self, index: usize) -> (Bounds, bool) {
         match &self.pieces {
             Pieces::Convex => (self.bounds, true),
-            Pieces::Facets { tree, .. } => (tree[index].bounds, tree[index].count > 0),
+            Pieces::Facets { tree, .. } => (tree[index].bounds, tree[index].is_leaf()),
         }
     }
 
@@ -251,29 +318,36 @@ impl Solid {
         match &self.pieces {
             Pieces::Convex => [0, 0],
             Pieces::Facets { tree, .. } => {
-                let first = tree[index].first as usize;
+                let first = tree[index].children as usize;
                 [first, first + 1]
             }
         }
     }
 
-    fn leaf_support(&self, index: usize, d: &Vec3) -> Vec3 {
+    /// Exact for a leaf.
+    fn reach(&self, index: usize) -> Reach<'_> {
         match &self.pieces {
-            Pieces::Convex => support(&self.points, d),
+            Pieces::Convex => Reach::Points(&self.points),
             Pieces::Facets { facets, tree } => {
-                let node = tree[index];
-                let leaf = &facets[node.first as usize..(node.first + node.count) as usize];
-                let corners = leaf.iter().flatten().map(|&i| self.points[i as usize]);
-                corners.max_by(|p, q| p.dot(d).total_cmp(&q.dot(d))).unwrap_or_default()
+                let FacetBox { bounds, first, count, .. } = tree[index];
+                let facets = &facets[first as usize..(first + count) as usize];
+                if facets.len() <= AS_HULL { Reach::Facets(&self.points, facets) } else { Reach::Box(bounds) }
             }
         }
     }
 }
 
+/// The tree over `facets`, which it sorts.
+fn tree(points: &[Vec3], facets: &mut [[u32; 3]]) -> Vec<FacetBox> {
+    let mut tree = vec![FacetBox { bounds: Bounds::EMPTY, first: 0, count: 0, children: 0 }];
+    build(points, facets, 0, &mut tree, 0);
+    tree
+}
+
 fn build(points: &[Vec3], facets: &mut [[u32; 3]], offset: usize, tree: &mut Vec<FacetBox>, at: usize) {
     let bounds = Bounds::of(facets.iter().flatten().map(|&i| points[i as usize]));
-    if facets.len() <= LEAF {
-        tree[at] = FacetBox { bounds, first: offset as u32, count: facets.len() as u32 };
+    tree[at] = FacetBox { bounds, first: offset as u32, count: facets.len() as u32, children: tree.len() as u32 };
+    if tree[at].is_leaf() {
         return;
     }
     let axis = bounds.size().imax();
@@ -281,8 +355,7 @@ fn build(points: &[Vec3], facets: &mut [[u32; 3]], offset: usize, tree: &mut Vec
     let key = |f: &[u32; 3]| f.iter().map(|&i| points[i as usize][axis]).sum::<f64>();
     facets.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
     let first = tree.len();
-    tree.extend([FacetBox { bounds, first: 0, count: 0 }; 2]);
-    tree[at] = FacetBox { bounds, first: first as u32, count: 0 };
+    tree.extend([tree[at]; 2]);
     let (low, high) = facets.split_at_mut(middle);
     build(points, low, offset, tree, first);
     build(points, high, offset + middle, tree, first + 1);
@@ -332,7 +405,7 @@ fn connected<F>(mesh: &TriangleMesh<F>, across: &HashMap<(u32, u32), usize>) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Table;
+    use crate::geom::{SplitMix64, Table};
 
     /// An L of 30 x 30 x 10 mm with arms 10 wide, as a closed mesh.
     fn ell() -> TriangleMesh<Table> {
@@ -381,5 +454,84 @@ mod tests {
         assert_eq!(swept.swept_clearance(&still(), [true, false, true], &beam.points, &post, 1.0), Separation::Meeting);
         let got = swept.swept_clearance(&still(), [true; 3], &beam.points, &post, f64::INFINITY).distance();
         assert!((got - 43.0).abs() < 1e-4, "{got}");
+    }
+
+    /// The head of the shipped machine, some shapes with many facets that are not convex, and any motion.
+    #[test]
+    fn whether_it_clears_is_what_all_pairs_of_facets_say() {
+        let mut random = SplitMix64::seeded(11);
+        let cone = crate::geom::Body::frustum("", [0.0, 12.0], [0.5, 7.0], [true; 3]);
+        let fans = Fans::of(&cone.points, 500.0);
+        let fine = |turn: Mat3, shift: Vec3| {
+            // Each facet of the L in sixteen, so that nodes of all sizes are met.
+            let mesh = (0..2).fold(ell(), |mesh, _| quartered(&mesh));
+            Solid::of(&mesh).moved(&turn, &shift)
+        };
+        let turned = |random: &mut SplitMix64| {
+            let axis = nalgebra::Unit::new_normalize(random.direction());
+            *nalgebra::Rotation3::from_axis_angle(&axis, random.unit() * 3.0).matrix()
+        };
+        let (mut clear, mut not) = (0, 0);
+        for case in 0..60 {
+            let swept = fine(turned(&mut random), Vec3::new(0.0, 0.0, 40.0 * random.unit()));
+            let apart = Vec3::new(60.0 * random.unit() - 10.0, 20.0 * random.unit(), -45.0 * random.unit());
+            let obstacle = fine(turned(&mut random), apart);
+            let motion: Rigid<Table, Table> = Rigid::new(turned(&mut random), random.direction() * 5.0);
+            let follows = [true, case % 5 != 0, true];
+            let raise = random.unit();
+            let tool = Tool::Fans { fans: &fans, raise, wider: if case % 3 == 0 { 0.2 } else { 0.0 } };
+            let wanted = by_all_pairs(&swept, &motion, follows, &tool, &obstacle);
+            let got = swept.tool_clearance(&motion, follows, &tool, &obstacle, f64::INFINITY).distance();
+            assert!((got - wanted).abs() <= 2e-6 * (1.0 + wanted), "{case}: {got} for {wanted}");
+            for mm in
+                [1e-3, 0.5 * wanted, 0.999 * wanted, 1.001 * wanted, wanted + 1.0].into_iter().filter(|mm| *mm > 0.0)
+            {
+                let clears = swept.tool_clears(&motion, follows, &tool, &obstacle, mm);
+                assert_eq!(clears, wanted >= mm, "{case}: {mm} of {wanted}");
+                if clears { clear += 1 } else { not += 1 }
+            }
+        }
+        assert!(clear > 40 && not > 40, "{clear} clear, {not} not: says little");
+    }
+
+    fn quartered(mesh: &TriangleMesh<Table>) -> TriangleMesh<Table> {
+        let (mut vertices, mut facets) = (Vec::new(), Vec::new());
+        for facet in 0..mesh.facets().len() {
+            let [a, b, c] = mesh.corners(facet);
+            let [ab, bc, ca] = [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
+            for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+                facets.push([0, 1, 2].map(|i| (vertices.len() + i) as u32));
+                vertices.extend(corners);
+            }
+        }
+        TriangleMesh::new(vertices, facets)
+    }
+
+    /// The least distance of all pairs of facets, none left out.
+    fn by_all_pairs(
+        swept: &Solid,
+        motion: &Rigid<Table, Table>,
+        follows: [bool; 3],
+        tool: &Tool<'_>,
+        obstacle: &Solid,
+    ) -> f64 {
+        let mask = Vec3::from_fn(|i, _| if follows[i] { 1.0 } else { 0.0 });
+        let corners = |solid: &Solid, facet: &[u32; 3]| {
+            facet.map(|i| motion.rotation * solid.points[i as usize] + motion.translation)
+        };
+        let facets = |solid: &Solid| match &solid.pieces {
+            Pieces::Facets { facets, .. } => facets.clone(),
+            Pieces::Convex => panic!("not convex"),
+        };
+        let mut least = f64::INFINITY;
+        for a in facets(swept) {
+            let a = corners(swept, &a).map(|p| p.component_mul(&mask));
+            for b in facets(obstacle) {
+                let b = corners(obstacle, &b);
+                let reach = |d: &Vec3| support(&a, d) + tool.farthest(d) - support(&b, &-d);
+                least = least.min(crate::geom::convex::separation(reach, f64::INFINITY).distance());
+            }
+        }
+        least
     }
 }

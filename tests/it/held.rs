@@ -49,6 +49,15 @@ fn figurine() -> Shape {
         .and(&block(60.0, 40.0, 4.0).at(-30.0, -20.0, 0.0))
 }
 
+/// Shoulders, neck, and a head with a nose that looks a little up.
+fn bust() -> Shape {
+    let below = block(200.0, 200.0, 100.0).at(-100.0, -100.0, -100.0);
+    let shoulders = ball(24.0, 32).scaled(0.6, 1.0, 0.9).at(0.0, 0.0, 4.0).less(&below);
+    let head = ball(14.0, 32).scaled(1.0, 0.85, 1.2).at(0.0, 0.0, 52.0);
+    let nose = rod(2.5, 8.0, 16).about_y(70.0).at(10.0, 0.0, 50.0);
+    shoulders.and(&rod(8.0, 30.0, 32).at(0.0, 0.0, 15.0)).and(&head).and(&nose)
+}
+
 #[test]
 fn solids_go_to_a_verified_file_on_supports() {
     let folder = new_folder();
@@ -67,6 +76,7 @@ fn solids_go_to_a_verified_file_on_supports() {
         ("mushroom", named("mushroom")),
         ("bracket", named("bracket")),
         ("figurine", figurine()),
+        ("bust", bust()),
     ];
     for (name, shape) in shapes {
         written(here, &shape);

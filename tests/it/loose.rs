@@ -10,7 +10,7 @@ use trunnion::geom::{Object, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, read_model, stl_binary_parts};
 
 use crate::split::solids::{Shape, block, rod};
-use crate::support::{folder as new_folder, installed, skip, trunnion};
+use crate::support::{folder as new_folder, installed, note, root, skip, trunnion};
 
 fn run(folder: &Path, args: &[&str]) -> Output {
     trunnion().current_dir(folder).args(args).output().unwrap()
@@ -202,4 +202,22 @@ fn overlapping_shells_are_joined_and_cut_again() {
     assert_eq!(document["plan"]["parts"].as_array().unwrap().len(), 3);
     let both = prepared(here, "tee.stl", &["--join", "--snap", "0.1"]);
     assert!(String::from_utf8_lossy(&both.stderr).contains("cannot be used with"), "{both:?}");
+}
+
+/// The candelabrum as one solid: what somebody would have drawn who has never heard of several parts.
+#[test]
+fn the_candelabrum_as_one_solid_is_cut_and_verified() {
+    let folder = new_folder();
+    let here = folder.path();
+    fs::copy(root().join("fixtures/candelabrum.stl"), here.join("candelabrum.stl")).unwrap();
+    let done = prepared(here, "candelabrum.stl", &["--join"]);
+    let told = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success(), "{told}");
+    let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+    let cut = &document["cut"];
+    let (cuts, parts) = (cut["planes"].as_array().unwrap().len(), cut["parts"].as_u64().unwrap());
+    let left = cut["needs_support_mm2"]["after"].as_f64().unwrap();
+    note(&format!("the candelabrum as one solid: {cuts} cuts, {parts} parts, {left} mm2 left"));
+    // Drawn in parts it has eighteen.
+    assert!(cuts <= 8 && parts <= 18 && left <= 0.45 * parts as f64, "{cut}");
 }

@@ -52,4 +52,5 @@ mod split;
 mod support;
 mod supports;
 mod sweeps;
+mod trees;
 mod turns;

@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
+use trunnion::mesh::stl_binary;
+
 use crate::pipeline::fixture;
+use crate::split::solids;
 use crate::support::{folder, root, said, trunnion};
 
 /// What the README of the fixtures shows, of which model, and how it is made; the code that the command ends with.
@@ -43,6 +46,48 @@ fn sheets_are_as_they_were_when_they_were_looked_at() {
     }
 }
 
+/// Three solids as they are, cut, and as their parts are printed: the README's pictures.
+#[test]
+fn solids_are_cut_and_printed_as_when_they_were_looked_at() {
+    let folder = folder();
+    let here = folder.path();
+    let done = |words: &[&str]| {
+        let run = trunnion().current_dir(here).args(words).output().unwrap();
+        assert!(run.status.success(), "{}", said(&run));
+    };
+    for (name, shape) in [("tee", solids::tee()), ("hook", solids::hook()), ("mushroom", solids::mushroom())] {
+        std::fs::write(here.join("solid.stl"), stl_binary(&shape.mesh())).unwrap();
+        let [cut, printed] = ["cut", "printed"].map(|what| format!("{name}-{what}.svg"));
+        done(&["split", "solid.stl", "-m", "generic-ac", "-o", "parts.3mf", "--view", &cut]);
+        done(&["plan", "parts.3mf", "-m", "generic-ac", "-o", "plan.json", "--sheet", &printed]);
+        for file in [cut, printed] {
+            let (drawn, kept) = (here.join(&file), root().join("docs/pictures").join(&file));
+            if std::env::var_os("UPDATE_FIXTURES").is_some() {
+                std::fs::copy(&drawn, &kept).unwrap();
+            }
+            let same = std::fs::read(&drawn).unwrap() == std::fs::read(&kept).unwrap();
+            assert!(same, "{file}: another picture than the committed one");
+        }
+        let text = std::fs::read_to_string(here.join(format!("{name}-cut.svg"))).unwrap();
+        for wanted in [">as it is, from below</text>", ">cut</text>", ">base</text>", ">cut-1</text>"] {
+            assert!(text.contains(wanted), "{name}: no {wanted}");
+        }
+    }
+}
+
+#[test]
+fn what_no_cut_helps_is_drawn_all_the_same() {
+    let folder = folder();
+    let here = folder.path();
+    std::fs::write(here.join("tee.stl"), stl_binary(&solids::tee().mesh())).unwrap();
+    let words = ["split", "tee.stl", "-m", "generic-ac", "-o", "parts.3mf", "--max-cuts", "0", "--view", "view.svg"];
+    let run = trunnion().current_dir(here).args(words).output().unwrap();
+    assert_eq!(run.status.code(), Some(1), "{}", said(&run));
+    let text = std::fs::read_to_string(here.join("view.svg")).unwrap();
+    assert!(text.contains(">as it is, from below</text>") && !text.contains(">cut</text>"), "{text}");
+    assert!(text.contains("no cut helps") && !here.join("parts.3mf").exists());
+}
+
 #[test]
 fn a_picture_is_what_its_name_ends_with() {
     let folder = folder();
@@ -58,13 +103,14 @@ fn a_picture_is_what_its_name_ends_with() {
         assert!([view, land].iter().all(|file| std::fs::read(file).unwrap().starts_with(start)), "{ending}");
     }
     let tree = fixture("y-tree");
-    let verbs: [&[&str]; 7] = [
+    let verbs: [&[&str]; 8] = [
         &["profile", "check", "generic-ac", "--view"],
         &["plan", &tree, "-m", "generic-ac", "--sheet"],
         &["prepare", &tree, "-m", "generic-ac", "-o", "x.gcode", "--sheet"],
         &["orient", &tree, "--view"],
         &["orient", &tree, "--landscape"],
         &["support", &tree, "--view"],
+        &["split", &tree, "-m", "generic-ac", "-o", "x.3mf", "--view"],
         &["pack", &tree, "--space", "200,200,200", "--view"],
     ];
     for args in verbs {

@@ -10,7 +10,7 @@ use super::{BadSetting, Error, OutputFile, Outputs};
 use crate::geom::Vec3;
 use crate::view::{Colour, Drawing, Format};
 
-pub(super) use parts::{Painted, SUPPORT_WORD, coloured, solids, standing};
+pub(super) use parts::{Painted, SUPPORT_WORD, coloured, cut_up, solids, standing};
 pub(super) use plan::{Told, plan_sheet, reasons_sheet};
 
 pub(super) const TABLE: Colour = [214, 219, 226];

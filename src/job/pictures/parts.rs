@@ -1,9 +1,12 @@
 //! Parts as they stand on a bed: with what overhangs and what holds it, or in colours of their own.
 
-use super::{OVERHANG, PART, SUPPORT, TABLE};
-use crate::geom::{Angle, Bounds, Vec3, turned_by};
+use std::collections::HashSet;
+
+use super::{KINDS, OVERHANG, PART, SUPPORT, TABLE};
+use crate::geom::{Angle, Bounds, Object, Vec3, turned_by};
 use crate::mesh::{TABLE_GAP_MM, TriangleMesh};
 use crate::orient::{Facets, support_columns};
+use crate::split::Split;
 use crate::view::{Colour, Frame, Sheet, Side, Surface};
 
 const FRAME: f64 = 420.0;
@@ -92,6 +95,63 @@ pub(in crate::job) fn solids(
         frames.push(shot(Side::Below, "from below"));
     }
     Sheet { title: title.to_owned(), side: FRAME, columns: 2, frames, legend, story }
+}
+
+/// A solid as it is with what overhangs, in parts that have colours and names, and the parts a little apart along the way that each is
+/// printed.
+pub(in crate::job) fn cut_up(whole: (&TriangleMesh<Object>, Angle), split: &Split, story: Vec<String>) -> Sheet {
+    let (mesh, angle) = whole;
+    let low = mesh.bounds().min.z;
+    let from = angle.rad().sin();
+    let hangs = |&i: &usize| {
+        let [a, b, c] = mesh.corners(i);
+        let down = mesh.normal(i).is_some_and(|normal| -normal.z > from + 1e-6);
+        down && a.z.max(b.z).max(c.z) - low > TABLE_GAP_MM
+    };
+    let marked: Vec<(usize, Colour)> = (0..mesh.facets().len()).filter(hangs).map(|i| (i, OVERHANG)).collect();
+    let whole = Surface { marked, wanted: true, ..Surface::of(mesh, PART) };
+    let colours: Vec<Colour> = KINDS.into_iter().filter(|colour| *colour != OVERHANG).collect();
+    let in_colour = |id: usize| coloured(&split.parts[id].mesh, colours[id % colours.len()], Some(&split.name(id)));
+    let parts: Vec<Surface> = (0..split.parts.len()).map(in_colour).collect();
+    let shifts = apart(split, 0.15 * mesh.bounds().size().norm());
+    let moved = parts.iter().zip(&shifts).map(|(part, by)| {
+        let points = part.points.iter().map(|p| p + by).collect();
+        Surface { points, ..part.clone() }
+    });
+    let shot = |solids: Vec<Surface>, side: Side, caption: &str| {
+        let points: Vec<Vec3> = solids.iter().flat_map(|surface| surface.points.iter().copied()).collect();
+        let mut bed = bed(&points);
+        // Models are drawn where their file has them.
+        bed.points.iter_mut().for_each(|p| p.z = low);
+        let scope = points.into_iter().chain(bed.points.iter().copied()).collect();
+        let surfaces = std::iter::once(bed).chain(solids).collect();
+        Frame { surfaces, scope, side, caption: vec![caption.to_owned()], ..Frame::default() }
+    };
+    let hanging = !whole.marked.is_empty();
+    let side = if hanging { Side::Below } else { Side::Above };
+    let mut frames = vec![shot(vec![whole], side, if hanging { "as it is, from below" } else { "as it is" })];
+    let mut legend = if hanging { vec![(OVERHANG, "overhangs more than allowed")] } else { vec![] };
+    if parts.len() > 1 {
+        frames.push(shot(parts.clone(), Side::Above, "cut"));
+        frames.push(shot(moved.collect(), Side::Above, "the parts, each moved along the way it is printed"));
+        legend.push((colours[0], "stays on the table"));
+    }
+    Sheet { title: "A solid and its parts".to_owned(), side: FRAME, columns: 3, frames, legend, story }
+}
+
+/// By part: how far it is moved, so that each is `mm` from what it stands on. Both sides of a seam have its vertices bit for bit.
+fn apart(split: &Split, mm: f64) -> Vec<Vec3> {
+    let key = |v: &Vec3| [v.x, v.y, v.z].map(f64::to_bits);
+    let corners: Vec<HashSet<[u64; 3]>> =
+        split.parts.iter().map(|part| part.mesh.vertices().iter().map(key).collect()).collect();
+    let mut shifts: Vec<Vec3> = Vec::new();
+    for (id, part) in split.parts.iter().enumerate() {
+        let shared = |&q: &usize| corners[id].intersection(&corners[q]).count();
+        let below = (0..id).filter(|q| shared(q) > 0).max_by_key(shared);
+        let own = if part.cut.is_some() { part.up * mm } else { Vec3::zeros() };
+        shifts.push(below.map_or(Vec3::zeros(), |q| shifts[q]) + own);
+    }
+    shifts
 }
 
 /// Upright bars of a square cross-section over places in the frame of the picture.

@@ -118,7 +118,7 @@ fn what_cannot_be_cut_is_told_in_a_sentence_and_nothing_is_written() {
         words.iter().for_each(|word| assert!(error.contains(word), "{word:?} not in {error:?}"));
         assert!(!output.exists() && !error.ends_with('.'), "{error}");
     };
-    refused(&tee, &["--max-cuts", "1"], 1, &["after 1 cuts", "of 500.0 mm2", "--allow", "no file was written"]);
+    refused(&tee, &["--max-cuts", "1"], 1, &["after 1 cut:", "of 500.0 mm2", "--allow", "no parts were written"]);
     refused(&tee, &["--max-cuts", "0"], 1, &["no cut helps", "500.0 of 500.0 mm2"]);
     refused(&tee, &["--max-cuts", "101"], 2, &["--max-cuts 101 is out of 0..100"]);
     refused(&tee, &["--allow=-1"], 2, &["--allow -1 mm2 is out of 0..1000000"]);
