@@ -100,7 +100,7 @@ impl PlanArgs {
             },
             table_first: !self.table_later,
             seed: self.seed,
-            place: self.origin.as_deref().map(|text| self.place(text)).transpose()?,
+            place: self.place()?,
             remedies: !self.no_remedies,
             budget: self.budget,
             kept_in: None,
@@ -109,11 +109,13 @@ impl PlanArgs {
     }
 
     /// The place that `--origin` and `--turn` ask for.
-    fn place(&self, text: &str) -> Result<PlaceRequest, Failure> {
+    fn place(&self) -> Result<Option<PlaceRequest>, Failure> {
         let bad =
-            || Failure::Usage(format!("--origin {text}: not two numbers of millimetres; write --origin 12.5,-30"));
-        let origin_mm = numbers(text).ok_or_else(bad)?;
-        Ok(PlaceRequest { origin_mm, turn_deg: self.turn.unwrap_or(0.0) })
+            |text| Failure::Usage(format!("--origin {text}: not two numbers of millimetres; write --origin 12.5,-30"));
+        let origin = self.origin.as_deref();
+        let origin_mm = origin.map(|text| numbers(text).ok_or_else(|| bad(text))).transpose()?;
+        let asked = origin_mm.is_some() || self.turn.is_some();
+        Ok(asked.then(|| PlaceRequest { origin_mm, turn_deg: self.turn.unwrap_or(0.0) }))
     }
 }
 

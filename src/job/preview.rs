@@ -11,7 +11,7 @@ use crate::gcode::marks::made_by;
 use crate::geom::{Machine as MachineFrame, Rigid, Table, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::motion::{Pose, TableKinematics};
-use crate::planning::{Placement, Plan, Reason, Workpiece};
+use crate::planning::{Plan, Reason, Workpiece};
 use crate::profile::Profile;
 use crate::trace;
 use crate::verify::{Job, Report, Room, rooms, verify};
@@ -206,10 +206,7 @@ fn of_plan(file: &str, plan: &CheckedPlan, program: Option<Program>) -> PreviewR
 /// For each part and each thing in its way the nearest miss, the head where it would strike.
 fn of_no_plan(no: Box<NoPlan>, request: &PlanRequest, world: &World<'_>) -> Result<PreviewResult, Error> {
     let loaded = load_profile(&request.machine, world)?;
-    let given = |place: &PlaceRequest| {
-        let [x, y] = place.origin_mm;
-        Placement { origin_mm: [x, y, -no.model.model.bounds.min.z], turn_deg: place.turn_deg }
-    };
+    let given = |place: &PlaceRequest| place.placement(&no.model.model);
     let placement = request.options.place.as_ref().map_or_else(|| Workpiece::centred(&no.model.model), given);
     let workpiece = Workpiece::place(&no.model.model, &placement);
     let mut shown = scene(&no.model.file, &loaded.profile, &workpiece, &[], None);

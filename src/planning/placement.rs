@@ -52,6 +52,11 @@ pub fn centred(model: &Model, profile: &Profile) -> Result<Placement, Misplaced>
     Err(first.unwrap_or(Misplaced::NotOnTable { above_mm: f64::NAN }))
 }
 
+/// The model in the middle of the table, turned by so many degrees about it; whether it fits is not asked.
+pub fn centred_and_turned(model: &Model, turn_deg: f64) -> Placement {
+    turned(&Workpiece::centred(model), model, turn_deg)
+}
+
 /// `plain` turned about the middle of the model's footprint.
 fn turned(plain: &Placement, model: &Model, turn_deg: f64) -> Placement {
     let centre = model.bounds.centre();

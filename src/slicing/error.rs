@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::sliced::{KEEPS, LeftOut};
 use crate::profile::OutOfRange;
+use crate::spelling::counted;
 
 /// Why a slot could not be sliced.
 #[derive(Debug, thiserror::Error)]
@@ -77,8 +78,9 @@ pub enum SliceError {
     },
     /// Between two layers there is one of which nothing can be printed.
     #[error(
-        "`{name}` is narrower than {thinnest_mm:.3} mm at Z {z_mm:.2}: {layers} layers would be missing there, and what stands on them be \
-         printed on air; {KEEPS}"
+        "`{name}` is narrower than {thinnest_mm:.3} mm at Z {z_mm:.2}: {} would be missing there, and what stands above be printed on air; \
+         {KEEPS}",
+        counted(*.layers, "layer")
     )]
     LayerLeftOut {
         /// The job's name.

@@ -213,6 +213,15 @@ fn a_place_is_found_where_the_axes_do_not_reach_from_the_middle() {
     assert!(refused["reasons"].as_array().unwrap().iter().any(|r| r["blocked_by"] == "limits"));
     let there = format!("--origin={},{}", origin[0], origin[1]);
     assert_eq!(plan(&fixture("two-boxes"), &["-m", "fibr3d", &there]).0, 0);
+    // Turned alone: about the middle of the model, which stays in the middle of the table.
+    let (code, document, said) = plan(&fixture("two-boxes"), &["-m", "generic-ac", "--turn=-30"]);
+    assert_eq!(code, 0, "{said}");
+    let (_, straight, _) = plan(&fixture("two-boxes"), &["-m", "generic-ac"]);
+    let [at, plain] = [&document, &straight].map(|d| [0, 1].map(|i| d["placement"]["origin_mm"][i].as_f64().unwrap()));
+    let (sin, cos) = (-30f64).to_radians().sin_cos();
+    let wanted = [plain[0] * cos - plain[1] * sin, plain[0] * sin + plain[1] * cos];
+    assert!((0..2).all(|i| (at[i] - wanted[i]).abs() < 1e-6), "{at:?}, {wanted:?} from {plain:?}");
+    assert_eq!(document["placement"]["turn_deg"], -30.0);
     // A machine that reaches nowhere says so, and that it was proved.
     let folder = folder();
     let low = folder.path().join("low.toml");

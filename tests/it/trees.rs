@@ -166,7 +166,7 @@ fn planned(profile: &Profile, wanted: usize, seed: u64) {
     }
     let bytes = |name: &str, bytes: Vec<u8>| Source::Bytes { name: name.to_owned(), bytes };
     let machine = MachineSource::Toml(bytes("slim.toml", MACHINE.as_bytes().to_vec()));
-    let place = Some(PlaceRequest { origin_mm: [0.0; 2], turn_deg: 0.0 });
+    let place = Some(PlaceRequest { origin_mm: Some([0.0; 2]), turn_deg: 0.0 });
     let options = PlanOptions { place, remedies: false, ..PlanOptions::default() };
     let request = PlanRequest { options, ..PlanRequest::new(ModelSource::from(bytes("tree.stl", stl)), machine) };
     let start = Instant::now();

@@ -183,8 +183,8 @@ pub(in crate::cli) struct PlanArgs {
     /// Where the file's origin comes to lie on the table [default: the model centred; elsewhere if the axes do not reach]
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub(in crate::cli) origin: Option<String>,
-    /// Turn of the model about the table's normal; with --origin
-    #[arg(long, value_name = "DEG", requires = "origin", allow_hyphen_values = true)]
+    /// Turn of the model about the table's normal, about its own middle unless --origin says where it lies
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     pub(in crate::cli) turn: Option<f64>,
     /// Do not look for what would help where there is no plan
     #[arg(long)]

@@ -4,9 +4,12 @@ use std::path::PathBuf;
 
 use crate::geom::{Angle, Vec3};
 use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile};
+use crate::mesh::Model;
 use crate::orient::{Direction, Facets, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
 use crate::overhang::TOLERATE_MM2;
-use crate::planning::{Goal, Options, Placement, Priority, Workpiece, centred, orientations, plannable};
+use crate::planning::{
+    Goal, Options, Placement, Priority, Workpiece, centred, centred_and_turned, orientations, plannable,
+};
 
 /// How to plan; the default is what the command does without flags.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,10 +67,21 @@ const MOST_MM2: f64 = 1e6;
 /// A place on the table; the height is the table's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaceRequest {
-    /// Where the file's origin lies.
-    pub origin_mm: [f64; 2],
+    /// Where the file's origin lies; `None`: the model in the middle.
+    pub origin_mm: Option<[f64; 2]>,
     /// The turn about the table's normal.
     pub turn_deg: f64,
+}
+
+impl PlaceRequest {
+    /// Where `model` stands then.
+    pub(in crate::job) fn placement(&self, model: &Model) -> Placement {
+        let Self { origin_mm, turn_deg } = *self;
+        match origin_mm {
+            Some([x, y]) => Placement { origin_mm: [x, y, -model.bounds.min.z], turn_deg },
+            None => centred_and_turned(model, turn_deg),
+        }
+    }
 }
 
 /// What may hang in words: `PART`, or `PART:MM2`.
@@ -148,8 +162,7 @@ impl PlanAsked {
         let base = match options.place {
             Some(place) => {
                 BadSetting::within("turn", place.turn_deg, " deg", [-360.0, 360.0])?;
-                let [x, y] = place.origin_mm;
-                Placement { origin_mm: [x, y, -model.model.bounds.min.z], turn_deg: place.turn_deg }
+                place.placement(&model.model)
             }
             None => centred(&model.model, &machine.profile)?,
         };

@@ -2,7 +2,7 @@
 
 use super::Line;
 use super::plan::PlannedLayer;
-use super::region::{Region, area_mm2, mm};
+use super::region::{Region, Shape, area_mm2, mm};
 use super::skins::Stack;
 use super::walls::Walled;
 use crate::slicing::{LeftOut, SliceError};
@@ -12,7 +12,23 @@ const WORTH_TELLING_MM2: f64 = 0.05;
 /// More of a part's volume than this may not be missing: what is printed is another part.
 pub(super) const MOST_LEFT_OUT: f64 = 0.05;
 
-/// What was left out, if anything worth telling.
+/// What stands on a layer of which nothing is printed may be left out with it up to this volume, mm³: the crumb above a neck, as where a
+/// cut through a round part leaves a point.
+const CRUMB_MM3: f64 = 1.0;
+
+/// The layers that are printed: those up to a gap, where what stands above it is a crumb; else all.
+pub(super) fn without_crumb(stack: &Stack<'_>, layers: &mut [PlannedLayer<'_>], line: &Line) -> usize {
+    let first = layers.iter().position(|layer| !layer.islands.is_empty()).unwrap_or(0);
+    let Some(gap) = (first..layers.len()).find(|&at| layers[at].islands.is_empty()) else { return layers.len() };
+    let above_mm2: f64 = stack.outlines[gap..].iter().map(area_mm2).sum();
+    if above_mm2 * line.height_mm > CRUMB_MM3 {
+        return layers.len();
+    }
+    layers[gap..].iter_mut().for_each(|layer| layer.islands.clear());
+    gap
+}
+
+/// What was left out, if anything worth telling; all of it from layer `end` on.
 ///
 /// # Errors
 ///
@@ -22,7 +38,7 @@ pub(super) fn left_out(
     name: &str,
     stack: &Stack<'_>,
     walls: &[Vec<Walled>],
-    layers: &[PlannedLayer<'_>],
+    (layers, end): (&[PlannedLayer<'_>], usize),
     line: &Line,
 ) -> Result<Option<LeftOut>, SliceError> {
     let (name, thinnest_mm) = (name.to_owned(), line.thinnest_mm());
@@ -35,8 +51,12 @@ pub(super) fn left_out(
     let (mut area, mut lost, mut missing, mut largest) = (0.0, 0.0, 0, (0.0, [0.0; 3]));
     for at in 0..layers.len() {
         area += area_mm2(&stack.outlines[at]);
-        let pieces = walls[stack.same_as[at]].iter().flat_map(|island| &island.lost);
-        let areas: Vec<(f64, [f64; 2])> = pieces.map(|shape| measured(&vec![shape.clone()])).collect();
+        let pieces: Vec<&Shape> = if at < end {
+            walls[stack.same_as[at]].iter().flat_map(|island| &island.lost).collect()
+        } else {
+            stack.outlines[at].iter().collect()
+        };
+        let areas: Vec<(f64, [f64; 2])> = pieces.into_iter().map(|shape| measured(&vec![shape.clone()])).collect();
         let here: f64 = areas.iter().map(|(area, _)| area).sum();
         if here <= WORTH_TELLING_MM2 {
             continue;

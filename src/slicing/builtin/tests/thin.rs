@@ -78,6 +78,17 @@ fn what_is_too_thin_for_any_bead_is_told_and_too_much_of_it_refused() {
         together(&[frustum(&square(2.0), &square(0.05), 0.0, 10.0), frustum(&square(0.05), &square(2.0), 10.0, 20.0)]);
     let text = refused(&glass).to_string();
     assert!(text.contains("at Z 9.80: 4 layers would be missing") && text.contains("on air"), "{text}");
+    // With a head of 0.53 mm3 it ends below the neck, and that is told.
+    let bottom = frustum(&square(2.0), &square(0.05), 0.0, 10.0);
+    let crumb = together(&[bottom.clone(), frustum(&square(0.05), &square(0.6), 10.0, 11.0)]);
+    let Sliced { gcode, flaws } = slice(&crumb, &SliceSettings::default(), &job()).unwrap();
+    let [Flaw::LeftOut(left)] = &flaws[..] else { panic!("{flaws:?}") };
+    let highest = extrusions(&gcode).iter().map(|line| line.to[2]).fold(0.0, f64::max);
+    assert!((highest - 9.6).abs() < 1e-6 && left.layers == 4, "{highest}, {left:?}");
+    // Layers with less than 0.05 mm2 are not counted.
+    assert!((0.5..0.54).contains(&left.volume_mm3) && left.at_mm[2] > 10.9, "{left:?}");
+    let large = together(&[bottom, frustum(&square(0.05), &square(0.8), 10.0, 11.5)]);
+    assert!(refused(&large).to_string().contains("would be missing"));
 }
 
 #[test]
