@@ -174,6 +174,10 @@ python_package() {
     timeout -k 20 300 "$place/venv/bin/python" -m pip install --quiet --disable-pip-version-check "$place"/*.whl </dev/null || return 1
     "$place/venv/bin/python" python/examples/first_print.py "$place/example" || return 1
     TRUNNION="$folder/debug/trunnion" timeout -k 20 900 "$place/venv/bin/python" -m unittest discover -s python/tests || return 1
+    # Ray comes after all that the package does without it.
+    timeout -k 20 600 "$place/venv/bin/python" -m pip install --quiet --disable-pip-version-check ray==2.60.0 </dev/null ||
+        echo "SKIPPED: Ray could not be installed"
+    timeout -k 20 600 "$place/venv/bin/python" python/tests/check_ray.py "$place/ray" || return 1
 }
 if [ -x .venv/bin/python ] && .venv/bin/python -c 'import maturin' 2>/dev/null; then
     ! cargo fmt --version >/dev/null 2>&1 || step "format of the Python package" cargo fmt --check --manifest-path python/Cargo.toml
