@@ -147,6 +147,62 @@ class Documents(Folder):
                     self.assertEqual(made[0].read_bytes(), made[1].read_bytes())
                     made[0].unlink(), made[1].unlink()
 
+    def test_each_keyword_is_its_flag(self):
+        """A result or a failure, whatever the command makes of the same flag."""
+        cube, hook, tree, caged = (fixture(name) for name in ("cube", "hook", "y-tree", "caged"))
+        config = self.folder / "builtin.ini"
+        config.write_text("layer_height = 0.3\nfill_density = 40%\n")
+        gap = str(self.folder / "gap.3mf")
+        trunnion.Model.from_meshes({"base": box((0, 0, 0), (20, 20, 10)), "arm": box((5, 5, 10.1), (15, 15, 22))}).write(gap)
+        prepare = {"slicer": "builtin"}
+        cases = [
+            ("plan", tree, {"base": 0}, ["--base", "0"]),
+            ("plan", tree, {"base": 1}, ["--base", "1"]),
+            ("plan", gap, {}, []),
+            ("plan", gap, {"snap_mm": 0}, ["--snap", "0"]),
+            ("plan", tree, {"join": True}, ["--join"]),
+            ("plan", tree, {"budget": 1}, ["--budget", "1"]),
+            ("plan", tree, {"method": "grid", "orient_by": "staircase"}, ["--method", "grid", "--orient-by", "staircase"]),
+            ("plan", tree, {"slots": "only-single"}, ["--slots", "only-single"]),
+            ("plan", tree, {"unit": "cm"}, ["--unit", "cm"]),
+            ("plan", tree, {"repair": True}, ["--repair"]),
+            ("plan", cube, {"up": "auto"}, ["--up", "auto"]),
+            ("plan", cube, {"up": (1, 2, 2)}, ["--up", "1,2,2"]),
+            ("plan", hook, {"supports": "auto"}, ["--supports", "auto"]),
+            ("plan", fixture("two-boxes"), {"origin_mm": (-15, 0)}, ["--origin=-15,0"]),
+            ("plan", fixture("two-boxes"), {"origin_mm": (-15, 0), "remedies": False}, ["--origin=-15,0", "--no-remedies"]),
+            ("plan", caged, {"allow": {0: None}}, ["--allow", "0"]),
+            ("prepare", hook, {**prepare, "split": "never", "supports": "never"}, ["--split", "never", "--supports", "never"]),
+            ("prepare", hook, {**prepare, "split": "never"}, ["--split", "never"]),
+            ("prepare", cube, {**prepare, "slicer_config": [config]}, ["--slicer-config", config]),
+            ("prepare", cube, {**prepare, "bed": "120x110", "slicer_timeout_s": 20}, ["--bed", "120x110", "--slicer-timeout", "20"]),
+            ("prepare", cube, {**prepare, "bed": "12x11"}, ["--bed", "12x11"]),
+            ("split", hook, {"up": (1, 0, 0), "allow_mm2": 60}, ["--up", "1,0,0", "--allow", "60"]),
+            ("split", hook, {"up": "auto", "overhang_deg": 60}, ["--up", "auto", "--overhang", "60"]),
+            ("split", hook, {"bridge_mm": 3, "tolerate_mm2": 9, "allow_mm2": 70}, ["--bridge", "3", "--tolerate", "9", "--allow", "70"]),
+        ]  # fmt: skip
+        documents = set()
+        for verb, model, keywords, flags in cases:
+            with self.subTest(verb=verb, flags=flags):
+                out = self.folder / "out.3mf"
+                more = {"plan": [], "split": ["-o", out], "prepare": ["--slicer", "builtin", "-o", out]}[verb]
+                machine = "open5x-prusa" if "two-boxes" in model else "generic-ac"
+                code, document, said = command(verb, model, "-m", machine, *more, *flags)
+                try:
+                    if verb != "plan":
+                        keywords = {**keywords, "output": out}
+                    answer = (0, getattr(trunnion, verb)(model, machine, **keywords).to_dict())
+                except trunnion.TrunnionError as error:
+                    answer = (error.exit, error.to_dict())
+                self.assertEqual(answer[0], code, said)
+                if "error" in (document or {}):
+                    # The command says how the setting is called there.
+                    self.assertEqual(document["error"].removeprefix("--"), answer[1]["error"])
+                else:
+                    self.same(answer[1], document)
+                documents.add(json.dumps(untimed(answer[1])))
+        self.assertGreater(len(documents), len(cases) - 4)
+
     def test_no_plan(self):
         code, document, _ = command("plan", fixture("caged"), "-m", "generic-ac")
         with self.assertRaises(trunnion.NoPlanError) as caught:
