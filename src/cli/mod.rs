@@ -29,7 +29,7 @@ mod why;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 use args::{Args, Verb};
 pub(crate) use failure::Failure;
@@ -55,6 +55,11 @@ fn told(error: &clap::Error) -> std::io::Result<()> {
         Some((words, ours)) => std::io::stderr().write_all(text.replace(words, ours).as_bytes()),
         None => error.print(),
     }
+}
+
+/// The command with all its flags: what completions and manual pages are made of.
+pub fn command() -> clap::Command {
+    Args::command()
 }
 
 /// Runs the command and says how it went.
