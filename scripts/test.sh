@@ -162,8 +162,8 @@ fi
 step "tests" cargo test --locked --no-fail-fast -- --show-output
 RUSTDOCFLAGS="${RUSTDOCFLAGS:-} -D warnings" step "documentation" cargo doc --locked --no-deps
 
-# The Python package as its users get it: a wheel in surroundings of its own, the example, its tests beside the command built above. The
-# main package's own build is taken as it is, so that this costs little more than the bindings.
+# The Python package as its users get it: a wheel in surroundings of its own, the example, its tests beside the command built above. Most
+# of what the main package's tests have built is taken as it is; the library itself is compiled once more, with fewer features of clap.
 python_package() {
     local folder
     folder="${CARGO_TARGET_DIR:-$PWD/target}"

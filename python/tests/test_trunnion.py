@@ -526,6 +526,8 @@ class Watched(Folder):
         def stop(progress):
             stop.left -= 1
             if not stop.left:
+                # A job that did not wait would be done meanwhile.
+                time.sleep(2)
                 raise Stopped
 
         stop.left = len(seen)
