@@ -132,6 +132,7 @@ python_environment
 from_registry octoprint 600 "OctoPrint (its virtual printer)" OctoPrint==1.11.8
 from_registry trimesh 300 "numpy and trimesh (first layers and tipping angles with other code)" numpy trimesh
 from_registry scipy 300 "scipy (a witness for the least squares of calibration)" numpy scipy
+from_registry maturin 300 "maturin (builds the Python package)" "maturin>=1.8,<2"
 from_registry ortools 300 "OR-tools (a witness for the costs of supports and for packings)" ortools==9.15.6755
 if [ -d .venv/bin ]; then
     export PATH="$PWD/.venv/bin:$PATH"
@@ -161,6 +162,33 @@ fi
 step "tests" cargo test --locked --no-fail-fast -- --show-output
 RUSTDOCFLAGS="${RUSTDOCFLAGS:-} -D warnings" step "documentation" cargo doc --locked --no-deps
 
+# The Python package as its users get it: a wheel in surroundings of its own, the example, its tests beside the command built above. Most
+# of what the main package's tests have built is taken as it is; the library itself is compiled once more, with fewer features of clap.
+python_package() {
+    local folder
+    folder="${CARGO_TARGET_DIR:-$PWD/target}"
+    local place="$folder/python-package"
+    rm -rf "$place" && mkdir -p "$place/example" || return 1
+    CARGO_TARGET_DIR=$folder maturin build --profile dev --strip --locked -m python/Cargo.toml -i .venv/bin/python --out "$place" || return 1
+    python3 -m venv "$place/venv" || return 1
+    timeout -k 20 300 "$place/venv/bin/python" -m pip install --quiet --disable-pip-version-check "$place"/*.whl </dev/null || return 1
+    "$place/venv/bin/python" python/examples/first_print.py "$place/example" || return 1
+    TRUNNION="$folder/debug/trunnion" timeout -k 20 900 "$place/venv/bin/python" -m unittest discover -s python/tests || return 1
+    # Ray comes after all that the package does without it.
+    timeout -k 20 600 "$place/venv/bin/python" -m pip install --quiet --disable-pip-version-check ray==2.60.0 </dev/null ||
+        echo "SKIPPED: Ray could not be installed"
+    timeout -k 20 600 "$place/venv/bin/python" python/tests/check_ray.py "$place/ray" || return 1
+}
+if [ -x .venv/bin/python ] && .venv/bin/python -c 'import maturin' 2>/dev/null; then
+    ! cargo fmt --version >/dev/null 2>&1 || step "format of the Python package" cargo fmt --check --manifest-path python/Cargo.toml
+    ! cargo clippy --version >/dev/null 2>&1 ||
+        CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}" step "lints of the Python package" \
+            cargo clippy --locked --manifest-path python/Cargo.toml -- -D warnings
+    step "Python package" python_package
+else
+    skip "the Python package was not built: maturin is not there"
+fi
+
 # The first line that is no trace message of what the command prints.
 first_line() {
     { "$@" 2>/dev/null || true; } </dev/null |
@@ -188,12 +216,14 @@ took_part Python 'python3 --version' 'python3 --version'
 took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
 took_part trimesh 'python3 -c "import trimesh"' 'python3 -c "import trimesh; print(trimesh.__version__)"'
 took_part scipy 'python3 -c "import scipy"' 'python3 -c "import scipy; print(scipy.__version__)"'
+took_part maturin 'maturin --version' 'maturin --version'
 took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
 took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'
 passed=$(awk '/^test result:/ { n += $4 } END { print n + 0 }' "$log")
 broken=$(awk '/^test result:/ { n += $6 } END { print n + 0 }' "$log")
 ignored=$(awk '/^test result:/ { n += $8 } END { print n + 0 }' "$log")
 echo "tests: $passed passed, $broken failed, $ignored ignored"
+awk '/^Ran [0-9]+ tests? in / { n += $2 } END { print "tests of the Python package: " n + 0 " run" }' "$log"
 echo "left out:"
 {
     for one in ${skipped[@]+"${skipped[@]}"}; do echo "SKIPPED: $one"; done

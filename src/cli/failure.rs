@@ -1,9 +1,8 @@
 //! Everything that can go wrong, in the command's words, and the exit code that says so.
 
+use crate::document;
 use crate::job::{self, BadSetting, interrupts};
-use crate::planning::Infeasible;
 use crate::publish::BadInput;
-use crate::slicing::SliceError;
 
 /// Why a verb did not do its work.
 #[derive(Debug, thiserror::Error)]
@@ -61,31 +60,8 @@ impl Failure {
         match self {
             Self::Findings(_) => 1,
             Self::Interrupted => interrupts::EXIT_CODE,
-            Self::Job(error) => exit_code_of(error),
+            Self::Job(error) => document::exit_code(error),
             _ => 2,
         }
-    }
-}
-
-fn exit_code_of(error: &job::Error) -> u8 {
-    match error {
-        job::Error::Rejected(_)
-        | job::Error::Unfit { .. }
-        | job::Error::Calibration(_)
-        | job::Error::NoDryRun { .. } => 1,
-        job::Error::Publish(_) | job::Error::Port(_) | job::Error::Printer(_) | job::Error::Refused { .. } => 4,
-        job::Error::Infeasible(why) => answer_is_no(why),
-        job::Error::NoPlan(no) => answer_is_no(&no.infeasible),
-        job::Error::Slice(SliceError::Interrupted) => interrupts::EXIT_CODE,
-        job::Error::Slice(error) if error.is_slicer_failure() => 3,
-        _ => 2,
-    }
-}
-
-/// 1 where a plan was looked for and there is none, 2 where planning could not begin.
-fn answer_is_no(why: &Infeasible) -> u8 {
-    match why {
-        Infeasible::NoPlan { .. } | Infeasible::NoPlace { .. } | Infeasible::Budget { .. } => 1,
-        _ => 2,
     }
 }

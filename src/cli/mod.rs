@@ -29,7 +29,7 @@ mod why;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 use args::{Args, Verb};
 pub(crate) use failure::Failure;
@@ -46,10 +46,20 @@ const REFUSED: [(&str, &str); 4] = [
 /// Prints what is wrong with the arguments, or the help that was asked for.
 fn told(error: &clap::Error) -> std::io::Result<()> {
     let text = error.render().to_string();
+    if error.use_stderr() && std::env::args_os().any(|word| word == "--json") {
+        let first = text.lines().next().unwrap_or_default();
+        let document = crate::document::failed(first.strip_prefix("error: ").unwrap_or(first), 2);
+        writeln!(std::io::stdout(), "{document}")?;
+    }
     match REFUSED.iter().find(|(words, _)| error.use_stderr() && text.contains(words)) {
         Some((words, ours)) => std::io::stderr().write_all(text.replace(words, ours).as_bytes()),
         None => error.print(),
     }
+}
+
+/// The command with all its flags: what completions and manual pages are made of.
+pub fn command() -> clap::Command {
+    Args::command()
 }
 
 /// Runs the command and says how it went.
@@ -85,6 +95,7 @@ pub fn run() -> ExitCode {
         Verb::Simulate(verb) => simulate::run(&verb, &console),
         Verb::Profile(verb) => profile::run(&verb, &console),
     });
+    done.as_ref().err().into_iter().for_each(|failure| console.failed(failure));
     // What the verb itself says comes first.
     let failures = [done, console.end()].map(Result::err);
     failures.iter().flatten().for_each(|failure| progress::error(&failure.to_string()));

@@ -2,8 +2,6 @@
 
 use std::ops::RangeInclusive;
 
-use serde_json::{Value, json};
-
 use super::args::Orient as Verb;
 use super::requests::{claim_picture, outputs};
 use super::{Console, Failure};
@@ -27,8 +25,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     drawn.map(|drawn| drawn.write(&done.landscape(part))).transpose()?;
     viewed.map(|viewed| viewed.write(&done.view(part))).transpose()?;
     if console.json() {
-        let parts: Vec<Value> = done.parts.iter().map(document::oriented).collect();
-        console.document(&json!({"model": args.model.model.display().to_string(), "parts": parts}));
+        console.document(&document::orientations(&args.model.model.display().to_string(), &done));
     } else {
         console.result(&done.parts.iter().map(text::oriented).collect::<String>());
     }

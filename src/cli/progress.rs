@@ -1,12 +1,13 @@
 //! What the user sees while waiting: a bar on a terminal after a second, nothing in a pipe.
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::io::{Error, ErrorKind, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
+use crate::document;
 use crate::job::{Bar, Installed, OutputFile, Progress, World, interrupts};
 
 /// The terminal, as the flags have set it.
@@ -16,6 +17,8 @@ pub(crate) struct Console {
     verbose: bool,
     /// The first result that did not arrive.
     lost: OnceCell<Error>,
+    /// Whether stdout has had anything.
+    spoke: Cell<bool>,
 }
 
 /// A bar comes only where the work takes longer than this.
@@ -23,7 +26,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Console {
     pub(super) fn new(json: bool, quiet: bool, verbose: bool) -> Self {
-        Self { json, quiet, verbose, lost: OnceCell::new() }
+        Self { json, quiet, verbose, lost: OnceCell::new(), spoke: Cell::new(false) }
     }
 
     /// Whether results are one JSON document.
@@ -34,6 +37,7 @@ impl Console {
     /// A result, on stdout. A reader that has gone away is no error; any other is kept for [`Console::end`], since a
     /// print goes on whatever becomes of the screen.
     pub(crate) fn result(&self, text: &str) {
+        self.spoke.set(true);
         if let Err(error) = writeln!(std::io::stdout(), "{}", text.trim_end()) {
             self.lose(error);
         }
@@ -63,6 +67,13 @@ impl Console {
     /// A result as JSON, on stdout.
     pub(crate) fn document(&self, value: &serde_json::Value) {
         self.result(&serde_json::to_string_pretty(value).unwrap_or_default());
+    }
+
+    /// Why a verb did not do its work: on stdout too where scripts read that and have read nothing yet.
+    pub(super) fn failed(&self, failure: &Failure) {
+        if self.json && !self.spoke.get() {
+            self.result(&document::failed(&failure.to_string(), failure.exit_code()).to_string());
+        }
     }
 
     /// A step that is done, on stderr.

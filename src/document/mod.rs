@@ -10,6 +10,7 @@
 
 mod batched;
 mod calibrated;
+mod failed;
 mod model;
 mod oriented;
 mod packed;
@@ -24,8 +25,9 @@ mod viewed;
 
 pub use batched::{batch, batched};
 pub use calibrated::{calibrated, poses};
+pub use failed::{exit_code, failed};
 pub use model::{inspected, split};
-pub use oriented::{figures, oriented};
+pub use oriented::{figures, orientations, oriented};
 pub use packed::packed;
 pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;

@@ -3,8 +3,13 @@
 use serde_json::{Value, json};
 
 use super::priced::{plain, recommendation};
-use crate::job::{Compared, Oriented, OrientedPart};
+use crate::job::{Compared, OrientResult, Oriented, OrientedPart};
 use crate::orient::{Minimum, Stop, to_angles};
+
+/// `trunnion orient`: the model as it was given, and its parts.
+pub fn orientations(model: &str, done: &OrientResult) -> Value {
+    json!({"model": model, "parts": done.parts.iter().map(oriented).collect::<Vec<_>>()})
+}
 
 /// `trunnion orient`, one part: the minima of each objective, what is proved of them, figures beside each other.
 pub fn oriented(part: &OrientedPart) -> Value {

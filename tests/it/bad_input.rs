@@ -116,6 +116,29 @@ fn an_object_without_a_plan_says_why_with_numbers() {
     assert!(document["reasons"].as_array().unwrap().iter().any(reach), "{document}");
 }
 
+/// Scripts read stdout: an error is one document there, on one line, with the sentence of stderr and the exit code; what has a document of its own
+/// (findings, reasons) has only that.
+#[test]
+fn an_error_is_a_document_too() {
+    let missing = folder().path().join("none.stl").display().to_string();
+    let cases: [&[&str]; 5] = [
+        &["inspect", &missing],
+        &["plan", &fixture("cube"), "-m", "generic-a"],
+        &["plan", &fixture("cube"), "-m", "generic-ac", "--overhang", "100"],
+        &["plan", &fixture("cube"), "--overhang"],
+        &["send", &missing, "--port", "none", "-m", "generic-ac", "--unverified"],
+    ];
+    for args in cases {
+        let run = trunnion().args(args).arg("--json").output().unwrap();
+        let document: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap_or_else(|_| panic!("{args:?}"));
+        let error = document["error"].as_str().unwrap();
+        assert!(said(&run).contains(&format!("error: {error}")) && !error.contains('\n'), "{args:?}: {document}");
+        assert_eq!((document["exit"].as_i64(), run.status.code()), (Some(2), Some(2)), "{args:?}");
+        let silent = trunnion().args(args).output().unwrap();
+        assert!(silent.stdout.is_empty(), "{args:?}");
+    }
+}
+
 #[test]
 fn a_file_in_metres_is_read_with_a_warning() {
     let folder = folder();

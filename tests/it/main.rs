@@ -31,6 +31,7 @@ mod orient_numpy;
 mod orient_sample;
 mod orient_size;
 mod own_settings;
+mod packages;
 mod packing;
 mod pictures;
 mod pipeline;

@@ -1,0 +1,116 @@
+//! What Python gives, as plain values: each that is none of its kind is refused by name, with what was given.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::{PyBool, PyDict};
+use trunnion::job::{MachineSource, ModelSource, Source};
+use trunnion::mesh::Unit;
+
+use crate::trouble::Trouble;
+
+/// A file's name and, where it is in hand, its content.
+pub(crate) type Named = (String, Option<PyBackedBytes>);
+
+/// A file, or what would be in one.
+pub(crate) fn source((name, bytes): Named) -> Source {
+    match bytes {
+        Some(bytes) => Source::Bytes { name, bytes: bytes.to_vec() },
+        None => Source::File(PathBuf::from(name)),
+    }
+}
+
+/// A machine's profile: a word as on the command line, or TOML in hand that goes by that word.
+pub(crate) fn machine((word, toml): Named) -> MachineSource {
+    match toml {
+        Some(_) => MachineSource::Toml(source((word, toml))),
+        None => MachineSource::from(word.as_str()),
+    }
+}
+
+/// Keyword arguments; one that is not there, or is `None`, is left to the command's own default.
+pub(crate) struct Given<'py>(pub(crate) Bound<'py, PyDict>);
+
+impl<'py> Given<'py> {
+    /// As it is.
+    pub(crate) fn any(&self, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(self.0.get_item(name)?.filter(|value| !value.is_none()))
+    }
+
+    /// What `read` makes of it.
+    pub(crate) fn of<T>(
+        &self,
+        name: &str,
+        what: &str,
+        read: impl Fn(&Bound<'py, PyAny>) -> Option<T>,
+    ) -> PyResult<Option<T>> {
+        let Some(value) = self.any(name)? else { return Ok(None) };
+        let refused = || {
+            let shown = value.repr().map_or_else(|_| "it".to_owned(), |text| text.to_string());
+            Trouble::input(format!("{name} {shown:.60} is not {what}")).raised(value.py())
+        };
+        // `True` is a number to Python, and never meant as one.
+        let is_flag = value.is_instance_of::<PyBool>() && what != FLAG;
+        if is_flag { Err(refused()) } else { read(&value).map(Some).ok_or_else(refused) }
+    }
+
+    pub(crate) fn number(&self, name: &str) -> PyResult<Option<f64>> {
+        self.of(name, "a finite number", |value| value.extract().ok().filter(|v: &f64| v.is_finite()))
+    }
+
+    pub(crate) fn count(&self, name: &str) -> PyResult<Option<usize>> {
+        self.of(name, "a whole number from 0 on", |value| value.extract().ok())
+    }
+
+    pub(crate) fn flag(&self, name: &str) -> PyResult<bool> {
+        Ok(self.of(name, FLAG, |value| value.extract().ok())?.unwrap_or(false))
+    }
+
+    pub(crate) fn text(&self, name: &str) -> PyResult<Option<String>> {
+        self.of(name, "a text", |value| value.extract().ok())
+    }
+
+    pub(crate) fn texts(&self, name: &str) -> PyResult<Option<Vec<String>>> {
+        self.of(name, "a list of texts", |value| value.extract().ok())
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PyResult<Option<PathBuf>> {
+        self.of(name, "a path", |value| value.extract().ok())
+    }
+
+    pub(crate) fn paths(&self, name: &str) -> PyResult<Vec<PathBuf>> {
+        Ok(self.of(name, "a list of paths", |value| value.extract().ok())?.unwrap_or_default())
+    }
+
+    /// One of `words` by its place in them.
+    pub(crate) fn word(&self, name: &str, words: &[&str]) -> PyResult<usize> {
+        let what = format!("one of {}", words.join(", "));
+        let place = |value: &Bound<'_, PyAny>| {
+            let text: String = value.extract().ok()?;
+            words.iter().position(|word| *word == text)
+        };
+        Ok(self.of(name, &what, place)?.unwrap_or(0))
+    }
+
+    pub(crate) fn vector<const N: usize>(&self, name: &str) -> PyResult<Option<[f64; N]>> {
+        let read = |value: &Bound<'_, PyAny>| {
+            let all: Vec<f64> = value.try_iter().ok()?.map(|v| v.ok()?.extract().ok()).collect::<Option<_>>()?;
+            all.try_into().ok().filter(|v: &[f64; N]| v.iter().all(|v| v.is_finite()))
+        };
+        self.of(name, &format!("{N} finite numbers"), read)
+    }
+
+    pub(crate) fn named(&self, name: &str) -> PyResult<Option<Named>> {
+        self.of(name, "a name with its content", |value| value.extract().ok())
+    }
+
+    /// The model, with how to read it.
+    pub(crate) fn model(&self, model: Named) -> PyResult<ModelSource> {
+        let unit = self.text("unit")?.map(|text| text.parse::<Unit>()).transpose();
+        let unit = unit.map_err(|error| Trouble::input(error.to_string()).raised(self.0.py()))?;
+        Ok(ModelSource { source: source(model), unit, repair: self.flag("repair")? })
+    }
+}
+
+const FLAG: &str = "True or False";

@@ -1,0 +1,49 @@
+//! Why a call was not done, on its way to an exception of Python's (`trunnion/errors.py`).
+
+use pyo3::prelude::*;
+use serde_json::Value;
+use trunnion::document;
+use trunnion::job::Error;
+use trunnion::planning::can_be_helped;
+
+/// A failure in values that may go from one thread to another.
+pub(crate) struct Trouble {
+    /// One sentence.
+    text: String,
+    /// The command's exit code.
+    exit: u8,
+    /// The document that the command prints for it.
+    document: String,
+}
+
+impl Trouble {
+    /// A failure with a document that says more than its sentence.
+    pub(crate) fn with(text: String, exit: u8, document: &Value) -> Self {
+        Self { text, exit, document: document.to_string() }
+    }
+
+    /// What was given cannot be.
+    pub(crate) fn input(text: String) -> Self {
+        let document = document::failed(&text, 2);
+        Self::with(text, 2, &document)
+    }
+
+    /// As an exception; where even that cannot be made, why.
+    pub(crate) fn raised(self, py: Python<'_>) -> PyErr {
+        let make =
+            || py.import("trunnion.errors")?.getattr("from_document")?.call1((self.text, self.exit, self.document));
+        make().map_or_else(|error| error, PyErr::from_value)
+    }
+}
+
+impl From<Error> for Trouble {
+    fn from(error: Error) -> Self {
+        let (text, exit) = (error.to_string(), document::exit_code(&error));
+        let document = match &error {
+            Error::NoPlan(no) if can_be_helped(&no.infeasible) => document::no_plan(no),
+            Error::Rejected(no) => document::rejected(no),
+            _ => document::failed(&text, exit),
+        };
+        Self::with(text, exit, &document)
+    }
+}

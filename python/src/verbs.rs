@@ -1,0 +1,398 @@
+//! The verbs: arguments to requests, results to documents. Files are claimed before the work and written after it, as the command does.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::{Value, json};
+use trunnion::document;
+use trunnion::job::{
+    self, Arrangement, Cutting, Error, MachineSource, ModelSource, OrientOptions, OrientRequest, OutputFile, Outputs,
+    PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PrepareRequest, SlicingOptions,
+    SplitOptions, SplitRequest, Standing, Supporting, VerifyRequest, WaysOut, World,
+};
+use trunnion::planning::Priority;
+
+use crate::given::{Given, Named, machine, source};
+use crate::run::run;
+use crate::trouble::Trouble;
+
+/// A document, and what the call made beside it, by name.
+type Made = (String, Vec<(&'static str, Vec<u8>)>);
+
+/// What every verb is given: where its words go, and its keyword arguments.
+struct Call<'py> {
+    told: Bound<'py, PyAny>,
+    given: Given<'py>,
+    threads: usize,
+}
+
+impl<'py> Call<'py> {
+    fn of(told: Bound<'py, PyAny>, given: Bound<'py, PyDict>) -> PyResult<Self> {
+        let given = Given(given);
+        let threads = given.count("threads")?.unwrap_or(0);
+        Ok(Self { told, given, threads })
+    }
+
+    /// The work on its own thread.
+    fn run(&self, work: impl FnOnce(&World<'_>) -> Result<Made, Trouble> + Send + 'static) -> PyResult<Made> {
+        run(&self.told, self.threads, work)
+    }
+}
+
+fn text(document: &Value) -> String {
+    serde_json::to_string_pretty(document).unwrap_or_default()
+}
+
+/// The files that a call reads.
+fn read<'a>(models: impl IntoIterator<Item = &'a ModelSource>, machine: Option<&'a MachineSource>) -> Outputs {
+    let models = models.into_iter().filter_map(|model| model.source.path());
+    Outputs::new(models.chain(machine.and_then(MachineSource::path)))
+}
+
+fn claim(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile>, Error> {
+    path.map(|path| outputs.claim(path)).transpose()
+}
+
+fn picture(name: &'static str, path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<PictureFile>, Error> {
+    path.map(|path| PictureFile::claim(name, path, outputs)).transpose()
+}
+
+/// A call that was cancelled ends here, before it writes.
+fn before_writing(world: &World<'_>) {
+    let _ = world.clock.now();
+}
+
+#[pyfunction]
+pub(crate) fn inspect(model: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDict>) -> PyResult<Made> {
+    let call = Call::of(told, given)?;
+    let model = call.given.model(model)?;
+    call.run(move |world| {
+        let loaded = job::load_model(&model, world)?;
+        Ok((text(&document::inspected(&loaded.model)), Vec::new()))
+    })
+}
+
+#[pyfunction]
+pub(crate) fn orient(model: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDict>) -> PyResult<Made> {
+    let call = Call::of(told, given)?;
+    let given = &call.given;
+    let usual = OrientOptions::default();
+    let options = OrientOptions {
+        objectives: given.texts("objective")?.unwrap_or(usual.objectives),
+        method: given.text("method")?.unwrap_or(usual.method),
+        budget: given.count("budget")?,
+        seed: given.count("seed")?.map_or(usual.seed, |seed| seed as u64),
+        overhang_deg: given.number("overhang_deg")?.unwrap_or(usual.overhang_deg),
+        layer_mm: given.number("layer_mm")?,
+        machine: given.named("profile")?.map(machine),
+        up: given.vector("up")?,
+        resolution_mm: given.number("resolution_mm")?,
+        contact_mm2: given.number("contact_area_min_mm2")?,
+        compare: given.flag("compare")?,
+    };
+    let numbers: Option<Vec<usize>> = given.of("parts", "a list of part numbers", |all| all.extract().ok())?;
+    let parts = match (numbers, given.flag("whole")?) {
+        (Some(numbers), _) => PartChoice::Numbered(numbers.into_iter().map(|part| part..=part).collect()),
+        (None, true) => PartChoice::Whole,
+        (None, false) => PartChoice::Each,
+    };
+    let [output, landscape, view] = [given.path("output")?, given.path("landscape")?, given.path("view")?];
+    let only_one = landscape.is_some() || view.is_some();
+    let request = OrientRequest { model: given.model(model)?, parts, only_one, options };
+    call.run(move |world| {
+        let mut outputs = read([&request.model], None);
+        let file = claim(output.as_deref(), &mut outputs)?;
+        let drawn = picture("landscape", landscape.as_deref(), &mut outputs)?;
+        let viewed = picture("view", view.as_deref(), &mut outputs)?;
+        let done = job::orient(&request, world)?;
+        before_writing(world);
+        let part = &done.parts[0];
+        if let Some(file) = &file {
+            let as_3mf = file.path().extension().is_some_and(|end| end.eq_ignore_ascii_case("3mf"));
+            file.write(&done.upright(as_3mf))?;
+        }
+        drawn.map(|drawn| drawn.write(&done.landscape(part))).transpose()?;
+        viewed.map(|viewed| viewed.write(&done.view(part))).transpose()?;
+        Ok((text(&document::orientations(&request.model.source.name(), &done)), Vec::new()))
+    })
+}
+
+/// Which way the model stands.
+fn standing(given: &Given<'_>) -> PyResult<Standing> {
+    if let Some(part) = given.count("base")? {
+        return Ok(Standing::On(part));
+    }
+    if given.any("up")?.is_some_and(|up| up.extract::<String>().is_ok_and(|word| word == "auto")) {
+        return Ok(Standing::Recommended);
+    }
+    Ok(given.vector("up")?.map_or(Standing::AsDrawn, Standing::Up))
+}
+
+fn arrangement(given: &Given<'_>, file: Option<&Path>) -> PyResult<Arrangement> {
+    let usual = Arrangement::default();
+    let beside: Vec<(Named, usize)> =
+        given.of("beside", "a list of models with their copies", |all| all.extract().ok())?.unwrap_or_default();
+    let beside = beside.into_iter().map(|(model, count)| Ok((given.model(model)?, count)));
+    Ok(Arrangement {
+        snap_mm: given.number("snap_mm")?.unwrap_or(usual.snap_mm),
+        join: given.flag("join")?,
+        standing: standing(given)?,
+        copies: given.count("copies")?.unwrap_or(usual.copies),
+        beside: beside.collect::<PyResult<_>>()?,
+        gap_mm: given.number("gap_mm")?,
+        file: file.map(|path| path.display().to_string()),
+    })
+}
+
+fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
+    let usual = PlanOptions::default();
+    let place = given.vector("origin_mm")?;
+    let turn_deg = given.number("turn_deg")?;
+    if turn_deg.is_some() && place.is_none() {
+        return Err(Trouble::input("turn_deg goes with origin_mm; give both".to_owned()).raised(given.0.py()));
+    }
+    let allow: Vec<(usize, Option<f64>)> =
+        given.of("allow", "parts with their mm2", |all| all.extract().ok())?.unwrap_or_default();
+    Ok(PlanOptions {
+        objective: given.text("objective")?.unwrap_or(usual.objective),
+        orient_by: given.text("orient_by")?,
+        method: given.text("method")?,
+        orient_budget: given.count("orient_budget")?,
+        overhang_deg: given.number("overhang_deg")?.unwrap_or(usual.overhang_deg),
+        bridge_mm: given.number("bridge_mm")?,
+        tolerate_mm2: given.number("tolerate_mm2")?.unwrap_or(usual.tolerate_mm2),
+        allow,
+        margin_mm: given.number("margin_mm")?.unwrap_or(usual.margin_mm),
+        priority: [Priority::Together, Priority::Single, Priority::OnlySingle]
+            [given.word("slots", &["together", "single", "only-single"])?],
+        table_first: !given.flag("table_later")?,
+        seed: given.count("seed")?.map_or(usual.seed, |seed| seed as u64),
+        place: place.map(|origin_mm| PlaceRequest { origin_mm, turn_deg: turn_deg.unwrap_or(0.0) }),
+        remedies: !given.flag("no_remedies")?,
+        budget: given.count("budget")?.map_or(usual.budget, |budget| budget as u64),
+        kept_in: None,
+        plans: given.count("top")?.unwrap_or(usual.plans),
+    })
+}
+
+fn slicing(given: &Given<'_>) -> PyResult<SlicingOptions> {
+    let usual = SlicingOptions::default();
+    let bed = given.text("bed")?.map(|text| job::bed(&text)).transpose();
+    Ok(SlicingOptions {
+        slicer: given.text("slicer")?.and_then(|word| word.parse().ok()).unwrap_or(usual.slicer),
+        configs: given.paths("slicer_config")?,
+        timeout: given.number("slicer_timeout_s")?.map_or(Ok(usual.timeout), seconds(given))?,
+        bed: bed.map_err(|error| Trouble::from(error).raised(given.0.py()))?.unwrap_or(usual.bed),
+    })
+}
+
+fn seconds<'a>(given: &'a Given<'_>) -> impl FnOnce(f64) -> PyResult<Duration> + 'a {
+    |seconds| {
+        let refused = |_| Trouble::input(format!("slicer_timeout_s {seconds} is no time")).raised(given.0.py());
+        Duration::try_from_secs_f64(seconds).map_err(refused)
+    }
+}
+
+/// The file beside `output` for a model that is not as it was read.
+fn parts_file(output: &Path) -> PathBuf {
+    output.with_extension("parts.3mf")
+}
+
+/// The right to write it; none where the model is such a file itself.
+fn claim_parts(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile>, Error> {
+    match claim(path, outputs) {
+        Err(Error::Twice { .. }) => Ok(None),
+        claimed => claimed,
+    }
+}
+
+/// Writes it where there is an output, and gives it back where there is none.
+fn keep_parts(
+    (path, file): (Option<&Path>, Option<&OutputFile>),
+    bytes: &[u8],
+    made: &mut Vec<(&'static str, Vec<u8>)>,
+) -> Result<(), Error> {
+    made.push(("parts", bytes.to_vec()));
+    let Some(path) = path else { return Ok(()) };
+    let what = "an input, and would be written anew";
+    file.ok_or_else(|| Error::Twice { path: path.to_owned(), what })?.write(bytes)
+}
+
+fn folder_of(file: Option<&Path>) -> Option<PathBuf> {
+    file.and_then(Path::parent).map(Path::to_owned)
+}
+
+fn supporting(given: &Given<'_>, words: [&str; 2]) -> PyResult<Supporting> {
+    let word = words[given.word("supports", &words)?];
+    Ok(if word == "never" { Supporting::Never } else { Supporting::Auto })
+}
+
+fn models<'a>(first: &'a ModelSource, how: &'a Arrangement) -> impl Iterator<Item = &'a ModelSource> {
+    std::iter::once(first).chain(how.beside.iter().map(|(model, _)| model))
+}
+
+#[pyfunction]
+pub(crate) fn plan(model: Named, profile: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDict>) -> PyResult<Made> {
+    let call = Call::of(told, given)?;
+    let given = &call.given;
+    let [output, sheet] = [given.path("output")?, given.path("sheet")?];
+    let parts_path = output.as_deref().map(parts_file);
+    let request = PlanRequest {
+        model: given.model(model)?,
+        machine: machine(profile),
+        arrangement: arrangement(given, parts_path.as_deref())?,
+        options: PlanOptions { kept_in: folder_of(output.as_deref()), ..plan_options(given)? },
+        supporting: supporting(given, ["never", "auto"])?,
+    };
+    call.run(move |world| {
+        let mut outputs = read(models(&request.model, &request.arrangement), Some(&request.machine));
+        let file = claim(output.as_deref(), &mut outputs)?;
+        let parts = claim_parts(parts_path.as_deref(), &mut outputs)?;
+        let sheet = picture("sheet", sheet.as_deref(), &mut outputs)?;
+        let done = job::plan(&request, world);
+        before_writing(world);
+        if let (Err(Error::NoPlan(no)), Some(sheet)) = (&done, &sheet) {
+            no.sheet().map(|drawing| sheet.write(&drawing)).transpose()?;
+        }
+        let done = done?;
+        let (plan, mut made) = (done.plan.plan.to_text(), Vec::new());
+        if let Some(arranged) = &done.arranged {
+            keep_parts((parts_path.as_deref(), parts.as_ref()), &arranged.bytes, &mut made)?;
+        }
+        file.map(|file| file.write(plan.as_bytes())).transpose()?;
+        sheet.map(|sheet| sheet.write(&done.sheet())).transpose()?;
+        made.push(("plan", plan.into_bytes()));
+        Ok((text(&document::planned(&done)), made))
+    })
+}
+
+#[pyfunction]
+pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDict>) -> PyResult<Made> {
+    let call = Call::of(told, given)?;
+    let given = &call.given;
+    let usual = SplitOptions::default();
+    let no_cut: Vec<[[f64; 3]; 2]> =
+        given.of("no_cut", "a list of boxes of two corners", |all| all.extract().ok())?.unwrap_or_default();
+    let options = SplitOptions {
+        overhang_deg: given.number("overhang_deg")?.unwrap_or(usual.overhang_deg),
+        bridge_mm: given.number("bridge_mm")?,
+        tolerate_mm2: given.number("tolerate_mm2")?.unwrap_or(usual.tolerate_mm2),
+        margin_mm: given.number("margin_mm")?.unwrap_or(usual.margin_mm),
+        max_cuts: given.count("max_cuts")?.unwrap_or(usual.max_cuts),
+        allow_mm2: given.number("allow_mm2")?.unwrap_or(usual.allow_mm2),
+        strict: given.flag("strict")?,
+        no_cut,
+        pedestal_mm: given.number("pedestal_mm")?,
+    };
+    let output = given.path("output")?;
+    let request =
+        SplitRequest { model: given.model(model)?, machine: machine(profile), standing: standing(given)?, options };
+    call.run(move |world| {
+        let mut outputs = read([&request.model], Some(&request.machine));
+        let file = claim(output.as_deref(), &mut outputs)?;
+        let done = job::split(&request, world)?;
+        before_writing(world);
+        let document = document::split(&done);
+        if let Some(why) = done.why_not() {
+            return Err(Trouble::with(why, 1, &document));
+        }
+        let parts = done.threemf();
+        file.map(|file| file.write(&parts)).transpose()?;
+        Ok((text(&document), vec![("parts", parts)]))
+    })
+}
+
+/// The files of a prepared print.
+struct Prepared {
+    output: Option<PathBuf>,
+    plan_out: Option<PathBuf>,
+    sheet: Option<PathBuf>,
+    parts: Option<PathBuf>,
+    may_cut: bool,
+}
+
+#[pyfunction]
+pub(crate) fn prepare(
+    model: Named,
+    profile: Named,
+    told: Bound<'_, PyAny>,
+    given: Bound<'_, PyDict>,
+) -> PyResult<Made> {
+    let call = Call::of(told, given)?;
+    let given = &call.given;
+    let output = given.path("output")?;
+    let files = Prepared {
+        parts: output.as_deref().map(parts_file),
+        plan_out: given.path("plan_out")?,
+        sheet: given.path("sheet")?,
+        may_cut: given.word("split", &["auto", "never"])? == 0,
+        output,
+    };
+    let arrangement = arrangement(given, files.parts.as_deref())?;
+    let usual = PrepareRequest::new(given.model(model)?, machine(profile));
+    let request = PrepareRequest {
+        arrangement,
+        plan: PlanOptions { kept_in: folder_of(files.plan_out.as_deref()), ..plan_options(given)? },
+        slicing: slicing(given)?,
+        ways: WaysOut { supporting: supporting(given, ["auto", "never"])?, ..usual.ways },
+        ..usual
+    };
+    call.run(move |world| prepared(request, &files, world))
+}
+
+fn prepared(mut request: PrepareRequest, files: &Prepared, world: &World<'_>) -> Result<Made, Trouble> {
+    let mut outputs = read(models(&request.model, &request.arrangement), Some(&request.machine));
+    for config in &request.slicing.configs {
+        outputs.reads(config)?;
+    }
+    let file = claim(files.output.as_deref(), &mut outputs)?;
+    let plan_file = claim(files.plan_out.as_deref(), &mut outputs)?;
+    let sheet = picture("sheet", files.sheet.as_deref(), &mut outputs)?;
+    let parts = claim_parts(files.parts.as_deref(), &mut outputs)?;
+    match &files.parts {
+        _ if !files.may_cut => request.ways.cutting = Cutting::Never,
+        Some(_) if parts.is_none() => request.ways.cutting = Cutting::Never,
+        Some(path) => request.ways.cutting = Cutting::Auto { file: path.display().to_string() },
+        None => {}
+    }
+    let done = job::prepare(&request, world);
+    before_writing(world);
+    if done.is_err() {
+        file.as_ref().map(OutputFile::set_aside).transpose()?;
+    }
+    let done = done?;
+    let (plan, mut made) = (done.planned.plan.plan.to_text(), Vec::new());
+    plan_file.map(|file| file.write(plan.as_bytes())).transpose()?;
+    sheet.map(|sheet| sheet.write(&done.planned.sheet())).transpose()?;
+    let bytes = done.cut.as_ref().map(|cut| &cut.bytes).or(done.planned.arranged.as_ref().map(|a| &a.bytes));
+    if let Some(bytes) = bytes {
+        keep_parts((files.parts.as_deref(), parts.as_ref()), bytes, &mut made)?;
+    }
+    file.map(|file| file.write(done.gcode.program())).transpose()?;
+    let output = files.output.as_ref().map(|path| path.display().to_string());
+    let Some(report) = done.gcode.report() else { return Err(Trouble::input("nothing was proved".to_owned())) };
+    let mut document = document::prepared(output.as_deref().unwrap_or_default(), &done, report);
+    document["output"] = json!(output);
+    document["dry_run"] = Value::Null;
+    made.push(("plan", plan.into_bytes()));
+    made.push(("gcode", done.gcode.program().clone()));
+    Ok((text(&document), made))
+}
+
+#[pyfunction]
+pub(crate) fn verify(program: Named, plan: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDict>) -> PyResult<Made> {
+    let call = Call::of(told, given)?;
+    let from = PlanSource {
+        plan: source(plan),
+        model: call.given.named("model")?.map(source),
+        machine: call.given.named("profile")?.map(machine),
+    };
+    let program = source(program);
+    call.run(move |world| {
+        let plan = job::load_plan(&from, world)?;
+        let done = job::verify(&VerifyRequest { program: &program, plan: &plan }, world)?;
+        Ok((text(&document::verified(&done.report, done.seconds)), Vec::new()))
+    })
+}

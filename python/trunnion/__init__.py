@@ -1,0 +1,56 @@
+"""5-axis FDM printing from Python: the jobs of the command ``trunnion``, with the same results.
+
+>>> import trunnion
+>>> done = trunnion.prepare("two-boxes.stl", "generic-ac", slicer="builtin", overhang_deg=40, output="two-boxes.gcode")
+>>> done.verify.clean, done.plan.prints[1].tilt_deg
+(True, 90.0)
+
+Models are paths, bytes, pairs of NumPy arrays ``(vertices, facets)`` or :class:`Model`; machines are names, paths or :class:`Profile`.
+Each verb gives a typed result whose ``to_dict()`` is the command's ``--json`` document; what goes wrong is an exception with the
+command's sentence, exit code and document. Results, models, profiles and exceptions pickle.
+
+While a verb works the interpreter is free for other threads. Ctrl-C ends it, and so does a `progress` callback that raises; nothing is
+written then. A search or a replay that is under way is left to end by itself.
+"""
+
+from ._trunnion import __version__
+from .errors import (
+    InputError,
+    NoPlanError,
+    NotPrintableError,
+    RejectedError,
+    SlicerError,
+    TrunnionError,
+    TrunnionWarning,
+)
+from .models import Model, ModelLike, Profile, ProfileLike
+from .results import Inspection, Orientation, Plan, Prepared, Report, Split
+from .verbs import Progress, inspect, orient, plan, prepare, split, verify
+
+__all__ = [
+    "InputError",
+    "Inspection",
+    "Model",
+    "ModelLike",
+    "NoPlanError",
+    "NotPrintableError",
+    "Orientation",
+    "Plan",
+    "Prepared",
+    "Profile",
+    "ProfileLike",
+    "Progress",
+    "RejectedError",
+    "Report",
+    "SlicerError",
+    "Split",
+    "TrunnionError",
+    "TrunnionWarning",
+    "__version__",
+    "inspect",
+    "orient",
+    "plan",
+    "prepare",
+    "split",
+    "verify",
+]

@@ -1,0 +1,413 @@
+"""The verbs of the command as functions.
+
+Every keyword that is left out means what the command does without the flag of that name; `trunnion VERB --help` has the defaults. What all
+verbs take:
+
+    unit: unit of the model's numbers: um, mm, cm, in, ft or m; else the file's own, else guessed by size.
+    repair: mend what is safe to mend: flipped facets, doubled facets, plane holes.
+    progress: called with a :class:`Progress` as the work goes on; the work waits for it, and ends where it raises.
+    threads: so many; else as many as there are processors, or what RAYON_NUM_THREADS says. Results do not depend on it.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Optional, Union
+
+from . import _trunnion
+from .errors import InputError, TrunnionWarning
+from .models import ModelLike, Named, ProfileLike, named_file, named_model, named_profile
+from .results import Inspection, Orientation, Plan, Prepared, Report, Split
+
+Path = Union[str, "os.PathLike[str]"]
+Vector = Sequence[float]
+Progressed = Callable[["Progress"], object]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a verb is.
+
+    Attributes:
+        kind: ``step`` for `done` of `of` pieces of the step `text`, ``reached`` for a milestone of :func:`prepare` (read, planned, sliced),
+            ``warning`` for a sentence that should be known.
+        text: the step, the milestone or the sentence.
+        done: pieces that are done.
+        of: pieces in all.
+    """
+
+    kind: str
+    text: str
+    done: int
+    of: int
+
+
+def inspect(
+    model: ModelLike,
+    *,
+    unit: Optional[str] = None,
+    repair: bool = False,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Inspection:
+    """Says what a model is made of: closed parts, volumes (mm3), areas (mm2), boxes (mm), interfaces, unit.
+
+    Raises:
+        InputError: a model that cannot be read: not closed, not finite, of no known format.
+    """
+    text, _ = _trunnion.inspect(named_model(model), _teller(progress), _given(unit=unit, repair=repair, threads=threads))
+    return Inspection.of(text)
+
+
+def orient(
+    model: ModelLike,
+    *,
+    objective: Union[str, Iterable[str], None] = None,
+    method: Optional[str] = None,
+    parts: Optional[Iterable[int]] = None,
+    whole: bool = False,
+    budget: Optional[int] = None,
+    seed: Optional[int] = None,
+    overhang_deg: Optional[float] = None,
+    layer_mm: Optional[float] = None,
+    profile: Optional[ProfileLike] = None,
+    up: Optional[Vector] = None,
+    resolution_mm: Optional[float] = None,
+    contact_area_min_mm2: Optional[float] = None,
+    compare: bool = False,
+    output: Optional[Path] = None,
+    landscape: Optional[Path] = None,
+    view: Optional[Path] = None,
+    unit: Optional[str] = None,
+    repair: bool = False,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Orientation:
+    """Finds the best build directions of each part, with a proved lower bound where the method has one.
+
+    Args:
+        objective: one or several names, or weighted sums such as ``0.7*staircase+0.3*height``.
+        method: certified, mmls, multistart, bfgs, cg, newton-cg, nelder-mead, direct, differential-evolution or grid.
+        parts: only these; else each.
+        whole: all parts together as one.
+        budget: most evaluations for one objective, 100 at least.
+        overhang_deg: surfaces up to this angle from the vertical need no support, 0 to 90.
+        layer_mm: layer height of printable, staircase and alexander; else the machine's.
+        profile: price by this machine's process.
+        up: price this pose too: the direction of the file that is up, any length but 0.
+        resolution_mm: width of the columns that support volumes are measured by.
+        contact_area_min_mm2: only directions whose first layer lies on the bed with at least this much.
+        compare: also the model as it lies beside each best.
+        output: write the parts with the best direction up (STL, 3MF by its ending).
+        landscape, view: draw the first objective over all directions, or the part as it would have it (.svg, .png, .pdf); of one part.
+
+    Raises:
+        InputError: a model that cannot be read, a setting out of its range, an unknown objective or method.
+
+    The default objective is this project's price in minutes; the others and their sources are in ``docs/orientation.md``.
+    """
+    if whole and parts is not None:
+        raise InputError("parts and whole cannot both be given")
+    given = _given(
+        objective=[objective] if isinstance(objective, str) else _list("objective", objective), method=method,
+        parts=_list("parts", parts), whole=whole, budget=budget, seed=seed, overhang_deg=overhang_deg, layer_mm=layer_mm,
+        profile=None if profile is None else named_profile(profile), up=up, resolution_mm=resolution_mm,
+        contact_area_min_mm2=contact_area_min_mm2, compare=compare, output=_path(output), landscape=_path(landscape), view=_path(view),
+        unit=unit, repair=repair, threads=threads,
+    )  # fmt: skip
+    text, _ = _trunnion.orient(named_model(model), _teller(progress), given)
+    return Orientation.of(text)
+
+
+def plan(
+    model: ModelLike,
+    profile: ProfileLike,
+    *,
+    output: Optional[Path] = None,
+    sheet: Optional[Path] = None,
+    top: Optional[int] = None,
+    supports: Literal["never", "auto"] = "never",
+    unit: Optional[str] = None,
+    repair: bool = False,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+    **options: Any,
+) -> Plan:
+    """Finds orientations and a sequence of time slots with the least objective, or says why there is none.
+
+    Args:
+        output: the plan file; its paths to model and machine are then as seen from there.
+        sheet: the plan as one picture (.svg, .png, .pdf), a frame for each pose; where there is no plan, what stands in the way.
+        top: compare the best so many distinct plans, 1 to 100.
+        supports: print solids upright on supports where there is no plan for them as they are.
+        options: see :func:`options_of_plans`.
+
+    Raises:
+        NoPlanError: no plan; with reasons and checked remedies.
+        InputError: a model, a machine or a setting that cannot be.
+    """
+    given = _given(
+        output=_path(output), sheet=_path(sheet), top=top, supports=supports, unit=unit, repair=repair, threads=threads,
+        **options_of_plans(**options),
+    )  # fmt: skip
+    text, made = _trunnion.plan(named_model(model), named_profile(profile), _teller(progress), given)
+    files = dict(made)
+    return Plan.of(text, plan=files["plan"], parts_3mf=files.get("parts"))
+
+
+def split(
+    model: ModelLike,
+    profile: ProfileLike,
+    *,
+    output: Optional[Path] = None,
+    up: Union[Vector, Literal["auto"], None] = None,
+    overhang_deg: Optional[float] = None,
+    bridge_mm: Optional[float] = None,
+    tolerate_mm2: Optional[float] = None,
+    margin_mm: Optional[float] = None,
+    max_cuts: Optional[int] = None,
+    allow_mm2: Optional[float] = None,
+    strict: bool = False,
+    no_cut: Optional[Iterable[Sequence[Vector]]] = None,
+    pedestal_mm: Optional[float] = None,
+    unit: Optional[str] = None,
+    repair: bool = False,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Split:
+    """Cuts one solid by planes into parts that print without supports, each along its own direction.
+
+    Args:
+        output: the parts as 3MF, in the order of printing.
+        up: direction of the file that is up, or ``auto``: as :func:`orient` recommends.
+        overhang_deg: overhangs up to this angle from the vertical need no support.
+        bridge_mm: what a line may span between two ends on material.
+        tolerate_mm2: what a connected patch may have that nothing carries.
+        margin_mm: room the head keeps from parts it does not print on.
+        max_cuts: most cuts.
+        allow_mm2: what may still need support in the end.
+        strict: take everything beyond each plane.
+        no_cut: boxes where no seam may come, each two corners, the file's frame, mm.
+        pedestal_mm: height of a part below the model, printed first.
+
+    Raises:
+        NotPrintableError: the parts still need support.
+        InputError: a model that is not one closed solid, a machine or a setting that cannot be.
+    """
+    boxes = _list("no_cut", no_cut)
+    if up is not None and boxes:
+        raise InputError("no_cut: boxes are in the file's frame, and up turns the model; give one of them")
+    given = _given(
+        output=_path(output), up=up, overhang_deg=overhang_deg, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2, margin_mm=margin_mm,
+        max_cuts=max_cuts, allow_mm2=allow_mm2, strict=strict, no_cut=boxes, pedestal_mm=pedestal_mm, unit=unit, repair=repair,
+        threads=threads,
+    )  # fmt: skip
+    text, made = _trunnion.split(named_model(model), named_profile(profile), _teller(progress), given)
+    return Split.of(text, parts_3mf=dict(made)["parts"])
+
+
+def prepare(
+    model: ModelLike,
+    profile: ProfileLike,
+    *,
+    output: Optional[Path] = None,
+    plan_out: Optional[Path] = None,
+    sheet: Optional[Path] = None,
+    slicer: Optional[str] = None,
+    slicer_config: Iterable[Path] = (),
+    slicer_timeout_s: Optional[float] = None,
+    bed: Optional[str] = None,
+    split: Literal["auto", "never"] = "auto",
+    supports: Literal["auto", "never"] = "auto",
+    unit: Optional[str] = None,
+    repair: bool = False,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+    **options: Any,
+) -> Prepared:
+    """Does everything: from a model to a program for the machine that a replay has found nothing wrong with.
+
+    Args:
+        output: the file for the machine; an earlier one becomes ``.stale`` where none can be made. Without it the program is
+            :attr:`Prepared.gcode` alone.
+        plan_out: keep the plan.
+        sheet: the plan as one picture (.svg, .png, .pdf).
+        slicer: auto, builtin, prusa-slicer, slic3r, cura or the path of one.
+        slicer_config: the slicer's own configurations, in rising order of precedence.
+        slicer_timeout_s: give the slicer up after this long for one print.
+        bed: the slicer's bed, mm: ``250x210``, or from where to where, ``-125..125x-105..105``.
+        split: cut solids by planes where there is no plan for them as they are.
+        supports: print solids upright on supports where nothing else helps.
+        options: see :func:`options_of_plans`.
+
+    Raises:
+        NoPlanError: no plan.
+        RejectedError: verification found something; nothing is written.
+        SlicerError: the slicer failed.
+        InputError: a model, a machine, a file or a setting that cannot be.
+    """
+    given = _given(
+        output=_path(output), plan_out=_path(plan_out), sheet=_path(sheet), slicer=slicer,
+        slicer_config=[_path(one) for one in _list("slicer_config", slicer_config) or []],
+        slicer_timeout_s=slicer_timeout_s, bed=bed, split=split, supports=supports, unit=unit, repair=repair, threads=threads,
+        **options_of_plans(**options),
+    )  # fmt: skip
+    text, made = _trunnion.prepare(named_model(model), named_profile(profile), _teller(progress), given)
+    files = dict(made)
+    return Prepared.of(text, gcode=files["gcode"], plan_file=files["plan"], parts_3mf=files.get("parts"))
+
+
+def verify(
+    program: Union[Path, bytes, Prepared],
+    plan: Union[Path, bytes, Plan, Prepared, None] = None,
+    *,
+    model: Union[Path, bytes, ModelLike, None] = None,
+    profile: Optional[ProfileLike] = None,
+    progress: Optional[Progressed] = None,
+    threads: Optional[int] = None,
+) -> Report:
+    """Replays a finished program on the machine's model and reports what is wrong with it; findings are no exception.
+
+    Args:
+        program: the file, its bytes, or what :func:`prepare` gave.
+        plan: the plan file, its bytes, or what :func:`plan` or :func:`prepare` gave; a prepared program brings its own.
+        model: where the plan's model is, if it is not where the plan says.
+        profile: where the plan's machine is, if it is not where the plan says.
+
+    Raises:
+        InputError: a program or plan that cannot be read, or a plan that is not of this model and machine.
+    """
+    if isinstance(program, Prepared):
+        plan = program if plan is None else plan
+        if model is None and program.parts_3mf is not None:
+            from .models import Model
+
+            model = Model("model.parts.3mf", program.parts_3mf)
+    if plan is None:
+        raise InputError("a program is verified against its plan; give it as plan")
+    given = _given(
+        model=None if model is None else named_model(model), profile=None if profile is None else named_profile(profile), threads=threads
+    )
+    text, _ = _trunnion.verify(_program(program), _plan(plan), _teller(progress), given)
+    return Report.of(text)
+
+
+def options_of_plans(
+    *,
+    objective: Optional[str] = None,
+    orient_by: Optional[str] = None,
+    method: Optional[str] = None,
+    orient_budget: Optional[int] = None,
+    overhang_deg: Optional[float] = None,
+    bridge_mm: Optional[float] = None,
+    tolerate_mm2: Optional[float] = None,
+    allow: Union[Mapping[int, Optional[float]], None] = None,
+    margin_mm: Optional[float] = None,
+    slots: Literal["together", "single", "only-single"] = "together",
+    table_later: bool = False,
+    seed: Optional[int] = None,
+    origin_mm: Optional[Vector] = None,
+    turn_deg: Optional[float] = None,
+    remedies: bool = True,
+    budget: Optional[int] = None,
+    up: Union[Vector, Literal["auto"], None] = None,
+    base: Optional[int] = None,
+    beside: Optional[Iterable[tuple[ModelLike, int]]] = None,
+    copies: Optional[int] = None,
+    gap_mm: Optional[float] = None,
+    snap_mm: Optional[float] = None,
+    join: bool = False,
+) -> dict[str, Any]:
+    """The keywords that :func:`plan` and :func:`prepare` share, checked.
+
+    Args:
+        objective: what the plan minimises: bss, time, setups, slots, any objective of :func:`orient` summed over the parts, or a sum.
+        orient_by: what the search for orientations minimises.
+        method: that search.
+        orient_budget: most evaluations of that search, for one part and objective.
+        overhang_deg: overhangs up to this angle from the vertical need no support (0 walls only, 90 everything).
+        bridge_mm: what a line may span between two ends on material.
+        tolerate_mm2: what a connected patch may have that nothing carries.
+        allow: parts that may overhang by so many mm2 more; ``None`` for whatever something else carries.
+        margin_mm: room the head keeps from parts it does not print on, 0 to 100.
+        slots: as many parts in a slot as can be, one after the other where possible, or never two.
+        table_later: let parts that stand on the table wait for later slots.
+        seed: of the search for orientations.
+        origin_mm: where the file's origin comes to lie on the table, two numbers; else the model centred.
+        turn_deg: turn of the model about the table's normal; with `origin_mm`.
+        remedies: look for what would help where there is no plan.
+        budget: most steps of the sequence search.
+        up: direction of the file that is up, or ``auto``.
+        base: stand the model on this part's largest face below which there is nothing.
+        beside: more models for the same table, each with its copies.
+        copies: of the first model.
+        gap_mm: room between models.
+        snap_mm: close gaps between parts up to this width; 0 leaves gaps and overlaps.
+        join: make one solid of parts that touch or overlap.
+    """
+    if up is not None and base is not None:
+        raise InputError("up and base cannot both be given")
+    try:
+        more = None if beside is None else [(named_model(one), count) for one, count in beside]
+        held = None if allow is None else [(int(part), area) for part, area in dict(allow).items()]
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"beside and allow: {error}; give beside=[(model, 2)], allow={{0: 40.0}}") from None
+    return _given(
+        objective=objective, orient_by=orient_by, method=method, orient_budget=orient_budget, overhang_deg=overhang_deg,
+        bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2, allow=held, margin_mm=margin_mm, slots=slots, table_later=table_later, seed=seed,
+        origin_mm=origin_mm, turn_deg=turn_deg, no_remedies=not remedies, budget=budget, up=up, base=base, beside=more, copies=copies,
+        gap_mm=gap_mm, snap_mm=snap_mm, join=join,
+    )  # fmt: skip
+
+
+def _given(**given: Any) -> dict[str, Any]:
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _list(name: str, given: Optional[Iterable[Any]]) -> Optional[list[Any]]:
+    try:
+        return None if given is None else list(given)
+    except TypeError:
+        raise InputError(f"{name} {given!r} is no list") from None
+
+
+def _path(given: Optional[Path]) -> Optional[str]:
+    return None if given is None else named_file(given, "a path")[0]
+
+
+def _program(program: Union[Path, bytes, Prepared]) -> Named:
+    if isinstance(program, Prepared):
+        return program.output or "program.gcode", program.gcode
+    if isinstance(program, bytes):
+        return "program.gcode", program
+    return named_file(program, "a program; give a path, bytes or what prepare gave")
+
+
+def _plan(plan: Union[Path, bytes, Plan, Prepared]) -> Named:
+    if isinstance(plan, Prepared):
+        return "plan.json", plan.plan_file
+    if isinstance(plan, Plan):
+        return "plan.json", plan.plan
+    if isinstance(plan, bytes):
+        return "plan.json", plan
+    return named_file(plan, "a plan; give a path, bytes or what plan gave")
+
+
+def _teller(progress: Optional[Progressed]) -> Callable[[str, str, int, int], None]:
+    """What the native half calls: warnings become Python's, everything goes to `progress`."""
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress {progress!r} cannot be called; give a function of one argument")
+
+    def told(kind: str, text: str, done: int, of: int) -> None:
+        if kind == "warning":
+            # The caller of the verb, behind this function, the native half and the verb itself.
+            warnings.warn(text, TrunnionWarning, stacklevel=3)
+        if progress is not None:
+            progress(Progress(kind, text, done, of))
+
+    return told

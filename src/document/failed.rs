@@ -1,0 +1,33 @@
+//! Why something was not done: the document of it, and the exit code that says which kind it is.
+
+use serde_json::{Value, json};
+
+use crate::job::{Error, interrupts};
+use crate::planning::Infeasible;
+use crate::slicing::SliceError;
+
+/// Any verb that printed no other document: one sentence, and the exit code.
+pub fn failed(text: &str, exit: u8) -> Value {
+    json!({"error": text, "exit": exit})
+}
+
+/// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.
+pub fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::Rejected(_) | Error::Unfit { .. } | Error::Calibration(_) | Error::NoDryRun { .. } => 1,
+        Error::Publish(_) | Error::Port(_) | Error::Printer(_) | Error::Refused { .. } => 4,
+        Error::Infeasible(why) => answer_is_no(why),
+        Error::NoPlan(no) => answer_is_no(&no.infeasible),
+        Error::Slice(SliceError::Interrupted) => interrupts::EXIT_CODE,
+        Error::Slice(error) if error.is_slicer_failure() => 3,
+        _ => 2,
+    }
+}
+
+/// 1 where a plan was looked for and there is none, 2 where planning could not begin.
+fn answer_is_no(why: &Infeasible) -> u8 {
+    match why {
+        Infeasible::NoPlan { .. } | Infeasible::NoPlace { .. } | Infeasible::Budget { .. } => 1,
+        _ => 2,
+    }
+}
