@@ -9,7 +9,7 @@ use super::{Notice, Sender, StopReason, Time};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Hazard, Heater, effect, waits};
 use crate::link::protocol::Accounting;
-use crate::link::reply::{Busy, Reply, Temperatures};
+use crate::link::reply::{Busy, Reply, Room, Temperatures};
 
 /// An error line's companion (`Resend:`, or the next line) comes within this.
 const COMPANION: Time = Duration::from_secs(1);
@@ -76,10 +76,10 @@ impl Sender {
 
     fn hear_answer(&mut self, now: Time, reply: Reply) {
         match reply {
-            Reply::Ok { number, report } => self.hear_ok(now, number, report),
+            Reply::Ok { number, report, room } => self.hear_ok(now, number, report, room),
             Reply::OkIdentity(text) => {
                 self.identify(&text);
-                self.hear_ok(now, None, None);
+                self.hear_ok(now, None, None, None);
             }
             Reply::LineError(last) => self.line_error(now, last),
             Reply::Resend(number) => self.hear_resend(now, number),
@@ -101,7 +101,7 @@ impl Sender {
         self.user_wait = busy == Busy::User;
     }
 
-    fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>) {
+    fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>, room: Option<Room>) {
         self.heard = now;
         if let Some(t) = report {
             self.event(Notice::Temperatures(t));
@@ -112,6 +112,9 @@ impl Sender {
             }
             self.dialog.own_ok = OwnOk::None;
             return;
+        }
+        if let (Some(room), Phase::Flow(_)) = (room, &self.phase) {
+            self.take_room(now, number, room);
         }
         if matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) {
             self.answered(now, number, report.is_some());

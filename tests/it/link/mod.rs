@@ -30,3 +30,4 @@ mod shipped;
 mod transcripts;
 #[cfg(unix)]
 mod two_printers;
+mod wire;
