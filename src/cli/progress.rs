@@ -1,12 +1,14 @@
 //! What the user sees while waiting: a bar on a terminal after a second, nothing in a pipe.
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::RefCell;
 use std::io::{Error, ErrorKind, IsTerminal, Write};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
+use crate::document::Row;
 use crate::job::{Bar, Installed, OutputFile, Progress, World, interrupts};
 
 /// The terminal, as the flags have set it.
@@ -15,7 +17,8 @@ pub(crate) struct Console {
     quiet: bool,
     verbose: bool,
     /// The first result that did not arrive.
-    lost: OnceCell<Error>,
+    lost: OnceLock<Error>,
+    row: Option<Row>,
 }
 
 /// A bar comes only where the work takes longer than this.
@@ -23,7 +26,36 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Console {
     pub(super) fn new(json: bool, quiet: bool, verbose: bool) -> Self {
-        Self { json, quiet, verbose, lost: OnceCell::new() }
+        Self { json, quiet, verbose, lost: OnceLock::new(), row: None }
+    }
+
+    /// The same screen for one of several things that go on at the same time.
+    pub(super) fn row(&self, row: Row) -> Self {
+        Self { row: Some(row), ..Self::new(self.json, self.quiet, self.verbose) }
+    }
+
+    /// Its name, where it shares the screen.
+    pub(super) fn name(&self) -> Option<&str> {
+        self.row.as_ref().map(|row| row.name.as_str())
+    }
+
+    /// Makes room for the lines of `of` such things, which are there where a person looks on.
+    pub(super) fn rows(&self, of: usize) {
+        if self.draws() {
+            let _ = write!(std::io::stderr(), "{}", "\n".repeat(of));
+        }
+    }
+
+    fn draws(&self) -> bool {
+        !self.quiet && !self.json && std::io::stderr().is_terminal()
+    }
+
+    fn say(&self, text: &str) {
+        match &self.row {
+            Some(row) if self.draws() => drop(std::io::stderr().write_all(row.above(text).as_bytes())),
+            Some(row) => say(&format!("{}: {text}", row.name)),
+            None => say(text),
+        }
     }
 
     /// Whether results are one JSON document.
@@ -68,27 +100,29 @@ impl Console {
     /// A step that is done, on stderr.
     pub(crate) fn note(&self, text: &str) {
         if !self.quiet {
-            say(text);
+            self.say(text);
         }
     }
 
     /// A detail for `-v`, on stderr.
     pub(crate) fn detail(&self, text: &str) {
         if self.verbose && !self.quiet {
-            say(text);
+            self.say(text);
         }
     }
 
     /// Where a long job is: in one place of a terminal, nowhere else.
     pub(crate) fn status(&self, text: &str) {
         if !self.quiet && std::io::stderr().is_terminal() {
-            let _ = write!(std::io::stderr(), "\r{text:<78.78}\r");
+            let line = self.row.as_ref().map_or_else(|| format!("\r{text:<78.78}\r"), |row| row.over(text));
+            // At once: others write, too.
+            let _ = std::io::stderr().write_all(line.as_bytes());
         }
     }
 
     /// Something the user should know even with `-q`.
     pub(crate) fn warning(&self, text: &str) {
-        say(&format!("warning: {text}"));
+        self.say(&format!("warning: {text}"));
     }
 
     /// Puts what an earlier run left in the place of `output` aside, and says so.

@@ -26,6 +26,8 @@ mod refusals;
 #[cfg(unix)]
 mod screen;
 mod second_resume;
+#[cfg(unix)]
+mod several;
 mod shipped;
 mod transcripts;
 #[cfg(unix)]
