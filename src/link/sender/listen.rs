@@ -14,6 +14,9 @@ use crate::link::reply::{Busy, Reply, Room, Temperatures};
 /// An error line's companion (`Resend:`, or the next line) comes within this.
 const COMPANION: Time = Duration::from_secs(1);
 
+/// Marlin's usual BUFSIZE: of so few lines no refusals are left over.
+const USUAL_QUEUE: usize = 4;
+
 /// So many unknown commands are remembered.
 const MOST_UNKNOWN: usize = 64;
 
@@ -215,12 +218,19 @@ impl Sender {
             return;
         }
         let RefusalKind::Times(times) = self.ledger.refuse(number) else { return };
-        if times > self.settings.refusals {
+        if times > self.most_refusals() {
             self.stop(StopReason::EndlessResend { line: self.line_of(number), times: times - 1 });
             return;
         }
         self.moved = now;
         self.rewind(number, "refused");
+    }
+
+    /// So often one line may be refused. Lines that went out twice, since a printer asked for what was under way already, are each refused
+    /// in the name of the next one: the longer the queue, the more.
+    pub(super) fn most_refusals(&self) -> u32 {
+        let queued = self.settings.window_lines.clamp(USUAL_QUEUE, MOST_UNKNOWN) - USUAL_QUEUE;
+        self.settings.refusals + 2 * queued as u32
     }
 
     /// `Unknown command`: of our own line, or of a line that lost its number; then its `ok` is none of ours.

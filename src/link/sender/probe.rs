@@ -179,7 +179,7 @@ impl Sender {
         self.phase = Phase::Flow(session);
         self.heard = now;
         let times = self.ledger.agree(found);
-        if times > self.settings.refusals {
+        if times > self.most_refusals() {
             self.stop(StopReason::EndlessResend { line: self.line_of(found + 1), times: times - 1 });
             return;
         }

@@ -214,7 +214,10 @@ fn a_print_whose_thread_is_held_up_holds_up_no_other() {
         // The second one is asked to end twice while the first hangs, and lets it go once it has said that it is stopped.
         let let_go = |what: &Sending<'_>| free.fetch_or(matches!(what, Sending::Stopped { .. }), Ordering::SeqCst);
         let let_go = |what: &Sending<'_>| drop(let_go(what));
-        let stop = || u32::from(held.load(Ordering::SeqCst) && asked.fetch_add(1, Ordering::SeqCst) > 40) * 2;
+        let stop = || {
+            wait_for("the first to hang", || held.load(Ordering::SeqCst));
+            u32::from(asked.fetch_add(1, Ordering::SeqCst) > 40) * 2
+        };
         let watcher = |index: usize| -> Box<dyn Operator + '_> {
             match index {
                 0 => Box::new(Watcher { told: &hold, interrupts: &|| 0 }),

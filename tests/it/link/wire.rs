@@ -55,8 +55,6 @@ struct Run {
     used: Used,
     resends: u32,
     lost: u32,
-    /// How often the planner ran dry.
-    starved: u32,
     seconds: f64,
 }
 
@@ -81,9 +79,9 @@ fn run(text: &str, quirks: Quirks, settings: SenderSettings) -> Run {
         notes: notes.collect(),
     };
     let seconds = link.now().as_secs_f64();
-    let (resends, lost, starved) = (link.sender.progress().resends, link.sim.overflowed(), link.sim.starved());
+    let (resends, lost) = (link.sender.progress().resends, link.sim.overflowed());
     assert_once_each(&program, &executed(&mut link));
-    Run { used, resends, lost, starved, seconds }
+    Run { used, resends, lost, seconds }
 }
 
 fn wired() -> SenderSettings {
@@ -156,33 +154,22 @@ fn a_receive_buffer_that_is_not_read_in_time_loses_bytes_once_and_no_line() {
     assert!(done.used.notes.iter().any(|n| n.contains("reads_ms")), "{:?}", done.used.notes);
 }
 
-/// Moves that take time, then a burst: what the queue holds by then is what it gets through the burst with.
+/// Moves that take time, then bursts of short ones: what the queue holds by then is what it gets through the burst with.
 #[test]
 fn what_the_queue_has_taken_makes_room_for_more() {
     let mut text = "G28\nM83\nM109 S200\nG1 X-100 Y0 Z20 A31.125 C120.245 F1200\n".to_owned();
-    for i in 0..12 {
-        let y = f64::from(i);
-        text += &format!("G1 X{:.3} Y{y:.3} E0.01\n", 10.0 - 0.5 * y);
-        // 0.05 mm at 20 mm/s: 400 lines/s, which is more than a slow adapter carries.
-        for step in 1..=90 {
-            text +=
-                &format!("G1 X{:.3} Y{:.3} E.00{}\n", 10.0 - 0.5 * y - 0.05 * f64::from(step), y + 0.001, 100 + step);
-        }
-        text += &format!("G1 X{:.3} Y{:.3} E0.01\n", -20.0 - y, y + 0.5);
+    let mut x = -100.0;
+    for i in 0..400 {
+        // 20 ms each, then 2.5 ms each: 400 lines/s, which is more than a slow adapter carries.
+        x += if i % 100 < 40 { 0.4 } else { 0.05 };
+        text += &format!("G1 X{x:.3} Y0.001 E.00{}\n", 100 + i);
     }
-    let dry = |advanced| run(&text, board(advanced, 0.5, 8.0), wired());
-    let (plain, told) = (dry(false), dry(true));
+    let with = |advanced| run(&text, board(advanced, 0.5, 16.0), wired());
+    let (plain, told) = (with(false), with(true));
     assert_eq!((plain.lost, told.lost), (0, 0));
-    crate::support::note(&format!(
-        "bursts: {:.2} s, dry {} times; with ADVANCED_OK {:.2} s, dry {} times",
-        plain.seconds, plain.starved, told.seconds, told.starved
-    ));
-    assert!(
-        told.seconds < plain.seconds - 0.5 && told.starved <= plain.starved,
-        "{} and {}",
-        plain.seconds,
-        told.seconds
-    );
+    let words = format!("bursts: {:.2} s, with ADVANCED_OK {:.2} s", plain.seconds, told.seconds);
+    crate::support::note(&words);
+    assert!(told.seconds < plain.seconds - 0.3, "{words}");
 }
 
 #[test]
