@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::args::{Send as Verb, StreamArgs};
+use super::args::{OnePrint, Send as Verb, StreamArgs};
 use super::operator::Terminal;
 use super::requests::outputs;
 use super::{Console, Failure, progress};
@@ -21,7 +21,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         files.map(|file| outputs.claim(&args.stream.journal(file))).collect::<Result<_, _>>()?;
     let (options, world) = (args.stream.options(), console.world());
     prints.iter().try_for_each(|(file, ..)| job::can_be_sent(file, &world))?;
-    let load = |(file, _, plan): &(&Path, Option<&str>, Option<&Path>)| load(file, *plan, args, &mut outputs, console);
+    let load = |(file, _, plan): &OnePrint<'_>| load(file, *plan, args, &mut outputs, console);
     let loaded = prints.iter().map(load).collect::<Result<Vec<_>, _>>()?;
     let both = loaded.iter().zip(&prints);
     let requests: Vec<_> = both.filter_map(|(loaded, (path, ..))| loaded.request(path, &options)).collect();

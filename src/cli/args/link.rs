@@ -69,9 +69,12 @@ pub(in crate::cli) struct Send {
     pub(in crate::cli) stream: StreamArgs,
 }
 
+/// File, port (none for a rehearsal) and plan of one print.
+pub(in crate::cli) type OnePrint<'a> = (&'a Path, Option<&'a str>, Option<&'a Path>);
+
 impl Send {
-    /// Its prints: file, port (none for a rehearsal) and plan of each, or why they do not belong together.
-    pub(in crate::cli) fn prints(&self) -> Result<Vec<(&Path, Option<&str>, Option<&Path>)>, String> {
+    /// Its prints, or why they do not belong together.
+    pub(in crate::cli) fn prints(&self) -> Result<Vec<OnePrint<'_>>, String> {
         let (files, ports, plans) = (self.gcode.len(), self.port.len(), self.plan.len());
         let several = files > 1 || ports > 1 || plans > 1;
         let counted = |n: usize, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };
