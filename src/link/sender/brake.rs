@@ -73,7 +73,7 @@ impl Brake {
             return false;
         }
         if let Some((at, bytes)) = self.last.replace((now, self.bytes)).filter(|(at, _)| now < *at + STRETCH) {
-            self.stretches.0 += (now - at).as_secs_f64();
+            self.stretches.0 += now.saturating_sub(at).as_secs_f64();
             self.stretches.1 += self.bytes - bytes;
         }
         self.dry[self.held as usize] += 1;
@@ -125,13 +125,13 @@ mod tests {
     const WIRE: Wire = Wire { baud: 250_000, window_bytes: 126, window_lines: 32 };
 
     fn dry(brake: &mut Brake, times: u32, every_ms: u64, held: fn(&mut Brake)) -> u32 {
-        let dry = Room { planner: 14, commands: 31 };
+        let (dry, begun) = (Room { planner: 14, commands: 31 }, u64::from(brake.times()));
         let mut at = |i| {
             brake.sends(50);
             held(brake);
             u32::from(brake.answered(Time::from_millis(i), dry, true))
         };
-        (0..u64::from(times)).map(|i| at(i * every_ms)).sum()
+        (begun..begun + u64::from(times)).map(|i| at(i * every_ms)).sum()
     }
 
     #[test]
