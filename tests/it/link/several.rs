@@ -212,8 +212,11 @@ fn a_print_whose_thread_is_held_up_holds_up_no_other() {
             }
         };
         // The second one is asked to end twice while the first hangs, and lets it go once it has said that it is stopped.
-        let let_go = |what: &Sending<'_>| free.fetch_or(matches!(what, Sending::Stopped { .. }), Ordering::SeqCst);
-        let let_go = |what: &Sending<'_>| drop(let_go(what));
+        let let_go = |what: &Sending<'_>| {
+            if matches!(what, Sending::Stopped { .. }) {
+                free.store(true, Ordering::SeqCst);
+            }
+        };
         let stop = || {
             wait_for("the first to hang", || held.load(Ordering::SeqCst));
             u32::from(asked.fetch_add(1, Ordering::SeqCst) > 40) * 2

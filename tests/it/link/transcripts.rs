@@ -28,6 +28,9 @@ struct Transcript {
     outcome: String,
 }
 
+/// A firmware's name, and how it differs.
+type NamedQuirk = (&'static str, fn(&mut Quirks));
+
 fn transcripts() -> Vec<Transcript> {
     let folder = root().join("fixtures/wire");
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
@@ -67,7 +70,7 @@ fn read(name: &str, text: &str) -> Transcript {
         blank_behind_slash: has("blank-behind-slash"),
         ..Quirks::of(protocol)
     };
-    let named: [(&str, fn(&mut Quirks)); 5] = [
+    let named: [NamedQuirk; 5] = [
         ("marlin-1.0", Quirks::marlin_1_0),
         ("marlin-1.1", Quirks::marlin_1_1),
         ("prusa", Quirks::prusa),
