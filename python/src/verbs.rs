@@ -148,11 +148,8 @@ fn arrangement(given: &Given<'_>, file: Option<&Path>) -> PyResult<Arrangement> 
 
 fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
     let usual = PlanOptions::default();
-    let place = given.vector("origin_mm")?;
-    let turn_deg = given.number("turn_deg")?;
-    if turn_deg.is_some() && place.is_none() {
-        return Err(Trouble::input("turn_deg goes with origin_mm; give both".to_owned()).raised(given.0.py()));
-    }
+    let (origin_mm, turn_deg) = (given.vector("origin_mm")?, given.number("turn_deg")?);
+    let placed = origin_mm.is_some() || turn_deg.is_some();
     let allow: Vec<(usize, Option<f64>)> =
         given.of("allow", "parts with their mm2", |all| all.extract().ok())?.unwrap_or_default();
     Ok(PlanOptions {
@@ -169,7 +166,7 @@ fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
             [given.word("slots", &["together", "single", "only-single"])?],
         table_first: !given.flag("table_later")?,
         seed: given.count("seed")?.map_or(usual.seed, |seed| seed as u64),
-        place: place.map(|origin_mm| PlaceRequest { origin_mm, turn_deg: turn_deg.unwrap_or(0.0) }),
+        place: placed.then(|| PlaceRequest { origin_mm, turn_deg: turn_deg.unwrap_or(0.0) }),
         remedies: !given.flag("no_remedies")?,
         budget: given.count("budget")?.map_or(usual.budget, |budget| budget as u64),
         kept_in: None,

@@ -337,7 +337,7 @@ def options_of_plans(
         table_later: let parts that stand on the table wait for later slots.
         seed: of the search for orientations.
         origin_mm: where the file's origin comes to lie on the table, two numbers; else the model centred.
-        turn_deg: turn of the model about the table's normal; with `origin_mm`.
+        turn_deg: turn of the model about the table's normal, about its own middle unless `origin_mm` says where it lies.
         remedies: look for what would help where there is no plan.
         budget: most steps of the sequence search.
         up: direction of the file that is up, or ``auto``.

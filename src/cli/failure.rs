@@ -21,6 +21,14 @@ pub(crate) enum Failure {
     /// The work was done and says no.
     #[error("{0}")]
     Findings(String),
+    /// Of several prints some have failed.
+    #[error("{text}")]
+    Prints {
+        /// Which, and why.
+        text: String,
+        /// The exit code of the first.
+        code: u8,
+    },
     /// Asked to end; what was found until then is written.
     #[error("interrupted; the best so far was kept")]
     Interrupted,
@@ -59,6 +67,7 @@ impl Failure {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Findings(_) => 1,
+            Self::Prints { code, .. } => *code,
             Self::Interrupted => interrupts::EXIT_CODE,
             Self::Job(error) => document::exit_code(error),
             _ => 2,

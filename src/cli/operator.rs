@@ -4,9 +4,9 @@ use std::cell::{OnceCell, RefCell};
 use std::io::{BufRead, IsTerminal};
 
 use super::Console;
-use crate::document;
+use crate::document::{self, Tone};
 use crate::job::interrupts::Interrupts;
-use crate::job::{Answer, At, Figures, Operator, Sending};
+use crate::job::{Answer, At, Desk, Operator, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
@@ -18,15 +18,26 @@ pub(super) struct Terminal<'a> {
     /// From the moment on at which something is sent.
     interrupts: OnceCell<Interrupts>,
     typed: RefCell<Option<Receiver<String>>>,
+    /// Where it is one of several prints: what is typed for all of them, and which it is.
+    desk: Option<(&'a Desk, usize)>,
 }
 
 impl<'a> Terminal<'a> {
     pub(super) fn new(console: &'a Console, yes: bool) -> Self {
-        Self { console, yes, interrupts: OnceCell::new(), typed: RefCell::new(None) }
+        Self { console, yes, interrupts: OnceCell::new(), typed: RefCell::new(None), desk: None }
+    }
+
+    pub(super) fn at(self, desk: &'a Desk, print: usize) -> Self {
+        Self { desk: Some((desk, print)), ..self }
     }
 
     /// In a pause, where somebody can type.
     fn listen(&self) {
+        if let Some((desk, print)) = self.desk {
+            desk.pauses(print, true);
+            self.console.note(&format!("paused above the part; {}, Ctrl-C is an emergency stop of all", desk.words()));
+            return;
+        }
         if !std::io::stdin().is_terminal() {
             return;
         }
@@ -45,46 +56,11 @@ impl<'a> Terminal<'a> {
 
     fn say(&self, what: &Sending<'_>, at: At) {
         let console = self.console;
-        match what {
-            Sending::Printer(name) => console.note(&format!("printer: {name}")),
-            Sending::Resend { number, why, .. } => {
-                console.detail(&format!("wire line {number} is sent again ({why})"));
-            }
-            Sending::UserWait => console.note("the printer is waiting for a person"),
-            Sending::Note(text) => console.note(text),
-            Sending::Progress(figures) if !console.json() => console.status(&status(figures, at)),
-            Sending::Pausing { waits_for } => {
-                let first = waits_for
-                    .map_or("the moves under way".to_owned(), |what| format!("{what}, which the printer waits for"));
-                console.note(&format!("pausing after {first}; Ctrl-C again is an emergency stop"));
-            }
-            Sending::Trouble { file_line, text } => {
-                console.warning(&format!(
-                    "line {file_line} was not carried out as it is written; the printer says: {text}"
-                ));
-            }
-            Sending::Resumed => console.note("the print goes on"),
-            Sending::Done { resends } => {
-                console.note(&format!("the print is complete: {} lines, {resends} of them sent again", at.of));
-            }
-            Sending::Short { journal } => {
-                console.warning(&format!("{journal}: no room left on the disk for the journal; pausing"));
-            }
-            Sending::StillShort => console.warning("there is still no room on the disk for the journal"),
-            Sending::Full { journal } => {
-                console.warning(&format!("{journal}: cannot be written any more; nothing is sent until it can"));
-            }
-            Sending::Lost { why, wait } => {
-                let wait = wait.as_secs();
-                console.warning(&format!("connection lost ({why}); waiting up to {wait} s for the same device"));
-            }
-            Sending::Aside { journal } => {
-                let journal = journal.display();
-                console.warning(&format!("the journal of an interrupted print is now {journal}"));
-            }
-            Sending::UnprovedReentry => {
-                console.warning("without --plan there is no proof that the path of the re-entry is clear");
-            }
+        match document::said(what, at) {
+            Some((Tone::Detail, text)) => console.detail(&text),
+            Some((Tone::Note, text)) => console.note(&text),
+            Some((Tone::Warning, text)) => console.warning(&text),
+            Some((Tone::Status, text)) if !console.json() => console.status(&text),
             _ => {}
         }
     }
@@ -93,7 +69,10 @@ impl<'a> Terminal<'a> {
 impl Operator for Terminal<'_> {
     fn told(&self, what: &Sending<'_>, at: At) {
         self.say(what, at);
-        if let (true, Some(event)) = (self.console.json(), document::event(what, at)) {
+        if let (true, Some(mut event)) = (self.console.json(), document::event(what, at)) {
+            if let Some(port) = self.console.name() {
+                event["port"] = port.into();
+            }
             self.console.result(&event.to_string());
         }
         if matches!(what, Sending::Paused) {
@@ -106,10 +85,12 @@ impl Operator for Terminal<'_> {
     }
 
     fn interrupts(&self) -> u32 {
-        self.interrupts.get().map_or(0, Interrupts::count)
+        let typed = self.desk.map_or(0, |(desk, print)| desk.interrupts(print));
+        self.interrupts.get().map_or(0, Interrupts::count) + typed
     }
 
     fn forget_interrupts(&self) {
+        self.desk.iter().for_each(|(desk, print)| desk.forget(*print));
         if let Some(interrupts) = self.interrupts.get() {
             interrupts.forget();
         }
@@ -123,6 +104,9 @@ impl Operator for Terminal<'_> {
 
     /// Without a terminal, or behind the end of its input, nobody can type.
     fn answer(&self) -> Answer {
+        if let Some((desk, print)) = self.desk {
+            return desk.answer(print);
+        }
         let mut typed = self.typed.borrow_mut();
         let Some(lines) = typed.as_ref() else { return Answer::Nobody };
         let text = match lines.try_recv() {
@@ -138,7 +122,7 @@ impl Operator for Terminal<'_> {
         if self.yes {
             return true;
         }
-        if !std::io::stdin().is_terminal() {
+        if self.desk.is_some() || !std::io::stdin().is_terminal() {
             return false;
         }
         self.console.note("type yes to do so:");
@@ -146,20 +130,4 @@ impl Operator for Terminal<'_> {
         let read = std::io::stdin().lock().read_line(&mut text);
         read.is_ok() && text.trim() == "yes"
     }
-}
-
-/// One line of a narrow terminal.
-fn status(f: &Figures, at: At) -> String {
-    let mut words = vec![format!("{:.0} %", (f.share * 100.0).clamp(0.0, 100.0))];
-    if f.layers > 0 {
-        words.push(format!("layer {} of {}", f.layer, f.layers));
-    } else {
-        words.push(format!("line {} of {}", at.line, at.of));
-    }
-    words.extend(f.slot.map(|slot| format!("slot {slot} of {}", f.slots)));
-    words.push(format!("{:.0} min left", f.seconds_left / 60.0));
-    words.extend(f.waits_for.map(|what| format!("waits for {what}")));
-    words.extend(f.nozzle_c.map(|[now, wanted]| format!("{now:.0}/{wanted:.0} C")));
-    words.extend(f.bed_c.map(|[now, wanted]| format!("bed {now:.0}/{wanted:.0}")));
-    words.join(", ")
 }

@@ -20,7 +20,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let mut outputs = outputs(read.chain(configs));
     let output = outputs.claim(&args.output)?;
     let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let journal = args.port.as_ref().map(|_| send::journal(&mut outputs, &args.output, &args.stream)).transpose()?;
+    let journal = args.port.as_ref().map(|_| outputs.claim(&args.stream.journal(&args.output))).transpose()?;
     let sheet = claim_picture("sheet", args.sheet.as_deref(), &mut outputs)?;
     args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
     let page = args.preview.as_deref().map(|path| outputs.claim(path)).transpose()?;

@@ -1,13 +1,15 @@
 //! What the user sees while waiting: a bar on a terminal after a second, nothing in a pipe.
 
-use std::cell::{Cell, OnceCell, RefCell};
+use std::cell::RefCell;
 use std::io::{Error, ErrorKind, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Failure;
-use crate::document;
+use crate::document::{self, Row};
 use crate::job::{Bar, Installed, OutputFile, Progress, World, interrupts};
 
 /// The terminal, as the flags have set it.
@@ -16,9 +18,10 @@ pub(crate) struct Console {
     quiet: bool,
     verbose: bool,
     /// The first result that did not arrive.
-    lost: OnceCell<Error>,
-    /// Whether stdout has had anything.
-    spoke: Cell<bool>,
+    lost: OnceLock<Error>,
+    /// Whether stdout has had anything, of any row.
+    spoke: Arc<AtomicBool>,
+    row: Option<Row>,
 }
 
 /// A bar comes only where the work takes longer than this.
@@ -26,7 +29,36 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Console {
     pub(super) fn new(json: bool, quiet: bool, verbose: bool) -> Self {
-        Self { json, quiet, verbose, lost: OnceCell::new(), spoke: Cell::new(false) }
+        Self { json, quiet, verbose, lost: OnceLock::new(), spoke: Arc::default(), row: None }
+    }
+
+    /// The same screen for one of several things that go on at the same time.
+    pub(super) fn row(&self, row: Row) -> Self {
+        Self { row: Some(row), spoke: self.spoke.clone(), ..Self::new(self.json, self.quiet, self.verbose) }
+    }
+
+    /// Its name, where it shares the screen.
+    pub(super) fn name(&self) -> Option<&str> {
+        self.row.as_ref().map(|row| row.name.as_str())
+    }
+
+    /// Makes room for the lines of `of` such things, which are there where a person looks on.
+    pub(super) fn rows(&self, of: usize) {
+        if self.draws() {
+            let _ = write!(std::io::stderr(), "{}", "\n".repeat(of));
+        }
+    }
+
+    fn draws(&self) -> bool {
+        !self.quiet && !self.json && std::io::stderr().is_terminal()
+    }
+
+    fn say(&self, text: &str) {
+        match &self.row {
+            Some(row) if self.draws() => drop(std::io::stderr().write_all(row.above(text).as_bytes())),
+            Some(row) => say(&format!("{}: {text}", row.name)),
+            None => say(text),
+        }
     }
 
     /// Whether results are one JSON document.
@@ -37,7 +69,7 @@ impl Console {
     /// A result, on stdout. A reader that has gone away is no error; any other is kept for [`Console::end`], since a
     /// print goes on whatever becomes of the screen.
     pub(crate) fn result(&self, text: &str) {
-        self.spoke.set(true);
+        self.spoke.store(true, Ordering::Relaxed);
         if let Err(error) = writeln!(std::io::stdout(), "{}", text.trim_end()) {
             self.lose(error);
         }
@@ -71,7 +103,7 @@ impl Console {
 
     /// Why a verb did not do its work: on stdout too where scripts read that and have read nothing yet.
     pub(super) fn failed(&self, failure: &Failure) {
-        if self.json && !self.spoke.get() {
+        if self.json && !self.spoke.load(Ordering::Relaxed) {
             self.result(&document::failed(&failure.to_string(), failure.exit_code()).to_string());
         }
     }
@@ -79,27 +111,29 @@ impl Console {
     /// A step that is done, on stderr.
     pub(crate) fn note(&self, text: &str) {
         if !self.quiet {
-            say(text);
+            self.say(text);
         }
     }
 
     /// A detail for `-v`, on stderr.
     pub(crate) fn detail(&self, text: &str) {
         if self.verbose && !self.quiet {
-            say(text);
+            self.say(text);
         }
     }
 
     /// Where a long job is: in one place of a terminal, nowhere else.
     pub(crate) fn status(&self, text: &str) {
         if !self.quiet && std::io::stderr().is_terminal() {
-            let _ = write!(std::io::stderr(), "\r{text:<78.78}\r");
+            let line = self.row.as_ref().map_or_else(|| format!("\r{text:<78.78}\r"), |row| row.over(text));
+            // At once: others write, too.
+            let _ = std::io::stderr().write_all(line.as_bytes());
         }
     }
 
     /// Something the user should know even with `-q`.
     pub(crate) fn warning(&self, text: &str) {
-        say(&format!("warning: {text}"));
+        self.say(&format!("warning: {text}"));
     }
 
     /// Puts what an earlier run left in the place of `output` aside, and says so.

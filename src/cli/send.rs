@@ -1,35 +1,55 @@
 //! `trunnion send`: what is proved is sent, once; what is interrupted can be resumed.
 
 use std::path::Path;
-use std::time::Duration;
 
-use super::args::{Send as Verb, StreamArgs};
+use super::args::{OnePrint, Send as Verb, StreamArgs};
 use super::operator::Terminal;
 use super::requests::outputs;
-use super::{Console, Failure};
-use crate::document;
+use super::{Console, Failure, progress};
+use crate::document::{self, Row};
 use crate::job::{
-    self, CheckedPlan, OutputFile, Outputs, SendOptions, SendRequest, Source, Verified, VerifyRequest, Wire, World,
-    with_suffix,
+    self, CheckedPlan, Loaded, Operator, OutputFile, Outputs, Print, SendRequest, Source, Verified, VerifyRequest,
+    Wire, World,
 };
 use crate::link::serial::Address;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
-    let mut outputs = outputs([Some(args.gcode.as_path()), args.plan.as_deref()].into_iter().flatten());
-    let goes_out = args.port.as_deref().filter(|_| !args.dry_run);
-    let journal = goes_out.map(|_| journal(&mut outputs, &args.gcode, &args.stream)).transpose()?;
-    let wire = goes_out.zip(journal.as_ref());
-    let (world, path, options) = (console.world(), args.gcode.as_path(), &args.stream.options());
-    job::can_be_sent(path, &world)?;
-    if let Some(plan) = &args.plan {
+    let prints = args.prints().map_err(Failure::Usage)?;
+    let mut outputs = outputs(prints.iter().flat_map(|(file, _, plan)| [Some(*file), *plan]).flatten());
+    let files = prints.iter().filter(|(_, port, _)| port.is_some()).map(|(file, ..)| *file);
+    let journals: Vec<OutputFile> =
+        files.map(|file| outputs.claim(&args.stream.journal(file))).collect::<Result<_, _>>()?;
+    let (options, world) = (args.stream.options(), console.world());
+    prints.iter().try_for_each(|(file, ..)| job::can_be_sent(file, &world))?;
+    let load = |(file, _, plan): &OnePrint<'_>| load(file, *plan, args, &mut outputs, console);
+    let loaded = prints.iter().map(load).collect::<Result<Vec<_>, _>>()?;
+    let both = loaded.iter().zip(&prints);
+    let requests: Vec<_> = both.filter_map(|(loaded, (path, ..))| loaded.request(path, &options)).collect();
+    let ports: Vec<&str> = prints.iter().filter_map(|(_, port, _)| *port).collect();
+    match (requests.as_slice(), ports.as_slice(), journals.as_slice()) {
+        ([one], [port], [journal]) => stream(one, (port, journal), &args.stream, console),
+        ([one], [], _) => rehearse(one, console),
+        _ => several(&requests, &ports, &journals, &args.stream, console),
+    }
+}
+
+/// A file and what it was made by; verified, if it is to be.
+fn load(
+    path: &Path,
+    plan: Option<&Path>,
+    args: &Verb,
+    outputs: &mut Outputs,
+    console: &Console,
+) -> Result<Loaded, Failure> {
+    let world = console.world();
+    if let Some(plan) = plan {
         let plan = job::load_plan(&args.plan_ref.source(plan), &world)?;
         plan.inputs().try_for_each(|path| outputs.reads(path))?;
-        let program = &proved(path, &plan, &world)?;
+        let program = proved(path, &plan, &world)?;
         if let Some(report) = program.report() {
             console.note(&format!("verified: {} moves, clearance {:.2} mm", report.moves, report.clearance_mm));
         }
-        let request = SendRequest { path, program, machine: &plan.machine, plan: Some(&plan), options };
-        return go(&request, wire, &args.stream, console);
+        return Ok(Loaded { program, plan: Some(plan), profile: None });
     }
     let Some(profile) = args.plan_ref.profile.as_deref().filter(|_| args.unverified) else {
         return Err(Failure::Usage(
@@ -38,10 +58,36 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
                 .to_owned(),
         ));
     };
-    let program = &Verified::unverified(world.files.read(path)?);
-    let machine = &job::load_profile(&profile.into(), &world)?;
+    let program = Verified::unverified(world.files.read(path)?);
+    let profile = Some(job::load_profile(&profile.into(), &world)?);
     console.warning("the file is not verified: the head may hit the part, the table or the frame");
-    go(&SendRequest { path, program, machine, plan: None, options }, wire, &args.stream, console)
+    Ok(Loaded { program, plan: None, profile })
+}
+
+/// Sends to several printers at the same time.
+fn several(
+    requests: &[SendRequest<'_>],
+    ports: &[&str],
+    journals: &[OutputFile],
+    args: &StreamArgs,
+    console: &Console,
+) -> Result<(), Failure> {
+    let addresses: Vec<Address> = ports.iter().map(|port| Address::parse(port)).collect();
+    let wires = addresses.iter().zip(journals).map(|(address, journal)| Wire { address, journal });
+    let prints: Vec<Print<'_>> = requests.iter().zip(wires).map(|(&request, wire)| Print { request, wire }).collect();
+    let (of, desk) = (prints.len(), &*job::desk(prints.len(), progress::error));
+    let row = |(row, port): (usize, &&str)| console.row(Row { name: format!("{} {port}", row + 1), row, of });
+    let consoles: Vec<Console> = ports.iter().enumerate().map(row).collect();
+    let operator =
+        |index: usize| -> Box<dyn Operator> { Box::new(Terminal::new(&consoles[index], args.yes).at(desk, index)) };
+    console.rows(of);
+    let ended = job::send_several(&prints, args.resume, &console.world(), &operator)?;
+    if console.json() {
+        console.result(&document::ended(&ended).to_string());
+    }
+    let Some(text) = document::failures(&ended) else { return Ok(()) };
+    let first = ended.into_iter().find_map(|print| print.error);
+    Err(Failure::Prints { text, code: first.map_or(2, |error| Failure::Job(error).exit_code()) })
 }
 
 /// The program, if nothing is found wrong with it.
@@ -51,25 +97,6 @@ pub(super) fn proved(path: &Path, plan: &CheckedPlan, world: &World<'_>) -> Resu
         job::Error::Rejected(no) => Failure::Findings(format!("{}: {no}; nothing was sent", path.display())),
         other => other.into(),
     })
-}
-
-fn go(
-    request: &SendRequest<'_>,
-    wire: Option<(&str, &OutputFile)>,
-    args: &StreamArgs,
-    console: &Console,
-) -> Result<(), Failure> {
-    match wire {
-        Some(wire) => stream(request, wire, args, console),
-        None => rehearse(request, console),
-    }
-}
-
-impl StreamArgs {
-    pub(super) fn options(&self) -> SendOptions {
-        let (baud, wait, devices) = (self.baud, Duration::from_secs(self.wait), self.devices.clone());
-        SendOptions { baud, wait, devices, from: self.from }
-    }
 }
 
 /// Sends or resumes a program; everything before the first byte has been checked.
@@ -88,33 +115,9 @@ pub(super) fn stream(
 /// Prints on the simulated printer in virtual time.
 fn rehearse(request: &SendRequest<'_>, console: &Console) -> Result<(), Failure> {
     let done = job::rehearse(request, &console.world())?;
-    console.note(&format!(
-        "rehearsal: {} lines in {:.0} min with heating and accelerations ({:.0} min without); {} targets beyond an axis",
-        done.lines,
-        done.seconds / 60.0,
-        done.seconds_print / 60.0,
-        done.clamped
-    ));
+    console.note(&document::rehearsal(&done));
     if console.json() {
         console.result(&document::rehearsed(&done).to_string());
     }
-    if done.clamped > 0 {
-        return Err(Failure::Findings(format!("{} targets lie beyond an axis of the profile", done.clamped)));
-    }
-    if let Some(first) = done.troubles.first() {
-        let more = done.troubles.len() - 1;
-        let more = if more > 0 { format!(", and {more} more") } else { String::new() };
-        return Err(Failure::Findings(format!(
-            "the simulated printer did not carry out {first}{more}; the real one would pause there"
-        )));
-    }
-    Ok(())
-}
-
-/// Where the journal of the print of `gcode` is kept.
-pub(super) fn journal(outputs: &mut Outputs, gcode: &Path, args: &StreamArgs) -> Result<OutputFile, Failure> {
-    Ok(match &args.journal {
-        Some(given) => outputs.claim(given)?,
-        None => outputs.claim(&with_suffix(gcode, ".journal"))?,
-    })
+    document::undone(&done).map_or(Ok(()), |text| Err(Failure::Findings(text)))
 }

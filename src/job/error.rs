@@ -87,6 +87,14 @@ pub enum Error {
         /// `an input` or `another output`.
         what: &'static str,
     },
+    /// Two prints of one call for the same printer.
+    #[error("{port}: two prints cannot go to one port ({} and {}); give each its own", files[0].display(), files[1].display())]
+    SamePort {
+        /// The port.
+        port: String,
+        /// Their files.
+        files: [PathBuf; 2],
+    },
     /// Profiles that extend each other without end, or one in hand that names a file.
     #[error("{file}: extends {named}; only files can extend files, {most} at most one over the other, and none itself")]
     Layers {

@@ -84,8 +84,8 @@ pub use progress::{Bar, Progress, Silent, Step};
 pub use publish::{PublishRequest, PublishResult, publish, server_key};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{
-    Answer, At, Figures, Operator, Rehearsal, SendOptions, SendRequest, Sending, Unattended, Wire, can_be_sent,
-    rehearse, resume, send,
+    Answer, At, Desk, Ended, Figures, Loaded, Operator, Print, Rehearsal, SendOptions, SendRequest, Sending,
+    Unattended, Wire, can_be_sent, rehearse, resume, send, send_several,
 };
 pub use setting::BadSetting;
 pub use simulate::{BadSimulation, SimulateRequest, simulate};
@@ -99,5 +99,5 @@ pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
 pub(crate) use world::interrupts;
 pub use world::{
     Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Slicers, SystemClock, World, batch,
-    key_from_environment, models_at, with_suffix,
+    desk, key_from_environment, models_at, with_suffix,
 };

@@ -56,6 +56,7 @@ pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, Error> {
     let protocol = protocol(profile)?;
     let (buffer, commands) = (profile.link.buffer as usize, profile.link.commands as usize);
     let mut settings = SenderSettings::new(protocol, retreat(profile)).with_buffers(buffer, commands);
+    settings.reads = Duration::from_secs_f64(profile.link.reads_ms / 1000.0);
     settings.blank_after_number = profile.link.blank_after_number;
     settings.planner_blocks = profile.link.planner;
     settings.identity = Some(profile.link.identity.clone()).filter(|i| !i.is_empty());

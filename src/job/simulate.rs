@@ -48,7 +48,7 @@ pub enum BadSimulation {
 type NamedQuirk = (&'static str, fn(&mut Quirks));
 
 /// The quirks that can be asked for.
-const QUIRKS: [NamedQuirk; 11] = [
+const QUIRKS: [NamedQuirk; 16] = [
     ("advanced-ok", |q| q.advanced_ok = true),
     ("no-ok-after-resend", |q| q.ok_after_resend = false),
     ("refuses-doubles", |q| q.silent_duplicates = false),
@@ -60,6 +60,11 @@ const QUIRKS: [NamedQuirk; 11] = [
     ("blank-behind-slash", |q| q.blank_behind_slash = true),
     ("latches-errors", |q| q.latches_errors = true),
     ("three-axes", |q| q.axes = 3),
+    ("marlin-1.0", Quirks::marlin_1_0),
+    ("marlin-1.1", Quirks::marlin_1_1),
+    ("prusa", Quirks::prusa),
+    ("rrf-2", Quirks::rrf_2),
+    ("fluidnc", Quirks::fluidnc),
 ];
 
 /// The simulated printer of `machine`, for a [`Bench`](super::Bench).

@@ -58,3 +58,95 @@ impl JournalSummary {
         settings.protocol.traits().accounting != Accounting::Status || self.paused.is_some() || self.sent.is_some()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::journal::Header;
+    use crate::link::protocol::Protocol;
+    use crate::link::retreat::Retreat;
+    use crate::link::testing::{retreat, rules};
+
+    /// Three lines, then 120 moves of a second each.
+    fn program(protocol: Protocol) -> Program {
+        let moves: String = (0..120).map(|i| format!("G1 X{}\n", (i + 1) % 2)).collect();
+        let text = format!("G28\nG90\nG1 X0 Y0 Z10 F60\n{moves}");
+        Program::read(text.as_bytes(), &rules(protocol)).unwrap()
+    }
+
+    fn journal(records: &str) -> JournalSummary {
+        JournalSummary::parse(&(Header::default().to_text() + records)).unwrap()
+    }
+
+    fn doubt(protocol: Protocol, records: &str, same_boot: bool) -> Range<u32> {
+        let settings =
+            SenderSettings { planner_blocks: 24, prove_every: 32, ..SenderSettings::new(protocol, retreat()) };
+        journal(records).doubtful(&program(protocol), &settings, same_boot)
+    }
+
+    const LEFT: &str = "run 1 0\nack 60 60\n";
+
+    #[test]
+    fn what_was_answered_may_wait_in_the_planner_and_in_seconds_of_motion() {
+        let sent = format!("{LEFT}sent 64\n");
+        assert_eq!(doubt(Protocol::Marlin, &sent, true), 36..64);
+        // Three seconds more, which are three moves.
+        for protocol in [Protocol::RepRapFirmware, Protocol::Klipper, Protocol::Grbl] {
+            assert_eq!(doubt(protocol, &sent, true), 33..64, "{protocol:?}");
+        }
+        // A line that is proven is answered, whatever else is written; the beginning of the file is executed by nobody.
+        assert_eq!(doubt(Protocol::Marlin, "run 1 0\nack 70 60\nsent 75\n", true), 46..75);
+        assert_eq!(doubt(Protocol::Klipper, "run 1 0\nack 20 20\nsent 22\n", true), 0..22);
+    }
+
+    #[test]
+    fn what_was_sent_ends_with_the_hosts_last_word_or_the_next_proof() {
+        assert_eq!(doubt(Protocol::Marlin, LEFT, true), 36..60 + 32 + 1);
+        // Without power the journal's last ten seconds may be lost, and the last word is none.
+        assert_eq!(doubt(Protocol::Marlin, &format!("{LEFT}sent 64\n"), false), 36..60 + 33 + 10);
+        // A run is written before it is sent.
+        assert_eq!(doubt(Protocol::Marlin, &format!("{LEFT}run 70 68\n"), true), 36..68 + 33);
+        assert_eq!(doubt(Protocol::Marlin, "run 1 0\nack 110 110\n", true), 86..123);
+    }
+
+    #[test]
+    fn a_pause_and_a_re_entry_leave_no_more_in_doubt_than_they_must() {
+        assert_eq!(doubt(Protocol::Marlin, &format!("{LEFT}away\npaused 61\n"), true), 61..61);
+        assert_eq!(doubt(Protocol::Marlin, &format!("{LEFT}away\npaused 9999\n"), false), 123..123);
+        // It went on at block 50; what stood behind that before still does.
+        let again = format!("{LEFT}sent 64\nentering\nanew\nrun 1 50\nback\nack 3 52\n");
+        assert_eq!(doubt(Protocol::Marlin, &again, true), 50..93);
+        assert_eq!(doubt(Protocol::Marlin, &format!("{again}sent 55\n"), true), 50..64);
+    }
+
+    #[test]
+    fn only_a_protocol_without_proofs_may_have_no_end() {
+        let ends = |protocol, records: &str| journal(records).has_end(&SenderSettings::new(protocol, retreat()));
+        assert!(ends(Protocol::Marlin, LEFT) && ends(Protocol::Klipper, LEFT) && !ends(Protocol::Grbl, LEFT));
+        assert!(
+            ends(Protocol::Grbl, &format!("{LEFT}sent 64\n")) && ends(Protocol::Grbl, &format!("{LEFT}paused 60\n"))
+        );
+    }
+
+    #[test]
+    fn a_printer_that_was_not_reset_stands_behind_what_it_has_answered() {
+        let blocks = |protocol: Protocol, records: &str| -> Option<Vec<u32>> {
+            let settings = SenderSettings::new(protocol, retreat());
+            let places = journal(records).stands_at(&program(protocol), &settings, true)?;
+            Some(places.iter().map(|place| place.block).collect())
+        };
+        let sent = format!("{LEFT}sent 64\n");
+        assert_eq!(blocks(Protocol::Klipper, &sent), Some((60..=64).collect()));
+        assert_eq!(blocks(Protocol::Grbl, LEFT), Some((60..=123).collect()));
+        // On the way off the part nobody knows; in a pause it is above the part.
+        assert_eq!(blocks(Protocol::Klipper, &format!("{sent}away\n")), None);
+        assert_eq!(blocks(Protocol::Klipper, &format!("{LEFT}away\npaused 61\n")), Some(vec![61]));
+        let above = |z_max_mm: f64| {
+            let settings = SenderSettings::new(Protocol::Klipper, Retreat { z_max_mm, ..retreat() });
+            let places =
+                journal("run 1 0\npaused 61\n").stands_at(&program(Protocol::Klipper), &settings, true).unwrap();
+            places[0].words.iter().find(|(letter, _)| *letter == b'Z').unwrap().1
+        };
+        assert_eq!([above(300.0), above(25.0), above(5.0)], [30.0, 25.0, 10.0]);
+    }
+}

@@ -45,7 +45,7 @@ pub use program::{Boundary, BoundaryKind, LARGEST_FILE, Program, ProgramError, P
 pub(crate) use protocol::Accounting;
 pub use protocol::Protocol;
 pub use reentry::{Reentry, ReentryError};
-pub use reply::{Busy, Reply, Status, Temperatures, Wording};
+pub use reply::{Busy, Reply, Room, Status, Temperatures, Wording};
 pub use retreat::{Heaters, Retreat};
 pub use sender::{Counts, Notice, Outcome, Sender, StopReason};
 pub use settings::SenderSettings;

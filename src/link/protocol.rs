@@ -67,6 +67,8 @@ pub(crate) struct Traits {
     pub(crate) hello: Hello,
     /// Lines and bytes without an answer, where the profile says nothing else.
     pub(crate) window: (usize, usize),
+    /// Bytes of the receive buffer that stay empty.
+    pub(crate) margin: usize,
     /// Whether the profile's `[link] commands` says how many lines it queues.
     pub(crate) queues: bool,
     /// A serial wire, with a speed and a receive buffer of the profile's size; a pseudo-terminal has neither.
@@ -95,11 +97,15 @@ pub(crate) struct Traits {
     pub(crate) unlock: Option<&'static [u8]>,
 }
 
-/// A ring of 128 bytes holds 127. The lines of the window fit into the firmware's command queue, so that a question, which comes
-/// after a silence, finds the buffer empty.
-pub(crate) const MARGIN: usize = 1;
+/// A ring of 128 bytes holds 127.
+const RING: usize = 1;
 
-/// BUFSIZE 4 and 128 bytes of receive buffer.
+/// Prusa's firmware empties a receive buffer that has no byte left, unread ("Full RX Buffer"), and Marlin's RX_BUFFER_MONITOR calls that
+/// an overflow: one byte more stays empty.
+const RING_NEVER_FULL: usize = 2;
+
+/// BUFSIZE 4 and 128 bytes of receive buffer. The lines of the window fit into the firmware's command queue, so that a question, which
+/// comes after a silence, finds the buffer empty.
 static MARLIN: Traits = Traits {
     name: "marlin",
     firmware: Firmware::Marlin,
@@ -107,7 +113,8 @@ static MARLIN: Traits = Traits {
     numbered: true,
     accounting: Accounting::Counter,
     hello: Hello::SetCounter,
-    window: (4, 128 - MARGIN),
+    window: (4, 128 - RING_NEVER_FULL),
+    margin: RING_NEVER_FULL,
     queues: true,
     serial: true,
     // It answers what its planner has room for, however long that takes.
@@ -131,7 +138,8 @@ static REPRAPFIRMWARE: Traits = Traits {
     numbered: true,
     accounting: Accounting::Proof,
     hello: Hello::None,
-    window: (1, 256 - MARGIN),
+    window: (1, 256 - RING),
+    margin: RING,
     queues: false,
     serial: true,
     buffered_s: 3.0,
@@ -156,6 +164,7 @@ static KLIPPER: Traits = Traits {
     accounting: Accounting::Proof,
     hello: Hello::None,
     window: (8, 4096),
+    margin: RING,
     queues: false,
     serial: false,
     // Its host plans about 2 s ahead.
@@ -179,7 +188,8 @@ static GRBL: Traits = Traits {
     numbered: false,
     accounting: Accounting::Status,
     hello: Hello::Ask(b"$I\n"),
-    window: (usize::MAX, 128 - MARGIN),
+    window: (usize::MAX, 128 - RING),
+    margin: RING,
     queues: false,
     serial: true,
     buffered_s: 3.0,

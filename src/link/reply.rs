@@ -45,6 +45,15 @@ pub struct Status {
     pub offset: Option<Vec<f64>>,
 }
 
+/// `P15 B3` of Marlin's ADVANCED_OK, true at the moment in which the `ok` was said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Room {
+    /// Blocks that the planner still takes.
+    pub planner: usize,
+    /// Commands that the queue still takes; the one that is answered is still in it.
+    pub commands: usize,
+}
+
 /// One line of a printer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reply {
@@ -54,6 +63,8 @@ pub enum Reply {
         number: Option<i64>,
         /// Whether it carries temperatures, as only the answer to M105 does.
         report: Option<Temperatures>,
+        /// `P` and `B`.
+        room: Option<Room>,
     },
     /// An `ok` that carries the answer to M115, as Klipper's does.
     OkIdentity(String),
@@ -93,7 +104,7 @@ impl Reply {
     /// Reads one line.
     pub fn read(wording: Wording, line: &[u8]) -> Self {
         if line == b"ok" {
-            return Self::Ok { number: None, report: None };
+            return Self::Ok { number: None, report: None, room: None };
         }
         let text = printable(line);
         match wording {
@@ -120,8 +131,10 @@ fn printer(text: &str) -> Reply {
         if rest.contains("FIRMWARE_NAME") {
             return Reply::OkIdentity(rest.trim().to_owned());
         }
-        let number = rest.split_ascii_whitespace().find_map(|w| w.strip_prefix('N')?.parse().ok());
-        return Reply::Ok { number, report: temperatures(rest) };
+        let number = word(rest, 'N');
+        let count = |letter| word(rest, letter).and_then(|n| usize::try_from(n).ok());
+        let room = count('P').zip(count('B')).map(|(planner, commands)| Room { planner, commands });
+        return Reply::Ok { number, report: temperatures(rest), room };
     }
     if let Some(rest) = text.strip_prefix("Resend:").or_else(|| text.strip_prefix("rs ")) {
         return Reply::Resend(rest.trim().trim_start_matches('N').parse().ok());
@@ -137,6 +150,11 @@ fn printer(text: &str) -> Reply {
         return Reply::Fatal(format!("it answers {text:?}, and nothing else until M999 or a reset"));
     }
     echo(text)
+}
+
+/// The whole number behind `letter`, as a word of its own.
+fn word(text: &str, letter: char) -> Option<i64> {
+    text.split_ascii_whitespace().find_map(|w| w.strip_prefix(letter)?.parse().ok())
 }
 
 fn klipper(text: &str) -> Option<Reply> {
@@ -195,6 +213,10 @@ fn echo(text: &str) -> Reply {
     let unknown = ["Unknown command:", "Unknown G code:", "Unknown M code:"].iter().find_map(|w| said.strip_prefix(w));
     if let Some(rest) = unknown {
         return Reply::Unknown(rest.trim().trim_matches('"').to_owned());
+    }
+    // RepRapFirmware 2: the line was not carried out, and its `ok` comes all the same.
+    if said.to_ascii_lowercase().starts_with("checksum error on line") {
+        return Reply::Error(said.to_owned());
     }
     if is_undone(said) {
         return Reply::Undone(said.to_owned());
@@ -308,13 +330,16 @@ mod tests {
         Reply::read(Wording::Printer, text.as_bytes())
     }
 
-    const BARE: Reply = Reply::Ok { number: None, report: None };
+    const BARE: Reply = Reply::Ok { number: None, report: None, room: None };
 
     #[test]
     fn ok_is_a_word_of_its_own() {
         assert_eq!(marlin("ok"), BARE);
-        assert_eq!(marlin("ok P15 B3"), BARE);
-        assert_eq!(marlin("ok N3 P15 B3"), Reply::Ok { number: Some(3), report: None });
+        let room = |planner, commands| Some(Room { planner, commands });
+        assert_eq!(marlin("ok N3 P15 B3"), Reply::Ok { number: Some(3), report: None, room: room(15, 3) });
+        assert_eq!(marlin("ok P15 B31"), Reply::Ok { number: None, report: None, room: room(15, 31) });
+        assert_eq!(marlin("ok N3 P15"), Reply::Ok { number: Some(3), report: None, room: None });
+        assert_eq!(marlin("ok N3 P15 B-1"), Reply::Ok { number: Some(3), report: None, room: None });
         for no in ["okay", "oecho:ok", "o k", "k", "o", "xok", "echo:ok", "Ok", "ok\u{fffd}"] {
             assert!(!matches!(marlin(no), Reply::Ok { .. }), "{no}");
         }

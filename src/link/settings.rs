@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::Time;
-use super::protocol::{MARGIN, Protocol};
+use super::protocol::Protocol;
 use super::retreat::Retreat;
 
 /// How the wire is used.
@@ -15,7 +15,11 @@ pub struct SenderSettings {
     pub blank_after_number: bool,
     /// Most lines without an answer.
     pub window_lines: usize,
-    /// Most bytes without an answer; the firmware's receive buffer less one: a ring of 128 bytes holds 127.
+    /// Bits a second, for what is said of the wire's use; 0 where it has no speed of its own.
+    pub baud: u32,
+    /// The longest that the firmware leaves its receive buffer unread while its queue has room; zero where nobody knows.
+    pub reads: Time,
+    /// Most bytes that may lie in the firmware's receive buffer: as many as it holds, less a margin.
     pub window_bytes: usize,
     /// Blocks that the firmware's planner and queue hold: so many answered ones may not be executed.
     pub planner_blocks: u32,
@@ -48,6 +52,8 @@ impl SenderSettings {
         Self {
             protocol,
             blank_after_number: false,
+            baud: 0,
+            reads: Time::ZERO,
             window_lines,
             window_bytes,
             planner_blocks: 24,
@@ -64,12 +70,18 @@ impl SenderSettings {
         }
     }
 
+    /// Whether the wire cannot fill the receive buffer in the time in which it is emptied at the latest.
+    pub(super) fn never_full(&self) -> bool {
+        let arrives = f64::from(self.baud) / 10.0 * self.reads.as_secs_f64();
+        arrives > 0.0 && arrives <= self.window_bytes as f64
+    }
+
     /// The same where the receive buffer has `bytes` and the firmware queues `lines`, as far as the protocol knows of either.
     #[must_use]
     pub fn with_buffers(mut self, bytes: usize, lines: usize) -> Self {
         let traits = self.protocol.traits();
         if traits.serial {
-            self.window_bytes = bytes.saturating_sub(MARGIN);
+            self.window_bytes = bytes.saturating_sub(traits.margin);
         }
         if traits.queues {
             self.window_lines = lines.max(1);

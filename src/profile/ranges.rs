@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 71] = [
+const RANGES: [(&str, RangeInclusive<f64>); 72] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.direction", -1.0..=1.0),
@@ -87,6 +87,7 @@ const RANGES: [(&str, RangeInclusive<f64>); 71] = [
     ("link.baud", 300.0..=12e6),
     ("link.buffer", 16.0..=1e6),
     ("link.commands", 1.0..=1e4),
+    ("link.reads_ms", 0.0..=1000.0),
     ("link.planner", 0.0..=1e4),
     ("link.longest_line", 16.0..=1e6),
     ("link.max_nozzle_c", 0.0..=500.0),
@@ -95,12 +96,13 @@ const RANGES: [(&str, RangeInclusive<f64>); 71] = [
 ];
 
 /// Units by the end of a key, the longest ending first.
-const UNITS: [(&str, &str); 9] = [
+const UNITS: [(&str, &str); 10] = [
     ("_mm_per_min", " mm/min"),
     ("_mm3_per_s", " mm3/s"),
     ("_mm_per_s", " mm/s"),
     ("_deg_per_s", " deg/s"),
     ("_mm2", " mm2"),
+    ("_ms", " ms"),
     ("_mm", " mm"),
     ("_deg", " deg"),
     ("_c", " deg C"),

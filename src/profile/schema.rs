@@ -294,6 +294,8 @@ pub struct Link {
     pub buffer: u32,
     /// Commands the firmware buffers.
     pub commands: u32,
+    /// The longest that the firmware leaves what it receives unread while it can queue more commands; 0 where nobody knows.
+    pub reads_ms: f64,
     /// Moves that the firmware's planner holds.
     pub planner: u32,
     /// Bytes of the firmware's longest line.

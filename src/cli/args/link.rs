@@ -1,10 +1,12 @@
 //! Flags of `send` and `simulate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args as ClapArgs;
 
 use super::{MachineArgs, PlanRef};
+use crate::job::{SendOptions, with_suffix};
 
 /// How to stream.
 #[derive(ClapArgs)]
@@ -32,16 +34,29 @@ pub(in crate::cli) struct StreamArgs {
     pub(in crate::cli) devices: PathBuf,
 }
 
+impl StreamArgs {
+    pub(in crate::cli) fn options(&self) -> SendOptions {
+        let (baud, wait, devices) = (self.baud, Duration::from_secs(self.wait), self.devices.clone());
+        SendOptions { baud, wait, devices, from: self.from }
+    }
+
+    /// Where the journal of the print of `gcode` is kept.
+    pub(in crate::cli) fn journal(&self, gcode: &Path) -> PathBuf {
+        self.journal.clone().unwrap_or_else(|| with_suffix(gcode, ".journal"))
+    }
+}
+
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Send {
-    /// The file to print
-    pub(in crate::cli) gcode: PathBuf,
-    /// A serial device, or tcp:host:port
+    /// The file to print; several with as many --port (and --plan), in the same order
+    #[arg(required = true)]
+    pub(in crate::cli) gcode: Vec<PathBuf>,
+    /// A serial device, or tcp:host:port; one for each file
     #[arg(long, value_name = "PATH", required_unless_present = "dry_run")]
-    pub(in crate::cli) port: Option<String>,
-    /// The plan it was made by: the file is verified against it first
+    pub(in crate::cli) port: Vec<String>,
+    /// The plan it was made by: the file is verified against it first; one for each file
     #[arg(long, value_name = "PLAN.json")]
-    pub(in crate::cli) plan: Option<PathBuf>,
+    pub(in crate::cli) plan: Vec<PathBuf>,
     #[command(flatten)]
     pub(in crate::cli) plan_ref: PlanRef,
     /// Send a file without verifying it (give the profile with -m)
@@ -52,6 +67,45 @@ pub(in crate::cli) struct Send {
     pub(in crate::cli) dry_run: bool,
     #[command(flatten)]
     pub(in crate::cli) stream: StreamArgs,
+}
+
+/// File, port (none for a rehearsal) and plan of one print.
+pub(in crate::cli) type OnePrint<'a> = (&'a Path, Option<&'a str>, Option<&'a Path>);
+
+impl Send {
+    /// Its prints, or why they do not belong together.
+    pub(in crate::cli) fn prints(&self) -> Result<Vec<OnePrint<'_>>, String> {
+        let (files, ports, plans) = (self.gcode.len(), self.port.len(), self.plan.len());
+        let several = files > 1 || ports > 1 || plans > 1;
+        let counted = |n: usize, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };
+        let (given, has) = (counted(files, "file"), if files == 1 { "has" } else { "have" });
+        if several && self.dry_run {
+            return Err(format!(
+                "--dry-run rehearses one file, and {given} and {} are given",
+                counted(ports, "--port")
+            ));
+        }
+        if !self.dry_run && ports != files {
+            return Err(format!(
+                "{given} {has} {}; give one for each file, in the same order",
+                counted(ports, "--port")
+            ));
+        }
+        if plans > 0 && plans != files {
+            return Err(format!(
+                "{given} {has} {}; give one for each file, in the same order",
+                counted(plans, "--plan")
+            ));
+        }
+        let one = [("--journal", self.stream.journal.is_some()), ("--from", self.stream.from.is_some())];
+        let model = [("--model", self.plan_ref.model.is_some())];
+        if let Some((flag, _)) = one.into_iter().chain(model).find(|(_, given)| several && *given) {
+            return Err(format!("{flag} is of one print, and there are {files}; send that one alone"));
+        }
+        let each = self.gcode.iter().enumerate();
+        let port = |i: usize| self.port.get(i).map(String::as_str).filter(|_| !self.dry_run);
+        Ok(each.map(|(i, file)| (file.as_path(), port(i), self.plan.get(i).map(PathBuf::as_path))).collect())
+    }
 }
 
 #[derive(ClapArgs)]
@@ -108,7 +162,7 @@ pub(in crate::cli) struct Simulate {
     /// Seed of random faults
     #[arg(long, default_value_t = 1)]
     pub(in crate::cli) seed: u64,
-    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors or three-axes
+    /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors, three-axes, marlin-1.0, marlin-1.1, prusa, rrf-2 or fluidnc
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) quirk: Vec<String>,
     /// Bits a second of the simulated wire [default: no limit]

@@ -13,7 +13,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand};
 use crate::job::{Arrangement, PlanOptions, SlicingOptions, Standing};
 
 pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
-pub(in crate::cli) use link::{Publish, Send, Simulate, StreamArgs};
+pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Calibrate, CheckProfile, New, Profile};
 pub(in crate::cli) use shape::{Inspect, Orient, Pack, Split, Support};

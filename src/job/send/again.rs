@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use super::operator::{Operator, Sending};
 use super::stream::{Connection, Stream};
-use super::{SendRequest, Wire, begin, ended, place, program, start};
+use super::{Checked, SendRequest, Wire, checked, ended, go, start};
 use crate::job::world::{JournalFile, read_journal};
-use crate::job::{Error, World, printer};
+use crate::job::{Error, World};
 use crate::link::serial::Port;
 use crate::link::{
     Accounting, JournalSummary, Outcome, Program, Record, ReentryError, Sender, SenderSettings, StopReason,
@@ -33,16 +33,18 @@ pub fn resume(
     world: &World<'_>,
     operator: &dyn Operator,
 ) -> Result<(), Error> {
-    let program = program(request, world)?;
-    let standing = standing(request, wire.journal.path())?;
-    let mut settings = printer::settings(&request.machine.profile)?;
-    let found = place(request, wire, &program, world);
-    let mut opened = world.ports.open(&found.address, found.baud)?;
-    operator.begin();
-    if !standing.began() {
-        return begin(request, wire, (program, opened, found), (world, operator));
-    }
-    let told = (world, operator);
+    go(checked(request, wire, true, world)?.open(world)?, request, wire, (world, operator))
+}
+
+/// Resumes a print that has begun.
+pub(super) fn go_on(
+    (checked, mut opened): (Checked, Port),
+    request: &SendRequest<'_>,
+    wire: &Wire<'_>,
+    told: (&World<'_>, &dyn Operator),
+) -> Result<(), Error> {
+    let (world, operator) = told;
+    let Checked { program, mut settings, place: found, standing: Some(standing) } = checked else { return Ok(()) };
     if let Some(uuid) = standing.printer.split_ascii_whitespace().find(|w| w.starts_with("UUID:")) {
         settings.identity = Some(uuid.to_owned());
     }
@@ -124,7 +126,7 @@ fn carry_on(
 }
 
 /// What the journal says, if it is this job's.
-fn standing(request: &SendRequest<'_>, path: &Path) -> Result<JournalSummary, Error> {
+pub(super) fn standing(request: &SendRequest<'_>, path: &Path) -> Result<JournalSummary, Error> {
     let standing = read_journal(path).map_err(|error| match error {
         Error::Read { path, source } if source.kind() == std::io::ErrorKind::NotFound => {
             Error::NoJournal { path, program: request.path.to_owned() }

@@ -1,9 +1,11 @@
 //! What is proved is sent to a printer, once; what is interrupted can be resumed.
 
 mod again;
+mod desk;
 mod figures;
 mod operator;
 mod rehearsal;
+mod several;
 mod stream;
 
 use std::path::{Path, PathBuf};
@@ -13,13 +15,17 @@ use std::time::Duration;
 use super::world::{JournalFile, read_journal};
 use super::{BadSetting, CheckedPlan, Error, LoadedProfile, OutputFile, Verified, World, printer};
 use crate::link::serial::{Address, Port};
-use crate::link::{Header, LARGEST_FILE, Outcome, Program, ProgramError, Sender, too_slow};
+use crate::link::{
+    Header, JournalSummary, LARGEST_FILE, Outcome, Program, ProgramError, Sender, SenderSettings, too_slow,
+};
 use crate::planning::sha256_hex;
 use crate::profile::check_number;
 pub use again::resume;
+pub use desk::Desk;
 use figures::Timing;
 pub use operator::{Answer, At, Figures, Operator, Sending, Unattended};
 pub use rehearsal::{Rehearsal, rehearse};
+pub use several::{Ended, Loaded, Print, send_several};
 use stream::{Connection, Stream};
 
 /// A program on its way to a printer.
@@ -77,21 +83,59 @@ pub fn send(
     world: &World<'_>,
     operator: &dyn Operator,
 ) -> Result<(), Error> {
+    go(checked(request, wire, false, world)?.open(world)?, request, wire, (world, operator))
+}
+
+/// A print of which all is known to be well that can be known without its printer.
+struct Checked {
+    program: Arc<Program>,
+    settings: SenderSettings,
+    place: Connection,
+    /// What its journal says, where it is to be resumed.
+    standing: Option<JournalSummary>,
+}
+
+fn checked(request: &SendRequest<'_>, wire: &Wire<'_>, resumes: bool, world: &World<'_>) -> Result<Checked, Error> {
     let program = program(request, world)?;
+    let standing = resumes.then(|| again::standing(request, wire.journal.path())).transpose()?;
     let place = place(request, wire, &program, world);
-    let opened = world.ports.open(&place.address, place.baud)?;
-    operator.begin();
-    begin(request, wire, (program, opened, place), (world, operator))
+    let settings = printer::settings(&request.machine.profile)?;
+    // A network has no speed of its own.
+    let wired = settings.protocol.traits().serial && matches!(wire.address, Address::Device(_));
+    let settings = SenderSettings { baud: if wired { place.baud } else { 0 }, ..settings };
+    Ok(Checked { program, settings, place, standing })
+}
+
+impl Checked {
+    /// Opens its port; nothing is sent.
+    fn open(self, world: &World<'_>) -> Result<(Self, Port), Error> {
+        let port = world.ports.open(&self.place.address, self.place.baud)?;
+        Ok((self, port))
+    }
+}
+
+/// Sends or resumes.
+fn go(
+    (checked, port): (Checked, Port),
+    request: &SendRequest<'_>,
+    wire: &Wire<'_>,
+    told: (&World<'_>, &dyn Operator),
+) -> Result<(), Error> {
+    told.1.begin();
+    if checked.standing.as_ref().is_some_and(JournalSummary::began) {
+        return again::go_on((checked, port), request, wire, told);
+    }
+    begin((checked, port), request, wire, told)
 }
 
 /// Sends from the first line on.
 fn begin(
+    (checked, port): (Checked, Port),
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
-    (program, port, place): (Arc<Program>, Port, Connection),
     (world, operator): (&World<'_>, &dyn Operator),
 ) -> Result<(), Error> {
-    let settings = printer::settings(&request.machine.profile)?;
+    let Checked { program, settings, place, .. } = checked;
     if let Some(journal) = broken_off(wire.journal)? {
         operator.told(&Sending::Aside { journal: &journal }, start(&program));
     }
@@ -129,9 +173,8 @@ fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>,
     let read = Program::read(request.program.program(), &rules);
     let program = read.map_err(|source| Error::Program { path: path(), source })?;
     if let Some((line, why)) = &program.unknown {
-        world.progress.warning(&format!(
-            "line {line}: {why}; a print that is interrupted after this line can be resumed only while the printer keeps its line counter"
-        ));
+        let source = ProgramError::Unfollowed { line: *line, why: why.clone() };
+        return Err(Error::Program { path: path(), source });
     }
     if let Some(unfit) = printer::abilities(profile).lacking(&program) {
         return Err(Error::Unfit { path: path(), unfit });

@@ -5,6 +5,7 @@ mod disk;
 pub(crate) mod interrupts;
 mod journal;
 mod outputs;
+mod several;
 mod slicers;
 mod web;
 
@@ -20,6 +21,8 @@ pub use batch::{batch, models_at};
 pub use disk::{Disk, with_suffix};
 pub(super) use journal::{JournalFile, read as read_journal};
 pub use outputs::{OutputFile, Outputs};
+pub use several::desk;
+pub(super) use several::{same_port, side_by_side};
 pub use slicers::Installed;
 pub use web::{OwnWeb, key_from_environment};
 

@@ -64,7 +64,7 @@ pub struct Program {
     waiting: Vec<u32>,
     /// Slots, prints and layers, in order.
     pub boundaries: Vec<Boundary>,
-    /// The first line that the replay could not follow, with its reason; a re-entry is then impossible.
+    /// The first line that the replay could not follow, with its reason: behind it nobody knows where the head is.
     pub unknown: Option<(u32, String)>,
 }
 
@@ -88,6 +88,17 @@ pub enum ProgramError {
         command: String,
         /// What it would do.
         why: &'static str,
+    },
+    /// Behind it nobody knows where the head is: a pause could not lift it off the part, and nothing could go on.
+    #[error(
+        "line {line}: {why}; behind it nobody could tell where the head is, so that a pause could not lift it off the part; write it in \
+         moves whose end is known"
+    )]
+    Unfollowed {
+        /// In the file, from 1.
+        line: u32,
+        /// Why the replay cannot follow it.
+        why: String,
     },
     /// More bytes than the firmware's line holds.
     #[error("line {line} is {bytes} bytes on the wire; {protocol} takes {allowed}; shorten the text or macro")]

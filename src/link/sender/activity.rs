@@ -173,6 +173,7 @@ impl Sender {
         match &self.activity {
             Activity::Print { .. } if !ended => {}
             Activity::Print { ending: true } => {
+                self.say_brake();
                 self.event(Notice::Journal(Record::Done));
                 self.finish(Outcome::Done);
             }

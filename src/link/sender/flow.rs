@@ -1,10 +1,13 @@
 //! Which line goes out next, and what an answer proves.
 
 use super::activity::Activity;
+use super::brake::Wire;
 use super::ledger::Purpose;
 use super::{Notice, Phase, Sender, StopReason, Time, Watch};
 use crate::link::journal::Record;
 use crate::link::protocol::Accounting;
+use crate::link::reply::Room;
+use crate::link::settings::SenderSettings;
 
 impl Sender {
     /// The first M105 without an answer, ours or the file's: nothing else is answered with temperatures.
@@ -19,25 +22,60 @@ impl Sender {
 
     /// Sends what the window has room for: lines to repeat first, then new ones.
     pub(super) fn fill(&mut self, now: Time) {
-        while matches!(self.phase, Phase::Flow(_)) {
-            if self.ledger.is_sent() {
-                let Some(purpose) = self.next_purpose() else { return };
-                if !self.fits(self.ledger.length(purpose.text(&self.program))) {
-                    self.put_back(purpose);
-                    return;
-                }
-                self.make(purpose);
-            } else if !self.fits(self.ledger.length_again()) {
-                return;
-            }
+        while matches!(self.phase, Phase::Flow(_)) && self.goes_next() {
+            let before = self.ledger.bytes_out();
             self.ledger.write(self.outbox.end(), &self.program);
+            self.brake.sends(self.ledger.bytes_out().saturating_sub(before));
             self.moved = now;
+        }
+        let much = self.ledger.in_flight() > 1;
+        let beyond = self.ledger.bytes_out().saturating_sub(self.settings.window_bytes);
+        self.outbox.hold(if much && !self.flows_freely() { beyond } else { 0 });
+        if self.outbox.holds() {
+            self.brake.cuts();
         }
     }
 
-    fn fits(&self, bytes: usize) -> bool {
+    /// Makes the next line, or finds the one that is to be repeated; `false` where there is none or no room.
+    fn goes_next(&mut self) -> bool {
         let lines = if self.phase.is_open() { self.settings.window_lines } else { 1 };
-        self.ledger.fits(bytes, lines, self.settings.window_bytes)
+        let most = self.settings.window_bytes;
+        if !self.ledger.is_sent() {
+            return self.ledger.has_room(lines) && self.ledger.fits(self.ledger.length_again(), most);
+        }
+        let Some(purpose) = self.next_purpose() else { return false };
+        let room = self.ledger.has_room(lines)
+            && (self.ledger.fits_new(purpose.text(&self.program), most)
+                || (!self.may_wait(&purpose) && (self.flows_freely() || self.goes_in_pieces())));
+        if room {
+            self.make(purpose);
+        } else {
+            self.brake.holds(!self.ledger.has_room(lines));
+            self.put_back(purpose);
+        }
+        room
+    }
+
+    /// Whether it or a line under way may take long: no move does.
+    fn may_wait(&self, purpose: &Purpose) -> bool {
+        let waits = match purpose {
+            Purpose::Block(index) => self.program.waits(*index),
+            Purpose::Proof => false,
+            _ => true,
+        };
+        waits || !self.phase.is_open() || self.waits_long()
+    }
+
+    /// Whether the beginning of a line may go although its end has to wait: only between moves, and only to a firmware that waits for a
+    /// line's end as long as it takes (Prusa's drops half a line after two seconds).
+    fn goes_in_pieces(&self) -> bool {
+        self.printer.reads_in_pieces && self.ledger.fits(1, self.settings.window_bytes)
+    }
+
+    /// Whether only the queue's room counts: where the profile says how often the receive buffer is emptied into it, and the wire
+    /// cannot fill it in that time. Until a line has gone out again: then that was not so.
+    fn flows_freely(&self) -> bool {
+        self.resends == 0 && self.settings.never_full()
     }
 
     /// The next new line, by rank: our own, a proof that is due, a block of the program.
@@ -79,6 +117,52 @@ impl Sender {
             Purpose::Identify | Purpose::Renumber => {}
         }
         self.ledger.make(purpose, &self.program);
+    }
+
+    /// What a firmware says beside its `ok` of its queue and its planner.
+    ///
+    /// At that moment its queue held the line that is answered and all that it had taken from the receive buffer behind it: so many
+    /// bytes more may go.
+    pub(super) fn take_room(&mut self, now: Time, number: Option<i64>, room: Room) {
+        let [most, last] = &mut self.printer.queue;
+        // Noise may change a digit, hardly the same way twice.
+        if room.commands == *last && room.commands > *most {
+            *most = room.commands;
+            if self.phase.is_open() {
+                self.take_queue();
+            }
+        }
+        self.printer.queue[1] = room.commands;
+        let most = self.printer.queue[0];
+        let Some(number) = number.filter(|n| (1..self.ledger.cursor()).contains(n)) else { return };
+        if number > self.ledger.credited() {
+            self.ledger.drain(number + (most.saturating_sub(room.commands)) as i64);
+        }
+        let moves = matches!(self.ledger.purpose(number), Some(Purpose::Block(b)) if self.program.seconds(*b) > 0.0);
+        if self.brake.answered(now, room, moves && !self.waits_long()) {
+            self.say_brake();
+        }
+    }
+
+    /// As many lines go ahead as the firmware says that it queues.
+    pub(super) fn take_queue(&mut self) {
+        let lines = self.printer.queue[0] + 1;
+        // A window of one line is somebody's choice.
+        if lines > 1 && lines != self.settings.window_lines && self.traits().queues && self.settings.window_lines > 1 {
+            let said = self.settings.window_lines;
+            self.note(format!(
+                "the printer queues {lines} commands (BUFSIZE), not {said} as the profile says ([link] commands)"
+            ));
+            self.settings.window_lines = lines;
+        }
+    }
+
+    /// Says what holds the print back, if anything does.
+    pub(super) fn say_brake(&mut self) {
+        let SenderSettings { baud, window_bytes, window_lines, .. } = self.settings;
+        if let Some(words) = self.brake.words(Wire { baud, window_bytes, window_lines }) {
+            self.note(words);
+        }
     }
 
     /// An `ok`; `number` of ADVANCED_OK, `report` where it carries temperatures.
@@ -133,6 +217,9 @@ impl Sender {
 
     /// Goes back to `number`, which the printer has not taken.
     pub(super) fn rewind(&mut self, number: i64, why: &'static str) {
+        if self.flows_freely() {
+            self.note("a line has to go out again; from now on no more goes ahead than the receive buffer holds ([link] reads_ms)");
+        }
         self.resends += 1;
         let file_line = self.file_line(number);
         self.event(Notice::Resend { number, file_line, why });

@@ -9,7 +9,6 @@ use std::time::Duration;
 use super::ledger::Purpose;
 use super::phase::Phase;
 use super::{Notice, Sender, StopReason, Time, Watch};
-use crate::link::protocol::MARGIN;
 use crate::link::reply::{Reply, Status};
 
 /// How often the status is asked for.
@@ -85,7 +84,7 @@ impl Sender {
             if let Watch::Status { buffer, .. } = &mut self.watch {
                 *buffer = bytes;
             }
-            self.settings.window_bytes = self.settings.window_bytes.min(bytes.saturating_sub(MARGIN));
+            self.settings.window_bytes = self.settings.window_bytes.min(bytes.saturating_sub(self.traits().margin));
         }
     }
 

@@ -70,7 +70,11 @@ impl Sender {
 
     pub(super) fn hear_hello(&mut self, now: Time, tries: u32, reply: &Reply) {
         match (self.traits().accounting, reply) {
-            (Accounting::Counter, Reply::Ok { .. } | Reply::OkIdentity(_)) => self.begin(now, tries),
+            (Accounting::Counter, Reply::Ok { room, .. }) => {
+                room.iter().for_each(|room| self.take_room(now, None, *room));
+                self.begin(now, tries);
+            }
+            (Accounting::Counter, Reply::OkIdentity(_)) => self.begin(now, tries),
             (Accounting::Status, _) => self.hear_hello_grbl(now, reply),
             _ => {}
         }
@@ -104,6 +108,8 @@ impl Sender {
             identity.push_str(if identity.is_empty() { "" } else { "\n" });
             identity.push_str(text);
         }
+        // Its line buffer has no time limit; Prusa's has, though it is "based on Marlin".
+        self.printer.reads_in_pieces |= text.contains("FIRMWARE_NAME:Marlin");
         self.printer.emergency_parser |= text.starts_with("Cap:EMERGENCY_PARSER:1");
         if text.contains("FIRMWARE_NAME:") {
             self.check_identity(text);
@@ -126,6 +132,7 @@ impl Sender {
     /// Blocks may go, if they could not before.
     pub(super) fn open(&mut self) {
         let Some(again) = self.phase.open() else { return };
+        self.take_queue();
         self.event(Notice::Connected(self.printer.identity.clone()));
         if again && self.activity != Activity::Away {
             self.event(Notice::Resumed);

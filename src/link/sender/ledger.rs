@@ -8,6 +8,8 @@
 //! ```
 //!
 //! Every line has a number, on the wire or only here.
+//!
+//! Of the bytes without an answer those of lines up to `drained` are known to have left the firmware's receive buffer: its queue holds them.
 
 use std::collections::VecDeque;
 
@@ -103,6 +105,8 @@ pub(super) struct Ledger {
     proven: i64,
     credited: i64,
     cursor: i64,
+    drained: i64,
+    /// Bytes on the wire that may lie in the firmware's receive buffer.
     bytes_out: usize,
     padder: Padder,
     /// While this number is not credited, one line at a time.
@@ -118,6 +122,7 @@ impl Ledger {
             proven: 0,
             credited: 0,
             cursor: 1,
+            drained: 0,
             bytes_out: 0,
             padder: Padder::default(),
             narrow: 0,
@@ -133,7 +138,7 @@ impl Ledger {
     /// As a journal knows it: lines up to `proven` are accepted, `lines` may have been sent behind them.
     pub(super) fn broken_off(&mut self, proven: i64, lines: impl Iterator<Item = Purpose>) {
         self.lines = lines.map(|purpose| Sent { purpose, bytes: 0, padding: Padding::default() }).collect();
-        (self.proven, self.credited, self.cursor) = (proven, proven, proven + 1);
+        (self.proven, self.credited, self.drained, self.cursor) = (proven, proven, proven, proven + 1);
     }
 
     pub(super) fn framing(&self) -> Framing {
@@ -163,7 +168,7 @@ impl Ledger {
         self.cursor - 1 - self.credited
     }
 
-    /// Bytes of them.
+    /// Bytes of them that may lie in the firmware's receive buffer.
     pub(super) fn bytes_out(&self) -> usize {
         self.bytes_out
     }
@@ -196,8 +201,16 @@ impl Ledger {
         self.lines.iter().find_map(|sent| if let Purpose::Block(index) = sent.purpose { Some(index) } else { None })
     }
 
-    /// Bytes of `text` on the wire, newline included; Grbl counts to the byte, so there it is exact.
-    pub(super) fn length(&self, text: &[u8]) -> usize {
+    /// Bytes of `text` on the wire, newline included.
+    fn length(&self, text: &[u8]) -> usize {
+        let Framing::Numbered { blank } = self.framing else { return text.len() + 1 };
+        let (padding, mut line) = (self.padder.clone().pad(self.cursor, text, blank), Vec::with_capacity(128));
+        push_padded(&mut line, self.cursor, padding, text);
+        line.len()
+    }
+
+    /// The most that [`Ledger::length`] can be.
+    fn length_at_most(&self, text: &[u8]) -> usize {
         match self.framing {
             Framing::Plain => text.len() + 1,
             Framing::Numbered { .. } => numbered_len(self.cursor, text) + Padding::MOST,
@@ -209,17 +222,27 @@ impl Ledger {
         self.sent(self.cursor).map_or(0, |sent| sent.bytes)
     }
 
-    /// Whether `bytes` more may go out, where `lines` and `most` may be without an answer.
-    pub(super) fn fits(&self, bytes: usize, lines: usize, most: usize) -> bool {
-        let in_flight = self.in_flight() as usize;
+    /// Whether one more line may be without an answer, of `lines` at most.
+    pub(super) fn has_room(&self, lines: usize) -> bool {
         let lines = if self.credited < self.narrow { 1 } else { lines };
-        in_flight == 0 || (in_flight < lines && self.bytes_out + bytes <= most)
+        (self.in_flight() as usize) < lines
+    }
+
+    /// Whether `bytes` more find the receive buffer empty enough; nothing under way always does.
+    pub(super) fn fits(&self, bytes: usize, most: usize) -> bool {
+        self.in_flight() == 0 || self.bytes_out + bytes <= most
+    }
+
+    /// The same for a new line of `text`, to the byte.
+    pub(super) fn fits_new(&self, text: &[u8], most: usize) -> bool {
+        self.fits(self.length_at_most(text), most)
+            || (self.fits(text.len(), most) && self.fits(self.length(text), most))
     }
 
     /// A new line, behind all others.
     pub(super) fn make(&mut self, purpose: Purpose, program: &Program) {
         let text = purpose.text(program);
-        let bytes = self.length(text);
+        let bytes = self.length_at_most(text);
         let padding = match self.framing {
             Framing::Plain => Padding::default(),
             Framing::Numbered { blank } => self.padder.pad(self.cursor, text, blank),
@@ -247,8 +270,19 @@ impl Ledger {
     pub(super) fn credit(&mut self) -> Option<Purpose> {
         self.credited += 1;
         let (bytes, purpose) = self.sent(self.credited).map(|sent| (sent.bytes, sent.purpose.clone()))?;
-        self.bytes_out = self.bytes_out.saturating_sub(bytes);
+        if self.credited > self.drained {
+            self.bytes_out = self.bytes_out.saturating_sub(bytes);
+        }
         Some(purpose)
+    }
+
+    /// Lines up to `to` are known to have left the receive buffer.
+    pub(super) fn drain(&mut self, to: i64) {
+        let to = to.min(self.cursor - 1);
+        if to > self.drained.max(self.credited) {
+            self.drained = to;
+            self.count_bytes();
+        }
     }
 
     /// Everything up to `to` is known to be accepted and leaves the history.
@@ -259,12 +293,17 @@ impl Ledger {
         self.refused = self.refused.filter(|refused| refused.number > self.proven);
     }
 
-    /// The printer's own word: it has taken everything up to `found`, and nothing behind it.
-    pub(super) fn agree(&mut self, found: i64) {
-        self.credited = found;
+    /// The printer's own word: it has taken everything up to `found`, and nothing behind it. How often it has refused the next line.
+    ///
+    /// Each line that is under way behind that will be refused as well, and so will the question: none of these is a new refusal.
+    pub(super) fn agree(&mut self, found: i64) -> u32 {
+        let times = self.refused.filter(|refused| refused.number == found + 1).map_or(0, |refused| refused.times) + 1;
+        let behind = u32::try_from(self.cursor - 1 - found).unwrap_or(0);
+        (self.credited, self.drained) = (found, found);
         self.prove(found);
-        self.refused = None;
+        self.refused = (behind > 0).then_some(Refused { number: found + 1, times, behind });
         self.count_bytes();
+        times
     }
 
     /// Every line is known to have arrived, whatever was to go out again.
@@ -276,6 +315,7 @@ impl Ledger {
     pub(super) fn rewind(&mut self, number: i64) {
         self.cursor = number;
         self.credited = self.credited.min(number - 1);
+        self.drained = self.drained.min(number - 1);
         self.narrow = number;
         self.count_bytes();
     }
@@ -283,12 +323,14 @@ impl Ledger {
     /// The history is given up behind what is proven; our own lines of it, which are still wanted.
     pub(super) fn take_own(&mut self) -> Vec<Purpose> {
         let own = self.lines.drain(..).map(|sent| sent.purpose).filter(|p| matches!(p, Purpose::Own(_))).collect();
-        (self.cursor, self.narrow, self.bytes_out) = (self.proven + 1, 0, 0);
+        (self.cursor, self.drained, self.narrow, self.bytes_out) = (self.proven + 1, self.proven, 0, 0);
+        self.refused = None;
         own
     }
 
     fn count_bytes(&mut self) {
-        self.bytes_out = (self.credited + 1..self.cursor).filter_map(|n| self.sent(n)).map(|s| s.bytes).sum();
+        let behind = self.credited.max(self.drained);
+        self.bytes_out = (behind + 1..self.cursor).filter_map(|n| self.sent(n)).map(|s| s.bytes).sum();
     }
 
     /// `number` was refused, and is to go out again unless that is an echo.

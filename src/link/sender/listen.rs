@@ -9,10 +9,13 @@ use super::{Notice, Sender, StopReason, Time};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Hazard, Heater, effect, waits};
 use crate::link::protocol::Accounting;
-use crate::link::reply::{Busy, Reply, Temperatures};
+use crate::link::reply::{Busy, Reply, Room, Temperatures};
 
 /// An error line's companion (`Resend:`, or the next line) comes within this.
 const COMPANION: Time = Duration::from_secs(1);
+
+/// Marlin's usual BUFSIZE: of so few lines no refusals are left over.
+const USUAL_QUEUE: usize = 4;
 
 /// So many unknown commands are remembered.
 const MOST_UNKNOWN: usize = 64;
@@ -76,10 +79,10 @@ impl Sender {
 
     fn hear_answer(&mut self, now: Time, reply: Reply) {
         match reply {
-            Reply::Ok { number, report } => self.hear_ok(now, number, report),
+            Reply::Ok { number, report, room } => self.hear_ok(now, number, report, room),
             Reply::OkIdentity(text) => {
                 self.identify(&text);
-                self.hear_ok(now, None, None);
+                self.hear_ok(now, None, None, None);
             }
             Reply::LineError(last) => self.line_error(now, last),
             Reply::Resend(number) => self.hear_resend(now, number),
@@ -101,7 +104,7 @@ impl Sender {
         self.user_wait = busy == Busy::User;
     }
 
-    fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>) {
+    fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>, room: Option<Room>) {
         self.heard = now;
         if let Some(t) = report {
             self.event(Notice::Temperatures(t));
@@ -112,6 +115,9 @@ impl Sender {
             }
             self.dialog.own_ok = OwnOk::None;
             return;
+        }
+        if let (Some(room), Phase::Flow(_)) = (room, &self.phase) {
+            self.take_room(now, number, room);
         }
         if matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) {
             self.answered(now, number, report.is_some());
@@ -212,12 +218,19 @@ impl Sender {
             return;
         }
         let RefusalKind::Times(times) = self.ledger.refuse(number) else { return };
-        if times > self.settings.refusals {
+        if times > self.most_refusals() {
             self.stop(StopReason::EndlessResend { line: self.line_of(number), times: times - 1 });
             return;
         }
         self.moved = now;
         self.rewind(number, "refused");
+    }
+
+    /// So often one line may be refused. Lines that went out twice, since a printer asked for what was under way already, are each refused
+    /// in the name of the next one: the longer the queue, the more.
+    pub(super) fn most_refusals(&self) -> u32 {
+        let queued = self.settings.window_lines.clamp(USUAL_QUEUE, MOST_UNKNOWN) - USUAL_QUEUE;
+        self.settings.refusals + 2 * queued as u32
     }
 
     /// `Unknown command`: of our own line, or of a line that lost its number; then its `ok` is none of ours.

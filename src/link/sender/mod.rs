@@ -17,6 +17,7 @@
 //! This room knows no port, thread or clock: times are since any fixed moment.
 
 mod activity;
+mod brake;
 mod flow;
 mod grbl;
 mod hello;
@@ -45,6 +46,7 @@ use super::reply::{Reply, Wording};
 use super::settings::SenderSettings;
 use super::wire::LineAssembler;
 use activity::Activity;
+use brake::Brake;
 use ledger::{Framing, Ledger, Purpose};
 use listen::{Dialog, OwnOk};
 use outbox::Outbox;
@@ -72,6 +74,7 @@ pub struct Sender {
     printer: Printer,
     dialog: Dialog,
     watch: Watch,
+    brake: Brake,
     /// What Grbl's status counts its places from, in the order of its axes.
     offset: Vec<f64>,
     /// Commands that the printer does not know: each is told once.
@@ -103,6 +106,10 @@ struct Printer {
     emergency_parser: bool,
     /// An `ok` follows each of its `Resend:`.
     ok_follows_resend: bool,
+    /// It waits for a line's end as long as it takes.
+    reads_in_pieces: bool,
+    /// The most commands that it has said its queue has room for besides the one it answers, and what it has said last.
+    queue: [usize; 2],
 }
 
 /// What is remembered of a silence, by what settles it.
@@ -210,7 +217,13 @@ impl Sender {
         let traits = settings.protocol.traits();
         let blank = settings.blank_after_number;
         let framing = if traits.numbered { Framing::Numbered { blank } } else { Framing::Plain };
-        let printer = Printer { identity: String::new(), emergency_parser: false, ok_follows_resend: true };
+        let printer = Printer {
+            identity: String::new(),
+            emergency_parser: false,
+            ok_follows_resend: true,
+            reads_in_pieces: false,
+            queue: [0; 2],
+        };
         Self {
             settings,
             program,
@@ -229,6 +242,7 @@ impl Sender {
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),
+            brake: Brake::default(),
             offset: Vec::new(),
             unknown: Vec::new(),
             user_wait: false,

@@ -178,7 +178,11 @@ impl Sender {
         let Some(session) = self.phase.session() else { return };
         self.phase = Phase::Flow(session);
         self.heard = now;
-        self.ledger.agree(found);
+        let times = self.ledger.agree(found);
+        if times > self.most_refusals() {
+            self.stop(StopReason::EndlessResend { line: self.line_of(found + 1), times: times - 1 });
+            return;
+        }
         self.watch_for_ok(now);
         if doubt == Doubt::Link {
             // A way back to the part may lead behind what an earlier host has sent.

@@ -77,6 +77,8 @@ impl Sim {
                 self.real_time(byte);
             } else if !self.quirks.overflows || self.rx.len() < self.quirks.receive_buffer {
                 self.rx.push_back(byte);
+            } else {
+                self.overflowed += 1;
             }
         }
     }
@@ -100,13 +102,19 @@ impl Sim {
         if self.mute {
             return;
         }
-        let each = if self.quirks.baud > 0 { 10.0 / f64::from(self.quirks.baud) } else { 0.0 };
-        self.reply_free = self.reply_free.max(self.now + delay) + Duration::from_secs_f64(each * line.len() as f64);
-        if self.late.is_empty() && self.reply_free <= self.now {
+        self.reply_free = self.reply_free.max(self.now + delay) + self.byte_time().mul_f64(line.len() as f64);
+        let heard = self.reply_free + self.quirks.latency;
+        if self.late.is_empty() && heard <= self.now {
             self.out.extend_from_slice(&line);
         } else {
-            self.late.push_back((self.reply_free, line));
+            self.late.push_back((heard, line));
         }
+    }
+
+    /// What a byte takes on the wire: ten bits.
+    pub(super) fn byte_time(&self) -> Time {
+        let baud = f64::from(self.quirks.baud);
+        if baud > 0.0 { Duration::from_secs_f64(10.0 / baud) } else { Duration::ZERO }
     }
 
     pub(super) fn deliver(&mut self) {

@@ -148,9 +148,8 @@ impl Sim {
                 return Some(0);
             }
             b"$I" => {
-                let total = self.quirks.receive_buffer;
-                self.say("[VER:1.1h.20190830:]");
-                self.say(&format!("[OPT:V,{},{total}]", DEPTH - 1));
+                let own = format!("[VER:1.1h.20190830:]\n[OPT:V,{},{}]", DEPTH - 1, self.quirks.receive_buffer);
+                self.quirks.identity.unwrap_or(&own).lines().for_each(|line| self.say(line));
             }
             b"$X" => self.alarm = false,
             b"$H" => {

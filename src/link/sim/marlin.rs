@@ -17,6 +17,7 @@ enum WireError {
     Number { stated: i64 },
     Checksum,
     NoChecksum,
+    NoNumber,
 }
 
 impl WireError {
@@ -25,6 +26,7 @@ impl WireError {
             Self::Number { .. } => "Line Number is not Last Line Number+1",
             Self::Checksum => "checksum mismatch",
             Self::NoChecksum => "No Checksum with line number",
+            Self::NoNumber => "No Line Number with checksum",
         };
         format!("{what}, Last Line: {last}")
     }
@@ -34,13 +36,17 @@ impl WireError {
         match self {
             Self::Number { stated } => format!("expected line {} got {stated}", last + 1),
             Self::Checksum => "Wrong checksum".to_owned(),
-            Self::NoChecksum => "Missing checksum".to_owned(),
+            Self::NoChecksum | Self::NoNumber => "Missing checksum".to_owned(),
         }
     }
 }
 
 impl Sim {
     pub(super) fn work_marlin(&mut self) {
+        if !self.quirks.loop_time.is_zero() {
+            self.turn_marlin();
+            return;
+        }
         loop {
             let mut did = false;
             if self.quirks.emergency_parser {
@@ -57,6 +63,46 @@ impl Sim {
             if !did || self.dead {
                 return;
             }
+        }
+    }
+
+    /// One turn of the main loop, where it is time for one: what has arrived goes into the queue, one command is executed.
+    fn turn_marlin(&mut self) {
+        if self.quirks.emergency_parser {
+            self.scan_emergency();
+        }
+        if self.dead || self.now < self.next_loop {
+            return;
+        }
+        self.next_loop = self.now + self.quirks.loop_time;
+        self.read_as_prusa();
+        while self.queue.len() < self.quirks.queue && !self.dead {
+            let Some(byte) = self.rx.pop_front() else { break };
+            if matches!(byte, b'\n' | b'\r') {
+                let line = std::mem::take(&mut self.line_in);
+                self.read_marlin(&line);
+            } else {
+                self.line_in.push(byte);
+                self.line_at = self.now;
+            }
+        }
+        if !self.dead {
+            self.execute_front();
+        }
+    }
+
+    /// What Prusa's `get_command` does before it reads on.
+    fn read_as_prusa(&mut self) {
+        if !self.quirks.prusa_reading {
+            return;
+        }
+        if self.rx.len() + 1 >= self.quirks.receive_buffer {
+            self.rx.clear();
+            self.say("Full RX Buffer");
+        }
+        if !self.line_in.is_empty() && self.now > self.line_at + Duration::from_secs(2) {
+            self.line_in.clear();
+            self.say("RX timeout");
         }
     }
 
@@ -88,6 +134,10 @@ impl Sim {
             return;
         }
         if text.first() != Some(&b'N') {
+            if self.quirks.refuses_bare_sums && text.contains(&b'*') {
+                self.line_error(&WireError::NoNumber);
+                return;
+            }
             self.enqueue(text, None);
             return;
         }
@@ -214,7 +264,8 @@ impl Sim {
             return;
         }
         let number = command.number.map_or(String::new(), |n| format!(" N{n}"));
-        let (p, b) = (self.machine.planner.free(), self.quirks.queue - self.queue.len().min(self.quirks.queue));
+        // The one that is answered is still in the queue.
+        let (p, b) = (self.machine.planner.free(), self.quirks.queue.saturating_sub(self.queue.len() + 1));
         self.say_ok(&format!("ok{number} P{p} B{b}"));
     }
 
@@ -261,6 +312,10 @@ impl Sim {
     }
 
     fn introduce(&mut self) {
+        if let Some(identity) = self.quirks.identity {
+            identity.lines().for_each(|line| self.say(line));
+            return;
+        }
         let Self { quirks, .. } = self;
         let text = format!(
             "FIRMWARE_NAME:Marlin bugfix-2.1.x (Nov 21 2026) SOURCE_CODE_URL:github.com/MarlinFirmware/Marlin PROTOCOL_VERSION:1.0 \

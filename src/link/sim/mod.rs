@@ -51,6 +51,12 @@ pub struct Sim {
     cable_free: Time,
     half_line: Vec<u8>,
     rx: VecDeque<u8>,
+    /// What of a line the main loop has read.
+    line_in: Vec<u8>,
+    line_at: Time,
+    next_loop: Time,
+    /// Bytes that found the receive buffer full.
+    overflowed: u32,
     queue: VecDeque<Queued>,
     last_number: i64,
     out: Vec<u8>,
@@ -98,6 +104,10 @@ impl Sim {
             cable_free: Time::ZERO,
             half_line: Vec::new(),
             rx: VecDeque::new(),
+            line_in: Vec::new(),
+            line_at: Time::ZERO,
+            next_loop: Time::ZERO,
+            overflowed: 0,
             queue: VecDeque::new(),
             last_number: 0,
             out: Vec::new(),
@@ -133,10 +143,10 @@ impl Sim {
         if self.off_until.is_some() {
             return;
         }
-        if self.quirks.baud > 0 {
-            let each = Duration::from_secs_f64(10.0 / f64::from(self.quirks.baud));
+        if self.quirks.baud > 0 || !self.quirks.latency.is_zero() {
+            let each = self.byte_time();
             for &byte in bytes {
-                self.cable_free = self.cable_free.max(now) + each;
+                self.cable_free = self.cable_free.max(now + self.quirks.latency) + each;
                 self.cable.push_back((self.cable_free, byte));
             }
         } else {
@@ -212,7 +222,9 @@ impl Sim {
         let late = self.late.front().map(|(at, _)| *at);
         let cable = self.cable.front().map(|(at, _)| *at);
         let busy = (self.quirks.busy && !self.queue.is_empty() && !self.dead).then_some(self.busy_next);
-        let all = [self.machine.planner.wake(), waits, slow, late, cable, busy, self.report_next];
+        let turns = !self.quirks.loop_time.is_zero() && !self.dead && self.has_lines();
+        let turn = turns.then_some(self.next_loop);
+        let all = [self.machine.planner.wake(), waits, slow, late, cable, busy, self.report_next, turn];
         all.into_iter().flatten().filter(|t| *t > self.now).min()
     }
 
@@ -259,6 +271,7 @@ impl Sim {
         self.machine.restart(self.now);
         self.queue.clear();
         self.rx.clear();
+        self.line_in.clear();
         self.cable.clear();
         self.half_line.clear();
         self.late.clear();
@@ -296,6 +309,11 @@ impl Sim {
     /// How often the planner ran dry in the middle of motion.
     pub fn starved(&self) -> u32 {
         self.machine.planner.starved
+    }
+
+    /// Bytes that found the receive buffer full, and were lost.
+    pub fn overflowed(&self) -> u32 {
+        self.overflowed
     }
 
     /// Targets that were cut to the limits.

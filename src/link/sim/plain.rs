@@ -46,6 +46,10 @@ impl Sim {
         }
         if let Some(star) = code.iter().rposition(|b| *b == b'*') {
             if i64::from(checksum(&code[..star])) != integer(&code[star + 1..]) {
+                if self.quirks.tells_bad_sums {
+                    self.say(&format!("Checksum error on line {}", integer(code.get(1..).unwrap_or_default())));
+                    self.say_ok("ok");
+                }
                 return None;
             }
             return Some(strip_number(&code[..star]).to_vec());
@@ -127,10 +131,10 @@ impl Sim {
                 return true;
             }
             b"M115" => {
-                let name = self.quirks.name.clone();
-                self.say(&format!(
-                    "FIRMWARE_NAME: RepRapFirmware for {name} FIRMWARE_VERSION: 3.6.0 ELECTRONICS: {name}"
-                ));
+                let name = &self.quirks.name;
+                let own =
+                    format!("FIRMWARE_NAME: RepRapFirmware for {name} FIRMWARE_VERSION: 3.6.0 ELECTRONICS: {name}");
+                self.say(self.quirks.identity.unwrap_or(&own));
                 self.say_ok("ok");
                 return true;
             }

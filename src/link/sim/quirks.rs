@@ -1,5 +1,6 @@
 //! How one printer differs from another of its firmware.
 
+use crate::link::Time;
 use crate::link::protocol::Protocol;
 
 /// How a firmware differs from its kind.
@@ -27,18 +28,78 @@ pub struct Quirks {
     pub sprinter_errors: bool,
     /// A bad line is answered by `rs N4` and nothing else, as Smoothie does.
     pub smoothie_resends: bool,
+    /// A checksum without a number is an error, as in Marlin before 1.1 and in Prusa's firmware.
+    pub refuses_bare_sums: bool,
+    /// A wrong checksum is told in `Checksum error on line 3`, behind which an `ok` follows all the same, as RepRapFirmware 2 does.
+    pub tells_bad_sums: bool,
+    /// Prusa's reading: half a line is dropped after two seconds, and a receive buffer without a free byte is emptied unread. Only with a
+    /// `loop_time`.
+    pub prusa_reading: bool,
+    /// What it says of itself instead of its kind's own words, line by line.
+    pub identity: Option<&'static str>,
     /// Temperatures with the blank behind the slash: `T:21.30/ 0.00`.
     pub blank_behind_slash: bool,
     /// grblHAL latches an error until a blank line, `$` or reset.
     pub latches_errors: bool,
     /// Bits a second in each direction; 0 for none.
     pub baud: u32,
+    /// How long a byte is under way in each direction beside its time on the wire, as in an adapter to USB.
+    pub latency: Time,
+    /// Marlin's main loop takes so long: once in each the receive buffer is emptied into the queue, and one command is executed. Zero:
+    /// all at once.
+    pub loop_time: Time,
     /// What it is called.
     pub name: String,
     /// Its own number, for M115.
     pub uuid: String,
     /// `AXIS_COUNT` of M115.
     pub axes: u32,
+}
+
+/// Firmwares of a name, as far as they differ on the wire.
+impl Quirks {
+    /// Marlin 1.0: no capabilities, a double is refused, M112 waits its turn.
+    pub fn marlin_1_0(&mut self) {
+        self.identity = Some(
+            "FIRMWARE_NAME:Marlin V1; Sprinter/grbl mashup for gen6 FIRMWARE_URL:http://www.mendel-parts.com PROTOCOL_VERSION:1.0 \
+             MACHINE_TYPE:Mendel EXTRUDER_COUNT:1",
+        );
+        (self.silent_duplicates, self.emergency_parser, self.refuses_bare_sums) = (false, false, true);
+    }
+
+    /// Marlin 1.1.9: a double is refused, and axes are not counted.
+    pub fn marlin_1_1(&mut self) {
+        self.identity = Some(
+            "FIRMWARE_NAME:Marlin 1.1.9 (Github) SOURCE_CODE_URL:https://github.com/MarlinFirmware/Marlin PROTOCOL_VERSION:1.0 \
+             MACHINE_TYPE:3D Printer EXTRUDER_COUNT:1 UUID:cede2a2f-41a2-4748-9b12-c55c62f367ff\n\
+             Cap:SERIAL_XON_XOFF:0\nCap:EEPROM:1\nCap:VOLUMETRIC:1\nCap:AUTOREPORT_TEMP:1\nCap:EMERGENCY_PARSER:0",
+        );
+        (self.silent_duplicates, self.emergency_parser) = (false, false);
+    }
+
+    /// Prusa's 8-bit firmware.
+    pub fn prusa(&mut self) {
+        self.identity = Some(
+            "FIRMWARE_NAME:Prusa-Firmware 3.14.0-BETA1 based on Marlin FIRMWARE_URL:https://github.com/prusa3d/Prusa-Firmware \
+             PROTOCOL_VERSION:1.0 MACHINE_TYPE:Prusa i3 MK3S EXTRUDER_COUNT:1 UUID:00000000-0000-0000-0000-000000000000",
+        );
+        (self.silent_duplicates, self.emergency_parser, self.refuses_bare_sums) = (false, false, true);
+        self.prusa_reading = true;
+    }
+
+    /// RepRapFirmware 2.
+    pub fn rrf_2(&mut self) {
+        self.identity = Some(
+            "FIRMWARE_NAME: RepRapFirmware for Duet 2 WiFi/Ethernet FIRMWARE_VERSION: 2.04RC1 ELECTRONICS: Duet WiFi 1.0 or 1.01 \
+             FIRMWARE_DATE: 2019-07-14b1",
+        );
+        self.tells_bad_sums = true;
+    }
+
+    /// FluidNC 3: its options state no sizes.
+    pub fn fluidnc(&mut self) {
+        self.identity = Some("[VER:3.9 FluidNC v3.9.9:]\n[OPT:MPHS]\n[MSG: Machine: trunnion]");
+    }
 }
 
 impl Quirks {
@@ -56,9 +117,15 @@ impl Quirks {
             repetier_errors: false,
             sprinter_errors: false,
             smoothie_resends: false,
+            refuses_bare_sums: false,
+            tells_bad_sums: false,
+            prusa_reading: false,
+            identity: None,
             blank_behind_slash: false,
             latches_errors: false,
             baud: 0,
+            latency: Time::ZERO,
+            loop_time: Time::ZERO,
             name: "trunnion".to_owned(),
             uuid: "cede2a2f-41a2-4748-9b12-c55c62f367ff".to_owned(),
             axes: 5,

@@ -1,9 +1,10 @@
 //! Answers that no printer gives, in any order, and hands that pause, cancel and pull plugs at any time: the sender never panics,
 //! never holds more than a window and some questions for the port, and always ends in a state with a name.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use trunnion::link::{Notice, Protocol, Record, Sender, SenderSettings};
+use trunnion::link::{Header, JournalSummary, Notice, Program, Protocol, Record, Sender, SenderSettings};
 
 use super::bench_machine::{program, settings, text};
 use crate::support::Numbers;
@@ -19,7 +20,7 @@ fn answer(numbers: &mut Numbers, last: i64) -> String {
         "ok".to_owned(),
         "ok T:20.0 /0.0 B:20.0 /0.0".to_owned(),
         "ok T:21.30/ 0.00".to_owned(),
-        format!("ok N{number} P15 B3"),
+        format!("ok N{number} P{} B{}", numbers.between(0.0, 16.0) as u32, numbers.between(0.0, 40.0) as u32),
         format!("Resend: {number}"),
         "Resend: x".to_owned(),
         format!("Error:checksum mismatch, Last Line: {number}\nResend: {}\nok", number.saturating_add(1)),
@@ -62,6 +63,32 @@ fn seeds() -> u64 {
     std::env::var("TRUNNION_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(2_500)
 }
 
+/// What an interrupted print may have left in its journal.
+fn left_off(numbers: &mut Numbers, of: u32) -> JournalSummary {
+    let answered = numbers.between(0.0, f64::from(of)) as u32;
+    let paused = numbers.between(0.0, 1.0) < 0.3;
+    let pause = if paused { format!("away\npaused {answered}\n") } else { String::new() };
+    let records = format!("run 1 0\nack {answered} {answered}\nsent {}\n{pause}", (answered + 4).min(of));
+    JournalSummary::parse(&(Header::default().to_text() + &records)).unwrap()
+}
+
+/// A print from its beginning, one that is resumed from the printer's counter or from where it stands, or a re-entry.
+fn begun(seed: u64, numbers: &mut Numbers, program: &Arc<Program>, few: SenderSettings) -> Sender {
+    let left = left_off(numbers, program.len());
+    match seed % 4 {
+        1 => Sender::resuming(Arc::clone(program), few, &left),
+        2 => match left.stands_at(program, &few, true) {
+            Some(places) => Sender::locating(Arc::clone(program), few, places, left.paused.is_some()),
+            None => Sender::new(Arc::clone(program), few),
+        },
+        3 => {
+            let prologue = ["G90", "G1Z50F600", "G1X0Y0F3000"].map(str::to_owned);
+            Sender::reentering(Arc::clone(program), few, &prologue, numbers.between(0.0, 380.0) as u32)
+        }
+        _ => Sender::new(Arc::clone(program), few),
+    }
+}
+
 /// Bytes that are nobody's words, some of them cut off in the middle, or a line without an end.
 fn noise(numbers: &mut Numbers) -> Vec<u8> {
     let length = if numbers.between(0.0, 1.0) < 0.05 { 5000.0 } else { 40.0 };
@@ -76,10 +103,12 @@ fn whatever_is_answered_the_sender_ends_in_a_state_with_a_name() {
         let program = program(protocol, &text(protocol, 400));
         for seed in 0..seeds() {
             let mut numbers = Numbers::seeded(seed);
-            let few = SenderSettings { renumber_at: 60, ..settings(protocol) };
-            let mut sender = Sender::new(program.clone(), few);
+            let reads = Duration::from_millis(seed % 3 * 2);
+            let few = SenderSettings { renumber_at: 60, baud: 250_000, reads, ..settings(protocol) };
+            let mut sender = begun(seed, &mut numbers, &program, few);
             let mut now = Duration::ZERO;
-            let mut offline = false;
+            // What is resumed begins with the link that is back.
+            let mut offline = sender.wake(now).is_none();
             for step in 0..4000 {
                 if sender.outcome().is_some() {
                     break;

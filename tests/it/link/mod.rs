@@ -26,7 +26,10 @@ mod refusals;
 #[cfg(unix)]
 mod screen;
 mod second_resume;
+#[cfg(unix)]
+mod several;
 mod shipped;
 mod transcripts;
 #[cfg(unix)]
 mod two_printers;
+mod wire;

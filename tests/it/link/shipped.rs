@@ -35,3 +35,15 @@ fn each_shipped_machine_prints_a_file_that_verifies() {
         note(&format!("{name}: {} lines printed", program.lines().count()));
     }
 }
+
+/// A profile that cannot home with a part on its table says why, and the page about sending names it.
+#[test]
+fn a_shipped_profile_homes_with_a_part_on_its_table_or_says_why_not() {
+    let page = std::fs::read_to_string(root().join("docs/send.md")).unwrap();
+    for (name, file, text) in SHIPPED {
+        let profile = resolve(file, text).unwrap().0;
+        let reason = text.lines().any(|l| l.starts_with('#') && l.contains("rehome stays empty: "));
+        assert_eq!(profile.link.rehome.is_empty(), reason, "{name}");
+        assert!(!reason || page.contains(&format!("`{name}`")), "docs/send.md does not name {name}");
+    }
+}

@@ -28,12 +28,15 @@ struct Transcript {
     outcome: String,
 }
 
+/// A firmware's name, and how it differs.
+type NamedQuirk = (&'static str, fn(&mut Quirks));
+
 fn transcripts() -> Vec<Transcript> {
     let folder = root().join("fixtures/wire");
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     paths.retain(|p| p.extension().is_some_and(|e| e == "txt"));
     paths.sort();
-    assert!(paths.len() >= 32, "{} transcripts", paths.len());
+    assert!(paths.len() >= 39, "{} transcripts", paths.len());
     paths
         .iter()
         .map(|path| read(path.file_stem().unwrap().to_str().unwrap(), &std::fs::read_to_string(path).unwrap()))
@@ -59,7 +62,7 @@ fn read(name: &str, text: &str) -> Transcript {
         }
     }
     let has = |name: &str| quirks.contains(&name);
-    let quirks = Quirks {
+    let mut quirks_of_kind = Quirks {
         advanced_ok: has("advanced-ok"),
         repetier_errors: has("repetier-errors"),
         sprinter_errors: has("sprinter-errors"),
@@ -67,6 +70,15 @@ fn read(name: &str, text: &str) -> Transcript {
         blank_behind_slash: has("blank-behind-slash"),
         ..Quirks::of(protocol)
     };
+    let named: [NamedQuirk; 5] = [
+        ("marlin-1.0", Quirks::marlin_1_0),
+        ("marlin-1.1", Quirks::marlin_1_1),
+        ("prusa", Quirks::prusa),
+        ("rrf-2", Quirks::rrf_2),
+        ("fluidnc", Quirks::fluidnc),
+    ];
+    named.iter().filter(|(name, _)| has(name)).for_each(|(_, apply)| apply(&mut quirks_of_kind));
+    let quirks = quirks_of_kind;
     Transcript { name: name.to_owned(), protocol, quirks, program: program(protocol, &blocks), acts, outcome }
 }
 

@@ -18,7 +18,7 @@ use crate::support::folder;
 /// Nothing here may take longer.
 const LIMIT: Duration = Duration::from_secs(60);
 
-fn machine(protocol: &str) -> MachineSource {
+pub(super) fn machine(protocol: &str) -> MachineSource {
     let toml = format!(
         "extends = \"generic-ac\"\n[machine]\nname = \"{protocol}\"\n[dialect]\nfirmware = \"{protocol}\"\n\
          start = \"G28\\nM109 S{{nozzle_c}} ; GCODE_AXIS=A GCODE_AXIS=C\"\n[link]\nprotocol = \"{protocol}\"\nrehome = \"G28\"\n"
@@ -27,7 +27,7 @@ fn machine(protocol: &str) -> MachineSource {
 }
 
 /// A simulated printer until `ended`; where it is goes to `place`, and what it has executed comes back.
-fn printer(protocol: &str, faults: &[&str], place: &OnceLock<String>, ended: &AtomicBool) -> Vec<String> {
+pub(super) fn printer(protocol: &str, faults: &[&str], place: &OnceLock<String>, ended: &AtomicBool) -> Vec<String> {
     let world = World::here(&Silent);
     let request = SimulateRequest {
         faults: faults.iter().map(|fault| (*fault).to_owned()).collect(),
@@ -97,7 +97,7 @@ fn print(file: &Path, protocol: &str, place: &OnceLock<String>, operator: &dyn O
 }
 
 /// Ends the printers however a test ends: one that panics would wait for them for ever.
-struct Ends<'a>(&'a AtomicBool);
+pub(super) struct Ends<'a>(pub(super) &'a AtomicBool);
 
 impl Drop for Ends<'_> {
     fn drop(&mut self) {

@@ -5,7 +5,7 @@
 
 use super::proof::ReentryPath;
 use super::*;
-use crate::job::{CheckedPlan, MachineSource, PrepareRequest, PrepareResult, Silent, Source, prepare};
+use crate::job::{CheckedPlan, MachineSource, PrepareRequest, PrepareResult, Silent, Source, prepare, printer};
 use crate::link::Reentry;
 use crate::slicing::SlicerChoice;
 

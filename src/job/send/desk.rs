@@ -1,0 +1,140 @@
+//! What is typed at one screen for several prints, which are called by their numbers from 1.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::Answer;
+
+/// What can be typed.
+const WORDS: &str = "N continues a paused print, Enter all of them, p N pauses, c N cancels a paused one, s N is the emergency stop of print N";
+
+/// What is asked of one print.
+#[derive(Clone, Copy, Debug, Default)]
+struct Asked {
+    paused: bool,
+    answer: Option<Answer>,
+    interrupts: u32,
+}
+
+/// What was typed for whom.
+#[derive(Debug)]
+pub struct Desk {
+    prints: Mutex<Vec<Asked>>,
+    open: AtomicBool,
+}
+
+impl Desk {
+    /// Of so many prints; where nobody can type it is not `open`.
+    pub fn new(prints: usize, open: bool) -> Self {
+        Self { prints: Mutex::new(vec![Asked::default(); prints]), open: AtomicBool::new(open) }
+    }
+
+    fn prints(&self) -> MutexGuard<'_, Vec<Asked>> {
+        self.prints.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A line that was typed.
+    ///
+    /// # Errors
+    ///
+    /// What could have been typed, where it means nothing.
+    pub fn typed(&self, line: &str) -> Result<(), String> {
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        let mut prints = self.prints();
+        let of = prints.len();
+        let number = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=of).contains(n)).map(|n| n - 1);
+        let wrong = || format!("{:?} is none of the orders: {WORDS}; prints are 1 to {of}", line.trim());
+        let (order, print) = match words.as_slice() {
+            [] => {
+                prints.iter_mut().filter(|p| p.paused).for_each(|p| p.answer = Some(Answer::Continue));
+                return Ok(());
+            }
+            [print] => ("", number(print).ok_or_else(wrong)?),
+            [order, print] => (*order, number(print).ok_or_else(wrong)?),
+            _ => return Err(wrong()),
+        };
+        let asked = &mut prints[print];
+        match order {
+            "" | "c" if !asked.paused => return Err(format!("print {} is not paused", print + 1)),
+            "" => asked.answer = Some(Answer::Continue),
+            "c" => asked.answer = Some(Answer::Cancel),
+            "p" if asked.interrupts > 0 || asked.paused => return Err(format!("print {} pauses already", print + 1)),
+            "p" => asked.interrupts = 1,
+            // As Ctrl-C twice.
+            "s" => asked.interrupts += 2,
+            _ => return Err(wrong()),
+        }
+        Ok(())
+    }
+
+    /// What can be typed.
+    pub fn words(&self) -> &'static str {
+        WORDS
+    }
+
+    /// Nothing more will be typed.
+    pub fn close(&self) {
+        self.open.store(false, Ordering::SeqCst);
+    }
+
+    /// `print` stands in a pause, or no longer.
+    pub fn pauses(&self, print: usize, paused: bool) {
+        self.prints()[print].paused = paused;
+    }
+
+    /// What is to become of `print`, which is paused.
+    pub fn answer(&self, print: usize) -> Answer {
+        let answer = self.prints()[print].answer.take();
+        let silent = if self.open.load(Ordering::SeqCst) { Answer::NotYet } else { Answer::Nobody };
+        answer.unwrap_or(silent)
+    }
+
+    /// How often `print` was asked to end.
+    pub fn interrupts(&self, print: usize) -> u32 {
+        self.prints()[print].interrupts
+    }
+
+    /// A pause is over.
+    pub fn forget(&self, print: usize) {
+        self.prints()[print] = Asked::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_order_reaches_its_print_and_no_other() {
+        let desk = Desk::new(3, true);
+        desk.typed("p 2").unwrap();
+        desk.typed("s 3").unwrap();
+        assert_eq!([0, 1, 2].map(|i| desk.interrupts(i)), [0, 1, 2]);
+        for i in [0, 1] {
+            desk.pauses(i, true);
+        }
+        desk.typed(" 2 ").unwrap();
+        assert_eq!([0, 1, 2].map(|i| desk.answer(i)), [Answer::NotYet, Answer::Continue, Answer::NotYet]);
+        desk.typed("").unwrap();
+        assert_eq!([0, 1, 2].map(|i| desk.answer(i)), [Answer::Continue, Answer::Continue, Answer::NotYet]);
+        desk.typed("c 1").unwrap();
+        assert_eq!((desk.answer(0), desk.answer(0)), (Answer::Cancel, Answer::NotYet));
+        desk.forget(1);
+        assert_eq!((desk.interrupts(1), desk.interrupts(2)), (0, 2));
+        desk.close();
+        assert_eq!(desk.answer(0), Answer::Nobody);
+    }
+
+    #[test]
+    fn what_means_nothing_is_told_and_does_nothing() {
+        let desk = Desk::new(2, true);
+        for wrong in ["0", "3", "x", "c", "s s", "s 1 2", "-1", "q 1"] {
+            assert!(desk.typed(wrong).unwrap_err().contains("prints are 1 to 2"), "{wrong}");
+        }
+        assert_eq!(desk.typed("1").unwrap_err(), "print 1 is not paused");
+        assert_eq!(desk.typed("c 2").unwrap_err(), "print 2 is not paused");
+        desk.typed("p 1").unwrap();
+        assert!(desk.typed("p 1").is_err());
+        assert_eq!([0, 1].map(|i| (desk.interrupts(i), desk.answer(i))), [(1, Answer::NotYet), (0, Answer::NotYet)]);
+    }
+}

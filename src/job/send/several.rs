@@ -1,0 +1,95 @@
+//! Several printers by one process: a thread, a port and a journal each, and nothing in common. What befalls one is none of the others'.
+
+use std::path::{Path, PathBuf};
+
+use super::operator::Operator;
+use super::{Checked, SendOptions, SendRequest, Wire, checked, go};
+use crate::job::world::{same_port, side_by_side};
+use crate::job::{CheckedPlan, Error, LoadedProfile, Silent, Verified, World};
+
+/// One of several prints.
+#[derive(Clone, Copy, Debug)]
+pub struct Print<'a> {
+    /// What.
+    pub request: SendRequest<'a>,
+    /// To where.
+    pub wire: Wire<'a>,
+}
+
+/// How one of several prints has ended.
+#[derive(Debug)]
+pub struct Ended {
+    /// Its port.
+    pub port: String,
+    /// Its file.
+    pub file: PathBuf,
+    /// Why it failed.
+    pub error: Option<Error>,
+}
+
+/// A program in hand, and what it is to be printed by.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The program.
+    pub program: Verified<Vec<u8>>,
+    /// The plan that it was verified against; without one the profile is needed.
+    pub plan: Option<CheckedPlan>,
+    /// The profile, where there is no plan.
+    pub profile: Option<LoadedProfile>,
+}
+
+impl Loaded {
+    /// To be sent as `path`; `None` where it has neither plan nor profile.
+    pub fn request<'a>(&'a self, path: &'a Path, options: &'a SendOptions) -> Option<SendRequest<'a>> {
+        let (program, plan) = (&self.program, self.plan.as_ref());
+        let machine = plan.map(|plan| &plan.machine).or(self.profile.as_ref())?;
+        Some(SendRequest { path, program, machine, plan, options })
+    }
+}
+
+/// Sends, or where `resumes` resumes, several prints at the same time; how each has ended, in their order.
+///
+/// `operator` gives whoever stands by print `index`; it is called on that print's own thread.
+///
+/// # Errors
+///
+/// As [`send`](super::send()) and [`resume`](super::resume()) before anything is sent, of the first print that cannot begin, and
+/// [`Error::SamePort`]: then none begins.
+pub fn send_several<'o>(
+    prints: &[Print<'_>],
+    resumes: bool,
+    world: &World<'_>,
+    operator: &(dyn Fn(usize) -> Box<dyn Operator + 'o> + Sync),
+) -> Result<Vec<Ended>, Error> {
+    distinct(prints)?;
+    let all = |print: &Print<'_>| checked(&print.request, &print.wire, resumes, world);
+    let checked = prints.iter().map(all).collect::<Result<Vec<Checked>, _>>()?;
+    // No port is touched before all is known to be well.
+    let open = |checked: Checked| checked.open(world);
+    let ready = checked.into_iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    let tasks = ready.into_iter().zip(prints).enumerate().map(|(index, (ready, print))| {
+        move || {
+            let operator = operator(index);
+            go(ready, &print.request, &print.wire, (&World::here(&Silent), &*operator))
+        }
+    });
+    let ended = side_by_side(tasks.collect()).into_iter().zip(prints);
+    let each = |(ended, print): (Result<(), Error>, &Print<'_>)| Ended {
+        port: print.wire.address.to_string(),
+        file: print.request.path.to_owned(),
+        error: ended.err(),
+    };
+    Ok(ended.map(each).collect())
+}
+
+/// That no two go to one port, under whatever names.
+fn distinct(prints: &[Print<'_>]) -> Result<(), Error> {
+    for (index, print) in prints.iter().enumerate() {
+        let same = |other: &&Print<'_>| same_port(other.wire.address, print.wire.address);
+        if let Some(other) = prints[..index].iter().find(same) {
+            let files = [other, print].map(|p| PathBuf::from(p.request.path));
+            return Err(Error::SamePort { port: print.wire.address.to_string(), files });
+        }
+    }
+    Ok(())
+}
