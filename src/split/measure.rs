@@ -26,6 +26,8 @@ pub(super) struct MeasureRules {
     pub(super) table_mm: f64,
     /// What layers let pass where facets do not.
     pub(super) layers: Rule,
+    /// Whether places that begin in the air and flat ridges count.
+    pub(super) faults: bool,
 }
 
 /// What a surface needs along one direction.
@@ -117,6 +119,9 @@ impl Measured {
 
     /// The runs that are too long to hang along `up`; edges of what the part stands on, where that is given, are none.
     pub(super) fn ridges(&self, up: &Vec3, standing: Option<Option<u32>>, rules: &MeasureRules) -> Vec<Ridge> {
+        if !rules.faults {
+            return Vec::new();
+        }
         let stands = |f: usize| standing.is_some_and(|cap| self.stands(f, cap));
         self.relief.ridges(up, stands, &rules.hang())
     }
@@ -128,6 +133,9 @@ impl Measured {
 
     /// Vertices where the surface begins along `up`, nicks left out; `heights` as [`Measured::heights`] gives them.
     pub(super) fn beginnings(&self, heights: &[f64], up: &Vec3, cap: Option<u32>, rules: &MeasureRules) -> Vec<u32> {
+        if !rules.faults {
+            return Vec::new();
+        }
         let stands = |v: u32| self.facets_at(v as usize).iter().any(|&f| self.stands(f as usize, cap));
         let found = self.relief.beginnings(heights, up, rules.layer_mm);
         found.into_iter().filter(|&v| !stands(v)).collect()

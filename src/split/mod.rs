@@ -63,6 +63,9 @@ pub struct Options {
     pub pedestal_mm: f64,
     /// States that are kept from level to level.
     pub beam: usize,
+    /// Whether only facets count, and neither places that begin in the air nor flat ridges: for figures that are to be compared with
+    /// those of methods that do not know these.
+    pub only_facets: bool,
 }
 
 impl Default for Options {
@@ -80,6 +83,7 @@ impl Default for Options {
             no_cut: Vec::new(),
             pedestal_mm: 0.0,
             beam: 4,
+            only_facets: false,
         }
     }
 }
@@ -256,6 +260,7 @@ pub fn split(
             bridge_mm: options.bridge_mm,
             tolerate_mm2: options.tolerate_mm2,
         },
+        faults: !options.only_facets,
     };
     let whole = Measured::of(Surface::of(model), &rules);
     let before = whole.needs(&Vec3::z(), None, &rules);

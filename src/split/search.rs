@@ -412,7 +412,7 @@ impl<'a> BeamSearch<'a> {
         if needs.iter().any(|n| n.faults() > 0) {
             return Err(Against::Beginning);
         }
-        let falls = |p: &Measured| p.has_false_bottom(&plane.normal, Some(number));
+        let falls = |p: &Measured| self.rules.faults && p.has_false_bottom(&plane.normal, Some(number));
         if pieces.iter().any(falls) {
             return Err(Against::Thin);
         }
@@ -429,7 +429,7 @@ impl<'a> BeamSearch<'a> {
         let gain_mm2 = state.left().area_mm2 - child.left().area_mm2;
         child.steps.iter_mut().last().into_iter().for_each(|step| step.gain_mm2 = gain_mm2);
         // The cap may have made a new lowest place of what is left.
-        if child.left().area_mm2 <= NOTHING_MM2 && child.rest.has_false_bottom(&Vec3::z(), None) {
+        if self.rules.faults && child.left().area_mm2 <= NOTHING_MM2 && child.rest.has_false_bottom(&Vec3::z(), None) {
             return Err(Against::Thin);
         }
         let gains = child.area_mm2() < state.area_mm2() - SAME_MM2 || child.faults() < state.faults();

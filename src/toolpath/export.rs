@@ -6,9 +6,12 @@ use crate::mesh::TriangleMesh;
 use crate::motion::TableKinematics;
 use crate::planning::{Print, Workpiece};
 use crate::profile::Profile;
-use crate::section::{Sections, Segment};
+use crate::section::{Section, Sections, Segment};
 
 use super::sliced::SlicedPrint;
+
+/// Step of the grid on which room for a line is looked for, mm.
+const ROOM_STEP_MM: f64 = 0.1;
 
 /// A part turned upright, its lowest point at z = 0, centred on the slicer's bed.
 pub struct SlotMesh {
@@ -100,7 +103,8 @@ pub enum BoxMismatch {
 /// Compares what was extruded with the part's own cross-sections, layer by layer.
 ///
 /// A line's centre lies half a width inside the outline, so half a width beyond it is the user's doing and not the
-/// slicer's. Sharp tips thinner than a line are not printed by any slicer; hence the median for what is missing.
+/// slicer's. Sharp tips thinner than a line are not printed by any slicer; hence the median for what is missing, and what is missing
+/// beyond it must have room for a line.
 ///
 /// # Errors
 ///
@@ -131,17 +135,57 @@ pub fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -
             missing[axis].push(short - width / 2.0);
         }
     }
+    let tips_only = |axis: usize| tips_only(&sections, sliced, axis, width);
     if missing[0].is_empty() {
         return Err(BoxMismatch::Height { top: sliced.extrusion.max.z, height: slot.mesh.bounds().max.z });
     }
     for (axis, name) in [(0, "x"), (1, "y")] {
         missing[axis].sort_by(f64::total_cmp);
         let short_mm = missing[axis].get(missing[axis].len() / 2).copied().unwrap_or(f64::INFINITY);
-        if short_mm > 2.0 * width {
+        if short_mm > 2.0 * width && !tips_only(axis) {
             return Err(BoxMismatch::Short { axis: name, short_mm, allowed_mm: 2.0 * width });
         }
     }
     check_height(slot, sliced, &sections, (width, height))
+}
+
+/// Whether on more than half of the layers all that lies farther along an axis than the extrusion, by more than may be missing, is thinner
+/// than a line.
+fn tips_only(sections: &Sections, sliced: &SlicedPrint<'_>, axis: usize, width: f64) -> bool {
+    let height = usual_step(sliced);
+    let (mut wide, mut below, mut layers) = (0, 0.0, 0);
+    for layer in &sliced.layers {
+        let thickness = (layer.z - below).clamp(0.01, 2.0 * height);
+        below = layer.z;
+        let section = sections.at(layer.z - thickness / 2.0);
+        if section.is_empty() {
+            continue;
+        }
+        layers += 1;
+        let [low, high] = section.bounds();
+        let (from, to) = (layer.extrusion.min[axis] - 2.5 * width, layer.extrusion.max[axis] + 2.5 * width);
+        let beyond = [[low[axis], from], [to, high[axis]]];
+        wide += usize::from(beyond.into_iter().any(|range| has_room(&section, axis, range, width)));
+    }
+    2 * wide < layers
+}
+
+/// Whether a section has room for a line of this width with its middle between two places along an axis; yes, where that is not ruled out.
+fn has_room(section: &Section, axis: usize, [from, to]: [f64; 2], width: f64) -> bool {
+    let [low, high] = section.bounds();
+    let across = 1 - axis;
+    let steps = |from: f64, to: f64| ((to - from) / ROOM_STEP_MM).ceil() as usize;
+    let mut search = section.search();
+    from < to
+        && (0..=steps(from, to)).any(|i| {
+            (0..=steps(low[across], high[across])).any(|k| {
+                let mut at = [0.0; 2];
+                at[axis] = (from + i as f64 * ROOM_STEP_MM).min(to);
+                at[across] = low[across] + k as f64 * ROOM_STEP_MM;
+                // Nothing lies farther from a place of this grid, and the distance grows no faster than the way.
+                search.signed_distance(at) - ROOM_STEP_MM * std::f64::consts::FRAC_1_SQRT_2 <= -width / 2.0
+            })
+        })
 }
 
 /// The median step from layer to layer, mm: the file's own layer height, whatever it was sliced with.

@@ -53,5 +53,6 @@ mod split;
 mod support;
 mod supports;
 mod sweeps;
+mod thin_tips;
 mod trees;
 mod turns;

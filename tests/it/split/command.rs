@@ -91,6 +91,8 @@ fn cut_solids_go_through_plan_and_prepare() {
         ("wye", solids::wye()),
         ("tee-pipe", solids::tee_pipe()),
         ("wye-pipe", solids::wye_pipe()),
+        ("bracket", solids::bracket()),
+        ("menorah", solids::menorah()),
     ];
     for (name, shape) in shapes {
         let parts = folder.path().join(format!("{name}.3mf"));

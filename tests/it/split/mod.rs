@@ -3,6 +3,7 @@
 
 mod brute;
 mod command;
+mod free_form;
 mod layers;
 mod planes;
 pub(crate) mod solids;
