@@ -165,7 +165,14 @@ impl Solids {
         if air.is_empty() {
             return;
         }
-        let bridging = and(&and(&grown(air, reach), solid), &self.rest);
+        let mut bridging = and(&and(&grown(air, reach), solid), &self.rest);
+        // A strip beside it that has no room for a line of its own is bridged too: its plastic would lie on the bridge's turns.
+        let left = minus(&self.rest, &bridging);
+        let strips = minus(&left, &opened(&left, line.width / 2));
+        let beside = opened(&and(&strips, &grown(&bridging, line.width)), line.width / 16);
+        if !beside.is_empty() {
+            bridging = or(&bridging, &beside);
+        }
         self.rest = minus(&self.rest, &bridging);
         for shape in bridging {
             let one = vec![shape];
