@@ -105,7 +105,7 @@ impl Made {
                 sliced: &segment.sliced,
             })
             .collect();
-        let job = Job { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece };
+        let job = Job { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece, head: "" };
         let mut gcode = Vec::new();
         rewrite(&inputs, &job, &mut gcode).expect("rewrites");
         gcode

@@ -131,7 +131,7 @@ impl Made {
         let workpiece = Workpiece::place(&self.model, &self.plan.placement);
         let sliced = read_sliced(&self.sliced, "bench", InputWords::default()).expect("reads").remove(0).sliced;
         let input = Input { print: 0, centre_mm: MIDDLE, file: "bench", sliced: &sliced };
-        let job = Job { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece };
+        let job = Job { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece, head: "" };
         rewrite(&[input], &job, sink).expect("rewrites").bytes
     }
 }

@@ -132,6 +132,7 @@ python_environment
 from_registry octoprint 600 "OctoPrint (its virtual printer)" OctoPrint==1.11.8
 from_registry trimesh 300 "numpy and trimesh (first layers and tipping angles with other code)" numpy trimesh
 from_registry scipy 300 "scipy (a witness for the least squares of calibration)" numpy scipy
+from_registry jsonschema 300 "jsonschema (a second witness for the schemas of documents)" jsonschema==4.26.0
 from_registry maturin 300 "maturin (builds the Python package)" "maturin>=1.8,<2"
 from_registry ortools 300 "OR-tools (a witness for the costs of supports and for packings)" ortools==9.15.6755
 if [ -d .venv/bin ]; then
@@ -140,6 +141,8 @@ fi
 package prusa-slicer prusa-slicer
 package slic3r slic3r
 package shellcheck shellcheck
+package zsh zsh
+package fish fish
 package linuxcnc-uspace rs274
 package cura-engine CuraEngine
 if have chromium-browser || have google-chrome; then :; else package chromium chromium; fi
@@ -159,7 +162,14 @@ else
     skip "clippy is not installed"
 fi
 # --show-output: a test that leaves something out says so, and would be muted when it passes.
-step "tests" cargo test --locked --no-fail-fast -- --show-output
+documents="${CARGO_TARGET_DIR:-$PWD/target}/documents"
+rm -rf "$documents"
+TRUNNION_DOCUMENTS=$documents step "tests" cargo test --locked --no-fail-fast -- --show-output
+if [ -x .venv/bin/python ] && .venv/bin/python -c 'import jsonschema' 2>/dev/null; then
+    step "documents and their schemas" .venv/bin/python tests/harness/check_documents.py docs/schemas "$documents"
+else
+    skip "the documents that the tests printed were not held against their schemas by a second program: jsonschema is not there"
+fi
 RUSTDOCFLAGS="${RUSTDOCFLAGS:-} -D warnings" step "documentation" cargo doc --locked --no-deps
 
 # The Python package as its users get it: a wheel in surroundings of its own, the example, its tests beside the command built above. Most
@@ -189,6 +199,22 @@ else
     skip "the Python package was not built: maturin is not there"
 fi
 
+# A binary that needs nothing of the system, where Rust's library for musl and a compiler for it are there.
+static_binary() {
+    local folder target=x86_64-unknown-linux-musl
+    folder="${CARGO_TARGET_DIR:-$PWD/target}"
+    cargo build --locked --bin trunnion --target "$target" || return 1
+    "$folder/$target/debug/trunnion" --version || return 1
+    { ldd "$folder/$target/debug/trunnion" 2>&1 || true; } | grep -E 'statically linked|not a dynamic executable'
+}
+if [ ! -d "$(rustc --print sysroot)/lib/rustlib/x86_64-unknown-linux-musl" ]; then
+    skip "the static binary was not built: Rust's library for it is not there (rustup target add x86_64-unknown-linux-musl)"
+elif ! have musl-gcc; then
+    skip "the static binary was not built: musl-gcc is not there (package musl-tools)"
+else
+    step "static binary" static_binary
+fi
+
 # The first line that is no trace message of what the command prints.
 first_line() {
     { "$@" 2>/dev/null || true; } </dev/null |
@@ -216,6 +242,7 @@ took_part Python 'python3 --version' 'python3 --version'
 took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
 took_part trimesh 'python3 -c "import trimesh"' 'python3 -c "import trimesh; print(trimesh.__version__)"'
 took_part scipy 'python3 -c "import scipy"' 'python3 -c "import scipy; print(scipy.__version__)"'
+took_part jsonschema '.venv/bin/python -c "import jsonschema"' '.venv/bin/python -c "from importlib.metadata import version; print(version(\"jsonschema\"))"'
 took_part maturin 'maturin --version' 'maturin --version'
 took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
 took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'

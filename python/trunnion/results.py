@@ -219,8 +219,18 @@ class Planned:
         return [one for slot in self.slots for one in slot.prints]
 
 
+class _OfFile:
+    """A result whose file is the attribute called by `_file`."""
+
+    _file: typing.ClassVar[str]
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes the result's file: the plan file, the parts as 3MF, or the program."""
+        Path(path).write_bytes(getattr(self, self._file))
+
+
 @dataclass(frozen=True)
-class Plan(Result, Planned):
+class Plan(_OfFile, Result, Planned):
     """A plan (``trunnion plan``).
 
     Attributes:
@@ -228,12 +238,9 @@ class Plan(Result, Planned):
         parts_3mf: the model as it is printed, where that is not as it was read; the plan names it.
     """
 
+    _file = "plan"
     plan: bytes = field(repr=False, compare=False, default=b"")
     parts_3mf: Optional[bytes] = field(repr=False, compare=False, default=None)
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the plan file."""
-        Path(path).write_bytes(self.plan)
 
 
 @dataclass(frozen=True)
@@ -249,9 +256,10 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Split(Result):
+class Split(_OfFile, Result):
     """One solid in parts that print without supports (``trunnion split``); `parts_3mf` has them in the order of printing."""
 
+    _file = "parts_3mf"
     planes: list[Plane]
     parts: int
     order: list[dict[str, Any]]
@@ -262,10 +270,6 @@ class Split(Result):
     printable: bool
     seconds: float
     parts_3mf: bytes = field(repr=False, compare=False, default=b"")
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the parts as 3MF."""
-        Path(path).write_bytes(self.parts_3mf)
 
 
 @dataclass(frozen=True)
@@ -315,7 +319,7 @@ class Slicer:
 
 
 @dataclass(frozen=True)
-class Prepared(Result):
+class Prepared(_OfFile, Result):
     """A verified program (``trunnion prepare``).
 
     Attributes:
@@ -330,6 +334,7 @@ class Prepared(Result):
         parts_3mf: the model as it is printed, where that is not as it was read.
     """
 
+    _file = "gcode"
     output: Optional[str]
     plan: Planned
     verify: Replay
@@ -342,7 +347,3 @@ class Prepared(Result):
     gcode: bytes = field(repr=False, compare=False, default=b"")
     plan_file: bytes = field(repr=False, compare=False, default=b"")
     parts_3mf: Optional[bytes] = field(repr=False, compare=False, default=None)
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the program."""
-        Path(path).write_bytes(self.gcode)

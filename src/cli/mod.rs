@@ -26,7 +26,6 @@ mod support;
 mod verify;
 mod why;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
@@ -34,28 +33,6 @@ use clap::{CommandFactory, Parser};
 use args::{Args, Verb};
 pub(crate) use failure::Failure;
 pub(crate) use progress::Console;
-
-/// How Rust's parsers refuse a number, and how a person would.
-const REFUSED: [(&str, &str); 4] = [
-    ("invalid float literal", "not a number"),
-    ("cannot parse float from empty string", "not a number"),
-    ("invalid digit found in string", "not a whole number"),
-    ("cannot parse integer from empty string", "not a whole number"),
-];
-
-/// Prints what is wrong with the arguments, or the help that was asked for.
-fn told(error: &clap::Error) -> std::io::Result<()> {
-    let text = error.render().to_string();
-    if error.use_stderr() && std::env::args_os().any(|word| word == "--json") {
-        let first = text.lines().next().unwrap_or_default();
-        let document = crate::document::failed(first.strip_prefix("error: ").unwrap_or(first), 2);
-        writeln!(std::io::stdout(), "{document}")?;
-    }
-    match REFUSED.iter().find(|(words, _)| error.use_stderr() && text.contains(words)) {
-        Some((words, ours)) => std::io::stderr().write_all(text.replace(words, ours).as_bytes()),
-        None => error.print(),
-    }
-}
 
 /// The command with all its flags: what completions and manual pages are made of.
 pub fn command() -> clap::Command {
@@ -66,12 +43,12 @@ pub fn command() -> clap::Command {
 pub fn run() -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,
-        Err(error) => {
+        Err(mut error) => {
             // Help and version are no mistake; a closed pipe while printing them is none either.
             if error.use_stderr() {
                 rewrite::spoil_unparsed(std::env::args_os().skip(1));
             }
-            let lost = told(&error).err().filter(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
+            let lost = args::told(&mut error).err().filter(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
             let lost = lost.map(|source| progress::error(&Failure::Stdout { source }.to_string()));
             return ExitCode::from(if error.use_stderr() || lost.is_some() { 2 } else { 0 });
         }

@@ -3,10 +3,10 @@
 use std::cell::{OnceCell, RefCell};
 use std::io::{BufRead, IsTerminal};
 
-use super::Console;
+use super::{Console, progress};
 use crate::document::{self, Tone};
 use crate::job::interrupts::Interrupts;
-use crate::job::{Answer, At, Desk, Operator, Sending};
+use crate::job::{Answer, At, Desk, Error, Operator, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
@@ -33,30 +33,41 @@ impl<'a> Terminal<'a> {
 
     /// In a pause, where somebody can type.
     fn listen(&self) {
+        let text = document::paused(self.print());
         if let Some((desk, print)) = self.desk {
-            desk.pauses(print, true);
-            self.console.note(&format!("paused above the part; {}, Ctrl-C is an emergency stop of all", desk.words()));
+            desk.pauses(print, self.ctrl_c());
+        } else if !std::io::stdin().is_terminal() {
             return;
         }
-        if !std::io::stdin().is_terminal() {
+        self.console.note(&text);
+        if self.desk.is_some() {
             return;
         }
-        let text = "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop";
-        self.console.note(text);
         let (typed, lines) = bounded(1);
+        let draws = self.console.draws();
         self.typed.replace(Some(lines));
         std::thread::spawn(move || {
             let mut text = String::new();
             // The end of input is no Enter.
             if std::io::stdin().read_line(&mut text).is_ok_and(|n| n > 0) {
+                progress::typed(None, draws.then_some(0));
                 let _ = typed.send(text);
             }
         });
     }
 
+    fn ctrl_c(&self) -> u32 {
+        self.interrupts.get().map_or(0, Interrupts::count)
+    }
+
+    /// Which of several.
+    fn print(&self) -> Option<usize> {
+        self.desk.map(|(_, print)| print)
+    }
+
     fn say(&self, what: &Sending<'_>, at: At) {
         let console = self.console;
-        match document::said(what, at) {
+        match document::said(what, at, self.print()) {
             Some((Tone::Detail, text)) => console.detail(&text),
             Some((Tone::Note, text)) => console.note(&text),
             Some((Tone::Warning, text)) => console.warning(&text),
@@ -85,8 +96,7 @@ impl Operator for Terminal<'_> {
     }
 
     fn interrupts(&self) -> u32 {
-        let typed = self.desk.map_or(0, |(desk, print)| desk.interrupts(print));
-        self.interrupts.get().map_or(0, Interrupts::count) + typed
+        self.desk.map_or(self.ctrl_c(), |(desk, print)| desk.interrupts(print, self.ctrl_c()))
     }
 
     fn forget_interrupts(&self) {
@@ -129,5 +139,13 @@ impl Operator for Terminal<'_> {
         let mut text = String::new();
         let read = std::io::stdin().lock().read_line(&mut text);
         read.is_ok() && text.trim() == "yes"
+    }
+
+    /// At once: the others may go on for hours.
+    fn ended(&self, error: Option<&Error>) {
+        if let Some(error) = error {
+            self.console.warning(&error.to_string());
+        }
+        self.console.status(if error.is_some() { "stopped" } else { "complete" });
     }
 }

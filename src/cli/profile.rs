@@ -65,7 +65,7 @@ fn new(args: &New, console: &Console) -> Result<(), Failure> {
     job::not_there(&place, &world)?;
     outputs.claim(&place)?.write(made.text.as_bytes())?;
     if console.json() {
-        console.document(&json!({"profile": args.name, "file": place, "unanswered": made.unanswered}));
+        console.document(&document::profile_made(&args.name, &place, &made.unanswered));
     } else {
         console.result(&format!("{}\nnext: trunnion profile check, and docs/machine.md", place.display()));
     }

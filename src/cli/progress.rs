@@ -42,20 +42,26 @@ impl Console {
         self.row.as_ref().map(|row| row.name.as_str())
     }
 
-    /// Makes room for the lines of `of` such things, which are there where a person looks on.
-    pub(super) fn rows(&self, of: usize) {
-        if self.draws() {
-            let _ = write!(std::io::stderr(), "{}", "\n".repeat(of));
+    /// Makes room for the lines of `of` such things; whether they are there: where a person looks on, and the terminal is high enough.
+    pub(super) fn rows(&self, of: usize) -> bool {
+        let lines = size()[1];
+        let high = of + 2 <= lines;
+        match (self.draws(), high) {
+            (true, true) => put(&"\n".repeat(of)),
+            (true, false) => self.note(&document::too_low(lines, of)),
+            _ => {}
         }
+        high && self.draws()
     }
 
-    fn draws(&self) -> bool {
+    /// Whether there is a status.
+    pub(super) fn draws(&self) -> bool {
         !self.quiet && !self.json && std::io::stderr().is_terminal()
     }
 
     fn say(&self, text: &str) {
         match &self.row {
-            Some(row) if self.draws() => drop(std::io::stderr().write_all(row.above(text).as_bytes())),
+            Some(row) if row.drawn => put(&row.above(text, size()[0])),
             Some(row) => say(&format!("{}: {text}", row.name)),
             None => say(text),
         }
@@ -124,10 +130,10 @@ impl Console {
 
     /// Where a long job is: in one place of a terminal, nowhere else.
     pub(crate) fn status(&self, text: &str) {
-        if !self.quiet && std::io::stderr().is_terminal() {
-            let line = self.row.as_ref().map_or_else(|| format!("\r{text:<78.78}\r"), |row| row.over(text));
-            // At once: others write, too.
-            let _ = std::io::stderr().write_all(line.as_bytes());
+        match &self.row {
+            Some(row) if row.drawn => put(&row.over(text, size()[0])),
+            None if self.draws() => put(&format!("\r{}\x1b[K\r", document::fitting(text, size()[0]))),
+            _ => {}
         }
     }
 
@@ -164,6 +170,27 @@ impl Progress for Console {
 /// Why it failed.
 pub(super) fn error(text: &str) {
     say(&format!("error: {text}"));
+}
+
+/// Somebody has typed a line: `wrong` where it means nothing. Where the screen has `rows`, they are counted from the cursor, which it has moved.
+pub(super) fn typed(wrong: Option<&str>, rows: Option<usize>) {
+    put(rows.map_or("", |_| document::TYPED));
+    match (wrong, rows) {
+        (Some(text), Some(rows)) => put(&document::above(text, rows, size()[0])),
+        (Some(text), None) => error(text),
+        (None, _) => {}
+    }
+}
+
+/// Columns and lines of the terminal; 80 and 24 of one that does not say.
+fn size() -> [usize; 2] {
+    let size = terminal_size::terminal_size_of(std::io::stderr());
+    size.map_or([80, 24], |(columns, lines)| [columns.0.into(), lines.0.into()])
+}
+
+/// At once: others write, too.
+fn put(text: &str) {
+    let _ = std::io::stderr().write_all(text.as_bytes());
 }
 
 fn say(text: &str) {

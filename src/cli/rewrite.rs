@@ -6,8 +6,6 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
-
 use super::args::Rewrite as Verb;
 use super::requests::outputs;
 use super::verify::explained;
@@ -32,6 +30,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         // The slicer's window may call its scripts for a file of an earlier call; what is finished is left as it is either way.
         if job::is_finished(&Source::from(&args.files[0]), loaded, &console.world())? {
             console.note(&format!("{}: finished already by this plan; left as it is", args.files[0].display()));
+            if console.json() {
+                console.document(&document::left_alone());
+            }
             return Ok(());
         }
     }
@@ -42,7 +43,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match done {
         Ok(done) => {
             if let (true, Some(report)) = (console.json(), done.gcode.report()) {
-                console.document(&json!({"verify": document::verified(report, done.verify_seconds)}));
+                console.document(&document::rewritten(report, done.verify_seconds));
             }
             Ok(())
         }

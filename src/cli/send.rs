@@ -33,6 +33,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     }
 }
 
+const UNPROVED: &str = "only a file that verifies is sent: give its plan with --plan PLAN.json; or, without any check for collisions, \
+                        --unverified with -m PROFILE";
+
 /// A file and what it was made by; verified, if it is to be.
 fn load(
     path: &Path,
@@ -52,15 +55,17 @@ fn load(
         return Ok(Loaded { program, plan: Some(plan), profile: None });
     }
     let Some(profile) = args.plan_ref.profile.as_deref().filter(|_| args.unverified) else {
-        return Err(Failure::Usage(
-            "only a file that verifies is sent: give its plan with --plan PLAN.json; or, without any \
-             check for collisions, --unverified with -m PROFILE"
-                .to_owned(),
-        ));
+        let missing = if args.unverified {
+            "--unverified has no plan that names the machine: give it with -m PROFILE"
+        } else {
+            UNPROVED
+        };
+        return Err(Failure::Usage(missing.to_owned()));
     };
     let program = Verified::unverified(world.files.read(path)?);
     let profile = Some(job::load_profile(&profile.into(), &world)?);
-    console.warning("the file is not verified: the head may hit the part, the table or the frame");
+    let path = path.display();
+    console.warning(&format!("{path} is not verified: the head may hit the part, the table or the frame"));
     Ok(Loaded { program, plan: None, profile })
 }
 
@@ -75,12 +80,13 @@ fn several(
     let addresses: Vec<Address> = ports.iter().map(|port| Address::parse(port)).collect();
     let wires = addresses.iter().zip(journals).map(|(address, journal)| Wire { address, journal });
     let prints: Vec<Print<'_>> = requests.iter().zip(wires).map(|(&request, wire)| Print { request, wire }).collect();
-    let (of, desk) = (prints.len(), &*job::desk(prints.len(), progress::error));
-    let row = |(row, port): (usize, &&str)| console.row(Row { name: format!("{} {port}", row + 1), row, of });
+    let of = prints.len();
+    let drawn = console.rows(of);
+    let desk = &*job::desk(of, move |wrong| progress::typed(wrong, drawn.then_some(of)));
+    let row = |(row, port): (usize, &&str)| console.row(Row { name: format!("{} {port}", row + 1), row, of, drawn });
     let consoles: Vec<Console> = ports.iter().enumerate().map(row).collect();
     let operator =
         |index: usize| -> Box<dyn Operator> { Box::new(Terminal::new(&consoles[index], args.yes).at(desk, index)) };
-    console.rows(of);
     let ended = job::send_several(&prints, args.resume, &console.world(), &operator)?;
     if console.json() {
         console.result(&document::ended(&ended).to_string());

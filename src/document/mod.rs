@@ -19,6 +19,7 @@ mod planned;
 mod priced;
 mod printing;
 mod published;
+mod row;
 mod sent;
 mod supported;
 pub mod text;
@@ -32,8 +33,12 @@ pub use oriented::{figures, orientations, oriented};
 pub use packed::packed;
 pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
-pub use printing::{checked, cold, event, own, prepared, rehearsed, rejected, shipped, sliced, verified};
+pub use printing::{
+    checked, cold, event, left_alone, own, prepared, profile_made, rehearsed, rejected, rewritten, shipped, sliced,
+    verified,
+};
 pub use published::published;
-pub use sent::{Row, Tone, ended, failures, rehearsal, said, undone};
+pub use row::{Row, TYPED, above, fitting, too_low};
+pub use sent::{Tone, ended, failures, paused, rehearsal, said, undone};
 pub use supported::supported;
 pub use viewed::{compared, page, page_of_two, previewed};

@@ -20,9 +20,19 @@ pub fn verified(report: &Report, seconds: f64) -> Value {
     document
 }
 
+/// `trunnion rewrite`: the proof of the file that was written.
+pub fn rewritten(report: &Report, seconds: f64) -> Value {
+    json!({"verify": verified(report, seconds)})
+}
+
+/// `trunnion rewrite --in-place` of a file that an earlier call has finished.
+pub fn left_alone() -> Value {
+    json!({"finished": true})
+}
+
 /// A program that was not written, with its findings.
 pub fn rejected(rejected: &Rejected) -> Value {
-    json!({"verify": verified(&rejected.report, rejected.seconds)})
+    rewritten(&rejected.report, rejected.seconds)
 }
 
 /// `trunnion prepare`: the file written as `output`, its plan, its proof, and how long each step took.
@@ -115,6 +125,11 @@ pub fn checked(done: &CheckedProfile) -> Value {
         "table": done.tilts.iter().map(at).collect::<Vec<_>>(), "largest_level_mm": done.largest_level_mm,
         "largest_at_every_tilt_mm": done.largest_any_mm, "sweeps_to_mm": done.sweeps_to_mm,
     })
+}
+
+/// `trunnion profile new`: the file that was written, and the keys that nobody answered.
+pub fn profile_made(name: &str, file: &std::path::Path, unanswered: &[&str]) -> Value {
+    json!({"profile": name, "file": file, "unanswered": unanswered})
 }
 
 /// `trunnion profile list`: one shipped profile.

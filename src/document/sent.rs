@@ -17,10 +17,10 @@ pub enum Tone {
     Status,
 }
 
-/// What is said of an event; `None` for what is not.
-pub fn said(what: &Sending<'_>, at: At) -> Option<(Tone, String)> {
+/// What is said of an event of a print, or of `print` of several, from 0; `None` for what is not.
+pub fn said(what: &Sending<'_>, at: At, print: Option<usize>) -> Option<(Tone, String)> {
     let (tone, text) = match what {
-        Sending::Printer(name) => (Tone::Note, format!("printer: {name}")),
+        Sending::Printer(name) => (Tone::Note, format!("printer: {}", called(name))),
         Sending::Resend { number, why, .. } => (Tone::Detail, format!("wire line {number} is sent again ({why})")),
         Sending::UserWait => (Tone::Note, "the printer is waiting for a person".to_owned()),
         Sending::Note(text) => (Tone::Note, (*text).to_owned()),
@@ -28,7 +28,10 @@ pub fn said(what: &Sending<'_>, at: At) -> Option<(Tone, String)> {
         Sending::Pausing { waits_for } => {
             let waits = |what: &str| format!("{what}, which the printer waits for");
             let first = waits_for.map_or("the moves under way".to_owned(), waits);
-            (Tone::Note, format!("pausing after {first}; Ctrl-C again is an emergency stop"))
+            let stop = print.map_or("Ctrl-C again is an emergency stop".to_owned(), |print| {
+                format!("s {} is its emergency stop, Ctrl-C twice that of all", print + 1)
+            });
+            (Tone::Note, format!("pausing after {first}; {stop}"))
         }
         Sending::Trouble { file_line, text } => {
             let text = format!("line {file_line} was not carried out as it is written; the printer says: {text}");
@@ -60,26 +63,59 @@ pub fn said(what: &Sending<'_>, at: At) -> Option<(Tone, String)> {
     Some((tone, text))
 }
 
-/// One line of a narrow terminal.
+/// What can be done about a print that is paused, by whoever can type; `print` of several, from 0.
+pub fn paused(print: Option<usize>) -> String {
+    let Some(n) = print.map(|print| print + 1) else {
+        return "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop".to_owned();
+    };
+    format!(
+        "paused above the part: {n} continues it, c {n} cancels it, s {n} is its emergency stop; Enter continues all, Ctrl-C twice stops all"
+    )
+}
+
+/// A printer's machine and firmware, of all that it says of itself; all of that where it does not name its firmware.
+fn called(identity: &str) -> String {
+    let key = |word: &str| {
+        let name = word.split_once(':').map_or("", |(name, _)| name);
+        !name.is_empty() && name.bytes().all(|b| b.is_ascii_uppercase() || b == b'_')
+    };
+    let value = |name: &str| {
+        let (_, rest) = identity.split_once(name)?;
+        let words: Vec<&str> =
+            rest.split(' ').enumerate().take_while(|(i, word)| *i == 0 || !key(word)).map(|(_, w)| w).collect();
+        Some(words.join(" ").trim().to_owned()).filter(|value| !value.is_empty())
+    };
+    let Some(firmware) = value("FIRMWARE_NAME:") else { return identity.to_owned() };
+    let version = value("FIRMWARE_VERSION:").map_or(String::new(), |version| format!(" {version}"));
+    let machine = value("MACHINE_TYPE:").map_or(String::new(), |machine| format!("{machine}, "));
+    format!("{machine}{firmware}{version}")
+}
+
+/// One line, what matters most first: a narrow terminal leaves out its end.
 fn status(f: &Figures, at: At) -> String {
     let mut words = vec![format!("{:.0} %", (f.share * 100.0).clamp(0.0, 100.0))];
+    words.extend(f.waits_for.map(|what| format!("waits for {what}")));
+    let awaited = |heater: &str| f.waits_for.is_some_and(|what| what.contains(heater));
+    let mut heats = [
+        (awaited("bed"), f.bed_c.map(|[now, wanted]| format!("bed {now:.0}/{wanted:.0}"))),
+        (awaited("nozzle"), f.nozzle_c.map(|[now, wanted]| format!("{now:.0}/{wanted:.0} C"))),
+    ];
+    words.extend(heats.iter_mut().filter(|(awaited, _)| *awaited).filter_map(|(_, heat)| heat.take()));
+    words.push(format!("{:.0} min left", f.seconds_left / 60.0));
     if f.layers > 0 {
         words.push(format!("layer {} of {}", f.layer, f.layers));
     } else {
         words.push(format!("line {} of {}", at.line, at.of));
     }
     words.extend(f.slot.map(|slot| format!("slot {slot} of {}", f.slots)));
-    words.push(format!("{:.0} min left", f.seconds_left / 60.0));
-    words.extend(f.waits_for.map(|what| format!("waits for {what}")));
-    words.extend(f.nozzle_c.map(|[now, wanted]| format!("{now:.0}/{wanted:.0} C")));
-    words.extend(f.bed_c.map(|[now, wanted]| format!("bed {now:.0}/{wanted:.0}")));
+    words.extend(heats.into_iter().rev().filter_map(|(_, heat)| heat));
     words.join(", ")
 }
 
 /// What a rehearsal came to.
 pub fn rehearsal(done: &Rehearsal) -> String {
     format!(
-        "rehearsal: {} lines in {:.0} min with heating and accelerations ({:.0} min without); {} targets beyond an axis",
+        "rehearsal: {} lines in {:.0} min with homing and heating ({:.0} min without); {} targets beyond an axis",
         done.lines,
         done.seconds / 60.0,
         done.seconds_print / 60.0,
@@ -115,32 +151,48 @@ pub fn failures(prints: &[Ended]) -> Option<String> {
     (!failed.is_empty()).then(text)
 }
 
-/// One of several things that share a terminal: its name, and which of the `of` lines in front of the cursor is its own.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
-    /// What its lines begin with.
-    pub name: String,
-    /// From 0.
-    pub row: usize,
-    /// All of them.
-    pub of: usize,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Columns of a narrow terminal.
-const COLUMNS: usize = 78;
-
-impl Row {
-    /// Writes `text` over its line.
-    pub fn over(&self, text: &str) -> String {
-        let (up, text) = (self.of - self.row, format!("{}: {text}", self.name));
-        format!("\x1b[{up}A\r{text:<COLUMNS$.COLUMNS$}\x1b[{up}B\r")
+    #[test]
+    fn a_printer_is_called_by_its_machine_and_firmware() {
+        for (said, name) in [
+            (
+                "FIRMWARE_NAME:Marlin 2.1.2 (Apr  1 2024 12:00:00) SOURCE_CODE_URL:github.com/x PROTOCOL_VERSION:1.0 MACHINE_TYPE:Ender 3 \
+                 EXTRUDER_COUNT:1",
+                "Ender 3, Marlin 2.1.2 (Apr  1 2024 12:00:00)",
+            ),
+            ("ok FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.13.0-1", "Klipper v0.13.0-1"),
+            ("[VER:1.1h.20190825:]", "[VER:1.1h.20190825:]"),
+            ("FIRMWARE_NAME: MACHINE_TYPE:x", "FIRMWARE_NAME: MACHINE_TYPE:x"),
+        ] {
+            assert_eq!(called(said), name);
+        }
     }
 
-    /// Inserts `text` above all of the lines; a line that the terminal breaks would move them, so it is broken here.
-    pub fn above(&self, text: &str) -> String {
-        let up = self.of + 1;
-        let letters: Vec<char> = format!("{}: {text}", self.name).chars().collect();
-        let pieces = letters.chunks(COLUMNS).map(|piece| piece.iter().collect::<String>());
-        pieces.map(|piece| format!("\n\x1b[{up}A\r\x1b[L{piece}\x1b[{up}B\r")).collect()
+    fn shown(waits_for: Option<&'static str>) -> String {
+        let figures = Figures {
+            share: 0.424,
+            layer: 12,
+            layers: 80,
+            slot: Some(2),
+            slots: 4,
+            seconds_left: 2220.0,
+            nozzle_c: Some([24.0, 210.0]),
+            bed_c: Some([44.6, 60.0]),
+            waits_for,
+            resends: 0,
+        };
+        status(&figures, At { line: 7, of: 9 })
+    }
+
+    #[test]
+    fn what_is_waited_for_and_its_figures_come_first() {
+        let [bed, nozzle, none] = [Some("the bed's heat"), Some("the nozzle's heat"), None].map(shown);
+        let (rest, layer) = ("37 min left, layer 12 of 80, slot 2 of 4", "24/210 C");
+        assert_eq!(bed, format!("42 %, waits for the bed's heat, bed 45/60, {rest}, {layer}"));
+        assert_eq!(nozzle, format!("42 %, waits for the nozzle's heat, {layer}, {rest}, bed 45/60"));
+        assert_eq!(none, format!("42 %, {rest}, {layer}, bed 45/60"));
     }
 }

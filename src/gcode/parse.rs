@@ -1,6 +1,6 @@
 //! One line to words.
 //!
-//! Source of the grammar's oddities: the real files behind `field/slicers.md` section 5.
+//! Source of the grammar's oddities: files of PrusaSlicer, Slic3r and Cura (`tests/it/sliced_files.rs`).
 
 use super::number::number;
 use super::plain;

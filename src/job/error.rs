@@ -334,10 +334,16 @@ pub enum Error {
         source: JournalError,
     },
     /// A program that is not the one whose print was interrupted.
-    #[error("{}: the file has changed since the print began ({then} bytes then, {now} now); what was printed cannot be matched to it", path.display())]
+    #[error(
+        "{}: the file has changed since the print began, or the journal is another's (it is of {of}, {then} bytes; this one has {now}); what was \
+         printed cannot be matched to it",
+        path.display()
+    )]
     ProgramChanged {
         /// The program.
         path: PathBuf,
+        /// The program whose journal it is.
+        of: String,
         /// Its size when the print began.
         then: u64,
         /// Its size now.
@@ -356,7 +362,10 @@ pub enum Error {
         path: PathBuf,
     },
     /// The operator does not want the machine to move.
-    #[error("nothing was moved; the print would continue at line {line}")]
+    #[error(
+        "nothing was moved; the print would continue at line {line}, in the way that is told above: agree to it by typing yes at a terminal, or by \
+         --yes"
+    )]
     Refused {
         /// The line of the program.
         line: u32,

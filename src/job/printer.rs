@@ -63,7 +63,7 @@ pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, Error> {
     Ok(settings)
 }
 
-/// The machine that a profile describes, as far as it does; accelerations are those of an ordinary printer.
+/// The machine that a profile describes, as far as it does.
 pub(crate) fn model(profile: &Profile) -> Result<MachineModel, Error> {
     let table = profile.kinematics();
     let limits = profile.linear_limits();
@@ -74,8 +74,7 @@ pub(crate) fn model(profile: &Profile) -> Result<MachineModel, Error> {
         home_mm: [limits.min.x, limits.min.y, limits.max.z],
         limits,
         rates: profile.trace_setting().rates,
-        accelerations: [1000.0, 1000.0, 200.0, 100.0, 100.0, 3000.0],
-        junction_mm: 0.02,
+        accelerations: profile.accelerations(),
         coldest_extrusion_c: if heated { 170.0 } else { 0.0 },
         heat_factor: 1.0,
         person: Duration::from_secs(30),

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::holding::{CENTRE_MM, all_supports};
+use super::pictures::thumbnails;
 use super::verify::replayed;
 use super::{CheckedPlan, Error, Prints, Source, Verified, World};
 use crate::gcode::marks::finished_by;
@@ -126,7 +127,8 @@ impl Written {
         let inputs: Vec<Input<'_>> = held.chain(own).collect();
         let workpiece = plan.workpiece();
         let (profile, plan_sha256) = (&plan.machine.profile, &plan.sha256);
-        let job = Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece };
+        let pictures = if profile.dialect.thumbnails { thumbnails(&workpiece) } else { String::new() };
+        let job = Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece, head: &pictures };
         // An eighth more than was read: a buffer that grows by copies would need room for two of itself.
         let mut gcode = Vec::with_capacity(expected + expected / 8);
         let made = rewritten(&inputs, &job, &mut gcode)?;

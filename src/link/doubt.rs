@@ -97,6 +97,28 @@ mod tests {
         // A line that is proven is answered, whatever else is written; the beginning of the file is executed by nobody.
         assert_eq!(doubt(Protocol::Marlin, "run 1 0\nack 70 60\nsent 75\n", true), 46..75);
         assert_eq!(doubt(Protocol::Klipper, "run 1 0\nack 20 20\nsent 22\n", true), 0..22);
+        assert_eq!(doubt(Protocol::Klipper, "run 1 0\nack 25 25\nsent 26\n", true), 0..26);
+        // More answered than the file has, or than was sent by its last word.
+        assert_eq!(doubt(Protocol::Marlin, "run 1 0\nack 200 200\n", true), 99..123);
+        assert_eq!(doubt(Protocol::Marlin, "run 1 0\nack 60 60\nsent 30\n", true), 30..30);
+    }
+
+    #[test]
+    fn seconds_of_motion_are_those_of_the_lines_that_they_are_of() {
+        // Lines of one, two and four seconds in turn from block 4 on.
+        let moves: String = (0..60).map(|i| format!("G1 X{}\n", [1, 2, 4][i % 3])).collect();
+        let text = format!("G28\nG90\nG1 X0 Y0 Z10 F60\nG91\n{moves}");
+        let program = Program::read(text.as_bytes(), &rules(Protocol::Klipper)).unwrap();
+        assert_eq!([4, 5, 6].map(|block| program.seconds(block).round()), [1.0, 2.0, 4.0]);
+        let settings = SenderSettings { planner_blocks: 3, ..SenderSettings::new(Protocol::Klipper, retreat()) };
+        // Three blocks and three seconds: one of four, or one of two and one of one, or one of one and one of four.
+        let start = |answered: u32| {
+            journal(&format!("run 1 0\nack {answered} {answered}\nsent 60\n")).doubtful(&program, &settings, true).start
+        };
+        assert_eq!([start(10), start(9), start(11)], [6, 4, 6]);
+        // Ten seconds that a host without power may have sent: 4 + 1 + 2 + 4 from block 42 on.
+        let end = journal("run 1 0\nack 9 9\n").unsent(&program, &settings, false);
+        assert_eq!(end, 9 + 33 + 4);
     }
 
     #[test]
@@ -117,6 +139,9 @@ mod tests {
         let again = format!("{LEFT}sent 64\nentering\nanew\nrun 1 50\nback\nack 3 52\n");
         assert_eq!(doubt(Protocol::Marlin, &again, true), 50..93);
         assert_eq!(doubt(Protocol::Marlin, &format!("{again}sent 55\n"), true), 50..64);
+        // One that was interrupted takes nothing back of what was answered before it.
+        let entering = format!("{LEFT}sent 64\nentering\nanew\nrun 1 40\nack 9 40\n");
+        assert_eq!(doubt(Protocol::Marlin, &entering, true), 36..64);
     }
 
     #[test]

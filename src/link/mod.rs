@@ -10,8 +10,8 @@
 //! touches the world. The rule: an accepted number is executed once; a line known to be accepted is never sent again;
 //! what is unknown stops the print with its reason.
 //!
-//! This room must not know profiles, plans or files: `job` builds its settings. Sources: `field/link.md`,
-//! `field/firmware.md` sections 3 and 4.
+//! This room must not know profiles, plans or files: `job` builds its settings. Sources: the firmwares, as
+//! `fixtures/wire/README.md` says.
 
 mod compact;
 mod doubt;

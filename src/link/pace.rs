@@ -6,6 +6,7 @@
 use super::program::Program;
 use super::protocol::Protocol;
 use super::wire::numbered_len;
+
 /// A stretch of a program that a link is too slow for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooSlow {
@@ -54,12 +55,12 @@ pub fn too_slow(program: &Program, protocol: Protocol, baud: u32) -> Option<TooS
     };
     let mut worst: Option<TooSlow> = None;
     let mut dense = 0.0;
-    let all = program.seconds_print();
+    let all: f64 = (0..program.len()).map(|block| program.seconds(block)).sum();
     let mut start = 0;
     while start < program.len() {
         let stretch = start..program.len().min(start + STRETCH);
         let waits = stretch.clone().find(|&i| program.waits(i));
-        // SenderSettings in front of the motion starve nobody, and a command that waits empties the planner on purpose.
+        // Settings in front of the motion starve nobody, and a command that waits empties the planner on purpose.
         if program.seconds(start) == 0.0 || waits.is_some() {
             start = waits.unwrap_or(start) + 1;
             continue;
@@ -123,7 +124,7 @@ mod tests {
         Program::read(text.as_bytes(), &rules(Protocol::Marlin)).unwrap()
     }
 
-    /// `field/link.md` section 3: 60 mm/s at 0.1 mm is 600 lines/s.
+    /// 60 mm/s at 0.1 mm is 600 lines/s.
     #[test]
     fn tenth_millimetre_segments_at_60_mm_s_need_600_lines_a_second() {
         let slow = too_slow(&program(0.1, 3600), Protocol::Marlin, 250_000).unwrap();

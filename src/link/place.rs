@@ -29,28 +29,28 @@ pub struct Place {
     pub block: u32,
     /// The words of the axes, and E.
     pub words: Vec<(u8, f64)>,
-    /// Whether anything is extruded on the way here from the place before.
-    pub extrudes: bool,
+    /// Whether filament is moved on the way here from the place before: pushed, or pulled back.
+    pub feeds: bool,
 }
 
 /// Where the machine is before each of `blocks`.
 fn places(program: &Program, retreat: &Retreat, blocks: RangeInclusive<u32>) -> Result<Vec<Place>, ReplayError> {
     let mut replay = program.replay();
-    let (mut found, mut extrudes) = (Vec::new(), false);
+    let (mut found, mut feeds) = (Vec::new(), false);
     loop {
         let block = replay.at();
         if blocks.contains(&block) {
             let controller = replay.machine().controller();
             let mut words = retreat.words_at(&controller.at);
             words.push((b'E', controller.extruder_count()));
-            found.push(Place { block, words, extrudes: std::mem::take(&mut extrudes) });
+            found.push(Place { block, words, feeds: std::mem::take(&mut feeds) });
         }
         if block >= *blocks.end() {
             return Ok(found);
         }
         let Some((_, _, action)) = replay.step() else { return Ok(found) };
         if let Action::Move(timed) = action? {
-            extrudes |= timed.made.e > 0.0;
+            feeds |= timed.made.e != 0.0;
         }
     }
 }
@@ -79,7 +79,7 @@ impl Place {
         for (_, z) in words.iter_mut().filter(|(letter, _)| *letter == b'Z') {
             *z = retreat.lifted(*z);
         }
-        Self { block, words, extrudes: false }
+        Self { block, words, feeds: false }
     }
 
     fn fits(&self, said: &[(u8, f64)], with_extruder: bool) -> bool {
@@ -93,12 +93,12 @@ impl Place {
     }
 
     /// The first block that is not executed by a printer that says it is at `said`; `None` where none fits, or several that have
-    /// something extruded between them.
+    /// filament moved between them, which would be moved once more.
     pub fn fitting(places: &[Self], said: &[(u8, f64)]) -> Option<u32> {
         [false, true].into_iter().find_map(|with_extruder| {
             let fits: Vec<usize> = (0..places.len()).filter(|&i| places[i].fits(said, with_extruder)).collect();
             let (first, last) = (*fits.first()?, *fits.last()?);
-            let same = !places[first + 1..=last].iter().any(|place| place.extrudes);
+            let same = !places[first + 1..=last].iter().any(|place| place.feeds);
             same.then(|| places[first].block)
         })
     }
@@ -136,6 +136,41 @@ mod tests {
         assert_eq!(found(&at(0.0, 0.0)), None);
         let with = |e: f64| [at(0.0, 0.0), vec![(b'E', e)]].concat();
         assert_eq!([with(0.0), with(4.0), with(2.0)].map(|said| found(&said)), [Some(6), Some(11), None]);
+    }
+
+    /// A line that is pulled back or primed where the head stands is not carried out a second time.
+    #[test]
+    fn filament_that_is_moved_on_the_spot_is_told_by_the_extruder_alone() {
+        let text =
+            "G28\nG90\nM83\nG1 A0 F600\nG1 C0 F600\nG1 X0 Y0 Z1 F600\nG1 X10 E1\nG1 E-2\nM106 S9\nG1 E2\nG1 X0 E1\n";
+        let program = Program::read(text.as_bytes(), &rules(Protocol::Klipper)).unwrap();
+        let found = |blocks, e: Option<f64>| {
+            let said = [at(10.0, 0.0), e.map(|e| (b'E', e)).into_iter().collect()].concat();
+            Place::fitting(&places(&program, &retreat(), blocks).unwrap(), &said)
+        };
+        // Before the pull or behind it, and behind the prime as well.
+        assert_eq!([found(7..=8, None), found(7..=10, None), found(8..=9, None)], [None, None, Some(8)]);
+        assert_eq!([found(7..=9, Some(1.0)), found(7..=9, Some(-1.0))], [Some(7), Some(8)]);
+        // The count alone does not tell the two sides of pull and prime.
+        assert_eq!(found(7..=10, Some(1.0)), None);
+    }
+
+    #[test]
+    fn a_printer_says_two_or_three_decimals_and_may_be_one_of_them_off() {
+        let near = |d: f64| found(&[(b'X', 10.0 + d), (b'Y', 0.0), (b'Z', 1.0)]);
+        assert_eq!([near(0.0105), near(-0.0105), near(0.0115), near(-0.0115)], [Some(7), Some(7), None, None]);
+    }
+
+    #[test]
+    fn without_an_end_so_many_lines_are_looked_at_and_no_more() {
+        let moves: String = (1..=2200).map(|i| format!("G1 X{}\n", f64::from(i) * 0.1)).collect();
+        let text = format!("G28\nG90\nG1 A0 F600\nG1 C0 F600\nG1 X0 Y0 Z1 F600\n{moves}");
+        let program = Program::read(text.as_bytes(), &rules(Protocol::Grbl)).unwrap();
+        let journal = crate::link::Header::default().to_text() + "run 1 0\nack 9 9\n";
+        let standing = JournalSummary::parse(&journal).unwrap();
+        let settings = SenderSettings::new(Protocol::Grbl, retreat());
+        let places = standing.stands_at(&program, &settings, true).unwrap();
+        assert_eq!((places[0].block, places[places.len() - 1].block), (9, 9 + UNTOLD));
     }
 
     #[test]

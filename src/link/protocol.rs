@@ -1,7 +1,8 @@
 //! The protocols, and one table of everything in which they differ as seen from the host.
 //!
 //! Sender, program, preflight, re-entry and the jobs ask here; none of them has a list of its own. The simulated printers do not:
-//! they are the other end, and would be no witness. Sources: `field/link.md`, `field/firmware.md` sections 3 and 4.
+//! they are the other end, and would be no witness. Sources: the firmwares, as
+//! `fixtures/wire/README.md` says.
 
 use super::reply::Wording;
 use crate::gcode::meaning::Firmware;

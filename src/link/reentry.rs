@@ -15,6 +15,12 @@ use super::settings::SenderSettings;
 use super::state::MachineState;
 use crate::trace::Action;
 
+/// Of more layers only the first and the last are named.
+const MOST_LAYERS: usize = 3;
+
+/// What is shorter is not told, mm.
+const UNSAID_MM: f64 = 0.05;
+
 /// How a print is resumed after the printer has forgotten where it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reentry {
@@ -244,7 +250,7 @@ impl Reentry {
         };
         let heat = settings.protocol.traits().is_printer();
         let home = retreat.home.join(", ");
-        vec![
+        let mut words = vec![
             known,
             if heat {
                 format!("heat the bed to {:.0} C, then home with: {home}", state.bed_c)
@@ -257,8 +263,15 @@ impl Reentry {
                 format!("go up to Z {top}, turn the table: {turns}")
             },
             format!("travel to X {x} Y {y}, straight down to Z {z}, prime {} mm", number(retreat.retract_mm)),
-            format!("continue at line {}, {}; {}", self.file_line, self.whereabouts(program), self.owed()),
-        ]
+            format!("continue at line {}, {}; {}", self.file_line, self.whereabouts(program), self.owed(program)),
+        ];
+        if self.missing_mm.max(self.twice_mm) >= UNSAID_MM {
+            let [first, last] = [program.file_line(self.doubtful.start), program.file_line(self.doubtful.end)];
+            words.push(format!(
+                "or, from a look at the part, with --from LINE: the first of lines {first} to {last} that is not on it; then neither is so"
+            ));
+        }
+        words
     }
 
     /// What begins there, or where that lies.
@@ -279,9 +292,38 @@ impl Reentry {
         }
     }
 
-    fn owed(&self) -> String {
-        let mm = |mm: f64| if mm < 0.05 { "nothing".to_owned() } else { format!("at most {mm:.1} mm of lines") };
-        format!("{} can be missing, {} is laid twice", mm(self.missing_mm), mm(self.twice_mm))
+    /// What is missing and what is laid twice at most, and in which layers.
+    fn owed(&self, program: &Program) -> String {
+        let said = |mm: f64, blocks: Range<u32>| match mm < UNSAID_MM {
+            true => "nothing".to_owned(),
+            false => format!("at most {mm:.1} mm of lines{}", layers(program, &blocks)),
+        };
+        format!(
+            "{} can be missing, {} is laid twice",
+            said(self.missing_mm, self.doubtful.start..self.block),
+            said(self.twice_mm, self.block..self.doubtful.end)
+        )
+    }
+}
+
+/// ` (8 % of layer 12)`, for all layers that `blocks` lay lines of; empty where the file names none.
+fn layers(program: &Program, blocks: &Range<u32>) -> String {
+    let begins = program.boundaries.iter().filter(|b| b.kind == BoundaryKind::Layer).map(|b| b.block);
+    let begins: Vec<u32> = begins.chain([program.len()]).collect();
+    let laid = |layer: &[u32]| {
+        let both = blocks.start.max(layer[0])..blocks.end.min(layer[1]);
+        let part = if both.is_empty() { 0.0 } else { program.laid_mm(&both) };
+        (part > 0.0).then(|| 100.0 * part / program.laid_mm(&(layer[0]..layer[1])))
+    };
+    let parts = begins.windows(2).enumerate().filter_map(|(index, layer)| Some((index + 1, laid(layer)?)));
+    let parts: Vec<(usize, f64)> = parts.collect();
+    match parts.as_slice() {
+        [] => String::new(),
+        [first, .., last] if parts.len() > MOST_LAYERS => format!(" (of layers {} to {})", first.0, last.0),
+        few => {
+            let each = few.iter().map(|(layer, share)| format!("{:.0} % of layer {layer}", share.ceil()));
+            format!(" ({})", each.collect::<Vec<_>>().join(", "))
+        }
     }
 }
 
@@ -303,3 +345,6 @@ impl Program {
         length
     }
 }
+
+#[cfg(test)]
+mod tests;

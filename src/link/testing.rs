@@ -5,6 +5,7 @@ use super::protocol::Protocol;
 use super::retreat::{Heaters, Retreat};
 use crate::geom::Angle;
 use crate::motion::AxisRange;
+use crate::motion::lookahead::AT_ONCE;
 use crate::motion::replay::Reading;
 use crate::trace::{FeedCount, Rates, Setting};
 
@@ -23,7 +24,7 @@ pub(super) fn setting() -> Setting {
     let [tilt, rotation] = axes();
     let axes = [('A', 20.0), ('C', 30.0)];
     let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
-    Setting { reading: Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() }, rates }
+    Setting { reading: Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() }, rates, accelerations: AT_ONCE }
 }
 
 pub(super) fn retreat() -> Retreat {

@@ -65,6 +65,9 @@ pub enum Fault {
     /// Neither the content nor the name tells the format.
     #[error("not a format trunnion reads (binary or ascii stl, obj, off, 3mf); export the model as one of these")]
     UnknownFormat,
+    /// What a browser shows.
+    #[error("this is a web page and no model; download the model itself")]
+    WebPage,
     /// A binary STL that ends before its last facet.
     #[error(
         "{have} bytes are there, {need} are needed for {facets} facets; the file is cut short: copy or export it again"

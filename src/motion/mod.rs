@@ -9,8 +9,10 @@
 
 mod kinematics;
 mod limits;
+pub(crate) mod lookahead;
 pub mod replay;
 
 pub(crate) use kinematics::rotation_z;
 pub use kinematics::{AxisRange, Pose, RANGE_SLACK_DEG, TableKinematics, TiltAbout, Unreachable};
 pub use limits::{LinearLimits, OutOfLimits};
+pub use lookahead::{Accelerations, Axes};

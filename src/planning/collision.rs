@@ -135,7 +135,7 @@ impl Head {
     }
 
     /// Whether the head gives `obstacle` all that is owed to it while the tip visits `swept`.
-    pub(super) fn owes_nothing<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, owed: &Owed) -> bool {
+    pub(super) fn gives_owed<A, B>(&self, at: &Rigid<A, B>, swept: &Solid, obstacle: &Solid, owed: &Owed) -> bool {
         self.pieces.iter().all(|piece| {
             let share = if piece.tip { owed.tip } else { owed.rest };
             let raise = if piece.follows[2] { share.lift } else { 0.0 };

@@ -188,7 +188,7 @@ fn turn_seconds(profile: &Profile) -> f64 {
 const TURNING_RISE_MM: f64 = 50.0;
 /// What changing the layer costs beside the printing: a pull, a hop and the first travel, s.
 const LAYER_SECONDS: f64 = 0.6;
-/// Infill lines are this much longer than volume over cross section says, for walls and turns slow the head down.
+/// Lines are this much longer than volume over cross section says: joints, and ways between them.
 const SLOWED: f64 = 1.15;
 
 /// Supports are printed as sparsely as this, whatever the part's infill.
@@ -200,9 +200,10 @@ pub(super) fn support_seconds(volume_mm3: f64, profile: &Profile) -> f64 {
     volume_mm3 * SUPPORT_DENSITY * SLOWED / (process.line_width_mm * process.layer_height_mm * process.infill_mm_per_s)
 }
 
-/// An estimate of the seconds that printing `mesh` along `up` takes: shell and fill at their own speeds, and a time for each
-/// layer. Meant for comparing plans; the verified file says the true time. Against the replayed files of the built-in slicer on
-/// `generic-ac` it is 3 to 8 % high on two-boxes, ding and y-tree, and 25 % low on the candelabrum, whose parts are tiny.
+/// An estimate of the seconds that printing `mesh` along `up` takes: shell and fill at their own speeds and accelerations, and for each
+/// layer its least time and a change. Meant for comparing plans; the verified file says the true time. Against the replayed files of the
+/// built-in slicer on `generic-ac` it is within 5 % on two-boxes, ding and y-tree, and low by a fifth and more on the candelabrum, whose
+/// tiny parts take turns layer by layer.
 pub(super) fn print_seconds(mesh: &TriangleMesh<Table>, up: Dir<Table>, profile: &Profile) -> f64 {
     let process = &profile.process;
     let volume: f64 = mesh.volume();
@@ -227,7 +228,24 @@ pub(super) fn print_seconds(mesh: &TriangleMesh<Table>, up: Dir<Table>, profile:
     let wall_speed = (process.outer_wall_mm_per_s
         + process.inner_wall_mm_per_s * (f64::from(process.walls) - 1.0).max(0.0))
         / f64::from(process.walls.max(1));
-    let layers = ((high - low) / process.layer_height_mm).ceil();
-    let printing = wall / (bead * wall_speed) + (skin + sparse) / (bead * process.infill_mm_per_s);
-    printing * SLOWED + layers * LAYER_SECONDS
+    let layers = ((high - low) / process.layer_height_mm).ceil().max(1.0);
+    let [wall_mm, fill_mm] = [wall, skin + sparse].map(|volume| volume / bead / layers);
+    // A loop counts as four straight sides, a line of infill as the section's mean chord (pi area / perimeter).
+    let around = walls / layers / process.layer_height_mm;
+    let chord = std::f64::consts::PI * volume / walls.max(1e-9);
+    let drawn = |length: f64, each: f64, speed: f64| length * slowness(each.max(process.line_width_mm), speed, profile);
+    let layer = drawn(wall_mm, around / 4.0, wall_speed) + drawn(fill_mm, chord, process.infill_mm_per_s);
+    let slowest = (wall_mm + fill_mm) / process.slowest_mm_per_s;
+    layers * ((layer * SLOWED).max(process.min_layer_s.min(slowest)) + LAYER_SECONDS)
+}
+
+/// Seconds a millimetre of straight lines this long, each begun and ended at rest.
+fn slowness(each_mm: f64, speed: f64, profile: &Profile) -> f64 {
+    let acceleration = profile.limits.acceleration_mm_per_s2;
+    let seconds = if each_mm * acceleration >= speed * speed {
+        each_mm / speed + speed / acceleration
+    } else {
+        2.0 * (each_mm / acceleration).sqrt()
+    };
+    seconds / each_mm
 }

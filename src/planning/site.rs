@@ -80,7 +80,7 @@ impl<'a> Site<'a> {
     pub(super) fn blocks(&self, part: usize, other: usize, setup: usize) -> bool {
         let solids = &self.setups.solids;
         let (motion, owed) = (&self.motions[setup], self.owed(part, other));
-        self.at_frame[setup].has(other) || !self.setups.head.owes_nothing(motion, &solids[part], &solids[other], owed)
+        self.at_frame[setup].has(other) || !self.setups.head.gives_owed(motion, &solids[part], &solids[other], owed)
     }
 
     /// The piece of the head that comes nearer to `other` than it owes while it prints `part` in `setup`.

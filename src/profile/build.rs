@@ -5,7 +5,7 @@ use super::schema::{BodyKind, BodySpec, Commands, FeedReference, Profile, TiltAx
 use crate::gcode::meaning::Firmware;
 use crate::geom::{Angle, Body, Vec3};
 use crate::motion::replay::Reading;
-use crate::motion::{AxisRange, LinearLimits, TableKinematics, TiltAbout};
+use crate::motion::{Accelerations, AxisRange, LinearLimits, TableKinematics, TiltAbout};
 use crate::spelling::nearest;
 use crate::trace::{self, FeedCount, Rates};
 
@@ -84,7 +84,15 @@ impl Profile {
             rapid_is_free: self.dialect.commands == Commands::Rs274,
             axes: [axis(&table.tilt), axis(&table.rotation)],
         };
-        trace::Setting { reading: self.reading(), rates }
+        trace::Setting { reading: self.reading(), rates, accelerations: self.accelerations() }
+    }
+
+    /// How fast its axes' speeds change.
+    pub fn accelerations(&self) -> Accelerations {
+        let l = &self.limits;
+        let (tip, turn) = (l.acceleration_mm_per_s2, l.turn_acceleration_deg_per_s2);
+        let axes = [tip, tip, l.z_acceleration_mm_per_s2, turn, turn, l.e_acceleration_mm_per_s2];
+        Accelerations { axes, junction_mm: l.junction_mm }
     }
 
     /// Whose words are written for it.

@@ -13,7 +13,7 @@ mod ranges;
 mod schema;
 
 pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shipped};
-pub use process::SliceSettings;
+pub use process::{InfillPattern, SliceSettings};
 pub use ranges::{OutOfRange, check_number};
 pub use schema::{
     BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, OnStop,

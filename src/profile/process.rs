@@ -5,6 +5,17 @@ use toml::Value;
 
 use super::ranges::{self, OutOfRange};
 
+/// How sparse infill runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InfillPattern {
+    /// One direction a layer, across that of the layer below.
+    #[default]
+    Lines,
+    /// Three directions a layer that wander with the height: walls of cubes that stand on a corner, as stiff along every axis.
+    Cubic,
+}
+
 /// Process settings of one print; lengths in mm, speeds in mm/s, temperatures in deg C.
 ///
 /// They drive the built-in slicer wholly, and are the base below the user's own configuration for the others.
@@ -29,6 +40,8 @@ pub struct SliceSettings {
     pub top_layers: u32,
     /// Sparse infill, 0 (hollow) to 1 (solid).
     pub infill: f64,
+    /// How sparse infill runs.
+    pub infill_pattern: InfillPattern,
     /// How far infill reaches into the walls where its lines turn, in line widths.
     pub infill_overlap: f64,
     /// Speed of the outer wall.
@@ -67,6 +80,8 @@ pub struct SliceSettings {
     pub anchor_mm: f64,
     /// What a line may span over air between two ends on material.
     pub bridge_mm: f64,
+    /// What bridges take of the plastic that their lines hold.
+    pub bridge_flow: f64,
     /// Part fan, 0 to 1, from the second layer on.
     pub fan: f64,
     /// And at least so much for bridges and overhangs, where it turns at all.
@@ -85,6 +100,7 @@ impl Default for SliceSettings {
             bottom_layers: 4,
             top_layers: 4,
             infill: 0.2,
+            infill_pattern: InfillPattern::Lines,
             infill_overlap: 0.25,
             outer_wall_mm_per_s: 30.0,
             inner_wall_mm_per_s: 45.0,
@@ -104,6 +120,7 @@ impl Default for SliceSettings {
             bed_c: 60.0,
             anchor_mm: 2.5,
             bridge_mm: 8.0,
+            bridge_flow: 1.0,
             fan: 1.0,
             bridge_fan: 1.0,
         }

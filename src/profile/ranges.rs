@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 72] = [
+const RANGES: [(&str, RangeInclusive<f64>); 78] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.direction", -1.0..=1.0),
@@ -37,6 +37,11 @@ const RANGES: [(&str, RangeInclusive<f64>); 72] = [
     ("limits.y_mm", -1e4..=1e4),
     ("limits.z_mm", -1e4..=1e4),
     ("limits.max_feed_mm_per_min", 1.0..=12e4),
+    ("limits.acceleration_mm_per_s2", 1.0..=1e6),
+    ("limits.z_acceleration_mm_per_s2", 1.0..=1e6),
+    ("limits.e_acceleration_mm_per_s2", 1.0..=1e6),
+    ("limits.turn_acceleration_deg_per_s2", 1.0..=1e6),
+    ("limits.junction_mm", 0.001..=1.0),
     ("limits.min_extrude_c", 0.0..=400.0),
     ("limits.max_flow_mm3_per_s", 0.1..=500.0),
     ("table.radius_mm", 0.0..=1e4),
@@ -82,6 +87,7 @@ const RANGES: [(&str, RangeInclusive<f64>); 72] = [
     ("process.retract_from_mm", 0.0..=1000.0),
     ("process.nozzle_c", 0.0..=500.0),
     ("process.bed_c", 0.0..=200.0),
+    ("process.bridge_flow", 0.5..=1.5),
     ("process.fan", 0.0..=1.0),
     ("process.bridge_fan", 0.0..=1.0),
     ("link.baud", 300.0..=12e6),
@@ -96,8 +102,10 @@ const RANGES: [(&str, RangeInclusive<f64>); 72] = [
 ];
 
 /// Units by the end of a key, the longest ending first.
-const UNITS: [(&str, &str); 10] = [
+const UNITS: [(&str, &str); 12] = [
     ("_mm_per_min", " mm/min"),
+    ("_deg_per_s2", " deg/s2"),
+    ("_mm_per_s2", " mm/s2"),
     ("_mm3_per_s", " mm3/s"),
     ("_mm_per_s", " mm/s"),
     ("_deg_per_s", " deg/s"),
@@ -151,5 +159,39 @@ pub(super) fn check(key: &str, value: &Value) -> Result<(), OutOfRange> {
         }
         // A number where a text is wanted is told apart when the types are read.
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The node of the schema of a key, and its pieces' where it is a list.
+    fn shown<'a>(schema: &'a serde_json::Value, key: &str) -> &'a serde_json::Value {
+        let root = match key.split_once('.') {
+            Some(("body", _)) => "body",
+            _ => "profile",
+        };
+        let inner = key.strip_prefix("body.").unwrap_or(key);
+        let mut node = inner.split('.').fold(&schema["$defs"][root], |node, name| &node["properties"][name]);
+        while node["type"] == "array" {
+            node = &node["items"];
+        }
+        node
+    }
+
+    #[test]
+    fn the_schema_of_profile_show_has_the_same_ranges() {
+        let schema: serde_json::Value =
+            serde_json::from_str(include_str!("../../docs/schemas/profile-show.json")).unwrap();
+        for (key, range) in RANGES.iter().filter(|(key, _)| !key.ends_with(".direction")) {
+            let node = shown(&schema, key);
+            let ends = ["minimum", "maximum"].map(|end| node[end].as_f64());
+            assert_eq!(
+                ends,
+                [Some(*range.start()), Some(*range.end())],
+                "docs/schemas/profile-show.json: {key}: {node}"
+            );
+        }
     }
 }

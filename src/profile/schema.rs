@@ -117,6 +117,16 @@ pub struct Limits {
     pub z_mm: [f64; 2],
     /// Fastest F.
     pub max_feed_mm_per_min: f64,
+    /// What X and Y are accelerated by, where the file does not say; for the time that a print takes, as the four below.
+    pub acceleration_mm_per_s2: f64,
+    /// Z.
+    pub z_acceleration_mm_per_s2: f64,
+    /// The extruder.
+    pub e_acceleration_mm_per_s2: f64,
+    /// Tilt and rotation.
+    pub turn_acceleration_deg_per_s2: f64,
+    /// How far from a corner a path would bend that went round it without slowing down further: Marlin's junction deviation.
+    pub junction_mm: f64,
     /// Below this nothing may be extruded.
     pub min_extrude_c: f64,
     /// The most that the hot end melts.
@@ -243,6 +253,8 @@ pub struct Dialect {
     pub extrusion: Extrusion,
     /// Whether G90/G91 switch the extruder.
     pub g90_switches_extruder: bool,
+    /// Whether pictures of the object stand in the head of a program.
+    pub thumbnails: bool,
     /// Commands that may pass although their effect is not followed.
     pub allow: Vec<String>,
     /// Before the first move.

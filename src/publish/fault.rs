@@ -48,6 +48,9 @@ pub enum Fault {
         /// The library's words.
         why: String,
     },
+    /// TLS was asked for, and it answers without.
+    #[error("it does not speak https there; write http://, or give the port of its https")]
+    Plain,
     /// Another protocol.
     #[error("it does not speak HTTP: {why}; is the port right, and is it http or https?")]
     Garbled {

@@ -146,6 +146,7 @@ impl Line<'_> {
             Trouble::Silent => Fault::Silent { seconds: self.job.silence.as_secs() },
             Trouble::Closed => Fault::Closed,
             Trouble::Tls { why } => Fault::Tls { why },
+            Trouble::Plain => Fault::Plain,
             Trouble::Garbled { why } => Fault::Garbled { why },
             Trouble::TooMuch => Fault::Page { what: "a question", kind: self.job.address.kind },
         }

@@ -57,6 +57,8 @@ pub enum Trouble {
         /// The library's words.
         why: String,
     },
+    /// TLS was asked for, and it answers without.
+    Plain,
     /// What it says is no HTTP.
     Garbled {
         /// The library's words.

@@ -42,17 +42,16 @@ pub struct Fit {
 const STRAY_MM: f64 = 0.15;
 /// Samples that a fit wants.
 const FEWEST: usize = 12;
-/// How much weaker than the best explained direction one may be to be told at all.
-const WEAKEST: f64 = 1e-3;
 
-/// The fit of `samples`; `None` where there are too few.
-pub fn fit(samples: &[Sample]) -> Option<Fit> {
-    let first = solve(samples.iter())?;
+/// The fit of `samples`; `None` where there are too few. What they tell `weakest` times as well as what they tell best, or less, comes
+/// back as 0: along a thin crescent a shift and a scale are nearly one, and the last hundredth of a millimetre would decide on both.
+pub fn fit(samples: &[Sample], weakest: f64) -> Option<Fit> {
+    let first = solve(samples.iter(), weakest)?;
     let near = |s: &&Sample| (s.out - first.explains(s)).abs() <= STRAY_MM;
-    solve(samples.iter().filter(near)).or(Some(first))
+    solve(samples.iter().filter(near), weakest).or(Some(first))
 }
 
-fn solve<'a>(samples: impl Iterator<Item = &'a Sample>) -> Option<Fit> {
+fn solve<'a>(samples: impl Iterator<Item = &'a Sample>, weakest: f64) -> Option<Fit> {
     let mut normal = SMatrix::<f64, 5, 5>::zeros();
     let mut right = SVector::<f64, 5>::zeros();
     let (mut count, mut reach) = (0, 0.0f64);
@@ -71,7 +70,7 @@ fn solve<'a>(samples: impl Iterator<Item = &'a Sample>) -> Option<Fit> {
     let best = eigen.eigenvalues.max();
     let mut solution = SVector::<f64, 5>::zeros();
     for i in 0..5 {
-        if eigen.eigenvalues[i] > best * WEAKEST {
+        if eigen.eigenvalues[i] > best * weakest {
             let axis = eigen.eigenvectors.column(i);
             solution += axis * (axis.dot(&right) / eigen.eigenvalues[i]);
         }
@@ -137,7 +136,7 @@ mod tests {
 
     #[test]
     fn each_of_the_five_is_found() {
-        let got = fit(&walls([0.12, -0.07], 0.004, -0.003, 0.05)).unwrap();
+        let got = fit(&walls([0.12, -0.07], 0.004, -0.003, 0.05), 1e-3).unwrap();
         assert!((got.shift[0] - 0.12).abs() < 1e-9 && (got.shift[1] + 0.07).abs() < 1e-9, "{got:?}");
         assert!((got.turn - 0.004).abs() < 1e-9 && (got.scale + 0.003).abs() < 1e-9, "{got:?}");
         assert!((got.offset - 0.05).abs() < 1e-9 && (got.reach - 22.0).abs() < 0.5, "{got:?}");
@@ -147,9 +146,9 @@ mod tests {
     fn strays_do_not_move_it_and_a_few_points_say_nothing() {
         let mut samples = walls([0.1, 0.0], 0.0, 0.0, 0.0);
         samples.iter_mut().step_by(10).for_each(|s| s.out += 0.8);
-        let got = fit(&samples).unwrap();
+        let got = fit(&samples, 1e-3).unwrap();
         assert!((got.shift[0] - 0.1).abs() < 0.02, "{got:?}");
-        assert_eq!(fit(&samples[..8]), None);
+        assert_eq!(fit(&samples[..8], 1e-3), None);
     }
 
     #[test]
@@ -160,7 +159,7 @@ mod tests {
                 Sample { at: [c * 15.0, s * 15.0], normal: [c, s], out: 0.05 * c }
             })
             .collect();
-        let got = fit(&samples).unwrap();
+        let got = fit(&samples, 1e-3).unwrap();
         assert!(got.turn == 0.0 || got.turn.abs() < 1e-9);
         assert!((got.shift[0] - 0.05).abs() < 1e-3, "{got:?}");
     }

@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use super::config::ini_values;
-use super::{SliceJob, SliceSettings};
+use super::{InfillPattern, SliceJob, SliceSettings};
 
 /// The definition of all settings and their defaults.
 pub(super) const DEFINITION: &str = "fdmprinter.def.json";
@@ -80,7 +80,11 @@ fn base(s: &SliceSettings) -> Values {
         ("material_bed_temperature", s.bed_c),
         ("minimum_skin_area", 0.0),
     ];
-    let words = [("infill_pattern", "lines"), ("retraction_enable", "true"), ("relative_extrusion", "true")];
+    let pattern = match s.infill_pattern {
+        InfillPattern::Lines => "lines",
+        InfillPattern::Cubic => "cubic",
+    };
+    let words = [("infill_pattern", pattern), ("retraction_enable", "true"), ("relative_extrusion", "true")];
     let all = widths.iter().chain(&more).map(|key| (*key, width)).chain(speeds).chain(numbers);
     let text = all.map(|(key, value)| (key.to_owned(), value.to_string()));
     text.chain(words.map(|(key, value)| (key.to_owned(), value.to_owned()))).collect()

@@ -26,7 +26,7 @@ use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
 pub use crate::gcode::settings::config_values;
-pub use crate::profile::SliceSettings;
+pub use crate::profile::{InfillPattern, SliceSettings};
 pub use builtin::BuiltIn;
 pub use error::SliceError;
 pub use interrupt::Interrupt;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::Path;
 
-use super::{SliceJob, SliceSettings};
+use super::{InfillPattern, SliceJob, SliceSettings};
 
 /// Keys and values of a configuration; each key once, for both programs refuse a key given twice.
 pub(super) type Values = BTreeMap<&'static str, String>;
@@ -26,6 +26,10 @@ pub(super) fn base(s: &SliceSettings) -> Values {
 /// The settings under the names that PrusaSlicer and Slic3r share.
 pub(super) fn common_base(s: &SliceSettings) -> Values {
     let percent = |share: f64| format!("{}%", share * 100.0);
+    let pattern = match s.infill_pattern {
+        InfillPattern::Lines => "rectilinear",
+        InfillPattern::Cubic => "cubic",
+    };
     let fan = (s.fan * 100.0).round().to_string();
     [
         ("nozzle_diameter", s.nozzle_mm.to_string()),
@@ -41,7 +45,8 @@ pub(super) fn common_base(s: &SliceSettings) -> Values {
         ("bottom_solid_layers", s.bottom_layers.to_string()),
         ("top_solid_layers", s.top_layers.to_string()),
         ("fill_density", percent(s.infill)),
-        ("fill_pattern", "rectilinear".to_owned()),
+        ("fill_pattern", pattern.to_owned()),
+        ("bridge_flow_ratio", s.bridge_flow.to_string()),
         ("external_perimeter_speed", s.outer_wall_mm_per_s.to_string()),
         ("perimeter_speed", s.inner_wall_mm_per_s.to_string()),
         ("small_perimeter_speed", s.outer_wall_mm_per_s.to_string()),

@@ -8,7 +8,7 @@ use crate::planning::{Print, Workpiece};
 use crate::profile::Profile;
 use crate::section::{Section, Sections, Segment};
 
-use super::sliced::SlicedPrint;
+use super::sliced::{Layer, SlicedPrint};
 
 /// Step of the grid on which room for a line is looked for, mm.
 const ROOM_STEP_MM: f64 = 0.1;
@@ -112,12 +112,9 @@ pub enum BoxMismatch {
 pub fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -> Result<(), BoxMismatch> {
     let (width, height) = (profile.process.line_width_mm, usual_step(sliced));
     let mut missing: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
-    let mut below = 0.0;
     let sections = Sections::of(&slot.mesh);
-    for layer in &sliced.layers {
-        let thickness = (layer.z - below).clamp(0.01, 2.0 * height);
-        below = layer.z;
-        let Some(section) = extent(&sections.segments_at(layer.z - thickness / 2.0)) else { continue };
+    for (layer, middle) in middles(sliced) {
+        let Some(section) = extent(&sections.segments_at(middle)) else { continue };
         let extruded = &layer.extrusion;
         for (axis, name) in [(0, "x"), (1, "y")] {
             let over = (section.min[axis] - extruded.min[axis]).max(extruded.max[axis] - section.max[axis]);
@@ -152,12 +149,9 @@ pub fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -
 /// Whether on more than half of the layers all that lies farther along an axis than the extrusion, by more than may be missing, is thinner
 /// than a line.
 fn tips_only(sections: &Sections, sliced: &SlicedPrint<'_>, axis: usize, width: f64) -> bool {
-    let height = usual_step(sliced);
-    let (mut wide, mut below, mut layers) = (0, 0.0, 0);
-    for layer in &sliced.layers {
-        let thickness = (layer.z - below).clamp(0.01, 2.0 * height);
-        below = layer.z;
-        let section = sections.at(layer.z - thickness / 2.0);
+    let (mut wide, mut layers) = (0, 0);
+    for (layer, middle) in middles(sliced) {
+        let section = sections.at(middle);
         if section.is_empty() {
             continue;
         }
@@ -186,6 +180,17 @@ fn has_room(section: &Section, axis: usize, [from, to]: [f64; 2], width: f64) ->
                 search.signed_distance(at) - ROOM_STEP_MM * std::f64::consts::FRAC_1_SQRT_2 <= -width / 2.0
             })
         })
+}
+
+/// Each layer with the height of its middle, mm.
+fn middles<'a>(sliced: &'a SlicedPrint<'_>) -> impl Iterator<Item = (&'a Layer, f64)> {
+    let most = 2.0 * usual_step(sliced);
+    let mut below = 0.0;
+    sliced.layers.iter().map(move |layer| {
+        let thickness = (layer.z - below).clamp(0.01, most);
+        below = layer.z;
+        (layer, layer.z - thickness / 2.0)
+    })
 }
 
 /// The median step from layer to layer, mm: the file's own layer height, whatever it was sliced with.

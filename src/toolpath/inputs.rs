@@ -29,6 +29,8 @@ pub struct Job<'a> {
     pub profile: &'a Profile,
     /// The model on its table.
     pub workpiece: &'a Workpiece<'a>,
+    /// Comments for the head of the file: whole lines, or nothing.
+    pub head: &'a str,
 }
 
 /// What was written for the machine.

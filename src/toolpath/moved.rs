@@ -42,6 +42,8 @@ const FOUND_MM: f64 = 0.2;
 const LEAST_FOUND: [f64; 2] = [0.6, 0.1];
 /// What scale may explain at the farthest wall, mm.
 const SCALE_MM: f64 = 0.1;
+/// The lines of a print that was moved lie where they lay, to their last digits: the least of what the outline tells is told. See [`fit`].
+const WEAKEST: f64 = 1e-3;
 /// What is no change of size: slicers leave tips out and move walls a little.
 const SAME_SIZE_MM: f64 = 0.6;
 
@@ -248,7 +250,7 @@ impl Seen {
         let every = all.div_ceil(SAMPLES).max(1);
         for _ in 0..30 {
             let samples = self.distances(&place, near, every);
-            let got = fit(&samples)?;
+            let got = fit(&samples, WEAKEST)?;
             let step = Turn::by(place.turn).flat(got.shift);
             place.shift = [place.shift[0] + step[0], place.shift[1] + step[1]];
             place.turn += got.turn;

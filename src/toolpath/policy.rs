@@ -47,6 +47,18 @@ const FALSE_COMMENTS: [&[u8]; 14] = [
     b"Filament used:",
 ];
 
+/// Where a picture begins (`true`) or ends in comments: `; thumbnail begin 32x32 1234`, `; thumbnail_QOI end`. It is of the print as it stood
+/// in the slicer's window, upright and alone.
+pub(super) fn picture(comment: &[u8]) -> Option<bool> {
+    let mut words = comment.split(|b| *b == b' ').filter(|word| !word.is_empty());
+    let is_picture = words.next().is_some_and(|word| word == b"thumbnail" || word.starts_with(b"thumbnail_"));
+    match words.next().filter(|_| is_picture)? {
+        b"begin" => Some(true),
+        b"end" => Some(false),
+        _ => None,
+    }
+}
+
 /// Whether a comment may be passed on: neither one of our marks, which carry meaning, nor one that would be false.
 pub(super) fn keeps_comment(comment: &[u8]) -> bool {
     crate::gcode::marks::mark(comment).is_none() && !FALSE_COMMENTS.iter().any(|c| comment.starts_with(c))
@@ -113,5 +125,8 @@ mod tests {
     fn comments_that_would_lie_are_dropped() {
         assert!(!keeps_comment(b"TIME:6666") && !keeps_comment(b"TRUNNION slot=3"));
         assert!(keeps_comment(b"TYPE:External perimeter"));
+        assert_eq!(picture(b" thumbnail begin 32x32 1234"), Some(true));
+        assert_eq!((picture(b" thumbnail_QOI begin 9x9 1"), picture(b" thumbnail end")), (Some(true), Some(false)));
+        assert_eq!((picture(b" thumbnails = 9x9"), picture(b" the beginning"), picture(b"")), (None, None, None));
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::items::{Place, Step3, command_name, comment_at, policies, refused};
-use super::policy::{CommandPolicy, keeps_comment};
+use super::policy::{self, CommandPolicy, keeps_comment};
 use super::sliced::{InputWords, Layer, Segment, SlicedPrint};
 use super::source::{SlicedError, SlicedSource};
 use super::stated;
@@ -74,10 +74,14 @@ struct Reader<'a> {
     heat: [Option<f64>; 2],
     /// What the slicer says that it lays.
     role: Role,
+    /// And how wide, mm.
+    width_mm: Option<f64>,
     /// Where it last said the role, width and height of lines: it does not say them again for the next object.
     said: [Option<Range<usize>>; 3],
     /// Up to here it is the slicer's start code.
     start_code: usize,
+    /// Whether the lines read last are a picture's.
+    in_picture: bool,
 }
 
 /// The print that is being read.
@@ -90,7 +94,7 @@ struct Open {
     replaced: Vec<String>,
     reach: Bounds,
     filament_mm: f64,
-    first_layer_mm: f64,
+    first_layer: Vec<(Option<f64>, f64)>,
     /// Waits up to the last extrusion, and since.
     waits_s: [f64; 2],
     /// Nozzle and bed when it began.
@@ -111,7 +115,7 @@ impl Open {
             replaced: Vec::new(),
             reach: Bounds::EMPTY,
             filament_mm: 0.0,
-            first_layer_mm: 0.0,
+            first_layer: Vec::new(),
             waits_s: [0.0; 2],
             heat: [None; 2],
             adhesion: None,
@@ -162,8 +166,10 @@ impl<'a> Reader<'a> {
             rising: 0,
             heat: [None; 2],
             role: Role::Unknown,
+            width_mm: None,
             said: [None, None, None],
             start_code: stated::start_code(bytes),
+            in_picture: false,
         }
     }
 
@@ -208,11 +214,15 @@ impl<'a> Reader<'a> {
             }
             self.relabel(comment)?;
             self.named(comment, &whole)?;
-            if !comment.is_empty() && keeps_comment(comment) {
+            let picture = policy::picture(comment);
+            self.in_picture = picture.unwrap_or(self.in_picture);
+            if !comment.is_empty() && picture.is_none() && !self.in_picture && keeps_comment(comment) {
                 self.pend(whole, Pending { kept: true, comment: true, ..Pending::NOTHING });
             }
             return Ok(());
         }
+        // One that was cut short ends here.
+        self.in_picture = false;
         let before = self.print.layers.is_empty().then(|| self.place.controller.clone());
         let (file, line) = (self.source.file, self.place.line);
         let source = |source| SlicedError::Replay { file: file.to_owned(), line, source };
@@ -278,7 +288,10 @@ impl<'a> Reader<'a> {
     fn named(&mut self, comment: &[u8], whole: &Range<usize>) -> Result<(), SlicedError> {
         let role = match hint(comment) {
             Some(Hint::Role(role)) => role,
-            Some(Hint::Width(_)) => return self.say(1, whole),
+            Some(Hint::Width(mm)) => {
+                self.width_mm = Some(mm);
+                return self.say(1, whole);
+            }
             Some(Hint::Height(_)) => return self.say(2, whole),
             Some(Hint::Layer) | None => return Ok(()),
         };
@@ -369,7 +382,10 @@ impl<'a> Reader<'a> {
             print.layers.push(Layer { z: from.z, body, end: start, line, extrusion: Bounds::EMPTY });
         }
         if print.layers.len() == 1 {
-            print.first_layer_mm += e;
+            match print.first_layer.last_mut() {
+                Some((width, filament)) if *width == self.width_mm => *filament += e,
+                _ => print.first_layer.push((self.width_mm, e)),
+            }
         }
         if self.role == Role::Adhesion {
             print.adhesion = print.adhesion.or(Some(self.place.line));
@@ -493,7 +509,7 @@ impl<'a> Reader<'a> {
             start,
             // Both ends of every extrusion, and every travel between them.
             reach: extrusion.union(&print.reach),
-            first_layer_mm: print.first_layer_mm,
+            first_layer: print.first_layer,
             layers: print.layers,
         };
         self.pending_reach = Bounds::EMPTY;

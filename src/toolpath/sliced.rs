@@ -81,8 +81,8 @@ pub struct SlicedPrint<'a> {
     pub(super) start: Place,
     /// Where moves of bodies and of all leads but the first go; of its Z nothing is said.
     pub(super) reach: Bounds,
-    /// Filament that the first layer lays, mm.
-    pub(super) first_layer_mm: f64,
+    /// Filament that the first layer lays, mm, by the width that is stated of its lines, mm.
+    pub(super) first_layer: Vec<(Option<f64>, f64)>,
 }
 
 impl<'a> SlicedPrint<'a> {

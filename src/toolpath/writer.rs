@@ -115,6 +115,7 @@ impl<'a> Writer<'a> {
         let plan = self.job.plan_sha256;
         self.out.line(&version_mark(plan, &profile.machine.name));
         self.out.line(WORDS_MARK);
+        self.out.bytes.extend_from_slice(self.job.head.as_bytes());
         for entry in entries {
             let sliced = entry.input.sliced;
             let (filament_mm, multiplier) = (sliced.filament_mm + entry.joint.added_mm, sliced.multiplier);
@@ -299,12 +300,12 @@ impl<'a> Writer<'a> {
     fn keep(&mut self, entry: &Entry<'_>, span: &Range<usize>) {
         let line = entry.input.sliced.text(span);
         if line.starts_with(b";") {
-            let height = self.flow.height_mm.filter(|_| matches!(hint(&line[1..]), Some(Hint::Height(_))));
-            match height {
-                Some(mm) => self.out.line(&format!(";HEIGHT:{mm:.3}")),
-                None => self.out.keep(line),
+            match (self.flow.height_mm, hint(&line[1..])) {
+                (Some(mm), Some(Hint::Height(_))) => return self.out.line(&format!(";HEIGHT:{mm:.3}")),
+                (Some(_), Some(Hint::Width(mm))) => self.flow.share = entry.joint.share_of(mm),
+                _ => {}
             }
-            return;
+            return self.out.keep(line);
         }
         let firmware = entry.input.sliced.firmware;
         self.in_force.note(firmware, line);

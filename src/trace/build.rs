@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::interpreter::{Action, Interpreter, TimedMove};
-use super::{Event, Setting, State, Trace, What, Zone, flag, units};
+use super::{Clock, Event, Setting, State, Trace, What, Zone, flag, units};
 use crate::gcode::marks::{Hint, Mark, Role, hint, mark};
 use crate::gcode::meaning::{Effect, Hazard, Heater};
 use crate::gcode::{LineKind, ParsedLine, lines};
@@ -14,7 +14,7 @@ use crate::motion::replay::{Move, Position};
 /// Never fails: what has no safe meaning is a [`What::Refused`], and the moves behind it begin where the last one ended.
 pub fn read(bytes: &[u8], setting: &Setting) -> Trace {
     let mut builder = Builder::new(setting, bytes.len());
-    let mut parsed = ParsedLine::default();
+    let (mut parsed, mut clock) = (ParsedLine::default(), Clock::new(&setting.accelerations));
     for line in lines(bytes) {
         builder.line = line.number;
         if let Err(error) = parsed.read(line.bytes) {
@@ -25,11 +25,14 @@ pub fn read(bytes: &[u8], setting: &Setting) -> Trace {
             builder.comment(&line.bytes[parsed.comment.clone()]);
             continue;
         }
-        match builder.interpreter.take(&parsed) {
+        let action = builder.interpreter.take(&parsed);
+        if let Ok(action) = &action {
+            clock.take(action);
+        }
+        match action {
             Ok(Action::Move(timed)) => builder.make(timed),
             Ok(Action::Nothing) => {}
-            Ok(action @ Action::Effect(effect)) => {
-                builder.trace.waits_s += action.seconds();
+            Ok(Action::Effect(effect)) => {
                 let start = line.bytes.as_ptr() as usize - bytes.as_ptr() as usize;
                 builder.effect(effect, start + parsed.code.start..start + parsed.code.end);
             }
@@ -37,6 +40,7 @@ pub fn read(bytes: &[u8], setting: &Setting) -> Trace {
         }
     }
     builder.trace.lines = builder.line;
+    builder.trace.seconds = clock.seconds();
     builder.trace
 }
 
@@ -66,7 +70,7 @@ impl Builder {
         let count = bytes / 28;
         trace.line.reserve(count);
         trace.to.iter_mut().for_each(|axis| axis.reserve(count));
-        [&mut trace.e, &mut trace.feed, &mut trace.seconds].into_iter().for_each(|column| column.reserve(count));
+        [&mut trace.e, &mut trace.feed, &mut trace.at_speed_s].into_iter().for_each(|column| column.reserve(count));
         trace.state.reserve(count);
         [&mut trace.width_um, &mut trace.height_um, &mut trace.flags].into_iter().for_each(|c| c.reserve(count));
         trace.role.reserve(count);
@@ -126,7 +130,7 @@ impl Builder {
     }
 
     fn make(&mut self, timed: TimedMove) {
-        let TimedMove { made: m, seconds, length_mm: length, chords, too_fast } = timed;
+        let TimedMove { made: m, seconds, length_mm: length, chords, too_fast, .. } = timed;
         (self.state.tilt, self.state.rotation) = (m.to.tilt, m.to.rotation);
         if self.trace.states.last() != Some(&self.state) {
             self.trace.states.push(self.state);
@@ -161,7 +165,7 @@ impl Builder {
         trace.to.iter_mut().zip(at).for_each(|(axis, v)| axis.push(v));
         trace.e.push(e as f32);
         trace.feed.push(m.feed.map_or(f32::NAN, |f| f as f32));
-        trace.seconds.push(seconds as f32);
+        trace.at_speed_s.push(seconds as f32);
         trace.state.push(trace.states.len() as u32 - 1);
         trace.width_um.push(self.said.width_um);
         trace.height_um.push(self.said.height_um);

@@ -8,7 +8,7 @@
 use super::rates::{Feed, RateExtent, TooFast};
 use super::{Rates, Setting};
 use crate::gcode::ParsedLine;
-use crate::gcode::meaning::{Effect, Hazard, Heater};
+use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater, TipAcceleration};
 use crate::geom::Vec3;
 use crate::motion::replay::{Controller, Move, ReplayError, Step, flatten};
 
@@ -19,8 +19,10 @@ const CHORD_MM: f64 = 0.01;
 #[derive(Clone, Debug)]
 pub struct Interpreter {
     controller: Controller,
+    firmware: Firmware,
     rates: Rates,
     targets: Targets,
+    acceleration: TipAcceleration,
 }
 
 /// What the heaters were told last, degrees Celsius; 0 is off, and what they are when switched on.
@@ -49,8 +51,10 @@ pub enum Action {
 pub struct TimedMove {
     /// The move.
     pub made: Move,
-    /// At constant speed: accelerations are the planner's.
+    /// At constant speed: accelerations are the [`Clock`](super::Clock)'s.
     pub seconds: f64,
+    /// What X and Y are accelerated by, mm/s², where the program has said so (M204).
+    pub acceleration: Option<f64>,
     /// How far the tip goes, as far as is known.
     pub length_mm: f64,
     /// Where an arc's chords end, its start left out; empty for a straight line, and where the arc's ends are not all known.
@@ -63,7 +67,8 @@ impl Interpreter {
     /// A machine just switched on: position unknown, heaters off.
     pub fn new(setting: &Setting) -> Self {
         let controller = Controller::new(setting.reading.clone());
-        Self { controller, rates: setting.rates.clone(), targets: Targets::default() }
+        let (firmware, rates) = (setting.reading.firmware, setting.rates.clone());
+        Self { controller, firmware, rates, targets: Targets::default(), acceleration: TipAcceleration::default() }
     }
 
     /// Takes one line.
@@ -74,9 +79,13 @@ impl Interpreter {
     pub fn take(&mut self, line: &ParsedLine) -> Result<Action, ReplayError> {
         Ok(match self.controller.step(line)? {
             Step::Nothing | Step::ExtruderSet(_) => Action::Nothing,
-            Step::Move(made) => Action::Move(self.rates.timed(made)),
+            Step::Move(made) => {
+                let acceleration = self.acceleration.of(made.e);
+                Action::Move(TimedMove { acceleration, ..self.rates.timed(made) })
+            }
             Step::Effect(effect) => {
                 self.targets.take(effect);
+                self.acceleration.take(self.firmware, line);
                 Action::Effect(effect)
             }
         })
@@ -126,7 +135,7 @@ impl Rates {
         let feed =
             Feed { value: made.feed, inverse_time: made.inverse_time, rapid: made.rapid, rotary: made.rotary_written };
         let (seconds, too_fast) = self.check(&feed, &extent);
-        TimedMove { made, seconds, length_mm, chords, too_fast }
+        TimedMove { made, seconds, acceleration: None, length_mm, chords, too_fast }
     }
 }
 

@@ -15,6 +15,7 @@
 //! This room must not know profiles (they build its [`Setting`]), plans or rules.
 
 mod build;
+mod clock;
 mod interpreter;
 mod rates;
 #[cfg(test)]
@@ -22,6 +23,7 @@ mod tests;
 mod totals;
 
 pub use build::read;
+pub use clock::Clock;
 pub use interpreter::{Action, Interpreter, Targets, TimedMove};
 pub use rates::{FeedCount, Rates, TooFast};
 pub use totals::totals;
@@ -31,8 +33,8 @@ use std::ops::Range;
 use crate::gcode::marks::{Mark, Role};
 use crate::gcode::meaning::Effect;
 use crate::geom::Vec3;
-use crate::motion::Pose;
 use crate::motion::replay::{Position, Reading};
+use crate::motion::{Accelerations, Pose};
 
 /// How a machine's files are read.
 #[derive(Clone, Debug)]
@@ -41,6 +43,8 @@ pub struct Setting {
     pub reading: Reading,
     /// What F means, and the axes' fastest.
     pub rates: Rates,
+    /// How fast speeds change.
+    pub accelerations: Accelerations,
 }
 
 /// Where in the program something stands.
@@ -135,7 +139,7 @@ pub struct Trace {
     to: [Vec<i32>; 3],
     e: Vec<f32>,
     feed: Vec<f32>,
-    seconds: Vec<f32>,
+    at_speed_s: Vec<f32>,
     state: Vec<u32>,
     width_um: Vec<u16>,
     height_um: Vec<u16>,
@@ -147,8 +151,8 @@ pub struct Trace {
     pub events: Vec<Event>,
     /// Lines in the file.
     pub lines: u32,
-    /// Time of all waits (G4), s.
-    pub waits_s: f64,
+    /// Time of all moves, with accelerations, and waits (G4), s; see [`Clock`].
+    pub seconds: f64,
 }
 
 /// One move, taken out of the columns.
@@ -166,7 +170,7 @@ pub struct Move {
     pub e: f64,
     /// F as written; `None` before the first.
     pub feed: Option<f64>,
-    /// Time, s.
+    /// Time at the speed written or the axes' fastest, s.
     pub seconds: f64,
     /// What the slicer says it is for.
     pub role: Role,
@@ -257,7 +261,7 @@ impl Trace {
             to: [0, 1, 2].map(|i: usize| known(self.to[i][index])),
             e: f64::from(self.e[index]),
             feed: Some(f64::from(self.feed[index])).filter(|f| !f.is_nan()),
-            seconds: f64::from(self.seconds[index]),
+            seconds: f64::from(self.at_speed_s[index]),
             role: self.role[index],
             width: stated(self.width_um[index]),
             height: stated(self.height_um[index]),
@@ -291,11 +295,6 @@ impl Trace {
     pub fn has_new_pose(&self, of: &Move) -> bool {
         let (from, to) = (self.state_before(of), self.state(of));
         (from.tilt, from.rotation) != (to.tilt, to.rotation)
-    }
-
-    /// Time of all moves and waits, s.
-    pub fn seconds(&self) -> f64 {
-        self.seconds.iter().map(|s| f64::from(*s)).sum::<f64>() + self.waits_s
     }
 
     /// Bytes that the moves take.

@@ -3,12 +3,15 @@
 use super::{FeedCount, Rates, Setting, What, Zone, read};
 use crate::gcode::marks::{Mark, Role};
 use crate::gcode::meaning::{Effect, Hazard};
+use crate::geom::Angle;
+use crate::motion::lookahead::AT_ONCE;
 use crate::motion::replay::Reading;
+use crate::motion::{Accelerations, AxisRange};
 
 fn setting() -> Setting {
     let axes = [('A', 20.0), ('C', 30.0)];
     let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
-    Setting { reading: Reading::sliced(), rates }
+    Setting { reading: Reading::sliced(), rates, accelerations: AT_ONCE }
 }
 
 fn trace(text: &str) -> super::Trace {
@@ -23,7 +26,7 @@ fn moves_have_their_line_place_filament_and_time() {
     assert_eq!((first.line, first.from, first.to), (2, [None; 3], [Some(10.0), Some(0.0), Some(0.2)]));
     assert!(!first.prints() && first.ends().is_none() && second.prints() && !third.prints() && !third.travels());
     assert!((second.seconds - 1.0).abs() < 1e-6 && (second.e - 0.5).abs() < 1e-6, "{second:?}");
-    assert!((trace.seconds() - 1.0 - 1.0 / 30.0).abs() < 1e-3, "{}", trace.seconds());
+    assert!((trace.seconds - 1.0 - 1.0 / 30.0).abs() < 1e-3, "{}", trace.seconds);
     assert!(trace.bytes() <= 48 * trace.len() + 2 * size_of::<super::State>(), "{} bytes", trace.bytes());
 }
 
@@ -87,4 +90,44 @@ fn everything_else_is_an_event_before_the_move_that_follows() {
     assert!(matches!((what[3], what[4], what[5]), (What::Mark(Mark::End), What::BrokenMark(_), What::Layer)));
     // What shifts coordinates leaves the place unknown.
     assert_eq!((trace.at(1).from, trace.at(1).to), ([None; 3], [Some(2.0), None, None]));
+}
+
+/// 100 mm at 50 mm/s with 1000 mm/s² take 2.05 s: 50 ms up and down over 1.25 mm each.
+#[test]
+fn the_clock_knows_accelerations_corners_and_stops() {
+    let accelerations = Accelerations { axes: [1000.0, 1000.0, 200.0, 100.0, 100.0, 1000.0], junction_mm: 0.01 };
+    let axis = |letter| AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range: None, max_rate: 1.0 };
+    let reading = Reading { rotary: Some((axis(b'A'), axis(b'C'))), ..Reading::sliced() };
+    let seconds = |text: &str| {
+        let setting = Setting { reading: reading.clone(), accelerations, ..setting() };
+        let text = format!("M83\nG1 X0 Y0 Z0 A0 C0 F3000\n{text}");
+        let (read, totals) =
+            (read(text.as_bytes(), &setting).seconds, super::totals(text.as_bytes(), &setting).seconds);
+        assert!((read - totals).abs() < 1e-9, "{text}: {read} s, {totals} s");
+        read
+    };
+    let corner = (1000.0 * 0.01 * 0.5f64.sqrt() / (1.0 - 0.5f64.sqrt())).sqrt();
+    let to_corner = 1.0 + 0.025 + (50.0 - corner).powi(2) / (2.0 * 1000.0 * 50.0);
+    for (text, by_hand) in [
+        ("G1 X100\n", 2.05),
+        // In one piece or in a hundred.
+        (&(1..=100).map(|x| format!("G1 X{x}\n")).collect::<String>(), 2.05),
+        ("G1 X50\nG4 P1500\nG1 X100\n", 2.0 * 1.05 + 1.5),
+        ("G1 X50\nM400\nG1 X100\n", 2.0 * 1.05),
+        ("M204 S500\nG1 X100\n", 2.1),
+        ("M204 P500 T2000\nG1 X100\n", 2.025),
+        ("M204 P500 T2000\nG1 X100 E1\n", 2.1),
+        ("G1 X50\nG1 Y50\n", 2.0 * to_corner),
+        ("G1 Z50 F600\n", 5.0 + 0.05),
+        // The table: 20 degrees/s, 100 degrees/s².
+        ("G1 A40 F99999\n", 2.0 + 0.2),
+        ("G1 E10 F600\n", 1.01),
+    ] {
+        let took = seconds(text);
+        assert!((took - by_hand).abs() < 1e-6 * by_hand, "{text}: {took} s, by hand {by_hand} s");
+    }
+    // A circle of 10 mm radius along its chords: no slower than its corners demand, no faster than at constant speed.
+    let round = seconds("G2 X0 Y0 I10 J0 P1\n");
+    let least = std::f64::consts::TAU * 10.0 / 50.0;
+    assert!(round > least + 0.04 && round < 1.1 * least, "{round} s, at constant speed {least} s");
 }

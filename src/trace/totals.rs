@@ -1,13 +1,13 @@
 //! What a program takes as a whole, without keeping its moves.
 
-use super::{Interpreter, Setting};
+use super::{Clock, Interpreter, Setting};
 use crate::gcode::marks::{Hint, Totals, hint};
 use crate::gcode::{LineKind, ParsedLine, lines};
 
 /// Time and layers of the program in `bytes`, by the same clock as [`read`](super::read()); what has no safe meaning takes no time.
 pub fn totals(bytes: &[u8], setting: &Setting) -> Totals {
     let (mut interpreter, mut parsed) = (Interpreter::new(setting), ParsedLine::default());
-    let mut totals = Totals::default();
+    let (mut totals, mut clock) = (Totals::default(), Clock::new(&setting.accelerations));
     for line in lines(bytes) {
         if parsed.read(line.bytes).is_err() {
             continue;
@@ -16,7 +16,10 @@ pub fn totals(bytes: &[u8], setting: &Setting) -> Totals {
             totals.layers += usize::from(hint(&line.bytes[parsed.comment.clone()]) == Some(Hint::Layer));
             continue;
         }
-        totals.seconds += interpreter.take(&parsed).map_or(0.0, |action| action.seconds());
+        if let Ok(action) = interpreter.take(&parsed) {
+            clock.take(&action);
+        }
     }
+    totals.seconds = clock.seconds();
     totals
 }

@@ -11,7 +11,7 @@
 //! material is what the replay lays down, not the meshes. Heights and distances are conservative bounds, so that "free"
 //! is proved; where the bound does not suffice the answer is a finding.
 //!
-//! Not covered: strings, sagging and shrinkage; accelerations; the head against the frame.
+//! Not covered: strings, sagging and shrinkage; accelerations, but in the time that is stated; the head against the frame.
 //!
 //! This room must not know the rewriter or slicers: it shares `motion`'s replay and chain with them and nothing else.
 
@@ -107,7 +107,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
         moves: trace.len(),
         slots: checked.tally.slots(&planned),
         filament_mm: checked.tally.filament,
-        seconds_print: trace.seconds(),
+        seconds_print: trace.seconds,
     }
 }
 

@@ -26,6 +26,11 @@ const STRAY_MM: [f64; 2] = [0.8, 0.2];
 const LEAST_COVERED: f64 = 0.5;
 /// Samples of one print that are taken, about.
 const SAMPLES: usize = 2000;
+/// What the outline tells so much worse than what it tells best is not told: see [`fit`].
+const WEAKEST: f64 = 4e-3;
+/// A wall that runs along the outline turns from it by no more than this, as a sine: 20 degrees. What goes across the end of a thin tip
+/// says nothing of where the part lies.
+const ALONG: f64 = 0.34;
 /// Spacing of samples along a wall, mm.
 const SPACING_MM: f64 = 3.0;
 /// Deeper inside than this no distance need be exact, mm.
@@ -54,7 +59,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
         outline += section.perimeter();
         sections.push(section);
     }
-    let found = fit(&samples);
+    let found = fit(&samples, WEAKEST);
     let registered = found.as_ref().is_none_or(|fit| registration(printed, fit, &samples, findings));
     let share = covered / outline;
     if outline > 0.0 && share < LEAST_COVERED {
@@ -102,14 +107,17 @@ fn sample(
     let stray = STRAY_MM[usize::from(!printed.has_roles)];
     let mut along = 0.0;
     let half = printed.width(&m, level) / 2.0;
-    let count = ((to - from).norm() / SPACING_MM).ceil().max(1.0);
+    let length = (to - from).norm();
+    let count = (length / SPACING_MM).ceil().max(1.0);
+    let [dx, dy] = [to.x - from.x, to.y - from.y];
     for k in 0..count as usize {
         let p = from + (to - from) * ((k as f64 + 0.5) / count);
         let (distance, normal) = search.nearest([p.x, p.y]);
         let out = distance + half;
-        if let (Some(normal), true) = (normal, out.abs() < stray) {
+        let runs_along = |normal: [f64; 2]| (dx * normal[0] + dy * normal[1]).abs() <= ALONG * length;
+        if let (Some(normal), true) = (normal.filter(|n| runs_along(*n)), out.abs() < stray) {
             samples.push(Sample { at: [p.x - centre[0], p.y - centre[1]], normal, out });
-            along += (to - from).norm() / count;
+            along += length / count;
         }
     }
     along

@@ -96,8 +96,7 @@ pub struct Report {
     pub slots: usize,
     /// Filament laid down while moving.
     pub filament_mm: f64,
-    /// Time of all moves and dwells at the speeds written or the axes' fastest, whichever is slower; no accelerations,
-    /// no heating. `send` counts the same down; a rehearsal's whole time is longer.
+    /// Time of all moves and waits as [`trace::Clock`](crate::trace::Clock) has it: with accelerations, without homing and heating.
     pub seconds_print: f64,
 }
 

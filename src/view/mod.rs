@@ -29,6 +29,7 @@ mod solids;
 #[cfg(test)]
 mod tests;
 mod text;
+mod thumbnail;
 
 pub use drawing::{Anchor, Colour, Drawing, Format, INK, Mark, Picture, width_of};
 pub use eye::Eye;
@@ -41,6 +42,7 @@ pub use program::{Place, Program, Style, flag};
 pub use shapes::Shapes;
 pub use sheet::Sheet;
 pub use solids::{Joint, Surface};
+pub use thumbnail::thumbnails;
 
 use pack::{Column, deflated};
 

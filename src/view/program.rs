@@ -128,7 +128,7 @@ impl Program {
             layers,
             lines: trace.lines,
             rebuilt: text.rebuilt,
-            seconds: trace.seconds(),
+            seconds: trace.seconds,
             places: places.collect(),
             feeds: tables.feeds,
             styles,

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -12,7 +12,7 @@ use trunnion::mesh::stl_binary;
 
 use crate::pipeline::fixture;
 use crate::split::solids::block;
-use crate::support::{Numbers, folder, installed, note, root, said, skip, trunnion};
+use crate::support::{Command, Numbers, folder, installed, note, root, said, skip, trunnion};
 
 /// A data set, scaled down: so many models, every 33rd of them broken in one of the ways that files are.
 const MODELS: usize = 240;

@@ -4,12 +4,12 @@
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt};
 use std::os::unix::net::UnixListener;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::bad_input::{cuboid, stl};
 use crate::pipeline::fixture;
-use crate::support::{SmallDisk, folder, said, skip, trunnion};
+use crate::support::{Command, SmallDisk, folder, said, skip, trunnion};
 
 /// Runs `command`, which must end by itself: what hangs is a failure, not a test without end.
 #[track_caller]
@@ -23,7 +23,9 @@ fn ended(command: &mut Command) -> Output {
         }
         std::thread::sleep(Duration::from_millis(10));
     }
-    child.wait_with_output().unwrap()
+    let output = child.wait_with_output().unwrap();
+    command.heard(&output);
+    output
 }
 
 /// The sentence of a call in `folder` that must be refused.

@@ -46,6 +46,7 @@ mod recipes;
 mod respelt;
 mod rewriting;
 mod rust_source;
+mod schemas;
 mod several;
 mod sliced_files;
 mod solids;

@@ -40,7 +40,7 @@ impl Made {
             all.iter().enumerate().map(|(print, sliced)| Input { print, centre_mm, file: "box.gcode", sliced });
         let inputs: Vec<Input<'_>> = inputs.collect();
         let (plan, profile, workpiece) = (&self.plan.plan, &self.plan.machine.profile, &self.plan.workpiece());
-        rewrite(&inputs, &Job { plan, plan_sha256: "", profile, workpiece }, sink)
+        rewrite(&inputs, &Job { plan, plan_sha256: "", profile, workpiece, head: "" }, sink)
     }
 }
 

@@ -1,8 +1,9 @@
 //! What the modules share: the command, temporary folders, a seeded source of numbers, and words about what was left out.
 
+use std::ffi::OsStr;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command as Process, ExitStatus, Output, Stdio};
 
 use trunnion::geom::SplitMix64;
 
@@ -27,9 +28,92 @@ pub(crate) fn trunnion() -> Command {
     Command::new(env!("CARGO_BIN_EXE_trunnion"))
 }
 
+/// A process as the standard library starts it; what our own command prints with `--json` is held against its schema.
+#[derive(Debug)]
+pub(crate) struct Command {
+    process: Process,
+    /// Whether somebody else reads what it prints.
+    elsewhere: bool,
+}
+
+impl Command {
+    pub(crate) fn new(program: impl AsRef<OsStr>) -> Self {
+        Self { process: Process::new(program), elsewhere: false }
+    }
+
+    pub(crate) fn arg(&mut self, word: impl AsRef<OsStr>) -> &mut Self {
+        self.process.arg(word);
+        self
+    }
+
+    pub(crate) fn args<W: AsRef<OsStr>>(&mut self, words: impl IntoIterator<Item = W>) -> &mut Self {
+        self.process.args(words);
+        self
+    }
+
+    pub(crate) fn env(&mut self, name: impl AsRef<OsStr>, value: impl AsRef<OsStr>) -> &mut Self {
+        self.process.env(name, value);
+        self
+    }
+
+    pub(crate) fn env_remove(&mut self, name: impl AsRef<OsStr>) -> &mut Self {
+        self.process.env_remove(name);
+        self
+    }
+
+    pub(crate) fn current_dir(&mut self, folder: impl AsRef<Path>) -> &mut Self {
+        self.process.current_dir(folder);
+        self
+    }
+
+    pub(crate) fn stdin(&mut self, from: impl Into<Stdio>) -> &mut Self {
+        self.process.stdin(from);
+        self
+    }
+
+    pub(crate) fn stdout(&mut self, to: impl Into<Stdio>) -> &mut Self {
+        self.elsewhere = true;
+        self.process.stdout(to);
+        self
+    }
+
+    pub(crate) fn stderr(&mut self, to: impl Into<Stdio>) -> &mut Self {
+        self.process.stderr(to);
+        self
+    }
+
+    pub(crate) fn status(&mut self) -> std::io::Result<ExitStatus> {
+        self.process.status()
+    }
+
+    /// Whoever collects what the process prints hands it to [`Self::heard`].
+    pub(crate) fn spawn(&mut self) -> std::io::Result<Child> {
+        self.process.spawn()
+    }
+
+    #[track_caller]
+    pub(crate) fn output(&mut self) -> std::io::Result<Output> {
+        let output = self.process.output()?;
+        if !self.elsewhere {
+            self.heard(&output);
+        }
+        Ok(output)
+    }
+
+    /// Holds what it printed against its schema.
+    #[track_caller]
+    pub(crate) fn heard(&self, output: &Output) {
+        let words: Vec<String> = self.process.get_args().map(|word| word.to_string_lossy().into_owned()).collect();
+        let ours = self.process.get_program() == env!("CARGO_BIN_EXE_trunnion");
+        if ours && words.iter().any(|word| word == "--json") {
+            crate::schemas::heard(&words, output);
+        }
+    }
+}
+
 /// Whether a program starts.
 pub(crate) fn installed(program: &str) -> bool {
-    Command::new(program).arg("--help").output().is_ok()
+    Process::new(program).arg("--help").output().is_ok()
 }
 
 /// A folder that goes when it is dropped.
@@ -41,7 +125,7 @@ pub(crate) fn folder() -> tempfile::TempDir {
 pub(crate) fn python(names: &[&str], module: &str) -> Option<PathBuf> {
     let code = format!("import sys, {module}; sys.exit(sys.version_info < (3,))");
     let imports =
-        |name: &&&str| Command::new(name).args(["-c", &code]).output().is_ok_and(|output| output.status.success());
+        |name: &&&str| Process::new(name).args(["-c", &code]).output().is_ok_and(|output| output.status.success());
     names.iter().find(imports).map(PathBuf::from)
 }
 
@@ -77,13 +161,13 @@ impl SmallDisk {
     pub(crate) fn mount(at: PathBuf, bytes: u32) -> Option<Self> {
         std::fs::create_dir(&at).unwrap();
         let size = format!("size={bytes}");
-        let done = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(&at).output();
+        let done = Process::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(&at).output();
         done.is_ok_and(|d| d.status.success()).then_some(Self(at))
     }
 }
 
 impl Drop for SmallDisk {
     fn drop(&mut self) {
-        let _ = Command::new("umount").arg(&self.0).status();
+        let _ = Process::new("umount").arg(&self.0).status();
     }
 }

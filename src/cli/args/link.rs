@@ -11,7 +11,8 @@ use crate::job::{SendOptions, with_suffix};
 /// How to stream.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct StreamArgs {
-    /// Resume an interrupted print: from the printer's own line counter, or after a reset from the last layer
+    /// Resume an interrupted print by its journal: at the printer's own line counter or position, or after a reset at a line that is
+    /// proved to lie on what is there and to be reached without a collision
     #[arg(long)]
     pub(in crate::cli) resume: bool,
     /// With --resume after a reset: the first line of the file that is to be printed, from a look at the part
@@ -47,6 +48,13 @@ impl StreamArgs {
 }
 
 #[derive(ClapArgs)]
+#[command(after_help = "\
+Rehearse, print, and resume after an interruption:
+  trunnion send out.gcode --plan plan.json --dry-run
+  trunnion send out.gcode --plan plan.json --port /dev/ttyUSB0
+  trunnion send out.gcode --plan plan.json --port /dev/ttyUSB0 --resume
+
+Ctrl-C pauses above the part, twice is an emergency stop.")]
 pub(in crate::cli) struct Send {
     /// The file to print; several with as many --port (and --plan), in the same order
     #[arg(required = true)]

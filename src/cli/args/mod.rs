@@ -2,6 +2,7 @@
 
 mod batch;
 mod link;
+mod mistake;
 mod print;
 mod profile;
 mod shape;
@@ -14,6 +15,7 @@ use crate::job::{Arrangement, PlanOptions, SlicingOptions, Standing};
 
 pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
+pub(in crate::cli) use mistake::told;
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Calibrate, CheckProfile, New, Profile};
 pub(in crate::cli) use shape::{Inspect, Orient, Pack, Split, Support};

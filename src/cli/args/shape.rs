@@ -109,7 +109,7 @@ pub(in crate::cli) struct Split {
     /// Height of a part below the model, printed first [default: none; 10, 20 and 40 where nothing else helps]
     #[arg(long, value_name = "MM")]
     pub(in crate::cli) pedestal: Option<f64>,
-    /// Picture of the solid with what overhangs, and of its parts ; written also where no cut helps
+    /// Picture of the solid with what overhangs, and of its parts; written also where no cut helps
     #[arg(long, value_name = "OUT.svg|.png|.pdf")]
     pub(in crate::cli) view: Option<PathBuf>,
 }

@@ -323,6 +323,32 @@ fn fan(firmware: Firmware, line: &ParsedLine) -> Effect {
     }
 }
 
+/// What a program has X and Y accelerate by (M204), mm/s²: printing, travelling; `None` before it says so.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TipAcceleration([Option<f64>; 2]);
+
+impl TipAcceleration {
+    /// Takes note of what a line says.
+    pub fn take(&mut self, firmware: Firmware, line: &ParsedLine) {
+        let said = accelerations(firmware, line).unwrap_or_default();
+        self.0.iter_mut().zip(said).for_each(|(now, said)| *now = said.or(*now));
+    }
+
+    /// Of a move that takes `e` mm of filament.
+    pub fn of(&self, e: f64) -> Option<f64> {
+        self.0[usize::from(e <= 0.0)]
+    }
+}
+
+/// What M204 says of printing and travelling from now on, mm/s²; `None` where the line says nothing of one.
+fn accelerations(firmware: Firmware, line: &ParsedLine) -> Option<[Option<f64>; 2]> {
+    if !firmware.is_printer() || !line.commands.contains(&Command::m(204)) {
+        return None;
+    }
+    let word = |letter: u8| line.value(letter).or_else(|| line.value(b'S')).filter(|v| *v > 0.0);
+    Some([word(b'P'), word(b'T')])
+}
+
 /// The letter that tells several of the same command apart: fans, pins, extruders.
 pub fn index_letter(command: Command) -> Option<u8> {
     match (command.letter, command.number) {
@@ -383,6 +409,20 @@ mod tests {
                 assert_eq!(marlin(text), Effect::Hazard(hazard), "{text}");
             }
         }
+    }
+
+    #[test]
+    fn m204_says_how_fast_speeds_change() {
+        let of = |firmware, text: &str| {
+            let mut line = ParsedLine::default();
+            line.read(text.as_bytes()).unwrap();
+            accelerations(firmware, &line)
+        };
+        assert_eq!(of(Firmware::Marlin, "M204 S800"), Some([Some(800.0); 2]));
+        assert_eq!(of(Firmware::RepRapFirmware, "M204 P800 T1500"), Some([Some(800.0), Some(1500.0)]));
+        assert_eq!(of(Firmware::Marlin, "M204 T1500 R9"), Some([None, Some(1500.0)]));
+        assert_eq!(of(Firmware::Marlin, "M204 S0"), Some([None; 2]));
+        assert_eq!((of(Firmware::Marlin, "M205 S8"), of(Firmware::Grbl, "M204 S8")), (None, None));
     }
 
     #[test]

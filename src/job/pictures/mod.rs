@@ -8,7 +8,8 @@ use std::path::Path;
 
 use super::{BadSetting, Error, OutputFile, Outputs};
 use crate::geom::Vec3;
-use crate::view::{Colour, Drawing, Format};
+use crate::planning::Workpiece;
+use crate::view::{self, Colour, Drawing, Format, Surface};
 
 pub(super) use parts::{Painted, SUPPORT_WORD, coloured, cut_up, solids, standing};
 pub(super) use plan::{Told, plan_sheet, reasons_sheet};
@@ -54,6 +55,12 @@ impl PictureFile {
     pub fn write(&self, drawing: &Drawing) -> Result<(), Error> {
         self.file.write(&drawing.bytes(self.format))
     }
+}
+
+/// The model on its table in small pictures, as comments for the head of its program; each part in a colour of its own.
+pub(super) fn thumbnails(workpiece: &Workpiece<'_>) -> String {
+    let part = |(i, mesh)| Surface { edges: false, ..Surface::of(mesh, KINDS[i % KINDS.len()]) };
+    view::thumbnails(&workpiece.parts.iter().enumerate().map(part).collect::<Vec<_>>())
 }
 
 /// The farthest place along Z; `None` of none.

@@ -2,6 +2,8 @@
 
 mod choice;
 mod proof;
+#[cfg(test)]
+mod testing;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,7 +15,7 @@ use crate::job::world::{JournalFile, read_journal};
 use crate::job::{Error, World};
 use crate::link::serial::Port;
 use crate::link::{
-    Accounting, JournalSummary, Outcome, Program, Record, ReentryError, Sender, SenderSettings, StopReason,
+    Accounting, Header, JournalSummary, Outcome, Program, Record, ReentryError, Sender, SenderSettings, StopReason,
 };
 use crate::planning::sha256_hex;
 use choice::Choice;
@@ -135,7 +137,8 @@ pub(super) fn standing(request: &SendRequest<'_>, path: &Path) -> Result<Journal
     })?;
     let (program, path) = (request.program.program(), request.path.to_owned());
     if standing.header.sha256 != sha256_hex(program) {
-        return Err(Error::ProgramChanged { path, then: standing.header.bytes, now: program.len() as u64 });
+        let Header { path: of, bytes: then, .. } = standing.header;
+        return Err(Error::ProgramChanged { path, of, then, now: program.len() as u64 });
     }
     if standing.header.profile_sha256 != request.machine.sha256 {
         return Err(Error::ProfileChanged { profile: request.machine.name.clone() });

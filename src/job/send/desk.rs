@@ -14,6 +14,8 @@ struct Asked {
     paused: bool,
     answer: Option<Answer>,
     interrupts: u32,
+    /// It has paused by itself: the first Ctrl-C, which is to pause all, finds it so.
+    paused_itself: bool,
 }
 
 /// What was typed for whom.
@@ -67,19 +69,16 @@ impl Desk {
         Ok(())
     }
 
-    /// What can be typed.
-    pub fn words(&self) -> &'static str {
-        WORDS
-    }
-
     /// Nothing more will be typed.
     pub fn close(&self) {
         self.open.store(false, Ordering::SeqCst);
     }
 
-    /// `print` stands in a pause, or no longer.
-    pub fn pauses(&self, print: usize, paused: bool) {
-        self.prints()[print].paused = paused;
+    /// `print` is paused, after so many Ctrl-C.
+    pub fn pauses(&self, print: usize, ctrl_c: u32) {
+        let asked = &mut self.prints()[print];
+        asked.paused = true;
+        asked.paused_itself = asked.interrupts == 0 && ctrl_c == 0;
     }
 
     /// What is to become of `print`, which is paused.
@@ -89,9 +88,10 @@ impl Desk {
         answer.unwrap_or(silent)
     }
 
-    /// How often `print` was asked to end.
-    pub fn interrupts(&self, print: usize) -> u32 {
-        self.prints()[print].interrupts
+    /// How often `print` was asked to end, after so many Ctrl-C: one is to pause all that are not paused, two stop every one.
+    pub fn interrupts(&self, print: usize, ctrl_c: u32) -> u32 {
+        let asked = &self.prints()[print];
+        asked.interrupts.max(ctrl_c.saturating_sub(asked.paused_itself.into()))
     }
 
     /// A pause is over.
@@ -109,9 +109,9 @@ mod tests {
         let desk = Desk::new(3, true);
         desk.typed("p 2").unwrap();
         desk.typed("s 3").unwrap();
-        assert_eq!([0, 1, 2].map(|i| desk.interrupts(i)), [0, 1, 2]);
+        assert_eq!([0, 1, 2].map(|i| desk.interrupts(i, 0)), [0, 1, 2]);
         for i in [0, 1] {
-            desk.pauses(i, true);
+            desk.pauses(i, 0);
         }
         desk.typed(" 2 ").unwrap();
         assert_eq!([0, 1, 2].map(|i| desk.answer(i)), [Answer::NotYet, Answer::Continue, Answer::NotYet]);
@@ -120,7 +120,7 @@ mod tests {
         desk.typed("c 1").unwrap();
         assert_eq!((desk.answer(0), desk.answer(0)), (Answer::Cancel, Answer::NotYet));
         desk.forget(1);
-        assert_eq!((desk.interrupts(1), desk.interrupts(2)), (0, 2));
+        assert_eq!((desk.interrupts(1, 0), desk.interrupts(2, 0)), (0, 2));
         desk.close();
         assert_eq!(desk.answer(0), Answer::Nobody);
     }
@@ -135,6 +135,25 @@ mod tests {
         assert_eq!(desk.typed("c 2").unwrap_err(), "print 2 is not paused");
         desk.typed("p 1").unwrap();
         assert!(desk.typed("p 1").is_err());
-        assert_eq!([0, 1].map(|i| (desk.interrupts(i), desk.answer(i))), [(1, Answer::NotYet), (0, Answer::NotYet)]);
+        assert_eq!([0, 1].map(|i| (desk.interrupts(i, 0), desk.answer(i))), [(1, Answer::NotYet), (0, Answer::NotYet)]);
+    }
+
+    /// What Ctrl-C means to one that runs, that was asked to pause alone, and that has paused by itself; before and behind its pause.
+    #[test]
+    fn ctrl_c_once_pauses_whoever_is_not_paused_and_twice_stops_all() {
+        let counts = |desk: &Desk, print| [0, 1, 2].map(|ctrl_c| desk.interrupts(print, ctrl_c));
+        let desk = Desk::new(3, true);
+        desk.typed("p 2").unwrap();
+        assert_eq!([0, 1, 2].map(|print| counts(&desk, print)), [[0, 1, 2], [1, 1, 2], [0, 1, 2]]);
+        desk.pauses(1, 0);
+        desk.pauses(2, 0);
+        assert_eq!([1, 2].map(|print| counts(&desk, print)), [[1, 1, 2], [0, 0, 1]]);
+        // Paused by the first Ctrl-C.
+        desk.pauses(0, 1);
+        assert_eq!(counts(&desk, 0), [0, 1, 2]);
+        desk.forget(2);
+        assert_eq!(counts(&desk, 2), [0, 1, 2]);
+        desk.typed("s 2").unwrap();
+        assert_eq!(counts(&desk, 1), [3, 3, 3]);
     }
 }

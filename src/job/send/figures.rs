@@ -45,8 +45,10 @@ impl Timing {
     fn of_moves(program: &Program) -> Self {
         let mut left = program.seconds_print();
         let mut marks = vec![(0, left)];
+        let at_speed: f64 = (0..program.len()).map(|block| program.seconds(block)).sum();
+        let times = if at_speed > 0.0 { left / at_speed } else { 1.0 };
         for block in 0..program.len() {
-            left -= program.seconds(block);
+            left -= program.seconds(block) * times;
             if block % 32 == 31 || block + 1 == program.len() {
                 marks.push((block + 1, left.max(0.0)));
             }
@@ -104,10 +106,11 @@ mod tests {
         let world = World::here(&Silent);
         let profile = job::load_profile(&"generic-ac".into(), &world).unwrap().profile;
         let program = Program::read(TEXT, &printer::rules(&profile).unwrap()).unwrap();
-        let traced = crate::trace::read(TEXT, &profile.trace_setting()).seconds();
+        let traced = crate::trace::read(TEXT, &profile.trace_setting()).seconds;
         let timing = Timing::of_moves(&program);
-        assert!((traced - 22.0).abs() < 1e-6 && (timing.left(0) - traced).abs() < 1e-6, "{timing:?}");
-        assert!(timing.left(6).abs() < 1e-6 && (timing.left(3) - 11.0).abs() < 1e-6, "{timing:?}");
+        // 10 s, 7 s, 5 s, and twice a hundredth of a second to be as fast as 10 mm/s.
+        assert!((traced - 22.02).abs() < 1e-6 && (timing.left(0) - traced).abs() < 1e-6, "{timing:?}");
+        assert!(timing.left(6).abs() < 1e-6 && (timing.left(3) - 11.01).abs() < 1e-6, "{timing:?}");
     }
 
     /// What is left at the start is what the rehearsal says of the whole.
@@ -126,5 +129,23 @@ mod tests {
         // Half of the moves take about half of the time behind the heat.
         let (middle, start) = (timing.left(4 + 1500), timing.left(4));
         assert!((middle / start - 0.5).abs() < 0.03, "{middle} of {start}");
+    }
+
+    /// What is rehearsed and what is stated are slowed down alike by M204.
+    #[test]
+    fn a_rehearsal_accelerates_as_the_program_says() {
+        let world = World::here(&Silent);
+        let profile = job::load_profile(&"generic-ac".into(), &world).unwrap().profile;
+        let moves: String = (0..600).map(|i| format!("G1 X{} Y{}\n", i % 7 * 5, i % 11 * 3)).collect();
+        let times = |said: &str| {
+            let text = format!("G28\nG90\nG1 X0 Y0 F6000\n{said}{moves}");
+            let program = Arc::new(Program::read(text.as_bytes(), &printer::rules(&profile).unwrap()).unwrap());
+            let (link, end) = through(&program, &profile, Duration::from_secs(1_000_000), |_| {}).unwrap();
+            assert_eq!(end, Some(Outcome::Done));
+            [link.now().as_secs_f64(), program.seconds_print()]
+        };
+        let [usual, slow] = [times(""), times("M204 S100\n")];
+        let [rehearsed, stated] = [0, 1].map(|i| slow[i] - usual[i]);
+        assert!(stated > 60.0 && (rehearsed / stated - 1.0).abs() < 0.03, "{rehearsed} s more, stated {stated} s");
     }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use crate::job::Error;
 use crate::link::Reentry;
 use crate::link::serial::Twin;
 
@@ -34,6 +35,9 @@ pub trait Operator {
     fn agrees(&self, _entry: &Reentry) -> bool {
         false
     }
+
+    /// One of several prints has ended, whatever becomes of the others; why, where it failed.
+    fn ended(&self, _error: Option<&Error>) {}
 }
 
 /// What somebody says in a pause.

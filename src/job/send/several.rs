@@ -70,7 +70,9 @@ pub fn send_several<'o>(
     let tasks = ready.into_iter().zip(prints).enumerate().map(|(index, (ready, print))| {
         move || {
             let operator = operator(index);
-            go(ready, &print.request, &print.wire, (&World::here(&Silent), &*operator))
+            let ended = go(ready, &print.request, &print.wire, (&World::here(&Silent), &*operator));
+            operator.ended(ended.as_ref().err());
+            ended
         }
     });
     let ended = side_by_side(tasks.collect()).into_iter().zip(prints);

@@ -216,6 +216,10 @@ impl<'a> Stream<'a> {
         // A pause may have come without an interrupt: from a disk that is full.
         let first = self.interrupts == 0 && count == 1 && !self.paused;
         self.interrupts = count;
+        if first && !self.sender.has_begun() {
+            let text = "stopped before anything that moves or heats was sent: the printer is as it was";
+            return Err(Error::Printer(text.to_owned()));
+        }
         if first && self.sender.progress().sent > 0 {
             self.tell(&Sending::Pausing { waits_for: self.sender.waits_for() });
             self.sender.pause();

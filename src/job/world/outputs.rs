@@ -73,7 +73,11 @@ impl Outputs {
     ///
     /// [`Error::Write`].
     pub fn folder(&self, path: &Path) -> Result<(), Error> {
-        std::fs::create_dir_all(path).map_err(|source| Error::Write { path: path.to_owned(), source })
+        let failed = |source| Error::Write { path: path.to_owned(), source };
+        if path.is_file() {
+            return Err(failed(std::io::Error::other("it is a file, and a folder is wanted; give another name")));
+        }
+        std::fs::create_dir_all(path).map_err(failed)
     }
 }
 

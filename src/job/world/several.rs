@@ -1,6 +1,6 @@
 //! Several things at the same time, a thread each, for jobs that wait for the world and not for the processor.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::thread;
@@ -17,17 +17,16 @@ pub(in crate::job) fn side_by_side<T: Send>(tasks: Vec<impl FnOnce() -> T + Send
     ended.into_iter().map(|ended| ended.unwrap_or_else(|panic| resume_unwind(panic))).collect()
 }
 
-/// The desk at which somebody types for `prints` that go on at the same time; `told` says why a line means nothing. It closes where the
+/// The desk at which somebody types for `prints` that go on at the same time; `heard` is called behind each
+/// line, with the reason where it means nothing. It closes where the
 /// input ends, and never opens without a terminal.
-pub fn desk(prints: usize, told: fn(&str)) -> Arc<Desk> {
+pub fn desk(prints: usize, heard: impl Fn(Option<&str>) + Send + 'static) -> Arc<Desk> {
     let open = std::io::stdin().is_terminal();
     let desk = Arc::new(Desk::new(prints, open));
     let typed = Arc::clone(&desk);
     let read = move || {
         for line in std::io::stdin().lines().map_while(Result::ok) {
-            // The line has moved the cursor, from which the lines of the prints are counted.
-            let _ = std::io::stderr().write_all(b"\x1b[1A\r\x1b[K");
-            typed.typed(&line).unwrap_or_else(|wrong| told(&wrong));
+            heard(typed.typed(&line).err().as_deref());
         }
         typed.close();
     };

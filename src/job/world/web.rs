@@ -108,7 +108,7 @@ fn trouble(error: ureq::Error) -> Trouble {
             Trouble::Away { why: format!("no answer within {} s", CONNECT.as_secs()) }
         }
         Error::Timeout(_) => Trouble::Silent,
-        Error::Rustls(error) => Trouble::Tls { why: error.to_string() },
+        Error::Rustls(error) => of_tls(&error),
         Error::Tls(why) => Trouble::Tls { why: why.to_owned() },
         Error::ConnectionFailed => Trouble::Away { why: "no connection".to_owned() },
         Error::Io(error) => of_io(&error),
@@ -116,10 +116,18 @@ fn trouble(error: ureq::Error) -> Trouble {
     }
 }
 
+fn of_tls(error: &rustls::Error) -> Trouble {
+    match error {
+        // Its first bytes are no record of TLS.
+        rustls::Error::InvalidMessage(rustls::InvalidMessage::InvalidContentType) => Trouble::Plain,
+        other => Trouble::Tls { why: other.to_string() },
+    }
+}
+
 fn of_io(error: &std::io::Error) -> Trouble {
     let tls = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
     if let Some(tls) = tls {
-        return Trouble::Tls { why: tls.to_string() };
+        return of_tls(tls);
     }
     if let Some(inner) = error.get_ref().and_then(|inner| inner.downcast_ref::<ureq::Error>()) {
         return match inner {

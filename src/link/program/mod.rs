@@ -17,7 +17,7 @@ use crate::gcode::marks;
 use crate::gcode::meaning::{Firmware, waits};
 use crate::gcode::{Command, LineKind, ParsedLine, lines};
 use crate::motion::replay::Reading;
-use crate::trace::{Interpreter, Setting};
+use crate::trace::{Clock, Interpreter, Setting};
 use refused::refused;
 use replay::Replay;
 
@@ -60,6 +60,7 @@ pub struct Program {
     ends: Vec<u32>,
     file_lines: Vec<u32>,
     seconds: Vec<f32>,
+    seconds_print: f64,
     /// The blocks at which the program waits for something other than its own motion, in order.
     waiting: Vec<u32>,
     /// Slots, prints and layers, in order.
@@ -152,12 +153,14 @@ impl Program {
             ends: Vec::new(),
             file_lines: Vec::new(),
             seconds: Vec::new(),
+            seconds_print: 0.0,
             waiting: Vec::new(),
             boundaries: Vec::new(),
             unknown: None,
         };
         let mut parsed = ParsedLine::default();
         let mut interpreter = Interpreter::new(&program.setting);
+        let mut clock = Clock::new(&program.setting.accelerations);
         for line in lines(file) {
             let damaged = |why: String| ProgramError::Damaged { line: line.number, why };
             parsed.read(line.bytes).map_err(|e| damaged(e.to_string()))?;
@@ -171,7 +174,10 @@ impl Program {
                 continue;
             }
             let took = match interpreter.take(&parsed) {
-                Ok(action) => action.seconds().min(LONGEST_S),
+                Ok(action) => {
+                    clock.take(&action);
+                    action.seconds().min(LONGEST_S)
+                }
                 Err(why) => {
                     program.unknown.get_or_insert((line.number, why.to_string()));
                     0.0
@@ -182,6 +188,7 @@ impl Program {
             }
             program.seconds.push(took as f32);
         }
+        program.seconds_print = clock.seconds();
         if program.ends.is_empty() { Err(ProgramError::Empty) } else { Ok(program) }
     }
 
@@ -269,14 +276,14 @@ impl Program {
         self.waiting.binary_search(&index).is_ok()
     }
 
-    /// Seconds that block `index` asks for, accelerations left out; 10⁶ at most.
+    /// Seconds that block `index` takes at the speeds written; 10⁶ at most.
     pub fn seconds(&self, index: u32) -> f64 {
         self.seconds.get(index as usize).map_or(0.0, |s| f64::from(*s))
     }
 
-    /// Seconds of all blocks, accelerations and heating left out: the time that verification states.
+    /// Seconds of all blocks, heating left out: the time that verification states.
     pub fn seconds_print(&self) -> f64 {
-        self.seconds.iter().map(|s| f64::from(*s)).sum()
+        self.seconds_print
     }
 }
 

@@ -78,7 +78,7 @@ fn the_time_of_a_program_is_the_time_that_its_trace_has() {
         let seconds = |text: &str| {
             let rules = ProgramRules { setting: setting.clone(), ..rules(Protocol::Marlin) };
             let program = Program::read(text.as_bytes(), &rules).unwrap();
-            let traced = trace::read(text.as_bytes(), &setting).seconds();
+            let traced = trace::read(text.as_bytes(), &setting).seconds;
             let sent = program.seconds_print();
             assert!((sent - traced).abs() < 1e-4 * sent.max(1.0), "{text}: {sent} s sent, {traced} s traced");
             sent

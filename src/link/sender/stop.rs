@@ -19,7 +19,7 @@ pub enum StopReason {
     /// The counter is not where it can be.
     #[error(
         "the printer's line counter is at {found}, but lines up to {proven} were accepted and {last} were sent: it was \
-         reset, or another program is talking to it"
+         reset, or another program is talking to it; end that one, look at the part, then run trunnion send --resume"
     )]
     Counter {
         /// The printer's last line.
@@ -230,6 +230,11 @@ impl Sender {
             self.ledger.framing().write(self.outbox.end(), self.ledger.cursor(), b"M112");
         }
         self.finish(Outcome::EmergencyStopped);
+    }
+
+    /// Whether something that moves or heats has been sent, now or before the link or the host broke.
+    pub fn has_begun(&self) -> bool {
+        !self.phase.is_fresh()
     }
 
     /// What a pause is to be ended with `--resume` under, where that does not hold always.

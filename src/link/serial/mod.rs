@@ -265,8 +265,14 @@ fn open_error(path: &Path, error: &serialport::Error) -> PortError {
         }
         serialport::ErrorKind::Io(kind) => port_error(path, kind, text),
         serialport::ErrorKind::NoDevice => port_error(path, ErrorKind::NotFound, text),
-        _ => PortError::Other { path: path.to_owned(), why: text },
+        _ => PortError::Other { path: path.to_owned(), why: plainer(text) },
     }
+}
+
+/// The system calls what is no terminal "not a typewriter", and a control of it "inappropriate".
+fn plainer(why: String) -> String {
+    let no_terminal = ["Not a typewriter", "Inappropriate ioctl"].iter().any(|words| why.contains(words));
+    if no_terminal { "it is a file, or a device of another kind".to_owned() } else { why }
 }
 
 fn port_error(path: &Path, kind: ErrorKind, why: String) -> PortError {
@@ -276,7 +282,7 @@ fn port_error(path: &Path, kind: ErrorKind, why: String) -> PortError {
         ErrorKind::PermissionDenied => PortError::Denied { path },
         ErrorKind::ResourceBusy | ErrorKind::WouldBlock => PortError::Busy { path },
         _ if why.contains("busy") || why.contains("lock") => PortError::Busy { path },
-        _ => PortError::Other { path, why },
+        _ => PortError::Other { path, why: plainer(why) },
     }
 }
 

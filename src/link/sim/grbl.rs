@@ -4,8 +4,8 @@
 
 use super::machine::Refusal;
 use super::marlin::strip_number;
-use super::planner::DEPTH;
 use super::{Logged, Queued, Sim, Took};
+use crate::motion::lookahead::DEPTH;
 
 /// Bytes that act when they arrive, wherever they stand.
 pub(super) fn is_real_time(byte: u8) -> bool {

@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use super::Time;
 use super::heat::HeatedMass;
-use super::planner::{Axes, Planner};
 use crate::gcode::ParsedLine;
-use crate::gcode::meaning::{self, Effect, Firmware, Hazard};
+use crate::gcode::meaning::{self, Effect, Firmware, Hazard, TipAcceleration};
 use crate::geom::Angle;
+use crate::motion::lookahead::LookAhead;
 use crate::motion::replay::{Controller, Move, Position, Reading, Step};
-use crate::motion::{AxisRange, LinearLimits};
+use crate::motion::{Accelerations, Axes, AxisRange, LinearLimits};
 use crate::trace::Rates;
 
 /// The machine that is simulated.
@@ -25,10 +25,8 @@ pub struct MachineModel {
     pub home_mm: [f64; 3],
     /// The axes' fastest.
     pub rates: Rates,
-    /// mm/s^2 of X, Y, Z and E, deg/s^2 of tilt and rotation.
-    pub accelerations: [f64; 6],
-    /// Deviation at corners, mm.
-    pub junction_mm: f64,
+    /// How fast its speeds change.
+    pub accelerations: Accelerations,
     /// Below this the extruder does not move, degrees Celsius; 0 for a machine without heaters.
     pub coldest_extrusion_c: f64,
     /// Heating and cooling this many times as fast as real ones.
@@ -69,13 +67,14 @@ pub(super) enum Refusal {
 #[derive(Clone, Debug)]
 pub(super) struct SimMachine {
     pub(super) model: MachineModel,
-    pub(super) planner: Planner,
+    pub(super) planner: LookAhead,
     controller: Controller,
     pub(super) nozzle: HeatedMass,
     pub(super) bed: HeatedMass,
     pub(super) homed: bool,
     extruded: f64,
     line: ParsedLine,
+    acceleration: TipAcceleration,
     until: Option<Time>,
     /// Whether a target beyond the limits is cut to them, as Marlin does, or refused.
     pub(super) clamps: bool,
@@ -92,13 +91,14 @@ impl SimMachine {
         let mut controller = Controller::new(Reading { firmware, ..model.reading.clone() });
         controller.at = Position { linear: [Some(0.0); 3], tilt: Some(Angle::ZERO), rotation: Some(Angle::ZERO) };
         Self {
-            planner: Planner::new(model.accelerations, model.junction_mm, at),
+            planner: LookAhead::new(model.accelerations, at),
             controller,
             nozzle: HeatedMass::new(3.0 * model.heat_factor),
             bed: HeatedMass::new(0.5 * model.heat_factor),
             homed: false,
             extruded: 0.0,
             line: ParsedLine::default(),
+            acceleration: TipAcceleration::default(),
             until: None,
             model,
             clamps,
@@ -139,7 +139,10 @@ impl SimMachine {
         let before = self.controller.clone();
         match self.controller.step(line) {
             Ok(Step::Move(m)) => self.make_move(now, &m, before),
-            Ok(Step::Effect(effect)) => self.other(now, effect, line, before),
+            Ok(Step::Effect(effect)) => {
+                self.acceleration.take(self.firmware, line);
+                self.other(now, effect, line, before)
+            }
             Ok(_) => Took::Done,
             Err(_) => {
                 self.controller = before;
@@ -187,7 +190,7 @@ impl SimMachine {
             self.extruded += m.e;
         }
         let end = self.words(&self.controller.at.clone());
-        self.planner.push(now, end, self.model.rates.timed(*m).seconds);
+        self.planner.push(now, end, self.model.rates.timed(*m).seconds, self.acceleration.of(m.e));
         if cold { Took::Cold } else { Took::Done }
     }
 

@@ -1,8 +1,8 @@
 //! A simulated printer: the same wires as a real one, with motion, heat, and faults on purpose.
 //!
-//! A state machine with a passed-in clock, like the sender. Its texts are those of the firmwares
-//! (`field/firmware.md` section 3); transcripts of these in `fixtures/wire/` are played against it, and Python programs that
-//! share no code with it talk to it, so that it is not its own witness.
+//! A state machine with a passed-in clock, like the sender. Its texts are those of the firmwares: transcripts of these
+//! (`fixtures/wire/README.md`) are played against it, and Python programs that share no code with it talk to it, so that it is not its own
+//! witness.
 
 mod cable;
 mod faults;
@@ -11,15 +11,14 @@ mod heat;
 mod machine;
 mod marlin;
 mod plain;
-mod planner;
 mod quirks;
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
+pub use crate::motion::Axes;
 pub use faults::{NAMES, SURVIVABLE, Script, SimFault};
 pub use machine::MachineModel;
-pub use planner::Axes;
 pub use quirks::Quirks;
 
 use super::Time;

@@ -57,6 +57,9 @@ fn read(bytes: &[u8], name: &str) -> Result<Soup, Located> {
     if bytes.is_empty() {
         return Err(Fault::Empty.at(Place::File));
     }
+    if is_web_page(bytes) {
+        return Err(Fault::WebPage.at(Place::File));
+    }
     let soup = match format_of(bytes, name).ok_or(Fault::UnknownFormat.at(Place::File))? {
         Format::StlBinary => stl_binary::read(bytes)?,
         Format::StlAscii => stl_ascii::read(bytes)?,
@@ -78,6 +81,13 @@ enum Format {
 
 /// How much of a file is looked at to recognise text.
 const HEAD: usize = 4096;
+
+/// What is saved where a download asks for a login first, under the model's name.
+fn is_web_page(bytes: &[u8]) -> bool {
+    let text = bytes.trim_ascii_start();
+    let begins = |with: &str| text.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with.as_bytes()));
+    !stl_binary::has_exact_length(bytes) && (begins("<!doctype html") || begins("<html"))
+}
 
 fn format_of(bytes: &[u8], name: &str) -> Option<Format> {
     if stl_binary::has_exact_length(bytes) {
@@ -119,6 +129,16 @@ mod tests {
         assert_eq!(format_of(b"# blender\nv 1 2 3\n", "x"), Some(Format::Obj));
         assert_eq!(format_of(b"PK\x03\x04", "x.stl"), Some(Format::ThreeMf));
         assert_eq!(format_of(b"hello", "hello.txt"), None);
+    }
+
+    #[test]
+    fn a_page_in_the_place_of_a_model_is_called_one() {
+        for page in ["<!DOCTYPE html><title>Log in</title>", "\n <HTML>", "<!doctype HTML"] {
+            for name in ["x.stl", "x.3mf", "x"] {
+                let error = read_model(page.as_bytes(), name, &ReadOptions::default()).unwrap_err().to_string();
+                assert_eq!(error, format!("{name}: this is a web page and no model; download the model itself"));
+            }
+        }
     }
 
     #[test]

@@ -24,6 +24,11 @@ impl Lattice {
         Self { angle, origin: 0.0, pitch }
     }
 
+    /// The same, moved across the rows by `shift` grid units.
+    pub(super) fn shifted(self, shift: f64) -> Self {
+        Self { origin: self.origin + shift, ..self }
+    }
+
     /// Whole rows from border to border of the region, about `pitch` apart: a narrow one is filled wherever it lies.
     pub(super) fn fitted(region: &Region, angle: f64, pitch: f64) -> Self {
         let (sin, cos) = angle.sin_cos();

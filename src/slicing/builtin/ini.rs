@@ -10,7 +10,7 @@ use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::profile::OutOfRange;
 use crate::slicing::config::ini_values;
-use crate::slicing::{BuiltIn, Flaw, SliceError, SliceJob, SliceSettings, Sliced, Slicer};
+use crate::slicing::{BuiltIn, Flaw, InfillPattern, SliceError, SliceJob, SliceSettings, Sliced, Slicer};
 
 /// The built-in slicer with configurations over the profile's settings.
 #[derive(Clone, Debug)]
@@ -22,13 +22,14 @@ type Number = fn(&mut SliceSettings) -> &mut f64;
 type Count = fn(&mut SliceSettings) -> &mut u32;
 
 /// Keys whose value is the setting.
-const NUMBERS: [(&str, Number); 15] = [
+const NUMBERS: [(&str, Number); 16] = [
     ("nozzle_diameter", |s| &mut s.nozzle_mm),
     ("filament_diameter", |s| &mut s.filament_mm),
     ("layer_height", |s| &mut s.layer_height_mm),
     ("perimeter_speed", |s| &mut s.inner_wall_mm_per_s),
     ("infill_speed", |s| &mut s.infill_mm_per_s),
     ("bridge_speed", |s| &mut s.bridge_mm_per_s),
+    ("bridge_flow_ratio", |s| &mut s.bridge_flow),
     ("travel_speed", |s| &mut s.travel_mm_per_s),
     ("slowdown_below_layer_time", |s| &mut s.min_layer_s),
     ("min_print_speed", |s| &mut s.slowest_mm_per_s),
@@ -54,12 +55,10 @@ const WIDTHS: [&str; 6] = [
     "top_infill_extrusion_width",
 ];
 /// What the built-in slicer does anyway.
-const AS_IT_DOES: [(&str, &str); 14] = [
+const AS_IT_DOES: [(&str, &str); 12] = [
     ("bottom_fill_pattern", "rectilinear"),
-    ("bridge_flow_ratio", "1"),
     ("extrusion_multiplier", "1"),
     ("fill_angle", "45"),
-    ("fill_pattern", "rectilinear"),
     ("fuzzy_skin", "none"),
     ("gap_fill_enabled", "1"),
     ("infill_every_layers", "1"),
@@ -180,6 +179,9 @@ impl Configured {
             // Without a sign of percent PrusaSlicer takes what is above 1 for percent.
             s.infill = if share > 1.0 && !text.ends_with('%') { share / 100.0 } else { share };
         }
+        if let Some(pattern) = self.value("fill_pattern").and_then(pattern) {
+            s.infill_pattern = pattern;
+        }
         if let Some(text) = self.value("infill_overlap") {
             s.infill_overlap = part_of("infill_overlap", text, s.line_width_mm)? / s.line_width_mm;
         }
@@ -229,6 +231,9 @@ impl Configured {
         };
         let asks = |(key, text): &(&String, &String)| {
             let text = text.trim_matches(['"', ' ']);
+            if key.as_str() == "fill_pattern" {
+                return pattern(text).is_none();
+            }
             if key.as_str() == "first_layer_height" {
                 return self.value("layer_height").is_some_and(|height| height != text && text != "100%");
             }
@@ -251,6 +256,15 @@ impl Configured {
     fn is_another_width(&self, key: &str, text: &str) -> bool {
         let first = WIDTHS.iter().find(|key| self.value(key).is_some_and(|text| !is_nothing(text)));
         first == Some(&key) && self.value(key) != Some(text)
+    }
+}
+
+/// The pattern that a slicer calls so, where it is one of ours.
+fn pattern(name: &str) -> Option<InfillPattern> {
+    match name {
+        "rectilinear" | "alignedrectilinear" | "line" => Some(InfillPattern::Lines),
+        "cubic" => Some(InfillPattern::Cubic),
+        _ => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What each layer prints, before its order is chosen.
 
 use std::borrow::Cow;
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
 
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ use super::skins::{Between, Inside, Stack, inside, solids};
 use super::walls::{Bead, Walled, walled};
 use super::zigzag::lines;
 use super::{Line, Lines};
-use crate::slicing::SliceSettings;
+use crate::slicing::{InfillPattern, SliceSettings};
 
 /// What a line is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,12 +161,26 @@ fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &Sli
         fills.extend(region.iter().map(filled));
     }
     if s.infill > 0.0 {
-        let lattice = Lattice::common(angle, f64::from(line.spacing) / s.infill);
-        let lines = lines(&inside.hollow, lattice, inset(line.spacing, line, s), anywhere);
-        fills.push(Fill { feature: Feature::Sparse, lines, width_mm: None });
+        let apart = f64::from(line.spacing) / s.infill;
+        let joined = s.infill_pattern == InfillPattern::Lines;
+        // Three sets joined along the same wall would lie on each other there.
+        let sparse = |lattice: Lattice| lines(&inside.hollow, lattice, inset(line.spacing, line, s), |_| joined);
+        let sets = match s.infill_pattern {
+            InfillPattern::Lines => vec![sparse(Lattice::common(angle, apart))],
+            InfillPattern::Cubic => cubic(at, apart, s.layer_height_mm).map(sparse).into(),
+        };
+        fills.extend(sets.into_iter().map(|lines| Fill { feature: Feature::Sparse, lines, width_mm: None }));
     }
     fills.retain(|fill| !fill.lines.is_empty());
     fills
+}
+
+/// Where a layer cuts the faces of cubes that stand on a corner: three sets of rows with as much plastic together as one of rows `apart`.
+///
+/// Those faces lean by `asin(1/sqrt(3))` from the vertical, so the rows wander by `sqrt(1/2)` of the height.
+fn cubic(layer: usize, apart: f64, layer_height_mm: f64) -> [Lattice; 3] {
+    let wander = f64::from(units(layer_height_mm)) * (layer as f64 + 0.5) * FRAC_1_SQRT_2;
+    [0.0, 1.0, 2.0].map(|third| Lattice::common(FRAC_PI_4 + third * TAU / 3.0, 3.0 * apart).shifted(wander))
 }
 
 /// The direction of a straight strip a few lines wide: across it there would be more turns than line.
@@ -201,7 +215,10 @@ fn solid(
     // Where lines turn they lie in the wall by the overlap; the plastic that this takes is none too much.
     let pitch = mm(lattice.pitch);
     let spacing = (area_mm2(&region) / length.max(1e-9)).clamp((1.0 - MOST_OFF) * pitch, (1.0 + MOST_OFF) * pitch);
-    Fill { feature, lines, width_mm: Some(spacing + line.width_mm - line.spacing_mm) }
+    let full = spacing + line.width_mm - line.spacing_mm;
+    let spared =
+        if feature == Feature::Bridge { (1.0 - s.bridge_flow) * line.area_of(full) / line.height_mm } else { 0.0 };
+    Fill { feature, lines, width_mm: Some(full - spared) }
 }
 
 /// So much may a line be wider or narrower than its pitch asks for, so that the plastic is what the area holds.

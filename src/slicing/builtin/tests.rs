@@ -1,5 +1,6 @@
 //! The built-in slicer against values worked out by hand.
 
+mod pattern;
 mod thin;
 mod time;
 

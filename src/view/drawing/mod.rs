@@ -9,6 +9,7 @@ mod png;
 mod svg;
 
 pub use self::png::Picture;
+pub(super) use self::png::{Alpha, encoded};
 
 /// Red, green, blue.
 pub type Colour = [u8; 3];

@@ -10,6 +10,28 @@ const ROWS: usize = 4;
 const THICK: f64 = 0.085;
 const WHITE: Colour = [255; 3];
 
+/// Whether what lies behind a picture is seen through it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::view) enum Alpha {
+    /// Nowhere: red, green and blue of each dot.
+    Opaque,
+    /// As a fourth byte of each dot says: 0 wholly, 255 not at all.
+    Told,
+}
+
+/// Dots, row by row from the top, as a PNG file of 8 bits a colour.
+pub(in crate::view) fn encoded([width, height]: [usize; 2], alpha: Alpha, dots: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(if alpha == Alpha::Told { png::ColorType::Rgba } else { png::ColorType::Rgb });
+    encoder.set_depth(png::BitDepth::Eight);
+    // A vector takes whatever is written to it, and the picture has dots.
+    if let Ok(mut writer) = encoder.write_header() {
+        let _ = writer.write_image_data(dots);
+    }
+    bytes
+}
+
 /// A picture of 8 bits a colour.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
@@ -32,15 +54,7 @@ impl Picture {
 
     /// The picture as a PNG file.
     pub(super) fn png(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        // A vector takes whatever is written to it, and the picture has dots.
-        if let Ok(mut writer) = encoder.write_header() {
-            let _ = writer.write_image_data(&self.pixels.concat());
-        }
-        bytes
+        encoded([self.width, self.height], Alpha::Opaque, &self.pixels.concat())
     }
 
     fn draw(&mut self, mark: &Mark) {

@@ -80,7 +80,7 @@ function summary() {
   const found = Object.values(verify.counts).reduce((sum, n) => sum + n, 0);
   const near = verify.clearance_line ? `The least clearance of the head is ${verify.clearance_mm.toFixed(2)} mm, at line ${verify.clearance_line}.` : 'The head stays 50 mm and more away from everything.';
   return `${of}, ${poses}, ${counted(program.moves, 'move')} in ${counted(replay.layers.length, 'layer')} and ${counted(program.lines, 'line')}. `
-    + `About ${duration(program.seconds)} hours at the speeds written, ${(verify.filament_mm / 1000).toFixed(2)} m of filament. `
+    + `About ${duration(program.seconds)} hours without heating, ${(verify.filament_mm / 1000).toFixed(2)} m of filament. `
     + `${found ? `Verification has ${counted(found, 'finding')}.` : 'Verification has no findings.'} ${near}`
     + (facts.thinned ? ' The parts are drawn with fewer facets than they have.' : '')
     + (program.has_text ? '' : ' The lines of the file would make this page too large and are not in it.');

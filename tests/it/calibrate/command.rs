@@ -46,6 +46,18 @@ fn filled(form: &str, machine: &Machine, slipped: Option<usize>, numbers: &mut S
     out
 }
 
+/// Writes `machine.toml` and what was touched on such a machine, `touches.toml`.
+pub(crate) fn touched(folder: &std::path::Path) {
+    std::fs::write(folder.join("machine.toml"), OWN).unwrap();
+    let words = ["profile", "calibrate", "-m", "machine.toml", "--poses", "form.toml"];
+    let made = trunnion().args(words).current_dir(folder).output().unwrap();
+    assert!(made.status.success(), "{}", said(&made));
+    let mut numbers = SplitMix64::seeded(30);
+    let machine = Machine::any(profile(OWN).kinematics(), &mut numbers, 0.0);
+    let form = std::fs::read_to_string(folder.join("form.toml")).unwrap();
+    std::fs::write(folder.join("touches.toml"), filled(&form, &machine, Some(17), &mut numbers)).unwrap();
+}
+
 #[test]
 fn a_form_is_filled_in_and_becomes_a_profile() {
     let folder = folder();

@@ -1,6 +1,6 @@
 //! Calibration: made-up machines touched by other code, their numbers found again; what is refused, and what is written.
 
-mod command;
+pub(crate) mod command;
 mod touched;
 pub(crate) mod visited;
 mod witness;

@@ -1,14 +1,15 @@
-//! How long a file takes, by a planner of the test's own: speeds that rise and fall evenly, corners as fast as a deviation of
-//! 0.013 mm allows (Marlin's junction deviation), 1000 mm/s² in every direction.
-//!
-//! The estimate that all verbs share knows no acceleration, and this shows by how much it is short on parts of 20 mm: aimed for is 5 %.
+//! How long a file takes, by a planner of the test's own: the whole file looked ahead at once, speeds that rise and fall evenly, corners
+//! as fast as a deviation of 0.013 mm allows (Marlin's junction deviation), the accelerations of the shipped defaults. The estimate that
+//! all verbs share comes within 5 % of it.
 
 use trunnion::mesh::stl_binary;
 
 use super::shapes;
 use crate::support::{folder, note, said, trunnion};
 
-const ACCELERATION: f64 = 1000.0;
+/// X, Y, Z, mm/s², and E.
+const AXES: [f64; 3] = [1000.0, 1000.0, 200.0];
+const EXTRUDER: f64 = 3000.0;
 const DEVIATION_MM: f64 = 0.013;
 
 /// One move: its direction (none of it for filament alone), its length, mm, and the speed it is asked for, mm/s.
@@ -16,6 +17,8 @@ struct Leg {
     along: Option<[f64; 3]>,
     length: f64,
     speed: f64,
+    /// mm/s².
+    acceleration: f64,
 }
 
 fn legs(gcode: &str) -> Vec<Leg> {
@@ -34,10 +37,13 @@ fn legs(gcode: &str) -> Vec<Leg> {
         }
         let by = [0, 1, 2].map(|i| at[i] - from[i]);
         let length = by.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let pushed = word('E').unwrap_or(0.0).abs();
         if length > 0.0 {
-            found.push(Leg { along: Some(by.map(|v| v / length)), length, speed });
-        } else if let (Some(e), false) = (word('E'), length.is_nan()) {
-            found.push(Leg { along: None, length: e.abs(), speed });
+            let of_axes = by.iter().zip(AXES).map(|(v, most)| most * length / v.abs());
+            let acceleration = of_axes.fold(EXTRUDER * length / pushed, f64::min);
+            found.push(Leg { along: Some(by.map(|v| v / length)), length, speed, acceleration });
+        } else if pushed > 0.0 && !length.is_nan() {
+            found.push(Leg { along: None, length: pushed, speed, acceleration: EXTRUDER });
         }
     }
     found
@@ -54,7 +60,7 @@ fn planned(legs: &[Leg]) -> f64 {
     for (i, pair) in legs.windows(2).enumerate() {
         ends[i + 1] = corner(&pair[0], &pair[1]).min(pair[0].speed).min(pair[1].speed);
     }
-    let reached = |from: f64, leg: &Leg| (from * from + 2.0 * ACCELERATION * leg.length).sqrt();
+    let reached = |from: f64, leg: &Leg| (from * from + 2.0 * leg.acceleration * leg.length).sqrt();
     for (i, leg) in legs.iter().enumerate().rev() {
         ends[i] = ends[i].min(reached(ends[i + 1], leg));
     }
@@ -63,20 +69,21 @@ fn planned(legs: &[Leg]) -> f64 {
     }
     let seconds = |(i, leg): (usize, &Leg)| {
         let [from, to] = [ends[i], ends[i + 1]];
-        let top =
-            ((2.0 * ACCELERATION * leg.length + from * from + to * to) / 2.0).sqrt().min(leg.speed).max(from.max(to));
-        let ramps = (2.0 * top * top - from * from - to * to) / (2.0 * ACCELERATION);
-        (2.0 * top - from - to) / ACCELERATION + (leg.length - ramps).max(0.0) / top
+        let rate = leg.acceleration;
+        let top = ((2.0 * rate * leg.length + from * from + to * to) / 2.0).sqrt().min(leg.speed).max(from.max(to));
+        let ramps = (2.0 * top * top - from * from - to * to) / (2.0 * rate);
+        (2.0 * top - from - to) / rate + (leg.length - ramps).max(0.0) / top
     };
     legs.iter().enumerate().map(seconds).sum()
 }
 
 /// How fast the corner between two moves may be gone round, mm/s.
 fn corner(a: &Leg, b: &Leg) -> f64 {
+    let rate = a.acceleration.min(b.acceleration);
     let (Some(a), Some(b)) = (a.along, b.along) else { return 0.0 };
     let cos = -(0..3).map(|i| a[i] * b[i]).sum::<f64>();
     let half = ((1.0 - cos) / 2.0).max(0.0).sqrt();
-    if half > 0.999_999 { f64::INFINITY } else { (ACCELERATION * DEVIATION_MM * half / (1.0 - half)).sqrt() }
+    if half > 0.999_999 { f64::INFINITY } else { (rate * DEVIATION_MM * half / (1.0 - half)).sqrt() }
 }
 
 #[test]
@@ -91,9 +98,9 @@ fn a_move_by_hand_takes_what_it_must() {
 }
 
 #[test]
-fn the_estimate_is_that_of_a_machine_without_accelerations() {
+fn the_estimate_comes_within_a_twentieth_of_a_planner_of_other_code() {
     let folder = folder();
-    let mut table = vec!["shape      estimate s   own clock   with 1000 mm/s2".to_owned()];
+    let mut table = vec!["shape      estimate s  this planner's  at constant speed".to_owned()];
     for name in ["cube", "gear", "cone", "star", "text"] {
         let shape = shapes::all().into_iter().find(|shape| shape.name == name).unwrap();
         let (model, output) = (folder.path().join("model.stl"), folder.path().join(format!("{name}.gcode")));
@@ -105,9 +112,8 @@ fn the_estimate_is_that_of_a_machine_without_accelerations() {
         let estimate = document["verify"]["seconds_print"].as_f64().unwrap();
         let legs = legs(&std::fs::read_to_string(&output).unwrap());
         let (plain, planned) = (plain(&legs), planned(&legs));
-        table.push(format!("{name:10} {estimate:10.1} {plain:11.1} {planned:17.1}"));
-        assert!((estimate / plain - 1.0).abs() < 0.02, "{name}: {estimate} s, {plain} s");
-        assert!((1.0..1.7).contains(&(planned / estimate)), "{name}: {estimate} s, {planned} s");
+        table.push(format!("{name:10} {estimate:10.1} {planned:14.1} {plain:18.1}"));
+        assert!((estimate / planned - 1.0).abs() < 0.05, "{name}: {estimate} s, {planned} s");
     }
     note(&table.join("\n"));
 }

@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::process::Output;
 
+use super::raster;
 use crate::split::solids;
-use crate::support::{folder, said, trunnion};
+use crate::support::{folder, installed, note, said, skip, trunnion};
 
 fn prepared(folder: &Path, ini: &str) -> (Output, String) {
     let (model, config, output) = (folder.join("post.stl"), folder.join("mine.ini"), folder.join("out.gcode"));
@@ -49,4 +50,45 @@ fn a_configuration_that_cannot_be_printed_is_refused_with_its_key() {
         assert!(said(&done).contains(said_so) && text.is_empty(), "{ini}: {}", said(&done));
         assert_ne!(done.status.code(), Some(0));
     }
+}
+
+/// Of the machine's own file and of a configuration, through every slicer that there is: verified, and stiff in three directions.
+#[test]
+fn cubic_infill_is_printed_by_every_slicer() {
+    let folder = folder();
+    let (model, machine) = (folder.path().join("post.stl"), folder.path().join("machine.toml"));
+    std::fs::write(&model, trunnion::mesh::stl_binary(&solids::block(40.0, 40.0, 12.0).mesh())).unwrap();
+    let process = "[process]\ninfill_pattern = \"cubic\"\nbridge_flow = 0.9\n";
+    std::fs::write(&machine, format!("extends = \"generic-ac\"\n{process}")).unwrap();
+    for slicer in ["builtin", "prusa-slicer", "slic3r", "cura"] {
+        let there = match slicer {
+            "builtin" => true,
+            "cura" => crate::cura_engine::is_there(),
+            other => installed(other),
+        };
+        if !there {
+            skip(&format!("{slicer} is not installed"));
+            continue;
+        }
+        let output = folder.path().join(format!("{slicer}.gcode"));
+        let (mut run, args) = (trunnion(), ["--slicer", slicer, "-o"]);
+        let done = run.arg("prepare").arg(&model).arg("-m").arg(&machine).args(args).arg(&output).output().unwrap();
+        assert_eq!(done.status.code(), Some(0), "{slicer}: {}", said(&done));
+        let text = std::fs::read_to_string(&output).unwrap();
+        let lines = raster::beads(&text);
+        let mut heights: Vec<f64> = lines.iter().map(|line| line.z).collect();
+        heights.sort_unstable_by(f64::total_cmp);
+        let height = heights[heights.len() / 2];
+        let middle = lines.iter().filter(|line| line.z == height && line.length() > 4.0);
+        let mut angles: Vec<i64> = middle.map(|line| (line.direction_deg() / 5.0).round() as i64 % 36).collect();
+        angles.sort_unstable();
+        angles.dedup();
+        note(&format!("{slicer}: directions {angles:?} of 5 degrees in the middle layer"));
+        // Two of the walls, three of the cubes.
+        assert!(angles.len() == 5, "{slicer}: {angles:?}");
+    }
+    std::fs::write(&machine, "extends = \"generic-ac\"\n[process]\ninfill_pattern = \"gyroid\"\n").unwrap();
+    let output = folder.path().join("none.gcode");
+    let done = trunnion().arg("prepare").arg(&model).arg("-m").arg(&machine).arg("-o").arg(&output).output().unwrap();
+    assert!(said(&done).contains("gyroid") && said(&done).contains("cubic") && !output.exists(), "{}", said(&done));
 }

@@ -29,6 +29,11 @@ impl Bead {
         (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
     }
 
+    /// Its direction, degrees from +X, 0 to 180.
+    pub(crate) fn direction_deg(&self) -> f64 {
+        (self.to[1] - self.from[1]).atan2(self.to[0] - self.from[0]).to_degrees().rem_euclid(180.0)
+    }
+
     /// The same line, laid by another path.
     pub(crate) fn by_another(self) -> Self {
         Self { path: self.path + 1_000_000, ..self }

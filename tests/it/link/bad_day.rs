@@ -4,13 +4,13 @@
 use std::io::Read;
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 
 use super::real::{
     Running, executed, gcode, interrupt, killed, listened, output, profile, send, simulate, terminal, wait_for, wanted,
 };
-use crate::support::{SmallDisk, folder, note, said, skip, trunnion};
+use crate::support::{Command, SmallDisk, folder, note, said, skip, trunnion};
 
 #[test]
 fn a_disk_that_runs_full_in_mid_print_is_a_pause_and_the_print_goes_on_when_there_is_room() {

@@ -7,13 +7,16 @@ use trunnion::geom::{Angle, Vec3};
 use trunnion::link::sim::{Logged, MachineModel, Quirks, Script, Sim};
 use trunnion::link::{Heaters, Loopback, Outcome, Program, ProgramRules, Protocol, Retreat, Sender, SenderSettings};
 use trunnion::motion::replay::Reading;
-use trunnion::motion::{AxisRange, LinearLimits};
+use trunnion::motion::{Accelerations, AxisRange, LinearLimits};
 use trunnion::trace::{FeedCount, Rates, Setting};
 
 fn axis(letter: u8, range: Option<(f64, f64)>) -> AxisRange {
     let range = range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high)));
     AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range, max_rate: 0.5 }
 }
+
+const ACCELERATIONS: Accelerations =
+    Accelerations { axes: [1000.0, 1000.0, 200.0, 100.0, 100.0, 2000.0], junction_mm: 0.02 };
 
 pub(super) fn axes() -> [AxisRange; 2] {
     [axis(b'A', Some((-15.0, 90.0))), axis(b'C', None)]
@@ -36,8 +39,7 @@ pub(super) fn model() -> MachineModel {
         limits: LinearLimits { min: Vec3::new(-150.0, -150.0, -50.0), max: Vec3::new(150.0, 150.0, 300.0) },
         home_mm: [-150.0, -150.0, 300.0],
         rates: rates(),
-        accelerations: [1000.0, 1000.0, 200.0, 100.0, 100.0, 2000.0],
-        junction_mm: 0.02,
+        accelerations: ACCELERATIONS,
         coldest_extrusion_c: 170.0,
         heat_factor: 20.0,
         person: Duration::from_secs(40),
@@ -87,7 +89,11 @@ pub(super) fn text_at(protocol: Protocol, moves: u32, feed: u32) -> String {
 
 pub(super) fn program(protocol: Protocol, text: &str) -> Arc<Program> {
     let longest_line = if protocol == Protocol::Grbl { 80 } else { 96 };
-    let rules = ProgramRules { protocol, longest_line, setting: Setting { reading: reading(), rates: rates() } };
+    let rules = ProgramRules {
+        protocol,
+        longest_line,
+        setting: Setting { reading: reading(), rates: rates(), accelerations: ACCELERATIONS },
+    };
     Arc::new(Program::read(text.as_bytes(), &rules).unwrap())
 }
 

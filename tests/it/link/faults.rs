@@ -1,4 +1,4 @@
-//! The rows of the fault matrix (`field/link.md` section 5), each named after its fault: no line missing, none doubled, or the
+//! The rows of the fault matrix (`link::sim::NAMES`), each named after its fault: no line missing, none doubled, or the
 //! stated safe stop; none hangs.
 
 use std::time::Duration;

@@ -29,7 +29,11 @@ mod second_resume;
 #[cfg(unix)]
 mod several;
 mod shipped;
+#[cfg(unix)]
+mod terminal;
 mod transcripts;
 #[cfg(unix)]
 mod two_printers;
+#[cfg(unix)]
+mod unfollowed;
 mod wire;

@@ -2,11 +2,12 @@
 //! `trunnion send` a printer written in Python and OctoPrint's virtual printer.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
+
 use std::time::{Duration, Instant};
 
 use super::real::{Running, executed, gcode, output, profile, send, simulate, wanted};
-use crate::support::{folder, python, root, said, skip};
+use crate::support::{Command, folder, python, root, said, skip};
 
 fn interpreter(module: &str) -> Option<PathBuf> {
     let own = root().join(".venv/bin/python");

@@ -1,132 +1,198 @@
 //! What a person sees while a printer prints: a terminal's lines as they stand, at the start, while it heats, in the middle, in a
 //! pause, at the end, and where the printer fails. Numbers that depend on the moment are `#`.
 
-use std::io::{Read, Write};
+use std::fs::File;
+use std::io::Write;
 use std::path::Path;
 use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 
-use super::real::{Running, gcode, interrupt, profile, send, simulate, terminal, wait_for};
-use crate::support::{folder, trunnion};
+use super::real::{Running, gcode, interrupt, killed, profile, send, simulate, wait_for};
+use super::terminal::{Terminal, opened, says, shows};
+use crate::support::{Command, folder, trunnion};
 
-/// The lines of a terminal: `\r` goes back to the first column, `ESC [ K` clears from there on; no other sequence may come.
-#[derive(Default)]
-struct Screen {
-    lines: Vec<String>,
-    now: Vec<char>,
-    column: usize,
-    /// Every state that the last line had.
-    statuses: Vec<String>,
+/// A host at a terminal of 80 columns: its process, its keys, its screen.
+fn at_a_terminal(gcode: &Path, machine: &Path, link: &Path) -> (Running, File, Arc<Mutex<Terminal>>) {
+    connected(&mut send(gcode, machine, link), 80)
 }
 
-impl Screen {
-    fn take(&mut self, text: &str) {
-        let mut rest = text.chars().peekable();
-        while let Some(c) = rest.next() {
-            match c {
-                '\n' => {
-                    let line: String = std::mem::take(&mut self.now).into_iter().collect();
-                    self.lines.push(line.trim_end().to_owned());
-                    self.column = 0;
-                }
-                '\r' => {
-                    self.statuses.push(self.now.iter().collect::<String>().trim_end().to_owned());
-                    self.column = 0;
-                }
-                '\x1b' => {
-                    assert_eq!((rest.next(), rest.next()), (Some('['), Some('K')), "a sequence that is none of ours");
-                    self.now.truncate(self.column);
-                }
-                c => {
-                    assert!(!c.is_control(), "{c:?} on the screen");
-                    if self.column < self.now.len() {
-                        self.now[self.column] = c
-                    } else {
-                        self.now.push(c)
-                    }
-                    self.column += 1;
-                }
-            }
-        }
-    }
-
-    fn shows(&self, golden: &str) -> bool {
-        self.lines.iter().chain(&self.statuses).any(|l| plain(l) == golden)
-    }
-}
-
-/// Numbers as `#`.
-fn plain(line: &str) -> String {
-    let mut out = String::new();
-    for c in line.chars() {
-        match c {
-            '0'..='9' if out.ends_with('#') => {}
-            '0'..='9' => out.push('#'),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
-/// A host at a terminal: its process, its keys, its screen.
-fn at_a_terminal(gcode: &Path, machine: &Path, link: &Path) -> (Running, std::fs::File, Arc<Mutex<Screen>>) {
-    let (keys, slave) = terminal();
-    let mut host = send(gcode, machine, link);
-    let host = host.stdin(slave.try_clone().unwrap()).stderr(slave).stdout(Stdio::null()).spawn().unwrap();
-    let screen = Arc::new(Mutex::new(Screen::default()));
-    let (mut reader, shown) = (keys.try_clone().unwrap(), Arc::clone(&screen));
-    std::thread::spawn(move || {
-        let mut bytes = [0; 4096];
-        while let Ok(n) = reader.read(&mut bytes)
-            && n > 0
-        {
-            shown.lock().unwrap().take(&String::from_utf8_lossy(&bytes[..n]));
-        }
-    });
+fn connected(host: &mut Command, columns: u16) -> (Running, File, Arc<Mutex<Terminal>>) {
+    let (keys, program, screen) = opened(columns, 30);
+    let host = host.stdin(program.try_clone().unwrap()).stderr(program).stdout(Stdio::null()).spawn().unwrap();
     (Running(host), keys, screen)
 }
 
-#[track_caller]
-fn shows(screen: &Mutex<Screen>, golden: &str) {
-    wait_for(golden, || {
-        let screen = screen.lock().unwrap();
-        screen.shows(golden)
-    });
+/// A simulated printer that takes some seconds for a print and for its heat.
+fn slow_printer(link: &Path, machine: &Path, more: &[&str]) -> Running {
+    let mut printer = trunnion();
+    printer.args(["simulate", "-q", "--heat", "2", "-m"]).arg(machine).arg("--link").arg(link).args(more);
+    let printer = Running(printer.stderr(Stdio::null()).spawn().unwrap());
+    wait_for("the link", || link.exists());
+    printer
+}
+
+/// A file whose bed is heated, too.
+fn heated(dir: &Path, moves: u32) -> std::path::PathBuf {
+    let part = gcode(dir, moves);
+    let text = std::fs::read_to_string(&part).unwrap().replacen("M104", "M190 S60\nM104", 1);
+    std::fs::write(&part, text).unwrap();
+    part
 }
 
 #[test]
 fn what_a_person_sees_from_the_first_line_to_the_last() {
     let dir = folder();
-    let (machine, part) = (profile(dir.path()), gcode(dir.path(), 1500));
-    // Its bed is heated, too.
-    let text = std::fs::read_to_string(&part).unwrap().replacen("M104", "M190 S60\nM104", 1);
-    std::fs::write(&part, text).unwrap();
-    let link = dir.path().join("tty");
-    let mut printer = trunnion();
-    printer.args(["simulate", "-q", "--speed", "12", "--heat", "2", "-m"]).arg(&machine).arg("--link").arg(&link);
-    let _printer = Running(printer.stderr(Stdio::null()).spawn().unwrap());
-    wait_for("the link", || link.exists());
-    let (mut host, mut keys, screen) = at_a_terminal(&part, &machine, &link);
+    let (machine, _, link) = (profile(dir.path()), heated(dir.path(), 1500), dir.path().join("tty"));
+    let _printer = slow_printer(&link, &machine, &["--speed", "12"]);
+    let mut host = send(Path::new("part.gcode"), &machine, &link);
+    let (mut host, mut keys, screen) = connected(host.current_dir(dir.path()), 80);
     // Start.
-    shows(&screen, "warning: the file is not verified: the head may hit the part, the table or the frame");
-    shows(&screen, "# %, layer # of #, # min left, waits for the bed's heat, #/# C, bed #/#");
+    shows(&screen, "# %, waits for the bed's heat, bed #/#, # min left, layer # of #, #/# C");
     // Middle.
-    shows(&screen, "# %, layer # of #, # min left, #/# C, bed #/#");
+    shows(&screen, "# %, # min left, layer # of #, #/# C, bed #/#");
     // Pause.
     interrupt(&host.0);
-    shows(&screen, "pausing after the moves under way; Ctrl-C again is an emergency stop");
     shows(&screen, "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop");
+    // A status comes in between; the typed line is not left behind with it.
+    std::thread::sleep(std::time::Duration::from_millis(1500));
     keys.write_all(b"\n").unwrap();
-    shows(&screen, "the print goes on");
     // End.
-    shows(&screen, "the print is complete: # lines, # of them sent again");
+    says(&screen, "the print is complete: # lines, # of them sent again");
     assert!(host.0.wait().unwrap().success());
     let screen = screen.lock().unwrap();
-    let statuses = screen.statuses.iter().filter(|l| l.contains(" min left"));
-    let longest = statuses.map(|l| l.chars().count()).max().unwrap();
-    assert!(longest < 80, "{longest} columns");
-    // Nothing of a status stays behind a line that is shorter.
-    assert!(screen.lines.iter().all(|l| !l.contains(" min left")), "{:?}", screen.lines);
+    let golden = [
+        "warning: part.gcode is not verified: the head may hit the part, the table or the frame",
+        "printer: bench, Marlin bugfix-#.#.x (Nov # #)",
+        "pausing after the moves under way; Ctrl-C again is an emergency stop",
+        "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop",
+        "the print goes on",
+        "the print is complete: # lines, # of them sent again",
+    ];
+    assert_eq!(screen.whole(), golden);
+    assert!(screen.wrapped.iter().all(|line| !line.contains(" min left")), "{:?}", screen.wrapped);
+}
+
+#[test]
+fn a_narrow_terminal_has_the_beginning_of_a_status_in_one_line() {
+    let dir = folder();
+    let (machine, part, link) = (profile(dir.path()), heated(dir.path(), 900), dir.path().join("tty"));
+    let _printer = slow_printer(&link, &machine, &["--speed", "12"]);
+    let (mut host, _keys, screen) = connected(&mut send(&part, &machine, &link), 40);
+    shows(&screen, "# %, waits for the bed's heat");
+    shows(&screen, "# %, # min left, layer # of #");
+    says(&screen, "the print is complete: # lines, # of them sent again");
+    assert!(host.0.wait().unwrap().success());
+    let screen = screen.lock().unwrap();
+    let whole = screen.whole();
+    assert!(whole.iter().chain(&screen.wrapped).all(|line| !line.contains(" %,")), "{whole:#?}");
+}
+
+/// Two printers at one screen: start, middle, a pause of one and a fault of the other, the end of both.
+#[test]
+fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
+    for columns in [80, 40] {
+        let dir = folder();
+        let machine = profile(dir.path());
+        let parts = ["one", "two"].map(|name| {
+            std::fs::create_dir(dir.path().join(name)).unwrap();
+            heated(&dir.path().join(name), 900);
+            format!("{name}/part.gcode")
+        });
+        let at = |name: &str| dir.path().join(name);
+        let (slow, fails) = (["--speed", "12"], ["--speed", "12", "--fault", "fatal@800"]);
+        let _printers = [slow_printer(&at("tty1"), &machine, &fails), slow_printer(&at("tty2"), &machine, &slow)];
+        let mut host = trunnion();
+        host.current_dir(dir.path()).args(["send", "--unverified", "-m"]).arg(&machine);
+        host.args(["--port", "tty1", &parts[0], "--port", "tty2", &parts[1]]);
+        let (mut host, mut keys, screen) = connected(&mut host, columns);
+        // The two lines at the end stay in their place, and both of them say this at one time.
+        let both_say = |wide: &str, narrow: &str| {
+            let golden = format!("# tty#: {}", if columns == 80 { wide } else { narrow });
+            wait_for(&golden, || {
+                let whole = screen.lock().unwrap().whole();
+                whole.len() > 2 && whole[whole.len() - 2..] == [golden.as_str(), &golden]
+            });
+        };
+        // Start.
+        let narrow = "# %, waits for the bed's heat";
+        both_say("# %, waits for the bed's heat, bed #/#, # min left, layer # of #", narrow);
+        // Middle.
+        both_say("# %, # min left, layer # of #, #/# C, bed #/#", "# %, # min left, layer # of #");
+        // What was typed wrongly is told above, and moves nothing; one is asked to pause while the other goes on.
+        keys.write_all(b"p 7\n").unwrap();
+        let wrong = "\"p #\" is none of the orders: N continues a paused print, Enter all of them, p N pauses, c N cancels a paused one, s N is the \
+                     emergency stop of print N; prints are # to #";
+        says(&screen, wrong);
+        keys.write_all(b"p 2\n").unwrap();
+        let paused = "# tty#: paused above the part: # continues it, c # cancels it, s # is its emergency stop; Enter continues all, Ctrl-C twice \
+                      stops all";
+        says(&screen, paused);
+        // The other one fails meanwhile, which is told at once.
+        let fault = "the printer has stopped: Thermal Runaway, system stopped! Heater_ID: #; remove the cause, then reset the printer";
+        says(&screen, &format!("# tty#: warning: {fault}"));
+        keys.write_all(b"2\n").unwrap();
+        // End.
+        assert_eq!(host.0.wait().unwrap().code(), Some(4));
+        let error = format!("error: # of # prints failed; tty#: one/part.gcode: {fault}");
+        says(&screen, &error);
+        let mut found = screen.lock().unwrap().sentences();
+        let last = found.split_off(found.len() - 3);
+        assert_eq!(last, ["# tty#: stopped", "# tty#: complete", &error]);
+        found.sort();
+        let mut golden = [
+            "warning: one/part.gcode is not verified: the head may hit the part, the table or the frame",
+            "warning: two/part.gcode is not verified: the head may hit the part, the table or the frame",
+            "# tty#: printer: bench, Marlin bugfix-#.#.x (Nov # #)",
+            "# tty#: printer: bench, Marlin bugfix-#.#.x (Nov # #)",
+            wrong,
+            "# tty#: pausing after the moves under way; s # is its emergency stop, Ctrl-C twice that of all",
+            paused,
+            &format!("# tty#: warning: {fault}"),
+            "# tty#: the print goes on",
+            "# tty#: the print is complete: # lines, # of them sent again",
+        ];
+        golden.sort_unstable();
+        assert_eq!(found, golden, "{columns} columns");
+        // No line of the screen was broken by the terminal but those of the beginning and the end, which stand alone.
+        let alone =
+            |line: &String| line.starts_with("warning: ") || line.starts_with("error: ") || !line.contains("tty");
+        assert!(screen.lock().unwrap().wrapped.iter().all(alone), "{:?}", screen.lock().unwrap().wrapped);
+    }
+}
+
+/// Ctrl-C once pauses both, one of which was paused alone before; twice stops both.
+#[test]
+fn ctrl_c_pauses_all_that_are_not_paused_and_stops_none() {
+    let dir = folder();
+    let machine = profile(dir.path());
+    let parts = ["one", "two"].map(|name| {
+        std::fs::create_dir(dir.path().join(name)).unwrap();
+        gcode(&dir.path().join(name), 4000)
+    });
+    let [links, logs] = [["tty1", "tty2"], ["1.log", "2.log"]].map(|names| names.map(|name| dir.path().join(name)));
+    let start = |i: usize| simulate(&links[i], &machine, &["--speed", "20", "--log", logs[i].to_str().unwrap()]);
+    let _printers = [start(0), start(1)];
+    let mut host = trunnion();
+    host.args(["send", "--unverified", "-m"]).arg(&machine);
+    for i in 0..2 {
+        host.arg("--port").arg(&links[i]).arg(&parts[i]);
+    }
+    let (mut host, mut keys, screen) = connected(&mut host, 200);
+    let moves = |i: usize| std::fs::read_to_string(&logs[i]).unwrap_or_default().matches(" line G1X").count();
+    wait_for("both prints", || moves(0) > 20 && moves(1) > 20);
+    let pauses =
+        || screen.lock().unwrap().sentences().iter().filter(|line| line.contains(": paused above the part: ")).count();
+    keys.write_all(b"p 1\n").unwrap();
+    wait_for("the first pause", || pauses() == 1);
+    interrupt(&host.0);
+    wait_for("both pauses", || pauses() == 2);
+    assert!(
+        logs.iter().all(|log| !killed(log)),
+        "a print that was paused was stopped by the Ctrl-C that paused the other"
+    );
+    interrupt(&host.0);
+    wait_for("both emergency stops", || logs.iter().all(|log| killed(log)));
+    assert_eq!(host.0.wait().unwrap().code(), Some(4));
 }
 
 #[test]
@@ -139,7 +205,7 @@ fn a_pause_in_front_of_heat_says_that_it_waits_for_it() {
     let _printer = Running(printer.stderr(Stdio::null()).spawn().unwrap());
     wait_for("the link", || link.exists());
     let (host, _keys, screen) = at_a_terminal(&part, &machine, &link);
-    shows(&screen, "# %, line # of #, # min left, waits for the bed's heat, #/# C, bed #/#");
+    shows(&screen, "# %, waits for the bed's heat, bed #/#, # min left, line # of #, #/# C");
     interrupt(&host.0);
     shows(&screen, "pausing after the bed's heat, which the printer waits for; Ctrl-C again is an emergency stop");
 }

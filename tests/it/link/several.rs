@@ -1,7 +1,6 @@
 //! `send` to several printers: each file to its own port, each with its own journal, and one line of text and of exit code for all.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
@@ -14,7 +13,7 @@ use trunnion::link::serial::Address;
 
 use super::real::{gcode, killed, output, profile, simulate, wait_for, wanted};
 use super::two_printers::{Ends, machine, printer};
-use crate::support::{folder, said, trunnion};
+use crate::support::{Command, folder, said, trunnion};
 
 /// Two files of different lengths, each in a folder of its own.
 fn files(dir: &Path) -> [PathBuf; 2] {

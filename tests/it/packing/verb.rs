@@ -221,17 +221,14 @@ fn an_interrupt_keeps_the_best_so_far() {
     let lines: Vec<String> = instance.items.iter().map(|i| i.size.map(|s| s.to_string()).join(" ")).collect();
     std::fs::write(folder.path().join("b.txt"), lines.join("\n")).unwrap();
     let words = ["pack", "--boxes", "b.txt", "--space", "40,40,40", "--time", "600", "-o", "out", "--json"];
-    let child = trunnion()
-        .args(words)
-        .current_dir(folder.path())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut command = trunnion();
+    command.args(words).current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().unwrap();
     std::thread::sleep(std::time::Duration::from_secs(2));
     let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
     let output = child.wait_with_output().unwrap();
+    command.heard(&output);
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
     let done: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((done["interrupted"].as_bool(), done["ended"].as_str()), (Some(true), Some("interrupted")));

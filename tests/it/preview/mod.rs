@@ -1,7 +1,7 @@
 //! The page of `trunnion preview`: what is in it, read back by other code; and what a browser shows of it.
 
 mod browser;
-mod decoder;
+pub(crate) mod decoder;
 
 use std::path::{Path, PathBuf};
 
@@ -316,8 +316,17 @@ fn a_model_is_planned_as_it_would_be_by_plan() {
         let run =
             trunnion().args(["preview", "x.gcode", "--plan", "p.json", "-o", "v.html"]).args(words).output().unwrap();
         assert_eq!(run.status.code(), Some(2), "{}", said(&run));
-        assert!(said(&run).contains("cannot be used with"), "{words:?}: {}", said(&run));
+        // With the flag that was given, not with all that could have been.
+        assert!(said(&run).contains(&format!("cannot be used with '{} <", words[0])), "{words:?}: {}", said(&run));
     }
+    let words = ["preview", "x.gcode", "other.stl", "--plan", "p.json", "-o", "v.html", "--json"];
+    let run = trunnion().args(words).output().unwrap();
+    let document: Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(document["error"], "the argument '--plan <PLAN.json>' cannot be used with '[MODEL[*COUNT]]...'");
+    let run = trunnion().args(["rewrite", "a", "--json"]).output().unwrap();
+    let document: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let missing = "the following required arguments were not provided: --plan <PLAN.json>, --output <OUT.gcode>";
+    assert_eq!(document["error"], missing);
 }
 
 /// Two plans, and two finished files, in one page.

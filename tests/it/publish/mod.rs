@@ -6,16 +6,17 @@ mod recipes;
 mod scissors;
 mod server;
 mod shown;
+mod thumbnails;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::{Arc, OnceLock};
 
 use serde_json::{Value, json};
 use trunnion::publish::Kind;
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{folder, said, trunnion};
+use crate::support::{Command, folder, said, trunnion};
 use server::{Door, Hitch, Server};
 
 /// A key that must be seen nowhere.
@@ -93,6 +94,11 @@ fn locked(kind: Kind) -> Server {
 /// A look at what a server has.
 fn with<T>(server: &Server, look: impl FnOnce(&server::Inside) -> T) -> T {
     look(&server.inside())
+}
+
+/// The document of one file that goes to a server of this kind.
+pub(crate) fn once(kind: Kind) -> Value {
+    done(&mut publish(&locked(kind).to(), &[]))
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod command;
 mod free_form;
 mod layers;
 mod planes;
+mod real_meshes;
 pub(crate) mod solids;
 
 use trunnion::geom::{Angle, Object, Vec3};

@@ -2,7 +2,8 @@
 //!
 //! What can have been printed ends somewhere among them. A later place leaves more out, should the print have ended early; an earlier one
 //! lays more twice, should it have ended late. So the latest is taken at which, had the print ended earliest, nothing lies in the air; and had
-//! it ended latest, nothing is struck. Both are asked of `verify`.
+//! it ended latest, nothing is struck. Both are asked of `verify`, to which what stood before the re-entry is an earlier setup's: a line may lie
+//! one layer above that, so that a thin tower, of which a whole layer can be in doubt, goes on at its next one and is not printed into.
 
 use std::ops::Range;
 
@@ -54,29 +55,30 @@ impl Choice<'_> {
 
     /// The latest of `choices` behind which nothing lies in the air, if its path is clear.
     fn proved(&self, plan: &CheckedPlan, doubtful: &Range<u32>, choices: &[u32]) -> Result<u32, Error> {
-        let path = |block: u32, printed: u32| -> Result<ReentryPath, Error> {
-            let line = |block: u32| if block == 0 { 0 } else { self.program.file_line(block - 1) };
-            let entry = self.at(doubtful, block)?;
-            let until = self.program.file_line(self.looked_at(block).max(doubtful.end));
-            let profile = &self.request.machine.profile;
-            Ok(ReentryPath::of(self.request.program.program(), line(printed), &entry, until, profile))
-        };
         // The first lays nothing on what may be missing, whatever was printed.
         let (mut low, mut high) = (0, choices.len() - 1);
         while low < high {
             let middle = (low + high).div_ceil(2);
             // Most often all of them are carried.
             let middle = if high == choices.len() - 1 && low == 0 { high } else { middle };
-            match path(choices[middle], doubtful.start)?.hanging(plan, &self.request.machine.profile) {
+            match self.path(doubtful, choices[middle], doubtful.start)?.hanging(plan, &self.request.machine.profile) {
                 None => low = middle,
                 Some(_) => high = middle - 1,
             }
         }
         let block = choices[low];
-        match path(block, doubtful.end)?.struck(plan, &self.request.machine.profile) {
+        match self.path(doubtful, block, doubtful.end)?.struck(plan, &self.request.machine.profile) {
             None => Ok(block),
             Some(why) => Err(Error::Printer(self.no_way(&why, doubtful, choices))),
         }
+    }
+
+    /// The re-entry at `block` where the blocks before `printed` are printed, and what shows whether it is carried.
+    fn path(&self, doubtful: &Range<u32>, block: u32, printed: u32) -> Result<ReentryPath, Error> {
+        let entry = self.at(doubtful, block)?;
+        let until = self.program.file_line(self.looked_at(block).max(doubtful.end));
+        let last = if printed == 0 { 0 } else { self.program.file_line(printed - 1) };
+        Ok(ReentryPath::of(self.request.program.program(), last, &entry, until, &self.request.machine.profile))
     }
 
     /// The end of what shows whether `block`'s layer and the next ones are carried.
@@ -108,3 +110,6 @@ impl Choice<'_> {
         )
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -93,13 +93,17 @@ impl ReentryPath {
 
     /// What lies in the air behind the re-entry, in words.
     pub(super) fn hanging(&self, plan: &CheckedPlan, profile: &Profile) -> Option<String> {
-        self.first(plan, profile, |finding| finding.rule == Rule::InAir && finding.line > self.own)
+        self.first(plan, profile, |finding| self.hangs(finding))
     }
 
     fn first(&self, plan: &CheckedPlan, profile: &Profile, counts: impl Fn(&Finding) -> bool) -> Option<String> {
         let workpiece = plan.workpiece();
         let job = Proof { profile, plan: &plan.plan, workpiece: &workpiece };
         verify(&self.text, &job).findings.into_iter().find(|finding| counts(finding)).map(|finding| finding.text)
+    }
+
+    fn hangs(&self, finding: &Finding) -> bool {
+        finding.rule == Rule::InAir && finding.line > self.own
     }
 
     /// Whether a finding stands against the re-entry. That homing itself touches nothing is the profile's word, as long as nobody
@@ -114,3 +118,6 @@ impl ReentryPath {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,42 +4,29 @@
 //! beam.
 
 use super::proof::ReentryPath;
-use super::*;
-use crate::job::{CheckedPlan, MachineSource, PrepareRequest, PrepareResult, Silent, Source, prepare, printer};
+use super::testing::{Prepared, boxes};
 use crate::link::Reentry;
-use crate::slicing::SlicerChoice;
 
-/// The job, prepared, and its machine homed by `rehome`.
+/// The print, and its machine homed by `rehome`.
 struct Case {
-    done: PrepareResult,
-    program: Program,
+    print: &'static Prepared,
     entry: Reentry,
 }
 
 impl Case {
     fn homed_by(rehome: &str) -> Self {
-        let bytes = |name: &str, bytes: Vec<u8>| Source::Bytes { name: name.to_owned(), bytes };
-        let machine = format!("extends = \"generic-ac\"\n[link]\nrehome = {rehome:?}\n");
-        let machine = MachineSource::Toml(bytes("machine.toml", machine.into_bytes()));
-        let mut request = PrepareRequest::new(bytes("two-boxes.stl", crate::fixtures::two_boxes().stl()), machine);
-        request.slicing.slicer = SlicerChoice::BuiltIn;
-        let done = prepare(&request, &World::here(&Silent)).unwrap();
-        let profile = &done.planned.plan.machine.profile;
-        let program = Program::read(done.gcode.program(), &printer::rules(profile).unwrap()).unwrap();
-        let settings = printer::settings(profile).unwrap();
+        let print = boxes();
+        let program = &print.program;
         let block = program.boundaries.iter().rev().find(|b| b.block < program.len() - 400).unwrap().block;
-        let entry = Reentry::at(&program, &settings, &(block..block), block).unwrap();
-        Self { done, program, entry }
-    }
-
-    fn plan(&self) -> &CheckedPlan {
-        &self.done.planned.plan
+        let entry = Reentry::at(program, &print.homed_by(rehome), &(block..block), block).unwrap();
+        Self { print, entry }
     }
 
     fn proved(&self, entry: &Reentry) -> Result<(), String> {
-        let (profile, last) = (&self.plan().machine.profile, self.program.file_line(self.program.len() - 400));
-        let path = ReentryPath::of(self.done.gcode.program(), last, entry, last, profile);
-        path.struck(self.plan(), profile).map_or(Ok(()), Err)
+        let (print, program) = (self.print, &self.print.program);
+        let last = program.file_line(program.len() - 400);
+        let path = ReentryPath::of(print.text(), last, entry, last, print.profile());
+        path.struck(print.plan(), print.profile()).map_or(Ok(()), Err)
     }
 
     /// Our own lines with `change` made to each.

@@ -1,4 +1,4 @@
-//! Motion as a firmware's planner makes it: a short queue, speeds looked ahead, trapezoids.
+//! Motion as a firmware's planner makes it: a short queue, speeds looked ahead, trapezoids. The one for estimates and simulated printers.
 //!
 //! Junction speeds are those of Grbl's junction deviation (Sonny Jeon, *Improving Grbl's cornering algorithm*, 2011): a corner is
 //! taken as an arc that deviates by `junction_mm`.
@@ -9,13 +9,27 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::Time;
+/// Since the start.
+type Time = Duration;
 
 /// Positions of X, Y, Z, tilt, rotation, E.
 pub type Axes = [f64; 6];
 
+/// What a machine's axes can be accelerated by, and how it goes round corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accelerations {
+    /// X, Y, Z, mm/s²; tilt, rotation, degrees/s²; E, mm/s².
+    pub axes: Axes,
+    /// Junction deviation, mm.
+    pub junction_mm: f64,
+}
+
+/// Speeds that change at once, for tests that count at constant speed.
+#[cfg(test)]
+pub(crate) const AT_ONCE: Accelerations = Accelerations { axes: [1e12; 6], junction_mm: 1.0 };
+
 /// Blocks that the planner holds (Marlin's `BLOCK_BUFFER_SIZE`, Grbl has 15 or 16).
-pub(super) const DEPTH: usize = 16;
+pub(crate) const DEPTH: usize = 16;
 
 #[derive(Clone, Debug)]
 struct Block {
@@ -39,64 +53,54 @@ struct Run {
 
 /// The queue and the block that runs.
 #[derive(Clone, Debug)]
-pub(super) struct Planner {
+pub(crate) struct LookAhead {
     queue: VecDeque<Block>,
     run: Option<Run>,
     held: Option<Time>,
     at: Axes,
     end: Axes,
-    accelerations: [f64; 6],
-    junction_mm: f64,
+    accelerations: Accelerations,
     /// When it last ran dry, unless it was told to.
     dry_since: Option<Time>,
     /// How often a move came after the queue had run dry.
-    pub(super) starved: u32,
+    pub(crate) starved: u32,
 }
 
-impl Planner {
-    pub(super) fn new(accelerations: [f64; 6], junction_mm: f64, at: Axes) -> Self {
-        Self {
-            queue: VecDeque::new(),
-            run: None,
-            held: None,
-            at,
-            end: at,
-            accelerations,
-            junction_mm,
-            dry_since: None,
-            starved: 0,
-        }
+impl LookAhead {
+    pub(crate) fn new(accelerations: Accelerations, at: Axes) -> Self {
+        Self { queue: VecDeque::new(), run: None, held: None, at, end: at, accelerations, dry_since: None, starved: 0 }
     }
 
-    pub(super) fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.queue.len() + usize::from(self.run.is_some()) >= DEPTH
     }
 
-    pub(super) fn is_idle(&self) -> bool {
+    pub(crate) fn is_idle(&self) -> bool {
         self.queue.is_empty() && self.run.is_none()
     }
 
-    pub(super) fn free(&self) -> usize {
+    pub(crate) fn free(&self) -> usize {
         DEPTH - 1 - self.queue.len().min(DEPTH - 1)
     }
 
     /// Where the last queued move ends.
-    pub(super) fn end(&self) -> Axes {
+    pub(crate) fn end(&self) -> Axes {
         self.end
     }
 
     /// Sets the position without moving.
-    pub(super) fn place(&mut self, at: Axes) {
+    pub(crate) fn place(&mut self, at: Axes) {
         (self.at, self.end) = (at, at);
     }
 
     /// A pause that was asked for is no starvation.
-    pub(super) fn expect_pause(&mut self) {
+    pub(crate) fn expect_pause(&mut self) {
         self.dry_since = None;
     }
 
-    /// Queues a move that takes at least `seconds` at constant speed.
-    pub(super) fn push(&mut self, now: Time, to: Axes, seconds: f64) {
+    /// Queues a move that takes at least `seconds` at constant speed. `tip` stands for what X and Y may be accelerated by, mm/s²,
+    /// where the program has said so.
+    pub(crate) fn push(&mut self, now: Time, to: Axes, seconds: f64, tip: Option<f64>) {
         let from = self.end;
         let moved: Axes = std::array::from_fn(|i| to[i] - from[i]);
         let norm = |range: std::ops::Range<usize>| range.map(|i| moved[i] * moved[i]).sum::<f64>().sqrt();
@@ -107,15 +111,15 @@ impl Planner {
         if self.is_idle() && self.dry_since.take().is_some() {
             self.starved += 1;
         }
-        let limit =
-            |i: usize| if moved[i] == 0.0 { f64::INFINITY } else { self.accelerations[i] * length / moved[i].abs() };
+        let of_axis = |i: usize| tip.filter(|_| i < 2).unwrap_or(self.accelerations.axes[i]);
+        let limit = |i: usize| if moved[i] == 0.0 { f64::INFINITY } else { of_axis(i) * length / moved[i].abs() };
         let acceleration = (0..6).map(limit).fold(f64::INFINITY, f64::min);
         let nominal = length / seconds.max(1e-6);
         let whole = norm(0..5).max(1e-12);
         let unit = std::array::from_fn(|i| moved[i] / whole);
         let before = self.queue.back().or(self.run.as_ref().map(|r| &r.block));
-        let max_entry =
-            before.map_or(0.0, |b| junction(b, &unit, acceleration, self.junction_mm).min(nominal).min(b.nominal));
+        let deviation = self.accelerations.junction_mm;
+        let max_entry = before.map_or(0.0, |b| junction(b, &unit, acceleration, deviation).min(nominal).min(b.nominal));
         self.queue.push_back(Block { from, to, length, unit, nominal, acceleration, max_entry, entry: 0.0 });
         self.end = to;
         self.look_ahead();
@@ -152,7 +156,7 @@ impl Planner {
     }
 
     /// Lets time pass; ends of moves go to `ended`.
-    pub(super) fn advance(&mut self, now: Time, mut ended: impl FnMut(Time, &Axes)) {
+    pub(crate) fn advance(&mut self, now: Time, mut ended: impl FnMut(Time, &Axes)) {
         if self.held.is_some() {
             return;
         }
@@ -172,12 +176,12 @@ impl Planner {
     }
 
     /// When the running block ends.
-    pub(super) fn wake(&self) -> Option<Time> {
+    pub(crate) fn wake(&self) -> Option<Time> {
         if self.held.is_some() { None } else { self.run.as_ref().map(|r| r.end) }
     }
 
     /// Where the axes are now.
-    pub(super) fn position(&self, now: Time) -> Axes {
+    pub(crate) fn position(&self, now: Time) -> Axes {
         let Some(run) = &self.run else { return self.at };
         let now = self.held.unwrap_or(now);
         let share =
@@ -187,16 +191,16 @@ impl Planner {
     }
 
     /// Feed hold.
-    pub(super) fn hold(&mut self, now: Time) {
+    pub(crate) fn hold(&mut self, now: Time) {
         self.held.get_or_insert(now);
     }
 
-    pub(super) fn is_held(&self) -> bool {
+    pub(crate) fn is_held(&self) -> bool {
         self.held.is_some()
     }
 
     /// Goes on after a hold.
-    pub(super) fn release(&mut self, now: Time) {
+    pub(crate) fn release(&mut self, now: Time) {
         let Some(since) = self.held.take() else { return };
         let pause = now.saturating_sub(since);
         match &mut self.run {
@@ -209,7 +213,7 @@ impl Planner {
     }
 
     /// Drops everything where it stands.
-    pub(super) fn abort(&mut self, now: Time) {
+    pub(crate) fn abort(&mut self, now: Time) {
         let at = self.position(now);
         self.queue.clear();
         self.run = None;
@@ -268,8 +272,9 @@ impl Trapezoid {
 mod tests {
     use super::*;
 
-    fn planner() -> Planner {
-        Planner::new([1000.0, 1000.0, 1000.0, 100.0, 100.0, 1000.0], 0.02, [0.0; 6])
+    fn planner() -> LookAhead {
+        let axes = [1000.0, 1000.0, 1000.0, 100.0, 100.0, 1000.0];
+        LookAhead::new(Accelerations { axes, junction_mm: 0.02 }, [0.0; 6])
     }
 
     fn x(value: f64) -> Axes {
@@ -280,7 +285,7 @@ mod tests {
     fn one_move_is_a_trapezoid_worked_by_hand() {
         // 100 mm at 50 mm/s with 1000 mm/s^2: 0.05 s up over 1.25 mm, 97.5 mm in 1.95 s, 0.05 s down.
         let mut p = planner();
-        p.push(Time::ZERO, x(100.0), 2.0);
+        p.push(Time::ZERO, x(100.0), 2.0, None);
         assert!((p.wake().unwrap().as_secs_f64() - 2.05).abs() < 1e-9);
         assert!((p.position(Duration::from_millis(50))[0] - 1.25).abs() < 1e-9);
         assert!((p.position(Duration::from_millis(1050))[0] - 51.25).abs() < 1e-9);
@@ -295,9 +300,9 @@ mod tests {
     #[test]
     fn a_straight_line_in_pieces_takes_hardly_longer_than_in_one() {
         let mut p = planner();
-        p.push(Time::ZERO, x(10.0), 0.2);
+        p.push(Time::ZERO, x(10.0), 0.2, None);
         for i in 2..=10 {
-            p.push(Time::ZERO, x(f64::from(i) * 10.0), 0.2);
+            p.push(Time::ZERO, x(f64::from(i) * 10.0), 0.2, None);
         }
         let mut last = Time::ZERO;
         p.advance(Duration::from_secs(9), |t, _| last = t);
@@ -305,7 +310,7 @@ mod tests {
         let mut stops = planner();
         let mut t = Time::ZERO;
         for i in 1..=10 {
-            stops.push(t, x(f64::from(i) * 10.0), 0.2);
+            stops.push(t, x(f64::from(i) * 10.0), 0.2, None);
             t += Duration::from_secs(1);
             stops.advance(t, |_, _| {});
         }
@@ -315,7 +320,7 @@ mod tests {
     #[test]
     fn a_hold_stands_still_and_loses_nothing() {
         let mut p = planner();
-        p.push(Time::ZERO, x(100.0), 2.0);
+        p.push(Time::ZERO, x(100.0), 2.0, None);
         p.hold(Duration::from_secs(1));
         let there = p.position(Duration::from_secs(50));
         assert_eq!(p.wake(), None);

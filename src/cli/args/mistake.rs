@@ -1,0 +1,57 @@
+//! Arguments that cannot be understood, in words.
+
+use std::io::Write;
+
+use clap::error::{ContextKind, ContextValue};
+
+/// How Rust's parsers refuse a number, and how a person would.
+const REFUSED: [(&str, &str); 4] = [
+    ("invalid float literal", "not a number"),
+    ("cannot parse float from empty string", "not a number"),
+    ("invalid digit found in string", "not a whole number"),
+    ("cannot parse integer from empty string", "not a whole number"),
+];
+
+/// A flag that bars a group of others is told with those that were given, not with the whole group.
+fn of_those_given(error: &mut clap::Error) {
+    let Some(ContextValue::Strings(barred)) = error.get(ContextKind::PriorArg) else { return };
+    let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+    let is_given = |name: &&String| {
+        let flag = name.split([' ', '=']).next().unwrap_or_default();
+        words.iter().any(|word| word == flag || word.split('=').next() == Some(flag))
+    };
+    let mut given: Vec<String> = barred.iter().filter(is_given).cloned().collect();
+    if given.is_empty() {
+        // Then it is what has no flag.
+        given = barred.iter().filter(|name| !name.starts_with('-')).cloned().collect();
+    }
+    let given = match given.len() {
+        0 => return,
+        1 => ContextValue::String(given.remove(0)),
+        _ => ContextValue::Strings(given),
+    };
+    error.insert(ContextKind::PriorArg, given);
+}
+
+/// What is wrong with the arguments, in one line: a list below the first line belongs to it, usage and help do not.
+fn sentence(text: &str) -> String {
+    let mut lines = text.lines().map(str::trim).take_while(|line| !line.is_empty());
+    let first = lines.next().unwrap_or_default();
+    let rest: Vec<&str> = lines.collect();
+    let whole = if rest.is_empty() { first.to_owned() } else { format!("{first} {}", rest.join(", ")) };
+    whole.strip_prefix("error: ").map_or(whole.clone(), str::to_owned)
+}
+
+/// Prints what is wrong with the arguments, or the help that was asked for.
+pub(in crate::cli) fn told(error: &mut clap::Error) -> std::io::Result<()> {
+    if !error.use_stderr() {
+        return error.print();
+    }
+    of_those_given(error);
+    let text = error.render().to_string();
+    let ours = REFUSED.iter().fold(text.clone(), |text, (words, ours)| text.replace(words, ours));
+    if std::env::args_os().any(|word| word == "--json") {
+        writeln!(std::io::stdout(), "{}", crate::document::failed(&sentence(&ours), 2))?;
+    }
+    if ours == text { error.print() } else { std::io::stderr().write_all(ours.as_bytes()) }
+}
