@@ -52,8 +52,8 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
         for &index in level.beads.iter().filter(|&&i| is_outer(printed, i)) {
             taken += 1;
             if taken % every == 0 {
-                let along = sample(printed, (level, &mut search), index, [centre_x, centre_y], &mut samples);
-                covered += along * every as f64;
+                let beside = sample(printed, (level, &mut search), index, [centre_x, centre_y], &mut samples);
+                covered += beside * every as f64;
             }
         }
         outline += section.perimeter();
@@ -94,7 +94,7 @@ fn centre(printed: &PrintedPart<'_>) -> [f64; 2] {
     if middle.iter().all(|v| v.is_finite()) { middle } else { [0.0; 2] }
 }
 
-/// Takes samples of a wall; the length of it that lies along the outline, mm.
+/// Takes samples of a wall; the length of it that lies beside the outline, mm: in a small part the wall's own corners too.
 fn sample(
     printed: &PrintedPart<'_>,
     (level, search): (&Level, &mut OutlineSearch<'_>),
@@ -105,7 +105,7 @@ fn sample(
     let m = printed.bead(index);
     let Some([from, to]) = m.ends() else { return 0.0 };
     let stray = STRAY_MM[usize::from(!printed.has_roles)];
-    let mut along = 0.0;
+    let mut beside = 0.0;
     let half = printed.width(&m, level) / 2.0;
     let length = (to - from).norm();
     let count = (length / SPACING_MM).ceil().max(1.0);
@@ -115,12 +115,14 @@ fn sample(
         let (distance, normal) = search.nearest([p.x, p.y]);
         let out = distance + half;
         let runs_along = |normal: [f64; 2]| (dx * normal[0] + dy * normal[1]).abs() <= ALONG * length;
-        if let (Some(normal), true) = (normal.filter(|n| runs_along(*n)), out.abs() < stray) {
-            samples.push(Sample { at: [p.x - centre[0], p.y - centre[1]], normal, out });
-            along += length / count;
+        if let (Some(normal), true) = (normal, out.abs() < stray) {
+            beside += length / count;
+            if runs_along(normal) {
+                samples.push(Sample { at: [p.x - centre[0], p.y - centre[1]], normal, out });
+            }
         }
     }
-    along
+    beside
 }
 
 fn place(printed: &PrintedPart<'_>) -> FindingPlace {
