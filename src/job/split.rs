@@ -248,8 +248,7 @@ pub(super) fn cut_up(
     let mut split = attempt(pedestal_mm);
     let low = split.unplanned > 0 || split.refused.iter().any(|(against, _)| *against == Against::Head);
     let seek = !split.printable && options.pedestal_mm.is_none() && low;
-    let found = seek.then(|| PEDESTALS_MM.iter().map(|&mm| (mm, attempt(mm))).find(|(_, s)| s.printable)).flatten();
-    if let Some((mm, better)) = found {
+    if let Some((mm, better)) = seek.then(|| on_a_pedestal(&split, attempt)).flatten() {
         (pedestal_mm, split) = (mm, better);
         world
             .progress
@@ -263,6 +262,18 @@ pub(super) fn cut_up(
     }
     let seconds = (world.clock.now() - start).as_secs_f64();
     Ok(SplitResult { split, stood: None, pedestal_mm, overhang_deg: options.overhang_deg, seconds, model })
+}
+
+/// The lowest pedestal on which nothing needs support. The tallest gives the head the most room and is asked first: where it leaves
+/// something, and no more than is left on none, a lower one would as well; where it leaves more, it does not fit below the frame.
+fn on_a_pedestal(on_none: &Split, attempt: impl Fn(f64) -> Split) -> Option<(f64, Split)> {
+    let [lower @ .., tallest] = PEDESTALS_MM;
+    let on_tallest = attempt(tallest);
+    if !on_tallest.printable && on_tallest.after.area_mm2 <= on_none.after.area_mm2 {
+        return None;
+    }
+    let lower = lower.into_iter().map(|mm| (mm, attempt(mm))).find(|(_, split)| split.printable);
+    lower.or_else(|| on_tallest.printable.then_some((tallest, on_tallest)))
 }
 
 fn check(options: &SplitOptions) -> Result<(), BadSetting> {

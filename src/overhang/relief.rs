@@ -72,6 +72,7 @@ pub struct Relief {
     /// By vertex, its facets, in the same way.
     first_facet: Vec<u32>,
     facets_about: Vec<u32>,
+    closed: bool,
 }
 
 impl Relief {
@@ -86,9 +87,15 @@ impl Relief {
         let normal: Vec<Vec3> = vectors.iter().map(|v| v.try_normalize(0.0).unwrap_or_default()).collect();
         let (edges, first, neighbours) = Default::default();
         let (first_facet, facets_about) = Default::default();
-        let mut all = Self { vertices, facets, area, normal, edges, first, neighbours, first_facet, facets_about };
+        let mut all =
+            Self { vertices, facets, area, normal, edges, first, neighbours, first_facet, facets_about, closed: false };
         all.connect();
         all
+    }
+
+    /// Whether every edge is run along as often one way as the other.
+    pub fn is_closed(&self) -> bool {
+        self.closed
     }
 
     fn corners(&self, facet: usize) -> [Vec3; 3] {
@@ -96,26 +103,58 @@ impl Relief {
     }
 
     fn connect(&mut self) {
+        self.group_facets();
         let vertices = self.vertices.len();
-        let mut edges: Vec<(u32, u32, bool, u32)> = Vec::with_capacity(3 * self.facets.len());
+        self.first = vec![0; vertices + 1];
+        self.neighbours = Vec::with_capacity(6 * vertices);
+        self.closed = true;
+        // Of one vertex: the other ends of its facets' sides, whether the side runs towards the vertex, the facet.
+        let mut sides: Vec<(u32, bool, u32)> = Vec::new();
+        let mut edges = Vec::new();
+        for v in 0..vertices as u32 {
+            sides.clear();
+            for &f in self.facets_at(v as usize) {
+                let facet = self.facets[f as usize];
+                for i in 0..3 {
+                    let (a, b) = (facet[i], facet[(i + 1) % 3]);
+                    if a == v {
+                        sides.push((b, false, f));
+                    }
+                    if b == v {
+                        sides.push((a, true, f));
+                    }
+                }
+            }
+            sides.sort_unstable();
+            for run in sides.chunk_by(|x, y| x.0 == y.0) {
+                let other = run[0].0;
+                self.neighbours.push(other);
+                self.closed &= 2 * run.iter().filter(|side| side.1).count() == run.len();
+                if let (true, [one, two]) = (v < other, run) {
+                    edges.extend(self.edge([v, other], [one.2, two.2]));
+                }
+            }
+            self.first[v as usize + 1] = self.neighbours.len() as u32;
+        }
+        self.edges = edges;
+    }
+
+    /// The facets of each vertex, in their order.
+    fn group_facets(&mut self) {
+        let mut first = vec![0_u32; self.vertices.len() + 1];
+        self.facets.iter().flatten().for_each(|&v| first[v as usize + 1] += 1);
+        for v in 1..first.len() {
+            first[v] += first[v - 1];
+        }
+        let mut next = first.clone();
+        self.facets_about = vec![0; 3 * self.facets.len()];
         for (index, facet) in self.facets.iter().enumerate() {
-            for i in 0..3 {
-                let (a, b) = (facet[i], facet[(i + 1) % 3]);
-                edges.push((a.min(b), a.max(b), a > b, index as u32));
+            for &v in facet {
+                self.facets_about[next[v as usize] as usize] = index as u32;
+                next[v as usize] += 1;
             }
         }
-        edges.sort_unstable();
-        let mut pairs: Vec<[u32; 2]> = Vec::with_capacity(edges.len());
-        for run in edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
-            pairs.extend([[run[0].0, run[0].1], [run[0].1, run[0].0]]);
-            if let [one, two] = run {
-                self.edges.extend(self.edge([one.0, one.1], [one.3, two.3]));
-            }
-        }
-        let about = self.facets.iter().enumerate().flat_map(|(i, f)| f.map(|v| [v, i as u32]));
-        let mut about: Vec<[u32; 2]> = about.collect();
-        (self.first, self.neighbours) = grouped(&mut pairs, vertices);
-        (self.first_facet, self.facets_about) = grouped(&mut about, vertices);
+        self.first_facet = first;
     }
 
     /// The edge, if it is convex and bends enough to be a ridge along some direction.
@@ -239,41 +278,29 @@ impl Relief {
         found
     }
 
-    /// Those of `found` that lie a layer or more below the saddle to something lower.
+    /// Those of `found` that lie a layer or more below the saddle to something lower: less than a layer above them, the surface about
+    /// them leads to nothing lower.
     fn deep(&self, heights: &[f64], found: &[u32], layer_mm: f64) -> Vec<u32> {
-        let mut order: Vec<u32> = (0..heights.len() as u32).collect();
         let key = |v: u32| (heights[v as usize], v);
-        order.sort_unstable_by(|&a, &b| key(a).0.total_cmp(&key(b).0).then(a.cmp(&b)));
-        let mut sets = Sets::new(heights.len());
-        let mut lowest: Vec<u32> = (0..heights.len() as u32).collect();
-        let mut saddle = vec![f64::INFINITY; heights.len()];
-        let mut seen = vec![false; heights.len()];
-        for v in order {
-            seen[v as usize] = true;
-            for &w in self.around(v as usize).iter().filter(|w| seen[**w as usize]) {
-                let (a, b) = (sets.root(v), sets.root(w));
-                if a == b {
-                    continue;
+        let mut seen = vec![u32::MAX; heights.len()];
+        let mut reached = Vec::new();
+        let mut is_deep = |from: u32| {
+            reached.clear();
+            reached.push(from);
+            seen[from as usize] = from;
+            while let Some(v) = reached.pop() {
+                for &w in self.around(v as usize) {
+                    let new = std::mem::replace(&mut seen[w as usize], from) != from;
+                    if new && heights[w as usize] - heights[from as usize] < layer_mm {
+                        if key(w) < key(from) {
+                            return false;
+                        }
+                        reached.push(w);
+                    }
                 }
-                let (p, q) = (lowest[a as usize], lowest[b as usize]);
-                let (deeper, other) = if key(p) < key(q) { (p, q) } else { (q, p) };
-                saddle[other as usize] = heights[v as usize];
-                let root = sets.join(a, b);
-                lowest[root as usize] = deeper;
             }
-        }
-        found.iter().copied().filter(|&v| saddle[v as usize] - heights[v as usize] >= layer_mm).collect()
+            true
+        };
+        found.iter().copied().filter(|&v| is_deep(v)).collect()
     }
-}
-
-/// `[key, value]` pairs, doubles dropped, as the start of each key's values and the values.
-fn grouped(pairs: &mut Vec<[u32; 2]>, keys: usize) -> (Vec<u32>, Vec<u32>) {
-    pairs.sort_unstable();
-    pairs.dedup();
-    let mut first = vec![0; keys + 1];
-    pairs.iter().for_each(|p| first[p[0] as usize + 1] += 1);
-    for i in 0..keys {
-        first[i + 1] += first[i];
-    }
-    (first, pairs.iter().map(|p| p[1]).collect())
 }

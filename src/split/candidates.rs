@@ -102,8 +102,8 @@ pub(super) fn offsets(part: &Measured, upright: &Upright, up: &Vec3, heights: &[
     let low = if level { bottom } else { range(&mut footprint.into_iter())[1] };
     let lower_end = |f: u32| range(&mut part.surface.facets[f as usize].into_iter())[0];
     let mut exact: Vec<f64> = flush(part, up, heights);
-    for patch in patches(part, upright.risky()).into_iter().take(PATCHES) {
-        let mut ends: Vec<f64> = patch.into_iter().map(lower_end).collect();
+    for patch in upright.patches.iter().take(PATCHES) {
+        let mut ends: Vec<f64> = patch.iter().copied().map(lower_end).collect();
         ends.sort_unstable_by(f64::total_cmp);
         exact.extend(QUANTILES.map(|q| ends[((ends.len() - 1) as f64 * q) as usize]));
     }

@@ -72,18 +72,19 @@ pub(super) fn kept(
         if volume < PIECE_MM3 || height < THICK_MM || !stands {
             return Err(Against::Small);
         }
+        let piece = Measured::of(piece, rules);
         if !piece.is_closed() {
             return Err(Against::Crossing);
         }
-        pieces.push(Measured::of(piece, rules));
+        pieces.push(piece);
     }
     if pieces.is_empty() || cut.rest.facets.is_empty() {
         return Err(Against::Small);
     }
-    if !cut.rest.is_closed() {
+    let rest = Measured::of(cut.rest, rules);
+    if !rest.is_closed() {
         return Err(Against::Crossing);
     }
-    let rest = Measured::of(cut.rest, rules);
     if !stands(&rest) {
         return Err(Against::Footing);
     }

@@ -285,11 +285,17 @@ impl<'a> BeamSearch<'a> {
         let (mut cuts, mut stays) = (0, STAYS_MM2);
         let mut chosen: Vec<(usize, SplitState)> = Vec::new();
         let largest = candidates.iter().map(|c| c.stays_mm2).fold(0.0, f64::max);
+        // Whether the beam is full of what is no worse than all that is to come, which is in the order of its promises.
+        let settled = |chosen: &[(usize, SplitState)], promises: i64| {
+            let kept = Self::diverse(chosen, beam.len(), width);
+            kept.len() >= width && kept.iter().all(|&k| chosen[k].1.rank().0 < promises)
+        };
         loop {
             let within: Vec<usize> =
                 (0..candidates.len()).filter(|&i| !tried[i] && candidates[i].stays_mm2 <= stays).collect();
             for batch in within.chunks(2 * width) {
-                if cuts >= most || chosen.len() >= CHILDREN_PER_STATE * width {
+                let promises = candidates[batch[0]].worth;
+                if cuts >= most || chosen.len() >= CHILDREN_PER_STATE * width || settled(&chosen, promises) {
                     break;
                 }
                 let made: Vec<Result<SplitState, Against>> =
@@ -356,17 +362,11 @@ impl<'a> BeamSearch<'a> {
         let up = &self.directions.all[d];
         let mut sweep = Sweep::new(&state.rest, &state.upright, up, &self.rules);
         let offsets = offsets(&state.rest, &state.upright, up, &sweep.heights, THICK_MM);
-        let footing = footing(&state.rest, up, &sweep.heights, &sweep.order, &offsets);
-        let mut footing = footing.into_iter();
         let left = state.left();
         let setups = state.setups() + usize::from(!state.knows(up));
         let mut all = Vec::new();
         sweep.run(&offsets, |offset_mm, beyond| {
-            let footing = footing.next().unwrap_or(true);
             for (taken, tops, before, after) in choices(beyond, self.options.strict) {
-                if taken == Taken::All && !footing {
-                    continue;
-                }
                 let gains = before.area_mm2 > after.area_mm2 + STAYS_MM2 || before.faults() > after.faults();
                 if !gains || after.faults() > 0 {
                     continue;
@@ -386,6 +386,10 @@ impl<'a> BeamSearch<'a> {
                 });
             }
         });
+        let takes_all = |c: &&Candidate| c.taken == Taken::All;
+        let whole: Vec<f64> = all.iter().filter(takes_all).map(|c| c.plane.offset_mm).collect();
+        let mut footing = footing(&state.rest, up, &sweep.heights, &whole).into_iter();
+        all.retain(|c| c.taken != Taken::All || footing.next().unwrap_or(true));
         all
     }
 
