@@ -71,7 +71,7 @@ pub enum ProfileError {
         message: String,
     },
     /// A key that no version knows.
-    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map(|n| format!("; did you mean {n:?}?")).unwrap_or_default())]
+    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; trunnion profile show generic-ac prints all there are".to_owned(), |n| format!("; did you mean {n:?}?")))]
     UnknownKey {
         /// `file:line`.
         place: String,
@@ -301,6 +301,12 @@ fn join(prefix: &str, key: &str) -> String {
     if prefix.is_empty() { key.to_owned() } else { format!("{prefix}.{key}") }
 }
 
+/// The key of this very name in another section, where just one has it: whoever left the section out meant that one.
+fn elsewhere(key: &str, known: &[String]) -> Option<String> {
+    let mut same = known.iter().filter(|path| path.rsplit('.').next() == Some(key));
+    same.next().filter(|_| same.next().is_none()).cloned()
+}
+
 fn check_keys(
     table: &Table,
     prefix: &str,
@@ -325,7 +331,11 @@ fn check_keys(
             }
             Value::Table(_) => return Err(unknown(nearest(&path, sections(known)))),
             _ if known.contains(&path) => {}
-            _ => return Err(unknown(nearest(&path, known.iter().map(String::as_str)))),
+            _ => {
+                return Err(unknown(
+                    elsewhere(key, known).or_else(|| nearest(&path, known.iter().map(String::as_str))),
+                ));
+            }
         }
     }
     Ok(())
@@ -406,6 +416,15 @@ mod tests {
         for (wrong, right) in [("procss", "process"), ("kinematics.tlt", "kinematics.tilt")] {
             let error = resolve("m.toml", &format!("[{wrong}]\nlayer_height_mm = 0.3\n")).unwrap_err().to_string();
             assert!(error.ends_with(&format!("unknown key {wrong:?}; did you mean {right:?}?")), "{error}");
+        }
+        for (text, right) in [
+            ("layer_height_mm = 0.3", "did you mean \"process.layer_height_mm\"?"),
+            ("[limits]\nlayer_height_mm = 0.3", "did you mean \"process.layer_height_mm\"?"),
+            ("max_deg = 80.0", "prints all there are"),
+            ("colour_of_the_machine = \"red\"", "prints all there are"),
+        ] {
+            let error = resolve("m.toml", &format!("{text}\n")).unwrap_err().to_string();
+            assert!(error.ends_with(right), "{error}");
         }
         let error = resolve("m.toml", "[[head.body]]\nnam = \"x\"\n").unwrap_err().to_string();
         assert!(error.contains("did you mean \"head.body.name\""), "{error}");
