@@ -19,7 +19,7 @@ pub struct Section {
 }
 
 impl Section {
-    pub(super) fn new(segments: Vec<Segment>) -> Self {
+    pub(crate) fn new(segments: Vec<Segment>) -> Self {
         let section = Self::of(segments);
         let overlaps = section.winding.iter().any(|turns| *turns > 1) || overlap::cross(&section.segments);
         // Curves that are not closed are told as they are.
