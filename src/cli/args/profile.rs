@@ -17,6 +17,8 @@ pub(in crate::cli) enum Profile {
     Check(CheckProfile),
     /// Describe a machine of your own: asks on a terminal, else takes answers from flags and a file
     New(New),
+    /// Describe a machine of your own from the configuration of its firmware, and answers to what that does not say
+    Import(Import),
     /// Find pivot, offset and zeros from touches at several poses, or choose the touches to make
     Calibrate(Calibrate),
 }
@@ -37,6 +39,28 @@ pub(in crate::cli) struct New {
     /// The profile that it is like
     #[arg(long, default_value = "generic-ac", value_name = "PROFILE")]
     pub(in crate::cli) like: String,
+    #[command(flatten)]
+    pub(in crate::cli) answers: Answers,
+}
+
+#[derive(ClapArgs)]
+pub(in crate::cli) struct Import {
+    /// LinuxCNC's ini, Klipper's printer.cfg or RepRapFirmware's config.g; several are one machine's
+    #[arg(required = true, value_name = "FILE")]
+    pub(in crate::cli) files: Vec<PathBuf>,
+    /// Its name, by which it is found from then on [default: as -o, else as the first file]
+    #[arg(long)]
+    pub(in crate::cli) name: Option<String>,
+    /// The profile that it is like [default: a shipped one of the same firmware]
+    #[arg(long, value_name = "PROFILE")]
+    pub(in crate::cli) like: Option<String>,
+    #[command(flatten)]
+    pub(in crate::cli) answers: Answers,
+}
+
+/// What is told of a machine, and where its profile goes.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct Answers {
     /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60; may be given again and again
     #[arg(long, value_name = "KEY=VALUE")]
     pub(in crate::cli) set: Vec<String>,
