@@ -10,7 +10,7 @@ use super::args::{Answers as Given, Calibrate, CheckProfile, Import, New, Profil
 use super::requests::{claim_picture, folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::FitOptions;
-use crate::job::{Answers, CalibrateRequest, ImportProfile, NewProfile, Outputs, PosesRequest, Source, World};
+use crate::job::{CalibrateRequest, ImportProfile, NewProfile, PosesRequest, Source};
 use crate::profile::SHIPPED;
 use crate::{document, job};
 
@@ -44,15 +44,15 @@ fn check(args: &CheckProfile, console: &Console) -> Result<(), Failure> {
 fn new(args: &New, console: &Console) -> Result<(), Failure> {
     let world = console.world();
     let given = &args.answers;
-    let outputs = outputs(given.answers.as_deref().into_iter().chain(profile_file(&args.like).as_deref()));
-    let mut request = NewProfile { name: args.name.clone(), base: args.like.as_str().into(), answers: answers(given)? };
+    let mut outputs = outputs(given.answers.as_deref().into_iter().chain(profile_file(&args.like).as_deref()));
+    let mut request = NewProfile { name: args.name.clone(), base: args.like.as_str().into(), answers: given.told() };
     if asks(given, console) {
         let shown =
             |key: &str, question: &str| console.note(&format!("{question} ({key}); Enter: as in {}", args.like));
         request.ask(std::io::stdin().lock(), shown, &world)?;
     }
     let made = job::new_profile(&request, &world)?;
-    let place = keep(given, &args.name, outputs, |_| made.text, &world)?;
+    let place = job::keep_profile(&args.name, given.output.as_deref(), &mut outputs, |_| made.text, &world)?;
     told(&place, console, || document::profile_made(&args.name, &place, &made.unanswered));
     Ok(())
 }
@@ -62,49 +62,25 @@ fn import(args: &Import, console: &Console) -> Result<(), Failure> {
     let given = &args.answers;
     let like = args.like.as_deref();
     let read = args.files.iter().chain(&given.answers).map(PathBuf::as_path);
-    let outputs = outputs(read.chain(like.and_then(profile_file).as_deref()));
+    let mut outputs = outputs(read.chain(like.and_then(profile_file).as_deref()));
     let stem = || Some(given.output.as_deref()?.file_stem()?.to_string_lossy().into_owned());
     let files = args.files.iter().map(Source::from).collect();
     let (name, like) = (args.name.clone().or_else(stem), like.map(Into::into));
-    let mut request = ImportProfile { files, name, like, answers: answers(given)? };
+    let mut request = ImportProfile { files, name, like, answers: given.told() };
     if asks(given, console) {
         let shown = |key: &str, question: &str| console.note(&format!("{question} ({key}); Enter: as in --like"));
         request.ask(std::io::stdin().lock(), shown, &world)?;
     }
     let made = job::import_profile(&request, &world)?;
-    let place = keep(given, &made.name, outputs, |folder| made.text(folder, &world), &world)?;
+    let text = |folder: &Path| made.text(Some(folder), &world);
+    let place = job::keep_profile(&made.name, given.output.as_deref(), &mut outputs, text, &world)?;
     made.notes.iter().chain(&made.refusals).for_each(|text| console.warning(text));
     told(&place, console, || document::profile_imported(&made, &place));
     Ok(())
 }
 
-fn answers(given: &Given) -> Result<Answers, Failure> {
-    let set = given.set.iter().map(|word| {
-        let (key, value) =
-            word.split_once('=').ok_or_else(|| Failure::Usage(format!("--set {word}: give KEY=VALUE")))?;
-        Ok((key.trim().to_owned(), value.trim().to_owned()))
-    });
-    let set = set.collect::<Result<_, Failure>>()?;
-    Ok(Answers { file: given.answers.as_ref().map(Source::from), set, rest: given.keep_rest })
-}
-
 fn asks(given: &Given, console: &Console) -> bool {
     std::io::stdin().is_terminal() && !given.keep_rest && !console.json()
-}
-
-/// Writes a new profile where nothing is yet.
-fn keep(
-    given: &Given,
-    name: &str,
-    mut outputs: Outputs,
-    text: impl FnOnce(Option<&Path>) -> String,
-    world: &World<'_>,
-) -> Result<PathBuf, Failure> {
-    let place = given.output.clone().map_or_else(|| job::own_place(name, &outputs, world), Ok)?;
-    job::not_there(&place, world)?;
-    let folder = folder_of(Some(&place)).unwrap_or_default();
-    outputs.claim(&place)?.write(text(Some(&folder)).as_bytes())?;
-    Ok(place)
 }
 
 fn told(place: &Path, console: &Console, document: impl FnOnce() -> serde_json::Value) {

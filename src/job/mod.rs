@@ -82,7 +82,7 @@ pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{MOST_LOOKED_AT, PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
 pub use profile_import::{ImportProfile, ImportedProfile, import_profile};
-pub use profile_new::{Answers, MadeProfile, NewProfile, QUESTIONS, new_profile, not_there, own_place};
+pub use profile_new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use publish::{PublishRequest, PublishResult, publish, server_key};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};

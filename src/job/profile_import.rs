@@ -37,6 +37,8 @@ const SECTIONS: [&str; 12] = [
     "process",
     "link",
 ];
+/// What stands first in its table.
+const FIRST: [&str; 3] = [".letter", ".about", ".direction"];
 /// A speed that the profile's own travels keep below, as its base has it.
 type Travel = fn(&Profile) -> f64;
 const TRAVELS: [(&str, Travel); 2] = [
@@ -47,7 +49,7 @@ const TRAVELS: [(&str, Travel); 2] = [
 /// A machine to be described from files.
 #[derive(Clone, Debug)]
 pub struct ImportProfile {
-    /// The firmware's files: LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g; what they name is looked for beside them.
+    /// The firmware's files: LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's two; what they name is looked for beside them.
     pub files: Vec<Source>,
     /// Its name; `None` takes the first file's.
     pub name: Option<String>,
@@ -75,6 +77,9 @@ pub struct ImportedProfile {
     /// Why `profile check` refuses it; empty where it does not.
     pub refusals: Vec<String>,
     firmware: &'static str,
+    /// As it calls itself, or by its name.
+    called: String,
+    /// Their names, without folders.
     files: String,
     answers: Table,
 }
@@ -208,7 +213,7 @@ pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<Impo
         return Err(Error::Untold { keys: keys.join(", "), like: known.like.name });
     }
     known.follow();
-    let files: Vec<String> = request.files.iter().map(|source| source.name().into_owned()).collect();
+    let files: Vec<String> = request.files.iter().map(|source| file_name(&source.name())).collect();
     let mut done = ImportedProfile {
         name,
         profile: known.like.profile.clone(),
@@ -217,6 +222,7 @@ pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<Impo
         unanswered: open.iter().map(|(key, _)| *key).collect(),
         refusals: Vec::new(),
         firmware: known.imported.firmware,
+        called: known.imported.called.unwrap_or_else(|| request.named()),
         files: files.join(", "),
         answers: known.answers,
         like: known.like,
@@ -234,7 +240,7 @@ pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<Impo
 
 /// What is wrong with a key that the files state, where they state it.
 fn placed(error: ProfileError, facts: &[Fact]) -> ProfileError {
-    let of = |key: &str| facts.iter().find(|fact| fact.key == key).map(|fact| places(&fact.from));
+    let of = |key: &str| Some(facts.iter().find(|fact| fact.key == key)?.from.first()?.to_string());
     match error {
         ProfileError::Range { place, key, value, allowed } => {
             let place = of(&key).unwrap_or(place);
@@ -244,8 +250,22 @@ fn placed(error: ProfileError, facts: &[Fact]) -> ProfileError {
     }
 }
 
+/// Lines as comments show them: of a file its name alone, once for several lines.
 fn places(from: &[Place]) -> String {
-    from.iter().map(Place::to_string).collect::<Vec<_>>().join(", ")
+    let mut out = String::new();
+    for (i, place) in from.iter().enumerate() {
+        if i > 0 && from[i - 1].file == place.file {
+            let _ = write!(out, ", {}", place.line);
+        } else {
+            let gap = if i > 0 { "; " } else { "" };
+            let _ = write!(out, "{gap}{}:{}", file_name(&place.file), place.line);
+        }
+    }
+    out
+}
+
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
 /// Keys with their values, inner tables taken apart.
@@ -263,7 +283,10 @@ impl ImportedProfile {
     /// Its keys as TOML: what the files state and what was answered, each with where it comes from.
     fn keys(&self) -> String {
         let mut rows: Vec<(String, Value, String)> = Vec::new();
-        let own = [("machine.name", self.name.clone()), ("machine.about", format!("imported from {}", self.files))];
+        let own = [
+            ("machine.name", self.name.clone()),
+            ("machine.about", format!("{}, imported from {}", self.called, self.files)),
+        ];
         for (key, value) in own.into_iter().filter(|(key, _)| told(&self.answers, key).is_none()) {
             rows.push((key.to_owned(), Value::String(one_line(&value)), String::new()));
         }
@@ -276,7 +299,8 @@ impl ImportedProfile {
         rows.extend(answered.into_iter().map(|(key, value)| (key, value, "your answer".to_owned())));
         let section = |key: &str| key.rsplit_once('.').map_or(String::new(), |(section, _)| section.to_owned());
         let rank = |key: &str| SECTIONS.iter().position(|name| *name == section(key)).unwrap_or(SECTIONS.len());
-        rows.sort_by_key(|(key, _, _)| rank(key));
+        let first = |key: &str| FIRST.iter().position(|name| key.ends_with(name)).unwrap_or(FIRST.len());
+        rows.sort_by_key(|(key, _, _)| (rank(key), first(key)));
         let (mut out, mut within) = (String::new(), String::new());
         for (key, value, comment) in rows {
             if section(&key) != within {

@@ -138,27 +138,33 @@ fn answer(text: &str) -> Value {
     value.unwrap_or_else(|| Value::String(text.to_owned()))
 }
 
-/// Where a profile of that name is looked for: in the user's own folder, made if it is not there.
+/// Writes a new profile to `place`, else under its name into the user's own folder, made if it is not there; `text` is given the file's
+/// folder. Gives back the file.
 ///
 /// # Errors
 ///
-/// [`Error::Answer`] where nobody knows a home, and what keeps the folder from being made.
-pub fn own_place(name: &str, outputs: &Outputs, world: &World<'_>) -> Result<PathBuf, Error> {
-    let folder = world.files.own_profiles().ok_or_else(|| Error::Answer {
-        what: name.to_owned(),
-        why: "neither XDG_CONFIG_HOME nor HOME says where profiles are kept; give a file with -o".to_owned(),
-    })?;
-    outputs.folder(&folder)?;
-    Ok(folder.join(format!("{name}.toml")))
-}
-
-/// Refuses a file that is there.
-///
-/// # Errors
-///
-/// [`Error::There`].
-pub fn not_there(path: &Path, world: &World<'_>) -> Result<(), Error> {
-    if world.files.exists(path) { Err(Error::There { path: path.to_owned() }) } else { Ok(()) }
+/// [`Error::Answer`] where nobody knows a home, [`Error::There`] for a file that is there, and what keeps it from being written.
+pub fn keep_profile(
+    name: &str,
+    place: Option<&Path>,
+    outputs: &mut Outputs,
+    text: impl FnOnce(&Path) -> String,
+    world: &World<'_>,
+) -> Result<PathBuf, Error> {
+    let own = || -> Result<PathBuf, Error> {
+        let folder = world.files.own_profiles().ok_or_else(|| Error::Answer {
+            what: name.to_owned(),
+            why: "neither XDG_CONFIG_HOME nor HOME says where profiles are kept; give a file with -o".to_owned(),
+        })?;
+        outputs.folder(&folder)?;
+        Ok(folder.join(format!("{name}.toml")))
+    };
+    let place = place.map_or_else(own, |place| Ok(place.to_owned()))?;
+    if world.files.exists(&place) {
+        return Err(Error::There { path: place });
+    }
+    outputs.claim(&place)?.write(text(place.parent().unwrap_or(Path::new(""))).as_bytes())?;
+    Ok(place)
 }
 
 fn insert(into: &mut Table, key: &str, value: Value) -> Option<()> {

@@ -106,6 +106,12 @@ impl<'a> Reader<'a> {
                 ));
             }
         }
+        if !TABLES.iter().any(|(table, _, _)| *table == self.name) {
+            notes.push(format!(
+                "{}: {} does not say whether the rotary axes turn a table or a head; it must be a table",
+                self.kinematics.place, self.name
+            ));
+        }
         if !self.letters.iter().any(|letter| "UVW".contains(*letter)) {
             notes.push(format!(
                 "{}: [TRAJ] COORDINATES = {} has no U, V or W that could push filament: LinuxCNC refuses the words of an axis that it does not have; \

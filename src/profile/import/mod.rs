@@ -2,10 +2,12 @@
 //!
 //! Pure: texts come in, files that they name are asked for through a [`Shelf`]. Lengths mm, angles degrees, whatever the firmware counts
 //! in. Nothing is guessed: what no line says is no fact; two lines that cannot both hold are refused; what touches the table's axes and is
-//! not understood is a note or a refusal. Sources: LinuxCNC's, Klipper's and RepRapFirmware's own documentation of their configuration.
+//! not understood is a note or a refusal. Sources: LinuxCNC's, Klipper's, RepRapFirmware's and Marlin's own documentation of their
+//! configuration.
 
 mod klipper;
 mod linuxcnc;
+mod marlin;
 mod reprap;
 mod stated;
 
@@ -39,11 +41,25 @@ enum Kind {
     LinuxCnc,
     Klipper,
     RepRap,
+    Marlin,
     Hal,
 }
 
 const LOOKED_FOR: &str = "looked for were the sections [KINS], [TRAJ] or [EMC] (LinuxCNC's ini), [printer], [stepper_x] or [manual_stepper ..] (Klipper's printer.cfg), \
-     and lines of M584, M208 or M669 (RepRapFirmware's config.g)";
+     lines of M584, M208 or M669 (RepRapFirmware's config.g), and #define X_DRIVER_TYPE or X_BED_SIZE (Marlin's Configuration.h)";
+
+/// Whether a line is one of those that every Marlin has in the one or the other of its two files.
+fn defines(line: &str) -> bool {
+    let mut words = line.split_ascii_whitespace();
+    let names = [
+        "X_DRIVER_TYPE",
+        "X_BED_SIZE",
+        "DEFAULT_MAX_FEEDRATE",
+        "CONFIGURATION_H_VERSION",
+        "CONFIGURATION_ADV_H_VERSION",
+    ];
+    words.next() == Some("#define") && words.next().is_some_and(|name| names.contains(&name))
+}
 
 impl Kind {
     fn of(text: &str) -> Option<Self> {
@@ -68,6 +84,8 @@ impl Kind {
             Some(Self::Klipper)
         } else if sections.is_empty() && begins(&["M584", "M208", "M669"]) {
             Some(Self::RepRap)
+        } else if sections.is_empty() && lines().any(defines) {
+            Some(Self::Marlin)
         } else if sections.is_empty() && begins(&["setp", "sets", "net", "loadrt"]) {
             Some(Self::Hal)
         } else {
@@ -80,6 +98,7 @@ impl Kind {
             Self::LinuxCnc | Self::Hal => "LinuxCNC's",
             Self::Klipper => "Klipper's",
             Self::RepRap => "RepRapFirmware's",
+            Self::Marlin => "Marlin's",
         }
     }
 }
@@ -113,6 +132,7 @@ pub fn import(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError
         }
         Some(Kind::Klipper) => klipper::read(files, shelf),
         Some(Kind::RepRap) => reprap::read(files, shelf),
+        Some(Kind::Marlin) => marlin::read(files, shelf),
         _ => {
             let why = "HAL files alone do not say how far the axes go; give the ini that names them".to_owned();
             Err(ImportError::File { file: files.first().map_or_else(String::new, |f| f.name.clone()), why })
