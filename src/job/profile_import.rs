@@ -38,7 +38,7 @@ const SECTIONS: [&str; 12] = [
     "link",
 ];
 /// What stands first in its table.
-const FIRST: [&str; 3] = [".letter", ".about", ".direction"];
+const FIRST: [&str; 4] = [".name", ".letter", ".about", ".direction"];
 /// A speed that the profile's own travels keep below, as its base has it.
 type Travel = fn(&Profile) -> f64;
 const TRAVELS: [(&str, Travel); 2] = [

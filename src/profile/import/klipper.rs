@@ -3,6 +3,8 @@
 //! Sources: Klipper's configuration reference and command reference. Rotary axes are `[manual_stepper ..]`s, whose millimetres are degrees; a
 //! line `MANUAL_STEPPER STEPPER=.. GCODE_AXIS=A` of some macro gives one its letter. `position_min` of X, Y and Z is 0 where it is not given.
 
+use std::collections::BTreeSet;
+
 use super::stated::{
     CORNER, Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, scaled, shown, span,
 };
@@ -256,9 +258,8 @@ impl Config {
     fn rotary(&self) -> Result<Vec<Rotary>, ImportError> {
         let steppers =
             self.sections.iter().filter_map(|(name, place)| Some((name.strip_prefix("manual_stepper ")?, place)));
-        let mut steppers: Vec<(&str, &Place)> = steppers.collect();
-        steppers.sort_by_key(|(name, _)| *name);
-        steppers.dedup_by_key(|(name, _)| *name);
+        let mut seen = BTreeSet::new();
+        let steppers: Vec<(&str, &Place)> = steppers.filter(|(name, _)| seen.insert(*name)).collect();
         let mut rotary: Vec<Rotary> = Vec::new();
         for (name, place) in &steppers {
             let mut letter: Option<&Told> = None;
