@@ -6,7 +6,8 @@
 use std::collections::BTreeSet;
 
 use super::stated::{
-    CORNER, Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, scaled, shown, span,
+    CORNER, Contradiction, Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, scaled, shown,
+    span,
 };
 use super::{Imported, by_name, two};
 use crate::profile::ranges::check_number;
@@ -140,13 +141,14 @@ impl Config {
         let mut all = self.entries.iter().filter(|entry| entry.section == section && entry.key == key);
         let first = all.next();
         match (first, all.find(|other| first.is_some_and(|first| first.value != other.value))) {
-            (Some(first), Some(other)) => Err(ImportError::Contradiction {
+            (Some(first), Some(other)) => Err(Contradiction {
                 what: format!("[{section}] {key}"),
                 first: first.place.clone(),
                 one: first.value.clone(),
                 second: other.place.clone(),
                 other: other.value.clone(),
-            }),
+            }
+            .into()),
             _ => Ok(first),
         }
     }
@@ -321,7 +323,7 @@ fn agree(what: &str, first: &Told, second: &Told) -> Result<(), ImportError> {
         return Ok(());
     }
     let (first, second) = (first.place.clone(), second.place.clone());
-    Err(ImportError::Contradiction { what: what.to_owned(), first, one, second, other })
+    Err(Contradiction { what: what.to_owned(), first, one, second, other }.into())
 }
 
 /// Whether a name fits a pattern with `*` and `?`.

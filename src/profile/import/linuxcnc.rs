@@ -273,11 +273,14 @@ fn unit(entry: &Entry, known: &[(&str, f64)]) -> Result<f64, ImportError> {
     })
 }
 
+/// The file that a line of a file names, and what helps where it is not there.
+type Named<'a> = &'a dyn Fn(&File, &str) -> Option<(std::path::PathBuf, String)>;
+
 /// Reads a whole tree of files: each line of each file, where it stands.
 fn lines_of(
     file: &File,
     open: &mut Open<'_>,
-    named: &dyn Fn(&File, &str) -> Option<(std::path::PathBuf, String)>,
+    named: Named<'_>,
     line: &mut dyn FnMut(Place, &str) -> Result<(), ImportError>,
 ) -> Result<(), ImportError> {
     let mut joined: Option<(Place, String)> = None;

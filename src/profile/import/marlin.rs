@@ -227,7 +227,7 @@ impl Reader {
         let mut d = [0.0, 0.0, up.value];
         d[beside] = across.value;
         let pivot = [x.value + d[0], y.value + d[1], z.value + d[2]].map(|v| scaled(v + 0.0, 1.0));
-        let list = |values: [f64; 3]| toml::Value::Array(values.map(|v| toml::Value::Float(v)).to_vec());
+        let list = |values: [f64; 3]| toml::Value::Array(values.map(toml::Value::Float).to_vec());
         let offsets = [across.from, up.from].concat();
         let from = [&x.from[..], &y.from, &z.from, &offsets].concat();
         facts.push(Fact::new(

@@ -11,7 +11,7 @@ mod marlin;
 mod reprap;
 mod stated;
 
-pub use stated::{Fact, File, ImportError, Place, Rotary, Shelf, Stated};
+pub use stated::{Contradiction, Fact, File, ImportError, Place, Rotary, Shelf, Stated};
 
 use self::stated::{least, ordered};
 use super::ranges::check;

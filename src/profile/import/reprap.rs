@@ -169,7 +169,9 @@ impl Config {
         let lowest = command.number('S', place)?.is_some_and(|kind| kind == 1.0);
         for (letter, text) in command.words.iter().filter(|(letter, _)| *letter != 'S') {
             let what = format!("M208 {letter}");
-            let of = |text: &str| Ok(Stated { value: number(&what, text, place)?, from: vec![place.clone()] });
+            let of = |text: &str| -> Result<Stated, ImportError> {
+                Ok(Stated { value: number(&what, text, place)?, from: vec![place.clone()] })
+            };
             let axis = self.axes.entry(*letter).or_default();
             let ends = match text.split_once(':') {
                 Some((low, high)) => [Some(of(low)?), Some(of(high)?)],

@@ -38,19 +38,8 @@ pub enum ImportError {
         why: String,
     },
     /// Two lines of which only one can be right.
-    #[error("{second}: {what} is {other} here, but {one} in {first}; take one of the two lines out")]
-    Contradiction {
-        /// What they say.
-        what: String,
-        /// The line that was read first.
-        first: Place,
-        /// Its words.
-        one: String,
-        /// The other line.
-        second: Place,
-        /// Its words.
-        other: String,
-    },
+    #[error("{}: {} is {} here, but {} in {}; take one of the two lines out", .0.second, .0.what, .0.other, .0.one, .0.first)]
+    Contradiction(Box<Contradiction>),
     /// A file of another kind, or files of several machines.
     #[error("{file}: {why}")]
     File {
@@ -59,6 +48,27 @@ pub enum ImportError {
         /// What is wrong, and what helps.
         why: String,
     },
+}
+
+/// Two lines of which only one can be right.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Contradiction {
+    /// What they say.
+    pub what: String,
+    /// The line that was read first.
+    pub first: Place,
+    /// Its words.
+    pub one: String,
+    /// The other line.
+    pub second: Place,
+    /// Its words.
+    pub other: String,
+}
+
+impl From<Contradiction> for ImportError {
+    fn from(lines: Contradiction) -> Self {
+        Self::Contradiction(Box::new(lines))
+    }
 }
 
 /// A number of the files, in the profile's units.
@@ -241,13 +251,14 @@ pub(super) fn same(what: &str, first: &Stated, second: &Stated) -> Result<(), Im
     if first.value == second.value {
         return Ok(());
     }
-    Err(ImportError::Contradiction {
+    Err(Contradiction {
         what: what.to_owned(),
         first: first.place(),
         one: first.value.to_string(),
         second: second.place(),
         other: second.value.to_string(),
-    })
+    }
+    .into())
 }
 
 /// `limits.x_mm` and the like of two ends.

@@ -1,6 +1,6 @@
 //! The ini: sections, `KEY = VALUE`, `#INCLUDE FILE`; a line ends with a backslash where it goes on in the next.
 
-use super::super::stated::{File, ImportError, Open, Place, Shelf};
+use super::super::stated::{Contradiction, File, ImportError, Open, Place, Shelf};
 use super::lines_of;
 
 pub(super) struct Entry {
@@ -56,13 +56,14 @@ impl Ini {
         let mut all = self.every(section, key).into_iter();
         let first = all.next();
         match (first, all.find(|other| first.is_some_and(|first| first.bare() != other.bare()))) {
-            (Some(first), Some(other)) => Err(ImportError::Contradiction {
+            (Some(first), Some(other)) => Err(Contradiction {
                 what: format!("[{section}] {key}"),
                 first: first.place.clone(),
                 one: first.bare().to_owned(),
                 second: other.place.clone(),
                 other: other.bare().to_owned(),
-            }),
+            }
+            .into()),
             _ => Ok(first),
         }
     }

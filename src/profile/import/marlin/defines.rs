@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::stated::{File, ImportError, Open, Place, Shelf, shown};
+use super::super::stated::{Contradiction, File, ImportError, Open, Place, Shelf, shown};
 
 /// Names within names, and brackets within brackets, as far as they are followed.
 const DEEPEST: usize = 40;
@@ -37,6 +37,15 @@ fn and(a: Option<bool>, b: Option<bool>) -> Option<bool> {
 
 fn not(a: Option<bool>) -> Option<bool> {
     a.map(|a| !a)
+}
+
+/// Whether all hold; one that does not settles it, whatever the others are.
+fn every(all: impl Iterator<Item = Option<bool>>) -> Option<bool> {
+    let mut result = Some(true);
+    for one in all {
+        result = and(result, one);
+    }
+    result
 }
 
 impl Defines {
@@ -78,7 +87,7 @@ impl Defines {
                     blocks.pop().ok_or_else(|| wrong("there is no #if before it"))?;
                 }
                 _ => {
-                    let holds = blocks.iter().fold(Some(true), |all, block| and(all, block.now));
+                    let holds = every(blocks.iter().map(|block| block.now));
                     match directive {
                         "define" => self.define(rest, place, holds)?,
                         "undef" if holds == Some(true) => drop(self.0.remove(rest)),
@@ -112,13 +121,14 @@ impl Defines {
         let (name, text) = (rest[..end].to_owned(), rest[end..].trim().to_owned());
         let certain = holds == Some(true);
         match self.0.get_mut(&name) {
-            Some(first) if first.text != text && certain && first.certain => Err(ImportError::Contradiction {
+            Some(first) if first.text != text && certain && first.certain => Err(Contradiction {
                 what: name,
                 first: first.place.clone(),
                 one: first.text.clone(),
                 second: place,
                 other: text,
-            }),
+            }
+            .into()),
             Some(first) if !certain => {
                 first.certain &= first.text == text;
                 Ok(())
@@ -230,6 +240,8 @@ fn plain_lines(file: &File) -> Vec<(Place, String)> {
     out
 }
 
+type Comparison = fn(f64, f64) -> bool;
+
 /// A sum or a condition; every step gives `None` where it is not told.
 struct Expression<'a> {
     defines: &'a Defines,
@@ -271,7 +283,7 @@ impl<'a> Expression<'a> {
 
     fn compared(&mut self) -> Option<Option<f64>> {
         let a = self.sum()?;
-        let signs: [(&str, fn(f64, f64) -> bool); 6] = [
+        let signs: [(&str, Comparison); 6] = [
             ("==", |a, b| a == b),
             ("!=", |a, b| a != b),
             ("<=", |a, b| a <= b),
@@ -371,8 +383,8 @@ impl<'a> Expression<'a> {
 
     fn asked(&self, question: &str, names: &str) -> Option<bool> {
         let on = |name: &str| self.defines.is_enabled(name.trim());
-        let all = || names.split(',').fold(Some(true), |all, name| and(all, on(name)));
-        let none = || names.split(',').fold(Some(true), |all, name| and(all, not(on(name))));
+        let all = || every(names.split(',').map(on));
+        let none = || every(names.split(',').map(|name| not(on(name))));
         match question {
             "defined" => self.defines.is_defined(names),
             "ENABLED" | "ALL" | "BOTH" => all(),
