@@ -1,16 +1,16 @@
-//! `trunnion profile list|show|check|new|calibrate`
+//! `trunnion profile list|show|check|new|import|calibrate`
 
 use std::fmt::Write;
 use std::io::IsTerminal;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::args::{Calibrate, CheckProfile, New, Profile as Verb};
+use super::args::{Answers as Given, Calibrate, CheckProfile, Import, New, Profile as Verb};
 use super::requests::{claim_picture, folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::FitOptions;
-use crate::job::{CalibrateRequest, NewProfile, PosesRequest, Source};
+use crate::job::{CalibrateRequest, ImportProfile, NewProfile, PosesRequest, Source};
 use crate::profile::SHIPPED;
 use crate::{document, job};
 
@@ -20,6 +20,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         Verb::Show(of) => show(&of.profile, console),
         Verb::Check(args) => check(args, console),
         Verb::New(args) => new(args, console),
+        Verb::Import(args) => import(args, console),
         Verb::Calibrate(args) => match &args.poses {
             Some(form) => poses(args, form, console),
             None => calibrate(args, console),
@@ -42,34 +43,52 @@ fn check(args: &CheckProfile, console: &Console) -> Result<(), Failure> {
 
 fn new(args: &New, console: &Console) -> Result<(), Failure> {
     let world = console.world();
-    let mut outputs = outputs(args.answers.as_deref().into_iter().chain(profile_file(&args.like).as_deref()));
-    let set = args.set.iter().map(|word| {
-        let (key, value) =
-            word.split_once('=').ok_or_else(|| Failure::Usage(format!("--set {word}: give KEY=VALUE")))?;
-        Ok((key.trim().to_owned(), value.trim().to_owned()))
-    });
-    let mut request = NewProfile {
-        name: args.name.clone(),
-        base: args.like.as_str().into(),
-        answers: args.answers.as_ref().map(Source::from),
-        set: set.collect::<Result<_, Failure>>()?,
-        rest: args.keep_rest,
-    };
-    if std::io::stdin().is_terminal() && !request.rest && !console.json() {
+    let given = &args.answers;
+    let mut outputs = outputs(given.answers.as_deref().into_iter().chain(profile_file(&args.like).as_deref()));
+    let mut request = NewProfile { name: args.name.clone(), base: args.like.as_str().into(), answers: given.told() };
+    if asks(given, console) {
         let shown =
             |key: &str, question: &str| console.note(&format!("{question} ({key}); Enter: as in {}", args.like));
         request.ask(std::io::stdin().lock(), shown, &world)?;
     }
     let made = job::new_profile(&request, &world)?;
-    let place = args.output.clone().map_or_else(|| job::own_place(&args.name, &outputs, &world), Ok)?;
-    job::not_there(&place, &world)?;
-    outputs.claim(&place)?.write(made.text.as_bytes())?;
+    let place = job::keep_profile(&args.name, given.output.as_deref(), &mut outputs, |_| made.text, &world)?;
+    told(&place, console, || document::profile_made(&args.name, &place, &made.unanswered));
+    Ok(())
+}
+
+fn import(args: &Import, console: &Console) -> Result<(), Failure> {
+    let world = console.world();
+    let given = &args.answers;
+    let like = args.like.as_deref();
+    let read = args.files.iter().chain(&given.answers).map(PathBuf::as_path);
+    let mut outputs = outputs(read.chain(like.and_then(profile_file).as_deref()));
+    let stem = || Some(given.output.as_deref()?.file_stem()?.to_string_lossy().into_owned());
+    let files = args.files.iter().map(Source::from).collect();
+    let (name, like) = (args.name.clone().or_else(stem), like.map(Into::into));
+    let mut request = ImportProfile { files, name, like, answers: given.told() };
+    if asks(given, console) {
+        let shown = |key: &str, question: &str| console.note(&format!("{question} ({key}); Enter: as in --like"));
+        request.ask(std::io::stdin().lock(), shown, &world)?;
+    }
+    let made = job::import_profile(&request, &world)?;
+    let text = |folder: &Path| made.text(Some(folder), &world);
+    let place = job::keep_profile(&made.name, given.output.as_deref(), &mut outputs, text, &world)?;
+    made.notes.iter().chain(&made.refusals).for_each(|text| console.warning(text));
+    told(&place, console, || document::profile_imported(&made, &place));
+    Ok(())
+}
+
+fn asks(given: &Given, console: &Console) -> bool {
+    std::io::stdin().is_terminal() && !given.keep_rest && !console.json()
+}
+
+fn told(place: &Path, console: &Console, document: impl FnOnce() -> serde_json::Value) {
     if console.json() {
-        console.document(&document::profile_made(&args.name, &place, &made.unanswered));
+        console.document(&document());
     } else {
         console.result(&format!("{}\nnext: trunnion profile check, and docs/machine.md", place.display()));
     }
-    Ok(())
 }
 
 fn calibrate(args: &Calibrate, console: &Console) -> Result<(), Failure> {

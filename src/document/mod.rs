@@ -34,8 +34,8 @@ pub use packed::packed;
 pub use planned::{no_plan, planned, sequences};
 pub use priced::reasons;
 pub use printing::{
-    checked, cold, event, left_alone, own, prepared, profile_made, rehearsed, rejected, rewritten, shipped, sliced,
-    verified,
+    checked, cold, event, left_alone, own, prepared, profile_imported, profile_made, rehearsed, rejected, rewritten,
+    shipped, sliced, verified,
 };
 pub use published::published;
 pub use row::{Row, TYPED, above, fitting, too_low};

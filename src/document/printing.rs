@@ -6,10 +6,11 @@ use super::model::split;
 use super::planned::planned;
 use crate::calibrate::ColdPose;
 use crate::job::{
-    At, Bed, CheckedProfile, CutSolid, DryRun, Error, HeldPart, LoadedProfile, PrepareResult, Rehearsal, Rejected,
-    Seconds, Sending, SlicerName, Tilted,
+    At, Bed, CheckedProfile, CutSolid, DryRun, Error, HeldPart, ImportedProfile, LoadedProfile, PrepareResult,
+    Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
+use crate::profile::{Fact, Place};
 use crate::slicing::Flaw;
 use crate::verify::Report;
 
@@ -130,6 +131,20 @@ pub fn checked(done: &CheckedProfile) -> Value {
 /// `trunnion profile new`: the file that was written, and the keys that nobody answered.
 pub fn profile_made(name: &str, file: &std::path::Path, unanswered: &[&str]) -> Value {
     json!({"profile": name, "file": file, "unanswered": unanswered})
+}
+
+/// `trunnion profile import`: the file that was written, what the firmware's files state with their lines, and what they do not.
+pub fn profile_imported(made: &ImportedProfile, file: &std::path::Path) -> Value {
+    let place = |place: &Place| json!({"file": place.file, "line": place.line});
+    let fact = |fact: &Fact| {
+        let from: Vec<Value> = fact.from.iter().map(place).collect();
+        json!({"key": fact.key, "value": fact.value, "from": from})
+    };
+    json!({
+        "profile": made.name, "file": file, "firmware": made.firmware(), "like": made.like.name,
+        "stated": made.facts.iter().map(fact).collect::<Vec<_>>(), "unanswered": made.unanswered, "notes": made.notes,
+        "refused": made.refusals,
+    })
 }
 
 /// `trunnion profile list`: one shipped profile.

@@ -9,7 +9,7 @@ use crate::link::serial::PortError;
 use crate::link::{JournalError, ProgramError, Unfit};
 use crate::mesh::{MeshError, UnknownUnit};
 use crate::planning::{Infeasible, Misplaced, PlanError};
-use crate::profile::ProfileError;
+use crate::profile::{ImportError, ProfileError};
 use crate::publish::{BadInput, PublishError};
 use crate::slicing::SliceError;
 use crate::toolpath::{RewriteError, SlicedError, TooLarge};
@@ -176,6 +176,19 @@ pub enum Error {
         /// The keys.
         keys: String,
     },
+    /// A machine of which its firmware's files say too little.
+    #[error(
+        "not in these files: {keys}; give each as --set KEY=VALUE or in --answers FILE, or take the rest as it is in {like} with --keep-rest"
+    )]
+    Untold {
+        /// The keys, each with what is asked.
+        keys: String,
+        /// The profile that the machine is like.
+        like: String,
+    },
+    /// Files of a firmware that describe no machine.
+    #[error(transparent)]
+    Import(#[from] ImportError),
     /// A file that is not written over.
     #[error("{} is there already, and is not written over; give another name, or take it away first", path.display())]
     There {

@@ -7,6 +7,7 @@
 //! SplitRequest   --split--> SplitResult{split}                           one solid in parts, printable or why not
 //! SupportRequest --support--> SupportResult{planned, built}              supports for a model in one pose, or what stays bare
 //! CalibrateRequest --calibrate--> CalibrateResult{fit}                  a machine's numbers from touches; PosesRequest: which to make
+//! ImportProfile  --import_profile--> ImportedProfile                   a machine from the configuration of its firmware
 //! PackRequest    --pack--> PackResult{plates}                              models in as few runs as there must be, or the most value in one
 //! PlanSource     --load_plan--> CheckedPlan                                a plan file with its model and its machine
 //! CheckedPlan    --Prints::of, slice--> SliceResult --rewrite--> RewriteResult{gcode: Verified}
@@ -39,6 +40,7 @@ mod prepare;
 mod preview;
 pub(crate) mod printer;
 mod profile_check;
+mod profile_import;
 mod profile_new;
 mod progress;
 mod publish;
@@ -79,7 +81,8 @@ pub use plan::{
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{MOST_LOOKED_AT, PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
-pub use profile_new::{MadeProfile, NewProfile, QUESTIONS, new_profile, not_there, own_place};
+pub use profile_import::{ImportProfile, ImportedProfile, import_profile};
+pub use profile_new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use publish::{PublishRequest, PublishResult, publish, server_key};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};

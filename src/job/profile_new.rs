@@ -32,11 +32,18 @@ pub struct NewProfile {
     pub name: String,
     /// What it is like.
     pub base: MachineSource,
+    /// What is told of it.
+    pub answers: Answers,
+}
+
+/// What a user tells of a machine.
+#[derive(Clone, Debug, Default)]
+pub struct Answers {
     /// A file of answers: any keys of a profile.
-    pub answers: Option<Source>,
+    pub file: Option<Source>,
     /// Answers: key and value as TOML has it; words may go without quotes. They go over those of the file.
     pub set: Vec<(String, String)>,
-    /// Whether what is not answered is as in `base`.
+    /// Whether what is not answered is as in the profile that the machine is like.
     pub rest: bool,
 }
 
@@ -58,9 +65,8 @@ impl NewProfile {
     ///
     /// What keeps the file of answers from being read.
     pub fn unanswered(&self, world: &World<'_>) -> Result<Vec<(&'static str, &'static str)>, Error> {
-        let given = self.layer(world)?;
-        let answered = |key: &str| key.split('.').try_fold(&given, |at, name| at.get(name)).is_some();
-        Ok(QUESTIONS.into_iter().filter(|(key, _)| !answered(key)).collect())
+        let given = self.answers.layer(world)?;
+        Ok(QUESTIONS.into_iter().filter(|(key, _)| told(&given, key).is_none()).collect())
     }
 
     /// Asks what is not answered yet, a line each; an empty one leaves it as it is in `base`. `show` puts the question.
@@ -70,23 +76,43 @@ impl NewProfile {
     /// As [`NewProfile::unanswered`], and [`Error::Answer`] where the answers end.
     pub fn ask(&mut self, from: impl BufRead, show: impl Fn(&str, &str), world: &World<'_>) -> Result<(), Error> {
         let mut lines = from.lines();
-        for (key, question) in self.unanswered(world)? {
-            show(key, question);
-            let ended =
-                || Error::Answer { what: key.to_owned(), why: "there is no answer; nothing was written".to_owned() };
-            let line = lines.next().and_then(Result::ok).ok_or_else(ended)?;
-            if !line.trim().is_empty() {
-                self.set.push((key.to_owned(), line.trim().to_owned()));
-            }
+        for question in self.unanswered(world)? {
+            self.answers.ask(question, &mut lines, &show)?;
         }
-        self.rest = true;
+        self.answers.rest = true;
+        Ok(())
+    }
+}
+
+/// The answer to `key` among all.
+pub(super) fn told<'a>(given: &'a Table, key: &str) -> Option<&'a Value> {
+    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
+    let value = given.get(first)?;
+    rest.map_or(Some(value), |rest| told(value.as_table()?, rest))
+}
+
+impl Answers {
+    /// Asks one question; an empty line leaves it open.
+    pub(super) fn ask(
+        &mut self,
+        (key, question): (&str, &str),
+        lines: &mut impl Iterator<Item = std::io::Result<String>>,
+        show: &impl Fn(&str, &str),
+    ) -> Result<(), Error> {
+        show(key, question);
+        let ended =
+            || Error::Answer { what: key.to_owned(), why: "there is no answer; nothing was written".to_owned() };
+        let line = lines.next().and_then(Result::ok).ok_or_else(ended)?;
+        if !line.trim().is_empty() {
+            self.set.push((key.to_owned(), line.trim().to_owned()));
+        }
         Ok(())
     }
 
-    /// All answers as one table.
-    fn layer(&self, world: &World<'_>) -> Result<Value, Error> {
+    /// All of them as one table.
+    pub(super) fn layer(&self, world: &World<'_>) -> Result<Table, Error> {
         let mut all = Table::new();
-        if let Some(source) = &self.answers {
+        if let Some(source) = &self.file {
             let (file, text) = (source.name(), source.text(world)?);
             let wrong = |why: String| Error::Answer { what: file.clone().into_owned(), why };
             all = text.parse().map_err(|e: toml::de::Error| wrong(e.message().replace('\n', " ")))?;
@@ -101,7 +127,7 @@ impl NewProfile {
             let wrong = || Error::Answer { what: format!("{key}={value}"), why: why() };
             insert(&mut all, key, answer(value)).ok_or_else(wrong)?;
         }
-        Ok(Value::Table(all))
+        Ok(all)
     }
 }
 
@@ -112,27 +138,33 @@ fn answer(text: &str) -> Value {
     value.unwrap_or_else(|| Value::String(text.to_owned()))
 }
 
-/// Where a profile of that name is looked for: in the user's own folder, made if it is not there.
+/// Writes a new profile to `place`, else under its name into the user's own folder, made if it is not there; `text` is given the file's
+/// folder. Gives back the file.
 ///
 /// # Errors
 ///
-/// [`Error::Answer`] where nobody knows a home, and what keeps the folder from being made.
-pub fn own_place(name: &str, outputs: &Outputs, world: &World<'_>) -> Result<PathBuf, Error> {
-    let folder = world.files.own_profiles().ok_or_else(|| Error::Answer {
-        what: name.to_owned(),
-        why: "neither XDG_CONFIG_HOME nor HOME says where profiles are kept; give a file with -o".to_owned(),
-    })?;
-    outputs.folder(&folder)?;
-    Ok(folder.join(format!("{name}.toml")))
-}
-
-/// Refuses a file that is there.
-///
-/// # Errors
-///
-/// [`Error::There`].
-pub fn not_there(path: &Path, world: &World<'_>) -> Result<(), Error> {
-    if world.files.exists(path) { Err(Error::There { path: path.to_owned() }) } else { Ok(()) }
+/// [`Error::Answer`] where nobody knows a home, [`Error::There`] for a file that is there, and what keeps it from being written.
+pub fn keep_profile(
+    name: &str,
+    place: Option<&Path>,
+    outputs: &mut Outputs,
+    text: impl FnOnce(&Path) -> String,
+    world: &World<'_>,
+) -> Result<PathBuf, Error> {
+    let own = || -> Result<PathBuf, Error> {
+        let folder = world.files.own_profiles().ok_or_else(|| Error::Answer {
+            what: name.to_owned(),
+            why: "neither XDG_CONFIG_HOME nor HOME says where profiles are kept; give a file with -o".to_owned(),
+        })?;
+        outputs.folder(&folder)?;
+        Ok(folder.join(format!("{name}.toml")))
+    };
+    let place = place.map_or_else(own, |place| Ok(place.to_owned()))?;
+    if world.files.exists(&place) {
+        return Err(Error::There { path: place });
+    }
+    outputs.claim(&place)?.write(text(place.parent().unwrap_or(Path::new(""))).as_bytes())?;
+    Ok(place)
 }
 
 fn insert(into: &mut Table, key: &str, value: Value) -> Option<()> {
@@ -150,27 +182,38 @@ fn insert(into: &mut Table, key: &str, value: Value) -> Option<()> {
     }
 }
 
+/// Said at the head of a profile whose head is another's.
+pub(super) const SAME_HEAD: &str =
+    "The head ([[head.body]]) is that one's too: measure yours, or nothing proves that it does not collide.\n";
+
+/// What names of own profiles are made of.
+pub(super) fn may_be_named(c: char) -> bool {
+    c.is_ascii_alphanumeric() || "-_".contains(c)
+}
+
+/// Refuses a name that no own profile may have.
+pub(super) fn fit_name(name: &str) -> Result<(), Error> {
+    if name.is_empty() || !name.chars().all(may_be_named) || shipped(name).is_ok() {
+        let why = "a name is made of letters, digits, - and _, and is none of the shipped profiles'".to_owned();
+        return Err(Error::Answer { what: name.to_owned(), why });
+    }
+    Ok(())
+}
+
 /// The profile of all answers.
 ///
 /// # Errors
 ///
 /// [`Error::Unanswered`], [`Error::Answer`], and all that a profile may be refused for.
 pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfile, Error> {
-    let fine = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
     let name = &request.name;
-    if name.is_empty() || !name.chars().all(fine) || shipped(name).is_ok() {
-        let why = "a name is made of letters, digits, - and _, and is none of the shipped profiles'".to_owned();
-        return Err(Error::Answer { what: name.clone(), why });
-    }
+    fit_name(name)?;
     let unanswered: Vec<&str> = request.unanswered(world)?.into_iter().map(|(key, _)| key).collect();
-    if !unanswered.is_empty() && !request.rest {
+    if !unanswered.is_empty() && !request.answers.rest {
         return Err(Error::Unanswered { keys: unanswered.join(", ") });
     }
     let base = load_profile(&request.base, world)?;
-    let mut layer = match request.layer(world)? {
-        Value::Table(table) => table,
-        _ => Table::new(),
-    };
+    let mut layer = request.answers.layer(world)?;
     insert(&mut layer, "machine.name", Value::String(name.clone()));
     // The base's values below, so that an unknown key and a wrong value are told as of any file.
     let below = base.profile.complete("");
@@ -181,8 +224,7 @@ pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfil
         heading += &format!("Not answered, so as there: {}.\n", unanswered.join(", "));
     }
     if profile.head == base.profile.head {
-        heading +=
-            "The head ([[head.body]]) is that one's too: measure yours, or nothing proves that it does not collide.\n";
+        heading += SAME_HEAD;
     }
     heading += "Then: trunnion profile check, and trunnion profile calibrate (docs/machine.md).";
     let text = profile.complete(&heading);

@@ -7,11 +7,15 @@
 mod build;
 mod code;
 mod complete;
+mod import;
 mod layers;
 mod process;
 mod ranges;
 mod schema;
 
+pub use import::{
+    Contradiction, Fact, File as ImportedFile, ImportError, Imported, Place, Rotary, Shelf, Stated, import,
+};
 pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shipped};
 pub use process::{InfillPattern, SliceSettings};
 pub use ranges::{OutOfRange, check_number};

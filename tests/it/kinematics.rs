@@ -46,7 +46,7 @@ fn assert_close(got: &Vec3, wanted: [f64; 3], what: &str) {
 }
 
 /// `xyzac-trt-kins`, world to joints.
-fn xyzac_inverse(p: [f64; 3], a: f64, c: f64, r: [f64; 3], e: f64, d: f64, s: f64) -> [f64; 3] {
+pub(crate) fn xyzac_inverse(p: [f64; 3], a: f64, c: f64, r: [f64; 3], e: f64, d: f64, s: f64) -> [f64; 3] {
     let (sa, ca) = a.to_radians().sin_cos();
     let (sc, cc) = c.to_radians().sin_cos();
     let [x, y, z] = minus(p, r);
@@ -71,7 +71,7 @@ fn xyzac_forward(j: [f64; 3], a: f64, c: f64, r: [f64; 3], e: f64, d: f64, s: f6
 
 /// The same for a table that tilts about Y (`xyzbc-trt-kins`, with the signs that invert its forward), world to joints.
 /// `s` is the tilt's sense, `t` the rotation's.
-fn xyzbc_inverse(p: [f64; 3], b: f64, c: f64, r: [f64; 3], [e, d]: [f64; 2], [s, t]: [f64; 2]) -> [f64; 3] {
+pub(crate) fn xyzbc_inverse(p: [f64; 3], b: f64, c: f64, r: [f64; 3], [e, d]: [f64; 2], [s, t]: [f64; 2]) -> [f64; 3] {
     let (sb, cb) = b.to_radians().sin_cos();
     let (sc, cc) = c.to_radians().sin_cos();
     let [x, y, z] = minus(p, r);

@@ -2,7 +2,7 @@
 
 use quick_xml::events::Event;
 
-use trunnion::job::{NewProfile, QUESTIONS, Silent, World, new_profile};
+use trunnion::job::{Answers, NewProfile, QUESTIONS, Silent, World, new_profile};
 
 use crate::support::{folder, said, trunnion};
 
@@ -187,9 +187,10 @@ fn questions_are_asked_one_by_one() {
     let mut request = NewProfile {
         name: "mine".to_owned(),
         base: "generic-ac".into(),
-        answers: None,
-        set: vec![("dialect.firmware".to_owned(), "reprapfirmware".to_owned())],
-        rest: false,
+        answers: Answers {
+            set: vec![("dialect.firmware".to_owned(), "reprapfirmware".to_owned())],
+            ..Answers::default()
+        },
     };
     let asked = std::cell::RefCell::new(Vec::new());
     let lines = "U\nY\n-10\n\nV\n[-50, 50]\n\n\n35\n\n\n0.6\n";

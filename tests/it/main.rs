@@ -15,6 +15,7 @@ mod files_and_streams;
 mod filled;
 mod held;
 mod hooks;
+mod imported;
 mod islands;
 mod job;
 mod kinematics;

@@ -17,7 +17,7 @@ pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
 pub(in crate::cli) use mistake::told;
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
-pub(in crate::cli) use profile::{Calibrate, CheckProfile, New, Profile};
+pub(in crate::cli) use profile::{Answers, Calibrate, CheckProfile, Import, New, Profile};
 pub(in crate::cli) use shape::{Inspect, Orient, Pack, Split, Support};
 
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.

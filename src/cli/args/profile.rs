@@ -6,6 +6,7 @@ use clap::{Args as ClapArgs, Subcommand};
 
 use super::MachineArgs;
 use crate::calibrate::{FitOptions, Tip};
+use crate::job::{self, Source};
 
 #[derive(Subcommand)]
 pub(in crate::cli) enum Profile {
@@ -17,6 +18,8 @@ pub(in crate::cli) enum Profile {
     Check(CheckProfile),
     /// Describe a machine of your own: asks on a terminal, else takes answers from flags and a file
     New(New),
+    /// Describe a machine of your own from the configuration of its firmware, and answers to what that does not say
+    Import(Import),
     /// Find pivot, offset and zeros from touches at several poses, or choose the touches to make
     Calibrate(Calibrate),
 }
@@ -37,9 +40,31 @@ pub(in crate::cli) struct New {
     /// The profile that it is like
     #[arg(long, default_value = "generic-ac", value_name = "PROFILE")]
     pub(in crate::cli) like: String,
+    #[command(flatten)]
+    pub(in crate::cli) answers: Answers,
+}
+
+#[derive(ClapArgs)]
+pub(in crate::cli) struct Import {
+    /// LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g or Marlin's Configuration.h; several are one machine's
+    #[arg(required = true, value_name = "FILE")]
+    pub(in crate::cli) files: Vec<PathBuf>,
+    /// Its name, by which it is found from then on [default: as -o, else as the first file]
+    #[arg(long)]
+    pub(in crate::cli) name: Option<String>,
+    /// The profile that it is like [default: a shipped one of the same firmware]
+    #[arg(long, value_name = "PROFILE")]
+    pub(in crate::cli) like: Option<String>,
+    #[command(flatten)]
+    pub(in crate::cli) answers: Answers,
+}
+
+/// What is told of a machine, and where its profile goes.
+#[derive(ClapArgs)]
+pub(in crate::cli) struct Answers {
     /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60; may be given again and again
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub(in crate::cli) set: Vec<String>,
+    #[arg(long, value_name = "KEY=VALUE", value_parser = pair)]
+    pub(in crate::cli) set: Vec<(String, String)>,
     /// A TOML file of answers
     #[arg(long, value_name = "FILE.toml")]
     pub(in crate::cli) answers: Option<PathBuf>,
@@ -49,6 +74,18 @@ pub(in crate::cli) struct New {
     /// Where to write it [default: NAME.toml in $XDG_CONFIG_HOME/trunnion/profiles]
     #[arg(short, long)]
     pub(in crate::cli) output: Option<PathBuf>,
+}
+
+fn pair(word: &str) -> Result<(String, String), &'static str> {
+    let (key, value) = word.split_once('=').ok_or("give KEY=VALUE")?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
+}
+
+impl Answers {
+    /// The same for a job.
+    pub(in crate::cli) fn told(&self) -> job::Answers {
+        job::Answers { file: self.answers.as_ref().map(Source::from), set: self.set.clone(), rest: self.keep_rest }
+    }
 }
 
 /// Either TOUCHES or --poses.

@@ -75,6 +75,15 @@ impl Files for Disk {
         all
     }
 
+    fn names_in(&self, folder: &Path) -> Vec<String> {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut all: Vec<String> =
+            entries.filter(|e| e.path().is_file()).filter_map(|e| e.file_name().into_string().ok()).collect();
+        all.sort();
+        all
+    }
+
     fn seen_from(&self, file: &Path, folder: &Path) -> PathBuf {
         let here = |path: &Path| std::fs::canonicalize(if path.as_os_str().is_empty() { Path::new(".") } else { path });
         // The file itself may be still to come.

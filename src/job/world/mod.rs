@@ -73,6 +73,12 @@ pub trait Files {
         Vec::new()
     }
 
+    /// The names of all files of a folder, in order; none where it is not there.
+    fn names_in(&self, folder: &Path) -> Vec<String> {
+        let _ = folder;
+        Vec::new()
+    }
+
     /// The path of `file` as seen from `folder`; as it is where that cannot be told.
     fn seen_from(&self, file: &Path, folder: &Path) -> PathBuf {
         let _ = folder;

@@ -21,7 +21,7 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 3] = ["common.json", "plan-file.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 38] = [
+const CALLS: [(i32, &str); 39] = [
     (0, "inspect two-boxes.stl"),
     (0, "orient two-boxes.stl --objective height --compare"),
     (0, "orient cube.stl --up 1,0,0"),
@@ -57,6 +57,7 @@ const CALLS: [(i32, &str); 38] = [
     (0, "profile show own.toml"),
     (0, "profile check generic-ac"),
     (0, "profile new mine --like generic-ac --set machine.about=mine --keep-rest -o mine.toml"),
+    (0, "profile import config.g --name imported --keep-rest -o imported.toml"),
     (1, "profile calibrate -m machine.toml touches.toml"),
     (0, "profile calibrate -m generic-ac --poses poses.toml --gcode poses.gcode"),
     (1, "orient models --objective height --method grid -o results"),
@@ -105,6 +106,8 @@ fn prepared(folder: &Path) {
     std::fs::write(at("own.toml"), "extends = \"generic-ac\"\n[transition]\npark_mm = [0.0, -100.0]\n").unwrap();
     std::fs::write(at("cool.toml"), "extends = \"generic-ac\"\n[link]\nmax_nozzle_c = 150.0\n").unwrap();
     std::fs::write(at("boxes.txt"), "20 20 20 9\n30 10 10 2\n").unwrap();
+    let reprap = "M584 X0 Y1 Z2 A3 C4\nM208 X-99:99 Y-99:99 Z-20:150 A-90:90\nM140 H-1\n";
+    std::fs::write(at("config.g"), reprap).unwrap();
     touched(folder);
     std::fs::create_dir_all(at("config/trunnion/profiles")).unwrap();
     std::fs::copy(at("own.toml"), at("config/trunnion/profiles/own.toml")).unwrap();

@@ -1,0 +1,300 @@
+//! A machine from the configuration of its firmware: what the files state, as keys of a profile, each with file and line.
+//!
+//! Pure: texts come in, files that they name are asked for through a [`Shelf`]. Lengths mm, angles degrees, whatever the firmware counts
+//! in. Nothing is guessed: what no line says is no fact; two lines that cannot both hold are refused; what touches the table's axes and is
+//! not understood is a note or a refusal. Sources: LinuxCNC's, Klipper's, RepRapFirmware's and Marlin's own documentation of their
+//! configuration.
+
+mod klipper;
+mod linuxcnc;
+mod marlin;
+mod reprap;
+mod stated;
+
+pub use stated::{Contradiction, Fact, File, ImportError, Place, Rotary, Shelf, Stated};
+
+use self::stated::{least, ordered};
+use super::ranges::check;
+
+/// What a configuration states.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// The firmware's name, as `dialect.firmware` has it.
+    pub firmware: &'static str,
+    /// Keys that do not depend on which axis tilts.
+    pub facts: Vec<Fact>,
+    /// What keys may be at most, since an axis goes no faster.
+    pub most: Vec<Fact>,
+    /// The rotary axes, at least two.
+    pub rotary: Vec<Rotary>,
+    /// Letters of the axis that tilts and of the one that turns, and the sentence that says why; `None` where no line tells.
+    pub roles: Option<(char, char, String)>,
+    /// What touches the axes, or will stop a print, and no key can say.
+    pub notes: Vec<String>,
+    /// The machine's own name, where a line gives it.
+    pub called: Option<String>,
+}
+
+/// The firmwares whose files are known, and what tells them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    LinuxCnc,
+    Klipper,
+    RepRap,
+    Marlin,
+    Hal,
+}
+
+const LOOKED_FOR: &str = "looked for were the sections [KINS], [TRAJ] or [EMC] (LinuxCNC's ini), [printer], [stepper_x] or [manual_stepper ..] (Klipper's printer.cfg), \
+     lines of M584, M208 or M669 (RepRapFirmware's config.g), and #define X_DRIVER_TYPE or X_BED_SIZE (Marlin's Configuration.h)";
+
+/// Whether a line is one of those that every Marlin has in the one or the other of its two files.
+fn defines(line: &str) -> bool {
+    let mut words = line.split_ascii_whitespace();
+    let names = [
+        "X_DRIVER_TYPE",
+        "X_BED_SIZE",
+        "DEFAULT_MAX_FEEDRATE",
+        "CONFIGURATION_H_VERSION",
+        "CONFIGURATION_ADV_H_VERSION",
+    ];
+    words.next() == Some("#define") && words.next().is_some_and(|name| names.contains(&name))
+}
+
+impl Kind {
+    fn of(text: &str) -> Option<Self> {
+        let lines = || text.lines().map(str::trim);
+        let sections: Vec<&str> = lines().filter_map(|line| Some(line.strip_prefix('[')?.split_once(']')?.0)).collect();
+        let has = |names: &[&str]| sections.iter().any(|s| names.contains(&s.split_whitespace().next().unwrap_or("")));
+        let begins = |words: &[&str]| {
+            lines().any(|line| line.split_ascii_whitespace().next().is_some_and(|word| words.contains(&word)))
+        };
+        if has(&["KINS", "TRAJ", "EMC", "EMCMOT"]) {
+            Some(Self::LinuxCnc)
+        } else if has(&[
+            "printer",
+            "mcu",
+            "stepper_x",
+            "manual_stepper",
+            "gcode_macro",
+            "delayed_gcode",
+            "extruder",
+            "include",
+        ]) {
+            Some(Self::Klipper)
+        } else if sections.is_empty() && begins(&["M584", "M208", "M669"]) {
+            Some(Self::RepRap)
+        } else if sections.is_empty() && lines().any(defines) {
+            Some(Self::Marlin)
+        } else if sections.is_empty() && begins(&["setp", "sets", "net", "loadrt"]) {
+            Some(Self::Hal)
+        } else {
+            None
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::LinuxCnc | Self::Hal => "LinuxCNC's",
+            Self::Klipper => "Klipper's",
+            Self::RepRap => "RepRapFirmware's",
+            Self::Marlin => "Marlin's",
+        }
+    }
+}
+
+/// Reads what `files` state of one machine; they are told apart by what is in them.
+///
+/// # Errors
+///
+/// [`ImportError`] with file and line: a kind that is not known, two kinds, a file that is named and not there, a number that is none, two
+/// lines that contradict each other, fewer than two rotary axes, kinematics that no profile can say.
+pub fn import(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
+    let mut kinds: Vec<Kind> = Vec::new();
+    for file in files {
+        let wrong = |why: String| ImportError::File { file: file.name.clone(), why };
+        if file.text.trim().is_empty() {
+            return Err(wrong("the file is empty".to_owned()));
+        }
+        let kind = Kind::of(&file.text)
+            .ok_or_else(|| wrong(format!("the configuration of no firmware that is known; {LOOKED_FOR}")))?;
+        if let Some(first) = kinds.first().filter(|first| first.name() != kind.name()) {
+            let (one, other) = (kind.name(), first.name());
+            return Err(wrong(format!("it is {one}, and {} is {other}; give the files of one machine", files[0].name)));
+        }
+        kinds.push(kind);
+    }
+    match kinds.iter().find(|kind| **kind != Kind::Hal) {
+        Some(Kind::LinuxCnc) => {
+            let (ini, hal): (Vec<_>, Vec<_>) = files.iter().zip(&kinds).partition(|(_, kind)| **kind == Kind::LinuxCnc);
+            let only = |of: Vec<(_, _)>| of.into_iter().map(|(file, _)| file).collect::<Vec<&File>>();
+            linuxcnc::read(&only(ini), &only(hal), shelf)
+        }
+        Some(Kind::Klipper) => klipper::read(files, shelf),
+        Some(Kind::RepRap) => reprap::read(files, shelf),
+        Some(Kind::Marlin) => marlin::read(files, shelf),
+        _ => {
+            let why = "HAL files alone do not say how far the axes go; give the ini that names them".to_owned();
+            Err(ImportError::File { file: files.first().map_or_else(String::new, |f| f.name.clone()), why })
+        }
+    }
+}
+
+/// Letters of which by their names (ISO 841) one tilts and one turns a table: A is about X, B about Y, C about Z.
+fn by_name(rotary: &[Rotary]) -> Option<(char, char, String)> {
+    let letters: Vec<char> = rotary.iter().map(|axis| axis.letter).collect();
+    match letters[..] {
+        [tilt @ ('A' | 'B'), 'C'] | ['C', tilt @ ('A' | 'B')] => {
+            Some((tilt, 'C', format!("by its name: {tilt} is about {}, C about Z (ISO 841)", about(tilt))))
+        }
+        _ => None,
+    }
+}
+
+fn about(letter: char) -> &'static str {
+    if letter == 'B' { "Y" } else { "X" }
+}
+
+/// Refuses a machine of fewer than two rotary axes.
+fn two(rotary: &[Rotary], place: &Place, seen: &str) -> Result<(), ImportError> {
+    let letters: Vec<String> = rotary.iter().map(|axis| axis.letter.to_string()).collect();
+    let which = if letters.is_empty() { "none".to_owned() } else { format!("only {}", letters.join(", ")) };
+    let why = format!(
+        "this machine has no turning table: {seen}, and a table that tilts and turns needs two rotary axes; there is {which}"
+    );
+    if rotary.len() >= 2 { Ok(()) } else { Err(ImportError::At { place: place.clone(), why }) }
+}
+
+impl Imported {
+    /// The shipped profile that speaks the same words.
+    pub fn base(&self) -> &'static str {
+        let has = |letter: char| self.rotary.iter().any(|axis| axis.letter == letter);
+        match self.firmware {
+            "linuxcnc" if has('B') && !has('A') => "linuxcnc-xyzbc-trt",
+            "linuxcnc" => "linuxcnc-xyzac-trt",
+            "klipper" if has('A') && has('B') => "pentos",
+            "klipper" => "fractal-5-pro",
+            "reprapfirmware" if has('U') && has('V') && !has('C') => "open5x-prusa",
+            "reprapfirmware" if has('B') && !has('A') => "open5x-voron0",
+            "reprapfirmware" => "trident-5-axis",
+            _ => "generic-ac",
+        }
+    }
+
+    /// The letters of the axis that tilts and of the one that turns: as `answered`, else as the files tell, else as in the profile that
+    /// it is like, in that order.
+    ///
+    /// # Errors
+    ///
+    /// [`ImportError::File`] for a letter that no rotary axis has, with those there are.
+    pub fn letters(
+        &self,
+        answered: [Option<char>; 2],
+        like: [Option<char>; 2],
+    ) -> Result<[Option<char>; 2], ImportError> {
+        let told = self.roles.as_ref().map_or([None; 2], |(tilt, rotation, _)| [Some(*tilt), Some(*rotation)]);
+        let of = |i: usize| answered[i].or(told[i]).or(like[i]);
+        let letters = [of(0), of(1)];
+        for (letter, key) in letters.into_iter().zip(["tilt", "rotation"]) {
+            let Some(letter) = letter.filter(|letter| !self.rotary.iter().any(|axis| axis.letter == *letter)) else {
+                continue;
+            };
+            let there: Vec<String> =
+                self.rotary.iter().map(|axis| format!("{} ({})", axis.letter, axis.from)).collect();
+            let why = format!(
+                "no rotary axis is called {letter}; there are {}: say which of them it is by --set kinematics.{key}.letter=LETTER",
+                there.join(", ")
+            );
+            return Err(ImportError::File { file: self.rotary[0].from.file.clone(), why });
+        }
+        Ok(letters)
+    }
+
+    /// The profile's start or end code (`key`, `code`), which registers axes `was` in the lines `registered`, with the motors and letters of
+    /// this machine; `None` where its firmware has no such names.
+    pub fn renamed(&self, key: &str, code: &str, registered: &str, was: [char; 2], letters: [char; 2]) -> Option<Fact> {
+        let key = *["dialect.start", "dialect.end"].iter().find(|of| **of == key)?;
+        let axis = |letter: char| self.rotary.iter().find(|axis| axis.letter == letter && !axis.motor.is_empty());
+        let axes = [axis(letters[0])?, axis(letters[1])?];
+        let text = klipper::renamed(code, was, axes, registered)?;
+        Some(Fact::new(key, text, axes.map(|axis| axis.from.clone()).to_vec(), ""))
+    }
+
+    /// All keys that the files state, with the rotary axes of these letters; those of `answered` are not looked at.
+    ///
+    /// # Errors
+    ///
+    /// [`ImportError`] for stops in the wrong order, one stop without the other, and a number that no profile may have.
+    pub fn keys(&self, letters: [Option<char>; 2], answered: &dyn Fn(&str) -> bool) -> Result<Vec<Fact>, ImportError> {
+        let mut facts = self.facts.clone();
+        let axis = |i: usize| letters[i].and_then(|letter| self.rotary.iter().find(|axis| axis.letter == letter));
+        let [tilt, rotation] = [axis(0), axis(1)];
+        let told = self.roles.as_ref().filter(|(t, r, _)| letters == [Some(*t), Some(*r)]);
+        for (axis, keys) in [(tilt, &TILT), (rotation, &ROTATION)] {
+            let Some(axis) = axis else { continue };
+            let how = told.map_or("", |(_, _, how)| how);
+            facts.push(Fact::new(keys[0], axis.letter.to_string(), vec![axis.from.clone()], how));
+            stops(axis, keys, answered, &mut facts)?;
+            facts.extend(axis.rate.iter().map(|rate| Fact::number(keys[3], rate, "")));
+        }
+        if let (Some((letter, _, how)), Some(axis)) = (told, tilt) {
+            facts.push(Fact::new("kinematics.tilt.about", about(*letter), vec![axis.from.clone()], how));
+        }
+        let slower = least([tilt, rotation].map(|axis| axis.and_then(|axis| axis.acceleration.as_ref())));
+        let both = tilt.zip(rotation).is_some_and(|(a, b)| a.acceleration.is_some() && b.acceleration.is_some());
+        facts.extend(
+            slower
+                .filter(|_| both)
+                .map(|s| Fact::number("limits.turn_acceleration_deg_per_s2", &s, "the slower of the two")),
+        );
+        facts.retain(|fact| !answered(fact.key));
+        for fact in &facts {
+            check(fact.key, &fact.value).map_err(|out| {
+                let place = fact.from.first().cloned().unwrap_or(Place { file: String::new(), line: 0 });
+                let why =
+                    format!("{out}; where the machine does not do that, give what it does by --set {}=VALUE", fact.key);
+                ImportError::At { place, why }
+            })?;
+        }
+        Ok(facts)
+    }
+}
+
+/// Letter, lowest and highest word, fastest turn.
+const TILT: [&str; 4] =
+    ["kinematics.tilt.letter", "kinematics.tilt.min_deg", "kinematics.tilt.max_deg", "kinematics.tilt.max_deg_per_s"];
+const ROTATION: [&str; 4] = [
+    "kinematics.rotation.letter",
+    "kinematics.rotation.min_deg",
+    "kinematics.rotation.max_deg",
+    "kinematics.rotation.max_deg_per_s",
+];
+
+fn stops(
+    axis: &Rotary,
+    keys: &[&'static str; 4],
+    answered: &dyn Fn(&str) -> bool,
+    facts: &mut Vec<Fact>,
+) -> Result<(), ImportError> {
+    let (lowest, highest) = (keys[1], keys[2]);
+    if let (Some(low), Some(high)) = (&axis.min, &axis.max)
+        && !answered(lowest)
+        && !answered(highest)
+    {
+        ordered(&axis.letter.to_string(), low, high)?;
+    }
+    if let (Some(one), None) | (None, Some(one)) = (&axis.min, &axis.max)
+        && keys == &ROTATION
+        && !answered(lowest)
+        && !answered(highest)
+    {
+        let why = format!(
+            "{} has a stop on one side only, and a profile knows two or none; give the other, or both by --set {lowest}=.. and --set {highest}=..",
+            axis.letter
+        );
+        return Err(ImportError::At { place: one.place(), why });
+    }
+    facts.extend(axis.min.iter().map(|low| Fact::number(lowest, low, "")));
+    facts.extend(axis.max.iter().map(|high| Fact::number(highest, high, "")));
+    Ok(())
+}

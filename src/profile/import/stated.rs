@@ -1,0 +1,288 @@
+//! What is common to all firmwares: lines of files, numbers with the lines they come from, keys of a profile, and why files are refused.
+
+use std::path::{Component, Path, PathBuf};
+
+use toml::Value;
+
+/// Files that one configuration may consist of.
+const MOST_FILES: usize = 200;
+/// A corner of 90 degrees passed at v mm/s, accelerating by a mm/s², has the junction deviation v² / a times this.
+pub(super) const CORNER: f64 = std::f64::consts::SQRT_2 - 1.0;
+/// Of a line as much as a message shows, characters.
+const SHOWN: usize = 60;
+
+/// A line of a file, counted from 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file, as given or as another file names it.
+    pub file: String,
+    /// The line.
+    pub line: usize,
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}", self.file, self.line)
+    }
+}
+
+/// Why files describe no machine.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ImportError {
+    /// A line that cannot be taken as it stands.
+    #[error("{place}: {why}")]
+    At {
+        /// Where.
+        place: Place,
+        /// What is wrong, and what helps.
+        why: String,
+    },
+    /// Two lines of which only one can be right.
+    #[error("{}: {} is {} here, but {} in {}; take one of the two lines out", .0.second, .0.what, .0.other, .0.one, .0.first)]
+    Contradiction(Box<Contradiction>),
+    /// A file of another kind, or files of several machines.
+    #[error("{file}: {why}")]
+    File {
+        /// The file.
+        file: String,
+        /// What is wrong, and what helps.
+        why: String,
+    },
+}
+
+/// Two lines of which only one can be right.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Contradiction {
+    /// What they say.
+    pub what: String,
+    /// The line that was read first.
+    pub first: Place,
+    /// Its words.
+    pub one: String,
+    /// The other line.
+    pub second: Place,
+    /// Its words.
+    pub other: String,
+}
+
+impl From<Contradiction> for ImportError {
+    fn from(lines: Contradiction) -> Self {
+        Self::Contradiction(Box::new(lines))
+    }
+}
+
+/// A number of the files, in the profile's units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stated {
+    /// The number.
+    pub value: f64,
+    /// The lines that say it.
+    pub from: Vec<Place>,
+}
+
+impl Stated {
+    /// The first line.
+    pub(super) fn place(&self) -> Place {
+        self.from.first().cloned().unwrap_or(Place { file: String::new(), line: 0 })
+    }
+}
+
+/// A key of a profile that files state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fact {
+    /// Its path.
+    pub key: &'static str,
+    /// Its value.
+    pub value: Value,
+    /// The lines that say it.
+    pub from: Vec<Place>,
+    /// How it follows from them, where it is not simply written there; else empty.
+    pub how: String,
+}
+
+impl Fact {
+    pub(super) fn new(key: &'static str, value: impl Into<Value>, from: Vec<Place>, how: &str) -> Self {
+        Self { key, value: value.into(), from, how: how.to_owned() }
+    }
+
+    pub(super) fn number(key: &'static str, stated: &Stated, how: &str) -> Self {
+        Self::new(key, stated.value, stated.from.clone(), how)
+    }
+}
+
+/// A rotary axis.
+#[derive(Clone, Debug)]
+pub struct Rotary {
+    /// The letter of its words.
+    pub letter: char,
+    /// Lowest word, degrees.
+    pub min: Option<Stated>,
+    /// Highest word, degrees.
+    pub max: Option<Stated>,
+    /// Fastest turn, degrees a second.
+    pub rate: Option<Stated>,
+    /// How fast that changes, degrees a second and second.
+    pub acceleration: Option<Stated>,
+    /// Where it is made an axis.
+    pub from: Place,
+    /// The firmware's own name of its motor, where it has one.
+    pub motor: String,
+}
+
+/// How files that others name are had.
+pub trait Shelf {
+    /// The text of a file, or why there is none, in words.
+    ///
+    /// # Errors
+    ///
+    /// The words.
+    fn text(&self, path: &Path) -> Result<String, String>;
+
+    /// The names of the files in a folder, in order.
+    fn names(&self, folder: &Path) -> Vec<String>;
+}
+
+/// A file as given.
+#[derive(Clone, Debug)]
+pub struct File {
+    /// Its path; empty where it is none.
+    pub path: PathBuf,
+    /// What messages call it.
+    pub name: String,
+    /// What is in it.
+    pub text: String,
+}
+
+impl File {
+    /// A line of it.
+    pub(super) fn place(&self, line: usize) -> Place {
+        Place { file: self.name.clone(), line }
+    }
+
+    /// Its lines with their places.
+    pub(super) fn lines(&self) -> impl Iterator<Item = (Place, &str)> {
+        self.text.lines().enumerate().map(|(i, line)| (self.place(i + 1), line))
+    }
+
+    /// The path that it names, from its own folder.
+    pub(super) fn beside(&self, named: &str) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(named)
+    }
+}
+
+/// Files that are being read, each named by a line of the one before.
+pub(super) struct Open<'a> {
+    pub(super) shelf: &'a dyn Shelf,
+    stack: Vec<PathBuf>,
+    count: usize,
+}
+
+impl<'a> Open<'a> {
+    pub(super) fn new(shelf: &'a dyn Shelf) -> Self {
+        Self { shelf, stack: Vec::new(), count: 0 }
+    }
+
+    /// Goes into a file that was given.
+    pub(super) fn enter(&mut self, file: &File) {
+        self.stack.push(plain(&file.path));
+    }
+
+    /// Goes into the file at `path` that the line at `from` names.
+    pub(super) fn named(&mut self, path: PathBuf, from: &Place, missing: &str) -> Result<File, ImportError> {
+        let wrong = |why: String| ImportError::At { place: from.clone(), why };
+        self.count += 1;
+        let path = plain(&path);
+        if self.stack.contains(&path) {
+            return Err(wrong(format!("{} is read already: the files name each other in a circle", path.display())));
+        }
+        if self.count > MOST_FILES {
+            return Err(wrong(format!("more than {MOST_FILES} files are named; give those that describe the axes")));
+        }
+        let text = self.shelf.text(&path).map_err(|why| wrong(format!("{}: {why}; {missing}", path.display())))?;
+        let name = path.to_string_lossy().into_owned();
+        self.stack.push(path.clone());
+        Ok(File { path, name, text })
+    }
+
+    pub(super) fn leave(&mut self) {
+        self.stack.pop();
+    }
+}
+
+/// The same path without `.` and, where that can be told, without `..`.
+fn plain(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if out.file_name().is_some() => {
+                out.pop();
+            }
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+/// A piece of a line as messages show it.
+pub(super) fn shown(text: &str) -> String {
+    let short: String = text.chars().take(SHOWN).collect();
+    let dots = if short.len() < text.len() { ".." } else { "" };
+    format!("{short:?}{dots}")
+}
+
+/// The number that `text` is.
+pub(super) fn number(what: &str, text: &str, place: &Place) -> Result<f64, ImportError> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => {
+            Err(ImportError::At { place: place.clone(), why: format!("{what} is {}, which is no number", shown(text)) })
+        }
+    }
+}
+
+/// A number in the profile's unit, without what the change of units leaves behind the sixth place.
+pub(super) fn scaled(value: f64, factor: f64) -> f64 {
+    if factor == 1.0 { value } else { (value * factor * 1e6).round() / 1e6 + 0.0 }
+}
+
+/// What of two statements on one thing holds; the same number twice is one.
+pub(super) fn same(what: &str, first: &Stated, second: &Stated) -> Result<(), ImportError> {
+    if first.value == second.value {
+        return Ok(());
+    }
+    Err(Contradiction {
+        what: what.to_owned(),
+        first: first.place(),
+        one: first.value.to_string(),
+        second: second.place(),
+        other: second.value.to_string(),
+    }
+    .into())
+}
+
+/// `limits.x_mm` and the like of two ends.
+pub(super) fn span(key: &'static str, axis: &str, low: &Stated, high: &Stated, how: &str) -> Result<Fact, ImportError> {
+    ordered(axis, low, high)?;
+    let ends = Value::Array(vec![low.value.into(), high.value.into()]);
+    Ok(Fact::new(key, ends, [&low.from[..], &high.from[..]].concat(), how))
+}
+
+/// Refuses a lowest end above the highest.
+pub(super) fn ordered(axis: &str, low: &Stated, high: &Stated) -> Result<(), ImportError> {
+    if low.value < high.value {
+        return Ok(());
+    }
+    let why = format!(
+        "{axis} goes from {} ({}) to {}: the lowest end is not below the highest; were they exchanged?",
+        low.value,
+        low.place(),
+        high.value
+    );
+    Err(ImportError::At { place: high.place(), why })
+}
+
+/// The lesser of what is stated.
+pub(super) fn least<'a>(of: impl IntoIterator<Item = Option<&'a Stated>>) -> Option<Stated> {
+    of.into_iter().flatten().min_by(|a, b| a.value.total_cmp(&b.value)).cloned()
+}

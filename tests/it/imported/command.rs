@@ -1,0 +1,122 @@
+//! The command: what it writes, says and asks.
+
+use std::process::Stdio;
+
+use trunnion::job::{Answers, ImportProfile, Silent, Source, World, import_profile};
+
+use super::{lay, small_ini, small_klipper};
+use crate::support::{folder, said, trunnion};
+
+#[test]
+fn a_machine_is_described_by_its_ini() {
+    let folder = folder();
+    lay(folder.path(), &vec![("my machine.ini", small_ini())]);
+    let run = |args: &[&str]| {
+        let mut command = trunnion();
+        command.env("XDG_CONFIG_HOME", folder.path()).current_dir(folder.path()).stdin(Stdio::null());
+        command.args(["profile", "import", "my machine.ini"]).args(args).output().unwrap()
+    };
+    let untold = run(&[]);
+    assert_eq!(untold.status.code(), Some(2), "{}", said(&untold));
+    for words in [
+        "not in these files: table.radius_mm (radius of the round table",
+        "process.nozzle_mm (",
+        "linuxcnc-xyzac-trt with --keep-rest",
+    ] {
+        assert!(said(&untold).contains(words), "{words}: {}", said(&untold));
+    }
+    let answers = ["--set", "table.radius_mm=75", "--set", "process.nozzle_mm=0.6", "--set", "limits.x_mm=[-150, 150]"];
+    let done = run(&answers);
+    assert!(done.status.success(), "{}", said(&done));
+    let file = folder.path().join("trunnion/profiles/my-machine.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    for words in [
+        "# my-machine: described by trunnion profile import from my machine.ini (linuxcnc), like linuxcnc-xyzac-trt.",
+        "extends = \"linuxcnc-xyzac-trt\"",
+        "# my machine.ini:7, 8: the point of rotation and the offsets from it",
+        "# my machine.ini:22\nmin_deg = -100.0\n",
+        "# your answer\nradius_mm = 75\n",
+        "# your answer\nx_mm = [-150, 150]\n",
+        "The head ([[head.body]]) is that one's too",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    assert!(!text.contains("# Not in these files") && text.matches("x_mm").count() == 1, "{text}");
+    let check =
+        trunnion().env("XDG_CONFIG_HOME", folder.path()).args(["profile", "check", "my-machine"]).output().unwrap();
+    assert!(check.status.success(), "{}", said(&check));
+    let again = run(&answers);
+    assert!(again.status.code() == Some(2) && said(&again).contains("is not written over"), "{}", said(&again));
+    for (args, words) in [
+        (&["--keep-rest", "--set", "limits.x_m=[0,1]"][..], "did you mean \"limits.x_mm\"?"),
+        (&["--keep-rest", "--set", "limits.x_mm=[0,99999]"], "limits.x_mm = 99999 is out of -10000..10000 mm"),
+        (&["--keep-rest", "--like", "fibr3b"], "did you mean \"fibr3d\"?"),
+        (&["--keep-rest", "-o", "my machine.ini"], "is not written over"),
+    ] {
+        let run = run(&[&["--name", "other"], args].concat());
+        assert!(run.status.code() == Some(2) && said(&run).contains(words), "{args:?}: {}", said(&run));
+    }
+    assert!(!folder.path().join("trunnion/profiles/other.toml").exists());
+}
+
+#[test]
+fn its_document_has_every_line_and_what_check_would_refuse() {
+    let folder = folder();
+    lay(folder.path(), &vec![("printer.cfg", small_klipper())]);
+    let mut command = trunnion();
+    let command = command.current_dir(folder.path()).args([
+        "profile",
+        "import",
+        "printer.cfg",
+        "--json",
+        "--keep-rest",
+        "-o",
+        "k.toml",
+    ]);
+    // So far away that the tip does not reach it.
+    let run = command.args(["--set", "kinematics.pivot_mm=[0, 900, 0]"]).output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    let document: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(
+        (&document["profile"], &document["firmware"], &document["like"]),
+        (&"k".into(), &"klipper".into(), &"fractal-5-pro".into())
+    );
+    let stated = document["stated"].as_array().unwrap();
+    let of =
+        |key: &str| stated.iter().find(|fact| fact["key"] == key).unwrap_or_else(|| panic!("no {key}: {document}"));
+    assert_eq!(of("limits.max_feed_mm_per_min")["value"], 12000.0);
+    assert_eq!(of("limits.max_feed_mm_per_min")["from"][0], serde_json::json!({"file": "printer.cfg", "line": 3}));
+    assert!(document["refused"][0].as_str().unwrap().contains("the tip reaches no place"), "{document}");
+    let unanswered: Vec<&str> =
+        document["unanswered"].as_array().unwrap().iter().map(|key| key.as_str().unwrap()).collect();
+    assert!(
+        unanswered.contains(&"kinematics.tilt.direction") && !unanswered.contains(&"kinematics.pivot_mm"),
+        "{unanswered:?}"
+    );
+}
+
+#[test]
+fn what_is_missing_is_asked_until_nothing_is() {
+    let folder = folder();
+    lay(folder.path(), &vec![("printer.cfg", small_klipper().replace("AXIS=C", "AXIS=B"))]);
+    let world = World::here(&Silent);
+    let files = vec![Source::from(&folder.path().join("printer.cfg"))];
+    let mut request = ImportProfile { files, name: Some("mine".to_owned()), like: None, answers: Answers::default() };
+    let asked = std::cell::RefCell::new(Vec::new());
+    // Once it is known which axis tilts, how far it goes is asked, since no line says.
+    let lines = "B\nY\n-20\n70\nA\n90\n[100, 50, 2]\n\n0.5\n\n-1\n";
+    let show = |key: &str, _: &str| asked.borrow_mut().push(key.to_owned());
+    let ended = request.clone().ask("".as_bytes(), show, &world).unwrap_err();
+    assert!(ended.to_string().contains("nothing was written"), "{ended}");
+    asked.borrow_mut().clear();
+    let done = request.ask(lines.as_bytes(), show, &world).and_then(|()| import_profile(&request, &world));
+    let done = done.unwrap_or_else(|e| panic!("{e}: {:?}", asked.borrow()));
+    assert_eq!(asked.borrow().len(), 11, "{:?}", asked.borrow());
+    let tilt = &done.profile.kinematics.tilt;
+    assert_eq!(
+        (tilt.letter, done.like.name.as_str(), done.profile.table.radius_mm),
+        ('B', "pentos", 90.0),
+        "{:?}",
+        asked.borrow()
+    );
+}
