@@ -46,7 +46,7 @@ fn cut(mesh: &TriangleMesh<Object>) -> Split {
     let model = Model::from_parts(vec![("solid".to_owned(), mesh.clone())]);
     let placement = centred(&model, &profile).expect("it stands on the table");
     let overhang = Angle::from_deg(45.0);
-    let head = OnePrint { profile: &profile, placement, overhang, margin_mm: 0.5, pedestal_mm: 0.0 };
+    let head = OnePrint::new(&profile, placement, overhang, 0.5);
     split(mesh, &head, &Options::default(), &mut |_| {})
 }
 

@@ -9,7 +9,7 @@ use super::{
     Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,
     RewriteResult, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
 };
-use crate::slicing::{BuiltIn, Flaw, Slicer, SlicerChoice};
+use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
 use crate::toolpath::{Input, Segment, SlicedError};
 
 /// A model and a machine, and how to bring them together.
@@ -105,15 +105,15 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     world.progress.reached(Step::Planned(&plan));
     let prints = Prints::of(&plan.plan, request.slicing.bed);
     let chosen_by_us = request.slicing.slicer == SlicerChoice::Auto && request.slicing.configs.is_empty();
-    let proved = match Proved::of(slicer.as_ref(), &prints, &plan, world) {
-        Err(Error::Rejected(no)) if chosen_by_us && slicer.name() != BuiltIn.name() => {
+    let first = Proved::of(slicer.as_ref(), &prints, &plan, world);
+    let unfit = first.as_ref().err().filter(|_| chosen_by_us && slicer.name() != BuiltIn.name()).and_then(unfit);
+    let proved = match unfit {
+        Some(why) => {
             let name = slicer.name();
-            world
-                .progress
-                .warning(&format!("{name} lays what is refused ({no}); sliced by the built-in slicer instead"));
+            world.progress.warning(&format!("{name} {why}; sliced by the built-in slicer instead"));
             Proved::of(&BuiltIn, &prints, &plan, world)
         }
-        proved => proved,
+        None => first,
     };
     let Proved { rewritten, slicer, flaws, slice_seconds } = match proved {
         Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
@@ -125,6 +125,17 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(of_slicer).chain(warnings).collect();
     Ok(PrepareResult { gcode, planned: plan, cut, held, slicer, flaws, warnings, seconds })
+}
+
+/// What a slicer did that another may do better; `None` for what is not the slicer's.
+fn unfit(error: &Error) -> Option<String> {
+    match error {
+        Error::Rejected(no) => Some(format!("lays what is refused ({no})")),
+        Error::Sliced(_) | Error::Rewrite(_) => Some(format!("wrote what cannot be used ({error})")),
+        Error::Slice(SliceError::Interrupted) => None,
+        Error::Slice(_) => Some(format!("failed ({error})")),
+        _ => None,
+    }
 }
 
 /// Prints that were sliced, rewritten and proved.

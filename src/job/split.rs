@@ -12,7 +12,7 @@ use super::{
 use crate::geom::{Angle, Bounds, Vec3};
 use crate::mesh::threemf;
 use crate::overhang::TOLERATE_MM2;
-use crate::planning::{FREE_SPAN_MM, OnePrint, Placement, centred};
+use crate::planning::{FREE_SPAN_MM, OnePrint, centred};
 use crate::spelling::counted;
 use crate::split::{Against, Options, PatchLeft, Split, split as cut};
 use crate::view::Drawing;
@@ -233,15 +233,11 @@ pub(super) fn cut_up(
         pedestal_mm,
         ..Options::default()
     };
+    let head = OnePrint::new(&machine.profile, placement, Angle::from_deg(options.overhang_deg), options.margin_mm);
     let attempt = |pedestal_mm: f64| {
         let bar = world.progress.begin("cuts", options.max_cuts);
-        let head = OnePrint {
-            profile: &machine.profile,
-            placement: Placement { ..placement },
-            overhang: Angle::from_deg(options.overhang_deg),
-            margin_mm: options.margin_mm,
-            pedestal_mm,
-        };
+        let mut head = head.clone();
+        head.pedestal_mm = pedestal_mm;
         cut(&part.mesh, &head, &wanted(pedestal_mm), &mut |level| bar.at(level))
     };
     let mut pedestal_mm = options.pedestal_mm.unwrap_or(0.0);

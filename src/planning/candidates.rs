@@ -1,5 +1,7 @@
 //! The orientations a part may be printed in: directions, merged by machine setup, and what stands against each.
 
+use std::sync::Arc;
+
 use super::collision::Head;
 use super::infeasible::Hanging;
 use super::options::Options;
@@ -83,8 +85,8 @@ pub(super) struct Setups<'a> {
     pub(super) workpiece: &'a Workpiece<'a>,
     pub(super) profile: &'a Profile,
     pub(super) table: TableKinematics,
-    pub(super) head: Head,
-    built: Head,
+    pub(super) head: Arc<Head>,
+    built: Arc<Head>,
     pub(super) options: &'a Options<'a>,
     /// By part, on the table.
     pub(super) solids: Vec<Solid>,
@@ -118,16 +120,39 @@ pub(super) fn all_directions(workpiece: &Workpiece<'_>, f: &dyn Objective, searc
         .collect()
 }
 
+/// A machine's head with its upward reach and without, for whoever asks more than once.
+#[derive(Clone, Debug)]
+pub(super) struct Heads {
+    reaching: Arc<Head>,
+    built: Arc<Head>,
+}
+
+impl Heads {
+    pub(super) fn of(profile: &Profile) -> Self {
+        Self { reaching: Arc::new(Head::of(profile)), built: Arc::new(Head::as_built(profile)) }
+    }
+}
+
 impl<'a> Setups<'a> {
     pub(super) fn new(workpiece: &'a Workpiece<'a>, profile: &'a Profile, options: &'a Options<'a>) -> Self {
+        Self::of_heads(&Heads::of(profile), workpiece, profile, options)
+    }
+
+    /// The same for heads of `profile` that are there already.
+    pub(super) fn of_heads(
+        heads: &Heads,
+        workpiece: &'a Workpiece<'a>,
+        profile: &'a Profile,
+        options: &'a Options<'a>,
+    ) -> Self {
         use rayon::prelude::*;
         let slab = profile.table_slab().iter().map(|p| p - Vec3::z() * options.pedestal_mm).collect();
         Self {
             workpiece,
             profile,
             table: profile.kinematics(),
-            head: Head::of(profile),
-            built: Head::as_built(profile),
+            head: heads.reaching.clone(),
+            built: heads.built.clone(),
             options,
             solids: workpiece.parts.par_iter().map(Solid::of).collect(),
             slab: Solid::hull(slab),

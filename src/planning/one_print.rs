@@ -1,7 +1,7 @@
 //! Whether one solid can be printed onto another along a given direction: yes or no, without directions to look for, reasons or
 //! remedies. For whoever cuts a model and asks a thousand times.
 
-use super::candidates::Setups;
+use super::candidates::{Heads, Setups};
 use super::goal::Goal;
 use super::options::Options;
 use super::planner::plan;
@@ -27,9 +27,16 @@ pub struct OnePrint<'a> {
     pub margin_mm: f64,
     /// So far the model stands above the table, mm.
     pub pedestal_mm: f64,
+    heads: Heads,
 }
 
-impl OnePrint<'_> {
+impl<'a> OnePrint<'a> {
+    /// A model placed on the table of `profile`: overhangs up to `overhang` need no support, the head keeps `margin_mm` from what it does
+    /// not print on, and the model stands on nothing.
+    pub fn new(profile: &'a Profile, placement: Placement, overhang: Angle, margin_mm: f64) -> Self {
+        Self { profile, placement, overhang, margin_mm, pedestal_mm: 0.0, heads: Heads::of(profile) }
+    }
+
     /// Whether an axis brings `up` upright.
     pub fn reaches(&self, up: &Vec3) -> bool {
         let up = Dir::<Table>::new(self.placed().rotation * up);
@@ -54,7 +61,7 @@ impl OnePrint<'_> {
         let workpiece = Workpiece::place(&model, &self.placement);
         let Some(up) = Dir::<Table>::new(workpiece.placed.rotation * up) else { return false };
         self.with_options(&[], |options| {
-            let mut setups = Setups::new(&workpiece, self.profile, options);
+            let mut setups = Setups::of_heads(&self.heads, &workpiece, self.profile, options);
             for pose in setups.table.solutions(up, Pose::LEVEL) {
                 let mut objections = Vec::new();
                 setups.machine_objects(0, up, pose, false, &mut objections);

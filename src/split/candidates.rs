@@ -135,25 +135,3 @@ fn flush(part: &Measured, up: &Vec3, heights: &[f64]) -> Vec<f64> {
     faces.sort_by(|a, b| b.1.total_cmp(&a.1));
     faces.into_iter().take(FLUSH).map(|(h, _)| h).collect()
 }
-
-/// Facets that hang together over vertices, the largest patch first.
-pub(super) fn patches(part: &Measured, facets: &[u32]) -> Vec<Vec<u32>> {
-    let mut of_vertex = std::collections::HashMap::new();
-    let mut sets = crate::geom::Sets::new(facets.len());
-    for (i, &facet) in facets.iter().enumerate() {
-        for v in part.surface.facets[facet as usize] {
-            match of_vertex.entry(v) {
-                std::collections::hash_map::Entry::Occupied(first) => _ = sets.join(*first.get(), i as u32),
-                std::collections::hash_map::Entry::Vacant(free) => _ = free.insert(i as u32),
-            }
-        }
-    }
-    let mut by_root: std::collections::BTreeMap<u32, Vec<u32>> = std::collections::BTreeMap::new();
-    for (i, &facet) in facets.iter().enumerate() {
-        by_root.entry(sets.root(i as u32)).or_default().push(facet);
-    }
-    let mut all: Vec<Vec<u32>> = by_root.into_values().collect();
-    let area = |p: &Vec<u32>| p.iter().map(|f| part.area[*f as usize]).sum::<f64>();
-    all.sort_by(|a, b| area(b).total_cmp(&area(a)));
-    all
-}

@@ -5,10 +5,12 @@
 //!
 //! Areas mm², heights mm along the direction.
 
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Deref;
 
 use super::surface::{OWN, Surface};
-use crate::geom::Vec3;
+use crate::geom::{Sets, Vec3};
 use crate::overhang::{Footing, Ground, Hang, LOOKS_DOWN, Relief, Ridge, Rule, SAME_HEIGHT_MM, unsupported};
 
 /// What counts, and from where.
@@ -152,6 +154,28 @@ impl Measured {
                 && !facets(v).any(|f| self.stands(f, cap))
                 && self.around(v as usize).iter().all(|&w| height(w) >= height(v) - SAME_HEIGHT_MM)
         })
+    }
+
+    /// Facets that hang together over vertices, the largest patch first.
+    pub(super) fn patches(&self, facets: &[u32]) -> Vec<Vec<u32>> {
+        let mut of_vertex = HashMap::new();
+        let mut sets = Sets::new(facets.len());
+        for (i, &facet) in facets.iter().enumerate() {
+            for v in self.surface.facets[facet as usize] {
+                match of_vertex.entry(v) {
+                    Entry::Occupied(first) => _ = sets.join(*first.get(), i as u32),
+                    Entry::Vacant(free) => _ = free.insert(i as u32),
+                }
+            }
+        }
+        let mut by_root: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for (i, &facet) in facets.iter().enumerate() {
+            by_root.entry(sets.root(i as u32)).or_default().push(facet);
+        }
+        let mut all: Vec<Vec<u32>> = by_root.into_values().collect();
+        let area = |p: &Vec<u32>| p.iter().map(|f| self.area[*f as usize]).sum::<f64>();
+        all.sort_by(|a, b| area(b).total_cmp(&area(a)));
+        all
     }
 }
 

@@ -307,7 +307,7 @@ fn assembled(
         let counts = |f: &usize| measured.is_risky(*f, &up, rules) && !measured.stands(*f, cap);
         let risky = (0..measured.area.len()).filter(|f| needs.area_mm2 > 0.0 && counts(f));
         let risky: Vec<u32> = risky.map(|f| f as u32).collect();
-        for patch in candidates::patches(&measured, &risky) {
+        for patch in measured.patches(&risky) {
             let area_mm2: f64 = patch.iter().map(|&f| measured.area[f as usize]).sum();
             let moment: Vec3 = patch
                 .iter()

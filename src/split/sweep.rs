@@ -5,7 +5,6 @@
 //! there: the area that needs support as it stands, which cutting takes away, and the area that will need it along the new
 //! direction, which stays for good; beginnings and ridges likewise.
 
-use super::candidates::patches;
 use super::clip::ON_PLANE_MM;
 use super::measure::{MeasureRules, Measured, PieceNeeds, share_above};
 use crate::geom::{Sets, Vec3};
@@ -42,7 +41,7 @@ impl Upright {
         let beginnings = part.beginnings(&part.heights(&up, None), &up, None, rules);
         let ridges = part.ridges(&up, Some(None), rules);
         let risky: Vec<u32> = risky.collect();
-        let patches = patches(part, &risky);
+        let patches = part.patches(&risky);
         Self { risky, patches, beginnings, ridges, needs: part.needs(&up, None, rules) }
     }
 

@@ -98,12 +98,12 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
     Some(in_stretches(&pairs, |pair| is_hairpin(lines, pair)))
 }
 
-/// Whether infill turns back on itself between the two lines, without a way between: along a curved wall PrusaSlicer goes from one row
-/// to the next and back over the same place, and Slic3r, which names no roles, begins infill in the midst of its first row and lays
-/// that whole on the way back.
+/// Whether infill, a bridge's too, turns back on itself between the two lines, without a way between: along a curved wall PrusaSlicer
+/// goes from one row to the next and back over the same place, and Slic3r, which names no roles, begins infill in the midst of its
+/// first row and lays that whole on the way back.
 fn is_hairpin(lines: &[Line], pair: &Pair) -> bool {
     let between = &lines[pair.other..=pair.line];
-    let infill = |line: &Line| matches!(line.m.role, Role::Solid | Role::Infill | Role::Unknown);
+    let infill = |line: &Line| matches!(line.m.role, Role::Solid | Role::Infill | Role::Bridge | Role::Unknown);
     // Lines too short to tell what they hold are not among these.
     let joined = |two: &[Line]| {
         let ends = two[0].axis().zip(two[1].axis());

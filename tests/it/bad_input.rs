@@ -235,6 +235,38 @@ fn a_slicer_that_fails_hangs_or_drops_the_part_is_exit_code_three() {
     assert!(text.contains("did you mean builtin?"), "{text}");
 }
 
+/// Whoever names no slicer is not left alone with one that happens to be installed and does not work.
+#[cfg(unix)]
+#[test]
+fn a_slicer_that_nobody_asked_for_and_that_fails_is_replaced() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let head =
+        "#!/bin/sh\ncase \"$1\" in --help|--version|-h) echo 'PrusaSlicer-2.5.0 based on Slic3r'; exit 0;; esac\n";
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    let far = "for word; do [ \"$last\" = --output ] && out=$word; last=$word; done\n\
+               printf ';LAYER_CHANGE\\nG90\\nM83\\nG1 Z0.2 F900\\nG1 X5 Y5\\nG1 X9 Y5 E1\\n' > \"$out\"";
+    for (body, words) in [
+        ("echo 'no layers were detected' >&2; exit 1", "failed ("),
+        ("exit 0", "failed ("),
+        (far, "wrote what cannot be used ("),
+    ] {
+        let slicer = file(folder.path(), "prusa-slicer", format!("{head}{body}\n").as_bytes());
+        std::fs::set_permissions(&slicer, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let out = folder.path().join("out.gcode");
+        let run = trunnion()
+            .args(["prepare", &fixture("cube"), "-m", "generic-ac", "-o"])
+            .arg(&out)
+            .env("PATH", &path)
+            .output()
+            .unwrap();
+        let text = said(&run);
+        assert!(run.status.success() && out.exists(), "{text}");
+        assert!(text.contains(words) && text.contains("sliced by the built-in slicer instead"), "{text}");
+        std::fs::remove_file(out).unwrap();
+    }
+}
+
 /// A slicer's files, and the slicer, go with the command, whatever it is doing when it is interrupted.
 #[cfg(target_os = "linux")]
 #[test]

@@ -102,7 +102,7 @@ fn tree(profile: &Profile, wanted: usize, seed: u64) -> Vec<TriangleMesh<Object>
     let side = PLATE[0] / 2.0;
     let plate = solid_box(Vec3::new(-side, -side, 0.0), Vec3::new(side, side, PLATE[1]));
     let placement = Placement { origin_mm: [0.0; 3], turn_deg: 0.0 };
-    let head = OnePrint { profile, placement, overhang: Angle::from_deg(45.0), margin_mm: 0.5, pedestal_mm: 0.0 };
+    let head = OnePrint::new(profile, placement, Angle::from_deg(45.0), 0.5);
     let mut meshes = vec![plate];
     let mut solids = vec![Solid::of(&meshes[0])];
     let mut rods: Vec<(Rod, usize)> = Vec::new();

@@ -127,3 +127,30 @@ fn lines_of_two_hatches_that_meet_end_to_end_are_laid_once() {
     assert!((met - apart).abs() < 0.5, "{apart} {met}");
     assert!(hatches(1.2) > apart + 5.0, "{}", hatches(1.2));
 }
+
+/// PrusaSlicer joins rows of infill along a wall, and those of a bridge too: down a row, 0.06 mm across, and back over it.
+#[test]
+fn only_infill_and_bridges_turn_back_on_themselves() {
+    for (role, found) in [
+        ("Bridge infill", false),
+        ("Solid infill", false),
+        ("Internal infill", false),
+        ("Perimeter", true),
+        ("External perimeter", true),
+    ] {
+        let (down, back) = (4.1 * FLOW, 7.0 * FLOW);
+        let text = program();
+        let key = "expect print=0 part=0 filament_mm=";
+        let at = text.find(key).unwrap() + key.len();
+        let end = at + text[at..].find('\n').unwrap();
+        let filament = text[at..end].parse::<f64>().unwrap() + down + back;
+        let text = format!("{}{filament:.5}{}", &text[..at], &text[end..]);
+        let (layer, _) = text.match_indices(&format!("G1 Z{:.3}", 22.0 * LAYER)).next().unwrap();
+        let hairpin = format!(
+            ";TYPE:{role}\nG1 X0.350 Y0.300 F6000\nG1 X0.350 Y-3.800 E{down:.5} F1800\nG1 X0.410 Y-3.800 E0.00100\n\
+             G1 X0.410 Y3.200 E{back:.5}\n;TYPE:External perimeter\n"
+        );
+        let report = report(&format!("{}{hairpin}{}", &text[..layer], &text[layer..]));
+        assert_eq!(is_found(&report, "on top of"), found, "{role}: {:#?}", report.findings);
+    }
+}

@@ -25,13 +25,8 @@ pub(crate) fn cut(model: &TriangleMesh<Object>, options: &Options) -> Split {
     let profile = machine();
     let whole = Model::from_parts(vec![("solid".to_owned(), model.clone())]);
     let placement = centred(&whole, &profile).unwrap();
-    let head = OnePrint {
-        profile: &profile,
-        placement,
-        overhang: options.overhang,
-        margin_mm: 0.5,
-        pedestal_mm: options.pedestal_mm,
-    };
+    let mut head = OnePrint::new(&profile, placement, options.overhang, 0.5);
+    head.pedestal_mm = options.pedestal_mm;
     split(model, &head, options, &mut |_| {})
 }
 
