@@ -31,9 +31,6 @@ const BIN_MM: f64 = 0.5;
 /// Bins at most; a very high part gets higher ones.
 const MOST_BINS: f64 = 20_000.0;
 
-/// A level face so near to a layer's middle belongs to either side, mm: files and slicers round heights.
-pub const EITHER_WAY_MM: f64 = 0.02;
-
 /// A mesh, ready to be cut at any height.
 pub struct Sections {
     facets: Vec<[Vec3; 3]>,
@@ -97,16 +94,6 @@ impl Sections {
     /// A corner at exactly `z` counts as above, so that the outline is closed.
     pub fn at(&self, z: f64) -> Section {
         Section::new(self.segments_at(z))
-    }
-
-    /// The heights at which slicers may have cut a layer whose middle is at `z`: there, or, where a level face lies within
-    /// [`EITHER_WAY_MM`], below that and above.
-    pub fn heights_for(&self, z: f64) -> Vec<f64> {
-        let [below, above] = [z - EITHER_WAY_MM, z + EITHER_WAY_MM];
-        let near = |facet: &u32| self.facets[*facet as usize].iter().all(|p| p.z > below && p.z < above);
-        let bins = [below, above].map(|z| self.bin(z));
-        let members = || &self.members[self.starts[bins[0]] as usize..self.starts[bins[1] + 1] as usize];
-        if !self.facets.is_empty() && members().iter().any(near) { vec![below, above] } else { vec![z] }
     }
 
     /// The same cut as segments alone.

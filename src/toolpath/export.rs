@@ -114,9 +114,7 @@ pub fn check_box(slot: &SlotMesh, sliced: &SlicedPrint<'_>, profile: &Profile) -
     let mut missing: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
     let sections = Sections::of(&slot.mesh);
     for (layer, middle) in middles(sliced) {
-        // Of a level face in the middle slicers take the section on either side.
-        let taken = sections.heights_for(middle).into_iter().filter_map(|z| extent(&sections.segments_at(z)));
-        let Some(section) = taken.reduce(|one, other| one.union(&other)) else { continue };
+        let Some(section) = extent(&sections.segments_at(middle)) else { continue };
         let extruded = &layer.extrusion;
         for (axis, name) in [(0, "x"), (1, "y")] {
             let over = (section.min[axis] - extruded.min[axis]).max(extruded.max[axis] - section.max[axis]);

@@ -9,7 +9,7 @@
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
-use crate::section::{EITHER_WAY_MM, OutlineSearch, Point, Section, Segment, Segments};
+use crate::section::{OutlineSearch, Point, Section, Segment, Segments};
 
 /// Spacing of the places, mm.
 const SPACING_MM: f64 = 1.0;
@@ -25,6 +25,8 @@ const ISLAND_WIDTHS: f64 = 0.6;
 const ISLAND_SLACK_MM: f64 = 0.05;
 /// Slicers' usual lines are no wider than so many of the profile's.
 const USUAL_WIDTHS: f64 = 1.2;
+/// How far up and down a layer is looked at for faces that lie in its middle, mm.
+const EITHER_WAY_MM: f64 = 0.02;
 
 /// How far the middle of any line may leave the outline, mm: PrusaSlicer and Slic3r close what is narrower than twice 0.049 mm in a
 /// section (`slice_closing_radius`), so that a wall turns inside the notch of a sharp corner and not at its end.

@@ -62,9 +62,6 @@ pub(super) struct PrintedPart<'a> {
     pub(super) filament_mm2: f64,
 }
 
-/// Sections whose boxes' sides differ by less than this in all reach as far as each other, mm.
-const ALIKE_MM: f64 = 0.1;
-
 impl PrintedPart<'_> {
     pub(super) fn bead(&self, index: u32) -> Move {
         self.trace.at(index as usize)
@@ -118,43 +115,11 @@ impl PrintedPart<'_> {
     }
 
     /// The part's section that a slicer takes for a layer. Where the layer's middle is the part's top or bottom to a rounding, it is
-    /// the one within the part: slicers print such a layer. Where a level face lies there, it is the one that reaches as far as the lines.
+    /// the one within the part: slicers print such a layer.
     pub(super) fn section(&self, level: &Level) -> Section {
         let (middle, [low, high]) = (level.z - level.height() / 2.0, self.sections.range());
         let inside = middle.clamp(low + ROUNDING_MM, (high - ROUNDING_MM).max(low + ROUNDING_MM));
-        let at = if (middle - inside).abs() <= 2.0 * ROUNDING_MM { inside } else { middle };
-        let mut heights = self.sections.heights_for(at).into_iter().map(|z| self.sections.at(z));
-        let first = heights.next().unwrap_or_else(|| self.sections.at(at));
-        let Some(second) = heights.next() else { return first };
-        let lines = self.reach(level);
-        let off = |section: &Section| {
-            let bounds = section.bounds();
-            let sides = [0, 1].map(|side| [0, 1].map(|axis| (bounds[side][axis] - lines[side][axis]).abs()));
-            sides.iter().flatten().sum::<f64>()
-        };
-        match [first.is_empty(), second.is_empty()] {
-            [true, _] => second,
-            [_, true] => first,
-            // Where both reach as far, the face lies within, and rules that ask look at either.
-            _ if (off(&first) - off(&second)).abs() < ALIKE_MM => self.sections.at(at),
-            _ if off(&first) < off(&second) => first,
-            _ => second,
-        }
-    }
-
-    /// How far a layer's lines reach, with half their width.
-    fn reach(&self, level: &Level) -> [[f64; 2]; 2] {
-        let mut reach = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        for m in level.beads.iter().map(|&index| self.bead(index)) {
-            let half = self.laid_width(&m, level) / 2.0;
-            for p in m.ends().into_iter().flatten() {
-                for (axis, at) in [p.x, p.y].into_iter().enumerate() {
-                    reach[0][axis] = reach[0][axis].min(at - half);
-                    reach[1][axis] = reach[1][axis].max(at + half);
-                }
-            }
-        }
-        reach
+        self.sections.at(if (middle - inside).abs() <= 2.0 * ROUNDING_MM { inside } else { middle })
     }
 }
 
