@@ -17,11 +17,11 @@ pub const QUESTIONS: [(&str, &str); 13] = [
     ("kinematics.tilt.max_deg", "highest tilt, degrees"),
     ("kinematics.rotation.letter", "letter of the axis that turns the table"),
     ("limits.x_mm", "where the nozzle may go in X: [lowest, highest], mm"),
-    ("limits.y_mm", "the same in Y"),
-    ("limits.z_mm", "the same in Z"),
+    ("limits.y_mm", "where the nozzle may go in Y: [lowest, highest], mm"),
+    ("limits.z_mm", "where the nozzle may go in Z: [lowest, highest], mm"),
     ("table.radius_mm", "radius of the round table, mm (for a rectangle: 0, and --set table.size_mm=[x,y])"),
-    ("kinematics.pivot_mm", "a point on the tilt axis: [x, y, z], roughly (profile calibrate measures it)"),
-    ("kinematics.offset_mm", "from there to the middle of the level table's surface: [x, y, z]"),
+    ("kinematics.pivot_mm", "a point on the tilt axis: [x, y, z], mm, roughly (profile calibrate measures it)"),
+    ("kinematics.offset_mm", "from kinematics.pivot_mm to the middle of the level table's surface: [x, y, z], mm"),
     ("process.nozzle_mm", "the nozzle's diameter, mm"),
 ];
 

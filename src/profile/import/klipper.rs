@@ -42,12 +42,7 @@ struct Config {
 
 pub(super) fn read(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
     let mut config = Config::default();
-    let mut open = Open::new(shelf);
-    for file in files {
-        open.enter(file);
-        config.file(file, &mut open)?;
-        open.leave();
-    }
+    Open::each(files, shelf, |file, open| config.file(file, open))?;
     config.machine()
 }
 

@@ -182,6 +182,21 @@ impl<'a> Open<'a> {
         Self { shelf, stack: Vec::new(), count: 0 }
     }
 
+    /// Reads the files that were given, one after the other, and through `read` those that they name.
+    pub(super) fn each(
+        files: &[File],
+        shelf: &'a dyn Shelf,
+        mut read: impl FnMut(&File, &mut Self) -> Result<(), ImportError>,
+    ) -> Result<(), ImportError> {
+        let mut open = Self::new(shelf);
+        for file in files {
+            open.enter(file);
+            read(file, &mut open)?;
+            open.leave();
+        }
+        Ok(())
+    }
+
     /// Goes into a file that was given.
     pub(super) fn enter(&mut self, file: &File) {
         self.stack.push(plain(&file.path));

@@ -51,12 +51,7 @@ fn every(all: impl Iterator<Item = Option<bool>>) -> Option<bool> {
 impl Defines {
     pub(super) fn read(files: &[File], shelf: &dyn Shelf) -> Result<Self, ImportError> {
         let mut defines = Self::default();
-        let mut open = Open::new(shelf);
-        for file in files {
-            open.enter(file);
-            defines.file(file, &mut open)?;
-            open.leave();
-        }
+        Open::each(files, shelf, |file, open| defines.file(file, open))?;
         Ok(defines)
     }
 
