@@ -7,7 +7,6 @@ use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document;
 use crate::job::{self, CheckedPlan, OutputFile, Prints, SliceRequest, Spot};
-use crate::mesh::stl_binary;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
@@ -22,8 +21,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         written.push(output.path().display().to_string());
         output.write(bytes)
     };
-    for (mesh, place) in prints.meshes.iter().zip(&places.meshes) {
-        put(place, &stl_binary(&mesh.mesh))?;
+    for (mesh, place) in prints.stls().iter().zip(&places.meshes) {
+        put(place, mesh)?;
     }
     for (project, place) in projects.iter().zip(&places.projects) {
         put(place, project)?;

@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::{BadSetting, CheckedPlan, Error, World};
 use crate::geom::{Rigid, Vec3};
-use crate::mesh::threemf_project;
-use crate::slicing::{Flaw, SliceJob, Sliced, Slicer, SlicerChoice, WindowBed, project_settings};
+use crate::mesh::{stl_binary, threemf_project};
+use crate::planning::Print;
+use crate::slicing::{Flaw, SliceJob, Sliced, Slicer, SlicerChoice, WindowBed, below_middles, project_settings};
 use crate::toolpath::{Bed, SlotMesh, Spot, layout, print_name, slot_mesh};
 
 /// How to slice.
@@ -90,6 +91,11 @@ impl Prints {
         Self { meshes, names, bed }
     }
 
+    /// The meshes as files for another slicer.
+    pub fn stls(&self) -> Vec<Vec<u8>> {
+        self.meshes.iter().map(|slot| stl_binary(&below_middles(&slot.mesh))).collect()
+    }
+
     /// Where a print stands in what a slicer that we run gives back: its own bed has its corner at 0, 0.
     pub(super) fn sliced_centre(&self) -> [f64; 2] {
         self.bed.size_mm().map(|size| size / 2.0)
@@ -110,16 +116,16 @@ impl Prints {
     pub fn projects(&self, plan: &CheckedPlan, spots: &[Spot], script: &str) -> Vec<Vec<u8>> {
         let (table, workpiece) = (plan.machine.profile.kinematics(), plan.workpiece());
         let placed = plan.prints().zip(spots);
-        let meshes: Vec<SlotMesh> =
-            placed.map(|((_, print), spot)| slot_mesh(&workpiece, &table, print, spot.centre_mm)).collect();
-        let tallest = meshes.iter().map(|m| m.mesh.bounds().max.z).fold(0.0, f64::max);
+        let mesh = |print: &Print, spot: &Spot| slot_mesh(&workpiece, &table, print, spot.centre_mm).mesh;
+        let meshes: Vec<_> = placed.map(|((_, print), spot)| below_middles(&mesh(print, spot))).collect();
+        let tallest = self.meshes.iter().map(|m| m.mesh.bounds().max.z).fold(0.0, f64::max);
         let count = spots.iter().map(|spot| spot.project + 1).max().unwrap_or(0);
         let script = if count == 1 { script } else { "" };
         let on = WindowBed { min_mm: self.bed.min_mm, max_mm: self.bed.max_mm };
         let settings = project_settings(&plan.machine.profile.process, on, tallest, script);
         let one = |project: usize| {
             let its = (0..meshes.len()).filter(|&i| spots[i].project == project);
-            let objects: Vec<_> = its.map(|i| (self.names[i].clone(), &meshes[i].mesh)).collect();
+            let objects: Vec<_> = its.map(|i| (self.names[i].clone(), &meshes[i])).collect();
             threemf_project(&objects, &settings)
         };
         (0..count).map(one).collect()

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use super::builtin::Configured;
 use super::external::{Program, begins_in_nothing, extrudes, last_lines, not_driven};
 use super::interrupt::Running;
+use super::level::below_middles;
 use super::said::Said;
 use super::{BuiltIn, Flaw, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice, cura};
 use crate::geom::Slot;
@@ -202,7 +203,7 @@ impl External {
         // The program labels the object with the file's name.
         let safe = |c: char| if c.is_alphanumeric() || "_-. ".contains(c) { c } else { '_' };
         let name: String = job.name.chars().map(safe).collect();
-        let mesh = run.write(&format!("{name}.stl"), &stl_binary(mesh))?;
+        let mesh = run.write(&format!("{name}.stl"), &stl_binary(&below_middles(mesh)))?;
         let Program::Ini(ini) = self.program else { return self.cura(set, job, &mesh, output) };
         let base = run.write("base.ini", ini.base(settings).as_bytes())?;
         let forced = run.write("forced.ini", ini.forced(settings, texts, job).as_bytes())?;

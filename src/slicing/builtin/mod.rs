@@ -23,6 +23,7 @@ mod skins;
 #[cfg(test)]
 mod tests;
 mod thickness;
+mod tour;
 mod walls;
 mod zigzag;
 
@@ -164,7 +165,7 @@ fn write_layers(layers: &[PlannedLayer<'_>], s: &SliceSettings, job: &SliceJob, 
         if index == usize::from(job.on_table) {
             writer.layer_fan(s.fan);
         }
-        let paths = order.of(layer);
+        let paths = order.of(layer, layers.get(index + 1));
         if paths.is_empty() {
             continue;
         }

@@ -8,6 +8,7 @@ use super::nearest::Nearest;
 use super::overhang::Ground;
 use super::plan::{Feature, Fill, Island, Path, PlannedLayer};
 use super::region::{Contour, Point, distance_mm, perimeter_mm};
+use super::tour::{Ends, tour};
 use super::walls::Bead;
 use crate::slicing::SliceSettings;
 
@@ -32,22 +33,28 @@ impl<'a> Order<'a> {
         Self { settings, at: None, paths: Vec::new() }
     }
 
-    /// The layer's paths in printing order. Islands nearest first; in each the walls from the inside out, then infill.
-    pub(super) fn of(&mut self, layer: &PlannedLayer<'_>) -> Vec<Path> {
-        let mut islands = Nearest::all(layer.islands.iter().map(Island::start).collect());
+    /// The layer's paths in printing order, on the way to the layer `above`. Islands nearest first; in each the walls from the inside
+    /// out, then infill.
+    pub(super) fn of(&mut self, layer: &PlannedLayer<'_>, above: Option<&PlannedLayer<'_>>) -> Vec<Path> {
+        let starts = |layer: &PlannedLayer<'_>| Nearest::all(layer.islands.iter().map(Island::start).collect());
+        let (mut islands, nearest_above) = (starts(layer), above.map(starts));
         while let Some(next) = islands.to(self.place()) {
             islands.remove(next);
             let island = &layer.islands[next];
             let mut inside = Ways { island, comb: None };
-            let (gaps, walls): (Vec<&Bead>, Vec<&Bead>) =
-                island.beads.iter().partition(|bead| bead.depth > 0 && !bead.closed);
+            let (gaps, walls) = gaps_and_walls(island);
             self.walls(&mut inside, &walls, layer.ground.as_ref());
+            let above = || Some(&above?.islands[nearest_above.as_ref()?.to(self.place())?]);
+            let then = islands.to(self.place()).map(|next| &layer.islands[next]).or_else(above);
+            let then = then.map(begins).unwrap_or_default();
             for bridges in [true, false] {
                 let fills = island.fills.iter().filter(|fill| (fill.feature == Feature::Bridge) == bridges);
                 let lines = fills.flat_map(|fill| fill.lines.iter().map(move |line| Piece::Line(fill, line)));
                 let gaps = gaps.iter().filter(|_| !bridges).map(|bead| Piece::Gap(bead));
                 let pieces: Vec<Piece<'_>> = lines.chain(gaps).collect();
-                self.pieces(&mut inside, &pieces, layer.ground.as_ref());
+                // Behind bridges the nearest of the other lines follows.
+                let to: &[Point] = if bridges { &[] } else { &then };
+                self.pieces(&mut inside, &pieces, layer.ground.as_ref(), to);
             }
         }
         std::mem::take(&mut self.paths)
@@ -60,8 +67,7 @@ impl<'a> Order<'a> {
     fn walls(&mut self, inside: &mut Ways<'_>, beads: &[&Bead], ground: Option<&Ground>) {
         let outside = outside_of(beads);
         let starts = starts(beads, &outside);
-        let mut inner = vec![0; beads.len()];
-        outside.iter().flatten().for_each(|&of| inner[of] += 1);
+        let mut inner = inner_of(&outside);
         // Both ends of an open line, the start of a closed one twice.
         let mut nearest = Nearest::of(starts.iter().flatten().copied().collect());
         let free = |nearest: &mut Nearest, bead: usize| {
@@ -117,22 +123,20 @@ impl<'a> Order<'a> {
         }
     }
 
-    fn pieces(&mut self, inside: &mut Ways<'_>, pieces: &[Piece<'_>], ground: Option<&Ground>) {
-        let mut nearest = Nearest::all(pieces.iter().flat_map(Piece::ends).collect());
-        while let Some(end) = nearest.to(self.place()) {
-            let next = end / 2;
-            nearest.remove(2 * next);
-            nearest.remove(2 * next + 1);
+    fn pieces(&mut self, inside: &mut Ways<'_>, pieces: &[Piece<'_>], ground: Option<&Ground>, to: &[Point]) {
+        let ends: Vec<Ends> = pieces.iter().map(Piece::ends).collect();
+        for (next, end) in tour(self.at, &ends, to) {
             match pieces[next] {
                 Piece::Line(fill, line) => {
                     let mut points = line.clone();
-                    if end % 2 == 1 {
+                    if end == 1 {
                         points.reverse();
                     }
                     self.add(inside, fill.feature, points, fill.width_mm);
                 }
                 Piece::Gap(bead) => {
-                    let (points, widths) = laid_from(bead, pieces[next].ends()[end % 2], 0.0);
+                    let start = if bead.closed { nearest_of(&bead.points, self.place()) } else { ends[next][end] };
+                    let (points, widths) = laid_from(bead, start, 0.0);
                     self.add_stretches(inside, bead, &points, &widths, ground);
                 }
             }
@@ -165,6 +169,28 @@ impl<'a> Order<'a> {
     }
 }
 
+/// What fills gaps between walls, and the walls.
+fn gaps_and_walls<'a>(island: &Island<'a>) -> (Vec<&'a Bead>, Vec<&'a Bead>) {
+    island.beads.iter().partition(|bead| bead.depth > 0 && !bead.closed)
+}
+
+/// Where the first wall of an island may begin.
+fn begins(island: &Island<'_>) -> Vec<Point> {
+    let (_, walls) = gaps_and_walls(island);
+    let outside = outside_of(&walls);
+    let inner = inner_of(&outside);
+    let starts = starts(&walls, &outside);
+    let found: Vec<Point> = (0..walls.len()).filter(|&wall| inner[wall] == 0).flat_map(|wall| starts[wall]).collect();
+    if found.is_empty() { vec![island.start()] } else { found }
+}
+
+/// How many walls each one waits for.
+fn inner_of(outside: &[Option<usize>]) -> Vec<usize> {
+    let mut inner = vec![0; outside.len()];
+    outside.iter().flatten().for_each(|&of| inner[of] += 1);
+    inner
+}
+
 /// What may begin at either end.
 #[derive(Clone, Copy)]
 enum Piece<'a> {
@@ -173,9 +199,11 @@ enum Piece<'a> {
 }
 
 impl Piece<'_> {
-    fn ends(&self) -> [Point; 2] {
+    fn ends(&self) -> Ends {
         let points = match self {
             Self::Line(_, line) => line,
+            // A ring ends where it begins.
+            Self::Gap(bead) if bead.closed => return [bead.points[0]; 2],
             Self::Gap(bead) => &bead.points,
         };
         [points[0], points[points.len() - 1]]
@@ -222,17 +250,18 @@ fn starts(beads: &[&Bead], outside: &[Option<usize>]) -> Vec<[Point; 2]> {
     let mut found = vec![[Point::default(); 2]; beads.len()];
     for index in order {
         let points = &beads[index].points;
-        let nearest_to = |at: Point| {
-            let away = |p: &Point| distance_mm(at, *p);
-            points.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(at)
-        };
         found[index] = match (beads[index].closed, outside[index]) {
             (false, _) => [points[0], points[points.len() - 1]],
-            (true, Some(of)) => [nearest_to(found[of][0]); 2],
+            (true, Some(of)) => [nearest_of(points, found[of][0]); 2],
             (true, None) => [points[rearmost(points)]; 2],
         };
     }
     found
+}
+
+fn nearest_of(points: &[Point], at: Point) -> Point {
+    let away = |p: &Point| distance_mm(at, *p);
+    points.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(at)
 }
 
 /// The bead's points in the order in which they are printed from `start`, and the width of each leg.
