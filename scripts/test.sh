@@ -145,6 +145,8 @@ package zsh zsh
 package fish fish
 package linuxcnc-uspace rs274
 package cura-engine CuraEngine
+package g++ g++
+[ -e /usr/include/lemon/preflow.h ] || package liblemon-dev lemon-headers
 if have chromium-browser || have google-chrome; then :; else package chromium chromium; fi
 cura_definitions
 if [ -d .venv/cura/definitions ]; then
@@ -245,6 +247,7 @@ took_part scipy 'python3 -c "import scipy"' 'python3 -c "import scipy; print(sci
 took_part jsonschema '.venv/bin/python -c "import jsonschema"' '.venv/bin/python -c "from importlib.metadata import version; print(version(\"jsonschema\"))"'
 took_part maturin 'maturin --version' 'maturin --version'
 took_part OR-tools 'python3 -c "import ortools"' 'python3 -c "import ortools; print(ortools.__version__)"'
+took_part LEMON '[ -e /usr/include/lemon/preflow.h ] && command -v g++' "dpkg-query -W -f '\${Version}\n' liblemon-dev"
 took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -c "import octoprint; print(octoprint.__version__)"'
 passed=$(awk '/^test result:/ { n += $4 } END { print n + 0 }' "$log")
 broken=$(awk '/^test result:/ { n += $6 } END { print n + 0 }' "$log")
