@@ -16,10 +16,12 @@
 mod candidates;
 mod cap;
 mod clip;
+mod edges;
 mod machine;
 mod measure;
 mod pedestal;
 mod promise;
+mod refine;
 mod rules;
 mod search;
 mod state;
@@ -292,7 +294,8 @@ impl Splitter {
             self.tried.push(pedestal_mm);
         }
         let (ground, rules) = (&self.ground, &self.ground.rules);
-        let whole = &ground.first().rest;
+        let first = ground.first_state();
+        let whole = &first.rest;
         let before = whole.needs(&Vec3::z(), None, rules);
         let pedestal = Some(pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(whole, mm));
         let planned = |state: &SplitState| {

@@ -79,8 +79,13 @@ impl SearchGround {
     }
 
     /// The model as it is.
-    pub(super) fn first(&self) -> &SplitState {
-        &self.first
+    pub(super) fn first_state(&self) -> Arc<SplitState> {
+        self.first.clone()
+    }
+
+    /// Directions of faces or of the compass.
+    pub(super) fn exact_directions(&self) -> &[Vec3] {
+        &self.directions.all[..self.directions.exact]
     }
 }
 
@@ -93,16 +98,15 @@ pub(super) struct BeamSearch<'a> {
 }
 
 impl BeamSearch<'_> {
-    /// The best way to cut that is found. `finished` says whether a state that needs nothing really is good, and `level` is told
-    /// after each level.
-    ///
+    /// The best way to cut that is found, refined. `finished` says whether a state that needs nothing really is good, and `level` is
+    /// told after each level.
+    pub(super) fn run(&self, finished: &dyn Fn(&SplitState) -> bool, level: &mut dyn FnMut(usize)) -> SearchFound {
+        self.refined(self.searched(finished, level), finished)
+    }
+
     /// Plain directions come first: what they do with as few cuts has its faces along the layers and smaller seams, though a
     /// slanting cut would take more at once.
-    pub(super) fn run(
-        &self,
-        finished: &dyn Fn(&SplitState) -> bool,
-        level: &mut dyn FnMut(usize),
-    ) -> SearchFound {
+    fn searched(&self, finished: &dyn Fn(&SplitState) -> bool, level: &mut dyn FnMut(usize)) -> SearchFound {
         let most = self.ground.options.max_cuts;
         let few = most.min(PLAIN_CUTS);
         let usual = self.ground.options.beam;
@@ -292,7 +296,7 @@ impl BeamSearch<'_> {
     }
 
     /// The state after a cut, if rules and machine allow it; what is known of it already is not found out again.
-    fn child(&self, state: &SplitState, promise: &Promise) -> Result<Arc<SplitState>, Against> {
+    pub(super) fn child(&self, state: &SplitState, promise: &Promise) -> Result<Arc<SplitState>, Against> {
         let answer = |against: Against| {
             promise.answer(self.number, Some(against));
             against
@@ -342,9 +346,10 @@ impl BeamSearch<'_> {
     fn after(&self, state: &SplitState, promise: &Promise, parts: CutParts) -> Result<SplitState, Against> {
         let SearchGround { rules, directions, .. } = self.ground;
         let CutParts { rest, pieces, needs, seam_mm2, crumbs_mm3, .. } = parts;
-        let (plane, odd) = (promise.plane, promise.odd);
+        let (plane, odd, all) = (promise.plane, promise.odd, promise.taken == Taken::All);
+        let tops = promise.tops.iter().map(|&v| state.rest.surface.vertices[v as usize]).collect();
         let mut steps = state.steps.clone();
-        steps.push(Arc::new(CutStep { plane, pieces, needs, seam_mm2, gain_mm2: 0.0, crumbs_mm3, odd }));
+        steps.push(Arc::new(CutStep { plane, pieces, needs, seam_mm2, gain_mm2: 0.0, crumbs_mm3, odd, all, tops }));
         let mut child = SplitState::of(rest, rules, steps, directions.all.len());
         let gain_mm2 = state.left().area_mm2 - child.left().area_mm2;
         child.steps.iter_mut().last().and_then(Arc::get_mut).into_iter().for_each(|step| step.gain_mm2 = gain_mm2);

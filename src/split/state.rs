@@ -5,6 +5,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use super::clip::ON_PLANE_MM;
 use super::measure::{MeasureRules, Measured, PieceNeeds};
 use super::promise::Promise;
 use super::surface::{Plane, Surface};
@@ -31,6 +32,26 @@ pub(super) struct CutStep {
     pub(super) crumbs_mm3: f64,
     /// Whether the direction is none of a face or of the compass.
     pub(super) odd: bool,
+    /// Whether everything beyond the plane was taken.
+    pub(super) all: bool,
+    /// The highest point of each solid that was taken.
+    pub(super) tops: Vec<Vec3>,
+}
+
+impl CutStep {
+    /// The middle of the caps.
+    pub(super) fn seam_middle(&self) -> Vec3 {
+        let flat = |p: &Vec3| self.plane.height(p).abs() < 10.0 * ON_PLANE_MM;
+        let (mut sum, mut area) = (Vec3::zeros(), 0.0);
+        for piece in &self.pieces {
+            for facet in (0..piece.facets.len()).filter(|&f| piece.corners(f).iter().all(flat)) {
+                let doubled = piece.area_vector(facet).norm();
+                sum += piece.corners(facet).iter().sum::<Vec3>() * (doubled / 3.0);
+                area += doubled;
+            }
+        }
+        sum / area.max(f64::MIN_POSITIVE)
+    }
 }
 
 /// What is left after some cuts.

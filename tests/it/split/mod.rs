@@ -7,6 +7,7 @@ mod free_form;
 mod layers;
 mod planes;
 mod real_meshes;
+mod refined;
 pub(crate) mod solids;
 
 use trunnion::geom::{Angle, Object, Vec3};

@@ -107,6 +107,25 @@ pub(crate) fn rod(radius: f64, height: f64, sides: usize) -> Shape {
     Shape::new(&vertices, &facets)
 }
 
+/// A body of revolution about +z, upright: `[radius, z]` of its rings from below.
+pub(crate) fn turned(rings: &[[f64; 2]], sides: usize) -> Shape {
+    let circle = |&[radius, z]: &[f64; 2]| -> Vec<Vec3> {
+        let angle = |k: usize| std::f64::consts::TAU * k as f64 / sides as f64;
+        (0..sides).map(|k| Vec3::new(radius * angle(k).cos(), radius * angle(k).sin(), z)).collect()
+    };
+    let vertices: Vec<Vec3> = rings.iter().flat_map(circle).collect();
+    let top = vertices.len() - sides;
+    let mut facets: Vec<[usize; 3]> =
+        (1..sides - 1).flat_map(|k| [[0, k + 1, k], [top, top + k, top + k + 1]]).collect();
+    for ring in (0..top).step_by(sides) {
+        for k in 0..sides {
+            let (a, b) = (ring + k, ring + (k + 1) % sides);
+            facets.extend([[a, b, sides + b], [a, sides + b, sides + a]]);
+        }
+    }
+    Shape::new(&vertices, &facets)
+}
+
 /// About the origin: `sides` meridians, half as many bands.
 pub(crate) fn ball(radius: f64, sides: usize) -> Shape {
     let bands = sides / 2;
