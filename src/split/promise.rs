@@ -10,7 +10,6 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use super::clip::Taken;
 use super::measure::PieceNeeds;
 use super::rules::{Against, THICK_MM};
-use super::state::SplitState;
 use super::surface::Plane;
 use super::sweep::Beyond;
 
@@ -19,8 +18,8 @@ pub(super) const STAYS_MM2: f64 = 0.5;
 /// The states that are kept have no more facets together than this: some 200 bytes each.
 const KEPT_FACETS: usize = 2_000_000;
 
-/// A plane that promises something.
-pub(super) struct Promise {
+/// A plane that promises something; `S` is a state.
+pub(super) struct Promise<S> {
     pub(super) plane: Plane,
     pub(super) taken: Taken,
     /// What a finished child would need, by the sweep.
@@ -33,22 +32,22 @@ pub(super) struct Promise {
     /// mm², once somebody has asked.
     pub(super) seam_mm2: OnceLock<f64>,
     /// What is against the cut on every machine, or the state behind it.
-    made: OnceLock<Result<Arc<SplitState>, Against>>,
+    made: OnceLock<Result<Arc<S>, Against>>,
     /// By machine: what is against the cut on it.
     answers: Mutex<Vec<(u64, Option<Against>)>>,
 }
 
 /// What is known of a cut on one machine.
-pub(super) enum Known {
+pub(super) enum Known<S> {
     Refused(Against),
     /// The machine prints it.
-    Made(Arc<SplitState>),
+    Made(Arc<S>),
     /// It can be made, but nobody has asked this machine yet.
-    Unasked(Arc<SplitState>),
+    Unasked(Arc<S>),
     Nothing,
 }
 
-impl Promise {
+impl<S> Promise<S> {
     pub(super) fn new(
         plane: Plane,
         (taken, tops): (Taken, Vec<u32>),
@@ -61,7 +60,7 @@ impl Promise {
     }
 
     /// What is known of the cut on the machine of this number.
-    pub(super) fn known(&self, machine: u64) -> Known {
+    pub(super) fn known(&self, machine: u64) -> Known<S> {
         let answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
         let answer = answers.iter().find(|(number, _)| *number == machine).map(|(_, answer)| answer);
         match (self.made.get(), answer) {
@@ -85,14 +84,9 @@ impl Promise {
         }
     }
 
-    /// Keeps the state behind the cut where `kept`, the facets of all that are, leaves room.
-    pub(super) fn keep(&self, state: &Arc<SplitState>, kept: &AtomicUsize) {
-        if self.made.get().is_some() {
-            return;
-        }
-        let pieces = state.steps.last().map_or(0, |step| step.pieces.iter().map(|p| p.facets.len()).sum());
-        let facets = state.rest.surface.facets.len() + pieces;
-        if kept.fetch_add(facets, Ordering::Relaxed) <= KEPT_FACETS {
+    /// Keeps the state behind the cut, of so many facets, where `kept`, the facets of all that are, leaves room.
+    pub(super) fn keep(&self, state: &Arc<S>, facets: usize, kept: &AtomicUsize) {
+        if self.made.get().is_none() && kept.fetch_add(facets, Ordering::Relaxed) <= KEPT_FACETS {
             let _ = self.made.set(Ok(state.clone()));
         }
     }

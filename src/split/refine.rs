@@ -14,7 +14,7 @@ use super::candidates::{around, spacing};
 use super::clip::Taken;
 use super::promise::Promise;
 use super::search::{BeamSearch, SearchFound};
-use super::state::{CutStep, FAULT_MM2, SplitState, whole};
+use super::state::{CutStep, FAULT_MM2, SplitState, StatePromise, whole};
 use super::surface::Plane;
 use super::sweep::{Beyond, Sweep, seam_mm2};
 use crate::geom::Vec3;
@@ -125,7 +125,7 @@ impl BeamSearch<'_> {
     }
 
     /// Planes near that of `step` that promise more, the most promising first.
-    fn moves(&self, before: &SplitState, step: &CutStep) -> Vec<Promise> {
+    fn moves(&self, before: &SplitState, step: &CutStep) -> Vec<StatePromise> {
         let limit = self.worth(before, step).unwrap_or(f64::INFINITY);
         let mut all = self.shifted(before, step, &step.plane, (limit, whole(step.seam_mm2), step.odd));
         if step.odd {
@@ -150,11 +150,11 @@ impl BeamSearch<'_> {
     }
 
     /// Planes parallel to `plane` and near it that promise more than a worth and a seam, apart from each other.
-    fn shifted(&self, before: &SplitState, step: &CutStep, plane: &Plane, than: (f64, i64, bool)) -> Vec<Promise> {
+    fn shifted(&self, before: &SplitState, step: &CutStep, plane: &Plane, than: (f64, i64, bool)) -> Vec<StatePromise> {
         let (up, odd, limit) = (&plane.normal, than.2, whole(than.0));
         let mut sweep = Sweep::new(&before.rest, &before.upright, up, &self.ground.rules);
         let window = spacing(&before.rest, up, &sweep.heights);
-        let mut found: Vec<((i64, i64), Promise)> = Vec::new();
+        let mut found: Vec<((i64, i64), StatePromise)> = Vec::new();
         let (mut middle, mut reach) = (plane.offset_mm, window);
         // A second time about the best, finer.
         for _ in 0..2 {
@@ -178,9 +178,9 @@ impl BeamSearch<'_> {
             let Some((_, best)) = found.first() else { break };
             (middle, reach) = (best.plane.offset_mm, reach / 16.0);
         }
-        let mut apart: Vec<Promise> = Vec::new();
+        let mut apart: Vec<StatePromise> = Vec::new();
         for (_, promise) in found {
-            let far = |other: &Promise| (other.plane.offset_mm - promise.plane.offset_mm).abs() > APART * window;
+            let far = |other: &StatePromise| (other.plane.offset_mm - promise.plane.offset_mm).abs() > APART * window;
             if apart.len() < TRIES && apart.iter().all(far) {
                 apart.push(promise);
             }

@@ -17,7 +17,7 @@ use super::machine::CutMachine;
 use super::measure::{MeasureRules, Measured};
 use super::promise::{Known, Promise, STAYS_MM2, choices};
 use super::rules::{Against, CutParts, THICK_MM, kept};
-use super::state::{CutStep, FAULT_MM2, NOTHING_MM2, SAME_MM2, SplitState, whole};
+use super::state::{CutStep, FAULT_MM2, NOTHING_MM2, SAME_MM2, SplitState, StatePromise, whole};
 use super::surface::{Plane, Surface};
 use super::sweep::{Sweep, footing, seam_mm2};
 use crate::geom::{Object, Vec3};
@@ -246,27 +246,27 @@ impl BeamSearch<'_> {
     }
 
     /// All planes of all states that gain something, the most promising first, and of equals those with small seams.
-    fn candidates<'b>(&self, beam: &'b [Arc<SplitState>], directions: usize) -> Vec<(usize, &'b Promise)> {
+    fn candidates<'b>(&self, beam: &'b [Arc<SplitState>], directions: usize) -> Vec<(usize, &'b StatePromise)> {
         let tasks: Vec<(usize, usize)> = (0..beam.len()).flat_map(|s| (0..directions).map(move |d| (s, d))).collect();
         let along = |&(s, d): &(usize, usize)| (s, beam[s].along(d, || self.along(&beam[s], d)));
-        let found: Vec<(usize, &[Promise])> = tasks.par_iter().map(along).collect();
-        let mut all: Vec<(usize, &Promise)> =
+        let found: Vec<(usize, &[StatePromise])> = tasks.par_iter().map(along).collect();
+        let mut all: Vec<(usize, &StatePromise)> =
             found.into_iter().flat_map(|(s, some)| some.iter().map(move |one| (s, one))).collect();
         all.sort_by_key(|(_, c)| (c.worth, c.setups, c.odd));
         let few = all.len().min(SEAMED);
-        let seam = |&(s, c): &(usize, &Promise)| {
+        let seam = |&(s, c): &(usize, &StatePromise)| {
             let (up, offset_mm) = (&c.plane.normal, c.plane.offset_mm);
             *c.seam_mm2.get_or_init(|| seam_mm2(&beam[s].rest, up, offset_mm, &c.tops))
         };
         let seams: Vec<f64> = all[..few].par_iter().map(seam).collect();
-        let mut first: Vec<((usize, &Promise), f64)> = all[..few].iter().copied().zip(seams).collect();
+        let mut first: Vec<((usize, &StatePromise), f64)> = all[..few].iter().copied().zip(seams).collect();
         first.sort_by_key(|((_, c), seam)| (c.worth, c.setups, c.odd, whole(*seam)));
         first.into_iter().zip(&mut all).for_each(|((one, _), place)| *place = one);
         all
     }
 
     /// The planes of one direction.
-    fn along(&self, state: &SplitState, d: usize) -> Vec<Promise> {
+    fn along(&self, state: &SplitState, d: usize) -> Vec<StatePromise> {
         let SearchGround { options, rules, directions, .. } = self.ground;
         let up = &directions.all[d];
         let mut sweep = Sweep::new(&state.rest, &state.upright, up, rules);
@@ -288,7 +288,7 @@ impl BeamSearch<'_> {
                 all.push(Promise::new(plane, (taken, tops), after.area_mm2, rank));
             }
         });
-        let takes_all = |c: &&Promise| c.taken == Taken::All;
+        let takes_all = |c: &&StatePromise| c.taken == Taken::All;
         let whole: Vec<f64> = all.iter().filter(takes_all).map(|c| c.plane.offset_mm).collect();
         let mut footing = footing(&state.rest, up, &sweep.heights, &whole).into_iter();
         all.retain(|c| c.taken != Taken::All || footing.next().unwrap_or(true));
@@ -296,7 +296,7 @@ impl BeamSearch<'_> {
     }
 
     /// The state after a cut, if rules and machine allow it; what is known of it already is not found out again.
-    pub(super) fn child(&self, state: &SplitState, promise: &Promise) -> Result<Arc<SplitState>, Against> {
+    pub(super) fn child(&self, state: &SplitState, promise: &StatePromise) -> Result<Arc<SplitState>, Against> {
         let answer = |against: Against| {
             promise.answer(self.number, Some(against));
             against
@@ -316,19 +316,19 @@ impl BeamSearch<'_> {
             }
         };
         promise.answer(self.number, None);
-        promise.keep(&child, &self.ground.kept);
+        promise.keep(&child, child.facets(), &self.ground.kept);
         Ok(child)
     }
 
     /// Whether the machine prints the pieces beside what is left.
-    fn asked(&self, pieces: &[Surface], rest: &Surface, promise: &Promise) -> Result<(), Against> {
+    fn asked(&self, pieces: &[Surface], rest: &Surface, promise: &StatePromise) -> Result<(), Against> {
         let standing = (promise.taken != Taken::All).then(|| rest.mesh());
         let prints = |p: &Surface| self.machine.prints(&p.mesh(), &promise.plane.normal, standing.as_ref());
         if pieces.iter().all(prints) { Ok(()) } else { Err(Against::Head) }
     }
 
     /// What the cut makes, if the rules allow it.
-    fn parts(&self, state: &SplitState, promise: &Promise) -> Result<CutParts, Against> {
+    fn parts(&self, state: &SplitState, promise: &StatePromise) -> Result<CutParts, Against> {
         let SearchGround { options, rules, .. } = self.ground;
         let (number, plane) = (state.steps.len() as u32 + 1, &promise.plane);
         let cut = cut(&state.rest.surface, plane, &promise.taken, number).map_err(|_| Against::Crossing)?;
@@ -343,7 +343,7 @@ impl BeamSearch<'_> {
     }
 
     /// The state after a cut that the machine prints.
-    fn after(&self, state: &SplitState, promise: &Promise, parts: CutParts) -> Result<SplitState, Against> {
+    fn after(&self, state: &SplitState, promise: &StatePromise, parts: CutParts) -> Result<SplitState, Against> {
         let SearchGround { rules, directions, .. } = self.ground;
         let CutParts { rest, pieces, needs, seam_mm2, crumbs_mm3, .. } = parts;
         let (plane, odd, all) = (promise.plane, promise.odd, promise.taken == Taken::All);

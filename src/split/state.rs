@@ -54,6 +54,9 @@ impl CutStep {
     }
 }
 
+/// A plane through a state, with the state behind it.
+pub(super) type StatePromise = Promise<SplitState>;
+
 /// What is left after some cuts.
 pub(super) struct SplitState {
     pub(super) rest: Measured,
@@ -63,7 +66,7 @@ pub(super) struct SplitState {
     stays_mm2: f64,
     faults: usize,
     /// By direction, the planes that gain something.
-    along: Vec<OnceLock<Vec<Promise>>>,
+    along: Vec<OnceLock<Vec<StatePromise>>>,
     passes: OnceLock<bool>,
 }
 
@@ -78,8 +81,14 @@ impl SplitState {
     }
 
     /// The planes of one direction that gain something; `find` looks for them where nobody has.
-    pub(super) fn along(&self, direction: usize, find: impl FnOnce() -> Vec<Promise>) -> &[Promise] {
+    pub(super) fn along(&self, direction: usize, find: impl FnOnce() -> Vec<StatePromise>) -> &[StatePromise] {
         self.along[direction].get_or_init(find)
+    }
+
+    /// Facets of what is left and of what the last cut took.
+    pub(super) fn facets(&self) -> usize {
+        let pieces = self.steps.last().map_or(0, |step| step.pieces.iter().map(|p| p.facets.len()).sum());
+        self.rest.surface.facets.len() + pieces
     }
 
     /// What is left needs this, as it stands.

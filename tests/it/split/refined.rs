@@ -1,4 +1,5 @@
-//! What the search found is made better nearby: seams come to the neck of what they cut, and parallel cuts become one.
+//! What the search found is made better nearby: seams come to the neck of what they cut. That parallel cuts become one is held by
+//! the bracket's four cuts, which are five without.
 //!
 //! The witness is all offsets of a direction, a fiftieth of a millimetre apart, each really cut.
 
@@ -7,14 +8,13 @@ use trunnion::mesh::TriangleMesh;
 use trunnion::split::{NoHead, Options, Plane, Split, parted, split};
 
 use super::solids::{block, turned};
-use super::{cut, is_sound};
 use crate::support::note;
 
 /// A column with a neck at `neck`, which carries a beam out to one side; a beam's underside and the widening column both pass at
 /// 60 degrees when the upper half leans by 45.
 fn necked(neck: f64) -> TriangleMesh<Object> {
-    let column = turned(&[[12.0, 0.0], [11.0, 8.0], [6.0, neck], [11.0, 56.0], [11.0, 64.0]], 48);
-    column.and(&block(56.0, 22.0, 12.0).at(-11.0, -11.0, 56.0)).mesh()
+    let column = turned(&[[12.0, 0.0], [11.0, 8.0], [6.0, neck], [11.0, 56.0], [11.0, 68.0]], 48);
+    column.and(&block(45.0, 14.0, 12.0).at(0.0, -7.0, 56.0)).mesh()
 }
 
 fn found(mesh: &TriangleMesh<Object>) -> Split {
@@ -30,11 +30,12 @@ fn seam_mm2(mesh: &TriangleMesh<Object>, normal: Vec3, offset_mm: f64) -> Option
 
 #[test]
 fn a_seam_comes_to_the_neck() {
-    for neck in [29.0, 31.7, 34.3] {
+    let mut saved = 0.0_f64;
+    for neck in [27.0, 28.4, 29.8, 31.2, 32.6, 34.0, 35.4] {
         let mesh = necked(neck);
         let found = found(&mesh);
         is_sound_but_for_the_angle(&mesh, &found);
-        assert!(found.printable && found.cuts.len() == 1, "{neck}: {} cuts, {:?}", found.cuts.len(), found.after);
+        assert!(found.printable && found.cuts.len() == 1, "{neck}: {:?}, {:?}", found.cuts, found.after);
         let Plane { normal, offset_mm } = found.cuts[0].plane;
         let heights = || mesh.vertices().iter().map(|v| v.dot(&normal));
         let foot = mesh.vertices().iter().filter(|v| v.z < 1e-6).map(|v| v.dot(&normal));
@@ -44,12 +45,17 @@ fn a_seam_comes_to_the_neck() {
         let near = |c: &f64| (c - offset_mm).abs() <= apart && *c > low;
         let all = (0..=200).map(|i| offset_mm + apart * (f64::from(i) / 100.0 - 1.0)).filter(near);
         let least = all.filter_map(|c| seam_mm2(&mesh, normal, c)).fold(f64::MAX, f64::min);
-        let even = (1..14).map(|i| low + apart * f64::from(i)).filter_map(|c| seam_mm2(&mesh, normal, c));
+        let even = (1..14).map(|i| low + apart * f64::from(i)).filter(near).filter_map(|c| seam_mm2(&mesh, normal, c));
         let usual = even.fold(f64::MAX, f64::min);
         let got = found.seam_mm2();
-        note(&format!("neck at {neck}: seam {got:.2} mm2, {least:.2} by brute force, {usual:.2} at the usual offsets"));
+        note(&format!(
+            "neck at {neck}: seam {got:.2} mm2, {least:.2} by brute force, {usual:.2} at the nearest of an even spread"
+        ));
         assert!(got <= least + 0.2, "neck at {neck}: {got} where {least} is possible");
+        saved = saved.max(usual - got);
     }
+    // Somewhere the even spread misses the neck clearly.
+    assert!(saved > 3.0, "only {saved} mm2");
 }
 
 /// As [`is_sound`], which counts what looks down by more than 45 degrees.
