@@ -14,7 +14,7 @@ use crate::mesh::threemf;
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{FREE_SPAN_MM, OnePrint, centred};
 use crate::spelling::counted;
-use crate::split::{Against, Options, PatchLeft, Split, split as cut};
+use crate::split::{Against, Options, PatchLeft, Split, Splitter};
 use crate::view::Drawing;
 
 /// A model and a machine, and how to cut.
@@ -219,7 +219,7 @@ pub(super) fn cut_up(
     };
     let placement = centred(&model.model, &machine.profile)?;
     let process = &machine.profile.process;
-    let wanted = |pedestal_mm: f64| Options {
+    let wanted = Options {
         overhang: Angle::from_deg(options.overhang_deg),
         layer_mm: process.layer_height_mm,
         span_mm: FREE_SPAN_MM.max(2.0 * process.line_width_mm),
@@ -230,15 +230,15 @@ pub(super) fn cut_up(
         allow_mm2: options.allow_mm2,
         strict: options.strict,
         no_cut: options.no_cut.iter().map(|b| Bounds::of(b.map(Vec3::from))).collect(),
-        pedestal_mm,
         ..Options::default()
     };
     let head = OnePrint::new(&machine.profile, placement, Angle::from_deg(options.overhang_deg), options.margin_mm);
-    let attempt = |pedestal_mm: f64| {
+    let mut splitter = Splitter::new(&part.mesh, |up| head.reaches(up), wanted);
+    let mut attempt = |pedestal_mm: f64| {
         let bar = world.progress.begin("cuts", options.max_cuts);
         let mut head = head.clone();
         head.pedestal_mm = pedestal_mm;
-        cut(&part.mesh, &head, &wanted(pedestal_mm), &mut |level| bar.at(level))
+        splitter.split(&head, pedestal_mm, &mut |level| bar.at(level))
     };
     let mut pedestal_mm = options.pedestal_mm.unwrap_or(0.0);
     let mut split = attempt(pedestal_mm);
@@ -262,7 +262,7 @@ pub(super) fn cut_up(
 
 /// The lowest pedestal on which nothing needs support. The tallest gives the head the most room and is asked first: where it leaves
 /// something, and no more than is left on none, a lower one would as well; where it leaves more, it does not fit below the frame.
-fn on_a_pedestal(on_none: &Split, attempt: impl Fn(f64) -> Split) -> Option<(f64, Split)> {
+fn on_a_pedestal(on_none: &Split, mut attempt: impl FnMut(f64) -> Split) -> Option<(f64, Split)> {
     let [lower @ .., tallest] = PEDESTALS_MM;
     let on_tallest = attempt(tallest);
     if !on_tallest.printable && on_tallest.after.area_mm2 <= on_none.after.area_mm2 {

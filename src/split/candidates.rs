@@ -28,6 +28,12 @@ const QUANTILES: [f64; 5] = [0.0, 0.02, 0.1, 0.25, 0.5];
 /// Offsets nearer than this are one, mm.
 const SAME_MM: f64 = 1e-3;
 
+/// Offsets to either side of a plane that is moved, and heights of vertices beside them.
+const FINE: i32 = 16;
+const NEAREST: usize = 32;
+/// A plane that does not go through a vertex keeps so far from it, mm.
+const BESIDE_MM: f64 = 0.05;
+
 /// Unit directions to print along, those that `reaches` says no to left out.
 pub(super) struct Directions {
     /// All.
@@ -93,14 +99,8 @@ pub(super) fn directions(model: &TriangleMesh<Object>, reaches: impl Fn(&Vec3) -
 
 /// Offsets along `up` from the top down, none below the footprint unless `up` is +z; `heights` are the vertices'.
 pub(super) fn offsets(part: &Measured, upright: &Upright, up: &Vec3, heights: &[f64], least_mm: f64) -> Vec<f64> {
-    let level = (up - Vec3::z()).norm() < SAME;
-    let range = |vs: &mut dyn Iterator<Item = u32>| {
-        vs.map(|v| heights[v as usize]).fold([f64::INFINITY, f64::NEG_INFINITY], |r, h| [r[0].min(h), r[1].max(h)])
-    };
-    let footprint = (0..part.area.len()).filter(|&f| part.on_table[f]).flat_map(|f| part.surface.facets[f]);
-    let [bottom, top] = range(&mut (0..heights.len() as u32));
-    let low = if level { bottom } else { range(&mut footprint.into_iter())[1] };
-    let lower_end = |f: u32| range(&mut part.surface.facets[f as usize].into_iter())[0];
+    let [low, top] = reach(part, up, heights);
+    let lower_end = |f: u32| range(heights, &mut part.surface.facets[f as usize].into_iter())[0];
     let mut exact: Vec<f64> = flush(part, up, heights);
     for patch in upright.patches.iter().take(PATCHES) {
         let mut ends: Vec<f64> = patch.iter().copied().map(lower_end).collect();
@@ -108,7 +108,7 @@ pub(super) fn offsets(part: &Measured, upright: &Upright, up: &Vec3, heights: &[
         exact.extend(QUANTILES.map(|q| ends[((ends.len() - 1) as f64 * q) as usize]));
     }
     exact.extend(upright.beginnings().iter().map(|v| heights[*v as usize]));
-    exact.extend(upright.ridges().iter().map(|r| range(&mut r.edges.iter().flatten().copied())[0]));
+    exact.extend(upright.ridges().iter().map(|r| range(heights, &mut r.edges.iter().flatten().copied())[0]));
     exact.push(low);
     let even = (1..EVEN).map(|i| low + (top - low) * i as f64 / EVEN as f64);
     let fits = |c: &f64| *c >= low - SAME_MM && *c <= top - least_mm;
@@ -119,6 +119,43 @@ pub(super) fn offsets(part: &Measured, upright: &Upright, up: &Vec3, heights: &[
         }
     }
     all.sort_unstable_by(|a, b| b.total_cmp(a));
+    all
+}
+
+/// The least and the greatest of the heights of some vertices.
+fn range(heights: &[f64], vertices: &mut dyn Iterator<Item = u32>) -> [f64; 2] {
+    let heights = vertices.map(|v| heights[v as usize]);
+    heights.fold([f64::INFINITY, f64::NEG_INFINITY], |r, h| [r[0].min(h), r[1].max(h)])
+}
+
+/// Where planes may lie: from the far end of the footprint, or the table for +z, up to the top.
+fn reach(part: &Measured, up: &Vec3, heights: &[f64]) -> [f64; 2] {
+    let footprint = (0..part.area.len()).filter(|&f| part.on_table[f]).flat_map(|f| part.surface.facets[f]);
+    let [bottom, top] = range(heights, &mut (0..heights.len() as u32));
+    let level = (up - Vec3::z()).norm() < SAME;
+    [if level { bottom } else { range(heights, &mut footprint.into_iter())[1] }, top]
+}
+
+/// How far the offsets of [`offsets`] that are spread evenly lie apart, mm.
+pub(super) fn spacing(part: &Measured, up: &Vec3, heights: &[f64]) -> f64 {
+    let [low, top] = reach(part, up, heights);
+    (top - low).max(0.0) / EVEN as f64
+}
+
+/// Offsets along `up` from the top down, no farther than `window` mm from `middle`, and none where [`offsets`] has none: heights of
+/// vertices, the nearest, and an even spread that keeps away from them, since a cut beside a vertex leaves slivers.
+pub(super) fn around(part: &Measured, up: &Vec3, heights: &[f64], (middle, window): (f64, f64)) -> Vec<f64> {
+    let [low, top] = reach(part, up, heights);
+    let fits = |c: &f64| (c - middle).abs() <= window && *c >= low - SAME_MM && *c <= top - SAME_MM;
+    let mut all: Vec<f64> = heights.iter().copied().filter(fits).collect();
+    all.sort_unstable_by(|a, b| (a - middle).abs().total_cmp(&(b - middle).abs()));
+    all.dedup_by(|a, b| (*a - *b).abs() < SAME_MM);
+    all.truncate(NEAREST);
+    let vertices = all.clone();
+    let even = (-FINE..=FINE).map(|i| middle + window * f64::from(i) / f64::from(FINE)).filter(fits);
+    all.extend(even.filter(|c| vertices.iter().all(|v| (v - c).abs() > BESIDE_MM)));
+    all.sort_unstable_by(|a, b| b.total_cmp(a));
+    all.dedup_by(|a, b| (*a - *b).abs() < SAME_MM);
     all
 }
 

@@ -4,10 +4,11 @@
 //! for bit. Every vertex of a loop stays a corner, those in the middle of a straight stretch too: the facets beside it end there.
 //! The triangles are `earcut`'s; what it leaves out is put back, and a cap that does not close its loops is none.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
 use earcut::Earcut;
 
+use super::edges::EdgeMap;
 use crate::geom::Vec3;
 
 /// A connected piece of a cap.
@@ -137,7 +138,6 @@ impl Loop {
 
 fn patch(outer: &Loop, holes: &[&Loop]) -> Result<CapPatch, NoCap> {
     let rings = || std::iter::once(outer).chain(holes.iter().copied());
-    let number: Vec<u32> = rings().flat_map(|l| l.vertices.iter().copied()).collect();
     let flat: Vec<Flat> = rings().flat_map(|l| l.flat.iter().copied()).collect();
     let mut starts: Vec<u32> = Vec::new();
     let mut at = outer.vertices.len() as u32;
@@ -147,83 +147,137 @@ fn patch(outer: &Loop, holes: &[&Loop]) -> Result<CapPatch, NoCap> {
     }
     let mut corners: Vec<u32> = Vec::new();
     Earcut::new().earcut(flat.iter().copied(), &starts, &mut corners);
-    let place: HashMap<u32, Flat> = number.iter().copied().zip(flat).collect();
+    // From here on a vertex is its place among those of the rim, in their order.
+    let mut known: Vec<u32> = rings().flat_map(|l| l.vertices.iter().copied()).collect();
+    known.sort_unstable();
+    known.dedup();
+    let place_of = |v: &u32| known.partition_point(|k| k < v) as u32;
+    let number: Vec<u32> = rings().flat_map(|l| l.vertices.iter().map(place_of)).collect();
+    let mut place = vec![[0.0; 2]; known.len()];
+    number.iter().zip(flat).for_each(|(v, at)| place[*v as usize] = at);
     let mut triangles: Vec<[u32; 3]> =
         corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| number[i as usize])).collect();
+    let area = |t: &[u32; 3]| signed_area(&t.map(|i| place[i as usize]));
     // All turn the same way; one alone says nothing, since its area may be rounding.
-    if triangles.iter().map(|t| signed_area(&t.map(|i| place[&i]))).sum::<f64>() < 0.0 {
+    if triangles.iter().map(area).sum::<f64>() < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    let mut triangles = with_left_out(triangles, rings())?;
+    let ends: Vec<usize> = starts.iter().map(|s| *s as usize).chain([number.len()]).collect();
+    Rim::of(&number, &ends, known.len()).put_back(&mut triangles)?;
     flip_slivers(&mut triangles, &place);
     let area_mm2 = outer.area + holes.iter().map(|h| h.area).sum::<f64>();
-    let covered: f64 = triangles.iter().map(|t| signed_area(&t.map(|i| place[&i]))).sum();
+    let covered: f64 = triangles.iter().map(area).sum();
     if (covered - area_mm2).abs() > 1e-9 * (1.0 + outer.area) {
         return Err(NoCap);
     }
+    let triangles = triangles.into_iter().map(|t| t.map(|i| known[i as usize])).collect();
     Ok(CapPatch { triangles, area_mm2, of_loops: rings().map(|l| l.vertices[0]).collect() })
 }
 
-/// Puts back the corners in the middle of straight stretches: a side that neither runs along the rim nor has a partner
-/// stands for the stretch of the rim between its ends.
-fn with_left_out<'a>(
-    mut triangles: Vec<[u32; 3]>,
-    rings: impl Iterator<Item = &'a Loop>,
-) -> Result<Vec<[u32; 3]>, NoCap> {
-    let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
-    let mut missing: HashSet<[u32; 2]> = HashSet::new();
-    for ring in rings {
-        for i in 0..ring.vertices.len() {
-            let (a, b) = (ring.vertices[i], ring.vertices[(i + 1) % ring.vertices.len()]);
-            next.entry(a).or_default().push(b);
-            missing.insert([a, b]);
+/// The edges around a patch, by the vertex that they leave.
+struct Rim {
+    /// Of vertex `v`: `ends[first[v]..first[v + 1]]`.
+    first: Vec<usize>,
+    ends: Vec<u32>,
+    /// By edge: whether no triangle runs along it.
+    missing: Vec<bool>,
+}
+
+/// A side of a triangle, and the triangle's number.
+type Side = ([u32; 2], usize);
+
+impl Rim {
+    /// `rings` are runs of vertices out of `count`, the ends of which stand in `runs`.
+    fn of(rings: &[u32], runs: &[usize], count: usize) -> Self {
+        let mut first = vec![0; count + 1];
+        rings.iter().for_each(|&v| first[v as usize + 1] += 1);
+        (0..count).for_each(|v| first[v + 1] += first[v]);
+        let (mut next, mut ends) = (first.clone(), vec![0; rings.len()]);
+        let mut start = 0;
+        for &end in runs {
+            for i in start..end {
+                let (a, b) = (rings[i] as usize, if i + 1 < end { rings[i + 1] } else { rings[start] });
+                ends[next[a]] = b;
+                next[a] += 1;
+            }
+            start = end;
+        }
+        Self { first, missing: vec![true; ends.len()], ends }
+    }
+
+    fn leaving(&self, v: u32) -> std::ops::Range<usize> {
+        self.first[v as usize]..self.first[v as usize + 1]
+    }
+
+    fn found(&mut self, [a, b]: [u32; 2]) {
+        for edge in self.leaving(a) {
+            self.missing[edge] &= self.ends[edge] != b;
         }
     }
-    let mut sides: HashMap<[u32; 2], usize> = HashMap::new();
-    for (index, triangle) in triangles.iter().enumerate() {
-        for side in sides_of(triangle) {
-            missing.remove(&side);
-            if sides.insert(side, index).is_some() {
-                return Err(NoCap);
+
+    /// Puts back the corners in the middle of straight stretches: a side that neither runs along the rim nor has a partner
+    /// stands for the stretch of the rim between its ends.
+    fn put_back(mut self, triangles: &mut Vec<[u32; 3]>) -> Result<(), NoCap> {
+        let mut sides: Vec<Side> =
+            triangles.iter().enumerate().flat_map(|(i, t)| sides_of(t).map(|side| (side, i))).collect();
+        sides.sort_unstable();
+        if sides.windows(2).any(|pair| pair[0].0 == pair[1].0) {
+            return Err(NoCap);
+        }
+        sides.iter().for_each(|(side, _)| self.found(*side));
+        let paired = |[a, b]: [u32; 2]| sides.binary_search_by_key(&[b, a], |(side, _)| *side).is_ok();
+        let lonely = |side: &[u32; 2]| !self.ends[self.leaving(side[0])].contains(&side[1]) && !paired(*side);
+        let mut lonely: Vec<Side> = sides.iter().copied().filter(|(side, _)| lonely(side)).collect();
+        for a in 0..self.first.len() as u32 - 1 {
+            while let Some(b) = self.leaving(a).filter(|&e| self.missing[e]).map(|e| self.ends[e]).min() {
+                // The stretch begins somewhere before this edge, at the foot of a side without a partner.
+                let stands_for =
+                    |(side, _): &Side| self.stretch(side).filter(|way| way.windows(2).any(|step| step == [a, b]));
+                let (at, way) =
+                    lonely.iter().enumerate().find_map(|(i, s)| stands_for(s).map(|way| (i, way))).ok_or(NoCap)?;
+                let (side, index) = lonely.remove(at);
+                let apex = triangles[index].into_iter().find(|v| !side.contains(v)).ok_or(NoCap)?;
+                for (k, step) in way.windows(2).enumerate() {
+                    let place = if k == 0 { index } else { triangles.len() };
+                    if k > 0 {
+                        triangles.push([0; 3]);
+                    }
+                    triangles[place] = [step[0], step[1], apex];
+                    self.found([step[0], step[1]]);
+                    for side in sides_of(&triangles[place]) {
+                        lonely.iter_mut().filter(|(other, _)| *other == side).for_each(|(_, of)| *of = place);
+                    }
+                }
             }
         }
+        Ok(())
     }
-    while let Some(&[a, b]) = missing.iter().min() {
-        // The stretch begins somewhere before this edge, at the foot of a side without a partner.
-        let stands_for = |side: &[u32; 2]| {
-            let lonely =
-                !sides.contains_key(&[side[1], side[0]]) && !next.get(&side[0]).is_some_and(|n| n.contains(&side[1]));
-            if lonely { stretch(side, &next, &missing).filter(|s| s.windows(2).any(|w| w == [a, b])) } else { None }
-        };
-        let mut lonely: Vec<&[u32; 2]> = sides.keys().collect();
-        lonely.sort_unstable();
-        let (side, way) = lonely.into_iter().find_map(|s| stands_for(s).map(|way| (*s, way))).ok_or(NoCap)?;
-        let index = sides[&side];
-        let old = triangles[index];
-        let apex = old.into_iter().find(|v| !side.contains(v)).ok_or(NoCap)?;
-        sides_of(&old).iter().for_each(|s| _ = sides.remove(s));
-        for (k, step) in way.windows(2).enumerate() {
-            let new = [step[0], step[1], apex];
-            let place = if k == 0 { index } else { triangles.len() };
-            if k == 0 {
-                triangles[index] = new
-            } else {
-                triangles.push(new)
-            }
-            missing.remove(&[step[0], step[1]]);
-            for s in sides_of(&new) {
-                sides.insert(s, place);
+
+    /// The way along the rim from one end of `side` to the other over edges that no triangle has yet.
+    fn stretch(&self, side: &[u32; 2]) -> Option<Vec<u32>> {
+        let mut here = side[0];
+        let mut way = Vec::new();
+        while here != side[1] {
+            let edge = self.leaving(here).find(|&e| self.missing[e])?;
+            way.push(here);
+            here = self.ends[edge];
+            if way.contains(&here) {
+                return None;
             }
         }
+        way.push(here);
+        Some(way)
     }
-    Ok(triangles)
 }
 
 /// Thinner triangles are turned into others where that can be, mm: later cuts would make vertices that coincide of them.
 const SLIVER_MM: f64 = 1e-3;
 
 /// Gives a triangle whose one corner lies on the opposite side the far corner of the triangle across that side instead.
-fn flip_slivers(triangles: &mut [[u32; 3]], place: &HashMap<u32, Flat>) {
+fn flip_slivers(triangles: &mut [[u32; 3]], place: &[Flat]) {
+    if triangles.iter().all(|t| sliver(t, place).is_none()) {
+        return;
+    }
     let mut across = sides_of_all(triangles);
     let mut todo: Vec<usize> = (0..triangles.len()).collect();
     let mut left = 8 * triangles.len();
@@ -234,7 +288,7 @@ fn flip_slivers(triangles: &mut [[u32; 3]], place: &HashMap<u32, Flat>) {
         let Some(far) = triangles[other].into_iter().find(|c| *c != a && *c != b) else { continue };
         let halves = [[v, a, far], [v, far, b]];
         // Only where both come out the right way round, and no side is there twice.
-        let sound = halves.iter().all(|t| signed_area(&t.map(|i| place[&i])) > 0.0);
+        let sound = halves.iter().all(|t| signed_area(&t.map(|i| place[i as usize])) > 0.0);
         if !sound || far == v || across.contains_key(&[v, far]) || across.contains_key(&[far, v]) {
             continue;
         }
@@ -253,33 +307,29 @@ fn sides_of(t: &[u32; 3]) -> [[u32; 2]; 3] {
     [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]
 }
 
-fn sides_of_all(triangles: &[[u32; 3]]) -> HashMap<[u32; 2], usize> {
+fn sides_of_all(triangles: &[[u32; 3]]) -> EdgeMap<usize> {
     let sides = triangles.iter().enumerate().flat_map(|(i, t)| sides_of(t).map(|side| (side, i)));
     sides.collect()
 }
 
 /// The corner that lies on the opposite side, and that side's ends.
-fn sliver(triangle: &[u32; 3], place: &HashMap<u32, Flat>) -> Option<[u32; 3]> {
-    let length = |a: u32, b: u32| {
-        let (p, q) = (place[&a], place[&b]);
-        (p[0] - q[0]).hypot(p[1] - q[1])
+fn sliver(triangle: &[u32; 3], place: &[Flat]) -> Option<[u32; 3]> {
+    let across = |a: u32, b: u32| {
+        let (p, q) = (place[a as usize], place[b as usize]);
+        [p[0] - q[0], p[1] - q[1]]
     };
-    let turns = (0..3).map(|i| [triangle[i], triangle[(i + 1) % 3], triangle[(i + 2) % 3]]);
-    let widest = turns.max_by(|s, t| length(s[1], s[2]).total_cmp(&length(t[1], t[2])))?;
-    let area = signed_area(&triangle.map(|i| place[&i]));
-    (2.0 * area < SLIVER_MM * length(widest[1], widest[2])).then_some(widest)
-}
-
-/// The way along the rim from one end of `side` to the other over edges that no triangle has yet.
-fn stretch(side: &[u32; 2], next: &HashMap<u32, Vec<u32>>, missing: &HashSet<[u32; 2]>) -> Option<Vec<u32>> {
-    let mut way = vec![side[0]];
-    while *way.last()? != side[1] {
-        let here = *way.last()?;
-        let onward = next.get(&here)?.iter().copied().find(|&b| missing.contains(&[here, b]))?;
-        if way.contains(&onward) {
-            return None;
-        }
-        way.push(onward);
+    let turns = [0, 1, 2].map(|i| [triangle[i], triangle[(i + 1) % 3], triangle[(i + 2) % 3]]);
+    let area = signed_area(&triangle.map(|i| place[i as usize]));
+    let squares = turns.map(|t| across(t[1], t[2]).map(|d| d * d).iter().sum::<f64>());
+    // Most are plainly none, which squares tell at a tenth of the time.
+    let limit = SLIVER_MM * SLIVER_MM * squares.into_iter().fold(0.0, f64::max);
+    if area > 0.0 && 4.0 * area * area > 1.001 * limit {
+        return None;
     }
-    Some(way)
+    let length = |t: &[u32; 3]| {
+        let [x, y] = across(t[1], t[2]);
+        x.hypot(y)
+    };
+    let widest = turns.into_iter().max_by(|s, t| length(s).total_cmp(&length(t)))?;
+    (2.0 * area < SLIVER_MM * length(&widest)).then_some(widest)
 }

@@ -7,6 +7,7 @@
 use std::collections::HashMap;
 
 use super::cap::{CapPatch, NoCap, patches};
+use super::edges::EdgeMap;
 use super::surface::{Plane, Surface};
 use crate::geom::{Sets, Vec3};
 
@@ -96,7 +97,7 @@ impl<'a> Parted<'a> {
     }
 
     fn part(&mut self) {
-        let mut crossings: HashMap<[u32; 2], u32> = HashMap::new();
+        let mut crossings: EdgeMap<u32> = EdgeMap::default();
         for (index, &facet) in self.surface.facets.iter().enumerate() {
             let sides = facet.map(|v| self.side[v as usize]);
             let upper: Vec<u32> = facet.iter().copied().filter(|&v| self.side[v as usize] > 0).collect();
@@ -118,14 +119,7 @@ impl<'a> Parted<'a> {
     }
 
     /// Parts one facet that crosses.
-    fn part_facet(
-        &mut self,
-        index: u32,
-        facet: [u32; 3],
-        sides: [i8; 3],
-        top: u32,
-        crossings: &mut HashMap<[u32; 2], u32>,
-    ) {
+    fn part_facet(&mut self, index: u32, facet: [u32; 3], sides: [i8; 3], top: u32, crossings: &mut EdgeMap<u32>) {
         let (above, below) = (sides.iter().filter(|s| **s > 0).count(), sides.iter().filter(|s| **s < 0).count());
         // The corner that is alone on its side comes first; with one on each side, the upper.
         let alone = if above == 1 { 1 } else { -1 };
@@ -158,7 +152,7 @@ impl<'a> Parted<'a> {
     }
 
     /// The vertex where the edge between `a` and `b` meets the plane.
-    fn crossing(&mut self, a: u32, b: u32, crossings: &mut HashMap<[u32; 2], u32>) -> u32 {
+    fn crossing(&mut self, a: u32, b: u32, crossings: &mut EdgeMap<u32>) -> u32 {
         let key = [a.min(b), a.max(b)];
         *crossings.entry(key).or_insert_with(|| {
             let [p, q] = key.map(|i| self.surface.vertices[i as usize]);
@@ -175,7 +169,7 @@ impl<'a> Parted<'a> {
         if !self.beyond.iter().any(|(.., solid)| *solid >= flat) {
             return;
         }
-        let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
+        let mut edges: EdgeMap<u32> = EdgeMap::default();
         for (facet, _, solid) in &self.beyond {
             for i in 0..3 {
                 let (a, b) = (facet[i], facet[(i + 1) % 3]);

@@ -16,11 +16,15 @@
 mod candidates;
 mod cap;
 mod clip;
+mod edges;
 mod machine;
 mod measure;
 mod pedestal;
+mod promise;
+mod refine;
 mod rules;
 mod search;
+mod state;
 mod surface;
 mod sweep;
 #[cfg(test)]
@@ -32,7 +36,8 @@ use crate::overhang::{Rule, TOLERATE_MM2};
 pub use machine::{CutMachine, NoHead};
 use measure::{MeasureRules, Measured};
 pub use rules::Against;
-use search::{BeamSearch, NOTHING_MM2, SearchFound, SplitState};
+use search::{BeamSearch, SearchFound, SearchGround};
+use state::{NOTHING_MM2, SplitState};
 pub use surface::Plane;
 use surface::Surface;
 
@@ -247,37 +252,66 @@ pub fn split(
     options: &Options,
     level: &mut dyn FnMut(usize),
 ) -> Split {
-    let rules = MeasureRules {
-        sine: options.overhang.rad().sin(),
-        layer_mm: options.layer_mm,
-        span_mm: options.span_mm,
-        bridge_mm: options.bridge_mm,
-        table_mm: model.bounds().min.z,
-        layers: Rule {
-            overhang: options.overhang,
+    Splitter::new(model, |up| machine.reaches(up), options.clone()).split(machine, options.pedestal_mm, level)
+}
+
+/// A solid that is cut for one machine, standing on pedestals of several heights: what is found out on one of them that does not
+/// depend on the height is not found out again on the next.
+pub struct Splitter {
+    ground: SearchGround,
+    /// Heights that were tried, mm.
+    tried: Vec<f64>,
+}
+
+impl Splitter {
+    /// `model` is one closed solid, `reaches` says whether the machine's axes bring a direction upright; the pedestal of `options`
+    /// does not count.
+    pub fn new(model: &TriangleMesh<Object>, reaches: impl Fn(&Vec3) -> bool, options: Options) -> Self {
+        let rules = MeasureRules {
+            sine: options.overhang.rad().sin(),
             layer_mm: options.layer_mm,
-            line_mm: options.line_mm,
+            span_mm: options.span_mm,
             bridge_mm: options.bridge_mm,
-            tolerate_mm2: options.tolerate_mm2,
-        },
-        faults: !options.only_facets,
-    };
-    let whole = Measured::of(Surface::of(model), &rules);
-    let before = whole.needs(&Vec3::z(), None, &rules);
-    let pedestal = Some(options.pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(&whole, mm));
-    let search = BeamSearch::new(model, machine, options, rules);
-    let planned = |state: &SplitState| {
-        let split = assembled(state, before, pedestal.as_ref(), &rules);
-        let supported: Vec<usize> =
-            (0..split.parts.len()).filter(|&p| split.parts[p].needs.area_mm2 > NOTHING_MM2).collect();
-        machine.plans(&Model::from_parts(split.named()), &split.ups(), &supported)
-    };
-    let SearchFound { state, printable, unplanned, refused } = search.run(model, &planned, level);
-    Split {
-        printable,
-        unplanned,
-        refused: refused.into_iter().collect(),
-        ..assembled(&state, before, pedestal.as_ref(), &rules)
+            table_mm: model.bounds().min.z,
+            layers: Rule {
+                overhang: options.overhang,
+                layer_mm: options.layer_mm,
+                line_mm: options.line_mm,
+                bridge_mm: options.bridge_mm,
+                tolerate_mm2: options.tolerate_mm2,
+            },
+            faults: !options.only_facets,
+        };
+        Self { ground: SearchGround::new(model, reaches, options, rules), tried: Vec::new() }
+    }
+
+    /// As [`split`], on a pedestal of this height, mm, or on none: `machine` knows how high the model stands, and differs in nothing
+    /// else from call to call.
+    pub fn split(&mut self, machine: &dyn CutMachine, pedestal_mm: f64, level: &mut dyn FnMut(usize)) -> Split {
+        let place = self.tried.iter().position(|mm| mm.to_bits() == pedestal_mm.to_bits());
+        let number = place.unwrap_or(self.tried.len());
+        if place.is_none() {
+            self.tried.push(pedestal_mm);
+        }
+        let (ground, rules) = (&self.ground, &self.ground.rules);
+        let first = ground.first_state();
+        let whole = &first.rest;
+        let before = whole.needs(&Vec3::z(), None, rules);
+        let pedestal = Some(pedestal_mm).filter(|mm| *mm > 0.0).and_then(|mm| pedestal::pedestal(whole, mm));
+        let planned = |state: &SplitState| {
+            let split = assembled(state, before, pedestal.as_ref(), rules);
+            let supported: Vec<usize> =
+                (0..split.parts.len()).filter(|&p| split.parts[p].needs.area_mm2 > NOTHING_MM2).collect();
+            machine.plans(&Model::from_parts(split.named()), &split.ups(), &supported)
+        };
+        let search = BeamSearch { ground, machine, number: number as u64 };
+        let SearchFound { state, printable, unplanned, refused } = search.run(&planned, level);
+        Split {
+            printable,
+            unplanned,
+            refused: refused.into_iter().collect(),
+            ..assembled(&state, before, pedestal.as_ref(), rules)
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! last, and the caps keep out of what the user wants whole.
 
 use super::clip::{Clipped, ON_PLANE_MM};
-use super::measure::{MeasureRules, Measured};
+use super::measure::{MeasureRules, Measured, PieceNeeds};
 use super::surface::{Plane, Surface};
 use crate::geom::{Bounds, Vec3};
 
@@ -43,7 +43,11 @@ pub enum Against {
 /// A cut that may be made.
 pub(super) struct CutParts {
     pub(super) rest: Measured,
-    pub(super) pieces: Vec<Measured>,
+    pub(super) pieces: Vec<Surface>,
+    /// By piece, along the plane's normal.
+    pub(super) needs: Vec<PieceNeeds>,
+    /// Whether the cut made a place of a piece that planning would take for a lowest one.
+    pub(super) falls: bool,
     pub(super) seam_mm2: f64,
     /// What was dropped as a crumb, mm³.
     pub(super) crumbs_mm3: f64,
@@ -94,7 +98,10 @@ pub(super) fn kept(
     if meets(&rest.surface, cap, no_cut) {
         return Err(Against::Unwanted);
     }
-    Ok(CutParts { rest, pieces, seam_mm2: cut.patches_mm2.iter().sum(), crumbs_mm3 })
+    let needs = pieces.iter().map(|p| p.needs(&plane.normal, Some(cap), rules)).collect();
+    let falls = rules.faults && pieces.iter().any(|p| p.has_false_bottom(&plane.normal, Some(cap)));
+    let pieces = pieces.into_iter().map(|p| p.surface).collect();
+    Ok(CutParts { rest, pieces, needs, falls, seam_mm2: cut.patches_mm2.iter().sum(), crumbs_mm3 })
 }
 
 /// Whether every solid of `rest` stands on the table.

@@ -1,12 +1,14 @@
 //! `split`: one solid becomes parts that print without supports, with no more cuts than are known to do, and every claim is held
 //! against something that shares no code with the search: closed forms, an exhaustive search, the layers of the parts.
 
+mod again;
 mod brute;
 mod command;
 mod free_form;
 mod layers;
 mod planes;
 mod real_meshes;
+mod refined;
 pub(crate) mod solids;
 
 use trunnion::geom::{Angle, Object, Vec3};

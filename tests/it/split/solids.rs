@@ -17,7 +17,7 @@ pub(crate) struct Solid {
     pub(crate) shape: Shape,
     /// Facets that look down by more than 45 degrees, those on the table left out, mm².
     pub(crate) needs_mm2: f64,
-    /// The fewest cuts that the prototype found to bring it to `left_mm2`.
+    /// The fewest cuts that are known to bring it to `left_mm2`.
     pub(crate) cuts: usize,
     pub(crate) left_mm2: f64,
 }
@@ -104,6 +104,25 @@ pub(crate) fn rod(radius: f64, height: f64, sides: usize) -> Shape {
         facets.extend([[k, next, sides + next], [k, sides + next, sides + k]]);
     }
     facets.extend((1..sides - 1).flat_map(|k| [[0, k + 1, k], [sides, sides + k, sides + k + 1]]));
+    Shape::new(&vertices, &facets)
+}
+
+/// A body of revolution about +z, upright: `[radius, z]` of its rings from below.
+pub(crate) fn turned(rings: &[[f64; 2]], sides: usize) -> Shape {
+    let circle = |&[radius, z]: &[f64; 2]| -> Vec<Vec3> {
+        let angle = |k: usize| std::f64::consts::TAU * k as f64 / sides as f64;
+        (0..sides).map(|k| Vec3::new(radius * angle(k).cos(), radius * angle(k).sin(), z)).collect()
+    };
+    let vertices: Vec<Vec3> = rings.iter().flat_map(circle).collect();
+    let top = vertices.len() - sides;
+    let mut facets: Vec<[usize; 3]> =
+        (1..sides - 1).flat_map(|k| [[0, k + 1, k], [top, top + k, top + k + 1]]).collect();
+    for ring in (0..top).step_by(sides) {
+        for k in 0..sides {
+            let (a, b) = (ring + k, ring + (k + 1) % sides);
+            facets.extend([[a, b, sides + b], [a, sides + b, sides + a]]);
+        }
+    }
     Shape::new(&vertices, &facets)
 }
 
@@ -195,7 +214,7 @@ pub(crate) fn all() -> Vec<Solid> {
         solid("tee", tee(), 500.0, 2, 0.5),
         solid("mushroom", mushroom(), 2509.2, 3, 0.5),
         solid("hook", hook(), 350.0, 1, 0.5),
-        solid("bracket", bracket(), 918.5, 5, 0.5),
+        solid("bracket", bracket(), 918.5, 4, 0.5),
         solid("wye", wye(), 915.7, 1, 0.5),
         solid("tee-pipe", tee_pipe(), 444.8, 1, 0.5),
         solid("wye-pipe", wye_pipe(), 1487.0, 1, 0.5),
