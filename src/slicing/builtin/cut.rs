@@ -175,6 +175,16 @@ mod tests {
     }
 
     #[test]
+    fn layers_of_a_straight_column_are_the_same_to_the_bit() {
+        let planes: Vec<f64> = (0..40).map(|i| 0.1 + 0.2 * f64::from(i)).collect();
+        for sides in [3, 5, 12, 31] {
+            let cuts = cuts(&prism(&ring(61.3, 57.7, 5.9, sides), 0.0, 8.0), &planes);
+            cuts.iter().for_each(|cut| assert_eq!(cut.region, cuts[0].region, "{sides}"));
+            assert_eq!(cuts[0].region[0][0].len(), sides as usize);
+        }
+    }
+
+    #[test]
     fn an_open_mesh_is_closed_by_a_line_and_says_so() {
         let whole = block([0.0; 3], [20.0, 20.0, 20.0]);
         let open = TriangleMesh::new(whole.vertices().to_vec(), whole.facets()[2..].to_vec());
