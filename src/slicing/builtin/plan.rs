@@ -10,7 +10,7 @@ use super::near::Shapes;
 use super::order::rearmost;
 use super::overhang::Ground;
 use super::region::{
-    Contour, Point, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, pairs, perimeter_mm,
+    Contour, Point, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, opened, pairs, perimeter_mm,
     signed_area_mm2, units,
 };
 use super::skins::{Between, Inside, Stack, inside, solids};
@@ -152,13 +152,12 @@ fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &Sli
         // The way from one line over air to the next lies on something, or is none.
         let carried =
             |way: &[Point]| between.below.as_ref().is_none_or(|[outline, _]| way.iter().all(|&p| holds(outline, p)));
-        fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, *angle, line, s, carried)));
+        let fitted = |shape: &Shape| Lattice::fitted(&vec![shape.clone()], *angle, f64::from(line.spacing));
+        fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, fitted(shape), line, s, carried)));
     }
     let anywhere = |_: &[Point]| true;
     for (feature, region) in [(Feature::Solid, &solids.rest), (Feature::Top, &solids.top)] {
-        let filled =
-            |shape: &Shape| solid(feature, shape, along_strip(shape, line).unwrap_or(angle), line, s, anywhere);
-        fills.extend(region.iter().map(filled));
+        fills.extend(region.iter().map(|shape| solid(feature, shape, fitted(shape, angle, line), line, s, anywhere)));
     }
     if s.infill > 0.0 {
         let apart = f64::from(line.spacing) / s.infill;
@@ -183,6 +182,15 @@ fn cubic(layer: usize, apart: f64, layer_height_mm: f64) -> [Lattice; 3] {
     [0.0, 1.0, 2.0].map(|third| Lattice::common(FRAC_PI_4 + third * TAU / 3.0, 3.0 * apart).shifted(wander))
 }
 
+/// Whole rows along a strip, and otherwise at `angle`.
+fn fitted(shape: &Shape, angle: f64, line: &Line) -> Lattice {
+    let (whole, pitch) = (vec![shape.clone()], f64::from(line.spacing));
+    let Some(along) = along_strip(shape, line) else { return Lattice::fitted(&whole, angle, pitch) };
+    // A corner that sticks out at a strip's end would have a row more, and the outer ones on the border.
+    let body = opened(&whole, line.width / 2);
+    Lattice::fitted(if body.is_empty() { &whole } else { &body }, along, pitch)
+}
+
 /// The direction of a straight strip a few lines wide: across it there would be more turns than line.
 fn along_strip(shape: &Shape, line: &Line) -> Option<f64> {
     let [ring] = &shape[..] else { return None };
@@ -202,13 +210,12 @@ const STRAIGHT: f64 = 0.35;
 fn solid(
     feature: Feature,
     shape: &Shape,
-    angle: f64,
+    lattice: Lattice,
     line: &Line,
     s: &SliceSettings,
     allowed: impl Fn(&[Point]) -> bool,
 ) -> Fill {
     let region = vec![shape.clone()];
-    let lattice = Lattice::fitted(&region, angle, f64::from(line.spacing));
     let lines = lines(&region, lattice, inset(lattice.pitch as i32, line, s), allowed);
     let legs = lines.iter().flat_map(|points| points.windows(2));
     let length: f64 = legs.map(|leg| distance_mm(leg[0], leg[1])).sum();
@@ -231,3 +238,30 @@ fn inset(pitch: i32, line: &Line, s: &SliceSettings) -> i32 {
 
 /// So much of an overlap there always is, grid units, half a micrometre: a row may lie half a pitch inside the border.
 const LEAST_OVERLAP: i32 = 5;
+
+#[cfg(test)]
+mod tests {
+    use super::super::region::enclosed;
+    use super::*;
+
+    #[test]
+    fn what_sticks_out_at_a_strips_end_gives_it_no_row_more() {
+        let line = Line::new(0.45, 0.2);
+        // 20 x 0.82 mm, and at its ends corners of 0.2 mm beyond either side.
+        let corners = [
+            (0, -2000),
+            (1500, 0),
+            (198_500, 0),
+            (200_000, -2000),
+            (200_000, 10_200),
+            (198_500, 8200),
+            (1500, 8200),
+            (0, 10_200),
+        ];
+        let strip = enclosed(&[corners.map(|(x, y)| Point::new(x, y)).to_vec()]);
+        let lattice = fitted(&strip[0], FRAC_PI_4, &line);
+        let rows = lines(&strip, lattice, 0, |_| false);
+        let inside: Vec<i32> = rows.iter().map(|row| row[0].y).filter(|y| (0..=8200).contains(y)).collect();
+        assert!(inside.len() == 2 && inside.iter().all(|y| (1900..=6300).contains(y)), "{inside:?}");
+    }
+}
