@@ -130,7 +130,7 @@ impl<'a> Search<'a> {
             return;
         }
         let window = Window::around(load.graph, &old, MARGIN);
-        self.cheapest.find_within(load.graph, &window, &|node, _| prices(load, limits, node));
+        self.cheapest.find_within(load.graph, &window, &|node, at| prices(load, limits, node, at));
         let order = self.shuffled(old.len());
         let mut new: Vec<Way> = Vec::new();
         for way in order {
@@ -208,8 +208,8 @@ impl<'a> Search<'a> {
     }
 }
 
-fn prices(load: &Load<'_>, limits: &Limits, node: usize) -> [u32; ARCS] {
-    let less = BESIDE * u32::from(load.has_neighbour(node));
+fn prices(load: &Load<'_>, limits: &Limits, node: usize, at: [usize; 2]) -> [u32; ARCS] {
+    let less = BESIDE * u32::from(load.has_neighbour(node, at));
     if load.through[node] == 0 {
         return NEW.map(|price| price - less);
     }
@@ -223,7 +223,7 @@ fn prices(load: &Load<'_>, limits: &Limits, node: usize) -> [u32; ARCS] {
 
 /// The same within a window.
 fn inside(load: &Load<'_>, limits: &Limits, window: &Window, node: usize, at: [usize; 2]) -> [u32; ARCS] {
-    let (mut prices, out) = (prices(load, limits, node), window.leading_out(at));
+    let (mut prices, out) = (prices(load, limits, node, at), window.leading_out(at));
     (0..ARCS).filter(|arc| out & (1 << arc) != 0).for_each(|arc| prices[arc] = FULL);
     prices
 }

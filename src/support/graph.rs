@@ -9,8 +9,6 @@
 //! Nothing is stored of an arc: a node has one byte, whose five lowest bits say which arcs leave it. A grid of 10 million
 //! cubes takes 10 MB, and every node's level is known from its index.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use super::demand::Demand;
@@ -183,11 +181,6 @@ impl Graph {
     /// The arcs that leave a node as bits, the straight one's the lowest.
     pub(super) fn arc_bits(&self, node: usize) -> u8 {
         self.nodes[node] & ALL_ARCS
-    }
-
-    /// The same of squares in a row.
-    pub(super) fn arc_bits_of(&self, squares: Range<usize>) -> impl Iterator<Item = u8> {
-        self.nodes[squares].iter().map(|node| node & ALL_ARCS)
     }
 
     /// Whether a square is on a way from a red one to the ground.

@@ -53,7 +53,7 @@ pub fn shortest_paths(graph: &Graph, limits: Limits, how: &Drawing, at: &mut dyn
     for round in 0..how.rounds {
         let chosen = chosen(&mut numbers, graph.red.len(), count);
         chosen.iter().for_each(|&way| _ = load.remove(graph.red[way], ways.arcs(way), &COSTS));
-        cheapest.find(graph, &|node, _| prices(&load, node));
+        cheapest.find(graph, &|node, at| prices(&load, node, at));
         chosen.iter().for_each(|&way| draw(&mut ways, &mut load, &cheapest, way));
         at(round + 1);
     }
@@ -71,8 +71,8 @@ fn chosen(numbers: &mut SplitMix64, of: usize, count: usize) -> Vec<usize> {
     found
 }
 
-fn prices(load: &Load<'_>, node: usize) -> [u32; ARCS] {
-    let beside = u32::from(load.has_neighbour(node));
+fn prices(load: &Load<'_>, node: usize, at: [usize; 2]) -> [u32; ARCS] {
+    let beside = u32::from(load.has_neighbour(node, at));
     if load.through[node] == 0 {
         return COSTS.map(|cost| cost * (UNIT - beside));
     }
@@ -107,21 +107,23 @@ fn repaired(mut load: Load<'_>, ways: &Ways, limits: Limits) -> (Flow, Limits) {
         }
     }
     let mut cheapest = Cheapest::none(graph);
-    cheapest.find(graph, &|node, _| within(&load, &limits, node));
+    cheapest.find(graph, &|node, at| within(&load, &limits, node, at));
     let mut descent = Descent::of(graph);
-    taken.retain(|&red| match descent.find(&load, &limits, &cheapest, &|node, _| within(&load, &limits, node), red) {
-        Some(arcs) => {
-            load.add(red, &arcs, &COSTS);
-            false
+    taken.retain(|&red| {
+        match descent.find(&load, &limits, &cheapest, &|node, at| within(&load, &limits, node, at), red) {
+            Some(arcs) => {
+                load.add(red, &arcs, &COSTS);
+                false
+            }
+            None => true,
         }
-        None => true,
     });
     completed(graph, load.flow, limits, &taken)
 }
 
 /// Prices under limits: what is used already costs nothing more.
-fn within(load: &Load<'_>, limits: &Limits, node: usize) -> [u32; ARCS] {
-    let beside = u32::from(load.has_neighbour(node));
+fn within(load: &Load<'_>, limits: &Limits, node: usize, at: [usize; 2]) -> [u32; ARCS] {
+    let beside = u32::from(load.has_neighbour(node, at));
     let on = &load.flow.on[node];
     std::array::from_fn(|arc| match on[arc] {
         0 => COSTS[arc] * (UNIT - beside),

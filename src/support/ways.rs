@@ -45,14 +45,11 @@ pub(super) struct Load<'a> {
     pub(super) flow: Flow,
     /// Ways through each node.
     pub(super) through: Vec<u16>,
-    /// How many of the up to four nodes at the sides of each carry something: asked for every node of every pass, changed seldom.
-    beside: Vec<u8>,
 }
 
 impl<'a> Load<'a> {
     pub(super) fn none(graph: &'a Graph) -> Self {
-        let count = graph.squares();
-        Self { graph, flow: Flow::none(graph), through: vec![0; count], beside: vec![0; count] }
+        Self { graph, flow: Flow::none(graph), through: vec![0; graph.squares()] }
     }
 
     /// Calls `each` with node and arc of a way.
@@ -67,45 +64,30 @@ impl<'a> Load<'a> {
     pub(super) fn of(graph: &'a Graph, flow: Flow) -> Self {
         let mut through: Vec<u16> = (0..graph.squares()).map(|node| flow.out(node)).collect();
         through[..graph.grid.level()].iter_mut().enumerate().for_each(|(node, all)| *all = flow.through(graph, node));
-        let mut beside = vec![0; through.len()];
-        let loaded = through.iter().enumerate().filter(|(_, all)| **all > 0);
-        loaded.for_each(|(node, _)| at_sides(graph, node, |side| beside[side] += 1));
-        Self { graph, flow, through, beside }
+        Self { graph, flow, through }
     }
 
     /// Adds a way; how much longer the arcs with flow are for it, their lengths by number given.
     pub(super) fn add(&mut self, red: u32, arcs: &[u8], lengths: &[u32; ARCS]) -> u32 {
-        let (Self { graph, flow, through, beside }, mut longer) = (self, 0);
-        let mut pass = |node: usize| {
-            through[node] += 1;
-            if through[node] == 1 {
-                at_sides(graph, node, |side| beside[side] += 1);
-            }
-        };
+        let (Self { graph, flow, through }, mut longer) = (self, 0);
         let end = Self::along(graph, red, arcs, |node, arc| {
             longer += if flow.on[node][arc] == 0 { lengths[arc] } else { 0 };
             flow.on[node][arc] += 1;
-            pass(node);
+            through[node] += 1;
         });
-        pass(end);
+        through[end] += 1;
         longer
     }
 
     /// Takes one away; how much shorter the arcs with flow are without it.
     pub(super) fn remove(&mut self, red: u32, arcs: &[u8], lengths: &[u32; ARCS]) -> u32 {
-        let (Self { graph, flow, through, beside }, mut shorter) = (self, 0);
-        let mut pass = |node: usize| {
-            through[node] -= 1;
-            if through[node] == 0 {
-                at_sides(graph, node, |side| beside[side] -= 1);
-            }
-        };
+        let (Self { graph, flow, through }, mut shorter) = (self, 0);
         let end = Self::along(graph, red, arcs, |node, arc| {
             flow.on[node][arc] -= 1;
-            pass(node);
+            through[node] -= 1;
             shorter += if flow.on[node][arc] == 0 { lengths[arc] } else { 0 };
         });
-        pass(end);
+        through[end] -= 1;
         shorter
     }
 
@@ -119,22 +101,13 @@ impl<'a> Load<'a> {
     }
 
     /// Whether a node at the side of this one carries something; a column beside another is held by it.
-    pub(super) fn has_neighbour(&self, node: usize) -> bool {
-        self.beside[node] > 0
+    pub(super) fn has_neighbour(&self, node: usize, [x, y]: [usize; 2]) -> bool {
+        let [nx, ny, _] = self.graph.grid.size;
+        (x > 0 && self.through[node - 1] > 0)
+            || (x + 1 < nx && self.through[node + 1] > 0)
+            || (y > 0 && self.through[node - nx] > 0)
+            || (y + 1 < ny && self.through[node + nx] > 0)
     }
-}
-
-/// Calls `each` with the squares at the sides of one, on its level.
-fn at_sides(graph: &Graph, square: usize, mut each: impl FnMut(usize)) {
-    let [nx, ny, _] = graph.grid.size;
-    let (x, y) = (square % nx, square / nx % ny);
-    let sides = [
-        (x > 0, square.wrapping_sub(1)),
-        (x + 1 < nx, square + 1),
-        (y > 0, square.wrapping_sub(nx)),
-        (y + 1 < ny, square + nx),
-    ];
-    sides.into_iter().filter(|(there, _)| *there).for_each(|(_, side)| each(side));
 }
 
 /// The cheapest way from every node to the ground: what it costs, and which arc it begins with.
@@ -151,23 +124,17 @@ impl Cheapest {
     /// One pass from the ground up (the graph has no circles); `prices` are those of a node's arcs, of which the first of equals is
     /// taken.
     pub(super) fn find(&mut self, graph: &Graph, prices: &(impl Fn(usize, [usize; 2]) -> [u32; ARCS] + Sync)) {
-        let (level, [nx, ny, nz]) = (graph.grid.level(), graph.grid.size);
-        for z in 1..nz {
+        let (level, nx) = (graph.grid.level(), graph.grid.size[0]);
+        for z in 1..graph.grid.size[2] {
             let (below, here) = self.cost.split_at_mut(z * level);
-            let below = &below[(z - 1) * level..];
+            let below = &*below;
             let rows = here[..level].par_chunks_mut(nx).zip(self.arc[z * level..(z + 1) * level].par_chunks_mut(nx));
             rows.with_min_len(16).enumerate().for_each(|(y, (costs, arcs))| {
                 let first = z * level + y * nx;
-                // Where a step would leave the grid there is no such arc: what stands in its place is never taken.
-                let row = |y: usize| &below[y * nx..][..nx];
-                let [middle, before, behind] = [row(y), row(y.saturating_sub(1)), row((y + 1).min(ny - 1))];
-                let there = graph.arc_bits_of(first..first + nx);
-                for (x, (((cost, arc), there), below)) in costs.iter_mut().zip(arcs).zip(there).zip(middle).enumerate()
-                {
+                for (x, (cost, arc)) in costs.iter_mut().zip(arcs).enumerate() {
+                    let there = graph.arc_bits(first + x);
                     if there != 0 {
-                        let sides = [middle[x.saturating_sub(1)], middle[(x + 1).min(nx - 1)]];
-                        let heads = [*below, sides[0], sides[1], before[x], behind[x]];
-                        (*cost, *arc) = least(there, heads, &prices(first + x, [x, y]));
+                        (*cost, *arc) = cheapest([nx, level], first + x, there, below, &prices(first + x, [x, y]));
                     }
                 }
             });
@@ -241,19 +208,21 @@ impl Window {
 #[inline]
 fn cheapest([nx, level]: [usize; 2], node: usize, there: u8, below: &[u32], prices: &[u32; ARCS]) -> (u32, u8) {
     let under = node - level;
-    // As `Graph::head` has them; where a step would leave the grid there is no such arc.
-    let heads = [under, under.wrapping_sub(1), under + 1, under.wrapping_sub(nx), under + nx];
-    least(there, heads.map(|head| below.get(head).copied().unwrap_or(FULL)), prices)
-}
-
-/// The first of the cheapest arcs of those that are `there`, from prices and the costs below their heads.
-#[inline]
-fn least(there: u8, heads: [u32; ARCS], prices: &[u32; ARCS]) -> (u32, u8) {
     let mut best = (u32::MAX, 0);
-    for arc in 0..ARCS {
-        let cost = if there & (1 << arc) != 0 { (prices[arc] + heads[arc]).min(FULL) } else { u32::MAX };
-        best = if cost < best.0 { (cost, arc as u8) } else { best };
-    }
+    let mut consider = |arc: u8, head: usize| {
+        if there & (1 << arc) != 0 {
+            let cost = (prices[arc as usize] + below[head]).min(FULL);
+            if cost < best.0 {
+                best = (cost, arc);
+            }
+        }
+    };
+    // As `Graph::head` has them; where a step would leave the grid there is no such arc, and the head is never looked at.
+    consider(0, under);
+    consider(1, under.wrapping_sub(1));
+    consider(2, under + 1);
+    consider(3, under.wrapping_sub(nx));
+    consider(4, under + nx);
     best
 }
 

@@ -44,17 +44,18 @@ impl<'a> Order<'a> {
             let mut inside = Ways { island, comb: None };
             let (gaps, walls) = gaps_and_walls(island);
             self.walls(&mut inside, &walls, layer.ground.as_ref());
-            let above = || Some(&above?.islands[nearest_above.as_ref()?.to(self.place())?]);
-            let then = islands.to(self.place()).map(|next| &layer.islands[next]).or_else(above);
-            let then = then.map(begins).unwrap_or_default();
+            let place = self.place();
+            let above = || Some(&above?.islands[nearest_above.as_ref()?.to(place)?]);
+            let then = || islands.to(place).map(|next| &layer.islands[next]).or_else(above);
             for bridges in [true, false] {
                 let fills = island.fills.iter().filter(|fill| (fill.feature == Feature::Bridge) == bridges);
                 let lines = fills.flat_map(|fill| fill.lines.iter().map(move |line| Piece::Line(fill, line)));
                 let gaps = gaps.iter().filter(|_| !bridges).map(|bead| Piece::Gap(bead));
                 let pieces: Vec<Piece<'_>> = lines.chain(gaps).collect();
                 // Behind bridges the nearest of the other lines follows.
-                let to: &[Point] = if bridges { &[] } else { &then };
-                self.pieces(&mut inside, &pieces, layer.ground.as_ref(), to);
+                let then = if bridges || pieces.is_empty() { None } else { then() };
+                let to = then.map(begins).unwrap_or_default();
+                self.pieces(&mut inside, &pieces, layer.ground.as_ref(), &to);
             }
         }
         std::mem::take(&mut self.paths)

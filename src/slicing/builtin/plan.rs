@@ -152,8 +152,8 @@ fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &Sli
         // The way from one line over air to the next lies on something, or is none.
         let carried =
             |way: &[Point]| between.below.as_ref().is_none_or(|[outline, _]| way.iter().all(|&p| holds(outline, p)));
-        let fitted = |shape: &Shape| Lattice::fitted(&vec![shape.clone()], *angle, f64::from(line.spacing));
-        fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, fitted(shape), line, s, carried)));
+        let rows = |shape: &Shape| Lattice::fitted(&vec![shape.clone()], *angle, f64::from(line.spacing));
+        fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, rows(shape), line, s, carried)));
     }
     let anywhere = |_: &[Point]| true;
     for (feature, region) in [(Feature::Solid, &solids.rest), (Feature::Top, &solids.top)] {
