@@ -4,7 +4,7 @@
 //! Parts that touch do so in coincident planes. The order of the parts is their numbering. Only floors `geom` and
 //! `mesh` are known here.
 
-use crate::geom::{Bounds, Object, Vec3};
+use crate::geom::{Bounds, Object, SplitMix64, Vec3};
 use crate::mesh::{TriangleMesh, stl_binary_parts};
 
 /// A named closed part, mm.
@@ -213,6 +213,29 @@ fn smooth_arm(
 
 fn named<const N: usize>(parts: [(&str, TriangleMesh<Object>); N]) -> Vec<NamedMesh> {
     parts.into_iter().map(|(name, mesh)| (name.to_owned(), mesh)).collect()
+}
+
+/// The same surface with `count` facets without area in it, as CAD programs leave them: a facet gets a new corner on one of its
+/// sides, at any place or next to an end, which its neighbour does not know of. Corners are rounded as files round them (`f32`).
+pub fn slivered(mesh: &TriangleMesh<Object>, seed: u64, count: usize) -> TriangleMesh<Object> {
+    let (mut vertices, mut facets) = (mesh.vertices().to_vec(), mesh.facets().to_vec());
+    let mut random = SplitMix64::seeded(seed);
+    for _ in 0..count {
+        let index = random.word() as usize % facets.len();
+        let turn = random.word() as usize % 3;
+        let [a, b, c] = [0, 1, 2].map(|i| facets[index][(turn + i) % 3]);
+        let [p, q] = [a, b].map(|v| vertices[v as usize]);
+        let share = if random.word() % 4 == 0 { 4e-4 / (q - p).norm() } else { random.unit() };
+        let at = (p + (q - p) * share).map(|x| f64::from(x as f32));
+        if vertices.contains(&at) {
+            continue;
+        }
+        let new = vertices.len() as u32;
+        vertices.push(at);
+        facets[index] = [a, new, c];
+        facets.extend([[new, b, c], [a, b, new]]);
+    }
+    TriangleMesh::new(vertices, facets)
 }
 
 /// The box from corner `min` to corner `max`: 12 facets.

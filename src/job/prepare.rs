@@ -99,22 +99,19 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     world.progress.reached(Step::Read(&set.model));
     // A slicer that is not there is found out before the long search.
     let slicer = request.slicing.slicer(world)?;
-    let PlannedSomehow { plan, cut, held } = planned_or_cut(&models, set, (&request.plan, &request.ways), world)?;
-    seconds.orient = plan.orient_seconds;
+    let mut somehow = planned_or_cut(&models, set, (&request.plan, &request.ways), world)?;
+    seconds.orient = somehow.plan.orient_seconds;
     seconds.plan = (lap() - seconds.orient).max(0.0);
-    world.progress.reached(Step::Planned(&plan));
-    let prints = Prints::of(&plan.plan, request.slicing.bed);
-    let chosen_by_us = request.slicing.slicer == SlicerChoice::Auto && request.slicing.configs.is_empty();
-    let first = Proved::of(slicer.as_ref(), &prints, &plan, world);
-    let unfit = first.as_ref().err().filter(|_| chosen_by_us && slicer.name() != BuiltIn.name()).and_then(unfit);
-    let proved = match unfit {
-        Some(why) => {
-            let name = slicer.name();
-            world.progress.warning(&format!("{name} {why}; sliced by the built-in slicer instead"));
-            Proved::of(&BuiltIn, &prints, &plan, world)
-        }
-        None => first,
-    };
+    world.progress.reached(Step::Planned(&somehow.plan));
+    let mut proved = Proved::by(slicer.as_ref(), request, &somehow.plan, world);
+    if let (Err(error), Some(_), Supporting::Auto) = (&proved, &somehow.cut, request.ways.supporting)
+        && let Some(why) = unfit(error)
+        && let Some((plan, again)) = on_supports_instead(&models, slicer.as_ref(), request, world)
+    {
+        world.progress.warning(&format!("in parts, {} {why}; printed on supports instead", slicer.name()));
+        (somehow, proved) = (plan, Ok(again));
+    }
+    let PlannedSomehow { plan, cut, held } = somehow;
     let Proved { rewritten, slicer, flaws, slice_seconds } = match proved {
         Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
         proved => proved?,
@@ -125,6 +122,21 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(of_slicer).chain(warnings).collect();
     Ok(PrepareResult { gcode, planned: plan, cut, held, slicer, flaws, warnings, seconds })
+}
+
+/// The model whole, on supports, sliced and proved; `None` where that cannot be done either.
+fn on_supports_instead(
+    models: &Models<'_>,
+    slicer: &dyn Slicer,
+    request: &PrepareRequest,
+    world: &World<'_>,
+) -> Option<(PlannedSomehow, Proved)> {
+    let whole = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
+    let set = arranged(models, world).ok()?;
+    let somehow = planned_or_cut(models, set, (&request.plan, &whole), world).ok()?;
+    world.progress.reached(Step::Planned(&somehow.plan));
+    let proved = Proved::by(slicer, request, &somehow.plan, world).ok()?;
+    Some((somehow, proved))
 }
 
 /// What a slicer did that another may do better; `None` for what is not the slicer's.
@@ -147,6 +159,21 @@ struct Proved {
 }
 
 impl Proved {
+    /// By `slicer`, or, where nobody named it and what it lays is of no use, by our own.
+    fn by(slicer: &dyn Slicer, request: &PrepareRequest, plan: &PlanResult, world: &World<'_>) -> Result<Self, Error> {
+        let prints = Prints::of(&plan.plan, request.slicing.bed);
+        let first = Self::of(slicer, &prints, plan, world);
+        let named = request.slicing.slicer != SlicerChoice::Auto || !request.slicing.configs.is_empty();
+        match first.as_ref().err().and_then(unfit) {
+            Some(why) if !named && slicer.name() != BuiltIn.name() => {
+                let name = slicer.name();
+                world.progress.warning(&format!("{name} {why}; sliced by the built-in slicer instead"));
+                Self::of(&BuiltIn, &prints, plan, world)
+            }
+            _ => first,
+        }
+    }
+
     fn of(slicer: &dyn Slicer, prints: &Prints, plan: &PlanResult, world: &World<'_>) -> Result<Self, Error> {
         let start = world.clock.now();
         let done = slice_by(slicer, prints, &plan.plan, world)?;

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! facets steeper than the threshold, lowest places, ridges   relief.rs    fast; nothing of these means nothing hangs
+//!   ridges also where facets without area lie between         slivers.rs
 //! layer i less layer i-1 grown by h tan(threshold) + w/2     layers.rs    what a layer may reach, the half line only once
 //!   less bridges: chords of at most bridge_mm between ends   chords.rs
 //!   on what is below, and less patches of at most tolerate_mm2
@@ -17,6 +18,7 @@ mod chords;
 mod layers;
 mod region;
 mod relief;
+mod slivers;
 
 pub use layers::{Cause, Footing, Ground, Held, Patch, unsupported};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};

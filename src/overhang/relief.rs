@@ -12,6 +12,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::geom::{Sets, Vec3};
+use crate::overhang::slivers::{Given, Mended, Side};
 
 /// How far lines may hang.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +35,6 @@ const RIDGE_DOWN: f64 = -0.02;
 const RIDGE_BEND_DEG: f64 = 20.0;
 /// A run that goes down by more than this from its end hangs on what is there, mm.
 const DROP_MM: f64 = 1e-2;
-/// Facets thinner than this have no normal that means anything, mm.
-const THIN_MM: f64 = 1e-3;
 
 /// A convex edge.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +65,8 @@ pub struct Relief {
     pub normal: Vec<Vec3>,
     /// Edges that are ridges along some direction.
     edges: Vec<Edge>,
+    /// Of vertices in one place that an edge joins, the one that stands for them; the others stand for themselves.
+    stand_in: HashMap<u32, u32>,
     /// Of vertex `i`: `neighbours[first[i]..first[i + 1]]`.
     first: Vec<u32>,
     neighbours: Vec<u32>,
@@ -85,10 +86,21 @@ impl Relief {
         let vectors: Vec<Vec3> = facets.iter().map(vector).collect();
         let area: Vec<f64> = vectors.iter().map(|v| v.norm() * 0.5).collect();
         let normal: Vec<Vec3> = vectors.iter().map(|v| v.try_normalize(0.0).unwrap_or_default()).collect();
-        let (edges, first, neighbours) = Default::default();
-        let (first_facet, facets_about) = Default::default();
-        let mut all =
-            Self { vertices, facets, area, normal, edges, first, neighbours, first_facet, facets_about, closed: false };
+        let (edges, stand_in, first, neighbours, first_facet, facets_about) = Default::default();
+        let closed = false;
+        let mut all = Self {
+            vertices,
+            facets,
+            area,
+            normal,
+            edges,
+            stand_in,
+            first,
+            neighbours,
+            first_facet,
+            facets_about,
+            closed,
+        };
         all.connect();
         all
     }
@@ -98,16 +110,13 @@ impl Relief {
         self.closed
     }
 
-    fn corners(&self, facet: usize) -> [Vec3; 3] {
-        self.facets[facet].map(|i| self.vertices[i as usize])
-    }
-
     fn connect(&mut self) {
         self.group_facets();
         let vertices = self.vertices.len();
-        self.first = vec![0; vertices + 1];
-        self.neighbours = Vec::with_capacity(6 * vertices);
-        self.closed = true;
+        let (mut first, mut neighbours) = (vec![0; vertices + 1], Vec::with_capacity(6 * vertices));
+        let mut closed = true;
+        let mended = self.mended();
+        let is_changed = |f: u32| mended.as_ref().is_some_and(|mended| mended.is_changed(f));
         // Of one vertex: the other ends of its facets' sides, whether the side runs towards the vertex, the facet.
         let mut sides: Vec<(u32, bool, u32)> = Vec::new();
         let mut edges = Vec::new();
@@ -128,15 +137,42 @@ impl Relief {
             sides.sort_unstable();
             for run in sides.chunk_by(|x, y| x.0 == y.0) {
                 let other = run[0].0;
-                self.neighbours.push(other);
-                self.closed &= 2 * run.iter().filter(|side| side.1).count() == run.len();
-                if let (true, [one, two]) = (v < other, run) {
-                    edges.extend(self.edge([v, other], [one.2, two.2]));
+                neighbours.push(other);
+                closed &= 2 * run.iter().filter(|side| side.1).count() == run.len();
+                // The side away from the vertex comes first.
+                if let (true, [one, two]) = (v < other, run)
+                    && !is_changed(one.2)
+                    && !is_changed(two.2)
+                {
+                    edges.extend(self.edge(([v, other], [one.2, two.2])));
                 }
             }
-            self.first[v as usize + 1] = self.neighbours.len() as u32;
+            first[v as usize + 1] = neighbours.len() as u32;
         }
+        let (sides, one_place) = mended.map(|m| (m.sides(), m.one_place)).unwrap_or_default();
+        edges.extend(sides.into_iter().filter_map(|side| self.edge(side)));
+        let mut stand_in = HashMap::new();
+        if !one_place.is_empty() {
+            let mut sets = Sets::new(vertices);
+            for [a, b] in &one_place {
+                sets.join(*a, *b);
+            }
+            stand_in = one_place.into_iter().flatten().map(|v| (v, sets.root(v))).collect();
+        }
+        (self.stand_in, self.first, self.neighbours, self.closed) = (stand_in, first, neighbours, closed);
+        edges.retain(|edge: &Edge| self.place(edge.ends[0]) != self.place(edge.ends[1]));
         self.edges = edges;
+    }
+
+    /// What lies where thin facets lay; `None` where there are none.
+    fn mended(&self) -> Option<Mended<'_>> {
+        let given = Given {
+            vertices: &self.vertices,
+            facets: &self.facets,
+            first: &self.first_facet,
+            about: &self.facets_about,
+        };
+        Mended::of(given, &self.area)
     }
 
     /// The facets of each vertex, in their order.
@@ -158,22 +194,12 @@ impl Relief {
     }
 
     /// The edge, if it is convex and bends enough to be a ridge along some direction.
-    fn edge(&self, ends: [u32; 2], facets: [u32; 2]) -> Option<Edge> {
+    fn edge(&self, (ends, facets): Side) -> Option<Edge> {
         let [p, q] = ends.map(|i| self.vertices[i as usize]);
         let [m, n] = facets.map(|f| self.normal[f as usize]);
         let bends = m.dot(&n) < RIDGE_BEND_DEG.to_radians().cos();
-        if !bends || facets.iter().any(|&f| self.thin(f as usize)) {
-            return None;
-        }
-        let apex = self.facets[facets[1] as usize].into_iter().find(|v| !ends.contains(v))?;
-        let convex = (self.vertices[apex as usize] - p).dot(&m) < 0.0;
-        convex.then_some(Edge { ends, facets, along: (q - p).try_normalize(0.0)? })
-    }
-
-    fn thin(&self, facet: usize) -> bool {
-        let [a, b, c] = self.corners(facet);
-        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-        2.0 * self.area[facet] < THIN_MM * longest
+        let convex = bends && m.cross(&n).dot(&(q - p)) > 0.0;
+        if convex { Some(Edge { ends, facets, along: (q - p).try_normalize(0.0)? }) } else { None }
     }
 
     /// The runs that are too long to hang along `up`; edges of facets that `stands` says yes to are none.
@@ -190,7 +216,7 @@ impl Relief {
         let mut sets = Sets::new(flat.len());
         for (i, ends) in flat.iter().enumerate() {
             for v in ends {
-                let first = *of_vertex.entry(*v).or_insert(i as u32);
+                let first = *of_vertex.entry(self.place(*v)).or_insert(i as u32);
                 sets.join(first, i as u32);
             }
         }
@@ -207,14 +233,34 @@ impl Relief {
             return None;
         }
         let height = |v: u32| self.vertices[v as usize].dot(up);
-        let on_run = |v: u32| edges.iter().flatten().filter(|w| **w == v).count();
+        let on_run = |v: u32| edges.iter().flatten().filter(|w| self.place(**w) == self.place(v)).count();
         let ends = edges.iter().flatten().copied().filter(|&v| on_run(v) == 1);
-        let carried =
-            |v: u32| self.around(v as usize).iter().any(|&w| on_run(w) == 0 && height(w) < height(v) - DROP_MM);
+        let carried = |v: u32| self.around_place(v).iter().any(|&w| on_run(w) == 0 && height(w) < height(v) - DROP_MM);
         let carried: Vec<bool> = ends.map(carried).collect();
         let both = carried.len() >= 2 && carried.iter().all(|c| *c);
         let allowed_mm = if both { hang.bridge_mm.max(hang.span_mm) } else { hang.span_mm };
         (length > allowed_mm).then_some(Ridge { edges, allowed_mm })
+    }
+
+    /// The vertex that stands for all in its place.
+    fn place(&self, vertex: u32) -> u32 {
+        if self.stand_in.is_empty() { vertex } else { self.stand_in.get(&vertex).copied().unwrap_or(vertex) }
+    }
+
+    /// The vertices that an edge joins to one in the place of `vertex`.
+    fn around_place(&self, vertex: u32) -> Vec<u32> {
+        let (mut here, mut next) = (vec![vertex], 0);
+        let mut around = Vec::new();
+        while let Some(&v) = here.get(next) {
+            next += 1;
+            for &w in self.around(v as usize) {
+                let there = if self.place(w) == self.place(vertex) { &mut here } else { &mut around };
+                if !there.contains(&w) {
+                    there.push(w);
+                }
+            }
+        }
+        around
     }
 
     /// The length of the edge between two vertices, mm.

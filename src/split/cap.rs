@@ -271,7 +271,7 @@ impl Rim {
 }
 
 /// Thinner triangles are turned into others where that can be, mm: later cuts would make vertices that coincide of them.
-const SLIVER_MM: f64 = 1e-3;
+pub(super) const SLIVER_MM: f64 = 1e-3;
 
 /// Gives a triangle whose one corner lies on the opposite side the far corner of the triangle across that side instead.
 fn flip_slivers(triangles: &mut [[u32; 3]], place: &[Flat]) {

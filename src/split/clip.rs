@@ -1,12 +1,13 @@
 //! A closed surface cut by a plane: the solids beyond it, closed by caps, and what is left.
 //!
 //! Vertices within [`ON_PLANE_MM`] of the plane lie in it and stay where they are; every edge that crosses gets one new vertex,
-//! which both sides share bit for bit. A facet in the plane belongs to the side on which its material is. Nothing is ever moved,
+//! which both sides share bit for bit. A facet in the plane belongs to the side on which its material is; one without area, to the
+//! side that makes the rim shorter, or the cap would follow it out and back over nothing. Nothing is ever moved,
 //! so that the volumes of the two sides add up to the whole, and a cut takes some of the solids beyond without touching the rest.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-use super::cap::{CapPatch, NoCap, patches};
+use super::cap::{CapPatch, NoCap, SLIVER_MM, patches};
 use super::edges::EdgeMap;
 use super::surface::{Plane, Surface};
 use crate::geom::{Sets, Vec3};
@@ -98,13 +99,18 @@ impl<'a> Parted<'a> {
 
     fn part(&mut self) {
         let mut crossings: EdgeMap<u32> = EdgeMap::default();
+        let mut slivers = Vec::new();
         for (index, &facet) in self.surface.facets.iter().enumerate() {
             let sides = facet.map(|v| self.side[v as usize]);
             let upper: Vec<u32> = facet.iter().copied().filter(|&v| self.side[v as usize] > 0).collect();
             upper.windows(2).for_each(|pair| _ = self.solids.join(pair[0], pair[1]));
             let index = index as u32;
             if sides == [0; 3] {
-                if self.surface.area_vector(index as usize).dot(&self.plane.normal) < 0.0 {
+                let [ab, bc, ca] = self.lengths(facet);
+                let doubled = self.surface.area_vector(index as usize);
+                if doubled.norm() < SLIVER_MM * ab.max(bc).max(ca) {
+                    slivers.push(index);
+                } else if doubled.dot(&self.plane.normal) < 0.0 {
                     self.beyond.push((facet, index, self.surface.vertices.len() as u32 + index));
                 }
             } else if let Some(&top) = upper.first() {
@@ -115,7 +121,37 @@ impl<'a> Parted<'a> {
                 }
             }
         }
+        if !slivers.is_empty() {
+            self.take_slivers(slivers);
+        }
         self.join_in_plane();
+    }
+
+    /// Those of the facets without area in the plane go beyond that have half of their rim there: that makes the rim no longer.
+    fn take_slivers(&mut self, mut slivers: Vec<u32>) {
+        let ends = |facet: [u32; 3]| (0..3).map(move |i| [facet[i], facet[(i + 1) % 3]]);
+        let mut beyond: HashSet<[u32; 2]> = self.beyond.iter().flat_map(|(facet, ..)| ends(*facet)).collect();
+        let mut before = usize::MAX;
+        while slivers.len() < before {
+            before = slivers.len();
+            slivers.retain(|&index| {
+                let facet = self.surface.facets[index as usize];
+                let lengths = self.lengths(facet);
+                let shared = ends(facet).zip(lengths).filter(|([a, b], _)| beyond.contains(&[*b, *a]));
+                let stays = shared.map(|(_, mm)| mm).sum::<f64>() < lengths.iter().sum::<f64>() / 2.0 - ON_PLANE_MM;
+                if !stays {
+                    self.beyond.push((facet, index, self.surface.vertices.len() as u32 + index));
+                    beyond.extend(ends(facet));
+                }
+                stays
+            });
+        }
+    }
+
+    /// Of a facet's sides, each from its corner to the next, mm.
+    fn lengths(&self, facet: [u32; 3]) -> [f64; 3] {
+        let at = |i: usize| self.vertices[facet[i % 3] as usize];
+        [0, 1, 2].map(|i| (at(i + 1) - at(i)).norm())
     }
 
     /// Parts one facet that crosses.

@@ -124,3 +124,38 @@ fn corners_and_flat_ridges_count_and_nicks_and_arches_do_not() {
     let up = Vec3::new(0.0, 10_f64.to_radians().sin(), 10_f64.to_radians().cos());
     assert_eq!(Measured::of(Surface::of(&mesh), &rules).needs(&up, None, &rules).ridges, 0);
 }
+
+#[test]
+fn a_cap_does_not_follow_facets_without_area_out_over_nothing() {
+    // Below the arms of a T lies a line of facets without area, in the plane of a cut that only the post crosses.
+    let outline =
+        [[0.0, 0.0], [10.0, 0.0], [10.0, 25.0], [25.0, 25.0], [25.0, 33.0], [-15.0, 33.0], [-15.0, 25.0], [0.0, 25.0]];
+    let at = |y: f64| outline.map(|[x, z]| Vec3::new(x, y, z));
+    let front = [[0, 1, 2], [0, 2, 7], [7, 2, 3], [7, 3, 6], [6, 3, 5], [3, 4, 5]];
+    let mut facets: Vec<[u32; 3]> = front.to_vec();
+    facets.extend(front.iter().map(|&[a, b, c]| [a + 8, c + 8, b + 8]));
+    for k in 0..8 {
+        let next = (k + 1) % 8;
+        facets.extend([[k, next + 8, next], [k, k + 8, next + 8]]);
+    }
+    let tee = TriangleMesh::<Object>::new([at(0.0), at(12.0)].concat(), facets);
+    let all = Surface::of(&tee);
+    assert!(all.is_closed() && all.volume() > 0.0);
+    let normal = Vec3::new(0.0, 1.0, 1.0).normalize();
+    let made = cut(&all, &Plane { normal, offset_mm: normal.z * 25.0 }, &Taken::All, 1).unwrap();
+    assert!((made.patches_mm2.iter().sum::<f64>() - 120.0 * 2_f64.sqrt()).abs() < 1e-9, "{:?}", made.patches_mm2);
+    let [arms] = &made.pieces[..] else { panic!("{} pieces", made.pieces.len()) };
+    assert!(arms.is_closed() && made.rest.is_closed());
+    assert!((arms.volume() + made.rest.volume() - all.volume()).abs() < 1e-9);
+    // The post has no corner beyond its own width, and every facet of the caps looks straight up or down along the plane.
+    assert!(made.rest.vertices.iter().all(|v| (0.0..=10.0).contains(&v.x)), "{:?}", made.rest.vertices);
+    for (surface, sense) in [(arms, -1.0), (&made.rest, 1.0)] {
+        for facet in (0..surface.facets.len()).filter(|&f| surface.source[f] == 1) {
+            let up = surface.area_vector(facet).normalize().dot(&normal);
+            assert!((up - sense).abs() < 1e-9, "{up}: {:?}", surface.corners(facet));
+        }
+    }
+    // Along that plane the arms begin in two lines in the air, 15 mm each.
+    let rules = rules();
+    assert_eq!(Measured::of(arms.clone(), &rules).needs(&normal, Some(1), &rules).ridges, 2);
+}

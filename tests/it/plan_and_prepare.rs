@@ -6,10 +6,11 @@
 
 use std::path::Path;
 
-use trunnion::fixtures::{NamedMesh, prism, solid_box};
+use trunnion::fixtures::{NamedMesh, prism, slivered, solid_box};
 use trunnion::geom::{Mat3, Object, Rigid, Vec3};
 use trunnion::job::{
-    Cutting, Error, MachineSource, PrepareRequest, PrepareResult, Silent, Source, Supporting, WaysOut, World, prepare,
+    Bar, Cutting, Error, MachineSource, PrepareRequest, PrepareResult, Progress, Silent, Source, Supporting, WaysOut,
+    World, prepare,
 };
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::planning::Infeasible;
@@ -288,6 +289,14 @@ impl Case {
         }
     }
 
+    /// The same from a file with facets without area in it.
+    fn slivered(seed: u64) -> Self {
+        let mut case = Self::united(seed);
+        let mesh = &mut case.parts[0].1;
+        *mesh = slivered(mesh, seed, 60);
+        case
+    }
+
     /// The same as one solid that is printed upright, on supports.
     fn held(seed: u64) -> Self {
         let ways = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
@@ -445,6 +454,61 @@ fn solids_that_are_cut_are_kept() {
         }
     } else {
         skip("prusa-slicer is not installed");
+    }
+}
+
+#[test]
+fn solids_whose_files_have_facets_without_area_are_kept() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::slivered, seeds(0..8));
+    assert!(kept > refused, "{kept} kept, {refused} refused");
+}
+
+/// Where the slicer fails at the parts of a cut solid, the whole one is printed on supports, and why is said.
+#[test]
+#[cfg(unix)]
+fn what_cannot_be_sliced_in_parts_is_printed_on_supports() {
+    use std::os::unix::fs::PermissionsExt as _;
+    if !installed("prusa-slicer") {
+        return skip("prusa-slicer is not installed");
+    }
+    let folder = crate::support::folder();
+    let (program, once) = (folder.path().join("slicer.sh"), folder.path().join("once"));
+    let text = format!(
+        "#!/bin/sh\ncase \"$*\" in *--load*) if [ ! -e {once:?} ]; then : >{once:?}; echo 'no part for me' >&2; exit 1; fi;; esac\n\
+         exec prusa-slicer \"$@\"\n"
+    );
+    std::fs::write(&program, text).unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let tee = solids::tee().mesh();
+    let bytes = |name: &str, bytes: Vec<u8>| Source::Bytes { name: name.to_owned(), bytes };
+    let machine = MachineSource::Toml(bytes("machine.toml", b"extends = \"generic-ac\"\n".to_vec()));
+    let mut request = PrepareRequest::new(bytes("tee.stl", stl_binary_parts(&[&tee])), machine);
+    request.slicing.slicer = SlicerChoice::Path(program);
+    let heard = Heard::default();
+    let done = prepare(&request, &World::here(&heard)).unwrap();
+    assert!(once.exists() && done.cut.is_none() && done.held.is_some());
+    assert!(done.gcode.report().unwrap().is_clean());
+    let heard = heard.0.into_inner().unwrap();
+    let wanted = |line: &&String| line.contains("no part for me") && line.ends_with("printed on supports instead");
+    assert_eq!(heard.iter().filter(wanted).count(), 1, "{heard:?}");
+    // Nobody is put on supports who does not want it.
+    std::fs::remove_file(&once).unwrap();
+    request.ways.supporting = Supporting::Never;
+    let error = prepare(&request, &World::here(&Silent)).unwrap_err().to_string();
+    assert!(error.contains("no part for me"), "{error}");
+}
+
+/// The warnings.
+#[derive(Default)]
+struct Heard(std::sync::Mutex<Vec<String>>);
+
+impl Progress for Heard {
+    fn warning(&self, text: &str) {
+        self.0.lock().unwrap().push(text.to_owned());
+    }
+
+    fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_> {
+        Silent.begin(what, of)
     }
 }
 

@@ -11,6 +11,7 @@ mod real_meshes;
 mod refined;
 pub(crate) mod solids;
 
+use trunnion::fixtures::slivered;
 use trunnion::geom::{Angle, Object, Vec3};
 use trunnion::mesh::{Model, TriangleMesh};
 use trunnion::planning::{OnePrint, centred};
@@ -110,6 +111,19 @@ fn a_bracket_needs_a_wider_beam_and_no_more_cuts_than_are_known_to_do() {
 #[test]
 fn a_menorah_needs_no_more_cuts_than_are_known_to_do() {
     solids::all().iter().filter(|s| s.name == LONG[1]).for_each(needs_no_more_cuts_than_are_known_to_do);
+}
+
+#[test]
+fn files_with_facets_without_area_are_cut_as_well() {
+    for (seed, solid) in (1..).zip(solids::all().iter().filter(|s| !LONG.contains(&s.name))) {
+        for count in [1, 40] {
+            let model = slivered(&solid.shape.mesh(), seed, count);
+            let found = cut(&model, &Options::default());
+            is_sound(solid.name, &model, &found);
+            assert!(found.printable, "{}: {:?} left, {:?}", solid.name, found.after, found.refused);
+            assert!(found.cuts.len() <= solid.cuts, "{}: {} cuts for {}", solid.name, found.cuts.len(), solid.cuts);
+        }
+    }
 }
 
 #[test]

@@ -1,0 +1,227 @@
+//! Facets so thin that their normal means nothing, and which real facets lie on both sides of them.
+//!
+//! Three corners on a line, or two corners in one place: files of CAD programs and the caps of cuts are full of them. Who asks which
+//! way the surface bends along an edge must look past them:
+//!
+//! ```text
+//!        d                      d
+//!      /   \                  / | \
+//!     /  N  \                /  |  \
+//!    a ----- b     flip     a N | N b      T = (a, b, c) has no height; its longest side is N's too.
+//!     `- T -'     ----->     `- c -'       Both facets made of them have the normal of N.
+//!         c
+//! ```
+//!
+//! Flips are of edges only: every vertex stays where it is. A thin facet beside a thin one waits until that one is done; two that
+//! share their longest sides are flipped with each other, which makes their common side shorter, so that it ends.
+//!
+//! Lengths mm.
+
+use std::cmp::Ordering;
+use std::collections::{BTreeSet, HashMap};
+
+use crate::geom::Vec3;
+
+/// Facets less high than this have no normal that means anything, mm.
+pub(super) const THIN_MM: f64 = 1e-3;
+
+/// A surface's facets as given, and who is about a vertex.
+pub(super) struct Given<'a> {
+    pub(super) vertices: &'a [Vec3],
+    pub(super) facets: &'a [[u32; 3]],
+    /// Of vertex `i`: `about[first[i]..first[i + 1]]`.
+    pub(super) first: &'a [u32],
+    pub(super) about: &'a [u32],
+}
+
+impl Given<'_> {
+    fn length(&self, [a, b]: [u32; 2]) -> f64 {
+        (self.vertices[a as usize] - self.vertices[b as usize]).norm()
+    }
+
+    /// The corners from the longest side on; of sides as long as each other, the same one whoever asks.
+    fn from_longest(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
+        let key = |turned: &[u32; 3]| {
+            (self.length([turned[0], turned[1]]), turned[0].min(turned[1]), turned[0].max(turned[1]))
+        };
+        let longer = |x: &[u32; 3], y: &[u32; 3]| key(x).partial_cmp(&key(y)).unwrap_or(Ordering::Equal);
+        [[a, b, c], [b, c, a], [c, a, b]].into_iter().max_by(longer).unwrap_or([a, b, c])
+    }
+
+    fn is_thin(&self, facet: u32, area_mm2: f64) -> bool {
+        let [a, b, _] = self.from_longest(self.facets[facet as usize]);
+        2.0 * area_mm2 < THIN_MM * self.length([a, b])
+    }
+}
+
+/// A side of two facets: its ends as the first one runs along it, and the facets that the two have the normals of.
+pub(super) type Side = ([u32; 2], [u32; 2]);
+
+/// What lies where thin facets lay.
+pub(super) struct Mended<'a> {
+    given: Given<'a>,
+    /// Facets with other corners than the given ones, and the facet that each has the normal of.
+    new: HashMap<u32, ([u32; 3], u32)>,
+    /// Facets about a vertex that were not about it.
+    joined: HashMap<u32, Vec<u32>>,
+    /// Thin ones that are left.
+    thin: BTreeSet<u32>,
+    /// Pairs of corners in one place.
+    pub(super) one_place: Vec<[u32; 2]>,
+}
+
+impl<'a> Mended<'a> {
+    /// `None` where no facet is thin; `area_mm2` by facet.
+    pub(super) fn of(given: Given<'a>, area_mm2: &[f64]) -> Option<Self> {
+        let thin = (0..).zip(area_mm2).filter(|(f, area)| given.is_thin(*f, **area)).map(|(f, _)| f);
+        let thin: BTreeSet<u32> = thin.collect();
+        if thin.is_empty() {
+            return None;
+        }
+        let sides = thin.iter().map(|f| given.facets[*f as usize]).flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let one_place = sides.filter(|ends| given.length(*ends) < THIN_MM).collect();
+        let mut mended = Self { given, new: HashMap::new(), joined: HashMap::new(), thin: thin.clone(), one_place };
+        // Each step but those between two thin facets does away with one, or leads on to it. What is in the way of one is often gone
+        // when the others are.
+        let mut steps_left = 8 * thin.len();
+        while steps_left > 0 {
+            let thin = mended.thin.clone();
+            let flipped = |facet: &u32| mended.do_away_with(*facet, &mut steps_left);
+            if !thin.iter().map(flipped).fold(false, |any, one| any | one) {
+                break;
+            }
+        }
+        Some(mended)
+    }
+
+    /// From `facet` over longest sides to one beside a real facet, which goes first; whether anything was flipped.
+    fn do_away_with(&mut self, facet: u32, steps_left: &mut usize) -> bool {
+        let mut path = vec![facet];
+        let mut flipped = false;
+        while let Some(&facet) = path.last() {
+            if !self.thin.contains(&facet) {
+                path.pop();
+                continue;
+            }
+            let [a, b, _] = self.given.from_longest(self.corners(facet));
+            let Some(beyond) = self.across(facet, [a, b]).filter(|_| *steps_left > 0) else { break };
+            *steps_left -= 1;
+            let waits = self.thin.contains(&beyond) && self.given.from_longest(self.corners(beyond))[..2] != [b, a];
+            if waits {
+                path.push(beyond);
+            } else if self.flip(facet, beyond) {
+                flipped = true;
+            } else {
+                break;
+            }
+        }
+        flipped
+    }
+
+    /// The longest side of the thin `facet` gives way to that between the corners beyond its ends, or, where there is such a side, the
+    /// corner at its end that only three facets are about goes; false if there is none.
+    fn flip(&mut self, facet: u32, beyond: u32) -> bool {
+        let [a, b, c] = self.given.from_longest(self.corners(facet));
+        let Some(d) = self.corners(beyond).into_iter().find(|v| ![a, b].contains(v)) else { return false };
+        // Of two thin facets the side between them gets shorter, or it would go to and fro.
+        let to_and_fro = self.thin.contains(&beyond) && self.given.length([c, d]) >= self.given.length([a, b]);
+        if c == d || to_and_fro {
+            return false;
+        }
+        let across: Vec<u32> = self.with_both([c, d]).collect();
+        if let Some(first) = across.first() {
+            let at_end = |f: &&u32| self.corners(**f).iter().any(|v| [a, b].contains(v));
+            let third = *across.iter().find(at_end).unwrap_or(first);
+            return self.merge([facet, beyond, third], [a, b, c, d]);
+        }
+        let like = self.like(beyond);
+        self.new.insert(facet, ([c, a, d], like));
+        self.new.insert(beyond, ([d, b, c], like));
+        self.joined.entry(d).or_default().push(facet);
+        self.joined.entry(c).or_default().push(beyond);
+        if !self.thin.contains(&beyond) {
+            self.thin.remove(&facet);
+        }
+        true
+    }
+
+    /// Three facets about one corner, the end `a` or `b` of the side of the first two, become one.
+    fn merge(&mut self, three: [u32; 3], [a, b, c, d]: [u32; 4]) -> bool {
+        let third = self.corners(three[2]);
+        let corners = match [third.contains(&a), third.contains(&b)] {
+            [true, false] => [b, c, d],
+            [false, true] => [c, a, d],
+            _ => return false,
+        };
+        let gone = if corners.contains(&a) { b } else { a };
+        if self.about(gone).any(|f| !three.contains(&f) && self.corners(f).contains(&gone)) {
+            return false;
+        }
+        let real = three.into_iter().find(|f| !self.thin.contains(f));
+        let like = self.like(real.unwrap_or(three[0]));
+        self.new.insert(three[0], (corners, like));
+        self.joined.entry(d).or_default().push(three[0]);
+        for facet in &three[1..] {
+            self.new.insert(*facet, ([gone; 3], like));
+            self.thin.remove(facet);
+        }
+        if real.is_some() {
+            self.thin.remove(&three[0]);
+        }
+        true
+    }
+
+    /// The corners that `facet` has now.
+    fn corners(&self, facet: u32) -> [u32; 3] {
+        self.new.get(&facet).map_or(self.given.facets[facet as usize], |(corners, _)| *corners)
+    }
+
+    /// The facet that `facet` has the normal of.
+    fn like(&self, facet: u32) -> u32 {
+        self.new.get(&facet).map_or(facet, |(_, like)| *like)
+    }
+
+    /// Facets that are or were about a vertex, some twice.
+    fn about(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+        let [from, to] = [vertex, vertex + 1].map(|v| self.given.first[v as usize] as usize);
+        let given = self.given.about[from..to].iter();
+        given.chain(self.joined.get(&vertex).into_iter().flatten()).copied()
+    }
+
+    /// The one facet beyond the side of `facet` from `a` to `b`, where two facets meet in it.
+    fn across(&self, facet: u32, [a, b]: [u32; 2]) -> Option<u32> {
+        let mut beyond = self.with_both([a, b]).filter(|f| *f != facet);
+        let one = beyond.next()?;
+        beyond.all(|f| f == one).then_some(one)
+    }
+
+    /// Facets that have both corners, some twice.
+    fn with_both(&self, ends: [u32; 2]) -> impl Iterator<Item = u32> + '_ {
+        self.about(ends[0]).filter(move |f| ends.iter().all(|v| self.corners(*f).contains(v)))
+    }
+
+    /// Whether the sides of `facet` are to be asked of [`Mended::sides`].
+    pub(super) fn is_changed(&self, facet: u32) -> bool {
+        self.new.contains_key(&facet) || self.thin.contains(&facet)
+    }
+
+    /// The sides of changed facets, each once; those of facets that stay thin are left out.
+    pub(super) fn sides(&self) -> Vec<Side> {
+        let mut changed: Vec<u32> = self.new.keys().copied().filter(|f| !self.thin.contains(f)).collect();
+        changed.sort_unstable();
+        let mut found = Vec::new();
+        for facet in changed {
+            let [p, q, r] = self.corners(facet);
+            for ends in [[p, q], [q, r], [r, p]] {
+                let beyond = self.across(facet, ends).filter(|f| !self.thin.contains(f));
+                // Where both are changed, the other one says the same.
+                let once = |f: &u32| facet < *f || !self.new.contains_key(f);
+                found.extend(beyond.filter(once).map(|beyond| (ends, [self.like(facet), self.like(beyond)])));
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests;
