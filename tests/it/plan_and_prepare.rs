@@ -445,8 +445,8 @@ fn solids_that_are_cut_are_kept() {
     let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::united, seeds(0..6));
     assert!(kept + refused > 0);
     if installed("prusa-slicer") {
-        // Known and open: of seed 2 a nozzle reaches 0.43 mm into what PrusaSlicer printed below it, where 0.415 are let pass.
-        through(&SlicerChoice::PrusaSlicer, Case::united, seeds(0..2));
+        // In seed 2 the nozzle's flat lies 0.01 mm less deep in a slant than is let pass.
+        through(&SlicerChoice::PrusaSlicer, Case::united, seeds(0..3));
         // A thin crescent, of which nobody can tell a shift along it from a scale; a slit that it closes; a plate that ends in a layer's
         // middle; rows of a bridge that are joined along a wall.
         for seed in [60, 111, 187, 194] {
