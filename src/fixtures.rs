@@ -225,7 +225,7 @@ pub fn slivered(mesh: &TriangleMesh<Object>, seed: u64, count: usize) -> Triangl
         let turn = random.word() as usize % 3;
         let [a, b, c] = [0, 1, 2].map(|i| facets[index][(turn + i) % 3]);
         let [p, q] = [a, b].map(|v| vertices[v as usize]);
-        let share = if random.word() % 4 == 0 { 4e-4 / (q - p).norm() } else { random.unit() };
+        let share = if random.word().is_multiple_of(4) { 4e-4 / (q - p).norm() } else { random.unit() };
         let at = (p + (q - p) * share).map(|x| f64::from(x as f32));
         if vertices.contains(&at) {
             continue;

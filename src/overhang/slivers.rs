@@ -40,7 +40,7 @@ impl Given<'_> {
     }
 
     /// The corners from the longest side on; of sides as long as each other, the same one whoever asks.
-    fn from_longest(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
+    fn longest_first(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
         let key = |turned: &[u32; 3]| {
             (self.length([turned[0], turned[1]]), turned[0].min(turned[1]), turned[0].max(turned[1]))
         };
@@ -49,7 +49,7 @@ impl Given<'_> {
     }
 
     fn is_thin(&self, facet: u32, area_mm2: f64) -> bool {
-        let [a, b, _] = self.from_longest(self.facets[facet as usize]);
+        let [a, b, _] = self.longest_first(self.facets[facet as usize]);
         2.0 * area_mm2 < THIN_MM * self.length([a, b])
     }
 }
@@ -103,10 +103,10 @@ impl<'a> Mended<'a> {
                 path.pop();
                 continue;
             }
-            let [a, b, _] = self.given.from_longest(self.corners(facet));
+            let [a, b, _] = self.given.longest_first(self.corners(facet));
             let Some(beyond) = self.across(facet, [a, b]).filter(|_| *steps_left > 0) else { break };
             *steps_left -= 1;
-            let waits = self.thin.contains(&beyond) && self.given.from_longest(self.corners(beyond))[..2] != [b, a];
+            let waits = self.thin.contains(&beyond) && self.given.longest_first(self.corners(beyond))[..2] != [b, a];
             if waits {
                 path.push(beyond);
             } else if self.flip(facet, beyond) {
@@ -121,7 +121,7 @@ impl<'a> Mended<'a> {
     /// The longest side of the thin `facet` gives way to that between the corners beyond its ends, or, where there is such a side, the
     /// corner at its end that only three facets are about goes; false if there is none.
     fn flip(&mut self, facet: u32, beyond: u32) -> bool {
-        let [a, b, c] = self.given.from_longest(self.corners(facet));
+        let [a, b, c] = self.given.longest_first(self.corners(facet));
         let Some(d) = self.corners(beyond).into_iter().find(|v| ![a, b].contains(v)) else { return false };
         // Of two thin facets the side between them gets shorter, or it would go to and fro.
         let to_and_fro = self.thin.contains(&beyond) && self.given.length([c, d]) >= self.given.length([a, b]);

@@ -22,6 +22,9 @@ const AHEAD_MM: f64 = 1.0;
 /// The head's upward reach, and the table's downward, mm; beyond any machine.
 const UPWARD: f64 = 2000.0;
 
+/// Nearer than this is touching, mm.
+const TOUCHING_MM: f64 = 1e-3;
+
 /// What rounding to 32 bits may take off a coordinate below 1 m, mm, and more.
 const ROUNDING_MM: f32 = 3e-4;
 
@@ -116,6 +119,18 @@ impl Cells {
             index(bounds.min[i])..=index(bounds.max[i])
         });
         rows.flat_map(move |row| columns.clone().map(move |column| row * CELLS + column))
+    }
+
+    /// Whether `piece` comes to less than `mm` from the circles about the beads' cross-sections.
+    fn meets_circles(&self, piece: &Swept<'_>, mm: f64) -> bool {
+        let near = |pile: &Pile| piece.bound(&pile.axes, pile.reach, mm) < mm;
+        let nearer = |line: &Line| {
+            piece.bound_of_line(line, mm) < mm && piece.to_circles(&self.beads[line.bead as usize], mm) < mm
+        };
+        self.cells(&piece.bounds.inflated(mm)).flat_map(|cell| &self.by_cell[cell]).any(|group| {
+            near(&group.all)
+                && group.by_height.iter().any(|(_, pile)| near(pile) && pile.lines.iter().rev().any(nearer))
+        })
     }
 
     /// Whether one of the prints that `counts` names is nearer than `mm` to `piece`, by its first `laid` beads.
@@ -320,6 +335,13 @@ impl<'a> Swept<'a> {
         separation(|d| self.support(d) - bead.support(&-d), enough).distance()
     }
 
+    /// The same of the circle about its cross-section along its axis, which the field holds.
+    fn to_circles(&self, bead: &LaidBead, enough: f64) -> f64 {
+        let [a, b] = bead.ends;
+        let axis = |d: &Vec3| if a.dot(d) > b.dot(d) { a } else { b };
+        separation(|d| self.support(d) - axis(&-d), enough + bead.radius).distance() - bead.radius
+    }
+
     fn to_slab(&self, slab: &[Vec3], enough: f64) -> f64 {
         separation(|d| self.support(d) - support(slab, &-d), enough).distance()
     }
@@ -400,6 +422,15 @@ impl Near {
         let still = self.earlier.distance(&swept, [cap, slab], usize::MAX, |_| true);
         self.known[piece] = Some(Known { at: way.end(), mm: still });
         still.min(growing)
+    }
+
+    /// Whether `hull` on the tip's way, with all above it, meets the table or a bead with the circle about its cross-section: what the
+    /// field holds, without its cells.
+    pub(super) fn meets(&mut self, material: &Material, hull: &Hull, way: &TipWay) -> bool {
+        self.file(material);
+        let swept = Swept::new(hull, way);
+        let touches = |cells: &Cells| cells.meets_circles(&swept, TOUCHING_MM);
+        swept.to_slab(&self.slab, TOUCHING_MM) < TOUCHING_MM || touches(&self.earlier) || touches(&self.own)
     }
 
     /// The same between `hull` and `strangers`.

@@ -340,7 +340,7 @@ impl Walker<'_> {
         let head = std::mem::take(&mut self.head);
         for (piece, hull) in head.iter().enumerate() {
             if hull.tip {
-                self.touch(setup, (piece, hull), ends, line, finest[0]);
+                self.touch(setup, hull, ends, line, finest[0]);
             } else {
                 self.pass(setup, (piece, hull), ends, line, finest[1]);
             }
@@ -350,16 +350,15 @@ impl Walker<'_> {
 
     /// The piece that carries the tip may dip into what it prints on by as much as lines give way.
     ///
-    /// Where the field's cells say that it dips deeper, the beads are asked: so much higher, with all above it, it would meet none.
-    fn touch(&mut self, setup: &mut Setup, piece: (usize, &Hull), ends: [Vec3; 2], line: u32, finest: f64) {
-        let room = least(&setup.field, piece.1, ends, finest, -self.contact, Field::room);
+    /// Where the field's cells say that it dips deeper, what they hold is asked: so much higher, with all above it, it would meet none.
+    fn touch(&mut self, setup: &mut Setup, hull: &Hull, ends: [Vec3; 2], line: u32, finest: f64) {
+        let room = least(&setup.field, hull, ends, finest, -self.contact, Field::room);
         if room >= -self.contact {
             return;
         }
         let higher = TipWay::Line(ends.map(|tip| tip + Vec3::z() * self.contact));
-        let way = finest.is_finite();
-        if !way || setup.near.distance(&self.material, piece, &higher, FIGURE_MM) <= 0.0 {
-            self.hit(piece.1, line, [-room, self.contact]);
+        if !finest.is_finite() || setup.near.meets(&self.material, hull, &higher) {
+            self.hit(hull, line, [-room, self.contact]);
         }
     }
 
