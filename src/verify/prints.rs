@@ -15,6 +15,8 @@ const SAME_LAYER_MM: f64 = 1.5e-3;
 
 /// What heights may be off in a mesh of 32 bits and in a file's digits, mm.
 const ROUNDING_MM: f64 = 1e-3;
+/// Facets less high than this are level, mm.
+const FLAT_MM: f64 = 1e-4;
 
 /// What a spool's filament may measure more or less than the profile says, mm: what is further off is taken for another filament, of
 /// which the profile's own flows.
@@ -50,6 +52,8 @@ pub(super) struct PrintedPart<'a> {
     pub(super) planned: &'a Planned,
     /// The part at its pose, machine coordinates.
     pub(super) sections: Sections,
+    /// The heights of its level faces, ascending.
+    level_faces: Vec<f64>,
     /// Lowest first.
     pub(super) levels: Vec<Level>,
     /// How far its lowest point lies above what carries it, mm; 0 where nothing printed does.
@@ -115,11 +119,34 @@ impl PrintedPart<'_> {
     }
 
     /// The part's section that a slicer takes for a layer. Where the layer's middle is the part's top or bottom to a rounding, it is
-    /// the one within the part: slicers print such a layer.
-    pub(super) fn section(&self, level: &Level) -> Section {
+    /// the one within the part: slicers print such a layer. Where a level face lies in the middle to a rounding, the layer is as much
+    /// what ends there as what begins: the one that its walls follow.
+    pub(super) fn section(&self, level: &Level, is_wall: impl Fn(u32) -> bool) -> Section {
         let (middle, [low, high]) = (level.z - level.height() / 2.0, self.sections.range());
         let inside = middle.clamp(low + ROUNDING_MM, (high - ROUNDING_MM).max(low + ROUNDING_MM));
-        self.sections.at(if (middle - inside).abs() <= 2.0 * ROUNDING_MM { inside } else { middle })
+        let near = 2.0 * ROUNDING_MM;
+        let z = if (middle - inside).abs() <= near { inside } else { middle };
+        let face = self.level_faces.partition_point(|face| *face < z - near);
+        match self.level_faces.get(face) {
+            Some(face) if *face <= z + near && low + near < *face && *face < high - near => {
+                let [below, above] = [-ROUNDING_MM, ROUNDING_MM].map(|by| self.sections.at(face + by));
+                let off = |section: &Section| self.off(section, level, &is_wall);
+                if off(&below) < off(&above) { below } else { above }
+            }
+            _ => self.sections.at(z),
+        }
+    }
+
+    /// How far the middles of a level's walls lie from half a line within an outline, all together, mm.
+    fn off(&self, section: &Section, level: &Level, is_wall: impl Fn(u32) -> bool) -> f64 {
+        let mut search = section.search();
+        let walls = level.beads.iter().filter(|&&i| is_wall(i)).map(|&i| self.bead(i));
+        let off = |m: Move| {
+            let [from, to] = m.ends()?;
+            let middle = (from + to) / 2.0;
+            Some((search.signed_distance([middle.x, middle.y]) + self.width(&m, level) / 2.0).abs())
+        };
+        walls.filter_map(off).sum()
     }
 }
 
@@ -176,6 +203,7 @@ fn printed<'a>(
     let part = job.workpiece.parts.get(planned.part)?;
     let sections = Sections::of(&part.moved(&job.profile.kinematics().forward(planned.pose)));
     let has_roles = beads.iter().any(|&i| trace.at(i as usize).role == Role::OuterWall);
+    let level_faces = sections.level_facets(FLAT_MM);
     let mut levels = levels(trace, beads, sections.range()[0]);
     for (index, level) in levels.iter_mut().enumerate() {
         level.nominal = flow.heights_mm.map(|[first, other]| if index == 0 { first } else { other });
@@ -183,7 +211,18 @@ fn printed<'a>(
     let usual_mm = job.profile.process.filament_mm;
     let diameter_mm = flow.diameter_mm.filter(|mm| (mm - usual_mm).abs() <= AS_MEASURED_MM).unwrap_or(usual_mm);
     let filament_mm2 = PI / 4.0 * diameter_mm.powi(2);
-    Some(PrintedPart { trace, job, planned, sections, levels, joint_mm: 0.0, flow, has_roles, filament_mm2 })
+    Some(PrintedPart {
+        trace,
+        job,
+        planned,
+        sections,
+        level_faces,
+        levels,
+        joint_mm: 0.0,
+        flow,
+        has_roles,
+        filament_mm2,
+    })
 }
 
 /// The level beads by height; lines that rise while they are laid belong to none.

@@ -47,7 +47,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     let mut sections = Vec::with_capacity(printed.levels.len());
     let [centre_x, centre_y] = centre(printed);
     for level in &printed.levels {
-        let section = printed.section(level);
+        let section = printed.section(level, |i| is_outer(printed, i));
         let mut search = section.search();
         for &index in level.beads.iter().filter(|&&i| is_outer(printed, i)) {
             taken += 1;

@@ -447,9 +447,9 @@ fn solids_that_are_cut_are_kept() {
     if installed("prusa-slicer") {
         // In seed 2 the nozzle's flat lies 0.01 mm less deep in a slant than is let pass.
         through(&SlicerChoice::PrusaSlicer, Case::united, seeds(0..3));
-        // A thin crescent, of which nobody can tell a shift along it from a scale; a slit that it closes; a plate that ends in a layer's
-        // middle; rows of a bridge that are joined along a wall.
-        for seed in [60, 111, 187, 194] {
+        // A thin crescent, of which nobody can tell a shift along it from a scale; a slit that it closes; plates that end in a layer's
+        // middle, where rounding says below or above; rows of a bridge that are joined along a wall.
+        for seed in [60, 111, 128, 187, 194] {
             through(&SlicerChoice::PrusaSlicer, Case::united, seed..seed + 1);
         }
     } else {
