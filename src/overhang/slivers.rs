@@ -49,8 +49,9 @@ impl Given<'_> {
     }
 
     fn is_thin(&self, facet: u32, area_mm2: f64) -> bool {
-        let [a, b, _] = self.longest_first(self.facets[facet as usize]);
-        2.0 * area_mm2 < THIN_MM * self.length([a, b])
+        let [a, b, c] = self.facets[facet as usize].map(|v| self.vertices[v as usize]);
+        let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
+        4.0 * area_mm2 * area_mm2 < THIN_MM * THIN_MM * longest
     }
 }
 
