@@ -215,8 +215,9 @@ fn named<const N: usize>(parts: [(&str, TriangleMesh<Object>); N]) -> Vec<NamedM
     parts.into_iter().map(|(name, mesh)| (name.to_owned(), mesh)).collect()
 }
 
-/// The same surface with `count` facets without area in it, as CAD programs leave them: a facet gets a new corner on one of its
-/// sides, at any place or next to an end, which its neighbour does not know of. Corners are rounded as files round them (`f32`).
+/// The same surface with `count` facets without area in it, or fewer, as CAD programs leave them: a facet gets a new corner on one of
+/// its sides, at any place or next to an end, which its neighbour does not know of. Corners are rounded as files round them (`f32`);
+/// what then falls on another corner is left out.
 pub fn slivered(mesh: &TriangleMesh<Object>, seed: u64, count: usize) -> TriangleMesh<Object> {
     let (mut vertices, mut facets) = (mesh.vertices().to_vec(), mesh.facets().to_vec());
     let mut random = SplitMix64::seeded(seed);
@@ -225,7 +226,7 @@ pub fn slivered(mesh: &TriangleMesh<Object>, seed: u64, count: usize) -> Triangl
         let turn = random.word() as usize % 3;
         let [a, b, c] = [0, 1, 2].map(|i| facets[index][(turn + i) % 3]);
         let [p, q] = [a, b].map(|v| vertices[v as usize]);
-        let share = if random.word().is_multiple_of(4) { 4e-4 / (q - p).norm() } else { random.unit() };
+        let share = if random.word().is_multiple_of(4) { (4e-4 / (q - p).norm()).min(0.5) } else { random.unit() };
         let at = (p + (q - p) * share).map(|x| f64::from(x as f32));
         if vertices.contains(&at) {
             continue;

@@ -62,7 +62,7 @@ pub struct PrepareResult {
     pub seconds: Seconds,
 }
 
-/// What each step took, seconds.
+/// What each step took, seconds; together, where it was done more than once.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Seconds {
     /// Reading model and profile.
@@ -103,40 +103,24 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     seconds.orient = somehow.plan.orient_seconds;
     seconds.plan = (lap() - seconds.orient).max(0.0);
     world.progress.reached(Step::Planned(&somehow.plan));
-    let mut proved = Proved::by(slicer.as_ref(), request, &somehow.plan, world);
-    if let (Err(error), Some(_), Supporting::Auto) = (&proved, &somehow.cut, request.ways.supporting)
-        && let Some(why) = unfit(error)
-        && let Some((plan, again)) = on_supports_instead(&models, slicer.as_ref(), request, world)
+    let job = Proving { slicer: slicer.as_ref(), request, world };
+    let mut proved = job.proved(&somehow.plan, &mut seconds);
+    if let (Err(failed), Some(_), Supporting::Auto) = (&proved, &somehow.cut, request.ways.supporting)
+        && let Some(why) = unfit(&failed.error)
+        && let Some((plan, again)) = job.on_supports_instead(&models, &mut seconds)
     {
-        world.progress.warning(&format!("in parts, {} {why}; printed on supports instead", slicer.name()));
+        world.progress.warning(&format!("in parts, {} {why}; printed on supports instead", failed.slicer));
         (somehow, proved) = (plan, Ok(again));
     }
     let PlannedSomehow { plan, cut, held } = somehow;
-    let Proved { rewritten, slicer, flaws, slice_seconds } = match proved {
+    let Proved { rewritten, slicer, flaws } = match proved.map_err(|failed| failed.error) {
         Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
         proved => proved?,
     };
-    let RewriteResult { gcode, warnings, verify_seconds } = rewritten;
-    (seconds.slice, seconds.verify) = (slice_seconds, verify_seconds);
-    seconds.rewrite = (lap() - slice_seconds - verify_seconds).max(0.0);
+    let RewriteResult { gcode, warnings, .. } = rewritten;
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(of_slicer).chain(warnings).collect();
     Ok(PrepareResult { gcode, planned: plan, cut, held, slicer, flaws, warnings, seconds })
-}
-
-/// The model whole, on supports, sliced and proved; `None` where that cannot be done either.
-fn on_supports_instead(
-    models: &Models<'_>,
-    slicer: &dyn Slicer,
-    request: &PrepareRequest,
-    world: &World<'_>,
-) -> Option<(PlannedSomehow, Proved)> {
-    let whole = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
-    let set = arranged(models, world).ok()?;
-    let somehow = planned_or_cut(models, set, (&request.plan, &whole), world).ok()?;
-    world.progress.reached(Step::Planned(&somehow.plan));
-    let proved = Proved::by(slicer, request, &somehow.plan, world).ok()?;
-    Some((somehow, proved))
 }
 
 /// What a slicer did that another may do better; `None` for what is not the slicer's.
@@ -155,36 +139,84 @@ struct Proved {
     rewritten: RewriteResult,
     slicer: SlicerName,
     flaws: Vec<(String, Flaw)>,
-    slice_seconds: f64,
 }
 
-impl Proved {
-    /// By `slicer`, or, where nobody named it and what it lays is of no use, by our own.
-    fn by(slicer: &dyn Slicer, request: &PrepareRequest, plan: &PlanResult, world: &World<'_>) -> Result<Self, Error> {
-        let prints = Prints::of(&plan.plan, request.slicing.bed);
-        let first = Self::of(slicer, &prints, plan, world);
-        let named = request.slicing.slicer != SlicerChoice::Auto || !request.slicing.configs.is_empty();
-        match first.as_ref().err().and_then(unfit) {
-            Some(why) if !named && slicer.name() != BuiltIn.name() => {
-                let name = slicer.name();
-                world.progress.warning(&format!("{name} {why}; sliced by the built-in slicer instead"));
-                Self::of(&BuiltIn, &prints, plan, world)
+/// Prints that were not, and whose slices those were.
+struct Failed {
+    slicer: String,
+    error: Error,
+}
+
+/// How plans are sliced and proved.
+#[derive(Clone, Copy)]
+struct Proving<'a> {
+    slicer: &'a dyn Slicer,
+    request: &'a PrepareRequest,
+    world: &'a World<'a>,
+}
+
+impl Proving<'_> {
+    /// By the slicer, or, where nobody named it and what it lays is of no use, by our own.
+    fn proved(&self, plan: &PlanResult, seconds: &mut Seconds) -> Result<Proved, Failed> {
+        let prints = Prints::of(&plan.plan, self.request.slicing.bed);
+        let named = self.request.slicing.slicer != SlicerChoice::Auto || !self.request.slicing.configs.is_empty();
+        let mut by = |slicer: &dyn Slicer| {
+            self.proved_by(slicer, &prints, plan, seconds)
+                .map_err(|error| Failed { slicer: slicer.name().to_owned(), error })
+        };
+        let first = by(self.slicer);
+        match first.as_ref().err().and_then(|failed| unfit(&failed.error)) {
+            Some(why) if !named && self.slicer.name() != BuiltIn.name() => {
+                let name = self.slicer.name();
+                self.world.progress.warning(&format!("{name} {why}; sliced by the built-in slicer instead"));
+                by(&BuiltIn)
             }
             _ => first,
         }
     }
 
-    fn of(slicer: &dyn Slicer, prints: &Prints, plan: &PlanResult, world: &World<'_>) -> Result<Self, Error> {
-        let start = world.clock.now();
-        let done = slice_by(slicer, prints, &plan.plan, world)?;
-        let slice_seconds = (world.clock.now() - start).as_secs_f64();
+    fn proved_by(
+        &self,
+        slicer: &dyn Slicer,
+        prints: &Prints,
+        plan: &PlanResult,
+        seconds: &mut Seconds,
+    ) -> Result<Proved, Error> {
+        let world = self.world;
+        let done = timed(&mut seconds.slice, world, || slice_by(slicer, prints, &plan.plan, world))?;
         world.progress.reached(Step::Sliced(&done));
-        let written = rewrite_all(&done.sliced, prints, plan, world)?;
+        let written = timed(&mut seconds.rewrite, world, || rewrite_all(&done.sliced, prints, plan, world))?;
         let (slicer, flaws) = (done.slicer, done.flaws);
         // Given back before the replay, which needs room of its own.
         drop(done.sliced);
-        Ok(Self { rewritten: written.verified(&plan.plan, world)?, slicer, flaws, slice_seconds })
+        let rewritten = timed(&mut seconds.verify, world, || written.verified(&plan.plan, world))?;
+        Ok(Proved { rewritten, slicer, flaws })
     }
+
+    /// The model whole, on supports, sliced and proved; `None` where that cannot be done either.
+    fn on_supports_instead(&self, models: &Models<'_>, seconds: &mut Seconds) -> Option<(PlannedSomehow, Proved)> {
+        let Self { request, world, .. } = *self;
+        let whole = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
+        let mut planning = 0.0;
+        let planned = timed(&mut planning, world, || {
+            planned_or_cut(models, arranged(models, world)?, (&request.plan, &whole), world)
+        });
+        let orient = planned.as_ref().map_or(0.0, |somehow| somehow.plan.orient_seconds);
+        seconds.orient += orient;
+        seconds.plan += (planning - orient).max(0.0);
+        let somehow = planned.ok()?;
+        world.progress.reached(Step::Planned(&somehow.plan));
+        let proved = self.proved(&somehow.plan, seconds).ok()?;
+        Some((somehow, proved))
+    }
+}
+
+/// Adds what `act` takes to `seconds`.
+fn timed<T>(seconds: &mut f64, world: &World<'_>, act: impl FnOnce() -> T) -> T {
+    let start = world.clock.now();
+    let done = act();
+    *seconds += (world.clock.now() - start).as_secs_f64();
+    done
 }
 
 /// One print a file.

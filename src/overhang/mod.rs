@@ -22,6 +22,7 @@ mod slivers;
 
 pub use layers::{Cause, Footing, Ground, Held, Patch, unsupported};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};
+pub(crate) use slivers::THIN_MM;
 
 use crate::geom::Angle;
 

@@ -23,7 +23,7 @@ use std::collections::{BTreeSet, HashMap};
 use crate::geom::Vec3;
 
 /// Facets less high than this have no normal that means anything, mm.
-pub(super) const THIN_MM: f64 = 1e-3;
+pub(crate) const THIN_MM: f64 = 1e-3;
 
 /// A surface's facets as given, and who is about a vertex.
 pub(super) struct Given<'a> {

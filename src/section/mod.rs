@@ -89,12 +89,12 @@ impl Sections {
         self.range
     }
 
-    /// The heights of level facets, ascending: of those less than `flat_mm` high that have an area seen from above.
+    /// The heights of level facets, ascending: of those less than `flat_mm` high that do not vanish seen from above.
     pub fn level_facets(&self, flat_mm: f64) -> Vec<f64> {
         let height = |[a, b, c]: &[Vec3; 3]| {
             let [low, high] = [a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z)];
             let doubled = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-            (high - low < flat_mm && doubled.abs() > flat_mm).then_some((low + high) / 2.0)
+            (high - low < flat_mm && doubled != 0.0).then_some((low + high) / 2.0)
         };
         let mut found: Vec<f64> = self.facets.iter().filter_map(height).collect();
         found.sort_by(f64::total_cmp);

@@ -10,6 +10,7 @@ use earcut::Earcut;
 
 use super::edges::EdgeMap;
 use crate::geom::Vec3;
+use crate::overhang::THIN_MM;
 
 /// A connected piece of a cap.
 #[derive(Clone, Debug)]
@@ -270,10 +271,8 @@ impl Rim {
     }
 }
 
-/// Thinner triangles are turned into others where that can be, mm: later cuts would make vertices that coincide of them.
-pub(super) const SLIVER_MM: f64 = 1e-3;
-
-/// Gives a triangle whose one corner lies on the opposite side the far corner of the triangle across that side instead.
+/// Gives a triangle whose one corner lies on the opposite side the far corner of the triangle across that side instead: later cuts
+/// would make vertices that coincide of thin ones. A surface's own facets are mended only for who looks at them: see `overhang::slivers`.
 fn flip_slivers(triangles: &mut [[u32; 3]], place: &[Flat]) {
     if triangles.iter().all(|t| sliver(t, place).is_none()) {
         return;
@@ -322,7 +321,7 @@ fn sliver(triangle: &[u32; 3], place: &[Flat]) -> Option<[u32; 3]> {
     let area = signed_area(&triangle.map(|i| place[i as usize]));
     let squares = turns.map(|t| across(t[1], t[2]).map(|d| d * d).iter().sum::<f64>());
     // Most are plainly none, which squares tell at a tenth of the time.
-    let limit = SLIVER_MM * SLIVER_MM * squares.into_iter().fold(0.0, f64::max);
+    let limit = THIN_MM * THIN_MM * squares.into_iter().fold(0.0, f64::max);
     if area > 0.0 && 4.0 * area * area > 1.001 * limit {
         return None;
     }
@@ -331,5 +330,5 @@ fn sliver(triangle: &[u32; 3], place: &[Flat]) -> Option<[u32; 3]> {
         x.hypot(y)
     };
     let widest = turns.into_iter().max_by(|s, t| length(s).total_cmp(&length(t)))?;
-    (2.0 * area < SLIVER_MM * length(&widest)).then_some(widest)
+    (2.0 * area < THIN_MM * length(&widest)).then_some(widest)
 }

@@ -7,10 +7,11 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::cap::{CapPatch, NoCap, SLIVER_MM, patches};
+use super::cap::{CapPatch, NoCap, patches};
 use super::edges::EdgeMap;
 use super::surface::{Plane, Surface};
 use crate::geom::{Sets, Vec3};
+use crate::overhang::THIN_MM;
 
 /// Nearer vertices lie in the plane, mm: above the last digit of an `f32` file, far below a layer.
 pub(super) const ON_PLANE_MM: f64 = 1e-4;
@@ -108,7 +109,7 @@ impl<'a> Parted<'a> {
             if sides == [0; 3] {
                 let [ab, bc, ca] = self.lengths(facet);
                 let doubled = self.surface.area_vector(index as usize);
-                if doubled.norm() < SLIVER_MM * ab.max(bc).max(ca) {
+                if doubled.norm() < THIN_MM * ab.max(bc).max(ca) {
                     slivers.push(index);
                 } else if doubled.dot(&self.plane.normal) < 0.0 {
                     self.beyond.push((facet, index, self.surface.vertices.len() as u32 + index));

@@ -13,6 +13,7 @@ use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, Slo
 use crate::profile::{Profile, resolve, shipped};
 use crate::trace::{self, Move};
 
+mod level;
 mod lines;
 
 const LAYER: f64 = 0.4;
@@ -52,25 +53,29 @@ fn plan() -> Plan {
     }
 }
 
-/// Square layers with their lower corner at `corner` (machine), 10 mm wide, `count` layers: a loop and a zigzag.
+/// Square layers with their lower corner at `corner` (machine), 10 mm wide, `count` layers.
 fn layers(text: &mut String, corner: [f64; 3], count: usize) -> f64 {
-    let mut filament = 0.0;
-    for layer in 1..=count {
-        let z = corner[2] + layer as f64 * LAYER;
-        let at = |x: f64, y: f64| [corner[0] + x, corner[1] + y];
-        let mut ring = vec![at(0.4, 0.4), at(9.6, 0.4), at(9.6, 9.6), at(0.4, 9.6), at(0.4, 0.4)];
-        text.push_str(&format!(";TYPE:External perimeter\nG1 Z{z:.3} F900\n"));
-        filament += line(text, &ring);
-        ring = (0..11)
-            .flat_map(|i| {
-                let x = 1.2 + 0.76 * f64::from(i);
-                let ends = [at(x, 1.2), at(x, 8.8)];
-                if i % 2 == 0 { ends } else { [ends[1], ends[0]] }
-            })
-            .collect();
-        text.push_str(";TYPE:Solid infill\n");
-        filament += line(text, &ring);
-    }
+    (1..=count).map(|i| layer(text, [corner[0], corner[1], corner[2] + i as f64 * LAYER], 10.0)).sum()
+}
+
+/// A square layer, its top's lower corner at `corner` (machine): a loop and a zigzag.
+fn layer(text: &mut String, corner: [f64; 3], wide: f64) -> f64 {
+    let at = |x: f64, y: f64| [corner[0] + x, corner[1] + y];
+    let (near, far) = (0.4, wide - 0.4);
+    let ring = [at(near, near), at(far, near), at(far, far), at(near, far), at(near, near)];
+    text.push_str(&format!(";TYPE:External perimeter\nG1 Z{:.3} F900\n", corner[2]));
+    let mut filament = line(text, &ring);
+    let (near, far) = (1.2, wide - 1.2);
+    let gaps = ((far - near) / 0.76).round();
+    let zigzag: Vec<[f64; 2]> = (0..=gaps as usize)
+        .flat_map(|i| {
+            let x = near + (far - near) * i as f64 / gaps;
+            let ends = [at(x, near), at(x, far)];
+            if i % 2 == 0 { ends } else { [ends[1], ends[0]] }
+        })
+        .collect();
+    text.push_str(";TYPE:Solid infill\n");
+    filament += line(text, &zigzag);
     filament
 }
 
