@@ -18,7 +18,6 @@
 //! Lengths mm.
 
 use std::cmp::Ordering;
-use std::collections::{BTreeSet, HashMap};
 
 use crate::geom::Vec3;
 
@@ -58,15 +57,22 @@ impl Given<'_> {
 /// A side of two facets: its ends as the first one runs along it, and the facets that the two have the normals of.
 pub(super) type Side = ([u32; 2], [u32; 2]);
 
+const OWN: u32 = u32::MAX;
+const NONE: u32 = u32::MAX;
+
 /// What lies where thin facets lay.
 pub(super) struct Mended<'a> {
     given: Given<'a>,
-    /// Facets with other corners than the given ones, and the facet that each has the normal of.
-    new: HashMap<u32, ([u32; 3], u32)>,
-    /// Facets about a vertex that were not about it.
-    joined: HashMap<u32, Vec<u32>>,
-    /// Thin ones that are left.
-    thin: BTreeSet<u32>,
+    /// By facet: its corners now.
+    corners: Vec<[u32; 3]>,
+    /// By facet: the one that it has the normal of; [`OWN`] for a facet as it was given.
+    like: Vec<u32>,
+    /// Facets about a vertex that were not about it: the facet, and the place of the vertex's next, or [`NONE`].
+    joined: Vec<(u32, u32)>,
+    /// By vertex: the place of its last in `joined`, or [`NONE`].
+    last_joined: Vec<u32>,
+    /// By facet: thin, and left.
+    is_thin: Vec<bool>,
     /// Pairs of corners in one place.
     pub(super) one_place: Vec<[u32; 2]>,
 }
@@ -74,23 +80,25 @@ pub(super) struct Mended<'a> {
 impl<'a> Mended<'a> {
     /// `None` where no facet is thin; `area_mm2` by facet.
     pub(super) fn of(given: Given<'a>, area_mm2: &[f64]) -> Option<Self> {
-        let thin = (0..).zip(area_mm2).filter(|(f, area)| given.is_thin(*f, **area)).map(|(f, _)| f);
-        let thin: BTreeSet<u32> = thin.collect();
+        let is_thin: Vec<bool> = (0..).zip(area_mm2).map(|(f, area)| given.is_thin(f, *area)).collect();
+        let mut thin: Vec<u32> = (0..).zip(&is_thin).filter(|(_, is_thin)| **is_thin).map(|(f, _)| f).collect();
         if thin.is_empty() {
             return None;
         }
         let sides = thin.iter().map(|f| given.facets[*f as usize]).flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         let one_place = sides.filter(|ends| given.length(*ends) < THIN_MM).collect();
-        let mut mended = Self { given, new: HashMap::new(), joined: HashMap::new(), thin: thin.clone(), one_place };
+        let (corners, like) = (given.facets.to_vec(), vec![OWN; given.facets.len()]);
+        let last_joined = vec![NONE; given.vertices.len()];
+        let mut mended = Self { given, corners, like, joined: Vec::new(), last_joined, is_thin, one_place };
         // Each step but those between two thin facets does away with one, or leads on to it. What is in the way of one is often gone
         // when the others are.
         let mut steps_left = 8 * thin.len();
         while steps_left > 0 {
-            let thin = mended.thin.clone();
             let flipped = |facet: &u32| mended.do_away_with(*facet, &mut steps_left);
             if !thin.iter().map(flipped).fold(false, |any, one| any | one) {
                 break;
             }
+            thin.retain(|facet| mended.is_thin[*facet as usize]);
         }
         Some(mended)
     }
@@ -100,14 +108,14 @@ impl<'a> Mended<'a> {
         let mut path = vec![facet];
         let mut flipped = false;
         while let Some(&facet) = path.last() {
-            if !self.thin.contains(&facet) {
+            if !self.is_thin(facet) {
                 path.pop();
                 continue;
             }
             let [a, b, _] = self.given.longest_first(self.corners(facet));
             let Some(beyond) = self.across(facet, [a, b]).filter(|_| *steps_left > 0) else { break };
             *steps_left -= 1;
-            let waits = self.thin.contains(&beyond) && self.given.longest_first(self.corners(beyond))[..2] != [b, a];
+            let waits = self.is_thin(beyond) && self.given.longest_first(self.corners(beyond))[..2] != [b, a];
             if waits {
                 path.push(beyond);
             } else if self.flip(facet, beyond) {
@@ -125,7 +133,7 @@ impl<'a> Mended<'a> {
         let [a, b, c] = self.given.longest_first(self.corners(facet));
         let Some(d) = self.corners(beyond).into_iter().find(|v| ![a, b].contains(v)) else { return false };
         // Of two thin facets the side between them gets shorter, or it would go to and fro.
-        let to_and_fro = self.thin.contains(&beyond) && self.given.length([c, d]) >= self.given.length([a, b]);
+        let to_and_fro = self.is_thin(beyond) && self.given.length([c, d]) >= self.given.length([a, b]);
         if c == d || to_and_fro {
             return false;
         }
@@ -136,13 +144,11 @@ impl<'a> Mended<'a> {
             return self.merge([facet, beyond, third], [a, b, c, d]);
         }
         let like = self.like(beyond);
-        self.new.insert(facet, ([c, a, d], like));
-        self.new.insert(beyond, ([d, b, c], like));
-        self.joined.entry(d).or_default().push(facet);
-        self.joined.entry(c).or_default().push(beyond);
-        if !self.thin.contains(&beyond) {
-            self.thin.remove(&facet);
-        }
+        self.becomes(facet, [c, a, d], like);
+        self.becomes(beyond, [d, b, c], like);
+        self.join(d, facet);
+        self.join(c, beyond);
+        self.is_thin[facet as usize] = self.is_thin(beyond);
         true
     }
 
@@ -158,35 +164,48 @@ impl<'a> Mended<'a> {
         if self.about(gone).any(|f| !three.contains(&f) && self.corners(f).contains(&gone)) {
             return false;
         }
-        let real = three.into_iter().find(|f| !self.thin.contains(f));
+        let real = three.into_iter().find(|f| !self.is_thin(*f));
         let like = self.like(real.unwrap_or(three[0]));
-        self.new.insert(three[0], (corners, like));
-        self.joined.entry(d).or_default().push(three[0]);
-        for facet in &three[1..] {
-            self.new.insert(*facet, ([gone; 3], like));
-            self.thin.remove(facet);
-        }
-        if real.is_some() {
-            self.thin.remove(&three[0]);
+        self.becomes(three[0], corners, like);
+        self.join(d, three[0]);
+        self.is_thin[three[0] as usize] &= real.is_none();
+        for facet in three.into_iter().skip(1) {
+            self.becomes(facet, [gone; 3], like);
+            self.is_thin[facet as usize] = false;
         }
         true
     }
 
+    fn is_thin(&self, facet: u32) -> bool {
+        self.is_thin[facet as usize]
+    }
+
     /// The corners that `facet` has now.
     fn corners(&self, facet: u32) -> [u32; 3] {
-        self.new.get(&facet).map_or(self.given.facets[facet as usize], |(corners, _)| *corners)
+        self.corners[facet as usize]
     }
 
     /// The facet that `facet` has the normal of.
     fn like(&self, facet: u32) -> u32 {
-        self.new.get(&facet).map_or(facet, |(_, like)| *like)
+        Some(self.like[facet as usize]).filter(|like| *like != OWN).unwrap_or(facet)
+    }
+
+    fn becomes(&mut self, facet: u32, corners: [u32; 3], like: u32) {
+        (self.corners[facet as usize], self.like[facet as usize]) = (corners, like);
+    }
+
+    /// `facet` is about `vertex` from now on.
+    fn join(&mut self, vertex: u32, facet: u32) {
+        let place = self.joined.len() as u32;
+        self.joined.push((facet, std::mem::replace(&mut self.last_joined[vertex as usize], place)));
     }
 
     /// Facets that are or were about a vertex, some twice.
     fn about(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
         let [from, to] = [vertex, vertex + 1].map(|v| self.given.first[v as usize] as usize);
-        let given = self.given.about[from..to].iter();
-        given.chain(self.joined.get(&vertex).into_iter().flatten()).copied()
+        let at = |place: u32| self.joined.get(place as usize).copied();
+        let joined = std::iter::successors(at(self.last_joined[vertex as usize]), move |(_, next)| at(*next));
+        self.given.about[from..to].iter().copied().chain(joined.map(|(facet, _)| facet))
     }
 
     /// The one facet beyond the side of `facet` from `a` to `b`, where two facets meet in it.
@@ -198,25 +217,32 @@ impl<'a> Mended<'a> {
 
     /// Facets that have both corners, some twice.
     fn with_both(&self, ends: [u32; 2]) -> impl Iterator<Item = u32> + '_ {
-        self.about(ends[0]).filter(move |f| ends.iter().all(|v| self.corners(*f).contains(v)))
+        // A cap's fan has most of its facets about one corner.
+        let given = |v: u32| self.given.first[v as usize + 1] - self.given.first[v as usize];
+        let fewer = if given(ends[1]) < given(ends[0]) { ends[1] } else { ends[0] };
+        self.about(fewer).filter(move |f| ends.iter().all(|v| self.corners(*f).contains(v)))
+    }
+
+    /// Whether `facet` has other corners than the given ones.
+    fn is_new(&self, facet: u32) -> bool {
+        self.like[facet as usize] != OWN
     }
 
     /// Whether the sides of `facet` are to be asked of [`Mended::sides`].
     pub(super) fn is_changed(&self, facet: u32) -> bool {
-        self.new.contains_key(&facet) || self.thin.contains(&facet)
+        self.is_new(facet) || self.is_thin(facet)
     }
 
     /// The sides of changed facets, each once; those of facets that stay thin are left out.
     pub(super) fn sides(&self) -> Vec<Side> {
-        let mut changed: Vec<u32> = self.new.keys().copied().filter(|f| !self.thin.contains(f)).collect();
-        changed.sort_unstable();
+        let changed = (0..self.corners.len() as u32).filter(|f| self.is_new(*f) && !self.is_thin(*f));
         let mut found = Vec::new();
         for facet in changed {
             let [p, q, r] = self.corners(facet);
             for ends in [[p, q], [q, r], [r, p]] {
-                let beyond = self.across(facet, ends).filter(|f| !self.thin.contains(f));
+                let beyond = self.across(facet, ends).filter(|f| !self.is_thin(*f));
                 // Where both are changed, the other one says the same.
-                let once = |f: &u32| facet < *f || !self.new.contains_key(f);
+                let once = |f: &u32| facet < *f || !self.is_new(*f);
                 found.extend(beyond.filter(once).map(|beyond| (ends, [self.like(facet), self.like(beyond)])));
             }
         }

@@ -76,14 +76,18 @@ pub(super) fn kept(
         if volume < PIECE_MM3 || height < THICK_MM || !stands {
             return Err(Against::Small);
         }
-        let piece = Measured::of(piece, rules);
-        if !piece.is_closed() {
-            return Err(Against::Crossing);
-        }
         pieces.push(piece);
     }
     if pieces.is_empty() || cut.rest.facets.is_empty() {
         return Err(Against::Small);
+    }
+    // Before anything is measured: most cuts that are turned down are for this.
+    if thin(&cut.rest, &pieces, plane, cap) {
+        return Err(Against::Thin);
+    }
+    let pieces: Vec<Measured> = pieces.into_iter().map(|piece| Measured::of(piece, rules)).collect();
+    if !pieces.iter().all(|piece| piece.is_closed()) {
+        return Err(Against::Crossing);
     }
     let rest = Measured::of(cut.rest, rules);
     if !rest.is_closed() {
@@ -91,9 +95,6 @@ pub(super) fn kept(
     }
     if !stands(&rest) {
         return Err(Against::Footing);
-    }
-    if thin(&rest, &pieces, plane, cap) {
-        return Err(Against::Thin);
     }
     if meets(&rest.surface, cap, no_cut) {
         return Err(Against::Unwanted);
@@ -119,19 +120,21 @@ fn stands(rest: &Measured) -> bool {
 }
 
 /// Whether the cut leaves a plate along its plane that is too thin to last, on either side.
-fn thin(rest: &Measured, pieces: &[Measured], plane: &Plane, cap: u32) -> bool {
-    let seam = rest.surface.source.iter().enumerate().filter(|(_, s)| **s == cap);
-    let seam = Bounds::of(seam.flat_map(|(f, _)| rest.surface.corners(f))).inflated(THICK_MM);
-    let plate = |part: &Measured, side: f64| -> f64 {
-        let near = |f: &usize| {
-            let middle = part.surface.corners(*f).iter().sum::<Vec3>() / 3.0;
+fn thin(rest: &Surface, pieces: &[Surface], plane: &Plane, cap: u32) -> bool {
+    let seam = rest.source.iter().enumerate().filter(|(_, s)| **s == cap);
+    let seam = Bounds::of(seam.flat_map(|(f, _)| rest.corners(f))).inflated(THICK_MM);
+    let plate = |part: &Surface, side: f64| -> f64 {
+        let near = |f: usize| {
+            let middle = part.corners(f).iter().sum::<Vec3>() / 3.0;
             let height = side * plane.height(&middle);
-            part.normal[*f].dot(&plane.normal) * side > PARALLEL
-                && height > 10.0 * ON_PLANE_MM
-                && height < THICK_MM
-                && seam.holds(&middle)
+            if height <= 10.0 * ON_PLANE_MM || height >= THICK_MM || !seam.holds(&middle) {
+                return None;
+            }
+            let doubled = part.area_vector(f);
+            let area = doubled.norm();
+            (doubled.dot(&plane.normal) * side > PARALLEL * area).then_some(area / 2.0)
         };
-        (0..part.area.len()).filter(near).map(|f| part.area[f]).sum()
+        (0..part.facets.len()).filter_map(near).sum()
     };
     plate(rest, -1.0) > THIN_MM2 || pieces.iter().any(|piece| plate(piece, 1.0) > THIN_MM2)
 }

@@ -34,7 +34,11 @@ pub(crate) fn tree(gap: f64) -> [TriangleMesh<Object>; 3] {
 }
 
 fn prepared(folder: &Path, model: &str, more: &[&str]) -> Output {
-    let args = ["prepare", model, "-m", "generic-ac", "--slicer", "builtin", "-o", "out.gcode", "--json"];
+    prepared_by("builtin", folder, model, more)
+}
+
+fn prepared_by(slicer: &str, folder: &Path, model: &str, more: &[&str]) -> Output {
+    let args = ["prepare", model, "-m", "generic-ac", "--slicer", slicer, "-o", "out.gcode", "--json"];
     run(folder, &[&args[..], more].concat())
 }
 
@@ -207,17 +211,23 @@ fn overlapping_shells_are_joined_and_cut_again() {
 /// The candelabrum as one solid: what somebody would have drawn who has never heard of several parts.
 #[test]
 fn the_candelabrum_as_one_solid_is_cut_and_verified() {
-    let folder = new_folder();
-    let here = folder.path();
-    fs::copy(root().join("fixtures/candelabrum.stl"), here.join("candelabrum.stl")).unwrap();
-    let done = prepared(here, "candelabrum.stl", &["--join"]);
-    let told = String::from_utf8_lossy(&done.stderr).into_owned();
-    assert!(done.status.success(), "{told}");
-    let document: Value = serde_json::from_slice(&done.stdout).unwrap();
-    let cut = &document["cut"];
-    let (cuts, parts) = (cut["planes"].as_array().unwrap().len(), cut["parts"].as_u64().unwrap());
-    let left = cut["needs_support_mm2"]["after"].as_f64().unwrap();
-    note(&format!("the candelabrum as one solid: {cuts} cuts, {parts} parts, {left} mm2 left"));
-    // Drawn in parts it has eighteen.
-    assert!(cuts <= 8 && parts <= 18 && left <= 0.45 * parts as f64, "{cut}");
+    for slicer in ["builtin", "prusa-slicer"] {
+        if slicer == "prusa-slicer" && !installed(slicer) {
+            skip("the candelabrum as one solid: PrusaSlicer is not installed");
+            continue;
+        }
+        let folder = new_folder();
+        let here = folder.path();
+        fs::copy(root().join("fixtures/candelabrum.stl"), here.join("candelabrum.stl")).unwrap();
+        let done = prepared_by(slicer, here, "candelabrum.stl", &["--join"]);
+        let told = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(done.status.success() && !told.contains("instead"), "{slicer}: {told}");
+        let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+        let cut = &document["cut"];
+        let (cuts, parts) = (cut["planes"].as_array().unwrap().len(), cut["parts"].as_u64().unwrap());
+        let left = cut["needs_support_mm2"]["after"].as_f64().unwrap();
+        note(&format!("the candelabrum as one solid, {slicer}: {cuts} cuts, {parts} parts, {left} mm2 left"));
+        // Drawn in parts it has eighteen.
+        assert!(cuts <= 8 && parts <= 18 && left <= 0.45 * parts as f64, "{cut}");
+    }
 }
