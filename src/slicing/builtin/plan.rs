@@ -14,7 +14,7 @@ use super::region::{
     signed_area_mm2, units,
 };
 use super::skins::{Between, Inside, Stack, inside, solids};
-use super::walls::{Bead, Walled, walled};
+use super::walls::{Bead, Walled, walled_once};
 use super::zigzag::lines;
 use super::{Line, Lines};
 use crate::slicing::{InfillPattern, SliceSettings};
@@ -80,7 +80,7 @@ pub(super) struct PlannedLayer<'a> {
 
 /// The walls of every layer; equal layers share those of the lowest one.
 pub(super) fn all_walls(stack: &Stack<'_>, lines: &Lines, walls: u32) -> Vec<Vec<Walled>> {
-    let of = |at: usize| stack.outlines[at].iter().map(|shape| walled(shape, lines.at(at), walls)).collect();
+    let of = |at: usize| walled_once(&stack.outlines[at], lines.at(at), walls);
     (0..stack.outlines.len())
         .into_par_iter()
         .map(|at| if stack.same_as[at] == at { of(at) } else { Vec::new() })

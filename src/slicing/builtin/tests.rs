@@ -1,5 +1,6 @@
 //! The built-in slicer against values worked out by hand.
 
+mod alike;
 mod pattern;
 mod thin;
 mod time;

@@ -6,7 +6,7 @@
 use super::Line;
 use super::join::joined;
 use super::narrow::{GapFit, Narrow, Stretch, on_grid};
-use super::region::{Contour, Region, Shape, area_mm2, enclosed, grown, holds, minus, opened, or, pairs, units};
+use super::region::{Contour, Point, Region, Shape, area_mm2, enclosed, grown, holds, minus, opened, or, pairs, units};
 use super::thickness::{Vec2, in_mm, length, plus, sub};
 use crate::section::simplify::simplified;
 
@@ -48,8 +48,59 @@ const STEP_MM: f64 = 0.15;
 /// Lines that are not joined to others are at least so many of their widths long.
 const SHORTEST: f64 = 0.6;
 
+/// Shapes whose corners differ by no more, once one is moved, have the same walls, grid units: 0.2 micrometres, what an `f32` on a bed
+/// rounds.
+const ALIKE: u32 = 2;
+/// Shapes that others are held against, so that a layer of as many different ones costs nothing.
+const KNOWN: usize = 256;
+
+/// The walls of each shape of a layer; of those that are the same elsewhere (pins, holes' rims, letters) they are found once.
+pub(super) fn walled_once(shapes: &Region, line: &Line, walls: u32) -> Vec<Walled> {
+    let mut all: Vec<Walled> = Vec::with_capacity(shapes.len());
+    let mut known: Vec<usize> = Vec::new();
+    for (place, shape) in shapes.iter().enumerate() {
+        let like = known.iter().find_map(|&first| Some((first, shift_between(&shapes[first], shape)?)));
+        all.push(match like {
+            Some((first, by)) => all[first].moved(by),
+            None => {
+                if known.len() < KNOWN {
+                    known.push(place);
+                }
+                walled(shape, line, walls)
+            }
+        });
+    }
+    all
+}
+
+/// What moves the first shape onto the second, grid units; `None` for another shape.
+fn shift_between(from: &Shape, to: &Shape) -> Option<[i32; 2]> {
+    let [a, b] = [from, to].map(|shape| shape.first().and_then(|ring| ring.first()));
+    let (a, b) = a.zip(b)?;
+    let by = [b.x - a.x, b.y - a.y];
+    let near = |(a, b): (&Point, &Point)| (b.x - a.x).abs_diff(by[0]) <= ALIKE && (b.y - a.y).abs_diff(by[1]) <= ALIKE;
+    let alike = |(a, b): (&Contour, &Contour)| a.len() == b.len() && a.iter().zip(b).all(near);
+    (from.len() == to.len() && from.iter().zip(to).all(alike)).then_some(by)
+}
+
+impl Walled {
+    /// The same elsewhere.
+    fn moved(&self, by: [i32; 2]) -> Self {
+        let ring = |ring: &Contour| -> Contour { ring.iter().map(|p| Point::new(p.x + by[0], p.y + by[1])).collect() };
+        let region =
+            |region: &Region| -> Region { region.iter().map(|shape| shape.iter().map(ring).collect()).collect() };
+        let bead = |bead: &Bead| Bead { points: ring(&bead.points), widths: bead.widths.clone(), ..*bead };
+        Self {
+            beads: self.beads.iter().map(bead).collect(),
+            centre: region(&self.centre),
+            infill: region(&self.infill),
+            lost: region(&self.lost),
+        }
+    }
+}
+
 /// Walls of a shape: the first half a line width inside its border, the others one spacing apart.
-pub(super) fn walled(shape: &Shape, line: &Line, walls: u32) -> Walled {
+fn walled(shape: &Shape, line: &Line, walls: u32) -> Walled {
     let mut zone: Region = vec![shape.clone()];
     let mut found = Walled { beads: Vec::new(), centre: Region::new(), infill: Region::new(), lost: Region::new() };
     if walls == 0 {
