@@ -177,6 +177,9 @@ impl Imported {
             "reprapfirmware" if has('U') && has('V') && !has('C') => "open5x-prusa",
             "reprapfirmware" if has('B') && !has('A') => "open5x-voron0",
             "reprapfirmware" => "trident-5-axis",
+            _ if self.facts.iter().any(|fact| fact.key == "link.identity") && has('B') => "penta-trt-bc",
+            _ if self.facts.iter().any(|fact| fact.key == "link.identity") => "hendrikjan-5d",
+            _ if has('B') && !has('A') => "generic-bc",
             _ => "generic-ac",
         }
     }
