@@ -10,6 +10,7 @@ use super::profile_new::{SAME_HEAD, fit_name, may_be_named, told};
 use super::{
     Answers, Error, LoadedProfile, MachineSource, QUESTIONS, Source, World, check_profile, in_words, load_profile,
 };
+use crate::gcode::meaning::Firmware;
 use crate::profile::{Fact, Imported, ImportedFile, Place, Profile, ProfileError, Shelf, import, resolve_over};
 
 /// What is asked beside [`QUESTIONS`]: a table that turns the other way round meets the head.
@@ -49,7 +50,7 @@ const TRAVELS: [(&str, Travel); 2] = [
 /// A machine to be described from files.
 #[derive(Clone, Debug)]
 pub struct ImportProfile {
-    /// The firmware's files: LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's two; what they name is looked for beside them.
+    /// The firmware's files: LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's two, or the machine.json of Koala's simulator; what they name is looked for beside them.
     pub files: Vec<Source>,
     /// Its name; `None` takes the first file's.
     pub name: Option<String>,
@@ -187,7 +188,7 @@ impl Known {
     fn notes(&self) -> Vec<String> {
         let mut notes = self.imported.notes.clone();
         let theirs = &self.like.profile.dialect.firmware;
-        if theirs != self.imported.firmware {
+        if Firmware::named(self.imported.firmware).is_some() && theirs != self.imported.firmware {
             notes.push(format!(
                 "{} speaks {theirs}'s words and this machine {}'s: hold [dialect] and [link] against it, or leave out --like",
                 self.like.name, self.imported.firmware
@@ -310,7 +311,17 @@ impl ImportedProfile {
             if !comment.is_empty() {
                 let _ = writeln!(out, "# {}", one_line(&comment));
             }
-            let _ = writeln!(out, "{} = {value}", key.rsplit('.').next().unwrap_or_default());
+            let name = key.rsplit('.').next().unwrap_or_default();
+            match value.as_array().filter(|all| all.iter().any(Value::is_table)) {
+                // A piece a line.
+                Some(pieces) => {
+                    let rows: Vec<String> = pieces.iter().map(|piece| format!("    {piece},\n")).collect();
+                    let _ = writeln!(out, "{name} = [\n{}]", rows.concat());
+                }
+                None => {
+                    let _ = writeln!(out, "{name} = {value}");
+                }
+            }
         }
         out
     }
@@ -325,9 +336,11 @@ impl ImportedProfile {
         if !self.unanswered.is_empty() {
             let _ = writeln!(heading, "Not in these files, so as in {like}: {}.", self.unanswered.join(", "));
         }
+        let thick =
+            if self.facts.iter().any(|fact| fact.key == "table.thickness_mm") { "" } else { "table.thickness_mm, " };
         let _ = writeln!(
             heading,
-            "No such file states table.thickness_mm, dialect.start, dialect.end and link.rehome: hold them against the machine."
+            "No such file states {thick}dialect.start, dialect.end and link.rehome: hold them against the machine."
         );
         if self.profile.head == self.like.profile.head {
             heading += SAME_HEAD;
