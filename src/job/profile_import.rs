@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use super::profile_head::measured;
 use super::profile_new::{SAME_HEAD, fit_name, may_be_named, told};
 use super::{
     Answers, Error, LoadedProfile, MachineSource, QUESTIONS, Source, World, check_profile, in_words, load_profile,
@@ -121,7 +122,8 @@ impl ImportProfile {
         let imported = import(&files, &Beside(world))?;
         let base = self.like.clone().unwrap_or_else(|| imported.base().into());
         let like = load_profile(&base, world)?;
-        let answers = self.answers.layer(world)?;
+        let mut answers = self.answers.layer(world)?;
+        measured(&mut answers, &like.profile)?;
         let letter = |key: &str| told(&answers, key).and_then(Value::as_str).and_then(|text| text.chars().next());
         let answered = ["tilt", "rotation"].map(|axis| letter(&format!("kinematics.{axis}.letter")));
         let kinematics = &like.profile.kinematics;
