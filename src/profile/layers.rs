@@ -24,11 +24,12 @@ macro_rules! shipped {
 }
 
 /// The shipped profiles: name, where it is kept, text.
-pub const SHIPPED: [(&str, &str, &str); 12] = [
+pub const SHIPPED: [(&str, &str, &str); 13] = [
     shipped!("fibr3d"),
     shipped!("fractal-5-pro"),
     shipped!("generic-ac"),
     shipped!("generic-bc"),
+    shipped!("grblhal-ac"),
     shipped!("hendrikjan-5d"),
     shipped!("linuxcnc-xyzac-trt"),
     shipped!("linuxcnc-xyzbc-trt"),

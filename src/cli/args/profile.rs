@@ -62,7 +62,7 @@ pub(in crate::cli) struct Import {
 /// What is told of a machine, and where its profile goes.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Answers {
-    /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60; may be given again and again
+    /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60, or a measure of the head (docs/machine.md); may be given again and again
     #[arg(long, value_name = "KEY=VALUE", value_parser = pair)]
     pub(in crate::cli) set: Vec<(String, String)>,
     /// A TOML file of answers

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 
 use trunnion::profile::{SHIPPED, resolve};
 
+use super::promised::home;
 use super::real::{assert_same, executed, interrupt, listened, output, plain, simulate, terminal, wait_for, wanted};
 use crate::support::{folder, note, root, said, trunnion};
 
@@ -29,11 +30,15 @@ fn each_shipped_machine_prints_a_file_that_verifies() {
         }
         let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
         let _printer = simulate(&link, Path::new(name), &["--speed", "max", "--log", log.to_str().unwrap()]);
+        if profile.link.protocol == "grbl" {
+            home(&link);
+        }
         let done = output(trunnion().arg("send").arg(&out).arg("--plan").arg(&plan).arg("--port").arg(&link));
         assert!(done.status.success(), "{name}: {}", said(&done));
         // The sender waits for the last move by itself as well.
         let wanted: Vec<String> = wanted(&out).into_iter().filter(|line| line != "M400").collect();
-        assert_same(&wanted, &executed(&log));
+        let executed: Vec<String> = executed(&log).into_iter().filter(|l| l != "$H" && l != "G4P0.01").collect();
+        assert_same(&wanted, &executed);
         note(&format!("{name}: {} lines printed", program.lines().count()));
     }
 }
@@ -53,21 +58,28 @@ fn prepared(dir: &Path, name: &str) -> (std::path::PathBuf, std::path::PathBuf, 
     (out, plan, turns.map(plain).collect())
 }
 
-const MARLINS: [&str; 3] = ["generic-bc", "hendrikjan-5d", "penta-trt-bc"];
+/// Each with the letter of its filament.
+const TILTED: [(&str, char); 4] =
+    [("generic-bc", 'E'), ("hendrikjan-5d", 'E'), ("penta-trt-bc", 'E'), ("grblhal-ac", 'U')];
 
 /// A print that is paused while its table is tilted leaves the part upward, goes on where it was, and prints every line once.
 #[test]
-fn the_marlin_machines_pause_at_a_tilt_and_go_on() {
+fn machines_pause_at_a_tilt_and_go_on() {
     std::thread::scope(|all| {
-        MARLINS.map(|name| all.spawn(move || paused_at_a_tilt(name))).map(|one| one.join().unwrap())
+        TILTED
+            .map(|(name, filament)| all.spawn(move || paused_at_a_tilt(name, filament)))
+            .map(|one| one.join().unwrap())
     });
 }
 
-fn paused_at_a_tilt(name: &str) {
+fn paused_at_a_tilt(name: &str, filament: char) {
     let dir = folder();
     let (out, plan, turns) = prepared(dir.path(), name);
     let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
-    let _printer = simulate(&link, Path::new(name), &["--speed", "300", "--log", log.to_str().unwrap()]);
+    let _printer = simulate(&link, Path::new(name), &["--speed", "600", "--log", log.to_str().unwrap()]);
+    if filament == 'U' {
+        home(&link);
+    }
     let send = |more: &[&str]| {
         let mut send = trunnion();
         send.arg("send").arg(&out).arg("--plan").arg(&plan).arg("--port").arg(&link).args(more);
@@ -82,43 +94,77 @@ fn paused_at_a_tilt(name: &str) {
     let until = executed(&log);
     // Behind the last line of the file come the wait, the pull and the lift; the table stays as it is.
     let lift = until.iter().rposition(|l| l.starts_with("G1Z")).unwrap();
-    assert!(until.len() - lift < 4 && until[lift - 2].starts_with("G1E-"), "{name}: {:?}", &until[lift - 4..]);
+    assert!(
+        until.len() - lift < 4 && until[lift - 2].starts_with(&format!("G1{filament}-")),
+        "{name}: {:?}",
+        &until[lift - 4..]
+    );
     let resume = output(&mut send(&["--resume"]));
     assert!(resume.status.success(), "{name}: {}", said(&resume));
-    let laid = |l: &&String| l.starts_with("G1") && l.contains('X') && l.contains('E');
+    let laid = |l: &&String| l.starts_with("G1") && l.contains('X') && l.contains(filament);
     let wanted: Vec<String> = wanted(&out).into_iter().filter(|l| laid(&l)).collect();
     assert_same(&wanted, &executed(&log).iter().filter(laid).cloned().collect::<Vec<_>>());
 }
 
 /// Cancelled while its table is tilted, the head leaves the part upward, the heaters go cold, and nothing turns.
 #[test]
-fn the_marlin_machines_are_cancelled_at_a_tilt() {
-    for name in MARLINS {
-        let dir = folder();
-        let (out, plan, turns) = prepared(dir.path(), name);
-        let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
-        let _printer = simulate(&link, Path::new(name), &["--speed", "150", "--log", log.to_str().unwrap()]);
-        let (mut keys, screen) = terminal();
-        let mut send = trunnion();
-        send.arg("send").arg(&out).arg("--plan").arg(&plan).arg("--port").arg(&link);
-        let mut host = send.stdin(screen).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-        let heard = listened(&mut host);
-        wait_for("the tilt", || executed(&log).iter().any(|l| turns.contains(l)));
-        interrupt(&host);
-        wait_for("the pause", || heard.lock().unwrap().contains("paused above the part"));
-        keys.write_all(b"c\n").unwrap();
-        let ended = host.wait().unwrap();
-        assert!(!ended.success(), "{name}: {}", heard.lock().unwrap());
-        let until = executed(&log);
-        let turned = until.iter().rposition(|l| turns.contains(l)).unwrap();
-        let lift = until.iter().rposition(|l| l.starts_with("G1Z")).unwrap();
-        let (before, behind) = (&until[turned + 1..lift], &until[lift + 1..]);
-        assert!(
-            before.last().is_some_and(|l| l == "G90") && before[before.len() - 2].starts_with("G1E-"),
-            "{before:?}"
-        );
-        assert!(behind.contains(&"M104S0".to_owned()) && behind.contains(&"M140S0".to_owned()), "{name}: {behind:?}");
-        assert!(!behind.iter().any(|l| l.starts_with('G')), "{name}: {behind:?}");
+fn machines_are_cancelled_at_a_tilt() {
+    std::thread::scope(|all| {
+        TILTED
+            .map(|(name, filament)| all.spawn(move || cancelled_at_a_tilt(name, filament)))
+            .map(|one| one.join().unwrap())
+    });
+}
+
+fn cancelled_at_a_tilt(name: &str, filament: char) {
+    let dir = folder();
+    let (out, plan, turns) = prepared(dir.path(), name);
+    let (link, log) = (dir.path().join("tty"), dir.path().join("sim.log"));
+    let _printer = simulate(&link, Path::new(name), &["--speed", "600", "--log", log.to_str().unwrap()]);
+    if filament == 'U' {
+        home(&link);
+    }
+    let (mut keys, screen) = terminal();
+    let mut send = trunnion();
+    send.arg("send").arg(&out).arg("--plan").arg(&plan).arg("--port").arg(&link);
+    let mut host = send.stdin(screen).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let heard = listened(&mut host);
+    wait_for("the tilt", || executed(&log).iter().any(|l| turns.contains(l)));
+    interrupt(&host);
+    wait_for("the pause", || heard.lock().unwrap().contains("paused above the part"));
+    keys.write_all(b"c\n").unwrap();
+    let ended = host.wait().unwrap();
+    assert!(!ended.success(), "{name}: {}", heard.lock().unwrap());
+    let until = executed(&log);
+    let turned = until.iter().rposition(|l| turns.contains(l)).unwrap();
+    let lift = until.iter().rposition(|l| l.starts_with("G1Z")).unwrap();
+    let (before, behind) = (&until[turned + 1..lift], &until[lift + 1..]);
+    let pulled = before[before.len() - 2].starts_with(&format!("G1{filament}-"));
+    assert!(before.last().is_some_and(|l| l == "G90") && pulled, "{name}: {before:?}");
+    let told = |line: &str| behind.iter().any(|l| l == line);
+    // A machine that knows no heaters is told nothing of them.
+    let heats = filament == 'E';
+    assert!(told("M104S0") == heats && told("M140S0") == heats, "{name}: {behind:?}");
+    assert!(!behind.iter().any(|l| l.starts_with('G') && l != "G4P0.01"), "{name}: {behind:?}");
+}
+
+/// What heats nothing says so, stops before it lays anything, and is told at which temperatures it may go on.
+#[test]
+fn a_machine_without_heaters_waits_for_somebody_and_says_for_what() {
+    let dir = folder();
+    let mut prepare = trunnion();
+    prepare.args(["prepare", "--slicer", "builtin", "-m", "grblhal-ac"]).arg(root().join("fixtures/two-boxes.stl"));
+    let done = output(prepare.arg("-o").arg(dir.path().join("out.gcode")));
+    let words = "this file neither heats nor cools: M104, M106 and the like are comments for grbl; have the nozzle at 210 C and the bed at 60 C";
+    assert!(done.status.success() && said(&done).contains(words), "{}", said(&done));
+    let text = std::fs::read_to_string(dir.path().join("out.gcode")).unwrap();
+    let lines: Vec<&str> =
+        text.lines().filter(|l| !l.is_empty() && (!l.starts_with(';') || l.contains("cycle start"))).collect();
+    let stop = lines.iter().position(|l| *l == "M0").unwrap();
+    assert_eq!(lines[stop - 1], "; have the nozzle at 210 C and the bed at 60 C, then press cycle start");
+    assert!(!lines[..stop].iter().any(|l| l.starts_with("G1 ")), "{:?}", &lines[..stop]);
+    for letter in ["M104", "M109", "M140", "M190", "M106", "M83", " E"] {
+        assert!(!lines.iter().any(|l| !l.starts_with(';') && l.contains(letter)), "{letter}");
     }
 }
 
