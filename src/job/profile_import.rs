@@ -123,7 +123,7 @@ impl ImportProfile {
         let base = self.like.clone().unwrap_or_else(|| imported.base().into());
         let like = load_profile(&base, world)?;
         let mut answers = self.answers.layer(world)?;
-        measured(&mut answers, &like.profile)?;
+        measured(&mut answers, &as_stated(&like.profile, &imported))?;
         let letter = |key: &str| told(&answers, key).and_then(Value::as_str).and_then(|text| text.chars().next());
         let answered = ["tilt", "rotation"].map(|axis| letter(&format!("kinematics.{axis}.letter")));
         let kinematics = &like.profile.kinematics;
@@ -241,6 +241,19 @@ pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<Impo
     Ok(done)
 }
 
+/// `like` with the head and the reach that the files state: what measures of a head go over.
+fn as_stated(like: &Profile, imported: &Imported) -> Profile {
+    let mut stated = like.clone();
+    let of = |key: &str| imported.facts.iter().find(|fact| fact.key == key).map(|fact| fact.value.clone());
+    for (key, ends) in [("limits.x_mm", &mut stated.limits.x_mm), ("limits.y_mm", &mut stated.limits.y_mm)] {
+        *ends = of(key).and_then(|value| value.try_into().ok()).unwrap_or(*ends);
+    }
+    if let Some(pieces) = of("head.body").and_then(|value| value.try_into().ok()) {
+        stated.head.body = pieces;
+    }
+    stated
+}
+
 /// What is wrong with a key that the files state, where they state it.
 fn placed(error: ProfileError, facts: &[Fact]) -> ProfileError {
     let of = |key: &str| Some(facts.iter().find(|fact| fact.key == key)?.from.first()?.to_string());
@@ -257,6 +270,10 @@ fn placed(error: ProfileError, facts: &[Fact]) -> ProfileError {
 fn places(from: &[Place]) -> String {
     let mut out = String::new();
     for (i, place) in from.iter().enumerate() {
+        // Several values of one line.
+        if i > 0 && from[i - 1] == *place {
+            continue;
+        }
         if i > 0 && from[i - 1].file == place.file {
             let _ = write!(out, ", {}", place.line);
         } else {
