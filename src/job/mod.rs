@@ -40,6 +40,7 @@ mod prepare;
 mod preview;
 pub(crate) mod printer;
 mod profile_check;
+mod profile_head;
 mod profile_import;
 mod profile_new;
 mod progress;
@@ -81,6 +82,7 @@ pub use plan::{
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{MOST_LOOKED_AT, PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
 pub use profile_check::{CheckedProfile, Tilted, check_profile};
+pub use profile_head::HEAD_QUESTIONS;
 pub use profile_import::{ImportProfile, ImportedProfile, import_profile};
 pub use profile_new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
 pub use progress::{Bar, Progress, Silent, Step};

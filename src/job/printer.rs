@@ -86,5 +86,6 @@ pub(crate) fn quirks(profile: &Profile) -> Result<Quirks, Error> {
     quirks.receive_buffer = profile.link.buffer as usize;
     quirks.queue = (profile.link.commands as usize).max(1);
     quirks.name.clone_from(&profile.machine.name);
+    quirks.wanted.clone_from(&profile.link.identity);
     Ok(quirks)
 }

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use super::profile_head::measured;
 use super::profile_new::{SAME_HEAD, fit_name, may_be_named, told};
 use super::{
     Answers, Error, LoadedProfile, MachineSource, QUESTIONS, Source, World, check_profile, in_words, load_profile,
 };
+use crate::gcode::meaning::Firmware;
 use crate::profile::{Fact, Imported, ImportedFile, Place, Profile, ProfileError, Shelf, import, resolve_over};
 
 /// What is asked beside [`QUESTIONS`]: a table that turns the other way round meets the head.
@@ -49,7 +51,7 @@ const TRAVELS: [(&str, Travel); 2] = [
 /// A machine to be described from files.
 #[derive(Clone, Debug)]
 pub struct ImportProfile {
-    /// The firmware's files: LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's two; what they name is looked for beside them.
+    /// The firmware's files: LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's two, or the machine.json of Koala's simulator; what they name is looked for beside them.
     pub files: Vec<Source>,
     /// Its name; `None` takes the first file's.
     pub name: Option<String>,
@@ -120,7 +122,8 @@ impl ImportProfile {
         let imported = import(&files, &Beside(world))?;
         let base = self.like.clone().unwrap_or_else(|| imported.base().into());
         let like = load_profile(&base, world)?;
-        let answers = self.answers.layer(world)?;
+        let mut answers = self.answers.layer(world)?;
+        measured(&mut answers, &as_stated(&like.profile, &imported))?;
         let letter = |key: &str| told(&answers, key).and_then(Value::as_str).and_then(|text| text.chars().next());
         let answered = ["tilt", "rotation"].map(|axis| letter(&format!("kinematics.{axis}.letter")));
         let kinematics = &like.profile.kinematics;
@@ -187,7 +190,7 @@ impl Known {
     fn notes(&self) -> Vec<String> {
         let mut notes = self.imported.notes.clone();
         let theirs = &self.like.profile.dialect.firmware;
-        if theirs != self.imported.firmware {
+        if Firmware::named(self.imported.firmware).is_some() && theirs != self.imported.firmware {
             notes.push(format!(
                 "{} speaks {theirs}'s words and this machine {}'s: hold [dialect] and [link] against it, or leave out --like",
                 self.like.name, self.imported.firmware
@@ -238,6 +241,19 @@ pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<Impo
     Ok(done)
 }
 
+/// `like` with the head and the reach that the files state: what measures of a head go over.
+fn as_stated(like: &Profile, imported: &Imported) -> Profile {
+    let mut stated = like.clone();
+    let of = |key: &str| imported.facts.iter().find(|fact| fact.key == key).map(|fact| fact.value.clone());
+    for (key, ends) in [("limits.x_mm", &mut stated.limits.x_mm), ("limits.y_mm", &mut stated.limits.y_mm)] {
+        *ends = of(key).and_then(|value| value.try_into().ok()).unwrap_or(*ends);
+    }
+    if let Some(pieces) = of("head.body").and_then(|value| value.try_into().ok()) {
+        stated.head.body = pieces;
+    }
+    stated
+}
+
 /// What is wrong with a key that the files state, where they state it.
 fn placed(error: ProfileError, facts: &[Fact]) -> ProfileError {
     let of = |key: &str| Some(facts.iter().find(|fact| fact.key == key)?.from.first()?.to_string());
@@ -254,6 +270,10 @@ fn placed(error: ProfileError, facts: &[Fact]) -> ProfileError {
 fn places(from: &[Place]) -> String {
     let mut out = String::new();
     for (i, place) in from.iter().enumerate() {
+        // Several values of one line.
+        if i > 0 && from[i - 1] == *place {
+            continue;
+        }
         if i > 0 && from[i - 1].file == place.file {
             let _ = write!(out, ", {}", place.line);
         } else {
@@ -310,7 +330,17 @@ impl ImportedProfile {
             if !comment.is_empty() {
                 let _ = writeln!(out, "# {}", one_line(&comment));
             }
-            let _ = writeln!(out, "{} = {value}", key.rsplit('.').next().unwrap_or_default());
+            let name = key.rsplit('.').next().unwrap_or_default();
+            match value.as_array().filter(|all| all.iter().any(Value::is_table)) {
+                // A piece a line.
+                Some(pieces) => {
+                    let rows: Vec<String> = pieces.iter().map(|piece| format!("    {piece},\n")).collect();
+                    let _ = writeln!(out, "{name} = [\n{}]", rows.concat());
+                }
+                None => {
+                    let _ = writeln!(out, "{name} = {value}");
+                }
+            }
         }
         out
     }
@@ -325,9 +355,11 @@ impl ImportedProfile {
         if !self.unanswered.is_empty() {
             let _ = writeln!(heading, "Not in these files, so as in {like}: {}.", self.unanswered.join(", "));
         }
+        let thick =
+            if self.facts.iter().any(|fact| fact.key == "table.thickness_mm") { "" } else { "table.thickness_mm, " };
         let _ = writeln!(
             heading,
-            "No such file states table.thickness_mm, dialect.start, dialect.end and link.rehome: hold them against the machine."
+            "No such file states {thick}dialect.start, dialect.end and link.rehome: hold them against the machine."
         );
         if self.profile.head == self.like.profile.head {
             heading += SAME_HEAD;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use super::profile_head::{HEAD_QUESTIONS, measured};
 use super::{Error, MachineSource, Outputs, Source, World, load_profile};
 use crate::profile::{Profile, shipped};
 
@@ -66,7 +67,9 @@ impl NewProfile {
     /// What keeps the file of answers from being read.
     pub fn unanswered(&self, world: &World<'_>) -> Result<Vec<(&'static str, &'static str)>, Error> {
         let given = self.answers.layer(world)?;
-        Ok(QUESTIONS.into_iter().filter(|(key, _)| told(&given, key).is_none()).collect())
+        // Whoever gives the pieces themselves has measured.
+        let head = HEAD_QUESTIONS.into_iter().filter(|_| told(&given, "head.body").is_none());
+        Ok(QUESTIONS.into_iter().chain(head).filter(|(key, _)| told(&given, key).is_none()).collect())
     }
 
     /// Asks what is not answered yet, a line each; an empty one leaves it as it is in `base`. `show` puts the question.
@@ -214,6 +217,7 @@ pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfil
     }
     let base = load_profile(&request.base, world)?;
     let mut layer = request.answers.layer(world)?;
+    measured(&mut layer, &base.profile)?;
     insert(&mut layer, "machine.name", Value::String(name.clone()));
     // The base's values below, so that an unknown key and a wrong value are told as of any file.
     let below = base.profile.complete("");

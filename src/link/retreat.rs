@@ -172,6 +172,9 @@ impl Retreat {
         if protocol.traits().is_printer() {
             lines.push(if state.extruder_absolute { "M82" } else { "M83" }.to_owned());
             lines.push(format!("G92E{}", number(state.extruder_count)));
+        } else if self.extruder != b'E' {
+            // Behind a reset a spare axis counts from anywhere, and the next absolute word would push all of it.
+            lines.push(format!("G92{}{}", char::from(self.extruder), number(state.extruder_count)));
         }
         if state.inverse_time {
             lines.push("G93".to_owned());

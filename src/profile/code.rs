@@ -28,6 +28,10 @@ impl Profile {
                 why,
             })?;
         }
+        for (key, code) in [("dialect.start", &self.dialect.start), ("link.rehome", &self.link.rehome)] {
+            let place = origin.get(key).cloned().unwrap_or_default();
+            self.lets_go(code).map_err(|(line, why)| ProfileError::Code { place, key: key.to_owned(), line, why })?;
+        }
         let why = if !self.starts_hot() {
             format!(
                 "no line of it waits for the nozzle, so that a print would begin below min_extrude_c ({:.0} C); add M109 S{{nozzle_c}}",
@@ -53,6 +57,50 @@ impl Profile {
         let named = |letter: char| start.split_ascii_whitespace().any(|word| word == format!("GCODE_AXIS={letter}"));
         let letters = [table.tilt.letter, table.rotation.letter].map(char::from);
         letters.into_iter().find(|&letter| self.firmware() == Firmware::Klipper && !named(letter))
+    }
+
+    /// Refuses code behind which the firmware may follow the tip by itself: it would turn the poses, which are worked out here, a second
+    /// time, and the head would go through the part. Marlin's fork with `PENTA_AXIS_TRT` may do so from power-on.
+    fn lets_go(&self, code: &str) -> Result<(), (String, String)> {
+        let firmware = self.firmware();
+        let unsure = self.link.identity.contains("PENTA_AXIS") && !code.trim().is_empty();
+        let off = if firmware == Firmware::LinuxCnc { "M429" } else { "G49" };
+        let twice = "the poses, which are worked out here, would be turned a second time, through the part";
+        let (mut sure, mut follows) = (!unsure, None);
+        let mut parsed = ParsedLine::default();
+        for line in filled(code).lines().map(str::trim) {
+            if parsed.read(line.as_bytes()).is_err() {
+                continue;
+            }
+            for command in &parsed.commands {
+                match (firmware, command.letter, command.number, command.minor) {
+                    (Firmware::Marlin, b'G', 43, 4) | (Firmware::LinuxCnc, b'M', 428, 0) => {
+                        (sure, follows) = (true, Some(line.to_owned()));
+                    }
+                    (Firmware::Marlin, b'G', 43 | 49, 0) | (Firmware::LinuxCnc, b'M', 429, 0) => {
+                        (sure, follows) = (true, None);
+                    }
+                    (_, b'G', 0..=3 | 28, _) if !sure => {
+                        let why = format!(
+                            "a firmware with PENTA_AXIS may follow the tip from power-on, and {twice}; put {off} before it"
+                        );
+                        return Err((line.to_owned(), why));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        match follows {
+            Some(line) => Err((
+                line,
+                format!("it has the firmware follow the tip, and {twice}; leave it out or put {off} behind it"),
+            )),
+            None if !sure => Err((
+                String::new(),
+                format!("a firmware with PENTA_AXIS may follow the tip from power-on, and {twice}; begin with {off}"),
+            )),
+            None => Ok(()),
+        }
     }
 
     fn check_lines(&self, code: &str) -> Result<(), (String, String)> {
@@ -134,5 +182,41 @@ mod tests {
         let both = "MANUAL_STEPPER STEPPER=t GCODE_AXIS=a\nMANUAL_STEPPER STEPPER=r GCODE_AXIS=C LIMIT_VELOCITY=30";
         assert_eq!((klipper(both), klipper("START_PRINT ; GCODE_AXIS=A GCODE_AXIS=C")), (String::new(), String::new()));
         assert!(checked("[link]\nrehome = \"\"\"G20\"\"\"\n").contains("link.rehome"));
+    }
+
+    /// A start that left the tip followed made the firmware turn every pose again.
+    #[test]
+    fn no_code_leaves_the_firmware_following_the_tip() {
+        let with = |base: &str, table: &str, key: &str, code: &str| {
+            checked(&format!("extends = \"{base}\"\n[{table}]\n{key} = \"\"\"\n{code}\"\"\"\n"))
+        };
+        let start = |base: &str, code: &str| with(base, "dialect", "start", code);
+        for (base, code, said) in [
+            ("generic-bc", "G43.4\nG28\nM109 S{nozzle_c}", "\"G43.4\": it has the firmware follow the tip"),
+            ("generic-bc", "G49\nG43.4\nG28\nM109 S{nozzle_c}", "put G49 behind it"),
+            ("hendrikjan-5d", "G28\nG49\nM109 S{nozzle_c}", "\"G28\": a firmware with PENTA_AXIS may follow"),
+            ("penta-trt-bc", "G1 Z-1 F60\nG49\nM109 S{nozzle_c}", "put G49 before it"),
+            ("penta-trt-bc", "G90\nM109 S{nozzle_c}", "begin with G49"),
+            ("linuxcnc-xyzbc-trt", "G21\nM428", "put M429 behind it"),
+        ] {
+            let text = start(base, code);
+            assert!(text.contains(said) && text.contains("mine.toml:3: dialect.start"), "{base}, {code}: {text}");
+        }
+        for (base, code) in [
+            ("generic-bc", "G43.4\nG49\nG28\nM109 S{nozzle_c}"),
+            ("generic-bc", "G28\nM109 S{nozzle_c}"),
+            ("hendrikjan-5d", "G49\nG28\nM109 S{nozzle_c}"),
+            ("linuxcnc-xyzac-trt", "G21"),
+            ("linuxcnc-xyzac-trt", "M428\nM429"),
+        ] {
+            assert_eq!(start(base, code), "", "{base}, {code}");
+        }
+        let home = |code: &str| with("hendrikjan-5d", "link", "rehome", code);
+        assert!(
+            home("G28 Z\nG28 X Y").contains("link.rehome: \"G28 Z\": a firmware with PENTA_AXIS"),
+            "{}",
+            home("G28 Z")
+        );
+        assert_eq!(home("G49\nG28 Z\nG28 X Y"), "");
     }
 }

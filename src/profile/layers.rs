@@ -24,14 +24,18 @@ macro_rules! shipped {
 }
 
 /// The shipped profiles: name, where it is kept, text.
-pub const SHIPPED: [(&str, &str, &str); 9] = [
+pub const SHIPPED: [(&str, &str, &str); 13] = [
     shipped!("fibr3d"),
     shipped!("fractal-5-pro"),
     shipped!("generic-ac"),
+    shipped!("generic-bc"),
+    shipped!("grblhal-ac"),
+    shipped!("hendrikjan-5d"),
     shipped!("linuxcnc-xyzac-trt"),
     shipped!("linuxcnc-xyzbc-trt"),
     shipped!("open5x-prusa"),
     shipped!("open5x-voron0"),
+    shipped!("penta-trt-bc"),
     shipped!("pentos"),
     shipped!("trident-5-axis"),
 ];

@@ -17,6 +17,7 @@ use crate::geom::{Bounds, Vec3};
 use crate::motion::replay::{PlainMoved, flatten};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::Head;
+use crate::profile::Commands;
 
 /// Travels between prints of one pose go this far above the higher of both ends, mm: over strings and seams.
 const HOP_MM: f64 = 1.0;
@@ -140,6 +141,13 @@ impl<'a> Writer<'a> {
         for entry in entries {
             let sliced = entry.input.sliced;
             self.of_print[entry.input.print] = Modal::heated(sliced.nozzle_c, sliced.bed_c);
+        }
+        if profile.dialect.commands == Commands::Rs274 {
+            self.warnings.push(format!(
+                "this file neither heats nor cools: M104, M106 and the like are comments for {}; have the nozzle at {nozzle} C and the bed at {bed} C \
+                 before its first line is laid",
+                profile.dialect.firmware
+            ));
         }
         self.custom_code(&profile.dialect.start, nozzle, bed);
         self.out.begin_counting();

@@ -95,6 +95,18 @@ fn marlin_trt(p: [f64; 3], a: f64, c: f64, m: [f64; 3], ry: f64, rz: f64) -> [f6
     ]
 }
 
+/// The same for B and C: `rx`, `rz` = rotational joint offsets, M665's I and K.
+fn marlin_trt_about_y(p: [f64; 3], b: f64, c: f64, m: [f64; 3], rx: f64, rz: f64) -> [f64; 3] {
+    let (sb, cb) = b.to_radians().sin_cos();
+    let (s, c) = c.to_radians().sin_cos();
+    let [px, py, pz] = p;
+    [
+        c * cb * px - s * cb * py - sb * pz - cb * rx + sb * rz + rx + m[0],
+        s * px + c * py + m[1],
+        c * sb * px - s * sb * py + cb * pz - sb * rx - cb * rz + rz + m[2],
+    ]
+}
+
 #[test]
 fn an_a_c_table_agrees_with_linuxcnc_in_both_senses_and_both_ways() {
     let mut numbers = Numbers::seeded(1);
@@ -140,6 +152,60 @@ fn a_b_c_table_agrees_with_the_expanded_formula_in_every_pair_of_senses() {
         let got = at_words(&table, b, c).point(Point::from(Vec3::from(minus(p, r))));
         let what = format!("s={s} t={t} p={p:?} B{b} C{c} r={r:?} e={e} d={d}");
         assert_close(&got.at, xyzbc_inverse(p, b, c, r, [e, d], [s, t]), &what);
+    }
+}
+
+#[test]
+fn a_b_c_table_agrees_with_the_marlin_fork() {
+    let mut numbers = Numbers::seeded(9);
+    for _ in 0..2000 {
+        let (m, p) = (numbers.triple(200.0), numbers.triple(200.0));
+        let (rx, rz) = (numbers.between(-40.0, 40.0), numbers.between(-40.0, 40.0));
+        let (b, c) = (numbers.between(-120.0, 120.0), numbers.between(-720.0, 720.0));
+        let table = chain(TiltAbout::Y, m, [rx, 0.0, rz], [-1.0, 1.0]);
+        let got = at_words(&table, b, c).point(Point::from(Vec3::from(p)));
+        let what = format!("p={p:?} B{b} C{c} m={m:?} r=({rx}, {rz})");
+        assert_close(&got.at, marlin_trt_about_y(p, b, c, m, rx, rz), &what);
+    }
+}
+
+/// The numbers of the two configurations, and beside them others that a user would measure: M665's words as its profile has them.
+#[test]
+fn the_shipped_profiles_of_the_marlin_fork_are_its_formula() {
+    let mut numbers = Numbers::seeded(10);
+    for round in 0..1000 {
+        let about_y = round % 2 == 1;
+        let name = if about_y { "penta-trt-bc" } else { "hendrikjan-5d" };
+        let (mut m, mut offsets) = ([0.0, 0.0, if about_y { -220.0 } else { 0.0 }], [0.0, 0.0]);
+        let mut text = format!("extends = \"{name}\"\n");
+        if round % 4 > 1 {
+            (m, offsets) = (numbers.triple(100.0), [numbers.between(-40.0, 40.0), numbers.between(-40.0, 40.0)]);
+            let [beside, up] = offsets;
+            let d = if about_y { [beside, 0.0, up] } else { [0.0, beside, up] };
+            let pivot = [m[0] + d[0], m[1] + d[1], m[2] + d[2]];
+            text += &format!("[kinematics]\npivot_mm = {pivot:?}\noffset_mm = {:?}\n", d.map(|v| 0.0 - v));
+        }
+        let table = resolve("mine.toml", &text).unwrap().0.kinematics();
+        let (p, c) = (numbers.triple(100.0), numbers.between(-360.0, 360.0));
+        let tilt = if about_y { numbers.between(-45.0, 45.0) } else { numbers.between(-90.0, 0.0) };
+        let [beside, up] = offsets;
+        let formula = if about_y { marlin_trt_about_y } else { marlin_trt };
+        let got = at_words(&table, tilt, c).point(Point::from(Vec3::from(p)));
+        assert_close(&got.at, formula(p, tilt, c, m, beside, up), &format!("{text} p={p:?} {tilt} {c}"));
+    }
+}
+
+#[test]
+fn the_shipped_generic_table_about_y_is_the_expanded_formula() {
+    let (file, text) = shipped("generic-bc").unwrap();
+    let table = resolve(file, text).unwrap().0.kinematics();
+    let mut numbers = Numbers::seeded(11);
+    for _ in 0..1000 {
+        let (p, b, c) = (numbers.triple(100.0), numbers.between(-15.0, 90.0), numbers.between(-3600.0, 3600.0));
+        let got = at_words(&table, b, c).point(Point::from(Vec3::from(p)));
+        // Right-handed both; the tilt axis 20 mm below the middle of the table's surface, which is the machine's zero.
+        let wanted = xyzbc_inverse(p, b, c, [0.0; 3], [0.0, -20.0], [-1.0, -1.0]);
+        assert_close(&got.at, wanted, &format!("p={p:?} B{b} C{c}"));
     }
 }
 
@@ -318,5 +384,10 @@ fn shipped_tables_take_a_side_branch_where_their_stops_allow() {
     assert_eq!(side("linuxcnc-xyzac-trt", [0.0, -1.0, 0.0]), (-90.0, 0.0));
     // This one stops at -15 and 90.
     assert_eq!(side("generic-ac", [0.0, -1.0, 0.0]), (90.0, 180.0));
+    assert_eq!(side("generic-bc", [-1.0, 0.0, 0.0]), (90.0, 0.0));
+    assert_eq!(side("generic-bc", [1.0, 0.0, 0.0]), (90.0, 180.0));
+    // Its A goes from -90 to 0, counted left-handed: only +Y comes up without a turn.
+    assert_eq!(side("hendrikjan-5d", [0.0, 1.0, 0.0]), (90.0, 0.0));
+    assert_eq!(side("hendrikjan-5d", [0.0, -1.0, 0.0]), (90.0, 180.0));
     assert_eq!(side("generic-ac", [0.0, 1.0, 1.0]), (45.0, 0.0));
 }

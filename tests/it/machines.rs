@@ -2,7 +2,8 @@
 
 use quick_xml::events::Event;
 
-use trunnion::job::{Answers, NewProfile, QUESTIONS, Silent, World, new_profile};
+use trunnion::job::{Answers, HEAD_QUESTIONS, NewProfile, QUESTIONS, Silent, World, new_profile};
+use trunnion::profile::{BodySpec, Profile};
 
 use crate::support::{folder, said, trunnion};
 
@@ -193,14 +194,118 @@ fn questions_are_asked_one_by_one() {
         },
     };
     let asked = std::cell::RefCell::new(Vec::new());
-    let lines = "U\nY\n-10\n\nV\n[-50, 50]\n\n\n35\n\n\n0.6\n";
+    let lines = "U\nY\n-10\n\nV\n[-50, 50]\n\n\n35\n\n\n0.6\n\n[7, 6]\n[12, 13, 14, 15]\n\n\n\nYZ\n\n[40, 60]\n";
     request.ask(lines.as_bytes(), |key, _| asked.borrow_mut().push(key.to_owned()), &world).unwrap();
-    assert_eq!(*asked.borrow(), QUESTIONS[1..].iter().map(|(key, _)| *key).collect::<Vec<_>>());
+    let all = QUESTIONS[1..].iter().chain(&HEAD_QUESTIONS);
+    assert_eq!(*asked.borrow(), all.map(|(key, _)| *key).collect::<Vec<_>>());
     let made = new_profile(&request, &world).unwrap();
     let tilt = &made.profile.kinematics.tilt;
     assert_eq!((tilt.letter, tilt.min_deg, tilt.max_deg), ('U', -10.0, 90.0));
     assert_eq!((made.profile.table.radius_mm, made.profile.process.nozzle_mm), (35.0, 0.6));
-    assert_eq!(made.unanswered.len(), 5);
+    assert_eq!(made.unanswered.len(), 10);
+    let pieces: Vec<_> =
+        made.profile.head.body.iter().map(|b| (b.name.as_str(), b.z_mm, b.r_mm, b.min_mm, b.max_mm)).collect();
+    let wanted = [
+        ("nozzle", Some([0.0, 7.0]), Some([0.5, 3.0]), None, None),
+        // What is between the cone and the block is as wide as the cone's end.
+        ("nozzle's shaft", Some([7.0, 10.0]), Some([3.0, 3.0]), None, None),
+        ("block", None, None, Some([-12.0, -14.0, 10.0]), Some([13.0, 15.0, 65.0])),
+        ("carriage", None, None, Some([-25.0, -12.0, 65.0]), Some([25.0, 22.0, 110.0])),
+        // As long as this machine's X, and 100 mm more on either side.
+        ("gantry", None, None, Some([-150.0, 14.0, 40.0]), Some([150.0, 22.0, 60.0])),
+    ];
+    assert_eq!(pieces, wanted);
     let error = request.clone().ask("".as_bytes(), |_, _| {}, &world).unwrap_err();
     assert!(error.to_string().contains("nothing was written"), "{error}");
+}
+
+/// The machine of `--set KEY=VALUE`, all else as in `like`.
+fn described(like: &str, set: &[(&str, &str)]) -> Result<Profile, String> {
+    let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    let answers = Answers { set, rest: true, ..Answers::default() };
+    let request = NewProfile { name: "mine".to_owned(), base: like.into(), answers };
+    new_profile(&request, &World::here(&Silent)).map(|made| made.profile).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_head_is_measured_by_callipers() {
+    let of = |like: &str, name: &str, set: &[(&str, &str)]| -> Option<BodySpec> {
+        let made = described(like, set).unwrap_or_else(|e| panic!("{set:?}: {e}"));
+        made.head.body.into_iter().find(|body| body.name == name)
+    };
+    let ends = |body: Option<BodySpec>| body.map(|body| (body.moves, body.min_mm.unwrap(), body.max_mm.unwrap()));
+    // Only what is measured changes.
+    let block = of("generic-ac", "block", &[("head.block_z_mm", "[12, 40.5]")]);
+    assert_eq!(ends(block), Some(("XYZ".to_owned(), [-10.0, -10.0, 12.0], [10.0, 10.0, 40.5])));
+    let nozzle = of("generic-ac", "nozzle", &[("head.nozzle_tip_mm", "1.25")]).unwrap();
+    assert_eq!((nozzle.z_mm, nozzle.r_mm), (Some([0.0, 10.0]), Some([0.625, 8.0])));
+    // FIBR3D's beam lies along Y, and is as long as its Y goes and more.
+    let beam = of("fibr3d", "gantry", &[("head.gantry_mm", "[-30, -12]")]);
+    assert_eq!(ends(beam), Some(("XZ".to_owned(), [-30.0, -377.0, 40.0], [-12.0, 343.0, 65.0])));
+    assert_eq!(ends(of("fibr3d", "gantry", &[("head.gantry_moves", "none")])), None);
+    let turned = [
+        ("head.gantry_moves", "YZ"),
+        ("head.gantry_mm", "[5, 25]"),
+        ("head.gantry_z_mm", "[30, 50]"),
+        ("limits.x_mm", "[0, 200]"),
+    ];
+    assert_eq!(
+        ends(of("fibr3d", "gantry", &turned)),
+        Some(("YZ".to_owned(), [-100.0, 5.0, 30.0], [300.0, 25.0, 50.0]))
+    );
+    // Pieces that no measure means stay: the rods of Open5x' Prusa stand where they stood.
+    let rods = of("open5x-prusa", "x rods", &[("head.block_mm", "[9, 9, 9, 9]")]);
+    assert_eq!(ends(rods), ends(of("open5x-prusa", "x rods", &[])));
+    for (like, set, wanted) in [
+        ("generic-ac", &[("head.blok_mm", "[1, 2, 3, 4]")][..], "did you mean \"head.block_mm\"?"),
+        ("generic-ac", &[("head.block_mm", "[1, 2, 3]")], "head.block_mm=[1, 2, 3]: give 4 numbers of 0..1000 mm"),
+        ("generic-ac", &[("head.block_mm", "[-1, 2, 3, 4]")], "give 4 numbers of 0..1000 mm"),
+        ("generic-ac", &[("head.block_mm", "[0, 0, 3, 4]")], "are more than 0 together"),
+        ("generic-ac", &[("head.nozzle_tip_mm", "fine")], "head.nozzle_tip_mm=\"fine\": give one number of 0..1000 mm"),
+        ("generic-ac", &[("head.nozzle_tip_mm", "0")], "no nozzle grows narrower upward"),
+        ("generic-ac", &[("head.cone_mm", "[8, 0.5]")], "from 1 mm across the tip to 0.5 mm over a length of 8 mm"),
+        ("generic-ac", &[("head.block_z_mm", "[40, 10]")], "were they exchanged?"),
+        ("generic-ac", &[("head.gantry_moves", "Y")], "head.gantry_moves=\"Y\": give YZ, XZ or none"),
+        ("generic-ac", &[("head.gantry_moves", "none"), ("head.gantry_z_mm", "[1, 2]")], "a beam that is not there"),
+        ("generic-ac", &[("head.gantry_moves", "XZ")], "has no such beam; give all three"),
+        ("fibr3d", &[("head.carriage_mm", "[1, 2, 3, 4]")], "has no carriage; give both"),
+        ("generic-ac", &[("head.cone_mm", "[8, 6]"), ("head.body", "[]")], "give either that or measures"),
+    ] {
+        let said = described(like, set).expect_err(wanted);
+        assert!(said.contains(wanted), "{set:?}: {said}");
+    }
+}
+
+/// A profile whose head nobody measured is refused by `check`, and passes once callipers were at it.
+#[test]
+fn a_bare_cone_becomes_a_measured_head() {
+    let folder = folder();
+    let bare = folder.path().join("bare.toml");
+    let cone = "body = [{ name = \"n\", moves = \"XYZ\", kind = \"frustum\", z_mm = [0, 10], r_mm = [0.5, 8] }]";
+    std::fs::write(&bare, format!("[head]\n{cone}\n")).unwrap();
+    let check = |file: &str| trunnion().current_dir(folder.path()).args(["profile", "check", file]).output().unwrap();
+    let refused = check("bare.toml");
+    assert!(refused.status.code() == Some(1) && said(&refused).contains("one bare cone"), "{}", said(&refused));
+    std::fs::write(
+        folder.path().join("head.toml"),
+        "[head]\nnozzle_tip_mm = 1\ncone_mm = [3.5, 7]\nblock_mm = [16, 11, 9, 12]\nblock_z_mm = [3.5, 45]\ncarriage_mm = [30, 30, 25, 20]\n\
+         carriage_z_mm = [45, 100]\ngantry_moves = \"YZ\"\ngantry_mm = [20, 40]\ngantry_z_mm = [60, 85]\n",
+    )
+    .unwrap();
+    let new = |more: &[&str]| {
+        let mut command = trunnion();
+        command.current_dir(folder.path()).stdin(std::process::Stdio::null());
+        command.args(["profile", "new", "mine", "--like", "bare.toml", "--keep-rest"]).args(more).output().unwrap()
+    };
+    let made = new(&["--answers", "head.toml", "-o", "mine.toml"]);
+    assert!(made.status.success(), "{}", said(&made));
+    let text = std::fs::read_to_string(folder.path().join("mine.toml")).unwrap();
+    assert!(!text.contains("that one's too") && !text.contains("head.block_mm"), "{text}");
+    assert!(check("mine.toml").status.success(), "{}", said(&check("mine.toml")));
+    // Half of it measured is said.
+    let half = new(&["--set", "head.cone_mm=[3.5, 7]", "-o", "half.toml"]);
+    assert!(half.status.success(), "{}", said(&half));
+    let text = std::fs::read_to_string(folder.path().join("half.toml")).unwrap();
+    assert!(text.lines().take(4).any(|l| l.contains("Not answered") && l.contains("head.block_mm")), "{text}");
+    assert_eq!(check("half.toml").status.code(), Some(1));
 }

@@ -18,7 +18,7 @@ pub(in crate::cli) enum Profile {
     Check(CheckProfile),
     /// Describe a machine of your own: asks on a terminal, else takes answers from flags and a file
     New(New),
-    /// Describe a machine of your own from the configuration of its firmware, and answers to what that does not say
+    /// Describe a machine of your own from the configuration of its firmware or simulator, and answers to what that does not say
     Import(Import),
     /// Find pivot, offset and zeros from touches at several poses, or choose the touches to make
     Calibrate(Calibrate),
@@ -46,7 +46,7 @@ pub(in crate::cli) struct New {
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Import {
-    /// LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g or Marlin's Configuration.h; several are one machine's
+    /// LinuxCNC's ini, Klipper's printer.cfg, RepRapFirmware's config.g, Marlin's Configuration.h or the machine.json of Koala's simulator; several are one machine's
     #[arg(required = true, value_name = "FILE")]
     pub(in crate::cli) files: Vec<PathBuf>,
     /// Its name, by which it is found from then on [default: as -o, else as the first file]
@@ -62,7 +62,7 @@ pub(in crate::cli) struct Import {
 /// What is told of a machine, and where its profile goes.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Answers {
-    /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60; may be given again and again
+    /// An answer: any key of a profile, as --set kinematics.tilt.max_deg=60, or a measure of the head (docs/machine.md); may be given again and again
     #[arg(long, value_name = "KEY=VALUE", value_parser = pair)]
     pub(in crate::cli) set: Vec<(String, String)>,
     /// A TOML file of answers

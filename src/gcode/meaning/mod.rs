@@ -388,7 +388,10 @@ mod tests {
     fn what_must_not_happen_unseen_is_told_apart() {
         use Hazard::*;
         let cases = [
-            (Shift, "M206 Z5|M428|M290 Z-2|G92 X0|G92|M218 X1|M420 S1|G54|G10 P0 Z5|G10 L2 P1 X0|G10 X1|M851 Z1|M425"),
+            (
+                Shift,
+                "M206 Z5|M428|M290 Z-2|G92 X0|G92|M218 X1|M420 S1|G54|G10 P0 Z5|G10 L2 P1 X0|G10 X1|M851 Z1|M425|G43.4|G43",
+            ),
             (Steps, "M92 E100|M665 X1|M350 X16|M502|M501"),
             (Units, "G20|M200 D1.75|M149 F"),
             (Tool, "T1|M6 T1|M605 S1"),
@@ -474,6 +477,8 @@ mod tests {
         );
         assert_eq!(of(Firmware::LinuxCnc, "G10 L2 P1 X0"), Effect::Hazard(Hazard::Shift));
         assert_eq!(rrf("M106 P2 H1 T45"), Effect::Setting);
+        // Only Marlin's fork knows it, Marlin says that it does not.
+        assert_eq!((marlin("G49"), rrf("G49")), (Effect::Motion, Effect::Hazard(Hazard::Unknown)));
         assert_eq!((rrf("G93"), marlin("G93")), (Effect::Motion, Effect::Hazard(Hazard::Unknown)));
         assert_eq!((of(Firmware::LinuxCnc, "G61"), of(Firmware::LinuxCnc, "G80")), (Effect::Motion, Effect::Motion));
         assert_eq!(of(Firmware::Grbl, "M104 S200"), Effect::Hazard(Hazard::Unknown));

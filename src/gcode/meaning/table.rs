@@ -87,6 +87,8 @@ const ROWS: &[Row] = &[
     (b'G', &[0, 1, 2, 3, 17, 21, 90, 91, 94], ALL, Motion),
     (b'G', &[93], RRF | NGC, Motion),
     (b'G', &[40, 49, 61, 64, 80], NGC, Motion),
+    // Marlin's fork with `PENTA_AXIS_TRT`: whatever followed the tip lets go of it. Marlin itself does not know it, and says so.
+    (b'G', &[49], MARLIN, Motion),
     (b'M', &[82, 83], PRINTERS, Motion),
     (b'G', &[4], ALL, Dwell),
     (b'G', &[10], ALL, Offset),
@@ -180,7 +182,8 @@ pub(super) fn class(firmware: Firmware, command: Command) -> Class {
     // Of the G-codes with a point those are known that the rows mean without it; but G92.1 and its kin clear offsets.
     if command.minor > 0 {
         return match (command.letter, command.number) {
-            (b'G', 92 | 59) => hazard(Hazard::Shift),
+            // G43.4: the firmware follows the tip, so that a turn moves it along.
+            (b'G', 43 | 92 | 59) => hazard(Hazard::Shift),
             (b'G', 61) if set & NGC != 0 => Motion,
             (b'G', 38) => hazard(Hazard::Moves),
             (b'M', 862) if set & PRINTERS != 0 => Report,

@@ -300,8 +300,9 @@ impl<'a> Stream<'a> {
         };
         let first = if self.short { "free some, then " } else { "" };
         let again = self.sender.way_back();
+        let heat = if self.sender.program().firmware().is_printer() { " and the heaters on" } else { "" };
         let text = format!(
-            "{why}paused at line {line} with the head above the part and the heaters on; {first}continue with trunnion send --resume{again}"
+            "{why}paused at line {line} with the head above the part{heat}; {first}continue with trunnion send --resume{again}"
         );
         self.tell(&Sending::Stopped { reason: &text });
         Error::Printer(text)

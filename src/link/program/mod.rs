@@ -236,7 +236,7 @@ impl Program {
     }
 
     /// Whose words its blocks are.
-    pub(super) fn firmware(&self) -> Firmware {
+    pub(crate) fn firmware(&self) -> Firmware {
         self.setting.reading.firmware
     }
 

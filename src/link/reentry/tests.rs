@@ -1,9 +1,12 @@
 //! Where a print may go on, and what is said of it, by hand.
 
 use super::*;
+use crate::gcode::meaning::Firmware;
 use crate::link::journal::Header;
 use crate::link::protocol::Protocol;
+use crate::link::retreat::Retreat;
 use crate::link::testing::{retreat, rules};
+use crate::motion::replay::Reading;
 
 /// Block 6 is the first that lays: 10 mm; 7 another; 8 pulls, 9 travels, 10 primes; 11 lays, 12 is the fan, 13 lays; layer 2 begins
 /// at 14; 15 and 16 lay.
@@ -132,4 +135,20 @@ fn a_machine_that_counts_nothing_and_said_nothing_needs_somebody_who_has_looked(
     assert_eq!(doubt(None), Err(ReentryError::Uncounted { protocol: "grbl", line: 5 }));
     // It may have come to the end of the file.
     assert_eq!([doubt(Some(7)), doubt(Some(80))], [Ok(6..6), Ok(79..79)]);
+}
+
+/// A filament axis counts from anywhere behind a reset: its first absolute word pushed all that the print had taken so far.
+#[test]
+fn a_spare_axis_counts_again_what_it_has_pushed() {
+    let text = "G28\nG90\nG92 U0\nG1 A0 F600\nG1 C0 F600\nG1 X0 Y0 Z1 F600\nG1 X10 U7.25\nG1 X0 U8.5\nG1 Y9 U9\n";
+    let mut rules = rules(Protocol::Grbl);
+    rules.setting.reading = Reading { firmware: Firmware::Grbl, extruder: b'U', ..rules.setting.reading };
+    let program = Program::read(text.as_bytes(), &rules).unwrap();
+    let settings = SenderSettings {
+        retreat: Retreat { extruder: b'U', home: vec!["$H".to_owned()], ..retreat() },
+        ..SenderSettings::new(Protocol::Grbl, retreat())
+    };
+    let lines = Reentry::at(&program, &settings, &(8..9), 8).unwrap().lines;
+    let behind = &lines[lines.iter().position(|l| l == "G1U2F2100").unwrap()..];
+    assert_eq!(behind, ["G1U2F2100", "G90", "G92U8.5", "G1F600"], "{lines:?}");
 }

@@ -30,18 +30,11 @@ impl Sender {
         }
         let offset = |i: usize| self.offset.get(i).copied().unwrap_or(0.0);
         let places = status.position.iter().enumerate().map(|(i, at)| at - offset(i));
-        let words = self.letters().into_iter().zip(places).collect();
+        let own = self.settings.retreat.axes.each_ref().map(|a| a.letter);
+        let words = letters(&self.printer.identity, own, status.position.len()).into_iter().zip(places).collect();
         if let Activity::Locate { said, .. } = &mut self.activity {
             *said = Some(words);
         }
-    }
-
-    /// The order of the axes in a status: as the firmware says (`[AXS:5:XYZAC]`), else the profile's.
-    fn letters(&self) -> Vec<u8> {
-        let told =
-            |l: &str| Some(l.strip_prefix("[AXS:")?.trim_end_matches(']').split_once(':')?.1.as_bytes().to_vec());
-        let [tilt, rotation] = self.settings.retreat.axes.each_ref().map(|a| a.letter);
-        self.printer.identity.lines().find_map(told).unwrap_or_else(|| vec![b'X', b'Y', b'Z', tilt, rotation])
     }
 
     /// It has said where it is.
@@ -67,5 +60,31 @@ impl Sender {
         };
         self.queue(&lines);
         self.activity = Activity::Return { owed: false, pause_behind: false };
+    }
+}
+
+/// The order of the `count` axes in a status: as the firmware says (`[AXS:5:XYZAC]`). FluidNC does not, and has all axes up to its last in
+/// their usual order; of five the last two are the `own` ones of the profile's table.
+fn letters(identity: &str, own: [u8; 2], count: usize) -> Vec<u8> {
+    let told = |l: &str| Some(l.strip_prefix("[AXS:")?.trim_end_matches(']').split_once(':')?.1.as_bytes().to_vec());
+    let usual = || match count {
+        6.. => b"XYZABCUVW".iter().copied().take(count).collect(),
+        _ => [b"XYZ".as_slice(), own.as_slice()].concat(),
+    };
+    identity.lines().find_map(told).unwrap_or_else(usual)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::letters;
+
+    /// A filament axis among them was taken for the tilt.
+    #[test]
+    fn places_go_to_their_own_axes() {
+        let fluid = "[VER:3.9 FluidNC v3.9.9:]\n[OPT:MPHS]";
+        assert_eq!(letters(fluid, *b"BC", 6), b"XYZABC");
+        assert_eq!(letters(fluid, *b"AC", 7), b"XYZABCU");
+        assert_eq!(letters(fluid, *b"AC", 5), b"XYZAC");
+        assert_eq!(letters("[VER:1.1f]\n[AXS:6:XYZACU]", *b"AC", 6), b"XYZACU");
     }
 }

@@ -323,6 +323,7 @@ impl Sim {
             quirks.name, quirks.axes, quirks.uuid
         );
         let parser = u8::from(quirks.emergency_parser);
+        let text = quirks.answer(&text);
         self.say(&text);
         self.say("Cap:SERIAL_XON_XOFF:0");
         self.say("Cap:AUTOREPORT_TEMP:1");

@@ -127,14 +127,16 @@ impl Sim {
                 return true;
             }
             b"M115" if klipper => {
-                self.say_ok("ok FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.13.0-1");
+                let text = self.quirks.answer("ok FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.13.0-1");
+                self.say_ok(&text);
                 return true;
             }
             b"M115" => {
                 let name = &self.quirks.name;
                 let own =
                     format!("FIRMWARE_NAME: RepRapFirmware for {name} FIRMWARE_VERSION: 3.6.0 ELECTRONICS: {name}");
-                self.say(self.quirks.identity.unwrap_or(&own));
+                let text = self.quirks.answer(self.quirks.identity.unwrap_or(&own));
+                self.say(&text);
                 self.say_ok("ok");
                 return true;
             }

@@ -54,6 +54,8 @@ pub struct Quirks {
     pub uuid: String,
     /// `AXIS_COUNT` of M115.
     pub axes: u32,
+    /// What the profile wants in the answer to M115 (`KINEMATICS:PENTA_AXIS_TRT`, a UUID); empty for nothing.
+    pub wanted: String,
 }
 
 /// Firmwares of a name, as far as they differ on the wire.
@@ -129,6 +131,35 @@ impl Quirks {
             name: "trunnion".to_owned(),
             uuid: "cede2a2f-41a2-4748-9b12-c55c62f367ff".to_owned(),
             axes: 5,
+            wanted: String::new(),
         }
+    }
+
+    /// An answer to M115 with what the profile wants in it: in the place of the word with the same key, else behind all.
+    pub(super) fn answer(&self, text: &str) -> String {
+        let key = self.wanted.split_once(':').map(|(key, _)| format!("{key}:"));
+        let same = |word: &&str| key.as_ref().is_some_and(|key| word.starts_with(key.as_str()));
+        match text.split(' ').find(same) {
+            _ if text.contains(&self.wanted) => text.to_owned(),
+            Some(word) => text.replacen(word, &self.wanted, 1),
+            None => format!("{text} {}", self.wanted),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_simulated_printer_is_the_one_that_the_profile_wants() {
+        let of = |wanted: &str| {
+            let quirks = Quirks { wanted: wanted.to_owned(), ..Quirks::of(Protocol::Marlin) };
+            quirks.answer("FIRMWARE_NAME:Marlin KINEMATICS:Cartesian UUID:cede")
+        };
+        assert_eq!(of(""), "FIRMWARE_NAME:Marlin KINEMATICS:Cartesian UUID:cede");
+        assert_eq!(of("cede"), of(""));
+        assert_eq!(of("KINEMATICS:PENTA_AXIS_TRT"), "FIRMWARE_NAME:Marlin KINEMATICS:PENTA_AXIS_TRT UUID:cede");
+        assert_eq!(of("12-34"), "FIRMWARE_NAME:Marlin KINEMATICS:Cartesian UUID:cede 12-34");
     }
 }

@@ -114,6 +114,8 @@ impl Reader {
         if let Some(table) = self.told("PENTA_AXIS_TRT") {
             let tilt = rotary.iter().map(|axis| axis.letter).find(|letter| matches!(letter, 'A' | 'B')).unwrap_or('A');
             roles = Some((tilt, 'C', "by PENTA_AXIS_TRT".to_owned()));
+            let how = "so that G49, which Marlin itself does not know, ends its following of the tip";
+            facts.push(Fact::new("link.identity", "KINEMATICS:PENTA_AXIS_TRT", vec![table.place.clone()], how));
             self.table(tilt, &table, &mut facts)?;
         }
         Ok(Imported { firmware: "marlin", facts, most, rotary, roles, notes: self.notes, called: None })

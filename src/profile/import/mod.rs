@@ -3,9 +3,10 @@
 //! Pure: texts come in, files that they name are asked for through a [`Shelf`]. Lengths mm, angles degrees, whatever the firmware counts
 //! in. Nothing is guessed: what no line says is no fact; two lines that cannot both hold are refused; what touches the table's axes and is
 //! not understood is a note or a refusal. Sources: LinuxCNC's, Klipper's, RepRapFirmware's and Marlin's own documentation of their
-//! configuration.
+//! configuration; the code of Koala's simulator, whose machine.json is the one file that knows a head and names no firmware.
 
 mod klipper;
+mod koala;
 mod linuxcnc;
 mod marlin;
 mod reprap;
@@ -19,7 +20,7 @@ use super::ranges::check;
 /// What a configuration states.
 #[derive(Clone, Debug)]
 pub struct Imported {
-    /// The firmware's name, as `dialect.firmware` has it.
+    /// The firmware's name, as `dialect.firmware` has it; `"koala"` for the simulator's machine, which names none.
     pub firmware: &'static str,
     /// Keys that do not depend on which axis tilts.
     pub facts: Vec<Fact>,
@@ -43,10 +44,12 @@ enum Kind {
     RepRap,
     Marlin,
     Hal,
+    Koala,
 }
 
 const LOOKED_FOR: &str = "looked for were the sections [KINS], [TRAJ] or [EMC] (LinuxCNC's ini), [printer], [stepper_x] or [manual_stepper ..] (Klipper's printer.cfg), \
-     lines of M584, M208 or M669 (RepRapFirmware's config.g), and #define X_DRIVER_TYPE or X_BED_SIZE (Marlin's Configuration.h)";
+     lines of M584, M208 or M669 (RepRapFirmware's config.g), #define X_DRIVER_TYPE or X_BED_SIZE (Marlin's Configuration.h), and {\"_version\": .., \"limits\": ..} (the \
+     machine.json of Koala's simulator)";
 
 /// Whether a line is one of those that every Marlin has in the one or the other of its two files.
 fn defines(line: &str) -> bool {
@@ -63,6 +66,10 @@ fn defines(line: &str) -> bool {
 
 impl Kind {
     fn of(text: &str) -> Option<Self> {
+        if text.trim_start().starts_with('{') {
+            let keys = ["\"_version\"", "\"limits\"", "\"proxies\""];
+            return keys.iter().any(|key| text.contains(key)).then_some(Self::Koala);
+        }
         let lines = || text.lines().map(str::trim);
         let sections: Vec<&str> = lines().filter_map(|line| Some(line.strip_prefix('[')?.split_once(']')?.0)).collect();
         let has = |names: &[&str]| sections.iter().any(|s| names.contains(&s.split_whitespace().next().unwrap_or("")));
@@ -99,6 +106,7 @@ impl Kind {
             Self::Klipper => "Klipper's",
             Self::RepRap => "RepRapFirmware's",
             Self::Marlin => "Marlin's",
+            Self::Koala => "that of Koala's simulator",
         }
     }
 }
@@ -133,6 +141,7 @@ pub fn import(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError
         Some(Kind::Klipper) => klipper::read(files, shelf),
         Some(Kind::RepRap) => reprap::read(files, shelf),
         Some(Kind::Marlin) => marlin::read(files, shelf),
+        Some(Kind::Koala) => koala::read(files),
         _ => {
             let why = "HAL files alone do not say how far the axes go; give the ini that names them".to_owned();
             Err(ImportError::File { file: files.first().map_or_else(String::new, |f| f.name.clone()), why })
@@ -177,6 +186,10 @@ impl Imported {
             "reprapfirmware" if has('U') && has('V') && !has('C') => "open5x-prusa",
             "reprapfirmware" if has('B') && !has('A') => "open5x-voron0",
             "reprapfirmware" => "trident-5-axis",
+            _ if self.facts.iter().any(|fact| fact.key == "link.identity") && has('B') => "penta-trt-bc",
+            _ if self.facts.iter().any(|fact| fact.key == "link.identity") => "hendrikjan-5d",
+            // Koala's machines all tilt about Y.
+            _ if has('B') && !has('A') => "generic-bc",
             _ => "generic-ac",
         }
     }

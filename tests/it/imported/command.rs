@@ -120,3 +120,35 @@ fn what_is_missing_is_asked_until_nothing_is() {
         asked.borrow()
     );
 }
+
+/// Measures of a head are answers here, too: they go over what the file says of it, and else over what the other profile says.
+#[test]
+fn a_head_is_measured_beside_the_files() {
+    let folder = folder();
+    let machine = r#"{
+  "_version": 1, "buildplate": {"w": 90, "d": 90, "t": 3}, "nozzle": {"tip": 0.8, "base": 8, "angle": 45, "length": 10},
+  "limits": {"x": {"min": -60, "max": 70}, "y": {"min": -50, "max": 50}, "z": {"min": -20, "max": 90}},
+  "collisionProxies": [{"part": "X", "type": "box", "sx": 36, "sy": 50, "sz": 60, "ox": 0, "oy": 40, "oz": 0}]
+}"#;
+    lay(folder.path(), &vec![("machine.json", machine.to_owned()), ("printer.cfg", small_klipper())]);
+    let of = |file: &str, set: &[(&str, &str)]| {
+        let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+        let answers = Answers { set, rest: true, ..Answers::default() };
+        let files = vec![Source::from(&folder.path().join(file))];
+        let request = ImportProfile { files, name: Some("mine".to_owned()), like: None, answers };
+        import_profile(&request, &World::here(&Silent)).map(|done| done.profile.head.body).map_err(|e| e.to_string())
+    };
+    let names = |bodies: &[trunnion::profile::BodySpec]| bodies.iter().map(|b| b.name.clone()).collect::<Vec<_>>();
+    let koala = of("machine.json", &[("head.cone_mm", "[5, 9]")]).unwrap();
+    // The file's box is what stands lowest on the head; its beam was not drawn.
+    assert_eq!(names(&koala), ["nozzle", "nozzle's shaft", "X box 1"]);
+    assert_eq!((koala[0].z_mm, koala[0].r_mm, koala[1].z_mm), (Some([0.0, 5.0]), Some([0.4, 4.5]), Some([5.0, 15.0])));
+    let beam = [("head.gantry_moves", "YZ"), ("head.gantry_mm", "[20, 40]"), ("head.gantry_z_mm", "[50, 70]")];
+    let beam = of("machine.json", &beam).unwrap();
+    assert_eq!((beam[3].min_mm, beam[3].max_mm), (Some([-160.0, 20.0, 50.0]), Some([170.0, 40.0, 70.0])));
+    let klipper = of("printer.cfg", &[("head.block_z_mm", "[11, 60]")]).unwrap();
+    assert_eq!(names(&klipper), ["nozzle", "nozzle's shaft", "block", "carriage", "gantry"]);
+    assert_eq!(klipper[2].min_mm, Some([-10.0, -10.0, 11.0]));
+    let wrong = of("printer.cfg", &[("head.blok_mm", "[1, 1, 1, 1]")]).unwrap_err();
+    assert!(wrong.contains("did you mean \"head.block_mm\"?"), "{wrong}");
+}

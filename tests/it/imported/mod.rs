@@ -3,6 +3,7 @@
 
 mod command;
 mod examples;
+mod koala;
 mod refused;
 mod written;
 

@@ -337,6 +337,23 @@ fn a_configuration_h_that_makes_no_sense_is_refused_with_its_line() {
             ("#define DEFAULT", "#include \"./c.h\"\n#define DEFAULT", "in a circle"),
         ],
     );
+    // The fork's table is like no other Marlin's: a start that does not end its following of the tip is none for it.
+    let penta = small_marlin() + "#define PENTA_AXIS_TRT\n";
+    let folder_of = folder();
+    lay(folder_of.path(), &vec![("c.h", penta)]);
+    let done = with_rest(folder_of.path(), &["c.h"], &[]).unwrap();
+    assert_eq!(
+        (done.like.name.as_str(), done.profile.link.identity.as_str()),
+        ("hendrikjan-5d", "KINEMATICS:PENTA_AXIS_TRT")
+    );
+    assert!(done.profile.dialect.start.contains("G49\nG28"), "{}", done.profile.dialect.start);
+    let mut like = request(folder_of.path(), &["c.h"]);
+    (like.like, like.answers.rest) = (Some("generic-ac".into()), true);
+    one(
+        "like generic-ac",
+        &import(&like).unwrap_err(),
+        "\"G28\": a firmware with PENTA_AXIS may follow the tip from power-on",
+    );
     // Comments, other branches and conditions that are not told give no key.
     let with = |more: &str| {
         let folder = folder();

@@ -348,7 +348,7 @@ fn marlin(profile: &mut Profile, z_mm_per_s: f64, numbers: &mut Numbers) -> File
     profile.process.filament_mm = if yes(numbers) { 1.75 } else { 2.85 };
     let about_y = profile.kinematics.tilt.about == TiltAxisName::Y;
     let mut penta = "//#define PENTA_AXIS_TRT\n".to_owned();
-    if yes(numbers) {
+    if profile.link.identity.contains("PENTA_AXIS_TRT") {
         let (beside, name) = if about_y { (0, "X") } else { (1, "Y") };
         let mut d = [0.0, 0.0, quarter(numbers, -40.0, 40.0)];
         d[beside] = quarter(numbers, -40.0, 40.0);
@@ -429,8 +429,9 @@ fn marlin(profile: &mut Profile, z_mm_per_s: f64, numbers: &mut Numbers) -> File
 
 #[test]
 fn what_is_written_for_marlin_comes_back() {
-    round_trip("generic-ac", marlin);
-    round_trip("fibr3d", marlin);
+    for name in ["generic-ac", "generic-bc", "hendrikjan-5d", "penta-trt-bc", "fibr3d"] {
+        round_trip(name, marlin);
+    }
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn part(dir: &Path, protocol: &str) -> PathBuf {
 }
 
 /// As a person does at Grbl's console before a print.
-fn home(link: &Path) {
+pub(super) fn home(link: &Path) {
     let mut port = std::fs::OpenOptions::new().read(true).write(true).open(link).unwrap();
     port.write_all(b"$H\n").unwrap();
     let mut text = String::new();
