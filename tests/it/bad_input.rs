@@ -157,7 +157,7 @@ fn profiles_with_unknown_keys_and_plans_of_other_models() {
     let profile = file(folder.path(), "mine.toml", b"extends = \"generic-ac\"\n[kinematics.tilt]\nmaxdeg = 80\n");
     let text = refused(&fixture("cube"), 2, &["-m", &profile]);
     assert!(text.contains("mine.toml:3") && text.contains("kinematics.tilt.max_deg"), "{text}");
-    assert!(refused(&fixture("cube"), 2, &["-m", "generic-bc"]).contains("did you mean \"generic-ac\""));
+    assert!(refused(&fixture("cube"), 2, &["-m", "generic-ax"]).contains("did you mean \"generic-ac\""));
 
     let plan = folder.path().join("plan.json").display().to_string();
     let made = trunnion().args(["plan", &fixture("cube"), "-m", "generic-ac", "-o", &plan]).output().unwrap();
