@@ -106,6 +106,14 @@ impl<'a> Reader<'a> {
                 ));
             }
         }
+        let remaps = self.ini.every("RS274NGC", "REMAP");
+        if !remaps.iter().any(|entry| entry.value.trim_start().starts_with("M429")) {
+            notes.push(format!(
+                "{}: no REMAP makes M429 a command, with which dialect.start chooses the identity kinematics: LinuxCNC refuses it there; add the remap of \
+                 the sample configurations, or leave M429 out where no other kinematics can be in force",
+                self.kinematics.place
+            ));
+        }
         if !TABLES.iter().any(|(table, _, _)| *table == self.name) {
             notes.push(format!(
                 "{}: {} does not say whether the rotary axes turn a table or a head; it must be a table",

@@ -51,7 +51,7 @@ fn small_ini() -> String {
     {
         ini += &format!("[AXIS_{axis}]\nMIN_LIMIT = {low}\nMAX_LIMIT = {high}\nMAX_VELOCITY = 20\n");
     }
-    ini
+    ini + "[RS274NGC]\nREMAP = M428 modalgroup=10 ngc=428remap\nREMAP = M429 modalgroup=10 ngc=429remap\n"
 }
 
 fn small_klipper() -> String {

@@ -37,6 +37,14 @@ fn the_small_files_are_fine_as_they_are() {
     }
 }
 
+/// A machine that does not know the command with which the shipped start chooses its kinematics.
+#[test]
+fn an_ini_without_a_remap_for_the_identity_kinematics_is_told() {
+    let without = small_ini().replace("REMAP = M429", "REMAP = M430");
+    let notes = says(&[("m.ini", without)], &[]).unwrap();
+    assert!(notes.len() == 1 && notes[0].contains("m.ini:2: no REMAP makes M429 a command"), "{notes:?}");
+}
+
 #[test]
 fn what_is_no_configuration_is_refused() {
     one("empty", &refusal("a.ini", " \n"), "a.ini: the file is empty");
