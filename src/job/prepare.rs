@@ -113,7 +113,7 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
         (somehow, proved) = (plan, Ok(again));
     }
     let PlannedSomehow { plan, cut, held } = somehow;
-    let Proved { rewritten, slicer, flaws } = match proved.map_err(|failed| failed.error) {
+    let Proved { rewritten, slicer, flaws } = match proved.map_err(|failed| *failed.error) {
         Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
         proved => proved?,
     };
@@ -144,7 +144,7 @@ struct Proved {
 /// Prints that were not, and whose slices those were.
 struct Failed {
     slicer: String,
-    error: Error,
+    error: Box<Error>,
 }
 
 /// How plans are sliced and proved.
@@ -162,7 +162,7 @@ impl Proving<'_> {
         let named = self.request.slicing.slicer != SlicerChoice::Auto || !self.request.slicing.configs.is_empty();
         let mut by = |slicer: &dyn Slicer| {
             self.proved_by(slicer, &prints, plan, seconds)
-                .map_err(|error| Failed { slicer: slicer.name().to_owned(), error })
+                .map_err(|error| Failed { slicer: slicer.name().to_owned(), error: Box::new(error) })
         };
         let first = by(self.slicer);
         match first.as_ref().err().and_then(|failed| unfit(&failed.error)) {
