@@ -197,60 +197,31 @@ pub(super) fn slice_by(
     plan: &CheckedPlan,
     world: &World<'_>,
 ) -> Result<SliceResult, Error> {
-    let alike = first_alike(&prints.meshes);
-    let once: Vec<usize> = (0..alike.len()).filter(|&print| alike[print] == print).collect();
-    let bar = world.progress.begin("slicing", once.len());
-    let one = |&print: &usize| {
-        let slot = &prints.meshes[print];
-        let job = SliceJob { name: prints.names[print].clone(), on_table: slot.on_table, bed_mm: prints.bed.size_mm() };
-        let process = &plan.machine.profile.process;
-        let [x, y] = prints.bed.min_mm;
-        if [x, y] == [0.0; 2] {
-            return slicer.slice(&slot.mesh, process, &job);
-        }
-        slicer.slice(&slot.mesh.moved(&Rigid::shift(Vec3::new(-x, -y, 0.0))), process, &job)
-    };
-    let mut done: Vec<Sliced> = Vec::with_capacity(once.len());
-    // A few at a time, so that the bar moves; the order of results is that of the prints.
-    for batch in once.chunks(rayon::current_num_threads().max(1)) {
-        done.extend(batch.par_iter().map(one).collect::<Result<Vec<Sliced>, _>>()?);
-        bar.at(done.len());
-    }
+    let bar = world.progress.begin("slicing", prints.meshes.len());
+    let mut sliced = Vec::with_capacity(prints.meshes.len());
     let mut flaws: Vec<(String, Flaw)> =
         slicer.flaws().into_iter().map(|flaw| (slicer.name().to_owned(), flaw)).collect();
-    let mut sliced = Vec::with_capacity(alike.len());
-    for (print, (first, name)) in alike.iter().zip(&prints.names).enumerate() {
-        let Ok(place) = once.binary_search(first) else { continue };
-        flaws.extend(done[place].flaws.iter().map(|flaw| (name.clone(), flaw.clone())));
-        let again = alike[print + 1..].contains(first);
-        let gcode = if again { done[place].gcode.clone() } else { std::mem::take(&mut done[place].gcode) };
-        sliced.push(gcode);
+    let all: Vec<(&SlotMesh, &String)> = prints.meshes.iter().zip(&prints.names).collect();
+    // A few at a time, so that the bar moves; the order of results is that of the prints.
+    for batch in all.chunks(rayon::current_num_threads().max(1)) {
+        let one = |(slot, name): &(&SlotMesh, &String)| {
+            let job = SliceJob { name: (*name).clone(), on_table: slot.on_table, bed_mm: prints.bed.size_mm() };
+            let process = &plan.machine.profile.process;
+            let [x, y] = prints.bed.min_mm;
+            if [x, y] == [0.0; 2] {
+                return slicer.slice(&slot.mesh, process, &job);
+            }
+            slicer.slice(&slot.mesh.moved(&Rigid::shift(Vec3::new(-x, -y, 0.0))), process, &job)
+        };
+        let done: Result<Vec<Sliced>, _> = batch.par_iter().map(one).collect();
+        for (done, (_, name)) in done?.into_iter().zip(batch) {
+            sliced.push(done.gcode);
+            flaws.extend(done.flaws.into_iter().map(|flaw| ((*name).clone(), flaw)));
+        }
+        bar.at(sliced.len());
     }
     let slicer = SlicerName { name: slicer.name().to_owned(), version: slicer.version().to_owned() };
     let told = flaws.iter().filter(|(_, flaw)| flaw.is_worth_a_warning());
     told.for_each(|(name, flaw)| world.progress.warning(&format!("{name}: {flaw}")));
     Ok(SliceResult { sliced, slicer, flaws })
-}
-
-/// Vertices that differ by less are one for any slicer, mm: far below the last digit of an `f32` on a bed.
-const SAME_MM: f64 = 1e-7;
-
-/// For each print the first that is the same for a slicer: copies of a part in one pose are sliced once.
-fn first_alike(meshes: &[SlotMesh]) -> Vec<usize> {
-    let near = |a: &Vec3, b: &Vec3| (a - b).amax() < SAME_MM;
-    let same = |a: &SlotMesh, b: &SlotMesh| {
-        a.on_table == b.on_table
-            && a.mesh.facets() == b.mesh.facets()
-            && a.mesh.vertices().len() == b.mesh.vertices().len()
-            && a.mesh.vertices().iter().zip(b.mesh.vertices()).all(|(a, b)| near(a, b))
-    };
-    let mut firsts: Vec<usize> = Vec::new();
-    let first = |(print, mesh): (usize, &SlotMesh)| {
-        let known = firsts.iter().copied().find(|&first| same(&meshes[first], mesh));
-        known.unwrap_or_else(|| {
-            firsts.push(print);
-            print
-        })
-    };
-    meshes.iter().enumerate().map(first).collect()
 }

@@ -3,13 +3,10 @@
 use std::fs;
 use std::path::Path;
 use std::process::Output;
-use std::sync::Mutex;
 
 use serde_json::Value;
 use trunnion::geom::{Object, Rigid, Vec3};
-use trunnion::job::{Bar, MachineSource, PrepareRequest, Progress, Silent, Source, World, prepare as prepare_model};
 use trunnion::mesh::{TriangleMesh, stl_binary, stl_binary_parts};
-use trunnion::slicing::SlicerChoice;
 
 use crate::split::solids::{Shape, all, block};
 use crate::support::{folder as new_folder, installed, note, skip, trunnion};
@@ -135,48 +132,4 @@ fn what_stands_in_the_way_of_the_others_is_told() {
     files(here);
     let said = refusal(here, &["tee.stl*2", "block.stl", "--gap", "10", "--supports", "never"]);
     assert!(said.contains("give them more room (--gap)"), "{said}");
-}
-
-/// What was sliced, of how many.
-#[derive(Default)]
-struct Slices(Mutex<Vec<usize>>);
-
-impl Progress for Slices {
-    fn warning(&self, _: &str) {}
-
-    fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_> {
-        if what == "slicing" {
-            self.0.lock().unwrap().push(of);
-        }
-        Silent.begin(what, of)
-    }
-}
-
-#[test]
-fn copies_in_one_pose_are_sliced_once() {
-    let bytes = |name: &str, shape: &Shape| Source::Bytes { name: name.to_owned(), bytes: stl_binary(&shape.mesh()) };
-    let machine = MachineSource::Toml(Source::Bytes {
-        name: "machine.toml".to_owned(),
-        bytes: b"extends = \"generic-ac\"\n".to_vec(),
-    });
-    let (post, slab) = (block(8.0, 11.0, 23.0), block(11.0, 8.0, 23.0));
-    let mut request = PrepareRequest::new(bytes("post.stl", &post), machine);
-    request.slicing.slicer = SlicerChoice::BuiltIn;
-    request.arrangement.copies = 3;
-    request.arrangement.gap_mm = Some(20.0);
-    // The same but for a quarter of a turn: another mesh.
-    request.arrangement.beside = vec![(bytes("slab.stl", &slab).into(), 1)];
-    let heard = Slices::default();
-    let world = World { progress: &heard, ..World::here(&Silent) };
-    let done = prepare_model(&request, &world).unwrap();
-    assert_eq!(*heard.0.lock().unwrap(), [2]);
-    let report = done.gcode.report().unwrap();
-    assert!(report.is_clean() && done.planned.plan.prints().count() == 4);
-    // Each copy holds what it holds alone.
-    request.arrangement.copies = 1;
-    let fewer = prepare_model(&request, &World::here(&Silent)).unwrap();
-    request.arrangement.beside.clear();
-    let one = prepare_model(&request, &World::here(&Silent)).unwrap();
-    let [all, two, one] = [&done, &fewer, &one].map(|done| done.gcode.report().unwrap().filament_mm);
-    assert!((all - two - 2.0 * one).abs() < 0.02 * one, "{all} of 4, {two} of 2, {one} of 1");
 }
