@@ -51,10 +51,10 @@ const SHORTEST: f64 = 0.6;
 /// Shapes whose corners differ by no more, once one is moved, have the same walls, grid units: 0.2 micrometres, what an `f32` on a bed
 /// rounds.
 const ALIKE: u32 = 2;
-/// Shapes that others are held against, so that a layer of as many different ones costs nothing.
+/// Shapes that others are held against, at most: a layer of many that all differ takes no longer for it.
 const KNOWN: usize = 256;
 
-/// The walls of each shape of a layer; of those that are the same elsewhere (pins, holes' rims, letters) they are found once.
+/// The walls of each shape of a layer; of those that are the same elsewhere (pins, letters) they are found once.
 pub(super) fn walled_once(shapes: &Region, line: &Line, walls: u32) -> Vec<Walled> {
     let mut all: Vec<Walled> = Vec::with_capacity(shapes.len());
     let mut known: Vec<usize> = Vec::new();
