@@ -9,6 +9,7 @@
 
 mod best;
 mod candidates;
+mod changes;
 mod collision;
 mod fans;
 mod goal;
@@ -36,6 +37,7 @@ mod workpiece;
 
 pub use crate::overhang::FREE_SPAN_MM;
 pub use candidates::{Candidate, table_solid};
+pub use changes::HOP_MM;
 pub use collision::Head;
 pub use goal::{Goal, PLAN_TERMS};
 pub use infeasible::{Hanging, Infeasible, MOST_PARTS, Reason};

@@ -332,7 +332,7 @@ impl Task<'_> {
         let Setups { workpiece, profile, .. } = self.setups;
         let worth = Pricing { workpiece, profile, also: self.options.objective };
         let within_slots = worth.within_slots(sequence, self.candidates);
-        let worth = worth.worth(sequence, self.candidates);
+        let worth = worth.worth(self.setups, sequence, self.candidates);
         Planned {
             slots: slots_of(sequence, self.candidates, self.setups),
             value,

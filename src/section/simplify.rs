@@ -69,13 +69,13 @@ fn farthest(ring: &[Point], [a, b]: [usize; 2], tolerance: f64) -> Option<usize>
         let (x, y) = (f64::from(p.x - from.x), f64::from(p.y - from.y));
         // Beyond the ends the distance to the end counts, else a fold back along the line would vanish.
         let t = if length2 > 0.0 { ((x * dx + y * dy) / length2).clamp(0.0, 1.0) } else { 0.0 };
-        (x - t * dx).hypot(y - t * dy)
+        (x - t * dx).powi(2) + (y - t * dy).powi(2)
     };
-    let mut best = (tolerance, None);
+    let mut best = (tolerance * tolerance, None);
     for (i, &point) in ring.iter().enumerate().take(b).skip(a + 1) {
-        let distance = off(point);
-        if distance > best.0 {
-            best = (distance, Some(i));
+        let squared = off(point);
+        if squared > best.0 {
+            best = (squared, Some(i));
         }
     }
     best.1

@@ -16,11 +16,8 @@ use crate::gcode::marks::{END_MARK, Expect, Hint, WORDS_MARK, hint, print_mark, 
 use crate::geom::{Bounds, Vec3};
 use crate::motion::replay::{PlainMoved, flatten};
 use crate::motion::{Pose, TableKinematics};
-use crate::planning::Head;
+use crate::planning::{HOP_MM, Head};
 use crate::profile::Commands;
-
-/// Travels between prints of one pose go this far above the higher of both ends, mm: over strings and seams.
-const HOP_MM: f64 = 1.0;
 
 /// So many bytes are written at once.
 const WRITTEN_AT_ONCE: usize = 1 << 18;

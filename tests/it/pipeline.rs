@@ -25,6 +25,9 @@ pub(crate) fn prepare(model: &str, machine: &str, slicer: &str, output: &Path, m
     serde_json::from_slice(&run.stdout).unwrap()
 }
 
+/// The plan's estimate of the seconds, before anything is sliced, comes so near to what verification counts.
+const MOST_OFF: f64 = 0.14;
+
 fn prepare_twice(name: &str) {
     let slicer = "builtin";
     let folder = folder();
@@ -32,6 +35,11 @@ fn prepare_twice(name: &str) {
     let document = prepare(&fixture(name), "generic-ac", slicer, &first, &[]);
     assert_eq!(document["verify"]["findings"], serde_json::json!([]), "{name}");
     assert!(document["verify"]["filament_mm"].as_f64().unwrap() > 100.0);
+    // Estimates are for comparing plans, and for a day's planning: what takes turns layer by layer is among them.
+    let [estimate, counted] = [&document["plan"]["seconds_print_estimate"], &document["verify"]["seconds_print"]]
+        .map(|s| s.as_f64().unwrap());
+    note(&format!("{name}: {estimate:.0} s estimated by the plan, {counted:.0} s counted by verification"));
+    assert!((estimate / counted - 1.0).abs() < MOST_OFF, "{name}: {estimate} for {counted} s");
     let one_thread = trunnion()
         .env("RAYON_NUM_THREADS", "1")
         .args(["prepare", &fixture(name), "-m", "generic-ac", "--slicer", slicer, "-q", "-o"])

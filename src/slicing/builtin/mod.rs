@@ -32,7 +32,7 @@ use std::f64::consts::FRAC_PI_4;
 use self::cut::{Cut, cuts};
 use self::emit::Writer;
 use self::order::Order;
-use self::plan::{PlannedLayer, all_walls, planned};
+use self::plan::{Path, PlannedLayer, all_walls, planned};
 use self::region::{Region, units};
 use self::skins::Stack;
 use super::{Flaw, LeftOut, SliceError, SliceJob, SliceSettings, Sliced, Slicer};
@@ -156,25 +156,33 @@ fn runs(outlines: &[Region], first_alone: bool) -> Vec<usize> {
 }
 
 fn write_layers(layers: &[PlannedLayer<'_>], s: &SliceSettings, job: &SliceJob, writer: &mut Writer<'_>) {
-    let label = job.name.replace(['\n', '\r'], " ");
     let mut order = Order::new(s);
     if job.on_table {
         writer.layer_fan(0.0);
     }
-    for (index, layer) in layers.iter().enumerate() {
-        if index == usize::from(job.on_table) {
-            writer.layer_fan(s.fan);
-        }
-        let paths = order.of(layer, layers.get(index + 1));
-        if paths.is_empty() {
-            continue;
-        }
-        writer.layer(index, job.on_table && index == 0);
-        writer.take_time(&paths);
-        writer.raw(&format!("; printing object {label} id:0 copy 0"));
-        paths.iter().for_each(|path| writer.path(path));
-        writer.raw(&format!("; stop printing object {label} id:0 copy 0"));
+    // A layer's order asks where the one before ended, its text for both: one layer is ordered while the one below is written.
+    let mut ordered = |index: usize| layers.get(index).map(|layer| order.of(layer, layers.get(index + 1)));
+    let mut next = ordered(0);
+    for index in 0..layers.len() {
+        let paths = next.take().unwrap_or_default();
+        let write = || write_layer(index, &paths, s, job, writer);
+        (next, ()) = rayon::join(|| ordered(index + 1), write);
     }
+}
+
+fn write_layer(index: usize, paths: &[Path], s: &SliceSettings, job: &SliceJob, writer: &mut Writer<'_>) {
+    if index == usize::from(job.on_table) {
+        writer.layer_fan(s.fan);
+    }
+    if paths.is_empty() {
+        return;
+    }
+    let label = job.name.replace(['\n', '\r'], " ");
+    writer.layer(index, job.on_table && index == 0);
+    writer.take_time(paths);
+    writer.raw(&format!("; printing object {label} id:0 copy 0"));
+    paths.iter().for_each(|path| writer.path(path));
+    writer.raw(&format!("; stop printing object {label} id:0 copy 0"));
 }
 
 fn flaws(cuts: &[Cut], left: Option<LeftOut>) -> Vec<Flaw> {

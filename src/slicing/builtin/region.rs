@@ -1,5 +1,6 @@
 //! Sections as `section`'s polygons, grown, shrunk and measured as walls and infill need it; grid units of 0.1 micrometres where not mm.
 
+use super::thickness::length;
 use crate::section::simplify::simplified;
 use i_overlay::i_float::int::angle::Angle;
 use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
@@ -51,7 +52,7 @@ fn lies_within(shape: &Shape, region: &Region, inset: f64) -> bool {
         let [ax, ay, bx, by] = [a.x - p.x, a.y - p.y, b.x - p.x, b.y - p.y].map(f64::from);
         let (dx, dy) = (bx - ax, by - ay);
         let t = (-(ax * dx + ay * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
-        if (ax + t * dx).hypot(ay + t * dy) < 0.9 * inset {
+        if (ax + t * dx).powi(2) + (ay + t * dy).powi(2) < (0.9 * inset).powi(2) {
             return false;
         }
         inside ^= (ay <= 0.0) != (by <= 0.0) && ax - ay / dy * dx > 0.0;
@@ -96,7 +97,7 @@ pub(super) fn perimeter_mm(ring: &[Point]) -> f64 {
 
 /// The distance in mm.
 pub(super) fn distance_mm(a: Point, b: Point) -> f64 {
-    mm(f64::from(b.x - a.x).hypot(f64::from(b.y - a.y)))
+    mm(length([b.x - a.x, b.y - a.y].map(f64::from)))
 }
 
 /// The ring's edges, the closing one last.

@@ -122,7 +122,8 @@ pub(super) fn dot(a: Vec2, b: Vec2) -> f64 {
 }
 
 pub(super) fn length(v: Vec2) -> f64 {
-    v[0].hypot(v[1])
+    // `hypot` takes longer, to guard against an overflow that nothing on a bed comes near.
+    (v[0] * v[0] + v[1] * v[1]).sqrt()
 }
 
 impl Border {
