@@ -80,22 +80,22 @@ fn survives(target: &'static str, most: u64) {
 
 #[test]
 fn any_configuration_of_a_slicer_and_any_touches_are_read_or_refused() {
-    survives("config", 2000);
+    survives("config", 800);
 }
 
 #[test]
 fn any_program_is_read_or_refused() {
-    survives("gcode", 10_000);
+    survives("gcode", 6000);
 }
 
 #[test]
 fn any_journal_is_read_or_refused() {
-    survives("journal", 20_000);
+    survives("journal", 4000);
 }
 
 #[test]
 fn any_model_is_read_or_refused() {
-    survives("mesh", 20_000);
+    survives("mesh", 15_000);
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn any_plan_is_read_or_refused() {
 
 #[test]
 fn any_profile_and_any_configuration_of_a_firmware_are_read_or_refused() {
-    survives("profile", 1500);
+    survives("profile", 800);
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn any_answers_are_borne() {
 
 #[test]
 fn any_slice_is_rewritten_into_what_can_be_read_or_is_refused() {
-    survives("rewrite", 300);
+    survives("rewrite", 100);
 }
 
 /// `TRUNNION_CORPUS=fuzz/corpus` lays the seeds out for the fuzzer.
