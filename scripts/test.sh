@@ -201,6 +201,8 @@ else
     skip "the Python package was not built: maturin is not there"
 fi
 
+! cargo fmt --version >/dev/null 2>&1 || step "format of the fuzz targets" cargo fmt --check --manifest-path fuzz/Cargo.toml
+
 # A binary that needs nothing of the system, where Rust's library for musl and a compiler for it are there.
 static_binary() {
     local folder target=x86_64-unknown-linux-musl

@@ -128,9 +128,23 @@ pub enum JournalError {
         /// Its text.
         text: String,
     },
+    /// A journal that is damaged, or of another program.
+    #[error(
+        "the journal speaks of block {block} of a program that has {blocks}: it is damaged, and does not say where the print stands; start \
+         the print again"
+    )]
+    Beyond {
+        /// From 0.
+        block: u32,
+        /// Of the program.
+        blocks: u32,
+    },
 }
 
 const FIRST: &str = "trunnion-journal 1";
+
+/// Lines of our own that may be numbered and have no `run` record: none today.
+const UNTOLD: i64 = 1000;
 
 impl Header {
     /// The journal's beginning.
@@ -211,6 +225,9 @@ impl JournalSummary {
             "printer" => self.printer = rest.to_owned(),
             "run" => {
                 let (number, block) = pair()?;
+                if !(1..=self.highest(block)).contains(&number) {
+                    return None;
+                }
                 self.runs.retain(|(n, _)| *n < number);
                 self.runs.push((number, block));
                 self.reach = self.reach.max(block);
@@ -220,6 +237,9 @@ impl JournalSummary {
             }
             "ack" => {
                 let (number, block) = pair()?;
+                if !(0..=self.highest(block)).contains(&number) {
+                    return None;
+                }
                 // A re-entry that is interrupted takes nothing back of what was printed before it.
                 (self.proven, self.answered) = (number, self.answered.max(block));
                 self.reach = self.reach.max(block);
@@ -248,17 +268,37 @@ impl JournalSummary {
         Some(())
     }
 
+    /// Looks whether it can be of a program of so many blocks.
+    ///
+    /// # Errors
+    ///
+    /// [`JournalError::Beyond`]. Whoever resumes asks this first.
+    pub fn check(&self, blocks: u32) -> Result<(), JournalError> {
+        let said = [Some(self.reach), Some(self.stood), Some(self.resumed_at), self.paused, self.sent];
+        match said.into_iter().flatten().find(|block| *block > blocks) {
+            Some(block) => Err(JournalError::Beyond { block, blocks }),
+            None => Ok(()),
+        }
+    }
+
+    /// The highest number that can have been given when `block` was reached: each carries a block or a line of our own, of which
+    /// every one has its record. Whoever resumes keeps something for every number that may still be under way.
+    fn highest(&self, block: u32) -> i64 {
+        i64::from(block) + self.runs.len() as i64 + UNTOLD
+    }
+
     /// The first block that is not accepted where the printer's last accepted line is `number`.
     pub fn next_block(&self, number: i64) -> u32 {
-        let next = number + 1;
+        let next = number.saturating_add(1);
         let run = self.runs.iter().rev().find(|(start, _)| *start <= next);
-        run.map_or(0, |(start, block)| block + u32::try_from(next - start).unwrap_or(0))
+        // A run's number is at least 1.
+        run.map_or(0, |(start, block)| block.saturating_add(u32::try_from(next - start).unwrap_or(u32::MAX)))
     }
 
     /// The block that line `number` carries; `None` for a line of our own.
     pub fn block_at(&self, number: i64) -> Option<u32> {
-        let block = self.next_block(number - 1);
-        (self.next_block(number) == block + 1).then_some(block)
+        let block = self.next_block(number.saturating_sub(1));
+        (Some(self.next_block(number)) == block.checked_add(1)).then_some(block)
     }
 
     /// The highest number that can have been sent of a program of `blocks`.
@@ -344,6 +384,50 @@ mod tests {
         assert_eq!(JournalSummary::parse("G28\n"), Err(JournalError::Foreign));
         let broken = JournalSummary::parse(&(Header::default().to_text() + "nonsense\n"));
         assert!(matches!(broken, Err(JournalError::Broken { line: 6, .. })), "{broken:?}");
+    }
+
+    /// Each number carries a block or a line of our own that has its record; whoever resumes keeps something for each of them.
+    #[test]
+    fn a_number_that_nobody_can_have_given_is_a_broken_line() {
+        let read = |records: &str| JournalSummary::parse(&(Header::default().to_text() + records));
+        for broken in [
+            "run 429496729570 60",
+            "run 9223372036854775807 4294967295",
+            "run 0 0",
+            "run -9223372036854775808 5",
+            "ack -1 0",
+            "ack 9223372036854775807 0",
+        ] {
+            let error = JournalError::Broken { line: 7, text: broken.to_owned() };
+            assert_eq!(read(&format!("run 3 0\n{broken}\n")), Err(error), "{broken}");
+        }
+        // A long re-entry that has not printed anything yet.
+        let entry: String = (2..400).map(|number| format!("run {number} 70000\n")).collect();
+        assert!(read(&format!("run 2 0\nack 71000 70000\nentering\nanew\n{entry}ack 399 70000\n")).is_ok());
+        let standing = read("run 3 4294967295\nack 2 0\n").unwrap();
+        assert_eq!([2, 3, 70, i64::MAX].map(|number| standing.next_block(number)), [u32::MAX; 4]);
+        assert_eq!([i64::MIN, 2, i64::MAX].map(|number| standing.block_at(number)), [None; 3]);
+        assert_eq!(standing.last(120), 3);
+    }
+
+    #[test]
+    fn a_journal_of_more_than_the_program_is_refused() {
+        let whole = [Record::Run { number: 3, block: 0 }, Record::Ack { number: 122, block: 120 }];
+        let with = |more: &[Record]| journal(&[&whole[..], more].concat());
+        for fits in [vec![], vec![Record::Away, Record::Paused(120)], vec![Record::Sent(120)]] {
+            assert_eq!(with(&fits).check(120), Ok(()), "{fits:?}");
+        }
+        for (more, block) in [
+            (vec![Record::Paused(482_840)], 482_840),
+            (vec![Record::Sent(121)], 121),
+            (vec![Record::Run { number: 130, block: 125 }], 125),
+            (vec![Record::Ack { number: 123, block: 121 }], 121),
+            (vec![Record::Entering, Record::Anew, Record::Paused(200), Record::Back], 200),
+        ] {
+            let error = with(&more).check(120).unwrap_err();
+            assert_eq!(error, JournalError::Beyond { block, blocks: 120 });
+            assert!(error.to_string().contains("start the print again"), "{error}");
+        }
     }
 
     #[test]

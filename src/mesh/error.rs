@@ -83,6 +83,15 @@ pub enum Fault {
     /// A well-formed file with nothing in it.
     #[error("no facets (at least 4 are needed for a solid); export the model again with its solids selected")]
     NoFacets,
+    /// Nothing is left of it.
+    #[error(
+        "all {facets} facets name one vertex twice or repeat others, and enclose nothing; export the model again, in a unit in which its \
+         numbers tell its corners apart"
+    )]
+    Collapsed {
+        /// Facets in the file.
+        facets: usize,
+    },
     /// More facets than this library takes on.
     #[error("more than {limit} facets; simplify the model, or remove components that repeat others")]
     TooManyFacets {
@@ -162,6 +171,12 @@ pub enum Fault {
     /// More objects than this library takes on.
     #[error("more than {limit} objects, items and components; simplify the model")]
     TooManyObjects {
+        /// The most it takes.
+        limit: usize,
+    },
+    /// More placed objects than this library takes on.
+    #[error("items and components place more than {limit} objects; leave copies out, and print them in several runs")]
+    TooManyBodies {
         /// The most it takes.
         limit: usize,
     },

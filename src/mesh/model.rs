@@ -1,8 +1,8 @@
 //! A model: its parts, what they share, and what stands on the table.
 
-use std::collections::BTreeSet;
+use std::collections::HashMap;
 
-use super::error::Located;
+use super::error::{Fault, Located, Place};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
 use super::shells::Surface;
 use super::soup::Soup;
@@ -46,7 +46,7 @@ impl Model {
     ///
     /// The meshes are taken as they are: closed and facing outward is for the caller to see to.
     pub fn from_parts(parts: Vec<(String, TriangleMesh<Object>)>) -> Self {
-        let mut names = BTreeSet::new();
+        let mut names = HashMap::new();
         let part = |(id, (name, mesh))| Part { id, name: unique(&mut names, name), mesh };
         let parts: Vec<Part> = parts.into_iter().enumerate().map(part).collect();
         let bounds = parts.iter().fold(Bounds::EMPTY, |all, part| all.union(&part.mesh.bounds()));
@@ -58,12 +58,16 @@ impl Model {
     }
 
     pub(super) fn from_soup(mut soup: Soup, options: &ReadOptions) -> Result<Self, Located> {
+        let facets = soup.facets.len();
         let dropped = soup.weld();
         if dropped > 0 {
             soup.warnings.push(format!("{dropped} facets that name one vertex twice were dropped"));
         }
         let unit = choose_unit(&mut soup, options.unit);
         let surfaces = parts::parts(&mut soup, options.repair)?;
+        if surfaces.is_empty() {
+            return Err(Fault::Collapsed { facets }.at(Place::File));
+        }
         let named = surfaces.iter().enumerate().map(|(id, surface)| {
             let label = &soup.names[soup.labels[surface.source[0] as usize] as usize];
             let name = label.name.clone().unwrap_or_else(|| format!("part-{id}"));
@@ -148,7 +152,7 @@ fn choose_unit(soup: &mut Soup, given: Option<Unit>) -> Unit {
 
 /// The part's mesh with its vertices numbered in the order of first use, scaled to mm.
 fn mesh(vertices: &[Vec3], surface: &Surface, scale: f64) -> TriangleMesh<Object> {
-    let mut number = std::collections::HashMap::new();
+    let mut number = HashMap::new();
     let mut own = Vec::new();
     let facets = surface.facets.iter().map(|facet| {
         facet.map(|index| {
@@ -162,11 +166,21 @@ fn mesh(vertices: &[Vec3], surface: &Surface, scale: f64) -> TriangleMesh<Object
     TriangleMesh::new(own, facets)
 }
 
-/// `name`, or `name-2`, `name-3` ... where it is taken.
-fn unique(names: &mut BTreeSet<String>, name: String) -> String {
-    let free =
-        std::iter::once(name.clone()).chain((2..).map(|n| format!("{name}-{n}"))).find(|name| !names.contains(name));
-    let name = free.unwrap_or(name);
-    names.insert(name.clone());
-    name
+/// `name`, or `name-2`, `name-3` ... where it is taken; `names` has all that are, each with the last number tried.
+fn unique(names: &mut HashMap<String, u32>, name: String) -> String {
+    let mut number = names.get(&name).copied().unwrap_or(0);
+    if number == 0 {
+        names.insert(name.clone(), 1);
+        return name;
+    }
+    let free = loop {
+        number += 1;
+        let tried = format!("{name}-{number}");
+        if !names.contains_key(&tried) {
+            break tried;
+        }
+    };
+    names.insert(name, number);
+    names.insert(free.clone(), 1);
+    free
 }

@@ -58,7 +58,8 @@ fn measure(vertices: &[Vec3], surface: Surface) -> Result<Shell, Fault> {
     };
     let volume = surface.facets.iter().map(cone).sum::<f64>();
     let least = LEAST_VOLUME * bounds.size().norm().powi(3);
-    if volume.abs() < least {
+    // Of numbers near the smallest that there are both are 0.
+    if volume.abs() <= least {
         return Err(Fault::Flat { volume: volume.abs(), least });
     }
     Ok(Shell { surface, volume, bounds })

@@ -155,9 +155,23 @@ pub enum ReplayError {
     /// A number no machine can mean.
     #[error("{0}{1} is beyond any machine; the file is damaged")]
     Absurd(char, f64),
+    /// An arc that goes round and round, or in parts of turns.
+    #[error(
+        "an arc of P{0} turns; an arc goes round a whole number of times up to {MOST_TURNS}: write each turn on a line of its own"
+    )]
+    ArcTurns(f64),
+    /// G4 for longer than any print.
+    #[error("a wait of {0} s is longer than any print (up to {LONGEST_WAIT_S} s); the file is damaged")]
+    Endless(f64),
 }
 
 const SANE_MM: RangeInclusive<f64> = -1e6..=1e7;
+/// Besides 0, of either sign: beyond these no machine goes, and the times of many moves have no sum.
+const SANE_FEED: RangeInclusive<f64> = 1e-3..=1e9;
+/// The longest wait: 11 days.
+const LONGEST_WAIT_S: f64 = 1e6;
+/// Turns of one arc: each is some hundred chords for everybody who follows it.
+const MOST_TURNS: u32 = 10;
 /// Digits that a sum of relative moves keeps, far beyond those of any file.
 const SUM_DIGITS: u32 = 9;
 
@@ -248,11 +262,11 @@ impl Controller {
             motion = self.motion;
         }
         let Some(kind) = motion else {
-            self.take_feed(line);
+            self.take_feed(line)?;
             return Ok(Step::Nothing);
         };
         self.motion = Some(kind);
-        self.take_feed(line);
+        self.take_feed(line)?;
         self.make_move(kind, line)
     }
 
@@ -264,6 +278,8 @@ impl Controller {
             (Effect::Hazard(_), (plane @ (18 | 19), 0)) => return Err(ReplayError::Plane(plane)),
             (Effect::Hazard(_), (92, 0)) => return self.set_level(line),
             (Effect::Hazard(Hazard::Unknown), (93, 0)) => return Err(ReplayError::UnknownMode(line.commands[0])),
+            // Its sum with others is a time still.
+            (Effect::Dwell(seconds), _) if seconds.abs() > LONGEST_WAIT_S => return Err(ReplayError::Endless(seconds)),
             (Effect::Hazard(Hazard::MotorsOff), _) => self.at = Position::default(),
             (
                 Effect::Home
@@ -287,10 +303,14 @@ impl Controller {
         own || matches!(letter, b'A' | b'B' | b'C')
     }
 
-    fn take_feed(&mut self, line: &ParsedLine) {
+    fn take_feed(&mut self, line: &ParsedLine) -> Result<(), ReplayError> {
         if let Some(feed) = line.value(b'F') {
+            if !is_sane_feed(feed) {
+                return Err(ReplayError::Absurd('F', feed));
+            }
             self.feed = Some(feed);
         }
+        Ok(())
     }
 
     /// A mode; those that change nothing here (G17, G21, ..) are passed over.
@@ -314,6 +334,7 @@ impl Controller {
         let only = line.words.iter().all(|w| w.letter == self.reading.extruder || w.letter == b'F');
         match line.value(self.reading.extruder) {
             Some(count) if only => {
+                sane(self.reading.extruder, count)?;
                 self.extruder_count = count;
                 Ok(Step::ExtruderSet(count))
             }
@@ -421,18 +442,31 @@ impl Controller {
 }
 
 fn number(word: &crate::gcode::Word) -> Result<f64, ReplayError> {
-    let letter = char::from(word.letter);
-    let value = word.value.ok_or(ReplayError::BareWord(letter))?;
-    if SANE_MM.contains(&value) { Ok(value) } else { Err(ReplayError::Absurd(letter, value)) }
+    let value = word.value.ok_or(ReplayError::BareWord(char::from(word.letter)))?;
+    sane(word.letter, value)
+}
+
+fn sane(letter: u8, value: f64) -> Result<f64, ReplayError> {
+    if SANE_MM.contains(&value) { Ok(value) } else { Err(ReplayError::Absurd(char::from(letter), value)) }
+}
+
+/// Whether a machine can mean this F.
+fn is_sane_feed(feed: f64) -> bool {
+    feed == 0.0 || SANE_FEED.contains(&feed.abs())
 }
 
 fn arc(clockwise: bool, line: &ParsedLine) -> Result<Arc, ReplayError> {
-    let by_radius = line.value(b'R');
+    let word = |letter| line.value(letter).map(|value| sane(letter, value)).transpose();
+    let by_radius = word(b'R')?;
     if by_radius.is_none() && !line.has(b'I') && !line.has(b'J') {
         return Err(ReplayError::ArcCentre);
     }
-    let to_centre = [line.value(b'I').unwrap_or(0.0), line.value(b'J').unwrap_or(0.0)];
-    let turns = line.value(b'P').map_or(1, |p| (p as u32).max(1));
+    let to_centre = [word(b'I')?.unwrap_or(0.0), word(b'J')?.unwrap_or(0.0)];
+    let turns = line.value(b'P').unwrap_or(1.0);
+    if turns.fract() != 0.0 || !(0.0..=f64::from(MOST_TURNS)).contains(&turns) {
+        return Err(ReplayError::ArcTurns(turns));
+    }
+    let turns = (turns as u32).max(1);
     Ok(Arc { to_centre, clockwise, by_radius, turns })
 }
 
@@ -526,6 +560,31 @@ mod tests {
         let got = moves("M82\nG92 E0\nG1 X1 E2\nG1 X2 E5\nM83\nG1 X3 E1.5\nM82\nG92 E10\nG1 E11\nG91\nG1 E-1");
         let e: Vec<f64> = got.iter().map(|m| m.e).collect();
         assert_eq!(e, vec![2.0, 3.0, 1.5, 1.0, -1.0]);
+    }
+
+    /// Whoever follows a program sums its times and places: none of them may be a number that is none.
+    #[test]
+    fn numbers_of_no_machine_are_refused() {
+        let far = "9".repeat(45);
+        for line in ["G1 X1 F", "G0 F", "G92 E", "G1 E", "G1 X", "G2 X1 Y1 I", "G2 X1 Y1 I1 J-", "G3 X1 Y1 R"] {
+            assert!(matches!(refused(&format!("{line}{far}")), ReplayError::Absurd(..)), "{line}");
+        }
+        assert_eq!(refused("G1 X1 F.0000001"), ReplayError::Absurd('F', 1e-7));
+        assert_eq!(refused("G4 S1000001"), ReplayError::Endless(1_000_001.0));
+        for fine in ["G1 X1 F0", "G1 X1 F.001", "G4 P0", "G1 X1 F-600", "G1 X1 F400000", "G4 S1000000", "G92 E-99999"] {
+            run(fine);
+        }
+    }
+
+    /// Each turn is followed chord by chord: one line must not become millions of them.
+    #[test]
+    fn an_arc_goes_round_a_few_times() {
+        for (word, turns) in [("P11", 11.0), ("P4294967295", 4_294_967_295.0), ("P-1", -1.0), ("P1.5", 1.5)] {
+            assert_eq!(refused(&format!("G2 X0 Y0 I5 {word}")), ReplayError::ArcTurns(turns));
+        }
+        let got = moves("G1 X0 Y0\nG2 X0 Y0 I5 P10\nG2 X0 Y0 I5 P0\nG2 X0 Y0 I5");
+        let turns: Vec<u32> = got.iter().filter_map(|m| m.arc.map(|arc| arc.turns)).collect();
+        assert_eq!(turns, [10, 1, 1]);
     }
 
     #[test]

@@ -344,8 +344,19 @@ fn the_command_stays_thin() {
 fn no_file_names_a_folder_of_one_machine() {
     let kinds = [".rs", ".md", ".toml", ".py", ".sh", ".yml", ".html", ".js"];
     let mut sources = Vec::new();
-    let ours =
-        ["src", "tests", "scripts", "integrations", "firmware-profiles", "fixtures", "benches", ".ci", "examples"];
+    let ours = [
+        "src",
+        "tests",
+        "scripts",
+        "integrations",
+        "firmware-profiles",
+        "fixtures",
+        "benches",
+        ".ci",
+        "examples",
+        "fuzz/src",
+        "fuzz/fuzz_targets",
+    ];
     // Not all of python/, where somebody may have built.
     let pythons = ["python/src", "python/trunnion", "python/tests", "python/examples"];
     for folder in ours.into_iter().chain(pythons) {

@@ -13,6 +13,7 @@ mod cura_engine;
 mod dry_run;
 mod files_and_streams;
 mod filled;
+mod fuzzed;
 mod held;
 mod hooks;
 mod imported;

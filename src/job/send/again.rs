@@ -128,23 +128,24 @@ fn carry_on(
 }
 
 /// What the journal says, if it is this job's.
-pub(super) fn standing(request: &SendRequest<'_>, path: &Path) -> Result<JournalSummary, Error> {
+pub(super) fn standing(request: &SendRequest<'_>, path: &Path, blocks: &Program) -> Result<JournalSummary, Error> {
     let standing = read_journal(path).map_err(|error| match error {
         Error::Read { path, source } if source.kind() == std::io::ErrorKind::NotFound => {
             Error::NoJournal { path, program: request.path.to_owned() }
         }
         other => other,
     })?;
-    let (program, path) = (request.program.program(), request.path.to_owned());
+    let (program, file) = (request.program.program(), request.path.to_owned());
     if standing.header.sha256 != sha256_hex(program) {
         let Header { path: of, bytes: then, .. } = standing.header;
-        return Err(Error::ProgramChanged { path, of, then, now: program.len() as u64 });
+        return Err(Error::ProgramChanged { path: file, of, then, now: program.len() as u64 });
     }
     if standing.header.profile_sha256 != request.machine.sha256 {
         return Err(Error::ProfileChanged { profile: request.machine.name.clone() });
     }
+    standing.check(blocks.len()).map_err(|source| Error::Journal { path: path.to_owned(), source })?;
     if standing.done {
-        return Err(Error::Ended { path });
+        return Err(Error::Ended { path: file });
     }
     Ok(standing)
 }

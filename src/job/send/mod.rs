@@ -97,7 +97,7 @@ struct Checked {
 
 fn checked(request: &SendRequest<'_>, wire: &Wire<'_>, resumes: bool, world: &World<'_>) -> Result<Checked, Error> {
     let program = program(request, world)?;
-    let standing = resumes.then(|| again::standing(request, wire.journal.path())).transpose()?;
+    let standing = resumes.then(|| again::standing(request, wire.journal.path(), &program)).transpose()?;
     let place = place(request, wire, &program, world);
     let settings = printer::settings(&request.machine.profile)?;
     // A network has no speed of its own.

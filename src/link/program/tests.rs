@@ -22,9 +22,15 @@ fn blocks_know_their_lines_times_and_marks() {
 
 #[test]
 fn a_feed_next_to_nothing_gives_a_time_that_can_be_waited_for() {
-    for feed in ["0.0000000000000000001", "0.00000000000000000000000000000000000000000000000001", "0.001"] {
-        let program = read(format!("G28\nG1 X0\nG1 X100 F{feed}\n").as_bytes()).unwrap();
+    let with = |feed: &str| read(format!("G28\nG1 X0\nG1 X100 F{feed}\n").as_bytes()).unwrap();
+    for feed in ["0.001", "0.0011"] {
+        let program = with(feed);
         assert!((program.seconds(2) - 1e6).abs() < 1.0, "F{feed}: {} s", program.seconds(2));
+        assert_eq!(program.unknown, None, "F{feed}");
+    }
+    for feed in ["0.0009", "0.0000000000000000001", "0.00000000000000000000000000000000000000000000000001"] {
+        let (line, why) = with(feed).unknown.unwrap();
+        assert!(line == 3 && why.contains("beyond any machine"), "F{feed}: {why}");
     }
 }
 

@@ -9,6 +9,8 @@ const ROOM_C: f64 = 20.0;
 const COOLING_S: f64 = 300.0;
 /// A temperature counts as reached within this.
 const NEAR_C: f64 = 1.0;
+/// Who waits longer waits for ever, s: a host may ask for any temperature.
+const LONGEST_S: f64 = 1e6;
 
 /// One heater; temperatures in degrees Celsius.
 #[derive(Clone, Debug)]
@@ -47,7 +49,7 @@ impl HeatedMass {
     /// When it is within a degree of its target; at once where it only cools.
     pub(super) fn reached(&self, now: Time) -> Time {
         let missing = self.target - NEAR_C - self.at(now);
-        if missing <= 0.0 { now } else { now + Duration::from_secs_f64(missing / self.rate) }
+        if missing <= 0.0 { now } else { now + Duration::from_secs_f64((missing / self.rate).min(LONGEST_S)) }
     }
 }
 
@@ -65,5 +67,14 @@ mod tests {
         let later = heater.at(Duration::from_secs(200));
         assert!((later - (20.0 + 180.0 * (-1.0_f64).exp())).abs() < 1e-9, "{later}");
         assert!(heater.at(Duration::from_secs(100_000)) >= ROOM_C);
+    }
+
+    #[test]
+    fn any_temperature_that_a_host_asks_for_has_its_time() {
+        let mut heater = HeatedMass::new(3.0);
+        for target in [1e25, f64::MAX, f64::INFINITY] {
+            heater.set(Time::ZERO, target);
+            assert_eq!(heater.reached(Duration::from_secs(1)), Duration::from_secs(1_000_001));
+        }
     }
 }

@@ -46,7 +46,10 @@ pub fn read_model(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Mod
 /// A [`MeshError`] as [`read_model`]'s, but for what only closed parts need.
 pub fn read_surface(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<TriangleMesh<Object>, MeshError> {
     let mut soup = read(bytes, name).map_err(|located| located.in_file(name))?;
-    soup.weld();
+    let facets = soup.facets.len();
+    if soup.weld() == facets {
+        return Err(Fault::Collapsed { facets }.at(Place::File).in_file(name));
+    }
     let longest = || Bounds::of(soup.vertices.iter().copied()).size().max();
     let unit = options.unit.or(soup.unit).unwrap_or_else(|| guess_unit(longest()).0);
     let vertices = soup.vertices.iter().map(|v| v * unit.millimetres()).collect();

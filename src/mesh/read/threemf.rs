@@ -19,8 +19,8 @@ const MAX_RATIO: u64 = 200;
 const UNPACKED: [u64; 2] = [64 << 20, 4 << 30];
 /// Components within components; deeper ones only go round in a circle.
 const MAX_DEPTH: usize = 32;
-/// The most placed objects, so that components that double level by level end.
-const MAX_BODIES: usize = 100_000;
+/// The most placed objects, so that components that double level by level end: what looks for shared faces looks at pairs.
+const MAX_BODIES: usize = 2000;
 
 /// Reads every build item, in order; each mesh that an item places is a body of its own.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
@@ -121,7 +121,10 @@ impl Build<'_> {
         // Objects without a mesh count as well: it is they who multiply.
         soup.names.push(Label { name: name.map(str::to_owned), body: soup.names.len() as u32 });
         let most = (soup.facets.len() + object.mesh.1.len()).max((soup.vertices.len() + object.mesh.0.len()) / 3);
-        if soup.names.len() > MAX_BODIES || most > MAX_FACETS {
+        if soup.names.len() > MAX_BODIES {
+            return Err(Fault::TooManyBodies { limit: MAX_BODIES }.at(Place::File));
+        }
+        if most > MAX_FACETS {
             return Err(Fault::TooManyFacets { limit: MAX_FACETS }.at(Place::File));
         }
         let first = soup.vertices.len() as u32;
@@ -142,8 +145,8 @@ impl Build<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::read;
     use super::threemf_xml::MAX_NAMED;
+    use super::{MAX_BODIES, read};
     use crate::geom::{Bounds, Vec3};
     use crate::mesh::Unit;
     use crate::mesh::error::Fault;
@@ -269,6 +272,25 @@ mod tests {
     fn tags_that_each_take_much_room_are_counted() {
         let many = r#"<item objectid="1"/>"#.repeat(MAX_NAMED + 1);
         assert_eq!(read(&model("", &many)).unwrap_err().fault, Fault::TooManyObjects { limit: MAX_NAMED });
+    }
+
+    /// A few hundred bytes that place thousands of objects in one another, each of which would be held against all others.
+    #[test]
+    fn components_that_double_level_by_level_are_refused() {
+        let doubled = |levels: usize| {
+            let mut objects = format!(r#"<object id="1">{MESH}</object>"#);
+            for level in 1..=levels {
+                let next = level + 1;
+                let twice = format!(r#"<component objectid="{level}"/>"#).repeat(2);
+                objects += &format!(r#"<object id="{next}"><components>{twice}</components></object>"#);
+            }
+            model(&objects, &format!(r#"<item objectid="{}"/>"#, levels + 1))
+        };
+        assert_eq!(read(&doubled(9)).unwrap().facets.len(), 4 << 9);
+        for levels in [10, 16, 31] {
+            let fault = read(&doubled(levels)).unwrap_err().fault;
+            assert_eq!(fault, Fault::TooManyBodies { limit: MAX_BODIES });
+        }
     }
 
     #[test]

@@ -51,8 +51,12 @@ fn merge_map(vertices: &[Vec3], border: &BTreeSet<u32>, within: f64) -> HashMap<
     for &index in border {
         let at = vertices[index as usize];
         let cell = [0, 1, 2].map(|axis| (at[axis] / within).floor() as i64);
-        let near =
-            (0..27).flat_map(|n| cells.get(&[cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1]));
+        // What is small and far from the origin lies beyond the last cell.
+        let beside = |n: i64| [n % 3, n / 3 % 3, n / 9].map(|step| step - 1);
+        let near = (0..27).flat_map(|n| {
+            let step = beside(n);
+            cells.get(&[0, 1, 2].map(|axis| cell[axis].saturating_add(step[axis])))
+        });
         match near.flatten().copied().find(|&other| (vertices[other as usize] - at).norm() <= within) {
             Some(other) => {
                 to.insert(index, other);

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Mesh, assert_volumes, close, cube, inside_out, model, read};
 use crate::geom::Vec3;
-use crate::mesh::{Fault, Place, ReadOptions, Unit, read_model, stl_binary, threemf};
+use crate::mesh::{Fault, Place, ReadOptions, Unit, read_model, read_surface, stl_binary, threemf};
 
 fn ascii(mesh: &Mesh, end: &str) -> String {
     let mut text = format!("solid OpenSCAD_Model{end}");
@@ -113,4 +113,35 @@ fn files_that_are_no_models_are_refused_with_their_name() {
     let cut = &stl_binary(&cube([0.0; 3], 1.0, false))[..600];
     let wanted = Fault::Truncated { have: 600, need: 684, facets: 12 };
     assert_eq!(read(cut, "a.stl").unwrap_err().fault, wanted);
+}
+
+/// The numbers of a file may not tell its corners apart: then nothing is left, and a model of no parts would be none.
+#[test]
+fn a_model_of_which_nothing_is_left_is_refused() {
+    let point = b"OFF\n3 2 0\n1 1 1\n1 1 1\n1 1 1\n3 0 1 2\n3 0 2 1\n";
+    // Two vertices nearer to each other than `--repair` tells apart, and none of its facets is left.
+    let sliver = b"OFF\n6 2 0\n0 0 0\n9 0 0\n9 0 1e-7\n50 0 0\n59 0 0\n59 0 1e-7\n3 0 1 2\n3 3 4 5\n";
+    for (bytes, repair) in [(&point[..], false), (point, true), (sliver, true)] {
+        let options = ReadOptions { unit: None, repair };
+        let error = read_model(bytes, "x.off", &options).unwrap_err();
+        assert_eq!(error.fault, Fault::Collapsed { facets: 2 }, "{error}");
+    }
+    let error = read_surface(point, "x.off", &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.starts_with("x.off: all 2 facets name one vertex twice") && error.contains("in a unit"), "{error}");
+}
+
+/// So near to nothing that its volume and what is asked of that are both 0.
+#[test]
+fn a_solid_of_the_smallest_numbers_is_flat() {
+    let text = b"OFF\n4 4 0\n0 0 0\n1e-200 0 0\n0 1e-200 0\n0 0 1e-200\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    assert!(matches!(read(text, "x.off").unwrap_err().fault, Fault::Flat { .. }));
+}
+
+/// Cells of a tolerance so small that places far from the origin have no number of their own.
+#[test]
+fn what_is_tiny_and_far_from_the_origin_is_not_mended_and_does_not_overflow() {
+    let far = 1e7 - 1e-8;
+    let text = format!("OFF\n4 2 0\n1e7 0 0\n{far:?} 0 0\n1e7 1e-9 0\n1e7 0 1e-9\n3 0 1 2\n3 0 2 3\n");
+    let options = ReadOptions { unit: None, repair: true };
+    assert!(read_model(text.as_bytes(), "x.off", &options).is_err());
 }

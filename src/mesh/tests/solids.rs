@@ -216,3 +216,13 @@ fn a_tip_on_the_table_counts_where_nothing_else_holds_it() {
     assert_eq!((held.on_table.as_slice(), held.warnings.len()), ([1].as_slice(), 0));
     assert!(held.floating().is_empty());
 }
+
+/// Shells of one group of an OBJ all have its name: whoever tries all numbers anew for each takes minutes for some ten thousand.
+#[test]
+fn parts_of_one_name_are_numbered() {
+    let at = |i: usize| cube([5.0 * i as f64, 0.0, 0.0], 2.0, false);
+    let named = ["a", "a", "a-2", "a", "b", "a-2"].map(str::to_owned);
+    let parts = named.into_iter().enumerate().map(|(i, name)| (name, at(i))).collect();
+    let names: Vec<String> = Model::from_parts(parts).parts.into_iter().map(|part| part.name).collect();
+    assert_eq!(names, ["a", "a-2", "a-2-2", "a-3", "b", "a-2-3"]);
+}

@@ -1,6 +1,6 @@
 //! The way that nearly all lines of sliced input go: a straight move between known places, counted absolutely.
 
-use super::Controller;
+use super::{Controller, is_sane_feed};
 use crate::gcode::PlainMove;
 use crate::geom::Vec3;
 
@@ -37,9 +37,9 @@ impl Controller {
     #[inline]
     pub fn step_plain(&mut self, line: &PlainMove) -> Option<PlainStep> {
         let [Some(x), Some(y), Some(z)] = self.at.linear else { return None };
-        // F is only said, not gone to, and may be any number; what is not written is 0.
+        // F is only said, not gone to; what is not written is 0.
         let sane = line.values[..4].iter().fold(0.0, |most: f64, value| most.max(value.abs())) <= SANE_EITHER_WAY_MM;
-        if !(sane && self.absolute && self.reading.extruder == b'E') {
+        if !(sane && is_sane_feed(line.values[4]) && self.absolute && self.reading.extruder == b'E') {
             return None;
         }
         if line.written & PlainMove::F != 0 {
@@ -66,7 +66,7 @@ mod tests {
     use crate::motion::replay::{Reading, Step};
 
     const START: [&str; 5] = ["G1 X1 Y2 Z.2 F1200", "M83", "G92 E3", "G90", "G1 X5 E1"];
-    const THEN: [&str; 17] = [
+    const THEN: [&str; 20] = [
         "G1 X5 Y6 E.04211",
         "G0 X1",
         "G1 Z.4 F600",
@@ -84,6 +84,9 @@ mod tests {
         "G1 X-3 E-.5",
         "G0 F100 X7 Y8",
         "G1 Y1e5",
+        "G1 X2 F99999999999",
+        "G1 F.0000001",
+        "G1 X3 F-600",
     ];
 
     #[test]

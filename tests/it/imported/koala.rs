@@ -13,7 +13,7 @@ use super::{import, lay, request, with_rest};
 use crate::support::{Numbers, folder};
 
 /// A machine as the program writes it, without the tree that later versions add.
-fn machine() -> Value {
+pub(crate) fn machine() -> Value {
     json!({
         "_version": 1,
         "buildplate": {"w": 90, "d": 80, "t": 3, "color": "#1e3a5f", "visible": false},

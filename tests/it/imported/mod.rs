@@ -3,7 +3,7 @@
 
 mod command;
 mod examples;
-mod koala;
+pub(crate) mod koala;
 mod refused;
 mod written;
 
@@ -42,7 +42,7 @@ fn with_rest(folder: &Path, given: &[&str], set: &[(&str, &str)]) -> Result<Impo
 }
 
 /// An ini of a table that tilts, five axes and a filament axis, in as few lines as there may be.
-fn small_ini() -> String {
+pub(crate) fn small_ini() -> String {
     let mut ini =
         "[KINS]\nKINEMATICS = xyzac-trt-kins sparm=identityfirst\n[TRAJ]\nCOORDINATES = XYZACU\nLINEAR_UNITS = mm\n\
                    [HAL]\nHALCMD = setp xyzac-trt-kins.y-offset 20\nHALCMD = setp xyzac-trt-kins.z-offset 10\n"
@@ -54,7 +54,7 @@ fn small_ini() -> String {
     ini + "[RS274NGC]\nREMAP = M428 modalgroup=10 ngc=428remap\nREMAP = M429 modalgroup=10 ngc=429remap\n"
 }
 
-fn small_klipper() -> String {
+pub(crate) fn small_klipper() -> String {
     let mut text = "[printer]\nkinematics: corexy\nmax_velocity: 200\nmax_accel: 2000\n".to_owned();
     for axis in ["x", "y", "z"] {
         text += &format!("[stepper_{axis}]\nposition_max: 150\n");
@@ -67,12 +67,12 @@ fn small_klipper() -> String {
     text + "[heater_bed]\nmax_temp: 120\n"
 }
 
-fn small_reprap() -> String {
+pub(crate) fn small_reprap() -> String {
     "; a machine\nM584 X0 Y1 Z2 A3 C4 E5\nM208 X-100:100 Y-90:90 Z-20:150 A-90:90\nM203 X6000 Y6000 Z600 A1200 C2400\nM201 X1000 Y900 Z100 A200 C300\n"
         .to_owned()
 }
 
-fn small_marlin() -> String {
+pub(crate) fn small_marlin() -> String {
     let mut text = "/* a board */\n#define CONFIGURATION_H_VERSION 02010300\n#define I_DRIVER_TYPE TMC2209\n#define J_DRIVER_TYPE TMC2209\n\
                     #ifdef I_DRIVER_TYPE\n  #define AXIS4_NAME 'A'\n  #define AXIS4_ROTATES\n#endif\n\
                     #ifdef J_DRIVER_TYPE\n  #define AXIS5_NAME 'C'\n  #define AXIS5_ROTATES\n#endif\n\

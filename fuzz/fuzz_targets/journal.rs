@@ -1,0 +1,4 @@
+//! Target `journal`: `tests/it/fuzzed/bodies/journal.rs`, which the tests call too.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| trunnion_fuzz::run("journal", data));

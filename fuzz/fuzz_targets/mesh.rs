@@ -1,0 +1,4 @@
+//! Target `mesh`: `tests/it/fuzzed/bodies/mesh.rs`, which the tests call too.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| trunnion_fuzz::run("mesh", data));

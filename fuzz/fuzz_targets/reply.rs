@@ -1,0 +1,4 @@
+//! Target `reply`: `tests/it/fuzzed/bodies/reply.rs`, which the tests call too.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| trunnion_fuzz::run("reply", data));
