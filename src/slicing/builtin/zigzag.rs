@@ -230,8 +230,8 @@ impl Zigzag<'_> {
         way.extend(joint.corners(self.rail));
         way.extend(self.rail_end(joint.to));
         let last = way.len() - 1;
-        let there = self.into_notch(joint.to, way[last], way[last.saturating_sub(1)]);
-        let here = self.into_notch(end, way[0], way[1.min(last)]);
+        let there = self.notch_beside(joint.to, way[last], way[last.saturating_sub(1)]);
+        let here = self.notch_beside(end, way[0], way[1.min(last)]);
         way.splice(last..last, there);
         way.splice(1..1, here);
         way
@@ -239,7 +239,7 @@ impl Zigzag<'_> {
 
     /// Where a line goes on from a row's end, `corner`, before it turns to `next`, the joint's: outwards between the two. Their notch is
     /// a sharp corner that the round of the line leaves open by `1 / sin - 1` of half a pitch, with half the corner's angle.
-    fn into_notch(&self, end: usize, corner: Point, next: Point) -> Option<Point> {
+    fn notch_beside(&self, end: usize, corner: Point, next: Point) -> Option<Point> {
         let radius = self.lattice.pitch / 2.0;
         if self.lattice.pitch > MOST_DENSE * f64::from(self.inset) || corner == next {
             return None;

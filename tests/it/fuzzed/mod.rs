@@ -80,42 +80,42 @@ fn survives(target: &'static str, most: u64) {
 
 #[test]
 fn any_configuration_of_a_slicer_and_any_touches_are_read_or_refused() {
-    survives("config", 800);
+    survives("config", 5000);
 }
 
 #[test]
 fn any_program_is_read_or_refused() {
-    survives("gcode", 6000);
+    survives("gcode", 30_000);
 }
 
 #[test]
 fn any_journal_is_read_or_refused() {
-    survives("journal", 4000);
+    survives("journal", 20_000);
 }
 
 #[test]
 fn any_model_is_read_or_refused() {
-    survives("mesh", 15_000);
+    survives("mesh", 50_000);
 }
 
 #[test]
 fn any_plan_is_read_or_refused() {
-    survives("plan", 10_000);
+    survives("plan", 30_000);
 }
 
 #[test]
 fn any_profile_and_any_configuration_of_a_firmware_are_read_or_refused() {
-    survives("profile", 800);
+    survives("profile", 5000);
 }
 
 #[test]
 fn any_answers_are_borne() {
-    survives("reply", 10_000);
+    survives("reply", 50_000);
 }
 
 #[test]
 fn any_slice_is_rewritten_into_what_can_be_read_or_is_refused() {
-    survives("rewrite", 100);
+    survives("rewrite", 300);
 }
 
 /// `TRUNNION_CORPUS=fuzz/corpus` lays the seeds out for the fuzzer.

@@ -39,10 +39,10 @@ fn begin(bytes: &[u8], most: usize) -> &[u8] {
 /// Words and comments that slices and programs of other people have.
 const PROGRAMS: [&str; 4] = [
     "N1 G21*18\n%\nG28\nG90\nM82\nG92 E0\nM104 S210\nM109 S210\nG1 Z5 F9000\n;LAYER_CHANGE\n;TYPE:External perimeter\n;WIDTH:0.45\n;HEIGHT:0.2\n\
-     G1 X10 Y10 Z0.2 E.5 F1200\nG2 X20 Y10 I5 J0 E1\nG3 X10 Y10 R5 P2 E2\nG4 P500\nM106 S127\nM204 P800 T1500\nM117 hello\nM84\nM30\n",
+     G1 X10 Y10 Z0.2 E.5 F1200\nG2 X20 Y10 I5 J0 E1\nG3 X10 Y10 R5 E2\nG4 P500\nM106 S127\nM204 P800 T1500\nM117 hello\nM84\nM30\n",
     "G21\nG90\nM83\nSET_PRESSURE_ADVANCE ADVANCE=0.05\nEXCLUDE_OBJECT_DEFINE NAME=a CENTER=1,2\nSTART_PRINT EXTRUDER_TEMP=210\n@pause\n\
      G1 A10 C20 F600\nG93\nG1 X1 A20 F60\nG94\nG1 X2 F600\nM400\nG92.1\n",
-    "G17 G21 G40 G49 G64 P0.01 G80 G90 G94\nM428\nG0 X0 Y0 Z50\nG1 A30 F1000\nG1 C90\nM429\nG53 G0 Z0\n#<_x> = 5\nM2\n",
+    "G17 G21 G40 G49 G64 P0.01 G80 G90 G94\nM428\nG0 X0 Y0 Z50\nG2 X0 Y0 I5 P2 F600\nG1 A30 F1000\nG1 C90\nM429\nG53 G0 Z0\n#<_x> = 5\nM2\n",
     "G10 P0 X0 Y0 Z0 S210 R160\nM98 P\"home all.g\"\nM208 U-200:200 X1\nM584 X0 Y1\nM665 L1\nG29 S1\nM572 D0 S0.05\nT0\nM116\n\
      ; layer_height = 0.2\n; first_layer_height = 50%\n; gcode_flavor = reprapfirmware\n;SETTING_3 {\"x\": \"[values]\\\\nlayer_height = 0.3\"}\n",
 ];
