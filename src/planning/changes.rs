@@ -9,7 +9,6 @@ use std::collections::HashMap;
 use super::candidates::{Candidate, Setups};
 use super::collision::Head;
 use super::owed::contact_mm;
-use super::pricing::{LAYER_SECONDS, straight_seconds};
 use super::sequence::Choice;
 use super::solid::Solid;
 use crate::geom::{Bounds, Vec3};
@@ -17,6 +16,9 @@ use crate::profile::Profile;
 
 /// Travels between prints of one pose go this far above the higher of both ends, mm: over strings and seams.
 pub const HOP_MM: f64 = 1.0;
+
+/// What changing the layer costs beside the printing: a pull, a hop and the first travel, s.
+pub(super) const LAYER_SECONDS: f64 = 0.6;
 
 /// Halvings after which the height from which a way is free is known to a part in 64.
 const HALVINGS: usize = 6;
@@ -54,6 +56,15 @@ fn between(prints: &[Bounds], solids: &[Solid], profile: &Profile, head: &Head) 
         sum += (rise(over - low) + rise(over - high) + across + pulls - LAYER_SECONDS).max(0.0);
     }
     sum
+}
+
+/// Seconds of a straight move from rest to rest.
+pub(super) fn straight_seconds(length_mm: f64, speed: f64, acceleration: f64) -> f64 {
+    if length_mm * acceleration >= speed * speed {
+        length_mm / speed + speed / acceleration
+    } else {
+        2.0 * (length_mm / acceleration).sqrt()
+    }
 }
 
 /// The ways between prints.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::candidates::{Candidate, Setups};
-use super::changes;
+use super::changes::{self, LAYER_SECONDS, straight_seconds};
 use super::goal::{Goal, GoalTerm};
 use super::sequence::{Choice, Sequence};
 use super::workpiece::Workpiece;
@@ -192,8 +192,6 @@ fn turn_seconds(profile: &Profile) -> f64 {
 
 /// How far the tip rises for a pose change in [`turn_seconds`], mm.
 const TURNING_RISE_MM: f64 = 50.0;
-/// What changing the layer costs beside the printing: a pull, a hop and the first travel, s.
-pub(super) const LAYER_SECONDS: f64 = 0.6;
 /// Lines are this much longer than volume over cross section says: joints, and ways between them.
 const SLOWED: f64 = 1.15;
 
@@ -248,13 +246,4 @@ pub(super) fn print_seconds(mesh: &TriangleMesh<Table>, up: Dir<Table>, profile:
 /// Seconds a millimetre of straight lines this long, each begun and ended at rest.
 fn slowness(each_mm: f64, speed: f64, profile: &Profile) -> f64 {
     straight_seconds(each_mm, speed, profile.limits.acceleration_mm_per_s2) / each_mm
-}
-
-/// Seconds of a straight move from rest to rest.
-pub(super) fn straight_seconds(length_mm: f64, speed: f64, acceleration: f64) -> f64 {
-    if length_mm * acceleration >= speed * speed {
-        length_mm / speed + speed / acceleration
-    } else {
-        2.0 * (length_mm / acceleration).sqrt()
-    }
 }

@@ -64,7 +64,7 @@ fn too_long_empty_and_foreign_lines_are_refused() {
     assert!(grbl("G1 X1 F100\nM2").is_ok());
 }
 
-/// Words that the clocks of a file once disagreed on: F over all axes, free rapids, arcs by radius and of several turns.
+/// Words that the clocks of a file once disagreed on: F over all axes, free rapids, arcs by radius and of a whole turn.
 #[test]
 fn the_time_of_a_program_is_the_time_that_its_trace_has() {
     let with = |feed, rapid_is_free| Rates { feed, rapid_is_free, ..setting().rates };
@@ -76,13 +76,11 @@ fn the_time_of_a_program_is_the_time_that_its_trace_has() {
         (with(FeedCount::Linear, false), "G0 X100 F600\n", 10.0),
         (with(FeedCount::Linear, true), "G0 X100 F600\n", 0.5),
         (with(FeedCount::Linear, false), "G3 X-10 Y0 R5 F60\n", 5.0 * std::f64::consts::PI),
-        (with(FeedCount::Linear, false), "G2 X0 Y0 I5 J0 P2 F600\n", 2.0 * std::f64::consts::PI),
+        (with(FeedCount::Linear, false), "G2 X0 Y0 I5 J0 F600\n", std::f64::consts::PI),
         (with(FeedCount::Linear, false), "G4 P2500\nG1 E3 F60\n", 5.5),
         (with(FeedCount::Linear, false), "G1 A30 F60000\n", 1.5),
     ] {
-        // Whose P are turns.
-        let firmware = if text.contains("P2 ") { Firmware::LinuxCnc } else { Firmware::Marlin };
-        let setting = Setting { rates, reading: Reading { firmware, ..setting().reading }, ..setting() };
+        let setting = Setting { rates, ..setting() };
         let seconds = |text: &str| {
             let rules = ProgramRules { setting: setting.clone(), ..rules(Protocol::Marlin) };
             let program = Program::read(text.as_bytes(), &rules).unwrap();

@@ -3,8 +3,7 @@
 //! A search over all corners would find the shortest way; along the walls one is found in as many steps as they have corners, and pulling
 //! it tight leaves little of the difference. What leaves the island, or comes near its border, is no way.
 
-use super::region::{Contour, Point, Region, Shape, UNITS_PER_MM, pairs};
-use super::thickness;
+use super::region::{self, Contour, Point, Region, Shape, UNITS_PER_MM, pairs};
 use crate::section::simplify::simplified;
 
 /// How near to the border the tip's middle may go, grid units: 0.08 mm, less than half of the narrowest bead.
@@ -211,9 +210,9 @@ fn foot(ring: &[Point], p: Point) -> Option<Crossing> {
     let mut best: Option<Crossing> = None;
     for (side, (a, b)) in pairs(ring).enumerate() {
         let ([ex, ey], [x, y]) = (difference(a, b), difference(a, p));
-        let length = thickness::length([ex, ey]);
+        let length = region::length([ex, ey]);
         let of_side = if length > 0.0 { ((x * ex + y * ey) / length / length).clamp(0.0, 1.0) } else { 0.0 };
-        let away = thickness::length([x - of_side * ex, y - of_side * ey]);
+        let away = region::length([x - of_side * ex, y - of_side * ey]);
         if best.is_none_or(|known| away < known.share) {
             let at = Point::new(a.x + (of_side * ex).round() as i32, a.y + (of_side * ey).round() as i32);
             best = Some(Crossing { at, side, share: away, along: along + of_side * length });
@@ -245,7 +244,7 @@ fn crossed(ring: &[Point], a: Point, b: Point) -> Option<[Crossing; 2]> {
         let ([ex, ey], [px, py]) = (difference(p, q), difference(a, p));
         let cross = dx * ey - dy * ex;
         let (share, of_side) = ((px * ey - py * ex) / cross, (px * dy - py * dx) / cross);
-        let length = thickness::length([ex, ey]);
+        let length = region::length([ex, ey]);
         // What begins on the ring does not cross it there.
         if share > 1e-6 && share < 1.0 - 1e-6 && (0.0..1.0).contains(&of_side) {
             let at = Point::new(p.x + (of_side * ex).round() as i32, p.y + (of_side * ey).round() as i32);
@@ -274,7 +273,7 @@ const BESIDE: f64 = 0.3 * UNITS_PER_MM;
 /// The ring's corners between two places on it, the shorter way round.
 fn around(ring: &[Point], from: &Crossing, to: &Crossing) -> Vec<Point> {
     let count = ring.len();
-    let whole: f64 = pairs(ring).map(|(p, q)| thickness::length(difference(p, q))).sum();
+    let whole: f64 = pairs(ring).map(|(p, q)| region::length(difference(p, q))).sum();
     let ahead = (to.along - from.along).rem_euclid(whole);
     if from.side == to.side && ahead.min(whole - ahead) <= (to.along - from.along).abs() {
         return Vec::new();
@@ -301,7 +300,7 @@ fn is_far((a, b): (Point, Point), (p, q): (Point, Point)) -> bool {
         let ([dx, dy], [x, y]) = (difference(a, b), difference(a, p));
         let squared = dx * dx + dy * dy;
         let t = if squared > 0.0 { ((x * dx + y * dy) / squared).clamp(0.0, 1.0) } else { 0.0 };
-        thickness::length([x - t * dx, y - t * dy])
+        region::length([x - t * dx, y - t * dy])
     };
     if away(a, p, q) <= CLEAR || away(b, p, q) <= CLEAR || away(p, a, b) <= CLEAR || away(q, a, b) <= CLEAR {
         return false;
@@ -336,7 +335,7 @@ mod tests {
     }
 
     fn length_mm(way: &[Point]) -> f64 {
-        way.windows(2).map(|leg| thickness::length(difference(leg[0], leg[1]))).sum::<f64>() / UNITS_PER_MM
+        way.windows(2).map(|leg| region::length(difference(leg[0], leg[1]))).sum::<f64>() / UNITS_PER_MM
     }
 
     #[test]

@@ -4,8 +4,7 @@ use std::collections::VecDeque;
 use std::f64::consts::PI;
 
 use super::plan::{Feature, Path};
-use super::region::{Point, UNITS_PER_MM};
-use super::thickness::length;
+use super::region::{Point, UNITS_PER_MM, length};
 use super::{Line, Lines};
 use crate::slicing::SliceSettings;
 

@@ -1,6 +1,5 @@
 //! Sections as `section`'s polygons, grown, shrunk and measured as walls and infill need it; grid units of 0.1 micrometres where not mm.
 
-use super::thickness::length;
 use crate::section::simplify::simplified;
 use i_overlay::i_float::int::angle::Angle;
 use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
@@ -98,6 +97,12 @@ pub(super) fn perimeter_mm(ring: &[Point]) -> f64 {
 /// The distance in mm.
 pub(super) fn distance_mm(a: Point, b: Point) -> f64 {
     mm(length([b.x - a.x, b.y - a.y].map(f64::from)))
+}
+
+/// How long a vector is.
+pub(super) fn length(v: [f64; 2]) -> f64 {
+    // `hypot` takes longer, to guard against an overflow that nothing on a bed comes near.
+    (v[0] * v[0] + v[1] * v[1]).sqrt()
 }
 
 /// The ring's edges, the closing one last.

@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 
+pub(super) use super::region::length;
 use super::region::{Point, Region, mm};
 
 /// A point or a direction in the plane.
@@ -119,11 +120,6 @@ pub(super) fn plus(a: Vec2, v: Vec2, by: f64) -> Vec2 {
 
 pub(super) fn dot(a: Vec2, b: Vec2) -> f64 {
     a[0] * b[0] + a[1] * b[1]
-}
-
-pub(super) fn length(v: Vec2) -> f64 {
-    // `hypot` takes longer, to guard against an overflow that nothing on a bed comes near.
-    (v[0] * v[0] + v[1] * v[1]).sqrt()
 }
 
 impl Border {
