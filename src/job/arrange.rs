@@ -11,6 +11,7 @@ use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh, is_overlap, threemf};
 use crate::orient::{Facets, recommend};
 use crate::pack::{self, Spot};
+use crate::planning::{Infeasible, MOST_PARTS};
 use crate::spelling::{counted, numbers};
 
 /// Which way a model stands.
@@ -131,6 +132,10 @@ pub(super) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
     let gap_mm = stood.as_ref().and_then(|(_, gap_mm)| gap_mm.filter(|_| how.gap_mm.is_none()));
     let stood = stood.map(|(model, _)| model);
     let model = stood.as_ref().unwrap_or(&read.model);
+    if !how.join && model.parts.len() > MOST_PARTS {
+        // Whatever becomes of them: no plan is made of as many.
+        return Err(Infeasible::TooManyParts { parts: model.parts.len() }.into());
+    }
     let fitted = match how {
         Arrangement { join: true, .. } => join(model)?,
         Arrangement { snap_mm: 0.0, .. } => None,

@@ -19,8 +19,9 @@ const MAX_RATIO: u64 = 200;
 const UNPACKED: [u64; 2] = [64 << 20, 4 << 30];
 /// Components within components; deeper ones only go round in a circle.
 const MAX_DEPTH: usize = 32;
-/// The most placed objects, so that components that double level by level end: what looks for shared faces looks at pairs.
-const MAX_BODIES: usize = 2000;
+/// The most placed objects, so that components that double level by level end: what looks for shared faces looks at pairs. As many as a
+/// packed plate has at most.
+const MAX_BODIES: usize = 5000;
 
 /// Reads every build item, in order; each mesh that an item places is a body of its own.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
@@ -287,7 +288,7 @@ mod tests {
             model(&objects, &format!(r#"<item objectid="{}"/>"#, levels + 1))
         };
         assert_eq!(read(&doubled(9)).unwrap().facets.len(), 4 << 9);
-        for levels in [10, 16, 31] {
+        for levels in [12, 16, 31] {
             let fault = read(&doubled(levels)).unwrap_err().fault;
             assert_eq!(fault, Fault::TooManyBodies { limit: MAX_BODIES });
         }
