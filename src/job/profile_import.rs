@@ -361,6 +361,10 @@ impl ImportedProfile {
             heading,
             "No such file states {thick}dialect.start, dialect.end and link.rehome: hold them against the machine."
         );
+        let _ = writeln!(
+            heading,
+            "Every other key, speeds and [link] among them, is as in {like}: trunnion profile show has them all."
+        );
         if self.profile.head == self.like.profile.head {
             heading += SAME_HEAD;
         }

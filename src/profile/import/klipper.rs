@@ -285,7 +285,11 @@ impl Config {
             return Err(ImportError::At { place: (*place).clone(), why });
         }
         let at = rotary.first().map_or(end, |axis| axis.from.clone());
-        two(&rotary, &at, "it is counted by [manual_stepper ..] sections with a letter (GCODE_AXIS)")?;
+        two(
+            &rotary,
+            &at,
+            "its axes are the [manual_stepper ..] sections to which a macro gives a letter (MANUAL_STEPPER STEPPER=tilt GCODE_AXIS=A)",
+        )?;
         Ok(rotary)
     }
 
