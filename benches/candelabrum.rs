@@ -8,7 +8,7 @@ use trunnion::mesh::{Model, ReadOptions, read_model};
 use trunnion::orient::{Multistart, Settings, Staircase};
 use trunnion::planning::{Goal, MachineRef, ModelRef, Options, PartRef, Plan, Planned, Workpiece, orientations, plan};
 use trunnion::profile::{Profile, resolve, shipped};
-use trunnion::slicing::{BuiltIn, SliceJob, Slicer};
+use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, Slicer};
 use trunnion::toolpath::{Input, InputWords, Job, Segment, print_name, read_sliced, rewrite, slot_mesh};
 use trunnion::trace;
 use trunnion::verify;
@@ -61,7 +61,12 @@ fn sliced(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> Vec<Vec<
     let table = profile.kinematics();
     let slice = |(index, (_, print)): (usize, (usize, &trunnion::planning::Print))| {
         let slot = slot_mesh(workpiece, &table, print, [BED[0] / 2.0, BED[1] / 2.0]);
-        let job = SliceJob { name: print_name(index, "part"), on_table: slot.on_table, bed_mm: BED };
+        let job = SliceJob {
+            name: print_name(index, "part"),
+            on_table: slot.on_table,
+            bed_mm: BED,
+            adhesion: Adhesion::default(),
+        };
         BuiltIn.slice(&slot.mesh, &profile.process, &job).expect("slices").gcode
     };
     plan.prints().enumerate().map(slice).collect()

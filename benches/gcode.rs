@@ -12,7 +12,7 @@ use trunnion::gcode::{ParsedLine, lines};
 use trunnion::mesh::{Model, ReadOptions, read_model};
 use trunnion::planning::{MachineRef, ModelRef, PartRef, Plan, Print, Slot, Workpiece};
 use trunnion::profile::{Profile, resolve, shipped};
-use trunnion::slicing::{BuiltIn, SliceJob, Slicer};
+use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, Slicer};
 use trunnion::toolpath::{Input, InputWords, Job, read_sliced, rewrite, slot_mesh};
 
 const BED: [f64; 2] = [250.0, 250.0];
@@ -58,7 +58,8 @@ fn sliced(stl: &[u8], profile: &Profile) -> String {
     let model = read_model(stl, "prism.stl", &ReadOptions::default()).expect("reads");
     let workpiece = Workpiece::place(&model, &Workpiece::centred(&model));
     let mesh = slot_mesh(&workpiece, &profile.kinematics(), &print(), MIDDLE);
-    let job = SliceJob { name: "print-00-prism".to_owned(), on_table: true, bed_mm: BED };
+    let job =
+        SliceJob { name: "print-00-prism".to_owned(), on_table: true, bed_mm: BED, adhesion: Adhesion::default() };
     String::from_utf8(BuiltIn.slice(&mesh.mesh, &profile.process, &job).expect("slices").gcode).expect("text")
 }
 

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use trunnion::geom::{Slot, Vec3};
 use trunnion::mesh::TriangleMesh;
-use trunnion::slicing::{BuiltIn, SliceJob, SliceSettings, Slicer};
+use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, SliceSettings, Slicer};
 
 const RUNS: usize = 5;
 const BED: [f64; 2] = [250.0, 250.0];
@@ -89,7 +89,7 @@ fn models() -> Vec<(&'static str, TriangleMesh<Slot>, f64)> {
 
 fn main() {
     let only: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
-    let job = SliceJob { name: "bench".to_owned(), on_table: true, bed_mm: BED };
+    let job = SliceJob { name: "bench".to_owned(), on_table: true, bed_mm: BED, adhesion: Adhesion::default() };
     for (name, mesh, infill) in models() {
         if !only.is_empty() && !only.iter().any(|part| name.contains(part.as_str())) {
             continue;

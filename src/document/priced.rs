@@ -95,7 +95,9 @@ fn standing(pose: &Priced) -> String {
     let why = if tipping <= 0.0 { "falls over".to_owned() } else { format!("falls over beyond {tipping:.1} degrees") };
     let held =
         if pose.support_mm3 > 0.0 { format!(", beyond {:.1} with its supports", pose.held_deg) } else { String::new() };
-    format!("it does not stand safely by itself: {area:.1} mm2 in the first layer, and it {why}{held}; use a brim")
+    format!(
+        "it does not stand safely by itself: {area:.1} mm2 in the first layer, and it {why}{held}; a brim (process.brim_mm) holds it"
+    )
 }
 
 fn supports(pose: &Priced) -> String {

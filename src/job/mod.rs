@@ -23,6 +23,7 @@
 //! JSON here, no flags and no terminal: those are the command's.
 //! Lengths mm, angles degrees, times seconds where a name does not say otherwise.
 
+mod adhesion;
 mod arrange;
 mod batch;
 mod bench;

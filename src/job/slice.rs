@@ -5,11 +5,13 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use super::{BadSetting, CheckedPlan, Error, World};
+use super::{BadSetting, CheckedPlan, Error, World, adhesion};
 use crate::geom::{Rigid, Vec3};
 use crate::mesh::{stl_binary, threemf_project};
 use crate::planning::Print;
-use crate::slicing::{Flaw, SliceJob, Sliced, Slicer, SlicerChoice, WindowBed, below_middles, project_settings};
+use crate::slicing::{
+    Adhesion, Flaw, SliceJob, Sliced, Slicer, SlicerChoice, WindowBed, below_middles, project_settings,
+};
 use crate::toolpath::{Bed, SlotMesh, Spot, layout, print_name, slot_mesh};
 
 /// How to slice.
@@ -201,11 +203,15 @@ pub(super) fn slice_by(
     let mut sliced = Vec::with_capacity(prints.meshes.len());
     let mut flaws: Vec<(String, Flaw)> =
         slicer.flaws().into_iter().map(|flaw| (slicer.name().to_owned(), flaw)).collect();
-    let all: Vec<(&SlotMesh, &String)> = prints.meshes.iter().zip(&prints.names).collect();
+    let (around, lessened): (Vec<_>, Vec<_>) =
+        adhesion::of_prints(plan, &slicer.around(&plan.machine.profile.process)?, &prints.meshes).into_iter().unzip();
+    flaws.extend(prints.names.iter().zip(lessened).filter_map(|(name, flaw)| Some((name.clone(), flaw?))));
+    let all: Vec<((&SlotMesh, &String), Adhesion)> = prints.meshes.iter().zip(&prints.names).zip(around).collect();
     // A few at a time, so that the bar moves; the order of results is that of the prints.
     for batch in all.chunks(rayon::current_num_threads().max(1)) {
-        let one = |(slot, name): &(&SlotMesh, &String)| {
-            let job = SliceJob { name: (*name).clone(), on_table: slot.on_table, bed_mm: prints.bed.size_mm() };
+        let one = |&((slot, name), adhesion): &((&SlotMesh, &String), Adhesion)| {
+            let bed_mm = prints.bed.size_mm();
+            let job = SliceJob { name: name.clone(), on_table: slot.on_table, bed_mm, adhesion };
             let process = &plan.machine.profile.process;
             let [x, y] = prints.bed.min_mm;
             if [x, y] == [0.0; 2] {
@@ -214,7 +220,7 @@ pub(super) fn slice_by(
             slicer.slice(&slot.mesh.moved(&Rigid::shift(Vec3::new(-x, -y, 0.0))), process, &job)
         };
         let done: Result<Vec<Sliced>, _> = batch.par_iter().map(one).collect();
-        for (done, (_, name)) in done?.into_iter().zip(batch) {
+        for (done, ((_, name), _)) in done?.into_iter().zip(batch) {
             sliced.push(done.gcode);
             flaws.extend(done.flaws.into_iter().map(|flaw| ((*name).clone(), flaw)));
         }

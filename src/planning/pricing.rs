@@ -240,7 +240,8 @@ pub(super) fn print_seconds(mesh: &TriangleMesh<Table>, up: Dir<Table>, profile:
     let drawn = |length: f64, each: f64, speed: f64| length * slowness(each.max(process.line_width_mm), speed, profile);
     let layer = drawn(wall_mm, around / 4.0, wall_speed) + drawn(fill_mm, chord, process.infill_mm_per_s);
     let slowest = (wall_mm + fill_mm) / process.slowest_mm_per_s;
-    layers * ((layer * SLOWED).max(process.min_layer_s.min(slowest)) + LAYER_SECONDS)
+    let least = if process.wait_beside { process.min_layer_s } else { process.min_layer_s.min(slowest) };
+    layers * ((layer * SLOWED).max(least) + LAYER_SECONDS)
 }
 
 /// Seconds a millimetre of straight lines this long, each begun and ended at rest.

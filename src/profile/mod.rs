@@ -17,7 +17,7 @@ pub use import::{
     Contradiction, Fact, File as ImportedFile, ImportError, Imported, Place, Rotary, Shelf, Stated, import,
 };
 pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shipped};
-pub use process::{InfillPattern, SliceSettings};
+pub use process::{InfillPattern, Seam, SliceSettings};
 pub use ranges::{OutOfRange, check_number};
 pub use schema::{
     BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, OnStop,

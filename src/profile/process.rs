@@ -16,6 +16,21 @@ pub enum InfillPattern {
     Cubic,
 }
 
+/// Where a closed outer wall begins and ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Seam {
+    /// At its rearmost point, the greatest Y of the slicer's bed.
+    #[default]
+    Rear,
+    /// Where the nozzle comes from.
+    Nearest,
+    /// Above the seam of the layer below; where there is none, in a corner.
+    Aligned,
+    /// In its sharpest corner, one that leads inward before one that leads outward; where all is round, at the rear.
+    Corner,
+}
+
 /// Process settings of one print; lengths in mm, speeds in mm/s, temperatures in deg C.
 ///
 /// They drive the built-in slicer wholly, and are the base below the user's own configuration for the others.
@@ -44,6 +59,16 @@ pub struct SliceSettings {
     pub infill_pattern: InfillPattern,
     /// How far infill reaches into the walls where its lines turn, in line widths.
     pub infill_overlap: f64,
+    /// Where outer walls begin and end; the built-in slicer's alone.
+    pub seam: Seam,
+    /// Whether curved walls are written as arcs (G2, G3) where that is as exact; the built-in slicer's alone.
+    pub arcs: bool,
+    /// How far a brim reaches around what stands on the table, 0 for none.
+    pub brim_mm: f64,
+    /// Loops around the first print on the table.
+    pub skirt_loops: u32,
+    /// From that print, or its brim, to the innermost of them.
+    pub skirt_distance_mm: f64,
     /// Speed of the outer wall.
     pub outer_wall_mm_per_s: f64,
     /// Speed of the inner walls.
@@ -62,6 +87,8 @@ pub struct SliceSettings {
     pub min_layer_s: f64,
     /// For that no line is printed slower than this.
     pub slowest_mm_per_s: f64,
+    /// Whether the head waits beside the part for what is then still missing.
+    pub wait_beside: bool,
     /// Pieces of sparse infill smaller than this are filled, mm².
     pub solid_below_mm2: f64,
     /// And narrower ones.
@@ -102,6 +129,11 @@ impl Default for SliceSettings {
             infill: 0.2,
             infill_pattern: InfillPattern::Lines,
             infill_overlap: 0.25,
+            seam: Seam::Rear,
+            arcs: false,
+            brim_mm: 0.0,
+            skirt_loops: 0,
+            skirt_distance_mm: 6.0,
             outer_wall_mm_per_s: 30.0,
             inner_wall_mm_per_s: 45.0,
             infill_mm_per_s: 60.0,
@@ -111,6 +143,7 @@ impl Default for SliceSettings {
             travel_mm_per_s: 120.0,
             min_layer_s: 5.0,
             slowest_mm_per_s: 10.0,
+            wait_beside: false,
             solid_below_mm2: 70.0,
             solid_below_mm: 2.0,
             retract_mm: 1.0,

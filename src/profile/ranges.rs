@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 78] = [
+const RANGES: [(&str, RangeInclusive<f64>); 81] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.direction", -1.0..=1.0),
@@ -69,6 +69,9 @@ const RANGES: [(&str, RangeInclusive<f64>); 78] = [
     ("process.top_layers", 0.0..=1e4),
     ("process.infill", 0.0..=1.0),
     ("process.infill_overlap", 0.0..=0.5),
+    ("process.brim_mm", 0.0..=100.0),
+    ("process.skirt_loops", 0.0..=20.0),
+    ("process.skirt_distance_mm", 0.0..=100.0),
     ("process.anchor_mm", 0.0..=50.0),
     ("process.outer_wall_mm_per_s", 0.1..=2000.0),
     ("process.inner_wall_mm_per_s", 0.1..=2000.0),

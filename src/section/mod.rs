@@ -21,7 +21,7 @@ pub mod simplify;
 pub use fit::{Fit, Sample, fit};
 pub use grid::{Nearest, Point, Segment, Segments};
 pub use march::march;
-pub use outline::{OutlineSearch, Section};
+pub use outline::{OutlineSearch, Section, to_segment};
 
 use crate::geom::Vec3;
 use crate::mesh::TriangleMesh;

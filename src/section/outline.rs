@@ -93,6 +93,20 @@ impl Section {
         self.search().nearest(p)
     }
 
+    /// The distance between two outlines, mm, exactly: that of a corner of one from a side of the other; 0 where they meet, or one lies in
+    /// the other. Infinite where either is empty.
+    pub fn apart(&self, other: &Self) -> f64 {
+        let from = |a: &Self, b: &Self| {
+            let corner = |&corner: &Point| {
+                let sides = b.segments().iter().map(|side| to_segment(corner, *side));
+                if b.is_inside(corner) { 0.0 } else { sides.fold(f64::INFINITY, f64::min) }
+            };
+            a.segments().iter().flatten().map(corner).fold(f64::INFINITY, f64::min)
+        };
+        let cross = |way: &Segment| other.segments().iter().any(|side| crosses(*way, *side));
+        if self.segments().iter().any(cross) { 0.0 } else { from(self, other).min(from(other, self)) }
+    }
+
     /// Whether the outline meets or touches the way from one point to another.
     pub fn meets(&self, way: Segment) -> bool {
         self.segments.meets(way)
@@ -254,4 +268,20 @@ fn is_above([a, b]: Segment, p: Point) -> bool {
 fn is_right([a, b]: Segment, p: Point) -> bool {
     let rises = if a < b { b[1] > a[1] } else { a[1] > b[1] };
     is_above([a, b], p) != rises
+}
+
+/// Whether two segments cross at a point within both; not where one ends on the other, or runs along it.
+fn crosses([a, b]: Segment, [c, d]: Segment) -> bool {
+    let side = |p: Point, q: Point, r: Point| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
+}
+
+/// The distance of `p` from a segment, mm.
+pub fn to_segment(p: Point, [a, b]: Segment) -> f64 {
+    let (abx, aby) = (b[0] - a[0], b[1] - a[1]);
+    let square = abx * abx + aby * aby;
+    let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;
+    let t = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
+    let (dx, dy) = (p[0] - a[0] - abx * t, p[1] - a[1] - aby * t);
+    (dx * dx + dy * dy).sqrt()
 }

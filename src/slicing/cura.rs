@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use super::config::ini_values;
-use super::{InfillPattern, SliceJob, SliceSettings};
+use super::{Adhesion, InfillPattern, SliceJob, SliceSettings};
 
 /// The definition of all settings and their defaults.
 pub(super) const DEFINITION: &str = "fdmprinter.def.json";
@@ -102,7 +102,6 @@ fn forced(layer: &str, chosen: &Values, job: &SliceJob) -> Values {
         ("machine_center_is_zero", "true"),
         ("center_object", "false"),
         ("remove_empty_first_layers", "false"),
-        ("adhesion_type", "none"),
         ("support_enable", "false"),
         ("prime_tower_enable", "false"),
         ("prime_blob_enable", "false"),
@@ -128,6 +127,7 @@ fn forced(layer: &str, chosen: &Values, job: &SliceJob) -> Values {
     .map(|(key, value)| (key.to_owned(), value.to_owned()))
     .into();
     all.extend([("machine_width".to_owned(), side(x)), ("machine_depth".to_owned(), side(y))]);
+    all.extend(around(&job.adhesion, chosen));
     if !job.on_table {
         let speed = chosen.get("speed_print").cloned().unwrap_or_default();
         let like_others = [
@@ -140,6 +140,29 @@ fn forced(layer: &str, chosen: &Values, job: &SliceJob) -> Values {
         all.extend(like_others.map(|(key, value)| (key.to_owned(), value)));
     }
     all
+}
+
+/// Brim or loops, of which the engine lays one kind; it counts lines where its window knows widths.
+fn around(adhesion: &Adhesion, chosen: &Values) -> Values {
+    let width = chosen.get("skirt_brim_line_width").and_then(|text| text.parse::<f64>().ok());
+    let lines = width.filter(|w| *w > 0.0).map_or(0.0, |width| (adhesion.brim_mm / width).floor());
+    let kind = if lines > 0.0 {
+        "brim"
+    } else if adhesion.skirt_loops > 0 {
+        "skirt"
+    } else {
+        "none"
+    };
+    let numbers = [
+        ("brim_line_count", lines),
+        ("brim_width", adhesion.brim_mm),
+        ("skirt_line_count", f64::from(adhesion.skirt_loops)),
+        ("skirt_gap", adhesion.skirt_distance_mm),
+        ("skirt_brim_minimal_length", 0.0),
+    ];
+    let words = [("adhesion_type", kind), ("brim_outside_only", "true")].map(|(key, value)| (key, value.to_owned()));
+    let numbers = numbers.map(|(key, value)| (key, value.to_string()));
+    words.into_iter().chain(numbers).map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
 /// The command line.
@@ -181,7 +204,7 @@ mod tests {
 
     #[test]
     fn the_users_settings_count_but_for_where_the_part_is() {
-        let job = SliceJob { name: "x".into(), on_table: false, bed_mm: [250.0, 200.0] };
+        let job = SliceJob { name: "x".into(), on_table: false, bed_mm: [250.0, 200.0], adhesion: Adhesion::default() };
         let mine = ["layer_height = 0.28\nwall_line_count = 5\nadhesion_type = brim\n".to_owned()];
         let got = values(&SliceSettings::default(), &mine, &job);
         assert_eq!((got["layer_height"].as_str(), got["layer_height_0"].as_str()), ("0.28", "0.28"));

@@ -137,7 +137,12 @@ mod tests {
 
     #[test]
     fn the_layer_height_in_effect_is_the_last_one_given() {
-        let job = SliceJob { name: "x".into(), on_table: true, bed_mm: [200.0; 2] };
+        let job = SliceJob {
+            name: "x".into(),
+            on_table: true,
+            bed_mm: [200.0; 2],
+            adhesion: crate::slicing::Adhesion::default(),
+        };
         let forced = |configs: &[&str]| {
             let configs: Vec<String> = configs.iter().map(|s| (*s).to_owned()).collect();
             Ini::PrusaSlicer.forced(&SliceSettings::default(), &configs, &job)

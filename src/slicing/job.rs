@@ -9,6 +9,24 @@ use super::SliceError;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
+/// What is laid on the table around a part: a brim that holds it there, loops that fill the nozzle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Adhesion {
+    /// Width of the brim, mm; 0 for none.
+    pub brim_mm: f64,
+    /// Number of loops.
+    pub skirt_loops: u32,
+    /// From the brim, or from the part where it has none, to the innermost loop, mm.
+    pub skirt_distance_mm: f64,
+}
+
+impl Adhesion {
+    /// Whether anything is laid.
+    pub fn is_some(&self) -> bool {
+        self.brim_mm > 0.0 || self.skirt_loops > 0
+    }
+}
+
 /// One slot's part as a slicer sees it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SliceJob {
@@ -18,6 +36,8 @@ pub struct SliceJob {
     pub on_table: bool,
     /// Size of the slicer's bed in x and y, mm; its corner is at (0, 0) and the mesh is centred on it.
     pub bed_mm: [f64; 2],
+    /// What is laid around it; nothing where it does not lie on the table.
+    pub adhesion: Adhesion,
 }
 
 /// How far the lowest point may be from z = 0, mm: the last printed digit.

@@ -27,14 +27,14 @@ use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 
 pub use crate::gcode::settings::config_values;
-pub use crate::profile::{InfillPattern, SliceSettings};
+pub use crate::profile::{InfillPattern, Seam, SliceSettings};
 pub use builtin::BuiltIn;
 pub use error::SliceError;
 pub use interrupt::Interrupt;
-pub use job::{SliceJob, SlicerChoice};
+pub use job::{Adhesion, SliceJob, SlicerChoice};
 pub use level::below_middles;
 pub use process::{ExternalOptions, find};
-pub use sliced::{Flaw, LeftOut, Sliced};
+pub use sliced::{Flaw, LeftOut, Lessened, Sliced};
 pub use window::{WindowBed, project_settings};
 
 /// A program or library that turns one slot's mesh into 3-axis G-code.
@@ -48,6 +48,15 @@ pub trait Slicer: Send + Sync {
     /// What it cannot do as it was configured, whatever it slices: told once.
     fn flaws(&self) -> Vec<Flaw> {
         Vec::new()
+    }
+
+    /// The settings with what its own configuration says of brim and skirt, which whoever asks for a slice finds room for.
+    ///
+    /// # Errors
+    ///
+    /// A value in that configuration that is no number.
+    fn around(&self, settings: &SliceSettings) -> Result<SliceSettings, SliceError> {
+        Ok(settings.clone())
     }
 
     /// G-code of `mesh`, in the mesh's own XY and with z = 0 at its lowest point, no start or end code; and what is not in it.

@@ -18,7 +18,10 @@ use super::external::{Program, begins_in_nothing, extrudes, last_lines, not_driv
 use super::interrupt::Running;
 use super::level::below_middles;
 use super::said::Said;
-use super::{BuiltIn, Flaw, Interrupt, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice, cura};
+use super::{
+    Adhesion, BuiltIn, Flaw, Interrupt, Lessened, SliceError, SliceJob, SliceSettings, Sliced, Slicer, SlicerChoice,
+    cura,
+};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::mesh::stl_binary;
@@ -151,9 +154,22 @@ impl Slicer for External {
         &self.version
     }
 
+    fn around(&self, settings: &SliceSettings) -> Result<SliceSettings, SliceError> {
+        if self.program != Program::PRUSA_SLICER {
+            return Ok(settings.clone());
+        }
+        let texts: Result<Vec<String>, _> = self.options.configs.iter().map(|path| read_text(path)).collect();
+        Configured::unchecked(&texts?).adhesion(settings)
+    }
+
     fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {
         settings.check()?;
         job.layers(mesh, settings.layer_height_mm)?;
+        if self.program == Program::SLIC3R && job.adhesion.is_some() {
+            let mut sliced = self.slice(mesh, settings, &SliceJob { adhesion: Adhesion::default(), ..job.clone() })?;
+            sliced.flaws.push(Flaw::Lessened(Lessened::Unmarked { slicer: self.name().to_owned() }));
+            return Ok(sliced);
+        }
         let mut run = Run::new(&self.options)?;
         let output = run.folder.join("sliced.gcode");
         let texts: Result<Vec<String>, _> = self.options.configs.iter().map(|path| read_text(path)).collect();

@@ -84,7 +84,8 @@ pub(super) fn forced(layer_height: &str, job: &SliceJob) -> Values {
     let more = [
         ("first_layer_speed_over_raft", "100%"),
         ("elefant_foot_compensation", "0"),
-        ("brim_type", "no_brim"),
+        ("brim_type", if job.adhesion.brim_mm > 0.0 { "outer_only" } else { "no_brim" }),
+        ("brim_separation", "0"),
         ("draft_shield", "disabled"),
         ("wipe_tower", "0"),
         ("start_filament_gcode", "\"\""),
@@ -111,8 +112,6 @@ pub(super) fn common_forced(layer_height: &str, job: &SliceJob) -> Values {
         ("first_layer_height", layer_height),
         ("first_layer_extrusion_width", "0"),
         ("first_layer_acceleration", "0"),
-        ("skirts", "0"),
-        ("brim_width", "0"),
         ("raft_layers", "0"),
         ("support_material", "0"),
         ("complete_objects", "0"),
@@ -129,6 +128,14 @@ pub(super) fn common_forced(layer_height: &str, job: &SliceJob) -> Values {
     ]
     .map(|(key, value)| (key, value.to_owned()))
     .into();
+    let around = &job.adhesion;
+    values.extend([
+        ("brim_width", around.brim_mm.to_string()),
+        ("skirts", around.skirt_loops.to_string()),
+        ("skirt_distance", around.skirt_distance_mm.to_string()),
+        ("skirt_height", "1".to_owned()),
+        ("min_skirt_length", "0".to_owned()),
+    ]);
     values.insert("bed_shape", format!("0x0,{x}x0,{x}x{y},0x{y}"));
     if !job.on_table {
         values.insert("first_layer_speed", "100%".to_owned());
@@ -155,6 +162,7 @@ pub(super) fn arguments(configs: &[&Path], mesh: &Path, output: &Path) -> Vec<Os
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::slicing::Adhesion;
 
     #[test]
     fn the_version_is_found_in_the_help_text() {
@@ -166,7 +174,8 @@ mod tests {
 
     #[test]
     fn a_slot_on_material_has_no_first_layer_of_its_own() {
-        let mut job = SliceJob { name: "x".into(), on_table: false, bed_mm: [300.0, 200.0] };
+        let mut job =
+            SliceJob { name: "x".into(), on_table: false, bed_mm: [300.0, 200.0], adhesion: Adhesion::default() };
         let values = forced("0.15", &job);
         assert_eq!(values["first_layer_height"], "0.15");
         assert_eq!(values["first_layer_speed"], "100%");

@@ -36,8 +36,71 @@ pub enum Flaw {
         /// The slicer that was asked.
         slicer: String,
     },
+    /// Brim or skirt are less than was asked for.
+    Lessened(Lessened),
     /// Keys of a configuration that ask for something the slicer does not do.
     Unheeded(Vec<String>),
+}
+
+/// Why a brim or a skirt is less than was asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Lessened {
+    /// The brim is narrower.
+    Brim {
+        /// Than this, mm.
+        wanted_mm: f64,
+        /// As wide as this, mm.
+        brim_mm: f64,
+        /// The part that stands there; `None` where the rim is near.
+        beside: Option<usize>,
+    },
+    /// There is no skirt.
+    Skirt {
+        /// How far it would reach, mm.
+        wanted_mm: f64,
+        /// How far it may, mm.
+        room_mm: f64,
+        /// The part that stands there; `None` where the rim is near.
+        beside: Option<usize>,
+    },
+    /// The print stands on supports, whose feet are there.
+    ForSupports,
+    /// The slicer does not say which of its lines they are.
+    Unmarked {
+        /// That slicer.
+        slicer: String,
+    },
+}
+
+impl fmt::Display for Lessened {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ends = |beside: Option<usize>| match beside {
+            Some(part) => format!("halfway to part {part}; farther apart (--gap between models) there is more room"),
+            None => "up to the table's rim; --origin moves the model".to_owned(),
+        };
+        match self {
+            Self::Brim { wanted_mm, brim_mm, beside } => {
+                write!(
+                    f,
+                    "the brim is {brim_mm:.2} mm wide instead of {wanted_mm} mm (process.brim_mm): {}",
+                    ends(*beside)
+                )
+            }
+            Self::Skirt { wanted_mm, room_mm, beside } => write!(
+                f,
+                "no skirt (process.skirt_loops): it would reach {wanted_mm:.1} mm, and there are {room_mm:.1} mm {}",
+                ends(*beside)
+            ),
+            Self::Unmarked { slicer } => write!(
+                f,
+                "no brim and no skirt (process.brim_mm): {slicer} does not mark their lines, and they would be taken for lines outside the part; \
+                 --slicer builtin or prusa-slicer lay them"
+            ),
+            Self::ForSupports => {
+                write!(f, "no brim and no skirt (process.brim_mm): the feet of its supports stand there")
+            }
+        }
+    }
 }
 
 /// What was too narrow to print.
@@ -77,6 +140,7 @@ impl fmt::Display for Flaw {
                 f,
                 "begins in a point or an edge, of which {slicer} prints no first layer; sliced by the built-in slicer instead"
             ),
+            Self::Lessened(lessened) => write!(f, "{lessened}"),
             Self::Unheeded(keys) => write!(
                 f,
                 "it has nothing for {} of the keys in --slicer-config, which count for nothing: {}",

@@ -1,7 +1,7 @@
 //! All settings of a project for PrusaSlicer's window: what a person would otherwise have to click together.
 
 use super::prusa::{Values, base, forced};
-use super::{SliceJob, SliceSettings};
+use super::{Adhesion, SliceJob, SliceSettings};
 
 /// The window's bed, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,8 @@ const CLEARANCE_MM: f64 = 1.0;
 /// anything around them; `script` is run over the file, unless it is empty.
 pub fn project_settings(settings: &SliceSettings, bed: WindowBed, tallest_mm: f64, script: &str) -> String {
     let ([x0, y0], [x1, y1]) = (bed.min_mm, bed.max_mm);
-    let job = SliceJob { name: String::new(), on_table: true, bed_mm: [x1 - x0, y1 - y0] };
+    let job =
+        SliceJob { name: String::new(), on_table: true, bed_mm: [x1 - x0, y1 - y0], adhesion: Adhesion::default() };
     let mut values: Values = base(settings);
     values.extend(forced(&settings.layer_height_mm.to_string(), &job));
     let own = [

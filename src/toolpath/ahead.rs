@@ -73,7 +73,8 @@ impl Lead {
                     Item::Keep(span) => lead.kept.push(span),
                     Item::Pause(span) => lead.pauses.push(span),
                     Item::Step(step) => lead.owed_mm += step.e,
-                    Item::FirmwareRetract(_) => {}
+                    // Another print went on meanwhile.
+                    Item::FirmwareRetract(_) | Item::Wait(_) => {}
                 }
             }
         }

@@ -54,6 +54,9 @@ impl From<PlainMoved> for Step3 {
     }
 }
 
+/// Shorter waits are no waits for plastic, s: slicers have the program stand for a moment where something is switched.
+pub(super) const LEAST_WAIT_S: f64 = 0.5;
+
 /// One line of a layer.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Item {
@@ -65,6 +68,8 @@ pub(super) enum Item {
     Keep(Range<usize>),
     /// The same where a person is waited for: not at the part.
     Pause(Range<usize>),
+    /// A wait of so many seconds: not at the part either.
+    Wait(f64),
 }
 
 impl Item {
@@ -182,7 +187,10 @@ impl<'a> Walk<'a> {
         }
         let step = place.controller.step(parsed);
         let effect = match step.map_err(|source| SlicedError::Replay { file: file.to_owned(), line, source })? {
-            Step::Nothing | Step::ExtruderSet(_) | Step::Effect(Effect::Dwell(_)) => return Ok(None),
+            Step::Nothing | Step::ExtruderSet(_) => return Ok(None),
+            Step::Effect(Effect::Dwell(seconds)) => {
+                return Ok((seconds >= LEAST_WAIT_S).then_some(Item::Wait(seconds)));
+            }
             Step::Move(m) => return Ok(Step3::of(&m, comment_at(parsed, start, text.len())).map(Item::Step)),
             Step::Effect(Effect::Retract(pull)) => return Ok(Some(Item::FirmwareRetract(pull))),
             Step::Effect(effect) => effect,

@@ -95,8 +95,6 @@ struct Open {
     reach: Bounds,
     filament_mm: f64,
     first_layer: Vec<(Option<f64>, f64)>,
-    /// Waits up to the last extrusion, and since.
-    waits_s: [f64; 2],
     /// Nozzle and bed when it began.
     heat: [Option<f64>; 2],
     /// The first line of a skirt or brim.
@@ -116,7 +114,6 @@ impl Open {
             reach: Bounds::EMPTY,
             filament_mm: 0.0,
             first_layer: Vec::new(),
-            waits_s: [0.0; 2],
             heat: [None; 2],
             adhesion: None,
             labelled: false,
@@ -234,10 +231,6 @@ impl<'a> Reader<'a> {
         match step {
             Step::Nothing | Step::ExtruderSet(_) | Step::Effect(Effect::Retract(_)) => {}
             Step::Move(m) => self.take_move(&m, parsed, &Here { start, text, before })?,
-            Step::Effect(Effect::Dwell(seconds)) => {
-                self.print.waits_s[1] += seconds.max(0.0);
-                self.since = true;
-            }
             Step::Effect(effect) => {
                 if effect == Effect::Label {
                     self.print.labelled = true;
@@ -416,10 +409,6 @@ impl<'a> Reader<'a> {
     #[inline]
     fn pending_within(&mut self) -> Result<(), SlicedError> {
         self.since = false;
-        let waited = std::mem::take(&mut self.print.waits_s[1]);
-        if !self.print.layers.is_empty() {
-            self.print.waits_s[0] += waited;
-        }
         if let Some(p) = self.pending.iter().find(|p| p.suspect) {
             return Err(refused(&self.source, p.line, p.span.clone()));
         }
@@ -497,7 +486,6 @@ impl<'a> Reader<'a> {
             heights_mm: settings.heights_mm().filter(|_| !stated::says_each_height(self.source.bytes)),
             adhesion: print.adhesion,
             labelled: print.labelled,
-            waits_s: print.waits_s[0],
             nozzle_c: print.heat[0].or_else(|| celsius([Setting::FirstNozzleHeat, Setting::NozzleHeat])),
             bed_c: print.heat[1].or_else(|| celsius([Setting::FirstBedHeat, Setting::BedHeat])),
             settings: settings.clone(),
@@ -587,13 +575,6 @@ mod tests {
         assert_eq!((print.nozzle_c, print.bed_c), (Some(215.0), Some(65.0)));
         assert_eq!((print.extrusion.min, print.extrusion.max), (Vec3::new(0.0, 0.0, 0.2), Vec3::new(10.0, 10.0, 0.4)));
         assert_eq!((print.prologue.len(), print.epilogue.len(), print.lead.len()), (1, 1, 1));
-    }
-
-    #[test]
-    fn waits_are_counted_between_the_first_and_the_last_extrusion() {
-        let waiting = TWO_LAYERS.replace("G28", "G28\nG4 S9").replace("M106", "G4 P1500\nG4 S2\nM106");
-        assert_eq!(one(&waiting.replace("M107", "G4 S20\nM107")).waits_s, 3.5);
-        assert_eq!(one(TWO_LAYERS).waits_s, 0.0);
     }
 
     #[test]

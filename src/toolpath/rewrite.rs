@@ -70,12 +70,6 @@ fn left_out(entries: &[Entry<'_>]) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let waits_s: f64 = entries.iter().map(|entry| entry.input.sliced.waits_s).sum();
-    if waits_s > 0.0 {
-        warnings.push(format!(
-            "waits (G4) of {waits_s} s inside the prints are left out: a hot nozzle does not stand on the part"
-        ));
-    }
     warnings
 }
 

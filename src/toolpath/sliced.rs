@@ -62,8 +62,6 @@ pub struct SlicedPrint<'a> {
     pub labelled: bool,
     /// The first line of a skirt or brim, where the slicer names one.
     pub adhesion: Option<u32>,
-    /// Waits (G4) between its first and last extrusion, s. They are left out of what is written.
-    pub waits_s: f64,
     /// Nozzle temperature set before the first extrusion.
     pub nozzle_c: Option<f64>,
     /// Bed temperature set before the first extrusion.

@@ -13,12 +13,15 @@ use super::modal::{Modal, translated};
 use super::output::Output;
 use super::sliced::SlicedPrint;
 use crate::gcode::marks::{END_MARK, Expect, Hint, WORDS_MARK, hint, print_mark, slot_mark, version_mark};
+use crate::gcode::meaning::dwell_line;
 use crate::geom::{Bounds, Vec3};
 use crate::motion::replay::{PlainMoved, flatten};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{HOP_MM, Head};
 use crate::profile::Commands;
 
+/// How far beside a print the head waits, mm.
+const BESIDE_MM: f64 = 5.0;
 /// So many bytes are written at once.
 const WRITTEN_AT_ONCE: usize = 1 << 18;
 
@@ -48,6 +51,8 @@ pub(super) struct Writer<'a> {
     clear_height: f64,
     /// How often a person is waited for.
     pauses: usize,
+    /// How long is waited beside parts, s.
+    waits_s: f64,
     /// Commands that the machine's firmware does not have, told once.
     untranslated: BTreeSet<String>,
 }
@@ -77,6 +82,7 @@ impl<'a> Writer<'a> {
             flow: Flow::default(),
             clear_height: f64::INFINITY,
             pauses: 0,
+            waits_s: 0.0,
             untranslated: BTreeSet::new(),
         }
     }
@@ -89,6 +95,12 @@ impl<'a> Writer<'a> {
             self.warnings.push(format!(
                 "pauses for a person (M600, M0 or the like; {} in all) are made above all that stands, with the filament pulled back",
                 self.pauses
+            ));
+        }
+        if self.waits_s > 0.0 {
+            self.warnings.push(format!(
+                "waits of the sliced files (G4; {:.0} s in all) are made beside the part, above all that stands, with the filament pulled back",
+                self.waits_s
             ));
         }
         self.sink.flush().map_err(RewriteError::Write)?;
@@ -295,6 +307,44 @@ impl<'a> Writer<'a> {
         self.pauses += 1;
     }
 
+    /// Waits so that plastic sets: pulls back, goes up clear of everything that stands and beside what is printed, and comes back the same way.
+    fn wait(&mut self, entry: &Entry<'_>, seconds: f64) {
+        let Some(tip) = self.out.tip() else { return };
+        let transition = &self.job.profile.transition;
+        let (pulled, feed) = (transition.retract_mm, transition.retract_mm_per_s * 60.0);
+        let height = self.pause_height(tip.z);
+        self.out.filament(-pulled, feed, b"");
+        self.out.go_z(height, transition.z_mm_per_min);
+        let beside = self.beside(entry, tip);
+        if let Some([x, y]) = beside {
+            self.out.go(Vec3::new(x, y, height), 0.0, transition.travel_mm_per_min, b"");
+        }
+        self.out.line(&dwell_line(self.out.firmware(), seconds));
+        if beside.is_some() {
+            self.out.go(Vec3::new(tip.x, tip.y, height), 0.0, transition.travel_mm_per_min, b"");
+        }
+        self.out.go(tip, 0.0, transition.z_mm_per_min, b"");
+        self.out.filament(pulled, feed, b"");
+        self.waits_s += seconds;
+    }
+
+    /// The nearest place beside a print that the axes reach.
+    fn beside(&self, entry: &Entry<'_>, tip: Vec3) -> Option<[f64; 2]> {
+        let (around, limits) = (region(entry), &self.job.profile.limits);
+        let (low, high) = (around.min, around.max);
+        let sides = [
+            [low.x - BESIDE_MM, tip.y],
+            [high.x + BESIDE_MM, tip.y],
+            [tip.x, low.y - BESIDE_MM],
+            [tip.x, high.y + BESIDE_MM],
+        ];
+        let reached = |[x, y]: &[f64; 2]| {
+            (limits.x_mm[0]..=limits.x_mm[1]).contains(x) && (limits.y_mm[0]..=limits.y_mm[1]).contains(y)
+        };
+        let away = |[x, y]: &[f64; 2]| (x - tip.x).abs() + (y - tip.y).abs();
+        sides.into_iter().filter(reached).min_by(|a, b| away(a).total_cmp(&away(b)))
+    }
+
     /// Above all that stands, what is being printed among it; the axis's end where it is lower.
     fn pause_height(&self, tip_z: f64) -> f64 {
         let own = tip_z + self.job.profile.transition.clearance_mm;
@@ -334,6 +384,7 @@ impl<'a> Writer<'a> {
         match item {
             Item::Keep(span) => self.keep(entry, span),
             Item::Pause(span) => self.pause(entry, span),
+            Item::Wait(seconds) => self.wait(entry, *seconds),
             Item::FirmwareRetract(pull) => self.out.line(if *pull { "G10" } else { "G11" }),
             Item::Step(step) => self.step(step, entry, obstacles),
         }

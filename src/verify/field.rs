@@ -418,7 +418,7 @@ mod tests {
             let level = &field.levels[0];
             for (i, top) in level.top.iter().enumerate() {
                 let centre = [i % level.columns, i / level.columns].map(|n| (n as f64 + 0.5) * level.cell - 20.0);
-                let away = crate::verify::material::to_segment(centre, [a, b]);
+                let away = crate::section::to_segment(centre, [a, b]);
                 assert!(
                     (away - reach).abs() < 1e-6 || (away < reach) == (*top > 0.0),
                     "{a:?} {b:?} {reach} {centre:?}"

@@ -5,6 +5,7 @@ use super::field::{Field, Rect};
 use super::floor::Floor;
 use super::hull::outline;
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
+use crate::section::to_segment;
 
 /// Edge of the cubes by which beads are gathered into spheres, mm.
 const CUBE_MM: f64 = 2.0;
@@ -214,14 +215,4 @@ fn upper_planes(slab: &[Vec3], half: usize) -> Vec<[f64; 3]> {
     let faces = [(normal, slab[0]), (-normal, slab[half])].into_iter().chain(rim);
     let faces = faces.map(|(normal, on)| (normal.normalize(), on)).filter(|(normal, _)| normal.z > 1e-6);
     faces.map(|(n, on)| [-n.x / n.z, -n.y / n.z, n.dot(&on) / n.z]).collect()
-}
-
-/// The distance of `p` from a segment.
-pub(super) fn to_segment(p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
-    let (abx, aby) = (b[0] - a[0], b[1] - a[1]);
-    let square = abx * abx + aby * aby;
-    let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;
-    let t = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
-    let (dx, dy) = (p[0] - a[0] - abx * t, p[1] - a[1] - aby * t);
-    (dx * dx + dy * dy).sqrt()
 }

@@ -202,5 +202,5 @@ fn side(p: Point, normal: Point, [a, b]: Segment, reach: f64) -> Option<usize> {
 
 /// The distance of `p` from a segment.
 fn away(p: Point, axis: Segment) -> f64 {
-    super::material::to_segment(p, axis)
+    crate::section::to_segment(p, axis)
 }

@@ -269,6 +269,12 @@ fn effect_of(firmware: Firmware, command: Command, line: &ParsedLine) -> Effect 
     }
 }
 
+/// The line that has a machine stand for so many seconds, to the millisecond.
+pub fn dwell_line(firmware: Firmware, seconds: f64) -> String {
+    let value = (seconds * 1000.0).round() / 1000.0 / firmware_p(firmware);
+    format!("G4 P{}", (value * 1000.0).round() / 1000.0)
+}
+
 /// Milliseconds, but seconds in RS274/NGC.
 fn firmware_p(firmware: Firmware) -> f64 {
     if firmware.is_printer() { 1e-3 } else { 1.0 }
@@ -442,6 +448,11 @@ mod tests {
         assert_eq!(marlin("M220 B"), Effect::Factor { speed: true, percent: None });
         assert_eq!(marlin("G4 P1500"), Effect::Dwell(1.5));
         assert_eq!(of(Firmware::LinuxCnc, "G4 P1.5"), Effect::Dwell(1.5));
+        for (_, firmware) in Firmware::NAMES {
+            for seconds in [0.001, 0.5, 2.347, 600.0] {
+                assert_eq!(of(firmware, &dwell_line(firmware, seconds)), Effect::Dwell(seconds), "{firmware:?}");
+            }
+        }
         for text in ["M204 P800 T1500", "M900 K0.04", "M201 X500", "M155 S2"] {
             assert_eq!(marlin(text), Effect::Setting, "{text}");
         }

@@ -63,6 +63,10 @@ impl Slicer for Housed {
         self.slicer.flaws()
     }
 
+    fn around(&self, settings: &SliceSettings) -> Result<SliceSettings, SliceError> {
+        self.slicer.around(settings)
+    }
+
     fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {
         self.slicer.slice(mesh, settings, job)
     }

@@ -3,13 +3,15 @@
 use std::collections::VecDeque;
 use std::f64::consts::PI;
 
+use super::arcs::{self, Arc, Piece};
 use super::plan::{Feature, Path};
 use super::region::{Point, UNITS_PER_MM, length};
 use super::{Line, Lines};
+use crate::gcode::push_units;
 use crate::slicing::SliceSettings;
 
 /// A position in micrometres, the last printed digit.
-type Micrometres = [i64; 2];
+pub(super) type Micrometres = [i64; 2];
 
 /// A place of the filament is pulled back and forth at most so often within so many of E's last digits (5 mm): more, and the gear
 /// grinds it. Slicers leave that to the user; printing guides say 10 to 15.
@@ -29,6 +31,8 @@ pub(super) struct Writer<'a> {
     slow: bool,
     /// How much slower than usual a layer is printed, so that it takes its time.
     pace: f64,
+    /// What it lacks even so, s.
+    missing_s: f64,
     at: Option<Micrometres>,
     feed: i64,
     kind: Option<(Feature, i64)>,
@@ -49,6 +53,7 @@ impl<'a> Writer<'a> {
             filament_mm2: PI / 4.0 * settings.filament_mm.powi(2),
             slow: false,
             pace: 1.0,
+            missing_s: 0.0,
             at: None,
             feed: 0,
             kind: None,
@@ -97,10 +102,11 @@ impl<'a> Writer<'a> {
         let z = (z_mm * 1000.0).round() / 1000.0;
         self.slow = slow;
         self.pace = 1.0;
+        self.missing_s = 0.0;
         self.kind = None;
         self.raw(&format!(";LAYER_CHANGE\n;Z:{z}\n;HEIGHT:{}", self.line.height_mm));
         self.text.extend_from_slice(b"G1 Z");
-        self.fixed((z * 1000.0).round() as i64, 3);
+        push_units(&mut self.text, (z * 1000.0).round() as i64, 3);
         self.set_feed(self.settings.travel_mm_per_s);
         self.text.push(b'\n');
     }
@@ -118,6 +124,15 @@ impl<'a> Writer<'a> {
             if time.seconds(middle, slowest) < least { high = middle } else { low = middle }
         }
         self.pace = low;
+        self.missing_s = (least - time.seconds(low, slowest)).max(0.0);
+    }
+
+    /// Waits until the layer has taken the least time, where that is wanted: whoever puts the prints together says where.
+    pub(super) fn wait(&mut self) {
+        let milliseconds = (self.missing_s * 1000.0).round();
+        if self.settings.wait_beside && milliseconds > 0.0 {
+            self.raw(&format!("G4 P{milliseconds}"));
+        }
     }
 
     /// Goes to the path and prints it.
@@ -130,8 +145,15 @@ impl<'a> Writer<'a> {
         self.set_feed(paced(self.speed(path.feature), self.pace, self.settings.slowest_mm_per_s));
         self.text.push(b'\n');
         let e_per_mm = self.line.area_of(self.width(path) as f64 / 1e3) / self.filament_mm2;
-        for &point in &path.points[1..] {
-            self.extrude(micrometres(point), e_per_mm);
+        let points: Vec<Micrometres> = path.points.iter().map(|&p| micrometres(p)).collect();
+        if self.settings.arcs && matches!(path.feature, Feature::OuterWall | Feature::InnerWall) {
+            return arcs::fitted(&points).into_iter().for_each(|piece| match piece {
+                Piece::Line(to) => self.extrude(points[to], e_per_mm),
+                Piece::Arc(arc) => self.arc(&arc, e_per_mm),
+            });
+        }
+        for &point in &points[1..] {
+            self.extrude(point, e_per_mm);
         }
     }
 
@@ -188,62 +210,55 @@ impl<'a> Writer<'a> {
 
     fn pull(&mut self, by_mm: f64) {
         self.text.extend_from_slice(b"G1 E");
-        self.fixed((by_mm * 1e5).round() as i64, 5);
+        push_units(&mut self.text, (by_mm * 1e5).round() as i64, 5);
         self.set_feed(self.settings.retract_mm_per_s);
         self.text.push(b'\n');
     }
 
     fn extrude(&mut self, to: Micrometres, e_per_mm: f64) {
         let Some(at) = self.at.filter(|&at| at != to) else { return };
-        self.wanted_e += distance_mm(at, to) * e_per_mm;
-        let e = (self.wanted_e * 1e5).round() as i64 - self.written_e;
-        self.written_e += e;
+        let e = self.filament(distance_mm(at, to) * e_per_mm);
         self.text.extend_from_slice(b"G1");
         self.coordinates(to);
         self.text.extend_from_slice(b" E");
-        self.fixed(e, 5);
+        push_units(&mut self.text, e, 5);
         self.text.push(b'\n');
+    }
+
+    /// G2 or G3 with the centre from its beginning; the filament is that of the arc's own length.
+    fn arc(&mut self, arc: &Arc, e_per_mm: f64) {
+        let e = self.filament(arc.length_mm * e_per_mm);
+        self.text.extend_from_slice(if arc.clockwise { b"G2" } else { b"G3" });
+        self.coordinates(arc.to);
+        for (word, offset) in [b" I", b" J"].into_iter().zip(arc.centre) {
+            self.text.extend_from_slice(word);
+            push_units(&mut self.text, offset, 3);
+        }
+        self.text.extend_from_slice(b" E");
+        push_units(&mut self.text, e, 5);
+        self.text.push(b'\n');
+    }
+
+    /// What is pushed for so many millimetres more, in E's last digits; the remainder goes on to the next line.
+    fn filament(&mut self, mm: f64) -> i64 {
+        self.wanted_e += mm;
+        let e = (self.wanted_e * 1e5).round() as i64 - self.written_e;
+        self.written_e += e;
+        e
     }
 
     fn coordinates(&mut self, to: Micrometres) {
         self.text.extend_from_slice(b" X");
-        self.fixed(to[0], 3);
+        push_units(&mut self.text, to[0], 3);
         self.text.extend_from_slice(b" Y");
-        self.fixed(to[1], 3);
+        push_units(&mut self.text, to[1], 3);
         self.at = Some(to);
     }
 
     fn set_feed(&mut self, mm_per_s: f64) {
         self.feed = (mm_per_s * 60.0).round() as i64;
         self.text.extend_from_slice(b" F");
-        self.fixed(self.feed, 0);
-    }
-
-    /// `value` in units of the last of `decimals` decimals, of which there are at most 5.
-    ///
-    /// Most of a file's text are such numbers, and `write!` takes four times as long.
-    fn fixed(&mut self, value: i64, decimals: usize) {
-        // 19 digits, at least one before the point, the point and the sign.
-        let mut text = [b'0'; 22];
-        let mut at = text.len();
-        let mut rest = value.unsigned_abs();
-        for place in 0.. {
-            if place > decimals && rest == 0 {
-                break;
-            }
-            if place == decimals && decimals > 0 {
-                at -= 1;
-                text[at] = b'.';
-            }
-            at -= 1;
-            text[at] = b'0' + (rest % 10) as u8;
-            rest /= 10;
-        }
-        if value < 0 {
-            at -= 1;
-            text[at] = b'-';
-        }
-        self.text.extend_from_slice(&text[at..]);
+        push_units(&mut self.text, self.feed, 0);
     }
 
     /// The path's width as it is stated, micrometres.
@@ -258,7 +273,7 @@ impl<'a> Writer<'a> {
             Feature::Overhang => s.overhang_mm_per_s,
             Feature::Bridge => s.bridge_mm_per_s,
             Feature::InnerWall => s.inner_wall_mm_per_s,
-            Feature::Solid | Feature::Top | Feature::Sparse | Feature::Support => s.infill_mm_per_s,
+            Feature::Solid | Feature::Top | Feature::Sparse | Feature::Support | Feature::Adhesion => s.infill_mm_per_s,
         };
         if self.slow { s.first_layer_mm_per_s } else { speed }
     }
@@ -322,6 +337,7 @@ fn name(feature: Feature) -> &'static str {
         Feature::Top => "Top solid infill",
         Feature::Sparse => "Internal infill",
         Feature::Support => "Support material",
+        Feature::Adhesion => "Skirt/Brim",
     }
 }
 
@@ -330,6 +346,6 @@ fn micrometres(p: Point) -> Micrometres {
     [p.x, p.y].map(i64::from).map(|c| (c + c.signum() * (UNITS / 2)) / UNITS)
 }
 
-fn distance_mm(a: Micrometres, b: Micrometres) -> f64 {
+pub(super) fn distance_mm(a: Micrometres, b: Micrometres) -> f64 {
     length([b[0] - a[0], b[1] - a[1]].map(|v| v as f64)) / 1000.0
 }

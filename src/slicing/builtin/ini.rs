@@ -10,7 +10,7 @@ use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::profile::OutOfRange;
 use crate::slicing::config::ini_values;
-use crate::slicing::{BuiltIn, Flaw, InfillPattern, SliceError, SliceJob, SliceSettings, Sliced, Slicer};
+use crate::slicing::{BuiltIn, Flaw, InfillPattern, Seam, SliceError, SliceJob, SliceSettings, Sliced, Slicer};
 
 /// The built-in slicer with configurations over the profile's settings.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ type Number = fn(&mut SliceSettings) -> &mut f64;
 type Count = fn(&mut SliceSettings) -> &mut u32;
 
 /// Keys whose value is the setting.
-const NUMBERS: [(&str, Number); 16] = [
+const NUMBERS: [(&str, Number); 18] = [
     ("nozzle_diameter", |s| &mut s.nozzle_mm),
     ("filament_diameter", |s| &mut s.filament_mm),
     ("layer_height", |s| &mut s.layer_height_mm),
@@ -39,12 +39,17 @@ const NUMBERS: [(&str, Number); 16] = [
     ("retract_before_travel", |s| &mut s.retract_from_mm),
     ("temperature", |s| &mut s.nozzle_c),
     ("bed_temperature", |s| &mut s.bed_c),
+    ("brim_width", |s| &mut s.brim_mm),
+    ("skirt_distance", |s| &mut s.skirt_distance_mm),
 ];
-const COUNTS: [(&str, Count); 3] = [
+const COUNTS: [(&str, Count); 4] = [
     ("perimeters", |s| &mut s.walls),
     ("bottom_solid_layers", |s| &mut s.bottom_layers),
     ("top_solid_layers", |s| &mut s.top_layers),
+    ("skirts", |s| &mut s.skirt_loops),
 ];
+/// Brims that lie around a part; others lie in its holes, or nowhere.
+const BRIMS: [&str; 2] = ["outer_only", "outer_and_inner"];
 /// Widths; the first that is stated is every line's.
 const WIDTHS: [&str; 6] = [
     "extrusion_width",
@@ -55,8 +60,10 @@ const WIDTHS: [&str; 6] = [
     "top_infill_extrusion_width",
 ];
 /// What the built-in slicer does anyway.
-const AS_IT_DOES: [(&str, &str); 12] = [
+const AS_IT_DOES: [(&str, &str); 14] = [
     ("bottom_fill_pattern", "rectilinear"),
+    ("brim_type", "no_brim"),
+    ("brim_type", "outer_only"),
     ("extrusion_multiplier", "1"),
     ("fill_angle", "45"),
     ("fuzzy_skin", "none"),
@@ -64,7 +71,7 @@ const AS_IT_DOES: [(&str, &str); 12] = [
     ("infill_every_layers", "1"),
     ("only_retract_when_crossing_perimeters", "1"),
     ("overhangs", "1"),
-    ("seam_position", "rear"),
+    ("skirt_height", "1"),
     ("slicing_mode", "regular"),
     ("thin_walls", "1"),
     ("top_fill_pattern", "rectilinear"),
@@ -147,11 +154,23 @@ impl Configured {
     ///
     /// A value that is no number where one must stand; whether it can be printed is asked with the profile's settings.
     pub(in crate::slicing) fn new(texts: &[String]) -> Result<Self, SliceError> {
-        let mut values = BTreeMap::new();
-        texts.iter().for_each(|text| values.extend(ini_values(text)));
-        let configured = Self { values };
+        let configured = Self::unchecked(texts);
         configured.over(&SliceSettings::default())?;
         Ok(configured)
+    }
+
+    /// The same, whatever its values are.
+    pub(in crate::slicing) fn unchecked(texts: &[String]) -> Self {
+        let mut values = BTreeMap::new();
+        texts.iter().for_each(|text| values.extend(ini_values(text)));
+        Self { values }
+    }
+
+    /// The profile's brim and skirt with these over them, for another slicer that reads all else itself.
+    pub(in crate::slicing) fn adhesion(&self, base: &SliceSettings) -> Result<SliceSettings, SliceError> {
+        let only = |(key, _): &(&String, &String)| key.starts_with("brim_") || key.starts_with("skirt");
+        let values = self.values.iter().filter(only).map(|(key, text)| (key.clone(), text.clone())).collect();
+        Self { values }.over(base)
     }
 
     /// The profile's settings with these over them.
@@ -181,6 +200,12 @@ impl Configured {
         }
         if let Some(pattern) = self.value("fill_pattern").and_then(pattern) {
             s.infill_pattern = pattern;
+        }
+        if let Some(seam) = self.value("seam_position").and_then(seam) {
+            s.seam = seam;
+        }
+        if self.value("brim_type").is_some_and(|kind| !BRIMS.contains(&kind)) {
+            s.brim_mm = 0.0;
         }
         if let Some(text) = self.value("infill_overlap") {
             s.infill_overlap = part_of("infill_overlap", text, s.line_width_mm)? / s.line_width_mm;
@@ -231,8 +256,10 @@ impl Configured {
         };
         let asks = |(key, text): &(&String, &String)| {
             let text = text.trim_matches(['"', ' ']);
-            if key.as_str() == "fill_pattern" {
-                return pattern(text).is_none();
+            match key.as_str() {
+                "fill_pattern" => return pattern(text).is_none(),
+                "seam_position" => return seam(text).is_none(),
+                _ => {}
             }
             if key.as_str() == "first_layer_height" {
                 return self.value("layer_height").is_some_and(|height| height != text && text != "100%");
@@ -264,6 +291,16 @@ fn pattern(name: &str) -> Option<InfillPattern> {
     match name {
         "rectilinear" | "alignedrectilinear" | "line" => Some(InfillPattern::Lines),
         "cubic" => Some(InfillPattern::Cubic),
+        _ => None,
+    }
+}
+
+/// The place of seams that a slicer calls so, where it is one of ours.
+fn seam(name: &str) -> Option<Seam> {
+    match name {
+        "rear" => Some(Seam::Rear),
+        "nearest" => Some(Seam::Nearest),
+        "aligned" => Some(Seam::Aligned),
         _ => None,
     }
 }
@@ -304,6 +341,10 @@ impl Slicer for Configured {
         if keys.is_empty() { Vec::new() } else { vec![Flaw::Unheeded(keys)] }
     }
 
+    fn around(&self, settings: &SliceSettings) -> Result<SliceSettings, SliceError> {
+        self.over(settings)
+    }
+
     fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {
         slice(mesh, &self.over(settings)?, job)
     }
@@ -338,16 +379,37 @@ mod tests {
         let text = "spiral_vase = 1\nbrim_width = 4\nbrim_separation = 0.1\nironing = 0\nironing_speed = 15\nfill_pattern = gyroid\nnotes = x\n\
                     start_gcode = G28\nraft_layers = 0\nraft_expansion = 1.5\nextrusion_width = 0.45\ninfill_extrusion_width = 0.6\n\
                     perimeter_extrusion_width = 0.45\nlayer_height = 0.2\nfirst_layer_height = 0.3\n";
-        let wanted = [
-            "brim_separation",
-            "brim_width",
-            "fill_pattern",
-            "first_layer_height",
-            "infill_extrusion_width",
-            "spiral_vase",
-        ];
+        let wanted = ["brim_separation", "fill_pattern", "first_layer_height", "infill_extrusion_width", "spiral_vase"];
         assert_eq!(configured(text).unheeded(), wanted);
         assert!(configured("layer_height = 0.2\nfill_pattern = rectilinear\n").flaws().is_empty());
+    }
+
+    #[test]
+    fn brims_and_loops_are_those_around_the_part() {
+        let got = |text: &str| {
+            let s = configured(text).over(&SliceSettings::default()).unwrap();
+            (s.brim_mm, s.skirt_loops, s.skirt_distance_mm)
+        };
+        assert_eq!(got("brim_width = 4\nskirts = 2\nskirt_distance = 3\n"), (4.0, 2, 3.0));
+        assert_eq!(got("brim_width = 4\nbrim_type = outer_and_inner\n").0, 4.0);
+        assert_eq!(
+            (got("brim_width = 4\nbrim_type = no_brim\n").0, got("brim_width = 4\nbrim_type = inner_only\n").0),
+            (0.0, 0.0)
+        );
+        let all = configured(
+            "brim_width = 4\nskirts = 1\nskirt_height = 1\nbrim_type = outer_only\nseam_position = nearest\n",
+        );
+        assert!(all.unheeded().is_empty(), "{:?}", all.unheeded());
+        let other = configured(
+            "skirts = 1\nskirt_height = 3\nbrim_type = inner_only\nbrim_width = 2\nseam_position = random\nmin_skirt_length = 4\n",
+        );
+        assert_eq!(other.unheeded(), ["brim_type", "min_skirt_length", "seam_position", "skirt_height"]);
+        let others = Configured::unchecked(&["brim_width = 3\nlayer_height = thick\n".to_owned()]);
+        assert_eq!(
+            others.adhesion(&SliceSettings::default()).unwrap().brim_mm,
+            3.0,
+            "the rest is the other slicer's to read"
+        );
     }
 
     #[test]

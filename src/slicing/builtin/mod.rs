@@ -1,8 +1,9 @@
-//! The built-in slicer: walls, skins, rectilinear infill, bridges; no supports, no brim.
+//! The built-in slicer: walls, skins, infill, bridges, brim and skirt; no supports.
 //!
-//! It is honest and small: what it cannot print it names in a comment, and what lies over air it marks as a bridge or
-//! an overhang. Same input, same bytes, whatever the number of threads.
+//! It is honest and small: what it cannot print it tells ([`Flaw`]), and what lies over air it marks as a bridge or an overhang. Same input, same bytes, whatever the number of threads.
 
+mod adhesion;
+mod arcs;
 mod bridges;
 mod comb;
 mod cut;
@@ -18,6 +19,7 @@ mod order;
 mod overhang;
 mod plan;
 mod region;
+mod seam;
 mod sheets;
 mod skins;
 #[cfg(test)]
@@ -33,7 +35,7 @@ use self::cut::{Cut, cuts};
 use self::emit::Writer;
 use self::order::Order;
 use self::plan::{Path, PlannedLayer, all_walls, planned};
-use self::region::{Region, units};
+use self::region::{Contour, Region, units};
 use self::skins::Stack;
 use super::{Flaw, LeftOut, SliceError, SliceJob, SliceSettings, Sliced, Slicer};
 use crate::gcode::checksum;
@@ -135,7 +137,8 @@ pub fn slice(mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob
     writer.raw(
         "G21 ; set units to millimeters\nG90 ; use absolute coordinates\nM83 ; use relative distances for extrusion",
     );
-    write_layers(&layers, settings, job, &mut writer);
+    let around = adhesion::rings(&outlines[0], lines.at(0), &job.adhesion);
+    write_layers(&layers, around, settings, job, &mut writer);
     for flaw in &flaws {
         writer.raw(&format!("; warning: {flaw}"));
     }
@@ -155,8 +158,15 @@ fn runs(outlines: &[Region], first_alone: bool) -> Vec<usize> {
     same_as
 }
 
-fn write_layers(layers: &[PlannedLayer<'_>], s: &SliceSettings, job: &SliceJob, writer: &mut Writer<'_>) {
+fn write_layers(
+    layers: &[PlannedLayer<'_>],
+    around: Vec<Contour>,
+    s: &SliceSettings,
+    job: &SliceJob,
+    writer: &mut Writer<'_>,
+) {
     let mut order = Order::new(s);
+    order.around(around);
     if job.on_table {
         writer.layer_fan(0.0);
     }
@@ -182,6 +192,7 @@ fn write_layer(index: usize, paths: &[Path], s: &SliceSettings, job: &SliceJob, 
     writer.take_time(paths);
     writer.raw(&format!("; printing object {label} id:0 copy 0"));
     paths.iter().for_each(|path| writer.path(path));
+    writer.wait();
     writer.raw(&format!("; stop printing object {label} id:0 copy 0"));
 }
 

@@ -8,12 +8,11 @@ use super::nearest::Nearest;
 use super::overhang::Ground;
 use super::plan::{Feature, Fill, Island, Path, PlannedLayer};
 use super::region::{Contour, Point, distance_mm, perimeter_mm};
+use super::seam::{Seams, nearest_place};
 use super::tour::{Ends, tour};
 use super::walls::Bead;
 use crate::slicing::SliceSettings;
 
-/// How far behind the rearmost point a seam may lie, grid units: rounding must not throw it about.
-const REAR_TOLERANCE: i32 = 200;
 /// A longer way inside an island is made with the filament pulled back too, mm: what oozes is missing where the next line begins.
 const LONGEST_UNPULLED_MM: f64 = 60.0;
 /// A way inside an island may be so much longer than the straight one, mm: that takes as long as a pull.
@@ -26,11 +25,12 @@ pub(super) struct Order<'a> {
     at: Option<Point>,
     /// The layer's lines so far.
     paths: Vec<Path>,
+    seams: Seams,
 }
 
 impl<'a> Order<'a> {
     pub(super) fn new(settings: &'a SliceSettings) -> Self {
-        Self { settings, at: None, paths: Vec::new() }
+        Self { settings, at: None, paths: Vec::new(), seams: Seams::new(settings.seam) }
     }
 
     /// The layer's paths in printing order, on the way to the layer `above`. Islands nearest first; in each the walls from the inside
@@ -54,11 +54,50 @@ impl<'a> Order<'a> {
                 let pieces: Vec<Piece<'_>> = lines.chain(gaps).collect();
                 // Behind bridges the nearest of the other lines follows.
                 let then = if bridges || pieces.is_empty() { None } else { then() };
-                let to = then.map(begins).unwrap_or_default();
+                let to = then.map(|island| self.begins(island)).unwrap_or_default();
                 self.pieces(&mut inside, &pieces, layer.ground.as_ref(), &to);
             }
         }
+        self.seams.next_layer();
         std::mem::take(&mut self.paths)
+    }
+
+    /// Where the first wall of an island may begin, as far as that is known before the nozzle is there.
+    fn begins(&self, island: &Island<'_>) -> Vec<Point> {
+        let (_, walls) = gaps_and_walls(island);
+        let outside = outside_of(&walls);
+        let inner = inner_of(&outside);
+        let starts = self.starts(&walls, &outside);
+        let free = (0..walls.len()).filter(|&wall| inner[wall] == 0);
+        let found: Vec<Point> = free.flat_map(|wall| starts[wall]).collect();
+        if found.is_empty() { vec![island.start()] } else { found }
+    }
+
+    /// Where each bead may begin: an open one at its ends, an outer wall at its seam, a wall inside it nearest to there.
+    fn starts(&self, beads: &[&Bead], outside: &[Option<usize>]) -> Vec<[Point; 2]> {
+        let mut order: Vec<usize> = (0..beads.len()).collect();
+        order.sort_by_key(|&bead| beads[bead].depth);
+        let mut found = vec![[Point::default(); 2]; beads.len()];
+        for index in order {
+            let points = &beads[index].points;
+            found[index] = match (beads[index].closed, outside[index]) {
+                (false, _) => [points[0], points[points.len() - 1]],
+                (true, Some(of)) => [points[nearest_place(points, found[of][0])]; 2],
+                (true, None) => [points[self.seams.place(points, self.place())]; 2],
+            };
+        }
+        found
+    }
+
+    /// Lines on the table around everything, before all others.
+    pub(super) fn around(&mut self, rings: Vec<Contour>) {
+        for ring in rings.iter().filter(|ring| !ring.is_empty()) {
+            let points = opened_at(ring, nearest_place(ring, self.place()), 0.0);
+            let (first, last) = (points[0], points[points.len() - 1]);
+            let pull = self.at.is_some_and(|at| distance_mm(at, first) > self.settings.retract_from_mm);
+            self.at = Some(last);
+            self.paths.push(Path { feature: Feature::Adhesion, points, width_mm: None, way: Vec::new(), pull });
+        }
     }
 
     fn place(&self) -> Point {
@@ -67,7 +106,7 @@ impl<'a> Order<'a> {
 
     fn walls(&mut self, inside: &mut Ways<'_>, beads: &[&Bead], ground: Option<&Ground>) {
         let outside = outside_of(beads);
-        let starts = starts(beads, &outside);
+        let starts = self.starts(beads, &outside);
         let mut inner = inner_of(&outside);
         // Both ends of an open line, the start of a closed one twice.
         let mut nearest = Nearest::of(starts.iter().flatten().copied().collect());
@@ -82,6 +121,9 @@ impl<'a> Order<'a> {
             nearest.remove(2 * next + 1);
             let bead = beads[next];
             // PrusaSlicer's seam gap: 15 % of the nozzle's bore.
+            if bead.closed && outside[next].is_none() {
+                self.seams.begun(starts[next][0]);
+            }
             let (points, widths) = laid_from(bead, starts[next][end % 2], 0.15 * self.settings.nozzle_mm);
             self.add_stretches(inside, bead, &points, &widths, ground);
             if let Some(of) = outside[next] {
@@ -136,7 +178,8 @@ impl<'a> Order<'a> {
                     self.add(inside, fill.feature, points, fill.width_mm);
                 }
                 Piece::Gap(bead) => {
-                    let start = if bead.closed { nearest_of(&bead.points, self.place()) } else { ends[next][end] };
+                    let nearest = || bead.points[nearest_place(&bead.points, self.place())];
+                    let start = if bead.closed { nearest() } else { ends[next][end] };
                     let (points, widths) = laid_from(bead, start, 0.0);
                     self.add_stretches(inside, bead, &points, &widths, ground);
                 }
@@ -173,16 +216,6 @@ impl<'a> Order<'a> {
 /// What fills gaps between walls, and the walls.
 fn gaps_and_walls<'a>(island: &Island<'a>) -> (Vec<&'a Bead>, Vec<&'a Bead>) {
     island.beads.iter().partition(|bead| bead.depth > 0 && !bead.closed)
-}
-
-/// Where the first wall of an island may begin.
-fn begins(island: &Island<'_>) -> Vec<Point> {
-    let (_, walls) = gaps_and_walls(island);
-    let outside = outside_of(&walls);
-    let inner = inner_of(&outside);
-    let starts = starts(&walls, &outside);
-    let found: Vec<Point> = (0..walls.len()).filter(|&wall| inner[wall] == 0).flat_map(|wall| starts[wall]).collect();
-    if found.is_empty() { vec![island.start()] } else { found }
 }
 
 /// How many walls each one waits for.
@@ -243,28 +276,6 @@ fn outside_of(beads: &[&Bead]) -> Vec<Option<usize>> {
     found
 }
 
-/// Where each bead may begin: an open one at its ends, an outer wall at its rear, the same place on every layer, a wall inside it
-/// nearest to there.
-fn starts(beads: &[&Bead], outside: &[Option<usize>]) -> Vec<[Point; 2]> {
-    let mut order: Vec<usize> = (0..beads.len()).collect();
-    order.sort_by_key(|&bead| beads[bead].depth);
-    let mut found = vec![[Point::default(); 2]; beads.len()];
-    for index in order {
-        let points = &beads[index].points;
-        found[index] = match (beads[index].closed, outside[index]) {
-            (false, _) => [points[0], points[points.len() - 1]],
-            (true, Some(of)) => [nearest_of(points, found[of][0]); 2],
-            (true, None) => [points[rearmost(points)]; 2],
-        };
-    }
-    found
-}
-
-fn nearest_of(points: &[Point], at: Point) -> Point {
-    let away = |p: &Point| distance_mm(at, *p);
-    points.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(at)
-}
-
 /// The bead's points in the order in which they are printed from `start`, and the width of each leg.
 fn laid_from(bead: &Bead, start: Point, clip_mm: f64) -> (Contour, Vec<f64>) {
     let mut widths = bead.widths.clone();
@@ -283,12 +294,6 @@ fn laid_from(bead: &Bead, start: Point, clip_mm: f64) -> (Contour, Vec<f64>) {
         widths.reverse();
     }
     (points, widths)
-}
-
-/// The vertex with the greatest y; of several, the one with the greatest x.
-pub(super) fn rearmost(points: &[Point]) -> usize {
-    let rear = points.iter().map(|p| p.y).max().unwrap_or(0) - REAR_TOLERANCE;
-    (0..points.len()).filter(|&i| points[i].y >= rear).max_by_key(|&i| (points[i].x, usize::MAX - i)).unwrap_or(0)
 }
 
 /// The ring as a line from `start` round, ending `clip_mm` before it.

@@ -7,12 +7,12 @@ use rayon::prelude::*;
 
 use super::hatch::Lattice;
 use super::near::Shapes;
-use super::order::rearmost;
 use super::overhang::Ground;
 use super::region::{
     Contour, Point, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, opened, pairs, perimeter_mm,
     signed_area_mm2, units,
 };
+use super::seam::rearmost;
 use super::skins::{Between, Inside, Stack, inside, solids};
 use super::walls::{Bead, Walled, walled_once};
 use super::zigzag::lines;
@@ -31,6 +31,7 @@ pub(super) enum Feature {
     Top,
     Sparse,
     Support,
+    Adhesion,
 }
 
 /// One line of extrusion.

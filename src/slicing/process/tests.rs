@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::geom::Vec3;
+use crate::slicing::Adhesion;
 use crate::slicing::testing::{block, extrusion_box, extrusions, layer_heights};
 
 #[test]
@@ -17,7 +18,7 @@ fn options(folder: &Path) -> ExternalOptions {
 }
 
 fn job() -> SliceJob {
-    SliceJob { name: "slot01__box".into(), on_table: false, bed_mm: [300.0, 300.0] }
+    SliceJob { name: "slot01__box".into(), on_table: false, bed_mm: [300.0, 300.0], adhesion: Adhesion::default() }
 }
 
 fn cube() -> TriangleMesh<Slot> {
@@ -130,12 +131,13 @@ fn what_begins_in_an_edge_comes_from_the_built_in_slicer_under_the_users_configu
 fn the_built_in_slicer_takes_a_configuration_and_says_what_it_leaves() {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("mine.ini");
-    fs::write(&config, "layer_height = 0.25\nskirts = 3\n").unwrap();
+    fs::write(&config, "layer_height = 0.25\nraft_layers = 3\n").unwrap();
     let options = ExternalOptions { configs: vec![config], ..options(folder.path()) };
     let slicer = find(&SlicerChoice::BuiltIn, &options).unwrap();
     let sliced = slicer.slice(&cube(), &SliceSettings::default(), &job()).unwrap();
     assert_eq!(layer_heights(&extrusions(&sliced.gcode)).first(), Some(&250));
-    assert_eq!(slicer.flaws(), [Flaw::Unheeded(vec!["skirts".to_owned()])]);
+    assert_eq!(slicer.flaws(), [Flaw::Unheeded(vec!["raft_layers".to_owned()])]);
+    assert_eq!(slicer.around(&SliceSettings::default()).unwrap().layer_height_mm, 0.25);
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn prepared(folder: &Path, ini: &str) -> (Output, String) {
 #[test]
 fn a_configuration_is_obeyed_and_what_it_cannot_have_is_named_once() {
     let folder = folder();
-    let ini = "layer_height = 0.3\nperimeters = 3\nextrusion_width = 0.5\nfill_density = 40%\nfill_pattern = gyroid\nbrim_width = 5\nnotes = x\n";
+    let ini = "layer_height = 0.3\nperimeters = 3\nextrusion_width = 0.5\nfill_density = 40%\nfill_pattern = gyroid\nraft_layers = 5\nnotes = x\n";
     let (done, text) = prepared(folder.path(), ini);
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
     let layers = text.lines().filter(|line| line.starts_with(";LAYER_CHANGE")).count();
@@ -28,7 +28,7 @@ fn a_configuration_is_obeyed_and_what_it_cannot_have_is_named_once() {
     let widths: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix(";WIDTH:")).collect();
     assert!(widths.contains(&"0.5") && !widths.contains(&"0.45"), "{widths:?}");
     let stderr = String::from_utf8_lossy(&done.stderr).into_owned();
-    assert_eq!(stderr.matches("brim_width, fill_pattern").count(), 1, "{stderr}");
+    assert_eq!(stderr.matches("fill_pattern, raft_layers").count(), 1, "{stderr}");
     let document: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
     let warnings = document["warnings"].as_array().unwrap();
     let named = |warning: &&serde_json::Value| {

@@ -4,6 +4,7 @@
 //! of the volume with solid infill; walls, which have two surfaces close to each other, 0.93 to 1.05. Where a shape does not reach
 //! that, its own bound stands beside the reason. `--nocapture` shows the table.
 
+mod around;
 mod clock;
 mod configured;
 mod moves;
@@ -14,7 +15,9 @@ mod travels;
 use std::path::Path;
 use std::time::Duration;
 
-use trunnion::slicing::{BuiltIn, ExternalOptions, Interrupt, SliceJob, SliceSettings, Slicer, SlicerChoice, find};
+use trunnion::slicing::{
+    Adhesion, BuiltIn, ExternalOptions, Interrupt, SliceJob, SliceSettings, Slicer, SlicerChoice, find,
+};
 
 use crate::split::solids;
 use crate::support::{folder, installed, note, said, skip, trunnion};
@@ -30,7 +33,8 @@ fn settings() -> SliceSettings {
 
 /// The sums, and the least width of a line of any length, mm.
 fn judge(slicer: &dyn Slicer, shape: &Named) -> (Sums, f64) {
-    let job = SliceJob { name: shape.name.clone(), on_table: false, bed_mm: [200.0, 200.0] };
+    let job =
+        SliceJob { name: shape.name.clone(), on_table: false, bed_mm: [200.0, 200.0], adhesion: Adhesion::default() };
     let settings = settings();
     let height = settings.layer_height_mm;
     let gcode = slicer.slice(&shape.mesh, &settings, &job).unwrap_or_else(|e| panic!("{}: {e}", shape.name)).gcode;
@@ -99,20 +103,28 @@ fn prusa_slicer(work_dir: &Path) -> Option<Box<dyn Slicer>> {
 fn no_shape_is_filled_worse_than_by_an_ordinary_slicer() {
     let folder = folder();
     let Some(prusa) = prusa_slicer(folder.path()) else { return skip("prusa-slicer is not installed") };
-    let names = ["cube", "gear", "star", "maze", "fins", "holes upright", "wedge 20", "wall 0.8", "wall 2.5", "pin 3"];
-    for shape in shapes::all().iter().chain(&shapes::pins()).filter(|shape| names.contains(&&*shape.name)) {
+    let mut worse = Vec::new();
+    for shape in shapes::all().iter().chain(&shapes::pins()[..2]) {
         let [ours, theirs] = [&BuiltIn as &dyn Slicer, &*prusa].map(|slicer| judge(slicer, shape));
-        note(&format!("{}\n      PrusaSlicer   {}", row(&shape.name, &ours.0, ours.1), row("", &theirs.0, theirs.1)));
+        let table =
+            format!("{}\n      PrusaSlicer   {}", row(&shape.name, &ours.0, ours.1), row("", &theirs.0, theirs.1));
+        note(&table);
         let wrong = |sums: &Sums| sums.gap() + sums.outside() + sums.doubled();
-        // A cell along a wall of 0.8 mm is 0.1 %.
-        assert!(wrong(&ours.0) <= wrong(&theirs.0) + 0.001, "{}: {:?} for {:?}", shape.name, ours.0, theirs.0);
+        // A cell along a wall of 0.8 mm is 0.1 %. What is thinner than the narrowest bead, and the ends of a wall that is no wider than it, are
+        // left empty where PrusaSlicer lays up to 12 % too much.
+        let thin = ["wedge 5", "wall 0.3", "wall 0.35"].contains(&&*shape.name);
+        if wrong(&ours.0) > wrong(&theirs.0) + if thin { 0.009 } else { 0.001 } {
+            worse.push(table);
+        }
     }
+    assert!(worse.is_empty(), "more gaps, doubled or outside than PrusaSlicer:\n{}", worse.join("\n"));
 }
 
 #[test]
 fn the_judge_sees_what_is_missing_and_what_is_laid_twice() {
     let shape = &shapes::walls(&[2.0])[0];
-    let job = SliceJob { name: shape.name.clone(), on_table: false, bed_mm: [200.0, 200.0] };
+    let job =
+        SliceJob { name: shape.name.clone(), on_table: false, bed_mm: [200.0, 200.0], adhesion: Adhesion::default() };
     let gcode = String::from_utf8(BuiltIn.slice(&shape.mesh, &settings(), &job).unwrap().gcode).unwrap();
     let sums = |lines: &[raster::Bead]| judged(&shape.mesh, lines, 0.2, 1);
     let mut lines = beads(&gcode);

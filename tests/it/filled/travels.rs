@@ -5,7 +5,7 @@ use std::fmt;
 
 use trunnion::geom::Slot;
 use trunnion::mesh::TriangleMesh;
-use trunnion::slicing::{BuiltIn, SliceJob, SliceSettings, Slicer};
+use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, SliceSettings, Slicer};
 
 use super::moves::{Step, steps};
 use super::raster::{cut, spans};
@@ -122,7 +122,8 @@ fn anchors(below: &[[[f64; 2]; 2]], step: &Step) -> Vec<f64> {
 }
 
 fn counted(slicer: &dyn Slicer, shape: &Named, infill: f64) -> Travels {
-    let job = SliceJob { name: shape.name.clone(), on_table: false, bed_mm: [200.0, 200.0] };
+    let job =
+        SliceJob { name: shape.name.clone(), on_table: false, bed_mm: [200.0, 200.0], adhesion: Adhesion::default() };
     let settings = SliceSettings { infill, ..SliceSettings::default() };
     let gcode = slicer.slice(&shape.mesh, &settings, &job).unwrap_or_else(|e| panic!("{}: {e}", shape.name)).gcode;
     travels(&shape.mesh, &String::from_utf8(gcode).unwrap(), settings.layer_height_mm)

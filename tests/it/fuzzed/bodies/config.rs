@@ -8,7 +8,7 @@ use trunnion::calibrate::Touches;
 use trunnion::geom::{Slot, Vec3};
 use trunnion::job::{Installed, Slicers};
 use trunnion::mesh::TriangleMesh;
-use trunnion::slicing::{SliceJob, SliceSettings, SlicerChoice};
+use trunnion::slicing::{Adhesion, SliceJob, SliceSettings, SlicerChoice};
 use trunnion::toolpath::{InputWords, read_sliced};
 
 use super::choice;
@@ -45,7 +45,7 @@ pub(super) fn config(data: &[u8]) {
         Err(error) => return assert!(!error.to_string().is_empty()),
     };
     let _ = slicer.flaws();
-    let job = SliceJob { name: "box".to_owned(), on_table: true, bed_mm: [100.0; 2] };
+    let job = SliceJob { name: "box".to_owned(), on_table: true, bed_mm: [100.0; 2], adhesion: Adhesion::default() };
     match slicer.slice(cuboid(), &SliceSettings::default(), &job) {
         Ok(sliced) => {
             // Whatever is asked for, what the built-in slicer writes the rewriter takes.
