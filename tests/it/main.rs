@@ -23,6 +23,7 @@ mod kinematics;
 mod layer_oracle;
 mod link;
 mod linuxcnc;
+mod linuxcnc_print;
 mod loose;
 mod machines;
 mod mutants;
