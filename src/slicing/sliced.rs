@@ -38,6 +38,8 @@ pub enum Flaw {
     },
     /// Keys of a configuration that ask for something the slicer does not do.
     Unheeded(Vec<String>),
+    /// Settings of a configuration, with their values, in whose place others count here.
+    Replaced(Vec<String>),
 }
 
 /// What was too narrow to print.
@@ -82,6 +84,12 @@ impl fmt::Display for Flaw {
                 "it has nothing for {} of the keys in --slicer-config, which count for nothing: {}",
                 keys.len(),
                 keys.join(", ")
+            ),
+            Self::Replaced(settings) => write!(
+                f,
+                "not as in --slicer-config: {}; each print is sliced without them, since it stands on others or on a table that turns \
+                 (supports: --supports auto; a skirt or brim: slice the print that stands on the table in the slicer's own window)",
+                settings.join(", ")
             ),
         }
     }
