@@ -61,6 +61,7 @@ fn ends(protocol: Protocol) -> (Arc<Program>, SenderSettings, MachineModel) {
         z_feed: 900.0,
         extruder: b'E',
         heaters: Heaters::Off,
+        turning: Default::default(),
         home: Vec::new(),
     };
     let model = MachineModel {

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use super::clear::Clear;
 use super::touches::Candidate;
 use crate::gcode::ParsedLine;
-use crate::gcode::meaning::{Effect, Firmware};
+use crate::gcode::meaning::{Effect, Firmware, ManualStepper};
 use crate::geom::Vec3;
 use crate::motion::replay::{Controller, Step};
 use crate::profile::{FeedReference, Profile};
@@ -179,8 +179,19 @@ impl<'a> Writer<'a> {
     /// One axis after the other: rotation, then tilt.
     pub(super) fn turn(&mut self, between: [f64; 2], to: [f64; 2]) {
         let table = self.profile.kinematics();
+        let [before_turn, after_turn] = self.profile.transition.around_turn().map(|lines| lines.join("\n"));
+        let mut turned = false;
         for (place, axis, word) in [(1, &table.rotation, between[1]), (0, &table.tilt, to[0])] {
             if self.words[place] == Some(word) {
+                continue;
+            }
+            if !std::mem::replace(&mut turned, true) && !before_turn.is_empty() {
+                let _ = writeln!(self.out, "{before_turn}");
+            }
+            if let Some(names) = self.profile.steppers() {
+                let speed = (TURN_DEG_PER_MIN / 60.0).min(axis.max_rate.to_degrees());
+                let _ = writeln!(self.out, "{}", ManualStepper::go(&names[place], word, speed));
+                self.words[place] = Some(word);
                 continue;
             }
             let letter = char::from(axis.letter);
@@ -193,6 +204,9 @@ impl<'a> Writer<'a> {
                 let _ = writeln!(self.out, "G1 {letter}{word} F{rate:.2}");
             }
             self.words[place] = Some(word);
+        }
+        if turned && !after_turn.is_empty() {
+            let _ = writeln!(self.out, "{after_turn}");
         }
     }
 

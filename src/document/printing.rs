@@ -103,7 +103,7 @@ fn left_out(flaws: &[(String, Flaw)]) -> Vec<Value> {
             "print": name, "volume_mm3": left.volume_mm3, "share": left.share, "layers": left.layers, "at_mm": left.at_mm,
             "thinnest_mm": left.thinnest_mm,
         })),
-        Flaw::Open { .. } | Flaw::Instead { .. } | Flaw::Lessened(_) | Flaw::Unheeded(_) => None,
+        Flaw::Open { .. } | Flaw::Instead { .. } | Flaw::Lessened(_) | Flaw::Unheeded(_) | Flaw::Replaced(_) => None,
     };
     flaws.iter().filter_map(one).collect()
 }

@@ -37,6 +37,8 @@ pub enum Setting {
     AdaptiveLayers,
     /// One line that rises all the way.
     Spiral,
+    /// Outer walls that tremble on purpose.
+    FuzzySkin,
     /// Lengths of E are volumes.
     VolumetricE,
     /// Nozzle temperature.
@@ -50,7 +52,7 @@ pub enum Setting {
 }
 
 /// The names of a setting, PrusaSlicer's first.
-const NAMES: [(Setting, &[&str]); 14] = [
+const NAMES: [(Setting, &[&str]); 15] = [
     (Setting::LayerHeight, &["layer_height", "Layer height", "layerHeight"]),
     (Setting::FirstLayerHeight, &["first_layer_height", "initial_layer_print_height", "layer_height_0"]),
     (Setting::Nozzle, &["nozzle_diameter", "machine_nozzle_size", "extruderDiameter"]),
@@ -60,6 +62,7 @@ const NAMES: [(Setting, &[&str]); 14] = [
     (Setting::Outset, &["xy_size_compensation", "xy_contour_compensation", "xy_offset"]),
     (Setting::AdaptiveLayers, &["adaptive_slicing"]),
     (Setting::Spiral, &["spiral_vase", "spiral_mode", "magic_spiralize", "vaseMode"]),
+    (Setting::FuzzySkin, &["fuzzy_skin", "magic_fuzzy_skin_enabled"]),
     (Setting::VolumetricE, &["use_volumetric_e"]),
     (Setting::NozzleHeat, &["temperature", "nozzle_temperature", "material_print_temperature"]),
     (
@@ -110,6 +113,11 @@ impl Settings {
         self.text(setting).is_some_and(|text| first(text) == "1" || first(text).eq_ignore_ascii_case("true"))
     }
 
+    /// Whether it is asked for at all, by whatever word: `external`, `2`, `3mm`; not where it is off, or nothing is said.
+    pub fn is_asked(&self, setting: Setting) -> bool {
+        self.text(setting).is_some_and(is_asked)
+    }
+
     /// Whether all settings are there, as PrusaSlicer and its kin write them: what is not among them, the slicer does not know.
     pub fn is_whole_block(&self) -> bool {
         ["layer_height", "nozzle_diameter", "filament_diameter"].iter().all(|key| self.0.contains_key(*key))
@@ -125,6 +133,13 @@ impl Settings {
         };
         (first > 0.0).then_some([first, other])
     }
+}
+
+/// Whether a setting's value asks for anything.
+pub fn is_asked(value: &str) -> bool {
+    const NOTHING: [&str; 8] = ["", "0", "0%", "false", "none", "disabled", "no_brim", "nil"];
+    let value = first(value).trim_matches('"').to_ascii_lowercase();
+    !NOTHING.contains(&value.as_str()) && value.parse::<f64>() != Ok(0.0)
 }
 
 fn first(text: &str) -> &str {
@@ -209,5 +224,10 @@ mod tests {
         assert_eq!(of("; layer_height = 0.2\n; first_layer_height = 0.2\n; adaptive_slicing = 1\n").heights_mm(), None);
         assert_eq!(of("G1 X1 E1\n"), Settings::default());
         assert!(of("; spiral_vase = 1\n").is_on(Setting::Spiral) && !of("; spiral_vase = 0\n").is_on(Setting::Spiral));
+        for (value, asked) in
+            [("none", false), ("0", false), ("external", true), ("all", true), ("true", true), ("0.0", false)]
+        {
+            assert_eq!(of(&format!("; fuzzy_skin = {value}\n")).is_asked(Setting::FuzzySkin), asked, "{value}");
+        }
     }
 }

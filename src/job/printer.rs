@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::Error;
 use crate::link::sim::{MachineModel, Quirks};
-use crate::link::{Abilities, Heaters, ProgramRules, Protocol, Retreat, SenderSettings};
+use crate::link::{Abilities, Heaters, ProgramRules, Protocol, Retreat, SenderSettings, Turning};
 use crate::profile::{OnStop, Profile};
 
 pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
@@ -31,6 +31,11 @@ pub(crate) fn abilities(profile: &Profile) -> Abilities {
     }
 }
 
+fn turning(profile: &Profile) -> Turning {
+    let [before, after] = profile.transition.around_turn().map(|lines| lines.into_iter().map(str::to_owned).collect());
+    Turning { before, after, steppers: profile.steppers() }
+}
+
 pub(crate) fn retreat(profile: &Profile) -> Retreat {
     let table = profile.kinematics();
     let (transition, link) = (&profile.transition, &profile.link);
@@ -48,6 +53,7 @@ pub(crate) fn retreat(profile: &Profile) -> Retreat {
             OnStop::KeepBed => Heaters::KeepBed,
             OnStop::Keep => Heaters::Keep,
         },
+        turning: turning(profile),
         home: link.rehome.lines().map(str::trim).filter(|l| !l.is_empty()).map(str::to_owned).collect(),
     }
 }

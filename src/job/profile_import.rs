@@ -25,7 +25,7 @@ const DIRECTIONS: [(&str, &str); 2] = [
 /// Asked only once it is known which axis tilts: its own lines may say them.
 const OF_THE_TILT: [&str; 2] = ["kinematics.tilt.min_deg", "kinematics.tilt.max_deg"];
 /// The order of a profile's tables.
-const SECTIONS: [&str; 12] = [
+const SECTIONS: [&str; 13] = [
     "machine",
     "kinematics",
     "kinematics.tilt",
@@ -36,6 +36,7 @@ const SECTIONS: [&str; 12] = [
     "fixed",
     "dialect",
     "transition",
+    "joint",
     "process",
     "link",
 ];

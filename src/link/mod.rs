@@ -46,7 +46,7 @@ pub(crate) use protocol::Accounting;
 pub use protocol::Protocol;
 pub use reentry::{Reentry, ReentryError};
 pub use reply::{Busy, Reply, Room, Status, Temperatures, Wording};
-pub use retreat::{Heaters, Retreat};
+pub use retreat::{Heaters, Retreat, Turning};
 pub use sender::{Counts, Notice, Outcome, Sender, StopReason};
 pub use settings::SenderSettings;
 pub use state::MachineState;

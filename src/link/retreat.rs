@@ -7,6 +7,7 @@
 
 use super::protocol::Protocol;
 use super::state::MachineState;
+use crate::gcode::meaning::ManualStepper;
 use crate::gcode::push_fixed;
 use crate::geom::Angle;
 use crate::motion::AxisRange;
@@ -21,6 +22,17 @@ pub enum Heaters {
     KeepBed,
     /// As they are.
     Keep,
+}
+
+/// How the table is turned, but for its axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Turning {
+    /// Lines before it turns.
+    pub before: Vec<String>,
+    /// Lines behind it.
+    pub after: Vec<String>,
+    /// Klipper's names of the motors of tilt and rotation, where commands turn them.
+    pub steppers: Option<[String; 2]>,
 }
 
 /// How the head leaves and comes back, from the profile.
@@ -44,6 +56,8 @@ pub struct Retreat {
     pub extruder: u8,
     /// After a fault or a cancel.
     pub heaters: Heaters,
+    /// How the table is turned.
+    pub turning: Turning,
     /// Lines that home the machine without touching a part on its table; empty where there is no such way.
     pub home: Vec<String>,
 }
@@ -151,17 +165,20 @@ impl Retreat {
 
     /// The rotation first, then the tilt, as the file itself turns: so the way there is the one that was planned.
     pub(super) fn turn(&self, state: &MachineState) -> Vec<String> {
-        let angles = [state.at.rotation, state.at.tilt];
-        let word = |(axis, angle): (&AxisRange, Option<Angle>)| {
-            let rate = axis.max_rate.to_degrees() * 60.0;
-            Some(format!(
-                "G1{}{}F{}",
-                char::from(axis.letter),
-                number(axis.word_of(angle?).deg()),
-                number(rate.floor())
-            ))
+        let Turning { before, after, steppers } = &self.turning;
+        let line = |which: usize, angle: Option<Angle>| {
+            let axis = &self.axes[which];
+            let (word, rate) = (axis.word_of(angle?).deg(), axis.max_rate.to_degrees());
+            Some(match steppers {
+                Some(names) => ManualStepper::go(&names[which], word, rate),
+                None => format!("G1{}{}F{}", char::from(axis.letter), number(word), number((rate * 60.0).floor())),
+            })
         };
-        self.axes.iter().rev().zip(angles).filter_map(word).collect()
+        let turns: Vec<String> = [line(1, state.at.rotation), line(0, state.at.tilt)].into_iter().flatten().collect();
+        if turns.is_empty() {
+            return turns;
+        }
+        [before, &turns, after].into_iter().flatten().cloned().collect()
     }
 
     fn modes(&self, state: &MachineState, protocol: Protocol) -> Vec<String> {

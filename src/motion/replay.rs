@@ -12,7 +12,7 @@ mod plain;
 use std::ops::RangeInclusive;
 
 use super::kinematics::{AxisRange, Pose};
-use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
+use crate::gcode::meaning::{Effect, Firmware, Hazard, ManualStepper, StepperAct, effect};
 use crate::gcode::{Command, ParsedLine, round_to};
 use crate::geom::{Angle, Vec3};
 
@@ -29,6 +29,8 @@ pub struct Reading {
     pub rotary: Option<(AxisRange, AxisRange)>,
     /// Whether G90/G91 switch the extruder too (Marlin: yes; Klipper, RepRapFirmware: no).
     pub absolute_switches_extruder: bool,
+    /// Klipper's names of the motors of tilt and rotation where these are turned by commands and not by letters.
+    pub steppers: Option<[String; 2]>,
 }
 
 impl Reading {
@@ -40,7 +42,7 @@ impl Reading {
     /// Sliced 3-axis input in the words of `firmware`.
     pub fn sliced_for(firmware: Firmware) -> Self {
         let absolute_switches_extruder = firmware.absolute_switches_extruder();
-        Self { firmware, extruder: b'E', rotary: None, absolute_switches_extruder }
+        Self { firmware, extruder: b'E', rotary: None, absolute_switches_extruder, steppers: None }
     }
 }
 
@@ -274,6 +276,9 @@ impl Controller {
     /// A line that is neither a move nor a mode.
     fn other(&mut self, effect: Effect, line: &ParsedLine) -> Result<Step, ReplayError> {
         let command = line.commands.first().filter(|c| c.letter == b'G').map_or((0, 0), |c| (c.number, c.minor));
+        if effect == Effect::Hazard(Hazard::Stepper) {
+            return self.stepper(line);
+        }
         match (effect, command) {
             (Effect::Hazard(_), (20 | 70, 0)) => return Err(ReplayError::Inches),
             (Effect::Hazard(_), (plane @ (18 | 19), 0)) => return Err(ReplayError::Plane(plane)),
@@ -292,6 +297,53 @@ impl Controller {
             _ => {}
         }
         Ok(Step::Effect(effect))
+    }
+
+    /// A `MANUAL_STEPPER` line: a turn, where it names a motor of the table. Its place may be set to where it is, or as long as nobody knows where that is; what else
+    /// is done to such a motor leaves the angle unknown. Other motors are none of the machine's axes.
+    fn stepper(&mut self, line: &ParsedLine) -> Result<Step, ReplayError> {
+        let effect = Step::Effect(Effect::Hazard(Hazard::Stepper));
+        let (Some(names), Some((tilt, rotation))) = (&self.reading.steppers, &self.reading.rotary) else {
+            return Ok(effect);
+        };
+        let Some(ManualStepper { stepper, act }) = ManualStepper::read(&line.text) else {
+            (self.at.tilt, self.at.rotation) = (None, None);
+            return Ok(effect);
+        };
+        let Some(which) = names.iter().position(|name| *name == stepper) else { return Ok(effect) };
+        let from = self.at;
+        let (axis, slot) = if which == 0 { (tilt, &mut self.at.tilt) } else { (rotation, &mut self.at.rotation) };
+        let angle = |word: f64| Ok(Some(axis.angle_of(Angle::from_deg(sane(axis.letter, word)?))));
+        match act {
+            StepperAct::Other => *slot = None,
+            StepperAct::Set(place) => {
+                let place = angle(place)?;
+                let shifts = slot.zip(place).is_some_and(|(at, place)| (at - place).abs().deg() > 1e-9);
+                if shifts {
+                    return Err(ReplayError::ShiftedAxes);
+                }
+                *slot = place;
+            }
+            StepperAct::Move { to, speed } => {
+                *slot = angle(to)?;
+                let feed = Some(speed * 60.0).filter(|feed| is_sane_feed(*feed));
+                let feed = Some(feed.ok_or(ReplayError::Absurd('F', speed))?);
+                let (to, arc) = (self.at, None);
+                let (rapid, inverse_time, rotary_written) = (false, false, true);
+                return Ok(Step::Move(Move {
+                    rapid,
+                    from,
+                    to,
+                    e: 0.0,
+                    feed,
+                    inverse_time,
+                    arc,
+                    written: 0,
+                    rotary_written,
+                }));
+            }
+        }
+        Ok(effect)
     }
 
     fn is_axis(&self, letter: u8) -> bool {
@@ -656,6 +708,54 @@ mod tests {
         for text in ["G92 U0 V0", "G92 U0", "G92 V30", "G92 U0 V30 X0", "G1 U5\nG92 U0 V30", "G92 U0 V30\nG92 U0 V30"] {
             assert_eq!(after(text).unwrap_err(), ReplayError::ShiftedAxes, "{text}");
         }
+    }
+
+    #[test]
+    fn a_named_motor_turns_the_table_and_others_leave_all_as_it_is() {
+        let axis = |letter, direction| AxisRange { letter, direction, zero: Angle::ZERO, range: None, max_rate: 1.0 };
+        let steppers = Some(["tilt".to_owned(), "rot".to_owned()]);
+        let rotary = Some((axis(b'A', 1.0), axis(b'C', -1.0)));
+        let reading = Reading { rotary, steppers, ..Reading::sliced_for(Firmware::Klipper) };
+        let after = |text: &str| {
+            let (mut controller, mut line) = (Controller::new(reading.clone()), ParsedLine::default());
+            let mut last = Ok(Step::Nothing);
+            for text in text.lines() {
+                line.read(text.as_bytes()).unwrap();
+                last = controller.step(&line);
+            }
+            last.map(|step| (controller.at, controller.feed(), step))
+        };
+        let begin =
+            "G1 X1 Y2 Z3 F600\nMANUAL_STEPPER STEPPER=tilt SET_POSITION=0\nMANUAL_STEPPER STEPPER=rot SET_POSITION=0\n";
+        let stepper = |words: &str| after(&format!("{begin}MANUAL_STEPPER {words}"));
+        let (at, feed, step) = stepper("STEPPER=rot SPEED=20 MOVE=90").unwrap();
+        assert_eq!(at.pose(), Some(Pose::from_deg(0.0, -90.0)));
+        assert_eq!((at.linear, feed), ([Some(1.0), Some(2.0), Some(3.0)], Some(600.0)));
+        let Step::Move(made) = step else { panic!("{step:?}") };
+        assert!(made.feed == Some(1200.0) && made.rotary_written && made.e == 0.0 && made.written == 0);
+        // G91 is not for it.
+        let relative = after(&format!(
+            "{begin}G91\nmanual_stepper stepper=tilt move=5 speed=1\nmanual_stepper stepper=tilt move=7 speed=1"
+        ));
+        assert_eq!(relative.unwrap().0.pose(), Some(Pose::from_deg(7.0, 0.0)));
+        for words in ["STEPPER=brake MOVE=5 SPEED=1", "STEPPER=brake ENABLE=0"] {
+            assert_eq!(stepper(words).unwrap().0.pose(), Some(Pose::LEVEL), "{words}");
+            assert_eq!(stepper(words).unwrap().0.linear, at.linear, "{words}");
+        }
+        for words in [
+            "MOVE=5",
+            "MOVE=5 SPEED=0",
+            "MOVE=5 SPEED=1 SYNC=0",
+            "MOVE=5 SPEED=1 STOP_ON_ENDSTOP=1",
+            "ENABLE=0",
+            "GCODE_AXIS=A",
+        ] {
+            let (at, _, _) = stepper(&format!("STEPPER=tilt {words}")).unwrap();
+            assert_eq!((at.tilt, at.rotation), (None, Some(Angle::ZERO)), "{words}");
+        }
+        assert_eq!(stepper("STEPPER=tilt MOVE=x SPEED=1").unwrap().0.pose(), None);
+        assert_eq!(stepper("STEPPER=tilt SET_POSITION=5").unwrap_err(), ReplayError::ShiftedAxes);
+        assert_eq!(stepper("STEPPER=tilt SPEED=1 MOVE=1e12").unwrap_err(), ReplayError::Absurd('A', 1e12));
     }
 
     #[test]

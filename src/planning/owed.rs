@@ -58,9 +58,10 @@ impl Owed {
     /// What is owed to the table, which is flat and where it is said to be, while a part is printed that lies `above_mm` over it.
     /// As with neighbours, no margin can be asked for where the part stands on the table or nearly does.
     pub(super) fn to_table(profile: &Profile, margin_mm: f64, above_mm: f64) -> Self {
-        let tip = Share { lift: contact_mm(profile) + half_layer(profile), wider: beside(profile), mm: TOUCHING_MM };
+        let lift = contact_mm(profile) + half_layer(profile) - overlap(profile);
+        let tip = Share { lift, wider: beside(profile), mm: TOUCHING_MM };
         let asked = if above_mm < margin_mm + contact_mm(profile) { 0.0 } else { margin_mm };
-        Self { tip, rest: Share { lift: 0.0, wider: 0.0, mm: diagonal().max(asked) } }
+        Self { tip, rest: Share { lift: 0.0, wider: 0.0, mm: diagonal().max(asked) + overlap(profile) } }
     }
 
     /// What is owed to a part that the printed one touches or nearly does. No margin can be asked for here: the block of a short
@@ -72,8 +73,9 @@ impl Owed {
 
     /// What is owed to any other part.
     pub(super) fn to_others(profile: &Profile, margin_mm: f64) -> Self {
-        let share = Share { lift: LIFT_LAYERS * profile.process.layer_height_mm, wider: 0.0, mm: margin_mm };
-        let unseen = diagonal() + bulge(profile) + half_layer(profile);
+        let lift = LIFT_LAYERS * profile.process.layer_height_mm - overlap(profile);
+        let share = Share { lift, wider: 0.0, mm: margin_mm };
+        let unseen = diagonal() + bulge(profile) + half_layer(profile) + overlap(profile);
         let least = |mm: f64| Share { mm: share.mm.max(mm), ..share };
         Self { tip: least(TOUCHING_MM), rest: least(unseen) }
     }
@@ -87,6 +89,11 @@ fn diagonal() -> f64 {
 /// Slicers print whole layers: so far a top may lie above or below the model's.
 fn half_layer(profile: &Profile) -> f64 {
     profile.process.layer_height_mm / 2.0
+}
+
+/// The first layer on an earlier part is laid so much lower than it is sliced.
+fn overlap(profile: &Profile) -> f64 {
+    profile.joint.overlap_mm
 }
 
 /// Verification takes a line as a capsule around its cross-section, which stands out of it sideways.

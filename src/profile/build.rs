@@ -66,7 +66,14 @@ impl Profile {
             extruder: self.dialect.extruder as u8,
             rotary: Some((table.tilt, table.rotation)),
             absolute_switches_extruder: self.dialect.g90_switches_extruder,
+            steppers: self.steppers(),
         }
+    }
+
+    /// Klipper's names of the motors of tilt and rotation, where commands turn them.
+    pub fn steppers(&self) -> Option<[String; 2]> {
+        let (tilt, rotation) = (&self.kinematics.tilt.stepper, &self.kinematics.rotation.stepper);
+        Some([tilt.clone()?, rotation.clone()?])
     }
 
     /// How final files are read: words, what F means, the axes' speeds.
@@ -175,6 +182,7 @@ impl Profile {
             tilt.zero_deg
         );
         check("kinematics.tilt.min_deg", level, range, &holds)?;
+        self.check_steppers(origin)?;
         let both = rotation.min_deg.is_some() == rotation.max_deg.is_some();
         let ordered = rotation.min_deg.zip(rotation.max_deg).is_none_or(|(a, b)| a <= b);
         let range = format!("{:?}..{:?}", rotation.min_deg, rotation.max_deg);
@@ -185,6 +193,15 @@ impl Profile {
             check(key, low < high, format!("[{low}, {high}]"), "[lowest, highest]")?;
         }
         self.process.fit().map_err(|out| out_of_range(out, origin))?;
+        if let Some(celsius) = self.joint.nozzle_c {
+            let (least, most) = (self.limits.min_extrude_c, self.link.max_nozzle_c);
+            let allowed = format!("{least}..{most} deg C (limits.min_extrude_c, link.max_nozzle_c)");
+            check("joint.nozzle_c", (least..=most).contains(&celsius), celsius.to_string(), &allowed)?;
+        }
+        let (overlap_mm, half_mm) = (self.joint.overlap_mm, self.process.layer_height_mm / 2.0);
+        let allowed =
+            format!("0..{half_mm} mm, half of process.layer_height_mm: the nozzle must not touch what it prints on");
+        check("joint.overlap_mm", overlap_mm <= half_mm, overlap_mm.to_string(), &allowed)?;
         if let Some([x, y]) = self.transition.park_mm {
             let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
             let inside = within(x, self.limits.x_mm) && within(y, self.limits.y_mm);
@@ -207,6 +224,32 @@ impl Profile {
         )?;
         self.check_bodies(origin)?;
         self.check_code(origin)
+    }
+
+    /// Motors that commands turn: of both axes, on Klipper, by two names that a line of G-code can hold.
+    fn check_steppers(&self, origin: &Origin) -> Result<(), ProfileError> {
+        let given = [&self.kinematics.tilt.stepper, &self.kinematics.rotation.stepper];
+        let is_name = |name: &String| !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let allowed = match given {
+            [None, None] => return Ok(()),
+            [None, _] | [_, None] => {
+                "names of both axes, or of none: kinematics.tilt.stepper and kinematics.rotation.stepper"
+            }
+            _ if self.firmware() != Firmware::Klipper => "absent: only Klipper has MANUAL_STEPPER (dialect.firmware)",
+            [Some(tilt), Some(rotation)] if tilt == rotation || !is_name(tilt) || !is_name(rotation) => {
+                "two different names of letters, digits and _"
+            }
+            _ => return Ok(()),
+        };
+        let axis = if given[0].is_some() { "tilt" } else { "rotation" };
+        let key = format!("kinematics.{axis}.stepper");
+        let place = origin.get(&key).cloned().unwrap_or_default();
+        Err(ProfileError::Range {
+            place,
+            key,
+            value: format!("{:?}", given.map(|name| name.as_deref().unwrap_or_default())),
+            allowed: allowed.to_owned(),
+        })
     }
 
     fn check_bodies(&self, origin: &Origin) -> Result<(), ProfileError> {

@@ -4,7 +4,7 @@
 use super::layers::{Origin, ProfileError};
 use super::schema::{Commands, Profile};
 use crate::gcode::ParsedLine;
-use crate::gcode::meaning::{Effect, Firmware, Hazard};
+use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
 use crate::motion::replay::{Controller, Step};
 use crate::trace;
 
@@ -28,6 +28,14 @@ impl Profile {
                 why,
             })?;
         }
+        for (key, code) in [
+            ("transition.before_turn", &self.transition.before_turn),
+            ("transition.after_turn", &self.transition.after_turn),
+        ] {
+            let place = origin.get(key).cloned().unwrap_or_default();
+            let wrong = code.lines().map(str::trim).find_map(|line| Some((line.to_owned(), self.beside_a_turn(line)?)));
+            wrong.map_or(Ok(()), |(line, why)| Err(ProfileError::Code { place, key: key.to_owned(), line, why }))?;
+        }
         for (key, code) in [("dialect.start", &self.dialect.start), ("link.rehome", &self.link.rehome)] {
             let place = origin.get(key).cloned().unwrap_or_default();
             self.lets_go(code).map_err(|(line, why)| ProfileError::Code { place, key: key.to_owned(), line, why })?;
@@ -36,6 +44,11 @@ impl Profile {
             format!(
                 "no line of it waits for the nozzle, so that a print would begin below min_extrude_c ({:.0} C); add M109 S{{nozzle_c}}",
                 self.limits.min_extrude_c
+            )
+        } else if let Some(name) = self.registered() {
+            format!(
+                "it makes {name} an axis of moves (GCODE_AXIS), and Klipper refuses MANUAL_STEPPER MOVE of such a one; take these lines out, or \
+                 kinematics.tilt.stepper and kinematics.rotation.stepper"
             )
         } else if let Some(letter) = self.unregistered() {
             format!(
@@ -50,13 +63,78 @@ impl Profile {
         Err(ProfileError::Code { place, key: "dialect.start".to_owned(), line: String::new(), why })
     }
 
+    /// A motor of the table that commands turn and that the start code makes an axis of moves: Klipper takes no MOVE of such a one.
+    fn registered(&self) -> Option<String> {
+        let names = self.steppers()?;
+        let start = self.dialect.start.to_ascii_uppercase();
+        let axis = |line: &str| {
+            line.split_ascii_whitespace().any(|word| word.starts_with("GCODE_AXIS=") && word != "GCODE_AXIS=")
+        };
+        let registers = |name: &String| {
+            let word = format!("STEPPER={}", name.to_ascii_uppercase());
+            start.lines().any(|line| axis(line) && line.split_ascii_whitespace().any(|other| other == word))
+        };
+        names.into_iter().find(registers)
+    }
+
+    /// Why a line may not stand beside a turn: there the head waits above all that is printed, and everything must be afterwards as it
+    /// was before, but for pins and settings.
+    fn beside_a_turn(&self, line: &str) -> Option<String> {
+        const ALLOWED: &str = "beside a turn stand waits, pins, settings and moves of what is no axis; take it out, or put it into dialect.start";
+        let mut parsed = ParsedLine::default();
+        if let Err(why) = parsed.read(line.as_bytes()) {
+            return Some(why.to_string());
+        }
+        let name = line.split([' ', '=']).next().unwrap_or_default();
+        let does = match effect(self.firmware(), &parsed) {
+            Effect::Nothing
+            | Effect::Dwell(_)
+            | Effect::Drain
+            | Effect::Setting
+            | Effect::Report
+            | Effect::Progress
+            | Effect::Hazard(Hazard::Output) => return None,
+            Effect::Hazard(Hazard::Stepper) if self.moves_no_axis(line) => return None,
+            Effect::Hazard(Hazard::Stepper) => "moves an axis of the table, or nobody knows what",
+            Effect::Hazard(Hazard::Unknown)
+                if self.dialect.allow.iter().any(|known| known.eq_ignore_ascii_case(name)) =>
+            {
+                return None;
+            }
+            Effect::Hazard(Hazard::Unknown) => {
+                return Some(format!(
+                    "what {name} does is not known to this firmware's table; name it in dialect.allow if it moves no axis"
+                ));
+            }
+            Effect::Hazard(hazard) => hazard.does(),
+            Effect::Motion => "moves, or changes how moves are read",
+            Effect::Home => "homes",
+            _ => "changes heat, fans, flow or filament",
+        };
+        Some(format!("it {does}; {ALLOWED}"))
+    }
+
+    /// Whether a line moves a stepper of Klipper's that turns no axis of the table, and that the start code makes no axis of.
+    fn moves_no_axis(&self, line: &str) -> bool {
+        let value = |line: &str, key: &str| {
+            let mut words = line.split_ascii_whitespace().map(str::to_ascii_uppercase);
+            words.find_map(|word| word.strip_prefix(key).filter(|value| !value.is_empty()).map(str::to_owned))
+        };
+        let Some(stepper) = value(line, "STEPPER=") else { return false };
+        let own = self.steppers().is_some_and(|names| names.iter().any(|name| name.eq_ignore_ascii_case(&stepper)));
+        let is_axis =
+            |start: &str| value(start, "STEPPER=").as_ref() == Some(&stepper) && value(start, "GCODE_AXIS=").is_some();
+        !own && value(line, "GCODE_AXIS=").is_none() && !self.dialect.start.lines().any(is_axis)
+    }
+
     /// A rotary axis that Klipper is never told of.
     fn unregistered(&self) -> Option<char> {
         let table = self.kinematics();
         let start = self.dialect.start.to_ascii_uppercase();
         let named = |letter: char| start.split_ascii_whitespace().any(|word| word == format!("GCODE_AXIS={letter}"));
         let letters = [table.tilt.letter, table.rotation.letter].map(char::from);
-        letters.into_iter().find(|&letter| self.firmware() == Firmware::Klipper && !named(letter))
+        let asked = self.firmware() == Firmware::Klipper && self.steppers().is_none();
+        letters.into_iter().find(|&letter| asked && !named(letter))
     }
 
     /// Refuses code behind which the firmware may follow the tip by itself: it would turn the poses, which are worked out here, a second

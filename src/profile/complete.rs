@@ -10,10 +10,15 @@ use super::layers::DEFAULTS;
 use super::schema::{BodySpec, Profile};
 
 /// Comments of the reference behind which keys stand that may be absent.
-const BEHIND: [(&str, &[&str]); 3] = [
+const BEHIND: [(&str, &[&str]); 8] = [
     ("# min_deg, max_deg: stops, as words.", &["kinematics.rotation.min_deg", "kinematics.rotation.max_deg"]),
+    ("# stepper = \"tilt\"", &["kinematics.tilt.stepper"]),
+    ("# stepper = \"rot\"", &["kinematics.rotation.stepper"]),
     ("# size_mm = ", &["table.size_mm"]),
     ("# park_mm = ", &["transition.park_mm"]),
+    ("# mm_per_s = ", &["joint.mm_per_s"]),
+    ("# fan = ", &["joint.fan"]),
+    ("# nozzle_c = ", &["joint.nozzle_c"]),
 ];
 
 impl Profile {
@@ -108,10 +113,14 @@ mod tests {
     #[test]
     fn a_whole_file_is_the_same_profile_and_says_what_each_key_is() {
         let rich = "[table]\nradius_mm = 0.0\nsize_mm = [120.0, 90.5]\n[transition]\npark_mm = [1.0, 2.0]\n\
+                    before_turn = \"\"\"\nM400\nM42 P5 S1\"\"\"\nafter_turn = \"M42 P5 S0\"\n\
+                    [joint]\nlayers = 2\noverlap_mm = 0.08\nmm_per_s = 12.0\nfan = 0.0\nnozzle_c = 221.5\n\
                     [[fixed.body]]\nname = \"post \\\"a\\\"\"\nkind = \"box\"\nmin_mm = [0, 0, 0]\nmax_mm = [1, 2, 3]\n\
                     [dialect]\nend = \"M84 ; \\\\ \\\"x\\\"\"\nallow = [\"M42\"]\n[kinematics.rotation]\nmin_deg = -5.0\nmax_deg = 300.0\n";
         let all = SHIPPED.map(|(_, file, text)| (file, text));
-        for (file, text) in all.into_iter().chain([("rich.toml", rich), ("none.toml", "")]) {
+        let named = "[kinematics.tilt]\nstepper = \"swing\"\n[kinematics.rotation]\nstepper = \"turner\"\n[dialect]\nfirmware = \"klipper\"\n";
+        let more = [("rich.toml", rich), ("named.toml", named), ("none.toml", "")];
+        for (file, text) in all.into_iter().chain(more) {
             let (profile, _) = resolve(file, text).unwrap();
             let whole = profile.complete("one\ntwo");
             let (again, origin) = resolve("whole.toml", &whole).unwrap_or_else(|e| panic!("{file}: {e}\n{whole}"));

@@ -41,11 +41,21 @@ pub const SHIPPED: [(&str, &str, &str); 13] = [
 ];
 
 /// Keys that may be absent, and so are not in the defaults.
-const OPTIONAL: [&str; 4] =
-    ["kinematics.rotation.min_deg", "kinematics.rotation.max_deg", "table.size_mm", "transition.park_mm"];
+const OPTIONAL: [&str; 9] = [
+    "kinematics.tilt.stepper",
+    "kinematics.rotation.stepper",
+    "kinematics.rotation.min_deg",
+    "kinematics.rotation.max_deg",
+    "table.size_mm",
+    "transition.park_mm",
+    "joint.mm_per_s",
+    "joint.fan",
+    "joint.nozzle_c",
+];
 
 /// Texts that are lines of G-code.
-const MANY_LINES: [&str; 3] = ["dialect.start", "dialect.end", "link.rehome"];
+const MANY_LINES: [&str; 5] =
+    ["dialect.start", "dialect.end", "link.rehome", "transition.before_turn", "transition.after_turn"];
 
 /// Keys of a `[[head.body]]` or `[[fixed.body]]`.
 const BODY_KEYS: [&str; 8] = ["name", "moves", "kind", "z_mm", "r_mm", "min_mm", "max_mm", "points_mm"];

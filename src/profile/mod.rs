@@ -20,6 +20,6 @@ pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shi
 pub use process::{InfillPattern, Seam, SliceSettings};
 pub use ranges::{OutOfRange, check_number};
 pub use schema::{
-    BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, Kinematics, Limits, Link, Machine, OnStop,
-    Profile, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
+    BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, JointSettings, Kinematics, Limits, Link, Machine,
+    OnStop, Profile, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
 };

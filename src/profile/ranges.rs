@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 81] = [
+const RANGES: [(&str, RangeInclusive<f64>); 86] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.direction", -1.0..=1.0),
@@ -59,6 +59,11 @@ const RANGES: [(&str, RangeInclusive<f64>); 81] = [
     ("transition.park_mm", -1e4..=1e4),
     ("transition.travel_mm_per_min", 1.0..=12e4),
     ("transition.z_mm_per_min", 1.0..=12e4),
+    ("joint.layers", 1.0..=20.0),
+    ("joint.overlap_mm", 0.0..=0.1),
+    ("joint.mm_per_s", 0.1..=2000.0),
+    ("joint.fan", 0.0..=1.0),
+    ("joint.nozzle_c", 0.0..=500.0),
     ("process.nozzle_mm", 0.1..=2.0),
     ("process.filament_mm", 1.0..=4.0),
     ("process.layer_height_mm", 0.02..=1.5),
@@ -110,7 +115,7 @@ const UNITS: [(&str, &str); 12] = [
     ("_deg_per_s2", " deg/s2"),
     ("_mm_per_s2", " mm/s2"),
     ("_mm3_per_s", " mm3/s"),
-    ("_mm_per_s", " mm/s"),
+    ("mm_per_s", " mm/s"),
     ("_deg_per_s", " deg/s"),
     ("_mm2", " mm2"),
     ("_ms", " ms"),

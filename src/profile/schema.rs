@@ -24,6 +24,9 @@ pub struct Profile {
     pub dialect: Dialect,
     /// How the head leaves and comes back when the table turns.
     pub transition: Transition,
+    /// First layers on printed material.
+    #[serde(default, skip_serializing_if = "JointSettings::is_plain")]
+    pub joint: JointSettings,
     /// How slots are sliced.
     pub process: SliceSettings,
     /// The wire.
@@ -83,6 +86,9 @@ pub struct TiltAxis {
     pub max_deg: f64,
     /// Fastest turn.
     pub max_deg_per_s: f64,
+    /// Klipper's name of its motor, where that is turned by a command; absent where the letter turns it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stepper: Option<String>,
 }
 
 /// `[kinematics.rotation]`
@@ -103,6 +109,9 @@ pub struct RotationAxis {
     pub max_deg: Option<f64>,
     /// Fastest turn.
     pub max_deg_per_s: f64,
+    /// Klipper's name of its motor, where that is turned by a command; absent where the letter turns it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stepper: Option<String>,
 }
 
 /// `[limits]`
@@ -280,6 +289,52 @@ pub struct Transition {
     pub travel_mm_per_min: f64,
     /// Speed in Z.
     pub z_mm_per_min: f64,
+    /// Lines before the table turns.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub before_turn: String,
+    /// Lines behind it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub after_turn: String,
+}
+
+impl Transition {
+    /// The lines before the table turns, and behind it; without blank ones.
+    pub fn around_turn(&self) -> [Vec<&str>; 2] {
+        [&self.before_turn, &self.after_turn]
+            .map(|text| text.lines().map(str::trim).filter(|line| !line.is_empty()).collect())
+    }
+}
+
+/// `[joint]`: the first layers of a print that begins on an earlier part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointSettings {
+    /// How many layers.
+    pub layers: u32,
+    /// How much lower the first of them is laid, mm.
+    pub overlap_mm: f64,
+    /// Their lines are laid no faster; absent: as sliced.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mm_per_s: Option<f64>,
+    /// The fan, 0 to 1; absent: as sliced.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fan: Option<f64>,
+    /// The nozzle; absent: as sliced.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nozzle_c: Option<f64>,
+}
+
+impl Default for JointSettings {
+    fn default() -> Self {
+        Self { layers: 1, overlap_mm: 0.0, mm_per_s: None, fan: None, nozzle_c: None }
+    }
+}
+
+impl JointSettings {
+    /// Whether nothing is asked for.
+    pub fn is_plain(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// What becomes of the heaters when a print is stopped.

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::config::ini_values;
 use super::prusa::{self, Values};
 use super::{SliceError, SliceJob, SliceSettings, SlicerChoice, cura, slic3r};
+use crate::gcode::settings::is_asked;
 
 /// A program that this version has a recipe for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +90,37 @@ impl Ini {
     }
 }
 
+/// What is laid around a print, by a slicer that marks it.
+const AROUND: [&str; 2] = ["skirts", "brim_width"];
+/// Settings that are not the user's to make here, but for start and end code, which the profile has.
+const NOT_TAKEN: [&str; 11] = [
+    "interior_brim_width",
+    "brim_connections_width",
+    "raft_layers",
+    "support_material",
+    "wipe_tower",
+    "draft_shield",
+    "complete_objects",
+    "z_offset",
+    "adhesion_type",
+    "support_enable",
+    "prime_tower_enable",
+];
+
+/// What the user's configurations, the last of which counts, ask for of that, as `key = value`; `marks` where the slicer marks what it lays
+/// around a print.
+pub(super) fn not_taken(texts: &[String], marks: bool) -> Vec<String> {
+    let mut values = Values::new();
+    let mut given = std::collections::BTreeMap::new();
+    texts.iter().for_each(|text| given.extend(ini_values(text)));
+    for key in AROUND.into_iter().filter(|_| !marks).chain(NOT_TAKEN) {
+        if let Some(value) = given.remove(key).filter(|value| is_asked(value)) {
+            values.insert(key, value);
+        }
+    }
+    values.into_iter().map(|(key, value)| format!("{key} = {value}")).collect()
+}
+
 /// Whether a program says that what it was to slice begins in a point or an edge, too narrow for any line of the first layer.
 pub(super) fn begins_in_nothing(said: &str) -> bool {
     ["no extrusions in the first layer", "empty initial layer"].iter().any(|words| said.contains(words))
@@ -134,6 +166,18 @@ pub(super) fn last_lines(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn settings_that_are_not_taken_are_named_with_the_value_that_counts() {
+        let texts =
+            ["skirts = 1\nbrim_width = 0\nfill_density = 40%\n", "brim_width = 3\nskirts = 0\nsupport_material = 1\n"];
+        let texts = texts.map(str::to_owned);
+        assert_eq!(not_taken(&texts, false), ["brim_width = 3", "support_material = 1"]);
+        assert_eq!(not_taken(&texts, true), ["support_material = 1"]);
+        let cura = "adhesion_type = none\nsupport_enable = true\n".to_owned();
+        assert_eq!(not_taken(&[cura], false), ["support_enable = true"]);
+        assert_eq!(not_taken(&[], false), Vec::<String>::new());
+    }
 
     #[test]
     fn the_layer_height_in_effect_is_the_last_one_given() {

@@ -14,7 +14,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::builtin::Configured;
-use super::external::{Program, begins_in_nothing, extrudes, last_lines, not_driven};
+use super::external::{Program, begins_in_nothing, extrudes, last_lines, not_driven, not_taken};
 use super::interrupt::Running;
 use super::level::below_middles;
 use super::said::Said;
@@ -160,6 +160,13 @@ impl Slicer for External {
         }
         let texts: Result<Vec<String>, _> = self.options.configs.iter().map(|path| read_text(path)).collect();
         Configured::unchecked(&texts?).adhesion(settings)
+    }
+
+    fn flaws(&self) -> Vec<Flaw> {
+        // A configuration that cannot be read is refused when it is sliced with.
+        let texts: Vec<String> = self.options.configs.iter().filter_map(|path| read_text(path).ok()).collect();
+        let not_taken = not_taken(&texts, self.program == Program::PRUSA_SLICER);
+        if not_taken.is_empty() { Vec::new() } else { vec![Flaw::Replaced(not_taken)] }
     }
 
     fn slice(&self, mesh: &TriangleMesh<Slot>, settings: &SliceSettings, job: &SliceJob) -> Result<Sliced, SliceError> {

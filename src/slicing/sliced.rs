@@ -40,6 +40,8 @@ pub enum Flaw {
     Lessened(Lessened),
     /// Keys of a configuration that ask for something the slicer does not do.
     Unheeded(Vec<String>),
+    /// Settings of a configuration, with their values, in whose place others count here.
+    Replaced(Vec<String>),
 }
 
 /// Why a brim or a skirt is less than was asked for.
@@ -146,6 +148,12 @@ impl fmt::Display for Flaw {
                 "it has nothing for {} of the keys in --slicer-config, which count for nothing: {}",
                 keys.len(),
                 keys.join(", ")
+            ),
+            Self::Replaced(settings) => write!(
+                f,
+                "not as in --slicer-config: {}; each print is sliced without them, since it stands on others or on a table that turns \
+                 (supports: --supports auto; a skirt or brim: process.skirt_loops and process.brim_mm of the profile)",
+                settings.join(", ")
             ),
         }
     }

@@ -117,6 +117,24 @@ pub enum RewriteError {
         /// As the profile has it, mm.
         profile_mm: f64,
     },
+    /// An overlap that leaves the nozzle too little room.
+    #[error(
+        "{file}: print {print} (part {part}) begins with a layer that has {room_mm:.3} mm of room, and [joint] overlap_mm = {overlap_mm} \
+         takes more than half of it; set it to {:.3} or less, or slice with layers that divide the height of what carries the part",
+        (room_mm / 2.0).max(0.0)
+    )]
+    Pressed {
+        /// The file.
+        file: String,
+        /// The print.
+        print: usize,
+        /// The part.
+        part: usize,
+        /// As the profile has it, mm.
+        overlap_mm: f64,
+        /// From what carries the part to the first layer's tip, mm.
+        room_mm: f64,
+    },
     /// Layers that go down again cannot be interleaved with another print's.
     #[error(
         "{file}:{line}: layer at z {z:.3} mm comes after a higher one; this print shares its setup with others, so its layers must go up"

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use crate::gcode::meaning::{Effect, Firmware, Heater, effect, index_letter};
 use crate::gcode::{Command, ParsedLine};
+use crate::profile::JointSettings;
 
 /// What a line sets.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,6 +46,17 @@ impl Modal {
         modal
     }
 
+    /// The same, but with the first layers' own fan and nozzle.
+    pub(super) fn with_joint(mut self, joint: &JointSettings) -> Self {
+        if let Some(share) = joint.fan {
+            self.set(Key::Fan(0), [(b'S', fan_words(share))]);
+        }
+        if let Some(celsius) = joint.nozzle_c {
+            self.set(Key::Nozzle(0), [(b'S', celsius)]);
+        }
+        self
+    }
+
     /// Takes note of a line in the words of `firmware` that is passed on.
     pub(super) fn note(&mut self, firmware: Firmware, line: &[u8]) {
         let mut parsed = ParsedLine::default();
@@ -62,7 +74,7 @@ impl Modal {
                 self.set(key, [(b'S', celsius)]);
             }
             // A hundredth of a step of the 255 is below what any fan is set to.
-            Effect::Fan { index, share } => self.set(Key::Fan(index), [(b'S', (share * 25500.0).round() / 100.0)]),
+            Effect::Fan { index, share } => self.set(Key::Fan(index), [(b'S', fan_words(share))]),
             Effect::Setting | Effect::Factor { .. } => self.setting(&parsed),
             _ => {}
         }
@@ -101,6 +113,24 @@ impl Modal {
             (now, then) => now != Some(then),
         };
         wanted.iter().filter(|(key, words)| new(key, words)).map(|(key, words)| line(key, words)).collect()
+    }
+}
+
+/// A fan's share of the 255.
+fn fan_words(share: f64) -> f64 {
+    (share * 25500.0).round() / 100.0
+}
+
+/// Whether the first layers have what `line` sets from `[joint]`.
+pub(super) fn is_joints(joint: &JointSettings, firmware: Firmware, line: &[u8]) -> bool {
+    let mut parsed = ParsedLine::default();
+    if parsed.read(line).is_err() {
+        return false;
+    }
+    match effect(firmware, &parsed) {
+        Effect::Fan { index: 0, .. } => joint.fan.is_some(),
+        Effect::Heat { heater: Heater::Nozzle, .. } => joint.nozzle_c.is_some(),
+        _ => false,
     }
 }
 
@@ -143,7 +173,7 @@ pub(super) fn translated(line: &[u8], from: Firmware, to: Firmware) -> Option<Co
         Effect::Heat { heater: Heater::Bed, target_c: Some(c), waits } => {
             format!("M1{}0 S{c}", if waits { 9 } else { 4 })
         }
-        Effect::Fan { index: 0, share } => format!("M106 S{}", (share * 25500.0).round() / 100.0),
+        Effect::Fan { index: 0, share } => format!("M106 S{}", fan_words(share)),
         _ => return None,
     };
     Some(Cow::Owned(text.into_bytes()))

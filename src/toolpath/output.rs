@@ -1,6 +1,6 @@
 //! Blocks of the machine's dialect, written once and in one place.
 
-use crate::gcode::meaning::Firmware;
+use crate::gcode::meaning::{Firmware, ManualStepper};
 use crate::gcode::{push_fixed, push_units, round_to, units_of};
 use crate::geom::Vec3;
 use crate::motion::replay::Arc;
@@ -238,6 +238,8 @@ impl<'a> Output<'a> {
     pub(super) fn turn(&mut self, from: Option<Pose>, to: Pose) {
         let tilt = self.table.tilt.clone();
         let rotation = self.table.rotation.clone();
+        let [before_turn, after_turn] = self.profile.transition.around_turn();
+        let (steppers, mut turned) = (self.profile.steppers(), false);
         for (axis, before, after) in
             [(rotation, from.map(|p| p.rotation), to.rotation), (tilt, from.map(|p| p.tilt), to.tilt)]
         {
@@ -245,6 +247,9 @@ impl<'a> Output<'a> {
             let was = before.map(|b| round_to(axis.word_of(b).deg(), ANGULAR));
             if was == Some(word) {
                 continue;
+            }
+            if !std::mem::replace(&mut turned, true) {
+                before_turn.iter().for_each(|line| self.line(line));
             }
             let degrees_per_min = axis.max_rate.to_degrees() * 60.0;
             let inverse = self.profile.dialect.feed == FeedReference::InverseTime;
@@ -254,6 +259,11 @@ impl<'a> Output<'a> {
                 (true, None) => degrees_per_min / 360.0,
                 (false, _) => degrees_per_min,
             };
+            if let Some(steppers) = &steppers {
+                let name = &steppers[usize::from(axis.letter == self.table.rotation.letter)];
+                self.line(&ManualStepper::go(name, word, axis.max_rate.to_degrees()));
+                continue;
+            }
             self.bytes.extend_from_slice(if inverse { b"G93 G1 " } else { b"G1 " });
             self.bytes.push(axis.letter);
             push_fixed(&mut self.bytes, word, ANGULAR);
@@ -266,6 +276,9 @@ impl<'a> Output<'a> {
             // The next linear block must state its own F.
             self.feed = None;
             self.given_feed = f64::NAN;
+        }
+        if turned {
+            after_turn.iter().for_each(|line| self.line(line));
         }
     }
 }

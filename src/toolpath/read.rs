@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::items::{Place, Step3, command_name, comment_at, policies, refused};
+use super::joint::Said;
 use super::policy::{self, CommandPolicy, keeps_comment};
 use super::sliced::{InputWords, Layer, Segment, SlicedPrint};
 use super::source::{SlicedError, SlicedSource};
@@ -76,6 +77,8 @@ struct Reader<'a> {
     role: Role,
     /// And how wide, mm.
     width_mm: Option<f64>,
+    /// And how high, mm.
+    height_mm: Option<f64>,
     /// Where it last said the role, width and height of lines: it does not say them again for the next object.
     said: [Option<Range<usize>>; 3],
     /// Up to here it is the slicer's start code.
@@ -95,6 +98,7 @@ struct Open {
     reach: Bounds,
     filament_mm: f64,
     first_layer: Vec<(Option<f64>, f64)>,
+    second_layer: Vec<(Option<f64>, f64)>,
     /// Nozzle and bed when it began.
     heat: [Option<f64>; 2],
     /// The first line of a skirt or brim.
@@ -114,6 +118,7 @@ impl Open {
             reach: Bounds::EMPTY,
             filament_mm: 0.0,
             first_layer: Vec::new(),
+            second_layer: Vec::new(),
             heat: [None; 2],
             adhesion: None,
             labelled: false,
@@ -164,6 +169,7 @@ impl<'a> Reader<'a> {
             heat: [None; 2],
             role: Role::Unknown,
             width_mm: None,
+            height_mm: None,
             said: [None, None, None],
             start_code: stated::start_code(bytes),
             in_picture: false,
@@ -285,7 +291,10 @@ impl<'a> Reader<'a> {
                 self.width_mm = Some(mm);
                 return self.say(1, whole);
             }
-            Some(Hint::Height(_)) => return self.say(2, whole),
+            Some(Hint::Height(mm)) => {
+                self.height_mm = Some(mm);
+                return self.say(2, whole);
+            }
             Some(Hint::Layer) | None => return Ok(()),
         };
         self.say(0, whole)?;
@@ -374,10 +383,18 @@ impl<'a> Reader<'a> {
             let (body, line) = (start, self.place.line);
             print.layers.push(Layer { z: from.z, body, end: start, line, extrusion: Bounds::EMPTY });
         }
-        if print.layers.len() == 1 {
-            match print.first_layer.last_mut() {
-                Some((width, filament)) if *width == self.width_mm => *filament += e,
-                _ => print.first_layer.push((self.width_mm, e)),
+        if print.layers.len() <= 2 {
+            let said = Said { width_mm: self.width_mm, height_mm: self.height_mm, role: self.role };
+            let lines = match &print.layers[..] {
+                [_] => Some(&mut print.first_layer),
+                [first, second] if said.fills(second.z - first.z) => Some(&mut print.second_layer),
+                _ => None,
+            };
+            if let Some(lines) = lines {
+                match lines.last_mut() {
+                    Some((width, filament)) if *width == self.width_mm => *filament += e,
+                    _ => lines.push((self.width_mm, e)),
+                }
             }
         }
         if self.role == Role::Adhesion {
@@ -498,6 +515,7 @@ impl<'a> Reader<'a> {
             // Both ends of every extrusion, and every travel between them.
             reach: extrusion.union(&print.reach),
             first_layer: print.first_layer,
+            second_layer: print.second_layer,
             layers: print.layers,
         };
         self.pending_reach = Bounds::EMPTY;
@@ -513,6 +531,9 @@ impl<'a> Reader<'a> {
         }
         if 2 * self.rising > self.laying || self.settings.is_on(Setting::Spiral) {
             return Err(SlicedError::Spiral { file: self.file() });
+        }
+        if self.settings.is_asked(Setting::FuzzySkin) {
+            return Err(SlicedError::Fuzzy { file: self.file() });
         }
         if self.settings.is_on(Setting::VolumetricE) || stated::has_volumetric_flavor(self.source.bytes) {
             return Err(SlicedError::Volumetric { file: self.file() });

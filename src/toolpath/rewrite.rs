@@ -10,7 +10,7 @@ use std::io::Write;
 use super::export::{check_box, slot_mesh};
 use super::fits;
 use super::inputs::{Chunk, Entry, Input, Job, RewriteError, Rewritten};
-use super::joint::Joint;
+use super::joint::{Joint, Pressed};
 use super::writer::Writer;
 use crate::geom::Vec3;
 use crate::motion::TableKinematics;
@@ -119,8 +119,16 @@ fn entries<'a>(
             }
             let up = Vec3::from(print.up);
             let gap = joint_gap_mm(job.workpiece, print.part, up, &printed);
-            let joint = Joint::over(gap, input.sliced, &job.profile.process);
-            printed.push(Printed { part: print.part, up, height_mm: input.sliced.extrusion.max.z });
+            let mut joint = Joint::over(gap, input.sliced, job.profile);
+            if !job.workpiece.model.on_table.contains(&print.part) {
+                joint = joint.settled(gap, input.sliced, job.profile).map_err(|pressed| {
+                    let (file, part) = (input.file.to_owned(), print.part);
+                    let Pressed { overlap_mm, room_mm } = pressed;
+                    RewriteError::Pressed { file, print: index, part, overlap_mm, room_mm }
+                })?;
+            }
+            let lower = if input.sliced.layers.len() == 1 { joint.lower_mm } else { 0.0 };
+            printed.push(Printed { part: print.part, up, height_mm: input.sliced.extrusion.max.z - lower });
             entries.push(Entry { input, print, slot: slot.id, mesh, joint, holds: false });
         }
     }

@@ -81,6 +81,8 @@ pub struct SlicedPrint<'a> {
     pub(super) reach: Bounds,
     /// Filament that the first layer lays, mm, by the width that is stated of its lines, mm.
     pub(super) first_layer: Vec<(Option<f64>, f64)>,
+    /// The same of the second layer's lines that fill its height.
+    pub(super) second_layer: Vec<(Option<f64>, f64)>,
 }
 
 impl<'a> SlicedPrint<'a> {

@@ -119,6 +119,15 @@ pub enum SlicedError {
         /// The file.
         file: String,
     },
+    /// Walls that leave the outline on purpose.
+    #[error(
+        "{file}: sliced with a fuzzy skin: its outer walls leave the part's outline on purpose, so that they cannot be held against it; \
+         switch the fuzzy skin off and slice again"
+    )]
+    Fuzzy {
+        /// The file.
+        file: String,
+    },
     /// Not what the slicer says it laid.
     #[error(
         "{file}: {counted_mm:.2} mm of filament are laid down, and the file says that {stated_mm:.2} mm are used; it was changed after \

@@ -8,8 +8,8 @@ use super::ahead::{Ahead, Batch, Lead, Other};
 use super::clear::Obstacles;
 use super::inputs::{Chunk, Entry, Job, RewriteError};
 use super::items::{Item, Step3};
-use super::joint::Flow;
-use super::modal::{Modal, translated};
+use super::joint::{Flow, Said};
+use super::modal::{Modal, is_joints, translated};
 use super::output::Output;
 use super::sliced::SlicedPrint;
 use crate::gcode::marks::{END_MARK, Expect, Hint, WORDS_MARK, hint, print_mark, slot_mark, version_mark};
@@ -45,8 +45,14 @@ pub(super) struct Writer<'a> {
     /// The same for each print alone, by its number.
     of_print: Vec<Modal>,
     warnings: Vec<String>,
-    /// What the layer's lines take of the filament that was sliced, and its height where that is not the sliced one, mm.
+    /// What the layer's lines take of the filament that was sliced, how high they are, where and how fast they are laid.
     flow: Flow,
+    /// The layer's number in its print.
+    layer: usize,
+    /// Whether it has the fan and the nozzle of `[joint]`.
+    joins: bool,
+    /// What each print's slicer has said of its lines last.
+    said: Vec<Said>,
     /// Above this the tip clears everything that stands at this pose, mm.
     clear_height: f64,
     /// How often a person is waited for.
@@ -80,6 +86,9 @@ impl<'a> Writer<'a> {
             of_print: vec![Modal::default(); prints],
             warnings: Vec::new(),
             flow: Flow::default(),
+            layer: 0,
+            joins: false,
+            said: vec![Said::default(); prints],
             clear_height: f64::INFINITY,
             pauses: 0,
             waits_s: 0.0,
@@ -149,7 +158,9 @@ impl<'a> Writer<'a> {
         self.in_force = Modal::heated(Some(nozzle), Some(bed));
         for entry in entries {
             let sliced = entry.input.sliced;
-            self.of_print[entry.input.print] = Modal::heated(sliced.nozzle_c, sliced.bed_c);
+            // What `[joint]` changes must have something to come back to.
+            let own = sliced.nozzle_c.or(profile.joint.nozzle_c.and(Some(nozzle)));
+            self.of_print[entry.input.print] = Modal::heated(own, sliced.bed_c);
         }
         if profile.dialect.commands == Commands::Rs274 {
             self.warnings.push(format!(
@@ -251,7 +262,7 @@ impl<'a> Writer<'a> {
         self.retract();
         let sliced = chunk.entry.input.sliced;
         let Some(start) = lead.start else { return };
-        let start = start + chunk.entry.mesh.to_machine;
+        let start = start + self.shift(chunk.entry);
         let height = self.travel_height(start, obstacles);
         let (print, part) = (chunk.entry.input.print, chunk.entry.print.part);
         self.out.go_z(height, transition.z_mm_per_min);
@@ -262,6 +273,9 @@ impl<'a> Writer<'a> {
         // What the lead itself sets need not be set twice.
         let mut wanted = self.of_print[print].clone();
         lead.kept.iter().for_each(|span| wanted.note(sliced.firmware, sliced.text(span)));
+        if self.joins {
+            wanted = wanted.with_joint(&self.job.profile.joint);
+        }
         for line in self.in_force.change_to(&wanted) {
             self.out.keep(line.as_bytes());
             self.in_force.note(self.out.firmware(), line.as_bytes());
@@ -278,6 +292,26 @@ impl<'a> Writer<'a> {
         self.out.filament(prime, transition.retract_mm_per_s * 60.0, b"");
         self.current = Some(print);
         self.out.lays_for(print);
+    }
+
+    /// Where a print's layer in hand lies in the machine.
+    fn shift(&self, entry: &Entry<'_>) -> Vec3 {
+        entry.mesh.to_machine - Vec3::z() * self.flow.lower_mm
+    }
+
+    /// Begins a layer; behind the last that `[joint]` reaches, what the print's own slicer has set comes back. The nozzle is not waited
+    /// for: it stands on the part.
+    fn begin_layer(&mut self, chunk: &Chunk<'_>, goes_on: bool) {
+        let (joint, print) = (&chunk.entry.joint, chunk.entry.input.print);
+        let joined = std::mem::replace(&mut self.joins, joint.reaches(chunk.index));
+        self.layer = chunk.index;
+        self.flow = joint.layer(chunk.index, &self.said[print]);
+        if goes_on && joined && !self.joins {
+            for line in self.in_force.change_to(&self.of_print[print]) {
+                self.out.keep(line.replace("M109", "M104").as_bytes());
+                self.in_force.note(self.out.firmware(), line.as_bytes());
+            }
+        }
     }
 
     /// A little above both ends if that is free, else above everything that stands at this pose.
@@ -355,16 +389,14 @@ impl<'a> Writer<'a> {
     fn keep(&mut self, entry: &Entry<'_>, span: &Range<usize>) {
         let line = entry.input.sliced.text(span);
         if line.starts_with(b";") {
-            match (self.flow.height_mm, hint(&line[1..])) {
-                (Some(mm), Some(Hint::Height(_))) => return self.out.line(&format!(";HEIGHT:{mm:.3}")),
-                (Some(_), Some(Hint::Width(mm))) => self.flow.share = entry.joint.share_of(mm),
-                _ => {}
-            }
-            return self.out.keep(line);
+            return self.remark(entry, line);
         }
         let firmware = entry.input.sliced.firmware;
-        self.in_force.note(firmware, line);
         self.of_print[entry.input.print].note(firmware, line);
+        if self.joins && is_joints(&self.job.profile.joint, firmware, line) {
+            return;
+        }
+        self.in_force.note(firmware, line);
         match translated(line, firmware, self.out.firmware()) {
             Some(line) => self.out.keep(&line),
             None => {
@@ -377,6 +409,19 @@ impl<'a> Writer<'a> {
                 }
             }
         }
+    }
+
+    /// A comment of a print, and what it says of the lines that follow it: a height that is not the sliced one is stated as it is.
+    fn remark(&mut self, entry: &Entry<'_>, line: &[u8]) {
+        if let Some(hint) = hint(&line[1..]) {
+            let said = &mut self.said[entry.input.print];
+            said.hear(&hint);
+            (self.flow.share, self.flow.height_mm) = entry.joint.flow(self.layer, said);
+            if let (Some(mm), Hint::Height(_)) = (self.flow.height_mm, hint) {
+                return self.out.line(&format!(";HEIGHT:{mm:.3}"));
+            }
+        }
+        self.out.keep(line);
     }
 
     /// One line of a print, shifted into the machine.
@@ -400,7 +445,7 @@ impl<'a> Writer<'a> {
                 Other::Layer(index, lead) => {
                     *layer = *index;
                     let chunk = &place.chunks[*index];
-                    self.flow = chunk.entry.joint.flow_of(chunk.index);
+                    self.begin_layer(chunk, lead.is_none());
                     if let Some(lead) = lead {
                         self.enter(chunk, lead, place.obstacles);
                     }
@@ -417,7 +462,7 @@ impl<'a> Writer<'a> {
 
     /// Moves of a layer with nothing else between them.
     fn moves(&mut self, moves: &[PlainMoved], chunk: &Chunk<'_>, place: &Place<'_>) -> Result<(), RewriteError> {
-        let (shift, travel) = (chunk.entry.mesh.to_machine, self.job.profile.transition.travel_mm_per_min);
+        let (shift, travel) = (self.shift(chunk.entry), self.job.profile.transition.travel_mm_per_min);
         let obstacles = place.obstacles_of(chunk);
         for m in moves {
             let stays = m.from == m.to;
@@ -425,8 +470,10 @@ impl<'a> Writer<'a> {
             if stays || (obstacles.is_some() && !prints) {
                 self.step(&(*m).into(), chunk.entry, obstacles);
             } else {
-                let e = if prints { m.e * self.flow.share } else { m.e };
-                self.out.go_plain(m.to + shift, e, m.feed.unwrap_or(travel));
+                let feed = m.feed.unwrap_or(travel);
+                let (e, feed) =
+                    if prints { (m.e * self.flow.share, feed.min(self.flow.most_feed)) } else { (m.e, feed) };
+                self.out.go_plain(m.to + shift, e, feed);
             }
             self.hand_over(WRITTEN_AT_ONCE)?;
         }
@@ -434,11 +481,12 @@ impl<'a> Writer<'a> {
     }
 
     fn step(&mut self, step: &Step3, entry: &Entry<'_>, obstacles: Option<&Obstacles<'_>>) {
-        let shift = entry.mesh.to_machine;
+        let shift = self.shift(entry);
         let prints = step.prints();
         let e = if prints { step.e * self.flow.share } else { step.e };
         let (from, to) = (step.from + shift, step.to + shift);
         let feed = step.feed.unwrap_or(self.job.profile.transition.travel_mm_per_min);
+        let feed = if prints { feed.min(self.flow.most_feed) } else { feed };
         let comment = entry.input.sliced.text(&step.comment);
         if step.from == step.to && step.arc.is_none() {
             self.out.filament(e, feed, comment);
@@ -509,7 +557,7 @@ fn parts(group: &[Entry<'_>]) -> Vec<usize> {
 fn region(entry: &Entry<'_>) -> Bounds {
     let (extrusion, reach) = (&entry.input.sliced.extrusion, &entry.input.sliced.reach);
     let shift = entry.mesh.to_machine;
-    let min = Vec3::new(reach.min.x, reach.min.y, extrusion.min.z);
+    let min = Vec3::new(reach.min.x, reach.min.y, extrusion.min.z - entry.joint.lower_mm);
     let max = Vec3::new(reach.max.x, reach.max.y, extrusion.max.z);
     Bounds { min: min + shift, max: max + shift }
 }

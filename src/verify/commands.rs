@@ -1,7 +1,7 @@
 //! Rule `command`: what every line that is no move does is known, and harmless where it stands.
 //!
 //! What shifts coordinates, changes steps, factors or tools, lets motors go or is unknown may stand only where the profile's
-//! own start or end code has it, or where `[dialect] allow` names it.
+//! own start or end code has it, or where `[dialect] allow` names it. Lines beside turns of the table: see `turn_lines`.
 
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Hazard};

@@ -202,7 +202,7 @@ fn begins_air(search: &mut OutlineSearch<'_>, p: Point, normal: Point) -> bool {
 
 /// Whether the outline is where it is a little above and below too: a face in the layer's middle belongs to either side.
 fn is_no_step(printed: &PrintedPart<'_>, level: &Level, p: Point) -> bool {
-    let middle = level.z - level.height() / 2.0;
+    let middle = level.middle();
     [-EITHER_WAY_MM, EITHER_WAY_MM].into_iter().all(|by| {
         let distance = printed.sections.at(middle + by).signed_distance(p);
         distance.abs() <= OFF_MM[0]

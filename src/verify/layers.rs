@@ -36,7 +36,13 @@ fn usual_height(levels: &[Level]) -> f64 {
 fn begins(printed: &PrintedPart<'_>, first: &Level, usual: f64, findings: &mut Findings) {
     let height = first.stated.or(first.nominal).unwrap_or(usual);
     let bottom = printed.sections.range()[0] - printed.joint_mm;
-    let off = first.z - height - bottom;
+    let off = first.z - height - bottom + printed.overlap_mm;
+    // Half of an overlap that is not there, or is there twice, is seen where the height is stated.
+    let most = if first.stated.is_some() && printed.overlap_mm > 0.0 {
+        HEIGHT_MM.min(printed.overlap_mm / 2.0)
+    } else {
+        HEIGHT_MM
+    };
     if off > usual / 2.0 && !(says_nothing(first) && holds_its_height(printed, first)) {
         if let Some(z) = printable_between(printed, bottom, first.z - height, usual) {
             findings.add(Rule::Complete, place(printed, first.line), [off, usual / 2.0], || {
@@ -46,11 +52,19 @@ fn begins(printed: &PrintedPart<'_>, first: &Level, usual: f64, findings: &mut F
                 )
             });
         }
-    } else if off.abs() > HEIGHT_MM && (first.stated.is_some() || !holds_its_height(printed, first)) {
-        findings.add(Rule::LayerHeight, place(printed, first.line), [off, HEIGHT_MM], || {
+    } else if off.abs() > most && (first.stated.is_some() || !holds_its_height(printed, first)) {
+        findings.add(Rule::LayerHeight, place(printed, first.line), [off, most], || {
             let (part, which) = (printed.planned.part, if off > 0.0 { "high" } else { "low" });
-            format!("the first layer of part {part} lies {:.3} mm too {which} for its height of {height:.2} mm; at most {HEIGHT_MM} mm", off.abs())
+            format!("the first layer of part {part} lies {:.3} mm too {which} for its height of {height:.2} mm{}; at most {most} mm", off.abs(), pressed(printed))
         });
+    }
+}
+
+/// What is asked of the first layer besides its height.
+fn pressed(printed: &PrintedPart<'_>) -> String {
+    match printed.overlap_mm {
+        0.0 => String::new(),
+        mm => format!(" and [joint] overlap_mm = {mm}"),
     }
 }
 

@@ -40,6 +40,7 @@ mod tally;
 #[cfg(test)]
 mod tests;
 mod thin;
+mod turn_lines;
 mod turning;
 mod walk;
 

@@ -32,6 +32,8 @@ pub(super) struct Level {
     pub(super) nominal: Option<f64>,
     /// How much higher than the layer before; the first one than the part's lowest point.
     pub(super) gap: f64,
+    /// How much lower its middle is than that of the layer that was sliced, mm: an overlap lowers the first layer and grows the second.
+    pub(super) lowered: f64,
     /// Its first line in the file.
     pub(super) line: u32,
     /// Its beads, as moves of the trace.
@@ -42,6 +44,11 @@ impl Level {
     /// How high its beads are, mm.
     pub(super) fn height(&self) -> f64 {
         self.stated.unwrap_or(self.gap)
+    }
+
+    /// Where the part was cut for it, machine coordinates, mm.
+    pub(super) fn middle(&self) -> f64 {
+        self.z - self.height() / 2.0 + self.lowered
     }
 }
 
@@ -58,6 +65,8 @@ pub(super) struct PrintedPart<'a> {
     pub(super) levels: Vec<Level>,
     /// How far its lowest point lies above what carries it, mm; 0 where nothing printed does.
     pub(super) joint_mm: f64,
+    /// How much lower its first layer is laid than its height says, mm: `[joint] overlap_mm` on an earlier part.
+    pub(super) overlap_mm: f64,
     /// What the header says of its flow.
     pub(super) flow: Expect,
     /// Whether the slicer says which lines are outer walls.
@@ -106,7 +115,13 @@ impl PrintedPart<'_> {
     /// Takes note of what carries it, of the prints before: the first layer begins where that was really printed to.
     fn stand_on(&mut self, before: &[planning::Printed]) {
         self.joint_mm = joint_gap_mm(self.job.workpiece, self.planned.part, self.planned.up, before);
-        let joint = self.joint_mm;
+        if !self.job.workpiece.model.on_table.contains(&self.planned.part) {
+            self.overlap_mm = self.job.profile.joint.overlap_mm;
+        }
+        for (level, share) in self.levels.iter_mut().zip([1.0, 0.5]) {
+            level.lowered = share * self.overlap_mm;
+        }
+        let joint = self.joint_mm + self.overlap_mm;
         if let Some(first) = self.levels.first_mut() {
             first.gap += joint;
         }
@@ -122,7 +137,7 @@ impl PrintedPart<'_> {
     /// the one within the part: slicers print such a layer. Where a level face lies in the middle to a rounding, the layer is as much
     /// what ends there as what begins: the one that its walls follow.
     pub(super) fn section(&self, level: &Level, is_wall: impl Fn(u32) -> bool) -> Section {
-        let (middle, [low, high]) = (level.z - level.height() / 2.0, self.sections.range());
+        let (middle, [low, high]) = (level.middle(), self.sections.range());
         let inside = middle.clamp(low + ROUNDING_MM, (high - ROUNDING_MM).max(low + ROUNDING_MM));
         let near = 2.0 * ROUNDING_MM;
         let z = if (middle - inside).abs() <= near { inside } else { middle };
@@ -219,6 +234,7 @@ fn printed<'a>(
         level_faces,
         levels,
         joint_mm: 0.0,
+        overlap_mm: 0.0,
         flow,
         has_roles,
         filament_mm2,
@@ -238,7 +254,15 @@ fn levels(trace: &Trace, beads: &[u32], bottom: f64) -> Vec<Level> {
         let same = |level: &Level| (level.z - to.z).abs() <= SAME_LAYER_MM;
         let place = last.filter(|&i: &usize| same(&all[i])).or_else(|| all.iter().rposition(same));
         let place = place.unwrap_or_else(|| {
-            all.push(Level { z: to.z, stated: None, nominal: None, gap: 0.0, line: m.line, beads: Vec::new() });
+            all.push(Level {
+                z: to.z,
+                stated: None,
+                nominal: None,
+                gap: 0.0,
+                lowered: 0.0,
+                line: m.line,
+                beads: Vec::new(),
+            });
             all.len() - 1
         });
         last = Some(place);

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::commands::{Permitted, fits};
 use super::report::{FindingPlace, Findings, Rule};
 use super::tally::Tally;
+use super::turn_lines::TurnLines;
 use super::{Job, Planned};
 use crate::gcode::ParsedLine;
 use crate::gcode::marks::{END_MARK, Expect, Mark};
@@ -64,6 +65,7 @@ struct Checker<'a> {
     slot: Option<usize>,
     zone: Zone,
     ended: bool,
+    turn_lines: TurnLines<'a>,
     /// Whether the nozzle has been found too cold since it last changed.
     told_cold: bool,
     /// The state whose pose was judged last, and what is wrong with it.
@@ -94,6 +96,7 @@ impl<'a> Checker<'a> {
             slot: None,
             zone: Zone::Start,
             ended: false,
+            turn_lines: TurnLines::of(profile),
             told_cold: false,
             judged: (None, None),
         }
@@ -179,8 +182,10 @@ impl<'a> Checker<'a> {
 
     fn effect(&mut self, effect: Effect, span: std::ops::Range<usize>) {
         let text = &self.bytes[span];
+        self.turn_lines.note(self.line, text, effect);
         let mut parsed = ParsedLine::default();
         if parsed.read(text).is_ok()
+            && !(self.zone == Zone::Prints && self.turn_lines.has(String::from_utf8_lossy(text).trim()))
             && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, (text, self.is_clear(effect)))
         {
             self.say(Rule::Command, [0.0; 2], || objection);
@@ -210,8 +215,21 @@ impl<'a> Checker<'a> {
         }
     }
 
+    /// Judges the lines beside turns, before a move that is one or is none, or at the end.
+    fn beside_turn(&mut self, turns: bool) {
+        if let Some((line, wrong)) = self.turn_lines.moved(turns)
+            && (self.zone == Zone::Prints || line.is_none())
+        {
+            let here = self.line;
+            self.line = line.unwrap_or(here);
+            self.say(Rule::Command, [0.0, 1.0], || wrong);
+            self.line = here;
+        }
+    }
+
     fn make(&mut self, m: &Move) {
         self.line = m.line;
+        self.beside_turn(m.wrote_rotary());
         self.check_limits(m);
         let turns = self.trace.turns(m);
         if turns && m.e > 0.0 {
@@ -345,6 +363,7 @@ impl<'a> Checker<'a> {
 
     fn finish(mut self) -> Checked {
         self.line = self.trace.lines.max(1);
+        self.beside_turn(false);
         self.print = None;
         self.tally.finish(self.planned, self.line, &mut self.findings);
         if !self.ended {

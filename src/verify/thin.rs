@@ -144,7 +144,7 @@ struct Beside<'a> {
 impl<'a> Beside<'a> {
     fn new(printed: &PrintedPart<'_>, level: &Level, lines: &'a [Line]) -> Self {
         let axis = |line: &Line| line.axis().map(|axis| (axis, line.width * line.ratio().min(WIDEST) / 2.0));
-        let outline = printed.sections.segments_at(level.z - level.height() / 2.0);
+        let outline = printed.sections.segments_at(level.middle());
         let axes = lines.iter().map(|line| axis(line).unwrap_or(([[f64::MAX; 2]; 2], 0.0))).collect();
         Self { axes, outline, lines, usual_mm: printed.job.profile.process.line_width_mm }
     }

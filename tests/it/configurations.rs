@@ -26,6 +26,59 @@ const CONFIGURATIONS: [(&str, &str); 14] = [
     ("infill every second layer", "infill_every_layers = 2"),
 ];
 
+/// What is asked of a print and is not the slicer's to do here, or cannot be taken, with either program: keys, and what is said.
+const ANSWERED: [(&str, bool, &str); 9] = [
+    ("use_relative_e_distances = 0", true, ""),
+    ("use_relative_e_distances = 1", true, ""),
+    ("use_firmware_retraction = 1\nretract_lift = 0.4\nwipe = 1", true, ""),
+    ("start_gcode = G28\\nG1 Z0.2 F1000\\nG1 X-60 Y-70 F5000\\nG1 X60 E10 F600", true, ""),
+    (
+        "skirts = 2\nskirt_distance = 3",
+        true,
+        "not as in --slicer-config: skirts = 2; each print is sliced without them",
+    ),
+    ("brim_width = 3\nraft_layers = 2", true, "not as in --slicer-config: brim_width = 3, raft_layers = 2; each"),
+    (
+        "support_material = 1",
+        true,
+        "support_material = 1; each print is sliced without them, since it stands on others",
+    ),
+    ("use_volumetric_e = 1", false, "sliced with volumetric E (its E counts mm3 and not mm of filament)"),
+    ("spiral_vase = 1", false, "sliced as a spiral (spiral vase)"),
+];
+
+/// Each is verified clean or refused for its true cause, and what is left out is said.
+#[test]
+fn what_is_not_taken_of_a_configuration_is_said() {
+    for slicer in ["prusa-slicer", "slic3r"] {
+        if !installed(slicer) {
+            skip(&format!("{slicer} is not installed: what it is asked for is not tried"));
+            continue;
+        }
+        let folder = folder();
+        let (config, output) = (folder.path().join("user.ini"), folder.path().join("out.gcode"));
+        let fuzzy = [("fuzzy_skin = external", false, "sliced with a fuzzy skin")];
+        // Slic3r has none.
+        let more = if slicer == "prusa-slicer" { &fuzzy[..] } else { &[] };
+        for (keys, clean, words) in ANSWERED.iter().chain(more) {
+            std::fs::write(&config, format!("{keys}\n")).unwrap();
+            let mut command = trunnion();
+            command.args(["prepare", &fixture("two-boxes"), "-m", "generic-ac", "--slicer", slicer, "-o"]).arg(&output);
+            let run = command.arg("--slicer-config").arg(&config).output().unwrap();
+            let text = said(&run);
+            // It marks what it lays around a print, which is kept.
+            let words =
+                if slicer == "prusa-slicer" { words.replace("brim_width = 3, ", "") } else { (*words).to_owned() };
+            let words = if slicer == "prusa-slicer" && keys.starts_with("skirts") { String::new() } else { words };
+            assert_eq!(run.status.code(), Some(if *clean { 0 } else { 2 }), "{slicer}, {keys}: {text}");
+            assert!(text.contains(&words), "{slicer}, {keys}: {text}");
+            assert!(!words.is_empty() || !text.contains("not as in --slicer-config"), "{slicer}, {keys}: {text}");
+            assert_eq!(output.exists(), *clean, "{slicer}, {keys}");
+            let _ = std::fs::remove_file(&output);
+        }
+    }
+}
+
 fn stays_clean(model: &str, configurations: &[(&str, &str)]) {
     if !installed("prusa-slicer") {
         return skip("prusa-slicer is not installed: its configurations are not tried");

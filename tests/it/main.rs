@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a helper that cannot go on fails the test that called it")]
 
 mod architecture;
+mod around_turns;
 mod bad_input;
 mod batches;
 mod beside_the_part;
@@ -13,6 +14,7 @@ mod cura_engine;
 mod dry_run;
 mod files_and_streams;
 mod filled;
+mod first_layers;
 mod fuzzed;
 mod held;
 mod hooks;
@@ -23,6 +25,7 @@ mod kinematics;
 mod layer_oracle;
 mod link;
 mod linuxcnc;
+mod linuxcnc_print;
 mod loose;
 mod machines;
 mod mutants;

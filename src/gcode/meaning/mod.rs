@@ -15,6 +15,8 @@
 mod macros;
 mod table;
 
+pub use macros::{ManualStepper, StepperAct};
+
 use super::{Command, LineKind, ParsedLine};
 use table::Class;
 
@@ -178,6 +180,8 @@ pub enum Hazard {
     OutOfBand,
     /// Moves by itself: probing, parking, cleaning, loading filament.
     Moves,
+    /// Moves a motor by itself that is no axis of moves (Klipper's MANUAL_STEPPER), and makes one an axis.
+    Stepper,
     /// Changes what guards the machine: end stops, cold extrusion, motor currents, PID.
     Guard,
     /// Switches a pin, spindle or coolant.
@@ -202,6 +206,7 @@ impl Hazard {
             Self::Counter => "sets the printer's line counter, which streaming needs",
             Self::OutOfBand => "jumps the queue and is answered out of order",
             Self::Moves => "moves the machine in a way that is not in the file",
+            Self::Stepper => "moves a motor by a command of its own",
             Self::Guard => "changes what protects the machine",
             Self::Output => "switches a pin, spindle or coolant",
             Self::Unknown => "has no meaning that trunnion knows for this firmware",

@@ -4,7 +4,7 @@ use super::*;
 use crate::gcode::meaning::Firmware;
 use crate::link::journal::Header;
 use crate::link::protocol::Protocol;
-use crate::link::retreat::Retreat;
+use crate::link::retreat::{Retreat, Turning};
 use crate::link::testing::{retreat, rules};
 use crate::motion::replay::Reading;
 
@@ -135,6 +135,32 @@ fn a_machine_that_counts_nothing_and_said_nothing_needs_somebody_who_has_looked(
     assert_eq!(doubt(None), Err(ReentryError::Uncounted { protocol: "grbl", line: 5 }));
     // It may have come to the end of the file.
     assert_eq!([doubt(Some(7)), doubt(Some(80))], [Ok(6..6), Ok(79..79)]);
+}
+
+/// A brake is let go and put on again on the way back into the print, and named motors turn by commands.
+#[test]
+fn the_machines_own_lines_stand_around_the_turn_back() {
+    let text = "G28\nG90\nG1 C30 F600\nG1 A20 F600\nG1 X0 Y0 Z1 F600\nG1 X10 E1\nG1 X0 E1\n";
+    let program = Program::read(text.as_bytes(), &rules(Protocol::Marlin)).unwrap();
+    let lines = |steppers| {
+        let [before, after] = [["M400", "M42P5S255"], ["M400", "M42P5S0"]].map(|own| own.map(str::to_owned).to_vec());
+        let turning = Turning { before, after, steppers };
+        let settings = SenderSettings::new(Protocol::Marlin, Retreat { turning, ..retreat() });
+        Reentry::at(&program, &settings, &(5..6), 5).unwrap().lines
+    };
+    let letters = lines(None);
+    let own = letters.iter().position(|line| line == "M42P5S255").expect("the brake is let go");
+    assert_eq!(
+        letters[own - 1..own + 5],
+        ["M400", "M42P5S255", "G1C30F3437", "G1A20F3437", "M400", "M42P5S0"],
+        "{letters:?}"
+    );
+    let named = lines(Some(["tilt".to_owned(), "rot".to_owned()]));
+    let turns: Vec<&String> = named.iter().filter(|line| line.starts_with("MANUAL_STEPPER")).collect();
+    assert_eq!(
+        turns,
+        ["MANUAL_STEPPER STEPPER=rot SPEED=57.29 MOVE=30", "MANUAL_STEPPER STEPPER=tilt SPEED=57.29 MOVE=20"]
+    );
 }
 
 /// A filament axis counts from anywhere behind a reset: its first absolute word pushed all that the print had taken so far.

@@ -57,6 +57,7 @@ pub(super) fn retreat() -> Retreat {
         z_feed: 900.0,
         extruder: b'E',
         heaters: Heaters::Off,
+        turning: Default::default(),
         home: vec!["G28".to_owned()],
     }
 }

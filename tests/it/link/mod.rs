@@ -37,3 +37,21 @@ mod two_printers;
 #[cfg(unix)]
 mod unfollowed;
 mod wire;
+
+/// Prints a verified file on the simulated printer, which must carry out every line of it and nothing else.
+#[cfg(unix)]
+pub(crate) fn sent(
+    folder: &std::path::Path,
+    machine: &std::path::Path,
+    file: &std::path::Path,
+    plan: &std::path::Path,
+) {
+    let (link, log) = (folder.join("tty"), folder.join("sim.log"));
+    let _printer = real::simulate(&link, machine, &["--speed", "max", "--log", log.to_str().unwrap()]);
+    let mut command = crate::support::trunnion();
+    command.arg("send").arg(file).arg("--plan").arg(plan).arg("--port").arg(&link);
+    let done = real::output(&mut command);
+    assert!(done.status.success(), "{}", crate::support::said(&done));
+    let own = |lines: Vec<String>| lines.into_iter().filter(|l| !l.starts_with("M400")).collect::<Vec<_>>();
+    real::assert_same(&own(real::wanted(file)), &own(real::executed(&log)));
+}

@@ -75,8 +75,23 @@ fn is_optional(at: &str) -> bool {
         "value",
         "value_upper_bound",
     ];
-    const IN_PROFILES: [&str; 9] =
-        ["min_deg", "max_deg", "size_mm", "bare_cone", "z_mm", "r_mm", "min_mm", "max_mm", "park_mm"];
+    const IN_PROFILES: [&str; 15] = [
+        "min_deg",
+        "max_deg",
+        "size_mm",
+        "bare_cone",
+        "z_mm",
+        "r_mm",
+        "min_mm",
+        "max_mm",
+        "park_mm",
+        "before_turn",
+        "after_turn",
+        "joint",
+        "mm_per_s",
+        "fan",
+        "stepper",
+    ];
     let key = at.rsplit('/').next().unwrap();
     OPTIONAL.contains(&key) || IN_PROFILES.contains(&key) || key == "points_mm"
 }

@@ -62,7 +62,7 @@ impl ReentryPath {
         let mut read = ParsedLine::default();
         let mut moved = false;
         // G90 makes the extruder's words absolute, too, on some.
-        let kept = ["G1", "G90", "G91", "G93", "G94", "G92E", "M82", "M83"];
+        let kept = ["G1", "G90", "G91", "G93", "G94", "G92E", "M82", "M83", "MANUAL_STEPPER"];
         let moves = |l: &str| kept.iter().any(|g| l.starts_with(g));
         for (index, line) in entry.lines.iter().enumerate() {
             let homes = entry.home.contains(&index);

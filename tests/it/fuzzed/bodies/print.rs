@@ -38,6 +38,7 @@ fn print(profile: &'static Profile) -> Option<Print> {
         z_feed: transition.z_mm_per_min,
         extruder: profile.dialect.extruder as u8,
         heaters: Heaters::Off,
+        turning: Default::default(),
         home: vec!["G28".to_owned()],
     };
     let setting = profile.trace_setting();
