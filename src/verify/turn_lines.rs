@@ -29,10 +29,10 @@ impl<'a> TurnLines<'a> {
 
     /// Takes a line that is no move.
     pub(super) fn note(&mut self, line: u32, text: &'a [u8], effect: Effect) {
-        if !(self.before.is_empty() && self.after.is_empty())
-            && !matches!(effect, Effect::Nothing | Effect::Motion)
-            && let Ok(text) = std::str::from_utf8(text)
-        {
+        if self.before.is_empty() && self.after.is_empty() || matches!(effect, Effect::Nothing | Effect::Motion) {
+            return;
+        }
+        if let Ok(text) = std::str::from_utf8(text) {
             self.since.push((line, text.trim()));
         }
     }
