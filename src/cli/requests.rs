@@ -10,7 +10,7 @@ use super::args::{
 };
 use crate::job::{
     self, Arrangement, Error, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest, PlanOptions, PlanRequest,
-    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, Supporting, interrupts,
+    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, SupportForm, Supporting, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -102,6 +102,7 @@ impl PlanArgs {
             seed: self.seed,
             place: self.place()?,
             remedies: !self.no_remedies,
+            form: SupportForm { roof_mm: self.roof, roof_pitch_mm: self.roof_pitch, brace_mm: self.brace },
             budget: self.budget,
             kept_in: None,
             plans: 1,
@@ -159,14 +160,28 @@ impl Preview {
             machine: MachineSource::from(self.plan_ref.profile.as_deref().unwrap_or_default()),
             arrangement,
             options: self.planning.options(&self.pass)?,
-            supporting: supporting(&self.supports),
+            supporting: supporting(&self.supports, &self.planning)?,
         })
     }
 }
 
-/// What the word after `--supports` means.
-pub(super) fn supporting(word: &str) -> Supporting {
-    if word == "never" { Supporting::Never } else { Supporting::Auto }
+/// What the word after `--supports` means, beside the flags that shape supports.
+pub(super) fn supporting(word: &str, plan: &PlanArgs) -> Result<Supporting, Failure> {
+    if word != "never" {
+        return Ok(Supporting::Auto);
+    }
+    let usual = SupportForm::PRINTED;
+    let shaped = [
+        ("roof", plan.roof != usual.roof_mm),
+        ("roof-pitch", plan.roof_pitch.is_some()),
+        ("brace", plan.brace != usual.brace_mm),
+    ];
+    match shaped.into_iter().find(|(_, given)| *given) {
+        None => Ok(Supporting::Never),
+        Some((name, _)) => Err(Failure::Usage(format!(
+            "--{name} shapes supports, and --supports never makes none; write --supports auto"
+        ))),
+    }
 }
 
 /// What a word of `--compare` names: a plan, or a finished file and its plan behind an equals sign.
