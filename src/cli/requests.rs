@@ -102,11 +102,15 @@ impl PlanArgs {
             seed: self.seed,
             place: self.place()?,
             remedies: !self.no_remedies,
-            form: SupportForm { roof_mm: self.roof, roof_pitch_mm: self.roof_pitch, brace_mm: self.brace },
+            form: self.form(),
             budget: self.budget,
             kept_in: None,
             plans: 1,
         })
+    }
+
+    fn form(&self) -> SupportForm {
+        SupportForm { roof_mm: self.roof, roof_pitch_mm: self.roof_pitch, brace_mm: self.brace }
     }
 
     /// The place that `--origin` and `--turn` ask for.
@@ -167,18 +171,10 @@ impl Preview {
 
 /// What the word after `--supports` means, beside the flags that shape supports.
 pub(super) fn supporting(word: &str, plan: &PlanArgs) -> Result<Supporting, Failure> {
-    if word != "never" {
-        return Ok(Supporting::Auto);
-    }
-    let usual = SupportForm::PRINTED;
-    let shaped = [
-        ("roof", plan.roof != usual.roof_mm),
-        ("roof-pitch", plan.roof_pitch.is_some()),
-        ("brace", plan.brace != usual.brace_mm),
-    ];
-    match shaped.into_iter().find(|(_, given)| *given) {
-        None => Ok(Supporting::Never),
-        Some((name, _)) => Err(Failure::Usage(format!(
+    match plan.form().shaped_by().filter(|_| word == "never") {
+        None if word == "never" => Ok(Supporting::Never),
+        None => Ok(Supporting::Auto),
+        Some(name) => Err(Failure::Usage(format!(
             "--{name} shapes supports, and --supports never makes none; write --supports auto"
         ))),
     }

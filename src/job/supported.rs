@@ -1,5 +1,6 @@
 //! Solids that have no plan as they are, nor in parts: printed upright on the level table, on supports.
 
+use super::form::STEPS_MM;
 use super::holding::{Laid, even_tops, held_mesh};
 use super::plan::planned_along;
 use super::solids::groups;
@@ -68,8 +69,6 @@ impl HeldModel {
     }
 }
 
-/// Grids that are tried, mm: a coarse one is laid sooner, a fine one reaches more and has columns that join sooner.
-pub(super) const STEPS_MM: [f64; 3] = [5.0, 3.5, 2.5];
 /// Distance between the lines of a roof, in their widths, where nobody says otherwise.
 const ROOF_WIDTHS: f64 = 2.0;
 /// Air below what is held, layers.

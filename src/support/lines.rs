@@ -16,7 +16,7 @@
 //!
 //! A roof ([`Roof`]) lies in the last layers below the gap, in the place of sheets.
 //!
-//! What is free is found along a line by [`march`], which passes over nothing.
+//! What is free is found along a line by [`march`](crate::section::march), which passes over nothing.
 
 use std::collections::HashMap;
 
@@ -25,9 +25,10 @@ use rayon::prelude::*;
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
 use super::roof::{Roof, Under};
+use super::spans::{Line, SHORTEST_WIDTHS, Spans, where_above};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::section::{Section, Sections, Segments, march};
+use crate::section::{Section, Sections, Segments};
 
 /// How supports are laid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,11 +54,6 @@ pub struct SupportLayer {
     pub lines: Vec<Line>,
 }
 
-/// A line's ends, mm.
-pub(super) type Line = [[f64; 2]; 2];
-
-/// Shorter lines are left out, in widths: they would not stick.
-pub(super) const SHORTEST_WIDTHS: f64 = 3.0;
 /// Heights that differ by less are the same, mm.
 const SAME_MM: f64 = 1e-6;
 /// Above its red square a sheet ends at the latest after so many steps: the surface is within the cube above.
@@ -65,9 +61,6 @@ const ABOVE: f64 = 2.0;
 
 /// Lines whose middles are nearer than so many widths would lie on each other.
 const SIDE_BY_SIDE: f64 = 0.8;
-
-/// What of a sheet is there, along its diagonal from the middle of the cell, mm.
-type Spans = Vec<[f64; 2]>;
 
 /// Below a column that stands on the part its surface is at most so many steps away.
 const BELOW: f64 = 2.0;
@@ -209,24 +202,6 @@ impl Air<'_> {
     fn free(&self, ends: [[f64; 2]; 2]) -> Spans {
         where_above(ends, |p| self.room(p))
     }
-}
-
-/// Where on the way from `a` to `b` a measure is not below 0, as lengths from `a`; it changes by no more than the way does.
-pub(super) fn where_above([a, b]: [[f64; 2]; 2], measure: impl Fn([f64; 2]) -> f64) -> Spans {
-    let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-    let (mut spans, mut from) = (Spans::new(), None);
-    for (t, room) in march([a, b], measure) {
-        match (room >= 0.0, from) {
-            (true, None) => from = Some(t),
-            (false, Some(start)) => {
-                spans.push([start, t]);
-                from = None;
-            }
-            _ => {}
-        }
-    }
-    spans.extend(from.filter(|start| *start < length).map(|start| [start, length]));
-    spans
 }
 
 /// Supports that grow from the ground up.

@@ -32,6 +32,7 @@ mod preflow;
 mod residual;
 mod roof;
 mod shortest_paths;
+mod spans;
 mod structure;
 #[cfg(test)]
 mod tests;

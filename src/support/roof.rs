@@ -4,7 +4,7 @@
 //! layers above the gap hold something of the part over it, and where it rests on what was laid in the layer below: from the first such
 //! place to the last, with no more than [`FARTHEST_STEPS`] between two of them.
 
-use super::lines::{Line, SHORTEST_WIDTHS, where_above};
+use super::spans::{Line, SHORTEST_WIDTHS, where_above};
 use crate::section::{Point, Segments};
 
 /// How a roof is laid.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::geom::{Angle, Vec3};
-use crate::job::supported::STEPS_MM;
+use crate::job::form::STEPS_MM;
 use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile, SupportForm};
 use crate::mesh::Model;
 use crate::orient::{Direction, Facets, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};

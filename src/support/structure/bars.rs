@@ -18,6 +18,8 @@ pub struct Bars {
 
 /// The surface is looked up as often along a bar, mm.
 const SAMPLE_MM: f64 = 0.5;
+/// A bar goes so far beside all sheets somewhere, in walls, or it is left out: it would lie in one of them.
+const CLEAR_WALLS: f64 = 0.8;
 /// Bars end so much of a step beyond their square.
 const BEYOND: f64 = 0.005;
 
@@ -44,7 +46,7 @@ impl Beam<'_> {
             let place = |k: usize| Vec3::new(at.x + reach * (2.0 * k as f64 / count as f64 - 1.0), y, at.z);
             let tops: Vec<Option<Vec3>> = (0..=count).map(|k| self.top(red, place(k))).collect();
             let runs = tops.split(Option::is_none).map(|run| run.iter().flatten().copied().collect());
-            runs.filter(|ridge: &Ridge| ridge.len() > 1).collect()
+            runs.filter(|ridge: &Ridge| ridge.len() > 1 && self.is_clear(ridge)).collect()
         };
         (first..last).flat_map(|j| row((j as f64 + 0.5) * self.bars.pitch_mm)).collect()
     }
@@ -84,12 +86,20 @@ impl Beam<'_> {
 
     /// The stretch of a bar that lies farthest from the diagonals of its square.
     fn clearest(&self, ridge: &Ridge) -> usize {
+        let apart = |k: &usize| self.beside_sheets_mm(ridge, *k);
+        (0..ridge.len() - 1).max_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or(0)
+    }
+
+    /// Whether it is more than a piece of a sheet.
+    fn is_clear(&self, ridge: &Ridge) -> bool {
+        self.beside_sheets_mm(ridge, self.clearest(ridge)) > CLEAR_WALLS * self.wall_mm
+    }
+
+    /// How far the middle of a stretch is from the nearest diagonal of its square, mm.
+    fn beside_sheets_mm(&self, ridge: &Ridge, k: usize) -> f64 {
         let grid = &self.graph.grid;
-        let apart = |k: usize| {
-            let steps = grid.in_steps(&((ridge[k] + ridge[k + 1]) / 2.0));
-            let [x, y] = [0, 1].map(|axis| (steps[axis].rem_euclid(1.0) - 0.5).abs());
-            (x - y).abs()
-        };
-        (0..ridge.len() - 1).max_by(|a, b| apart(*a).total_cmp(&apart(*b))).unwrap_or(0)
+        let steps = grid.in_steps(&((ridge[k] + ridge[k + 1]) / 2.0));
+        let [x, y] = [0, 1].map(|axis| (steps[axis].rem_euclid(1.0) - 0.5).abs());
+        (x - y).abs() * grid.step_mm * std::f64::consts::FRAC_1_SQRT_2
     }
 }
