@@ -10,7 +10,7 @@ use trunnion::document;
 use trunnion::job::{
     self, Arrangement, Cutting, Error, MachineSource, ModelSource, OrientOptions, OrientRequest, OutputFile, Outputs,
     PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PrepareRequest, SlicingOptions,
-    SplitOptions, SplitRequest, Standing, Supporting, VerifyRequest, WaysOut, World,
+    SplitOptions, SplitRequest, Standing, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
 
@@ -168,6 +168,11 @@ fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
         seed: given.count("seed")?.map_or(usual.seed, |seed| seed as u64),
         place: placed.then(|| PlaceRequest { origin_mm, turn_deg: turn_deg.unwrap_or(0.0) }),
         remedies: !given.flag("no_remedies")?,
+        form: SupportForm {
+            roof_mm: given.number("roof_mm")?.unwrap_or(usual.form.roof_mm),
+            roof_pitch_mm: given.number("roof_pitch_mm")?,
+            brace_mm: given.number("brace_mm")?.unwrap_or(usual.form.brace_mm),
+        },
         budget: given.count("budget")?.map_or(usual.budget, |budget| budget as u64),
         kept_in: None,
         plans: given.count("top")?.unwrap_or(usual.plans),

@@ -313,6 +313,9 @@ def options_of_plans(
     turn_deg: Optional[float] = None,
     remedies: bool = True,
     budget: Optional[int] = None,
+    roof_mm: Optional[float] = None,
+    roof_pitch_mm: Optional[float] = None,
+    brace_mm: Optional[float] = None,
     up: Union[Vector, Literal["auto"], None] = None,
     base: Optional[int] = None,
     beside: Optional[Iterable[tuple[ModelLike, int]]] = None,
@@ -340,6 +343,9 @@ def options_of_plans(
         turn_deg: turn of the model about the table's normal, about its own middle unless `origin_mm` says where it lies.
         remedies: look for what would help where there is no plan.
         budget: most steps of the sequence search.
+        roof_mm: height of a denser roof of supports, right below what they hold.
+        roof_pitch_mm: distance between the lines of that roof.
+        brace_mm: columns of supports that stand free over more than this are tied together; 0 none.
         up: direction of the file that is up, or ``auto``.
         base: stand the model on this part's largest face below which there is nothing.
         beside: more models for the same table, each with its copies.
@@ -360,7 +366,8 @@ def options_of_plans(
     return _given(
         objective=objective, orient_by=orient_by, method=method, orient_budget=orient_budget, overhang_deg=overhang_deg,
         bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2, allow=held, margin_mm=margin_mm, slots=slots, table_later=table_later, seed=seed,
-        origin_mm=origin_mm, turn_deg=turn_deg, no_remedies=not remedies, budget=budget, up=up, base=base, beside=more, copies=copies,
+        origin_mm=origin_mm, turn_deg=turn_deg, no_remedies=not remedies, budget=budget, roof_mm=roof_mm,
+        roof_pitch_mm=roof_pitch_mm, brace_mm=brace_mm, up=up, base=base, beside=more, copies=copies,
         gap_mm=gap_mm, snap_mm=snap_mm, join=join,
     )  # fmt: skip
 

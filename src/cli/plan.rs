@@ -26,7 +26,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         machine: args.machine.source(),
         arrangement,
         options,
-        supporting: supporting(&args.supports),
+        supporting: supporting(&args.supports, &args.plan)?,
     };
     if args.all {
         return list(&request, args.limit, console);

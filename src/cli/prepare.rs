@@ -66,7 +66,7 @@ fn work(
         slicing: args.slicing.options(&args.bed)?,
         ways: WaysOut {
             cutting: if may_cut { Cutting::Auto { file } } else { Cutting::Never },
-            supporting: supporting(&args.supports),
+            supporting: supporting(&args.supports, &args.plan)?,
         },
     };
     let teller = Teller(console);

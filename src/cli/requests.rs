@@ -10,7 +10,7 @@ use super::args::{
 };
 use crate::job::{
     self, Arrangement, Error, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest, PlanOptions, PlanRequest,
-    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, Supporting, interrupts,
+    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, SupportForm, Supporting, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -102,10 +102,15 @@ impl PlanArgs {
             seed: self.seed,
             place: self.place()?,
             remedies: !self.no_remedies,
+            form: self.form(),
             budget: self.budget,
             kept_in: None,
             plans: 1,
         })
+    }
+
+    fn form(&self) -> SupportForm {
+        SupportForm { roof_mm: self.roof, roof_pitch_mm: self.roof_pitch, brace_mm: self.brace }
     }
 
     /// The place that `--origin` and `--turn` ask for.
@@ -159,14 +164,20 @@ impl Preview {
             machine: MachineSource::from(self.plan_ref.profile.as_deref().unwrap_or_default()),
             arrangement,
             options: self.planning.options(&self.pass)?,
-            supporting: supporting(&self.supports),
+            supporting: supporting(&self.supports, &self.planning)?,
         })
     }
 }
 
-/// What the word after `--supports` means.
-pub(super) fn supporting(word: &str) -> Supporting {
-    if word == "never" { Supporting::Never } else { Supporting::Auto }
+/// What the word after `--supports` means, beside the flags that shape supports.
+pub(super) fn supporting(word: &str, plan: &PlanArgs) -> Result<Supporting, Failure> {
+    match plan.form().shaped_by().filter(|_| word == "never") {
+        None if word == "never" => Ok(Supporting::Never),
+        None => Ok(Supporting::Auto),
+        Some(name) => Err(Failure::Usage(format!(
+            "--{name} shapes supports, and --supports never makes none; write --supports auto"
+        ))),
+    }
 }
 
 /// What a word of `--compare` names: a plan, or a finished file and its plan behind an equals sign.

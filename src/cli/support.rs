@@ -4,7 +4,7 @@ use super::args::Support as Verb;
 use super::requests::{claim_picture, outputs};
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{self, SupportOptions, SupportRequest, is_3mf};
+use crate::job::{self, SupportForm, SupportOptions, SupportRequest, is_3mf};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     args.output.as_deref().map(is_3mf).transpose()?;
@@ -44,6 +44,7 @@ impl Verb {
             structure: self.structure.clone(),
             wall_mm: self.wall,
             gap_mm: self.gap,
+            form: SupportForm { roof_mm: self.roof, roof_pitch_mm: self.roof_pitch, brace_mm: self.brace },
             seed: self.seed,
         }
     }

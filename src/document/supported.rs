@@ -22,6 +22,7 @@ pub fn supported(done: &SupportResult) -> Value {
         "length_mm": tally.length_mm(step), "over_capacity": tally.over_capacity, "most_on_an_arc": tally.most,
         "volume_mm3": built.volume_mm3, "covered_share": cover.share(), "overhang_mm2": cover.area_mm2,
         "contact_mm2": built.contact_mm2, "plate_mm2": built.plate_mm2, "longest_free_mm": done.longest_free_mm,
+        "struts": done.struts, "unbraced": done.unbraced, "roof_bars": built.bars,
         "seconds_plan": done.seconds_plan, "seconds": done.seconds,
     })
 }

@@ -13,14 +13,15 @@ use crate::planning::{Plan, Print, PrintSupports, Workpiece};
 use crate::profile::{Profile, SliceSettings};
 use crate::slicing::builtin::sheets;
 use crate::support::{
-    Bare, Build, Ceiling, Graph, Laying, Method, Planned, Structure, SupportLayer, bare, build, lines, plan,
+    Bare, Bars, Build, Ceiling, Flow, Graph, Laying, Method, Roof, Structure, SupportLayer, bare, braced, build, lines,
+    longest_free_mm, plan,
 };
 use crate::toolpath::{Input, SlicedPrint, SlotMesh, print_name, slot_mesh};
 
 /// Where the middle of a part with supports is put, mm.
 pub(super) const CENTRE_MM: [f64; 2] = [0.0; 2];
-/// Units that a column carries, as many as `trunnion support` has without a flag.
-const CAPACITY: u16 = 4;
+/// Units that a column carries. Lines of filament are stiff enough for ten cells' tops, and each column fewer saves its whole height.
+const CAPACITY: u16 = 10;
 /// Seed of the search for the least material.
 const SEED: u64 = 1;
 /// Air beside a support, in widths of a line.
@@ -36,12 +37,14 @@ pub(super) struct Laid {
     pub(super) layers: Vec<SupportLayer>,
     /// What has no way to the table, the largest patch first.
     pub(super) bare: Vec<Bare>,
+    /// The longest stretch of a column without another beside it, mm.
+    pub(super) longest_free_mm: f64,
 }
 
 impl Laid {
     /// No supports at all.
     pub(super) fn none() -> Self {
-        Self { layers: Vec::new(), bare: Vec::new() }
+        Self { layers: Vec::new(), bare: Vec::new(), longest_free_mm: 0.0 }
     }
 
     /// Lays supports below `mesh` in layers that go from one of `tops` to the next.
@@ -56,12 +59,20 @@ impl Laid {
         process: &SliceSettings,
     ) -> Result<Self, BadSetting> {
         let meshes = [&mesh.mesh];
-        let (graph, planned) = columns(mesh, supports)?;
+        let (graph, flow) = columns(mesh, supports)?;
         let line_mm = process.line_width_mm;
-        let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm, on_part: true };
+        let roof = supports.roof.map(|roof| Roof {
+            layers: (roof.height_mm / process.layer_height_mm - SAME_MM).ceil().max(1.0) as usize,
+            pitch_mm: roof.pitch_mm,
+        });
+        let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm, on_part: true, roof };
         let bottoms = std::iter::once(&0.0).chain(tops);
         let spans: Vec<[f64; 2]> = bottoms.zip(tops).map(|(low, high)| [*low, *high]).collect();
-        Ok(Self { layers: lines(&graph, &planned.flow, &meshes, &spans, &how), bare: bare(&graph) })
+        Ok(Self {
+            layers: lines(&graph, &flow, &meshes, &spans, &how),
+            bare: bare(&graph),
+            longest_free_mm: longest_free_mm(&graph, &flow),
+        })
     }
 
     /// The length of all lines, mm.
@@ -92,12 +103,16 @@ impl Laid {
     }
 }
 
-/// The columns that hold `mesh`.
-fn columns(mesh: &SlotMesh, supports: &PrintSupports) -> Result<(Graph, Planned), BadSetting> {
+/// The columns that hold `mesh`, and the struts between them.
+fn columns(mesh: &SlotMesh, supports: &PrintSupports) -> Result<(Graph, Flow), BadSetting> {
     let meshes = [&mesh.mesh];
     let graph = Graph::of(grid_over(&meshes, supports.step_mm)?, &meshes, Angle::from_deg(supports.overhang_deg));
     let planned = plan(&graph, Method::Auto, (CAPACITY, None), SEED, &mut |_| {});
-    Ok((graph, planned))
+    let flow = match supports.brace_mm {
+        Some(most_mm) => braced(&graph, &planned.flow, most_mm).flow,
+        None => planned.flow,
+    };
+    Ok((graph, flow))
 }
 
 /// The supports of a plan as solids, sheets as thick as a line, for pictures: the part that each holds, and its surface, machine frame.
@@ -110,9 +125,11 @@ pub(super) fn support_solids(
         let supports = print.supports.as_ref()?;
         let mesh = slot_mesh(workpiece, &profile.kinematics(), print, CENTRE_MM);
         // A plan's grid was made once already; without it the picture lacks them, and nothing else does.
-        let (graph, planned) = columns(&mesh, supports).ok()?;
-        let how = Build { structure: Structure::X, wall_mm: profile.process.line_width_mm, gap_mm: supports.gap_mm };
-        let built = build(&graph, &planned.flow, &Ceiling::of(&graph, &[&mesh.mesh]), &how);
+        let (graph, flow) = columns(&mesh, supports).ok()?;
+        let roof = supports.roof.map(|roof| Bars { high_mm: roof.height_mm, pitch_mm: roof.pitch_mm });
+        let (wall_mm, gap_mm) = (profile.process.line_width_mm, supports.gap_mm);
+        let how = Build { structure: Structure::X, wall_mm, gap_mm, roof };
+        let built = build(&graph, &flow, &Ceiling::of(&graph, &[&mesh.mesh]), &how);
         Some((print.part, built.mesh.moved(&Rigid::shift(mesh.to_machine))))
     };
     plan.prints().filter_map(|(_, print)| solid(print)).collect()

@@ -31,6 +31,7 @@ mod calibrate;
 mod cutting;
 mod dry_run;
 mod error;
+mod form;
 mod holding;
 mod load;
 mod orient;
@@ -67,6 +68,7 @@ pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult
 pub use cutting::{CutModel, Cutting, WaysOut, plan};
 pub use dry_run::{DryRun, dry_run};
 pub use error::{Error, in_words, remedy};
+pub use form::SupportForm;
 use load::load_unposed;
 pub use load::{
     CheckedPlan, LoadedModel, LoadedProfile, PlanSource, load_model, load_plan, load_profile, own_profiles,

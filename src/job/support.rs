@@ -5,13 +5,13 @@ use std::path::Path;
 use std::str::FromStr;
 
 use super::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
-use super::{BadSetting, Error, ModelSource, World, load_model};
+use super::{BadSetting, Error, ModelSource, SupportForm, World, load_model};
 use crate::geom::{Angle, Bounds, Slot, Vec3, turned_by};
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
 use crate::spelling::{counted, nearest, numbers};
 use crate::support::{
-    Bare, Build, Built, Ceiling, Count, Cover, Graph, Grid, Method, Planned, Structure, bare, build, cover,
-    longest_free_mm, plan,
+    Bare, Bars, Braced, Build, Built, Ceiling, Count, Cover, Graph, Grid, Method, Planned, Structure, bare, braced,
+    build, cover, longest_free_mm, plan,
 };
 use crate::view::Drawing;
 
@@ -61,6 +61,8 @@ pub struct SupportOptions {
     pub wall_mm: Option<f64>,
     /// What is left free below the part, mm.
     pub gap_mm: f64,
+    /// Roof and struts.
+    pub form: SupportForm,
     /// Seed of the methods that draw numbers.
     pub seed: u64,
 }
@@ -79,6 +81,7 @@ impl Default for SupportOptions {
             structure: "x".to_owned(),
             wall_mm: None,
             gap_mm: 0.2,
+            form: SupportForm::PLAIN,
             seed: 1,
         }
     }
@@ -86,6 +89,8 @@ impl Default for SupportOptions {
 
 /// A sheet is one line of a usual nozzle thick, mm.
 const WALL_MM: f64 = 0.4;
+/// From the middle of a roof's bar to that of the next, in thicknesses of a wall.
+const ROOF_WALLS: f64 = 2.0;
 /// Cubes of a grid, at most: with 50 bytes each they fit in 2 GB.
 const MOST_CUBES: f64 = 4e7;
 /// Steps around the model's box where no space is given.
@@ -112,8 +117,12 @@ pub struct SupportResult {
     pub cover: Cover,
     /// What cannot be held, the largest patch first.
     pub bare: Vec<Bare>,
-    /// The longest stretch of a column without another beside it, mm.
+    /// The longest stretch of a column without another beside it, struts among them, mm.
     pub longest_free_mm: f64,
+    /// Pieces that only tie columns together.
+    pub struts: usize,
+    /// Columns that stand free over more than was asked for all the same.
+    pub unbraced: usize,
     /// What planning alone took.
     pub seconds_plan: f64,
     /// What it took in all.
@@ -173,6 +182,13 @@ impl SupportResult {
         )
     }
 
+    /// What there is beside columns, in words with a comma before them.
+    fn beside_columns(&self) -> String {
+        let bars = (self.built.bars > 0).then(|| format!(", {}", counted(self.built.bars, "roof bar")));
+        let struts = (self.struts > 0).then(|| format!(", {}", counted(self.struts, "strut piece")));
+        bars.into_iter().chain(struts).collect()
+    }
+
     /// The result for people.
     pub fn text(&self) -> String {
         let Self { count, planned, built, cover, .. } = self;
@@ -200,8 +216,9 @@ impl SupportResult {
         );
         let _ = writeln!(
             out,
-            "{:.1} mm3 of support, {:.1} % of {:.1} mm2 held, contact {:.1} mm2, on the ground {:.1} mm2, longest free column {:.1} mm; {:.2} s",
+            "{:.1} mm3 of support{}, {:.1} % of {:.1} mm2 held, contact {:.1} mm2, on the ground {:.1} mm2, longest free column {:.1} mm; {:.2} s",
             built.volume_mm3,
+            self.beside_columns(),
             100.0 * cover.share(),
             cover.area_mm2,
             built.contact_mm2,
@@ -235,8 +252,17 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
         plan(&graph, method, (options.capacity, options.node_capacity), options.seed, &mut |done| bar.at(done));
     drop(bar);
     let seconds_plan = (world.clock.now() - planning).as_secs_f64();
-    let how = Build { structure, wall_mm: wall_mm(options), gap_mm: options.gap_mm };
-    let built = build(&graph, &planned.flow, &Ceiling::of(&graph, &meshes), &how);
+    let wall_mm = wall_mm(options);
+    let SupportForm { roof_mm, roof_pitch_mm, brace_mm } = options.form;
+    let pitch_mm = roof_pitch_mm.unwrap_or(ROOF_WALLS * wall_mm);
+    let roof = (roof_mm > 0.0).then_some(Bars { high_mm: roof_mm, pitch_mm });
+    let how = Build { structure, wall_mm, gap_mm: options.gap_mm, roof };
+    let stiff = if brace_mm > 0.0 {
+        braced(&graph, &planned.flow, brace_mm)
+    } else {
+        Braced { flow: planned.flow.clone(), struts: 0, unbraced: 0 }
+    };
+    let built = build(&graph, &stiff.flow, &Ceiling::of(&graph, &meshes), &how);
     let cover = cover(&graph, &planned.flow, &meshes, overhang);
     let done = SupportResult {
         count: graph.count(),
@@ -244,7 +270,9 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
         built,
         cover,
         bare: bare(&graph),
-        longest_free_mm: longest_free_mm(&graph, &planned.flow),
+        longest_free_mm: longest_free_mm(&graph, &stiff.flow),
+        struts: stiff.struts,
+        unbraced: stiff.unbraced,
         seconds_plan,
         seconds: (world.clock.now() - start).as_secs_f64(),
         planned,
@@ -253,6 +281,13 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
     };
     if !done.bare.is_empty() && done.why_not().is_none() {
         world.progress.warning(&format!("{}; they stay bare", done.unreached()));
+    }
+    if done.unbraced > 0 {
+        let (free, most) = (done.longest_free_mm, options.form.brace_mm);
+        world.progress.warning(&format!(
+            "{} over more than {most} mm, the longest over {free:.1} mm, since nothing leads aside from there; a finer --step finds more ways",
+            if done.unbraced == 1 { "1 column stands free".to_owned() } else { format!("{} columns stand free", done.unbraced) }
+        ));
     }
     let over = done.planned.tally.over_capacity;
     if over > 0 {
@@ -271,6 +306,15 @@ fn checked(options: &SupportOptions) -> Result<(Method, &'static str), BadSettin
     BadSetting::within("node-capacity", options.node_capacity.map_or(1.0, f64::from), "", [1.0, 1000.0])?;
     BadSetting::within("wall", wall_mm(options), " mm", [0.01, options.step_mm])?;
     BadSetting::within("gap", options.gap_mm, " mm", [0.0, 5.0])?;
+    options.form.check(options.step_mm, options.step_mm)?;
+    if options.form.roof_pitch_mm.is_some_and(|pitch| pitch < wall_mm(options)) {
+        BadSetting::within(
+            "roof-pitch",
+            options.form.roof_pitch_mm.unwrap_or_default(),
+            " mm",
+            [wall_mm(options), 10.0],
+        )?;
+    }
     for length in options.space_mm.into_iter().flatten() {
         BadSetting::within("space", length, " mm", [options.step_mm, 1e5])?;
     }

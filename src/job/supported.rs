@@ -1,12 +1,13 @@
 //! Solids that have no plan as they are, nor in parts: printed upright on the level table, on supports.
 
+use super::form::STEPS_MM;
 use super::holding::{Laid, even_tops, held_mesh};
 use super::plan::planned_along;
 use super::solids::groups;
 use super::{CheckedPlan, Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, World};
 use crate::geom::{Angle, Vec3};
 use crate::overhang::{Patch, Rule};
-use crate::planning::{Plan, Print, PrintSupports, Slot};
+use crate::planning::{Plan, Print, PrintSupports, Slot, SupportRoof};
 use crate::section::{Point, Segment, Segments, march};
 use crate::toolpath::SlotMesh;
 
@@ -30,6 +31,8 @@ pub struct HeldPart {
     pub volume_mm3: f64,
     /// What laying them takes, seconds.
     pub seconds: f64,
+    /// The longest stretch of a column without another beside it, mm.
+    pub longest_free_mm: f64,
 }
 
 impl HeldModel {
@@ -49,20 +52,29 @@ impl HeldModel {
             1 => String::new(),
             count => format!("{count} parts "),
         };
+        let free = |held: &HeldPart| {
+            let free_mm = held.longest_free_mm;
+            held.supports.brace_mm.filter(|most| free_mm > most + SAME_MM).map(|most| {
+                format!(", part {} with a column that stands free over {free_mm:.1} mm (--brace {most})", held.part)
+            })
+        };
         format!(
-            "{which}on supports of {:.0} mm3, {:.0} min of about {:.0} min; as it is: {}",
+            "{which}on supports of {:.0} mm3, {:.0} min of about {:.0} min{}; as it is: {}",
             self.volume_mm3(),
             self.seconds() / 60.0,
             seconds / 60.0,
+            self.parts.iter().filter_map(free).collect::<String>(),
             self.why
         )
     }
 }
 
-/// Grids that are tried, mm: a coarse one takes less, a fine one reaches more.
-const STEPS_MM: [f64; 3] = [5.0, 3.5, 2.5];
+/// Distance between the lines of a roof, in their widths, where nobody says otherwise.
+const ROOF_WIDTHS: f64 = 2.0;
 /// Air below what is held, layers.
 const GAP_LAYERS: f64 = 1.0;
+/// Heights that differ by less are the same, mm.
+const SAME_MM: f64 = 1e-6;
 /// Supports and what is beside them are told apart up to this, mm.
 const FAR_MM: f64 = 5.0;
 
@@ -112,7 +124,7 @@ struct Attempt {
 }
 
 impl Attempt {
-    /// The first that does, on the coarsest grid; `None` for a part that needs none.
+    /// That of the least filament; `None` for a part that needs none.
     fn best(plan: &CheckedPlan, print: &Print, options: &PlanOptions) -> Result<Option<Self>, String> {
         let process = &plan.machine.profile.process;
         let mesh = held_mesh(plan, print);
@@ -124,21 +136,32 @@ impl Attempt {
             tolerate_mm2: options.tolerate_mm2,
         };
         let gap_mm = GAP_LAYERS * process.layer_height_mm;
-        let of_step = |step_mm: f64| PrintSupports { step_mm, overhang_deg: options.overhang_deg, gap_mm };
+        let form = &options.form;
+        let pitch_mm = form.roof_pitch_mm.unwrap_or(ROOF_WIDTHS * process.line_width_mm);
+        if form.roof_mm > 0.0 && pitch_mm < process.line_width_mm {
+            let width = process.line_width_mm;
+            return Err(format!(
+                "--roof-pitch {pitch_mm} mm is less than a line's width, {width} mm; leave it out for twice that"
+            ));
+        }
+        let roof = (form.roof_mm > 0.0).then_some(SupportRoof { height_mm: form.roof_mm, pitch_mm });
+        let brace_mm = (form.brace_mm > 0.0).then_some(form.brace_mm);
+        let overhang_deg = options.overhang_deg;
+        let of_step = |step_mm: f64| PrintSupports { step_mm, overhang_deg, gap_mm, roof, brace_mm };
         let bare = Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &rule);
         let allowed = options.allow.iter().find(|(part, _)| *part == print.part).map(|(_, area)| *area);
         let carried = allowed.is_some_and(|area| area.is_none_or(|mm2| area_of(&bare) <= mm2));
         if bare.is_empty() || carried {
             return Ok(None);
         }
-        let mut why_not = String::new();
-        for supports in STEPS_MM.map(of_step) {
-            match Self::of(plan, print, (&mesh, supports), &rule) {
-                Ok(attempt) => return Ok(Some(attempt)),
-                Err(why) => why_not = why,
-            }
-        }
-        Err(why_not)
+        let tried = STEPS_MM.map(|step_mm| Self::of(plan, print, (&mesh, of_step(step_mm)), &rule));
+        let of_finest = tried[STEPS_MM.len() - 1].as_ref().err().cloned();
+        let price = |attempt: &Self| (attempt.free_beyond_mm(), attempt.laid.length_mm());
+        let least = tried.into_iter().flatten().min_by(|a, b| {
+            let (a, b) = (price(a), price(b));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        least.map(Some).ok_or_else(|| of_finest.unwrap_or_default())
     }
 
     fn of(
@@ -166,6 +189,11 @@ impl Attempt {
         let attempt = Self { part: print.part, supports, laid, to_machine: mesh.to_machine };
         attempt.fits(plan, print)?;
         Ok(attempt)
+    }
+
+    /// By how much a column stands free over more than it should, mm.
+    fn free_beyond_mm(&self) -> f64 {
+        self.supports.brace_mm.map_or(0.0, |most| (self.laid.longest_free_mm - most).max(0.0))
     }
 
     /// Whether they stand on the table, and within the axes.
@@ -241,7 +269,8 @@ fn taken(held: &[Attempt], plan: &mut PlanResult) -> Vec<HeldPart> {
     };
     hold(&mut plan.plan.plan.slots);
     hold(&mut plan.plans[0].slots);
-    plan.plan.plan.version = Plan::WITH_SUPPORTS;
+    let formed = |attempt: &Attempt| attempt.supports.roof.is_some() || attempt.supports.brace_mm.is_some();
+    plan.plan.plan.version = if held.iter().any(formed) { Plan::WITH_FORM } else { Plan::WITH_SUPPORTS };
     plan.plan.sha256 = plan.plan.plan.sha256();
     let process = &plan.plan.machine.profile.process;
     let section_mm2 = process.line_width_mm * process.layer_height_mm;
@@ -252,6 +281,7 @@ fn taken(held: &[Attempt], plan: &mut PlanResult) -> Vec<HeldPart> {
             supports: attempt.supports,
             volume_mm3: length_mm * section_mm2,
             seconds: length_mm / process.infill_mm_per_s,
+            longest_free_mm: attempt.laid.longest_free_mm,
         }
     };
     let parts: Vec<HeldPart> = held.iter().map(cost).collect();

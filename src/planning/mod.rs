@@ -47,7 +47,9 @@ pub use options::{Options, Priority};
 pub use owed::{CELL_MM, LIFT_LAYERS, PIECE_MM, carries_tip, contact_mm};
 pub use part_set::PartSet;
 pub use placement::{centred, centred_and_turned, plan_anywhere};
-pub use plan::{MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, PrintSupports, Slot, sha256_hex};
+pub use plan::{
+    MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, PrintSupports, Slot, SupportRoof, sha256_hex,
+};
 pub use planner::{Planned, orientations, plan, plannable, sequences};
 pub use pricing::WithinSlot;
 pub use remedies::{Remedy, Wish, can_be_helped};

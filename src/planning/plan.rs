@@ -117,6 +117,22 @@ pub struct PrintSupports {
     pub overhang_deg: f64,
     /// Air between a support and what lies on it, mm.
     pub gap_mm: f64,
+    /// The roof below what they hold; `None`: they have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub roof: Option<SupportRoof>,
+    /// Over so much of its height a column may stand free of others, mm; `None`: over any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brace_mm: Option<f64>,
+}
+
+/// A roof of lines below what supports hold.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SupportRoof {
+    /// Its height, mm; what is printed are whole layers.
+    pub height_mm: f64,
+    /// Distance between its lines, mm.
+    pub pitch_mm: f64,
 }
 
 /// A plan that cannot be used.
@@ -218,8 +234,10 @@ impl Plan {
     pub const FORMAT: &'static str = "trunnion-plan";
     /// The version of plans without supports.
     pub const VERSION: u32 = 1;
-    /// The version of plans in which a print has supports; the newest that this code reads.
+    /// The version of plans in which a print has supports.
     pub const WITH_SUPPORTS: u32 = 2;
+    /// The version of plans whose supports have a roof or a brace; the newest that this code reads.
+    pub const WITH_FORM: u32 = 3;
 
     /// Reads a plan file's text; `file` is for the messages.
     ///
@@ -231,8 +249,8 @@ impl Plan {
         let value: serde_json::Value = serde_json::from_str(text).map_err(syntax)?;
         let found = format!("{} version {}", value["format"].as_str().unwrap_or("no format"), value["version"]);
         let known = |version: u32| format!("{} version {version}", Self::FORMAT);
-        if found != known(Self::VERSION) && found != known(Self::WITH_SUPPORTS) {
-            let wanted = format!("{} or {}", known(Self::VERSION), Self::WITH_SUPPORTS);
+        if (Self::VERSION..=Self::WITH_FORM).all(|version| found != known(version)) {
+            let wanted = format!("{} to {}", known(Self::VERSION), Self::WITH_FORM);
             return Err(PlanError::Version { file: file.to_owned(), found, wanted });
         }
         serde_json::from_value(value).map_err(syntax)
@@ -309,6 +327,12 @@ impl PrintSupports {
     pub const STEPS_MM: [f64; 2] = [1.0, 20.0];
     /// Air below what is held, mm.
     pub const GAPS_MM: [f64; 2] = [0.0, 2.0];
+    /// Heights of a roof, mm.
+    pub const ROOFS_MM: [f64; 2] = [0.01, 5.0];
+    /// Distances between the lines of a roof, mm.
+    pub const PITCHES_MM: [f64; 2] = [0.1, 10.0];
+    /// Over so much of its height a column may stand free, mm.
+    pub const BRACES_MM: [f64; 2] = [2.0, 1000.0];
 
     /// What is wrong with them at a pose.
     fn problem(&self, pose: Pose) -> Option<&'static str> {
@@ -321,6 +345,15 @@ impl PrintSupports {
         }
         if !within(self.overhang_deg, [1.0, 89.0]) {
             return Some("the supports' overhang_deg is not within 1..89 deg");
+        }
+        if self.roof.is_some_and(|roof| !within(roof.height_mm, Self::ROOFS_MM)) {
+            return Some("the roof's height_mm is not within 0.01..5 mm");
+        }
+        if self.roof.is_some_and(|roof| !within(roof.pitch_mm, Self::PITCHES_MM)) {
+            return Some("the roof's pitch_mm is not within 0.1..10 mm");
+        }
+        if self.brace_mm.is_some_and(|brace| !within(brace, Self::BRACES_MM)) {
+            return Some("the supports' brace_mm is not within 2..1000 mm");
         }
         // They stand on the table.
         (pose.tilt.rad().abs() > UPRIGHT).then_some("supports stand on the table, and this pose tilts it")

@@ -1,6 +1,6 @@
 //! `auto`: least material within the limits.
 //!
-//! What supports cost is not how many units pass an arc but whether any does: material is the length of the arcs with flow. The
+//! What supports cost is not how many units pass an arc but whether any does: material is the number of arcs with flow. The
 //! cheapest flow ([`min_cost`]) knows nothing of that; its cost is the bound that stands beside the result. The search begins with
 //! that flow, with that of [`shortest_paths`], or, where there are few red squares, with one after the other; both keep the
 //! limits. Then, over and over, the units through a place
@@ -53,7 +53,7 @@ pub fn least_material(
     let drawing = Drawing { seed: effort.seed, ..Drawing::default() };
     let (shared, _) = shortest_paths(graph, limits.clone(), &drawing, &mut |_| {});
     let mut begins = vec![shared, cheapest];
-    begins.sort_by(|a, b| length(graph, a).total_cmp(&length(graph, b)));
+    begins.sort_by_key(|flow| material(graph, flow));
     begins.truncate(if graph.red.len() <= FEW { 2 } else { 1 });
     let count = graph.red.len() as f64;
     let each = effort.turns.unwrap_or((USUAL / count).clamp(USUAL_TURNS[0], USUAL_TURNS[1]));
@@ -69,18 +69,19 @@ pub fn least_material(
         }
         search.load.flow
     });
-    let found = searched.min_by(|a, b| length(graph, a).total_cmp(&length(graph, b)));
+    let found = searched.min_by_key(|flow| material(graph, flow));
     (found.expect("there is a beginning"), limits, bound)
 }
 
-/// Of the arcs with flow, in steps.
-fn length(graph: &Graph, flow: &Flow) -> f64 {
-    flow.tally(graph, u16::MAX, None).length_mm(1.0)
+/// What a flow's arcs are made of: first how many they are, then how many of them lean.
+fn material(graph: &Graph, flow: &Flow) -> (usize, usize) {
+    let tally = flow.tally(graph, u16::MAX, None);
+    (tally.used_arcs(), tally.oblique)
 }
 
-/// What a new arc costs, straight or oblique. An oblique one is longer by the root of two only; at that price ways go zigzag, and
-/// more material is used in the end.
-const NEW: [u32; ARCS] = [64, 128, 128, 128, 128];
+/// What a new arc costs. A layer of it is the same cross, whether it leans or not, so that a straight arc and an oblique one are of the
+/// same volume; and where sheets that lean meet others they share lines.
+const NEW: [u32; ARCS] = [64; ARCS];
 /// What a new arc costs less beside others.
 const BESIDE: u32 = 2;
 /// The price of an arc with flow, for each unit that it could still take.

@@ -14,7 +14,9 @@
 //! What has no way to the ground may stand on the part: a straight column down to the surface below, where its sheets begin, layer by
 //! layer, on what the part has there.
 //!
-//! What is free is found along a line by [`march`], which passes over nothing.
+//! A roof ([`Roof`]) lies in the last layers below the gap, in the place of sheets.
+//!
+//! What is free is found along a line by [`march`](crate::section::march), which passes over nothing.
 
 use std::collections::HashMap;
 
@@ -22,9 +24,11 @@ use rayon::prelude::*;
 
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
+use super::roof::{Roof, Under};
+use super::spans::{Line, SHORTEST_WIDTHS, Spans, where_above};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::section::{Section, Sections, march};
+use crate::section::{Section, Sections, Segments};
 
 /// How supports are laid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +41,8 @@ pub struct Laying {
     pub beside_mm: f64,
     /// Whether what has no way to the ground stands on the part.
     pub on_part: bool,
+    /// The roof below what is held; `None`: sheets alone hold it.
+    pub roof: Option<Roof>,
 }
 
 /// One layer of supports.
@@ -45,11 +51,9 @@ pub struct SupportLayer {
     /// From where to where it goes, mm.
     pub span_mm: [f64; 2],
     /// The middles of its lines, mm.
-    pub lines: Vec<[[f64; 2]; 2]>,
+    pub lines: Vec<Line>,
 }
 
-/// Shorter lines are left out, in widths: they would not stick.
-const SHORTEST_WIDTHS: f64 = 3.0;
 /// Heights that differ by less are the same, mm.
 const SAME_MM: f64 = 1e-6;
 /// Above its red square a sheet ends at the latest after so many steps: the surface is within the cube above.
@@ -58,13 +62,12 @@ const ABOVE: f64 = 2.0;
 /// Lines whose middles are nearer than so many widths would lie on each other.
 const SIDE_BY_SIDE: f64 = 0.8;
 
-/// What of a sheet is there, along its diagonal from the middle of the cell, mm.
-type Spans = Vec<[f64; 2]>;
-
 /// Below a column that stands on the part its surface is at most so many steps away.
 const BELOW: f64 = 2.0;
 /// A line may lie so far beside what carries it, in widths.
 const ASIDE: f64 = 0.8;
+/// Lines of a roof are looked for as far, mm.
+const ROOF_MM: f64 = 2.0;
 /// What a column that stands on the part has below its lowest square.
 const ON_PART: usize = ARCS + 1;
 
@@ -116,8 +119,13 @@ pub fn lines(
         // Layers that begin less than the gap above this one's top.
         let over = layers.iter().skip(k + 1).take_while(|above| above[0] < span_mm[1] + how.gap_mm - SAME_MM).count();
         let under = k.checked_sub(1).map_or(&[][..], |below| &cuts[below]);
-        let air = Air { own: &cuts[k], over: &cuts[k + 1..=k + over], under, how };
+        let mut air = Air { own: &cuts[k], over: &cuts[k + 1..=k + over], under, how, roof: Segments::new(Vec::new()) };
+        if let (Some(roof), Some(below)) = (&how.roof, all.last()) {
+            let held = &cuts[(k + 1 + over).min(cuts.len())..(k + 1 + over + roof.layers).min(cuts.len())];
+            air.roof = Segments::new(rising.roof(roof, (*span_mm, below), &air, held));
+        }
         let mut lines = rising.layer(*span_mm, &air);
+        lines.extend(air.roof.all());
         if k == 0 {
             lines.extend(rising.feet(&air));
         }
@@ -167,6 +175,8 @@ struct Air<'a> {
     over: &'a [Vec<Section>],
     under: &'a [Section],
     how: &'a Laying,
+    /// The roof of this layer, whose lines take the place of sheets.
+    roof: Segments,
 }
 
 impl Air<'_> {
@@ -178,7 +188,8 @@ impl Air<'_> {
             nearest - from
         };
         let over = self.over.iter().map(|sections| away(sections, half)).fold(f64::INFINITY, f64::min);
-        away(self.own, half + self.how.beside_mm).min(over)
+        let roof = self.roof.nearest(p, ROOF_MM, None).map_or(ROOF_MM, |nearest| nearest.distance);
+        away(self.own, half + self.how.beside_mm).min(over).min(roof - self.how.line_mm)
     }
 
     /// How far `p` is from where the part no longer carries a line, mm; below 0 there.
@@ -191,24 +202,6 @@ impl Air<'_> {
     fn free(&self, ends: [[f64; 2]; 2]) -> Spans {
         where_above(ends, |p| self.room(p))
     }
-}
-
-/// Where on the way from `a` to `b` a measure is not below 0, as lengths from `a`; it changes by no more than the way does.
-fn where_above([a, b]: [[f64; 2]; 2], measure: impl Fn([f64; 2]) -> f64) -> Spans {
-    let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-    let (mut spans, mut from) = (Spans::new(), None);
-    for (t, room) in march([a, b], measure) {
-        match (room >= 0.0, from) {
-            (true, None) => from = Some(t),
-            (false, Some(start)) => {
-                spans.push([start, t]);
-                from = None;
-            }
-            _ => {}
-        }
-    }
-    spans.extend(from.filter(|start| *start < length).map(|start| [start, length]));
-    spans
 }
 
 /// Supports that grow from the ground up.
@@ -269,6 +262,31 @@ impl Rising<'_> {
         }
         self.there.extend(now);
         laid.lines.into_iter().map(|(diagonal, across, span)| span.map(|t| point(diagonal, across, t))).collect()
+    }
+
+    /// The roof in a layer, below what the sections `held` cut of the part.
+    fn roof(
+        &self,
+        roof: &Roof,
+        (span_mm, below): ([f64; 2], &SupportLayer),
+        air: &Air<'_>,
+        held: &[Vec<Section>],
+    ) -> Vec<Line> {
+        let grid = &self.graph.grid;
+        let (step_mm, line_mm) = (grid.step_mm, self.how.line_mm);
+        // The surface over a square is within two steps, and the roof and the gap lie below it.
+        let thick_mm = (span_mm[1] - span_mm[0]) * (roof.layers + 1) as f64 + self.how.gap_mm;
+        let near = |z: f64| (z - thick_mm..z + ABOVE * step_mm).contains(&span_mm[1]);
+        let tops = self.tops.keys().chain(self.low.iter().map(|(cube, _)| cube)).map(|&node| grid.middle(node));
+        // Sheets lean out, and stand between a square's corners.
+        let around = |v: f64| [v - 1.5 * step_mm, v + 1.5 * step_mm];
+        let cells: Vec<[[f64; 2]; 2]> = tops.filter(|at| near(at.z)).map(|at| [around(at.x), around(at.y)]).collect();
+        let below = Segments::new(below.lines.clone());
+        let room = |p: [f64; 2]| {
+            let nearest = held.iter().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+            air.room(p).min(-nearest)
+        };
+        roof.lines(&Under { cells: &cells, below: &below, line_mm, step_mm }, &room)
     }
 
     fn is_red(&self, node: usize) -> bool {

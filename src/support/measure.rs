@@ -1,5 +1,6 @@
 //! What supports are worth: how much of the overhanging area they hold, what they leave, how slender they are.
 
+use super::brace::free_levels;
 use super::demand::Demand;
 use super::flow::Flow;
 use super::graph::Graph;
@@ -119,21 +120,8 @@ fn beside(graph: &Graph, square: usize) -> Vec<usize> {
     cubes.map(|cube| graph.grid.index(cube)).filter(|&other| other != square).collect()
 }
 
-/// The longest stretch over which a column has no other beside it (corners included), mm.
+/// The longest stretch over which a column has no other beside it (corners included), whether it leans or not, mm.
 pub fn longest_free_mm(graph: &Graph, flow: &Flow) -> f64 {
-    let level = graph.grid.level();
-    let mut free = vec![0_u32; graph.squares()];
-    let mut longest = 0;
-    for node in level..graph.squares() {
-        if flow.on[node][0] == 0 {
-            continue;
-        }
-        let z = node / level;
-        let alone = beside(graph, node).into_iter().all(|other| other / level != z || flow.out(other) == 0);
-        if alone {
-            free[node] = free[node - level] + 1;
-            longest = longest.max(free[node]);
-        }
-    }
+    let longest = free_levels(graph, flow).into_values().max().unwrap_or(0);
     f64::from(longest) * graph.grid.step_mm
 }

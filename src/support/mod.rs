@@ -6,6 +6,7 @@
 //! ```text
 //! closed meshes --Graph::of--> Graph{red, green squares, arcs}   cubes the surface touches are black; what wants support is red
 //! Graph --plan--> Planned{flow, tally, bound}                    one unit from each red square to the ground, within limits
+//! Flow --braced--> Braced{flow}                                  struts, where columns stand free over a long way
 //! Planned --build--> Built{mesh, volume}                         closed solids along the arcs with flow
 //! ```
 //!
@@ -17,6 +18,7 @@
 //! A grid of nx by ny by nz cubes takes 2 bytes a cube, a flow 10, a method up to 30 more. Nothing here opens a file or knows a machine.
 
 mod auto;
+mod brace;
 mod demand;
 mod flow;
 mod graph;
@@ -28,13 +30,16 @@ mod min_cost;
 mod plan;
 mod preflow;
 mod residual;
+mod roof;
 mod shortest_paths;
+mod spans;
 mod structure;
 #[cfg(test)]
 mod tests;
 mod ways;
 
 pub use auto::{Effort, least_material};
+pub use brace::{Braced, braced};
 pub use demand::Demand;
 pub use flow::{Flow, Limits, Tally};
 pub use graph::{ARCS, COSTS, Count, Graph};
@@ -44,5 +49,6 @@ pub use measure::{Bare, Cover, SAMPLE_MM, bare, cover, longest_free_mm};
 pub use min_cost::{min_cost, unlimited_cost};
 pub use plan::{Method, Planned, plan};
 pub use preflow::push_relabel;
+pub use roof::Roof;
 pub use shortest_paths::{Drawing, shortest_paths};
-pub use structure::{Build, Built, Ceiling, Outline, Structure, build};
+pub use structure::{Bars, Build, Built, Ceiling, Outline, Structure, build};

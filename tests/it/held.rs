@@ -245,7 +245,7 @@ fn broken_supports_are_seen() {
     let plan = held.folder.path().join("out.json");
     let text = fs::read_to_string(&plan).unwrap();
     let mut document: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(document["version"], 2);
+    assert_eq!(document["version"], 3);
     document["slots"][0]["prints"][0].as_object_mut().unwrap().remove("supports");
     fs::write(&plan, document.to_string()).unwrap();
     assert!(!held.broken_by(|_| {}).is_empty(), "supports that no plan wants");

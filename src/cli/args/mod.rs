@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
-use crate::job::{Arrangement, PlanOptions, SlicingOptions, Standing};
+use crate::job::{Arrangement, PlanOptions, SlicingOptions, Standing, SupportForm};
 
 pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
@@ -188,6 +188,15 @@ pub(in crate::cli) struct PlanArgs {
     /// Turn of the model about the table's normal, about its own middle unless --origin says where it lies
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     pub(in crate::cli) turn: Option<f64>,
+    /// Height of a denser roof of supports, right below what they hold, in whole layers [0: none]
+    #[arg(long, default_value_t = SupportForm::PRINTED.roof_mm, value_name = "MM", allow_hyphen_values = true)]
+    pub(in crate::cli) roof: f64,
+    /// Distance between the lines of that roof [default: two widths of a line]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    pub(in crate::cli) roof_pitch: Option<f64>,
+    /// Tie columns of supports together that stand free over more than this [0: none]
+    #[arg(long, default_value_t = SupportForm::PRINTED.brace_mm, value_name = "MM", allow_hyphen_values = true)]
+    pub(in crate::cli) brace: f64,
     /// Do not look for what would help where there is no plan
     #[arg(long)]
     pub(in crate::cli) no_remedies: bool,

@@ -207,6 +207,15 @@ pub(in crate::cli) struct Support {
     /// What is left free between the supports and the model
     #[arg(long, default_value_t = SupportOptions::default().gap_mm, value_name = "MM", allow_hyphen_values = true)]
     pub(in crate::cli) gap: f64,
+    /// Height of a roof of bars below what is held, up to a step [0: none]
+    #[arg(long, default_value_t = 0.0, value_name = "MM", allow_hyphen_values = true)]
+    pub(in crate::cli) roof: f64,
+    /// From one bar of the roof to the next [default: twice the wall]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    pub(in crate::cli) roof_pitch: Option<f64>,
+    /// Tie columns together that stand free of others over more than this, two steps or more [0: none]
+    #[arg(long, default_value_t = 0.0, value_name = "MM", allow_hyphen_values = true)]
+    pub(in crate::cli) brace: f64,
     /// Seed of the methods that draw numbers
     #[arg(long, default_value_t = SupportOptions::default().seed, value_name = "N")]
     pub(in crate::cli) seed: u64,

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use crate::geom::{Angle, Vec3};
-use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile};
+use crate::job::form::STEPS_MM;
+use crate::job::{BadSetting, Error, LoadedModel, LoadedProfile, SupportForm};
 use crate::mesh::Model;
 use crate::orient::{Direction, Facets, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{
-    Goal, Options, Placement, Priority, Workpiece, centred, centred_and_turned, orientations, plannable,
+    Goal, Options, Placement, PrintSupports, Priority, Workpiece, centred, centred_and_turned, orientations, plannable,
 };
 
 /// How to plan; the default is what the command does without flags.
@@ -43,6 +44,8 @@ pub struct PlanOptions {
     pub place: Option<PlaceRequest>,
     /// Whether to look for what would help where there is no plan.
     pub remedies: bool,
+    /// What supports have beside their columns, where there are any.
+    pub form: SupportForm,
     /// Most steps of the sequence search.
     pub budget: u64,
     /// The folder that the plan will be kept in, for the paths of model and profile in it; `None`: as they are given.
@@ -120,6 +123,7 @@ impl Default for PlanOptions {
             seed: 1,
             place: None,
             remedies: true,
+            form: SupportForm::PRINTED,
             budget: 20_000_000,
             kept_in: None,
             plans: 1,
@@ -155,6 +159,7 @@ impl PlanAsked {
             BadSetting::within("allow", area.unwrap_or(0.0), " mm2", [0.0, MOST_MM2])?;
         }
         BadSetting::within("margin", options.margin_mm, " mm", [0.0, 100.0])?;
+        options.form.check(PrintSupports::ROOFS_MM[1], STEPS_MM[STEPS_MM.len() - 1])?;
         if options.orient_budget == Some(0) {
             return Err(BadSetting::Zero { name: "orient-budget" }.into());
         }

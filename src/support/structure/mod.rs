@@ -4,6 +4,7 @@
 //! below and the others end a little beside it, within the material of that one. So every chain is a closed solid of its own,
 //! and no two share a corner; they overlap where columns meet, and slicers take them together.
 
+mod bars;
 mod chain;
 mod outline;
 mod top;
@@ -12,6 +13,8 @@ use super::flow::Flow;
 use super::graph::Graph;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
+pub use bars::Bars;
+use bars::Beam;
 use chain::chains;
 pub use outline::{Outline, Structure};
 pub use top::Ceiling;
@@ -25,6 +28,8 @@ pub struct Build {
     pub wall_mm: f64,
     /// What is left free between the supports and what they hold, mm.
     pub gap_mm: f64,
+    /// A roof below what they hold; `None`: columns alone.
+    pub roof: Option<Bars>,
 }
 
 /// The supports of a flow, as closed meshes, and what they come to.
@@ -34,6 +39,8 @@ pub struct Built {
     pub mesh: TriangleMesh<Slot>,
     /// Chains.
     pub chains: usize,
+    /// Bars of the roof.
+    pub bars: usize,
     /// Their volumes together, mm³; where chains overlap, counted twice.
     pub volume_mm3: f64,
     /// Of their feet on the ground, mm².
@@ -60,6 +67,16 @@ pub fn build(graph: &Graph, flow: &Flow, ceiling: &Ceiling, how: &Build) -> Buil
         }
         plate_mm2 += if chain.on_ground { rings.last().map_or(0.0, |(_, size)| outline.area(*size)) } else { 0.0 };
     }
+    let mut bars = 0;
+    if let Some(roof) = how.roof {
+        let beam = Beam { graph, ceiling, bars: roof, wall_mm: how.wall_mm, gap_mm: how.gap_mm };
+        for ridge in
+            graph.red.iter().filter(|&&red| flow.out(red as usize) > 0).flat_map(|&red| beam.over(red as usize))
+        {
+            bars += 1;
+            contact_mm2 += beam.add(&ridge, &mut vertices, &mut facets);
+        }
+    }
     let mesh = TriangleMesh::new(vertices, facets);
-    Built { volume_mm3: mesh.volume(), mesh, chains: count, plate_mm2, contact_mm2 }
+    Built { volume_mm3: mesh.volume(), mesh, chains: count, bars, plate_mm2, contact_mm2 }
 }

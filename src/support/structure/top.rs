@@ -47,6 +47,13 @@ impl Ceiling {
     }
 }
 
+impl Ceiling {
+    /// The surface over a place at the height of a red square, if what is met first faces down.
+    pub(super) fn surface(&self, red: usize, at: &Vec3) -> Option<f64> {
+        surface_over(self.by_column.get(&(red as u32))?, at)
+    }
+}
+
 /// The squares of a cube and of those around it, and one level lower: a sheet reaches a little beyond its cell.
 fn below(graph: &Graph, cube: usize) -> impl Iterator<Item = usize> {
     let ([x, y, z], [nx, ny, _], grid) = (graph.grid.cube(cube), graph.grid.size, graph.grid);

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use trunnion::geom::{Angle, Slot};
 use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, stl_binary};
-use trunnion::support::{Build, Built, Ceiling, Graph, Method, Planned, Structure, build, cover, plan};
+use trunnion::support::{Bars, Build, Built, Ceiling, Graph, Method, Planned, Structure, build, cover, plan};
 
 use super::scenes::{self, Scene};
 
@@ -12,7 +12,7 @@ const WALL_MM: f64 = 0.4;
 const GAP_MM: f64 = 0.2;
 
 fn built(graph: &Graph, planned: &Planned, ceiling: &Ceiling, structure: Structure) -> Built {
-    build(graph, &planned.flow, ceiling, &Build { structure, wall_mm: WALL_MM, gap_mm: GAP_MM })
+    build(graph, &planned.flow, ceiling, &Build { structure, wall_mm: WALL_MM, gap_mm: GAP_MM, roof: None })
 }
 
 fn scenes() -> [Scene; 2] {
@@ -82,6 +82,34 @@ fn what_is_written_is_read_as_closed_solids() {
         assert_eq!(model.parts.len(), built.chains, "{name}");
         let volume: f64 = model.parts.iter().map(|part| part.mesh.volume()).sum();
         assert!((volume / built.volume_mm3 - 1.0).abs() < 1e-3, "{name}: {volume} for {}", built.volume_mm3);
+    }
+}
+
+/// Bars of a roof are closed solids of their own, as high as asked for; the reader counts them with the chains.
+#[test]
+fn a_roof_is_read_as_closed_solids_too() {
+    let scene = scenes::leaning_ring();
+    let graph = scene.graph();
+    let planned = plan(&graph, Method::Auto, (4, None), 1, &mut |_| {});
+    let ceiling = Ceiling::of(&graph, &scene.meshes.iter().collect::<Vec<_>>());
+    let how = |roof| Build { structure: Structure::X, wall_mm: WALL_MM, gap_mm: GAP_MM, roof };
+    let plain = build(&graph, &planned.flow, &ceiling, &how(None));
+    assert_eq!(plain.bars, 0);
+    let mut last = usize::MAX;
+    for pitch_mm in [0.8, 1.3, 2.0] {
+        let roofed = build(&graph, &planned.flow, &ceiling, &how(Some(Bars { high_mm: 0.6, pitch_mm })));
+        assert_closed(&roofed.mesh);
+        assert!(roofed.bars > 50 && roofed.bars < last, "{} bars, {last} before", roofed.bars);
+        last = roofed.bars;
+        let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+        let model = read_model(&stl_binary(&roofed.mesh), "supports.stl", &options).unwrap();
+        assert_eq!(model.parts.len(), roofed.chains + roofed.bars);
+        // A bar is as high everywhere: its volume is that of its upper side.
+        let (volume, side) = (roofed.volume_mm3 - plain.volume_mm3, roofed.contact_mm2 - plain.contact_mm2);
+        assert!((volume / (0.6 * side) - 1.0).abs() < 1e-3, "{volume} for {side} mm2");
+        // Rows a pitch apart, as wide as a wall, over the squares that hold something; where they end beside the part they are shorter.
+        let share = WALL_MM / pitch_mm * graph.red.len() as f64 * scene.step_mm.powi(2);
+        assert!(side > 0.6 * share && side < 1.05 * share, "{side} of {share}");
     }
 }
 

@@ -83,8 +83,9 @@ fn auto_takes_less_than_shortest_paths_and_overloads_nothing() {
         let of = |method| plan(graph, method, (4, None), 1, &mut |_| {});
         let [auto, paths, cheapest] = [Method::Auto, Method::ShortestPaths, Method::MinCost].map(of);
         let length = |one: &trunnion::support::Planned| one.tally.length_mm(1.0);
-        assert!(length(&auto) < 0.95 * length(&paths), "{} for {}", length(&auto), length(&paths));
-        assert!(auto.tally.used_arcs() < paths.tally.used_arcs());
+        // An arc is as much material whether it leans or not.
+        let arcs = [&auto, &paths].map(|one| one.tally.used_arcs() as f64);
+        assert!(arcs[0] < 0.9 * arcs[1], "{arcs:?}");
         assert!(length(&paths) < 0.9 * length(&cheapest), "{} for {}", length(&paths), length(&cheapest));
         for planned in [&auto, &paths, &cheapest] {
             assert_eq!((planned.tally.over_capacity, planned.flow.unbalanced(graph)), (0, None));

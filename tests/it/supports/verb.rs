@@ -107,6 +107,23 @@ fn files_are_the_same_each_time_and_hold_what_is_said() {
     assert!(both.parts.len() > 10 && both.bounds.min.z.abs() < 1e-6);
 }
 
+#[test]
+fn a_roof_and_struts_are_told_and_written() {
+    let folder = folder();
+    let model = write(folder.path(), "ring.stl", &scenes::leaning_ring().meshes);
+    let plain = document(&model, &RING);
+    assert_eq!([&plain["struts"], &plain["unbraced"], &plain["roof_bars"]], [&Value::from(0); 3]);
+    let supports = folder.path().join("supports.stl").display().to_string();
+    let stiff = document(&model, &[&RING[..], &["--roof", "0.6", "--brace", "8.6", "-o", &supports]].concat());
+    let more = |key: &str| stiff[key].as_f64().unwrap() - plain[key].as_f64().unwrap();
+    assert!(stiff["struts"].as_u64() > Some(3) && stiff["roof_bars"].as_u64() > Some(50), "{stiff}");
+    assert!(plain["longest_free_mm"].as_f64() > Some(8.6) && stiff["longest_free_mm"].as_f64() <= Some(8.7), "{stiff}");
+    assert!(more("volume_mm3") > 0.0 && more("contact_mm2") > 0.0 && more("cost") == 0.0, "{stiff}");
+    let options = ReadOptions { unit: Some(Unit::Millimetre), repair: false };
+    let read = read_model(&std::fs::read(&supports).unwrap(), "supports.stl", &options).unwrap();
+    assert!(read.parts.len() as u64 > stiff["roof_bars"].as_u64().unwrap());
+}
+
 /// Upright, a plate on the ground needs nothing; on its edge a face that leans over does.
 #[test]
 fn another_direction_is_another_plan() {
@@ -132,7 +149,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
     std::fs::write(&open_file, stl_binary(&open)).unwrap();
     let name = |ending: &str| folder.path().join(ending).display().to_string();
     let (text, stl) = (name("supports.txt"), name("supports.stl"));
-    let cases: [(&Path, &[&str], &[&str]); 15] = [
+    let cases: [(&Path, &[&str], &[&str]); 19] = [
         (&open_file, &["-o", &stl], &["open.stl", "3 open edges", "--repair"]),
         (&ring, &["--step", "0"], &["--step 0 mm", "0.05..100"]),
         (&ring, &["--step", "-2"], &["--step -2 mm", "0.05..100"]),
@@ -147,6 +164,10 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         (&ring, &["--capacity", "0"], &["--capacity 0", "1..1000"]),
         (&ring, &["--overhang", "90"], &["--overhang 90 deg", "1..89"]),
         (&ring, &["--gap", "-1"], &["--gap -1 mm", "0..5"]),
+        (&ring, &["--roof", "3"], &["--roof 3 mm", "0..2"]),
+        (&ring, &["--roof", "1", "--roof-pitch", "0.05"], &["--roof-pitch 0.05 mm", "0.1..10"]),
+        (&ring, &["--roof", "1", "--roof-pitch", "0.3"], &["--roof-pitch 0.3 mm", "0.4..10"]),
+        (&ring, &["--brace", "3"], &["--brace 3 mm", "4..1000"]),
         (&ring, &["-o", &text], &["supports.txt", ".stl or .3mf"]),
     ];
     for (model, more, wanted) in cases {
