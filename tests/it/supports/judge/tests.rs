@@ -69,7 +69,7 @@ fn a_column_is_alone_between_what_ties_it_to_others() {
     let posts = |every: usize| -> Vec<Layer> {
         let post = |x: f64| [line([x - 1.0, 4.0], [x + 1.0, 6.0]), line([x - 1.0, 6.0], [x + 1.0, 4.0])];
         let layer = |i: usize| {
-            let tie = (every > 0 && (i + 1) % every == 0).then(|| line([1.0, 5.0], [9.0, 5.0]));
+            let tie = (every > 0 && (i + 1).is_multiple_of(every)).then(|| line([1.0, 5.0], [9.0, 5.0]));
             let lines = post(1.0).into_iter().chain(post(9.0)).chain(tie).collect();
             Layer { top_mm: RULER.layer_mm * (i + 1) as f64, lines }
         };
