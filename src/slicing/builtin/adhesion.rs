@@ -4,7 +4,7 @@
 //! nozzle is full when the brim begins. A brim's innermost line touches the outer wall side by side; holes of the part stay free.
 
 use super::Line;
-use super::region::{Contour, Region, grown, or, units};
+use super::region::{Contour, Region, or, rounded, units};
 use crate::slicing::Adhesion;
 
 /// The closed lines around `outline`, in printing order.
@@ -17,7 +17,7 @@ pub(super) fn rings(outline: &Region, line: &Line, adhesion: &Adhesion) -> Vec<C
     let skirt = (0..adhesion.skirt_loops).rev().map(|k| (at(beyond_mm + adhesion.skirt_distance_mm, k), true));
     let brim = (0..brim).rev().map(|k| (at(0.0, k), false));
     let around = |(by, loops): (i32, bool)| {
-        let region = grown(&filled, by);
+        let region = rounded(&filled, by);
         // A loop goes around everything; a brim lies in the part's bays, too.
         region.into_iter().flat_map(move |shape| shape.into_iter().take(if loops { 1 } else { usize::MAX }))
     };
@@ -40,10 +40,6 @@ mod tests {
         [(a, a), (b, a), (b, b), (a, b)].map(|(x, y)| Point::new(x, y)).to_vec()
     }
 
-    fn side_mm(ring: &[Point]) -> f64 {
-        signed_area_mm2(ring).abs().sqrt()
-    }
-
     #[test]
     fn loops_lie_outside_of_the_brim_and_the_brim_outside_of_the_part() {
         let line = Line::new(0.45, 0.2);
@@ -51,12 +47,28 @@ mod tests {
         hole.reverse();
         let part = enclosed(&[square(0.0, 20.0), hole]);
         let adhesion = Adhesion { brim_mm: 2.0, skirt_loops: 2, skirt_distance_mm: 3.0 };
-        let got: Vec<f64> = rings(&part, &line, &adhesion).iter().map(|ring| side_mm(ring)).collect();
+        let got: Vec<f64> = rings(&part, &line, &adhesion).iter().map(|ring| signed_area_mm2(ring).abs()).collect();
         // By hand: a spacing of 0.45 - 0.2 (1 - pi/4) = 0.40708; four lines, 0.45 + 3 x 0.40708 = 1.671 wide.
-        let at = |mm: f64| 20.0 + 2.0 * mm;
+        let at = |mm: f64| 400.0 + 80.0 * mm + std::f64::consts::PI * mm * mm;
         let wanted = [5.303, 4.896, 1.446, 1.039, 0.632, 0.225].map(at);
         assert_eq!(got.len(), wanted.len());
-        assert!(got.iter().zip(wanted).all(|(got, wanted)| (got - wanted).abs() < 0.002), "{got:?} for {wanted:?}");
+        // A polygon of 5 degrees lacks 0.13 % of its circle.
+        let near = |(got, wanted): (&f64, f64)| (0.998 * wanted..=wanted + 0.1).contains(got);
+        assert!(got.iter().zip(wanted).all(near), "{got:?} for {wanted:?}");
+    }
+
+    #[test]
+    fn nothing_lies_farther_away_than_the_brim_is_wide_not_even_at_sharp_corners() {
+        let line = Line::new(0.45, 0.2);
+        let tip = enclosed(&[[(0, 0), (200_000, -10_000), (200_000, 10_000)].map(|(x, y)| Point::new(x, y)).to_vec()]);
+        let farthest = |brim_mm: f64| {
+            let rings = rings(&tip, &line, &Adhesion { brim_mm, ..Adhesion::default() });
+            rings.iter().flatten().map(|p| -f64::from(p.x) / UNITS_PER_MM).fold(f64::NEG_INFINITY, f64::max)
+        };
+        for brim_mm in [0.45, 1.0, 3.0, 5.0, 20.0] {
+            assert!(farthest(brim_mm) + 0.225 < brim_mm + 0.002, "{brim_mm}: {}", farthest(brim_mm));
+            assert!(farthest(brim_mm) + 0.225 > brim_mm - 0.42, "{brim_mm}: {}", farthest(brim_mm));
+        }
     }
 
     #[test]

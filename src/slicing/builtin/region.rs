@@ -2,6 +2,7 @@
 
 use crate::section::simplify::simplified;
 use i_overlay::i_float::int::angle::Angle;
+use i_overlay::mesh::int::arc::ArcOptions;
 use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
 use i_overlay::mesh::int::style::{IntLineJoin, IntOutlineStyle};
 
@@ -16,6 +17,9 @@ pub(super) const FINE_UNITS: f64 = 30.0;
 const SHARPEST_MITER_DEG: f64 = 39.0;
 /// And when it shrinks, about what cuts into it: a wall's middle stays within 0.4 of its width of where a round turn would be.
 const SHARPEST_NOTCH_DEG: f64 = 80.0;
+
+/// Round corners have a point every so many degrees.
+const ROUND_STEP_DEG: f64 = 5.0;
 
 /// Grid units in millimetres.
 pub(super) fn mm(units: f64) -> f64 {
@@ -39,6 +43,14 @@ pub(super) fn grown(region: &Region, by: i32) -> Region {
     // would stand out as spikes. And every shallow corner has become two.
     result.iter_mut().flatten().for_each(|ring| *ring = simplified(ring, FINE_UNITS));
     result
+}
+
+/// The region grown by `by` grid units, with round corners: nothing of it is farther away than that.
+pub(super) fn rounded(region: &Region, by: i32) -> Region {
+    let max_step = Angle::from_radians(ROUND_STEP_DEG.to_radians()).unwrap_or(ArcOptions::MIN_STEP);
+    let style =
+        IntOutlineStyle::new(by).line_join(IntLineJoin::Round(ArcOptions { max_step, ..ArcOptions::default() }));
+    region.outline(&style).unwrap_or_default()
 }
 
 /// Whether a shape of the shrunk region is where it belongs.

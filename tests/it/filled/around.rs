@@ -25,7 +25,7 @@ fn laid_around(text: &str) -> Vec<[f64; 3]> {
     let (mut at, mut around, mut found) = ([f64::NAN; 3], false, Vec::new());
     for line in text.lines() {
         if let Some(kind) = line.strip_prefix(";TYPE:") {
-            around = kind.starts_with("Skirt");
+            around = kind.to_ascii_lowercase().starts_with("skirt");
         }
         let code = line.split(';').next().unwrap();
         let word = |letter: char| code.split_whitespace().find_map(|w| w.strip_prefix(letter)?.parse::<f64>().ok());
@@ -167,7 +167,7 @@ fn settings_that_are_none_are_refused_with_what_is_allowed() {
         ("skirt_distance_mm = 200.0\n", "skirt_distance_mm = 200.0 is out of 0..100 mm"),
         ("seam = \"left\"\n", "left"),
         ("wait_beside = 3\n", "wait_beside"),
-        ("brim_width_mm = 3.0\n", "brim_mm"),
+        ("brim_m = 3.0\n", "brim_mm"),
     ] {
         let (done, text) = prepared(folder.path(), process, &block, "builtin", &[]);
         assert!(done.status.code() == Some(2) && text.is_empty(), "{process}: {}", said(&done));
