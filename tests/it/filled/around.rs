@@ -42,9 +42,10 @@ fn laid_around(text: &str) -> Vec<[f64; 3]> {
     found
 }
 
-/// How far the farthest of them lie beyond the box from `low` to `high` in X, with the nearest that lie beyond it.
+/// How far the nearest and the farthest of them lie from the square from `low` to `high`.
 fn beyond(ends: &[[f64; 3]], low: f64, high: f64) -> [f64; 2] {
-    let by = ends.iter().map(|p| (low - p[0]).max(p[0] - high));
+    let outside = |v: f64| (low - v).max(v - high).max(0.0);
+    let by = ends.iter().map(|p| outside(p[0]).hypot(outside(p[1])));
     let outside = by.clone().filter(|mm| *mm > 0.0);
     [outside.fold(f64::INFINITY, f64::min), by.fold(f64::NEG_INFINITY, f64::max)]
 }
