@@ -1,7 +1,7 @@
 //! How much room there is on the table for brims and a skirt, table frame, mm.
 //!
 //! What the profile or the slicer's configuration asks for (`process.brim_mm`, `process.skirt_loops`) is laid around what stands on the level table in the first time slot: a
-//! brim up to halfway to the next part that stands there at any time, and not beyond the rim; loops around the first print alone, or none.
+//! brim up to halfway to the next part that stands there at any time, less the nozzle's radius, and not beyond the rim; loops around the first print alone, or none.
 //! What gets less than was asked for is told.
 
 use super::CheckedPlan;
@@ -35,7 +35,8 @@ pub(super) fn of_prints(
         if print.supports.is_some() {
             return (Adhesion::default(), Some(Flaw::Lessened(Lessened::ForSupports)));
         }
-        let room = room(own, &standing, |x, y| plan.machine.profile.beyond_table(x, y));
+        let profile = &plan.machine.profile;
+        let room = room(own, &standing, profile.tip_radius_mm(), |x, y| profile.beyond_table(x, y));
         lessened(process, index == 0, room)
     };
     plan.prints().zip(meshes).enumerate().map(one).collect()
@@ -49,12 +50,18 @@ fn footprints(workpiece: &Workpiece<'_>, layer_mm: f64) -> Vec<Footprint> {
     workpiece.model.on_table.iter().map(one).filter(|f| !f.section.is_empty()).collect()
 }
 
-/// How far lines may reach beyond a part, and the part that is nearest, if it is that and not the rim.
-fn room(own: &Footprint, standing: &[Footprint], beyond_table: impl Fn(f64, f64) -> f64) -> (f64, Option<usize>) {
+/// How far lines may reach beyond a part, and the part that is nearest, if it is that and not the rim. The nozzle that lays the outermost
+/// keeps clear of what is laid around the other part.
+fn room(
+    own: &Footprint,
+    standing: &[Footprint],
+    nozzle_mm: f64,
+    beyond_table: impl Fn(f64, f64) -> f64,
+) -> (f64, Option<usize>) {
     let corners = || own.section.segments().iter().flatten();
     let rim = corners().map(|[x, y]| -beyond_table(*x, *y)).fold(f64::INFINITY, f64::min);
     let others = standing.iter().filter(|other| other.part != own.part);
-    let halfway = others.map(|other| (own.section.apart(&other.section) / 2.0, Some(other.part)));
+    let halfway = others.map(|other| (own.section.apart(&other.section) / 2.0 - nozzle_mm, Some(other.part)));
     let (mm, part) = halfway.fold((rim, None), |least, next| if next.0 < least.0 { next } else { least });
     (mm.max(0.0), part)
 }
@@ -90,7 +97,7 @@ mod tests {
     fn room_ends_halfway_to_the_next_part_or_at_the_rim() {
         let disc = |x: f64, y: f64| x.hypot(y) - 98.0;
         let own = || footprint(0, [-10.0, -10.0], [10.0, 10.0]);
-        let alone = room(&own(), &[own()], disc);
+        let alone = room(&own(), &[own()], 0.5, disc);
         assert!((alone.0 - (98.0 - 200.0f64.sqrt())).abs() < 1e-9 && alone.1.is_none(), "{alone:?}");
         // Side against side, corner against corner (3, 4, 5), touching, one within the hollow of the other's box.
         for (other, wanted) in [
@@ -102,9 +109,14 @@ mod tests {
             (footprint(3, [-2.0, -30.0], [2.0, 30.0]), 0.0),
             (footprint(3, [-5.0, -5.0], [5.0, 5.0]), 0.0),
         ] {
-            let (mm, part) = room(&own(), &[own(), other], disc);
+            let (mm, part) = room(&own(), &[own(), other], 0.0, disc);
             assert!((mm - wanted).abs() < 1e-9, "{mm} for {wanted}");
             assert_eq!(part, Some(3));
+        }
+        let beside = |nozzle| room(&own(), &[own(), footprint(3, [18.0, -2.0], [30.0, 2.0])], nozzle, disc).0;
+        assert!((beside(0.5) - 3.5).abs() < 1e-9 && beside(9.0) == 0.0);
+        for nozzle in [0.0, 0.5] {
+            assert!(room(&own(), &[own()], nozzle, disc).1.is_none(), "the rim is no part");
         }
     }
 

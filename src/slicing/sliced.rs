@@ -77,7 +77,9 @@ pub enum Lessened {
 impl fmt::Display for Lessened {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ends = |beside: Option<usize>| match beside {
-            Some(part) => format!("halfway to part {part}; farther apart (--gap between models) there is more room"),
+            Some(part) => format!(
+                "halfway to part {part}, clear of the nozzle; farther apart (--gap between models) there is more room"
+            ),
             None => "up to the table's rim; --origin moves the model".to_owned(),
         };
         match self {
