@@ -70,6 +70,7 @@ pub(super) fn policy(effect: Effect, stage: Stage, allowed: bool) -> CommandPoli
     let within = stage == Stage::Within;
     match effect {
         Effect::Hazard(_) | Effect::Factor { .. } if allowed && within => Keep,
+        // Waits that are long enough for plastic never come here: `items` has them made beside the part.
         Effect::Nothing | Effect::Motion | Effect::Dwell(_) | Effect::Progress => Drop,
         Effect::Factor { percent: Some(100.0), .. } => Drop,
         Effect::Fan { .. } | Effect::Setting | Effect::Retract(_) => Keep,
