@@ -14,18 +14,19 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let options = args.slicing.options(&args.bed)?;
     let prints = Prints::of(&plan, options.bed);
     let spots = prints.spots()?;
-    let projects = prints.projects(&plan, &spots, &script(args)?);
+    let script = script(args)?;
+    let projects = prints.projects(&plan, &spots, &script);
     let places = Places::claim(args, &plan, (&prints.names, &spots, projects.len()))?;
     let mut written: Vec<String> = Vec::new();
     let mut put = |output: &OutputFile, bytes: &[u8]| {
         written.push(output.path().display().to_string());
         output.write(bytes)
     };
-    for (mesh, place) in prints.stls().iter().zip(&places.meshes) {
-        put(place, mesh)?;
+    for (mesh, place) in prints.stls().zip(&places.meshes) {
+        put(place, &mesh)?;
     }
-    for (project, place) in projects.iter().zip(&places.projects) {
-        put(place, project)?;
+    for (project, place) in projects.zip(&places.projects) {
+        put(place, &project)?;
     }
     let (mut slicer, mut flaws) = (None, Vec::new());
     if !args.meshes_only {

@@ -93,9 +93,9 @@ impl Prints {
         Self { meshes, names, bed }
     }
 
-    /// The meshes as files for another slicer.
-    pub fn stls(&self) -> Vec<Vec<u8>> {
-        self.meshes.iter().map(|slot| stl_binary(&below_middles(&slot.mesh))).collect()
+    /// The meshes as files for another slicer, each made when it is asked for.
+    pub fn stls(&self) -> impl Iterator<Item = Vec<u8>> {
+        self.meshes.iter().map(|slot| stl_binary(&below_middles(&slot.mesh)))
     }
 
     /// Where a print stands in what a slicer that we run gives back: its own bed has its corner at 0, 0.
@@ -113,24 +113,24 @@ impl Prints {
         Ok(layout(&sizes(&self.meshes), &self.bed)?)
     }
 
-    /// The projects for PrusaSlicer's window that these spots make: an object a print, to be printed one by one, with all settings.
-    /// Where there is only one, `script` (the whole line, without the file) is run over what the slicer makes of it.
-    pub fn projects(&self, plan: &CheckedPlan, spots: &[Spot], script: &str) -> Vec<Vec<u8>> {
+    /// The projects for PrusaSlicer's window that these spots make, each made when it is asked for: an object a print, to be printed
+    /// one by one, with all settings. Where there is only one, `script` (the whole line, without the file) is run over what the slicer
+    /// makes of it.
+    pub fn projects(&self, plan: &CheckedPlan, spots: &[Spot], script: &str) -> impl ExactSizeIterator<Item = Vec<u8>> {
         let (table, workpiece) = (plan.machine.profile.kinematics(), plan.workpiece());
-        let placed = plan.prints().zip(spots);
-        let mesh = |print: &Print, spot: &Spot| slot_mesh(&workpiece, &table, print, spot.centre_mm).mesh;
-        let meshes: Vec<_> = placed.map(|((_, print), spot)| below_middles(&mesh(print, spot))).collect();
+        let prints: Vec<&Print> = plan.prints().map(|(_, print)| print).collect();
         let tallest = self.meshes.iter().map(|m| m.mesh.bounds().max.z).fold(0.0, f64::max);
         let count = spots.iter().map(|spot| spot.project + 1).max().unwrap_or(0);
         let script = if count == 1 { script } else { "" };
         let on = WindowBed { min_mm: self.bed.min_mm, max_mm: self.bed.max_mm };
         let settings = project_settings(&plan.machine.profile.process, on, tallest, script);
-        let one = |project: usize| {
-            let its = (0..meshes.len()).filter(|&i| spots[i].project == project);
-            let objects: Vec<_> = its.map(|i| (self.names[i].clone(), &meshes[i])).collect();
+        (0..count).map(move |project| {
+            let its: Vec<usize> = (0..prints.len()).filter(|&i| spots[i].project == project).collect();
+            let mesh = |&i: &usize| slot_mesh(&workpiece, &table, prints[i], spots[i].centre_mm).mesh;
+            let meshes: Vec<_> = its.iter().map(|i| below_middles(&mesh(i))).collect();
+            let objects: Vec<_> = its.iter().map(|&i| self.names[i].clone()).zip(&meshes).collect();
             threemf_project(&objects, &settings)
-        };
-        (0..count).map(one).collect()
+        })
     }
 }
 

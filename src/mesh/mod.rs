@@ -25,6 +25,7 @@ mod soup;
 mod tests;
 mod triangle_mesh;
 mod unit;
+mod weld;
 mod winding;
 mod write;
 
@@ -37,5 +38,6 @@ pub use model::{Model, Part, TABLE_GAP_MM};
 pub use read::{ReadOptions, read_model, read_surface};
 pub use triangle_mesh::TriangleMesh;
 pub use unit::{METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
+pub(crate) use weld::first_of_equals;
 pub use winding::{is_overlap, seen_to_overlap};
 pub use write::{stl_binary, stl_binary_parts, threemf, threemf_project};

@@ -1,6 +1,6 @@
 //! A model: its parts, what they share, and what stands on the table.
 
-use std::collections::HashMap;
+use hashbrown::HashMap;
 
 use super::error::{Fault, Located, Place};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};

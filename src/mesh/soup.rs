@@ -1,8 +1,7 @@
 //! What a reader hands over: facets in file order, not yet welded.
 
-use std::collections::HashMap;
-
 use super::Unit;
+use super::weld::Welder;
 use crate::geom::Vec3;
 
 /// The most facets of one model; above it only a hostile file's repeated components go.
@@ -56,19 +55,15 @@ impl Soup {
     /// Merges vertices of one body that agree in every bit and drops facets that then name one vertex twice.
     /// Vertices are numbered in the order of their first use. Returns the number of facets dropped.
     pub(super) fn weld(&mut self) -> usize {
-        let mut seen: HashMap<(u32, [u64; 3]), u32> = HashMap::with_capacity(self.facets.len() / 2 + 1);
-        let mut vertices = Vec::with_capacity(self.facets.len() / 2 + 1);
         let given = self.facets.len();
-        let mut kept = 0;
+        let mut welder = Welder::new();
+        let (mut kept, mut current) = (0, None);
         for index in 0..given {
             let body = self.names[self.labels[index] as usize].body;
-            let facet = self.facets[index].map(|i| self.vertices[i as usize]);
-            let facet = facet.map(|at| {
-                *seen.entry((body, [at.x.to_bits(), at.y.to_bits(), at.z.to_bits()])).or_insert_with(|| {
-                    vertices.push(at);
-                    vertices.len() as u32 - 1
-                })
-            });
+            if current.replace(body) != Some(body) {
+                welder.begin_body();
+            }
+            let facet = self.facets[index].map(|i| welder.number(self.vertices[i as usize]));
             if facet[0] != facet[1] && facet[1] != facet[2] && facet[2] != facet[0] {
                 self.facets[kept] = facet;
                 self.labels[kept] = self.labels[index];
@@ -77,7 +72,7 @@ impl Soup {
         }
         self.facets.truncate(kept);
         self.labels.truncate(kept);
-        self.vertices = vertices;
+        self.vertices = welder.into_vertices();
         given - kept
     }
 }

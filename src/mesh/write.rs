@@ -1,7 +1,6 @@
 //! Meshes as files: the same bytes for the same mesh, on every machine and day.
 
-use std::fmt::Write as _;
-use std::io::{Cursor, Write as _};
+use std::io::{self, BufWriter, Cursor, Write};
 
 use quick_xml::escape::escape;
 use zip::write::SimpleFileOptions;
@@ -46,75 +45,101 @@ const RELATIONS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 
 /// The meshes as 3MF, mm: one named object and one build item each, in order. Coordinates keep every bit.
 pub fn threemf<F>(objects: &[(String, &TriangleMesh<F>)]) -> Vec<u8> {
-    let model = model(objects);
-    zipped(&package(&model))
+    package(objects, &[])
 }
 
 /// The same as a project of PrusaSlicer's, with its `settings` (`; key = value` lines).
 pub fn threemf_project<F>(objects: &[(String, &TriangleMesh<F>)], settings: &str) -> Vec<u8> {
-    let model = model(objects);
-    let mut entries = package(&model).to_vec();
-    entries.push(("Metadata/Slic3r_PE.config", settings.as_bytes()));
-    zipped(&entries)
+    package(objects, &[("Metadata/Slic3r_PE.config", settings.as_bytes())])
 }
 
-fn package(model: &str) -> [(&str, &[u8]); 3] {
-    [
-        ("[Content_Types].xml", CONTENT_TYPES.as_bytes()),
-        ("_rels/.rels", RELATIONS.as_bytes()),
-        ("3D/3dmodel.model", model.as_bytes()),
-    ]
+fn package<F>(objects: &[(String, &TriangleMesh<F>)], more: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut archive = Archive::new();
+    archive.entry("[Content_Types].xml", CONTENT_TYPES.as_bytes());
+    archive.entry("_rels/.rels", RELATIONS.as_bytes());
+    let most = objects.iter().map(|(_, mesh)| mesh.vertices().len() * VERTEX + mesh.facets().len() * FACET);
+    archive.streamed("3D/3dmodel.model", most.sum::<usize>() as u64, |into| model(into, objects));
+    more.iter().for_each(|(name, bytes)| archive.entry(name, bytes));
+    archive.finish()
 }
 
-fn model<F>(objects: &[(String, &TriangleMesh<F>)]) -> String {
-    let mut text = String::from(concat!(
+/// Bytes that a vertex and a facet take at most: numbers are written without exponents, and 1e-308 has 308 zeros.
+const VERTEX: usize = 1100;
+const FACET: usize = 80;
+
+fn model<F>(into: &mut impl Write, objects: &[(String, &TriangleMesh<F>)]) -> io::Result<()> {
+    into.write_all(concat!(
         r#"<?xml version="1.0" encoding="UTF-8"?>"#,
         "\n",
         r#"<model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">"#,
         "\n<resources>\n"
-    ));
+    ).as_bytes())?;
     for (index, (name, mesh)) in objects.iter().enumerate() {
-        push_object(&mut text, index + 1, name, mesh);
+        object(into, index + 1, name, mesh)?;
     }
-    text.push_str("</resources>\n<build>\n");
+    into.write_all(b"</resources>\n<build>\n")?;
     for id in 1..=objects.len() {
-        push(&mut text, format_args!("<item objectid=\"{id}\"/>\n"));
+        writeln!(into, "<item objectid=\"{id}\"/>")?;
     }
-    text.push_str("</build>\n</model>\n");
-    text
+    into.write_all(b"</build>\n</model>\n")
 }
 
-fn push_object<F>(text: &mut String, id: usize, name: &str, mesh: &TriangleMesh<F>) {
-    push(text, format_args!("<object id=\"{id}\" type=\"model\" name=\"{}\"><mesh><vertices>\n", escape(name)));
+fn object<F>(into: &mut impl Write, id: usize, name: &str, mesh: &TriangleMesh<F>) -> io::Result<()> {
+    writeln!(into, "<object id=\"{id}\" type=\"model\" name=\"{}\"><mesh><vertices>", escape(name))?;
     for at in mesh.vertices() {
-        push(text, format_args!("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>\n", at.x + 0.0, at.y + 0.0, at.z + 0.0));
+        writeln!(into, "<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", at.x + 0.0, at.y + 0.0, at.z + 0.0)?;
     }
-    text.push_str("</vertices><triangles>\n");
+    into.write_all(b"</vertices><triangles>\n")?;
     for [a, b, c] in mesh.facets() {
-        push(text, format_args!("<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>\n"));
+        writeln!(into, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>")?;
     }
-    text.push_str("</triangles></mesh></object>\n");
+    into.write_all(b"</triangles></mesh></object>\n")
 }
 
-fn push(text: &mut String, what: std::fmt::Arguments<'_>) {
-    // Writing to a string cannot fail.
-    let _ = text.write_fmt(what);
-}
-
-/// A zip archive of `entries` whose timestamps are all the zip format's first day.
+/// A zip archive in memory of `entries` whose timestamps are all the zip format's first day.
+#[cfg(test)]
 pub(super) fn zipped(entries: &[(&str, &[u8])]) -> Vec<u8> {
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
-        .last_modified_time(DateTime::default())
-        .unix_permissions(0o644);
-    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    let write = |archive: &mut ZipWriter<Cursor<Vec<u8>>>, name: &str, bytes: &[u8]| {
-        archive.start_file(name, options.large_file(bytes.len() as u64 >= u64::from(u32::MAX)))?;
-        archive.write_all(bytes)?;
-        zip::result::ZipResult::Ok(())
-    };
-    for (name, bytes) in entries {
-        write(&mut archive, name, bytes).expect("an archive in memory takes every entry");
+    let mut archive = Archive::new();
+    entries.iter().for_each(|(name, bytes)| archive.entry(name, bytes));
+    archive.finish()
+}
+
+/// How hard is packed, of 9: the usual 6 makes a mesh's text a seventh smaller, and takes most of the time of writing it.
+const LEVEL: i64 = 2;
+
+/// A zip archive in memory; the timestamps of all that is in it are the zip format's first day.
+struct Archive(ZipWriter<Cursor<Vec<u8>>>);
+
+impl Archive {
+    fn new() -> Self {
+        Self(ZipWriter::new(Cursor::new(Vec::new())))
     }
-    archive.finish().expect("an archive in memory can be closed").into_inner()
+
+    fn entry(&mut self, name: &str, bytes: &[u8]) {
+        self.streamed(name, bytes.len() as u64, |into| into.write_all(bytes));
+    }
+
+    /// An entry of `most` bytes or fewer that is packed while it is written: the text of a large mesh never stands in memory.
+    fn streamed(
+        &mut self,
+        name: &str,
+        most: u64,
+        write: impl FnOnce(&mut BufWriter<&mut dyn Write>) -> io::Result<()>,
+    ) {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Deflated)
+            .compression_level(Some(LEVEL))
+            .last_modified_time(DateTime::default())
+            .unix_permissions(0o644)
+            .large_file(most >= u64::from(u32::MAX));
+        self.0.start_file(name, options).expect("an archive in memory takes every entry");
+        let mut into = BufWriter::with_capacity(1 << 16, &mut self.0 as &mut dyn Write);
+        // Handed on, not flushed: a flush would end a block of the packed bytes.
+        let written = write(&mut into).and_then(|()| Ok(into.into_inner().map(drop)?));
+        written.expect("an archive in memory takes every byte");
+    }
+
+    fn finish(self) -> Vec<u8> {
+        self.0.finish().expect("an archive in memory can be closed").into_inner()
+    }
 }

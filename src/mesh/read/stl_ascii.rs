@@ -3,6 +3,7 @@
 use crate::geom::Vec3;
 use crate::mesh::error::{Fault, Located, Place, coordinate};
 use crate::mesh::soup::{Label, Soup};
+use crate::mesh::weld::Welder;
 
 /// Whether text that begins with `solid` goes on like an ASCII STL.
 pub(super) fn looks_like(text: &str) -> bool {
@@ -13,7 +14,7 @@ pub(super) fn looks_like(text: &str) -> bool {
 
 /// Reads every `vertex` between `outer loop` and `endloop`; normals are ignored.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
-    let mut reader = Reader { soup: Soup::default(), corners: None };
+    let mut reader = Reader { soup: Soup::default(), welder: Welder::new(), corners: None };
     let mut lines = 0;
     for line in bytes.split(|&byte| byte == b'\n') {
         lines += 1;
@@ -24,6 +25,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
         return Err(fault.at(Place::Line(lines)));
     }
     let mut soup = reader.soup;
+    soup.vertices = reader.welder.into_vertices();
     // A file's only solid bears the exporting program's name, not a part's.
     if let [only] = soup.names.as_mut_slice() {
         only.name = None;
@@ -33,6 +35,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
 
 struct Reader {
     soup: Soup,
+    welder: Welder,
     /// The corners of the loop that is open.
     corners: Option<Vec<u32>>,
 }
@@ -74,9 +77,8 @@ impl Reader {
             at[axis] = coordinate(f64::from(value as f32))?;
         }
         if let Some(corners) = &mut self.corners {
-            corners.push(self.soup.vertices.len() as u32);
+            corners.push(self.welder.number(at));
         }
-        self.soup.vertices.push(at);
         Ok(())
     }
 

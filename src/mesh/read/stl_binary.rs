@@ -3,6 +3,7 @@
 use crate::geom::Vec3;
 use crate::mesh::error::{Fault, Located, Place, coordinate};
 use crate::mesh::soup::{MAX_FACETS, Soup};
+use crate::mesh::weld::Welder;
 
 /// Header and count.
 const HEADER: usize = 84;
@@ -24,7 +25,7 @@ fn needed(count: u32) -> u64 {
     HEADER as u64 + FACET as u64 * u64::from(count)
 }
 
-/// Reads the corners; stored normals are ignored, since they only repeat what the winding says.
+/// Reads the corners, equal ones once; stored normals are ignored, since they only repeat what the winding says.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     let have = bytes.len() as u64;
     let facets = count(bytes).ok_or(Fault::Truncated { have, need: HEADER as u64, facets: 0 }.at(Place::File))?;
@@ -40,15 +41,19 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     if have > need {
         soup.warnings.push(format!("{} bytes after the last of {facets} facets were ignored", have - need));
     }
-    soup.vertices.reserve(3 * facets as usize);
+    // Every corner stands in each of its facets, some six: kept as they come they would be the most that reading needs.
+    let mut welder = Welder::new();
+    soup.facets.reserve(facets as usize);
+    soup.labels.reserve(facets as usize);
     for (index, facet) in bytes[HEADER..].chunks_exact(FACET).take(facets as usize).enumerate() {
-        for corner in facet[12..48].chunks_exact(12) {
+        let mut corners = [0; 3];
+        for (number, corner) in corners.iter_mut().zip(facet[12..48].chunks_exact(12)) {
             let at = vertex(corner).map_err(|fault| fault.at(Place::Facet(index as u64)))?;
-            soup.vertices.push(at);
+            *number = welder.number(at);
         }
-        let first = 3 * index as u32;
-        soup.push([first, first + 1, first + 2]);
+        soup.push(corners);
     }
+    soup.vertices = welder.into_vertices();
     Ok(soup)
 }
 

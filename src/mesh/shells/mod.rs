@@ -4,8 +4,9 @@ mod holes;
 mod pairing;
 mod repair;
 
-use std::collections::HashMap;
 use std::ops::Range;
+
+use hashbrown::HashMap;
 
 use super::error::Fault;
 use crate::geom::Vec3;

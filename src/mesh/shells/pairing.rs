@@ -20,8 +20,8 @@ const SAME_ANGLE: f64 = 1e-4;
 /// One facet's use of an edge.
 #[derive(Clone, Copy)]
 struct Use {
-    /// The edge's lower and higher vertex.
-    edge: (u32, u32),
+    /// The edge's higher vertex.
+    high: u32,
     facet: u32,
     side: u8,
     /// Whether the facet runs from the lower to the higher vertex.
@@ -30,23 +30,39 @@ struct Use {
 
 /// For every facet the links across its sides `0-1`, `1-2`, `2-0`; `None` at an open edge.
 pub(super) fn pair_edges(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<[Option<EdgeLink>; 3]> {
-    let mut uses = Vec::with_capacity(3 * facets.len());
-    for (facet, corners) in facets.iter().enumerate() {
-        for side in 0..3 {
-            let (a, b) = (corners[side], corners[(side + 1) % 3]);
-            uses.push(Use { edge: (a.min(b), a.max(b)), facet: facet as u32, side: side as u8, forward: a < b });
-        }
+    // A word a side is sorted and not a `Use`: of a million facets that is the most that is held at once.
+    let mut sides: Vec<u64> = Vec::with_capacity(3 * facets.len());
+    for (facet, corners) in (0_u64..).zip(facets) {
+        let low = |side: usize| u64::from(corners[side].min(corners[(side + 1) % 3]));
+        sides.extend((0..3).map(|side| low(side) << 32 | (3 * facet + side as u64)));
     }
-    uses.sort_unstable_by_key(|one| (one.edge, one.facet, one.side));
+    sides.sort_unstable();
     let mut links = vec![[None; 3]; facets.len()];
-    for group in uses.chunk_by(|a, b| a.edge == b.edge) {
-        match group {
-            [a, b] => link(&mut links, a, b),
-            [_] => {}
-            many => around(vertices, facets, many).into_iter().for_each(|(a, b)| link(&mut links, &many[a], &many[b])),
+    let mut uses = Vec::new();
+    for from_one in sides.chunk_by(|a, b| a >> 32 == b >> 32) {
+        let low = (from_one[0] >> 32) as u32;
+        uses.clear();
+        uses.extend(from_one.iter().map(|&side| use_of(facets, low, side as u32)));
+        uses.sort_by_key(|one: &Use| one.high);
+        for group in uses.chunk_by(|a, b| a.high == b.high) {
+            match group {
+                [a, b] => link(&mut links, a, b),
+                [_] => {}
+                many => {
+                    let pairs = around(vertices, facets, low, many);
+                    pairs.into_iter().for_each(|(a, b)| link(&mut links, &many[a], &many[b]));
+                }
+            }
         }
     }
     links
+}
+
+/// The use of an edge from vertex `low` that is side `side % 3` of facet `side / 3`.
+fn use_of(facets: &[[u32; 3]], low: u32, side: u32) -> Use {
+    let (facet, side) = (side / 3, (side % 3) as usize);
+    let (a, b) = (facets[facet as usize][side], facets[facet as usize][(side + 1) % 3]);
+    Use { high: a.max(b), facet, side: side as u8, forward: a == low }
 }
 
 fn link(links: &mut [[Option<EdgeLink>; 3]], a: &Use, b: &Use) {
@@ -59,8 +75,8 @@ fn link(links: &mut [[Option<EdgeLink>; 3]], a: &Use, b: &Use) {
 ///
 /// Seen along the edge from its lower vertex, the material behind a facet that runs along with the edge begins at its
 /// own angle and goes backward to a facet that runs against it: the nearest such pair first. Leftovers stay open.
-fn around(vertices: &[Vec3], facets: &[[u32; 3]], uses: &[Use]) -> Vec<(usize, usize)> {
-    let (low, high) = uses[0].edge;
+fn around(vertices: &[Vec3], facets: &[[u32; 3]], low: u32, uses: &[Use]) -> Vec<(usize, usize)> {
+    let high = uses[0].high;
     let origin = vertices[low as usize];
     let along = (vertices[high as usize] - origin).normalize();
     let across = along.cross(&Vec3::ith(along.iamin(), 1.0)).normalize();

@@ -4,13 +4,11 @@
 //! vertex on the plane needs no case of its own. A crossing point belongs to its edge and is computed from the edge's
 //! ends in one order: the two facets at the edge get the same bits, and the loops of a closed mesh close exactly.
 
-use std::collections::HashMap;
-
 use rayon::prelude::*;
 
 use super::region::{Contour, FINE_UNITS, Point, Region, distance_mm, enclosed, units};
 use crate::geom::{Slot, Vec3};
-use crate::mesh::TriangleMesh;
+use crate::mesh::{TriangleMesh, first_of_equals};
 use crate::section::simplify::simplified;
 
 /// What one plane cuts out of a mesh.
@@ -33,16 +31,9 @@ struct Segment {
 
 /// One [`Cut`] for each of the ascending `planes` (z in mm).
 pub(super) fn cuts(mesh: &TriangleMesh<Slot>, planes: &[f64]) -> Vec<Cut> {
-    let ids = welded(mesh.vertices());
+    let ids = first_of_equals(mesh.vertices());
     let crossing = facets_by_plane(mesh, planes);
     planes.par_iter().zip(&crossing).map(|(&z, facets)| cut(mesh, &ids, facets, z)).collect()
-}
-
-/// For every vertex the first one with the same coordinates.
-fn welded(vertices: &[Vec3]) -> Vec<u32> {
-    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
-    let key = |v: &Vec3| [v.x, v.y, v.z].map(|c| (c + 0.0).to_bits());
-    (0..).zip(vertices).map(|(i, v)| *first.entry(key(v)).or_insert(i)).collect()
 }
 
 fn facets_by_plane(mesh: &TriangleMesh<Slot>, planes: &[f64]) -> Vec<Vec<u32>> {
