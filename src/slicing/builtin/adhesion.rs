@@ -4,14 +4,17 @@
 //! nozzle is full when the brim begins. A brim's innermost line touches the outer wall side by side; holes of the part stay free.
 
 use super::Line;
-use super::region::{Contour, Region, or, rounded, units};
+use super::region::{Contour, Region, enclosed, rounded, units};
 use crate::slicing::Adhesion;
 
 /// The closed lines around `outline`, in printing order.
 pub(super) fn rings(outline: &Region, line: &Line, adhesion: &Adhesion) -> Vec<Contour> {
-    let filled = outline.iter().map(|shape| vec![shape[..1].to_vec()]).reduce(|all, shape| or(&all, &shape));
-    let Some(filled) = filled else { return Vec::new() };
     let brim = brim_lines(line, adhesion.brim_mm);
+    if brim == 0 && adhesion.skirt_loops == 0 {
+        return Vec::new();
+    }
+    // All at once: one after the other takes the square of their number.
+    let filled = enclosed(&outline.iter().map(|shape| shape[0].clone()).collect::<Vec<_>>());
     let beyond_mm = if brim == 0 { 0.0 } else { line.width_mm + f64::from(brim - 1) * line.spacing_mm };
     let at = |from_mm: f64, k: u32| units(from_mm + line.width_mm / 2.0 + f64::from(k) * line.spacing_mm);
     let skirt = (0..adhesion.skirt_loops).rev().map(|k| (at(beyond_mm + adhesion.skirt_distance_mm, k), true));
@@ -32,7 +35,7 @@ fn brim_lines(line: &Line, brim_mm: f64) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::region::{Point, UNITS_PER_MM, enclosed, signed_area_mm2};
+    use super::super::region::{Point, UNITS_PER_MM, signed_area_mm2};
     use super::*;
 
     fn square(x0: f64, x1: f64) -> Contour {
