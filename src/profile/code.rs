@@ -2,11 +2,12 @@
 //! carried out is said when the profile is checked, not when everything has been sliced.
 
 use super::layers::{Origin, ProfileError};
+use super::prime::prime;
 use super::schema::{Commands, Profile};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
 use crate::motion::replay::{Controller, Step};
-use crate::trace;
+use crate::trace::{self, Move};
 
 /// Temperatures that stand for the placeholders.
 const NOZZLE_C: f64 = 210.0;
@@ -40,6 +41,10 @@ impl Profile {
             let place = origin.get(key).cloned().unwrap_or_default();
             self.lets_go(code).map_err(|(line, why)| ProfileError::Code { place, key: key.to_owned(), line, why })?;
         }
+        self.primes_safely().map_err(|(line, why)| {
+            let place = origin.get("dialect.start").cloned().unwrap_or_default();
+            ProfileError::Code { place, key: "dialect.start".to_owned(), line, why }
+        })?;
         let why = if !self.starts_hot() {
             format!(
                 "no line of it waits for the nozzle, so that a print would begin below min_extrude_c ({:.0} C); add M109 S{{nozzle_c}}",
@@ -194,6 +199,27 @@ impl Profile {
             }
         }
         Ok(())
+    }
+
+    /// The first prime line of the start code that may not be laid, and why.
+    fn primes_safely(&self) -> Result<(), (String, String)> {
+        let code = filled(&self.dialect.start);
+        let trace = trace::read(code.as_bytes(), &self.trace_setting());
+        let text = |line: u32| code.lines().nth(line as usize - 1).unwrap_or_default().trim().to_owned();
+        let mut laid = trace.moves().filter(Move::prints);
+        laid.try_for_each(|m| prime(&m, &trace, self).map(drop).map_err(|why| (text(m.line), why)))
+    }
+
+    /// How much filament must be pulled back behind the start code for the first print to begin as all others do, mm: nothing where it
+    /// has laid none.
+    pub(crate) fn pulls_after_start_mm(&self) -> f64 {
+        let code = filled(&self.dialect.start);
+        let trace = trace::read(code.as_bytes(), &self.trace_setting());
+        let mut over = None;
+        for m in trace.moves() {
+            over = if m.prints() { Some(0.0) } else { over.map(|over: f64| over + m.e) };
+        }
+        over.map_or(0.0, |over| (over + self.transition.retract_mm).max(0.0))
     }
 
     /// Whether filament may be pushed after the start code.

@@ -9,6 +9,7 @@ mod code;
 mod complete;
 mod import;
 mod layers;
+mod prime;
 mod process;
 mod ranges;
 mod schema;
@@ -17,6 +18,7 @@ pub use import::{
     Contradiction, Fact, File as ImportedFile, ImportError, Imported, Place, Rotary, Shelf, Stated, import,
 };
 pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shipped};
+pub use prime::{Prime, prime};
 pub use process::{InfillPattern, Seam, SliceSettings};
 pub use ranges::{OutOfRange, check_number};
 pub use schema::{

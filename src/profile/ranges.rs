@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 86] = [
+const RANGES: [(&str, RangeInclusive<f64>); 87] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.direction", -1.0..=1.0),
@@ -55,6 +55,7 @@ const RANGES: [(&str, RangeInclusive<f64>); 86] = [
     ("body.points_mm", -1e4..=1e4),
     ("transition.retract_mm", 0.0..=100.0),
     ("transition.retract_mm_per_s", 0.1..=2000.0),
+    ("transition.prime_mm", 0.0..=10.0),
     ("transition.clearance_mm", 0.0..=1000.0),
     ("transition.park_mm", -1e4..=1e4),
     ("transition.travel_mm_per_min", 1.0..=12e4),

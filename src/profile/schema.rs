@@ -280,6 +280,9 @@ pub struct Transition {
     pub retract_mm: f64,
     /// Speed of the pull.
     pub retract_mm_per_s: f64,
+    /// Filament pushed beyond that where a print goes on behind a turn.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub prime_mm: f64,
     /// Room over everything printed.
     pub clearance_mm: f64,
     /// Where the tip waits.
@@ -295,6 +298,12 @@ pub struct Transition {
     /// Lines behind it.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub after_turn: String,
+}
+
+/// For keys whose default leaves a profile, and its hash, as it was before there was such a key.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl Transition {

@@ -171,6 +171,11 @@ impl<'a> Writer<'a> {
         }
         self.custom_code(&profile.dialect.start, nozzle, bed);
         self.out.begin_counting();
+        // A prime line leaves the nozzle full; the first print begins as all do, with the filament pulled back.
+        let pull_mm = profile.pulls_after_start_mm();
+        if pull_mm > 0.0 {
+            self.out.filament(-pull_mm, profile.transition.retract_mm_per_s * 60.0, b"");
+        }
         // Up first, wherever homing has left X and Y.
         self.out.go_z(self.safe_height(), profile.transition.z_mm_per_min);
     }
@@ -260,6 +265,7 @@ impl<'a> Writer<'a> {
     fn enter(&mut self, chunk: &Chunk<'_>, lead: &Lead, obstacles: &Obstacles<'_>) {
         let transition = &self.job.profile.transition;
         self.retract();
+        let turned = self.above_all && !self.printed.is_empty();
         let sliced = chunk.entry.input.sliced;
         let Some(start) = lead.start else { return };
         let start = start + self.shift(chunk.entry);
@@ -288,7 +294,8 @@ impl<'a> Writer<'a> {
             self.pauses += lead.pauses.len();
         }
         self.out.go(start, 0.0, transition.z_mm_per_min, b"");
-        let prime = transition.retract_mm + lead.owed_mm.max(0.0);
+        let oozed = if turned { transition.prime_mm } else { 0.0 };
+        let prime = transition.retract_mm + lead.owed_mm.max(0.0) + oozed;
         self.out.filament(prime, transition.retract_mm_per_s * 60.0, b"");
         self.current = Some(print);
         self.out.lays_for(print);

@@ -3,8 +3,8 @@
 use super::prints::PrintedPart;
 use crate::geom::{Bounds, Vec3};
 use crate::motion::{LinearLimits, Pose};
-use crate::profile::Profile;
-use crate::trace::{Move, Trace};
+use crate::profile::{self, Profile};
+use crate::trace::{Move, Trace, Zone};
 
 /// Beyond an axis' end by more than this no machine is sent by mistake of a millimetre, mm.
 const ABSURD_MM: f64 = 200.0;
@@ -64,6 +64,7 @@ pub(super) enum Go {
 /// The trace, with what is needed to see it so.
 pub(super) struct Acts<'a> {
     pub(super) trace: &'a Trace,
+    profile: &'a Profile,
     limits: LinearLimits,
     /// Width and height that are taken where nothing is stated, and the most that a statement may claim.
     least: [f64; 2],
@@ -73,10 +74,11 @@ pub(super) struct Acts<'a> {
 }
 
 impl<'a> Acts<'a> {
-    pub(super) fn new(trace: &'a Trace, profile: &Profile, printed: &[Option<PrintedPart<'_>>]) -> Self {
+    pub(super) fn new(trace: &'a Trace, profile: &'a Profile, printed: &[Option<PrintedPart<'_>>]) -> Self {
         let (p, nozzle) = (&profile.process, profile.process.nozzle_mm);
         Self {
             trace,
+            profile,
             limits: profile.linear_limits(),
             least: [p.line_width_mm, p.layer_height_mm],
             // A nozzle lays no line wider than about twice its bore or higher than the bore.
@@ -129,6 +131,12 @@ impl<'a> Acts<'a> {
 
     /// Width and height of a line, mm, in doubt the greater.
     fn bead(&self, m: &Move, print: Option<u32>) -> [f64; 2] {
+        if m.prints()
+            && self.trace.state(m).zone == Zone::Start
+            && let Ok(prime) = profile::prime(m, self.trace, self.profile)
+        {
+            return [prime.width, prime.height];
+        }
         let layer = || {
             let heights = self.heights.get(print? as usize)?;
             let at = heights.partition_point(|[z, _]| *z < m.to[2].unwrap_or(0.0) - LAYER_MM);

@@ -29,6 +29,7 @@ mod layers;
 mod line;
 mod material;
 mod near;
+mod prime;
 mod prints;
 mod program;
 mod registration;
@@ -97,6 +98,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
     all.absorb(walked.findings);
     all.absorb(prints);
     adhesion::check(&trace, &printed, &mut all);
+    prime::check(&trace, job, &mut all);
     holding::check(&trace, job, &planned, &mut all);
     let (findings, counts) = all.finish();
     Report {

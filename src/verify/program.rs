@@ -89,7 +89,7 @@ impl<'a> Checker<'a> {
             limits: profile.linear_limits(),
             permitted: Permitted::by(&profile.dialect),
             firmware: profile.firmware(),
-            tally: Tally::new(planned.len()),
+            tally: Tally::new(planned.len(), profile.transition.prime_mm),
             findings: Findings::default(),
             line: 0,
             print: None,
@@ -338,6 +338,10 @@ impl<'a> Checker<'a> {
     /// What is wrong with the pose for the print.
     fn pose_fault(&self, state: &State) -> Option<(f64, String)> {
         let Some(plan) = self.print.map(|p| &self.planned[p]) else {
+            // A prime line of the start code: see `prime`.
+            if self.zone == Zone::Start {
+                return None;
+            }
             return Some((0.0, "filament is laid before any print is marked".to_owned()));
         };
         let pose = state.pose()?;

@@ -27,6 +27,9 @@ pub(super) struct Tally {
     /// Filament pushed while not printing, less what was pulled, since printing last went on, mm.
     balance: f64,
     firmware_pulled: bool,
+    /// What is pushed beyond what was pulled where a print goes on behind a turn, mm; and whether the table has turned since.
+    prime: f64,
+    turned: bool,
     /// Whether filament moved since printing last went on.
     disturbed: bool,
     /// The print that last laid filament.
@@ -37,11 +40,14 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    pub(super) fn new(prints: usize) -> Self {
+    /// Of that many prints, on a machine that pushes `prime` mm behind a turn.
+    pub(super) fn new(prints: usize, prime: f64) -> Self {
         Self {
             prints: vec![Laid::default(); prints],
             balance: 0.0,
             firmware_pulled: false,
+            prime,
+            turned: false,
             disturbed: false,
             printing: None,
             filament: 0.0,
@@ -82,6 +88,7 @@ impl Tally {
 
     /// The table turns: what hangs in the nozzle must have been pulled back, `usual` mm as the profile has it.
     pub(super) fn turn(&mut self, usual: f64, at: FindingPlace, findings: &mut Findings) {
+        self.turned = true;
         let least = usual * LEAST_PULLED;
         let pulled = -self.balance;
         if self.started && !self.firmware_pulled && pulled < least {
@@ -119,8 +126,12 @@ impl Tally {
     fn settle(&mut self, at: FindingPlace, findings: &mut Findings) {
         // Before the first print, filament may be purged.
         let purge = !self.started && self.balance > 0.0;
-        if self.balance.abs() > RETRACT_SLACK_MM && !purge {
-            let (balance, word) = (self.balance, if self.balance < 0.0 { "missing" } else { "too much" });
+        // The first print begins with a nozzle that has not waited for any other.
+        let turned = std::mem::take(&mut self.turned) && self.printing.is_some();
+        let prime = if turned { self.prime } else { 0.0 };
+        let off = self.balance - prime;
+        if off.abs() > RETRACT_SLACK_MM && !purge {
+            let (balance, word) = (off, if off < 0.0 { "missing" } else { "too much" });
             findings.add(Rule::Retract, at, [balance.abs(), RETRACT_SLACK_MM], || {
                 format!(
                     "printing starts with {:.3} mm of filament {word}; at most {RETRACT_SLACK_MM} mm",

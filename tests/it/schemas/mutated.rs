@@ -75,7 +75,7 @@ fn is_optional(at: &str) -> bool {
         "value",
         "value_upper_bound",
     ];
-    const IN_PROFILES: [&str; 15] = [
+    const IN_PROFILES: [&str; 16] = [
         "min_deg",
         "max_deg",
         "size_mm",
@@ -85,6 +85,7 @@ fn is_optional(at: &str) -> bool {
         "min_mm",
         "max_mm",
         "park_mm",
+        "prime_mm",
         "before_turn",
         "after_turn",
         "joint",
