@@ -112,7 +112,7 @@ pub fn no_plan(no: &NoPlan) -> String {
     let Some(remedies) = &no.remedies else { return out };
     if remedies.is_empty() {
         out.push_str(
-            "none of the remedies that were tried helps: tolerance, bridges, tilt, height, head, nozzle, pedestal, margin, support, base\n",
+            "none of the remedies that were tried helps: tolerance, bridges, tilt, height, head, nozzle, pedestal, margin, support, base, join\n",
         );
     } else {
         out.push_str("remedies, each by itself, all but cuts checked by planning:\n");

@@ -1,13 +1,15 @@
 //! Solids that have no plan as they are: cut by planes, and the parts planned; or printed on supports. The model itself is never changed: the
 //! parts are a model of their own, for whoever asked to write beside the output.
 
-use super::arrange::{Models, SetUp, arranged};
+use super::arrange::{Arrangement, Models, SetUp, arranged};
 use super::plan::{planned, planned_along};
 use super::solids::{CutSolid, Known, Pieces, groups, in_parts};
 use super::supported::on_supports;
 use super::{
-    Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanRequest, PlanResult, Supporting, World, load_profile,
+    Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanRequest, PlanResult, Silent, Supporting, World,
+    load_profile,
 };
+use crate::planning::Remedy;
 use crate::spelling::counted;
 use crate::split::Split;
 
@@ -124,7 +126,7 @@ pub(super) fn planned_or_cut(
             }
         }
     }
-    tries.explained(why_not)
+    tries.explained(why_not, models)
 }
 
 /// The same models with ever more room between them, and how they are planned.
@@ -189,16 +191,37 @@ impl Tries<'_> {
     }
 
     /// The least room once more, with what would help; and why cutting and supports do not.
-    fn explained(mut self, [cut, held]: [Option<String>; 2]) -> Result<PlannedSomehow, Error> {
+    fn explained(mut self, [cut, held]: [Option<String>; 2], models: &Models<'_>) -> Result<PlannedSomehow, Error> {
         let SetUp { model, arranged, .. } = self.sets.swap_remove(0);
         match planned(model, self.machine.clone(), self.options, self.world) {
             Err(Error::NoPlan(mut no)) => {
                 (no.cut, no.held) = (cut, held);
+                let joined = no.remedies.is_some().then(|| joined(models, self.options, self.world)).flatten();
+                if let (Some(remedies), Some(joined)) = (&mut no.remedies, joined) {
+                    remedies.push(joined);
+                }
                 Err(Error::NoPlan(no))
             }
             done => Ok(PlannedSomehow { plan: done?.of_arranged(arranged), cut: None, held: None }),
         }
     }
+}
+
+/// Whether there is a plan where parts that touch are one solid, as it is or on supports.
+fn joined(models: &Models<'_>, options: &PlanOptions, world: &World<'_>) -> Option<Remedy> {
+    let world = &World { progress: &Silent, ..*world };
+    let how = Arrangement { join: true, ..models.how.clone() };
+    let set = arranged(&Models { how: &how, ..*models }, world).ok()?;
+    // Nothing was joined: what there is to say of it is said.
+    set.arranged.as_ref().filter(|_| !models.how.join)?;
+    let options = PlanOptions { remedies: false, plans: 1, ..options.clone() };
+    let whole = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
+    let again = Models { how: &how, ..*models };
+    let done = planned_or_cut(&again, set, (&options, &whole), world).ok()?;
+    let on = if done.held.is_some() { ", on supports" } else { "" };
+    let parts = done.plan.plan.model.model.parts.len();
+    let text = format!("join the parts that touch (--join): {} then has a plan{on}", counted(parts, "solid"));
+    Some(Remedy { kind: "join", amount: parts as f64, text })
 }
 
 /// The plan of `model` with its solids cut, the cuts and the parts' file; else why not.

@@ -20,9 +20,9 @@ use crate::profile::Profile;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
     /// `tolerate`, `bridge`, `overhang`, `margin`, `table-later`, `tilt`, `height`, `head-width`, `nozzle-length`, `pedestal`, `base`,
-    /// `split` or `support`.
+    /// `split`, `support` or `join`.
     pub kind: &'static str,
-    /// How much of it: mm², mm, deg, a share, or a part's number, by kind; 0 for a cut.
+    /// How much of it: mm², mm, deg, a share, a part's number, or how many solids, by kind; 0 for a cut.
     pub amount: f64,
     /// In words.
     pub text: String,

@@ -231,3 +231,39 @@ fn the_candelabrum_as_one_solid_is_cut_and_verified() {
         assert!(cuts <= 8 && parts <= 18 && left <= 0.45 * parts as f64, "{cut}");
     }
 }
+
+/// A roof over a foot, the two joined by a stem that no head gets into: as parts there is no plan, as one solid there is, on supports or
+/// without, and the answer says so; it is also what happens.
+#[test]
+fn parts_that_have_no_plan_and_one_as_one_solid_are_told_to_be_joined() {
+    let folder = new_folder();
+    let here = folder.path();
+    fs::copy(root().join("fixtures/caged.stl"), here.join("caged.stl")).unwrap();
+    let table = [
+        boxed([-8.0, -8.0, 0.0], [8.0, 8.0, 30.0]),
+        boxed([-30.0, -30.0, 30.0], [30.0, 30.0, 34.0]),
+        boxed([-30.0, -30.0, 34.0], [30.0, 30.0, 36.0]),
+    ];
+    written(here, "table.stl", &table);
+    // Tilted, the plates could be printed; this machine does not.
+    fs::write(
+        here.join("level.toml"),
+        "extends = \"generic-ac\"\n[machine]\nname = \"level\"\n[kinematics.tilt]\nmin_deg = -1.0\nmax_deg = 1.0\n",
+    )
+    .unwrap();
+    for (model, machine, on_supports) in [("caged.stl", "generic-ac", false), ("table.stl", "level.toml", true)] {
+        let run = run(here, &["plan", model, "-m", machine, "--supports", "auto", "--json"]);
+        let document: Value = serde_json::from_slice(&run.stdout).unwrap();
+        let remedies = document["remedies"].as_array().unwrap();
+        let join = remedies.iter().find(|r| r["kind"] == "join").unwrap_or_else(|| panic!("{model}: {document}"));
+        assert_eq!(join["amount"], 1.0, "{model}");
+        let text = join["text"].as_str().unwrap();
+        assert_eq!((text.contains("--join"), text.contains("on supports")), (true, on_supports), "{text}");
+        let done =
+            self::run(here, &["prepare", model, "-m", machine, "--slicer", "builtin", "--join", "-o", "out.gcode"]);
+        assert!(done.status.success(), "{model}: {}", crate::support::said(&done));
+    }
+    // Where it was asked for, it is not proposed.
+    let joined = run(here, &["plan", "caged.stl", "-m", "generic-ac", "--join", "--json"]);
+    assert!(!String::from_utf8_lossy(&joined.stdout).contains("\"join\""));
+}
