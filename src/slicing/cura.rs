@@ -121,6 +121,7 @@ fn forced(layer: &str, chosen: &Values, job: &SliceJob) -> Values {
         ("machine_gcode_flavor", "RepRap (Marlin/Sprinter)"),
         ("machine_firmware_retract", "false"),
         ("magic_spiralize", "false"),
+        ("adaptive_layer_height_enabled", "false"),
         ("layer_start_x", "0"),
         ("machine_height", "2000"),
     ]
@@ -186,6 +187,7 @@ pub(super) fn block(values: &Values) -> String {
         ("xy_size_compensation", "xy_offset"),
         ("temperature", "material_print_temperature"),
         ("bed_temperature", "material_bed_temperature"),
+        ("fuzzy_skin", "magic_fuzzy_skin_enabled"),
     ];
     let line = |(name, key): (&str, &str)| Some(format!("; {name} = {}\n", values.get(key)?));
     names.into_iter().filter_map(line).collect()

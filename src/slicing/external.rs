@@ -93,7 +93,7 @@ impl Ini {
 /// What is laid around a print, by a slicer that marks it.
 const AROUND: [&str; 2] = ["skirts", "brim_width"];
 /// Settings that are not the user's to make here, but for start and end code, which the profile has.
-const NOT_TAKEN: [&str; 11] = [
+const NOT_TAKEN: [&str; 13] = [
     "interior_brim_width",
     "brim_connections_width",
     "raft_layers",
@@ -105,6 +105,10 @@ const NOT_TAKEN: [&str; 11] = [
     "adhesion_type",
     "support_enable",
     "prime_tower_enable",
+    // CuraEngine 4.13 cuts layers of changing height at their tops and not in their middles: the part comes out smaller or larger by half
+    // a layer on every slope.
+    "adaptive_layer_height_enabled",
+    "magic_spiralize",
 ];
 
 /// What the user's configurations, the last of which counts, ask for of that, as `key = value`; `marks` where the slicer marks what it lays
@@ -176,6 +180,8 @@ mod tests {
         assert_eq!(not_taken(&texts, true), ["support_material = 1"]);
         let cura = "adhesion_type = none\nsupport_enable = true\n".to_owned();
         assert_eq!(not_taken(&[cura], false), ["support_enable = true"]);
+        let cura = "adaptive_layer_height_enabled = true\nmagic_spiralize = false\n".to_owned();
+        assert_eq!(not_taken(&[cura], false), ["adaptive_layer_height_enabled = true"]);
         assert_eq!(not_taken(&[], false), Vec::<String>::new());
     }
 

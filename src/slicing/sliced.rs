@@ -153,8 +153,8 @@ impl fmt::Display for Flaw {
             ),
             Self::Replaced(settings) => write!(
                 f,
-                "not as in --slicer-config: {}; each print is sliced without them, since it stands on others or on a table that turns \
-                 (supports: --supports auto; a skirt or brim: process.skirt_loops and process.brim_mm of the profile)",
+                "not as in --slicer-config: {}; each print is sliced without them, since it stands on others or on a table that turns, \
+                 and its layers are level and of one height (supports: --supports auto; a skirt or brim: process.skirt_loops and process.brim_mm of the profile)",
                 settings.join(", ")
             ),
         }

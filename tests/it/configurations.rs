@@ -79,6 +79,58 @@ fn what_is_not_taken_of_a_configuration_is_said() {
     }
 }
 
+/// CuraEngine's keys: what is verified, what is said of it, and what is refused for its true cause.
+const OF_CURA: [(&str, bool, &str); 12] = [
+    (
+        "adhesion_type = brim\nbrim_width = 4",
+        true,
+        "not as in --slicer-config: adhesion_type = brim, brim_width = 4; each print is sliced without them",
+    ),
+    ("adhesion_type = raft", true, "adhesion_type = raft; each print is sliced without them"),
+    (
+        "support_enable = true\nsupport_type = everywhere",
+        true,
+        "support_enable = true; each print is sliced without them, since it stands on others",
+    ),
+    ("prime_tower_enable = true", true, "prime_tower_enable = true; each print"),
+    ("magic_spiralize = true", true, "magic_spiralize = true; each print"),
+    ("adaptive_layer_height_enabled = true", true, "and its layers are level and of one height"),
+    ("magic_fuzzy_skin_enabled = true", false, "sliced with a fuzzy skin"),
+    ("ironing_enabled = true\ncoasting_enable = true\nwipe_enable = true", true, ""),
+    ("layer_height = 0.28\nrelative_extrusion = false", true, "sliced with layers of 0.28 mm"),
+    ("xy_offset = 0.1\nwall_0_inset = 0.05\nz_seam_type = random", true, ""),
+    ("retraction_hop_enabled = true\nretraction_hop = 0.4\ncool_lift_head = true\ncool_min_layer_time = 15", true, ""),
+    (
+        "infill_pattern = zigzag\nbridge_settings_enabled = true\nacceleration_enabled = true\njerk_enabled = true",
+        true,
+        "",
+    ),
+];
+
+#[test]
+fn what_cura_engine_is_asked_for_is_verified_or_said() {
+    if !crate::cura_engine::is_there() {
+        return;
+    }
+    let folder = folder();
+    let (config, output) = (folder.path().join("user.cfg"), folder.path().join("out.gcode"));
+    for (keys, clean, words) in OF_CURA {
+        std::fs::write(&config, format!("{keys}\n")).unwrap();
+        let mut command = trunnion();
+        command.args(["prepare", &fixture("two-boxes"), "-m", "generic-ac", "--slicer", "cura", "-o"]).arg(&output);
+        let run = command.arg("--slicer-config").arg(&config).output().unwrap();
+        let text = said(&run);
+        assert_eq!((run.status.success(), output.exists()), (clean, clean), "{keys}: {text}");
+        assert!(text.contains(words), "{keys}: {text}");
+        assert_eq!(
+            text.contains("not as in --slicer-config"),
+            words.contains("each print") || words.contains("one height"),
+            "{keys}: {text}"
+        );
+        let _ = std::fs::remove_file(&output);
+    }
+}
+
 fn stays_clean(model: &str, configurations: &[(&str, &str)]) {
     if !installed("prusa-slicer") {
         return skip("prusa-slicer is not installed: its configurations are not tried");
