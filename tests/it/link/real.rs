@@ -14,7 +14,7 @@ use crate::support::{Command, Numbers, folder, note, said, trunnion};
 const LIMIT: Duration = Duration::from_secs(90);
 
 /// A process that ends with its owner.
-pub(super) struct Running(pub(super) Child);
+pub(crate) struct Running(pub(crate) Child);
 
 impl Drop for Running {
     fn drop(&mut self) {
