@@ -183,6 +183,11 @@ impl Graph {
         self.nodes[node] & ALL_ARCS
     }
 
+    /// The bytes of a run of nodes: in the lowest bits what [`Graph::arc_bits`] says.
+    pub(super) fn node_bytes(&self, nodes: std::ops::Range<usize>) -> &[u8] {
+        &self.nodes[nodes]
+    }
+
     /// Whether a square is on a way from a red one to the ground.
     pub fn is_node(&self, square: usize) -> bool {
         self.nodes[square] & ALIVE != 0

@@ -9,7 +9,7 @@ use super::flow::{Flow, Limits};
 use super::graph::{ARCS, COSTS, Graph};
 use super::preflow::push_relabel;
 use super::residual::Residual;
-use super::ways::{Cheapest, Descent, FULL, Load, Ways};
+use super::ways::{Cheapest, Descent, FULL, Load, UNIT, Ways};
 use crate::geom::SplitMix64;
 
 /// How ways are drawn.
@@ -31,9 +31,6 @@ impl Default for Drawing {
     }
 }
 
-/// A cost of 1; an arc beside others costs an eighth less.
-const UNIT: u32 = 8;
-
 /// The price of one unit more where there are `n`, in arcs.
 fn g(n: u16) -> u32 {
     match n {
@@ -46,14 +43,14 @@ fn g(n: u16) -> u32 {
 /// Ways from every red square that share arcs, with the limits that they needed.
 pub fn shortest_paths(graph: &Graph, limits: Limits, how: &Drawing, at: &mut dyn FnMut(usize)) -> (Flow, Limits) {
     let (mut ways, mut load, mut cheapest) = (Ways::of(graph), Load::none(graph), Cheapest::none(graph));
-    cheapest.find(graph, &|_, _| COSTS.map(|cost| cost * UNIT));
+    cheapest.find(&load, &|node, at| prices(&load, node, at));
     (0..graph.red.len()).for_each(|way| draw(&mut ways, &mut load, &cheapest, way));
     let mut numbers = SplitMix64::seeded(how.seed);
     let count = ((graph.red.len() as f64 * how.share).ceil() as usize).min(graph.red.len());
     for round in 0..how.rounds {
         let chosen = chosen(&mut numbers, graph.red.len(), count);
         chosen.iter().for_each(|&way| _ = load.remove(graph.red[way], ways.arcs(way), &COSTS));
-        cheapest.find(graph, &|node, at| prices(&load, node, at));
+        cheapest.find(&load, &|node, at| prices(&load, node, at));
         chosen.iter().for_each(|&way| draw(&mut ways, &mut load, &cheapest, way));
         at(round + 1);
     }
@@ -73,9 +70,6 @@ fn chosen(numbers: &mut SplitMix64, of: usize, count: usize) -> Vec<usize> {
 
 fn prices(load: &Load<'_>, node: usize, at: [usize; 2]) -> [u32; ARCS] {
     let beside = u32::from(load.has_neighbour(node, at));
-    if load.through[node] == 0 {
-        return COSTS.map(|cost| cost * (UNIT - beside));
-    }
     let on = &load.flow.on[node];
     std::array::from_fn(|arc| g(on[arc]) * COSTS[arc] * (UNIT - beside))
 }
@@ -107,7 +101,7 @@ fn repaired(mut load: Load<'_>, ways: &Ways, limits: Limits) -> (Flow, Limits) {
         }
     }
     let mut cheapest = Cheapest::none(graph);
-    cheapest.find(graph, &|node, at| within(&load, &limits, node, at));
+    cheapest.find(&load, &|node, at| within(&load, &limits, node, at));
     let mut descent = Descent::of(graph);
     taken.retain(|&red| {
         match descent.find(&load, &limits, &cheapest, &|node, at| within(&load, &limits, node, at), red) {

@@ -5,10 +5,12 @@
 use rayon::prelude::*;
 
 use super::flow::{Flow, Limits};
-use super::graph::{ARCS, Graph};
+use super::graph::{ARCS, COSTS, Graph};
 
 /// The price of an arc that must not be used.
 pub(super) const FULL: u32 = 1 << 24;
+/// A cost of 1; an arc beside others costs an eighth less.
+pub(super) const UNIT: u32 = 8;
 
 /// A way from each red square, in the order of [`Graph::red`].
 #[derive(Clone, Debug)]
@@ -121,23 +123,95 @@ impl Cheapest {
         Self { cost: vec![0; graph.squares()], arc: vec![0; graph.squares()] }
     }
 
-    /// One pass from the ground up (the graph has no circles); `prices` are those of a node's arcs, of which the first of equals is
+    /// One pass from the ground up (the graph has no circles). Where a way goes through a node, `prices` are those of its arcs; where
+    /// none does, each costs [`UNIT`] times its own cost, or one less beside a node that carries something. Of equals the first is
     /// taken.
-    pub(super) fn find(&mut self, graph: &Graph, prices: &(impl Fn(usize, [usize; 2]) -> [u32; ARCS] + Sync)) {
-        let (level, nx) = (graph.grid.level(), graph.grid.size[0]);
-        for z in 1..graph.grid.size[2] {
+    pub(super) fn find(&mut self, load: &Load<'_>, prices: &(impl Fn(usize, [usize; 2]) -> [u32; ARCS] + Sync)) {
+        let graph = load.graph;
+        let ([nx, ny, nz], level) = (graph.grid.size, graph.grid.level());
+        // Beyond the rim: nothing is carried there, and no arc leads there.
+        let beyond = (vec![0; nx], vec![0; nx]);
+        for z in 1..nz {
             let (below, here) = self.cost.split_at_mut(z * level);
             let below = &*below;
             let rows = here[..level].par_chunks_mut(nx).zip(self.arc[z * level..(z + 1) * level].par_chunks_mut(nx));
             rows.with_min_len(16).enumerate().for_each(|(y, (costs, arcs))| {
                 let first = z * level + y * nx;
-                for (x, (cost, arc)) in costs.iter_mut().zip(arcs).enumerate() {
+                let through = |dy: usize| match y + dy {
+                    0 => &beyond.0[..],
+                    row if row > ny => &beyond.0[..],
+                    row => &load.through[z * level + (row - 1) * nx..][..nx],
+                };
+                let under = |dy: usize| match y + dy {
+                    0 => &beyond.1[..],
+                    row if row > ny => &beyond.1[..],
+                    row => &below[(z - 1) * level + (row - 1) * nx..][..nx],
+                };
+                let row = Row {
+                    nodes: graph.node_bytes(first..first + nx),
+                    through: [through(0), through(1), through(2)],
+                    under: [under(0), under(1), under(2)],
+                };
+                row.unloaded(costs, arcs);
+                for x in 0..nx {
+                    if row.through[1][x] == 0 && x > 0 && x + 1 < nx {
+                        continue;
+                    }
                     let there = graph.arc_bits(first + x);
                     if there != 0 {
-                        (*cost, *arc) = cheapest([nx, level], first + x, there, below, &prices(first + x, [x, y]));
+                        let price = if row.through[1][x] > 0 {
+                            prices(first + x, [x, y])
+                        } else {
+                            let beside = u32::from(load.has_neighbour(first + x, [x, y]));
+                            COSTS.map(|cost| cost * (UNIT - beside))
+                        };
+                        (costs[x], arcs[x]) = cheapest([nx, level], first + x, there, below, &price);
                     }
                 }
             });
+        }
+    }
+}
+
+/// A row of cubes along x, with what is around: the rows before, at and behind it along y.
+struct Row<'a> {
+    /// The nodes' bytes.
+    nodes: &'a [u8],
+    /// Ways through the cubes of these rows.
+    through: [&'a [u16]; 3],
+    /// What it costs from the cubes below these rows to the ground.
+    under: [&'a [u32]; 3],
+}
+
+impl Row<'_> {
+    /// What the cubes cost, and the arcs that they begin with, as if no way went through any of them; all but the first and the last.
+    ///
+    /// Without a branch, so that several are worked on at once: a cost and its arc are one number, of which the least is taken.
+    fn unloaded(&self, costs: &mut [u32], arcs: &mut [u8]) {
+        let Some(inner) = costs.len().checked_sub(2) else { return };
+        let [before, own, behind] = self.through;
+        let (west, east, north, south) =
+            (&own[..inner], &own[2..][..inner], &before[1..][..inner], &behind[1..][..inner]);
+        let [above, middle, below] = self.under;
+        let heads = [
+            &middle[1..][..inner],
+            &middle[..inner],
+            &middle[2..][..inner],
+            &above[1..][..inner],
+            &below[1..][..inner],
+        ];
+        let (nodes, costs, arcs) = (&self.nodes[1..][..inner], &mut costs[1..][..inner], &mut arcs[1..][..inner]);
+        for x in 0..inner {
+            let unit = UNIT - u32::from((west[x] | east[x] | north[x] | south[x]) != 0);
+            let node = nodes[x];
+            let mut best = u32::MAX;
+            for arc in 0..ARCS {
+                let cost = (COSTS[arc] * unit + heads[arc][x]).min(FULL);
+                let there = node & (1 << arc) != 0;
+                best = best.min(if there { cost << 3 | arc as u32 } else { u32::MAX });
+            }
+            costs[x] = if best == u32::MAX { costs[x] } else { best >> 3 };
+            arcs[x] = if best == u32::MAX { arcs[x] } else { (best & 7) as u8 };
         }
     }
 }
