@@ -134,7 +134,8 @@ fn the_first_layers_on_an_earlier_part_are_pressed_slow_and_hot() {
 
 #[test]
 fn tilted_prints_and_prints_that_take_turns_stay_clean() {
-    for (model, slicer) in [("y-tree", "builtin"), ("y-tree", "prusa-slicer"), ("two-boxes", "slic3r")] {
+    let all = [("y-tree", "builtin"), ("candelabrum", "builtin"), ("y-tree", "prusa-slicer"), ("two-boxes", "slic3r")];
+    for (model, slicer) in all {
         if slicer != "builtin" && !installed(slicer) {
             skip(&format!("{slicer} is not installed: {model} is not tried"));
             continue;
