@@ -193,10 +193,12 @@ impl Tries<'_> {
     /// The least room once more, with what would help; and why cutting and supports do not.
     fn explained(mut self, [cut, held]: [Option<String>; 2], models: &Models<'_>) -> Result<PlannedSomehow, Error> {
         let SetUp { model, arranged, .. } = self.sets.swap_remove(0);
+        let touching = groups(&model.model).iter().any(|group| group.len() > 1);
         match planned(model, self.machine.clone(), self.options, self.world) {
             Err(Error::NoPlan(mut no)) => {
                 (no.cut, no.held) = (cut, held);
-                let joined = no.remedies.is_some().then(|| joined(models, self.options, self.world)).flatten();
+                let asked = no.remedies.is_some() && touching;
+                let joined = asked.then(|| joined(models, self.options, self.world)).flatten();
                 if let (Some(remedies), Some(joined)) = (&mut no.remedies, joined) {
                     remedies.push(joined);
                 }
@@ -212,13 +214,11 @@ fn joined(models: &Models<'_>, options: &PlanOptions, world: &World<'_>) -> Opti
     let world = &World { progress: &Silent, ..*world };
     let how = Arrangement { join: true, ..models.how.clone() };
     let set = arranged(&Models { how: &how, ..*models }, world).ok()?;
-    // Nothing was joined: what there is to say of it is said.
-    set.arranged.as_ref().filter(|_| !models.how.join)?;
     let options = PlanOptions { remedies: false, plans: 1, ..options.clone() };
     let whole = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
     let again = Models { how: &how, ..*models };
     let done = planned_or_cut(&again, set, (&options, &whole), world).ok()?;
-    let on = if done.held.is_some() { ", on supports" } else { "" };
+    let on = if done.held.is_some() { ", on supports (--supports auto)" } else { "" };
     let parts = done.plan.plan.model.model.parts.len();
     let text = format!("join the parts that touch (--join): {} then has a plan{on}", counted(parts, "solid"));
     Some(Remedy { kind: "join", amount: parts as f64, text })

@@ -6,6 +6,7 @@ use super::prime::prime;
 use super::schema::{Commands, Profile};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
+use crate::geom::Vec3;
 use crate::motion::replay::{Controller, Step};
 use crate::trace::{self, Move};
 
@@ -41,7 +42,7 @@ impl Profile {
             let place = origin.get(key).cloned().unwrap_or_default();
             self.lets_go(code).map_err(|(line, why)| ProfileError::Code { place, key: key.to_owned(), line, why })?;
         }
-        self.primes_safely().map_err(|(line, why)| {
+        self.starts_safely().map_err(|(line, why)| {
             let place = origin.get("dialect.start").cloned().unwrap_or_default();
             ProfileError::Code { place, key: "dialect.start".to_owned(), line, why }
         })?;
@@ -201,13 +202,27 @@ impl Profile {
         Ok(())
     }
 
-    /// The first prime line of the start code that may not be laid, and why.
-    fn primes_safely(&self) -> Result<(), (String, String)> {
+    /// The first move of the start code that `verify` would refuse in every file, and why: a turn below what the table may sweep, a
+    /// prime line that may not be laid.
+    fn starts_safely(&self) -> Result<(), (String, String)> {
         let code = filled(&self.dialect.start);
         let trace = trace::read(code.as_bytes(), &self.trace_setting());
+        let table = self.kinematics();
+        let reach = self.table_slab().iter().map(Vec3::norm).fold(0.0, f64::max);
+        let top = table.pivot.z + table.offset.norm() + reach;
+        let wrong = |m: &Move| {
+            let low = m.from[2].is_none_or(|z| z <= top);
+            if trace.turns(m) && trace.state_before(m).pose().is_none() && low {
+                let at = m.from[2].map_or("an unknown height".to_owned(), |z| format!("Z {z}"));
+                return Some(format!(
+                    "the table turns from an unknown angle with the tip at {at}, and may sweep up to Z {top:.1}; go above that before it"
+                ));
+            }
+            m.prints().then(|| prime(m, &trace, self).err()).flatten()
+        };
         let text = |line: u32| code.lines().nth(line as usize - 1).unwrap_or_default().trim().to_owned();
-        let mut laid = trace.moves().filter(Move::prints);
-        laid.try_for_each(|m| prime(&m, &trace, self).map(drop).map_err(|why| (text(m.line), why)))
+        let first = trace.moves().find_map(|m| Some((text(m.line), wrong(&m)?)));
+        first.map_or(Ok(()), Err)
     }
 
     /// How much filament must be pulled back behind the start code for the first print to begin as all others do, mm: nothing where it

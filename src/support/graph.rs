@@ -23,7 +23,7 @@ pub const ARCS: usize = 5;
 pub const COSTS: [u32; ARCS] = [1, 2, 2, 2, 2];
 
 /// The arcs of a node's byte.
-const ALL_ARCS: u8 = 0b1_1111;
+pub(super) const ALL_ARCS: u8 = 0b1_1111;
 /// The node is on a way from a red square to the ground.
 const ALIVE: u8 = 1 << 5;
 /// The node is a red square.

@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::flow::{Flow, Limits};
-use super::graph::{ARCS, COSTS, Graph};
+use super::graph::{ALL_ARCS, ARCS, COSTS, Graph};
 
 /// The price of an arc that must not be used.
 pub(super) const FULL: u32 = 1 << 24;
@@ -116,11 +116,20 @@ impl<'a> Load<'a> {
 pub(super) struct Cheapest {
     pub(super) cost: Vec<u32>,
     pub(super) arc: Vec<u8>,
+    /// By row along x, from the ground up: the first cube from which an arc leads down, and the one behind the last.
+    spans: Vec<[u32; 2]>,
 }
 
 impl Cheapest {
     pub(super) fn none(graph: &Graph) -> Self {
-        Self { cost: vec![0; graph.squares()], arc: vec![0; graph.squares()] }
+        let squares = graph.squares();
+        let span = |row: &[u8]| {
+            let leads = |node: &u8| node & ALL_ARCS != 0;
+            let first = row.iter().position(leads).unwrap_or(0);
+            [first as u32, row.iter().rposition(leads).map_or(first, |last| last + 1) as u32]
+        };
+        let spans = graph.node_bytes(0..squares).par_chunks(graph.grid.size[0]).map(span).collect();
+        Self { cost: vec![0; squares], arc: vec![0; squares], spans }
     }
 
     /// One pass from the ground up (the graph has no circles). Where a way goes through a node, `prices` are those of its arcs; where
@@ -137,6 +146,10 @@ impl Cheapest {
             let rows = here[..level].par_chunks_mut(nx).zip(self.arc[z * level..(z + 1) * level].par_chunks_mut(nx));
             rows.with_min_len(16).enumerate().for_each(|(y, (costs, arcs))| {
                 let first = z * level + y * nx;
+                let [low, high] = self.spans[z * ny + y].map(|x| x as usize);
+                if low == high {
+                    return;
+                }
                 let through = |dy: usize| match y + dy {
                     0 => &beyond.0[..],
                     row if row > ny => &beyond.0[..],
@@ -152,8 +165,8 @@ impl Cheapest {
                     through: [through(0), through(1), through(2)],
                     under: [under(0), under(1), under(2)],
                 };
-                row.unloaded(costs, arcs);
-                for x in 0..nx {
+                row.unloaded([low.max(1), high.min(nx.saturating_sub(1))], costs, arcs);
+                for x in low..high {
                     if row.through[1][x] == 0 && x > 0 && x + 1 < nx {
                         continue;
                     }
@@ -184,23 +197,24 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// What the cubes cost, and the arcs that they begin with, as if no way went through any of them; all but the first and the last.
+    /// What the cubes from `low` to before `high` cost, and the arcs that they begin with, as if no way went through any of them; neither
+    /// may be at an end of the row.
     ///
     /// Without a branch, so that several are worked on at once: a cost and its arc are one number, of which the least is taken.
-    fn unloaded(&self, costs: &mut [u32], arcs: &mut [u8]) {
-        let Some(inner) = costs.len().checked_sub(2) else { return };
+    fn unloaded(&self, [low, high]: [usize; 2], costs: &mut [u32], arcs: &mut [u8]) {
+        let Some(inner) = high.checked_sub(low).filter(|count| *count > 0) else { return };
         let [before, own, behind] = self.through;
         let (west, east, north, south) =
-            (&own[..inner], &own[2..][..inner], &before[1..][..inner], &behind[1..][..inner]);
+            (&own[low - 1..][..inner], &own[low + 1..][..inner], &before[low..][..inner], &behind[low..][..inner]);
         let [above, middle, below] = self.under;
         let heads = [
-            &middle[1..][..inner],
-            &middle[..inner],
-            &middle[2..][..inner],
-            &above[1..][..inner],
-            &below[1..][..inner],
+            &middle[low..][..inner],
+            &middle[low - 1..][..inner],
+            &middle[low + 1..][..inner],
+            &above[low..][..inner],
+            &below[low..][..inner],
         ];
-        let (nodes, costs, arcs) = (&self.nodes[1..][..inner], &mut costs[1..][..inner], &mut arcs[1..][..inner]);
+        let (nodes, costs, arcs) = (&self.nodes[low..][..inner], &mut costs[low..][..inner], &mut arcs[low..][..inner]);
         for x in 0..inner {
             let unit = UNIT - u32::from((west[x] | east[x] | north[x] | south[x]) != 0);
             let node = nodes[x];

@@ -29,7 +29,7 @@ pub(super) fn check(trace: &Trace, job: &Job<'_>, findings: &mut Findings) {
     });
 }
 
-/// The first line of a print that comes too near to it: where, how near, and how near it may.
+/// The line of a print that comes nearest to it of those that come too near: how near, how near it may, and where in the file.
 fn touched<'a>(prime: &'a Prime, trace: &Trace, job: &Job<'_>) -> Option<(&'a Prime, [f64; 2], u32)> {
     let table = job.profile.kinematics();
     let (mut pose, mut back) = (None, None);

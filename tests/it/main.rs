@@ -29,6 +29,7 @@ mod linuxcnc;
 mod linuxcnc_print;
 mod loose;
 mod machines;
+mod memory;
 mod mutants;
 mod mutated_slices;
 mod oracle;

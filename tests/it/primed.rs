@@ -112,13 +112,22 @@ fn what_the_start_code_may_not_lay_is_said_before_anything_is_sliced() {
     assert_eq!(checked(&machine(-70.0, 0.3, 8.0)), "");
     for (text, words) in [
         (machine(-70.0, 0.3, 8.0).replace("G1 A0 C0 F1200\n", ""), "turn both axes of the table to 0"),
+        (
+            machine(-70.0, 0.3, 8.0).replace("G1 Z150 F900\n", ""),
+            "with the tip at an unknown height, and may sweep up to Z 100.",
+        ),
+        (
+            machine(-70.0, 0.3, 8.0).replace("G1 Z150 F900", "G1 Z99 F900"),
+            "with the tip at Z 99, and may sweep up to Z 100.",
+        ),
         (machine(-70.0, 0.3, 8.0).replace("G1 A0 C0", "G1 A5 C0"), "at a tilt of 5.000 deg; level the table"),
         (machine(-70.0, 0.6, 8.0), "0.60 mm above the table; 0.05..0.4 mm (process.nozzle_mm)"),
         (machine(-70.0, 0.3, 40.0), "push less, or go farther"),
         (machine(-99.0, 0.3, 8.0), "beyond the table"),
     ] {
         let said = checked(&text);
-        assert!(said.contains(words) && said.contains("dialect.start") && said.contains("G1 X50 E"), "{words}: {said}");
+        let line = if words.contains("sweep") { "G1 A0 C0 F1200" } else { "G1 X50 E" };
+        assert!(said.contains(words) && said.contains("dialect.start") && said.contains(line), "{words}: {said}");
     }
 }
 
