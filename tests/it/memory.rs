@@ -61,6 +61,6 @@ fn a_quarter_of_a_million_facets_are_sliced_in_some_fifty_megabytes() {
     let text = String::from_utf8_lossy(&run.stdout);
     let kilobytes: f64 = text.lines().last().unwrap().trim().parse().unwrap();
     note(&format!("slice of {facets} facets holds at most {:.0} MB", kilobytes / 1024.0));
-    // As much again for each of them as their STL has, and the program itself.
-    assert!(kilobytes * 1024.0 < 30e6 + 180.0 * facets as f64, "{kilobytes} KB for {facets} facets");
+    // For a million that is 220 MB; it was 251 with the whole text of the project in memory.
+    assert!(kilobytes * 1024.0 < 40e6 + 180.0 * facets as f64, "{kilobytes} KB for {facets} facets");
 }

@@ -95,7 +95,8 @@ fn any_journal_is_read_or_refused() {
 
 #[test]
 fn any_model_is_read_or_refused() {
-    survives("mesh", 50_000);
+    // An archive of thousands of bodies takes a second, and is no rarer than others: 50,000 took a quarter of an hour.
+    survives("mesh", 5000);
 }
 
 #[test]
