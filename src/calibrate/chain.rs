@@ -1,18 +1,18 @@
 //! The kinematic chain with all that a real machine has beyond it, and how each point moves with each unknown.
 //!
 //! ```text
-//! p_machine = pivot + R(u, A) * ( offset + W * Rz(C) * p_table )
+//! p_machine = pivot + R(u, A) * ( offset + E * R(r, C) * p_table )
 //!
-//! u   the tilt axis: its machine axis, leaning across (yaw) and up (pitch)
-//! W   a turn about the axis across the tilt axis: the rotation axis leans along the tilt axis
-//! the table's surface has the normal (x, y, 1) in the table's frame
+//! u   the tilt axis where both angles are zero: as the profile has it, leaning across (yaw) and up (pitch)
+//! r   the rotation axis there: as the profile has it, leaning along X and along Y
+//! E   a turn about the axis across the tilt axis: the surface, z = 0 of the table's frame, is not level there
 //! ```
 //!
-//! With yaw, pitch, lean and slopes zero this is [`TableKinematics::forward`]. A lean of the rotation axis across the tilt axis is a zero
-//! of the tilt, and a shift along the tilt axis is the pivot's alone: so no two unknowns say the same.
+//! With E = 1 this is [`TableKinematics::forward`], and a profile holds all of it. A surface that is not level across the tilt axis is a
+//! zero of the tilt, and a shift along the tilt axis is the pivot's alone: so no two unknowns say the same.
 
 use crate::geom::{Angle, Mat3, Vec3};
-use crate::motion::{Pose, TableKinematics, TiltAbout};
+use crate::motion::{AxisDirections, Pose, TableKinematics, TiltAbout};
 
 /// How many unknowns a machine has.
 pub const UNKNOWNS: usize = 12;
@@ -34,16 +34,16 @@ pub enum Unknown {
     TiltZero,
     /// What the rotation word is wrong by.
     RotationZero,
-    /// How far the tilt axis turns, about Z, from its machine axis.
+    /// How far the tilt axis turns, about Z, from where the profile has it.
     TiltYaw,
     /// How far it rises.
     TiltPitch,
-    /// How far the rotation axis leans along the tilt axis.
-    RotationLean,
-    /// How far the surface falls towards the table's +X.
-    SlopeX,
-    /// How far it falls towards the table's +Y.
-    SlopeY,
+    /// How far the rotation axis leans towards +X.
+    LeanX,
+    /// How far it leans towards +Y.
+    LeanY,
+    /// How far the surface falls along the tilt axis where both angles are zero.
+    Unlevel,
 }
 
 impl Unknown {
@@ -58,9 +58,9 @@ impl Unknown {
         Self::RotationZero,
         Self::TiltYaw,
         Self::TiltPitch,
-        Self::RotationLean,
-        Self::SlopeX,
-        Self::SlopeY,
+        Self::LeanX,
+        Self::LeanY,
+        Self::Unlevel,
     ];
 
     /// Whether it is an angle, radians; else a length, mm.
@@ -68,7 +68,7 @@ impl Unknown {
         self as usize >= Self::TiltZero as usize
     }
 
-    /// Whether a profile has no key for it.
+    /// Whether it is zero on a machine whose axes are where its profile has them.
     pub fn bends(self) -> bool {
         self as usize >= Self::TiltYaw as usize
     }
@@ -86,9 +86,9 @@ impl Unknown {
             Self::RotationZero => format!("zero of {rotation}"),
             Self::TiltYaw => format!("tilt axis {tilt}, turned from {along} towards {across}"),
             Self::TiltPitch => format!("tilt axis {tilt}, rising along {along}"),
-            Self::RotationLean => format!("rotation axis {rotation}, not square to {tilt}"),
-            Self::SlopeX => format!("surface, not square to {rotation}, along the table's X"),
-            Self::SlopeY => format!("surface, not square to {rotation}, along the table's Y"),
+            Self::LeanX => format!("rotation axis {rotation}, leaning towards X"),
+            Self::LeanY => format!("rotation axis {rotation}, leaning towards Y"),
+            Self::Unlevel => format!("surface, falling along {along} at {tilt}0 {rotation}0"),
         }
     }
 
@@ -130,9 +130,27 @@ impl Chain {
         self.by[unknown as usize]
     }
 
-    /// The chain that a profile can hold: pivot, offset and zeros as measured, all axes square.
-    pub fn square(&self) -> TableKinematics {
+    /// Where its axes point where both angles are zero.
+    pub fn directions(&self) -> AxisDirections {
+        let AxisDirections { tilt, rotation } = self.nominal.directions();
+        AxisDirections { tilt: self.raw_tilt(tilt).normalize(), rotation: self.raw_rotation(rotation).normalize() }
+    }
+
+    fn raw_tilt(&self, profile: Vec3) -> Vec3 {
+        profile + self.across() * self.of(Unknown::TiltYaw) + Vec3::z() * self.of(Unknown::TiltPitch)
+    }
+
+    fn raw_rotation(&self, profile: Vec3) -> Vec3 {
+        profile + Vec3::new(self.of(Unknown::LeanX), self.of(Unknown::LeanY), 0.0)
+    }
+
+    /// What a profile can hold of it: all but a surface that is not level.
+    pub fn table(&self) -> TableKinematics {
         let mut table = self.nominal.clone();
+        let bends = [Unknown::TiltYaw, Unknown::TiltPitch, Unknown::LeanX, Unknown::LeanY];
+        if bends.into_iter().any(|unknown| self.of(unknown) != 0.0) {
+            table.misaligned = Some(self.directions());
+        }
         table.pivot = self.pivot();
         table.offset = self.offset();
         table.tilt.zero = table.tilt.zero - Angle::from_rad(self.of(Unknown::TiltZero)) * table.tilt.direction;
@@ -149,33 +167,47 @@ impl Chain {
         self.nominal.offset + self.across() * self.of(Unknown::OffsetAcross) + Vec3::z() * self.of(Unknown::OffsetZ)
     }
 
-    /// The normal of the table's surface, table frame.
-    pub fn normal(&self) -> Vec3 {
-        Vec3::new(self.of(Unknown::SlopeX), self.of(Unknown::SlopeY), 1.0).normalize()
-    }
-
-    /// The surface's height over the table's origin at `x`, `y` of the table's frame.
-    pub fn surface(&self, x: f64, y: f64) -> f64 {
-        -self.of(Unknown::SlopeX) * x - self.of(Unknown::SlopeY) * y
+    /// About which the surface falls along the tilt axis.
+    fn fall_about(&self) -> Vec3 {
+        Vec3::z().cross(&self.along())
     }
 
     /// The machine while its words are `tilt` and `rotation`.
     pub fn at(&self, tilt: Angle, rotation: Angle) -> Placed<'_> {
         let pose = Pose { tilt: self.nominal.tilt.angle_of(tilt), rotation: self.nominal.rotation.angle_of(rotation) };
-        let lean_about = self.across();
-        let [yaw, pitch] = [Unknown::TiltYaw, Unknown::TiltPitch].map(|of| self.of(of));
-        let raw = self.along() + self.across() * yaw + Vec3::z() * pitch;
-        let axis = raw.normalize();
-        let tilt = pose.tilt.rad() + self.of(Unknown::TiltZero);
-        Placed {
-            chain: self,
-            axis,
-            axis_length: raw.norm(),
-            tilt,
-            tilted: turn(&axis, tilt),
-            leaned: turn(&lean_about, self.of(Unknown::RotationLean)),
-            turned: turn(&Vec3::z(), pose.rotation.rad() + self.of(Unknown::RotationZero)),
-        }
+        let AxisDirections { tilt: u, rotation: r } = self.nominal.directions();
+        let tilt = Turn::about(self.raw_tilt(u), pose.tilt.rad() + self.of(Unknown::TiltZero));
+        let rotation = Turn::about(self.raw_rotation(r), pose.rotation.rad() + self.of(Unknown::RotationZero));
+        let fallen = turn(&self.fall_about(), self.of(Unknown::Unlevel));
+        Placed { chain: self, tilt, fallen, rotation }
+    }
+}
+
+/// A turn about an axis that is not known.
+struct Turn {
+    axis: Vec3,
+    /// Of the axis before it was made a unit vector.
+    length: f64,
+    angle: f64,
+    matrix: Mat3,
+}
+
+impl Turn {
+    fn about(raw: Vec3, angle: f64) -> Self {
+        let (axis, length) = (raw.normalize(), raw.norm());
+        Self { axis, length, angle, matrix: turn(&axis, angle) }
+    }
+
+    /// How what was `arm` moves with the angle.
+    fn by_angle(&self, arm: &Vec3) -> Vec3 {
+        self.axis.cross(&(self.matrix * arm))
+    }
+
+    /// The same with the axis leaning towards `e`.
+    fn by_lean(&self, arm: &Vec3, e: &Vec3) -> Vec3 {
+        let ((s, c), u) = (self.angle.sin_cos(), &self.axis);
+        let du = (e - u * u.dot(e)) / self.length;
+        du.cross(arm) * s + (du * u.dot(arm) + u * du.dot(arm)) * (1.0 - c)
     }
 }
 
@@ -189,66 +221,59 @@ fn turn(u: &Vec3, angle: f64) -> Mat3 {
 /// A machine at one pose.
 pub struct Placed<'a> {
     chain: &'a Chain,
-    axis: Vec3,
-    axis_length: f64,
-    tilt: f64,
-    tilted: Mat3,
-    leaned: Mat3,
-    turned: Mat3,
+    tilt: Turn,
+    fallen: Mat3,
+    rotation: Turn,
 }
 
 impl Placed<'_> {
     /// Where a point of the table's frame comes.
     pub fn point(&self, q: &Vec3) -> Vec3 {
-        self.chain.pivot() + self.tilted * (self.chain.offset() + self.leaned * (self.turned * q))
+        self.chain.pivot() + self.tilt.matrix * (self.chain.offset() + self.inside(q))
     }
 
     /// Where a direction of the table's frame points.
     pub fn direction(&self, d: &Vec3) -> Vec3 {
-        self.tilted * (self.leaned * (self.turned * d))
+        self.tilt.matrix * self.inside(d)
+    }
+
+    /// Before the tilt.
+    fn inside(&self, d: &Vec3) -> Vec3 {
+        self.fallen * (self.rotation.matrix * d)
     }
 
     /// The point of the table's frame that is at `p`.
     pub fn on_table(&self, p: &Vec3) -> Vec3 {
-        let inside = self.tilted.transpose() * (p - self.chain.pivot()) - self.chain.offset();
-        self.turned.transpose() * (self.leaned.transpose() * inside)
+        let inside = self.tilt.matrix.transpose() * (p - self.chain.pivot()) - self.chain.offset();
+        self.rotation.matrix.transpose() * (self.fallen.transpose() * inside)
     }
 
-    /// How the point `q` of the table's frame moves with each unknown; the surface's slopes do not move it.
+    /// How the point `q` of the table's frame moves with each unknown.
     pub fn point_slopes(&self, q: &Vec3) -> [Vec3; UNKNOWNS] {
-        let inside = self.leaned * (self.turned * q);
-        let mut slopes = self.turning(&(self.chain.offset() + inside), &inside, &(self.turned * q));
+        let mut slopes = self.turning(&(self.chain.offset() + self.inside(q)), q);
         slopes[..3].copy_from_slice(&[Vec3::x(), Vec3::y(), Vec3::z()]);
-        slopes[Unknown::OffsetAcross as usize] = self.tilted * self.chain.across();
-        slopes[Unknown::OffsetZ as usize] = self.tilted * Vec3::z();
+        slopes[Unknown::OffsetAcross as usize] = self.tilt.matrix * self.chain.across();
+        slopes[Unknown::OffsetZ as usize] = self.tilt.matrix * Vec3::z();
         slopes
     }
 
     /// The surface's normal and how it moves with each unknown.
     pub fn normal_slopes(&self) -> (Vec3, [Vec3; UNKNOWNS]) {
-        let m = self.chain.normal();
-        let inside = self.leaned * (self.turned * m);
-        let mut slopes = self.turning(&inside, &inside, &(self.turned * m));
-        // The normal's third component before it was made a unit.
-        let length = 1.0 / m.z;
-        for (unknown, e) in [(Unknown::SlopeX, Vec3::x()), (Unknown::SlopeY, Vec3::y())] {
-            slopes[unknown as usize] = self.direction(&((e - m * m.dot(&e)) / length));
-        }
-        (self.tilted * inside, slopes)
+        let inside = self.inside(&Vec3::z());
+        (self.tilt.matrix * inside, self.turning(&inside, &Vec3::z()))
     }
 
-    /// What the unknown turns do: to `arm` the tilt axis, to `leaned` the rotation axis's lean, to `turned` the rotation.
-    fn turning(&self, arm: &Vec3, leaned: &Vec3, turned: &Vec3) -> [Vec3; UNKNOWNS] {
+    /// What the unknown turns do: to `arm` the tilt's, to `q` of the table's frame the others.
+    fn turning(&self, arm: &Vec3, q: &Vec3) -> [Vec3; UNKNOWNS] {
         let mut slopes = [Vec3::zeros(); UNKNOWNS];
-        slopes[Unknown::TiltZero as usize] = self.axis.cross(&(self.tilted * arm));
-        slopes[Unknown::RotationZero as usize] = self.tilted * (self.leaned * Vec3::z().cross(turned));
-        slopes[Unknown::RotationLean as usize] = self.tilted * self.chain.across().cross(leaned);
-        let (s, c) = self.tilt.sin_cos();
-        for (unknown, e) in [(Unknown::TiltYaw, self.chain.across()), (Unknown::TiltPitch, Vec3::z())] {
-            let u = &self.axis;
-            let du = (e - u * u.dot(&e)) / self.axis_length;
-            slopes[unknown as usize] = du.cross(arm) * s + (du * u.dot(arm) + u * du.dot(arm)) * (1.0 - c);
-        }
+        let (outer, fallen) = (self.tilt.matrix, self.fallen);
+        slopes[Unknown::TiltZero as usize] = self.tilt.by_angle(arm);
+        slopes[Unknown::TiltYaw as usize] = self.tilt.by_lean(arm, &self.chain.across());
+        slopes[Unknown::TiltPitch as usize] = self.tilt.by_lean(arm, &Vec3::z());
+        slopes[Unknown::Unlevel as usize] = outer * self.chain.fall_about().cross(&self.inside(q));
+        slopes[Unknown::RotationZero as usize] = outer * (fallen * self.rotation.by_angle(q));
+        slopes[Unknown::LeanX as usize] = outer * (fallen * self.rotation.by_lean(q, &Vec3::x()));
+        slopes[Unknown::LeanY as usize] = outer * (fallen * self.rotation.by_lean(q, &Vec3::y()));
         slopes
     }
 }
@@ -259,10 +284,13 @@ mod tests {
     use crate::geom::SplitMix64;
     use crate::profile::resolve;
 
+    /// Two with A, one with B, and one whose profile has axes that are not square.
     fn machines() -> Vec<TableKinematics> {
-        ["generic-ac", "fibr3d", "open5x-prusa"]
-            .map(|name| resolve("m.toml", &format!("extends = \"{name}\"")).unwrap().0.kinematics())
-            .to_vec()
+        let leaning =
+            "[kinematics.tilt]\nalong = [0.999, 0.03, -0.02]\n[kinematics.rotation]\nalong = [0.02, -0.03, 0.999]\n";
+        let named = ["generic-ac", "fibr3d", "open5x-prusa"].map(|name| format!("extends = \"{name}\""));
+        let all = named.iter().map(String::as_str).chain([leaning]);
+        all.map(|text| resolve("m.toml", text).unwrap().0.kinematics()).collect()
     }
 
     fn near(numbers: &mut SplitMix64, reach: f64) -> f64 {
@@ -274,18 +302,18 @@ mod tests {
     }
 
     #[test]
-    fn without_bends_it_is_the_chain_that_all_others_read() {
+    fn with_a_level_surface_it_is_the_chain_that_all_others_read() {
         let mut numbers = SplitMix64::seeded(1);
         for nominal in machines() {
             for _ in 0..50 {
                 let mut by = any(&mut numbers);
-                by[Unknown::TiltYaw as usize..].fill(0.0);
+                by[Unknown::Unlevel as usize] = 0.0;
                 let chain = Chain::new(nominal.clone(), by);
                 let [tilt, rotation] = [90.0, 360.0].map(|most| Angle::from_deg(near(&mut numbers, most)));
-                let square = chain.square();
-                let pose = Pose { tilt: square.tilt.angle_of(tilt), rotation: square.rotation.angle_of(rotation) };
+                let table = chain.table();
+                let pose = Pose { tilt: table.tilt.angle_of(tilt), rotation: table.rotation.angle_of(rotation) };
                 let q = Vec3::from_fn(|_, _| near(&mut numbers, 80.0));
-                let motion = square.forward(pose);
+                let motion = table.forward(pose);
                 let theirs = motion.rotation * q + motion.translation;
                 let ours = chain.at(tilt, rotation);
                 assert!((ours.point(&q) - theirs).norm() < 1e-10, "{:?} {theirs:?}", ours.point(&q));
@@ -306,7 +334,7 @@ mod tests {
                 let chain = Chain::new(nominal.clone(), by);
                 let placed = chain.at(tilt, rotation);
                 let (normal, normals) = placed.normal_slopes();
-                assert!((normal - placed.direction(&chain.normal())).norm() < 1e-12);
+                assert!((normal - placed.direction(&Vec3::z())).norm() < 1e-12);
                 let points = placed.point_slopes(&q);
                 for (i, unknown) in Unknown::ALL.into_iter().enumerate() {
                     let moved = |way: f64| {
@@ -314,7 +342,7 @@ mod tests {
                         by[i] += way * STEP;
                         let chain = Chain::new(nominal.clone(), by);
                         let placed = chain.at(tilt, rotation);
-                        (placed.point(&q), placed.direction(&chain.normal()))
+                        (placed.point(&q), placed.direction(&Vec3::z()))
                     };
                     let (up, down) = (moved(1.0), moved(-1.0));
                     let point = (up.0 - down.0) / (2.0 * STEP);

@@ -99,6 +99,8 @@ impl Clear {
     /// Whether the head, its tip at the height `z`, is above the level table wherever it is.
     pub fn passes_anywhere(&self, z: f64) -> bool {
         let top = self.slab_at(Pose::LEVEL).iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
+        // A rotation axis that leans takes the surface out of level by up to twice that.
+        let top = top + self.reach * (2.0 * self.table.directions().rotation.angle(&Vec3::z())).sin();
         let tip = Vec3::new(0.0, 0.0, z);
         self.head.iter().all(|piece| moved(piece, &tip).iter().all(|p| p.z > top + ROOM_MM))
     }

@@ -7,9 +7,9 @@ use crate::motion::TableKinematics;
 /// How to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOptions {
-    /// Take the axes as square: they are not looked for.
+    /// Take the axes as the profile has them, square where it says nothing: they are not looked for.
     pub square: bool,
-    /// The most that a chain with square axes may be wrong by, mm.
+    /// From where on axes that are elsewhere are written, and a surface that is not level is refused: what a point is off by, mm.
     pub tolerance_mm: f64,
 }
 
@@ -58,12 +58,12 @@ pub struct Outlier {
     pub off_mm: f64,
 }
 
-/// How far the machine is from one with square axes.
+/// How far the machine is from one whose axes are where its profile has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bend {
-    /// The most that a point on or over the table is elsewhere than the chain with square axes says, mm.
+    /// The most that a point on or over the table is elsewhere than the best machine with those axes says, mm.
     pub mm: f64,
-    /// The same of the surface's rim alone, from its slopes.
+    /// How far the surface's rim is from level where both angles are zero, mm.
     pub surface_mm: f64,
 }
 
@@ -79,14 +79,7 @@ pub enum Refusal {
         /// As the file says, mm.
         noise_mm: f64,
     },
-    /// Axes that are not square.
-    Bent {
-        /// As found, mm.
-        mm: f64,
-        /// What is allowed, mm.
-        allowed_mm: f64,
-    },
-    /// A table that is not square to its own axis.
+    /// A surface that is not level where both angles are zero.
     Sloped {
         /// As found, mm.
         mm: f64,
@@ -100,9 +93,11 @@ pub enum Refusal {
 pub struct Fit {
     /// The machine with all that was looked for.
     pub chain: Chain,
-    /// The best machine with square axes: what a profile can hold.
+    /// What is written: the best machine whose axes are where the profile has them, or the one with axes as measured.
     pub table: TableKinematics,
-    /// What was looked for: first what a profile holds (as fitted with square axes), then the bends.
+    /// Whether it has axes as measured, since without them it is off by more than is allowed.
+    pub misaligned: bool,
+    /// What was looked for: first pivot, offset and zeros as they are written, then the axes' directions and the surface.
     pub estimates: Vec<Estimate>,
     /// What is left of each touch that counted.
     pub deviations: Vec<Deviation>,
@@ -114,7 +109,7 @@ pub struct Fit {
     pub rms_mm: f64,
     /// Numbers more than unknowns.
     pub freedom: usize,
-    /// How far from square; `None` where that was not looked for.
+    /// How far the axes are from where the profile has them; `None` where that was not looked for.
     pub bend: Option<Bend>,
     /// Why it must not be written; empty where it may.
     pub refusals: Vec<Refusal>,

@@ -116,15 +116,13 @@ impl<'a> Reachable<'a> {
         let [tilt, rotation] = words_deg.map(Angle::from_deg);
         let placed = chain.at(tilt, rotation);
         let tip = &self.problem.touches.tip;
-        let normal = placed.direction(&chain.normal());
+        let normal = placed.direction(&Vec3::z());
         let gap = tip.paper_mm
             + match tip.shape {
                 TipShape::Flat => tip.radius_mm * normal.x.hypot(normal.y),
                 TipShape::Ball => tip.radius_mm * (1.0 - normal.z),
             };
-        let over = |x: f64, y: f64, height: f64| {
-            placed.point(&Vec3::new(x, y, chain.surface(x, y) + height)) + Vec3::z() * (gap / normal.z)
-        };
+        let over = |x: f64, y: f64, height: f64| placed.point(&Vec3::new(x, y, height)) + Vec3::z() * (gap / normal.z);
         let mut all: Vec<(Of, Vec3)> = self.spots.iter().map(|&[x, y]| (Of::Table, over(x, y, 0.0))).collect();
         let mut rest = self.state[UNKNOWNS..].iter();
         let mut next = || rest.next().copied().unwrap_or_default();
@@ -229,7 +227,7 @@ fn greedy(
 
 /// At most `most` touches with `tip` that leave no length a larger standard error than `aim_mm`, and no angle more than that at what stands as high at the table's
 /// rim as that is from its middle; axes that
-/// are not square are looked for unless `square`. The marks are drawn on the table, roughly where the result says.
+/// are not where the profile has them are looked for unless `square`. The marks are drawn on the table, roughly where the result says.
 ///
 /// Fewer, and `enough` false, where no further touch helps or there would be too many.
 pub fn choose(profile: &Profile, tip: &Tip, aim_mm: f64, most: usize, square: bool) -> Choice {

@@ -1,4 +1,4 @@
-//! A settled state in words and numbers: errors, deviations, how far the machine is from square, and what stands against writing it.
+//! A settled state in words and numbers: errors, deviations, how far the axes are from the profile's, and what stands against writing it.
 
 use super::chain::{Chain, UNKNOWNS, Unknown};
 use super::found::{Bend, Deviation, Estimate, Fit, FitOptions, Outlier, Refusal};
@@ -28,14 +28,20 @@ pub(super) struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// The result of the state with all unknowns, and of the one with square axes.
+    /// The result of the state with all unknowns, and of the one whose axes are the profile's.
     pub(super) fn of(self, state: &[f64], free: &[usize], square: &[f64], stiff: &[usize]) -> Fit {
         let touches = self.problem.touches;
         let chain = self.problem.chain(state);
-        let table = self.problem.chain(square).square();
-        let (mut estimates, ..) = self.estimates(square, stiff);
-        let (bent, rms_mm, freedom, deviations) = self.estimates(state, free);
-        estimates.extend(bent.into_iter().filter(|estimate| estimate.unknown.bends()));
+        let as_it_was = self.problem.chain(square).table();
+        let bend = (!self.options.square).then(|| bend(self.profile, &chain, &as_it_was));
+        let misaligned = bend.as_ref().is_some_and(|bend| bend.mm > self.options.tolerance_mm);
+        let table = if misaligned { chain.table() } else { as_it_was };
+        let (mut estimates, rms_mm, freedom, deviations) = self.estimates(state, free);
+        if !misaligned {
+            let (stiff, ..) = self.estimates(square, stiff);
+            estimates.retain(|estimate| estimate.unknown.bends());
+            estimates.splice(0..0, stiff);
+        }
         let outliers: Vec<Outlier> = self
             .left_out
             .iter()
@@ -44,10 +50,9 @@ impl Report<'_> {
                 Outlier { number: touch.number, line: touch.line, off_mm }
             })
             .collect();
-        let bend = (!self.options.square).then(|| bend(self.profile, &chain, &table));
         let refusals = self.refusals(&outliers, rms_mm, freedom, bend.as_ref());
-        let places = self.places(state, &chain);
-        Fit { chain, table, estimates, deviations, outliers, places, rms_mm, freedom, bend, refusals }
+        let places = self.places(state);
+        Fit { chain, table, misaligned, estimates, deviations, outliers, places, rms_mm, freedom, bend, refusals }
     }
 
     /// The unknowns with their errors, the scatter, the freedom and the deviations of one state.
@@ -100,21 +105,19 @@ impl Report<'_> {
         }
         let allowed_mm = self.options.tolerance_mm;
         if let Some(bend) = bend {
-            // A machine of which the square chain is right may have a table that is only mounted askew.
-            all.extend((bend.mm > allowed_mm).then_some(Refusal::Bent { mm: bend.mm, allowed_mm }));
             let mm = bend.surface_mm;
             all.extend((mm > allowed_mm).then_some(Refusal::Sloped { mm, allowed_mm }));
         }
         all
     }
 
-    fn places(&self, state: &[f64], chain: &Chain) -> Vec<(String, [f64; 3])> {
+    fn places(&self, state: &[f64]) -> Vec<(String, [f64; 3])> {
         let mut rest = state[UNKNOWNS..].iter();
         let mut next = || rest.next().copied().unwrap_or_default();
         let mut place = |shape: Shape| match shape {
             Shape::Mark { height, known } => {
                 let [x, y] = known.unwrap_or_else(|| [next(), next()]);
-                [x, y, chain.surface(x, y) + height]
+                [x, y, height]
             }
             Shape::Ball { .. } => [next(), next(), next()],
         };
@@ -144,19 +147,22 @@ fn chi_square(freedom: usize) -> f64 {
     n * (1.0 - share + SCATTERED * share.sqrt()).powi(3)
 }
 
-/// The farthest that a point of the table, or as high above it as it is wide, is from where the square chain has it.
+/// The farthest that a point of the table, or as high above it as it is wide, is from where the machine with the profile's axes has it.
 fn bend(profile: &Profile, chain: &Chain, square: &TableKinematics) -> Bend {
+    let measured = chain.table();
     let rim: Vec<Vec3> = profile.table_slab().into_iter().filter(|p| p.z == 0.0).collect();
     let height = rim.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let points: Vec<Vec3> = rim.iter().flat_map(|p| [*p, p + Vec3::z() * height]).collect();
     let mut mm = 0.0_f64;
     for words_deg in poses::all_words(profile) {
         let [tilt, rotation] = words_deg.map(Angle::from_deg);
-        let pose = Pose { tilt: square.tilt.angle_of(tilt), rotation: square.rotation.angle_of(rotation) };
-        let (motion, placed) = (square.forward(pose), chain.at(tilt, rotation));
-        let off = |q: &Vec3| (motion.rotation * q + motion.translation - placed.point(q)).norm();
+        let at = |table: &TableKinematics| {
+            table.forward(Pose { tilt: table.tilt.angle_of(tilt), rotation: table.rotation.angle_of(rotation) })
+        };
+        let (theirs, ours) = (at(square), at(&measured));
+        let off = |q: &Vec3| (theirs.rotation * q + theirs.translation - ours.rotation * q - ours.translation).norm();
         mm = points.iter().map(off).fold(mm, f64::max);
     }
-    let surface_mm = rim.iter().map(|p| chain.surface(p.x, p.y).abs()).fold(0.0, f64::max);
+    let surface_mm = height * chain.by()[Unknown::Unlevel as usize].sin().abs();
     Bend { mm, surface_mm }
 }

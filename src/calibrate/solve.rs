@@ -78,7 +78,7 @@ impl<'a> Problem<'a> {
 
     fn rows_in(&self, touch: &Touch, state: &[f64], chain: &Chain) -> Vec<Row> {
         let placed = placed(chain, touch.words_deg);
-        let of = One { problem: self, touch, chain, placed, state };
+        let of = One { problem: self, touch, placed, state };
         match touch.of {
             Of::Table => vec![of.table()],
             Of::Feature(index) => match self.touches.features[index].shape {
@@ -104,7 +104,7 @@ impl<'a> Problem<'a> {
         let chain = self.chain(state);
         self.touches.touches.iter().enumerate().find_map(|(index, touch)| {
             let placed = placed(&chain, touch.words_deg);
-            let steep = placed.direction(&chain.normal()).z < STEEPEST;
+            let steep = placed.direction(&Vec3::z()).z < STEEPEST;
             let feature = match touch.of {
                 Of::Feature(index) => Some((index, self.touches.features[index].shape)),
                 Of::Table => None,
@@ -134,7 +134,6 @@ fn placed(chain: &Chain, words_deg: [f64; 2]) -> Placed<'_> {
 struct One<'a> {
     problem: &'a Problem<'a>,
     touch: &'a Touch,
-    chain: &'a Chain,
     placed: Placed<'a>,
     state: &'a [f64],
 }
@@ -175,20 +174,15 @@ impl One<'_> {
     fn mark(&self, index: usize, height: f64, known: Option<[f64; 2]>) -> Vec<Row> {
         let base = self.problem.bases[index];
         let [x, y] = known.unwrap_or_else(|| [self.state[base], self.state[base + 1]]);
-        let q = Vec3::new(x, y, self.chain.surface(x, y) + height);
+        let q = Vec3::new(x, y, height);
         let tip = &self.problem.touches.tip;
         let (normal, normals) = self.placed.normal_slopes();
         let (gap, gaps) = standoff(tip.shape, tip.radius_mm, &normal);
         let up = (gap + tip.paper_mm) / normal.z;
         let off = self.touch.at - self.placed.point(&q) - Vec3::z() * up;
-        let mut points = self.placed.point_slopes(&q);
-        // A mark on the surface goes down with it.
-        let down = self.placed.direction(&Vec3::z());
-        points[UNKNOWNS - 2] -= down * x;
-        points[UNKNOWNS - 1] -= down * y;
+        let points = self.placed.point_slopes(&q);
         let rise = |i: usize| (gaps.dot(&normals[i]) - up * normals[i].z) / normal.z;
-        let [slope_x, slope_y] = [self.chain.surface(1.0, 0.0), self.chain.surface(0.0, 1.0)];
-        let along = [Vec3::new(1.0, 0.0, slope_x), Vec3::new(0.0, 1.0, slope_y)].map(|d| self.placed.direction(&d));
+        let along = [Vec3::x(), Vec3::y()].map(|d| self.placed.direction(&d));
         (0..3)
             .map(|axis| {
                 let rising = |i: usize| if axis == 2 { rise(i) } else { 0.0 };

@@ -10,7 +10,7 @@ pub fn calibrated(done: &CalibrateResult) -> Value {
     let fit = &done.fit;
     let estimate = |e: &Estimate| {
         let unit = if e.unknown.is_angle() { "deg" } else { "mm" };
-        json!({"unknown": e.name, "differs": e.differs, "error_95": e.error, "unit": unit, "in_profile": !e.unknown.bends()})
+        json!({"unknown": e.name, "differs": e.differs, "error_95": e.error, "unit": unit, "in_profile": done.is_written(e.unknown)})
     };
     let deviation = |d: &Deviation| {
         json!({
@@ -19,11 +19,12 @@ pub fn calibrated(done: &CalibrateResult) -> Value {
         })
     };
     let outlier = |o: &Outlier| json!({"touch": o.number, "line": o.line, "off_mm": o.off_mm});
-    let (pivot, offset, [tilt, rotation]) = done.keys();
+    let ((pivot, offset, [tilt, rotation]), along) = (done.keys(), done.along());
     json!({
         "profile": done.machine.name, "touches": fit.deviations.len(), "without_at_mm": done.touches.empty,
         "ok": done.refusal().is_none(), "refused": done.refusal(),
         "pivot_mm": pivot, "offset_mm": offset, "tilt_zero_deg": tilt, "rotation_zero_deg": rotation,
+        "tilt_along": along.map(|[tilt, _]| tilt), "rotation_along": along.map(|[_, rotation]| rotation),
         "estimates": fit.estimates.iter().map(estimate).collect::<Vec<_>>(),
         "bend_mm": fit.bend.as_ref().map(|b| b.mm), "surface_mm": fit.bend.as_ref().map(|b| b.surface_mm),
         "places": fit.places.iter().map(|(name, at)| json!({"name": name, "table_mm": at})).collect::<Vec<_>>(),

@@ -126,6 +126,7 @@ pub fn checked(done: &CheckedProfile) -> Value {
         "profile": done.machine.name, "sha256": done.machine.sha256, "ok": done.refusals.is_empty(), "refused": done.refusals,
         "table": done.tilts.iter().map(at).collect::<Vec<_>>(), "largest_level_mm": done.largest_level_mm,
         "largest_at_every_tilt_mm": done.largest_any_mm, "sweeps_to_mm": done.sweeps_to_mm,
+        "axes_off_deg": done.axes_off_deg,
     })
 }
 

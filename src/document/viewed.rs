@@ -6,7 +6,7 @@ use crate::gcode::marks::Role;
 use crate::gcode::round_to;
 use crate::geom::{Machine, Rigid, Table, Vec3};
 use crate::job::{MOST_LOOKED_AT, PoseShown, PreviewResult};
-use crate::motion::{AxisRange, TiltAbout};
+use crate::motion::AxisRange;
 use crate::planning::Plan;
 use crate::trace::Zone;
 use crate::verify::SURVEYED_MM;
@@ -89,15 +89,15 @@ fn facts(of: &PreviewResult) -> Value {
 fn machine(of: &PreviewResult) -> Value {
     let machine = &of.scene.machine;
     let kinematics = &machine.kinematics;
-    let axis = |axis: &AxisRange| json!({"letter": char::from(axis.letter).to_string(), "direction": axis.direction, "zero_deg": axis.zero.deg()});
+    let directions = kinematics.directions();
+    let axis = |axis: &AxisRange, along: &Vec3| json!({"letter": char::from(axis.letter).to_string(), "direction": axis.direction, "zero_deg": axis.zero.deg(), "along": numbers(along)});
     let pieces = |all: &[Piece]| -> Vec<Value> {
         all.iter().map(|p| json!({"name": p.name, "follows": p.follows, "hull": hull(&p.hull)})).collect()
     };
     json!({
         "name": of.machine,
-        "tilt": axis(&kinematics.tilt),
-        "rotation": axis(&kinematics.rotation),
-        "about": match kinematics.about { TiltAbout::X => "X", TiltAbout::Y => "Y" },
+        "tilt": axis(&kinematics.tilt, &directions.tilt),
+        "rotation": axis(&kinematics.rotation, &directions.rotation),
         "pivot": numbers(&kinematics.pivot),
         "offset": numbers(&kinematics.offset),
         "limits": [numbers(&machine.limits.min), numbers(&machine.limits.max)],

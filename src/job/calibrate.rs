@@ -8,7 +8,7 @@ use crate::calibrate::{
     Choice, Feature, Fit, FitOptions, NoFit, Of, Refusal, Shape, Tip, TipShape, Touches, Undetermined, Unknown, Visit,
     choose, fit, form, visit,
 };
-use crate::profile::Profile;
+use crate::profile::{Profile, TiltAxisName};
 
 /// Touches of one machine.
 #[derive(Clone, Debug)]
@@ -32,6 +32,8 @@ pub struct CalibrateResult {
     pub file: String,
     /// The fit.
     pub fit: Fit,
+    /// By how much axes may be elsewhere before they are written, mm.
+    allowed_mm: f64,
     /// Why no profile can hold the result, if none can.
     unfit: Option<String>,
 }
@@ -55,7 +57,8 @@ pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<Calibr
     let touches = Touches::parse(&file, &request.touches.text(world)?)?;
     let fit = fit(&machine.profile, &touches, &request.options)
         .map_err(|no| Error::Calibration(Box::new(Uncalibrated::of(no, &file, &machine, &touches))))?;
-    let mut done = CalibrateResult { machine, touches, file, fit, unfit: None };
+    let allowed_mm = request.options.tolerance_mm;
+    let mut done = CalibrateResult { machine, touches, file, fit, allowed_mm, unfit: None };
     done.unfit = done.written().validate().err().map(|error| error.to_string());
     Ok(done)
 }
@@ -75,6 +78,13 @@ impl CalibrateResult {
         (triple(&table.pivot), triple(&table.offset), zeros)
     }
 
+    /// Where the tilt and the rotation axis point, as they are written: `None` where they are where the profile has them.
+    pub fn along(&self) -> Option<[[f64; 3]; 2]> {
+        let axes = self.fit.table.directions();
+        let rounded = |v: crate::geom::Vec3| [v.x, v.y, v.z].map(|v| round(v, 6));
+        self.fit.misaligned.then(|| [rounded(axes.tilt), rounded(axes.rotation)])
+    }
+
     /// A profile that extends the machine's, kept in the folder `kept_in`; without one, its keys alone.
     pub fn profile(&self, kept_in: Option<&Path>, world: &World<'_>) -> String {
         let (pivot, offset, [tilt, rotation]) = self.keys();
@@ -87,23 +97,28 @@ impl CalibrateResult {
         if kept_in.is_some() {
             let _ = writeln!(out, "extends = {:?}", self.machine.reference(kept_in, world).profile);
         }
-        let bend = self.fit.bend.as_ref().map_or(String::new(), |b| {
-            format!("# Its axes are not square: by at most {:.3} mm on or over the table.\n", b.mm)
-        });
+        let along = |axis: usize| self.along().map_or(String::new(), |both| format!("along = {:?}\n", both[axis]));
         let _ = write!(
             out,
-            "\n[kinematics]\n# Known to, 95 of 100: {}\n{bend}pivot_mm = {pivot:?}\noffset_mm = {offset:?}\n\
-             \n[kinematics.tilt]\nzero_deg = {tilt:?}\n\n[kinematics.rotation]\nzero_deg = {rotation:?}\n",
-            self.known()
+            "\n[kinematics]\n# Known to, 95 of 100: {}\npivot_mm = {pivot:?}\noffset_mm = {offset:?}\n\
+             \n[kinematics.tilt]\nzero_deg = {tilt:?}\n{}\n[kinematics.rotation]\nzero_deg = {rotation:?}\n{}",
+            self.known(),
+            along(0),
+            along(1)
         );
         out
+    }
+
+    /// Whether a written profile says what was found of it.
+    pub fn is_written(&self, unknown: Unknown) -> bool {
+        !unknown.bends() || (self.fit.misaligned && unknown != Unknown::Unlevel)
     }
 
     fn known(&self) -> String {
         let of = |e: &crate::calibrate::Estimate| {
             format!("{} {:.4} {}", e.name, e.error, if e.unknown.is_angle() { "deg" } else { "mm" })
         };
-        let all: Vec<String> = self.fit.estimates.iter().filter(|e| !e.unknown.bends()).map(of).collect();
+        let all: Vec<String> = self.fit.estimates.iter().filter(|e| self.is_written(e.unknown)).map(of).collect();
         all.join(", ")
     }
 
@@ -113,6 +128,9 @@ impl CalibrateResult {
         let mut profile = self.machine.profile.clone();
         (profile.kinematics.pivot_mm, profile.kinematics.offset_mm) = (pivot, offset);
         (profile.kinematics.tilt.zero_deg, profile.kinematics.rotation.zero_deg) = (tilt, rotation);
+        if let Some([tilt, rotation]) = self.along() {
+            (profile.kinematics.tilt.along, profile.kinematics.rotation.along) = (Some(tilt), Some(rotation));
+        }
         profile
     }
 
@@ -139,14 +157,15 @@ impl CalibrateResult {
                 "the touches scatter by {rms_mm:.3} mm, and one is to repeat to {noise_mm} mm (repeats_to_mm); something gives or slips, or \
                  the tip is another than [tip] says; where touches are that rough, say so there"
             ),
-            Refusal::Bent { mm, allowed_mm } => format!(
-                "the axes are not square: a point on or over the table comes up to {mm:.3} mm from where a profile can say ({allowed_mm} mm \
-                 is allowed); set the axes square, or raise --tolerance"
-            ),
-            Refusal::Sloped { mm, allowed_mm } => format!(
-                "the table's surface is not square to its axis: its rim is off by {mm:.3} mm ({allowed_mm} mm is allowed); level it on its \
-                 axis, or raise --tolerance"
-            ),
+            Refusal::Sloped { mm, allowed_mm } => {
+                let k = &self.machine.profile.kinematics;
+                let along = if k.tilt.about == TiltAxisName::X { 'X' } else { 'Y' };
+                format!(
+                    "the table is not level along {along} where {} and {} are zero, and no angle makes it so: its rim is off by {mm:.3} mm \
+                     ({allowed_mm} mm is allowed); level it on its axis, or raise --tolerance",
+                    k.tilt.letter, k.rotation.letter
+                )
+            }
         }
     }
 
@@ -168,11 +187,22 @@ impl CalibrateResult {
             let _ = writeln!(out, "{:54} as in the profile: no mark has a table_mm", format!("zero of {letter}"));
         }
         if let Some(bend) = &fit.bend {
-            let _ = writeln!(
-                out,
-                "\nnot square: a point on or over the table is off by at most {:.3} mm, its rim by {:.3} mm",
-                bend.mm, bend.surface_mm
-            );
+            let (mm, allowed) = (bend.mm, self.allowed_mm);
+            let _ = match fit.misaligned {
+                true => writeln!(
+                    out,
+                    "\nthe axes are not where {} has them: without their directions (along) a point on or over the table would be off by up \
+                     to {mm:.3} mm",
+                    self.machine.name
+                ),
+                false => writeln!(
+                    out,
+                    "\nthe axes are where {} has them: with the directions found a point on or over the table would come {mm:.3} mm \
+                     elsewhere, and less than {allowed} mm (--tolerance) is not written",
+                    self.machine.name
+                ),
+            };
+            let _ = writeln!(out, "the table's rim is {:.3} mm from level at the zeros", bend.surface_mm);
         }
         for (name, [x, y, z]) in &fit.places {
             let _ = writeln!(out, "{name}: on the table at X {x:.3} Y {y:.3} Z {z:.3}");
@@ -268,7 +298,7 @@ pub struct PosesRequest {
     pub repeats_to_mm: f64,
     /// How many touches at most.
     pub most: usize,
-    /// Whether its axes are taken as square.
+    /// Whether its axes are taken as the profile has them.
     pub square: bool,
 }
 

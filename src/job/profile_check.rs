@@ -7,7 +7,7 @@ use std::fmt::Write;
 use super::{Error, LoadedProfile, MachineSource, World, load_profile};
 use crate::calibrate::Clear;
 use crate::geom::{Angle, Vec3};
-use crate::motion::{Pose, TiltAbout};
+use crate::motion::{Pose, TableKinematics, TiltAbout};
 use crate::profile::{BodyKind, Profile};
 
 /// Tilts between the ends that are told, degrees.
@@ -50,6 +50,8 @@ pub struct CheckedProfile {
     pub largest_any_mm: f64,
     /// The highest that the bare table comes while it turns, whatever it turns by.
     pub sweeps_to_mm: f64,
+    /// How far the tilt and the rotation axis point from where they are on a machine with square axes, degrees.
+    pub axes_off_deg: [f64; 2],
     /// Why it must not be used as it is; empty where it may.
     pub refusals: Vec<String>,
 }
@@ -68,7 +70,17 @@ pub fn check_profile(from: &MachineSource, world: &World<'_>) -> Result<CheckedP
     let (largest_level_mm, largest_any_mm) = (level(profile, half_mm), any(profile, half_mm));
     let refusals = refusals(profile, &tilts);
     let sweeps_to_mm = clear.ball_top();
-    Ok(CheckedProfile { machine, tilts, half_mm, largest_level_mm, largest_any_mm, sweeps_to_mm, refusals })
+    let axes_off_deg = axes_off(&profile.kinematics());
+    Ok(CheckedProfile {
+        machine,
+        axes_off_deg,
+        tilts,
+        half_mm,
+        largest_level_mm,
+        largest_any_mm,
+        sweeps_to_mm,
+        refusals,
+    })
 }
 
 /// Level, both ends, and every [`STEP_DEG`] between them.
@@ -84,6 +96,13 @@ fn words(profile: &Profile) -> Vec<f64> {
         }
     }
     all
+}
+
+/// How far the axes point from a machine axis and from +Z, degrees.
+fn axes_off(table: &TableKinematics) -> [f64; 2] {
+    let axes = table.directions();
+    let square = TableKinematics { misaligned: None, ..table.clone() }.directions();
+    [axes.tilt.angle(&square.tilt), axes.rotation.angle(&square.rotation)].map(f64::to_degrees)
 }
 
 fn pose(profile: &Profile, word: f64) -> Pose {
@@ -232,6 +251,20 @@ impl CheckedProfile {
                 format!("no higher than {:.1} mm below that", -room)
             }
         );
+        if self.axes_off_deg != [0.0; 2] {
+            let ([tilt, rotation], k) = (self.axes_off_deg, &profile.kinematics);
+            let about = if profile.kinematics().about == TiltAbout::X { 'X' } else { 'Y' };
+            // Half a turn takes the surface twice as far out of level as the axis leans.
+            let surface = profile.table_slab().into_iter().filter(|p| p.z == 0.0);
+            let reach = surface.map(|p| p.norm()).fold(0.0, f64::max);
+            let rim = reach * (2.0 * rotation.to_radians()).sin();
+            let turn = char::from(k.rotation.letter as u8);
+            let _ = writeln!(
+                out,
+                "{letter} points {tilt:.2} deg from {about} and {turn} {rotation:.2} deg from Z; level at {letter}0 {turn}0, the table's rim \
+                 rises and falls by up to {rim:.2} mm as {turn} turns"
+            );
+        }
         out.push_str("hold these against the machine: tilt the table to each, and touch its middle with the nozzle");
         out
     }

@@ -8,12 +8,15 @@
 //! R_tilt   Rx for an A table, Ry for a B table
 //! ```
 //!
+//! Where the axes were measured and are not square, `R_tilt` and `Rz` turn about the axes as they are: see [`AxisDirections`].
+//!
 //! Positive angles turn **the table**, right-handed about machine +X / +Y and about its own +Z. A firmware that counts
 //! the other way, or from another zero, is an [`AxisRange`] with `direction = -1` or a `zero`, applied once at the edge.
 //! Only this chain is written down here; expanded formulas live in the tests, as witnesses.
 
 use std::fmt;
 
+use super::misaligned::AxisDirections;
 use crate::gcode::round_to;
 use crate::geom::{Angle, Dir, Machine, Mat3, Rigid, Table, Vec3};
 
@@ -97,12 +100,22 @@ pub struct Unreachable {
     pub range_deg: (f64, f64),
     /// The rotation that has no turn inside its stops, where the tilt was not the trouble.
     pub rotation_word_deg: Option<f64>,
+    /// How far from upright it stays, where axes that are not square bring it upright at no angle at all; 0 where they do.
+    pub short_deg: f64,
 }
 
 impl fmt::Display for Unreachable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (low, high) = self.range_deg;
         let (low, high) = (round_to(low, 4), round_to(high, 4));
+        if self.short_deg > 0.0 {
+            return write!(
+                f,
+                "stays {:.2} deg from upright at every angle: this table's axes are not square ([kinematics.tilt] and \
+                 [kinematics.rotation] along)",
+                self.short_deg
+            );
+        }
         match self.rotation_word_deg {
             Some(word) => write!(f, "needs rotation {word:.2} deg; this table turns {low}..{high}"),
             None => write!(f, "needs tilt {:.2} deg; this table tilts {low}..{high}", self.tilt_word_deg),
@@ -125,21 +138,35 @@ pub struct TableKinematics {
     pub tilt: AxisRange,
     /// The rotation axis.
     pub rotation: AxisRange,
+    /// Where the axes point, where that was measured; `None`: `about`, and square to it.
+    pub misaligned: Option<AxisDirections>,
 }
 
 impl TableKinematics {
     /// The motion from the table's frame to the machine's at `pose`.
     pub fn forward(&self, pose: Pose) -> Rigid<Table, Machine> {
-        let tilt = self.tilt_matrix(pose.tilt);
-        let turn = rotation_z(pose.rotation);
+        let [tilt, turn] = match &self.misaligned {
+            None => [self.tilt_matrix(pose.tilt), rotation_z(pose.rotation)],
+            Some(axes) => axes.turns(pose),
+        };
         Rigid::new(tilt * turn, self.pivot + tilt * self.offset)
     }
 
-    /// Both poses that bring `up` upright, the rotation in `(-180, 180]` degrees; one where `up` is the table's normal.
+    /// Where the axes point while both angles are zero: as measured, else as on a machine with square axes.
+    pub fn directions(&self) -> AxisDirections {
+        let tilt = if self.about == TiltAbout::X { Vec3::x() } else { Vec3::y() };
+        self.misaligned.unwrap_or(AxisDirections { tilt, rotation: Vec3::z() })
+    }
+
+    /// The poses that bring `up` upright, the rotation in `(-180, 180]` degrees: two, or one where `up` is the table's normal.
     ///
-    /// The rotation of an upright direction is free and comes back as that of `from`.
+    /// The rotation of an upright direction is free and comes back as that of `from`. Axes that are not square leave it free nowhere, and
+    /// bring directions next to the rotation axis upright at no pose: see [`AxisDirections`].
     pub fn solutions(&self, up: Dir<Table>, from: Pose) -> Vec<Pose> {
         let d = up.unit();
+        if let Some(axes) = &self.misaligned {
+            return axes.poses(d, from);
+        }
         let sideways = d.x.hypot(d.y);
         if sideways < SINGULAR {
             let tilt = if d.z > 0.0 { Angle::ZERO } else { Angle::from_deg(180.0) };
@@ -166,7 +193,7 @@ impl TableKinematics {
     ///
     /// # Errors
     ///
-    /// [`Unreachable`] where neither solution lies within the ranges; never a clamped pose.
+    /// [`Unreachable`] where no solution lies within the ranges; never a clamped pose.
     pub fn upright(&self, up: Dir<Table>, from: Pose) -> Result<Pose, Unreachable> {
         let mut best: Option<(f64, Pose)> = None;
         let mut failure: Option<(f64, Unreachable)> = None;
@@ -189,7 +216,18 @@ impl TableKinematics {
         match (best, failure) {
             (Some((_, pose)), _) => Ok(pose),
             (None, Some((_, unreachable))) => Err(unreachable),
-            (None, None) => unreachable!("every direction has a solution"),
+            (None, None) => Err(self.short_of_upright(up)),
+        }
+    }
+
+    /// A direction that no pose brings upright.
+    fn short_of_upright(&self, up: Dir<Table>) -> Unreachable {
+        Unreachable {
+            tilt_word_deg: 0.0,
+            tilt_letter: char::from(self.tilt.letter),
+            range_deg: (0.0, 0.0),
+            rotation_word_deg: None,
+            short_deg: self.directions().short_of_upright_deg(up.unit()),
         }
     }
 
@@ -202,6 +240,7 @@ impl TableKinematics {
                 tilt_letter: char::from(self.tilt.letter),
                 range_deg: (low.deg(), high.deg()),
                 rotation_word_deg: rotation,
+                short_deg: 0.0,
             }
         };
         if !self.tilt.admits(pose.tilt) {
@@ -249,7 +288,7 @@ pub(crate) fn rotation_z(angle: Angle) -> Mat3 {
 }
 
 /// Sine and cosine, exact at quarter turns so that a table at 90 degrees prints whole coordinates.
-fn sin_cos(angle: Angle) -> (f64, f64) {
+pub(super) fn sin_cos(angle: Angle) -> (f64, f64) {
     let quarters = angle.rad() / std::f64::consts::FRAC_PI_2;
     let nearest = quarters.round();
     if (quarters - nearest).abs() < 1e-12 {
@@ -285,6 +324,7 @@ mod tests {
             offset: Vec3::zeros(),
             tilt: axis(b'A', low, high),
             rotation: AxisRange { range: None, ..axis(b'C', 0.0, 0.0) },
+            misaligned: None,
         }
     }
 

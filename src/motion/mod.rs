@@ -10,9 +10,11 @@
 mod kinematics;
 mod limits;
 pub(crate) mod lookahead;
+mod misaligned;
 pub mod replay;
 
 pub(crate) use kinematics::rotation_z;
 pub use kinematics::{AxisRange, Pose, RANGE_SLACK_DEG, TableKinematics, TiltAbout, Unreachable};
 pub use limits::{LinearLimits, OutOfLimits};
 pub use lookahead::{Accelerations, Axes};
+pub use misaligned::{AxisDirections, MOST_LEAN_DEG};

@@ -219,7 +219,13 @@ impl<'a> Setups<'a> {
                 }
                 PrintWay { up, pose, value, needs: needs.clone(), hangs: self.hangs(&needs), objections }
             };
-            poses(up).into_iter().map(posed).collect::<Vec<PrintWay>>()
+            let poses = poses(up);
+            if poses.is_empty() {
+                // Axes that are not square bring it upright nowhere; it is told as it would stand on the level table.
+                let objections = unsupported.iter().cloned().chain(self.reach_objects(up, Pose::LEVEL)).collect();
+                return vec![PrintWay { up, pose: Pose::LEVEL, value, hangs: self.hangs(&needs), needs, objections }];
+            }
+            poses.into_iter().map(posed).collect::<Vec<PrintWay>>()
         };
         let ways: Vec<Vec<PrintWay>> = found.into_par_iter().map(way).collect();
         ways.into_iter().flatten().collect()
@@ -252,6 +258,9 @@ impl<'a> Setups<'a> {
     }
 
     fn out_of_reach(&self, up: Dir<Table>, pose: Pose) -> Option<String> {
+        if self.table.solutions(up, Pose::LEVEL).is_empty() {
+            return self.table.upright(up, Pose::LEVEL).err().map(|unreachable| unreachable.to_string());
+        }
         if !self.table.tilt.admits(pose.tilt) {
             // The other pose may be within reach; the sentence names the stop that this direction comes nearest to.
             return Some(match self.table.upright(up, Pose::LEVEL) {

@@ -58,5 +58,5 @@ pub use site::CLEARANCE_SOUGHT_MM;
 pub use solid::Solid;
 pub use standing::layers_matter;
 pub use support::Known;
-pub use three_axis::{ThreeAxis, three_axis};
+pub use three_axis::{ThreeAxis, three_axis, whole};
 pub use workpiece::{Misplaced, Workpiece};

@@ -295,7 +295,7 @@ impl Plan {
                 let &Print { part, up, tilt_deg, rotation_deg, .. } = print;
                 return Err(PlanError::Angles { slot, part, tilt_deg, rotation_deg, up });
             }
-            if let Some(problem) = print.supports.and_then(|supports| supports.problem(pose)) {
+            if let Some(problem) = print.supports.and_then(|supports| supports.problem(print.up)) {
                 return Err(PlanError::Supports { slot, part: print.part, problem });
             }
         }
@@ -334,8 +334,8 @@ impl PrintSupports {
     /// Over so much of its height a column may stand free, mm.
     pub const BRACES_MM: [f64; 2] = [2.0, 1000.0];
 
-    /// What is wrong with them at a pose.
-    fn problem(&self, pose: Pose) -> Option<&'static str> {
+    /// What is wrong with them below a print along `up`.
+    fn problem(&self, up: [f64; 3]) -> Option<&'static str> {
         let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
         if !within(self.step_mm, Self::STEPS_MM) {
             return Some("the supports' step_mm is not within 1..20 mm");
@@ -356,7 +356,7 @@ impl PrintSupports {
             return Some("the supports' brace_mm is not within 2..1000 mm");
         }
         // They stand on the table.
-        (pose.tilt.rad().abs() > UPRIGHT).then_some("supports stand on the table, and this pose tilts it")
+        (Vec3::from(up).angle(&Vec3::z()) > UPRIGHT).then_some("supports stand on the table, and this pose tilts it")
     }
 }
 

@@ -5,7 +5,9 @@ use super::schema::{BodyKind, BodySpec, Commands, FeedReference, Profile, TiltAx
 use crate::gcode::meaning::Firmware;
 use crate::geom::{Angle, Body, Vec3};
 use crate::motion::replay::Reading;
-use crate::motion::{Accelerations, AxisRange, LinearLimits, TableKinematics, TiltAbout};
+use crate::motion::{
+    Accelerations, AxisDirections, AxisRange, LinearLimits, MOST_LEAN_DEG, TableKinematics, TiltAbout,
+};
 use crate::spelling::nearest;
 use crate::trace::{self, FeedCount, Rates};
 
@@ -46,7 +48,22 @@ impl Profile {
                 range: rotation.min_deg.zip(rotation.max_deg).map(|(low, high)| degrees(low, high)),
                 max_rate: rotation.max_deg_per_s.to_radians(),
             },
+            misaligned: self.misaligned(),
         }
+    }
+
+    /// Where the axes point: `None` where no key says so, or says that they are square.
+    fn misaligned(&self) -> Option<AxisDirections> {
+        let square = self.square_axes();
+        let [tilt, rotation] = [self.kinematics.tilt.along, self.kinematics.rotation.along];
+        let given = |along: Option<[f64; 3]>, square: Vec3| along.map_or(square, |v| Vec3::from(v).normalize());
+        let axes = AxisDirections { tilt: given(tilt, square.tilt), rotation: given(rotation, square.rotation) };
+        (axes != square).then_some(axes)
+    }
+
+    fn square_axes(&self) -> AxisDirections {
+        let tilt = if self.kinematics.tilt.about == TiltAxisName::X { Vec3::x() } else { Vec3::y() };
+        AxisDirections { tilt, rotation: Vec3::z() }
     }
 
     /// Where the tip may go.
@@ -182,6 +199,7 @@ impl Profile {
             tilt.zero_deg
         );
         check("kinematics.tilt.min_deg", level, range, &holds)?;
+        self.check_directions(origin)?;
         self.check_steppers(origin)?;
         let both = rotation.min_deg.is_some() == rotation.max_deg.is_some();
         let ordered = rotation.min_deg.zip(rotation.max_deg).is_none_or(|(a, b)| a <= b);
@@ -224,6 +242,30 @@ impl Profile {
         )?;
         self.check_bodies(origin)?;
         self.check_code(origin)
+    }
+
+    /// Axes as measured: near to where they are on a square machine.
+    fn check_directions(&self, origin: &Origin) -> Result<(), ProfileError> {
+        let square = self.square_axes();
+        let about = if self.kinematics.tilt.about == TiltAxisName::X { "X" } else { "Y" };
+        for (axis, along, square, name) in [
+            ("tilt", self.kinematics.tilt.along, square.tilt, about),
+            ("rotation", self.kinematics.rotation.along, square.rotation, "Z"),
+        ] {
+            let Some(given) = along else { continue };
+            let (v, key) = (Vec3::from(given), format!("kinematics.{axis}.along"));
+            let lean_deg = v.angle(&square).to_degrees();
+            let allowed = match v.norm() {
+                length if !(0.5..=2.0).contains(&length) => "a vector of length 1".to_owned(),
+                _ if lean_deg > MOST_LEAN_DEG => format!(
+                    "0..{MOST_LEAN_DEG} deg from +{name}, and leans {lean_deg:.2} deg: the axis as it points while both angles are zero"
+                ),
+                _ => continue,
+            };
+            let place = origin.get(&key).cloned().unwrap_or_default();
+            return Err(ProfileError::Range { place, key, value: format!("{given:?}"), allowed });
+        }
+        Ok(())
     }
 
     /// Motors that commands turn: of both axes, on Klipper, by two names that a line of G-code can hold.

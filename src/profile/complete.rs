@@ -10,7 +10,9 @@ use super::layers::DEFAULTS;
 use super::schema::{BodySpec, Profile};
 
 /// Comments of the reference behind which keys stand that may be absent.
-const BEHIND: [(&str, &[&str]); 8] = [
+const BEHIND: [(&str, &[&str]); 10] = [
+    ("# along = [0.99999, ", &["kinematics.tilt.along"]),
+    ("# along = [0.0, ", &["kinematics.rotation.along"]),
     ("# min_deg, max_deg: stops, as words.", &["kinematics.rotation.min_deg", "kinematics.rotation.max_deg"]),
     ("# stepper = \"tilt\"", &["kinematics.tilt.stepper"]),
     ("# stepper = \"rot\"", &["kinematics.rotation.stepper"]),

@@ -41,7 +41,9 @@ pub const SHIPPED: [(&str, &str, &str); 13] = [
 ];
 
 /// Keys that may be absent, and so are not in the defaults.
-const OPTIONAL: [&str; 9] = [
+const OPTIONAL: [&str; 11] = [
+    "kinematics.tilt.along",
+    "kinematics.rotation.along",
     "kinematics.tilt.stepper",
     "kinematics.rotation.stepper",
     "kinematics.rotation.min_deg",

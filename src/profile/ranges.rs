@@ -20,14 +20,16 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 87] = [
+const RANGES: [(&str, RangeInclusive<f64>); 89] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
+    ("kinematics.tilt.along", -2.0..=2.0),
     ("kinematics.tilt.direction", -1.0..=1.0),
     ("kinematics.tilt.zero_deg", -360.0..=360.0),
     ("kinematics.tilt.min_deg", -180.0..=180.0),
     ("kinematics.tilt.max_deg", -180.0..=180.0),
     ("kinematics.tilt.max_deg_per_s", 0.01..=1e4),
+    ("kinematics.rotation.along", -2.0..=2.0),
     ("kinematics.rotation.direction", -1.0..=1.0),
     ("kinematics.rotation.zero_deg", -36e3..=36e3),
     ("kinematics.rotation.min_deg", -1e7..=1e7),

@@ -76,6 +76,9 @@ pub struct TiltAxis {
     pub letter: char,
     /// The machine axis.
     pub about: TiltAxisName,
+    /// Where it points while both angles are zero, where that was measured; absent for exactly `about`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub along: Option<[f64; 3]>,
     /// +1 or -1.
     pub direction: i32,
     /// The word at level.
@@ -97,6 +100,9 @@ pub struct TiltAxis {
 pub struct RotationAxis {
     /// The word's letter.
     pub letter: char,
+    /// Where it points while both angles are zero, where that was measured; absent for exactly +Z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub along: Option<[f64; 3]>,
     /// +1 or -1.
     pub direction: i32,
     /// The word at the table's zero.

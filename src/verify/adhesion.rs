@@ -51,7 +51,7 @@ fn footprints(printed: &[Option<PrintedPart<'_>>]) -> Vec<(usize, Section)> {
 
 /// Whether a print begins on the level table.
 fn is_on_table(print: &PrintedPart<'_>) -> bool {
-    let level = (print.planned.pose.tilt.rad()).abs() < 1e-6;
+    let level = print.planned.up.angle(&Vec3::z()) < 1e-6;
     level && print.job.workpiece.model.on_table.contains(&print.planned.part)
 }
 

@@ -40,6 +40,12 @@ impl Turning<'_> {
         self.table.pivot.z + self.table.offset.norm() + material.reach
     }
 
+    /// How far anything on the table is from its rotation axis.
+    fn reach_about_rotation(&self, material: &Material) -> f64 {
+        // Of an axis that leans from the table's own normal, any direction may be the farthest.
+        if self.table.misaligned.is_some() { material.reach } else { material.reach_sideways }
+    }
+
     /// How far the frame's pieces stay from the ball; infinite without any.
     fn frame_room(&self, material: &Material) -> f64 {
         let radius = self.table.offset.norm() + material.reach;
@@ -67,7 +73,7 @@ impl Turning<'_> {
             Scene { machine: self, slab: material.slab(), spheres: &spheres, radius, heads: clear_of_head.is_none() };
         let (tilt, rotation) = (to.tilt - from.tilt, to.rotation - from.rotation);
         let reach = self.table.offset.norm() + material.reach;
-        let motion = reach * tilt.abs().rad() + material.reach_sideways * rotation.abs().rad();
+        let motion = reach * tilt.abs().rad() + self.reach_about_rotation(material) * rotation.abs().rad();
         let length = motion + (b.centre() - a.centre()).norm();
         let mut nearest = Passage { room: clear_of_head.unwrap_or(cap).min(cap), piece: "head".to_owned() };
         let mut done = 0.0;

@@ -18,7 +18,7 @@ pub struct Piece {
 /// What is drawn of a machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
-    /// `p_machine = pivot + R_tilt(A) (offset + Rz(C) p_table)`.
+    /// `p_machine = pivot + R_tilt(A) (offset + R_rotation(C) p_table)`.
     pub kinematics: TableKinematics,
     /// Where the tip may go.
     pub limits: LinearLimits,

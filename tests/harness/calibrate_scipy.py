@@ -1,7 +1,7 @@
 """The least squares of `trunnion profile calibrate` with other code: scipy's Levenberg-Marquardt and numeric derivatives.
 
 Reads a problem as JSON on stdin (touches by a flat tip of the table, `of` -1, and of marks on it), writes what it found: `by` (pivot x y z,
-offset across and z, tilt zero, yaw, pitch, lean, slopes x y; mm and radians), standard errors, the scatter, Student's t for 95 of 100.
+offset across and z, tilt zero, yaw, pitch, leans of the rotation axis, the surface's fall; mm and radians), standard errors, the scatter, Student's t for 95 of 100.
 """
 
 import json
@@ -25,16 +25,16 @@ def about(axis, angle):
 def residuals(state):
     pivot = PIVOT + state[:3]
     offset = OFFSET + ACROSS * state[3] + UP * state[4]
-    zero, yaw, pitch, lean, slope_x, slope_y = state[5:11]
+    zero, yaw, pitch, lean_x, lean_y, fall = state[5:11]
     axis = ALONG + ACROSS * yaw + UP * pitch
+    rotation = np.array([lean_x, lean_y, 1.0])
     out = []
     for touch in problem["touches"]:
         a, c = np.radians(touch["words"])
         tilt = about(axis, a + zero)
-        turn = tilt @ about(ACROSS, lean) @ about(UP, c)
+        turn = tilt @ about(np.cross(UP, ALONG), fall) @ about(rotation, c)
         middle = pivot + tilt @ offset
-        normal = turn @ np.array([slope_x, slope_y, 1.0])
-        normal /= np.linalg.norm(normal)
+        normal = turn @ UP
         # The rim of a level disc reaches its radius times the sine of the slope below its middle.
         gap = problem["radius"] * np.sqrt(max(0.0, 1.0 - normal[2] ** 2)) + problem["paper"]
         at = np.array(touch["at"])
@@ -42,7 +42,7 @@ def residuals(state):
             out.append(normal @ (at - middle) - gap)
         else:
             x, y = state[11 + 2 * touch["of"] : 13 + 2 * touch["of"]]
-            mark = middle + turn @ np.array([x, y, -slope_x * x - slope_y * y])
+            mark = middle + turn @ np.array([x, y, 0.0])
             out.extend(at - mark - UP * gap / normal[2])
     return np.array(out)
 

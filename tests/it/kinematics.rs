@@ -26,6 +26,7 @@ fn chain(about: TiltAbout, r: [f64; 3], d: [f64; 3], directions: [f64; 2]) -> Ta
         offset: -Vec3::from(d),
         tilt: axis(if about == TiltAbout::X { b'A' } else { b'B' }, directions[0], 0.0),
         rotation: axis(b'C', directions[1], 0.0),
+        misaligned: None,
     }
 }
 
@@ -324,6 +325,7 @@ fn poses_worked_out_on_paper_agree() {
             offset: Vec3::from(pose.offset),
             tilt: axis(b'A', 1.0, 0.0),
             rotation: axis(b'C', 1.0, 0.0),
+            misaligned: None,
         };
         let got = table.forward(Pose::from_deg(pose.tilt, pose.rotation)).point(Point::from(Vec3::from(pose.table)));
         assert_close(&got.at, pose.machine, &format!("row {row}"));

@@ -30,6 +30,7 @@ mod linuxcnc_print;
 mod loose;
 mod machines;
 mod memory;
+mod misaligned;
 mod mutants;
 mod mutated_slices;
 mod oracle;

@@ -13,6 +13,7 @@ use trunnion::job::{
     World, prepare,
 };
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
+use trunnion::motion::TiltAbout;
 use trunnion::planning::Infeasible;
 use trunnion::slicing::SlicerChoice;
 
@@ -191,6 +192,22 @@ impl Case {
         let machine = format!("extends = \"{name}\"\n[process]\nlayer_height_mm = {layer}\n");
         let parts = parts.into_iter().enumerate().map(|(i, mesh)| (format!("part {i}"), mesh)).collect();
         Self { seed, parts, machine, ways: PARTS }
+    }
+
+    /// The same on machines whose axes are not square, by up to three degrees.
+    fn leaning(seed: u64) -> Self {
+        let case = Self::of(seed);
+        let mut numbers = Numbers::seeded(seed + 1000);
+        let mut lean = || numbers.between(-0.035, 0.035);
+        let tilt = match trunnion::profile::resolve("m.toml", &case.machine).unwrap().0.kinematics().about {
+            TiltAbout::X => [1.0, lean(), lean()],
+            TiltAbout::Y => [lean(), 1.0, lean()],
+        };
+        let axes = format!(
+            "[kinematics.tilt]\nalong = {tilt:?}\n[kinematics.rotation]\nalong = {:?}\n",
+            [lean(), lean(), 1.0]
+        );
+        Self { machine: case.machine.clone() + &axes, ..case }
     }
 
     /// One or two blocks with round holes in three directions, windows, notches and pockets: what only bridges, roofs of holes and
@@ -416,6 +433,12 @@ fn through(slicer: &SlicerChoice, of: fn(u64) -> Case, seeds: std::ops::Range<u6
 fn what_is_planned_is_kept_with_the_builtin_slicer() {
     let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::of, seeds(0..24));
     assert!(kept > 0 && refused > 0, "{kept} kept, {refused} refused: the objects say nothing");
+}
+
+#[test]
+fn what_is_planned_for_leaning_axes_is_kept() {
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::leaning, seeds(0..16));
+    assert!(kept > 3 && refused > 0, "{kept} kept, {refused} refused: the objects say nothing");
 }
 
 #[test]

@@ -99,10 +99,10 @@ pub(in crate::cli) struct Calibrate {
     /// Where to write a profile that extends the given one [default: its keys on stdout]
     #[arg(short, long, conflicts_with = "poses")]
     pub(in crate::cli) output: Option<PathBuf>,
-    /// The most, mm, that a machine with axes that are not square may be off from what a profile can say
+    /// Axes that are elsewhere by more than this, mm on or over the table, are written; a surface that is out of level by more is refused
     #[arg(long, default_value_t = FitOptions::default().tolerance_mm, value_name = "MM", conflicts_with = "poses")]
     pub(in crate::cli) tolerance: f64,
-    /// Take the axes as square, with fewer touches
+    /// Take the axes as the profile has them, with fewer touches
     #[arg(long)]
     pub(in crate::cli) assume_square: bool,
     /// Choose the touches to make, and write a file to fill in

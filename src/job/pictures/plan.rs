@@ -3,7 +3,7 @@
 use super::{BEFORE, HEAD, NEW, OVERHANG, STRUCK, SUPPORT, SUPPORT_WORD, TABLE, highest};
 use crate::geom::{Angle, Body, Machine, Rigid, Table, Vec3};
 use crate::mesh::{TABLE_GAP_MM, TriangleMesh};
-use crate::motion::{Pose, TableKinematics, TiltAbout};
+use crate::motion::{Pose, TableKinematics};
 use crate::planning::{Plan, Print, Reason, Workpiece};
 use crate::profile::Profile;
 use crate::view::{Arrow, Colour, Frame, Ghost, Hull, JOINT_COLOUR, Joint, Sheet, Side, Surface};
@@ -249,8 +249,7 @@ impl Told<'_> {
         let letter = |axis: &crate::motion::AxisRange, deg: f64| format!("{}{:.0}", char::from(axis.letter), deg);
         let mut arrows = Vec::new();
         if pose.tilt.deg().abs() > 0.05 {
-            let axis = if table.about == TiltAbout::X { Vec3::x() } else { Vec3::y() };
-            let from = centre + axis * reach;
+            let from = centre + table.directions().tilt * reach;
             let at = |tilt: f64| {
                 from + table.forward(Pose { tilt: Angle::from_rad(tilt), ..pose }).rotation * Vec3::z() * 0.6 * reach
             };

@@ -51,8 +51,7 @@ function boxLines(low, high) {
 /** Where the axes are: X, Y and Z at the pivot, the tilt axis through it, the rotation axis through the table's middle. */
 function axes(machine, motion) {
   const { pivot } = machine, reach = machine.table.points.reduce((most, v) => Math.max(most, Math.abs(v)), 0), long = reach + 35;
-  const along = machine.about === 'X' ? [1, 0, 0] : [0, 1, 0];
-  const middle = moved(motion, [0, 0, 0]), up = turned(motion, [0, 0, 1]);
+  const { along } = machine.tilt, middle = moved(motion, [0, 0, 0]), up = turned(motion, machine.rotation.along);
   const tiltEnds = [plus(pivot, along, -long), plus(pivot, along, long)];
   const turnEnds = [plus(middle, up, -50), plus(middle, up, 25)];
   const origin = plus(machine.pivot, along, -long);

@@ -49,12 +49,21 @@ function perspective(fov, aspect, near, far) {
   return [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (near + far) * range, -1, 0, 0, 2 * near * far * range, 0];
 }
 
-/** The table's motion at any two angles (radians), by the chain p = pivot + R_tilt(A) (offset + Rz(C) p_table). */
+/** The right-handed turn by an angle (radians) about a unit vector, then a shift. */
+function turnAbout([x, y, z], angle, shift) {
+  const s = Math.sin(angle), c = Math.cos(angle), v = 1 - c;
+  return [
+    c + x * x * v, y * x * v + z * s, z * x * v - y * s, 0,
+    x * y * v - z * s, c + y * y * v, z * y * v + x * s, 0,
+    x * z * v + y * s, y * z * v - x * s, c + z * z * v, 0,
+    ...shift, 1,
+  ];
+}
+
+/** The table's motion at any two angles (radians), by the chain p = pivot + R_tilt(A) (offset + R_rotation(C) p_table). */
 function tableAt(machine, tilt, rotation) {
-  const [s, c] = [Math.sin(tilt), Math.cos(tilt)], [u, w] = [Math.sin(rotation), Math.cos(rotation)];
-  const lean = machine.about === 'X' ? [1, 0, 0, 0, 0, c, s, 0, 0, -s, c, 0, 0, 0, 0, 1] : [c, 0, -s, 0, 0, 1, 0, 0, s, 0, c, 0, 0, 0, 0, 1];
-  const turn = [w, u, 0, 0, -u, w, 0, 0, 0, 0, 1, 0, ...machine.offset, 1];
-  return times(shifted(machine.pivot), times(lean, turn));
+  const turned = turnAbout(machine.rotation.along, rotation, machine.offset);
+  return times(turnAbout(machine.tilt.along, tilt, machine.pivot), turned);
 }
 
 /** An orbit: looks at `target` from `distance` away, `yaw` about +Z and `pitch` above the horizon (radians). */

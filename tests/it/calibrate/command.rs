@@ -31,7 +31,7 @@ fn filled(form: &str, machine: &Machine, slipped: Option<usize>, numbers: &mut S
         let words = [number(&touch["tilt_deg"]), number(&touch["rotation_deg"])];
         let mark = |at: [f64; 2]| {
             let shape = Shape::Mark { height: 0.0, known: None };
-            machine.touch(Of::Feature(0), words, near[i], machine.on_surface(at, 0.0), Some(shape), &tip).at
+            machine.touch(Of::Feature(0), words, near[i], Vector3::new(at[0], at[1], 0.0), Some(shape), &tip).at
         };
         let at = match touch["of"].as_str().unwrap() {
             "mark-x" => mark([93.0, 1.0]),
@@ -120,6 +120,54 @@ fn a_form_is_filled_in_and_becomes_a_profile() {
     assert_eq!(slipped.status.code(), Some(1), "{}", said(&slipped));
     assert!(said(&slipped).contains("these are off: touch 17 (slipped.toml:"), "{}", said(&slipped));
     assert!(!path("no.toml").exists());
+}
+
+/// A machine whose axes are off by half a degree, from touches to a verified print.
+#[test]
+fn a_machine_with_leaning_axes_is_calibrated_and_prints() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("machine.toml"), OWN).unwrap();
+    let run = |args: &[&str]| trunnion().args(args).current_dir(folder.path()).output().unwrap();
+    let made = run(&["profile", "calibrate", "-m", "machine.toml", "--poses", "form.toml", "--most", "100"]);
+    assert!(made.status.success(), "{}", said(&made));
+    let form = std::fs::read_to_string(path("form.toml")).unwrap();
+    let mut numbers = SplitMix64::seeded(31);
+    let mut machine = Machine::any(profile(OWN).kinematics(), &mut numbers, 0.0);
+    for (unknown, deg) in [(7, 0.5), (8, -0.3), (9, 0.25), (10, 0.4)] {
+        machine.by[unknown] = f64::to_radians(deg);
+    }
+    std::fs::write(path("touches.toml"), filled(&form, &machine, None, &mut numbers)).unwrap();
+    let done = run(&["profile", "calibrate", "-m", "machine.toml", "touches.toml", "-o", "calibrated.toml"]);
+    assert!(
+        done.status.success() && said(&done).contains("the axes are not where machine.toml has them"),
+        "{}",
+        said(&done)
+    );
+    let document = run(&["profile", "calibrate", "-m", "machine.toml", "touches.toml", "--json"]);
+    let document: serde_json::Value = serde_json::from_slice(&document.stdout).unwrap();
+    let along = |key: &str, i: usize| document[key][i].as_f64().unwrap();
+    assert!((along("tilt_along", 1) - 0.5_f64.to_radians()).abs() < 4e-4, "{document}");
+    assert!((along("rotation_along", 1) - 0.4_f64.to_radians()).abs() < 4e-4, "{document}");
+    let estimates = document["estimates"].as_array().unwrap();
+    let left_out: Vec<&str> =
+        estimates.iter().filter(|e| e["in_profile"] == false).map(|e| e["unknown"].as_str().unwrap()).collect();
+    assert_eq!(left_out, ["surface, falling along X at A0 C0"]);
+    // What was found is what the profile has now, and nothing is left to be written.
+    let again = run(&["profile", "calibrate", "-m", "calibrated.toml", "touches.toml", "--json"]);
+    let again: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!((&again["ok"], &again["tilt_along"]), (&serde_json::json!(true), &serde_json::Value::Null), "{again}");
+    assert!(again["bend_mm"].as_f64().unwrap() < 0.01, "{again}");
+    // Beyond what an axis may lean nothing is written.
+    let mut far = Machine { by: machine.by, nominal: machine.nominal.clone() };
+    far.by[7] = 6.0_f64.to_radians();
+    std::fs::write(path("far.toml"), filled(&form, &far, None, &mut numbers)).unwrap();
+    let refused = run(&["profile", "calibrate", "-m", "machine.toml", "far.toml", "-o", "no.toml"]);
+    assert!(!refused.status.success() && said(&refused).contains("is out of 0..5 deg from +X"), "{}", said(&refused));
+    assert!(!path("no.toml").exists());
+    let tree = crate::pipeline::fixture("y-tree");
+    let printed = run(&["prepare", &tree, "-m", "calibrated.toml", "--slicer", "builtin", "-o", "tree.gcode"]);
+    assert!(printed.status.success(), "{}", said(&printed));
 }
 
 #[test]

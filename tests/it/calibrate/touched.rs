@@ -45,11 +45,13 @@ impl Machine {
         let [along, across] = self.axes();
         let angle =
             |axis: &trunnion::motion::AxisRange, word: f64| (word - axis.zero.deg()).to_radians() * axis.direction;
-        let tilt = about(along + across * b[7] + V::z() * b[8], angle(&self.nominal.tilt, words_deg[0]) + b[5]);
-        let turned = about(V::z(), angle(&self.nominal.rotation, words_deg[1]) + b[6]);
+        let [tilt, rotation] = self.nominal.misaligned.map_or([along, V::z()], |axes| [axes.tilt, axes.rotation]);
+        let tilt = about(tilt + across * b[7] + V::z() * b[8], angle(&self.nominal.tilt, words_deg[0]) + b[5]);
+        let turned = about(rotation + V::new(b[9], b[10], 0.0), angle(&self.nominal.rotation, words_deg[1]) + b[6]);
         let pivot = self.nominal.pivot + V::new(b[0], b[1], b[2]);
         let offset = self.nominal.offset + across * b[3] + V::z() * b[4];
-        (tilt * about(across, b[9]) * turned, pivot + tilt * offset)
+        let fallen = about(V::z().cross(&along), b[11]);
+        (tilt * fallen * turned, pivot + tilt * offset)
     }
 
     pub(super) fn place(&self, words_deg: [f64; 2], q: V) -> V {
@@ -57,14 +59,10 @@ impl Machine {
         middle + turn * q
     }
 
-    pub(super) fn on_surface(&self, [x, y]: [f64; 2], height: f64) -> V {
-        V::new(x, y, height - self.by[10] * x - self.by[11] * y)
-    }
-
     /// Where the tip is when it has come down at `x`, `y` onto a plane through `through`, parallel to the surface.
     fn lowered(&self, words_deg: [f64; 2], [x, y]: [f64; 2], through: V, tip: &Tip) -> V {
         let (turn, _) = self.stands(words_deg);
-        let normal = (turn * V::new(self.by[10], self.by[11], 1.0)).normalize();
+        let normal = turn * V::z();
         // At Z 0 first: all points go up together, so what is lacking along the normal is lacking in Z by so much more.
         let tip_at = V::new(x, y, 0.0);
         let points: Vec<V> = match tip.shape {

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 
-use super::{Shown, generic, moment, preview};
+use super::{Shown, moment, preview};
 use crate::mutants::{Victim, mutants};
 use crate::support::{Numbers, note, python, root, said, skip};
 
@@ -184,8 +184,21 @@ fn the_page_shows_plays_and_answers_keys() {
 
 #[test]
 fn head_and_table_stand_where_the_replay_has_them() {
-    let shown = Shown::of("y-tree");
-    let (trace, table) = (shown.trace(), generic().kinematics());
+    stand_where_the_replay_has_them("");
+}
+
+#[test]
+fn a_table_with_leaning_axes_stands_where_the_replay_has_it() {
+    stand_where_the_replay_has_them(
+        "[kinematics.tilt]\nalong = [0.998, 0.05, -0.04]\n[kinematics.rotation]\nalong = [0.03, -0.05, 0.998]\n",
+    );
+}
+
+/// On the generic machine with these keys.
+fn stand_where_the_replay_has_them(keys: &str) {
+    let shown = Shown::on("y-tree", keys);
+    let machine = trunnion::profile::resolve("own.toml", &format!("extends = \"generic-ac\"\n{keys}")).unwrap().0;
+    let (trace, table) = (shown.trace(), machine.kinematics());
     let mut numbers = Numbers::seeded(3);
     let known: Vec<usize> = (0..trace.len()).filter(|&i| moment(&trace, i, 0.5).is_some()).collect();
     let turning = known.iter().copied().filter(|&i| trace.turns(&trace.at(i)));

@@ -27,10 +27,18 @@ pub(crate) struct Shown {
 
 impl Shown {
     fn of(name: &str) -> Self {
+        Self::on(name, "")
+    }
+
+    /// On the generic machine with the keys of `machine` instead of its own.
+    fn on(name: &str, machine: &str) -> Self {
         let folder = folder();
         let path = |name: &str| folder.path().join(name);
         let (program, plan, page) = (path("whole.gcode"), path("plan.json"), path("view.html"));
-        prepare(&fixture(name), "generic-ac", "builtin", &program, &["--plan-out", &plan.display().to_string()]);
+        let own = path("own.toml");
+        std::fs::write(&own, format!("extends = \"generic-ac\"\n{machine}")).unwrap();
+        let own = if machine.is_empty() { "generic-ac" } else { own.to_str().unwrap() };
+        prepare(&fixture(name), own, "builtin", &program, &["--plan-out", &plan.display().to_string()]);
         let document = preview(&program, &plan, &page, 0);
         assert_eq!(document["bytes"], std::fs::metadata(&page).unwrap().len());
         Self { folder, page, program, plan }

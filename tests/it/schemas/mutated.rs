@@ -75,7 +75,8 @@ fn is_optional(at: &str) -> bool {
         "value",
         "value_upper_bound",
     ];
-    const IN_PROFILES: [&str; 16] = [
+    const IN_PROFILES: [&str; 17] = [
+        "along",
         "min_deg",
         "max_deg",
         "size_mm",
