@@ -73,12 +73,20 @@ pub fn comparison(made: &PlanResult) -> String {
             0
         );
     }
-    if let Some(plain) = &made.three_axis {
+    let rows = made.three_axes.map(|both| [("3 axes", both.as_it_stands), ("turned", both.best)]);
+    for (name, plain) in rows.into_iter().flatten() {
         let (minutes, support, staircase) = (plain.seconds / 60.0, plain.support_mm3, plain.staircase);
         let _ = writeln!(
             out,
-            "{:>8} {:>14} {:>6} {:>6} {:>6} {minutes:>5.0} min {support:>8.0} mm3 {staircase:>10.4}",
-            "3 axes", "-", "-", "-", 0
+            "{name:>8} {:>14} {:>6} {:>6} {:>6} {minutes:>5.0} min {support:>8.0} mm3 {staircase:>10.4}",
+            "-", "-", "-", 0
+        );
+    }
+    if let Some(both) = made.three_axes {
+        let [x, y, z] = <[f64; 3]>::from(both.best.up).map(|v| (v * 1000.0).round() / 1000.0 + 0.0);
+        let _ = writeln!(
+            out,
+            "3 axes: without tilting, as it stands, on supports; turned: the same along {x} {y} {z}, the pose that orient recommends"
         );
     }
     out

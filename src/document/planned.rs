@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::job::{Listed, NoPlan, PlanResult};
-use crate::planning::{Planned, Reason, Slot};
+use crate::planning::{Planned, Reason, Slot, ThreeAxis};
 
 /// `trunnion plan`: the plan file's own keys, with what the search found out about it.
 pub fn planned(made: &PlanResult) -> Value {
@@ -24,10 +24,16 @@ pub fn planned(made: &PlanResult) -> Value {
         if let Some(arranged) = &made.arranged {
             map.insert("arranged".to_owned(), json!({"file": arranged.file, "changes": arranged.changes}));
         }
-        if let Some(plain) = &made.three_axis {
-            let (seconds, support, staircase) = (plain.seconds, plain.support_mm3, plain.staircase);
-            let row = json!({"seconds_print_estimate": seconds, "support_mm3": support, "staircase": staircase});
-            map.insert("three_axis".to_owned(), row);
+        if let Some(both) = &made.three_axes {
+            let row = |one: &ThreeAxis| {
+                json!({
+                    "up": <[f64; 3]>::from(one.up), "seconds_print_estimate": one.seconds, "support_mm3": one.support_mm3,
+                    "staircase": one.staircase,
+                })
+            };
+            let mut three_axis = row(&both.as_it_stands);
+            three_axis["best_pose"] = row(&both.best);
+            map.insert("three_axis".to_owned(), three_axis);
         }
     }
     document

@@ -59,6 +59,8 @@ pub struct SliceSettings {
     pub infill_pattern: InfillPattern,
     /// How far infill reaches into the walls where its lines turn, in line widths.
     pub infill_overlap: f64,
+    /// Whether an island's infill is laid before its walls.
+    pub infill_first: bool,
     /// Where outer walls begin and end; the built-in slicer's alone.
     pub seam: Seam,
     /// Whether curved walls are written as arcs (G2, G3) where that is as exact; the built-in slicer's alone.
@@ -129,6 +131,7 @@ impl Default for SliceSettings {
             infill: 0.2,
             infill_pattern: InfillPattern::Lines,
             infill_overlap: 0.25,
+            infill_first: false,
             seam: Seam::Rear,
             arcs: false,
             brim_mm: 0.0,

@@ -84,7 +84,13 @@ fn base(s: &SliceSettings) -> Values {
         InfillPattern::Lines => "lines",
         InfillPattern::Cubic => "cubic",
     };
-    let words = [("infill_pattern", pattern), ("retraction_enable", "true"), ("relative_extrusion", "true")];
+    let first = if s.infill_first { "true" } else { "false" };
+    let words = [
+        ("infill_pattern", pattern),
+        ("infill_before_walls", first),
+        ("retraction_enable", "true"),
+        ("relative_extrusion", "true"),
+    ];
     let all = widths.iter().chain(&more).map(|key| (*key, width)).chain(speeds).chain(numbers);
     let text = all.map(|(key, value)| (key.to_owned(), value.to_string()));
     text.chain(words.map(|(key, value)| (key.to_owned(), value.to_owned()))).collect()
@@ -106,6 +112,7 @@ fn forced(layer: &str, chosen: &Values, job: &SliceJob) -> Values {
         ("prime_tower_enable", "false"),
         ("prime_blob_enable", "false"),
         ("layer_height_0", layer),
+        ("infill_sparse_thickness", layer),
         ("initial_layer_line_width_factor", "100"),
         ("material_flow_layer_0", "100"),
         ("xy_offset_layer_0", "0"),

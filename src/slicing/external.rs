@@ -93,7 +93,7 @@ impl Ini {
 /// What is laid around a print, by a slicer that marks it.
 const AROUND: [&str; 2] = ["skirts", "brim_width"];
 /// Settings that are not the user's to make here, but for start and end code, which the profile has.
-const NOT_TAKEN: [&str; 13] = [
+const NOT_TAKEN: [&str; 14] = [
     "interior_brim_width",
     "brim_connections_width",
     "raft_layers",
@@ -109,6 +109,8 @@ const NOT_TAKEN: [&str; 13] = [
     // a layer on every slope.
     "adaptive_layer_height_enabled",
     "magic_spiralize",
+    // Its infill of several layers at once is not told apart from the lines of one.
+    "infill_sparse_thickness",
 ];
 
 /// What the user's configurations, the last of which counts, ask for of that, as `key = value`; `marks` where the slicer marks what it lays
@@ -117,6 +119,10 @@ pub(super) fn not_taken(texts: &[String], marks: bool) -> Vec<String> {
     let mut values = Values::new();
     let mut given = std::collections::BTreeMap::new();
     texts.iter().for_each(|text| given.extend(ini_values(text)));
+    // Infill as thick as the layers is none that is thicker.
+    if given.get("infill_sparse_thickness") == given.get("layer_height") {
+        given.remove("infill_sparse_thickness");
+    }
     for key in AROUND.into_iter().filter(|_| !marks).chain(NOT_TAKEN) {
         if let Some(value) = given.remove(key).filter(|value| is_asked(value)) {
             values.insert(key, value);

@@ -46,6 +46,7 @@ pub(super) fn common_base(s: &SliceSettings) -> Values {
         ("top_solid_layers", s.top_layers.to_string()),
         ("fill_density", percent(s.infill)),
         ("fill_pattern", pattern.to_owned()),
+        ("infill_first", u8::from(s.infill_first).to_string()),
         ("bridge_flow_ratio", s.bridge_flow.to_string()),
         ("external_perimeter_speed", s.outer_wall_mm_per_s.to_string()),
         ("perimeter_speed", s.inner_wall_mm_per_s.to_string()),

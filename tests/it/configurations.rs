@@ -80,7 +80,7 @@ fn what_is_not_taken_of_a_configuration_is_said() {
 }
 
 /// CuraEngine's keys: what is verified, what is said of it, and what is refused for its true cause.
-const OF_CURA: [(&str, bool, &str); 12] = [
+const OF_CURA: [(&str, bool, &str); 14] = [
     (
         "adhesion_type = brim\nbrim_width = 4",
         true,
@@ -95,6 +95,8 @@ const OF_CURA: [(&str, bool, &str); 12] = [
     ("prime_tower_enable = true", true, "prime_tower_enable = true; each print"),
     ("magic_spiralize = true", true, "magic_spiralize = true; each print"),
     ("adaptive_layer_height_enabled = true", true, "and its layers are level and of one height"),
+    ("layer_height = 0.2\ninfill_sparse_thickness = 0.2", true, ""),
+    ("infill_sparse_thickness = 0.4", true, "infill_sparse_thickness = 0.4; each print"),
     ("magic_fuzzy_skin_enabled = true", false, "sliced with a fuzzy skin"),
     ("ironing_enabled = true\ncoasting_enable = true\nwipe_enable = true", true, ""),
     ("layer_height = 0.28\nrelative_extrusion = false", true, "sliced with layers of 0.28 mm"),

@@ -243,3 +243,21 @@ fn what_cannot_be_is_refused_in_words() {
     assert!(!run.status.success() && !out.exists(), "{text}");
     assert!(text.contains("overlap_mm = 0.1 takes more than half of it; set it to 0.060 or less"), "{text}");
 }
+
+/// Slow first layers are in the time that a plan is priced by, before anything is sliced.
+#[test]
+fn the_plan_knows_how_slowly_first_layers_are_laid() {
+    let folder = folder();
+    let model = post(folder.path(), 6.0);
+    let of = |name: &str, keys: &str| {
+        let machine = machine(folder.path(), name, keys);
+        let file = folder.path().join(format!("{name}.gcode"));
+        let document = prepare(&model, machine.to_str().unwrap(), "builtin", &file, &[]);
+        [&document["plan"]["seconds_print_estimate"], &document["verify"]["seconds_print"]].map(|s| s.as_f64().unwrap())
+    };
+    let [planned, counted] = of("usual", "");
+    let [slow_planned, slow_counted] = of("slow", "[joint]\nlayers = 4\nmm_per_s = 4.0\n");
+    let (told, true_one) = (slow_planned - planned, slow_counted - counted);
+    crate::support::note(&format!("slow first layers take {true_one:.0} s more, and the plan says {told:.0} s"));
+    assert!(true_one > 60.0 && (told / true_one - 1.0).abs() < 0.3, "{told} s for {true_one} s");
+}

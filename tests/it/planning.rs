@@ -263,6 +263,10 @@ fn goals_are_names_and_sums_with_a_bound() {
     let (_, boxes, _) = plan(&fixture("two-boxes"), &["-m", "generic-ac", "--top", "2"]);
     let support = boxes["three_axis"]["support_mm3"].as_f64().unwrap();
     assert!((support - 24_000.0).abs() < 500.0, "{support}");
+    // Laid on its side it needs none.
+    let best = &boxes["three_axis"]["best_pose"];
+    assert!(best["support_mm3"].as_f64().unwrap() < 1.0 && best["up"][2].as_f64().unwrap().abs() < 1e-6, "{best}");
+    assert!(best["seconds_print_estimate"].as_f64() < boxes["three_axis"]["seconds_print_estimate"].as_f64(), "{best}");
     let within = document["within_slots"].as_array().unwrap();
     assert_eq!((within.len(), &within[0]["turns"]), (1, &Value::from(1)), "both branches are in one slot");
     assert!(within[0]["turns_layer_by_layer"].as_u64().unwrap() > 100);

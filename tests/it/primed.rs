@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{folder, said, trunnion};
+use crate::support::{folder, installed, said, skip, trunnion};
 
 /// A start code as people have it, with the line at Y `y` and Z `z`, pushing `e` over 100 mm.
 fn machine(y: f64, z: f64, e: f64) -> String {
@@ -179,5 +179,47 @@ fn what_oozes_out_while_the_table_turns_is_made_up_for() {
             &text.replacen("\nG1 E2.8 F2100\n", &format!("\nG1 E{:.2} F2100\n", 2.8 + by), 1),
         );
         assert_eq!(found.iter().any(|f| f.starts_with("retract: printing starts with")), seen, "by {by}: {found:?}");
+    }
+}
+
+/// What the first line behind each turn is, by the slicer's own words.
+fn first_behind_turns(text: &str) -> Vec<String> {
+    let of_slot = |slot: &str| {
+        let mut kind = String::new();
+        for line in slot.lines() {
+            if let Some(said) = line.strip_prefix(";TYPE:") {
+                said.clone_into(&mut kind);
+            }
+            let pushes = line.split(" E").nth(1).is_some_and(|e| !e.starts_with('-'));
+            if line.starts_with("G1 ") && (line.contains(" X") || line.contains(" Y")) && pushes {
+                return kind;
+            }
+        }
+        panic!("nothing is laid")
+    };
+    text.split(";TRUNNION slot=").skip(1).map(of_slot).collect()
+}
+
+#[test]
+fn prints_begin_on_infill_where_that_is_asked() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    for (slicer, program) in [("builtin", ""), ("prusa-slicer", "prusa-slicer")] {
+        if !program.is_empty() && !installed(program) {
+            skip("prusa-slicer is not installed: its infill is not laid before its walls");
+            continue;
+        }
+        for first in [true, false] {
+            let (own, file) = (path("machine.toml"), path("out.gcode"));
+            std::fs::write(&own, format!("extends = \"generic-ac\"\n[process]\ninfill_first = {first}\n")).unwrap();
+            let document = prepare(&fixture("y-tree"), own.to_str().unwrap(), slicer, &file, &[]);
+            assert_eq!(document["verify"]["findings"], Value::Array(Vec::new()));
+            let kinds = first_behind_turns(&std::fs::read_to_string(&file).unwrap());
+            assert!(kinds.len() >= 2, "{kinds:?}");
+            for kind in kinds {
+                let is_infill = kind.to_lowercase().contains("infill");
+                assert_eq!(is_infill, first, "{slicer}, infill_first = {first}: {kind}");
+            }
+        }
     }
 }

@@ -8,16 +8,17 @@ use std::path::Path;
 use super::arrange::{Models, SetUp, arranged};
 use super::holding::support_solids;
 use super::load::spanning;
+use super::orient::process_of;
 use super::pictures::{Told, plan_sheet, reasons_sheet};
 use super::{
     ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World,
     load_profile,
 };
-use crate::geom::{Angle, Vec3};
-use crate::orient::Direction;
+use crate::geom::{Angle, Dir, Vec3};
+use crate::orient::{Direction, Facets, Process, recommend};
 use crate::planning::{
     self, Infeasible, Options, PartRef, Placement, Plan, Planned, Reason, Remedy, Slot, ThreeAxis, Wish, Workpiece,
-    can_be_helped, layers_matter, plan_anywhere, three_axis,
+    can_be_helped, layers_matter, plan_anywhere, three_axis, whole,
 };
 use crate::profile::Profile;
 use crate::view::Drawing;
@@ -58,7 +59,7 @@ pub struct PlanResult {
     /// What was minimised.
     pub objective: String,
     /// Printing in three axes on supports, where several plans were asked for.
-    pub three_axis: Option<ThreeAxis>,
+    pub three_axes: Option<ThreeAxes>,
     /// Whether the model stands elsewhere than in the middle, because only there the axes reach.
     pub moved: bool,
     /// Of `seconds`, what the search for orientations took.
@@ -210,13 +211,13 @@ pub(super) fn planned_along(
     };
     let plan = checked(plan, model, machine)?;
     let compared = options.plans > 1;
-    let three_axis = compared.then(|| three_axis(&plan.workpiece(), &plan.machine.profile, wanted.overhang));
+    let three_axes = compared.then(|| ThreeAxes::of(&plan, wanted.overhang));
     let (objective, moved) = (asked.goal.text.clone(), placement != base);
     Ok(PlanResult {
         plan,
         plans,
         objective,
-        three_axis,
+        three_axes,
         moved,
         orient_seconds,
         seconds: seconds(),
@@ -224,6 +225,25 @@ pub(super) fn planned_along(
         story: None,
         arranged: None,
     })
+}
+
+/// What a printer that cannot tilt would take for the same model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThreeAxes {
+    /// In the pose that `orient` recommends for the whole.
+    pub best: ThreeAxis,
+    /// As it stands in its file.
+    pub as_it_stands: ThreeAxis,
+}
+
+impl ThreeAxes {
+    fn of(plan: &CheckedPlan, overhang: Angle) -> Self {
+        let (workpiece, profile) = (plan.workpiece(), &plan.machine.profile);
+        let process = Process { overhang, ..process_of(&plan.machine) };
+        let found = recommend(&Facets::of(&whole(&workpiece)), &process, None, None);
+        let along = |up: Vec3| three_axis(&workpiece, profile, overhang, Dir::new(up).unwrap_or(Dir::z()));
+        Self { best: along(found.recommended.up), as_it_stands: along(Vec3::z()) }
+    }
 }
 
 /// The plan's document, as it is kept in a folder.

@@ -134,7 +134,8 @@ const DETAILS: [(&str, &str); 7] = [
     ("skirt_", "skirts"),
 ];
 /// Keys that are read.
-const READ: [&str; 10] = [
+const READ: [&str; 11] = [
+    "infill_first",
     "external_perimeter_speed",
     "first_layer_speed",
     "fill_density",
@@ -200,6 +201,9 @@ impl Configured {
         }
         if let Some(pattern) = self.value("fill_pattern").and_then(pattern) {
             s.infill_pattern = pattern;
+        }
+        if let Some(text) = self.value("infill_first") {
+            s.infill_first = text != "0";
         }
         if let Some(seam) = self.value("seam_position").and_then(seam) {
             s.seam = seam;

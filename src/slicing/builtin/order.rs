@@ -34,7 +34,7 @@ impl<'a> Order<'a> {
     }
 
     /// The layer's paths in printing order, on the way to the layer `above`. Islands nearest first; in each the walls from the inside
-    /// out, then infill.
+    /// out, then infill, or the other way round.
     pub(super) fn of(&mut self, layer: &PlannedLayer<'_>, above: Option<&PlannedLayer<'_>>) -> Vec<Path> {
         let starts = |layer: &PlannedLayer<'_>| Nearest::all(layer.islands.iter().map(Island::start).collect());
         let (mut islands, nearest_above) = (starts(layer), above.map(starts));
@@ -43,10 +43,15 @@ impl<'a> Order<'a> {
             let island = &layer.islands[next];
             let mut inside = Ways { island, comb: None };
             let (gaps, walls) = gaps_and_walls(island);
-            self.walls(&mut inside, &walls, layer.ground.as_ref());
+            let infill_first = self.settings.infill_first;
+            if !infill_first {
+                self.walls(&mut inside, &walls, layer.ground.as_ref());
+            }
             let place = self.place();
             let above = || Some(&above?.islands[nearest_above.as_ref()?.to(place)?]);
-            let then = || islands.to(place).map(|next| &layer.islands[next]).or_else(above);
+            let next = || islands.to(place).map(|next| &layer.islands[next]).or_else(above);
+            // Its own walls follow, or what comes behind the island.
+            let then = || if infill_first { Some(island) } else { next() };
             for bridges in [true, false] {
                 let fills = island.fills.iter().filter(|fill| (fill.feature == Feature::Bridge) == bridges);
                 let lines = fills.flat_map(|fill| fill.lines.iter().map(move |line| Piece::Line(fill, line)));
@@ -56,6 +61,9 @@ impl<'a> Order<'a> {
                 let then = if bridges || pieces.is_empty() { None } else { then() };
                 let to = then.map(|island| self.begins(island)).unwrap_or_default();
                 self.pieces(&mut inside, &pieces, layer.ground.as_ref(), &to);
+            }
+            if infill_first {
+                self.walls(&mut inside, &walls, layer.ground.as_ref());
             }
         }
         self.seams.next_layer();

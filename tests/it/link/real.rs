@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use crate::support::{Command, Numbers, folder, note, said, trunnion};
 
 /// Nothing here may take longer: what hangs is killed.
-const LIMIT: Duration = Duration::from_secs(90);
+const LIMIT: Duration = Duration::from_secs(240);
 
 /// A process that ends with its owner.
 pub(crate) struct Running(pub(crate) Child);

@@ -58,6 +58,11 @@ fn prepared(dir: &Path, name: &str) -> (std::path::PathBuf, std::path::PathBuf, 
     (out, plan, turns.map(plain).collect())
 }
 
+/// Whether so much was executed behind the first tilt that filament is laid there.
+fn is_printing_tilted(lines: &[String], turns: &[String]) -> bool {
+    lines.iter().position(|l| turns.contains(l)).is_some_and(|at| lines.len() - at > 40)
+}
+
 /// Each with the letter of its filament.
 const TILTED: [(&str, char); 4] =
     [("generic-bc", 'E'), ("hendrikjan-5d", 'E'), ("penta-trt-bc", 'E'), ("grblhal-ac", 'U')];
@@ -86,8 +91,7 @@ fn paused_at_a_tilt(name: &str, filament: char) {
         send
     };
     let host = send(&[]).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let since = |lines: &[String]| lines.iter().position(|l| turns.contains(l)).map(|at| lines.len() - at);
-    wait_for("the tilt", || since(&executed(&log)).is_some_and(|lines| lines > 40));
+    wait_for("the tilt", || is_printing_tilted(&executed(&log), &turns));
     assert!(Command::new("kill").args(["-TERM", &host.id().to_string()]).status().unwrap().success());
     let paused = host.wait_with_output().unwrap();
     assert_eq!(paused.status.code(), Some(4), "{name}: {}", said(&paused));
@@ -129,12 +133,18 @@ fn cancelled_at_a_tilt(name: &str, filament: char) {
     send.arg("send").arg(&out).arg("--plan").arg(&plan).arg("--port").arg(&link);
     let mut host = send.stdin(screen).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let heard = listened(&mut host);
-    wait_for("the tilt", || executed(&log).iter().any(|l| turns.contains(l)));
+    wait_for("the tilt", || is_printing_tilted(&executed(&log), &turns));
     interrupt(&host);
     wait_for("the pause", || heard.lock().unwrap().contains("paused above the part"));
     keys.write_all(b"c\n").unwrap();
     let ended = host.wait().unwrap();
     assert!(!ended.success(), "{name}: {}", heard.lock().unwrap());
+    // The printer may be behind its host.
+    wait_for("the end of the printer's log", || {
+        let before = executed(&log).len();
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        executed(&log).len() == before
+    });
     let until = executed(&log);
     let turned = until.iter().rposition(|l| turns.contains(l)).unwrap();
     let lift = until.iter().rposition(|l| l.starts_with("G1Z")).unwrap();
