@@ -336,37 +336,38 @@ impl<'a> Writer<'a> {
 
     /// Waits for a person: pulls back, goes up along the tool clear of everything that stands, and comes back the same way.
     fn pause(&mut self, entry: &Entry<'_>, span: &Range<usize>) {
-        let Some(tip) = self.out.tip() else { return };
-        let transition = &self.job.profile.transition;
-        let (pulled, feed) = (transition.retract_mm, transition.retract_mm_per_s * 60.0);
-        let height = self.pause_height(tip.z);
-        self.out.filament(-pulled, feed, b"");
-        self.out.go_z(height, transition.z_mm_per_min);
-        self.out.keep(entry.input.sliced.text(span));
-        self.out.go(tip, 0.0, transition.z_mm_per_min, b"");
-        self.out.filament(pulled, feed, b"");
-        self.pauses += 1;
+        self.pauses += usize::from(self.above(|writer, _, _| writer.out.keep(entry.input.sliced.text(span))));
     }
 
-    /// Waits so that plastic sets: pulls back, goes up clear of everything that stands and beside what is printed, and comes back the same way.
+    /// Waits so that plastic sets: clear of everything that stands and beside what is printed.
     fn wait(&mut self, entry: &Entry<'_>, seconds: f64) {
-        let Some(tip) = self.out.tip() else { return };
+        let waited = self.above(|writer, tip, height| {
+            let travel = writer.job.profile.transition.travel_mm_per_min;
+            let beside = writer.beside(entry, tip);
+            if let Some([x, y]) = beside {
+                writer.out.go(Vec3::new(x, y, height), 0.0, travel, b"");
+            }
+            writer.out.line(&dwell_line(writer.out.firmware(), seconds));
+            if beside.is_some() {
+                writer.out.go(Vec3::new(tip.x, tip.y, height), 0.0, travel, b"");
+            }
+        });
+        self.waits_s += if waited { seconds } else { 0.0 };
+    }
+
+    /// Pulls back and goes up clear of everything that stands; `there` does something, from where the tip was and how high it is now; and
+    /// comes back the same way. `false`, and nothing done, where nobody knows where the tip is.
+    fn above(&mut self, there: impl FnOnce(&mut Self, Vec3, f64)) -> bool {
+        let Some(tip) = self.out.tip() else { return false };
         let transition = &self.job.profile.transition;
         let (pulled, feed) = (transition.retract_mm, transition.retract_mm_per_s * 60.0);
         let height = self.pause_height(tip.z);
         self.out.filament(-pulled, feed, b"");
         self.out.go_z(height, transition.z_mm_per_min);
-        let beside = self.beside(entry, tip);
-        if let Some([x, y]) = beside {
-            self.out.go(Vec3::new(x, y, height), 0.0, transition.travel_mm_per_min, b"");
-        }
-        self.out.line(&dwell_line(self.out.firmware(), seconds));
-        if beside.is_some() {
-            self.out.go(Vec3::new(tip.x, tip.y, height), 0.0, transition.travel_mm_per_min, b"");
-        }
+        there(self, tip, height);
         self.out.go(tip, 0.0, transition.z_mm_per_min, b"");
         self.out.filament(pulled, feed, b"");
-        self.waits_s += seconds;
+        true
     }
 
     /// The nearest place beside a print that the axes reach.

@@ -59,6 +59,19 @@ fn laid(file: &Path, profile: &Profile) -> BTreeMap<usize, Vec<Vec3>> {
     all
 }
 
+/// The direction of a print of a plan.
+fn along(print: &Value) -> Vec3 {
+    Vec3::from_iterator(print["up"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()))
+}
+
+/// The height of the lowest of `points` along `up`, and by how much one is off a whole number of layers above it, at most half of one.
+fn off_layers(points: &[Vec3], up: &Vec3) -> (f64, f64) {
+    let heights: Vec<f64> = points.iter().map(|p| p.dot(up)).collect();
+    let first = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    let off = heights.iter().map(|h| ((h - first) / 0.2 - ((h - first) / 0.2).round()).abs() * 0.2);
+    (first, off.fold(0.0, f64::max))
+}
+
 /// The layers of a tilted print lie across its own direction, and all of it is where the model is: read back with quaternions.
 #[test]
 fn what_is_printed_with_leaning_axes_is_where_the_model_is() {
@@ -76,20 +89,25 @@ fn what_is_printed_with_leaning_axes_is_where_the_model_is() {
         let (mut low, mut high) = (Vec3::from_element(f64::INFINITY), Vec3::from_element(f64::NEG_INFINITY));
         let (mut tilted, mut worst) = (0, 0.0_f64);
         for (print, points) in laid(&file, &profile(text)) {
-            let up = prints[print]["up"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap());
-            let up = Vec3::from_iterator(up);
+            let up = along(prints[print]);
             tilted += usize::from(up.z < 0.9);
-            // All of a print's layers are a whole number of layers from its first.
-            let heights: Vec<f64> = points.iter().map(|p| p.dot(&up)).collect();
-            let first = heights.iter().copied().fold(f64::INFINITY, f64::min);
-            let off = heights.iter().map(|h| ((h - first) / 0.2 - ((h - first) / 0.2).round()).abs() * 0.2);
-            worst = off.fold(worst, f64::max);
+            let (first, off) = off_layers(&points, &up);
+            worst = worst.max(off);
             assert!(up.z < 0.9 || (first - 0.2).abs() < 2e-3, "the first layer is {first} mm above the table");
             for p in points {
                 (low, high) = (low.inf(&p), high.sup(&p));
             }
         }
-        note(&format!("machine {number}: layers are flat to {worst:.4} mm, {tilted} prints are tilted"));
+        // Read as if its axes were square, as who does not know of them would print it.
+        let square: String =
+            text.lines().filter(|line| !line.starts_with("along")).map(|line| format!("{line}\n")).collect();
+        let as_square = laid(&file, &profile(&square));
+        let tilted_ones = as_square.iter().filter(|(print, _)| along(prints[**print]).z < 0.9);
+        let askew = tilted_ones.map(|(print, points)| off_layers(points, &along(prints[*print])).1).fold(0.0, f64::max);
+        note(&format!(
+            "machine {number}: layers are flat to {worst:.4} mm (square axes would have them {askew:.2} mm askew and more), {tilted} prints are tilted"
+        ));
+        assert!(askew > 0.05, "{askew}: a reader that sees nothing");
         // Three digits of X, Y and Z and four of an angle, 100 mm from its axis.
         assert!(tilted == 2 && worst < 3e-3, "{tilted} tilted, {worst} mm");
         let stl = std::fs::read(fixture("y-tree")).unwrap();

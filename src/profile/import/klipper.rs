@@ -280,7 +280,7 @@ impl Config {
             let why = format!(
                 "[manual_stepper {name}] has no letter: no line says MANUAL_STEPPER STEPPER={name} GCODE_AXIS=.., and Klipper drops the words of an \
                  axis that it was not told of; write such a line for the tilt and one for the rotation into a macro, or into a file of their own that \
-                 is given as well"
+                 is given as well; a Klipper that knows no GCODE_AXIS (before 2025) is described by hand: docs/machine.md, Turns as commands"
             );
             return Err(ImportError::At { place: (*place).clone(), why });
         }
