@@ -2,7 +2,7 @@
 //! parts are a model of their own, for whoever asked to write beside the output.
 
 use super::arrange::{Arrangement, Models, SetUp, arranged};
-use super::plan::{planned, planned_along};
+use super::plan::{Along, planned, planned_along};
 use super::solids::{CutSolid, Known, Pieces, groups, in_parts};
 use super::supported::on_supports;
 use super::{
@@ -103,11 +103,12 @@ pub(super) fn planned_or_cut(
     let mut sets = vec![set];
     sets.extend(models.wider(&sets[0], world));
     let none = matches!(ways, WaysOut { cutting: Cutting::Never, supporting: Supporting::Never });
-    // Parts of one assembly are neither cut nor held.
+    // Parts of one assembly are not cut.
     let assembly = sets[0].model.model.parts.len() > 1 && groups(&sets[0].model.model).len() == 1;
     let mut tries = Tries { machine: models.machine, options, sets, known: Known::default(), world };
     let mut why_not = [None, None];
-    if !(none || assembly) || tries.sets.len() > 1 {
+    let uncut = assembly && ways.supporting == Supporting::Never;
+    if !(none || uncut) || tries.sets.len() > 1 {
         let why = match tries.as_they_are()? {
             Ok(plan) => return Ok(PlannedSomehow { plan, cut: None, held: None }),
             Err(why) => why,
@@ -119,7 +120,7 @@ pub(super) fn planned_or_cut(
             },
             _ => {}
         }
-        if ways.supporting == Supporting::Auto && !assembly {
+        if ways.supporting == Supporting::Auto {
             match tries.held(&why) {
                 Ok((plan, held)) => return Ok(PlannedSomehow { plan, cut: None, held: Some(held) }),
                 Err(text) => why_not[1] = Some(text),
@@ -241,7 +242,7 @@ fn in_pieces(
     let bytes = pieces.threemf();
     let parts = LoadedModel::made(file.to_owned(), &bytes).map_err(words)?;
     let plain = PlanOptions { remedies: false, allow: pieces.allow, ..options.clone() };
-    let plan = planned_along(Some(&pieces.ups), parts, machine.clone(), &plain, world);
+    let plan = planned_along(Along::These(&pieces.ups), parts, machine.clone(), &plain, world);
     let crowded = |error| format!("{}; print fewer at once, or give them more room (--gap)", words(error));
     Ok((plan.map_err(crowded)?, pieces.cut, bytes))
 }

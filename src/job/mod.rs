@@ -26,6 +26,7 @@
 mod adhesion;
 mod arrange;
 mod batch;
+mod below;
 mod bench;
 mod calibrate;
 mod cutting;

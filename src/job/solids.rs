@@ -2,7 +2,7 @@
 //! cut, copies once.
 
 use super::load::spanning;
-use super::plan::{planned, planned_along};
+use super::plan::{Along, planned, planned_along};
 use super::split::cut_up;
 use super::{
     CheckedPlan, Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, SplitOptions, SplitResult, World,
@@ -261,7 +261,7 @@ pub(super) fn in_parts(
     let plain = PlanOptions { remedies: false, allow: Vec::new(), ..options.clone() };
     // The cuts' own directions have a plan, and are few; a search over all that the parts offer may take a hundred times as long.
     let ups = split.split.ups();
-    let plan = match planned_along(Some(&ups), parts.clone(), machine.clone(), &plain, world) {
+    let plan = match planned_along(Along::These(&ups), parts.clone(), machine.clone(), &plain, world) {
         Err(Error::NoPlan(_)) => planned(parts, machine.clone(), &plain, world),
         found => found,
     };

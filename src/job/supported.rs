@@ -1,8 +1,10 @@
-//! Solids that have no plan as they are, nor in parts: printed upright on the level table, on supports.
+//! Solids that have no plan as they are, nor in parts: printed upright on the level table, on supports. Of parts that touch each other only
+//! those that stand on the table are held, and all others are printed as their plan has them.
 
+use super::below::{Below, stand_alone};
 use super::form::STEPS_MM;
-use super::holding::{Laid, even_tops, held_mesh};
-use super::plan::planned_along;
+use super::holding::{Laid, even_tops, held_mesh, support_solids};
+use super::plan::{Along, planned_along};
 use super::solids::groups;
 use super::{CheckedPlan, Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, World};
 use crate::geom::{Angle, Vec3};
@@ -78,7 +80,8 @@ const SAME_MM: f64 = 1e-6;
 /// Supports and what is beside them are told apart up to this, mm.
 const FAR_MM: f64 = 5.0;
 
-/// The plan of `model` upright, with supports below each part that wants some; or why that does not help.
+/// The plan of `model`, with supports below each part that wants some; or why that does not help. What stands on the table is printed
+/// upright, and so is all where no parts touch.
 pub(super) fn on_supports(
     model: &LoadedModel,
     machine: &LoadedProfile,
@@ -87,29 +90,50 @@ pub(super) fn on_supports(
 ) -> Result<(PlanResult, HeldModel), String> {
     let parts = &model.model.parts;
     let named = |part: usize| format!("part {part} ({})", parts[part].name);
-    if let Some(touching) = groups(&model.model).iter().find(|group| group.len() > 1) {
-        let [one, other] = [touching[0], touching[1]].map(named);
-        return Err(format!("supports are made below single solids, and {one} and {other} touch; join them (--join)"));
-    }
-    let words = |error: Error| error.to_string();
-    // What hangs is looked at below, with the supports there.
-    let allow = (0..parts.len()).map(|part| (part, None)).collect();
+    let touching = groups(&model.model).iter().any(|group| group.len() > 1);
+    let all: Vec<usize> = (0..parts.len()).collect();
+    let bases = if touching { &model.model.on_table } else { &all };
+    // What hangs of them is looked at below, with the supports there.
+    let theirs = |part: &usize| bases.contains(part);
+    let others = options.allow.iter().filter(|(part, _)| !theirs(part)).copied();
+    let allow = bases.iter().map(|&part| (part, None)).chain(others).collect();
     let carried = PlanOptions { remedies: false, allow, plans: 1, ..options.clone() };
     let upright = [Vec3::z()];
-    let mut plan = planned_along(Some(&upright), model.clone(), machine.clone(), &carried, world).map_err(words)?;
-    if plan.plan.plan.slots.len() > 1 {
+    let along = if touching { Along::Upright(bases) } else { Along::These(&upright) };
+    let words = |error: Error| match error {
+        Error::NoPlan(no) if touching => {
+            format!("with supports below what stands on the table: {}; or join the parts (--join)", no.infeasible)
+        }
+        error => error.to_string(),
+    };
+    let mut plan = planned_along(along, model.clone(), machine.clone(), &carried, world).map_err(words)?;
+    if !touching && plan.plan.plan.slots.len() > 1 {
         let slots = plan.plan.plan.slots.len();
         return Err(format!(
             "supports are made where all is printed in one slot, and here it takes {slots} (--slots together)"
         ));
     }
     let mut held = Vec::new();
-    for (_, print) in plan.plan.prints() {
+    for (_, print) in plan.plan.prints().filter(|(_, print)| theirs(&print.part)) {
         let about = |why: String| if parts.len() > 1 { format!("{}: {why}", named(print.part)) } else { why };
         held.extend(Attempt::best(&plan.plan, print, options).map_err(about)?);
     }
-    apart(&plan.plan, &held)?;
-    let held = HeldModel { parts: taken(&held, &mut plan), why: why.to_owned() };
+    if touching && held.is_empty() {
+        return Err("nothing of what stands on the table wants supports".to_owned());
+    }
+    let attempts = held;
+    if touching {
+        mixed(&plan.plan, &attempts)?;
+    } else {
+        apart(&plan.plan, &attempts)?;
+    }
+    let held = HeldModel { parts: taken(&attempts, &mut plan), why: why.to_owned() };
+    if touching {
+        let made = &plan.plan;
+        let standing = support_solids(&made.plan, &made.workpiece(), &made.machine.profile);
+        let below: Vec<Below<'_>> = attempts.iter().map(Attempt::below).collect();
+        stand_alone(made, &below, &standing, options.margin_mm)?;
+    }
     plan.story = Some(held.story(plan.best().seconds));
     Ok((plan, held))
 }
@@ -221,6 +245,17 @@ impl Attempt {
         Ok(())
     }
 
+    fn below(&self) -> Below<'_> {
+        let middle = |[low, high]: [f64; 2]| f64::midpoint(low, high);
+        let layers = self.laid.layers.iter().map(|layer| (middle(layer.span_mm), &layer.lines[..])).collect();
+        Below { part: self.part, layers, to_machine: self.to_machine }
+    }
+
+    /// Whether a line of them comes nearer than `room_mm` to what `distance` tells of, seen from above.
+    fn comes_near(&self, distance: impl Fn(Point) -> f64 + Copy, room_mm: f64) -> bool {
+        self.lines().any(|line| march(line, |p| distance(p) - room_mm).any(|(_, room)| room < 0.0))
+    }
+
     /// Their lines, machine frame, seen from above.
     fn lines(&self) -> impl Iterator<Item = Segment> {
         let at = |p: &Point| [p[0] + self.to_machine.x, p[1] + self.to_machine.y];
@@ -249,13 +284,27 @@ fn apart(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), String> {
             let far = there.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
             if inside(p) { 0.0 } else { far }
         };
-        let meets = |line: Segment| march(line, |p| distance(p) - room_mm).any(|(_, room)| room < 0.0);
-        let other = held.iter().filter(|attempt| attempt.part != print.part).find(|attempt| attempt.lines().any(meets));
+        let others = held.iter().filter(|attempt| attempt.part != print.part);
+        let other = others.into_iter().find(|attempt| attempt.comes_near(distance, room_mm));
         if let Some(attempt) = other {
             let (part, other) = (name(attempt.part), name(print.part));
             return Err(format!(
                 "the supports of {part} would stand below or beside {other}; give them more room (--gap)"
             ));
+        }
+    }
+    Ok(())
+}
+
+/// Whether the supports of two parts come nearer to each other than two lines, seen from above.
+fn mixed(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), String> {
+    let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
+    let room_mm = 2.0 * plan.machine.profile.process.line_width_mm;
+    for (place, one) in held.iter().enumerate() {
+        let there = Segments::new(one.lines().collect());
+        let distance = |p: Point| there.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
+        if let Some(other) = held[place + 1..].iter().find(|other| other.comes_near(distance, room_mm)) {
+            return Err(format!("the supports of {} and of {} would meet", name(one.part), name(other.part)));
         }
     }
     Ok(())

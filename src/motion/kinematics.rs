@@ -16,7 +16,8 @@
 
 use std::fmt;
 
-use super::misaligned::AxisDirections;
+use super::misaligned::{AxisDirections, sin_cos};
+use super::pose::Pose;
 use crate::gcode::round_to;
 use crate::geom::{Angle, Dir, Machine, Mat3, Rigid, Table, Vec3};
 
@@ -27,25 +28,6 @@ pub enum TiltAbout {
     X,
     /// A B table: tilts about machine +Y.
     Y,
-}
-
-/// The table's two angles, right-handed, as the chain counts them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pose {
-    /// Tilt about machine +X or +Y.
-    pub tilt: Angle,
-    /// Rotation about the table's own +Z; may count more than one turn.
-    pub rotation: Angle,
-}
-
-impl Pose {
-    /// The table level, rotation at its zero.
-    pub const LEVEL: Self = Self { tilt: Angle::ZERO, rotation: Angle::ZERO };
-
-    /// A pose of `tilt` and `rotation` degrees.
-    pub fn from_deg(tilt: f64, rotation: f64) -> Self {
-        Self { tilt: Angle::from_deg(tilt), rotation: Angle::from_deg(rotation) }
-    }
 }
 
 /// One rotary axis: its word in G-code, its sense and zero, its stops and its speed.
@@ -285,22 +267,6 @@ fn rotation_y(angle: Angle) -> Mat3 {
 pub(crate) fn rotation_z(angle: Angle) -> Mat3 {
     let (s, c) = sin_cos(angle);
     Mat3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
-}
-
-/// Sine and cosine, exact at quarter turns so that a table at 90 degrees prints whole coordinates.
-pub(super) fn sin_cos(angle: Angle) -> (f64, f64) {
-    let quarters = angle.rad() / std::f64::consts::FRAC_PI_2;
-    let nearest = quarters.round();
-    if (quarters - nearest).abs() < 1e-12 {
-        match (nearest as i64).rem_euclid(4) {
-            0 => (0.0, 1.0),
-            1 => (1.0, 0.0),
-            2 => (0.0, -1.0),
-            _ => (-1.0, 0.0),
-        }
-    } else {
-        angle.rad().sin_cos()
-    }
 }
 
 #[cfg(test)]

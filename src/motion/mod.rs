@@ -11,10 +11,12 @@ mod kinematics;
 mod limits;
 pub(crate) mod lookahead;
 mod misaligned;
+mod pose;
 pub mod replay;
 
 pub(crate) use kinematics::rotation_z;
-pub use kinematics::{AxisRange, Pose, RANGE_SLACK_DEG, TableKinematics, TiltAbout, Unreachable};
+pub use kinematics::{AxisRange, RANGE_SLACK_DEG, TableKinematics, TiltAbout, Unreachable};
 pub use limits::{LinearLimits, OutOfLimits};
 pub use lookahead::{Accelerations, Axes};
 pub use misaligned::{AxisDirections, MOST_LEAN_DEG};
+pub use pose::Pose;

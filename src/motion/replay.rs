@@ -15,7 +15,8 @@ mod tests;
 
 use std::ops::RangeInclusive;
 
-use super::kinematics::{AxisRange, Pose};
+use super::kinematics::AxisRange;
+use super::pose::Pose;
 use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
 use crate::gcode::{Command, ParsedLine, round_to};
 use crate::geom::{Angle, Vec3};

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::process::Output;
 
 use serde_json::Value;
+use trunnion::fixtures::solid_box;
 use trunnion::geom::{Object, Vec3};
-use trunnion::mesh::{ReadOptions, TriangleMesh, read_model, stl_binary};
+use trunnion::mesh::{ReadOptions, TriangleMesh, read_model, stl_binary, stl_binary_parts};
 
 use crate::split::solids::{Shape, all, ball, block, rod};
 use crate::support::{folder as new_folder, installed, note, root, skip, trunnion};
@@ -346,4 +347,79 @@ fn what_supports_cannot_do_is_said() {
         run(here, &["rewrite", "slots/print-00-part-0.gcode", "--plan", "plan.json", "-o", "by-hand.gcode"]);
     assert!(rewritten.status.success(), "{}", told(&rewritten));
     assert!(fs::read_to_string(here.join("by-hand.gcode")).unwrap().contains(";TYPE:Support material"));
+}
+
+/// A tee whose bar hangs out on both sides, and boxes.
+fn assembly(folder: &Path, boxes: &[([f64; 3], [f64; 3])]) {
+    let tee = block(12.0, 12.0, 30.0).at(-6.0, -6.0, 0.0).and(&block(44.0, 12.0, 6.0).at(-22.0, -6.0, 30.0)).mesh();
+    let boxes: Vec<TriangleMesh<Object>> = boxes.iter().map(|(a, b)| solid_box((*a).into(), (*b).into())).collect();
+    let parts: Vec<&TriangleMesh<Object>> = std::iter::once(&tee).chain(&boxes).collect();
+    fs::write(folder.join("solid.stl"), stl_binary_parts(&parts)).unwrap();
+}
+
+/// What stands on the table is held, what touches it is printed later, tilted, clear of the supports; without them the plan says why not.
+#[test]
+fn a_base_is_held_while_what_touches_it_is_printed_tilted() {
+    let folder = new_folder();
+    let here = folder.path();
+    // A post on the bar, and a branch out of the post.
+    assembly(here, &[([-5.0, -5.0, 36.0], [5.0, 5.0, 70.0]), ([5.0, -4.0, 55.0], [20.0, 4.0, 63.0])]);
+    let none = prepared(here, "builtin", &["--supports", "never"]);
+    assert!(!none.status.success() && told(&none).contains("part 0"), "{}", told(&none));
+    let mut slicers = vec!["builtin"];
+    if installed("prusa-slicer") {
+        slicers.push("prusa-slicer");
+    } else {
+        skip("prusa-slicer is not installed");
+    }
+    for slicer in slicers {
+        let done = prepared(here, slicer, &[]);
+        assert!(done.status.success(), "{slicer}: {}", told(&done));
+        let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+        assert_eq!(document["verify"]["findings"], Value::Array(Vec::new()));
+        let slots = document["plan"]["slots"].as_array().unwrap();
+        let parts: Vec<&Value> = slots.iter().map(|slot| &slot["prints"][0]["part"]).collect();
+        assert_eq!(parts, [0, 1, 2].map(Value::from).iter().collect::<Vec<_>>());
+        let held: Vec<bool> = slots.iter().map(|slot| slot["prints"][0]["supports"].is_object()).collect();
+        assert_eq!(held, [true, false, false], "{slots:?}");
+        assert_eq!(slots[2]["prints"][0]["tilt_deg"], 90.0);
+        let volume = document["supports"]["volume_mm3"].as_f64().unwrap();
+        note(&format!("{slicer}: {volume:.0} mm3 of support below the base"));
+        assert!(volume > 100.0);
+        let verify = run(here, &["verify", "out.gcode", "--plan", "out.json"]);
+        assert!(verify.status.success(), "{slicer}: {}", told(&verify));
+        fs::remove_file(here.join("out.gcode")).unwrap();
+    }
+}
+
+#[test]
+fn supports_of_a_base_keep_out_of_other_parts_and_of_later_heads() {
+    let folder = new_folder();
+    let here = folder.path();
+    for (boxes, why) in [
+        // A block beside the post, below one arm, apart from the bar above it.
+        (
+            &[([6.0, -6.0, 0.0], [20.0, 6.0, 20.0])],
+            "the supports of part 0 (part-0) would stand where part 1 (part-1) is, or less than a line's width from it",
+        ),
+        // A branch out of the bar's end, right above its underside.
+        (
+            &[([22.0, -5.0, 30.5], [40.0, 5.0, 35.5])],
+            "while part 1 (part-1) is printed, the nozzle would meet the supports of part 0 (part-0)",
+        ),
+        // A branch out of the post, below the bar: no head gets there.
+        (&[([6.0, -5.0, 10.0], [16.0, 5.0, 20.0])], "or join the parts (--join)"),
+    ] {
+        assembly(here, boxes);
+        let refused = prepared(here, "builtin", &[]);
+        assert!(!refused.status.success(), "{}", told(&refused));
+        let text = told(&refused);
+        let on_supports = text.lines().find(|line| line.starts_with("on supports: ")).unwrap_or_default();
+        assert!(on_supports.contains(why), "{text}");
+        assert!(!here.join("out.gcode").exists());
+    }
+    // Two millimetres higher the branch is clear of them.
+    assembly(here, &[([22.0, -5.0, 32.0], [40.0, 5.0, 36.0])]);
+    let done = prepared(here, "builtin", &[]);
+    assert!(done.status.success(), "{}", told(&done));
 }

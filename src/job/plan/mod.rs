@@ -22,6 +22,7 @@ use crate::planning::{
 };
 use crate::profile::Profile;
 use crate::view::Drawing;
+pub(super) use options::Along;
 use options::PlanAsked;
 pub use options::{PlaceRequest, PlanOptions, Supporting, allowed};
 
@@ -159,12 +160,12 @@ pub(super) fn planned(
     options: &PlanOptions,
     world: &World<'_>,
 ) -> Result<PlanResult, Error> {
-    planned_along(None, model, machine, options, world)
+    planned_along(Along::Any, model, machine, options, world)
 }
 
-/// As [`planned`], each part along any of `ups` (the model file's frame), where they are given, and in no other direction.
+/// As [`planned`], along no other directions than these.
 pub(super) fn planned_along(
-    ups: Option<&[Vec3]>,
+    along: Along<'_>,
     model: LoadedModel,
     machine: LoadedProfile,
     options: &PlanOptions,
@@ -179,7 +180,7 @@ pub(super) fn planned_along(
     let wanted = asked.options(options);
     let (base, profile) = (asked.base, &machine.profile);
     let workpiece = Workpiece::place(&model.model, &base);
-    let directions = asked.directions(&workpiece, &machine, &wanted, ups)?;
+    let directions = asked.directions(&workpiece, &machine, &wanted, &along)?;
     let orient_seconds = seconds();
     let found = if options.place.is_some() {
         planning::plan(&workpiece, profile, &directions, &wanted).map(|plans| (base, plans))
@@ -323,7 +324,7 @@ pub fn sequences(
     let asked = PlanAsked::of(&request.options, &machine, &model)?;
     let options = asked.options(&request.options);
     let workpiece = Workpiece::place(&model.model, &asked.base);
-    let directions = asked.directions(&workpiece, &machine, &options, None)?;
+    let directions = asked.directions(&workpiece, &machine, &options, &Along::Any)?;
     let mut seen = 0;
     let complete = planning::sequences(&workpiece, &machine.profile, &directions, &options, |slots| {
         seen += 1;

@@ -189,27 +189,45 @@ impl PlanAsked {
         }
     }
 
-    /// The directions to try where the model stands at first: `ups` for every part (the model file's frame), or those that are found.
+    /// The directions to try where the model stands at first.
     pub(super) fn directions(
         &self,
         workpiece: &Workpiece<'_>,
         machine: &LoadedProfile,
         options: &Options<'_>,
-        ups: Option<&[Vec3]>,
+        along: &Along<'_>,
     ) -> Result<Vec<Vec<Direction>>, Error> {
         workpiece.check(&machine.profile)?;
         plannable(workpiece)?;
-        let Some(ups) = ups else { return Ok(orientations(workpiece, options)) };
         let up = |facets: &Facets, up: &Vec3| {
             let up = workpiece.placed.rotation * up;
             Direction { up, value: self.objective.value(facets, &up) }
         };
-        let of_part = |mesh| {
+        let only = |mesh, ups: &[Vec3]| {
             let facets = Facets::of(mesh);
-            ups.iter().map(|d| up(&facets, d)).collect()
+            ups.iter().map(|d| up(&facets, d)).collect::<Vec<Direction>>()
         };
-        Ok(workpiece.parts.iter().map(of_part).collect())
+        Ok(match *along {
+            Along::Any => orientations(workpiece, options),
+            Along::These(ups) => workpiece.parts.iter().map(|mesh| only(mesh, ups)).collect(),
+            Along::Upright(parts) => {
+                let mut all = orientations(workpiece, options);
+                parts.iter().for_each(|&part| all[part] = only(&workpiece.parts[part], &[Vec3::z()]));
+                all
+            }
+        })
     }
+}
+
+/// The directions that parts may be printed along, the model file's frame.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::job) enum Along<'a> {
+    /// What is found.
+    Any,
+    /// Every part along one of these.
+    These(&'a [Vec3]),
+    /// These parts along +Z, all others along what is found.
+    Upright(&'a [usize]),
 }
 
 fn search(options: &PlanOptions, objective: &dyn Objective) -> Result<Box<dyn Search>, BadSetting> {
