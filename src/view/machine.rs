@@ -1,7 +1,7 @@
 //! The machine as it is drawn: its table, head and frame as hulls, and the constants by which its table turns.
 
-use super::hull::Hull;
-use crate::geom::{Body, Vec3};
+use super::hull::drawn;
+use crate::geom::{Body, Hull, Vec3};
 use crate::motion::{LinearLimits, TableKinematics};
 
 /// A convex piece of head or frame.
@@ -34,10 +34,10 @@ impl Machine {
     /// Of the corners of the table's slab (table frame) and the bodies of head and frame.
     pub fn of(kinematics: TableKinematics, limits: LinearLimits, slab: &[Vec3], head: &[Body], frame: &[Body]) -> Self {
         let pieces = |bodies: &[Body]| bodies.iter().map(piece).collect();
-        Self { kinematics, limits, table: Hull::of(slab), head: pieces(head), frame: pieces(frame) }
+        Self { kinematics, limits, table: drawn(slab), head: pieces(head), frame: pieces(frame) }
     }
 }
 
 fn piece(body: &Body) -> Piece {
-    Piece { name: body.name.clone(), follows: body.follows, hull: Hull::of(&body.points) }
+    Piece { name: body.name.clone(), follows: body.follows, hull: drawn(&body.points) }
 }

@@ -31,10 +31,10 @@ mod tests;
 mod text;
 mod thumbnail;
 
+pub use crate::geom::Hull;
 pub use drawing::{Anchor, Colour, Drawing, Format, INK, Mark, Picture, width_of};
 pub use eye::Eye;
 pub use frame::{Arrow, Frame, Ghost, JOINT_COLOUR, Side};
-pub use hull::Hull;
 pub use landscape::{Dip, Landscape};
 pub use machine::{Machine, Piece};
 pub use page::{page, pair};
