@@ -11,6 +11,7 @@ use hashbrown::HashMap;
 use super::error::Fault;
 use crate::geom::Vec3;
 use pairing::EdgeLink;
+pub(super) use pairing::pair_edges;
 
 /// Facets under work, each with the facet of the file that it stems from.
 #[derive(Clone, Debug, Default)]

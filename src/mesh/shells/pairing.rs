@@ -6,10 +6,10 @@ use crate::geom::Vec3;
 
 /// The facet across an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct EdgeLink {
-    pub(super) facet: u32,
+pub(in crate::mesh) struct EdgeLink {
+    pub(in crate::mesh) facet: u32,
     /// Whether both facets run along the edge in the same sense, so that one of them faces the wrong way.
-    pub(super) twisted: bool,
+    pub(in crate::mesh) twisted: bool,
 }
 
 /// Facets closer than this around an edge, in radians, count as lying upon each other and enclose nothing.
@@ -29,7 +29,7 @@ struct Use {
 }
 
 /// For every facet the links across its sides `0-1`, `1-2`, `2-0`; `None` at an open edge.
-pub(super) fn pair_edges(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<[Option<EdgeLink>; 3]> {
+pub(in crate::mesh) fn pair_edges(vertices: &[Vec3], facets: &[[u32; 3]]) -> Vec<[Option<EdgeLink>; 3]> {
     // A word a side is sorted and not a `Use`: of a million facets that is the most that is held at once.
     let mut sides: Vec<u64> = Vec::with_capacity(3 * facets.len());
     for (facet, corners) in (0_u64..).zip(facets) {

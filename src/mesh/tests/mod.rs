@@ -1,6 +1,7 @@
 //! Whole models through `read_model`, with figures worked by hand.
 
 mod formats;
+pub(crate) mod shapes;
 mod solids;
 mod strangers;
 
