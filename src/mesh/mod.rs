@@ -12,6 +12,7 @@
 
 mod apart;
 mod box_tree;
+mod containing;
 mod error;
 mod fans;
 mod interface;
@@ -32,6 +33,7 @@ mod write;
 
 pub use apart::{may_overlap, nearest};
 pub use box_tree::BoxTree;
+pub use containing::{Containing, containing};
 pub use error::{Fault, MAX_COORDINATE, MeshError, Place};
 pub use fans::{Fanned, fanned};
 pub use interface::{Facing, INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface, facing_across};
