@@ -12,6 +12,9 @@ pub(super) const SLACK: f64 = 1e-6;
 /// Cells of the grid along the body's longest diagonal: so many that three differences multiplied are below 2^93, and two below 2^61.
 const CELLS: f64 = (1_u64 << 29) as f64;
 
+/// Beyond this many cells from a rounded plane its side is sure: coordinates of 2^29 are rounded by 2^-22 there.
+const SURE: f64 = 1.0;
+
 type Cell = [i64; 3];
 
 #[derive(Clone, Debug)]
@@ -20,21 +23,37 @@ struct Face {
     /// The first corner, and twice the area along the outward normal, in cells: exact.
     at: Cell,
     across: Cell,
-    /// The length of that.
-    length: f64,
 }
 
 impl Face {
     fn of(cells: &[Cell], corners: [usize; 3]) -> Self {
         let [a, b, c] = corners.map(|i| cells[i]);
-        let across = cross(less(b, a), less(c, a));
-        Self { corners, at: a, across, length: across.map(|v| v as f64).iter().map(|v| v * v).sum::<f64>().sqrt() }
+        Self { corners, at: a, across: cross(less(b, a), less(c, a)) }
     }
 
-    /// How far beyond the face a cell lies, times its area: above 0 where it sees the face, exactly.
-    fn sees(&self, cell: Cell) -> i128 {
+    /// Whether a cell lies beyond the face, exactly.
+    fn is_seen_from(&self, cell: Cell) -> bool {
         let from = less(cell, self.at);
-        (0..3).map(|k| i128::from(from[k]) * i128::from(self.across[k])).sum()
+        (0..3).map(|k| i128::from(from[k]) * i128::from(self.across[k])).sum::<i128>() > 0
+    }
+
+    fn plane(&self) -> Plane {
+        let across = Vec3::from(self.across.map(|v| v as f64));
+        let normal = across / across.norm();
+        Plane { normal, offset: normal.dot(&Vec3::from(self.at.map(|v| v as f64))) }
+    }
+}
+
+/// A face's plane, in cells: rounded, to a small part of a cell.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    normal: Vec3,
+    offset: f64,
+}
+
+impl Plane {
+    fn height(&self, at: &Vec3) -> f64 {
+        self.normal.dot(at) - self.offset
     }
 }
 
@@ -52,6 +71,8 @@ pub struct GrowingHull {
     points: Vec<Vec3>,
     cells: Vec<Cell>,
     faces: Vec<Face>,
+    /// The faces' planes, by themselves: most faces are asked for nothing else.
+    planes: Vec<Plane>,
     origin: Vec3,
     /// A cell's width, mm.
     width: f64,
@@ -64,7 +85,7 @@ impl GrowingHull {
         let size = bounds.size().norm();
         let (origin, width) =
             if bounds.is_empty() || size == 0.0 { (Vec3::zeros(), 1.0) } else { (bounds.min, size / CELLS) };
-        Self { points: Vec::new(), cells: Vec::new(), faces: Vec::new(), origin, width }
+        Self { points: Vec::new(), cells: Vec::new(), faces: Vec::new(), planes: Vec::new(), origin, width }
     }
 
     /// Its points, mm.
@@ -90,6 +111,7 @@ impl GrowingHull {
         self.cells.extend(points.iter().map(cell));
         if self.faces.is_empty() {
             let Some(faces) = self.first() else { return };
+            self.planes = faces.iter().map(Face::plane).collect();
             self.faces = faces;
             from = 0;
         }
@@ -119,11 +141,9 @@ impl GrowingHull {
     /// infinity where no face is ever met.
     pub fn way_out(&self, point: &Vec3, along: &Vec3) -> f64 {
         let from = (point - self.origin) / self.width;
-        let ways = self.faces.iter().filter_map(|f| {
-            let across = Vec3::from(f.across.map(|v| v as f64));
-            let speed = across.dot(along);
-            let height = across.dot(&(from - Vec3::from(f.at.map(|v| v as f64))));
-            (speed > 1e-12 * f.length).then(|| -height / speed)
+        let ways = self.planes.iter().filter_map(|f| {
+            let speed = f.normal.dot(along);
+            (speed > 1e-12).then(|| -f.height(&from) / speed)
         });
         ways.fold(f64::INFINITY, f64::min).max(0.0) * self.width
     }
@@ -149,19 +169,38 @@ impl GrowingHull {
 
     /// Joins a point that lies beyond a face.
     fn join(&mut self, index: usize) {
-        let (cell, slack) = (self.cells[index], CELLS * SLACK);
-        let heights: Vec<i128> = self.faces.iter().map(|f| f.sees(cell)).collect();
-        if !self.faces.iter().zip(&heights).any(|(f, height)| *height as f64 > slack * f.length) {
+        let cell = self.cells[index];
+        let at = Vec3::from(cell.map(|v| v as f64));
+        if !self.planes.iter().any(|f| f.height(&at) > CELLS * SLACK) {
             return;
         }
-        let seen = self.faces.iter().zip(&heights).filter(|(_, height)| **height > 0);
-        let mut edges: Vec<(usize, usize)> = seen.flat_map(|(f, _)| edges(f.corners)).collect();
-        let mut at = heights.iter();
-        self.faces.retain(|_| at.next().is_none_or(|height| *height <= 0));
+        let mut seen = Vec::new();
+        for (face, plane) in self.planes.iter().enumerate() {
+            let height = plane.height(&at);
+            if height > SURE || height > -SURE && self.faces[face].is_seen_from(cell) {
+                seen.push(face);
+            }
+        }
+        let mut edges: Vec<(usize, usize)> = seen.iter().flat_map(|&f| edges(self.faces[f].corners)).collect();
         // In a fixed order, so that the same points give the same bytes.
         edges.sort_unstable();
         let rim = edges.iter().filter(|(a, b)| edges.binary_search(&(*b, *a)).is_err());
-        self.faces.extend(rim.map(|&(a, b)| Face::of(&self.cells, [a, b, index])));
+        let mut places = seen.into_iter();
+        for &(a, b) in rim {
+            let face = Face::of(&self.cells, [a, b, index]);
+            let plane = face.plane();
+            // In the place of one that is gone, as long as there is one: nothing else has to move.
+            if let Some(place) = places.next() {
+                (self.faces[place], self.planes[place]) = (face, plane);
+            } else {
+                self.faces.push(face);
+                self.planes.push(plane);
+            }
+        }
+        for place in places.rev() {
+            self.faces.swap_remove(place);
+            self.planes.swap_remove(place);
+        }
     }
 }
 

@@ -118,12 +118,25 @@ fn no_facet_is_turned_over() {
     }
 }
 
+/// In a plane that is not convex a corner can be moved past a side without any cost; what folds has more area than it covers.
+#[test]
+fn a_plane_that_is_not_convex_is_not_folded() {
+    let star = shapes::cubes([7, 7, 1], |[x, y, _]| x == 3 || y == 3 || (x + y) % 5 < 3);
+    for facets in (20..star.facets().len()).step_by(12) {
+        let new = containing(&star, facets, 0.0).mesh;
+        assert!((new.area() - star.area()).abs() < 1e-6, "{facets}: {} for {}", new.area(), star.area());
+    }
+}
+
 #[test]
 fn a_tetrahedron_an_open_sheet_and_nothing_stay_as_they_are() {
     let corners = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
     let tetra = Mesh::new(corners, vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
     let found = containing(&tetra, 0, f64::INFINITY);
     assert_eq!((found.mesh.facets(), found.mesh.vertices()), (tetra.facets(), tetra.vertices()));
+    // As a cavity it could be drawn together from within, and would fold flat.
+    let cavity = Mesh::new(tetra.vertices().to_vec(), tetra.facets().iter().map(|&[a, b, c]| [a, c, b]).collect());
+    assert_eq!(containing(&cavity, 0, f64::INFINITY).mesh.facets(), cavity.facets());
     let nothing = containing(&Mesh::new(vec![], vec![]), 0, f64::INFINITY);
     assert!(nothing.mesh.facets().is_empty() && nothing.raised_mm == 0.0);
     let sheet = Mesh::new(tetra.vertices().to_vec(), vec![[0, 1, 2], [1, 3, 2], [3, 3, 1]]);

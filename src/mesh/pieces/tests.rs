@@ -119,6 +119,20 @@ fn no_place_of_a_piece_lies_deeper_in_its_hull_than_three_times_its_concavity() 
             }
         }
         let size = mesh.bounds().size().norm();
+        for (piece, own) in found.iter().zip(&planes).filter(|_| name != "needles") {
+            // What is told is what the corners and centres of all of the piece's facets say of its whole hull.
+            let way = |facet: usize, at: Vec3| {
+                let normal = mesh.normal(facet).unwrap();
+                let ways = own.iter().filter(|(n, _)| n.dot(&normal) > 1e-9);
+                ways.map(|(n, d)| (d - n.dot(&at)) / n.dot(&normal)).fold(f64::INFINITY, f64::min)
+            };
+            let of_facet = |&f: &u32| {
+                let [a, b, c] = mesh.corners(f as usize);
+                [a, b, c, (a + b + c) / 3.0].map(|at| way(f as usize, at)).into_iter().fold(0.0, f64::max)
+            };
+            let whole = piece.facets.iter().map(of_facet).filter(|mm| mm.is_finite()).fold(0.0, f64::max);
+            assert!((whole - piece.concavity_mm).abs() < 1e-3 * size, "{name}: {whole} for {}", piece.concavity_mm);
+        }
         for (piece, deepest) in found.iter().zip(&deepest) {
             assert!(*deepest <= 3.0 * piece.concavity_mm + 1e-4 * size, "{name}: {deepest} of {}", piece.concavity_mm);
         }
@@ -152,7 +166,7 @@ fn a_place_over_a_pit_counts_though_all_corners_lie_on_the_hull() {
 fn shape_keeps_pieces_of_a_plane_compact_while_nothing_is_concave() {
     // A saddle-like sheet where many merges cost nothing: what is joined first must be round, or strips remain.
     let torus = shapes::torus(64, 64);
-    let found = pieces(&torus, 0.3);
+    let found = pieces(&torus, 0.8);
     let shape = |piece: &Piece| {
         let area: f64 = piece.facets.iter().map(|&f| torus.facet_area(f as usize)).sum();
         let mut sides: std::collections::BTreeMap<[u32; 2], f64> = std::collections::BTreeMap::new();
@@ -168,7 +182,8 @@ fn shape_keeps_pieces_of_a_plane_compact_while_nothing_is_concave() {
         sides.values().sum::<f64>().powi(2) / (4.0 * std::f64::consts::PI * area)
     };
     let mean = found.iter().map(shape).sum::<f64>() / found.len() as f64;
-    assert!(found.len() < 200 && mean < 4.0, "{} pieces, {mean}", found.len());
+    // With the sign of the shape turned there are 32, and it is 2.99.
+    assert!(found.len() < 20 && mean < 2.0, "{} pieces, {mean}", found.len());
 }
 
 #[test]
