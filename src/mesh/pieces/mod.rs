@@ -17,7 +17,7 @@
 //!
 //! Groups grow across edges only: shells are never joined, and of a thin wall's two sides each may get pieces of its own.
 //!
-//! Measured against what there is (`benches/pieces.rs`): see the end of that file's header. Neither packing nor planning uses it.
+//! Neither packing nor planning uses it so far: `benches/pieces.rs` holds it against their trees of boxes.
 //!
 //! Source: K. Mamou and F. Ghorbel, "A simple and efficient approach for 3D mesh approximate convex decomposition", ICIP 2009, 3501;
 //! seed 003, section 2.5 (which takes `D` of each group; the paper normalises once, and so is it here).
