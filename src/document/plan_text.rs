@@ -18,7 +18,7 @@ pub fn sequence(slots: &[Slot]) -> String {
 
 /// A print by its part.
 fn part(print: &&Print) -> String {
-    format!("{}{}", print.part, if print.supports.is_some() { " on supports" } else { "" })
+    format!("{}{}", print.part, if print.supports.is_some() { " (on supports)" } else { "" })
 }
 
 /// `trunnion plan`: slots, poses, and what the plan comes to.

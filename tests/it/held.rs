@@ -327,7 +327,7 @@ fn what_supports_cannot_do_is_said() {
     let planned = run(here, &["plan", "solid.stl", "-m", "generic-ac", "--supports", "auto", "-o", "plan.json"]);
     assert!(planned.status.success(), "{}", told(&planned));
     assert!(
-        String::from_utf8_lossy(&planned.stdout).contains("part 0 on supports")
+        String::from_utf8_lossy(&planned.stdout).contains("part 0 (on supports)")
             || told(&planned).contains("on supports")
     );
     let text = fs::read_to_string(here.join("plan.json")).unwrap();
@@ -413,9 +413,8 @@ fn supports_of_a_base_keep_out_of_other_parts_and_of_later_heads() {
         assembly(here, boxes);
         let refused = prepared(here, "builtin", &[]);
         assert!(!refused.status.success(), "{}", told(&refused));
-        let text = told(&refused);
-        let on_supports = text.lines().find(|line| line.starts_with("on supports: ")).unwrap_or_default();
-        assert!(on_supports.contains(why), "{text}");
+        let document: Value = serde_json::from_slice(&refused.stdout).unwrap();
+        assert!(document["supports"].as_str().is_some_and(|said| said.contains(why)), "{document}");
         assert!(!here.join("out.gcode").exists());
     }
     // Two millimetres higher the branch is clear of them.
