@@ -12,7 +12,7 @@
 //! zero of the tilt, and a shift along the tilt axis is the pivot's alone: so no two unknowns say the same.
 
 use crate::geom::{Angle, Mat3, Vec3};
-use crate::motion::{AxisDirections, Pose, TableKinematics, TiltAbout};
+use crate::motion::{AxisDirections, Pose, TableKinematics, TiltAbout, turn};
 
 /// How many unknowns a machine has.
 pub const UNKNOWNS: usize = 12;
@@ -178,7 +178,7 @@ impl Chain {
         let AxisDirections { tilt: u, rotation: r } = self.nominal.directions();
         let tilt = Turn::about(self.raw_tilt(u), pose.tilt.rad() + self.of(Unknown::TiltZero));
         let rotation = Turn::about(self.raw_rotation(r), pose.rotation.rad() + self.of(Unknown::RotationZero));
-        let fallen = turn(&self.fall_about(), self.of(Unknown::Unlevel));
+        let fallen = turn(&self.fall_about(), Angle::from_rad(self.of(Unknown::Unlevel)));
         Placed { chain: self, tilt, fallen, rotation }
     }
 }
@@ -195,7 +195,7 @@ struct Turn {
 impl Turn {
     fn about(raw: Vec3, angle: f64) -> Self {
         let (axis, length) = (raw.normalize(), raw.norm());
-        Self { axis, length, angle, matrix: turn(&axis, angle) }
+        Self { axis, length, angle, matrix: turn(&axis, Angle::from_rad(angle)) }
     }
 
     /// How what was `arm` moves with the angle.
@@ -209,13 +209,6 @@ impl Turn {
         let du = (e - u * u.dot(e)) / self.length;
         du.cross(arm) * s + (du * u.dot(arm) + u * du.dot(arm)) * (1.0 - c)
     }
-}
-
-/// The right-handed turn about the unit vector `u` (O. Rodrigues, 1840).
-fn turn(u: &Vec3, angle: f64) -> Mat3 {
-    let (s, c) = angle.sin_cos();
-    let cross = u.cross_matrix();
-    Mat3::identity() * c + cross * s + u * u.transpose() * (1.0 - c)
 }
 
 /// A machine at one pose.

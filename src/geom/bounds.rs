@@ -12,6 +12,11 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// Its eight corners.
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|i| Vec3::from_fn(|a, _| if i >> a & 1 == 0 { self.min[a] } else { self.max[a] }))
+    }
+
     /// The box of no points: every `min` is `+inf`, every `max` is `-inf`.
     pub const EMPTY: Self = Self {
         min: Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),

@@ -4,7 +4,7 @@
 use super::CheckedPlan;
 use crate::geom::{Machine, Rigid, Table, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::planning::{Print, clears};
+use crate::planning::{Obstacle, Print};
 use crate::section::{Section, Sections, Segment, march};
 
 /// Supports of one part as they are laid.
@@ -48,9 +48,9 @@ pub(super) fn stand_alone(
     for (part, solid) in standing {
         let Some(print) = first.iter().find(|print| print.part == *part) else { continue };
         let on_table: TriangleMesh<Table> = solid.moved(&table.forward(print.pose(&table)).inverse());
+        let obstacle = Obstacle::new(&plan.machine.profile, &on_table, margin_mm);
         for later in later.iter().flatten() {
-            let swept = &workpiece.parts[later.part];
-            if let Err(piece) = clears(&plan.machine.profile, swept, &on_table, later.pose(&table), margin_mm) {
+            if let Some(piece) = obstacle.met_by(&workpiece.parts[later.part], later.pose(&table)) {
                 return Err(format!(
                     "while {} is printed, the {piece} would meet the supports of {}",
                     name(later.part),

@@ -258,10 +258,10 @@ impl CheckedProfile {
             let surface = profile.table_slab().into_iter().filter(|p| p.z == 0.0);
             let reach = surface.map(|p| p.norm()).fold(0.0, f64::max);
             let rim = reach * (2.0 * rotation.to_radians()).sin();
-            let turn = char::from(k.rotation.letter as u8);
+            let (turn, [a, c]) = (k.rotation.letter, [k.tilt.zero_deg, k.rotation.zero_deg]);
             let _ = writeln!(
                 out,
-                "{letter} points {tilt:.2} deg from {about} and {turn} {rotation:.2} deg from Z; level at {letter}0 {turn}0, the table's rim \
+                "{letter} points {tilt:.2} deg from {about} and {turn} {rotation:.2} deg from Z; level at {letter}{a} {turn}{c}, the table's rim \
                  rises and falls by up to {rim:.2} mm as {turn} turns"
             );
         }

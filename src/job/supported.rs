@@ -113,15 +113,14 @@ pub(super) fn on_supports(
             "supports are made where all is printed in one slot, and here it takes {slots} (--slots together)"
         ));
     }
-    let mut held = Vec::new();
+    let mut attempts = Vec::new();
     for (_, print) in plan.plan.prints().filter(|(_, print)| theirs(&print.part)) {
         let about = |why: String| if parts.len() > 1 { format!("{}: {why}", named(print.part)) } else { why };
-        held.extend(Attempt::best(&plan.plan, print, options).map_err(about)?);
+        attempts.extend(Attempt::best(&plan.plan, print, options).map_err(about)?);
     }
-    if touching && held.is_empty() {
+    if touching && attempts.is_empty() {
         return Err("nothing of what stands on the table wants supports".to_owned());
     }
-    let attempts = held;
     if touching {
         mixed(&plan.plan, &attempts)?;
     } else {
@@ -284,8 +283,8 @@ fn apart(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), String> {
             let far = there.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
             if inside(p) { 0.0 } else { far }
         };
-        let others = held.iter().filter(|attempt| attempt.part != print.part);
-        let other = others.into_iter().find(|attempt| attempt.comes_near(distance, room_mm));
+        let mut others = held.iter().filter(|attempt| attempt.part != print.part);
+        let other = others.find(|attempt| attempt.comes_near(distance, room_mm));
         if let Some(attempt) = other {
             let (part, other) = (name(attempt.part), name(print.part));
             return Err(format!(

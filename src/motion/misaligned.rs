@@ -87,8 +87,8 @@ fn about(axis: &Vec3, from: &Vec3, to: &Vec3) -> Option<Angle> {
     (a.norm().min(b.norm()) > ALONG).then(|| Angle::from_rad(angle).wrapped())
 }
 
-/// The right-handed turn about the unit vector `n`.
-fn turn(n: &Vec3, angle: Angle) -> Mat3 {
+/// The right-handed turn about the unit vector `n` (O. Rodrigues, 1840).
+pub(crate) fn turn(n: &Vec3, angle: Angle) -> Mat3 {
     let (s, c) = sin_cos(angle);
     Mat3::identity() * c + n.cross_matrix() * s + n * n.transpose() * (1.0 - c)
 }

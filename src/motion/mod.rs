@@ -18,5 +18,6 @@ pub(crate) use kinematics::rotation_z;
 pub use kinematics::{AxisRange, RANGE_SLACK_DEG, TableKinematics, TiltAbout, Unreachable};
 pub use limits::{LinearLimits, OutOfLimits};
 pub use lookahead::{Accelerations, Axes};
+pub(crate) use misaligned::turn;
 pub use misaligned::{AxisDirections, MOST_LEAN_DEG};
 pub use pose::Pose;

@@ -11,16 +11,14 @@ const GRAZE_LAYERS: f64 = 0.5;
 /// Parts nearer than so many contact depths count as touching.
 const NEAR_CONTACTS: f64 = 2.0;
 
-/// What stands at one pose before a setup begins: the table and the parts printed before.
+/// What stands at one pose before a setup begins: the table, the parts printed before, and their supports.
 pub(super) struct Obstacles<'a> {
     head: &'a Head,
     /// The tip's middle alone.
     tip: Head,
     graze: f64,
-    /// What stands; the table last.
+    /// What stands: parts, supports, and the table last.
     solids: Vec<Solid>,
-    /// The parts that the first solids are.
-    printed: Vec<usize>,
     /// Pairs of a part of the setup and the place in `solids` of one that it touches or nearly does.
     near: Vec<(usize, usize)>,
     contact: f64,
@@ -29,10 +27,10 @@ pub(super) struct Obstacles<'a> {
 }
 
 impl<'a> Obstacles<'a> {
-    /// `printing` are the parts of the setup.
+    /// `printing` are the parts of the setup, `supports` the corners of what supports were laid before, table frame.
     pub(super) fn at(
         pose: Pose,
-        (printed, printing): (&[usize], &[usize]),
+        (printed, printing, supports): (&[usize], &[usize], &[Vec<Vec3>]),
         workpiece: &Workpiece<'_>,
         table: &TableKinematics,
         profile: &Profile,
@@ -53,6 +51,10 @@ impl<'a> Obstacles<'a> {
                 }
             }
         }
+        let on_machine = |corners: &Vec<Vec3>| {
+            Solid::hull(corners.iter().map(|p| motion.rotation * p + motion.translation).collect())
+        };
+        solids.extend(supports.iter().map(on_machine));
         solids.push(table_solid(profile, &motion));
         let top = solids.iter().map(|s| s.bounds.max.z).fold(f64::NEG_INFINITY, f64::max);
         Self {
@@ -60,7 +62,6 @@ impl<'a> Obstacles<'a> {
             tip: Head::point(),
             graze: profile.process.layer_height_mm * GRAZE_LAYERS,
             solids,
-            printed: printed.to_vec(),
             near,
             contact,
             over_all: top + profile.transition.clearance_mm,
@@ -82,14 +83,12 @@ impl<'a> Obstacles<'a> {
 
     /// Whether every travel inside `region` (machine coordinates of the tip) is free.
     pub(super) fn free_within(&self, part: usize, region: &Bounds) -> bool {
-        let corners = (0..8).map(|i| Vec3::from_fn(|a, _| if i >> a & 1 == 0 { region.min[a] } else { region.max[a] }));
-        let corners: Vec<Vec3> = corners.collect();
-        self.within(part, &corners)
+        self.within(part, &region.corners())
     }
 
     fn within(&self, part: usize, corners: &[Vec3]) -> bool {
         let clear = |(place, solid): (usize, &Solid)| {
-            let beside = place == self.printed.len() || self.near.contains(&(part, place));
+            let beside = place + 1 == self.solids.len() || self.near.contains(&(part, place));
             let lift = if beside { self.contact } else { -self.contact };
             self.head.sweeps_clear(corners, solid, lift) && self.tip.sweeps_clear(corners, solid, self.graze.min(lift))
         };

@@ -36,6 +36,8 @@ pub(super) struct Writer<'a> {
     pose: Option<Pose>,
     /// Parts of setups that are done.
     printed: Vec<usize>,
+    /// Corners of what supports were laid in setups before, table frame.
+    supports: Vec<Vec<Vec3>>,
     /// The print that the nozzle is at, not retracted.
     current: Option<usize>,
     /// Whether the tip is at the height proved clear, as it is while the table turns.
@@ -80,6 +82,7 @@ impl<'a> Writer<'a> {
             written: 0,
             pose: None,
             printed: Vec::new(),
+            supports: Vec::new(),
             current: None,
             above_all: false,
             in_force: Modal::default(),
@@ -205,6 +208,7 @@ impl<'a> Writer<'a> {
     /// Above the sphere that the table and everything printed sweep about the pivot; the axis's end where it is lower.
     fn safe_height(&self) -> f64 {
         let points = self.printed.iter().flat_map(|&p| self.job.workpiece.parts[p].vertices().iter().copied());
+        let points = points.chain(self.supports.iter().flatten().copied());
         let reach = points.chain(self.job.profile.table_slab()).map(|p| p.norm()).fold(0.0, f64::max);
         let top = self.table.pivot.z + self.table.offset.norm() + reach + self.job.profile.transition.clearance_mm;
         top.min(self.job.profile.limits.z_mm[1])
@@ -215,7 +219,7 @@ impl<'a> Writer<'a> {
         let pose = group[0].print.pose(self.table);
         self.change_pose(pose, group);
         let printing = parts(group);
-        let stands = (&self.printed[..], &printing[..]);
+        let stands = (&self.printed[..], &printing[..], &self.supports[..]);
         let obstacles = Obstacles::at(pose, stands, self.job.workpiece, self.table, self.job.profile, self.head);
         self.clear_height = obstacles.over_all;
         let open: Vec<bool> = group.iter().map(|e| obstacles.free_within(e.print.part, &region(e))).collect();
@@ -231,6 +235,7 @@ impl<'a> Writer<'a> {
             std::mem::swap(&mut now, &mut then);
         }
         self.printed.extend(printing);
+        self.supports.extend(group.iter().filter(|entry| entry.holds).map(|entry| corners(entry, self.table)));
         Ok(())
     }
 
@@ -549,6 +554,15 @@ impl Place<'_> {
     fn obstacles_of(&self, chunk: &Chunk<'_>) -> Option<&Obstacles<'_>> {
         (!self.open[chunk.position]).then_some(self.obstacles)
     }
+}
+
+/// The corners of the boxes of all layers of supports, and of the first one on the table; table frame.
+fn corners(entry: &Entry<'_>, table: &TableKinematics) -> Vec<Vec3> {
+    let back = table.forward(entry.print.pose(table)).inverse();
+    let layers = entry.input.sliced.layers.iter().map(|layer| layer.extrusion);
+    let foot = layers.clone().next().map(|first| Bounds { min: Vec3::new(first.min.x, first.min.y, 0.0), ..first });
+    let boxes = layers.chain(foot);
+    boxes.flat_map(|one| one.corners()).map(|p| back.point((p + entry.mesh.to_machine).into()).at).collect()
 }
 
 /// The first that was sliced by the user's slicer: supports have no settings of their own to tell.

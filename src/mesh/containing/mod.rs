@@ -29,7 +29,7 @@ mod quadric;
 #[cfg(test)]
 mod tests;
 
-use std::cmp::{Ordering, Reverse};
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::TriangleMesh;
@@ -78,8 +78,8 @@ fn round(surface: &mut Surface, facets: usize, raised_mm: f64) -> bool {
         }
         // The facets around may have changed, and with them the planes, though neither end did.
         let Some(now) = surface.collapse(entry.edge, raised_mm) else { continue };
-        if now.cost > entry.cost {
-            heap.push(Reverse(Entry { cost: now.cost, ..entry }));
+        if now.cost.to_bits() > entry.cost {
+            heap.push(Reverse(Entry { cost: now.cost.to_bits(), ..entry }));
             continue;
         }
         surface.carry_out(entry.edge, &now);
@@ -93,35 +93,16 @@ fn round(surface: &mut Surface, facets: usize, raised_mm: f64) -> bool {
 }
 
 /// A collapse to come, and how often its ends had been moved when it was looked at.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    cost: f64,
+    /// The bits of a cost, which is never negative: they are in the order of the numbers.
+    cost: u64,
     edge: [u32; 2],
     ages: [u32; 2],
 }
 
 impl Entry {
     fn of(surface: &Surface, edge: [u32; 2], collapse: &Collapse) -> Self {
-        Self { cost: collapse.cost, edge, ages: surface.ages(edge) }
+        Self { cost: collapse.cost.to_bits(), edge, ages: surface.ages(edge) }
     }
 }
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.cost.total_cmp(&other.cost).then((self.edge, self.ages).cmp(&(other.edge, other.ages)))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}

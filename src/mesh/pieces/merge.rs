@@ -4,7 +4,7 @@
 //! the top on that bound. So of all pairs that ever border on each other few are asked for their hull, and the order of merges is the
 //! one that full costs give.
 
-use std::cmp::{Ordering, Reverse};
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::cluster::{Border, Cluster, Ground, shape};
@@ -16,34 +16,21 @@ const SLACK: f64 = 1e-6;
 
 /// A merge to come: its cost or what is the least of it, and the groups' numbers. Numbers are never given twice, so an entry of a group
 /// that is no more is known by them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    cost: f64,
+    /// The bits of a cost, which is never negative: they are in the order of the numbers.
+    cost: u64,
     pair: [u32; 2],
+    /// The bits of the concavity; those of infinity, the last of equals, as long as it is not worked out.
+    concavity: u64,
+}
+
+impl Entry {
     /// The concavity, once it is worked out.
-    known: Option<f64>,
-}
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let exact_first = other.known.is_some().cmp(&self.known.is_some());
-        self.cost.total_cmp(&other.cost).then(self.pair.cmp(&other.pair)).then(exact_first)
+    fn known(&self) -> Option<f64> {
+        Some(f64::from_bits(self.concavity)).filter(|concavity| concavity.is_finite())
     }
 }
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
 
 /// What a merge costs.
 struct Rates {
@@ -56,7 +43,8 @@ struct Rates {
 impl Rates {
     fn entry(&self, pair: [u32; 2], [a, b]: [&Cluster; 2], length: f64, known: Option<f64>) -> Entry {
         let concavity = known.unwrap_or_else(|| a.concavity.max(b.concavity));
-        Entry { cost: concavity / self.diagonal + self.alpha * shape(a, b, length), pair, known }
+        let cost = concavity / self.diagonal + self.alpha * shape(a, b, length);
+        Entry { cost: cost.to_bits(), pair, concavity: known.unwrap_or(f64::INFINITY).to_bits() }
     }
 }
 
@@ -82,7 +70,7 @@ pub(super) fn groups<F>(mesh: &TriangleMesh<F>, most: f64) -> Vec<(Vec<u32>, f64
         let [i, j] = entry.pair.map(|i| i as usize);
         let (Some(a), Some(b)) = (&clusters[i], &clusters[j]) else { continue };
         let length = a.borders[&entry.pair[1]].length;
-        let Some(concavity) = entry.known else {
+        let Some(concavity) = entry.known() else {
             let found = ground.concavity(a, b, most);
             if found.is_some() {
                 heap.push(Reverse(rates.entry(entry.pair, [a, b], length, found)));
