@@ -17,6 +17,7 @@ taken, 1 it was not (klippy's words on stderr), 77 this machine has no klippy (w
 import json
 import os
 import sys
+import time
 
 CANNOT = 77
 MOTORS = ["x", "y", "z", "e", "tilt", "rotation"]
@@ -198,6 +199,30 @@ def watched(folder):
     return seen
 
 
+def written_to_the_end(limit_s=120):
+    """Has klippy end only when every word for the micro-controller is in the file.
+
+    A thread of its own writes them, and ends with klippy whatever it still has; a board would have been sent the rest.
+    """
+    from klippy import serialhdl
+
+    end = serialhdl.SerialReader.disconnect
+
+    def ended(self):
+        waits = time.monotonic() + limit_s
+        while self.serialqueue is not None:
+            queue = dict(pair.split("=") for pair in self.stats(0.0).split())
+            if queue["ready_bytes"] == queue["upcoming_bytes"] == "0":
+                break
+            if time.monotonic() > waits:
+                print(f"after {limit_s} s klippy still has words for the micro-controller: {queue}", file=sys.stderr)
+                os._exit(1)
+            time.sleep(0.01)
+        return end(self)
+
+    serialhdl.SerialReader.disconnect = ended
+
+
 def steps(folder):
     """The steps that each motor was sent since it was homed, forward and backward, from the words for the micro-controller."""
     from klippy import msgproto
@@ -239,6 +264,7 @@ def main():
     with open(path("mcu.dict"), "w") as file:
         json.dump(dictionary(), file)
     seen = watched(folder)
+    written_to_the_end()
     source = ["-I", program[4:]] if program.startswith("pty:") else ["-i", program]
     sys.argv = ["klippy", path("printer.cfg"), *source, "-o", path("words"), "-d", path("mcu.dict"), "-l", path("klippy.log")]
     try:
