@@ -4,7 +4,7 @@
 use super::CheckedPlan;
 use crate::geom::{Machine, Rigid, Table, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::planning::{Obstacle, Print};
+use crate::planning::{Obstacle, Print, turn_struck};
 use crate::section::{Section, Sections, Segment, march};
 
 /// Supports of one part as they are laid.
@@ -17,7 +17,8 @@ pub(super) struct Below<'a> {
     pub(super) to_machine: Vec3,
 }
 
-/// Whether these supports are laid first of all on the empty table, clear of all other parts, and no later print's head meets them.
+/// Whether these supports are laid first of all on the empty table, clear of all other parts, and neither a later print's head nor a turn
+/// of the table meets them.
 /// `standing` is what they are made of, machine frame, by part.
 pub(super) fn stand_alone(
     plan: &CheckedPlan,
@@ -45,6 +46,7 @@ pub(super) fn stand_alone(
     }
     let table = plan.machine.profile.kinematics();
     let workpiece = plan.workpiece();
+    let mut all: Vec<(usize, TriangleMesh<Table>)> = Vec::new();
     for (part, solid) in standing {
         let Some(print) = first.iter().find(|print| print.part == *part) else { continue };
         let on_table: TriangleMesh<Table> = solid.moved(&table.forward(print.pose(&table)).inverse());
@@ -58,8 +60,9 @@ pub(super) fn stand_alone(
                 ));
             }
         }
+        all.push((*part, on_table));
     }
-    Ok(())
+    turn_struck(&workpiece, &plan.machine.profile, &all, &plan.plan.slots).map_or(Ok(()), Err)
 }
 
 /// The part, other than its own, that a line of supports comes upon.

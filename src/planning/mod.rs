@@ -39,7 +39,7 @@ mod workpiece;
 pub use crate::overhang::FREE_SPAN_MM;
 pub use candidates::{Candidate, table_solid};
 pub use changes::HOP_MM;
-pub use clears::Obstacle;
+pub use clears::{Obstacle, turn_struck};
 pub use collision::Head;
 pub use goal::{Goal, PLAN_TERMS};
 pub use infeasible::{Hanging, Infeasible, MOST_PARTS, Reason};

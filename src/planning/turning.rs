@@ -14,7 +14,8 @@ use super::owed::{Owed, Share};
 use super::plan::{Print, Slot};
 use super::solid::Solid;
 use crate::geom::{Bounds, Machine, Rigid, Vec3};
-use crate::motion::Pose;
+use crate::motion::{Pose, TableKinematics};
+use crate::profile::Profile;
 
 /// What verification proves a turn by is taken as this much nearer to the head than the parts are, mm: it gathers lines into
 /// spheres about cubes of 2 mm, half a millimetre apart.
@@ -39,12 +40,47 @@ pub(super) struct Struck {
 
 /// The turns of one machine with one model on it.
 pub(super) struct Turns<'a> {
-    setups: &'a Setups<'a>,
-    /// By part, how far it reaches from the table's centre.
+    profile: &'a Profile,
+    table: &'a TableKinematics,
+    head: &'a Head,
+    /// The parts, then the supports, table frame.
+    solids: Vec<(Stands, &'a Solid)>,
+    /// How far each of them reaches from the table's centre.
     reach: Vec<f64>,
+    slab: &'a Solid,
     slab_reach: f64,
     /// The frame's pieces.
     frame: Vec<(String, Solid)>,
+}
+
+/// What stands on the table: a part, or what holds one up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stands {
+    Part(usize),
+    SupportsOf(usize),
+}
+
+impl Stands {
+    /// The part with which it is printed.
+    fn with(self) -> usize {
+        match self {
+            Self::Part(part) | Self::SupportsOf(part) => part,
+        }
+    }
+
+    fn named(self) -> String {
+        match self {
+            Self::Part(part) => format!("part {part}"),
+            Self::SupportsOf(part) => format!("the supports of part {part}"),
+        }
+    }
+
+    fn part(self) -> Option<usize> {
+        match self {
+            Self::Part(part) => Some(part),
+            Self::SupportsOf(_) => None,
+        }
+    }
 }
 
 /// Where the head is and what stands while it goes from setup to setup.
@@ -58,19 +94,38 @@ struct Standing<'p> {
 
 impl<'a> Turns<'a> {
     pub(super) fn of(setups: &'a Setups<'a>) -> Self {
+        Self::with_supports(setups.profile, &setups.table, &setups.head, (&setups.solids, &[], &setups.slab))
+    }
+
+    /// Those of parts, the supports of some of them, by part, and the table's slab.
+    pub(super) fn with_supports(
+        profile: &'a Profile,
+        table: &'a TableKinematics,
+        head: &'a Head,
+        (parts, supports, slab): (&'a [Solid], &'a [(usize, Solid)], &'a Solid),
+    ) -> Self {
         let farthest = |points: &[Vec3]| points.iter().map(|p| p.norm()).fold(0.0, f64::max);
-        let reach = setups.solids.iter().map(|s| farthest(s.points())).collect();
-        let frame = setups.profile.fixed_bodies().into_iter().map(|b| (b.name, Solid::hull(b.points))).collect();
-        Self { setups, reach, slab_reach: farthest(setups.slab.points()), frame }
+        let parts = parts.iter().enumerate().map(|(part, solid)| (Stands::Part(part), solid));
+        let supports = supports.iter().map(|(part, solid)| (Stands::SupportsOf(*part), solid));
+        let solids: Vec<_> = parts.chain(supports).collect();
+        let reach = solids.iter().map(|(_, solid)| farthest(solid.points())).collect();
+        let frame = profile.fixed_bodies().into_iter().map(|b| (b.name, Solid::hull(b.points))).collect();
+        Self { profile, table, head, solids, reach, slab, slab_reach: farthest(slab.points()), frame }
+    }
+
+    /// What stands while `printed` is there: its place in `solids`, what it is and its shape.
+    fn standing<'s>(&'s self, printed: &'s [usize]) -> impl Iterator<Item = (usize, Stands, &'a Solid)> + 's {
+        let all = self.solids.iter().enumerate().map(|(place, (stands, solid))| (place, *stands, *solid));
+        all.filter(|(_, stands, _)| printed.contains(&stands.with()))
     }
 
     /// The first turn of the plan that is not clear.
     pub(super) fn struck(&self, slots: &[Slot]) -> Option<Struck> {
-        let transition = &self.setups.profile.transition;
+        let transition = &self.profile.transition;
         let mut printed: Vec<usize> = Vec::new();
         let (mut pose, mut tips) = (None, None);
         for setup in slots.iter().flat_map(Slot::setups) {
-            let to = setup[0].pose(&self.setups.table);
+            let to = setup[0].pose(self.table);
             let parts: Vec<usize> = setup.iter().map(|print| print.part).collect();
             let standing = Standing { pose, tips, printed: &printed, height: self.height(&printed) };
             let struck = self.turn(&standing, to).or_else(|| self.across(&standing, &setup, to));
@@ -94,24 +149,25 @@ impl<'a> Turns<'a> {
 
     /// The height of the tip while the table turns, as the rewriter chooses it.
     fn height(&self, printed: &[usize]) -> f64 {
-        let profile = self.setups.profile;
+        let profile = self.profile;
         (self.ball(printed) + profile.transition.clearance_mm).min(profile.limits.z_mm[1])
     }
 
     /// The top of the ball that the table and what is printed sweep.
     fn ball(&self, printed: &[usize]) -> f64 {
-        self.setups.table.pivot.z + self.radius(printed)
+        self.table.pivot.z + self.radius(printed)
     }
 
     fn radius(&self, printed: &[usize]) -> f64 {
-        self.setups.table.offset.norm() + printed.iter().map(|&p| self.reach[p]).fold(self.slab_reach, f64::max)
+        let reach = self.standing(printed).map(|(place, ..)| self.reach[place]);
+        self.table.offset.norm() + reach.fold(self.slab_reach, f64::max)
     }
 
     /// What is struck while the table turns, if anything is not proved clear.
     fn turn(&self, standing: &Standing<'_>, to: Pose) -> Option<(Option<usize>, String)> {
-        let lines = self.setups.profile.process.layer_height_mm + self.setups.profile.process.line_width_mm;
-        let above = self.setups.head.lowest(standing.height) - self.ball(standing.printed) - lines > ROOM_MM;
-        let pivot = Solid::hull(vec![self.setups.table.pivot]);
+        let lines = self.profile.process.layer_height_mm + self.profile.process.line_width_mm;
+        let above = self.head.lowest(standing.height) - self.ball(standing.printed) - lines > ROOM_MM;
+        let pivot = Solid::hull(vec![self.table.pivot]);
         let radius = self.radius(standing.printed) + lines + ROOM_MM;
         let framed = self.frame.iter().all(|(_, piece)| apart(&pivot, piece, radius) >= radius);
         if above && framed {
@@ -127,7 +183,7 @@ impl<'a> Turns<'a> {
     }
 
     fn first_turn(&self, standing: &Standing<'_>, above: bool) -> String {
-        let (top, ball) = (self.setups.profile.limits.z_mm[1], self.ball(standing.printed));
+        let (top, ball) = (self.profile.limits.z_mm[1], self.ball(standing.printed));
         if above {
             return "the first turn starts from an unknown angle, and the table could meet the machine's frame; give the table or \
                     the frame ([[fixed.body]]) as it is"
@@ -136,8 +192,8 @@ impl<'a> Turns<'a> {
         format!(
             "the first turn starts from an unknown angle: the table sweeps up to Z {ball:.1} mm, and the head rises to {:.1} \
              ([limits] z_mm ends at {top}, [transition] clearance_mm is {})",
-            self.setups.head.lowest(standing.height),
-            self.setups.profile.transition.clearance_mm
+            self.head.lowest(standing.height),
+            self.profile.transition.clearance_mm
         )
     }
 
@@ -150,11 +206,12 @@ impl<'a> Turns<'a> {
         loop {
             let share = if length > 0.0 { (done / length).min(1.0) } else { 1.0 };
             let pose = Pose { tilt: from.tilt + tilt * share, rotation: from.rotation + rotation * share };
-            let (gap, part, piece) = self.gap(pose, &head, standing.printed);
+            let (gap, what, piece) = self.gap(pose, &head, standing.printed);
             let step = gap - ROOM_MM;
             if step < LEAST_STEP_MM {
-                let what = part.map_or("the table".to_owned(), |p| format!("part {p}"));
-                let axis = if from.tilt == to.tilt { &self.setups.table.rotation } else { &self.setups.table.tilt };
+                let part = what.and_then(Stands::part);
+                let what = what.map_or("the table".to_owned(), Stands::named);
+                let axis = if from.tilt == to.tilt { &self.table.rotation } else { &self.table.tilt };
                 let text = format!(
                     "while {} turns, at Z {:.1} mm, the {piece} is not proved clear of {what}",
                     char::from(axis.letter),
@@ -169,20 +226,20 @@ impl<'a> Turns<'a> {
         }
     }
 
-    /// The least room of head and frame at a pose, with the part and the piece.
-    fn gap(&self, pose: Pose, head: &Solid, printed: &[usize]) -> (f64, Option<usize>, String) {
-        let motion = self.setups.table.forward(pose);
+    /// The least room of head and frame at a pose, with what stands there (nothing: the table) and the piece.
+    fn gap(&self, pose: Pose, head: &Solid, printed: &[usize]) -> (f64, Option<Stands>, String) {
+        let motion = self.table.forward(pose);
         let moved = |solid: &Solid| Solid::hull(solid.points().iter().map(|&p| motion.point(p.into()).at).collect());
         let still = Rigid::<Machine, Machine>::shift(Vec3::zeros());
         let mut least = (f64::INFINITY, None, String::new());
-        let solids = printed.iter().map(|&p| (Some(p), &self.setups.solids[p], GATHERED_MM));
-        for (part, solid, gathered) in solids.chain([(None, &self.setups.slab, 0.0)]) {
+        let solids = self.standing(printed).map(|(_, stands, solid)| (Some(stands), solid, GATHERED_MM));
+        for (stands, solid, gathered) in solids.chain([(None, self.slab, 0.0)]) {
             let solid = moved(solid);
-            let near = self.setups.head.clearance(&still, head, &solid, 0.0, FAR_MM);
+            let near = self.head.clearance(&still, head, &solid, 0.0, FAR_MM);
             let frame = self.frame.iter().map(|(name, piece)| (apart(&solid, piece, FAR_MM), name));
             for (mm, piece) in std::iter::once((near.mm, &near.piece)).chain(frame) {
                 if mm - gathered < least.0 {
-                    least = (mm - gathered, part, piece.clone());
+                    least = (mm - gathered, stands, piece.clone());
                 }
             }
         }
@@ -192,36 +249,39 @@ impl<'a> Turns<'a> {
     /// What stands in the way from the last setup to this one, and from print to print within it, where Z ends below the top of
     /// what stands.
     fn across(&self, standing: &Standing<'_>, setup: &[&Print], at: Pose) -> Option<(Option<usize>, String)> {
-        let motion = self.setups.table.forward(at);
+        let motion = self.table.forward(at);
         let region = standing.tips.iter().fold(self.over(setup, at), |all, tips| all.union(tips));
         let way = head_over(&region, standing.height);
-        let Owed { rest, .. } = Owed::to_others(self.setups.profile, 0.0);
+        let Owed { rest, .. } = Owed::to_others(self.profile, 0.0);
         let share = Share { lift: 0.0, ..rest };
         let owed = Owed { tip: share, rest: share };
         let still = Rigid::<Machine, Machine>::shift(Vec3::zeros());
-        standing.printed.iter().find_map(|&part| {
-            let points = self.setups.solids[part].points();
+        self.standing(standing.printed).find_map(|(_, stands, solid)| {
+            let points = solid.points();
             let top = points.iter().map(|&p| motion.point(p.into()).at.z).fold(f64::NEG_INFINITY, f64::max);
-            if top + rest.mm < self.setups.head.lowest(standing.height) {
+            if top + rest.mm < self.head.lowest(standing.height) {
                 return None;
             }
             let solid = Solid::hull(points.iter().map(|&p| motion.point(p.into()).at).collect());
-            let offence = self.setups.head.offence(&still, &way, &solid, &owed, 0.0)?;
+            let offence = self.head.offence(&still, &way, &solid, &owed, 0.0)?;
             let text = format!(
-                "on the way across at Z {:.1} mm, where [limits] z_mm ends or the ball of the table does, the {} would meet part {part}",
-                standing.height, offence.piece
+                "on the way across at Z {:.1} mm, where [limits] z_mm ends or the ball of the table does, the {} would meet {}",
+                standing.height,
+                offence.piece,
+                stands.named()
             );
-            Some((Some(part), text))
+            Some((stands.part(), text))
         })
     }
 
     /// Where the tip goes in X and Y while the parts of `setup` are printed.
     fn over(&self, setup: &[&Print], at: Pose) -> Bounds {
-        let motion = self.setups.table.forward(at);
-        setup
-            .iter()
-            .map(|print| self.setups.reached(print.part, &motion))
-            .fold(Bounds::EMPTY, |all, one| all.union(&one))
+        let motion = self.table.forward(at);
+        let tips = |print: &&Print| {
+            let (_, solid) = self.solids[print.part];
+            Bounds::of(solid.points().iter().map(|&p| motion.point(p.into()).at))
+        };
+        setup.iter().map(tips).fold(Bounds::EMPTY, |all, one| all.union(&one))
     }
 }
 

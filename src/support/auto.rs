@@ -9,11 +9,12 @@
 //! more material than before goes back (at first a little more is let pass, so that the search is not caught at once). No unit
 //! is ever laid on a full arc or through a full node.
 
+use super::cheapest::{Cheapest, Descent, FULL, Window};
 use super::flow::{Flow, Limits};
 use super::graph::{ARCS, Graph};
 use super::min_cost::min_cost;
 use super::shortest_paths::{Drawing, shortest_paths};
-use super::ways::{Cheapest, Descent, FULL, Load, Window};
+use super::ways::Load;
 use crate::geom::SplitMix64;
 
 /// How long to look.

@@ -19,6 +19,7 @@
 
 mod auto;
 mod brace;
+mod cheapest;
 mod demand;
 mod flow;
 mod graph;

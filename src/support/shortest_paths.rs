@@ -5,11 +5,12 @@
 //! of a round are found in one pass, so that many of them crowd onto the same arcs: of those that are used some 5 to 27 of a
 //! hundred end above four. The seed leaves them so; here the ways over them are taken up and laid where there is room.
 
+use super::cheapest::{Cheapest, Descent, FULL, UNIT};
 use super::flow::{Flow, Limits};
 use super::graph::{ARCS, COSTS, Graph};
 use super::preflow::push_relabel;
 use super::residual::Residual;
-use super::ways::{Cheapest, Descent, FULL, Load, UNIT, Ways};
+use super::ways::{Load, Ways};
 use crate::geom::SplitMix64;
 
 /// How ways are drawn.
@@ -35,22 +36,26 @@ impl Default for Drawing {
 fn g(n: u16) -> u32 {
     match n {
         0 => 1,
-        1..=3 => 0,
-        more => u32::from(more) - 3,
+        1..FREE => 0,
+        more => u32::from(more + 1 - FREE),
     }
 }
 
+/// An arc that carries this much is no longer shared for nothing.
+const FREE: u16 = 4;
+
 /// Ways from every red square that share arcs, with the limits that they needed.
 pub fn shortest_paths(graph: &Graph, limits: Limits, how: &Drawing, at: &mut dyn FnMut(usize)) -> (Flow, Limits) {
-    let (mut ways, mut load, mut cheapest) = (Ways::of(graph), Load::none(graph), Cheapest::none(graph));
-    cheapest.find(&load, &|node, at| prices(&load, node, at));
+    let (mut ways, mut load, mut cheapest) =
+        (Ways::of(graph), Load::none(graph, FREE.min(limits.arc)), Cheapest::none(graph));
+    cheapest.find(&load, &|node, beside| prices(&load, node, beside));
     (0..graph.red.len()).for_each(|way| draw(&mut ways, &mut load, &cheapest, way));
     let mut numbers = SplitMix64::seeded(how.seed);
     let count = ((graph.red.len() as f64 * how.share).ceil() as usize).min(graph.red.len());
     for round in 0..how.rounds {
         let chosen = chosen(&mut numbers, graph.red.len(), count);
         chosen.iter().for_each(|&way| _ = load.remove(graph.red[way], ways.arcs(way), &COSTS));
-        cheapest.find(&load, &|node, at| prices(&load, node, at));
+        cheapest.find(&load, &|node, beside| prices(&load, node, beside));
         chosen.iter().for_each(|&way| draw(&mut ways, &mut load, &cheapest, way));
         at(round + 1);
     }
@@ -68,8 +73,8 @@ fn chosen(numbers: &mut SplitMix64, of: usize, count: usize) -> Vec<usize> {
     found
 }
 
-fn prices(load: &Load<'_>, node: usize, at: [usize; 2]) -> [u32; ARCS] {
-    let beside = u32::from(load.has_neighbour(node, at));
+#[inline]
+fn prices(load: &Load<'_>, node: usize, beside: u32) -> [u32; ARCS] {
     let on = &load.flow.on[node];
     std::array::from_fn(|arc| g(on[arc]) * COSTS[arc] * (UNIT - beside))
 }
@@ -101,10 +106,11 @@ fn repaired(mut load: Load<'_>, ways: &Ways, limits: Limits) -> (Flow, Limits) {
         }
     }
     let mut cheapest = Cheapest::none(graph);
-    cheapest.find(&load, &|node, at| within(&load, &limits, node, at));
+    cheapest.find(&load, &|node, beside| within(&load, &limits, node, beside));
     let mut descent = Descent::of(graph);
     taken.retain(|&red| {
-        match descent.find(&load, &limits, &cheapest, &|node, at| within(&load, &limits, node, at), red) {
+        let now = |node, at| within(&load, &limits, node, u32::from(load.has_neighbour(node, at)));
+        match descent.find(&load, &limits, &cheapest, &now, red) {
             Some(arcs) => {
                 load.add(red, &arcs, &COSTS);
                 false
@@ -116,8 +122,7 @@ fn repaired(mut load: Load<'_>, ways: &Ways, limits: Limits) -> (Flow, Limits) {
 }
 
 /// Prices under limits: what is used already costs nothing more.
-fn within(load: &Load<'_>, limits: &Limits, node: usize, at: [usize; 2]) -> [u32; ARCS] {
-    let beside = u32::from(load.has_neighbour(node, at));
+fn within(load: &Load<'_>, limits: &Limits, node: usize, beside: u32) -> [u32; ARCS] {
     let on = &load.flow.on[node];
     std::array::from_fn(|arc| match on[arc] {
         0 => COSTS[arc] * (UNIT - beside),
