@@ -156,6 +156,22 @@ if [ -d .venv/cura/definitions ]; then
     export CURA_ENGINE_SEARCH_PATH="${CURA_ENGINE_SEARCH_PATH:-$PWD/.venv/cura/definitions:$PWD/.venv/cura/extruders}"
 fi
 
+
+# The slicers of a newer Debian, beside those that are installed.
+newer=.venv/newer
+newer_slicers() {
+    if [ -x $newer/bin/prusa-slicer ]; then
+        return
+    fi
+    if ! have dpkg-deb || ! may_install; then
+        skip "the slicers of Debian 13 were not fetched (root, apt-get and no TRUNNION_NO_APT would fetch them)"
+        return
+    fi
+    echo "fetching the slicers of Debian 13"
+    timeout -k 20 900 bash scripts/newer_slicers.sh $newer || skip "the slicers of Debian 13 could not be had"
+}
+newer_slicers
+
 if cargo fmt --version >/dev/null 2>&1; then
     step "format" cargo fmt --check
 else
@@ -170,6 +186,15 @@ fi
 documents="${CARGO_TARGET_DIR:-$PWD/target}/documents"
 rm -rf "$documents"
 TRUNNION_DOCUMENTS=$documents step "tests" cargo test --locked --no-fail-fast -- --show-output
+# What slicers give, once more with the newer ones.
+with_newer_slicers() {
+    PATH="$PWD/$newer/bin:$PATH" CURA_ENGINE_SEARCH_PATH="$PWD/$newer/cura/definitions:$PWD/$newer/cura/extruders" \
+        cargo test --locked --no-fail-fast --test it -- --show-output configurations:: projects:: cura_engine:: recipes::of_ hooks:: \
+        own_settings:: first_layers:: held:: several:: primed:: pipeline:: presets:: sweeps::cura
+}
+if [ -x $newer/bin/prusa-slicer ]; then
+    step "tests with the slicers of Debian 13" with_newer_slicers
+fi
 if [ -x .venv/bin/python ] && .venv/bin/python -c 'import jsonschema' 2>/dev/null; then
     step "documents and their schemas" .venv/bin/python tests/harness/check_documents.py docs/schemas "$documents"
 else
@@ -240,6 +265,8 @@ took_part() {
 say "summary"
 echo "real programs:"
 took_part PrusaSlicer 'command -v prusa-slicer' 'prusa-slicer --help'
+took_part "PrusaSlicer, newer" "[ -x $newer/bin/prusa-slicer ]" "$newer/bin/prusa-slicer --help"
+took_part "CuraEngine, newer" "[ -x $newer/bin/CuraEngine ]" "$newer/bin/CuraEngine --help"
 took_part Slic3r 'command -v slic3r' 'slic3r --version'
 took_part Chromium 'command -v chromium || command -v chromium-browser || command -v google-chrome' \
     '$(command -v chromium || command -v chromium-browser || command -v google-chrome) --version'
@@ -258,7 +285,7 @@ took_part OctoPrint '.venv/bin/python -c "import octoprint"' '.venv/bin/python -
 passed=$(awk '/^test result:/ { n += $4 } END { print n + 0 }' "$log")
 broken=$(awk '/^test result:/ { n += $6 } END { print n + 0 }' "$log")
 ignored=$(awk '/^test result:/ { n += $8 } END { print n + 0 }' "$log")
-echo "tests: $passed passed, $broken failed, $ignored ignored"
+echo "tests: $passed passed, $broken failed, $ignored ignored (those that are run with newer slicers too count twice)"
 awk '/^Ran [0-9]+ tests? in / { n += $2 } END { print "tests of the Python package: " n + 0 " run" }' "$log"
 echo "left out:"
 {

@@ -74,6 +74,8 @@ pub enum Bead {
     Round,
     /// The rectangle: Cura.
     Square,
+    /// The rectangle, and walls as wide as the room that they fill, without a word of it: Cura from 5.0 on.
+    Varied,
 }
 
 impl Bead {
@@ -81,18 +83,21 @@ impl Bead {
     pub fn area(self, width: f64, height: f64) -> f64 {
         use std::f64::consts::FRAC_PI_4;
         match self {
-            Self::Square if width > height => width * height,
+            Self::Square | Self::Varied if width > height => width * height,
             _ => (height * (width - height) + FRAC_PI_4 * height * height).max(0.0),
         }
     }
+
+    /// How marks call those that they name.
+    const NAMED: [(Self, &'static str); 2] = [(Self::Square, "square"), (Self::Varied, "varied")];
 }
 
 impl fmt::Display for Expect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { print, part, filament_mm, multiplier, bead, widths, outset_mm, heights_mm, diameter_mm } = self;
         write!(f, ";TRUNNION expect print={print} part={part} filament_mm={filament_mm:.5} multiplier={multiplier}")?;
-        if *bead == Bead::Square {
-            write!(f, " bead=square")?;
+        if let Some((_, name)) = Bead::NAMED.iter().find(|(named, _)| named == bead) {
+            write!(f, " bead={name}")?;
         }
         if let Some(outset) = outset_mm {
             write!(f, " outset_mm={outset}")?;
@@ -200,7 +205,7 @@ fn own(text: &str) -> Mark {
         let multiplier = if value("multiplier").is_some() { number("multiplier") } else { Some(1.0) };
         let bead = match value("bead") {
             None => Some(Bead::Round),
-            Some(word) => (word == "square").then_some(Bead::Square),
+            Some(word) => Bead::NAMED.iter().find(|(_, name)| *name == word).map(|(bead, _)| *bead),
         };
         let length = |w: &str| w.parse::<f64>().ok().filter(|w| w.is_finite() && *w > 0.0);
         let lengths =
@@ -345,6 +350,7 @@ mod tests {
             diameter_mm: Some(1.73),
         };
         assert_eq!(mark(&expect.to_string().as_bytes()[1..]), Some(Mark::Expect(expect.clone())));
+        let expect_varied = expect.clone();
         let old = mark(b"TRUNNION expect print=2 part=3 filament_mm=1.5");
         assert_eq!(
             old,
@@ -358,7 +364,11 @@ mod tests {
                 ..expect
             }))
         );
-        for wrong in ["multiplier=x", "heights_mm=0.2", "heights_mm=0.2,-1", "diameter_mm=0", "widths_mm=x"] {
+        let varied = Expect { bead: Bead::Varied, ..expect_varied };
+        assert_eq!(mark(&varied.to_string().as_bytes()[1..]), Some(Mark::Expect(varied.clone())));
+        for wrong in
+            ["bead=round-ish", "multiplier=x", "heights_mm=0.2", "heights_mm=0.2,-1", "diameter_mm=0", "widths_mm=x"]
+        {
             let text = format!("TRUNNION expect print=2 part=3 filament_mm=1.5 {wrong}");
             assert_eq!(mark(text.as_bytes()), Some(Mark::Broken), "{wrong}");
         }

@@ -56,7 +56,8 @@ pub struct TooLarge {
 /// are 20 to 45), where that keeps all prints in one project; else room for lines beside the outline.
 const GAPS_MM: [f64; 3] = [50.0, 25.0, 8.0];
 
-/// Where prints of these sizes stand on `bed`: in rows along X, the deepest first, in as many projects as it takes.
+/// Where prints of these sizes stand on `bed`: in rows along X, the deepest first, in as many projects as it takes, each in the bed's
+/// middle: PrusaSlicer 2.9 leaves out what reaches over its edge by a fraction of a micron.
 ///
 /// # Errors
 ///
@@ -68,7 +69,27 @@ pub fn layout(sizes: &[[f64; 2]], bed: &Bed) -> Result<Vec<Spot>, TooLarge> {
     }
     let tried = GAPS_MM.map(|gap_mm| rows(sizes, bed, gap_mm));
     let in_one = tried.iter().find(|spots| spots.iter().all(|spot| spot.project == 0));
-    Ok(in_one.unwrap_or(&tried[GAPS_MM.len() - 1]).clone())
+    let mut spots = in_one.unwrap_or(&tried[GAPS_MM.len() - 1]).clone();
+    centre(&mut spots, sizes, bed);
+    Ok(spots)
+}
+
+/// Moves the prints of each project together into the bed's middle.
+fn centre(spots: &mut [Spot], sizes: &[[f64; 2]], bed: &Bed) {
+    let projects = spots.iter().map(|spot| spot.project + 1).max().unwrap_or(0);
+    for project in 0..projects {
+        let by: [f64; 2] = std::array::from_fn(|a| {
+            let here = spots.iter().zip(sizes).filter(|(spot, _)| spot.project == project);
+            let ends = here.map(|(spot, size)| [spot.centre_mm[a] - size[a] / 2.0, spot.centre_mm[a] + size[a] / 2.0]);
+            let [low, high] =
+                ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, end| [all[0].min(end[0]), all[1].max(end[1])]);
+            bed.middle_mm()[a] - f64::midpoint(low, high)
+        });
+        for spot in spots.iter_mut().filter(|spot| spot.project == project) {
+            // Whole microns, so that a slicer gives back what it was given.
+            spot.centre_mm = [0, 1].map(|a| crate::gcode::round_to(spot.centre_mm[a] + by[a], 3));
+        }
+    }
 }
 
 fn rows(sizes: &[[f64; 2]], bed: &Bed, gap_mm: f64) -> Vec<Spot> {
@@ -91,8 +112,7 @@ fn rows(sizes: &[[f64; 2]], bed: &Bed, gap_mm: f64) -> Vec<Spot> {
         });
         let row = &mut rows[at];
         let corner = [bed.min_mm[0] + row.end, bed.min_mm[1] + row.start];
-        // Whole microns, so that a slicer gives back what it was given.
-        let centre_mm = [corner[0] + x / 2.0, corner[1] + y / 2.0].map(|v| crate::gcode::round_to(v, 3));
+        let centre_mm = [corner[0] + x / 2.0, corner[1] + y / 2.0];
         spots[print] = Spot { project: row.project, centre_mm };
         row.end += x + gap_mm;
     }

@@ -57,7 +57,6 @@ struct Reader<'a> {
     settings: Settings,
     done: Vec<Segment<'a>>,
     label: Option<usize>,
-    seen: Vec<usize>,
     print: Open,
     /// Lines since the last extrusion that are no moves, with what is to be thought of them if no extrusion follows.
     pending: Vec<Pending>,
@@ -69,6 +68,9 @@ struct Reader<'a> {
     laid_to: Option<Vec3>,
     /// Moves that lay filament.
     laying: usize,
+    /// Filament that is pulled back, mm, and what was pushed beyond what had been, all in all.
+    pulled: f64,
+    beyond: f64,
     /// Those of them that rise.
     rising: usize,
     /// Nozzle and bed as last set.
@@ -158,13 +160,14 @@ impl<'a> Reader<'a> {
             settings: Settings::of(bytes),
             done: Vec::new(),
             label: None,
-            seen: Vec::new(),
             print: Open::new(),
             pending: Vec::new(),
             pending_reach: Bounds::EMPTY,
             since: false,
             laid_to: None,
             laying: 0,
+            pulled: 0.0,
+            beyond: 0.0,
             rising: 0,
             heat: [None; 2],
             role: Role::Unknown,
@@ -190,7 +193,12 @@ impl<'a> Reader<'a> {
             {
                 if let PlainStep::Move(m) = step {
                     let prints = m.e > 0.0 && m.from != m.to;
-                    if prints { self.lay(m.from, m.to, m.e, start)? } else { self.travel(m.to) }
+                    if prints {
+                        self.lay(m.from, m.to, m.e, start)?;
+                    } else {
+                        self.push(m.e);
+                        self.travel(m.to);
+                    }
                 }
                 continue;
             }
@@ -346,6 +354,7 @@ impl<'a> Reader<'a> {
         let comment = comment_at(parsed, here.start, here.text.len());
         let Some(step) = Step3::of(m, comment) else { return Ok(()) };
         if !step.prints() {
+            self.push(m.e);
             self.travel(step.to);
             return Ok(());
         }
@@ -360,6 +369,16 @@ impl<'a> Reader<'a> {
             flatten(step.from, step.to, arc, 0.01).into_iter().for_each(|p| layer.extrusion.add(p));
         }
         Ok(())
+    }
+
+    /// Notes filament that is pulled back, or pushed while nothing is laid.
+    #[inline]
+    fn push(&mut self, e: f64) {
+        self.pulled -= e;
+        if self.pulled < 0.0 {
+            self.beyond -= self.pulled;
+            self.pulled = 0.0;
+        }
     }
 
     /// Notes a move to `to` that lays nothing.
@@ -461,13 +480,17 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A label that names one of our prints closes the print before it.
+    /// A label that names one of our prints closes the print before it. PrusaSlicer lists all labels in the head, from 2.6 on, with nothing
+    /// between a beginning and an end.
     fn relabel(&mut self, comment: &[u8]) -> Result<(), SlicedError> {
+        if self.print.layers.is_empty() && stated::ends_label(comment) {
+            self.label = None;
+        }
         let Some(print) = stated::label(comment) else { return Ok(()) };
         if self.label == Some(print) {
             return Ok(());
         }
-        if self.seen.contains(&print) {
+        if self.done.iter().any(|segment| segment.print == Some(print)) {
             let label = String::from_utf8_lossy(comment).trim().to_owned();
             return Err(SlicedError::Interleaved { file: self.file(), line: self.place.line, label });
         }
@@ -477,7 +500,6 @@ impl<'a> Reader<'a> {
             // Fans and limits set on the way to the next object belong to it; its travel does not.
             self.pending = lead.into_iter().filter(|p| p.state || p.suspect).collect();
         }
-        self.seen.push(print);
         self.label = Some(print);
         Ok(())
     }
@@ -549,8 +571,10 @@ impl<'a> Reader<'a> {
         }
         let counted_mm: f64 = self.done.iter().map(|segment| segment.sliced.filament_mm).sum();
         let most = stated::STATED_MM + stated::DIGIT_MM * self.laying as f64;
+        // Slicers count what is pushed beyond what was pulled back ("extra length on restart").
+        let is = |mm: f64, stated_mm: f64| (stated_mm - mm).abs() <= most;
         match stated::filament_mm(self.source.bytes) {
-            Some(stated_mm) if (stated_mm - counted_mm).abs() > most => {
+            Some(stated_mm) if ![counted_mm, counted_mm + self.beyond].into_iter().any(|mm| is(mm, stated_mm)) => {
                 Err(SlicedError::Filament { file: self.file(), counted_mm, stated_mm })
             }
             None if stated::states_its_filament(self.source.bytes) => Err(SlicedError::Torn { file: self.file() }),
@@ -633,6 +657,30 @@ mod tests {
     }
 
     #[test]
+    fn filament_is_summed_up_as_slicers_do() {
+        // Two lines of 1 mm, and half a millimetre more on the restart between them.
+        let lines = "G90\nM83\nG1 X0 Y0 Z.2\nG1 X9 E1\nG1 E-1\nG1 X0 Y3\nG1 E1.5\nG1 X9 E1\n";
+        for (says, right) in [
+            ("; filament used [mm] = 2.50", true),
+            ("; filament used [mm] = 2.00", true),
+            ("; filament used [mm] = 2.50, 0.00", true),
+            ("; filament used [mm] = 0.50, 2.00", true),
+            ("; filament used = 2.5mm (0.1cm3)", true),
+            ("; filament used = 0.0mm (0.0cm3)\n; filament used = 2.5mm (0.1cm3)", true),
+            ("; filament used [mm] = 2.50, 0.50", false),
+            ("; filament used [mm] = 1.50", false),
+            ("; filament used [mm] = 3.00", false),
+            ("; filament used = 2.5mm (0.1cm3)\n; filament used = 2.5mm (0.1cm3)", false),
+        ] {
+            let text = format!("{lines}{says}\n");
+            let read = read_sliced(text.as_bytes(), "t.gcode", InputWords::default());
+            assert_eq!(read.is_ok(), right, "{says}: {:?}", read.err());
+        }
+        let torn = format!("; generated by PrusaSlicer 2.9.2\n{lines}");
+        assert!(refused(&torn).contains("closing comments are missing"));
+    }
+
+    #[test]
     fn sequential_objects_come_apart_by_their_labels() {
         let object = |n: usize| {
             format!(
@@ -645,5 +693,26 @@ mod tests {
         assert_eq!(all[1].sliced.extrusion.max.x, 9.0);
         let mixed = format!("G90\nM83\n{}{}{}", object(0), object(3), object(0));
         assert!(refused(&mixed).contains("complete individual objects"));
+        // Listed in the head, as PrusaSlicer 2.9 does; and named to firmwares.
+        let listed = |n: usize| {
+            format!("; printing object print-{n:02}-x id:0 copy 0\n; stop printing object print-{n:02}-x id:0 copy 0\n")
+        };
+        let marlin = |n: usize| format!("M486 S{n}\nM486 Aprint-{n:02}-x\nG1 X0 Y0 Z.2\nG1 X9 E1\nM486 S-1\n");
+        let klipper = |n: usize| {
+            let name = format!("NAME='print-{n:02}-x_id_0_copy_0'");
+            format!("EXCLUDE_OBJECT_START {name}\nG1 X0 Y0 Z.2\nG1 X9 E1\nEXCLUDE_OBJECT_END {name}\n")
+        };
+        for (head, prints) in [
+            (format!("{}{}", listed(3), listed(0)), format!("{}{}", object(0), object(3))),
+            ("M486 S0\nM486 Aprint-00-x\nM486 S-1\n".to_owned(), format!("{}{}", marlin(0), marlin(3))),
+            (
+                "; gcode_flavor = klipper\nEXCLUDE_OBJECT_DEFINE NAME='print-00-x_id_0_copy_0'\n".to_owned(),
+                format!("{}{}", klipper(0), klipper(3)),
+            ),
+        ] {
+            let text = format!("{head}G90\nM83\n{prints}");
+            let all = read_sliced(text.as_bytes(), "t", InputWords::default()).unwrap();
+            assert_eq!(all.iter().map(|s| s.print).collect::<Vec<_>>(), vec![Some(0), Some(3)], "{text}");
+        }
     }
 }

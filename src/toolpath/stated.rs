@@ -34,8 +34,14 @@ fn flavor(bytes: &[u8]) -> Option<String> {
 /// The cross-section of the slicer that the file says it is from.
 pub(super) fn bead(bytes: &[u8]) -> Bead {
     let head = &bytes[..bytes.len().min(FLAVOR_WITHIN)];
-    let cura = [&b";Generated with Cura"[..], b";FLAVOR:"].iter().any(|key| memchr::memmem::find(head, key).is_some());
-    if cura { Bead::Square } else { Bead::Round }
+    let text = String::from_utf8_lossy(head);
+    let version = text.split_once(";Generated with Cura_SteamEngine ").map(|(_, version)| version);
+    let major = version.and_then(|version| version.split('.').next()?.parse::<u32>().ok());
+    match major {
+        Some(5..) => Bead::Varied,
+        _ if version.is_some() || text.contains(";Generated with Cura") || text.contains(";FLAVOR:") => Bead::Square,
+        _ => Bead::Round,
+    }
 }
 
 /// The widths that the file's head states, as Slic3r and PrusaSlicer write them, where no line states its own.
@@ -103,15 +109,21 @@ pub(super) const STATED_MM: f64 = 0.06;
 /// And what the last digit of each move may add to that, mm.
 pub(super) const DIGIT_MM: f64 = 5e-6;
 
-/// `; filament used [mm] = 1266.93` (PrusaSlicer), `; filament used = 1330.3mm (..)` (Slic3r); `None` without it, and where there are
-/// several extruders.
+/// `; filament used [mm] = 1266.93, 0.00` (PrusaSlicer, by extruder), `; filament used = 1330.3mm (..)` (Slic3r, a line for each); `None`
+/// without it.
 pub(super) fn filament_mm(bytes: &[u8]) -> Option<f64> {
-    let key = b"\n; filament used";
-    let at = memchr::memmem::rfind(bytes, b"\n; filament used [mm] =").or_else(|| memchr::memmem::rfind(bytes, key))?;
-    let rest = &bytes[at + 1..];
-    let line = String::from_utf8_lossy(&rest[..memchr::memchr(b'\n', rest).unwrap_or(rest.len())]).into_owned();
-    let value = line.split_once('=')?.1.split('(').next()?.trim().trim_end_matches("mm");
-    value.parse().ok().filter(|mm| *mm > 0.0)
+    let [in_one, in_lines] = [&b"\n; filament used [mm] ="[..], b"\n; filament used ="];
+    let value = |at: usize| {
+        let rest = &bytes[at + 1..];
+        let line = String::from_utf8_lossy(&rest[..memchr::memchr(b'\n', rest).unwrap_or(rest.len())]).into_owned();
+        let lengths = line.split_once('=')?.1.split('(').next()?.trim().trim_end_matches("mm").to_owned();
+        lengths.split(',').map(|mm| mm.trim().parse::<f64>().ok()).sum::<Option<f64>>()
+    };
+    let all = match memchr::memmem::rfind(bytes, in_one) {
+        Some(at) => value(at),
+        None => memchr::memmem::find_iter(bytes, in_lines).map(value).sum(),
+    };
+    all.filter(|mm| *mm > 0.0)
 }
 
 /// The name under which print `index` is handed to slicers.
@@ -120,12 +132,20 @@ pub fn print_name(index: usize, part: &str) -> String {
     format!("print-{index:02}-{safe}")
 }
 
-/// The print that an object label names: `; printing object print-03-arm id:0 copy 0`, `M486 Aprint-03-arm`.
+/// Whether a label says that an object ends.
+pub(super) fn ends_label(comment: &[u8]) -> bool {
+    let ends = ["stop printing object ", "M486 S-1", "EXCLUDE_OBJECT_END"];
+    std::str::from_utf8(comment).is_ok_and(|text| ends.iter().any(|end| text.trim().starts_with(end)))
+}
+
+/// The print that an object label names: `; printing object print-03-arm id:0 copy 0`, `M486 Aprint-03-arm`,
+/// `EXCLUDE_OBJECT_START NAME='print-03-arm_id_0_copy_0'`.
 pub(super) fn label(comment: &[u8]) -> Option<usize> {
     let text = std::str::from_utf8(comment).ok()?.trim();
     let rest = text
         .strip_prefix("printing object ")
         .or_else(|| text.strip_prefix("M486 A"))
+        .or_else(|| text.strip_prefix("EXCLUDE_OBJECT_START NAME=").map(|name| name.trim_start_matches('\'')))
         .or_else(|| text.strip_prefix("MESH:"))?;
     let name = rest.rsplit(['/', '\\']).next()?;
     let digits = name.strip_prefix("print-")?;

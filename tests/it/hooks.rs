@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::cura::through_cura;
 use crate::pipeline::fixture;
-use crate::support::{folder, installed, said, skip, trunnion};
+use crate::support::{folder, installed, prusa_slicer, said, skip, trunnion};
 
 /// What any user would have in his profile for this: no first-layer extras, no start code, objects one by one.
 const CONFIG: &str = "\
@@ -57,7 +57,7 @@ fn hook(plan: &Path) -> String {
 fn prusa(folder: &Path, output: &Path, scripts: &[&str]) -> std::process::Output {
     let config = folder.join("config.ini");
     std::fs::write(&config, format!("{CONFIG}{PRUSA_ONLY}")).unwrap();
-    let mut command = Command::new("prusa-slicer");
+    let mut command = prusa_slicer();
     command.arg("--load").arg(&config).arg("--dont-arrange");
     command.args(["--bed-shape", "0x0,2000x0,2000x2000,0x2000", "--max-print-height", "1000"]);
     command.arg(folder.join("project.3mf")).arg("-g").arg("-o").arg(output);

@@ -46,6 +46,7 @@ mod pipeline;
 mod plan_and_prepare;
 mod planning;
 mod practised;
+mod presets;
 mod preview;
 mod primed;
 mod printable;

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use trunnion::motion::replay::{Controller, Reading, Step};
 
 use crate::own_settings::{files, rewrite};
 use crate::pipeline::fixture;
-use crate::support::{folder, installed, said, skip, trunnion};
+use crate::support::{folder, installed, prusa_slicer, said, skip, trunnion};
 
 /// A plan of `model` with its project (and meshes) in `folder`.
 fn project(folder: &Path, model: &str, bed: &str) -> PathBuf {
@@ -29,7 +29,7 @@ fn project(folder: &Path, model: &str, bed: &str) -> PathBuf {
 fn sliced(project: &Path, more: &[&str]) -> (Output, Vec<u8>) {
     let output = project.with_extension("gcode");
     let _ = std::fs::remove_file(&output);
-    let run = Command::new("prusa-slicer").arg(project).arg("-g").args(more).arg("-o").arg(&output).output().unwrap();
+    let run = prusa_slicer().arg(project).arg("-g").args(more).arg("-o").arg(&output).output().unwrap();
     let bytes = std::fs::read(&output).unwrap_or_default();
     (run, bytes)
 }

@@ -1,7 +1,7 @@
 //! What the modules share: the command, temporary folders, a seeded source of numbers, and words about what was left out.
 
 use std::ffi::OsStr;
-use std::io::Write as _;
+use std::io::{Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, ExitStatus, Output, Stdio};
 
@@ -109,6 +109,15 @@ impl Command {
             crate::schemas::heard(&words, output);
         }
     }
+}
+
+/// PrusaSlicer, which from 2.9 on asks on its terminal whether a post-processing script may run: it may.
+pub(crate) fn prusa_slicer() -> Process {
+    let mut yes = tempfile::tempfile().expect("a temporary file");
+    yes.write_all(b"y\n").and_then(|()| yes.rewind()).expect("a word in it");
+    let mut command = Process::new("prusa-slicer");
+    command.stdin(yes);
+    command
 }
 
 /// Whether a program starts.

@@ -27,7 +27,12 @@ struct Span {
 
 impl Subject {
     fn of(model: &str, slicer: &str) -> Option<Self> {
-        if slicer != "builtin" && !installed(slicer) {
+        let is_there = match slicer {
+            "builtin" => true,
+            "cura" => crate::cura_engine::is_there(),
+            program => installed(program),
+        };
+        if !is_there {
             skip(&format!("{slicer} is not installed: {model} is not swept with it"));
             return None;
         }
@@ -328,6 +333,16 @@ fn prusa_slicer_y_tree_tilted_to_45_degrees() {
 #[test]
 fn slic3r_two_boxes() {
     sweep("two-boxes", "slic3r", 0.1);
+}
+
+#[test]
+fn cura_engine_two_boxes() {
+    sweep("two-boxes", "cura", 0.1);
+}
+
+#[test]
+fn cura_engine_y_tree_tilted_to_45_degrees() {
+    sweep("y-tree", "cura", 0.1);
 }
 
 /// The table of changes that an outside look found clean: each is a finding now, by the rule that is named.
