@@ -18,7 +18,7 @@ place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
 chmod 755 "$place"
 
-mkdir -p "$place"/{state/lists/partial,cache/archives/partial,root}
+mkdir -p "$place"/{state/lists/partial,cache/archives/partial,files}
 : >"$place/status"
 echo "deb [signed-by=$keys] http://deb.debian.org/debian $release main" >"$place/sources.list"
 # apt with lists of its own, to which nothing is installed as yet.
@@ -34,7 +34,7 @@ own_apt --download-only install prusa-slicer cura-engine
 
 unpacked() { dpkg-deb --fsys-tarfile "$1" | tar -x -C "$2" "${@:3}"; }
 for package in "$place"/cache/archives/*.deb; do
-    unpacked "$package" "$place/root" --exclude='./usr/share/doc*' --exclude='./usr/share/man*' --exclude='./usr/share/locale*' \
+    unpacked "$package" "$place/files" --exclude='./usr/share/doc*' --exclude='./usr/share/man*' --exclude='./usr/share/locale*' \
         --exclude='./usr/share/icons*' --exclude='./dev*'
 done
 mkdir -p "$place/made/bin" "$place/made/cura" "$place/resources"
@@ -43,13 +43,13 @@ cp -r "$place"/resources/usr/share/cura/resources/{definitions,extruders} "$plac
 for program in prusa-slicer CuraEngine; do
     cat >"$place/made/bin/$program" <<END
 #!/bin/sh
-root=$folder/root
+root=$folder/files
 lib=\$root/usr/lib/$triplet
 exec "\$root/usr/lib64/ld-linux-x86-64.so.2" --library-path "\$lib:\$lib/blas:\$lib/lapack" "\$root/usr/bin/$program" "\$@"
 END
     chmod +x "$place/made/bin/$program"
 done
-mv "$place/root" "$place/made/root"
+mv "$place/files" "$place/made/files"
 mkdir -p "$(dirname "$folder")"
 rm -rf "$folder"
 mv "$place/made" "$folder"

@@ -17,7 +17,7 @@ type Sections = BTreeMap<(String, String), Values>;
 fn presets() -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     let program = std::env::split_paths(&path).map(|folder| folder.join("prusa-slicer")).find(|file| file.is_file())?;
-    let places = ["../root/usr/share/PrusaSlicer/profiles", "../share/PrusaSlicer/profiles"];
+    let places = ["../files/usr/share/PrusaSlicer/profiles", "../share/PrusaSlicer/profiles"];
     places.iter().map(|place| program.parent().unwrap().join(place)).find(|folder| folder.is_dir())
 }
 

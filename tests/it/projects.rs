@@ -173,7 +173,7 @@ fn what_was_moved_or_turned_is_taken_where_it_is_and_what_was_scaled_or_mirrored
     let plan = project(folder.path(), "ding", "250x210");
     let project = folder.path().join("project.3mf");
     let (c, s) = (37.3f64.to_radians().cos(), 37.3f64.to_radians().sin());
-    let turned = format!("{c} {s} 0 {} {c} 0 0 0 1 61.5 44.25 0", -s);
+    let turned = format!("{c} {s} 0 {} {c} 0 0 0 1 100.5 -60.25 0", -s);
     for (name, transform, wanted) in [
         ("moved", "1 0 0 0 1 0 0 0 1 13.37 41.5 0", Ok("print 3 at X ")),
         ("turned", &turned, Ok("turned by 37.30 deg")),
