@@ -178,7 +178,7 @@ fn what_was_moved_or_turned_is_taken_where_it_is_and_what_was_scaled_or_mirrored
         ("moved", "1 0 0 0 1 0 0 0 1 13.37 41.5 0", Ok("print 3 at X ")),
         ("turned", &turned, Ok("turned by 37.30 deg")),
         ("scaled", "1.05 0 0 0 1.05 0 0 0 1.05 0 0 0", Err("it is 1.05")),
-        ("stretched", "1.2 0 0 0 1 0 0 0 1 0 0 0", Err("it is 1.2")),
+        ("stretched", "1.2 0 0 0 1 0 0 0 1 -50 0 0", Err("it is 1.2")),
     ] {
         let changed = transformed(&project, transform);
         let (run, bytes) = sliced(&changed, &["--dont-arrange"]);
