@@ -4,12 +4,11 @@
 #
 #   newer_slicers.sh FOLDER [RELEASE]      [default: trixie, which is Debian 13]
 #
-# FOLDER/bin has the commands, FOLDER/cura the definitions. Needs apt-get, dpkg-deb and 1.3 GB; some 350 MB are fetched. Exit code 1, with
+# FOLDER/bin has the commands, FOLDER/cura the definitions; it can be moved. Needs apt-get, dpkg-deb and 1.3 GB; some 350 MB are fetched. Exit code 1, with
 # the reason, where it cannot be done; FOLDER is then as it was.
 set -euo pipefail
 folder=$(realpath -m "$1")
 release=${2:-trixie}
-triplet=x86_64-linux-gnu
 keys=/usr/share/keyrings/debian-archive-keyring.gpg
 
 [ "$(uname -m)" = x86_64 ] || { echo "only for x86_64"; exit 1; }
@@ -41,20 +40,21 @@ mkdir -p "$place/made/bin" "$place/made/cura" "$place/resources"
 unpacked "$place"/cura_*.deb "$place/resources" --wildcards '*/resources/definitions/*' '*/resources/extruders/*'
 cp -r "$place"/resources/usr/share/cura/resources/{definitions,extruders} "$place/made/cura/"
 for program in prusa-slicer CuraEngine; do
-    cat >"$place/made/bin/$program" <<END
+    cat >"$place/made/bin/$program" <<'END'
 #!/bin/sh
-root=$folder/files
-lib=\$root/usr/lib/$triplet
-exec "\$root/usr/lib64/ld-linux-x86-64.so.2" --library-path "\$lib:\$lib/blas:\$lib/lapack" "\$root/usr/bin/$program" "\$@"
+# The program of this name in ../files, with the loader and the libraries there.
+files=$(dirname "$(realpath "$0")")/../files
+lib=$files/usr/lib/x86_64-linux-gnu
+exec "$files/usr/lib64/ld-linux-x86-64.so.2" --library-path "$lib:$lib/blas:$lib/lapack" "$files/usr/bin/${0##*/}" "$@"
 END
     chmod +x "$place/made/bin/$program"
 done
 mv "$place/files" "$place/made/files"
+for program in prusa-slicer CuraEngine; do
+    "$place/made/bin/$program" --help >"$place/log" 2>&1 || true
+    grep -qE 'PrusaSlicer-[0-9]|Cura_SteamEngine version' "$place/log" ||
+        { tail -n 3 "$place/log"; echo "$program does not start"; exit 1; }
+done
 mkdir -p "$(dirname "$folder")"
 rm -rf "$folder"
 mv "$place/made" "$folder"
-for program in prusa-slicer CuraEngine; do
-    "$folder/bin/$program" --help >"$place/log" 2>&1 || true
-    grep -qE 'PrusaSlicer-[0-9]|Cura_SteamEngine version' "$place/log" ||
-        { tail -n 3 "$place/log"; echo "$program does not start"; rm -rf "$folder"; exit 1; }
-done

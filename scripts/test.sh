@@ -156,7 +156,6 @@ if [ -d .venv/cura/definitions ]; then
     export CURA_ENGINE_SEARCH_PATH="${CURA_ENGINE_SEARCH_PATH:-$PWD/.venv/cura/definitions:$PWD/.venv/cura/extruders}"
 fi
 
-
 # The slicers of a newer Debian, beside those that are installed.
 newer=.venv/newer
 newer_slicers() {

@@ -9,7 +9,7 @@ use super::owed::{Owed, TOUCHING_MM};
 use super::solid::Solid;
 use super::support::Needs;
 use super::workpiece::Workpiece;
-use crate::geom::{Angle, Bounds, Dir, Machine, Rigid, Table, Vec3};
+use crate::geom::{Angle, Dir, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::orient::{Direction, Facets, Objective, Search, directions};
 use crate::profile::Profile;
@@ -281,14 +281,9 @@ impl<'a> Setups<'a> {
 
     fn leaves_limits(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
         let limits = self.profile.linear_limits();
-        let reached = self.reached(part, motion);
+        let reached = self.solids[part].reached(motion);
         let out = [reached.min, reached.max].into_iter().find_map(|corner| limits.violation(&corner))?;
         Some(Objection { against: Barrier::Limits, text: out.to_string(), depth_mm: 0.0 })
-    }
-
-    /// The box of the tip positions on `part`, machine frame.
-    pub(super) fn reached(&self, part: usize, motion: &Rigid<Table, Machine>) -> Bounds {
-        Bounds::of(self.solids[part].points().iter().map(|p| motion.rotation * p + motion.translation))
     }
 
     fn meets_table(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {

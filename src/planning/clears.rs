@@ -5,7 +5,7 @@ use super::collision::Head;
 use super::owed::Owed;
 use super::plan::Slot;
 use super::solid::Solid;
-use super::turning::Turns;
+use super::turning::{REMEDY, Turns};
 use super::workpiece::Workpiece;
 use crate::geom::Table;
 use crate::mesh::TriangleMesh;
@@ -35,7 +35,7 @@ impl Obstacle {
 }
 
 /// What a turn of the table comes upon, or the way across behind it, in a plan some of whose parts stand on supports (by part, table
-/// frame): `None` where every turn is clear.
+/// frame), and what helps: `None` where every turn is clear.
 ///
 /// The turns of a plan without supports are looked at while it is made.
 pub fn turn_struck(
@@ -48,7 +48,7 @@ pub fn turn_struck(
     let supports: Vec<(usize, Solid)> = supports.iter().map(|(part, mesh)| (*part, Solid::of(mesh))).collect();
     let (table, head, slab) = (profile.kinematics(), Head::of(profile), Solid::hull(profile.table_slab()));
     let turns = Turns::with_supports(profile, &table, &head, (&parts, &supports, &slab));
-    turns.struck(slots).map(|struck| struck.text)
+    turns.struck(slots).map(|struck| format!("{}; {REMEDY}", struck.text))
 }
 
 #[cfg(test)]

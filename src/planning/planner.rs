@@ -9,7 +9,7 @@ use super::plan::{Print, Slot};
 use super::pricing::{Pricing, WithinSlot};
 use super::sequence::{End, Problem, Sequence, enumerate};
 use super::site::{Site, set_of};
-use super::turning::{Struck, Turns};
+use super::turning::{REMEDY, Struck, Turns};
 use super::whynot;
 use super::workpiece::Workpiece;
 use crate::geom::Angle;
@@ -126,10 +126,7 @@ fn no_turn(workpiece: &Workpiece<'_>, struck: &[Struck]) -> Infeasible {
     let reasons: Vec<Reason> = struck.iter().map(reason).collect();
     let nearest = struck.last().map(|one| one.text.as_str()).unwrap_or_default();
     let parts = workpiece.parts.len();
-    let summary = format!(
-        "no order prints all {parts} parts with every turn of the table clear: {nearest}; give [limits] z_mm more room where the \
-         machine has it, [transition] park_mm beside the table, or another place (--origin)"
-    );
+    let summary = format!("no order prints all {parts} parts with every turn of the table clear: {nearest}; {REMEDY}");
     Infeasible::NoPlan { summary, reasons, least: false }
 }
 

@@ -89,6 +89,11 @@ impl Solid {
         &self.points
     }
 
+    /// The box of the places of its corners where `motion` takes them: of the tip, while it is printed.
+    pub(super) fn reached<A, B>(&self, motion: &Rigid<A, B>) -> Bounds {
+        Bounds::of(self.points.iter().map(|p| motion.rotation * p + motion.translation))
+    }
+
     /// How far the convex `tool`, its origin swept over `self` with `swept` zeroed where the tool does not follow, stays
     /// from `obstacle`, up to `enough` mm; [`Separation::Meeting`] where it meets it. `motion` takes both solids to the
     /// tool's frame: they stay where they are, so that one tree of a part serves every pose.

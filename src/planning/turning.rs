@@ -25,6 +25,9 @@ const ROOM_MM: f64 = 0.15;
 /// Where less than this is left over the room the turn counts as struck, mm: it bounds the number of steps.
 const LEAST_STEP_MM: f64 = 0.05;
 
+/// What helps where a turn is not clear.
+pub(super) const REMEDY: &str = "give [limits] z_mm more room where the machine has it, [transition] park_mm beside the table, or another place (--origin)";
+
 /// A turn that is not clear.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Struck {
@@ -43,10 +46,12 @@ pub(super) struct Turns<'a> {
     profile: &'a Profile,
     table: &'a TableKinematics,
     head: &'a Head,
-    /// The parts, then the supports, table frame.
-    solids: Vec<(Stands, &'a Solid)>,
-    /// How far each of them reaches from the table's centre.
-    reach: Vec<f64>,
+    /// Table frame, as all that stands.
+    parts: &'a [Solid],
+    /// By part, how far it reaches from the table's centre.
+    reaches: Vec<f64>,
+    /// The part that each holds, its shape and its reach.
+    supports: Vec<(usize, &'a Solid, f64)>,
     slab: &'a Solid,
     slab_reach: f64,
     /// The frame's pieces.
@@ -61,13 +66,6 @@ enum Stands {
 }
 
 impl Stands {
-    /// The part with which it is printed.
-    fn with(self) -> usize {
-        match self {
-            Self::Part(part) | Self::SupportsOf(part) => part,
-        }
-    }
-
     fn named(self) -> String {
         match self {
             Self::Part(part) => format!("part {part}"),
@@ -104,19 +102,18 @@ impl<'a> Turns<'a> {
         head: &'a Head,
         (parts, supports, slab): (&'a [Solid], &'a [(usize, Solid)], &'a Solid),
     ) -> Self {
-        let farthest = |points: &[Vec3]| points.iter().map(|p| p.norm()).fold(0.0, f64::max);
-        let parts = parts.iter().enumerate().map(|(part, solid)| (Stands::Part(part), solid));
-        let supports = supports.iter().map(|(part, solid)| (Stands::SupportsOf(*part), solid));
-        let solids: Vec<_> = parts.chain(supports).collect();
-        let reach = solids.iter().map(|(_, solid)| farthest(solid.points())).collect();
+        let reach = |solid: &Solid| solid.points().iter().map(|p| p.norm()).fold(0.0, f64::max);
         let frame = profile.fixed_bodies().into_iter().map(|b| (b.name, Solid::hull(b.points))).collect();
-        Self { profile, table, head, solids, reach, slab, slab_reach: farthest(slab.points()), frame }
+        let reaches = parts.iter().map(reach).collect();
+        let supports = supports.iter().map(|(part, solid)| (*part, solid, reach(solid))).collect();
+        Self { profile, table, head, parts, reaches, supports, slab, slab_reach: reach(slab), frame }
     }
 
-    /// What stands while `printed` is there: its place in `solids`, what it is and its shape.
-    fn standing<'s>(&'s self, printed: &'s [usize]) -> impl Iterator<Item = (usize, Stands, &'a Solid)> + 's {
-        let all = self.solids.iter().enumerate().map(|(place, (stands, solid))| (place, *stands, *solid));
-        all.filter(|(_, stands, _)| printed.contains(&stands.with()))
+    /// What stands while `printed` is there.
+    fn standing<'s>(&'s self, printed: &'s [usize]) -> impl Iterator<Item = (Stands, &'a Solid)> + 's {
+        let parts = printed.iter().map(|&part| (Stands::Part(part), &self.parts[part]));
+        let held = self.supports.iter().filter(|(part, ..)| printed.contains(part));
+        parts.chain(held.map(|(part, solid, _)| (Stands::SupportsOf(*part), *solid)))
     }
 
     /// The first turn of the plan that is not clear.
@@ -159,8 +156,9 @@ impl<'a> Turns<'a> {
     }
 
     fn radius(&self, printed: &[usize]) -> f64 {
-        let reach = self.standing(printed).map(|(place, ..)| self.reach[place]);
-        self.table.offset.norm() + reach.fold(self.slab_reach, f64::max)
+        let parts = printed.iter().map(|&part| self.reaches[part]);
+        let held = self.supports.iter().filter(|(part, ..)| printed.contains(part)).map(|(.., reach)| *reach);
+        self.table.offset.norm() + parts.chain(held).fold(self.slab_reach, f64::max)
     }
 
     /// What is struck while the table turns, if anything is not proved clear.
@@ -232,7 +230,7 @@ impl<'a> Turns<'a> {
         let moved = |solid: &Solid| Solid::hull(solid.points().iter().map(|&p| motion.point(p.into()).at).collect());
         let still = Rigid::<Machine, Machine>::shift(Vec3::zeros());
         let mut least = (f64::INFINITY, None, String::new());
-        let solids = self.standing(printed).map(|(_, stands, solid)| (Some(stands), solid, GATHERED_MM));
+        let solids = self.standing(printed).map(|(stands, solid)| (Some(stands), solid, GATHERED_MM));
         for (stands, solid, gathered) in solids.chain([(None, self.slab, 0.0)]) {
             let solid = moved(solid);
             let near = self.head.clearance(&still, head, &solid, 0.0, FAR_MM);
@@ -256,7 +254,7 @@ impl<'a> Turns<'a> {
         let share = Share { lift: 0.0, ..rest };
         let owed = Owed { tip: share, rest: share };
         let still = Rigid::<Machine, Machine>::shift(Vec3::zeros());
-        self.standing(standing.printed).find_map(|(_, stands, solid)| {
+        self.standing(standing.printed).find_map(|(stands, solid)| {
             let points = solid.points();
             let top = points.iter().map(|&p| motion.point(p.into()).at.z).fold(f64::NEG_INFINITY, f64::max);
             if top + rest.mm < self.head.lowest(standing.height) {
@@ -277,11 +275,10 @@ impl<'a> Turns<'a> {
     /// Where the tip goes in X and Y while the parts of `setup` are printed.
     fn over(&self, setup: &[&Print], at: Pose) -> Bounds {
         let motion = self.table.forward(at);
-        let tips = |print: &&Print| {
-            let (_, solid) = self.solids[print.part];
-            Bounds::of(solid.points().iter().map(|&p| motion.point(p.into()).at))
-        };
-        setup.iter().map(tips).fold(Bounds::EMPTY, |all, one| all.union(&one))
+        setup
+            .iter()
+            .map(|print| self.parts[print.part].reached(&motion))
+            .fold(Bounds::EMPTY, |all, one| all.union(&one))
     }
 }
 

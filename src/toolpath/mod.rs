@@ -15,6 +15,7 @@
 mod ahead;
 mod clear;
 mod export;
+mod filament;
 mod fits;
 mod inputs;
 mod items;

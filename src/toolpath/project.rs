@@ -134,6 +134,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn as_much_room_is_left_on_either_side() {
+        let sizes = [[30.0, 20.0], [10.0, 15.0], [25.001, 8.0], [12.0, 12.0]];
+        for bed in [Bed::from([250.0, 210.0]), Bed { min_mm: [-60.0, -20.0], max_mm: [60.0, 20.0] }] {
+            let spots = layout(&sizes, &bed).unwrap();
+            for project in 0..=spots.iter().map(|spot| spot.project).max().unwrap() {
+                for a in 0..2 {
+                    let here = spots.iter().zip(&sizes).filter(|(spot, _)| spot.project == project);
+                    let ends =
+                        here.map(|(spot, size)| [-1.0, 1.0].map(|side| spot.centre_mm[a] + side * size[a] / 2.0));
+                    let (low, high): (Vec<f64>, Vec<f64>) = ends.map(|[low, high]| (low, high)).unzip();
+                    let below = low.into_iter().fold(f64::INFINITY, f64::min) - bed.min_mm[a];
+                    let above = bed.max_mm[a] - high.into_iter().fold(f64::NEG_INFINITY, f64::max);
+                    assert!((below - above).abs() < 2e-3 && below > 0.0, "{project}: {below} {above}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn prints_stand_on_the_bed_apart_from_each_other() {
         let sizes: Vec<[f64; 2]> =
             (0..40).map(|i| [10.0 + f64::from(i * 7 % 30), 12.0 + f64::from(i * 5 % 23)]).collect();

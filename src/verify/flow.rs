@@ -28,10 +28,11 @@ const ONE_THREAD: f64 = 0.25;
 const FEWEST: usize = 5;
 /// Where no width is stated: thin lines fill gaps, and the most is a full line or a bridge's round thread.
 const UNSTATED: [f64; 2] = [0.03, 1.15];
-/// The same of Cura's walls from 5.0 on: where there is room for two lines there are two.
-const VARIED_WALLS: [f64; 2] = [0.03, 2.0];
-/// And of its skins, which it irons with a tenth of a line as wide as the lines are apart.
-const VARIED_SKINS: [f64; 2] = [0.01, 1.15];
+/// The most of Cura's lines from 5.0 on, walls, those around skins, and those that fill what is left: where there is room for two there are
+/// two.
+const WIDEST_VARIED: f64 = 2.0;
+/// And the least of its skins, which it irons with a tenth of a line as wide as the lines are apart.
+const IRONED_SKIN: f64 = 0.01;
 /// What rounding of F may add to the flow, relative.
 pub(super) const RATE_SLACK: f64 = 0.01;
 /// Factors that a slicer may be set to.
@@ -153,12 +154,13 @@ fn one(printed: &PrintedPart<'_>, line: &Line, usual: f64, findings: &mut Findin
         false => {
             let nozzle = printed.job.profile.process.nozzle_mm;
             let thread = printed.flow.bead.area(nozzle, nozzle) * line.length * printed.flow.multiplier / line.held;
-            let [least, widest] = match (printed.flow.bead, line.m.role) {
-                (Bead::Varied, Role::OuterWall | Role::InnerWall) => VARIED_WALLS,
-                (Bead::Varied, Role::Solid) => VARIED_SKINS,
-                _ => UNSTATED,
+            let [least, most] = [UNSTATED[0], UNSTATED[1] * thread.max(1.0)];
+            let [least, most] = match (printed.flow.bead, line.m.role) {
+                (Bead::Varied, Role::Solid) => [IRONED_SKIN, most.max(WIDEST_VARIED)],
+                (Bead::Varied, _) => [least, most.max(WIDEST_VARIED)],
+                _ => [least, most],
             };
-            let most = widest * thread.max(1.0) + digits;
+            let most = most + digits;
             // Where the head states widths, the rule for such lines among each other is stricter.
             if printed.flow.widths.is_empty() { (least - digits, most) } else { (0.0, most.max(thin::WIDEST)) }
         }

@@ -49,6 +49,57 @@ fn its_prints_are_clean_at_every_layer_height() {
     }
 }
 
+/// Layer heights that the machine's profile has, and no configuration: from 5.0 on skins and infill too have lines of all widths.
+#[test]
+fn a_profile_of_thick_layers_is_clean() {
+    if !is_there() {
+        return;
+    }
+    let folder = folder();
+    for height in ["0.1", "0.25", "0.3"] {
+        let machine = folder.path().join("machine.toml");
+        std::fs::write(&machine, format!("extends = \"generic-ac\"\n[process]\nlayer_height_mm = {height}\n")).unwrap();
+        let output = folder.path().join("out.gcode");
+        let document = prepare(&fixture("y-tree"), machine.to_str().unwrap(), "cura", &output, &[]);
+        assert_eq!(document["verify"]["findings"], serde_json::json!([]), "{height}");
+    }
+}
+
+/// One line of a wall with more or less filament, whose width the file does not say: up to two lines' from 5.0 on, a line's before.
+#[test]
+fn a_wall_with_too_much_or_too_little_filament_is_seen() {
+    if !is_there() {
+        return;
+    }
+    let folder = folder();
+    let (file, plan) = (folder.path().join("out.gcode"), folder.path().join("plan.json"));
+    prepare(&fixture("two-boxes"), "generic-ac", "cura", &file, &["--plan-out", &plan.display().to_string()]);
+    let text = std::fs::read_to_string(&file).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    // A line of a wall of some 20 mm, above the first layers: as much filament as one of the profile's width holds.
+    let wall = (0..lines.len()).filter(|&at| lines[at] == ";TYPE:WALL-OUTER").nth(10).unwrap();
+    let lays = |line: &str| line.starts_with("G1 ") && line.contains(" E") && !line.contains(" E-");
+    let at = (wall + 1..).find(|&at| lays(lines[at])).unwrap();
+    assert!(!lines[wall + 1..at].iter().any(|line| line.starts_with(";TYPE:")), "line {at}");
+    let (head, tail) = lines[at].split_once(" E").unwrap();
+    let (e, rest) = tail.split_once(' ').map_or((tail, ""), |(e, rest)| (e, rest));
+    let e: f64 = e.parse().unwrap();
+    let varied = text.contains(" bead=varied");
+    // A round thread as thick as the nozzle is wide takes 1.4 of a line of 0.45 by 0.2 mm, and 1.15 of that passes.
+    let most = if varied { 2.0 } else { 1.61 };
+    for share in [0.0001, 0.02, 0.04, 0.5, 0.9, 1.0, 1.1, 1.25, 1.5, 1.7, 1.9, 2.1, 4.0] {
+        let mut changed = lines.clone();
+        let line = format!("{head} E{:.5} {rest}", e * share);
+        changed[at] = line.trim_end();
+        std::fs::write(&file, changed.join("\n") + "\n").unwrap();
+        let run = trunnion().arg("verify").arg(&file).arg("--plan").arg(&plan).arg("--json").output().unwrap();
+        let report: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+        let findings = report["findings"].as_array().unwrap();
+        let seen = findings.iter().any(|finding| finding["rule"] == "flow" && finding["line"] == at + 1);
+        assert_eq!(seen, !(0.03..most).contains(&share), "{share} (varied: {varied}): {findings:?}");
+    }
+}
+
 /// As somebody slices who knows nothing of us: its own start code, absolute E, a first layer of its own.
 #[test]
 fn what_it_gives_to_others_is_clean_or_refused_for_the_true_cause() {

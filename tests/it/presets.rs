@@ -1,6 +1,6 @@
 //! The printers that PrusaSlicer knows, with the settings that their makers give: each is printed, or refused for what is truly in the way.
 //!
-//! The presets are the installed program's own (`share/PrusaSlicer/profiles`, 25 vendors): sections that inherit from each other, each
+//! The presets are the installed program's own (`share/PrusaSlicer/profiles`, a file for each vendor): sections that inherit from each other, each
 //! printer with the names of its print and filament.
 
 use std::collections::BTreeMap;
@@ -59,7 +59,7 @@ fn configuration(all: &Sections, printer: &str) -> Option<String> {
         .then(|| values.iter().map(|(key, value)| format!("{key} = {value}\n")).collect())
 }
 
-/// One printer of each vendor with the profile's nozzle, and up to three with several extruders.
+/// The first printer of each vendor with one nozzle of the profile's size, and the first three of all with several extruders.
 fn chosen(folder: &Path) -> Vec<(String, String)> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|file| file.extension().is_some_and(|end| end == "ini"));
