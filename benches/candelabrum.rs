@@ -1,6 +1,6 @@
 //! The whole job on the candelabrum (18 parts, 15,190 facets, generic A/C table, built-in slicer), step by step.
 //!
-//! `cargo bench` prints the times; the figures of each release stand in CHANGELOG.md. Run on one thread
+//! `cargo bench -p trunnion-benches` prints the times; the figures of each release stand in CHANGELOG.md. Run on one thread
 //! (`RAYON_NUM_THREADS=1`) the times are CPU times.
 
 use divan::Bencher;
@@ -26,7 +26,7 @@ fn profile() -> Profile {
 }
 
 fn bytes() -> Vec<u8> {
-    std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/candelabrum.stl")).expect("fixture")
+    std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/candelabrum.stl")).expect("fixture")
 }
 
 fn model() -> Model {

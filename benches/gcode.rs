@@ -1,6 +1,6 @@
 //! Reading and rewriting a large sliced file: megabytes of input a second, and the memory taken beside it.
 //!
-//! `cargo bench --bench gcode`; `TRUNNION_BENCH_MB` is the size of the file (200). It is a toothed prism at fine layers: the
+//! `cargo bench -p trunnion-benches --bench gcode`; `TRUNNION_BENCH_MB` is the size of the file (200). It is a toothed prism at fine layers: the
 //! built-in slicer makes some, and those are repeated further up. Every figure is the best of five runs, so that ratios of
 //! one run can be compared.
 

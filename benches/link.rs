@@ -5,7 +5,7 @@
 //! printed first. The window makes the difference: Marlin's usual 128 bytes hold two or three five-axis lines, and so many
 //! are carried by one exchange of the two processes; the wide one is that of a firmware with 2048 bytes and 32 commands.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -108,14 +108,22 @@ fn processor(id: u32) -> f64 {
     (ticks(11) + ticks(12)) / 100.0
 }
 
+/// The command as `cargo build --release` leaves it, beside this bench's own folder.
+fn binary() -> PathBuf {
+    let own = std::env::current_exe().expect("a running program");
+    let binary = own.ancestors().nth(2).expect("target/release/deps").join("trunnion");
+    assert!(binary.is_file(), "{} is not there: cargo build --release", binary.display());
+    binary
+}
+
 /// The command, on one core where `cores` is 1.
 fn trunnion(cores: u32) -> Command {
-    let binary = env!("CARGO_BIN_EXE_trunnion");
+    let binary = &binary();
     if cores > 1 {
         return Command::new(binary);
     }
     let mut command = Command::new("taskset");
-    command.args(["-c", "0", binary]);
+    command.args(["-c", "0"]).arg(binary);
     command
 }
 

@@ -1,7 +1,7 @@
 //! Nearly convex pieces and containing meshes: what becomes of some shapes, and whether distances are told sooner by hulls of pieces than by
 //! the trees of boxes that packing and planning have.
 //!
-//! `cargo bench --bench pieces` takes some two minutes. A ratio above 1 says how many times sooner the hulls answer; `short` is by how
+//! `cargo bench -p trunnion-benches --bench pieces` takes some two minutes. A ratio above 1 says how many times sooner the hulls answer; `short` is by how
 //! much their distance is below the surfaces', which is what their use would cost.
 
 #[allow(dead_code)]

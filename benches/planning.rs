@@ -1,7 +1,7 @@
 //! Planning by itself: random trees of 40, 100 and 200 boxes from parts to a plan with its bound, and the question who is
 //! in whose way between two parts of 100,000 facets.
 //!
-//! `cargo bench --bench planning` prints the times, and first what was planned; run on one thread (`RAYON_NUM_THREADS=1`) the
+//! `cargo bench -p trunnion-benches --bench planning` prints the times, and first what was planned; run on one thread (`RAYON_NUM_THREADS=1`) the
 //! times are CPU times. The figures of each release stand in CHANGELOG.md.
 
 use std::fmt::Write as _;

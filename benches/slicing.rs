@@ -1,6 +1,6 @@
 //! The built-in slicer alone, from a mesh to sliced G-code: many islands, many facets, long layers.
 //!
-//! `RAYON_NUM_THREADS=1 cargo bench --bench slicing [MODEL]`. Every figure is the best of five runs of one process, so that ratios of one run
+//! `RAYON_NUM_THREADS=1 cargo bench -p trunnion-benches --bench slicing [MODEL]`. Every figure is the best of five runs of one process, so that ratios of one run
 //! can be compared.
 
 use std::f64::consts::TAU;

@@ -6,11 +6,10 @@ use super::args::Publish as Verb;
 use super::{Console, Failure, send};
 use crate::document::{self, text};
 use crate::job::{self, PublishRequest, Verified};
-use crate::publish::Address;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
-    let to = &Address::parse(&args.to).map_err(job::Error::from)?;
+    let to = &job::server_address(&args.to, &world)?;
     let key = job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?;
     let program = &match &args.plan {
         Some(plan) => send::proved(&args.gcode, &job::load_plan(&args.plan_ref.source(plan), &world)?, &world)?,

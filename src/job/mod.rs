@@ -90,7 +90,7 @@ pub use profile_head::HEAD_QUESTIONS;
 pub use profile_import::{ImportProfile, ImportedProfile, import_profile};
 pub use profile_new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
 pub use progress::{Bar, Progress, Silent, Step};
-pub use publish::{PublishRequest, PublishResult, publish, server_key};
+pub use publish::{PublishRequest, PublishResult, publish, server_address, server_key};
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{
     Answer, At, Desk, Ended, Figures, Loaded, Operator, Print, Rehearsal, SendOptions, SendRequest, Sending,

@@ -55,8 +55,9 @@ pub struct PublishResult {
 ///
 /// # Errors
 ///
-/// [`Error::PublishInput`] for a name that servers would change, and [`Error::Publish`].
+/// [`Error::PublishInput`] for a name that servers would change or an address that the world cannot reach, and [`Error::Publish`].
 pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<PublishResult, Error> {
+    request.to.clone().reached_by(world.web)?;
     let own = || request.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let name = request.name.map_or_else(own, str::to_owned);
     file_name(&name)?;
@@ -95,6 +96,15 @@ pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<Publis
     })
 }
 
+/// Reads `octoprint:URL`, `moonraker:URL` or `duet:URL`, an address that the world can reach.
+///
+/// # Errors
+///
+/// [`Error::PublishInput`].
+pub fn server_address(text: &str, world: &World<'_>) -> Result<Address, Error> {
+    Ok(Address::parse(text)?.reached_by(world.web)?)
+}
+
 fn sha1_hex(bytes: &[u8]) -> String {
     use sha1::{Digest, Sha1};
     Sha1::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
@@ -124,5 +134,9 @@ impl Web for Waiting<'_> {
 
     fn wait(&self, time: Duration) {
         self.0.clock.sleep(time);
+    }
+
+    fn speaks_tls(&self) -> bool {
+        self.0.web.speaks_tls()
     }
 }

@@ -15,8 +15,6 @@ use super::check::check;
 use super::instance::{Goal, Instance, Placed, Triple};
 use super::watch::Watch;
 
-/// Boxes that are given to the solver, at most: beyond that not even the first relaxation is solved in a minute.
-pub const MOST_BOXES: usize = 60;
 /// Nodes of the solver's tree between two questions whether to go on.
 const NODES: u64 = 10;
 /// Time between two such questions.

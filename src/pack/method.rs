@@ -5,9 +5,13 @@ use super::empty::fewer;
 use super::fill::{Ready, first_fit};
 use super::filling::fullest;
 use super::instance::{Answer, Ended, Goal, Instance, Placed};
-use super::ip::{MOST_BOXES, Near, solve};
+#[cfg(feature = "integer-program")]
+use super::ip::{Near, solve};
 use super::tabu::tabu;
 use super::watch::Watch;
+
+/// Boxes that are given to the integer program, at most: beyond that not even the first relaxation is solved in a minute.
+pub const MOST_BOXES: usize = 60;
 
 /// How boxes are packed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,6 +42,11 @@ impl Method {
         ("anneal", Self::Anneal),
     ];
 
+    /// Whether this build has it: the integer programs want the feature `integer-program`.
+    pub fn is_built_in(self) -> bool {
+        cfg!(feature = "integer-program") || !matches!(self, Self::Ip | Self::IpLocalSearch)
+    }
+
     /// Whether it looks at more of a model than its box.
     pub fn of_shapes(self) -> bool {
         matches!(self, Self::Coverings | Self::Anneal)
@@ -56,6 +65,11 @@ pub enum Unpackable {
         /// Boxes.
         boxes: usize,
     },
+    /// The integer program, and the build has no solver.
+    #[error(
+        "this build of trunnion has no integer program; use --method auto, or build with: cargo build --release --features integer-program"
+    )]
+    NoProgram,
     /// Tabu search fills no single run.
     #[error("tabu search looks for the least number of runs, not for the most value in one")]
     NoFilling,
@@ -68,8 +82,10 @@ pub enum Unpackable {
 }
 
 /// Steps of `Auto` with which the integer programs begin.
+#[cfg(feature = "integer-program")]
 const BEFORE_IP: u64 = 300_000;
 /// The neighbourhoods of the local search: boxes that come or go, relations that change (seed 003, chapter 4).
+#[cfg(feature = "integer-program")]
 const NEIGHBOURHOODS: [Near; 3] =
     [Near { used: 2.0, directions: 30.0 }, Near { used: 5.0, directions: 20.0 }, Near { used: 8.0, directions: 10.0 }];
 
@@ -97,6 +113,9 @@ pub fn pack(
         return Err(Unpackable::TooLarge(large));
     }
     let by_program = matches!(method, Method::Ip | Method::IpLocalSearch);
+    if !method.is_built_in() {
+        return Err(Unpackable::NoProgram);
+    }
     if by_program && fits.len() > MOST_BOXES {
         return Err(Unpackable::TooMany { boxes: fits.len() });
     }
@@ -131,10 +150,8 @@ impl Search<'_> {
         };
         let ready = Ready::of(self.instance);
         match method {
-            Method::Auto | Method::Coverings | Method::Anneal => {
-                self.answer(self.start(&ready, bound, watch), bound, false, watch)
-            }
             Method::Tabu => self.answer(flat(&tabu(&ready, bound as usize, watch)), bound, false, watch),
+            #[cfg(feature = "integer-program")]
             Method::Ip | Method::IpLocalSearch => {
                 let start = {
                     let mut asked = |_| (!watch.spend(2000)).then(|| watch.ended());
@@ -145,6 +162,7 @@ impl Search<'_> {
                 }
                 if method == Method::Ip { self.program(start, bound, watch) } else { self.nearby(start, bound, watch) }
             }
+            _ => self.answer(self.start(&ready, bound, watch), bound, false, watch),
         }
     }
 
@@ -155,6 +173,7 @@ impl Search<'_> {
         }
     }
 
+    #[cfg(feature = "integer-program")]
     fn program(&self, start: Vec<Placed>, bound: f64, watch: &mut Watch<'_>) -> Answer {
         let solved = solve(self.instance, self.goal, &start, bound, None, watch);
         let told = solved.bound.unwrap_or(bound);
@@ -167,6 +186,7 @@ impl Search<'_> {
         self.answer(placed, bound, solved.proved, watch)
     }
 
+    #[cfg(feature = "integer-program")]
     /// From neighbourhood to neighbourhood, until none has anything better.
     fn nearby(&self, mut best: Vec<Placed>, bound: f64, watch: &mut Watch<'_>) -> Answer {
         let mut tried = 0;

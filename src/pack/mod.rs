@@ -19,6 +19,7 @@ mod fill;
 mod filling;
 mod grid;
 mod instance;
+#[cfg(feature = "integer-program")]
 mod ip;
 mod lift;
 mod method;
@@ -36,9 +37,8 @@ pub use apart::{Clash, ROUNDING_MM, apart};
 pub use bound::{fewest_runs, most_value};
 pub use check::{Fault, check};
 pub use instance::{Answer, Ended, Goal, Instance, Item, LONGEST, Placed, Triple, Turns, volume};
-pub use ip::MOST_BOXES;
 pub use lift::{Lift, lift};
-pub use method::{Method, Unpackable, pack};
+pub use method::{MOST_BOXES, Method, Unpackable, pack};
 pub use models::{Packed, pack_models};
 pub use solid::{Put, Room, Solid, axis_and_angle};
 pub use table::{Spot, on_table};

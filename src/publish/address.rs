@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::web::Web;
+
 /// What kind of server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -55,6 +57,11 @@ pub enum BadInput {
         "to: the address may hold neither a name, a password, a question mark nor a hash; the key belongs in --key-file or TRUNNION_KEY"
     )]
     Secret,
+    /// `https://`, and the build has no TLS.
+    #[error(
+        "to: this build of trunnion cannot use https://; use the server's http:// address, or build with: cargo build --release --features tls"
+    )]
+    NoTls,
     /// A key that no header can carry.
     #[error("the key in {place} {why}; give one line with the key alone")]
     Key {
@@ -105,6 +112,15 @@ impl Address {
             return Err(bad);
         }
         Ok(Self { kind, url: url.trim_end_matches('/').to_owned() })
+    }
+
+    /// The same, if `web` can reach it.
+    ///
+    /// # Errors
+    ///
+    /// [`BadInput::NoTls`].
+    pub fn reached_by(self, web: &dyn Web) -> Result<Self, BadInput> {
+        if self.url.starts_with("https://") && !web.speaks_tls() { Err(BadInput::NoTls) } else { Ok(self) }
     }
 
     /// The address, in which there is no secret.

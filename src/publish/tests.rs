@@ -1,8 +1,11 @@
 //! Addresses, keys and names that cannot be, and sentences that hold no key.
 
+use std::time::Duration;
+
 use super::address::{Address, BadInput, Key, Kind, file_name};
 use super::form::Form;
 use super::line::escaped;
+use super::web::{Answer, Ask, Trouble, Web};
 use super::{Fault, PublishError};
 
 #[test]
@@ -24,6 +27,33 @@ fn addresses_are_read_and_repeated_nowhere_when_they_hold_a_secret() {
         let error = Address::parse(text).unwrap_err();
         assert_eq!(error, wanted, "{text}");
         assert!(!error.to_string().contains("SECRET"), "{error}");
+    }
+}
+
+/// A world without sockets, with or without TLS.
+struct NoSockets {
+    tls: bool,
+}
+
+impl Web for NoSockets {
+    fn ask(&self, _: &Ask<'_>, _: &dyn Fn(usize)) -> Result<Answer, Trouble> {
+        Err(Trouble::Closed)
+    }
+
+    fn wait(&self, _: Duration) {}
+
+    fn speaks_tls(&self) -> bool {
+        self.tls
+    }
+}
+
+#[test]
+fn https_is_refused_before_anything_is_sent_where_there_is_no_tls() {
+    let reached = |url: &str, tls| Address::parse(url).unwrap().reached_by(&NoSockets { tls });
+    assert_eq!(reached("duet:https://d", false), Err(BadInput::NoTls));
+    assert!(BadInput::NoTls.to_string().contains("http://") && BadInput::NoTls.to_string().contains("--features tls"));
+    for (url, tls) in [("duet:https://d", true), ("duet:http://d", false), ("duet:http://d", true)] {
+        assert!(reached(url, tls).is_ok(), "{url} {tls}");
     }
 }
 

@@ -80,4 +80,9 @@ pub trait Web {
 
     /// Returns after `time`.
     fn wait(&self, time: Duration);
+
+    /// Whether `https://` addresses can be asked.
+    fn speaks_tls(&self) -> bool {
+        true
+    }
 }

@@ -172,7 +172,7 @@ impl<'a> Parted<'a> {
                 [vec![[a, p, c]], vec![[p, b, c]]]
             }
         } else {
-            debug_assert!(sb != 0 && sc != 0);
+            assert!(sb != 0 && sc != 0, "a corner by itself on its side has two beyond the plane");
             let (p, q) = (self.crossing(a, b, crossings), self.crossing(a, c, crossings));
             let at = |i: u32| self.vertices[i as usize];
             // The shorter diagonal makes the better triangles.

@@ -9,21 +9,14 @@ use std::path::Path;
 use crate::rust_source::{line_of, masked, names_after, without_tests, words};
 use crate::support::root;
 
-/// The rooms, lowest floor first. Rooms of one floor do not know each other.
-const FLOORS: [&[&str]; 12] = [
-    &["geom", "gcode", "spelling"],
-    &["mesh", "motion"],
-    &["fixtures", "section", "trace", "assembly"],
-    &["profile", "link", "overhang", "publish"],
-    &["calibrate", "orient", "pack", "support"],
-    &["planning"],
-    &["slicing", "split", "toolpath"],
-    &["verify", "view"],
-    &["job"],
-    &["document"],
-    &["cli"],
-    &["main"],
-];
+/// The rooms by floor, and which rooms each module of tests/it is about; `scripts/changed.py` reads it, too.
+const ROOMS: &str = include_str!("rooms.txt");
+
+/// The lines of [`ROOMS`] that begin with this word, without it.
+fn table(first: &str) -> Vec<Vec<&'static str>> {
+    let words = ROOMS.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    words.filter(|words| words.first() == Some(&first)).map(|words| words[1..].to_vec()).collect()
+}
 
 /// What a room may not import although it lies below, and why.
 const NEVER: [(&str, &[&str], &str); 6] = [
@@ -114,7 +107,7 @@ fn findings_in((path, text): &Source, sources: &[Source]) -> Vec<String> {
     }
     let Some(room) = room_of(path) else { return found };
     if floor_of(room).is_none() && room != "lib" {
-        found.push(format!("{path}:1: unknown room {room:?}; give it a floor in tests/it/architecture.rs"));
+        found.push(format!("{path}:1: unknown room {room:?}; give it a floor in tests/it/rooms.txt"));
         return found;
     }
     if let Some(parent_says) = test_file(path, sources) {
@@ -167,7 +160,7 @@ fn room_of(path: &str) -> Option<&str> {
 }
 
 fn floor_of(room: &str) -> Option<usize> {
-    FLOORS.iter().position(|rooms| rooms.contains(&room))
+    table("floor").iter().position(|rooms| rooms.contains(&room))
 }
 
 /// Every room that `code` names, through `crate::`, `trunnion::` or enough `super::`.
@@ -340,6 +333,23 @@ fn the_command_stays_thin() {
     assert!(doing().count() > 10 && lines < 2050, "{lines} lines in {} files of src/cli", doing().count());
 }
 
+/// What `scripts/test.sh --changed` goes by.
+#[test]
+fn every_module_of_tests_is_about_rooms_that_there_are_and_every_room_has_one() {
+    let declared = include_str!("main.rs").lines().filter_map(|line| line.strip_prefix("mod ")?.strip_suffix(';'));
+    // They have no tests of their own.
+    let declared: BTreeSet<&str> = declared.filter(|module| !["support", "solids"].contains(module)).collect();
+    let about = table("test");
+    assert_eq!(about.iter().map(|words| words[0]).collect::<BTreeSet<_>>(), declared);
+    let rooms: BTreeSet<&str> = table("floor").concat().into_iter().collect();
+    let proved: BTreeSet<&str> =
+        about.iter().filter(|words| words[0] != "architecture").flat_map(|words| words[1..].to_vec()).collect();
+    assert!(proved.is_subset(&rooms), "{:?}", proved.difference(&rooms));
+    let mut bare: Vec<&&str> = rooms.difference(&proved).collect();
+    bare.retain(|room| **room != "fixtures");
+    assert!(bare.is_empty(), "no module of tests is about {bare:?}");
+}
+
 #[test]
 fn no_file_names_a_folder_of_one_machine() {
     let kinds = [".rs", ".md", ".toml", ".py", ".sh", ".yml", ".html", ".js"];
@@ -474,11 +484,11 @@ fn speaking_parsing_flags_and_documents_out_of_place_are_found() {
 fn an_unknown_room_is_found_so_that_nobody_forgets_its_floor() {
     assert_eq!(
         house(&[("src/helpers/mod.rs", "")]),
-        ["src/helpers/mod.rs:1: unknown room \"helpers\"; give it a floor in tests/it/architecture.rs"]
+        ["src/helpers/mod.rs:1: unknown room \"helpers\"; give it a floor in tests/it/rooms.txt"]
     );
     assert_eq!(
         house(&[("src/utils.rs", "")])[0],
-        "src/utils.rs:1: unknown room \"utils\"; give it a floor in tests/it/architecture.rs"
+        "src/utils.rs:1: unknown room \"utils\"; give it a floor in tests/it/rooms.txt"
     );
 }
 

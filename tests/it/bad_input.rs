@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{folder, said, trunnion};
+use crate::support::{folder, said, trunnion, wait_for};
 
 /// Runs `prepare` on `model`, which must fail with `code` and leave no file; the error's sentence.
 #[track_caller]
@@ -285,11 +285,10 @@ fn an_interrupt_ends_the_slicer_and_leaves_nothing() {
         command.args(["prepare", &fixture(model), "-m", "generic-ac", "--slicer", &slicer, "-q", "-o"]);
         command.arg(at("out.gcode")).env("TMPDIR", at("temporary")).stderr(std::process::Stdio::piped());
         let mut child = command.spawn().unwrap();
-        let end = std::time::Instant::now() + std::time::Duration::from_secs(60);
-        while !at(mark).exists() {
-            assert!(std::time::Instant::now() < end && child.try_wait().unwrap().is_none(), "{mark} does not come");
-            std::thread::sleep(std::time::Duration::from_millis(5));
-        }
+        wait_for(mark, || {
+            assert!(child.try_wait().unwrap().is_none(), "ended before {mark} came");
+            at(mark).exists()
+        });
         assert!(std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let run = child.wait_with_output().unwrap();
         assert_eq!(run.status.code(), Some(130), "{}", said(&run));

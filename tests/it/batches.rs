@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};
-use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use trunnion::fixtures::solid_box;
@@ -12,7 +11,7 @@ use trunnion::mesh::stl_binary;
 
 use crate::pipeline::fixture;
 use crate::split::solids::block;
-use crate::support::{Command, Numbers, folder, installed, note, root, said, skip, trunnion};
+use crate::support::{Command, Numbers, folder, installed, note, root, said, skip, trunnion, wait_for};
 
 /// A data set, scaled down: so many models, every 33rd of them broken in one of the ways that files are.
 const MODELS: usize = 240;
@@ -84,6 +83,19 @@ fn documents(into: &Path) -> BTreeMap<String, PathBuf> {
     found
 }
 
+/// The folders in `/proc` of the processes that `parent` has begun and that have not ended.
+fn children(parent: u32) -> Vec<PathBuf> {
+    let all = std::fs::read_dir("/proc").into_iter().flatten().map(|entry| entry.unwrap().path());
+    let is_child = |path: &PathBuf| {
+        let stat = std::fs::read_to_string(path.join("stat")).unwrap_or_default();
+        // Behind the name, which may hold anything: the state, and the parent.
+        let mut fields = stat.rsplit(')').next().unwrap().split_whitespace();
+        let state = fields.next();
+        state.is_some_and(|state| state != "Z") && fields.next() == Some(&parent.to_string())
+    };
+    all.filter(is_child).collect()
+}
+
 /// Without what changes from run to run.
 fn timeless(mut document: Value) -> Value {
     for part in document["parts"].as_array_mut().into_iter().flatten() {
@@ -98,19 +110,18 @@ fn a_batch_that_is_killed_goes_on_where_it_was_and_lists_what_fails() {
     let (models, into) = (folder.path().join("models"), folder.path().join("out"));
     let broken = data_set(&models);
     let whole = MODELS - broken.len();
-    let began = Instant::now();
     let mut first = orient(&models, &into).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    while documents(&into).len() < 90 {
-        assert!(
-            began.elapsed() < Duration::from_secs(240) && first.try_wait().unwrap().is_none(),
-            "too slow, or ended"
-        );
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for("the first 90 documents", || {
+        assert!(first.try_wait().unwrap().is_none(), "it ended before");
+        documents(&into).len() >= 90
+    });
+    // Stopped first, so that it begins no other while its children are counted.
+    assert!(Command::new("kill").args(["-STOP", &first.id().to_string()]).status().unwrap().success());
+    let children = children(first.id());
     first.kill().unwrap();
     first.wait().unwrap();
     // Those that were under way end by themselves, and nobody reads them.
-    std::thread::sleep(Duration::from_millis(500));
+    wait_for("the end of its children", || children.iter().all(|child| !child.exists()));
     let there = documents(&into);
     assert!(there.len() < whole, "it was not killed in the midst");
     for path in there.values() {

@@ -7,7 +7,7 @@ use trunnion::profile::{Profile, resolve, shipped};
 
 use crate::calibrate::visited::visited;
 use crate::pipeline::fixture;
-use crate::support::{folder, said, trunnion};
+use crate::support::{every, folder, said, trunnion};
 
 /// By another reader: the box of the tip while filament is pushed, by the words of the table, in their order.
 fn boxes(profile: &Profile, program: &str) -> Vec<([f64; 2], [Vec3; 2])> {
@@ -45,7 +45,10 @@ fn a_print_is_rehearsed_cold_where_it_will_be() {
         ("y-tree", "open5x-prusa", 0),
         ("y-tree", "linuxcnc-xyzac-trt", 0),
         ("candelabrum", "generic-ac", 0),
-    ] {
+    ]
+    .into_iter()
+    .step_by(every(2))
+    {
         let dir = folder();
         let (out, dry) = (dir.path().join("out.gcode"), dir.path().join("dry.gcode"));
         let mut run = trunnion();

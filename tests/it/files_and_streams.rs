@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 
 use crate::bad_input::{cuboid, stl};
 use crate::pipeline::fixture;
-use crate::support::{Command, SmallDisk, folder, said, skip, trunnion};
+use crate::support::{Command, PATIENCE, SmallDisk, folder, said, skip, trunnion};
 
 /// Runs `command`, which must end by itself: what hangs is a failure, not a test without end.
 #[track_caller]
 fn ended(command: &mut Command) -> Output {
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let end = Instant::now() + Duration::from_secs(60);
+    let end = Instant::now() + PATIENCE;
     while child.try_wait().unwrap().is_none() {
         if Instant::now() > end {
             child.kill().unwrap();

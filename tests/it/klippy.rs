@@ -14,7 +14,7 @@ use trunnion::mesh::stl_binary_parts;
 use trunnion::profile::{Profile, resolve};
 
 use crate::linuxcnc::ours;
-use crate::support::{folder, note, python, root, said, skip, trunnion};
+use crate::support::{folder, note, python, root, said, skip, trunnion, wait_for};
 
 /// X Y Z E, tilt, rotation: mm and degrees.
 type Place = [f64; 6];
@@ -233,15 +233,11 @@ fn klippy_is_streamed_to() {
     let mut klippy = Command::new(python);
     klippy.arg(script).arg(format!("pty:{}", port.display())).arg(&machine).args(["tilt", "rot"]);
     klippy.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
-    let klippy = crate::link::Running(klippy.spawn().unwrap());
-    let ready = || std::fs::read_to_string(machine.join("klippy.log")).is_ok_and(|log| log.contains("Configured MCU"));
-    for _ in 0..600 {
-        if ready() {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(100));
-    }
-    assert!(ready(), "klippy does not start");
+    let mut klippy = crate::link::Running(klippy.spawn().unwrap());
+    wait_for("klippy", || {
+        assert!(klippy.0.try_wait().unwrap().is_none(), "klippy does not start");
+        std::fs::read_to_string(machine.join("klippy.log")).is_ok_and(|log| log.contains("Configured MCU"))
+    });
 
     let (model, file, plan) = (path("two.stl"), path("out.gcode"), path("plan.json"));
     std::fs::copy(root().join("fixtures/two-boxes.stl"), &model).unwrap();

@@ -14,7 +14,7 @@ use trunnion::mesh::TriangleMesh;
 use trunnion::overhang::{Ground, Rule, unsupported};
 
 use crate::split::solids::{self, Shape};
-use crate::support::{Numbers, note};
+use crate::support::{Numbers, note, seeds};
 
 const CELL_MM: f64 = 0.12;
 /// So much wider and narrower are the two judges' limits: a cell's half diagonal.
@@ -286,10 +286,9 @@ fn mutants(rule: &Rule) -> [Rule; 5] {
 
 #[test]
 fn what_hangs_is_what_a_grid_of_columns_says() {
-    const SOLIDS: u64 = 200;
     let (mut hang, mut stand, mut undecided, mut wrong) = (0, 0, 0, Vec::new());
     let mut told = [0; 5];
-    for seed in 0..SOLIDS {
+    for seed in seeds(120, 3000) {
         let mesh = solid(seed).mesh();
         let rule = rule();
         let foot = |f: usize| mesh.corners(f).iter().all(|p: &Vec3| p.z.abs() < 1e-6);
@@ -318,8 +317,8 @@ fn what_hangs_is_what_a_grid_of_columns_says() {
             wrong.push(format!("seed {seed}: the judge {wide:?}, the rule {found:?}"));
         }
     }
-    note(&format!("{hang} of {SOLIDS} solids hang, {stand} stand, {undecided} are too near to a limit for a grid"));
+    note(&format!("{hang} solids hang, {stand} stand, {undecided} are too near to a limit for a grid"));
     assert!(told.iter().all(|count| *count > 0), "wrong rules that disagree with the judge: {told:?} times");
     assert!(wrong.is_empty(), "{}:\n{}", wrong.len(), wrong.join("\n"));
-    assert!(hang > 60 && stand > 20 && undecided < 80, "{hang} hang, {stand} stand, {undecided} undecided");
+    assert!(hang > 35 && stand > 12 && undecided < hang + stand, "{hang} hang, {stand} stand, {undecided} undecided");
 }

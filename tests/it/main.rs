@@ -35,6 +35,7 @@ mod mutants;
 mod mutated_slices;
 mod oracle;
 mod orient;
+mod orient_made;
 mod orient_numpy;
 mod orient_sample;
 mod orient_size;

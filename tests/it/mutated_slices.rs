@@ -10,10 +10,10 @@ use trunnion::profile::{resolve, shipped};
 use trunnion::trace::{Setting, read};
 
 use crate::pipeline::fixture;
-use crate::support::{Numbers, folder, installed, note, said, skip, trunnion};
+use crate::support::{Numbers, folder, installed, note, said, skip, soak, trunnion};
 
 /// How many changes are tried of each file.
-const CHANGES: usize = 60;
+const CHANGES: usize = 30;
 /// Filament that may lie elsewhere unseen, mm³: 4 mm of line.
 const UNSEEN_MM3: f64 = 0.35;
 /// The same for the built-in slicer's infill, were there no checksum: a line begun a line's width off is infill like any other.
@@ -141,10 +141,9 @@ fn changes_are_seen(model: &str, sliced: Sliced, seed: u64, unseen_mm3: f64) {
     }
     let setting = setting();
     let original = laid(&rewritten(&slice, &plan, &path("whole.gcode")).expect("the slice as it is"), &setting);
-    let mut numbers = Numbers::seeded(seed);
+    let mut numbers = Numbers::seeded(seed + soak().unwrap_or(0));
     let (mut seen, mut without_effect, mut worst) = (0, 0, (0.0, String::new()));
-    // More for a longer search by hand: TRUNNION_CHANGES=2000.
-    let changes = std::env::var("TRUNNION_CHANGES").ok().and_then(|n| n.parse().ok()).unwrap_or(CHANGES);
+    let changes = if soak().is_some() { 60 * CHANGES } else { CHANGES };
     for _ in 0..changes {
         let mut lines = whole.clone();
         let what = mutate(&mut lines, &mut numbers);

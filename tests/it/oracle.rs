@@ -12,7 +12,7 @@ use trunnion::orient::{Direction, Multistart, Settings, Staircase};
 use trunnion::planning::{Goal, Infeasible, Options, Workpiece, plan};
 use trunnion::profile::{BodyKind, BodySpec, Profile, resolve, shipped};
 
-use crate::support::note;
+use crate::support::{note, seeds};
 
 type P = [f64; 3];
 
@@ -369,12 +369,8 @@ fn planned(boxes: &[Cuboid], profile: &Profile) -> Option<usize> {
 
 #[test]
 fn every_small_object_is_planned_as_by_brute_force() {
-    const WANTED: usize = 300;
     let (mut feasible, mut infeasible, mut undecided, mut many) = (0, 0, 0, 0);
-    let mut seed = 0;
-    while feasible + infeasible < WANTED {
-        seed += 1;
-        assert!(seed < 4 * WANTED as u64, "{undecided} of {seed} objects undecided: the test has grown blunt");
+    for seed in seeds(120, 2000) {
         let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         (0..4).for_each(|_| _ = random.below(2));
         let boxes = object(&mut random);
@@ -400,8 +396,8 @@ fn every_small_object_is_planned_as_by_brute_force() {
     }
     note(&format!("{feasible} objects planned alike, {infeasible} refused alike, {undecided} too near to call"));
     assert!(
-        feasible > 60 && infeasible > 40 && many > 100,
-        "{feasible}, {infeasible}, {many}: the test has grown blunt"
+        feasible > 20 && infeasible > 12 && many > 30 && undecided < 80.max(feasible + infeasible),
+        "{feasible}, {infeasible}, {undecided}, {many}: the test has grown blunt"
     );
 }
 

@@ -32,7 +32,7 @@ pub(crate) fn facets(folder: &std::path::Path, name: &str) -> Facets {
     Facets::of(&read_surface(&bytes, name, &options).unwrap())
 }
 
-fn near(got: f64, wanted: f64, relative: f64, what: &str) {
+pub(crate) fn near(got: f64, wanted: f64, relative: f64, what: &str) {
     assert!((got - wanted).abs() <= relative * wanted.abs(), "{what}: {got} for {wanted}");
 }
 
@@ -108,7 +108,7 @@ const PURI: [(&str, f64); 8] = [
 ];
 
 /// Simplex searches end on a kink here and there, at most this much above the best known (cut cylinder: 3.0e-4).
-const PURI_KINK: f64 = 5e-4;
+pub(crate) const PURI_KINK: f64 = 5e-4;
 
 #[test]
 fn tanh_overhang_reaches_puris_values() {
@@ -146,7 +146,7 @@ fn certified_proves_castros_minima_and_no_random_direction_is_below() {
 }
 
 /// The gaps that are promised, relative, with their objectives.
-const GAPS: [(&str, f64); 9] = [
+pub(crate) const GAPS: [(&str, f64); 9] = [
     ("staircase", 1e-6),
     ("support-area", 1e-6),
     ("height", 1e-6),

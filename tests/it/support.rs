@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::io::{Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, ExitStatus, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use trunnion::geom::SplitMix64;
 
@@ -16,6 +17,54 @@ pub(crate) fn skip(why: &str) {
 /// Says something aloud that a passing test would otherwise keep to itself.
 pub(crate) fn note(what: &str) {
     let _ = writeln!(std::io::stderr(), "NOTE: {what}");
+}
+
+/// Where `scripts/soak.sh` runs the tests: the first of its seeds, new each time. The suite's own seeds begin at 0.
+pub(crate) fn soak() -> Option<u64> {
+    Some(std::env::var("TRUNNION_SOAK").ok()?.parse().expect("TRUNNION_SOAK is a seed"))
+}
+
+/// Seeds of a random sweep: a few, always the same, in the suite; `many` others in a soak. `TRUNNION_SEEDS=FROM..TO` repeats some by hand.
+pub(crate) fn seeds(few: u64, many: u64) -> std::ops::Range<u64> {
+    if let Ok(asked) = std::env::var("TRUNNION_SEEDS") {
+        let (from, to) = asked.split_once("..").expect("TRUNNION_SEEDS=FROM..TO");
+        return from.parse().unwrap()..to.parse().unwrap();
+    }
+    soak().map_or(0..few, |from| from..from + many)
+}
+
+/// How much of a list is looked at: every `nth` in the suite, all in a soak.
+pub(crate) fn every(nth: usize) -> usize {
+    if soak().is_some() { 1 } else { nth }
+}
+
+/// Only what hangs takes as long: no test is about this time.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(1000);
+
+/// Waits until it is there.
+#[track_caller]
+pub(crate) fn wait_for(what: &str, mut there: impl FnMut() -> bool) {
+    let until = Instant::now() + PATIENCE;
+    while !there() {
+        assert!(Instant::now() < until, "{what} did not come");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Processor time that a running process has used, s: what a busy machine does not change. `None` where the system does not say.
+pub(crate) fn processor_s(process: u32) -> Option<f64> {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+    // User and system time, in ticks of 10 ms.
+    Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
+}
+
+/// Whether a process has something to do when it is interrupted, and no longer ends at once.
+pub(crate) fn catches_interrupts(process: u32) -> bool {
+    let text = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let caught = text.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap_or("0").trim();
+    // Bit 1 is SIGINT.
+    u64::from_str_radix(caught, 16).unwrap() & 2 != 0
 }
 
 /// The repository's own folder.

@@ -13,7 +13,7 @@ use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::planning::{OnePrint, Placement, Solid};
 use trunnion::profile::{Profile, resolve};
 
-use crate::support::{Numbers, note};
+use crate::support::{Numbers, note, seeds};
 
 /// A large table, and a head that is slim: else few rods have room.
 const MACHINE: &str = r#"
@@ -191,11 +191,9 @@ fn trees_that_can_be_printed_have_a_plan() {
         Ok(asked) => asked.split(',').map(named).collect(),
         Err(_) => vec![20, 50],
     };
-    let seeds = std::env::var("TRUNNION_SEEDS").unwrap_or_else(|_| "0..2".to_owned());
-    let (from, to) = seeds.split_once("..").expect("TRUNNION_SEEDS=FROM..TO");
     let (profile, _) = resolve("slim.toml", MACHINE).unwrap();
     for wanted in sizes {
-        for seed in from.parse::<u64>().unwrap()..to.parse().unwrap() {
+        for seed in seeds(2, 40) {
             planned(&profile, wanted, seed);
         }
     }

@@ -1,15 +1,15 @@
 //! Sockets and TLS for requests to servers, and the key that the environment has.
 //!
+//! TLS is there where the crate is built with the feature `tls`.
 //! Certificates are held against this computer's own authorities (on Linux what `SSL_CERT_FILE` or the usual folders have). No proxy
 //! is used: printers stand on one's own network. No redirection is followed.
 
 use std::io::{ErrorKind, Read};
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use ureq::config::Config;
 use ureq::http::{Request, Response};
-use ureq::tls::{RootCerts, TlsConfig};
 use ureq::{Agent, AsSendBody, Body, SendBody};
 
 use crate::publish::{Answer, Ask, Method, Trouble, Web};
@@ -59,6 +59,10 @@ impl Web for OwnWeb {
     fn wait(&self, time: Duration) {
         std::thread::sleep(time);
     }
+
+    fn speaks_tls(&self) -> bool {
+        cfg!(feature = "tls")
+    }
 }
 
 /// `request`, given up where the server says or takes nothing for so long.
@@ -69,19 +73,27 @@ fn patient<S: AsSendBody>(agent: &Agent, request: Request<S>, silence: Duration)
 }
 
 fn agent() -> Agent {
-    let provider = Arc::new(rustls::crypto::ring::default_provider());
-    let tls = TlsConfig::builder().root_certs(RootCerts::PlatformVerifier).unversioned_rustls_crypto_provider(provider);
-    let config: Config = Agent::config_builder()
+    let config = Agent::config_builder()
         .http_status_as_error(false)
         .max_redirects(0)
         .max_redirects_will_error(false)
         .proxy(None)
         .user_agent(concat!("trunnion/", env!("CARGO_PKG_VERSION")))
         .timeout_resolve(Some(CONNECT))
-        .timeout_connect(Some(CONNECT))
-        .tls_config(tls.build())
-        .build();
+        .timeout_connect(Some(CONNECT));
+    #[cfg(feature = "tls")]
+    let config = config.tls_config(of_this_computer());
+    let config: Config = config.build();
     config.new_agent()
+}
+
+/// Certificates are checked against the authorities that this computer trusts.
+#[cfg(feature = "tls")]
+fn of_this_computer() -> ureq::tls::TlsConfig {
+    use ureq::tls::{RootCerts, TlsConfig};
+    let provider = std::sync::Arc::new(rustls::crypto::ring::default_provider());
+    let tls = TlsConfig::builder().root_certs(RootCerts::PlatformVerifier).unversioned_rustls_crypto_provider(provider);
+    tls.build()
 }
 
 fn read(answer: Response<Body>, most: u64) -> Result<Answer, Trouble> {
@@ -108,6 +120,7 @@ fn trouble(error: ureq::Error) -> Trouble {
             Trouble::Away { why: format!("no answer within {} s", CONNECT.as_secs()) }
         }
         Error::Timeout(_) => Trouble::Silent,
+        #[cfg(feature = "tls")]
         Error::Rustls(error) => of_tls(&error),
         Error::Tls(why) => Trouble::Tls { why: why.to_owned() },
         Error::ConnectionFailed => Trouble::Away { why: "no connection".to_owned() },
@@ -116,6 +129,7 @@ fn trouble(error: ureq::Error) -> Trouble {
     }
 }
 
+#[cfg(feature = "tls")]
 fn of_tls(error: &rustls::Error) -> Trouble {
     match error {
         // Its first bytes are no record of TLS.
@@ -125,8 +139,8 @@ fn of_tls(error: &rustls::Error) -> Trouble {
 }
 
 fn of_io(error: &std::io::Error) -> Trouble {
-    let tls = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
-    if let Some(tls) = tls {
+    #[cfg(feature = "tls")]
+    if let Some(tls) = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>()) {
         return of_tls(tls);
     }
     if let Some(inner) = error.get_ref().and_then(|inner| inner.downcast_ref::<ureq::Error>()) {

@@ -7,6 +7,7 @@ use trunnion::motion::Pose;
 use trunnion::profile::Profile;
 
 use super::{shipped, tip};
+use crate::support::every;
 
 /// Any points of a convex body.
 fn points_of(body: &Body, numbers: &mut SplitMix64) -> Vec<Vector3<f64>> {
@@ -116,7 +117,7 @@ pub(crate) fn visited(profile: &Profile, gcode: &str) -> Visited {
 
 #[test]
 fn the_poses_are_visited_cold_clear_and_within_the_axes() {
-    for name in ["generic-ac", "fibr3d", "open5x-prusa", "linuxcnc-xyzac-trt"] {
+    for name in ["generic-ac", "fibr3d", "open5x-prusa", "linuxcnc-xyzac-trt"].into_iter().step_by(every(2)) {
         let profile = shipped(name);
         let chosen = choose(&profile, &tip(), 0.02, 40, false);
         let names: Vec<String> = chosen.poses.iter().map(|_| "it".to_owned()).collect();

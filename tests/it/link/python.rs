@@ -4,8 +4,6 @@
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-use std::time::{Duration, Instant};
-
 use super::real::{Running, executed, gcode, output, profile, send, simulate, wanted};
 use crate::support::{Command, folder, python, root, said, skip};
 
@@ -78,11 +76,7 @@ fn send_prints_to_a_printer_written_in_python() {
             printer.arg("--faults");
         }
         let _printer = Running(printer.env("PYTHONDONTWRITEBYTECODE", "1").stderr(Stdio::inherit()).spawn().unwrap());
-        let until = Instant::now() + Duration::from_secs(20);
-        while !link.exists() {
-            assert!(Instant::now() < until, "the printer did not come up");
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        super::real::wait_for("the printer", || link.exists());
         let machine = if protocol == "marlin" { profile(dir.path()) } else { of_protocol(dir.path(), protocol) };
         let done = output(&mut send(&file, &machine, &link));
         assert!(done.status.success(), "{protocol} {faults}: {}", said(&done));

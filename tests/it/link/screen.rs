@@ -8,7 +8,7 @@ use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 
 use super::real::{Running, gcode, interrupt, killed, profile, send, simulate, wait_for};
-use super::terminal::{Terminal, opened, says, shows};
+use super::terminal::{Terminal, ended_with, opened, says, shows};
 use crate::support::{Command, folder, trunnion};
 
 /// A host at a terminal of 80 columns: its process, its keys, its screen.
@@ -34,7 +34,7 @@ fn slow_printer(link: &Path, machine: &Path, more: &[&str]) -> Running {
 /// A file whose bed is heated, too.
 fn heated(dir: &Path, moves: u32) -> std::path::PathBuf {
     let part = gcode(dir, moves);
-    let text = std::fs::read_to_string(&part).unwrap().replacen("M104", "M190 S60\nM104", 1);
+    let text = std::fs::read_to_string(&part).unwrap().replacen("M104", "M190 S120\nM104", 1);
     std::fs::write(&part, text).unwrap();
     part
 }
@@ -54,7 +54,8 @@ fn what_a_person_sees_from_the_first_line_to_the_last() {
     interrupt(&host.0);
     shows(&screen, "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop");
     // A status comes in between; the typed line is not left behind with it.
-    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let before = screen.lock().unwrap().statuses;
+    wait_for("two statuses", || screen.lock().unwrap().statuses > before + 1);
     keys.write_all(b"\n").unwrap();
     // End.
     says(&screen, "the print is complete: # lines, # of them sent again");
@@ -108,10 +109,7 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
         // The two lines at the end stay in their place, and both of them say this at one time.
         let both_say = |wide: &str, narrow: &str| {
             let golden = format!("# tty#: {}", if columns == 80 { wide } else { narrow });
-            wait_for(&golden, || {
-                let whole = screen.lock().unwrap().whole();
-                whole.len() > 2 && whole[whole.len() - 2..] == [golden.as_str(), &golden]
-            });
+            ended_with(&screen, &[golden.clone(), golden]);
         };
         // Start.
         let narrow = "# %, waits for the bed's heat";

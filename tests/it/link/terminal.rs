@@ -27,6 +27,10 @@ pub(super) struct Terminal {
     rest: Vec<u8>,
     /// Every line that has stood on it, numbers as `#`.
     seen: BTreeSet<String>,
+    /// How often it was looked at while the cursor's line was a status.
+    pub(super) statuses: usize,
+    /// What stood at its end at any time, the last two lines, numbers as `#`.
+    ends: BTreeSet<[String; 2]>,
     /// Lines that went on in the next one.
     pub(super) wrapped: Vec<String>,
 }
@@ -41,6 +45,8 @@ impl Terminal {
             saved: [0; 2],
             rest: Vec::new(),
             seen: BTreeSet::new(),
+            statuses: 0,
+            ends: BTreeSet::new(),
             wrapped: Vec::new(),
         }
     }
@@ -49,7 +55,9 @@ impl Terminal {
     fn look(&mut self) {
         let all: Vec<&Line> = self.gone.iter().chain(self.lines.range(..=self.at[0])).collect();
         let begins = all[..all.len() - 1].iter().rposition(|line| !line.goes_on).map_or(0, |i| i + 1);
-        self.seen.insert(plain(&text(all[begins..].iter().copied())));
+        let line = plain(&text(all[begins..].iter().copied()));
+        self.statuses += usize::from(line.contains("# %, "));
+        self.seen.insert(line);
     }
 
     fn down(&mut self) {
@@ -135,6 +143,8 @@ impl Terminal {
             rest = &behind[1..];
         }
         self.look();
+        let whole = self.whole();
+        self.ends.extend(whole.last_chunk().cloned());
     }
 
     /// All that was ever written and still stands, from the first line on, numbers as `#`; a line that goes on in the next one is one.
@@ -164,6 +174,12 @@ impl Terminal {
     pub(super) fn has_shown(&self, golden: &str) -> bool {
         self.seen.contains(golden)
     }
+}
+
+/// Waits until these two lines have stood at the screen's end at one time.
+#[track_caller]
+pub(super) fn ended_with(screen: &Mutex<Terminal>, golden: &[String; 2]) {
+    wait_for(&golden.join(" and "), || screen.lock().unwrap().ends.contains(golden));
 }
 
 fn text<'a>(lines: impl IntoIterator<Item = &'a Line>) -> String {

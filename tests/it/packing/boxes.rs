@@ -7,6 +7,7 @@ use trunnion::pack::{
 };
 
 use super::brute;
+use crate::support::seeds;
 
 const METHODS: [Method; 4] = [Method::Auto, Method::Ip, Method::IpLocalSearch, Method::Tabu];
 
@@ -35,9 +36,10 @@ fn tiny(seed: u64, turns: Turns) -> Instance {
 
 #[test]
 fn every_method_agrees_with_brute_force() {
-    let (mut beyond_volume, mut several, mut by_program, mut missed) = (0, 0, 0, 0);
-    for seed in 1..=60 {
-        let turns = [Turns::None, Turns::Z90, Turns::Any][seed as usize % 3];
+    let (mut all, mut beyond_volume, mut several, mut by_program, mut missed) = (0, 0, 0, 0, 0);
+    for seed in seeds(60, 2000) {
+        all += 1;
+        let turns = [Turns::None, Turns::Z90, Turns::Any][(seed % 3) as usize];
         let instance = tiny(seed, turns);
         let (fewest, most) = (brute::fewest(&instance), brute::most(&instance));
         let drawn = instance.drawn();
@@ -47,7 +49,7 @@ fn every_method_agrees_with_brute_force() {
         let by_volume = volumes(&drawn).div_euclid(drawn.space.iter().product()) as usize;
         beyond_volume += usize::from(fewest_runs(&drawn) > by_volume + 1);
         several += usize::from(fewest > 1);
-        for method in METHODS {
+        for method in METHODS.into_iter().filter(|method| method.is_built_in()) {
             let answer = packed(&instance, Goal::Runs, method, 600_000);
             // Tabu search may miss the best: it only never says what cannot be.
             assert!(answer.runs >= fewest, "{seed}: {method:?}");
@@ -63,10 +65,10 @@ fn every_method_agrees_with_brute_force() {
         }
     }
     // The integer program goes through on nearly all sets of five boxes: then it proves what it says.
-    assert!(by_program > 45, "{by_program} of 60 proved");
-    // Measured: 5.
-    assert!(missed <= 5, "{missed} of 60 missed by tabu search");
-    assert!(several > 30 && beyond_volume > 10, "{several} {beyond_volume}: the instances say nothing");
+    assert!(by_program > all * 3 / 4 || !Method::Ip.is_built_in(), "{by_program} of {all} proved");
+    // Measured: 5 of 60.
+    assert!(missed <= all / 12, "{missed} of {all} missed by tabu search");
+    assert!(several > all / 2 && beyond_volume > all / 6, "{several} {beyond_volume}: the instances say nothing");
 }
 
 #[test]
@@ -103,7 +105,8 @@ fn what_cannot_be_is_said() {
     assert_eq!(with(Goal::Filling, Method::Auto, &instance), Ok(1));
     assert_eq!(with(Goal::Filling, Method::Tabu, &instance), Err(Unpackable::NoFilling));
     let many = Instance { items: vec![item([4; 3]); 61], ..instance };
-    assert_eq!(with(Goal::Runs, Method::Ip, &many), Err(Unpackable::TooMany { boxes: 61 }));
+    let too_many = if Method::Ip.is_built_in() { Unpackable::TooMany { boxes: 61 } } else { Unpackable::NoProgram };
+    assert_eq!(with(Goal::Runs, Method::Ip, &many), Err(too_many));
     let none = Instance { items: Vec::new(), ..many };
     assert_eq!(with(Goal::Runs, Method::Auto, &none), Ok(0));
 }

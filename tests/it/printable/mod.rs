@@ -15,7 +15,7 @@ use trunnion::orient::{Facets, Mass, Priced, Process, Recommendation, recommend}
 
 use crate::orient::meshes;
 use crate::orient_sample::anywhere;
-use crate::solids::Mesh;
+use crate::solids::{Mesh, lump};
 use crate::support::{Numbers, note};
 use rays::look;
 use shapes::shapes;
@@ -123,9 +123,22 @@ const MEAN: f64 = 1.3;
 
 #[test]
 fn it_needs_no_more_support_than_tweaker_at_no_smaller_tipping_angle() {
-    let Some(meshes) = printed() else { return };
+    if let Some(meshes) = printed() {
+        no_worse_than_tweaker(&meshes);
+    }
+}
+
+/// The same on shapes and lumps that are made here.
+#[test]
+fn it_needs_no_more_support_than_tweaker_on_made_shapes() {
+    let made = shapes().into_iter().map(|shape| (shape.name.to_owned(), shape.mesh));
+    let lumps = [(9, 0.0), (10, 1.0), (12, 3.0)].map(|(rings, kind)| (format!("lump of {rings}"), lump(rings, kind)));
+    no_worse_than_tweaker(&made.chain(lumps).collect::<Vec<_>>());
+}
+
+fn no_worse_than_tweaker(meshes: &[(String, Mesh)]) {
     let (mut sum, count) = (0.0, meshes.len() as f64);
-    for (name, mesh) in &meshes {
+    for (name, mesh) in meshes {
         let made = recommended(mesh);
         let best = look(mesh, &made.recommended.up, LAYER_MM);
         let tie = TIE * Facets::of(mesh).mass().volume_mm3;

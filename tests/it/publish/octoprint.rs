@@ -10,13 +10,10 @@ use serde_json::Value;
 
 use super::scissors::scissors;
 use super::{KEY, done, fails, of, prepared, publish};
-use crate::support::{SmallDisk, folder, note, python, root, skip};
+use crate::support::{PATIENCE, SmallDisk, folder, note, python, root, skip};
 
-/// Nothing here may take longer.
-const LIMIT: Duration = Duration::from_secs(180);
-
-/// Its own files come and go within this.
-const SETTLES: Duration = Duration::from_secs(10);
+/// Its own files come and go within this: no more than a guard, a busy machine is waited for.
+const SETTLES: Duration = Duration::from_secs(120);
 /// So often it is started: between our look for a free port and its own binding somebody else may take it.
 const STARTS: usize = 3;
 
@@ -77,7 +74,7 @@ impl OctoPrint {
 
     /// Whether it answers before it ends.
     fn comes(&mut self) -> bool {
-        let until = Instant::now() + LIMIT;
+        let until = Instant::now() + PATIENCE;
         while Instant::now() < until && self.child.try_wait().unwrap().is_none() {
             if self.ask("GET", "/api/printer", "").0 == 200 {
                 return true;
@@ -93,7 +90,7 @@ impl OctoPrint {
     }
 
     fn wait(&self, what: &str, mut there: impl FnMut() -> bool) {
-        let until = Instant::now() + LIMIT;
+        let until = Instant::now() + PATIENCE;
         while !there() {
             assert!(Instant::now() < until, "{what} did not come");
             std::thread::sleep(Duration::from_millis(200));
@@ -113,7 +110,7 @@ impl OctoPrint {
             body.len()
         );
         let answer = TcpStream::connect(self.address).and_then(|mut stream| {
-            stream.set_read_timeout(Some(LIMIT))?;
+            stream.set_read_timeout(Some(PATIENCE))?;
             stream.write_all(head.as_bytes())?;
             let mut answer = Vec::new();
             // A connection that is reset behind its answer has answered.

@@ -1,9 +1,10 @@
-//! Thirty random scenes: every method against the graph and the flows of `brute`.
+//! Random scenes: every method against the graph and the flows of `brute`.
 
 use trunnion::geom::{SplitMix64, Vec3};
 use trunnion::support::{Graph, Grid, Limits, Method, Planned, min_cost, plan};
 
 use super::brute::{Marks, flow};
+use crate::support::seeds;
 
 /// Scenes that crowd: a ceiling with holes over a floor with obstacles.
 pub(super) fn scene(seed: u64) -> Marks {
@@ -32,7 +33,7 @@ const LIMITS: [(u16, Option<u16>); 5] = [(1, None), (2, None), (4, None), (2, So
 #[test]
 fn graphs_and_costs_are_those_of_brute_force() {
     let (mut held_back, mut crowded) = (0, 0);
-    for seed in 1..=30 {
+    for seed in seeds(30, 1000) {
         let marks = scene(seed);
         let (ours, theirs) = (graph(&marks), marks.explicit());
         let count = ours.count();
@@ -74,7 +75,7 @@ fn agree(graph: &Graph, planned: &Planned, least: Option<u64>, method: Method, w
 #[test]
 fn limits_are_raised_only_where_something_is_held_back() {
     let mut raised = 0;
-    for seed in 1..=30 {
+    for seed in seeds(30, 1000) {
         let ours = graph(&scene(seed));
         let (flow, limits) = min_cost(&ours, Limits::new(1, None), &mut |_| {});
         raised += limits.raised_arcs.len();
