@@ -477,7 +477,7 @@ mod tests {
             *nalgebra::Rotation3::from_axis_angle(&axis, random.unit() * 3.0).matrix()
         };
         let (mut clear, mut not) = (0, 0);
-        for case in 0..60 {
+        for case in 0..30 {
             let swept = fine(turned(&mut random), Vec3::new(0.0, 0.0, 40.0 * random.unit()));
             let apart = Vec3::new(60.0 * random.unit() - 10.0, 20.0 * random.unit(), -45.0 * random.unit());
             let obstacle = fine(turned(&mut random), apart);
@@ -496,7 +496,7 @@ mod tests {
                 if clears { clear += 1 } else { not += 1 }
             }
         }
-        assert!(clear > 40 && not > 40, "{clear} clear, {not} not: says little");
+        assert!(clear > 20 && not > 20, "{clear} clear, {not} not: says little");
     }
 
     fn quartered(mesh: &TriangleMesh<Table>) -> TriangleMesh<Table> {

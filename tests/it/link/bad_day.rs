@@ -5,12 +5,11 @@ use std::io::Read;
 use std::net::TcpListener;
 use std::path::Path;
 use std::process::Stdio;
-use std::time::Duration;
 
 use super::real::{
     Running, executed, gcode, interrupt, killed, listened, output, profile, send, simulate, terminal, wait_for, wanted,
 };
-use crate::support::{Command, SmallDisk, folder, note, said, skip, trunnion};
+use crate::support::{Command, PATIENCE, SmallDisk, folder, note, said, skip, trunnion};
 
 #[test]
 fn a_disk_that_runs_full_in_mid_print_is_a_pause_and_the_print_goes_on_when_there_is_room() {
@@ -199,14 +198,14 @@ fn memory_grows_with_the_file_by_a_small_factor() {
     let port = format!("tcp:{}", listener.local_addr().unwrap());
     let file = dir.path().join("big.gcode");
     let mut measured = Vec::new();
-    for lines in [200_000_u32, 1_000_000] {
+    for lines in [100_000_u32, 500_000] {
         let moves: String =
             (0..lines).map(|i| format!("G1 X{} Y{:.3} E0.02153\n", i % 97, f64::from(i % 9973) * 0.01)).collect();
         std::fs::write(&file, format!("G28\nG1 F3000\n{moves}")).unwrap();
         let mut host = send(&file, &profile, Path::new(&port));
         let host = Running(host.stdin(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
         let (mut wire, _) = listener.accept().unwrap();
-        wire.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        wire.set_read_timeout(Some(PATIENCE)).unwrap();
         wire.read_exact(&mut [0; 4]).unwrap();
         let Some(bytes) = peak(host.0.id()) else {
             skip("memory: this system does not say how much a process has");
