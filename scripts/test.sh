@@ -95,8 +95,7 @@ else
     skip "the documents that the tests printed were not checked against their schemas by a second program: jsonschema is not there"
 fi
 
-# The Python package as its users get it: a wheel in surroundings of its own, the example, its tests beside the command built above. The library is the one
-# that the tests have built.
+# The Python package as its users get it: a wheel in surroundings of its own, the example, its tests beside the command built above.
 python_package() {
     local place="$target/python-package"
     rm -rf "$place" && mkdir -p "$place/example" || return 1
