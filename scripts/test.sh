@@ -60,8 +60,8 @@ lints_and_documentation() {
 start_beside "lints and documentation" lints_and_documentation
 
 features=(--locked --all-features)
-# Some tests wait for printers and servers: half as many again as processors keep these busy.
-export NEXTEST_TEST_THREADS=${NEXTEST_TEST_THREADS:-$((($(nproc 2>/dev/null || echo 2) * 3 + 1) / 2))}
+# Half of the tests' time is waiting for printers and servers: twice as many as processors keep these busy.
+export NEXTEST_TEST_THREADS=${NEXTEST_TEST_THREADS:-$(($(nproc 2>/dev/null || echo 2) * 2))}
 documents="$target/documents"
 rm -rf "$documents"
 export TRUNNION_DOCUMENTS=$documents
