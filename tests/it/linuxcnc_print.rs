@@ -35,6 +35,9 @@ fn print(program: &[u8]) -> Option<Result<Vec<Run>, String>> {
     let file = folder.path().join("program.ngc");
     std::fs::write(&file, program).unwrap();
     let script = root().join("tests/harness/linuxcnc_print.py");
+    // Its shared memory is the machine's: one at a time, whichever process asks.
+    let lock = std::fs::File::create(std::env::temp_dir().join("trunnion-linuxcnc.lock")).unwrap();
+    lock.lock().unwrap();
     let Ok(output) = Command::new("python3").arg(script).arg(&file).arg(&inside).arg("100").output() else {
         skip("no Python to start LinuxCNC with");
         return None;
