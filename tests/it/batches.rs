@@ -86,14 +86,16 @@ fn documents(into: &Path) -> BTreeMap<String, PathBuf> {
 /// The folders in `/proc` of the processes that `parent` has begun and that have not ended.
 fn children(parent: u32) -> Vec<PathBuf> {
     let all = std::fs::read_dir("/proc").into_iter().flatten().map(|entry| entry.unwrap().path());
-    let is_child = |path: &PathBuf| {
-        let stat = std::fs::read_to_string(path.join("stat")).unwrap_or_default();
-        // Behind the name, which may hold anything: the state, and the parent.
-        let mut fields = stat.rsplit(')').next().unwrap().split_whitespace();
-        let state = fields.next();
-        state.is_some_and(|state| state != "Z") && fields.next() == Some(&parent.to_string())
-    };
-    all.filter(is_child).collect()
+    all.filter(|path| state_and_parent(path).is_some_and(|[_, of]| of == parent.to_string())).collect()
+}
+
+/// Of a process's folder in `/proc`; `None` where it has ended, whoever still has to fetch it.
+fn state_and_parent(process: &Path) -> Option<[String; 2]> {
+    let stat = std::fs::read_to_string(process.join("stat")).ok()?;
+    // Behind the name, which may hold anything.
+    let mut fields = stat.rsplit(')').next()?.split_whitespace().map(str::to_owned);
+    let found = [fields.next()?, fields.next()?];
+    (found[0] != "Z").then_some(found)
 }
 
 /// Without what changes from run to run.
@@ -121,7 +123,7 @@ fn a_batch_that_is_killed_goes_on_where_it_was_and_lists_what_fails() {
     first.kill().unwrap();
     first.wait().unwrap();
     // Those that were under way end by themselves, and nobody reads them.
-    wait_for("the end of its children", || children.iter().all(|child| !child.exists()));
+    wait_for("the end of its children", || children.iter().all(|child| state_and_parent(child).is_none()));
     let there = documents(&into);
     assert!(there.len() < whole, "it was not killed in the midst");
     for path in there.values() {
