@@ -14,7 +14,7 @@
 //!
 //! // A shipped profile, or the path of your own; the slicer is the best that is installed, unless one is named.
 //! let mut request = PrepareRequest::new(model, "generic-ac");
-//! request.plan.overhang_deg = 40.0;
+//! request.plan.overhang_deg = Some(40.0);
 //! request.slicing.slicer = SlicerChoice::BuiltIn;
 //!
 //! match job::prepare(&request, &World::here(&Silent)) {
@@ -61,6 +61,7 @@ pub mod section;
 pub mod slicing;
 pub mod spelling;
 pub mod split;
+pub mod strategy;
 pub mod support;
 pub mod toolpath;
 pub mod trace;

@@ -8,9 +8,9 @@ use pyo3::types::PyDict;
 use serde_json::{Value, json};
 use trunnion::document;
 use trunnion::job::{
-    self, Arrangement, Cutting, Error, MachineSource, ModelSource, OrientOptions, OrientRequest, OutputFile, Outputs,
-    PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PrepareRequest, SlicingOptions,
-    SplitOptions, SplitRequest, Standing, SupportForm, Supporting, VerifyRequest, WaysOut, World,
+    self, Arrangement, Cutting, Error, Finish, MachineSource, ModelSource, OrientOptions, OrientRequest, OutputFile,
+    Outputs, PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PrepareRequest,
+    SlicingOptions, SplitOptions, SplitRequest, Standing, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
 
@@ -157,7 +157,8 @@ fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
         orient_by: given.text("orient_by")?,
         method: given.text("method")?,
         orient_budget: given.count("orient_budget")?,
-        overhang_deg: given.number("overhang_deg")?.unwrap_or(usual.overhang_deg),
+        overhang_deg: given.number("overhang_deg")?,
+        finish: [Finish::Practised, Finish::Fine][given.word("finish", &["practised", "fine"])?],
         bridge_mm: given.number("bridge_mm")?,
         tolerate_mm2: given.number("tolerate_mm2")?.unwrap_or(usual.tolerate_mm2),
         allow,
@@ -278,7 +279,8 @@ pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given:
     let no_cut: Vec<[[f64; 3]; 2]> =
         given.of("no_cut", "a list of boxes of two corners", |all| all.extract().ok())?.unwrap_or_default();
     let options = SplitOptions {
-        overhang_deg: given.number("overhang_deg")?.unwrap_or(usual.overhang_deg),
+        overhang_deg: given.number("overhang_deg")?,
+        finish: [Finish::Practised, Finish::Fine][given.word("finish", &["practised", "fine"])?],
         bridge_mm: given.number("bridge_mm")?,
         tolerate_mm2: given.number("tolerate_mm2")?.unwrap_or(usual.tolerate_mm2),
         margin_mm: given.number("margin_mm")?.unwrap_or(usual.margin_mm),

@@ -180,6 +180,7 @@ class Documents(Folder):
             ("prepare", cube, {**prepare, "bed": "12x11"}, ["--bed", "12x11"]),
             ("split", hook, {"up": (1, 0, 0), "allow_mm2": 60}, ["--up", "1,0,0", "--allow", "60"]),
             ("split", hook, {"up": "auto", "overhang_deg": 60}, ["--up", "auto", "--overhang", "60"]),
+            ("split", hook, {"finish": "fine"}, ["--finish", "fine"]),
             ("split", hook, {"bridge_mm": 3, "tolerate_mm2": 9, "allow_mm2": 70}, ["--bridge", "3", "--tolerate", "9", "--allow", "70"]),
         ]  # fmt: skip
         documents = set()

@@ -212,6 +212,7 @@ class Planned:
     sequence_size: int
     pose_changes: int
     seconds_print_estimate: float
+    droops: list[dict[str, Any]]
 
     @property
     def prints(self) -> list[Print]:
@@ -328,6 +329,7 @@ class Prepared(_OfFile, Result):
         verify: the proof.
         cut: what became of a model whose solids were cut.
         supports: what became of one that is printed on supports.
+        ways: the ways that were tried for the model, the one that was taken first, with what they come to.
         seconds: what each step took.
         gcode: the program for the machine, to the byte as the command writes it.
         plan_file: the plan file.
@@ -340,6 +342,7 @@ class Prepared(_OfFile, Result):
     verify: Replay
     cut: Optional[dict[str, Any]]
     supports: Optional[dict[str, Any]]
+    ways: list[dict[str, Any]]
     slicer: Slicer
     left_out: list[dict[str, Any]]
     warnings: list[str]

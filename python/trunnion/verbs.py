@@ -165,6 +165,7 @@ def split(
     output: Optional[Path] = None,
     up: Union[Vector, Literal["auto"], None] = None,
     overhang_deg: Optional[float] = None,
+    finish: Literal["practised", "fine"] = "practised",
     bridge_mm: Optional[float] = None,
     tolerate_mm2: Optional[float] = None,
     margin_mm: Optional[float] = None,
@@ -183,7 +184,8 @@ def split(
     Args:
         output: the parts as 3MF, in the order of printing.
         up: direction of the file that is up, or ``auto``: as :func:`orient` recommends.
-        overhang_deg: overhangs up to this angle from the vertical need no support.
+        overhang_deg: slopes up to this angle from the vertical need no support; else what the profile's lines and layers carry.
+        finish: ``practised``: what is printed everywhere may droop a little; ``fine``: nothing may.
         bridge_mm: what a line may span between two ends on material.
         tolerate_mm2: what a connected patch may have that nothing carries.
         margin_mm: room the head keeps from parts it does not print on.
@@ -201,8 +203,8 @@ def split(
     if up is not None and boxes:
         raise InputError("no_cut: boxes are in the file's frame, and up turns the model; give one of them")
     given = _given(
-        output=_path(output), up=up, overhang_deg=overhang_deg, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2, margin_mm=margin_mm,
-        max_cuts=max_cuts, allow_mm2=allow_mm2, strict=strict, no_cut=boxes, pedestal_mm=pedestal_mm, unit=unit, repair=repair,
+        output=_path(output), up=up, overhang_deg=overhang_deg, finish=finish, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2,
+        margin_mm=margin_mm, max_cuts=max_cuts, allow_mm2=allow_mm2, strict=strict, no_cut=boxes, pedestal_mm=pedestal_mm, unit=unit, repair=repair,
         threads=threads,
     )  # fmt: skip
     text, made = _trunnion.split(named_model(model), named_profile(profile), _teller(progress), given)
@@ -302,6 +304,7 @@ def options_of_plans(
     method: Optional[str] = None,
     orient_budget: Optional[int] = None,
     overhang_deg: Optional[float] = None,
+    finish: Literal["practised", "fine"] = "practised",
     bridge_mm: Optional[float] = None,
     tolerate_mm2: Optional[float] = None,
     allow: Union[Mapping[int, Optional[float]], None] = None,
@@ -331,7 +334,8 @@ def options_of_plans(
         orient_by: what the search for orientations minimises.
         method: that search.
         orient_budget: most evaluations of that search, for one part and objective.
-        overhang_deg: overhangs up to this angle from the vertical need no support (0 walls only, 90 everything).
+        overhang_deg: slopes up to this angle from the vertical need no support (90 everything); else what the profile's lines and layers carry.
+        finish: ``practised``: what is printed everywhere may droop a little; ``fine``: nothing may.
         bridge_mm: what a line may span between two ends on material.
         tolerate_mm2: what a connected patch may have that nothing carries.
         allow: parts that may overhang by so many mm2 more; ``None`` for whatever something else carries.
@@ -365,7 +369,7 @@ def options_of_plans(
         raise InputError(f"beside and allow: {error}; give beside=[(model, 2)], allow={{0: 40.0}}") from None
     return _given(
         objective=objective, orient_by=orient_by, method=method, orient_budget=orient_budget, overhang_deg=overhang_deg,
-        bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2, allow=held, margin_mm=margin_mm, slots=slots, table_later=table_later, seed=seed,
+        finish=finish, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2, allow=held, margin_mm=margin_mm, slots=slots, table_later=table_later, seed=seed,
         origin_mm=origin_mm, turn_deg=turn_deg, no_remedies=not remedies, budget=budget, roof_mm=roof_mm,
         roof_pitch_mm=roof_pitch_mm, brace_mm=brace_mm, up=up, base=base, beside=more, copies=copies,
         gap_mm=gap_mm, snap_mm=snap_mm, join=join,

@@ -89,6 +89,7 @@ impl PlanArgs {
             method: self.method.clone(),
             orient_budget: self.orient_budget,
             overhang_deg: self.overhang,
+            finish: pass.finish.unwrap_or_default(),
             bridge_mm: pass.bridge,
             tolerate_mm2: pass.tolerate,
             allow: self.allow.iter().map(|text| job::allowed(text)).collect::<Result<_, _>>()?,
@@ -104,8 +105,7 @@ impl PlanArgs {
             remedies: !self.no_remedies,
             form: self.form(),
             budget: self.budget,
-            kept_in: None,
-            plans: 1,
+            ..PlanOptions::default()
         })
     }
 

@@ -39,6 +39,7 @@ impl Verb {
     fn options(&self) -> Result<SplitOptions, Failure> {
         Ok(SplitOptions {
             overhang_deg: self.overhang,
+            finish: self.pass.finish.unwrap_or_default(),
             bridge_mm: self.pass.bridge,
             tolerate_mm2: self.pass.tolerate,
             margin_mm: self.margin,

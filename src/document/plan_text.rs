@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
-use crate::job::{Hindrance, NoPlan, PlanResult};
-use crate::planning::{Print, Slot};
+use crate::gcode::round_to;
+use crate::job::{Hindrance, NoPlan, PlanResult, TriedWay};
+use crate::planning::{PartDroop, Print, Slot};
 use crate::spelling::counted;
+use crate::strategy::Terms;
 
 /// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
 pub fn sequence(slots: &[Slot]) -> String {
@@ -34,6 +36,14 @@ pub fn planned(made: &PlanResult) -> String {
             let _ = writeln!(out, "  {}{a} {}{c}: {which} {}", k.tilt.letter, k.rotation.letter, parts.join(", "));
         }
     }
+    for droop in &made.droops {
+        let PartDroop { part, area_mm2, droop_mm, at_mm } = droop;
+        let [x, y, z] = at_mm.map(|v| round_to(v, 1) + 0.0);
+        let _ = writeln!(
+            out,
+            "part {part} droops by up to {droop_mm:.1} mm over {area_mm2:.0} mm2, most of it about ({x}, {y}, {z}) mm (--finish fine lets nothing droop)"
+        );
+    }
     let best = made.best();
     for w in &best.within_slots {
         let (minutes, by_layer) = (w.seconds / 60.0, w.seconds_layer_by_layer / 60.0);
@@ -56,6 +66,32 @@ pub fn planned(made: &PlanResult) -> String {
         best.clearance_mm,
         made.seconds
     );
+    out
+}
+
+/// `trunnion prepare`: the ways that were tried, a line each; nothing where there was only one.
+pub fn ways(tried: &[TriedWay]) -> String {
+    let mut out = String::new();
+    if tried.len() < 2 {
+        return out;
+    }
+    let _ = writeln!(
+        out,
+        "{:<9} {:>7} {:>7} {:>8} {:>9} {:>9} {:>6} {:>5}",
+        "way", "price", "print", "filament", "supports", "seams", "setups", "parts"
+    );
+    for TriedWay { way, chosen, terms, price_min, why_not } in tried {
+        let price = price_min.map_or("-".to_owned(), |min| format!("{min:.1}"));
+        let _ = write!(out, "{:<9} {price:>7}", way.word());
+        if let Some(Terms { minutes, grams, support_g, seam_mm2, setups, parts, .. }) = terms {
+            let _ = write!(
+                out,
+                " {minutes:>3.0} min {grams:>6.1} g {support_g:>7.1} g {seam_mm2:>5.0} mm2 {setups:>6} {parts:>5}"
+            );
+        }
+        let why_not = why_not.as_ref().map_or(String::new(), |why| format!(" not: {why}"));
+        let _ = writeln!(out, "{}{why_not}", if *chosen { " taken" } else { "" });
+    }
     out
 }
 

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
-use crate::job::{Listed, NoPlan, PlanResult};
-use crate::planning::{Planned, Reason, Slot, ThreeAxis};
+use crate::job::{Listed, NoPlan, PlanResult, TriedWay};
+use crate::planning::{PartDroop, Planned, Reason, Slot, ThreeAxis};
+use crate::strategy::Terms;
 
 /// `trunnion plan`: the plan file's own keys, with what the search found out about it.
 pub fn planned(made: &PlanResult) -> Value {
@@ -16,6 +17,9 @@ pub fn planned(made: &PlanResult) -> Value {
     more["within_slots"] = json!(best.within_slots);
     more["evaluations"] = best.steps.into();
     more["seconds"] = made.seconds.into();
+    let droop =
+        |d: &PartDroop| json!({"part": d.part, "area_mm2": d.area_mm2, "droop_mm": d.droop_mm, "at_mm": d.at_mm});
+    more["droops"] = made.droops.iter().map(droop).collect();
     if let (Some(map), Some(more)) = (document.as_object_mut(), more.as_object()) {
         map.extend(more.clone());
         if made.plans.len() > 1 {
@@ -50,6 +54,26 @@ fn figures(planned: &Planned) -> Value {
         "value": planned.value, "sequence_size": planned.sequence_size, "pose_changes": planned.pose_changes,
         "seconds_print_estimate": planned.seconds, "staircase": planned.staircase, "clearance_mm": planned.clearance_mm,
     })
+}
+
+/// The ways that were tried for a model, the one that was taken first.
+pub(super) fn ways(tried: &[TriedWay]) -> Value {
+    let row = |tried: &TriedWay| {
+        let terms = tried.terms.as_ref();
+        let number = |of: fn(&Terms) -> f64| terms.map(of);
+        json!({
+            "way": tried.way.word(), "chosen": tried.chosen, "minutes": number(|t| t.minutes), "grams": number(|t| t.grams),
+            "support_g": number(|t| t.support_g), "contact_mm2": number(|t| t.contact_mm2), "seam_mm2": number(|t| t.seam_mm2),
+            "setups": terms.map(|t| t.setups), "parts": terms.map(|t| t.parts), "droop_mm3": number(|t| t.droop_mm3),
+            "price_min": tried.price_min, "why_not": tried.why_not,
+        })
+    };
+    let mut order: Vec<&TriedWay> = tried.iter().collect();
+    order.sort_by(|a, b| {
+        let price = |one: &TriedWay| one.price_min.unwrap_or(f64::INFINITY);
+        b.chosen.cmp(&a.chosen).then(price(a).total_cmp(&price(b)))
+    });
+    order.into_iter().map(row).collect()
 }
 
 /// `trunnion plan --all`: the sequences, and whether they are all.

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::model::split;
-use super::planned::planned;
+use super::planned::{planned, ways};
 use crate::calibrate::ColdPose;
 use crate::job::{
     At, Bed, CheckedProfile, CutSolid, DryRun, Error, HeldPart, ImportedProfile, LoadedProfile, PrepareResult,
@@ -57,6 +57,7 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
             "parts": held.parts.iter().map(of_held).collect::<Vec<_>>(),
             "volume_mm3": held.volume_mm3(), "seconds": held.seconds(), "reason": held.why,
         })),
+        "ways": ways(&done.ways),
         "slicer": slicer(&done.slicer),
         "left_out": left_out(&done.flaws),
         "warnings": done.warnings,

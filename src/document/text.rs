@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::model::apart;
-pub use super::plan_text::{comparison, no_plan, planned, sequence};
+pub use super::plan_text::{comparison, no_plan, planned, sequence, ways};
 use super::priced::{grams, minutes, plain};
 use super::{figures, reasons};
 use crate::job::{

@@ -8,7 +8,7 @@ use super::support::grid_over;
 use super::{BadSetting, CheckedPlan, Error};
 use crate::geom::{Angle, Bounds, Machine, Rigid, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::overhang::{Footing, Ground, Held, Patch, Rule, unsupported};
+use crate::overhang::{Footing, Ground, Held, Patch, Relief, Rule, unsupported};
 use crate::planning::{Plan, Print, PrintSupports, Workpiece};
 use crate::profile::{Profile, SliceSettings};
 use crate::slicing::builtin::sheets;
@@ -99,7 +99,9 @@ impl Laid {
         let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
         let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
         let footings = vec![Footing { own, below: Vec::new() }];
-        unsupported(mesh, &Vec3::z(), &Ground { footings, table: true, held }, lies, rule, false)
+        let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
+        let begins_mm = relief.in_the_air(&Vec3::z(), lies, &rule.hang());
+        unsupported(mesh, &Vec3::z(), &Ground { footings, table: true, held, begins_mm }, lies, rule, false)
     }
 }
 

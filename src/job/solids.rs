@@ -245,6 +245,7 @@ pub(super) fn in_parts(
     let words = |error: Error| error.to_string();
     let cuts = SplitOptions {
         overhang_deg: options.overhang_deg,
+        finish: options.finish,
         bridge_mm: options.bridge_mm,
         tolerate_mm2: options.tolerate_mm2,
         margin_mm: options.margin_mm,

@@ -5,8 +5,9 @@ use std::fmt::Write;
 use super::arrange::{Models, arranged};
 use super::load::spanning;
 use super::pictures;
+use super::plan::CAREFUL_DEG;
 use super::{
-    Arrangement, BadSetting, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, Standing, World,
+    Arrangement, BadSetting, Error, Finish, LoadedModel, LoadedProfile, MachineSource, ModelSource, Standing, World,
     load_model, load_profile,
 };
 use crate::geom::{Angle, Bounds, Vec3};
@@ -33,8 +34,10 @@ pub struct SplitRequest {
 /// How to cut; the default is what the command does without flags.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitOptions {
-    /// Surfaces up to this angle from the vertical need no support.
-    pub overhang_deg: f64,
+    /// Slopes up to this angle from the vertical are fine; `None`: as lines of the profile's width and layers are.
+    pub overhang_deg: Option<f64>,
+    /// How well it is to come out.
+    pub finish: Finish,
     /// What a line may span between two ends on material; `None`: the machine's `process.bridge_mm`.
     pub bridge_mm: Option<f64>,
     /// What a connected patch may have that nothing carries, mm².
@@ -56,7 +59,8 @@ pub struct SplitOptions {
 impl Default for SplitOptions {
     fn default() -> Self {
         Self {
-            overhang_deg: 45.0,
+            overhang_deg: None,
+            finish: Finish::Practised,
             bridge_mm: None,
             tolerate_mm2: TOLERATE_MM2,
             margin_mm: 0.5,
@@ -219,8 +223,12 @@ pub(super) fn cut_up(
     };
     let placement = centred(&model.model, &machine.profile)?;
     let process = &machine.profile.process;
+    let overhang_deg = options.overhang_deg.unwrap_or(CAREFUL_DEG);
+    let overhang = Angle::from_deg(overhang_deg);
     let wanted = Options {
-        overhang: Angle::from_deg(options.overhang_deg),
+        overhang,
+        steepest: options.overhang_deg.map(Angle::from_deg),
+        droops: options.finish == Finish::Practised,
         layer_mm: process.layer_height_mm,
         span_mm: FREE_SPAN_MM.max(2.0 * process.line_width_mm),
         bridge_mm: process.bridge_mm,
@@ -232,7 +240,8 @@ pub(super) fn cut_up(
         no_cut: options.no_cut.iter().map(|b| Bounds::of(b.map(Vec3::from))).collect(),
         ..Options::default()
     };
-    let head = OnePrint::new(&machine.profile, placement, Angle::from_deg(options.overhang_deg), options.margin_mm);
+    let mut head = OnePrint::new(&machine.profile, placement, overhang, options.margin_mm);
+    (head.steepest, head.droops) = (wanted.steepest, wanted.droops);
     let mut splitter = Splitter::new(&part.mesh, |up| head.reaches(up), wanted);
     let mut attempt = |pedestal_mm: f64| {
         let bar = world.progress.begin("cuts", options.max_cuts);
@@ -257,7 +266,7 @@ pub(super) fn cut_up(
             .warning(&format!("pieces of {crumbs:.4} mm3 together were left out: they are below what prints"));
     }
     let seconds = (world.clock.now() - start).as_secs_f64();
-    Ok(SplitResult { split, stood: None, pedestal_mm, overhang_deg: options.overhang_deg, seconds, model })
+    Ok(SplitResult { split, stood: None, pedestal_mm, overhang_deg, seconds, model })
 }
 
 /// The lowest pedestal on which nothing needs support. The tallest gives the head the most room and is asked first: where it leaves
@@ -273,7 +282,7 @@ fn on_a_pedestal(on_none: &Split, mut attempt: impl FnMut(f64) -> Split) -> Opti
 }
 
 fn check(options: &SplitOptions) -> Result<(), BadSetting> {
-    BadSetting::within("overhang", options.overhang_deg, " deg", [1.0, 89.0])?;
+    BadSetting::within("overhang", options.overhang_deg.unwrap_or(CAREFUL_DEG), " deg", [1.0, 89.0])?;
     BadSetting::within("tolerate", options.tolerate_mm2, " mm2", [0.0, 1e6])?;
     BadSetting::within("margin", options.margin_mm, " mm", [0.0, 100.0])?;
     BadSetting::within("max-cuts", options.max_cuts as f64, "", [0.0, 100.0])?;

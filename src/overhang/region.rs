@@ -151,6 +151,22 @@ pub(super) fn edges(ring: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
     (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]])
 }
 
+/// The lengths of a shape's sides, mm.
+fn sides_mm(shape: &Shape) -> impl Iterator<Item = f64> + '_ {
+    let length = |[[ax, ay], [bx, by]]: [[f64; 2]; 2]| (bx - ax).hypot(by - ay);
+    shape.iter().flat_map(|ring| edges(ring)).map(move |ends| length(ends.map(at)))
+}
+
+/// The length of a shape's border, mm.
+pub(super) fn around_mm(shape: &Shape) -> f64 {
+    sides_mm(shape).sum()
+}
+
+/// A shape's longest straight side, mm.
+pub(super) fn longest_side_mm(shape: &Shape) -> f64 {
+    sides_mm(shape).fold(0.0, f64::max)
+}
+
 /// The box around a shape, mm: lowest and highest corner.
 pub(super) fn bounds(shape: &Shape) -> [[f64; 2]; 2] {
     let all = shape.iter().flatten().map(|p| at(*p));

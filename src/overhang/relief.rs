@@ -309,6 +309,16 @@ impl Relief {
         self.facets_at(vertex as usize).iter().any(|&f| self.normal[f as usize].dot(up) < LOOKS_DOWN)
     }
 
+    /// The heights along `up` where the surface begins in the air, or has a ridge that is too long to hang, mm: layers there are to be
+    /// looked at ([`Ground::begins_mm`](super::Ground::begins_mm)).
+    pub fn in_the_air(&self, up: &Vec3, stands: impl Fn(usize) -> bool + Copy, hang: &Hang) -> Vec<f64> {
+        let height = |v: u32| self.vertices[v as usize].dot(up);
+        let begin = self.beginnings(&self.heights(up, stands), up, hang.layer_mm);
+        let ridges = self.ridges(up, stands, hang);
+        let of_ridges = ridges.iter().flat_map(|ridge| ridge.edges.iter().flatten().copied());
+        begin.into_iter().chain(of_ridges).map(height).collect()
+    }
+
     /// The vertices of the flat place about the beginning `from`, itself among them.
     pub fn level_with(&self, heights: &[f64], from: u32) -> Vec<u32> {
         let mut found = vec![from];

@@ -58,7 +58,7 @@ pub use remedies::{Remedy, Wish, can_be_helped};
 pub use sequence::Sequence;
 pub use site::CLEARANCE_SOUGHT_MM;
 pub use solid::Solid;
-pub use standing::layers_matter;
+pub use standing::{PartDroop, droops, layers_matter};
 pub use support::Known;
 pub use three_axis::{ThreeAxis, three_axis, whole};
 pub use workpiece::{Misplaced, Workpiece};

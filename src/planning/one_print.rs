@@ -23,6 +23,10 @@ pub struct OnePrint<'a> {
     pub placement: Placement,
     /// Surfaces up to this angle from the vertical need no support.
     pub overhang: Angle,
+    /// As [`Options::steepest`].
+    pub steepest: Option<Angle>,
+    /// As [`Options::droops`].
+    pub droops: bool,
     /// Room the head keeps from what it does not print on, mm.
     pub margin_mm: f64,
     /// So far the model stands above the table, mm.
@@ -34,7 +38,8 @@ impl<'a> OnePrint<'a> {
     /// A model placed on the table of `profile`: overhangs up to `overhang` need no support, the head keeps `margin_mm` from what it does
     /// not print on, and the model stands on nothing.
     pub fn new(profile: &'a Profile, placement: Placement, overhang: Angle, margin_mm: f64) -> Self {
-        Self { profile, placement, overhang, margin_mm, pedestal_mm: 0.0, heads: Heads::of(profile) }
+        let heads = Heads::of(profile);
+        Self { profile, placement, overhang, steepest: None, droops: true, margin_mm, pedestal_mm: 0.0, heads }
     }
 
     /// Whether an axis brings `up` upright.
@@ -98,6 +103,8 @@ impl<'a> OnePrint<'a> {
         let goal = Goal::parse("bss", &settings).expect("the usual goal");
         work(&Options {
             overhang: self.overhang,
+            steepest: self.steepest,
+            droops: self.droops,
             margin_mm: self.margin_mm,
             pedestal_mm: self.pedestal_mm,
             supported: supported.to_vec(),

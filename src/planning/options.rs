@@ -4,7 +4,8 @@ use super::goal::Goal;
 use super::support::Known;
 use crate::geom::Angle;
 use crate::orient::{Objective, Search};
-use crate::overhang::TOLERATE_MM2;
+use crate::overhang::{Rule, TOLERATE_MM2};
+use crate::profile::Profile;
 
 /// What to plan for.
 #[derive(Clone)]
@@ -13,8 +14,12 @@ pub struct Options<'a> {
     pub goal: &'a Goal,
     /// What the search for orientations minimises; decides where the goal does not look at orientations.
     pub objective: &'a dyn Objective,
-    /// Overhangs up to this angle from the vertical need no support.
+    /// Facets up to this angle from the vertical need no support, whatever layers say.
     pub overhang: Angle,
+    /// Slopes up to this angle are fine in layers; `None`: as lines of the profile's width and layers are ([`Rule::practised`]).
+    pub steepest: Option<Angle>,
+    /// Whether layers may droop.
+    pub droops: bool,
     /// Room the head must keep from parts it does not print on, mm.
     pub margin_mm: f64,
     /// Which sequences come first.
@@ -50,6 +55,8 @@ impl<'a> Options<'a> {
             goal,
             objective,
             overhang: Angle::from_deg(45.0),
+            steepest: None,
+            droops: true,
             margin_mm: 0.5,
             priority: Priority::Together,
             table_first: true,
@@ -63,6 +70,22 @@ impl<'a> Options<'a> {
             tolerate_mm2: TOLERATE_MM2,
             known: Known::default(),
             explain: true,
+        }
+    }
+}
+
+impl Options<'_> {
+    /// What layers let pass on the machine of `profile`.
+    pub fn layers(&self, profile: &Profile) -> Rule {
+        let process = &profile.process;
+        let (layer_mm, line_mm) = (process.layer_height_mm, process.line_width_mm);
+        Rule {
+            overhang: self.steepest.unwrap_or_else(|| Rule::practised(layer_mm, line_mm)),
+            layer_mm,
+            line_mm,
+            bridge_mm: process.bridge_mm,
+            tolerate_mm2: self.tolerate_mm2,
+            droops: self.droops,
         }
     }
 }

@@ -202,11 +202,14 @@ impl Wish<'_> {
     }
 
     fn steeper(&self) -> Vec<Remedy> {
-        let asked = self.options.overhang.deg();
-        let helps = |more: f64| self.helps(self.profile, |o| o.overhang = Angle::from_deg(asked + more));
+        let asked = self.options.layers(self.profile).overhang.deg();
+        let helps = |more: f64| {
+            let angle = Angle::from_deg(asked + more);
+            self.helps(self.profile, |o| (o.overhang, o.steepest) = (angle, Some(angle)))
+        };
         let Some(more) = least(1.0, MOST_OVERHANG_DEG - asked, 1.0, helps) else { return Vec::new() };
         let angle = asked + more;
-        let text = format!("--overhang {angle:.0} would do, if the material bridges that (asked for: {asked:.0} deg)");
+        let text = format!("--overhang {angle:.0} would do, if the material bridges that (now: {asked:.0} deg)");
         vec![Remedy { kind: "overhang", amount: angle, text }]
     }
 

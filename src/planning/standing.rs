@@ -11,6 +11,8 @@ use crate::orient::Direction;
 use crate::overhang::Rule;
 use crate::profile::Profile;
 
+/// Less than this droops without a word, mm².
+const TOLD_MM2: f64 = 1.0;
 /// Directions whose layers are all looked through to say why not.
 const LOOKED_AT_CLOSELY: usize = 6;
 
@@ -29,6 +31,42 @@ pub fn layers_matter(
         ways.iter().any(|way| way.objections.is_empty())
     };
     options.practised && (directions.len() == 1 || !directions.iter().enumerate().all(stands))
+}
+
+/// What of a part is printed, but droops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartDroop {
+    /// The part.
+    pub part: usize,
+    /// How much of it, mm².
+    pub area_mm2: f64,
+    /// By how much at most, mm.
+    pub droop_mm: f64,
+    /// About where the most of it is, the model file's frame, mm.
+    pub at_mm: [f64; 3],
+}
+
+/// What droops of parts that are printed along these directions, by part.
+pub fn droops(
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+    prints: impl Iterator<Item = (usize, Dir<Table>)>,
+    options: &Options<'_>,
+) -> Vec<PartDroop> {
+    let setups = Setups::new(workpiece, profile, options);
+    let rule = options.layers(profile);
+    let of_part = |(part, up): (usize, Dir<Table>)| {
+        if options.supported.contains(&part) {
+            return None;
+        }
+        let neighbours = options.known.neighbours(workpiece, part);
+        let all = neighbours.droops(&workpiece.parts[part], up, &rule);
+        let area_mm2: f64 = all.iter().map(|droop| droop.area_mm2).sum();
+        let droop_mm = all.iter().map(|droop| droop.droop_mm).fold(0.0, f64::max);
+        let most = all.first().filter(|_| area_mm2 >= TOLD_MM2)?;
+        Some(PartDroop { part, area_mm2, droop_mm, at_mm: setups.in_the_file(&most.at) })
+    };
+    prints.filter_map(of_part).collect()
 }
 
 impl Setups<'_> {
@@ -60,14 +98,9 @@ impl Setups<'_> {
         if self.options.supported.contains(&part) {
             return Needs::none();
         }
-        let (process, options) = (&self.profile.process, self.options);
-        let rule = Rule {
-            overhang: options.overhang,
-            layer_mm: process.layer_height_mm,
-            line_mm: process.line_width_mm,
-            bridge_mm: process.bridge_mm,
-            tolerate_mm2: options.tolerate_mm2,
-        };
+        let options = self.options;
+        let layers = options.layers(self.profile);
+        let rule = if by_layers { layers } else { Rule { overhang: options.overhang, ..layers } };
         let allowed_mm2 = options.allow.iter().filter(|(p, _)| *p == part).map(|(_, area)| *area).fold(0.0, f64::max);
         let asked = NeedsAsked { rule, allowed_mm2, by_layers, enough, known: &options.known };
         needs(&self.workpiece.parts[part], neighbours, up, &asked, self.workpiece.parts.len())

@@ -16,7 +16,7 @@ use super::part_set::PartSet;
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Dir, Table, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::overhang::{self, Footing, Ground, Hang, Patch, Relief, Rule};
+use crate::overhang::{self, Cause, Droop, Footing, Ground, Patch, Relief, Rule};
 
 /// What one part needs below it at one direction.
 #[derive(Clone, Debug)]
@@ -95,8 +95,12 @@ impl Needs {
         (rough, if rough { self.facets_mm2 } else { self.missing(everyone) })
     }
 
-    /// With what the layers say in the place of what the facets say cannot be carried.
-    fn by_layers(self, left: Vec<Patch>, closely: bool) -> Self {
+    /// With what the layers say in the place of what the facets say cannot be carried, and of what begins on no part.
+    fn by_layers(mut self, left: Vec<Patch>, closely: bool) -> Self {
+        self.beginnings.retain(|below| below.iter().next().is_some());
+        if left.iter().any(|patch| patch.cause == Cause::Island) {
+            self.beginnings.push(PartSet::new(0));
+        }
         let carried: f64 = self.carried.iter().map(|(_, area)| area).sum();
         let loose: f64 = left.iter().map(|patch| patch.area_mm2).sum();
         Self { overhang_mm2: carried + loose, left, closely, ..self }
@@ -150,10 +154,10 @@ pub(super) struct NeedsAsked<'a> {
 impl NeedsAsked<'_> {
     /// What tells this question from all others, but for what is let pass.
     fn key(&self, neighbours: &Neighbours, up: Dir<Table>) -> Key {
-        let Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2 } = self.rule;
+        let Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2, droops } = self.rule;
         let up = up.unit();
         let numbers = [overhang.rad(), layer_mm, line_mm, bridge_mm, tolerate_mm2, up.x, up.y, up.z];
-        let rule = numbers.map(f64::to_bits).into_iter().chain([u64::from(self.enough)]);
+        let rule = numbers.map(f64::to_bits).into_iter().chain([self.enough, droops].map(u64::from));
         neighbours.key.iter().copied().chain(rule).collect()
     }
 }
@@ -223,6 +227,19 @@ impl Neighbours {
         self.carriers[vertex].get_or_init(|| carriers(mesh, self, vertex)).clone()
     }
 
+    /// What it lies on when it is printed along `up`.
+    fn ground(&self, up: Dir<Table>, begins_mm: Vec<f64>) -> Ground {
+        let upright = up.unit().z > 1.0 - 1e-9;
+        let table = upright && self.on_table.contains(&true);
+        Ground { footings: self.footings.clone(), table, begins_mm, ..Ground::default() }
+    }
+
+    /// What droops while all neighbours stand, the largest first.
+    pub(super) fn droops(&self, mesh: &TriangleMesh<Table>, up: Dir<Table>, rule: &Rule) -> Vec<Droop> {
+        let lies = |f: usize| self.carries(mesh, f);
+        overhang::judged(mesh, up.unit(), &self.ground(up, Vec::new()), lies, rule).droops
+    }
+
     /// Whether a facet lies on the table or a neighbour, whole.
     fn carries(&self, mesh: &TriangleMesh<Table>, facet: usize) -> bool {
         let shared: f64 = self.on_facet[facet].iter().map(|(_, area)| area).sum();
@@ -270,16 +287,16 @@ fn found(
             }
         }
     }
-    let beginnings = beginnings(mesh, neighbours, up, &asked.rule, parts);
+    let (beginnings, begins_mm) = beginnings(mesh, neighbours, up, &asked.rule, parts);
     let facets_mm2 = overhang_mm2 - carried.iter().map(|(_, area)| area).sum::<f64>();
     let needs =
         Needs { overhang_mm2, carried, beginnings, allowed_mm2: asked.allowed_mm2, facets_mm2, ..Needs::none() };
     let mut everyone = PartSet::new(parts);
     (0..parts).for_each(|q| everyone.insert(q));
-    if !asked.by_layers || needs.missing(&everyone) == 0.0 {
+    if !asked.by_layers || needs.missing(&everyone) == 0.0 && begins_mm.is_empty() {
         return needs;
     }
-    let left = by_layers(mesh, neighbours, up, asked);
+    let left = by_layers(mesh, neighbours, up, &begins_mm, asked);
     needs.by_layers(left, !asked.enough)
 }
 
@@ -288,32 +305,35 @@ fn by_layers(
     mesh: &TriangleMesh<Table>,
     neighbours: &Neighbours,
     up: Dir<Table>,
+    begins_mm: &[f64],
     asked: &NeedsAsked<'_>,
 ) -> Vec<Patch> {
     let key = asked.key(neighbours, up);
     let find = || {
-        let upright = up.unit().z > 1.0 - 1e-9;
-        let table = upright && neighbours.on_table.contains(&true);
-        let ground = Ground { footings: neighbours.footings.clone(), table, ..Ground::default() };
+        let ground = neighbours.ground(up, begins_mm.to_vec());
         overhang::unsupported(mesh, up.unit(), &ground, |f| neighbours.carries(mesh, f), &asked.rule, asked.enough)
     };
     or_find(&asked.known.0.patches, key, find).to_vec()
 }
 
 /// Where the surface begins along `up`, and the ridges that hang too far, as the parts each may stand on; those on the table are left
-/// out.
+/// out. With the heights of those that stand on no part.
 fn beginnings(
     mesh: &TriangleMesh<Table>,
     neighbours: &Neighbours,
     up: Dir<Table>,
     rule: &Rule,
     parts: usize,
-) -> Vec<PartSet> {
+) -> (Vec<PartSet>, Vec<f64>) {
     let relief = &neighbours.relief;
     let heights = relief.heights(up.unit(), |f| neighbours.on_table[f]);
-    let mut found: Vec<PartSet> = Vec::new();
-    let mut add = |carriers: Vec<usize>| {
+    let (mut found, mut in_air): (Vec<PartSet>, Vec<f64>) = (Vec::new(), Vec::new());
+    let height = |v: u32| mesh.vertices()[v as usize].dot(up.unit());
+    let mut add = |vertex: u32, carriers: Vec<usize>| {
         let mut below = PartSet::new(parts);
+        if carriers.is_empty() {
+            in_air.push(height(vertex));
+        }
         carriers.into_iter().for_each(|other| below.insert(other));
         if !found.contains(&below) {
             found.push(below);
@@ -323,16 +343,15 @@ fn beginnings(
         // Each corner of a flat foot begins for itself: they may stand on different parts.
         for vertex in relief.level_with(&heights, first) {
             if relief.looks_down(vertex, up.unit()) {
-                add(neighbours.carriers(mesh, vertex as usize));
+                add(vertex, neighbours.carriers(mesh, vertex as usize));
             }
         }
     }
-    let hang = Hang { layer_mm: rule.layer_mm, span_mm: rule.free_mm(), bridge_mm: rule.bridge_mm };
     let stands = |f: usize| neighbours.on_table[f] || !neighbours.on_facet[f].is_empty();
-    if !relief.ridges(up.unit(), stands, &hang).is_empty() {
-        add(Vec::new());
+    for ridge in relief.ridges(up.unit(), stands, &rule.hang()) {
+        ridge.edges.iter().flatten().for_each(|&vertex| add(vertex, Vec::new()));
     }
-    found
+    (found, in_air)
 }
 
 /// The parts on which `vertex` stands, ascending: those that share a facet of the flat face around it.

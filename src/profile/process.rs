@@ -155,7 +155,7 @@ impl Default for SliceSettings {
             nozzle_c: 210.0,
             bed_c: 60.0,
             anchor_mm: 2.5,
-            bridge_mm: 8.0,
+            bridge_mm: 14.0,
             bridge_flow: 1.0,
             fan: 1.0,
             bridge_fan: 1.0,

@@ -32,7 +32,7 @@ mod tests;
 
 use crate::geom::{Angle, Bounds, Object, Vec3};
 use crate::mesh::{Model, TriangleMesh};
-use crate::overhang::{Rule, TOLERATE_MM2};
+use crate::overhang::{BRIDGE_MM, Rule, TOLERATE_MM2};
 pub use machine::{CutMachine, NoHead};
 use measure::{MeasureRules, Measured};
 pub use rules::Against;
@@ -44,8 +44,12 @@ use surface::Surface;
 /// How to cut.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Surfaces up to this angle from the vertical need no support.
+    /// Facets up to this angle from the vertical need no support, whatever layers say.
     pub overhang: Angle,
+    /// Slopes up to this angle are fine in layers; `None`: as lines of that width and layers are ([`Rule::practised`]).
+    pub steepest: Option<Angle>,
+    /// Whether layers may droop.
+    pub droops: bool,
     /// A layer, mm.
     pub layer_mm: f64,
     /// So far a line may hang free at its end, mm.
@@ -77,9 +81,11 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             overhang: Angle::from_deg(45.0),
+            steepest: None,
+            droops: true,
             layer_mm: 0.2,
             span_mm: 2.0,
-            bridge_mm: 8.0,
+            bridge_mm: BRIDGE_MM,
             line_mm: 0.45,
             tolerate_mm2: TOLERATE_MM2,
             max_cuts: 12,
@@ -274,11 +280,12 @@ impl Splitter {
             bridge_mm: options.bridge_mm,
             table_mm: model.bounds().min.z,
             layers: Rule {
-                overhang: options.overhang,
+                overhang: options.steepest.unwrap_or_else(|| Rule::practised(options.layer_mm, options.line_mm)),
                 layer_mm: options.layer_mm,
                 line_mm: options.line_mm,
                 bridge_mm: options.bridge_mm,
                 tolerate_mm2: options.tolerate_mm2,
+                droops: options.droops,
             },
             faults: !options.only_facets,
         };

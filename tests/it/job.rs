@@ -168,7 +168,7 @@ fn each_step_by_itself_gives_the_program_of_the_main_job() {
 fn a_request_that_cannot_be_is_refused_with_the_settings_name() {
     let world = World::here(&Silent);
     let mut request = PlanRequest::new(fixture("two-boxes.stl"), "generic-ac");
-    request.options.overhang_deg = 95.0;
+    request.options.overhang_deg = Some(95.0);
     assert_eq!(job::plan(&request, &world).unwrap_err().to_string(), "overhang 95 deg is out of 0..90");
     let mut request = builtin();
     request.slicing.bed = [250.0, 9000.0].into();

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
-use crate::job::{Arrangement, PlanOptions, SlicingOptions, Standing, SupportForm};
+use crate::job::{Arrangement, Finish, PlanOptions, SlicingOptions, Standing, SupportForm};
 
 pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
@@ -145,6 +145,9 @@ pub(in crate::cli) struct PassArgs {
     /// What a connected patch may have that nothing carries, as in engraved text; verification still holds each line to --bridge
     #[arg(long, default_value_t = PlanOptions::default().tolerate_mm2, value_name = "MM2")]
     pub(in crate::cli) tolerate: f64,
+    /// practised: what is printed everywhere may droop a little; fine: nothing may [default: practised]
+    #[arg(long, value_name = "HOW")]
+    pub(in crate::cli) finish: Option<Finish>,
 }
 
 /// How to plan. Nothing is flattened in it, so that `conflicts_with` may name it.
@@ -164,9 +167,9 @@ pub(in crate::cli) struct PlanArgs {
     /// Most evaluations of that search, for one part and objective [default: the method's own]
     #[arg(long, value_name = "N")]
     pub(in crate::cli) orient_budget: Option<usize>,
-    /// Overhangs up to this angle from the vertical need no support (0 = walls only, 90 = everything)
-    #[arg(long, default_value_t = PlanOptions::default().overhang_deg, value_name = "DEG")]
-    pub(in crate::cli) overhang: f64,
+    /// Slopes up to this angle from the vertical need no support (90: everything) [default: what the profile's lines and layers carry]
+    #[arg(long, value_name = "DEG")]
+    pub(in crate::cli) overhang: Option<f64>,
     /// Let a part overhang by so much, or, without MM2, by whatever something else carries; may be given several times
     #[arg(long, value_name = "PART[:MM2]")]
     pub(in crate::cli) allow: Vec<String>,

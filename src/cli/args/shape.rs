@@ -86,9 +86,9 @@ pub(in crate::cli) struct Split {
     /// The parts, in the order of printing (3MF); written only if the machine has a plan for them
     #[arg(short, long, value_name = "PARTS.3mf")]
     pub(in crate::cli) output: PathBuf,
-    /// Overhangs up to this angle from the vertical need no support
-    #[arg(long, default_value_t = SplitOptions::default().overhang_deg, value_name = "DEG")]
-    pub(in crate::cli) overhang: f64,
+    /// Slopes up to this angle from the vertical need no support [default: what lines of the profile's width and layers carry]
+    #[arg(long, value_name = "DEG")]
+    pub(in crate::cli) overhang: Option<f64>,
     #[command(flatten)]
     pub(in crate::cli) pass: PassArgs,
     /// Room the head keeps from parts it does not print on

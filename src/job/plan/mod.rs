@@ -17,14 +17,15 @@ use super::{
 use crate::geom::{Angle, Dir, Vec3};
 use crate::orient::{Direction, Facets, Process, recommend};
 use crate::planning::{
-    self, Infeasible, Options, PartRef, Placement, Plan, Planned, Reason, Remedy, Slot, ThreeAxis, Wish, Workpiece,
-    can_be_helped, layers_matter, plan_anywhere, three_axis, whole,
+    self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Reason, Remedy, Slot, ThreeAxis,
+    Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
 };
 use crate::profile::Profile;
 use crate::view::Drawing;
 pub(super) use options::Along;
+pub(super) use options::CAREFUL_DEG;
 use options::PlanAsked;
-pub use options::{PlaceRequest, PlanOptions, Supporting, allowed};
+pub use options::{Finish, PlaceRequest, PlanOptions, Supporting, allowed};
 
 /// A model and a machine, and how to plan.
 #[derive(Clone, Debug)]
@@ -69,6 +70,8 @@ pub struct PlanResult {
     pub seconds: f64,
     /// Surfaces up to this angle from the vertical were taken to hold themselves.
     pub overhang: Angle,
+    /// What is printed, but droops, by part.
+    pub droops: Vec<PartDroop>,
     /// What was done to the model before, in a sentence; for the picture.
     pub story: Option<String>,
     /// The model as it was set up, where that is not as it was read.
@@ -153,13 +156,20 @@ impl NoPlan {
     }
 }
 
-/// Plans what is loaded already.
+/// Plans what is loaded already: solids by themselves as they are drawn, where that can be printed, since nobody turns a table for nothing.
 pub(super) fn planned(
     model: LoadedModel,
     machine: LoadedProfile,
     options: &PlanOptions,
     world: &World<'_>,
 ) -> Result<PlanResult, Error> {
+    if model.model.interfaces.is_empty() && options.leaves_directions() {
+        let quiet = PlanOptions { remedies: false, ..options.clone() };
+        let drawn = planned_along(Along::These(&[Vec3::z()]), model.clone(), machine.clone(), &quiet, world);
+        if drawn.is_ok() {
+            return drawn;
+        }
+    }
     planned_along(Along::Any, model, machine, options, world)
 }
 
@@ -211,6 +221,9 @@ pub(super) fn planned_along(
         ..draft(&model, &machine, placement, &plans[0], (options.kept_in.as_deref(), world))
     };
     let plan = checked(plan, model, machine)?;
+    let up = |print: &Print| Dir::new(print.up.into()).unwrap_or(Dir::z());
+    let prints = plan.prints().map(|(_, print)| (print.part, up(print)));
+    let droops = droops(&plan.workpiece(), &plan.machine.profile, prints, &wanted);
     let compared = options.plans > 1;
     let three_axes = compared.then(|| ThreeAxes::of(&plan, wanted.overhang));
     let (objective, moved) = (asked.goal.text.clone(), placement != base);
@@ -223,6 +236,7 @@ pub(super) fn planned_along(
         orient_seconds,
         seconds: seconds(),
         overhang: wanted.overhang,
+        droops,
         story: None,
         arranged: None,
     })

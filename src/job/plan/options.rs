@@ -1,6 +1,7 @@
 //! How to plan, as values of plain types, checked and made into what `planning` asks for.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use crate::geom::{Angle, Vec3};
 use crate::job::form::STEPS_MM;
@@ -24,8 +25,11 @@ pub struct PlanOptions {
     pub method: Option<String>,
     /// Most evaluations of that search, for one part and objective; `None`: the method's own.
     pub orient_budget: Option<usize>,
-    /// Overhangs up to this angle from the vertical need no support.
-    pub overhang_deg: f64,
+    /// Slopes up to this angle from the vertical are fine; `None`: as lines of the profile's width and layers are
+    /// ([`Rule::practised`](crate::overhang::Rule::practised)).
+    pub overhang_deg: Option<f64>,
+    /// How well it is to come out.
+    pub finish: Finish,
     /// What a line may span between two ends on material, in planning and in verification; `None`: the machine's `process.bridge_mm`.
     pub bridge_mm: Option<f64>,
     /// What a connected patch may have that nothing carries, mm².
@@ -53,6 +57,31 @@ pub struct PlanOptions {
     /// How many distinct plans, 1 to 100; beside several stands printing in three axes.
     pub plans: usize,
 }
+
+/// How well a print is to come out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Finish {
+    /// What is printed everywhere may droop a little.
+    #[default]
+    Practised,
+    /// Nothing droops.
+    Fine,
+}
+
+impl FromStr for Finish {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "practised" => Ok(Self::Practised),
+            "fine" => Ok(Self::Fine),
+            _ => Err("neither practised nor fine"),
+        }
+    }
+}
+
+/// Facets up to this angle from the vertical are fine whatever layers say, degrees, where nobody says otherwise.
+pub(in crate::job) const CAREFUL_DEG: f64 = 45.0;
 
 /// Whether a part may be printed on supports where there is no plan without.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,6 +135,14 @@ pub fn allowed(text: &str) -> Result<(usize, Option<f64>), Error> {
     }
 }
 
+impl PlanOptions {
+    /// Whether nothing is said of what directions are to be searched for, or compared.
+    pub(in crate::job) fn leaves_directions(&self) -> bool {
+        let usual = Self::default();
+        self.objective == usual.objective && self.orient_by.is_none() && self.method.is_none() && self.plans == 1
+    }
+}
+
 impl Default for PlanOptions {
     fn default() -> Self {
         Self {
@@ -113,7 +150,8 @@ impl Default for PlanOptions {
             orient_by: None,
             method: None,
             orient_budget: None,
-            overhang_deg: 45.0,
+            overhang_deg: None,
+            finish: Finish::Practised,
             bridge_mm: None,
             tolerate_mm2: TOLERATE_MM2,
             allow: Vec::new(),
@@ -149,7 +187,7 @@ impl PlanAsked {
         let of_goal = || objective(&options.objective, &settings).or_else(|_| objective("staircase", &settings));
         let given = options.orient_by.as_ref().map(|text| objective(text, &settings));
         let objective = given.unwrap_or_else(of_goal).map_err(bad("orient-by"))?;
-        BadSetting::within("overhang", options.overhang_deg, " deg", [0.0, 90.0])?;
+        BadSetting::within("overhang", options.overhang_deg.unwrap_or(CAREFUL_DEG), " deg", [0.0, 90.0])?;
         BadSetting::within("tolerate", options.tolerate_mm2, " mm2", [0.0, MOST_MM2])?;
         let last = model.model.parts.len() - 1;
         for &(given, area) in &options.allow {
@@ -176,7 +214,9 @@ impl PlanAsked {
 
     pub(super) fn options<'a>(&'a self, options: &PlanOptions) -> Options<'a> {
         Options {
-            overhang: Angle::from_deg(options.overhang_deg),
+            overhang: Angle::from_deg(options.overhang_deg.unwrap_or(CAREFUL_DEG)),
+            steepest: options.overhang_deg.map(Angle::from_deg),
+            droops: options.finish == Finish::Practised,
             margin_mm: options.margin_mm,
             priority: options.priority,
             table_first: options.table_first,

@@ -112,7 +112,7 @@ fn plan() -> Vec<Vec<u8>> {
     };
     let text = |machine: MachineSource| {
         let mut request = PlanRequest::new(model(), "generic-ac");
-        (request.machine, request.options.overhang_deg) = (machine, 40.0);
+        (request.machine, request.options.overhang_deg) = (machine, Some(40.0));
         job::plan(&request, &world).unwrap().plan.plan.to_text()
     };
     let (file, own) = shipped("generic-ac").unwrap();

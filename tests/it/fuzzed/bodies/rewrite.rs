@@ -32,7 +32,7 @@ pub(crate) fn made() -> &'static Made {
         let world = shelf.world();
         let model = Source::Bytes { name: "y-tree.stl".to_owned(), bytes: small() };
         let mut request = PlanRequest::new(model, "generic-ac");
-        request.options.overhang_deg = 40.0;
+        request.options.overhang_deg = Some(40.0);
         let plan = job::plan(&request, &world).expect("a plan").plan;
         let options = SlicingOptions { slicer: SlicerChoice::BuiltIn, ..SlicingOptions::default() };
         let prints = Prints::of(&plan, options.bed);

@@ -1,0 +1,54 @@
+//! What a part stands on: the table, earlier parts, supports.
+
+use super::region::{Region, strips};
+use crate::geom::Vec3;
+
+/// Heights that differ by less than this share of a layer are the same.
+const SAME_LAYER: f64 = 0.01;
+
+/// Facets of a part that lie on something, and what of it is there.
+#[derive(Clone, Debug, Default)]
+pub struct Footing {
+    /// The part's own facets.
+    pub own: Vec<[Vec3; 3]>,
+    /// What lies below them; empty where that is more than they cover (the table).
+    pub below: Vec<[Vec3; 3]>,
+}
+
+/// What a part stands on.
+#[derive(Clone, Debug, Default)]
+pub struct Ground {
+    /// Facets that lie on something.
+    pub footings: Vec<Footing>,
+    /// Whether the lowest layer lies on something that goes on beyond the part, as the table does: then all of it is carried, though it
+    /// be wider than the part's foot.
+    pub table: bool,
+    /// Supports that stand below it; for parts that are printed along +Z of their own frame only.
+    pub held: Held,
+    /// Where the surface begins or has a flat ridge, along the direction, mm: layers there are looked at whatever the facets' angles.
+    pub begins_mm: Vec<f64>,
+}
+
+/// Supports as lines.
+#[derive(Clone, Debug, Default)]
+pub struct Held {
+    /// The top of each layer and the middles of its lines, upward, mm.
+    pub layers: Vec<(f64, Vec<[[f64; 2]; 2]>)>,
+    /// Width of a line, mm.
+    pub line_mm: f64,
+    /// The air between them and what lies on them, mm; they end in layers of their own.
+    pub gap_mm: f64,
+    /// So far beside them, and beside what is carried, a layer may reach, mm: lines lie across sheets that are no farther apart than
+    /// twice that.
+    pub beside_mm: f64,
+}
+
+impl Held {
+    /// What holds a layer that goes from `under` up by `high`: what ends in the air below it.
+    pub(super) fn under(&self, under: f64, high: f64) -> Region {
+        let air = (self.gap_mm / high - SAME_LAYER).ceil().max(0.0) * high;
+        let near = SAME_LAYER * high;
+        let below = self.layers.iter().filter(|(top, _)| (under - air - near..=under + near).contains(top));
+        strips(below.flat_map(|(_, lines)| lines), self.line_mm)
+    }
+}

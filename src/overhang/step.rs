@@ -1,0 +1,198 @@
+//! One layer on those below it: what of it is fine, droops, or hangs.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use super::Rule;
+use super::chords::Air;
+use super::ground::Held;
+use super::memory::{FREE_SIDE_MM, Lean, Memory};
+use super::patch::{Piece, State};
+use super::region::{Corners, Region, Shape, and, area_mm2, around_mm, bounds, grown, longest_side_mm, minus, or};
+
+/// Areas below this are rounding, mm².
+const NOTHING_MM2: f64 = 1e-4;
+/// A share of a piece that no chord carries is the rounding of its border up to this, where it is less than half of what is tolerated.
+const ROUNDING: f64 = 0.02;
+/// What a step may be longer than the threshold allows: the rounding of borders, mm.
+const STEP_SLACK_MM: f64 = 5e-4;
+/// A piece that is so much of what goes beyond the layer below touches nothing else of it.
+const WHOLE: f64 = 0.999;
+/// Shorter stretches are corners, which nobody looks at, mm.
+const CORNER_MM: f64 = 3.0;
+/// A step is one of lines with nothing below them from so many steps that are fine on.
+const FLOATS: f64 = 1.5;
+/// Stretches that are shorter than a line spans never fall below this.
+const NEARLY_FLOATS: f64 = 1.18;
+/// So far out a ledge may be however long it is, mm: its loops lean on each other.
+const LEDGE_MM: f64 = 1.5;
+/// What is no larger may go out by more, mm² and mm: PrusaSlicer 2.9 is silent about ledges 6 mm wide that go out by 3 mm.
+const SMALL_MM2: f64 = 10.0;
+const SMALL_LEDGE_MM: f64 = 3.0;
+/// A piece of which bridges carry more lies on these.
+const HALF: f64 = 0.5;
+/// A bridge that spans no more does not sag, mm.
+pub const FINE_BRIDGE_MM: f64 = 10.0;
+/// What longer ones sag by at most, mm.
+const SAG_MM: f64 = 0.2;
+
+/// A layer on those below it.
+pub(super) struct Step<'a> {
+    pub(super) number: usize,
+    pub(super) layer: &'a Region,
+    /// What it lies on.
+    pub(super) below: &'a Below<'a>,
+    /// What is one layer of air lower, or of which no slicer leaves any air.
+    pub(super) near: &'a Region,
+    /// The layer above it.
+    pub(super) above: &'a dyn Fn() -> Region,
+    pub(super) held: &'a Held,
+    pub(super) rule: &'a Rule,
+}
+
+/// What a layer lies on, grown as often as it is asked for.
+pub(super) struct Below<'a> {
+    region: &'a Region,
+    known: RefCell<Vec<((u64, Corners), Rc<Region>)>>,
+}
+
+impl<'a> Below<'a> {
+    pub(super) fn of(region: &'a Region) -> Self {
+        Self { region, known: RefCell::default() }
+    }
+
+    fn grown(&self, mm: f64, corners: Corners) -> Rc<Region> {
+        let key = (mm.to_bits(), corners);
+        let known = self.known.borrow().iter().find(|(of, _)| *of == key).map(|(_, found)| Rc::clone(found));
+        known.unwrap_or_else(|| {
+            let found = Rc::new(grown(self.region, mm, corners));
+            self.known.borrow_mut().push((key, Rc::clone(&found)));
+            found
+        })
+    }
+}
+
+fn is_nothing(region: &Region) -> bool {
+    region.iter().map(area_mm2).sum::<f64>() < NOTHING_MM2
+}
+
+impl Step<'_> {
+    /// What hangs and droops goes to `pieces`; what is to be remembered of it comes back.
+    pub(super) fn judged(&self, memory: &Memory, pieces: &mut Vec<Piece>) -> Memory {
+        let mut next = Memory::default();
+        let rule = self.rule;
+        let over = minus(self.layer, self.below.region);
+        if is_nothing(&over) {
+            return next;
+        }
+        let fine_mm = rule.fine_mm() + STEP_SLACK_MM;
+        let reach_mm = if self.held.layers.is_empty() { fine_mm } else { fine_mm.max(self.held.beside_mm) };
+        let mut beyond = minus(&over, &self.below.grown(reach_mm, Corners::Sharp));
+        if is_nothing(&beyond) {
+            return next;
+        }
+        let near = grown(self.near, fine_mm, Corners::Sharp);
+        let close = and(&beyond, &near);
+        if !is_nothing(&close) {
+            pieces.extend(close.iter().map(|one| self.piece(one, area_mm2(one), State::Droops(rule.layer_mm))));
+            beyond = minus(&beyond, &near);
+        }
+        let air = Air::of(&over, self.below.region);
+        for one in beyond.into_iter().filter(|one| area_mm2(one) >= NOTHING_MM2) {
+            self.stretch(one, (&over, &air), (memory, &mut next), pieces);
+        }
+        next
+    }
+
+    /// One connected stretch that is not fine.
+    fn stretch(
+        &self,
+        one: Shape,
+        (over, air): (&Region, &Air),
+        (memory, next): (&Memory, &mut Memory),
+        pieces: &mut Vec<Piece>,
+    ) {
+        let rule = self.rule;
+        let own = vec![one];
+        let area = area_mm2(&own[0]);
+        if area > WHOLE * around_mm2(over, &own) && !air.is_held(&own[0]) {
+            let small = area <= rule.tolerate_mm2 && self.merges(&own);
+            let is = if small { State::Droops(rule.layer_mm) } else { State::Island };
+            pieces.push(self.piece(&own[0], area, is));
+            return;
+        }
+        let farther = |mm: f64| minus(&own, &self.below.grown(mm, Corners::Round));
+        let bridge = |mm: f64| {
+            let loose = air.loose(&own[0], &Rule { bridge_mm: rule.bridge_mm.min(mm), ..*rule })?;
+            (loose.share > ROUNDING || area * loose.share > rule.tolerate_mm2 / 2.0).then_some(loose)
+        };
+        let far = !is_nothing(&farther(LEDGE_MM));
+        let Some(_) = bridge(if far { FINE_BRIDGE_MM } else { 2.0 * LEDGE_MM }) else { return };
+        if far || !rule.droops {
+            let Some(loose) = bridge(f64::INFINITY) else {
+                pieces.push(self.piece(&own[0], area, State::Droops(SAG_MM)));
+                return;
+            };
+            let long = longest_side_mm(&own[0]) > FREE_SIDE_MM;
+            let loose_mm2 = area * loose.share;
+            let most_mm = if loose_mm2 <= SMALL_MM2 { SMALL_LEDGE_MM } else { rule.free_mm() };
+            let little = loose_mm2 <= SMALL_MM2 && loose.share < HALF;
+            if !rule.droops || !little && (long || !is_nothing(&farther(most_mm))) {
+                let (middle, bounds) = (loose.middle, loose.bounds);
+                let is = State::Hangs;
+                pieces.push(Piece { layer: self.number, area_mm2: loose_mm2, middle, bounds, is });
+                return;
+            }
+        }
+        let length_mm = around_mm(&own[0]) / 2.0;
+        if length_mm < CORNER_MM {
+            return;
+        }
+        // Where two sides meet it is no farther than from either.
+        let out = |steps: f64| {
+            let within = self.below.grown(steps * rule.fine_mm() + STEP_SLACK_MM, Corners::Sharp);
+            !is_nothing(&minus(&own, &within))
+        };
+        let lean = match out(FLOATS) {
+            true => Lean::Floats,
+            false if length_mm > FREE_SIDE_MM || out(NEARLY_FLOATS) => Lean::Out,
+            false => Lean::Little,
+        };
+        let whole = |part: &Region| -> f64 {
+            and(over, &grown(part, rule.fine_mm(), Corners::Round)).iter().map(area_mm2).sum()
+        };
+        let droop_mm = if lean == Lean::Floats { rule.layer_mm } else { rule.layer_mm / 2.0 };
+        let laid = whole(&own);
+        let collapsed = memory.add(own[0].clone(), lean, next);
+        let is = |region: &Region, area: f64, is: State| {
+            let sum: f64 = region.iter().map(area_mm2).sum();
+            region.iter().map(|one| self.piece(one, area * area_mm2(one) / sum, is)).collect::<Vec<_>>()
+        };
+        if is_nothing(&collapsed) {
+            pieces.extend(is(&own, laid, State::Droops(droop_mm)));
+        } else {
+            pieces.extend(is(&collapsed, whole(&collapsed), State::Hangs));
+        }
+    }
+
+    /// Whether an island is one with something that stands from the next layer on.
+    fn merges(&self, island: &Region) -> bool {
+        let others = or(self.below.region, &minus(self.layer, island));
+        (self.above)().into_iter().any(|one| {
+            let one = vec![one];
+            !is_nothing(&and(&one, island)) && !is_nothing(&and(&one, &others))
+        })
+    }
+
+    fn piece(&self, one: &Shape, area_mm2: f64, is: State) -> Piece {
+        let bounds = bounds(one);
+        let middle = [0, 1].map(|i| f64::midpoint(bounds[0][i], bounds[1][i]));
+        Piece { layer: self.number, area_mm2, middle, bounds, is }
+    }
+}
+
+/// The area of the piece of `over` that holds `one`, mm².
+fn around_mm2(over: &Region, one: &Region) -> f64 {
+    let holds = |whole: &&Shape| !is_nothing(&and(&vec![(*whole).clone()], one));
+    over.iter().find(holds).map_or(f64::INFINITY, area_mm2)
+}
