@@ -135,8 +135,8 @@ impl PrintedPart<'_> {
 
     /// The part's section that a slicer takes for a layer. Where the layer's middle is the part's top or bottom to a rounding, it is
     /// the one within the part: slicers print such a layer. Where a level face lies in the middle to a rounding, the layer is as much
-    /// what ends there as what begins: the one that its walls follow.
-    pub(super) fn section(&self, level: &Level, is_wall: impl Fn(u32) -> bool) -> Section {
+    /// what ends there as what begins: the one that its walls follow, and the other one.
+    pub(super) fn section(&self, level: &Level, is_wall: impl Fn(u32) -> bool) -> (Section, Option<Section>) {
         let (middle, [low, high]) = (level.middle(), self.sections.range());
         let inside = middle.clamp(low + ROUNDING_MM, (high - ROUNDING_MM).max(low + ROUNDING_MM));
         let near = 2.0 * ROUNDING_MM;
@@ -146,9 +146,9 @@ impl PrintedPart<'_> {
             Some(face) if *face <= z + near && low + near < *face && *face < high - near => {
                 let [below, above] = [-ROUNDING_MM, ROUNDING_MM].map(|by| self.sections.at(face + by));
                 let off = |section: &Section| self.off(section, level, &is_wall);
-                if off(&below) < off(&above) { below } else { above }
+                if off(&below) < off(&above) { (below, Some(above)) } else { (above, Some(below)) }
             }
-            _ => self.sections.at(z),
+            _ => (self.sections.at(z), None),
         }
     }
 

@@ -5,12 +5,13 @@
 //! than a little. Whether a whole line stays inside is settled as exactly as its ends: the distance changes by at most 1 mm a
 //! mm, so with `f` at both ends of a piece of length `l` no point of it lies farther out than `(f0 + f1 + l) / 2`.
 
+use std::collections::HashSet;
+
 use super::coverage::{self, CLOSED_MM};
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
 use crate::section::{Fit, OutlineSearch, Sample, Section, fit};
-use crate::trace::Move;
 
 /// How far a print may be shifted, and its farthest point be turned or scaled, mm.
 const MOST_MM: f64 = 0.1;
@@ -47,7 +48,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     let mut sections = Vec::with_capacity(printed.levels.len());
     let [centre_x, centre_y] = centre(printed);
     for level in &printed.levels {
-        let section = printed.section(level, |i| is_outer(printed, i));
+        let (section, other) = printed.section(level, |i| is_outer(printed, i));
         let mut search = section.search();
         for &index in level.beads.iter().filter(|&&i| is_outer(printed, i)) {
             taken += 1;
@@ -57,7 +58,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
             }
         }
         outline += section.perimeter();
-        sections.push(section);
+        sections.push((section, other));
     }
     let found = fit(&samples, WEAKEST);
     let registered = found.as_ref().is_none_or(|fit| registration(printed, fit, &samples, findings));
@@ -75,8 +76,14 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     // Where all of it is moved, that is the one thing to say.
     if registered {
         let offset = found.map_or(0.0, |fit| fit.offset).clamp(-MOST_OFFSET_MM, MOST_OFFSET_MM);
-        for (level, section) in printed.levels.iter().zip(&sections) {
-            outside(printed, level, section, offset, findings);
+        for (level, (section, other)) in printed.levels.iter().zip(&sections) {
+            let mut off = strays(printed, level, section, offset);
+            // A face whose corners lie on both sides of the middle is cut to pieces of both.
+            if let Some(other) = other.as_ref().filter(|_| !off.is_empty()) {
+                let also: HashSet<u32> = strays(printed, level, other, offset).iter().map(|stray| stray.line).collect();
+                off.retain(|stray| also.contains(&stray.line));
+            }
+            off.iter().for_each(|stray| stray.tell(printed, findings));
             coverage::check(printed, level, section, offset, findings);
         }
     }
@@ -166,8 +173,33 @@ fn registration(printed: &PrintedPart<'_>, fit: &Fit, samples: &[Sample], findin
     fine
 }
 
-/// Lines whose edge leaves the outline.
-fn outside(printed: &PrintedPart<'_>, level: &Level, section: &Section, offset: f64, findings: &mut Findings) {
+/// A line that is not where the outline has it.
+struct Stray {
+    line: u32,
+    rule: Rule,
+    mm: f64,
+    most_mm: f64,
+}
+
+impl Stray {
+    fn tell(&self, printed: &PrintedPart<'_>, findings: &mut Findings) {
+        let Self { line, rule, mm, most_mm } = *self;
+        let part = printed.planned.part;
+        let at = FindingPlace { line, slot: Some(printed.planned.slot), part: Some(part) };
+        findings.add(rule, at, [mm, most_mm], || match rule {
+            Rule::OutsidePart => {
+                format!("a line's edge lies {mm:.3} mm outside part {part}; at most {most_mm:.2} mm")
+            }
+            _ => {
+                format!("an outer wall lies {mm:.3} mm too far inside the outline of part {part}; at most {most_mm} mm")
+            }
+        });
+    }
+}
+
+/// Lines whose edge leaves the outline, and outer walls that leave it inward.
+fn strays(printed: &PrintedPart<'_>, level: &Level, section: &Section, offset: f64) -> Vec<Stray> {
+    let mut found = Vec::new();
     // The end of one line is mostly the start of the next.
     let mut last = ([f64::NAN; 2], false);
     let mut search = section.search();
@@ -179,7 +211,10 @@ fn outside(printed: &PrintedPart<'_>, level: &Level, section: &Section, offset: 
         let most = MOST_OUT_MM.max(half + CLOSED_MM) + offset.max(0.0);
         let [a, b] = [from, to].map(|p| [p.x, p.y]);
         if m.role == Role::OuterWall {
-            inside(printed, &m, &mut search, [a, b], half - offset.min(0.0), findings);
+            let mm = inside(&mut search, [a, b], half - offset.min(0.0));
+            if mm > MOST_IN_MM {
+                found.push(Stray { line: m.line, rule: Rule::Registration, mm, most_mm: MOST_IN_MM });
+            }
         }
         // What begins inside and does not meet the outline stays inside, all of it.
         let begins_inside = if last.0 == a { last.1 } else { section.is_inside(a) };
@@ -191,39 +226,18 @@ fn outside(printed: &PrintedPart<'_>, level: &Level, section: &Section, offset: 
         last = (b, ends[1].1 < 0.0);
         let farthest = between(&mut search, ends[0], ends[1], most - half) + half;
         if farthest > most {
-            let at = FindingPlace { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
-            findings.add(Rule::OutsidePart, at, [farthest, most], || {
-                format!(
-                    "a line's edge lies {farthest:.3} mm outside part {}; at most {most:.2} mm",
-                    printed.planned.part
-                )
-            });
+            found.push(Stray { line: m.line, rule: Rule::OutsidePart, mm: farthest, most_mm: most });
         }
     }
+    found
 }
 
-/// An outer wall that leaves the outline inward: no slicer lays one there.
-fn inside(
-    printed: &PrintedPart<'_>,
-    m: &Move,
-    search: &mut OutlineSearch<'_>,
-    [a, b]: [[f64; 2]; 2],
-    half: f64,
-    findings: &mut Findings,
-) {
+/// How far an outer wall leaves the outline inward, mm: no slicer lays one there.
+fn inside(search: &mut OutlineSearch<'_>, [a, b]: [[f64; 2]; 2], half: f64) -> f64 {
     let [dx, dy] = [0, 1].map(|i| b[i] - a[i]);
     let count = ((dx * dx + dy * dy).sqrt() / SPACING_MM).ceil().max(1.0) as usize;
     let point = |k: usize| [0, 1].map(|i| a[i] + (b[i] - a[i]) * (k as f64 / count as f64));
-    let deepest = (1..=count).map(|k| -half - search.shallow(point(k), EXACT_MM)).fold(0.0, f64::max);
-    if deepest > MOST_IN_MM {
-        let at = FindingPlace { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
-        findings.add(Rule::Registration, at, [deepest, MOST_IN_MM], || {
-            format!(
-                "an outer wall lies {deepest:.3} mm too far inside the outline of part {}; at most {MOST_IN_MM} mm",
-                printed.planned.part
-            )
-        });
-    }
+    (1..=count).map(|k| -half - search.shallow(point(k), EXACT_MM)).fold(0.0, f64::max)
 }
 
 /// A point and its signed distance.

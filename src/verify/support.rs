@@ -7,13 +7,15 @@
 //! What lies on supports leaves some air below it, in whole layers: a support's top counts as if it reached so much higher.
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
-//! as long as a string that stays up by itself. Whatever the slicer calls it.
+//! as long as a string that stays up by itself. Whatever the slicer calls it. A loop that is closed over air has no end there: what hangs
+//! behind its beginning and what hangs before its end are one span (PrusaSlicer's stability analysis takes it so, too).
 
 use std::collections::VecDeque;
 
 use super::acts::Stroke;
 use super::field::{Below, Field};
 use super::material::deposit;
+use crate::geom::Vec3;
 use crate::planning::FREE_SPAN_MM;
 
 /// The part of a layer by which the support below may fall short of the bead's underside.
@@ -40,6 +42,12 @@ pub(super) struct UnsupportedGap {
 pub(super) struct Laying {
     bridge_mm: f64,
     gap: Option<UnsupportedGap>,
+    /// Where the line began.
+    began: Option<Vec3>,
+    /// What hung behind that, if it did.
+    first: Option<UnsupportedGap>,
+    /// The last that ended on material, and where along the line, mm.
+    last: Option<(UnsupportedGap, f64)>,
     /// Whether the line has met material since it began.
     held: bool,
     tail: VecDeque<(Stroke, f64)>,
@@ -53,7 +61,19 @@ pub(super) struct Laying {
 impl Laying {
     /// Nothing laid yet; lines may span `bridge_mm` between two ends on material.
     pub(super) fn new(bridge_mm: f64) -> Self {
-        Self { bridge_mm, gap: None, held: false, tail: VecDeque::new(), travelled: 0.0, gap_mm: 0.0, holds: false }
+        let (gap, began, first, last) = (None, None, None, None);
+        Self {
+            bridge_mm,
+            gap,
+            began,
+            first,
+            last,
+            held: false,
+            tail: VecDeque::new(),
+            travelled: 0.0,
+            gap_mm: 0.0,
+            holds: false,
+        }
     }
 
     /// The next lines are supports (`holds`), or lie on such with so much air between.
@@ -63,6 +83,7 @@ impl Laying {
 
     /// Lays `stroke`; the gaps that end on it go to `found`.
     pub(super) fn lay(&mut self, stroke: &Stroke, field: &mut Field, found: &mut Vec<UnsupportedGap>) {
+        self.began.get_or_insert(stroke.from);
         let along = stroke.to - stroke.from;
         let length = along.norm();
         let count = (length / SAMPLE_MM).ceil().max(1.0);
@@ -76,7 +97,7 @@ impl Laying {
             let earlier = if self.holds { under } else { under - height };
             let below = Below { height: under, earlier, held: under - air };
             if field.stands([p.x, p.y], width, below) {
-                self.end_gap(true, found);
+                self.end_gap(self.travelled + length * (i as f64) / count, found);
                 self.held = true;
             } else {
                 let held = [self.held, false];
@@ -95,14 +116,43 @@ impl Laying {
 
     /// The line ends here.
     pub(super) fn end(&mut self, field: &mut Field, found: &mut Vec<UnsupportedGap>) {
-        self.end_gap(false, found);
+        let end = self.tail.back().map(|(stroke, _)| (stroke.to, f64::from(stroke.width)));
+        let closed = self.began.zip(end).filter(|(began, (to, width))| (to - began).norm() <= *width);
+        let (first, open) = (self.first.take(), self.gap.take());
+        if let Some((_, (_, width))) = closed {
+            let near_end = |(_, at): &(UnsupportedGap, f64)| self.travelled - at <= TAIL_WIDTHS * width;
+            // On its own beginning a loop's last stretch finds material.
+            let before = open.or_else(|| self.last.filter(near_end).map(|(gap, _)| gap));
+            let one = match (first, open) {
+                (Some(first), _) => {
+                    let length = first.length + before.map_or(0.0, |gap| gap.length);
+                    Some(UnsupportedGap { held: [true; 2], length, ..first })
+                }
+                (None, Some(gap)) => Some(UnsupportedGap { held: [gap.held[0]; 2], ..gap }),
+                (None, None) => None,
+            };
+            one.into_iter().for_each(|gap| self.judge(gap, found));
+        } else {
+            first.into_iter().chain(open).for_each(|gap| self.judge(gap, found));
+        }
+        (self.began, self.last) = (None, None);
         self.tail.drain(..).for_each(|(stroke, _)| deposit(field, &stroke, self.holds));
         (self.travelled, self.held) = (0.0, false);
     }
 
-    fn end_gap(&mut self, on_material: bool, found: &mut Vec<UnsupportedGap>) {
+    /// The gap ends on material `at` so many mm along the line.
+    fn end_gap(&mut self, at: f64, found: &mut Vec<UnsupportedGap>) {
         let Some(mut gap) = self.gap.take() else { return };
-        gap.held[1] = on_material;
+        gap.held[1] = true;
+        if gap.held[0] {
+            self.last = Some((gap, at));
+            self.judge(gap, found);
+        } else {
+            self.first = Some(gap);
+        }
+    }
+
+    fn judge(&self, mut gap: UnsupportedGap, found: &mut Vec<UnsupportedGap>) {
         let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));
         gap.allowed = if gap.held == [true; 2] { self.bridge_mm.max(free) } else { free };
         if gap.length > gap.allowed {

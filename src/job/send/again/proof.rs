@@ -7,6 +7,9 @@ use crate::motion::replay::{Controller, Step};
 use crate::profile::Profile;
 use crate::verify::{Finding, Job as Proof, Rule, verify};
 
+/// Over lines that are missing nothing may span more, mm: a hole is no bridge that somebody drew.
+const HOLE_MM: f64 = 8.0;
+
 /// What a remark says that holds until the next one says otherwise.
 const HOLDS: [&[u8]; 6] = [b";TRUNNION slot=", b";TRUNNION print=", b";TYPE:", b";WIDTH:", b";HEIGHT:", b";Z:"];
 
@@ -93,7 +96,9 @@ impl ReentryPath {
 
     /// What lies in the air behind the re-entry, in words.
     pub(super) fn hanging(&self, plan: &CheckedPlan, profile: &Profile) -> Option<String> {
-        self.first(plan, profile, |finding| self.hangs(finding))
+        let mut careful = profile.clone();
+        careful.process.bridge_mm = careful.process.bridge_mm.min(HOLE_MM);
+        self.first(plan, &careful, |finding| self.hangs(finding))
     }
 
     fn first(&self, plan: &CheckedPlan, profile: &Profile, counts: impl Fn(&Finding) -> bool) -> Option<String> {
