@@ -90,12 +90,12 @@ fn work(
     if let Some(sheet) = sheet {
         sheet.write(&done.planned.sheet())?;
     }
+    text::ways(&done.ways).lines().for_each(|line| console.note(line));
     if let Some(held) = &done.held {
         console.note(&held.story(done.gcode.report().map_or(0.0, |report| report.seconds_print)));
     }
     if let Some(cut) = &done.cut {
-        let seconds = done.gcode.report().map_or(0.0, |report| report.seconds_print);
-        console.note(&cut.story(seconds));
+        console.note(&cut.story(done.gcode.report().map_or(0.0, |report| report.seconds_print)));
         plan::write_parts(&parts_file, parts.as_ref(), &cut.bytes, console)?;
     } else if let Some(arranged) = &done.planned.arranged {
         plan::write_parts(&parts_file, parts.as_ref(), &arranged.bytes, console)?;

@@ -5,6 +5,7 @@ use super::arrange::{Arrangement, Models, SetUp, arranged};
 use super::plan::{Along, planned, planned_along};
 use super::solids::{CutSolid, Known, Pieces, groups, in_parts};
 use super::supported::on_supports;
+use super::ways::{self, TriedWay, as_planned};
 use super::{
     Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanRequest, PlanResult, Silent, Supporting, World,
     load_profile,
@@ -12,6 +13,7 @@ use super::{
 use crate::planning::Remedy;
 use crate::spelling::counted;
 use crate::split::Split;
+use crate::strategy::{Terms, Way, Weights};
 
 /// Whether solids may be cut where there is no plan for them as they are.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,12 +41,17 @@ pub struct CutModel {
 }
 
 impl CutModel {
+    /// All seams, mm².
+    pub fn seam_mm2(&self) -> f64 {
+        self.solids.iter().map(|solid| solid.parts.len() as f64 * solid.split.split.seam_mm2()).sum()
+    }
+
     /// What was done, what it costs and why, in one sentence; `seconds` of printing and turning.
     pub fn story(&self, seconds: f64) -> String {
         let of_all = |count: fn(&Split) -> usize| -> usize {
             self.solids.iter().map(|solid| solid.parts.len() * count(&solid.split.split)).sum()
         };
-        let seams: f64 = self.solids.iter().map(|s| s.parts.len() as f64 * s.split.split.seam_mm2()).sum();
+        let seams = self.seam_mm2();
         let solids: usize = self.solids.iter().map(|solid| solid.parts.len()).sum();
         let which = if solids > 1 { format!("{} ", counted(solids, "solid")) } else { String::new() };
         format!(
@@ -81,11 +88,36 @@ pub struct WaysOut {
     pub supporting: Supporting,
 }
 
+impl WaysOut {
+    /// What is left of them where what was `found` came to nothing in the end, and both in words.
+    pub(super) fn besides(&self, found: &PlannedSomehow) -> Option<(Self, [&'static str; 2])> {
+        let words = ["in parts", "printed on supports"];
+        match (&found.cut, &found.held) {
+            (Some(_), _) if self.supporting == Supporting::Auto => {
+                Some((Self { cutting: Cutting::Never, ..self.clone() }, words))
+            }
+            (_, Some(_)) if self.cutting != Cutting::Never => {
+                Some((Self { supporting: Supporting::Never, ..self.clone() }, [words[1], words[0]]))
+            }
+            _ => None,
+        }
+    }
+}
+
 /// A plan, and what was done to the model for it.
 pub(super) struct PlannedSomehow {
     pub(super) plan: PlanResult,
     pub(super) cut: Option<CutModel>,
     pub(super) held: Option<HeldModel>,
+    /// The ways that were tried.
+    pub(super) ways: Vec<TriedWay>,
+}
+
+impl PlannedSomehow {
+    fn as_drawn(plan: PlanResult) -> Self {
+        let way = TriedWay { chosen: true, ..TriedWay::priced(Way::AsDrawn, as_planned(&plan)) };
+        Self { plan, cut: None, held: None, ways: vec![way] }
+    }
 }
 
 /// Plans models as they are, or, where they have no plan and `ways` allow it, with their solids cut; or else on supports. Several that
@@ -110,21 +142,16 @@ pub(super) fn planned_or_cut(
     let uncut = assembly && ways.supporting == Supporting::Never;
     if !(none || uncut) || tries.sets.len() > 1 {
         let why = match tries.as_they_are()? {
-            Ok(plan) => return Ok(PlannedSomehow { plan, cut: None, held: None }),
+            Ok(plan) => return Ok(PlannedSomehow::as_drawn(plan)),
             Err(why) => why,
         };
-        match &ways.cutting {
-            Cutting::Auto { file } if !assembly => match tries.cut(file, &why) {
-                Ok((plan, cut)) => return Ok(PlannedSomehow { plan, cut: Some(cut), held: None }),
-                Err(text) => why_not[0] = Some(text),
-            },
-            _ => {}
-        }
-        if ways.supporting == Supporting::Auto {
-            match tries.held(&why) {
-                Ok((plan, held)) => return Ok(PlannedSomehow { plan, cut: None, held: Some(held) }),
-                Err(text) => why_not[1] = Some(text),
-            }
+        let file = match &ways.cutting {
+            Cutting::Auto { file } if !assembly => Some(&file[..]),
+            _ => None,
+        };
+        match tries.cheapest((file, ways.supporting), &why) {
+            Ok(found) => return Ok(found),
+            Err(both) => why_not = both,
         }
     }
     tries.explained(why_not, models)
@@ -159,6 +186,41 @@ impl Tries<'_> {
         }
         // What no longer fits on the table is no error.
         Ok(self.sets[1..].iter().find_map(|set| plan(set).ok()?.ok()).ok_or(why))
+    }
+
+    /// On supports or cut, whichever is cheaper, for models that have no plan as they are; else why neither helps, the cut first.
+    fn cheapest(
+        &mut self,
+        (file, supporting): (Option<&str>, Supporting),
+        why: &str,
+    ) -> Result<PlannedSomehow, [Option<String>; 2]> {
+        let weights = Weights::default();
+        let (held, no_supports) = parted((supporting == Supporting::Auto).then(|| self.held(why)));
+        let on_supports = held.as_ref().map(|(plan, held)| ways::on_supports(plan, held));
+        let price = |terms: &Option<Terms>| terms.map_or(f64::INFINITY, |terms| weights.price(&terms));
+        // Supports are planned in milliseconds, a cut may take seconds: what cannot be cheaper is not looked for.
+        let least = held.as_ref().map_or(0.0, |(plan, _)| weights.least_of_a_cut(&as_planned(plan)));
+        let worth = file.filter(|_| least < price(&on_supports));
+        let (cut, no_cut) = parted(worth.map(|file| self.cut(file, why)));
+        let in_parts = cut.as_ref().map(|(plan, cut)| ways::in_parts(plan, cut.seam_mm2()));
+        let mut tried = vec![TriedWay::refused(Way::AsDrawn, why)];
+        for (way, terms, why_not) in [(Way::Cut, in_parts, &no_cut), (Way::Supports, on_supports, &no_supports)] {
+            tried.extend(terms.map(|terms| TriedWay::priced(way, terms)));
+            tried.extend(why_not.as_ref().map(|why_not| TriedWay::refused(way, why_not)));
+        }
+        if file.is_some() && worth.is_none() {
+            let cut = TriedWay::refused(Way::Cut, &format!("{least:.0} min at least, which is more than on supports"));
+            tried.push(TriedWay { price_min: Some(least), ..cut });
+        }
+        let taken = if price(&in_parts) < price(&on_supports) { Way::Cut } else { Way::Supports };
+        tried.iter_mut().for_each(|one| one.chosen = one.way == taken && one.terms.is_some());
+        match (cut, held) {
+            (Some((plan, cut)), _) if taken == Way::Cut => {
+                Ok(PlannedSomehow { plan, cut: Some(cut), held: None, ways: tried })
+            }
+            (_, Some((plan, held))) => Ok(PlannedSomehow { plan, cut: None, held: Some(held), ways: tried }),
+            _ => Err([no_cut, no_supports]),
+        }
     }
 
     fn cut(&mut self, file: &str, why: &str) -> Result<(PlanResult, CutModel), String> {
@@ -205,8 +267,17 @@ impl Tries<'_> {
                 }
                 Err(Error::NoPlan(no))
             }
-            done => Ok(PlannedSomehow { plan: done?.of_arranged(arranged), cut: None, held: None }),
+            done => Ok(PlannedSomehow::as_drawn(done?.of_arranged(arranged))),
         }
+    }
+}
+
+/// What was found, or why not.
+fn parted<T>(tried: Option<Result<T, String>>) -> (Option<T>, Option<String>) {
+    match tried {
+        Some(Ok(found)) => (Some(found), None),
+        Some(Err(why)) => (None, Some(why)),
+        None => (None, None),
     }
 }
 

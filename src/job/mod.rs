@@ -59,6 +59,7 @@ mod split;
 mod support;
 mod supported;
 mod verify;
+mod ways;
 mod world;
 
 pub use crate::toolpath::{Bed, Spot};
@@ -81,7 +82,8 @@ pub use pack::{
 };
 pub use pictures::PictureFile;
 pub use plan::{
-    Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, allowed, sequences,
+    Finish, Hindrance, Listed, NoPlan, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Supporting, allowed,
+    sequences,
 };
 pub use prepare::{PrepareRequest, PrepareResult, Seconds, prepare};
 pub use preview::{MOST_LOOKED_AT, PoseShown, PreviewRequest, PreviewResult, is_page, preview, show, show_rejected};
@@ -105,6 +107,7 @@ pub use split::{SplitOptions, SplitRequest, SplitResult, split};
 pub use support::{SupportOptions, SupportRequest, SupportResult, Triple, is_3mf, support};
 pub use supported::{HeldModel, HeldPart};
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
+pub use ways::TriedWay;
 pub(crate) use world::interrupts;
 pub use world::{
     Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Slicers, SystemClock, World, batch,

@@ -5,6 +5,7 @@ use super::cutting::{CutModel, Cutting, PlannedSomehow, WaysOut, planned_or_cut}
 use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
+use super::ways::TriedWay;
 use super::{
     Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,
     RewriteResult, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
@@ -52,6 +53,8 @@ pub struct PrepareResult {
     pub cut: Option<CutModel>,
     /// What became of one that is printed on supports.
     pub held: Option<HeldModel>,
+    /// The ways that were tried for the model, with what they come to.
+    pub ways: Vec<TriedWay>,
     /// Who sliced.
     pub slicer: SlicerName,
     /// What of the prints, by name, is not in what was sliced.
@@ -105,14 +108,18 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     world.progress.reached(Step::Planned(&somehow.plan));
     let job = Proving { slicer: slicer.as_ref(), request, world };
     let mut proved = job.proved(&somehow.plan, &mut seconds);
-    if let (Err(failed), Some(_), Supporting::Auto) = (&proved, &somehow.cut, request.ways.supporting)
+    if let Err(failed) = &proved
+        && let Some((other, words)) = request.ways.besides(&somehow)
         && let Some(why) = unfit(&failed.error)
-        && let Some((plan, again)) = job.on_supports_instead(&models, &mut seconds)
+        && let Some((mut plan, again)) = job.instead(&models, &other, &mut seconds)
     {
-        world.progress.warning(&format!("in parts, {} {why}; printed on supports instead", failed.slicer));
+        let [this, that] = words;
+        world.progress.warning(&format!("{this}, {} {why}; {that} instead", failed.slicer));
+        let lost = |way: &TriedWay| TriedWay { chosen: false, why_not: Some(why.clone()), ..way.clone() };
+        plan.ways.extend(somehow.ways.iter().filter(|way| way.chosen).map(lost));
         (somehow, proved) = (plan, Ok(again));
     }
-    let PlannedSomehow { plan, cut, held } = somehow;
+    let PlannedSomehow { plan, cut, held, ways } = somehow;
     let Proved { rewritten, slicer, flaws } = match proved.map_err(|failed| *failed.error) {
         Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
         proved => proved?,
@@ -120,7 +127,7 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     let RewriteResult { gcode, warnings, .. } = rewritten;
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(of_slicer).chain(warnings).collect();
-    Ok(PrepareResult { gcode, planned: plan, cut, held, slicer, flaws, warnings, seconds })
+    Ok(PrepareResult { gcode, planned: plan, cut, held, ways, slicer, flaws, warnings, seconds })
 }
 
 /// What a slicer did that another may do better; `None` for what is not the slicer's.
@@ -193,13 +200,12 @@ impl Proving<'_> {
         Ok(Proved { rewritten, slicer, flaws })
     }
 
-    /// The model whole, on supports, sliced and proved; `None` where that cannot be done either.
-    fn on_supports_instead(&self, models: &Models<'_>, seconds: &mut Seconds) -> Option<(PlannedSomehow, Proved)> {
+    /// The model in another way, sliced and proved; `None` where that cannot be done either.
+    fn instead(&self, models: &Models<'_>, ways: &WaysOut, seconds: &mut Seconds) -> Option<(PlannedSomehow, Proved)> {
         let Self { request, world, .. } = *self;
-        let whole = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
         let mut planning = 0.0;
         let planned = timed(&mut planning, world, || {
-            planned_or_cut(models, arranged(models, world)?, (&request.plan, &whole), world)
+            planned_or_cut(models, arranged(models, world)?, (&request.plan, ways), world)
         });
         let orient = planned.as_ref().map_or(0.0, |somehow| somehow.plan.orient_seconds);
         seconds.orient += orient;
