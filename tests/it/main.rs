@@ -1,6 +1,7 @@
 //! The one integration binary: every module is linked once, which is what takes the time on two cores.
 #![expect(clippy::unwrap_used, reason = "a helper that cannot go on fails the test that called it")]
 
+mod alerts;
 mod architecture;
 mod around_turns;
 mod bad_input;

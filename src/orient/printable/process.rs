@@ -80,6 +80,11 @@ impl Process {
         Laid { grams: filament * GRAMS_PER_MM3, minutes: seconds / 60.0 }
     }
 
+    /// So much filament, g.
+    pub fn grams(&self, filament_mm3: f64) -> f64 {
+        filament_mm3 * GRAMS_PER_MM3
+    }
+
     /// The changes of layer over so much height, min.
     pub fn layers(&self, height_mm: f64) -> f64 {
         height_mm / self.layer_mm * LAYER_S / 60.0
