@@ -53,8 +53,11 @@ pub(super) struct Step<'a> {
 /// What a layer lies on, grown as often as it is asked for.
 pub(super) struct Below<'a> {
     region: &'a Region,
-    known: RefCell<Vec<((u64, Corners), Rc<Region>)>>,
+    known: RefCell<Vec<Grown>>,
 }
+
+/// By how much, in bits of a number of mm, and with which corners.
+type Grown = ((u64, Corners), Rc<Region>);
 
 impl<'a> Below<'a> {
     pub(super) fn of(region: &'a Region) -> Self {
