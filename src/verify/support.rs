@@ -7,7 +7,7 @@
 //! What lies on supports leaves some air below it, in whole layers: a support's top counts as if it reached so much higher.
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
-//! as long as a string that stays up by itself. Whatever the slicer calls it. A loop that is closed over air has no end there: what hangs
+//! as long as a string that stays up by itself; what turns on its way is no bridge. Whatever the slicer calls it. A loop that is closed over air has no end there: what hangs
 //! behind its beginning and what hangs before its end are one span (PrusaSlicer's stability analysis takes it so, too).
 
 use std::collections::VecDeque;
@@ -22,6 +22,10 @@ use crate::planning::FREE_SPAN_MM;
 const SQUEEZE: f64 = 0.35;
 /// Spacing of the places looked at along a line, mm.
 const SAMPLE_MM: f64 = 0.3;
+/// A span is straight that is no longer than so many times the way between its ends, and a line's width.
+const STRAIGHT: f64 = 1.1;
+/// What turns over air may be no longer, whatever a bridge may span, mm: the end of something held at one side.
+const TURNED_MM: f64 = 8.0;
 /// The line itself carries nothing until the tip is so many widths ahead: its own tail is no support.
 const TAIL_WIDTHS: f64 = 4.0;
 
@@ -30,6 +34,8 @@ const TAIL_WIDTHS: f64 = 4.0;
 pub(super) struct UnsupportedGap {
     /// Whether it begins and ends on material.
     pub(super) held: [bool; 2],
+    /// Where it begins and ends.
+    ends: [Vec3; 2],
     /// Where it begins.
     pub(super) stroke: Stroke,
     /// Its length, mm.
@@ -100,9 +106,11 @@ impl Laying {
                 self.end_gap(self.travelled + length * (i as f64) / count, found);
                 self.held = true;
             } else {
-                let held = [self.held, false];
-                let gap = self.gap.get_or_insert(UnsupportedGap { held, stroke: *stroke, length: 0.0, allowed: 0.0 });
+                let (held, from) = ([self.held, false], stroke.from + along * (i as f64 / count));
+                let new = UnsupportedGap { held, ends: [from; 2], stroke: *stroke, length: 0.0, allowed: 0.0 };
+                let gap = self.gap.get_or_insert(new);
                 gap.length += length / count;
+                gap.ends[1] = stroke.from + along * ((i + 1) as f64 / count);
             }
         }
         self.travelled += length;
@@ -126,7 +134,8 @@ impl Laying {
             let one = match (first, open) {
                 (Some(first), _) => {
                     let length = first.length + before.map_or(0.0, |gap| gap.length);
-                    Some(UnsupportedGap { held: [true; 2], length, ..first })
+                    let ends = [before.map_or(first.ends[0], |gap| gap.ends[0]), first.ends[1]];
+                    Some(UnsupportedGap { held: [true; 2], length, ends, ..first })
                 }
                 (None, Some(gap)) => Some(UnsupportedGap { held: [gap.held[0]; 2], ..gap }),
                 (None, None) => None,
@@ -154,7 +163,12 @@ impl Laying {
 
     fn judge(&self, mut gap: UnsupportedGap, found: &mut Vec<UnsupportedGap>) {
         let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));
-        gap.allowed = if gap.held == [true; 2] { self.bridge_mm.max(free) } else { free };
+        let straight = gap.length <= STRAIGHT * (gap.ends[1] - gap.ends[0]).norm() + f64::from(gap.stroke.width);
+        gap.allowed = match (gap.held, straight) {
+            ([true, true], true) => self.bridge_mm.max(free),
+            ([true, true], false) => self.bridge_mm.min(TURNED_MM).max(free),
+            _ => free,
+        };
         if gap.length > gap.allowed {
             found.push(gap);
         }

@@ -302,6 +302,7 @@ impl Walker<'_> {
             let at = FindingPlace { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
             self.walked.findings.add(Rule::InAir, at, [gap.length, gap.allowed], || {
                 let held = match gap.held {
+                    [true, true] if gap.allowed < self.bridge_mm => "with a turn between two ends on material",
                     [true, true] => "between two ends on material ([process] bridge_mm)",
                     [false, false] => "with neither end on material",
                     _ => "with one end in the air",
