@@ -29,15 +29,9 @@ struct Segment {
     end: Point,
 }
 
-/// Planes lie so much lower than they are asked for, mm: the corners of a level face that is in one lie a little above and below it in a
-/// file of 32 bits far from its origin, and the face would be cut to pieces. It belongs to what ends there.
-const LOWER_MM: f64 = 3.7e-4;
-
 /// One [`Cut`] for each of the ascending `planes` (z in mm).
 pub(super) fn cuts(mesh: &TriangleMesh<Slot>, planes: &[f64]) -> Vec<Cut> {
     let ids = first_of_equals(mesh.vertices());
-    let lower: Vec<f64> = planes.iter().map(|plane| plane - LOWER_MM).collect();
-    let planes = &lower[..];
     let crossing = facets_by_plane(mesh, planes);
     planes.par_iter().zip(&crossing).map(|(&z, facets)| cut(mesh, &ids, facets, z)).collect()
 }
