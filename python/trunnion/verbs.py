@@ -242,7 +242,7 @@ def prepare(
         slicer_timeout_s: give the slicer up after this long for one print.
         bed: the slicer's bed, mm: ``250x210``, or from where to where, ``-125..125x-105..105``.
         split: cut solids by planes where there is no plan for them as they are.
-        supports: print solids upright on supports where nothing else helps.
+        supports: print solids upright on supports where there is no plan for them as they are, and no cheaper cut.
         options: see :func:`options_of_plans`.
 
     Raises:

@@ -77,12 +77,12 @@ pub fn ways(tried: &[TriedWay]) -> String {
     }
     let _ = writeln!(
         out,
-        "{:<9} {:>7} {:>7} {:>8} {:>9} {:>9} {:>6} {:>5}",
-        "way", "price", "print", "filament", "supports", "seams", "setups", "parts"
+        "{:<9} {:>9} {:>7} {:>8} {:>9} {:>9} {:>6} {:>5}",
+        "way", "price min", "print", "filament", "supports", "seams", "setups", "parts"
     );
     for TriedWay { way, chosen, terms, price_min, why_not } in tried {
         let price = price_min.map_or("-".to_owned(), |min| format!("{min:.1}"));
-        let _ = write!(out, "{:<9} {price:>7}", way.word());
+        let _ = write!(out, "{:<9} {price:>9}", way.word());
         if let Some(Terms { minutes, grams, support_g, seam_mm2, setups, parts, .. }) = terms {
             let _ = write!(
                 out,

@@ -82,7 +82,7 @@ pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Erro
 /// What may be done with solids that have no plan as they are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WaysOut {
-    /// Whether they may be cut; that comes first.
+    /// Whether they may be cut.
     pub cutting: Cutting,
     /// Whether they may stand on supports.
     pub supporting: Supporting,
@@ -120,7 +120,7 @@ impl PlannedSomehow {
     }
 }
 
-/// Plans models as they are, or, where they have no plan and `ways` allow it, with their solids cut; or else on supports. Several that
+/// Plans models as they are, or, where they have no plan and `ways` allow it, with their solids cut or on supports, whichever is cheaper. Several that
 /// have no plan so near to each other are given more room, where nobody said how much.
 ///
 /// # Errors
@@ -198,7 +198,7 @@ impl Tries<'_> {
         let (held, no_supports) = parted((supporting == Supporting::Auto).then(|| self.held(why)));
         let on_supports = held.as_ref().map(|(plan, held)| ways::on_supports(plan, held));
         let price = |terms: &Option<Terms>| terms.map_or(f64::INFINITY, |terms| weights.price(&terms));
-        // Supports are planned in milliseconds, a cut may take seconds: what cannot be cheaper is not looked for.
+        // The search for cuts is the long one: what cannot be cheaper is not looked for.
         let least = held.as_ref().map_or(0.0, |(plan, _)| weights.least_of_a_cut(&as_planned(plan)));
         let worth = file.filter(|_| least < price(&on_supports));
         let (cut, no_cut) = parted(worth.map(|file| self.cut(file, why)));

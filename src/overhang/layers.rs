@@ -14,7 +14,7 @@
 //! Layers are cut in their middle, as slicers cut them, from the part's lowest point up. Only those are looked at between which a
 //! facet looks down by more than the threshold: between all others the surface goes out by no more than the threshold allows.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Rule;
 use super::ground::{Footing, Ground, Held};
@@ -28,6 +28,8 @@ use crate::section::Sections;
 
 /// Rounding of normals: an overhang of exactly the threshold is none.
 const SINE_SLACK: f64 = 1e-6;
+/// Heights that differ by less than this share of a layer are one.
+const NEAR_LAYERS: f64 = 1e-3;
 /// What a beginning is worth beside facets, mm²: where there are both, it says no first.
 const BEGINNING_MM2: f64 = 100.0;
 /// A face whose normal leans up or down by less than this (sine) covers nothing: 0.3 micrometres in a layer of 0.3 mm.
@@ -55,21 +57,11 @@ pub fn unsupported<F>(
     rule: &Rule,
     enough: bool,
 ) -> Vec<Patch> {
-    looked_at(mesh, up, ground, stands, rule, enough).hangs
+    judged(mesh, up, ground, stands, rule, enough).hangs
 }
 
 /// As [`unsupported`], with what droops.
 pub fn judged<F>(
-    mesh: &TriangleMesh<F>,
-    up: &Vec3,
-    ground: &Ground,
-    stands: impl Fn(usize) -> bool,
-    rule: &Rule,
-) -> Judged {
-    looked_at(mesh, up, ground, stands, rule, false)
-}
-
-fn looked_at<F>(
     mesh: &TriangleMesh<F>,
     up: &Vec3,
     ground: &Ground,
@@ -82,8 +74,9 @@ fn looked_at<F>(
         return found;
     }
     let stack = Stack::of(mesh, up, ground, rule);
-    for run in stack.steep(mesh, up, stands, &ground.begins_mm) {
-        let (hangs, droops) = stack.patches(run, enough);
+    let begins = stack.beginnings(&ground.begins_mm);
+    for run in stack.steep(mesh, up, stands, &begins) {
+        let (hangs, droops) = stack.patches(run, &begins, enough);
         found.hangs.extend(hangs);
         found.droops.extend(droops);
         if enough && !found.hangs.is_empty() {
@@ -130,36 +123,42 @@ impl<'a> Stack<'a> {
         i.map_or(f64::NEG_INFINITY, |i| self.low + (i as f64 + 0.5) * self.rule.layer_mm)
     }
 
+    /// The first layer whose middle does not lie below `z`; the last one for what is higher.
+    fn number(&self, z: f64) -> usize {
+        let number = |z: f64| (z - self.low) / self.rule.layer_mm;
+        let last = (number(self.high) - 0.5).ceil() - 1.0;
+        (number(z) + 0.5).floor().clamp(0.0, last.max(0.0)) as usize
+    }
+
+    /// The layers in which something that begins so high is cut first, and those above them: in the middle of a layer a point is nothing.
+    fn beginnings(&self, begins_mm: &[f64]) -> BTreeSet<usize> {
+        let near = NEAR_LAYERS * self.rule.layer_mm;
+        begins_mm.iter().flat_map(|z| self.number(z - near)..=self.number(z + near + self.rule.layer_mm)).collect()
+    }
+
     /// The layers to look at, in runs of neighbours; the run with the most area at stake first.
     fn steep<F>(
         &self,
         mesh: &TriangleMesh<F>,
         up: &Vec3,
         stands: impl Fn(usize) -> bool,
-        begins_mm: &[f64],
+        begins: &BTreeSet<usize>,
     ) -> Vec<std::ops::RangeInclusive<usize>> {
-        let h = self.rule.layer_mm;
+        let near = NEAR_LAYERS * self.rule.layer_mm;
         let sine = self.rule.overhang.rad().sin() + SINE_SLACK;
         let mut stake: BTreeMap<usize, f64> = BTreeMap::new();
-        // The last whose middle lies below the top.
-        let last = ((self.high - self.low) / h - 0.5).ceil() - 1.0;
-        let number = |z: f64| ((z - self.low) / h + 0.5).floor().clamp(0.0, last.max(0.0));
-        let near = 1e-3 * h;
         for facet in 0..mesh.facets().len() {
             let steep = mesh.normal(facet).is_some_and(|n| n.dot(up) < -sine);
             if !steep || stands(facet) {
                 continue;
             }
             let z = mesh.corners(facet).map(|p| p.dot(up));
-            let lowest = number(z.iter().copied().fold(f64::INFINITY, f64::min) - near);
-            let highest = number(z.iter().copied().fold(f64::NEG_INFINITY, f64::max) + near);
-            let share = mesh.facet_area(facet) / (highest - lowest + 1.0);
-            (lowest as usize..=highest as usize).for_each(|i| *stake.entry(i).or_default() += share);
+            let lowest = self.number(z.iter().copied().fold(f64::INFINITY, f64::min) - near);
+            let highest = self.number(z.iter().copied().fold(f64::NEG_INFINITY, f64::max) + near);
+            let share = mesh.facet_area(facet) / (highest - lowest + 1) as f64;
+            (lowest..=highest).for_each(|i| *stake.entry(i).or_default() += share);
         }
-        for z in begins_mm {
-            let layers = number(z - near) as usize..=number(z + near) as usize;
-            layers.for_each(|i| *stake.entry(i).or_default() += BEGINNING_MM2);
-        }
+        begins.iter().for_each(|i| *stake.entry(*i).or_default() += BEGINNING_MM2);
         let layers: Vec<(usize, f64)> = stake.into_iter().collect();
         let mut runs: Vec<&[(usize, f64)]> = layers.chunk_by(|a, b| b.0 == a.0 + 1).collect();
         let sum = |run: &[(usize, f64)]| run.iter().map(|(_, area)| area).sum::<f64>();
@@ -185,7 +184,12 @@ impl<'a> Stack<'a> {
     }
 
     /// What hangs and what droops in a run of layers.
-    fn patches(&self, run: std::ops::RangeInclusive<usize>, enough: bool) -> (Vec<Patch>, Vec<Droop>) {
+    fn patches(
+        &self,
+        run: std::ops::RangeInclusive<usize>,
+        begins: &BTreeSet<usize>,
+        enough: bool,
+    ) -> (Vec<Patch>, Vec<Droop>) {
         let before = |back: usize| run.start().checked_sub(back).map(|i| self.layer(i)).unwrap_or_default();
         let (mut last, mut last_but_one) = (before(1), before(2));
         let mut memory = Memory::default();
@@ -205,6 +209,7 @@ impl<'a> Stack<'a> {
                     below: &Below::of(&below),
                     near: &near,
                     above: &above,
+                    begins: begins.contains(&i),
                     held,
                     rule,
                 };

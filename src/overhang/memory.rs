@@ -1,7 +1,7 @@
 //! What is remembered of layers that droop: one is printed everywhere, many in a row collapse.
 //!
 //! A stretch that goes out by more than [`Rule::fine_mm`](super::Rule::fine_mm) loses quality, and a layer that does not gives it all
-//! back. Where the quality is gone, or where lines have nothing below them at all, a point is noted; more than [`COLLAPSE`] in one
+//! back. Where the quality is gone, or where lines have nothing below them at all, a point is noted; [`COLLAPSE`] of them in one
 //! place are a collapse.
 //!
 //! ```text
@@ -10,7 +10,8 @@
 //! ```
 //!
 //! Source: PrusaSlicer 2.9, `SupportSpotsGenerator.cpp` (`check_extrusion_entity_stability`, `gather_issues`), which works along lines:
-//! its points lie as far apart as a line spans freely, and at corners, so that sides longer than that count more.
+//! its points lie as far apart as a line spans freely, and at corners, so that sides longer than that count more. How much more, and that it
+//! takes five points, is fitted to what it says of shapes: `docs/deciding.md`.
 
 use super::region::{Corners, Region, Shape, and, grown, longest_side_mm, minus};
 
@@ -133,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_in_a_row_collapse_and_long_ones_sooner() {
+    fn layers_in_a_row_collapse_and_those_of_a_ring_of_long_sides_sooner() {
         // Qualities 0.7, 0.4, 0.1, -0.2 (a point), then 0.5 and every second layer one: the fifth point in layer 12.
         assert_eq!(collapses(12.0, Lean::Out), Some(12));
         assert_eq!(collapses(12.0, Lean::Floats), Some(5));
@@ -142,6 +143,25 @@ mod tests {
             [Lean::Out, Lean::Floats, Lean::Little].map(|lean| collapses(30.0, lean)),
             [Some(12), Some(5), None]
         );
+    }
+
+    #[test]
+    fn a_ring_of_long_sides_collapses_in_its_third_layer_without_anything_below() {
+        let square = |half: f64| -> Vec<[[f64; 2]; 2]> {
+            let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
+            (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]).collect()
+        };
+        let ring = |half: f64| minus(&enclosed(&square(half + 0.1)), &enclosed(&square(half))).remove(0);
+        let collapses = |half: f64| {
+            let mut memory = Memory::default();
+            (1..60).find(|layer| {
+                let mut next = Memory::default();
+                let collapsed = memory.add(ring(half + 0.4 * f64::from(*layer)), Lean::Floats, &mut next);
+                memory = next;
+                !collapsed.is_empty()
+            })
+        };
+        assert_eq!([collapses(10.0), collapses(3.0)], [Some(3), Some(5)]);
     }
 
     #[test]

@@ -46,6 +46,8 @@ pub(super) struct Step<'a> {
     pub(super) near: &'a Region,
     /// The layer above it.
     pub(super) above: &'a dyn Fn() -> Region,
+    /// Whether something begins here or in the layer below: then islands of any size are looked for.
+    pub(super) begins: bool,
     pub(super) held: &'a Held,
     pub(super) rule: &'a Rule,
 }
@@ -84,17 +86,19 @@ impl Step<'_> {
     pub(super) fn judged(&self, memory: &Memory, pieces: &mut Vec<Piece>) -> Memory {
         let mut next = Memory::default();
         let rule = self.rule;
-        let over = minus(self.layer, self.below.region);
+        let fine_mm = rule.fine_mm() + STEP_SLACK_MM;
+        let near = grown(self.near, fine_mm, Corners::Sharp);
+        let (islands, rest) = self.parted(&near, fine_mm);
+        pieces.extend(islands.iter().map(|island| self.island(island)));
+        let over = minus(&rest, self.below.region);
         if is_nothing(&over) {
             return next;
         }
-        let fine_mm = rule.fine_mm() + STEP_SLACK_MM;
         let reach_mm = if self.held.layers.is_empty() { fine_mm } else { fine_mm.max(self.held.beside_mm) };
         let mut beyond = minus(&over, &self.below.grown(reach_mm, Corners::Sharp));
         if is_nothing(&beyond) {
             return next;
         }
-        let near = grown(self.near, fine_mm, Corners::Sharp);
         let close = and(&beyond, &near);
         if !is_nothing(&close) {
             pieces.extend(close.iter().map(|one| self.piece(one, area_mm2(one), State::Droops(rule.layer_mm))));
@@ -105,6 +109,16 @@ impl Step<'_> {
             self.stretch(one, (&over, &air), (memory, &mut next), pieces);
         }
         next
+    }
+
+    /// Where something begins: what of the layer lies on nothing and beside nothing, however small, and the rest of it.
+    fn parted(&self, near: &Region, fine_mm: f64) -> (Region, Region) {
+        if !self.begins {
+            return (Region::new(), self.layer.clone());
+        }
+        let below = self.below.grown(fine_mm, Corners::Sharp);
+        let is_apart = |one: &Shape, from: &Region| and(&vec![one.clone()], from).is_empty();
+        self.layer.iter().cloned().partition(|one| is_apart(one, &below) && is_apart(one, near))
     }
 
     /// One connected stretch that is not fine.
@@ -119,9 +133,7 @@ impl Step<'_> {
         let own = vec![one];
         let area = area_mm2(&own[0]);
         if area > WHOLE * around_mm2(over, &own) && !air.is_held(&own[0]) {
-            let small = area <= rule.tolerate_mm2 && self.merges(&own);
-            let is = if small { State::Droops(rule.layer_mm) } else { State::Island };
-            pieces.push(self.piece(&own[0], area, is));
+            pieces.push(self.island(&own[0]));
             return;
         }
         let farther = |mm: f64| minus(&own, &self.below.grown(mm, Corners::Round));
@@ -132,7 +144,8 @@ impl Step<'_> {
         let far = !is_nothing(&farther(LEDGE_MM));
         let Some(_) = bridge(if far { FINE_BRIDGE_MM } else { 2.0 * LEDGE_MM }) else { return };
         if far || !rule.droops {
-            let Some(loose) = bridge(f64::INFINITY) else {
+            let most_mm = if rule.droops { f64::INFINITY } else { FINE_BRIDGE_MM };
+            let Some(loose) = bridge(most_mm) else {
                 pieces.push(self.piece(&own[0], area, State::Droops(SAG_MM)));
                 return;
             };
@@ -178,12 +191,19 @@ impl Step<'_> {
         }
     }
 
+    fn island(&self, one: &Shape) -> Piece {
+        let (area, rule) = (area_mm2(one), self.rule);
+        let small = rule.droops && area <= rule.tolerate_mm2 && self.merges(one);
+        self.piece(one, area, if small { State::Droops(rule.layer_mm) } else { State::Island })
+    }
+
     /// Whether an island is one with something that stands from the next layer on.
-    fn merges(&self, island: &Region) -> bool {
-        let others = or(self.below.region, &minus(self.layer, island));
+    fn merges(&self, island: &Shape) -> bool {
+        let island = vec![island.clone()];
+        let others = or(self.below.region, &minus(self.layer, &island));
         (self.above)().into_iter().any(|one| {
             let one = vec![one];
-            !is_nothing(&and(&one, island)) && !is_nothing(&and(&one, &others))
+            !is_nothing(&and(&one, &island)) && !is_nothing(&and(&one, &others))
         })
     }
 

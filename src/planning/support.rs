@@ -237,7 +237,7 @@ impl Neighbours {
     /// What droops while all neighbours stand, the largest first.
     pub(super) fn droops(&self, mesh: &TriangleMesh<Table>, up: Dir<Table>, rule: &Rule) -> Vec<Droop> {
         let lies = |f: usize| self.carries(mesh, f);
-        overhang::judged(mesh, up.unit(), &self.ground(up, Vec::new()), lies, rule).droops
+        overhang::judged(mesh, up.unit(), &self.ground(up, Vec::new()), lies, rule, false).droops
     }
 
     /// Whether a facet lies on the table or a neighbour, whole.

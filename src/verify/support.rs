@@ -7,8 +7,9 @@
 //! What lies on supports leaves some air below it, in whole layers: a support's top counts as if it reached so much higher.
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
-//! as long as a string that stays up by itself; what turns on its way is no bridge. Whatever the slicer calls it. A loop that is closed over air has no end there: what hangs
-//! behind its beginning and what hangs before its end are one span (PrusaSlicer's stability analysis takes it so, too).
+//! as long as a string that stays up by itself; what turns on its way is no bridge. Whatever the slicer calls it. A loop that is
+//! closed over air has no end there: what hangs behind its beginning and what hangs before its end are one span (PrusaSlicer's
+//! stability analysis takes it so, too). One that touches nothing but its own beginning lies on nothing.
 
 use std::collections::VecDeque;
 
@@ -42,6 +43,13 @@ pub(super) struct UnsupportedGap {
     pub(super) length: f64,
     /// What it may be.
     pub(super) allowed: f64,
+}
+
+impl UnsupportedGap {
+    /// As one that meets no material.
+    fn alone(self) -> Self {
+        Self { held: [false; 2], ..self }
+    }
 }
 
 /// The line being laid.
@@ -132,12 +140,15 @@ impl Laying {
             // On its own beginning a loop's last stretch finds material.
             let before = open.or_else(|| self.last.filter(near_end).map(|(gap, _)| gap));
             let one = match (first, open) {
+                // On nothing but its own beginning.
+                (Some(first), _) if first.length >= self.travelled - TAIL_WIDTHS * width => Some(first.alone()),
                 (Some(first), _) => {
                     let length = first.length + before.map_or(0.0, |gap| gap.length);
                     let ends = [before.map_or(first.ends[0], |gap| gap.ends[0]), first.ends[1]];
                     Some(UnsupportedGap { held: [true; 2], length, ends, ..first })
                 }
-                (None, Some(gap)) => Some(UnsupportedGap { held: [gap.held[0]; 2], ..gap }),
+                (None, Some(gap)) if gap.held[0] => Some(UnsupportedGap { held: [true; 2], ..gap }),
+                (None, Some(gap)) => Some(gap),
                 (None, None) => None,
             };
             one.into_iter().for_each(|gap| self.judge(gap, found));
@@ -172,5 +183,79 @@ impl Laying {
         if gap.length > gap.allowed {
             found.push(gap);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::acts::Kind;
+    use super::super::field::Rect;
+    use super::*;
+
+    const WIDTH: f32 = 0.45;
+    const HEIGHT: f32 = 0.2;
+    const BRIDGE_MM: f64 = 14.0;
+
+    /// The stretches that are too long of a line through these places, 10 mm up, over two walls along y at `walls` (x from and to).
+    fn too_long(walls: &[[f64; 2]], way: &[[f64; 2]]) -> Vec<f64> {
+        let mut field = Field::new(&Rect { min: [-40.0; 2], max: [40.0; 2] });
+        for [from, to] in walls {
+            let lines = ((to - from) / 0.2).round() as usize;
+            let at = |k: usize| from + (to - from) * (k as f64 + 0.5) / lines as f64;
+            (0..lines).for_each(|k| field.deposit([[at(k), -30.0], [at(k), 30.0]], 0.3, 10.0 - f64::from(HEIGHT)));
+        }
+        field.settle();
+        let (mut laying, mut found) = (Laying::new(BRIDGE_MM), Vec::new());
+        for ends in way.windows(2) {
+            let [from, to] = [ends[0], ends[1]].map(|[x, y]| Vec3::new(x, y, 10.0));
+            let stroke = Stroke { from, to, line: 1, print: None, kind: Kind::Print, width: WIDTH, height: HEIGHT };
+            laying.lay(&stroke, &mut field, &mut found);
+        }
+        laying.end(&mut field, &mut found);
+        found.iter().map(|gap| gap.length).collect()
+    }
+
+    /// Walls on both sides of a gap so wide.
+    fn gap(wide: f64) -> [[f64; 2]; 2] {
+        [[-wide / 2.0 - 8.0, -wide / 2.0], [wide / 2.0, wide / 2.0 + 8.0]]
+    }
+
+    /// A ring around, from the middle of its side along x.
+    fn ring([x, y]: [f64; 2]) -> Vec<[f64; 2]> {
+        vec![[0.0, -y], [x, -y], [x, y], [-x, y], [-x, -y], [0.0, -y]]
+    }
+
+    #[test]
+    fn a_loop_that_begins_over_a_gap_spans_it_once() {
+        // From wall to wall, twice, and begun in the middle of the gap.
+        assert_eq!(too_long(&gap(13.0), &ring([10.0, 3.0])), Vec::<f64>::new());
+        // The same line, not closed, has two ends in the air.
+        let open = ring([10.0, 3.0]).into_iter().take(5).chain([[-3.0, -3.0]]).collect::<Vec<_>>();
+        assert_eq!(too_long(&gap(13.0), &open).len(), 2);
+        // Too wide: both spans are.
+        let found = too_long(&gap(18.0), &ring([14.0, 3.0]));
+        assert!(found.len() == 2 && found.iter().all(|mm| *mm > 15.0), "{found:?}");
+    }
+
+    #[test]
+    fn a_ring_that_touches_nothing_but_itself_lies_on_nothing() {
+        for half in [0.6, 0.9, 1.5, 3.0] {
+            let found = too_long(&gap(30.0), &ring([half, half]));
+            assert!(found.len() == 1 && found[0] > 2.0, "{half}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn what_turns_over_air_is_no_bridge() {
+        // Out from a wall, along, and back.
+        let out = |mm: f64, wide: f64| {
+            let (wall, end) = (-15.0 - 2.0, -15.0 + mm);
+            vec![[wall, 0.0], [end, 0.0], [end, wide], [wall, wide]]
+        };
+        assert_eq!(too_long(&gap(30.0), &out(2.0, 3.0)), Vec::<f64>::new());
+        let found = too_long(&gap(30.0), &out(2.0, 8.0));
+        assert!(found.len() == 1 && found[0] > TURNED_MM && found[0] < BRIDGE_MM, "{found:?}");
+        // As much in one direction is one.
+        assert_eq!(too_long(&gap(12.0), &[[-10.0, 0.0], [10.0, 0.0]]), Vec::<f64>::new());
     }
 }

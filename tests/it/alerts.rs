@@ -111,7 +111,7 @@ fn grade(mesh: &TriangleMesh<Object>) -> Judged {
         droops: true,
     };
     let foot = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-6);
-    judged(mesh, &Vec3::z(), &Ground { table: true, ..Ground::default() }, foot, &rule)
+    judged(mesh, &Vec3::z(), &Ground { table: true, ..Ground::default() }, foot, &rule, false)
 }
 
 /// What PrusaSlicer warns of; whether a print comes loose of the bed is another matter.

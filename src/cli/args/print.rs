@@ -47,7 +47,7 @@ pub(in crate::cli) struct Prepare {
     /// Cut solids by planes where there is no plan for them as they are; the parts are written beside the output as OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(in crate::cli) split: String,
-    /// Print solids upright on supports where there is no plan for them as they are, nor in parts
+    /// Print solids upright on supports where there is no plan for them as they are, and no cheaper cut
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(in crate::cli) supports: String,
     /// Go on and print: a serial device, or tcp:host:port

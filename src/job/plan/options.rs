@@ -89,7 +89,7 @@ pub enum Supporting {
     /// Never.
     #[default]
     Never,
-    /// Where nothing else helps.
+    /// Where there is no plan without, and no cheaper cut.
     Auto,
 }
 

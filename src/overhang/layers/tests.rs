@@ -3,7 +3,7 @@
 use super::*;
 use crate::fixtures::prism;
 use crate::geom::{Angle, Object};
-use crate::overhang::{BRIDGE_MM, Cause};
+use crate::overhang::{BRIDGE_MM, Cause, Relief};
 
 fn rule() -> Rule {
     let (layer_mm, line_mm) = (0.2, 0.45);
@@ -15,7 +15,7 @@ fn rule() -> Rule {
 fn laid(outline: &[[f64; 2]], y: [f64; 2], rule: &Rule) -> Judged {
     let mesh: TriangleMesh<Object> = prism(outline, y);
     let foot = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
-    judged(&mesh, &Vec3::z(), &Ground { table: true, ..Ground::default() }, foot, rule)
+    judged(&mesh, &Vec3::z(), &Ground { table: true, ..Ground::default() }, foot, rule, false)
 }
 
 fn hanging(outline: &[[f64; 2]], y: [f64; 2], rule: &Rule) -> Vec<Patch> {
@@ -49,6 +49,9 @@ fn a_flat_ceiling_is_a_bridge_up_to_its_span_and_sags_from_10_mm_on() {
     let Cause::Ceiling { size_mm: [long, wide], bridge_mm } = patch.cause else { panic!("{patch:?}") };
     assert!((long - 23.28).abs() < 1e-2 && (wide - 16.0).abs() < 1e-3 && bridge_mm == BRIDGE_MM, "{patch:?}");
     assert_eq!(hanging(&arch(24.0), [0.0, 12.0], &Rule { bridge_mm: 24.0, ..rule() }), []);
+    // Nothing is to droop.
+    let fine = Rule { droops: false, ..rule() };
+    assert_eq!([9.9, 10.9].map(|wide| grade(&arch(wide), [0.0, 30.0], &fine)), ["fine", "hangs"]);
 }
 
 #[test]
@@ -188,4 +191,42 @@ fn what_lies_on_something_is_carried_there_only() {
     assert!(half.len() == 1 && (half[0].area_mm2 - (20.0 - 0.36) * 10.0).abs() < 0.1, "{half:?}");
     let none = unsupported(&mesh, &Vec3::z(), &Ground::default(), |_| false, &rule(), false);
     assert!(none.len() == 1 && none[0].cause == Cause::Island && (none[0].area_mm2 - 300.0).abs() < 1e-3, "{none:?}");
+}
+
+/// A cone with its point down, `high` mm up, in a gate whose beam it hangs from.
+fn stalactite(high: f64, half_deg: f64) -> TriangleMesh<Object> {
+    let gate: TriangleMesh<Object> = prism(&arch(8.0), [0.0, 12.0]);
+    let base = 12.0;
+    let radius = (base - high) * half_deg.to_radians().tan();
+    let ring = (0..24).map(|k| {
+        let (s, c) = (std::f64::consts::TAU * f64::from(k) / 24.0).sin_cos();
+        Vec3::new(radius * c, 6.0 + radius * s, base)
+    });
+    let first = gate.vertices().len() as u32;
+    let cone = [Vec3::new(0.0, 6.0, high), Vec3::new(0.0, 6.0, base)];
+    let vertices = gate.vertices().iter().copied().chain(cone).chain(ring).collect();
+    let side = (0..24).flat_map(|k| {
+        let (a, b) = (first + 2 + k, first + 2 + (k + 1) % 24);
+        [[first, b, a], [first + 1, a, b]]
+    });
+    TriangleMesh::new(vertices, gate.facets().iter().copied().chain(side).collect())
+}
+
+#[test]
+fn what_begins_in_the_air_hangs_however_thin_it_is_and_wherever_layers_are_cut() {
+    let found = |mesh: &TriangleMesh<Object>| {
+        let foot = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
+        let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
+        let begins_mm = relief.in_the_air(&Vec3::z(), foot, &rule().hang());
+        let ground = Ground { table: true, begins_mm, ..Ground::default() };
+        unsupported(mesh, &Vec3::z(), &ground, foot, &rule(), true)
+    };
+    for half_deg in [0.3, 1.0, 3.0, 10.0, 30.0, 45.0] {
+        for shift in [0.0, 1e-4, 0.05, 0.0999, 0.1, 0.1001, 0.15, 0.1999] {
+            let hangs = found(&stalactite(6.0 + shift, half_deg));
+            assert!(hangs.iter().any(|patch| patch.cause == Cause::Island), "{half_deg} deg, {shift} mm: {hangs:?}");
+        }
+        // A shell that begins within another one begins on nothing else.
+        assert_eq!(found(&stalactite(10.5, half_deg)), [], "{half_deg} deg within the beam");
+    }
 }
