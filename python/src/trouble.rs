@@ -41,6 +41,7 @@ impl From<Error> for Trouble {
         let (text, exit) = (error.to_string(), document::exit_code(&error));
         let document = match &error {
             Error::NoPlan(no) if can_be_helped(&no.infeasible) => document::no_plan(no),
+            Error::NoWay(no) => document::no_way(no),
             Error::Rejected(no) => document::rejected(no),
             _ => document::failed(&text, exit),
         };

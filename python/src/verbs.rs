@@ -13,6 +13,7 @@ use trunnion::job::{
     SlicingOptions, SplitOptions, SplitRequest, Standing, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
+use trunnion::strategy::Way;
 
 use crate::given::{Given, Named, machine, source};
 use crate::run::run;
@@ -227,6 +228,13 @@ fn folder_of(file: Option<&Path>) -> Option<PathBuf> {
     file.and_then(Path::parent).map(Path::to_owned)
 }
 
+/// The words of `way`: `auto` is none.
+const WAYS: [&str; 6] = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"];
+
+fn only(given: &Given<'_>) -> PyResult<Option<Way>> {
+    Ok(WAYS[given.word("way", &WAYS)?].parse().ok())
+}
+
 fn supporting(given: &Given<'_>, words: [&str; 2]) -> PyResult<Supporting> {
     let word = words[given.word("supports", &words)?];
     Ok(if word == "never" { Supporting::Never } else { Supporting::Auto })
@@ -340,7 +348,7 @@ pub(crate) fn prepare(
         arrangement,
         plan: PlanOptions { kept_in: folder_of(files.plan_out.as_deref()), ..plan_options(given)? },
         slicing: slicing(given)?,
-        ways: WaysOut { supporting: supporting(given, ["auto", "never"])?, ..usual.ways },
+        ways: WaysOut { supporting: supporting(given, ["auto", "never"])?, only: only(given)?, ..usual.ways },
         ..usual
     };
     call.run(move |world| prepared(request, &files, world))

@@ -222,6 +222,7 @@ def prepare(
     slicer_config: Iterable[Path] = (),
     slicer_timeout_s: Optional[float] = None,
     bed: Optional[str] = None,
+    way: Literal["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"] = "auto",
     split: Literal["auto", "never"] = "auto",
     supports: Literal["auto", "never"] = "auto",
     unit: Optional[str] = None,
@@ -241,6 +242,7 @@ def prepare(
         slicer_config: the slicer's own configurations, in rising order of precedence.
         slicer_timeout_s: give the slicer up after this long for one print.
         bed: the slicer's bed, mm: ``250x210``, or from where to where, ``-125..125x-105..105``.
+        way: the only way that is wanted; ``auto``: the cheapest that works, by the profile's ``[price]``.
         split: cut solids by planes where there is no plan for them as they are.
         supports: print solids upright on supports where there is no plan for them as they are, and no cheaper cut.
         options: see :func:`options_of_plans`.
@@ -254,7 +256,7 @@ def prepare(
     given = _given(
         output=_path(output), plan_out=_path(plan_out), sheet=_path(sheet), slicer=slicer,
         slicer_config=[_path(one) for one in _list("slicer_config", slicer_config) or []],
-        slicer_timeout_s=slicer_timeout_s, bed=bed, split=split, supports=supports, unit=unit, repair=repair, threads=threads,
+        slicer_timeout_s=slicer_timeout_s, bed=bed, way=way, split=split, supports=supports, unit=unit, repair=repair, threads=threads,
         **options_of_plans(**options),
     )  # fmt: skip
     text, made = _trunnion.prepare(named_model(model), named_profile(profile), _teller(progress), given)

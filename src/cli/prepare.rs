@@ -7,10 +7,8 @@ use super::requests::{claim_picture, folder_of, outputs, profile_file, supportin
 use super::{Console, Failure, plan, preview, send, verify};
 use crate::document::{self, text};
 use crate::job::{
-    self, Bar, Cutting, OutputFile, PictureFile, PlanOptions, PrepareRequest, PrepareResult, Progress, SendRequest,
-    Step, WaysOut, World,
+    self, Cutting, OutputFile, PictureFile, PlanOptions, PrepareRequest, PrepareResult, SendRequest, WaysOut,
 };
-use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
@@ -67,10 +65,12 @@ fn work(
         ways: WaysOut {
             cutting: if may_cut { Cutting::Auto { file } } else { Cutting::Never },
             supporting: supporting(&args.supports, &args.plan)?,
+            turning: true,
+            only: args.only()?,
+            ..WaysOut::NONE
         },
     };
-    let teller = Teller(console);
-    let done = job::prepare(&request, &World { progress: &teller, ..console.world() });
+    let done = job::prepare(&request, &console.world());
     if let (Err(job::Error::Rejected(no)), Some(page)) = (&done, page) {
         let shown = job::show_rejected(&args.output.display().to_string(), no, &console.world())?;
         shown.map(|shown| preview::write(&shown, page, args.open, console)).transpose()?;
@@ -90,12 +90,11 @@ fn work(
     if let Some(sheet) = sheet {
         sheet.write(&done.planned.sheet())?;
     }
-    text::ways(&done.ways).lines().for_each(|line| console.note(line));
-    if let Some(held) = &done.held {
-        console.note(&held.story(done.gcode.report().map_or(0.0, |report| report.seconds_print)));
-    }
+    text::ways(&done.planned.ways).lines().for_each(|line| console.note(line));
+    let seconds = done.gcode.report().map_or(0.0, |report| report.seconds_print);
+    done.held.iter().for_each(|held| console.note(&held.story(seconds)));
     if let Some(cut) = &done.cut {
-        console.note(&cut.story(done.gcode.report().map_or(0.0, |report| report.seconds_print)));
+        console.note(&cut.story(seconds));
         plan::write_parts(&parts_file, parts.as_ref(), &cut.bytes, console)?;
     } else if let Some(arranged) = &done.planned.arranged {
         plan::write_parts(&parts_file, parts.as_ref(), &arranged.bytes, console)?;
@@ -120,34 +119,4 @@ fn work(
         }
     }
     Ok(done)
-}
-
-/// The terminal, told step by step.
-struct Teller<'a>(&'a Console);
-
-impl Progress for Teller<'_> {
-    fn warning(&self, text: &str) {
-        self.0.warning(text);
-    }
-
-    fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_> {
-        self.0.begin(what, of)
-    }
-
-    fn reached(&self, step: Step<'_>) {
-        match step {
-            Step::Read(model) => {
-                self.0.note(&format!("{} in {}", counted(model.model.parts.len(), "part"), model.file))
-            }
-            Step::Planned(made) => {
-                plan::told(made, self.0);
-                plan::search(made, self.0);
-                self.0.note(text::planned(made).trim_end());
-            }
-            Step::Sliced(done) => {
-                let (prints, by) = (counted(done.sliced.len(), "print"), &done.slicer);
-                self.0.note(&format!("{prints} sliced by {} {}", by.name, by.version));
-            }
-        }
-    }
 }

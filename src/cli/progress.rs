@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::Failure;
-use crate::document::{self, Row};
-use crate::job::{Bar, Installed, OutputFile, Progress, World, interrupts};
+use super::{Failure, plan};
+use crate::document::{self, Row, text};
+use crate::job::{Bar, Installed, OutputFile, Progress, Step, World, interrupts};
 
 /// The terminal, as the flags have set it.
 pub(crate) struct Console {
@@ -157,6 +157,18 @@ impl Console {
 }
 
 impl Progress for Console {
+    fn reached(&self, step: Step<'_>) {
+        match step {
+            Step::Read(model) => self.note(&text::read(model)),
+            Step::Planned(made) => {
+                plan::told(made, self);
+                plan::search(made, self);
+                self.note(text::planned(made).trim_end());
+            }
+            Step::Sliced(done) => self.note(&text::sliced(done)),
+        }
+    }
+
     fn warning(&self, text: &str) {
         Self::warning(self, text);
     }

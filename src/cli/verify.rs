@@ -19,11 +19,15 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 
 /// Where the program that was to be written has findings, prints them.
 pub(super) fn explained<T>(done: Result<T, Error>, console: &Console) -> Result<T, Failure> {
+    if let (Err(Error::NoWay(no)), true) = (&done, console.json()) {
+        console.document(&document::no_way(no));
+    }
     let Err(Error::Rejected(rejected)) = &done else { return Ok(done?) };
     if console.json() {
         console.document(&document::rejected(rejected));
     } else {
         console.note(&text::verified(&rejected.report));
+        text::ways(&rejected.ways).lines().for_each(|line| console.note(line));
     }
     Err(Failure::Findings(format!("{rejected}; no file was written")))
 }

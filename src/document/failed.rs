@@ -14,7 +14,9 @@ pub fn failed(text: &str, exit: u8) -> Value {
 /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.
 pub fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::Rejected(_) | Error::Unfit { .. } | Error::Calibration(_) | Error::NoDryRun { .. } => 1,
+        Error::Rejected(_) | Error::NoWay(_) | Error::Unfit { .. } | Error::Calibration(_) | Error::NoDryRun { .. } => {
+            1
+        }
         Error::Publish(_) | Error::Port(_) | Error::Printer(_) | Error::Refused { .. } => 4,
         Error::Infeasible(why) => answer_is_no(why),
         Error::NoPlan(no) => answer_is_no(&no.infeasible),

@@ -31,7 +31,7 @@ pub use failed::{exit_code, failed};
 pub use model::{inspected, split};
 pub use oriented::{figures, orientations, oriented};
 pub use packed::packed;
-pub use planned::{no_plan, planned, sequences};
+pub use planned::{no_plan, no_way, planned, sequences};
 pub use priced::reasons;
 pub use printing::{
     checked, cold, event, left_alone, own, prepared, profile_imported, profile_made, rehearsed, rejected, rewritten,

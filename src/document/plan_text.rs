@@ -6,7 +6,7 @@ use crate::gcode::round_to;
 use crate::job::{Hindrance, NoPlan, PlanResult, TriedWay};
 use crate::planning::{PartDroop, Print, Slot};
 use crate::spelling::counted;
-use crate::strategy::Terms;
+use crate::strategy::{Terms, Way};
 
 /// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
 pub fn sequence(slots: &[Slot]) -> String {
@@ -77,12 +77,12 @@ pub fn ways(tried: &[TriedWay]) -> String {
     }
     let _ = writeln!(
         out,
-        "{:<9} {:>9} {:>7} {:>8} {:>9} {:>9} {:>6} {:>5}",
+        "{:<15} {:>9} {:>7} {:>8} {:>9} {:>9} {:>6} {:>5}",
         "way", "price min", "print", "filament", "supports", "seams", "setups", "parts"
     );
-    for TriedWay { way, chosen, terms, price_min, why_not } in tried {
+    for TriedWay { way, chosen, terms, price_min, why_not, .. } in tried {
         let price = price_min.map_or("-".to_owned(), |min| format!("{min:.1}"));
-        let _ = write!(out, "{:<9} {price:>9}", way.word());
+        let _ = write!(out, "{:<15} {price:>9}", way.word());
         if let Some(Terms { minutes, grams, support_g, seam_mm2, setups, parts, .. }) = terms {
             let _ = write!(
                 out,
@@ -151,8 +151,8 @@ pub fn no_plan(no: &NoPlan) -> String {
         let text = &nearest.text;
         let _ = writeln!(out, "    {what}, {orientations} orientations; with up ({x:.3}, {y:.3}, {z:.3}): {text}");
     }
-    no.cut.iter().for_each(|why| _ = writeln!(out, "cut by planes: {why}"));
-    no.held.iter().for_each(|why| _ = writeln!(out, "on supports: {why}"));
+    let others = no.ways.iter().filter(|tried| tried.way != Way::AsDrawn);
+    others.for_each(|tried| tried.why_not.iter().for_each(|why| _ = writeln!(out, "{}: {why}", tried.way.word())));
     let Some(remedies) = &no.remedies else { return out };
     if remedies.is_empty() {
         out.push_str(

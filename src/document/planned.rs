@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::job::{Listed, NoPlan, PlanResult, TriedWay};
+use crate::job::{Listed, NoPlan, NoWay, PlanResult, TriedWay};
 use crate::planning::{PartDroop, Planned, Reason, Slot, ThreeAxis};
 use crate::strategy::Terms;
 
@@ -19,6 +19,7 @@ pub fn planned(made: &PlanResult) -> Value {
     more["seconds"] = made.seconds.into();
     let droop =
         |d: &PartDroop| json!({"part": d.part, "area_mm2": d.area_mm2, "droop_mm": d.droop_mm, "at_mm": d.at_mm});
+    more["ways"] = ways(&made.ways);
     more["droops"] = made.droops.iter().map(droop).collect();
     if let (Some(map), Some(more)) = (document.as_object_mut(), more.as_object()) {
         map.extend(more.clone());
@@ -62,9 +63,9 @@ pub(super) fn ways(tried: &[TriedWay]) -> Value {
         let terms = tried.terms.as_ref();
         let number = |of: fn(&Terms) -> f64| terms.map(of);
         json!({
-            "way": tried.way.word(), "chosen": tried.chosen, "minutes": number(|t| t.minutes), "grams": number(|t| t.grams),
+            "way": tried.way.word(), "up": tried.up, "chosen": tried.chosen, "minutes": number(|t| t.minutes), "grams": number(|t| t.grams),
             "support_g": number(|t| t.support_g), "contact_mm2": number(|t| t.contact_mm2), "seam_mm2": number(|t| t.seam_mm2),
-            "setups": terms.map(|t| t.setups), "parts": terms.map(|t| t.parts), "droop_mm3": number(|t| t.droop_mm3),
+            "setups": terms.map(|t| t.setups), "parts": terms.map(|t| t.parts), "droop_mm3": number(|t| t.droop_mm3), "steps_min": number(|t| t.steps_min), "risk_min": number(|t| t.risk_min),
             "price_min": tried.price_min, "why_not": tried.why_not,
         })
     };
@@ -79,6 +80,11 @@ pub(super) fn ways(tried: &[TriedWay]) -> Value {
 /// `trunnion plan --all`: the sequences, and whether they are all.
 pub fn sequences(listed: &[Vec<Slot>], done: &Listed) -> Value {
     json!({"sequences": listed, "count": done.count, "complete": done.complete, "seconds": done.seconds})
+}
+
+/// No way of those that were asked for: the sentence, and all that were tried.
+pub fn no_way(no: &NoWay) -> Value {
+    json!({"error": no.to_string(), "exit": 1, "ways": ways(&no.ways)})
 }
 
 /// No plan: reasons, whether each is needed, checked remedies.
@@ -98,6 +104,7 @@ pub fn no_plan(no: &NoPlan) -> Value {
         "least": least,
         "cut": no.cut,
         "supports": no.held,
+        "ways": ways(&no.ways),
         "remedies": no.remedies.as_deref().unwrap_or_default(),
     })
 }

@@ -31,9 +31,13 @@ pub fn left_alone() -> Value {
     json!({"finished": true})
 }
 
-/// A program that was not written, with its findings.
+/// A program that was not written, with its findings; where several ways came to nothing, those.
 pub fn rejected(rejected: &Rejected) -> Value {
-    rewritten(&rejected.report, rejected.seconds)
+    let mut document = rewritten(&rejected.report, rejected.seconds);
+    if !rejected.ways.is_empty() {
+        document["ways"] = ways(&rejected.ways);
+    }
+    document
 }
 
 /// `trunnion prepare`: the file written as `output`, its plan, its proof, and how long each step took.
@@ -57,7 +61,7 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
             "parts": held.parts.iter().map(of_held).collect::<Vec<_>>(),
             "volume_mm3": held.volume_mm3(), "seconds": held.seconds(), "reason": held.why,
         })),
-        "ways": ways(&done.ways),
+        "ways": ways(&done.planned.ways),
         "slicer": slicer(&done.slicer),
         "left_out": left_out(&done.flaws),
         "warnings": done.warnings,

@@ -1,19 +1,35 @@
 //! The same results for people: tables and sentences on a terminal.
 
+use std::ffi::OsStr;
 use std::fmt::Write;
+use std::path::Path;
 
 use super::model::apart;
 pub use super::plan_text::{comparison, no_plan, planned, sequence, ways};
 use super::priced::{grams, minutes, plain};
 use super::{figures, reasons};
 use crate::job::{
-    BatchResult, Batched, Compared, Fate, Listed, LoadedProfile, Models, Oriented, OrientedPart, PublishResult,
+    BatchResult, Batched, Compared, Fate, Listed, LoadedModel, LoadedProfile, Models, Oriented, OrientedPart,
+    PublishResult, SliceResult,
 };
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::publish::Figures;
 use crate::spelling::counted;
 use crate::verify::Report;
+
+/// What was read: the file, its parts and its size, so that a wrong unit is seen at once.
+pub fn read(loaded: &LoadedModel) -> String {
+    let file = Path::new(&loaded.file).file_name().map_or(loaded.file.as_str().into(), OsStr::to_string_lossy);
+    let size = loaded.model.bounds.size();
+    let parts = counted(loaded.model.parts.len(), "part");
+    format!("{file}: {parts}, {:.1} x {:.1} x {:.1} mm", size.x, size.y, size.z)
+}
+
+/// By whom prints were sliced.
+pub fn sliced(done: &SliceResult) -> String {
+    format!("{} sliced by {} {}", counted(done.sliced.len(), "print"), done.slicer.name, done.slicer.version)
+}
 
 /// `trunnion inspect`.
 pub fn inspected(model: &Model) -> String {

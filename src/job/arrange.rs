@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use super::load::{read_quietly, tell};
 use super::orient::process_of;
-use super::{BadSetting, Error, LoadedModel, LoadedProfile, ModelSource, Silent, World};
+use super::{BadSetting, Error, LoadedModel, LoadedProfile, ModelSource, Silent, Step, World};
 use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
 use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh, is_overlap, threemf};
@@ -123,6 +123,7 @@ pub(super) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
     let Models { first, how, machine } = *models;
     how.check()?;
     let read = read_quietly(first, world)?;
+    world.progress.reached(Step::Read(&read));
     if how.is_plain() && how.snap_mm == 0.0 && !how.join {
         tell(&read.model.warnings, world);
         return Ok(SetUp { model: read, arranged: None, gap_mm: None });
@@ -183,7 +184,12 @@ fn stood(
     changes: &mut Vec<String>,
     world: &World<'_>,
 ) -> Result<(Model, Option<f64>), Error> {
-    let others = how.beside.iter().map(|(from, copies)| Ok((read_quietly(from, world)?, *copies)));
+    let read = |from: &ModelSource| -> Result<LoadedModel, Error> {
+        let other = read_quietly(from, world)?;
+        world.progress.reached(Step::Read(&other));
+        Ok(other)
+    };
+    let others = how.beside.iter().map(|(from, copies)| Ok((read(from)?, *copies)));
     let others = others.collect::<Result<Vec<_>, Error>>()?;
     let all = || std::iter::once((first, how.copies)).chain(others.iter().map(|(model, copies)| (model, *copies)));
     let turns = all().map(|(model, _)| turn(model, how.standing, machine)).collect::<Result<Vec<_>, Error>>()?;

@@ -1,19 +1,24 @@
-//! Solids that have no plan as they are: cut by planes, and the parts planned; or printed on supports. The model itself is never changed: the
-//! parts are a model of their own, for whoever asked to write beside the output.
+//! The ways to print a model, and the cheapest of them: as it was drawn, turned, on supports, or its solids cut by planes and the parts planned.
+//! The model itself is never changed: what is turned or cut is a model of its own, for whoever asked to write beside the output.
+
+use std::fmt::{self, Display, Formatter};
 
 use super::arrange::{Arrangement, Models, SetUp, arranged};
 use super::plan::{Along, planned, planned_along};
 use super::solids::{CutSolid, Known, Pieces, groups, in_parts};
 use super::supported::on_supports;
+use super::turning::{Poses, may_turn, turned};
 use super::ways::{self, TriedWay, as_planned};
 use super::{
     Error, HeldModel, LoadedModel, LoadedProfile, PlanOptions, PlanRequest, PlanResult, Silent, Supporting, World,
     load_profile,
 };
+use crate::geom::Vec3;
+use crate::orient::Priced;
 use crate::planning::Remedy;
 use crate::spelling::counted;
 use crate::split::Split;
-use crate::strategy::{Terms, Way, Weights};
+use crate::strategy::{Terms, WISH, Way, Weights};
 
 /// Whether solids may be cut where there is no plan for them as they are.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -74,33 +79,41 @@ impl CutModel {
 pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
     let machine = load_profile(&request.machine, world)?;
     let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
-    let ways = WaysOut { cutting: Cutting::Never, supporting: request.supporting };
+    let ways = WaysOut { supporting: request.supporting, ..WaysOut::NONE };
     let set = arranged(&models, world)?;
-    Ok(planned_or_cut(&models, set, (&request.options, &ways), world)?.plan)
+    Ok(planned_somehow(&models, set, (&request.options, &ways), world)?.plan)
 }
 
-/// What may be done with solids that have no plan as they are.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// What may be done with a model beside printing it as it was drawn.
+#[derive(Clone, Debug, PartialEq)]
 pub struct WaysOut {
-    /// Whether they may be cut.
+    /// Whether its solids may be cut.
     pub cutting: Cutting,
     /// Whether they may stand on supports.
     pub supporting: Supporting,
+    /// Whether it may stand otherwise than it was drawn, where nobody said how.
+    pub turning: bool,
+    /// The only way that is wanted.
+    pub only: Option<Way>,
+    /// Ways that came to nothing, and are not tried again.
+    pub lost: Vec<TriedWay>,
 }
 
 impl WaysOut {
-    /// What is left of them where what was `found` came to nothing in the end, and both in words.
-    pub(super) fn besides(&self, found: &PlannedSomehow) -> Option<(Self, [&'static str; 2])> {
-        let words = ["in parts", "printed on supports"];
-        match (&found.cut, &found.held) {
-            (Some(_), _) if self.supporting == Supporting::Auto => {
-                Some((Self { cutting: Cutting::Never, ..self.clone() }, words))
-            }
-            (_, Some(_)) if self.cutting != Cutting::Never => {
-                Some((Self { supporting: Supporting::Never, ..self.clone() }, [words[1], words[0]]))
-            }
-            _ => None,
-        }
+    /// As it was drawn, or not at all.
+    pub const NONE: Self =
+        Self { cutting: Cutting::Never, supporting: Supporting::Never, turning: false, only: None, lost: Vec::new() };
+
+    fn allow(&self, way: Way) -> bool {
+        let held = self.supporting == Supporting::Auto;
+        let may = match way {
+            Way::AsDrawn => true,
+            Way::Turned => self.turning,
+            Way::Supports => held,
+            Way::TurnedSupports => self.turning && held,
+            Way::Cut => self.cutting != Cutting::Never,
+        };
+        may && self.only.is_none_or(|only| only.covers(way)) && self.lost.iter().all(|lost| lost.way != way)
     }
 }
 
@@ -109,24 +122,46 @@ pub(super) struct PlannedSomehow {
     pub(super) plan: PlanResult,
     pub(super) cut: Option<CutModel>,
     pub(super) held: Option<HeldModel>,
-    /// The ways that were tried.
-    pub(super) ways: Vec<TriedWay>,
 }
 
 impl PlannedSomehow {
-    fn as_drawn(plan: PlanResult) -> Self {
-        let way = TriedWay { chosen: true, ..TriedWay::priced(Way::AsDrawn, as_planned(&plan)) };
-        Self { plan, cut: None, held: None, ways: vec![way] }
+    /// The way that was taken.
+    pub(super) fn taken(&self) -> Option<&TriedWay> {
+        self.plan.ways.iter().find(|way| way.chosen)
     }
 }
 
-/// Plans models as they are, or, where they have no plan and `ways` allow it, with their solids cut or on supports, whichever is cheaper. Several that
+/// No way to print a model is left of those that were asked for.
+#[derive(Clone, Debug)]
+pub struct NoWay {
+    /// The only one that was asked for.
+    pub only: Option<Way>,
+    /// All that were tried, with why not.
+    pub ways: Vec<TriedWay>,
+}
+
+impl Display for NoWay {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let asked = self.only.map_or("", Way::word);
+        let whys =
+            self.ways.iter().filter_map(|tried| Some(format!("{}: {}", tried.way.word(), tried.why_not.as_ref()?)));
+        let whys: Vec<String> = whys.collect();
+        let whys = if whys.is_empty() { "it does not apply to this model".to_owned() } else { whys.join("; ") };
+        write!(f, "the model cannot be printed by --way {asked}: {whys}; --way auto takes the cheapest way that works")
+    }
+}
+
+/// Plans models by the cheapest way that `ways` allow: as they are, turned, on supports, or with their solids cut. Several that
 /// have no plan so near to each other are given more room, where nobody said how much.
+///
+/// What prints as it was drawn is not cut, and turned only where that is cheaper by a twentieth. Cuts, whose search is the long one, are looked for
+/// only where they can be cheaper than all else.
 ///
 /// # Errors
 ///
-/// What [`plan`](super::plan()) says of the models as they are; with why cutting and supports do not help.
-pub(super) fn planned_or_cut(
+/// What [`plan`](super::plan()) says of the models as they are, with why the other ways do not help; [`Error::NoWay`] where they are
+/// not to be printed as they are.
+pub(super) fn planned_somehow(
     models: &Models<'_>,
     set: SetUp,
     (options, ways): (&PlanOptions, &WaysOut),
@@ -134,44 +169,102 @@ pub(super) fn planned_or_cut(
 ) -> Result<PlannedSomehow, Error> {
     let mut sets = vec![set];
     sets.extend(models.wider(&sets[0], world));
-    let none = matches!(ways, WaysOut { cutting: Cutting::Never, supporting: Supporting::Never });
-    // Parts of one assembly are not cut.
-    let assembly = sets[0].model.model.parts.len() > 1 && groups(&sets[0].model.model).len() == 1;
-    let mut tries = Tries { machine: models.machine, options, sets, known: Known::default(), world };
-    let mut why_not = [None, None];
-    let uncut = assembly && ways.supporting == Supporting::Never;
-    if !(none || uncut) || tries.sets.len() > 1 {
-        let why = match tries.as_they_are()? {
-            Ok(plan) => return Ok(PlannedSomehow::as_drawn(plan)),
-            Err(why) => why,
-        };
-        let file = match &ways.cutting {
-            Cutting::Auto { file } if !assembly => Some(&file[..]),
-            _ => None,
-        };
-        match tries.cheapest((file, ways.supporting), &why) {
-            Ok(found) => return Ok(found),
-            Err(both) => why_not = both,
+    let mut tries = Tries {
+        models,
+        options,
+        ways,
+        weights: ways::weights(models.machine),
+        sets,
+        known: Known::default(),
+        poses: None,
+        found: Vec::new(),
+        tried: ways.lost.clone(),
+        world,
+    };
+    let drawn = ways.allow(Way::AsDrawn);
+    if drawn && !tries.has_others() && tries.sets.len() == 1 {
+        return tries.explained();
+    }
+    let mut why = "only this way is wanted".to_owned();
+    if let Some(lost) = ways.lost.iter().find(|lost| lost.way == Way::AsDrawn) {
+        why = lost.why_not.clone().unwrap_or_default();
+    } else if drawn {
+        match tries.as_they_are() {
+            Ok(Ok(plan)) => tries.find(Way::AsDrawn, (plan, None, None)),
+            Ok(Err(because)) => {
+                why = because;
+                tries.as_one();
+            }
+            // What does not fit as it was drawn may fit otherwise.
+            Err(Error::Infeasible(no)) if tries.allowed(Way::Turned) => why = no.to_string(),
+            Err(error) => return Err(error),
+        }
+        if tries.found.is_empty() {
+            tries.tried.push(TriedWay::refused(Way::AsDrawn, &why));
         }
     }
-    tries.explained(why_not, models)
+    if tries.found.is_empty() {
+        tries.turned(&why);
+        tries.on_supports(&why);
+        tries.cut(&why);
+    } else if tries.a_turn_may_be_cheaper() {
+        tries.turned("");
+    }
+    tries.cheapest()
 }
 
-/// The same models with ever more room between them, and how they are planned.
+/// The same models with ever more room between them, and the ways that they are printed.
 struct Tries<'a> {
-    machine: &'a LoadedProfile,
+    models: &'a Models<'a>,
     options: &'a PlanOptions,
+    ways: &'a WaysOut,
+    weights: Weights,
     sets: Vec<SetUp>,
     /// What is known of the solids alone.
     known: Known,
+    /// Other poses, once they were looked for.
+    poses: Option<Poses>,
+    /// The ways that work.
+    found: Vec<Found>,
+    /// And those that do not.
+    tried: Vec<TriedWay>,
     world: &'a World<'a>,
 }
 
+/// A way that works.
+struct Found {
+    tried: TriedWay,
+    plan: PlanResult,
+    cut: Option<CutModel>,
+    held: Option<HeldModel>,
+}
+
 impl Tries<'_> {
+    /// Whether a way is wanted, and can be tried.
+    fn allowed(&self, way: Way) -> bool {
+        let may = match way {
+            Way::Turned | Way::TurnedSupports => may_turn(self.models, &self.sets[0]),
+            // Parts of one assembly are not cut.
+            Way::Cut => !self.is_assembly(),
+            Way::AsDrawn | Way::Supports => true,
+        };
+        may && self.ways.allow(way)
+    }
+
+    /// Whether another way is wanted than as drawn.
+    fn has_others(&self) -> bool {
+        Way::ALL.into_iter().any(|way| way != Way::AsDrawn && self.allowed(way))
+    }
+
+    fn is_assembly(&self) -> bool {
+        let model = &self.sets[0].model.model;
+        model.parts.len() > 1 && groups(model).len() == 1
+    }
+
     /// The plan with the least room that does, or why there is none with the least.
     fn as_they_are(&mut self) -> Result<Result<PlanResult, String>, Error> {
         let quiet = PlanOptions { remedies: false, ..self.options.clone() };
-        let plan = |set: &SetUp| match planned(set.model.clone(), self.machine.clone(), &quiet, self.world) {
+        let plan = |set: &SetUp| match planned(set.model.clone(), self.models.machine.clone(), &quiet, self.world) {
             Ok(plan) => Ok(Ok(plan.of_arranged(set.arranged.clone()))),
             Err(Error::NoPlan(no)) => Ok(Err(no.infeasible.to_string())),
             Err(error) => Err(error),
@@ -181,64 +274,143 @@ impl Tries<'_> {
             done => return Ok(done),
         };
         // More room is of no use to what has no plan by itself.
-        if !self.known.each_has_a_plan(&self.sets[0].model, (self.machine, self.options), self.world) {
+        let alone = (self.models.machine, self.options);
+        if !self.known.each_has_a_plan(&self.sets[0].model, alone, self.world) {
             return Ok(Err(why));
         }
         // What no longer fits on the table is no error.
         Ok(self.sets[1..].iter().find_map(|set| plan(set).ok()?.ok()).ok_or(why))
     }
 
-    /// On supports or cut, whichever is cheaper, for models that have no plan as they are; else why neither helps, the cut first.
-    fn cheapest(
-        &mut self,
-        (file, supporting): (Option<&str>, Supporting),
-        why: &str,
-    ) -> Result<PlannedSomehow, [Option<String>; 2]> {
-        let weights = Weights::default();
-        let (held, no_supports) = parted((supporting == Supporting::Auto).then(|| self.held(why)));
-        let on_supports = held.as_ref().map(|(plan, held)| ways::on_supports(plan, held));
-        let price = |terms: &Option<Terms>| terms.map_or(f64::INFINITY, |terms| weights.price(&terms));
-        // The search for cuts is the long one: what cannot be cheaper is not looked for.
-        let least = held.as_ref().map_or(0.0, |(plan, _)| weights.least_of_a_cut(&as_planned(plan)));
-        let worth = file.filter(|_| least < price(&on_supports));
-        let (cut, no_cut) = parted(worth.map(|file| self.cut(file, why)));
-        let in_parts = cut.as_ref().map(|(plan, cut)| ways::in_parts(plan, cut.seam_mm2()));
-        let mut tried = vec![TriedWay::refused(Way::AsDrawn, why)];
-        for (way, terms, why_not) in [(Way::Cut, in_parts, &no_cut), (Way::Supports, on_supports, &no_supports)] {
-            tried.extend(terms.map(|terms| TriedWay::priced(way, terms)));
-            tried.extend(why_not.as_ref().map(|why_not| TriedWay::refused(way, why_not)));
+    /// As they were drawn, those that touch as one solid: so every slicer prints them.
+    fn as_one(&mut self) {
+        let touching = groups(&self.sets[0].model.model).iter().any(|group| group.len() > 1);
+        if self.models.how.join || !touching {
+            return;
         }
-        if file.is_some() && worth.is_none() {
-            let cut = TriedWay::refused(Way::Cut, &format!("{least:.0} min at least, which is more than on supports"));
-            tried.push(TriedWay { price_min: Some(least), ..cut });
-        }
-        let taken = if price(&in_parts) < price(&on_supports) { Way::Cut } else { Way::Supports };
-        tried.iter_mut().for_each(|one| one.chosen = one.way == taken && one.terms.is_some());
-        match (cut, held) {
-            (Some((plan, cut)), _) if taken == Way::Cut => {
-                Ok(PlannedSomehow { plan, cut: Some(cut), held: None, ways: tried })
-            }
-            (_, Some((plan, held))) => Ok(PlannedSomehow { plan, cut: None, held: Some(held), ways: tried }),
-            _ => Err([no_cut, no_supports]),
+        let silent = World { progress: &Silent, ..*self.world };
+        let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
+        let how = Arrangement { join: true, ..self.models.how.clone() };
+        let Ok(set) = arranged(&Models { how: &how, ..*self.models }, &silent) else { return };
+        let upright = Along::These(&[Vec3::z()]);
+        if let Ok(plan) = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent) {
+            self.find(Way::AsDrawn, (plan.of_arranged(set.arranged), None, None));
         }
     }
 
-    fn cut(&mut self, file: &str, why: &str) -> Result<(PlanResult, CutModel), String> {
+    /// Whether a lower pose could be cheaper than the models as they were drawn by so much that it counts.
+    fn a_turn_may_be_cheaper(&self) -> bool {
+        let least = |found: &Found| {
+            let terms = found.tried.terms?;
+            let least = self.weights.least_of_a_turn(&terms, ways::layers_min(&found.plan));
+            Some(least < WISH * self.weights.price(&terms))
+        };
+        self.allowed(Way::Turned) && self.found.first().and_then(least).unwrap_or(false)
+    }
+
+    /// In other poses: as it is in the first that can be printed so, and on supports in the one that costs the least.
+    fn turned(&mut self, why: &str) {
+        if !self.allowed(Way::Turned) && !self.allowed(Way::TurnedSupports) {
+            return;
+        }
+        let poses = Poses::of(self.models, &self.sets[0]);
+        let quiet = PlanOptions { remedies: false, ..self.options.clone() };
+        let silent = World { progress: &Silent, ..*self.world };
+        if self.allowed(Way::Turned) {
+            let plan = |pose: &Priced| {
+                let up = <[f64; 3]>::from(pose.up);
+                let set = turned(self.models, up, &silent).ok()?;
+                let plan = planned(set.model, self.models.machine.clone(), &quiet, &silent).ok()?;
+                Some((up, plan.of_arranged(set.arranged)))
+            };
+            match poses.others.iter().find_map(plan) {
+                Some((up, plan)) => self.find_turned(Way::Turned, up, (plan, None)),
+                None => {
+                    let count = counted(poses.others.len(), "other pose");
+                    self.tried.push(TriedWay::refused(Way::Turned, &format!("hangs in each of {count}")));
+                }
+            }
+        }
+        self.poses = Some(poses);
+        if !why.is_empty() && self.allowed(Way::TurnedSupports) {
+            self.turned_on_supports(why, &silent);
+        }
+    }
+
+    /// On supports in the pose that costs the least with them, where that is another one than it was drawn in.
+    fn turned_on_supports(&mut self, why: &str, silent: &World<'_>) {
+        let Some(Poses { drawn, others }) = &self.poses else { return };
+        let Some(pose) = others.first().filter(|pose| pose.price_min < WISH * drawn.price_min) else { return };
+        let up = <[f64; 3]>::from(pose.up);
+        let held = turned(self.models, up, silent).map_err(|error| error.to_string()).and_then(|set| {
+            let (plan, held) = on_supports(&set.model, self.models.machine, (self.options, why), silent)?;
+            Ok((plan.of_arranged(set.arranged), held))
+        });
+        match held {
+            // That is the turned one.
+            Ok((_, held)) if held.parts.is_empty() => {}
+            Ok((plan, held)) => self.find_turned(Way::TurnedSupports, up, (plan, Some(held))),
+            Err(no) => self.tried.push(TriedWay::refused(Way::TurnedSupports, &no)),
+        }
+    }
+
+    fn on_supports(&mut self, why: &str) {
+        if !self.allowed(Way::Supports) {
+            return;
+        }
+        let held = self.first_of(|set| {
+            let (plan, held) = on_supports(&set.model, self.models.machine, (self.options, why), self.world)?;
+            Ok((plan.of_arranged(set.arranged.clone()), held))
+        });
+        match held {
+            Ok((_, held)) if held.parts.is_empty() && self.ways.only.is_some() => {
+                self.tried.push(TriedWay::refused(Way::Supports, "nothing of it wants supports"));
+            }
+            Ok((plan, held)) => self.find(Way::Supports, (plan, None, Some(held))),
+            Err(no) => self.tried.push(TriedWay::refused(Way::Supports, &no)),
+        }
+    }
+
+    /// In parts, where that can be cheaper than all that was found.
+    fn cut(&mut self, why: &str) {
+        let Cutting::Auto { file } = &self.ways.cutting else { return };
+        if !self.allowed(Way::Cut) {
+            return;
+        }
+        let least = self.least_of_a_cut();
+        if self.found.iter().any(|found| self.rank(found) <= least) {
+            self.tried.push(TriedWay::dearer(Way::Cut, least));
+            return;
+        }
         let mut known = std::mem::take(&mut self.known);
-        self.first_of(|set| {
+        let machine = self.models.machine;
+        let cut = self.first_of(|set| {
             let (mut plan, solids, bytes) =
-                in_pieces(&set.model, self.machine, (self.options, file), &mut known, self.world)?;
-            let cut = CutModel { solids, bytes, file: file.to_owned(), why: why.to_owned() };
+                in_pieces(&set.model, machine, (self.options, file), &mut known, self.world)?;
+            let cut = CutModel { solids, bytes, file: file.clone(), why: why.to_owned() };
             plan.story = Some(cut.story(plan.best().seconds));
             Ok((plan.of_arranged(set.arranged.clone()), cut))
-        })
+        });
+        match cut {
+            Ok((plan, cut)) => self.find(Way::Cut, (plan, Some(cut), None)),
+            Err(no) => self.tried.push(TriedWay::refused(Way::Cut, &no)),
+        }
     }
 
-    fn held(&self, why: &str) -> Result<(PlanResult, HeldModel), String> {
-        self.first_of(|set| {
-            let (plan, held) = on_supports(&set.model, self.machine, (self.options, why), self.world)?;
-            Ok((plan.of_arranged(set.arranged.clone()), held))
-        })
+    /// What cut parts cost at least: as much as the model does on supports, without these; 0 where nothing is known of it.
+    fn least_of_a_cut(&self) -> f64 {
+        let bare = |found: &Found| {
+            let held_min = found.held.as_ref().map_or(0.0, HeldModel::seconds) / 60.0;
+            let terms = found.tried.terms?;
+            let layers_min = ways::layers_min(&found.plan);
+            let grams = terms.grams - terms.support_g;
+            Some(self.weights.least_of_a_cut(&Terms {
+                minutes: (terms.minutes - held_min - layers_min).max(0.0),
+                grams,
+                ..terms
+            }))
+        };
+        self.found.iter().filter_map(bare).reduce(f64::min).unwrap_or(0.0)
     }
 
     /// What `way` makes of the set with the least room that it does for, or why it does for none: what it says of the first.
@@ -253,31 +425,63 @@ impl Tries<'_> {
         Err(why.unwrap_or_default())
     }
 
-    /// The least room once more, with what would help; and why cutting and supports do not.
-    fn explained(mut self, [cut, held]: [Option<String>; 2], models: &Models<'_>) -> Result<PlannedSomehow, Error> {
+    fn find(&mut self, way: Way, (plan, cut, held): (PlanResult, Option<CutModel>, Option<HeldModel>)) {
+        let terms = match (&cut, &held) {
+            (Some(cut), _) => ways::in_parts(&plan, cut.seam_mm2()),
+            (_, Some(held)) => ways::on_supports(&plan, held),
+            _ => as_planned(&plan),
+        };
+        self.found.push(Found { tried: TriedWay::priced(way, None, terms, &self.weights), plan, cut, held });
+    }
+
+    fn find_turned(&mut self, way: Way, up: [f64; 3], (plan, held): (PlanResult, Option<HeldModel>)) {
+        self.find(way, (plan, None, held));
+        self.found.iter_mut().filter(|found| found.tried.way == way).for_each(|found| found.tried.up = Some(up));
+    }
+
+    fn rank(&self, found: &Found) -> f64 {
+        found.tried.terms.as_ref().map_or(f64::INFINITY, |terms| self.weights.rank(found.tried.way, terms))
+    }
+
+    /// The cheapest of what was found, else why there is nothing.
+    fn cheapest(mut self) -> Result<PlannedSomehow, Error> {
+        let ranks: Vec<f64> = self.found.iter().map(|found| self.rank(found)).collect();
+        let best = (0..ranks.len()).min_by(|&a, &b| ranks[a].total_cmp(&ranks[b]));
+        let Some(best) = best else { return self.explained() };
+        let Found { tried, mut plan, cut, held } = self.found.swap_remove(best);
+        let mut ways = vec![TriedWay { chosen: true, ..tried }];
+        ways.extend(self.found.into_iter().map(|found| found.tried));
+        ways.extend(self.tried);
+        plan.ways = ways;
+        Ok(PlannedSomehow { plan, cut, held })
+    }
+
+    /// As drawn with the least room once more, with what would help; and why the other ways do not.
+    fn explained(mut self) -> Result<PlannedSomehow, Error> {
+        if !self.ways.allow(Way::AsDrawn) {
+            return Err(Error::NoWay(Box::new(NoWay { only: self.ways.only, ways: self.tried })));
+        }
         let SetUp { model, arranged, .. } = self.sets.swap_remove(0);
         let touching = groups(&model.model).iter().any(|group| group.len() > 1);
-        match planned(model, self.machine.clone(), self.options, self.world) {
+        let why_not = |way: Way| self.tried.iter().find(|tried| tried.way == way)?.why_not.clone();
+        let [cut, held] = [Way::Cut, Way::Supports].map(why_not);
+        match planned(model, self.models.machine.clone(), self.options, self.world) {
             Err(Error::NoPlan(mut no)) => {
-                (no.cut, no.held) = (cut, held);
+                (no.cut, no.held, no.ways) = (cut, held, self.tried);
                 let asked = no.remedies.is_some() && touching;
-                let joined = asked.then(|| joined(models, self.options, self.world)).flatten();
+                let joined = asked.then(|| joined(self.models, self.options, self.world)).flatten();
                 if let (Some(remedies), Some(joined)) = (&mut no.remedies, joined) {
                     remedies.push(joined);
                 }
                 Err(Error::NoPlan(no))
             }
-            done => Ok(PlannedSomehow::as_drawn(done?.of_arranged(arranged))),
+            done => {
+                let mut plan = done?.of_arranged(arranged);
+                let way = TriedWay::priced(Way::AsDrawn, None, as_planned(&plan), &self.weights);
+                plan.ways = vec![TriedWay { chosen: true, ..way }];
+                Ok(PlannedSomehow { plan, cut: None, held: None })
+            }
         }
-    }
-}
-
-/// What was found, or why not.
-fn parted<T>(tried: Option<Result<T, String>>) -> (Option<T>, Option<String>) {
-    match tried {
-        Some(Ok(found)) => (Some(found), None),
-        Some(Err(why)) => (None, Some(why)),
-        None => (None, None),
     }
 }
 
@@ -287,9 +491,9 @@ fn joined(models: &Models<'_>, options: &PlanOptions, world: &World<'_>) -> Opti
     let how = Arrangement { join: true, ..models.how.clone() };
     let set = arranged(&Models { how: &how, ..*models }, world).ok()?;
     let options = PlanOptions { remedies: false, plans: 1, ..options.clone() };
-    let whole = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
+    let whole = WaysOut { supporting: Supporting::Auto, ..WaysOut::NONE };
     let again = Models { how: &how, ..*models };
-    let done = planned_or_cut(&again, set, (&options, &whole), world).ok()?;
+    let done = planned_somehow(&again, set, (&options, &whole), world).ok()?;
     let on = if done.held.is_some() { ", on supports (--supports auto)" } else { "" };
     let parts = done.plan.plan.model.model.parts.len();
     let text = format!("join the parts that touch (--join): {} then has a plan{on}", counted(parts, "solid"));
@@ -306,6 +510,9 @@ fn in_pieces(
 ) -> Result<(PlanResult, Vec<CutSolid>, Vec<u8>), String> {
     if model.model.parts.len() == 1 {
         let (plan, split, bytes) = in_parts(model.clone(), machine, (options, file), world)?;
+        if split.split.cuts.is_empty() {
+            return Err("nothing of it asks for a cut".to_owned());
+        }
         return Ok((plan, vec![CutSolid { parts: vec![0], split }], bytes));
     }
     let words = |error: Error| error.to_string();

@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-use super::{BadSetting, BadSimulation, NoPlan, Rejected};
+use super::{BadSetting, BadSimulation, NoPlan, NoWay, Rejected};
 use crate::assembly::FitError;
 use crate::link::serial::PortError;
 use crate::link::{JournalError, ProgramError, Unfit};
@@ -281,6 +281,9 @@ pub enum Error {
     /// A model without a plan, with reasons and remedies.
     #[error("{}", .0.infeasible)]
     NoPlan(Box<NoPlan>),
+    /// Nothing is left of the ways that were asked for.
+    #[error("{0}")]
+    NoWay(Box<NoWay>),
     /// A print that the slicer's bed does not hold.
     #[error(transparent)]
     OffBed(#[from] TooLarge),

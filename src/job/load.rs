@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::source::{MachineSource, ModelSource, Source};
-use super::{BadSetting, Error, World};
+use super::{BadSetting, Error, Step, World};
 use crate::mesh::{Model, ReadOptions, Unit, read_model};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
 use crate::profile::{Base, Origin, Profile, check_number, resolve, resolve_over, shipped};
@@ -47,7 +47,16 @@ pub(super) fn tell(warnings: &[String], world: &World<'_>) {
 /// The same for a job that changes the pose: the warnings about it are not told.
 pub(super) fn load_unposed(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
     let loaded = read_quietly(from, world)?;
+    world.progress.reached(Step::Read(&loaded));
     loaded.model.warnings_in_any_pose().for_each(|text| world.progress.warning(text));
+    Ok(loaded)
+}
+
+/// As [`load_model`], for a job whose first word is what it has read.
+pub(super) fn load_aloud(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
+    let loaded = read_quietly(from, world)?;
+    world.progress.reached(Step::Read(&loaded));
+    tell(&loaded.model.warnings, world);
     Ok(loaded)
 }
 

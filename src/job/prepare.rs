@@ -1,16 +1,17 @@
 //! The main job: from a model to a verified program, in memory.
 
-use super::arrange::{Models, arranged};
-use super::cutting::{CutModel, Cutting, PlannedSomehow, WaysOut, planned_or_cut};
+use super::arrange::{Models, SetUp, arranged};
+use super::cutting::{CutModel, Cutting, PlannedSomehow, WaysOut, planned_somehow};
 use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
 use super::ways::TriedWay;
 use super::{
     Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,
-    RewriteResult, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
+    RewriteResult, Silent, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
 };
 use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
+use crate::strategy::Way;
 use crate::toolpath::{Input, Segment, SlicedError};
 
 /// A model and a machine, and how to bring them together.
@@ -26,7 +27,7 @@ pub struct PrepareRequest {
     pub plan: PlanOptions,
     /// How to slice.
     pub slicing: SlicingOptions,
-    /// What may be done with solids that have no plan as they are.
+    /// What may be done with the model beside printing it as it was drawn.
     pub ways: WaysOut,
 }
 
@@ -36,7 +37,7 @@ impl PrepareRequest {
         let (plan, slicing) = (PlanOptions::default(), SlicingOptions::default());
         let model = model.into();
         let cutting = Cutting::Auto { file: format!("{}.parts.3mf", model.source.name()) };
-        let ways = WaysOut { cutting, supporting: Supporting::Auto };
+        let ways = WaysOut { cutting, supporting: Supporting::Auto, turning: true, ..WaysOut::NONE };
         let arrangement = Arrangement::default();
         Self { model, machine: machine.into(), arrangement, plan, slicing, ways }
     }
@@ -53,8 +54,6 @@ pub struct PrepareResult {
     pub cut: Option<CutModel>,
     /// What became of one that is printed on supports.
     pub held: Option<HeldModel>,
-    /// The ways that were tried for the model, with what they come to.
-    pub ways: Vec<TriedWay>,
     /// Who sliced.
     pub slicer: SlicerName,
     /// What of the prints, by name, is not in what was sliced.
@@ -82,52 +81,25 @@ pub struct Seconds {
     pub verify: f64,
 }
 
-/// Does everything: reads, plans (cuts one solid where it must, and may), has sliced, rewrites and verifies.
+/// Does everything: reads, plans by the cheapest way, has sliced, rewrites and verifies. Where what was sliced is refused, the next way is tried.
 ///
 /// # Errors
 ///
-/// What any of the steps may say; the first that cannot be done ends the job.
+/// What any of the steps may say; the first that cannot be done ends the job. Where several ways came to nothing, what was said of the first.
 pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareResult, Error> {
     let mut seconds = Seconds::default();
-    let mut last = world.clock.now();
-    let mut lap = || {
-        let (now, before) = (world.clock.now(), last);
-        last = now;
-        (now - before).as_secs_f64()
-    };
     let machine = load_profile(&request.machine, world)?;
     let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
-    let set = arranged(&models, world)?;
-    seconds.read = lap();
-    world.progress.reached(Step::Read(&set.model));
+    let set = timed(&mut seconds.read, world, || arranged(&models, world))?;
     // A slicer that is not there is found out before the long search.
     let slicer = request.slicing.slicer(world)?;
-    let mut somehow = planned_or_cut(&models, set, (&request.plan, &request.ways), world)?;
-    seconds.orient = somehow.plan.orient_seconds;
-    seconds.plan = (lap() - seconds.orient).max(0.0);
-    world.progress.reached(Step::Planned(&somehow.plan));
     let job = Proving { slicer: slicer.as_ref(), request, world };
-    let mut proved = job.proved(&somehow.plan, &mut seconds);
-    if let Err(failed) = &proved
-        && let Some((other, words)) = request.ways.besides(&somehow)
-        && let Some(why) = unfit(&failed.error)
-        && let Some((mut plan, again)) = job.instead(&models, &other, &mut seconds)
-    {
-        let [this, that] = words;
-        world.progress.warning(&format!("{this}, {} {why}; {that} instead", failed.slicer));
-        let lost = |way: &TriedWay| TriedWay { chosen: false, why_not: Some(why.clone()), ..way.clone() };
-        plan.ways.extend(somehow.ways.iter().filter(|way| way.chosen).map(lost));
-        (somehow, proved) = (plan, Ok(again));
-    }
-    let PlannedSomehow { plan, cut, held, ways } = somehow;
-    let Proved { rewritten, slicer, flaws } = match proved.map_err(|failed| *failed.error) {
-        Err(Error::Rejected(no)) => return Err(Error::Rejected(Box::new(Rejected { plan: Some(plan.plan), ..*no }))),
-        proved => proved?,
-    };
+    let (PlannedSomehow { plan, cut, held }, proved) = job.by_any_way(&models, set, &mut seconds)?;
+    let Proved { rewritten, slicer, flaws } = proved;
     let RewriteResult { gcode, warnings, .. } = rewritten;
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
     let warnings = plan.plan.model.model.warnings.iter().cloned().chain(of_slicer).chain(warnings).collect();
-    Ok(PrepareResult { gcode, planned: plan, cut, held, ways, slicer, flaws, warnings, seconds })
+    Ok(PrepareResult { gcode, planned: plan, cut, held, slicer, flaws, warnings, seconds })
 }
 
 /// What a slicer did that another may do better; `None` for what is not the slicer's.
@@ -200,21 +172,70 @@ impl Proving<'_> {
         Ok(Proved { rewritten, slicer, flaws })
     }
 
-    /// The model in another way, sliced and proved; `None` where that cannot be done either.
-    fn instead(&self, models: &Models<'_>, ways: &WaysOut, seconds: &mut Seconds) -> Option<(PlannedSomehow, Proved)> {
-        let Self { request, world, .. } = *self;
+    /// The model planned by the cheapest way whose slices hold.
+    fn by_any_way(
+        &self,
+        models: &Models<'_>,
+        set: SetUp,
+        seconds: &mut Seconds,
+    ) -> Result<(PlannedSomehow, Proved), Error> {
+        let mut ways = self.request.ways.clone();
+        let mut somehow = self.planned(models, set, &ways, seconds)?;
+        let mut first: Option<Error> = None;
+        loop {
+            self.world.progress.reached(Step::Planned(&somehow.plan));
+            let failed = match self.proved(&somehow.plan, seconds) {
+                Ok(proved) => return Ok((somehow, proved)),
+                Err(failed) => failed,
+            };
+            let lost = somehow.taken().filter(|way| may_be_otherwise(way.way, &failed.error)).cloned();
+            let why = unfit(&failed.error);
+            let error = match *failed.error {
+                Error::Rejected(no) => Error::Rejected(Box::new(Rejected { plan: Some(somehow.plan.plan), ..*no })),
+                error => error,
+            };
+            let error = first.unwrap_or(error);
+            let (Some(lost), Some(why)) = (lost, why) else { return Err(of_tried(error, ways.lost)) };
+            let this = lost.way.word();
+            ways.lost.push(TriedWay { chosen: false, why_not: Some(why.clone()), ..lost });
+            let again = arranged(models, &World { progress: &Silent, ..*self.world });
+            let Ok(next) = again.and_then(|set| self.planned(models, set, &ways, seconds)) else {
+                return Err(of_tried(error, ways.lost));
+            };
+            let that = next.taken().map_or("", |way| way.way.word());
+            self.world.progress.warning(&format!("{this}: {} {why}; {that} instead", failed.slicer));
+            (somehow, first) = (next, Some(error));
+        }
+    }
+
+    fn planned(
+        &self,
+        models: &Models<'_>,
+        set: SetUp,
+        ways: &WaysOut,
+        seconds: &mut Seconds,
+    ) -> Result<PlannedSomehow, Error> {
         let mut planning = 0.0;
-        let planned = timed(&mut planning, world, || {
-            planned_or_cut(models, arranged(models, world)?, (&request.plan, ways), world)
-        });
+        let options = (&self.request.plan, ways);
+        let planned = timed(&mut planning, self.world, || planned_somehow(models, set, options, self.world));
         let orient = planned.as_ref().map_or(0.0, |somehow| somehow.plan.orient_seconds);
         seconds.orient += orient;
         seconds.plan += (planning - orient).max(0.0);
-        let somehow = planned.ok()?;
-        world.progress.reached(Step::Planned(&somehow.plan));
-        let proved = self.proved(&somehow.plan, seconds).ok()?;
-        Some((somehow, proved))
+        planned
     }
+}
+
+/// A program that was rejected, with the ways that were tried.
+fn of_tried(error: Error, tried: Vec<TriedWay>) -> Error {
+    match error {
+        Error::Rejected(no) => Error::Rejected(Box::new(Rejected { ways: tried, ..*no })),
+        error => error,
+    }
+}
+
+/// Whether another way may help where a slicer failed with this one: at the model as it was drawn only what was laid counts.
+fn may_be_otherwise(way: Way, error: &Error) -> bool {
+    matches!(error, Error::Rejected(_)) || way != Way::AsDrawn
 }
 
 /// Adds what `act` takes to `seconds`.

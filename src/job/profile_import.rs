@@ -25,7 +25,7 @@ const DIRECTIONS: [(&str, &str); 2] = [
 /// Asked only once it is known which axis tilts: its own lines may say them.
 const OF_THE_TILT: [&str; 2] = ["kinematics.tilt.min_deg", "kinematics.tilt.max_deg"];
 /// The order of a profile's tables.
-const SECTIONS: [&str; 13] = [
+const SECTIONS: [&str; 14] = [
     "machine",
     "kinematics",
     "kinematics.tilt",
@@ -37,6 +37,7 @@ const SECTIONS: [&str; 13] = [
     "dialect",
     "transition",
     "joint",
+    "price",
     "process",
     "link",
 ];

@@ -10,7 +10,7 @@ pub trait Progress {
     /// A step of `of` pieces begins; dropped at its end.
     fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_>;
 
-    /// A step of [`prepare`](super::prepare()) is done.
+    /// A model is read, or a step of [`prepare`](super::prepare()) is done.
     fn reached(&self, _step: Step<'_>) {}
 }
 

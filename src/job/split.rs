@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use super::arrange::{Models, arranged};
-use super::load::spanning;
+use super::load::{load_aloud, spanning};
 use super::pictures;
 use super::plan::CAREFUL_DEG;
 use super::{
     Arrangement, BadSetting, Error, Finish, LoadedModel, LoadedProfile, MachineSource, ModelSource, Standing, World,
-    load_model, load_profile,
+    load_profile,
 };
 use crate::geom::{Angle, Bounds, Vec3};
 use crate::mesh::threemf;
@@ -198,7 +198,7 @@ pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, E
     check(options)?;
     let machine = spanning(load_profile(&request.machine, world)?, options.bridge_mm)?;
     if request.standing == Standing::AsDrawn {
-        return cut_up(load_model(&request.model, world)?, &machine, options, world);
+        return cut_up(load_aloud(&request.model, world)?, &machine, options, world);
     }
     if !options.no_cut.is_empty() {
         return Err(BadSetting::TurnedBoxes.into());

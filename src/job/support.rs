@@ -4,8 +4,9 @@ use std::fmt::Write;
 use std::path::Path;
 use std::str::FromStr;
 
+use super::load::load_aloud;
 use super::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
-use super::{BadSetting, Error, ModelSource, SupportForm, World, load_model};
+use super::{BadSetting, Error, ModelSource, SupportForm, World};
 use crate::geom::{Angle, Bounds, Slot, Vec3, turned_by};
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
 use crate::spelling::{counted, nearest, numbers};
@@ -241,7 +242,7 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
     let (method, name) = checked(options)?;
     let structure = named("structure", &options.structure, &Structure::NAMED)?.0;
     let start = world.clock.now();
-    let loaded = load_model(&request.model, world)?;
+    let loaded = load_aloud(&request.model, world)?;
     let parts = standing(loaded.model.parts.into_iter().map(|part| (part.name, part.mesh)), options);
     let meshes: Vec<&TriangleMesh<Slot>> = parts.iter().map(|(_, mesh)| mesh).collect();
     let overhang = Angle::from_deg(options.overhang_deg);

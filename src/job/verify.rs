@@ -1,6 +1,6 @@
 //! A program replayed against its plan, and the type that only such a replay gives: [`Verified`].
 
-use super::{CheckedPlan, Error, Source, World};
+use super::{CheckedPlan, Error, Source, TriedWay, World};
 use crate::spelling::counted;
 use crate::verify::{Job, Report, verify as replay};
 
@@ -34,7 +34,7 @@ impl VerifyResult {
         if report.is_clean() {
             Ok(Verified { program, report: Some(report) })
         } else {
-            Err(Error::Rejected(Box::new(Rejected { report, seconds, program, plan: None })))
+            Err(Error::Rejected(Box::new(Rejected { report, seconds, program, plan: None, ways: Vec::new() })))
         }
     }
 }
@@ -68,6 +68,8 @@ pub struct Rejected {
     pub(super) program: Vec<u8>,
     /// The plan, where it was made on the way.
     pub(super) plan: Option<CheckedPlan>,
+    /// The ways to print the model that came to this, where several were tried.
+    pub ways: Vec<TriedWay>,
 }
 
 impl std::fmt::Display for Rejected {

@@ -1,8 +1,10 @@
-//! The ways that were tried for a model, each with what it comes to, and the cheapest of them.
+//! The ways that were tried for a model, each with what it comes to.
 
 use super::orient::process_of;
 use super::{HeldModel, LoadedProfile, PlanResult};
+use crate::geom::Vec3;
 use crate::mesh::Model;
+use crate::orient::Facets;
 use crate::strategy::{Terms, Way, Weights};
 
 /// A way that was tried.
@@ -10,6 +12,8 @@ use crate::strategy::{Terms, Way, Weights};
 pub struct TriedWay {
     /// Which.
     pub way: Way,
+    /// The direction of the file that is up, where the model was turned for it.
+    pub up: Option<[f64; 3]>,
     /// Whether it was taken.
     pub chosen: bool,
     /// What it comes to; `None` where it does not work, or was not worked out.
@@ -22,34 +26,67 @@ pub struct TriedWay {
 
 impl TriedWay {
     pub(super) fn refused(way: Way, why_not: &str) -> Self {
-        Self { way, chosen: false, terms: None, price_min: None, why_not: Some(why_not.to_owned()) }
+        Self { way, up: None, chosen: false, terms: None, price_min: None, why_not: Some(why_not.to_owned()) }
     }
 
-    pub(super) fn priced(way: Way, terms: Terms) -> Self {
-        let price_min = Some(Weights::default().price(&terms));
-        Self { way, chosen: false, terms: Some(terms), price_min, why_not: None }
+    /// One that was not worked out, since it cannot cost less than this.
+    pub(super) fn dearer(way: Way, least_min: f64) -> Self {
+        let why_not = format!("at least {least_min:.0} min, which is more");
+        Self { price_min: Some(least_min), ..Self::refused(way, &why_not) }
+    }
+
+    pub(super) fn priced(way: Way, up: Option<[f64; 3]>, terms: Terms, weights: &Weights) -> Self {
+        let price_min = Some(weights.price(&terms));
+        Self { way, up, chosen: false, terms: Some(terms), price_min, why_not: None }
     }
 }
 
-/// What a plan comes to as its model stands, without supports.
+impl TriedWay {
+    /// A way that was not taken, in a line; `None` for the one that was, and for what is told of every model that does not print as it was drawn.
+    pub fn beside(&self) -> Option<String> {
+        if self.way == Way::AsDrawn && self.terms.is_none() {
+            return None;
+        }
+        let price = self.price_min.map(|min| format!("{min:.0} min by one price"));
+        let facts: Vec<String> = price.into_iter().chain(self.why_not.clone()).collect();
+        (!self.chosen).then(|| format!("not {}: {}", self.way.word(), facts.join("; ")))
+    }
+}
+
+/// What a profile says that each term is worth.
+pub(super) fn weights(machine: &LoadedProfile) -> Weights {
+    let price = &machine.profile.price;
+    Weights {
+        gram: price.gram_min,
+        setup: price.setup_min,
+        supports: price.supports_min,
+        contact_mm2: price.contact_min_per_cm2 / 100.0,
+        seam_mm2: price.seam_min_per_mm2,
+        droop_mm3: price.droop_min_per_mm3,
+    }
+}
+
+/// What a plan comes to, seams and supports left aside.
 pub(super) fn as_planned(plan: &PlanResult) -> Terms {
     let model = &plan.plan.model.model;
+    let (steps_min, risk_min) = of_its_pose(plan);
     Terms {
         minutes: plan.best().seconds / 60.0,
         grams: grams(model, &plan.plan.machine),
         setups: plan.best().pose_changes.max(1),
         parts: model.parts.len(),
         droop_mm3: plan.droops.iter().map(|droop| droop.area_mm2 * droop.droop_mm).sum(),
+        steps_min,
+        risk_min,
         ..Terms::default()
     }
 }
 
-/// The same on supports.
+/// The same on supports, whose time a plan counts already.
 pub(super) fn on_supports(plan: &PlanResult, held: &HeldModel) -> Terms {
     let whole = as_planned(plan);
     let support_g = process_of(&plan.plan.machine).grams(held.volume_mm3());
     Terms {
-        minutes: whole.minutes + held.seconds() / 60.0,
         grams: whole.grams + support_g,
         support_g,
         contact_mm2: held.parts.iter().map(|part| part.contact_mm2).sum(),
@@ -61,6 +98,33 @@ pub(super) fn on_supports(plan: &PlanResult, held: &HeldModel) -> Terms {
 pub(super) fn in_parts(plan: &PlanResult, seam_mm2: f64) -> Terms {
     Terms { seam_mm2, ..as_planned(plan) }
 }
+
+/// What changes of layer take at most where a model stands as in a plan, minutes: all that a lower pose could save.
+pub(super) fn layers_min(plan: &PlanResult) -> f64 {
+    let height_mm = plan.plan.model.model.bounds.size().z;
+    process_of(&plan.plan.machine).layers(height_mm)
+}
+
+/// What the steps on slopes are worth along the directions of a plan; and, where each part is a print of its own that stands on the table,
+/// what is lost by the odds that it comes loose. Minutes.
+fn of_its_pose(plan: &PlanResult) -> (f64, f64) {
+    let process = process_of(&plan.plan.machine);
+    let parts = &plan.plan.workpiece().parts;
+    let alone = plan.plan.model.model.interfaces.is_empty();
+    let of_print = |part: usize, up: Vec3| {
+        let facets = Facets::of(&parts[part]);
+        if alone && up.z > UPRIGHT {
+            let priced = process.roughly(&facets, &up);
+            return (priced.steps_min, priced.risk_min);
+        }
+        (process.steps_along(&facets, &up), 0.0)
+    };
+    let prints = plan.plan.prints().map(|(_, print)| of_print(print.part, print.up.into()));
+    prints.fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
+}
+
+/// What is up as far as a print cares: the cosine of its angle to the table's normal.
+const UPRIGHT: f64 = 0.999_999;
 
 fn grams(model: &Model, machine: &LoadedProfile) -> f64 {
     let process = process_of(machine);

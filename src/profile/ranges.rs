@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 89] = [
+const RANGES: [(&str, RangeInclusive<f64>); 95] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.along", -2.0..=2.0),
@@ -62,6 +62,12 @@ const RANGES: [(&str, RangeInclusive<f64>); 89] = [
     ("transition.park_mm", -1e4..=1e4),
     ("transition.travel_mm_per_min", 1.0..=12e4),
     ("transition.z_mm_per_min", 1.0..=12e4),
+    ("price.gram_min", 0.0..=1e4),
+    ("price.setup_min", 0.0..=1e4),
+    ("price.supports_min", 0.0..=1e4),
+    ("price.contact_min_per_cm2", 0.0..=1e4),
+    ("price.seam_min_per_mm2", 0.0..=1e4),
+    ("price.droop_min_per_mm3", 0.0..=1e4),
     ("joint.layers", 1.0..=20.0),
     ("joint.overlap_mm", 0.0..=0.1),
     ("joint.mm_per_s", 0.1..=2000.0),
@@ -113,8 +119,12 @@ const RANGES: [(&str, RangeInclusive<f64>); 89] = [
 ];
 
 /// Units by the end of a key, the longest ending first.
-const UNITS: [(&str, &str); 12] = [
+const UNITS: [(&str, &str); 16] = [
     ("_mm_per_min", " mm/min"),
+    ("_min_per_cm2", " min/cm2"),
+    ("_min_per_mm2", " min/mm2"),
+    ("_min_per_mm3", " min/mm3"),
+    ("_min", " min"),
     ("_deg_per_s2", " deg/s2"),
     ("_mm_per_s2", " mm/s2"),
     ("_mm3_per_s", " mm3/s"),

@@ -27,6 +27,9 @@ pub struct Profile {
     /// First layers on printed material.
     #[serde(default, skip_serializing_if = "JointSettings::is_plain")]
     pub joint: JointSettings,
+    /// What ways to print are compared by.
+    #[serde(default, skip_serializing_if = "PriceSettings::is_plain")]
+    pub price: PriceSettings,
     /// How slots are sliced.
     pub process: SliceSettings,
     /// The wire.
@@ -347,6 +350,44 @@ impl Default for JointSettings {
 
 impl JointSettings {
     /// Whether nothing is asked for.
+    pub fn is_plain(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// `[price]`: what is worth how many minutes where ways to print a model are compared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PriceSettings {
+    /// A gram of filament.
+    pub gram_min: f64,
+    /// A pose of the table beyond the first.
+    pub setup_min: f64,
+    /// Breaking supports off, however few.
+    pub supports_min: f64,
+    /// A square centimetre that they touch.
+    pub contact_min_per_cm2: f64,
+    /// A square millimetre of seam.
+    pub seam_min_per_mm2: f64,
+    /// A square millimetre that droops by one millimetre.
+    pub droop_min_per_mm3: f64,
+}
+
+impl Default for PriceSettings {
+    fn default() -> Self {
+        Self {
+            gram_min: 1.0,
+            setup_min: 2.0,
+            supports_min: 0.5,
+            contact_min_per_cm2: 0.05,
+            seam_min_per_mm2: 0.01,
+            droop_min_per_mm3: 0.02,
+        }
+    }
+}
+
+impl PriceSettings {
+    /// Whether nothing is said of it.
     pub fn is_plain(&self) -> bool {
         *self == Self::default()
     }

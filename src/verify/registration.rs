@@ -26,13 +26,13 @@ const STRAY_MM: [f64; 2] = [0.8, 0.2];
 /// The part of the outline that must have an outer wall beside it.
 const LEAST_COVERED: f64 = 0.5;
 /// Samples of one print that are taken, about.
-const SAMPLES: usize = 2000;
+const SAMPLES: f64 = 2000.0;
 /// What the outline tells so much worse than what it tells best is not told: see [`fit`].
 const WEAKEST: f64 = 4e-3;
 /// A wall that runs along the outline turns from it by no more than this, as a sine: 20 degrees. What goes across the end of a thin tip
 /// says nothing of where the part lies.
 const ALONG: f64 = 0.34;
-/// Spacing of samples along a wall, mm.
+/// How far apart places of a wall are held against the outline, mm.
 const SPACING_MM: f64 = 3.0;
 /// Deeper inside than this no distance need be exact, mm.
 const EXACT_MM: f64 = 0.8;
@@ -41,21 +41,18 @@ const SHORTEST_MM: f64 = 0.05;
 
 /// Holds one print against its part.
 pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
-    let walls: usize = printed.levels.iter().map(|l| l.beads.iter().filter(|&&i| is_outer(printed, i)).count()).sum();
-    let every = walls.div_ceil(SAMPLES).max(1);
+    let walls = printed.levels.iter().flat_map(|level| &level.beads).filter(|&&i| is_outer(printed, i));
+    let mut taking = Taking::of(walls.map(|&i| length(printed, i)).sum());
     let mut samples = Vec::new();
-    let (mut taken, mut covered, mut outline) = (0, 0.0, 0.0);
+    let (mut covered, mut outline) = (0.0, 0.0);
     let mut sections = Vec::with_capacity(printed.levels.len());
     let [centre_x, centre_y] = centre(printed);
     for level in &printed.levels {
         let (section, other) = printed.section(level, |i| is_outer(printed, i));
         let mut search = section.search();
         for &index in level.beads.iter().filter(|&&i| is_outer(printed, i)) {
-            taken += 1;
-            if taken % every == 0 {
-                let beside = sample(printed, (level, &mut search), index, [centre_x, centre_y], &mut samples);
-                covered += beside * every as f64;
-            }
+            let middle = [centre_x, centre_y];
+            covered += sample(printed, (level, &mut search), (index, &mut taking), middle, &mut samples);
         }
         outline += section.perimeter();
         sections.push((section, other));
@@ -101,11 +98,50 @@ fn centre(printed: &PrintedPart<'_>) -> [f64; 2] {
     if middle.iter().all(|v| v.is_finite()) { middle } else { [0.0; 2] }
 }
 
-/// Takes samples of a wall; the length of it that lies beside the outline, mm: in a small part the wall's own corners too.
+/// Which places of a print's walls are looked at: one in each stretch of one length, wherever lines end, so that few long lines count as much as
+/// many short ones of the same length. Where in its stretch goes by the golden ratio: steps of one length would meet every layer in one place.
+struct Taking {
+    /// The length of a stretch, mm.
+    each_mm: f64,
+    /// How many places were taken.
+    count: u32,
+    /// From the end of the last wall back to the end of the last stretch that has had its place, mm; ahead of it below 0.
+    over_mm: f64,
+}
+
+impl Taking {
+    fn of(walls_mm: f64) -> Self {
+        Self { each_mm: (walls_mm / SAMPLES).max(SHORTEST_MM), count: 0, over_mm: 0.0 }
+    }
+
+    /// The places of the next wall, mm from its start.
+    fn places(&mut self, length_mm: f64) -> Vec<f64> {
+        let mut places = Vec::new();
+        loop {
+            let at = f64::from(self.count).mul_add(GOLDEN, 0.5).fract() * self.each_mm - self.over_mm;
+            if at >= length_mm {
+                self.over_mm += length_mm;
+                return places;
+            }
+            places.push(at.max(0.0));
+            self.count += 1;
+            self.over_mm -= self.each_mm;
+        }
+    }
+}
+
+/// The part of a whole that is as to the rest as the whole is to it.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+fn length(printed: &PrintedPart<'_>, index: u32) -> f64 {
+    printed.bead(index).ends().map_or(0.0, |[from, to]| (to - from).norm())
+}
+
+/// Takes samples of a wall; the length that they stand for and that lies beside the outline, mm: in a small part the wall's own corners too.
 fn sample(
     printed: &PrintedPart<'_>,
     (level, search): (&Level, &mut OutlineSearch<'_>),
-    index: u32,
+    (index, taking): (u32, &mut Taking),
     centre: [f64; 2],
     samples: &mut Vec<Sample>,
 ) -> f64 {
@@ -115,15 +151,14 @@ fn sample(
     let mut beside = 0.0;
     let half = printed.width(&m, level) / 2.0;
     let length = (to - from).norm();
-    let count = (length / SPACING_MM).ceil().max(1.0);
     let [dx, dy] = [to.x - from.x, to.y - from.y];
-    for k in 0..count as usize {
-        let p = from + (to - from) * ((k as f64 + 0.5) / count);
+    for place in taking.places(length) {
+        let p = from + (to - from) * (place / length);
         let (distance, normal) = search.nearest([p.x, p.y]);
         let out = distance + half;
         let runs_along = |normal: [f64; 2]| (dx * normal[0] + dy * normal[1]).abs() <= ALONG * length;
         if let (Some(normal), true) = (normal, out.abs() < stray) {
-            beside += length / count;
+            beside += taking.each_mm;
             if runs_along(normal) {
                 samples.push(Sample { at: [p.x - centre[0], p.y - centre[1]], normal, out });
             }
@@ -254,4 +289,36 @@ fn between(search: &mut OutlineSearch<'_>, a: Known, b: Known, most: f64) -> f64
     let middle = [0, 1].map(|i| (a.0[i] + b.0[i]) / 2.0);
     let middle = (middle, search.shallow(middle, EXACT_MM));
     between(search, a, middle, most).max(between(search, middle, b, most))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Thirty layers of four long lines below a hundred of many short ones: what is taken is in proportion to length, whatever the lines are.
+    #[test]
+    fn long_lines_count_as_their_length() {
+        let long = std::iter::repeat_n([80.0, 12.0], 60).flatten();
+        let short = std::iter::repeat_n(0.1, 25_000);
+        let walls: Vec<f64> = long.chain(short).collect();
+        let total: f64 = walls.iter().sum();
+        let mut taking = Taking::of(total);
+        let of_long: usize = walls[..120].iter().map(|mm| taking.places(*mm).len()).sum();
+        let of_short: usize = walls[120..].iter().map(|mm| taking.places(*mm).len()).sum();
+        assert!((of_long + of_short).abs_diff(2000) <= 1, "{of_long} and {of_short}");
+        let share = of_long as f64 / (of_long + of_short) as f64;
+        assert!((share - 60.0 * 92.0 / total).abs() < 2e-3, "{share}");
+    }
+
+    #[test]
+    fn places_lie_on_their_wall_all_over_it() {
+        let mut taking = Taking::of(40.0 * 1000.0);
+        let mut places: Vec<f64> = (0..1000).flat_map(|_| taking.places(40.0)).collect();
+        assert!(places.iter().all(|at| (0.0..40.0).contains(at)));
+        places.sort_by(f64::total_cmp);
+        // Forty is two whole stretches, and yet no part of the outline is left out.
+        assert!(
+            places.windows(2).all(|pair| pair[1] - pair[0] < 0.2) && places[0] < 0.2 && places[places.len() - 1] > 39.8
+        );
+    }
 }

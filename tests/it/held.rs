@@ -88,7 +88,7 @@ fn solids_go_to_a_verified_file_on_supports() {
         for slicer in all.skip(if soak().is_some() { 0 } else { index % 3 }).step_by(every(3)) {
             // The bust's chin droops without them.
             let how: &[&str] = if name == "bust" { &["--finish", "fine"] } else { &[] };
-            let done = prepared(here, slicer, &[how, &["--split", "never"]].concat());
+            let done = prepared(here, slicer, &[how, &["--way", "supports"]].concat());
             assert!(done.status.success(), "{name}, {slicer}: {}", told(&done));
             let document: Value = serde_json::from_slice(&done.stdout).unwrap();
             let supports = &document["supports"];
@@ -160,7 +160,7 @@ impl Held {
         let folder = new_folder();
         let here = folder.path();
         written(here, &block(16.0, 16.0, 30.0).and(&block(60.0, 16.0, 8.0).at(0.0, 0.0, 22.0)));
-        let done = prepared(here, "builtin", &["--split", "never"]);
+        let done = prepared(here, "builtin", &["--way", "supports"]);
         assert!(done.status.success(), "{}", told(&done));
         let text = fs::read_to_string(here.join("out.gcode")).unwrap();
         let lines: Vec<String> = text.lines().map(str::to_owned).collect();
@@ -320,13 +320,13 @@ fn what_supports_cannot_do_is_said() {
     let done = run(here, &args);
     assert_eq!(done.status.code(), Some(1), "{}", told(&done));
     assert!(
-        told(&done).contains("on supports: its supports would stand") && told(&done).contains("beyond the table"),
+        told(&done).contains("supports: its supports would stand") && told(&done).contains("beyond the table"),
         "{}",
         told(&done)
     );
     // Not where nobody wants them.
     written(here, &block(16.0, 16.0, 30.0).and(&block(60.0, 16.0, 8.0).at(0.0, 0.0, 22.0)));
-    let done = prepared(here, "builtin", &["--split", "never", "--supports", "never"]);
+    let done = prepared(here, "builtin", &["--way", "as-drawn"]);
     assert_eq!(done.status.code(), Some(1), "{}", told(&done));
     assert!(!here.join("out.gcode").exists() && !told(&done).contains("on supports"));
     // A plan says so, and its bad values are refused.

@@ -196,7 +196,7 @@ fn overlapping_shells_are_joined_and_cut_again() {
         "tee.stl",
         &[boxed([-5.0, -5.0, 0.0], [5.0, 5.0, 45.0]), boxed([-30.0, -5.0, 40.0], [30.0, 5.0, 50.0])],
     );
-    let done = prepared(here, "tee.stl", &["--join", "--supports", "never"]);
+    let done = prepared(here, "tee.stl", &["--join", "--way", "cut"]);
     let told = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(done.status.success(), "{told}");
     assert!(
@@ -221,7 +221,7 @@ fn the_candelabrum_as_one_solid_is_cut_and_verified() {
         let folder = new_folder();
         let here = folder.path();
         fs::copy(root().join("fixtures/candelabrum.stl"), here.join("candelabrum.stl")).unwrap();
-        let done = prepared_by(slicer, here, "candelabrum.stl", &["--join"]);
+        let done = prepared_by(slicer, here, "candelabrum.stl", &["--join", "--way", "cut"]);
         let told = String::from_utf8_lossy(&done.stderr).into_owned();
         assert!(done.status.success() && !told.contains("instead"), "{slicer}: {told}");
         let document: Value = serde_json::from_slice(&done.stdout).unwrap();
@@ -254,7 +254,9 @@ fn parts_that_have_no_plan_and_one_as_one_solid_are_told_to_be_joined() {
     )
     .unwrap();
     for (model, machine, on_supports) in [("caged.stl", "generic-ac", false), ("table.stl", "level.toml", true)] {
-        let run = run(here, &["plan", model, "-m", machine, "--supports", "auto", "--json"]);
+        // On supports they would be one solid at once, where that prints as it was drawn.
+        let supports = if on_supports { "auto" } else { "never" };
+        let run = run(here, &["plan", model, "-m", machine, "--supports", supports, "--json"]);
         let document: Value = serde_json::from_slice(&run.stdout).unwrap();
         let remedies = document["remedies"].as_array().unwrap();
         let join = remedies.iter().find(|r| r["kind"] == "join").unwrap_or_else(|| panic!("{model}: {document}"));
@@ -265,6 +267,10 @@ fn parts_that_have_no_plan_and_one_as_one_solid_are_told_to_be_joined() {
             self::run(here, &["prepare", model, "-m", machine, "--slicer", "builtin", "--join", "-o", "out.gcode"]);
         assert!(done.status.success(), "{model}: {}", crate::support::said(&done));
     }
+    // Nobody has to ask for what every slicer does.
+    let one = prepared(here, "caged.stl", &[]);
+    let told = String::from_utf8_lossy(&one.stderr).into_owned();
+    assert!(one.status.success() && told.contains("was joined to"), "{told}");
     // Where it was asked for, it is not proposed.
     let joined = run(here, &["plan", "caged.stl", "-m", "generic-ac", "--join", "--json"]);
     assert!(!String::from_utf8_lossy(&joined.stdout).contains("\"join\""));

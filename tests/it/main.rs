@@ -69,3 +69,4 @@ mod sweeps;
 mod thin_tips;
 mod trees;
 mod turns;
+mod ways;

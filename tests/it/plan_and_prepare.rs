@@ -157,7 +157,7 @@ fn branches(numbers: &mut Numbers) -> Vec<TriangleMesh<Object>> {
 }
 
 /// What comes in parts is planned as it is.
-const PARTS: WaysOut = WaysOut { cutting: Cutting::Never, supporting: Supporting::Never };
+const PARTS: WaysOut = WaysOut::NONE;
 
 impl Case {
     fn of(seed: u64) -> Self {
@@ -299,10 +299,7 @@ impl Case {
             seed,
             parts: vec![("solid".to_owned(), solid.mesh())],
             machine,
-            ways: WaysOut {
-                cutting: Cutting::Auto { file: "solid.parts.3mf".to_owned() },
-                supporting: Supporting::Never,
-            },
+            ways: WaysOut { cutting: Cutting::Auto { file: "solid.parts.3mf".to_owned() }, ..WaysOut::NONE },
         }
     }
 
@@ -316,7 +313,7 @@ impl Case {
 
     /// The same as one solid that is printed upright, on supports.
     fn held(seed: u64) -> Self {
-        let ways = WaysOut { cutting: Cutting::Never, supporting: Supporting::Auto };
+        let ways = WaysOut { supporting: Supporting::Auto, ..WaysOut::NONE };
         Self { ways, ..Self::united(seed) }
     }
 
@@ -335,7 +332,7 @@ impl Case {
         let axes = "x_mm = [-400.0, 400.0]\ny_mm = [-400.0, 400.0]\nz_mm = [-400.0, 400.0]\n";
         let machine = format!("extends = \"generic-ac\"\n[table]\nradius_mm = 260.0\n[limits]\n{axes}");
         let cutting = Cutting::Auto { file: "solids.parts.3mf".to_owned() };
-        Self { seed, parts, machine, ways: WaysOut { cutting, supporting: Supporting::Auto } }
+        Self { seed, parts, machine, ways: WaysOut { cutting, supporting: Supporting::Auto, ..WaysOut::NONE } }
     }
 
     fn stl(&self) -> Vec<u8> {
@@ -500,12 +497,13 @@ fn what_cannot_be_sliced_in_parts_is_printed_on_supports() {
     let machine = MachineSource::Toml(bytes("machine.toml", b"extends = \"generic-ac\"\n".to_vec()));
     let mut request = PrepareRequest::new(bytes("tee.stl", stl_binary_parts(&[&tee])), machine);
     request.slicing.slicer = SlicerChoice::Path(program);
+    request.ways.turning = false;
     let heard = Heard::default();
     let done = prepare(&request, &World::here(&heard)).unwrap();
     assert!(once.exists() && done.cut.is_none() && done.held.is_some());
     assert!(done.gcode.report().unwrap().is_clean());
     let heard = heard.0.into_inner().unwrap();
-    let wanted = |line: &&String| line.contains("no part for me") && line.ends_with("printed on supports instead");
+    let wanted = |line: &&String| line.contains("no part for me") && line.ends_with("; supports instead");
     assert_eq!(heard.iter().filter(wanted).count(), 1, "{heard:?}");
     // Nobody is put on supports who does not want it.
     std::fs::remove_file(&once).unwrap();

@@ -8,6 +8,8 @@ use super::{
     ArrangeArgs, BatchArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, ReadArgs, SliceArgs,
     StreamArgs,
 };
+use crate::cli::Failure;
+use crate::strategy::Way;
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Prepare {
@@ -44,6 +46,9 @@ pub(in crate::cli) struct Prepare {
     /// them, with a stop at each pose
     #[arg(long, value_name = "DRY.gcode")]
     pub(in crate::cli) dry_run: Option<PathBuf>,
+    /// How to print: as-drawn, turned (another side down), supports, cut; or auto, the cheapest that works by the profile's [price]
+    #[arg(long, value_name = "WAY", value_parser = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"], default_value = "auto")]
+    pub(in crate::cli) way: String,
     /// Cut solids by planes where there is no plan for them as they are; the parts are written beside the output as OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
     pub(in crate::cli) split: String,
@@ -57,6 +62,21 @@ pub(in crate::cli) struct Prepare {
     pub(in crate::cli) stream: StreamArgs,
     #[command(flatten)]
     pub(in crate::cli) batch: BatchArgs,
+}
+
+impl Prepare {
+    /// The one way that is wanted.
+    pub(in crate::cli) fn only(&self) -> Result<Option<Way>, Failure> {
+        let only = self.way.parse::<Way>().ok();
+        let held = matches!(only, Some(Way::Supports | Way::TurnedSupports));
+        let flags = [("split", &self.split, only == Some(Way::Cut)), ("supports", &self.supports, held)];
+        match flags.into_iter().find(|(_, word, wanted)| *wanted && *word == "never") {
+            Some((flag, ..)) => {
+                Err(Failure::Usage(format!("--way {} and --{flag} never cannot both be; leave one out", self.way)))
+            }
+            None => Ok(only),
+        }
+    }
 }
 
 #[derive(ClapArgs)]

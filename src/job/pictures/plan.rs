@@ -35,7 +35,7 @@ pub(in crate::job) struct Told<'a> {
 pub(in crate::job) type Supports = [(usize, TriangleMesh<Machine>)];
 
 /// A frame for each pose of `plan` with its `supports`; `story` says below all frames what became of the model before.
-pub(in crate::job) fn plan_sheet(plan: &Plan, told: Told<'_>, supports: &Supports, story: Option<&str>) -> Sheet {
+pub(in crate::job) fn plan_sheet(plan: &Plan, told: Told<'_>, supports: &Supports, story: Vec<String>) -> Sheet {
     let mut before: Vec<usize> = Vec::new();
     let mut frames = Vec::new();
     for slot in &plan.slots {
@@ -55,7 +55,6 @@ pub(in crate::job) fn plan_sheet(plan: &Plan, told: Told<'_>, supports: &Support
     if !supports.is_empty() {
         legend.insert(1, SUPPORT_WORD);
     }
-    let story = story.map(str::to_owned).into_iter().collect();
     let title = format!("A plan in {} poses of the table", frames.len());
     Sheet { title, side: FRAME, columns: COLUMNS, frames, legend, story }
 }

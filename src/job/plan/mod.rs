@@ -11,8 +11,8 @@ use super::load::spanning;
 use super::orient::process_of;
 use super::pictures::{Told, plan_sheet, reasons_sheet};
 use super::{
-    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, World,
-    load_profile,
+    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, TriedWay,
+    World, load_profile,
 };
 use crate::geom::{Angle, Dir, Vec3};
 use crate::orient::{Direction, Facets, Process, recommend};
@@ -76,6 +76,8 @@ pub struct PlanResult {
     pub story: Option<String>,
     /// The model as it was set up, where that is not as it was read.
     pub arranged: Option<ArrangedModel>,
+    /// The ways that were tried for the model, the one that was taken first.
+    pub ways: Vec<TriedWay>,
 }
 
 impl PlanResult {
@@ -92,12 +94,13 @@ impl PlanResult {
         self
     }
 
-    /// The plan as one picture, a frame for each pose.
+    /// The plan as one picture, a frame for each pose; below it what was tried beside.
     pub fn sheet(&self) -> Drawing {
         let (workpiece, profile) = (&self.plan.workpiece(), &self.plan.machine.profile);
         let told = Told { workpiece, profile, overhang: self.overhang };
         let supports = support_solids(&self.plan.plan, workpiece, profile);
-        plan_sheet(&self.plan.plan, told, &supports, self.story.as_deref()).drawing()
+        let story = self.story.iter().cloned().chain(self.ways.iter().filter_map(TriedWay::beside)).collect();
+        plan_sheet(&self.plan.plan, told, &supports, story).drawing()
     }
 }
 
@@ -112,6 +115,8 @@ pub struct NoPlan {
     pub cut: Option<String>,
     /// Why supports do not help, where they were tried.
     pub held: Option<String>,
+    /// The ways that were tried, with why not.
+    pub ways: Vec<TriedWay>,
     /// The model.
     pub model: LoadedModel,
     machine: LoadedProfile,
@@ -208,6 +213,7 @@ pub(super) fn planned_along(
                 remedies: seek,
                 cut: None,
                 held: None,
+                ways: Vec::new(),
                 model,
                 machine,
                 base,
@@ -239,6 +245,7 @@ pub(super) fn planned_along(
         droops,
         story: None,
         arranged: None,
+        ways: Vec::new(),
     })
 }
 

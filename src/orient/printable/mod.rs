@@ -55,7 +55,7 @@ impl Objective for Printable {
     }
 
     fn value(&self, facets: &Facets, up: &Vec3) -> f64 {
-        self.process.price(facets, facets.mass(), up, columns(facets, ROUGH)).price_min
+        self.process.roughly(facets, up).price_min
     }
 
     fn gradient(&self, _: &Facets, _: &Vec3) -> Option<Vec3> {

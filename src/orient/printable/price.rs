@@ -5,6 +5,7 @@ use super::super::{Facets, Mass};
 use super::footing::Footing;
 use super::process::{Laid, MINUTES_PER_GRAM, Process, SCAR_MIN_PER_MM2};
 use super::supports::Supports;
+use super::{ROUGH, columns};
 use crate::geom::Vec3;
 
 /// A pose in figures. Minutes add up to the price.
@@ -59,6 +60,16 @@ const STEADY_DEG: f64 = 6.0;
 const FEET: f64 = 0.3;
 
 impl Process {
+    /// The price of `up`, a unit direction, supports by columns of an eightieth of the part's diagonal: what a first look asks.
+    pub fn roughly(&self, facets: &Facets, up: &Vec3) -> Priced {
+        self.price(facets, facets.mass(), up, columns(facets, ROUGH))
+    }
+
+    /// What the steps on a part's slopes are worth along `up`, a unit direction, min; what lies flat has none.
+    pub fn steps_along(&self, facets: &Facets, up: &Vec3) -> f64 {
+        self.steps(stepped(facets, up))
+    }
+
     /// The price of `up`, supports by columns of `width_mm`.
     pub fn price(&self, facets: &Facets, mass: &Mass, up: &Vec3, width_mm: f64) -> Priced {
         let footing = Footing::of(facets, mass, up, self.layer_mm);

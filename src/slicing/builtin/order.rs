@@ -1,7 +1,7 @@
 //! In which order, and from where, a layer's lines are printed.
 //!
 //! Always on to the nearest: of the islands, of an island's walls, of its bridges, of its other infill and what fills gaps between walls.
-//! A wall waits for the ones that lie inside it.
+//! A wall waits for the ones that lie inside it, and one that lies on nothing for the bridges that hold it.
 
 use super::comb::Comb;
 use super::nearest::Nearest;
@@ -43,6 +43,7 @@ impl<'a> Order<'a> {
             let island = &layer.islands[next];
             let mut inside = Ways { island, comb: None };
             let (gaps, walls) = gaps_and_walls(island);
+            let (afloat, walls) = afloat(island, walls, layer.ground.as_ref());
             let infill_first = self.settings.infill_first;
             if !infill_first {
                 self.walls(&mut inside, &walls, layer.ground.as_ref());
@@ -61,6 +62,9 @@ impl<'a> Order<'a> {
                 let then = if bridges || pieces.is_empty() { None } else { then() };
                 let to = then.map(|island| self.begins(island)).unwrap_or_default();
                 self.pieces(&mut inside, &pieces, layer.ground.as_ref(), &to);
+                if bridges {
+                    self.walls(&mut inside, &afloat, layer.ground.as_ref());
+                }
             }
             if infill_first {
                 self.walls(&mut inside, &walls, layer.ground.as_ref());
@@ -219,6 +223,14 @@ impl<'a> Order<'a> {
         }
         (way, length > LONGEST_UNPULLED_MM)
     }
+}
+
+/// Loops of which nothing is carried, as around a screw's hole in the roof of its head, where bridges can hold them: these are laid first. And all
+/// other walls.
+fn afloat<'b>(island: &Island<'_>, walls: Vec<&'b Bead>, ground: Option<&Ground>) -> (Vec<&'b Bead>, Vec<&'b Bead>) {
+    let bridged = island.fills.iter().any(|fill| fill.feature == Feature::Bridge);
+    let Some(ground) = ground.filter(|_| bridged) else { return (Vec::new(), walls) };
+    walls.into_iter().partition(|bead| bead.closed && !ground.carries_any_of(&bead.points))
 }
 
 /// What fills gaps between walls, and the walls.

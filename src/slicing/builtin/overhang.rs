@@ -28,6 +28,12 @@ impl Ground {
         stretches
     }
 
+    /// Whether anything of a closed path lies inside.
+    pub(super) fn carries_any_of(&self, ring: &[Point]) -> bool {
+        let closed: Vec<Point> = ring.iter().chain(ring.first()).copied().collect();
+        self.split(&closed).iter().any(|(inside, _)| *inside)
+    }
+
     /// Where the leg meets the border, with both its ends: the share of its length, and the point.
     fn stops(&self, a: Point, b: Point) -> Vec<(f64, Point)> {
         let [dx, dy] = [b.x - a.x, b.y - a.y].map(f64::from);

@@ -21,7 +21,7 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 3] = ["common.json", "plan-file.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 39] = [
+const CALLS: [(i32, &str); 40] = [
     (0, "inspect two-boxes.stl"),
     (0, "orient two-boxes.stl --objective height --compare"),
     (0, "orient cube.stl --up 1,0,0"),
@@ -33,11 +33,12 @@ const CALLS: [(i32, &str); 39] = [
     (0, "split tee.stl -m generic-ac -o parts.3mf"),
     (1, "split tee.stl -m generic-ac -o none.3mf --max-cuts 1"),
     (0, "prepare cube.stl -m generic-ac --slicer builtin -o cube.gcode --plan-out cube.json --dry-run cold.gcode"),
-    (0, "prepare tee.stl -m generic-ac --slicer builtin -o tee.gcode"),
+    (0, "prepare tee.stl -m generic-ac --slicer builtin -o tee.gcode --way cut"),
     (0, "prepare ding.stl -m generic-ac --slicer builtin -o ding.gcode"),
     (0, "prepare tee.stl hook.stl -m generic-ac --slicer builtin -o two.gcode"),
-    (0, "prepare tee.stl -m generic-ac --slicer builtin -o held.gcode --plan-out held.json --split never"),
+    (0, "prepare tee.stl -m generic-ac --slicer builtin -o held.gcode --plan-out held.json --way supports"),
     (1, "prepare cube.stl -m cool.toml --slicer builtin -o none.gcode"),
+    (1, "prepare cube.stl -m generic-ac --slicer builtin -o none.gcode --way cut"),
     (1, "prepare caged.stl -m generic-ac --slicer builtin -o none.gcode --split never --supports never"),
     (0, "slice cube.json --slicer builtin -o slots"),
     (0, "slice cube.json --meshes-only -o slots"),

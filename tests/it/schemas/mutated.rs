@@ -75,7 +75,7 @@ fn is_optional(at: &str) -> bool {
         "value",
         "value_upper_bound",
     ];
-    const IN_PROFILES: [&str; 17] = [
+    const IN_PROFILES: [&str; 18] = [
         "along",
         "min_deg",
         "max_deg",
@@ -90,6 +90,7 @@ fn is_optional(at: &str) -> bool {
         "before_turn",
         "after_turn",
         "joint",
+        "price",
         "mm_per_s",
         "fan",
         "stepper",

@@ -1,0 +1,48 @@
+//! Poses in which a model may stand otherwise than it was drawn: what `orient` measured, by its price.
+
+use super::arrange::{Models, SetUp, Standing, arranged};
+use super::orient::process_of;
+use super::{Arrangement, Error, Silent, World};
+use crate::orient::{Facets, Priced, recommend};
+
+/// Poses nearer to the drawn one than this are that one, by the cosine: two degrees.
+const SAME_POSE: f64 = 0.999_39;
+/// So many poses are planned.
+const PLANNED: usize = 4;
+
+/// Poses of a model, the cheapest first.
+pub(super) struct Poses {
+    /// As it was drawn.
+    pub(super) drawn: Priced,
+    /// Those in which it stands by itself.
+    pub(super) others: Vec<Priced>,
+}
+
+/// Whether a model may be turned: one solid, with its copies, of which nobody said how it is to stand.
+pub(super) fn may_turn(models: &Models<'_>, set: &SetUp) -> bool {
+    let Arrangement { standing, copies, beside, .. } = models.how;
+    *standing == Standing::AsDrawn && beside.is_empty() && set.model.model.parts.len() == *copies
+}
+
+impl Poses {
+    /// Those that `orient` finds for the first part of `set`.
+    pub(super) fn of(models: &Models<'_>, set: &SetUp) -> Self {
+        let facets = Facets::of(&set.model.model.parts[0].mesh);
+        let found = recommend(&facets, &process_of(models.machine), None, None);
+        let mut others = found.poses;
+        others.retain(|pose| pose.stands && pose.up.z < SAME_POSE);
+        others.sort_by(|a, b| a.price_min.total_cmp(&b.price_min));
+        others.truncate(PLANNED);
+        Self { drawn: found.as_it_lies, others }
+    }
+}
+
+/// The models with this direction of the file up.
+///
+/// # Errors
+///
+/// As [`arranged`].
+pub(super) fn turned(models: &Models<'_>, up: [f64; 3], world: &World<'_>) -> Result<SetUp, Error> {
+    let how = Arrangement { standing: Standing::Up(up), ..models.how.clone() };
+    arranged(&Models { how: &how, ..*models }, &World { progress: &Silent, ..*world })
+}

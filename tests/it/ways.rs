@@ -1,0 +1,214 @@
+//! The way that `prepare` takes: what a maker would do with household things, never much dearer than the cheapest that works, and each way by itself.
+
+use std::path::Path;
+
+use serde_json::Value;
+use trunnion::mesh::stl_binary;
+
+use crate::split::solids::{self, Shape, block, rod, turned};
+use crate::support::{Numbers, folder, note, said, seeds, trunnion};
+
+/// A plate on a neck, as it is drawn: nobody prints it so.
+fn knob() -> Shape {
+    turned(&[[8.0, 0.0], [8.0, 6.0], [18.0, 6.0], [18.0, 12.0]], 48)
+}
+
+/// `prepare` with the built-in slicer: exit code, document, messages.
+fn prepared(folder: &Path, name: &str, shape: &Shape, more: &[&str]) -> (Option<i32>, Value, String) {
+    let (model, out) = (folder.join(format!("{name}.stl")), folder.join(format!("{name}.gcode")));
+    std::fs::write(&model, stl_binary(&shape.mesh())).unwrap();
+    let _ = std::fs::remove_file(&out);
+    let mut command = trunnion();
+    command.arg("prepare").arg(&model).args(["--slicer", "builtin", "--json", "--no-remedies", "-o"]).arg(&out);
+    let machine: &[&str] = if more.contains(&"-m") { &[] } else { &["-m", "generic-ac"] };
+    let done = command.args(machine).args(more).output().unwrap();
+    assert_eq!(done.status.success(), out.exists(), "{name}: {}", said(&done));
+    let document = serde_json::from_slice(&done.stdout).unwrap_or(Value::Null);
+    (done.status.code(), document, String::from_utf8_lossy(&done.stderr).into_owned())
+}
+
+/// The row of a way.
+fn row<'a>(document: &'a Value, way: &str) -> Option<&'a Value> {
+    document["ways"].as_array()?.iter().find(|row| row["way"] == way)
+}
+
+fn chosen(document: &Value) -> &Value {
+    document["ways"].as_array().and_then(|ways| ways.iter().find(|row| row["chosen"] == true)).unwrap_or(&Value::Null)
+}
+
+fn price(row: &Value) -> f64 {
+    row["price_min"].as_f64().unwrap()
+}
+
+#[test]
+fn a_knob_is_turned_over_and_all_that_it_costs_is_told() {
+    let folder = folder();
+    let (code, done, said) = prepared(folder.path(), "knob", &knob(), &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let taken = &done["ways"][0];
+    assert_eq!((&taken["way"], &taken["chosen"]), (&Value::from("turned"), &Value::from(true)), "{said}");
+    assert!(taken["up"][2].as_f64().unwrap() < -0.999, "{taken}");
+    // The plan is that of the model as it stands now, which lies beside the output.
+    let parts = std::fs::read(folder.path().join("knob.parts.3mf")).unwrap();
+    assert_eq!(done["plan"]["model"]["sha256"], trunnion::planning::sha256_hex(&parts));
+    // By hand: minutes, grams at a minute each, steps and risk.
+    let number = |key: &str| taken[key].as_f64().unwrap();
+    let sum = number("minutes") + number("grams") + number("steps_min") + number("risk_min");
+    assert!((price(taken) - sum).abs() < 1e-9, "{taken}");
+    assert!(price(row(&done, "supports").unwrap()) > price(taken), "{}", done["ways"]);
+    let drawn = row(&done, "as-drawn").unwrap();
+    assert!(drawn["price_min"].is_null() && drawn["why_not"].as_str().unwrap().contains("laid on nothing"), "{drawn}");
+    assert_eq!(done["ways"], done["plan"]["ways"]);
+    // For people, with the size of what was read first.
+    let first = said.lines().next().unwrap();
+    assert_eq!(first, "knob.stl: 1 part, 36.0 x 36.0 x 12.0 mm");
+    assert!(said.lines().any(|line| line.starts_with("turned") && line.ends_with("taken")), "{said}");
+}
+
+#[test]
+fn each_way_by_itself() {
+    let folder = folder();
+    for (way, wanted) in [("turned", "turned"), ("supports", "supports")] {
+        let (code, done, said) = prepared(folder.path(), "one", &knob(), &["--way", way]);
+        assert_eq!(code, Some(0), "{way}: {said}");
+        assert_eq!(chosen(&done)["way"], wanted, "{said}");
+    }
+    let (code, done, said) = prepared(folder.path(), "cut", &solids::hook(), &["--way", "cut"]);
+    assert_eq!((code, &chosen(&done)["way"]), (Some(0), &Value::from("cut")), "{said}");
+    // As drawn it has no plan, with the reasons; what needs no cut and no supports says so.
+    let (code, no, _) = prepared(folder.path(), "drawn", &knob(), &["--way", "as-drawn"]);
+    assert_eq!((code, &no["feasible"]), (Some(1), &Value::from(false)));
+    for (way, words) in [("cut", "nothing of it asks for a cut"), ("supports", "nothing of it wants supports")] {
+        let (code, no, _) = prepared(folder.path(), "plain", &block(20.0, 20.0, 10.0), &["--way", way]);
+        assert_eq!((code, no["exit"].as_i64()), (Some(1), Some(1)), "{way}: {no}");
+        let why = row(&no, way).unwrap()["why_not"].as_str().unwrap();
+        assert!(why.contains(words) && no["error"].as_str().unwrap().contains(words), "{way}: {no}");
+    }
+    for args in [["--way", "cut", "--split", "never"], ["--way", "supports", "--supports", "never"]] {
+        let (code, no, _) = prepared(folder.path(), "both", &knob(), &args);
+        assert_eq!(code, Some(2), "{no}");
+    }
+}
+
+/// With what the profile says of it the same shape is printed otherwise.
+#[test]
+fn the_profile_says_what_is_worth_what() {
+    let folder = folder();
+    let profile = |name: &str, price: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, format!("extends = \"generic-ac\"\n[price]\n{price}\n")).unwrap();
+        path.display().to_string()
+    };
+    let way = |machine: &str| {
+        let (code, done, said) = prepared(folder.path(), "hook", &solids::hook(), &["-m", machine]);
+        assert_eq!(code, Some(0), "{said}");
+        chosen(&done)["way"].as_str().unwrap().to_owned()
+    };
+    let dear = profile("seams.toml", "seam_min_per_mm2 = 10.0\nsetup_min = 1000.0");
+    let cheap = profile("supports.toml", "gram_min = 0.0\nsupports_min = 1000.0");
+    assert_ne!(way(&dear), "cut");
+    assert_eq!(way(&cheap), "cut");
+    for bad in ["gram_min = -1.0", "seam_min_per_mm2 = nan", "setup_min = \"two\""] {
+        let machine = profile("bad.toml", bad);
+        let (code, no, _) = prepared(folder.path(), "hook", &solids::hook(), &["-m", &machine]);
+        assert_eq!(code, Some(2), "{bad}: {no}");
+        let key = bad.split(' ').next().unwrap();
+        assert!(no["error"].as_str().unwrap().contains(&format!("price.{key}")), "{no}");
+    }
+}
+
+/// Things that people print, in sizes drawn at random.
+fn household(seed: u64) -> (String, Shape) {
+    let n = &mut Numbers::seeded(seed);
+    let mut mm = |low: f64, high: f64| (n.between(low, high) * 10.0).round() / 10.0;
+    let kinds = ["box", "puck", "mug", "lid", "gear", "bracket", "hook", "bolt", "table", "pipe", "dome", "channel"];
+    let kind = (seed % kinds.len() as u64) as usize;
+    let shape = match kind {
+        0 => block(mm(20.0, 50.0), mm(15.0, 40.0), mm(8.0, 30.0)).less(&block(12.0, 8.0, 60.0).at(3.0, 3.0, 2.0)),
+        1 => {
+            let (radius, fillet, high) = (mm(10.0, 22.0), mm(1.0, 4.0), mm(5.0, 15.0));
+            let round = |k: i32| {
+                let (s, c) = (f64::from(k) / 12.0 * std::f64::consts::FRAC_PI_2).sin_cos();
+                [radius - fillet * (1.0 - s), fillet * (1.0 - c)]
+            };
+            let mut rings: Vec<[f64; 2]> = (0..=12).map(round).collect();
+            rings.push([radius, fillet + high]);
+            turned(&rings, 64)
+        }
+        2 => {
+            let (radius, high) = (mm(15.0, 25.0), mm(25.0, 45.0));
+            let cup = rod(radius, high, 64).less(&rod(radius - 2.5, high, 64).at(0.0, 0.0, 2.5));
+            let grip = block(14.0, 6.0, high * 0.6).less(&block(9.0, 8.0, high * 0.6 - 10.0).at(0.0, -1.0, 5.0));
+            cup.and(&grip.at(radius - 2.0, -3.0, high * 0.2))
+        }
+        3 => {
+            let (radius, rim) = (mm(15.0, 30.0), mm(4.0, 9.0));
+            rod(radius, rim + 2.4, 64).less(&rod(radius - 2.0, rim, 64).at(0.0, 0.0, -0.01))
+        }
+        4 => {
+            let (radius, hub) = (mm(12.0, 22.0), mm(4.0, 8.0));
+            let wheel = rod(radius, 6.0, 24).at(0.0, 0.0, hub);
+            wheel.and(&rod(radius * 0.4, hub + 1.0, 48)).less(&rod(2.5, 40.0, 32).at(0.0, 0.0, -1.0))
+        }
+        5 => {
+            let (long, high) = (mm(25.0, 60.0), mm(25.0, 50.0));
+            let angle = block(long, 20.0, 4.0).and(&block(4.0, 20.0, high));
+            angle.less(&rod(2.2, 20.0, 32).at(long * 0.7, 10.0, -1.0))
+        }
+        6 => {
+            let (arm, high) = (mm(15.0, 35.0), mm(30.0, 60.0));
+            block(30.0, 20.0, 4.0).and(&block(6.0, 20.0, high)).and(&block(arm, 20.0, 6.0).at(0.0, 0.0, high - 6.0))
+        }
+        7 => {
+            let (radius, long) = (mm(3.0, 6.0), mm(12.0, 30.0));
+            rod(radius, long + 1.0, 48).and(&rod(radius * 1.8, 5.0, 6).at(0.0, 0.0, long))
+        }
+        8 => {
+            let (side, high) = (mm(25.0, 45.0), mm(15.0, 35.0));
+            let leg = |x: f64, y: f64| block(5.0, 5.0, high + 1.0).at(x, y, 0.0);
+            let top = block(side, side, 3.0).at(0.0, 0.0, high);
+            let far = side - 5.0;
+            top.and(&leg(0.0, 0.0)).and(&leg(far, 0.0)).and(&leg(0.0, far)).and(&leg(far, far))
+        }
+        9 => {
+            let (radius, long) = (mm(6.0, 10.0), mm(20.0, 40.0));
+            let outside = rod(radius, 50.0, 48).and(&rod(radius * 0.8, long, 48).about_y(90.0).at(0.0, 0.0, 30.0));
+            outside.less(&rod(radius - 2.0, 60.0, 48).at(0.0, 0.0, -1.0))
+        }
+        10 => {
+            let radius = mm(10.0, 22.0);
+            solids::ball(radius, 48).less(&block(90.0, 90.0, 45.0).at(-45.0, -45.0, -45.0))
+        }
+        _ => {
+            let (wide, high) = (mm(10.0, 40.0), mm(10.0, 25.0));
+            block(wide + 8.0, 30.0, high + 4.0).less(&block(wide, 40.0, high).at(4.0, -5.0, -0.01))
+        }
+    };
+    (format!("{seed}-{}", kinds[kind]), shape)
+}
+
+/// What is chosen is at most a twentieth dearer than the cheapest of the ways by themselves.
+#[test]
+fn the_way_that_is_taken_is_never_much_dearer_than_another() {
+    let folder = folder();
+    let (mut told, mut dear) = (Vec::new(), Vec::new());
+    for seed in seeds(12, 60) {
+        let (name, shape) = household(seed);
+        let (code, done, said) = prepared(folder.path(), &name, &shape, &[]);
+        assert_eq!(code, Some(0), "{name}: {said}");
+        let taken = chosen(&done).clone();
+        let alone = |way: &&'static str| {
+            let (code, done, _) = prepared(folder.path(), &name, &shape, &["--way", way]);
+            (code == Some(0)).then(|| (*way, price(chosen(&done))))
+        };
+        let each: Vec<(&str, f64)> = ["as-drawn", "turned", "supports", "cut"].iter().filter_map(alone).collect();
+        let least = each.iter().map(|(_, price)| *price).fold(f64::INFINITY, f64::min);
+        told.push(format!("{name}: {} {:.1} min, by themselves {each:.1?}", taken["way"], price(&taken)));
+        // A twentieth, as the drawn pose is a wish.
+        if price(&taken) > least / 0.95 + 1e-6 {
+            dear.push(told[told.len() - 1].clone());
+        }
+    }
+    note(&told.join("\n"));
+    assert!(dear.is_empty(), "{}", dear.join("\n"));
+}
