@@ -88,6 +88,8 @@ pub enum Reply {
     Unknown(String),
     /// `echo: cold extrusion prevented` and its like: the line in hand was not carried out as it is written, whatever `ok` follows.
     Undone(String),
+    /// `echo:Unknown command: "hello trunnion 5f.1"`: the word of a line that it was not to know.
+    Repeated(String),
     /// `FIRMWARE_NAME:..`, `[VER:..]`.
     Identity(String),
     /// Grbl's `error:22`.
@@ -107,12 +109,40 @@ impl Reply {
             return Self::Ok { number: None, report: None, room: None };
         }
         let text = printable(line);
+        if let Some(word) = repeated(&text) {
+            return Self::Repeated(word.to_owned());
+        }
         match wording {
             Wording::Grbl => grbl(&text),
             Wording::Printer => printer(&text),
             Wording::Klipper => klipper(&text).unwrap_or_else(|| printer(&text)),
         }
     }
+}
+
+impl Reply {
+    /// Whether it answers a line, of whichever host.
+    pub fn is_answer(&self) -> bool {
+        matches!(
+            self,
+            Self::Ok { .. }
+                | Self::OkIdentity(_)
+                | Self::Resend(_)
+                | Self::LineError(_)
+                | Self::Unknown(_)
+                | Self::Undone(_)
+                | Self::Identity(_)
+                | Self::Position(_)
+                | Self::Refused(_)
+                | Self::Status(_)
+        )
+    }
+}
+
+/// The word in `echo:Unknown command: "hello trunnion 5f.1"`, with whatever stands around.
+fn repeated(text: &str) -> Option<&str> {
+    let (_, word) = text.split_once("hello trunnion ")?;
+    Some(word.split(|c: char| !c.is_ascii_hexdigit() && c != '.').next().unwrap_or_default())
 }
 
 /// More than any firmware says in a line.

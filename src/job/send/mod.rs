@@ -102,7 +102,7 @@ fn checked(request: &SendRequest<'_>, wire: &Wire<'_>, resumes: bool, world: &Wo
     let settings = printer::settings(&request.machine.profile)?;
     // A network has no speed of its own.
     let wired = settings.protocol.traits().serial && matches!(wire.address, Address::Device(_));
-    let settings = SenderSettings { baud: if wired { place.baud } else { 0 }, ..settings };
+    let settings = SenderSettings { baud: if wired { place.baud } else { 0 }, nonce: world.clock.nonce(), ..settings };
     Ok(Checked { program, settings, place, standing })
 }
 

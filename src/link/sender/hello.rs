@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::activity::Activity;
 use super::ledger::Purpose;
-use super::phase::{Begun, Phase, Session};
+use super::phase::{Begun, Phase, Quiet, Session};
 use super::{Dialog, Notice, Sender, StopReason, Time};
 use crate::link::journal::JournalSummary;
 use crate::link::protocol::{Accounting, Hello};
@@ -30,10 +30,16 @@ fn axes(identity: &str) -> Option<u32> {
 
 impl Sender {
     /// Asks for the printer's attention, again and again.
-    pub(super) fn greet(&mut self, now: Time, asked: Option<Time>, tries: u32) {
-        if asked.is_some_and(|at| now < at + HELLO_EVERY) {
+    pub(super) fn greet(&mut self, now: Time) {
+        let Phase::Hello { asked, tries, quiet } = &mut self.phase else { return };
+        let waits = match asked {
+            Some(at) => now < *at + HELLO_EVERY,
+            None => !quiet.get_or_insert(Quiet::from(now)).is_over(now),
+        };
+        if waits {
             return;
         }
+        let tries = *tries;
         if tries >= HELLOS {
             self.mute(now, tries);
             return;
@@ -51,7 +57,7 @@ impl Sender {
                 return;
             }
         }
-        self.phase = Phase::Hello { asked: Some(now), tries: tries + 1 };
+        self.phase = Phase::Hello { asked: Some(now), tries: tries + 1, quiet: None };
     }
 
     /// Back to the first words: nothing has moved yet.
@@ -65,7 +71,7 @@ impl Sender {
         }
         self.dialog = Dialog::default();
         self.printer.identity.clear();
-        self.phase = Phase::Hello { asked: Some((now + BOOT_WORDS).saturating_sub(HELLO_EVERY)), tries: hellos };
+        self.phase = Phase::Hello { asked: None, tries: hellos, quiet: Some(Quiet::from(now + BOOT_WORDS)) };
     }
 
     pub(super) fn hear_hello(&mut self, now: Time, tries: u32, reply: &Reply) {
@@ -141,9 +147,9 @@ impl Sender {
 
     /// What a journal knows, as the state in which the link broke.
     pub(super) fn take_standing(&mut self, standing: &JournalSummary) {
-        let end = self.end_block;
+        let (end, every) = (self.end_block, self.settings.prove_every);
         let purpose = |number| standing.block_at(number).filter(|b| *b < end).map_or(Purpose::Proof, Purpose::Block);
-        self.ledger.broken_off(standing.proven, (standing.proven + 1..=standing.last(end)).map(purpose));
+        self.ledger.broken_off(standing.proven, (standing.proven + 1..=standing.last(end, every)).map(purpose));
         self.next_block = standing.next_block(standing.proven).min(end);
         self.acked_blocks = self.next_block;
         if standing.away {

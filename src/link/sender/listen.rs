@@ -50,7 +50,12 @@ impl Sender {
         if self.phase.is_over() {
             return;
         }
+        if self.phase.is_deaf() && reply.is_answer() {
+            self.overhear(now);
+            return;
+        }
         match reply {
+            Reply::Repeated(word) => self.repeated(now, &word),
             Reply::Fatal(text) => self.stop(StopReason::Fatal { text }),
             Reply::Greeting(text) => self.greeted(now, text),
             Reply::Identity(text) => {
@@ -119,7 +124,8 @@ impl Sender {
         if let (Some(room), Phase::Flow(_)) = (room, &self.phase) {
             self.take_room(now, number, room);
         }
-        if matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) {
+        // Behind a break of the link an `ok` may be to what went before it.
+        if matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) && !self.phase.asks_after_break() {
             self.answered(now, number, report.is_some());
         }
     }

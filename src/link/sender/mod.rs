@@ -71,6 +71,8 @@ pub struct Sender {
     knows_all: bool,
     since_proof: u32,
     resends: u32,
+    /// How often the printer was to repeat a word.
+    calls: u32,
     printer: Printer,
     dialog: Dialog,
     watch: Watch,
@@ -229,7 +231,7 @@ impl Sender {
             program,
             input: Input::default(),
             outbox: Outbox::default(),
-            phase: Phase::Hello { asked: None, tries: 0 },
+            phase: Phase::Hello { asked: None, tries: 0, quiet: None },
             activity: Activity::Print { ending: false },
             ledger: Ledger::new(framing),
             own: VecDeque::new(),
@@ -239,6 +241,7 @@ impl Sender {
             knows_all: true,
             since_proof: 0,
             resends: 0,
+            calls: 0,
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),
@@ -270,7 +273,7 @@ impl Sender {
     /// [`Sender::wake`].
     pub fn poll(&mut self, now: Time) {
         match self.phase {
-            Phase::Hello { asked, tries } => self.greet(now, asked, tries),
+            Phase::Hello { .. } => self.greet(now),
             Phase::Probe(_) => self.ask_again(now),
             Phase::Flow(_) => self.act(now),
             Phase::Offline(_) | Phase::Over(_) => {}

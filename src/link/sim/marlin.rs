@@ -276,6 +276,14 @@ impl Sim {
             self.acknowledge(command);
             return true;
         }
+        if !matches!(command.block.trim_ascii_start().first(), Some(b'G' | b'M' | b'T')) {
+            let text = String::from_utf8_lossy(&command.block).into_owned();
+            if self.quirks.repeats {
+                self.say(&format!("echo:Unknown command: \"{text}\""));
+            }
+            self.acknowledge(command);
+            return true;
+        }
         let head: Vec<u8> = command.block.iter().copied().take(4).collect();
         match head.as_slice() {
             b"M105" => {

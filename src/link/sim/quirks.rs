@@ -14,6 +14,8 @@ pub struct Quirks {
     pub silent_duplicates: bool,
     /// M112, M108 and M410 act before they are queued.
     pub emergency_parser: bool,
+    /// Whether it repeats a line that begins with no command.
+    pub repeats: bool,
     /// `echo:busy:` and `wait`.
     pub busy: bool,
     /// Commands that are queued.
@@ -112,6 +114,7 @@ impl Quirks {
             ok_after_resend: true,
             silent_duplicates: true,
             emergency_parser: true,
+            repeats: true,
             busy: true,
             queue: 4,
             receive_buffer: if protocol == Protocol::RepRapFirmware { 256 } else { 128 },

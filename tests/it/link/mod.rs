@@ -6,6 +6,7 @@ mod bench_machine;
 mod faults;
 mod fuzz;
 mod kept_place;
+mod kills;
 mod pacing;
 mod pause;
 mod phases;

@@ -10,13 +10,17 @@ use crate::job::send::operator::Unattended;
 use crate::job::{self, Outputs, Silent, World, printer};
 use crate::link::{Header, Program};
 
+/// When no answer to anybody else comes any more.
+const LATER: Time = Duration::from_secs(1);
+
 /// A print that has begun, over a wire whose other end is in our hands; its journal is in `folder`.
 fn begun<'a>(folder: &Path, world: &'a World<'a>) -> (Stream<'a>, TcpStream) {
     let profile = job::load_profile(&"generic-ac".into(), world).unwrap().profile;
     let program = Program::read(b"G28\nG1 X1 F600\n", &printer::rules(&profile).unwrap()).unwrap();
     let mut sender = Sender::new(Arc::new(program), printer::settings(&profile).unwrap());
     sender.poll(Time::ZERO);
-    sender.receive(Time::ZERO, b"ok\n");
+    sender.poll(LATER);
+    sender.receive(LATER, b"ok\n");
     sender.took(sender.pending().len());
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = Address::Tcp(listener.local_addr().unwrap().to_string());
@@ -73,8 +77,8 @@ fn an_emergency_stop_is_on_the_wire_before_anything_else_is_done() {
     let (mut stream, mut far) = begun(folder.path(), &world);
     (stream.interrupts, stream.paused) = (0, true);
     for _ in 0..4 {
-        stream.sender.poll(Time::ZERO);
-        stream.sender.receive(Time::ZERO, b"ok\nok T:20.0 /0.0 B:20.0 /0.0\n");
+        stream.sender.poll(LATER);
+        stream.sender.receive(LATER, b"ok\nok T:20.0 /0.0 B:20.0 /0.0\n");
     }
     assert!(stream.sender.progress().sent > 0 && stream.sender.outcome().is_none());
     stream.interrupted(1).unwrap();
