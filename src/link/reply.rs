@@ -3,6 +3,8 @@
 //! `ok` is only `^ok(\s|$)`: an `ok` glued into other text by noise is none. Texts: those of the firmwares
 //! themselves, as `fixtures/wire/README.md` says.
 
+use super::action::Action;
+
 /// Whose answers they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wording {
@@ -98,6 +100,8 @@ pub enum Reply {
     Alarm(u32),
     /// Grbl's answer to `?`.
     Status(Status),
+    /// What it asks of its host, in its words.
+    Action(Action, String),
     /// Anything else: life, no meaning.
     Chatter,
 }
@@ -155,6 +159,9 @@ fn printable(line: &[u8]) -> String {
 }
 
 fn printer(text: &str) -> Reply {
+    if let Some((action, words)) = Action::read(text) {
+        return Reply::Action(action, words.to_owned());
+    }
     if let Some(rest) = text.strip_prefix("ok")
         && rest.starts_with(|c: char| c.is_ascii_whitespace())
     {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::activity::Activity;
 use super::ledger::Purpose;
 use super::phase::{Begun, Phase, Quiet, Session};
-use super::{Dialog, Notice, Sender, StopReason, Time};
+use super::{Dialog, Notice, Sender, Spelling, StopReason, Time};
 use crate::link::journal::JournalSummary;
 use crate::link::protocol::{Accounting, Hello};
 use crate::link::reply::Reply;
@@ -21,6 +21,15 @@ const AXES: u32 = 5;
 
 /// More than any firmware says of itself; what a flood of such lines says beyond it is dropped.
 const LONGEST_IDENTITY: usize = 8 << 10;
+
+/// Firmwares whose parsers need no blank behind a line's number (their sources; field tests). OctoPrint's "Virtual Marlin" is none.
+const SHORT_READERS: [&str; 5] = [
+    "FIRMWARE_NAME:Marlin",
+    "FIRMWARE_NAME:Prusa-Firmware",
+    "FIRMWARE_NAME:Repetier",
+    "FIRMWARE_NAME:Smoothie",
+    "RepRapFirmware",
+];
 
 /// What Marlin says of itself in M115 (`AXIS_COUNT:5`, extruders not counted); `None` where it says nothing.
 fn axes(identity: &str) -> Option<u32> {
@@ -47,7 +56,7 @@ impl Sender {
         match self.traits().hello {
             Hello::SetCounter => {
                 self.outbox.push(b"\n");
-                self.ledger.framing().write(self.outbox.end(), 0, b"M110N0");
+                self.ledger.framing().write(self.outbox.end(), 0, b"M110 N0");
             }
             // One that may still be moving takes no command, but tells its status.
             Hello::Ask(_) if self.is_locating() && self.printer.identity.is_empty() => self.ask_status(),
@@ -116,9 +125,35 @@ impl Sender {
         }
         // Its line buffer has no time limit; Prusa's has, though it is "based on Marlin".
         self.printer.reads_in_pieces |= text.contains("FIRMWARE_NAME:Marlin");
+        self.shorten(text);
         self.printer.emergency_parser |= text.starts_with("Cap:EMERGENCY_PARSER:1");
         if text.contains("FIRMWARE_NAME:") {
             self.check_identity(text);
+        }
+    }
+
+    /// Leaves the blank behind a line's number out where the firmware is one that is known to need none.
+    fn shorten(&mut self, text: &str) {
+        let known = SHORT_READERS.iter().any(|name| text.contains(name));
+        if known && self.printer.spelling == Spelling::Long && !self.settings.blank_after_number {
+            self.printer.spelling = Spelling::Tried;
+            self.ledger.space(false);
+        }
+    }
+
+    /// Line `number` has been taken; whether it was one without that blank shows here.
+    pub(super) fn short_is_read(&mut self, number: i64) {
+        if self.printer.spelling == Spelling::Tried && self.ledger.is_short(number) {
+            self.printer.spelling = Spelling::Short;
+        }
+    }
+
+    /// Something was wrong with the first lines without that blank: from now on all have it.
+    pub(super) fn lengthen(&mut self) {
+        if self.printer.spelling == Spelling::Tried {
+            self.printer.spelling = Spelling::Never;
+            self.ledger.space(true);
+            self.note("short lines may not be understood; from now on every line has a blank behind its number");
         }
     }
 

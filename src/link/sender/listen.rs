@@ -69,6 +69,7 @@ impl Sender {
                 self.event(Notice::Temperatures(t));
             }
             Reply::Busy(busy) => self.busy(now, busy),
+            Reply::Action(action, text) => self.obey(now, action, &text),
             Reply::Position(words) => {
                 self.heard = now;
                 self.compare(&words);
@@ -107,6 +108,10 @@ impl Sender {
             self.event(Notice::UserWait);
         }
         self.user_wait = busy == Busy::User;
+        if self.user_wait {
+            // A person's time is not the printer's.
+            self.moved = now;
+        }
     }
 
     fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>, room: Option<Room>) {
@@ -285,7 +290,7 @@ impl Sender {
 
     /// What the printer is waiting for at the oldest line without an answer, in words.
     pub fn waits_for(&self) -> Option<&'static str> {
-        if self.user_wait {
+        if self.user_wait || self.paused_itself {
             return Some("a person");
         }
         let (_, purpose) = self.ledger.unanswered().next()?;

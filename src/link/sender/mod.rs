@@ -17,6 +17,7 @@
 //! This room knows no port, thread or clock: times are since any fixed moment.
 
 mod activity;
+mod aftermath;
 mod brake;
 mod flow;
 mod grbl;
@@ -25,6 +26,7 @@ mod ledger;
 mod listen;
 mod locate;
 mod notice;
+mod obey;
 mod outbox;
 mod phase;
 mod probe;
@@ -34,6 +36,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use aftermath::{AfterStop, StopWatch};
 pub use notice::{Counts, Notice};
 pub use stop::{Outcome, StopReason};
 
@@ -83,6 +86,8 @@ pub struct Sender {
     unknown: Vec<String>,
     /// The printer waits for a person.
     user_wait: bool,
+    /// The printer has paused by itself, and has not said that it goes on.
+    paused_itself: bool,
     /// When the printer last showed life.
     heard: Time,
     /// When a line last went out or was taken.
@@ -110,8 +115,23 @@ struct Printer {
     ok_follows_resend: bool,
     /// It waits for a line's end as long as it takes.
     reads_in_pieces: bool,
+    /// Whether its parser is known to need no blank behind a line's number.
+    spelling: Spelling,
     /// The most commands that it has said its queue has room for besides the one it answers, and what it has said last.
     queue: [usize; 2],
+}
+
+/// How lines begin: with a blank behind the number as everybody reads it, or without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Spelling {
+    /// Nobody knows yet.
+    Long,
+    /// The firmware's name says that it needs none.
+    Tried,
+    /// A line without has been taken.
+    Short,
+    /// At the first of them it was silent, or refused one.
+    Never,
 }
 
 /// What is remembered of a silence, by what settles it.
@@ -217,13 +237,13 @@ impl Sender {
 
     fn with_blocks(program: Arc<Program>, settings: SenderSettings, blocks: std::ops::Range<u32>) -> Self {
         let traits = settings.protocol.traits();
-        let blank = settings.blank_after_number;
-        let framing = if traits.numbered { Framing::Numbered { blank } } else { Framing::Plain };
+        let framing = if traits.numbered { Framing::Numbered { blank: true } } else { Framing::Plain };
         let printer = Printer {
             identity: String::new(),
             emergency_parser: false,
             ok_follows_resend: true,
             reads_in_pieces: false,
+            spelling: Spelling::Long,
             queue: [0; 2],
         };
         Self {
@@ -249,6 +269,7 @@ impl Sender {
             offset: Vec::new(),
             unknown: Vec::new(),
             user_wait: false,
+            paused_itself: false,
             heard: Time::ZERO,
             moved: Time::ZERO,
             events: VecDeque::new(),
@@ -346,6 +367,11 @@ impl Sender {
     /// No block from this one on was sent, by whichever host; `None` where an earlier one may have sent more.
     pub fn sent_at_most(&self) -> Option<u32> {
         (self.knows_all && self.next_block > 0).then_some(self.next_block)
+    }
+
+    /// Listens to the printer behind an emergency stop that went out at `now`.
+    pub fn stop_watch(&self, now: Time) -> StopWatch {
+        StopWatch::new(self.settings.protocol, now)
     }
 
     /// The program.

@@ -41,6 +41,9 @@ impl Sender {
             self.watch_grbl(now);
             return;
         }
+        if self.paused_itself {
+            return;
+        }
         // A person takes his time, and the printer says so again and again; then it may be that only its `ok` is lost.
         if (self.user_wait && now < self.heard + self.settings.long_silence) || self.is_stuck(now) {
             return;
@@ -71,6 +74,7 @@ impl Sender {
 
     /// Holds everything until the printer has said where it is.
     pub(super) fn doubt(&mut self, now: Time, why: &'static str) {
+        self.lengthen();
         match (self.phase.session(), self.traits().accounting) {
             // Nothing has moved yet: the greeting begins again.
             (Some(Session::Fresh { .. }), _) => self.restart(now),

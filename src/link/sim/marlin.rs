@@ -133,6 +133,10 @@ impl Sim {
         if line.is_empty() || (text.is_empty() && line.contains(&b';')) {
             return;
         }
+        if text == b"M112" && self.quirks.reads_stop {
+            self.kill_by_m112();
+            return;
+        }
         if text.first() != Some(&b'N') {
             if self.quirks.refuses_bare_sums && text.contains(&b'*') {
                 self.line_error(&WireError::NoNumber);

@@ -16,6 +16,8 @@ pub struct Quirks {
     pub emergency_parser: bool,
     /// Whether it repeats a line that begins with no command.
     pub repeats: bool,
+    /// M112 as a line of its own stops it when that is read into the queue.
+    pub reads_stop: bool,
     /// `echo:busy:` and `wait`.
     pub busy: bool,
     /// Commands that are queued.
@@ -69,6 +71,7 @@ impl Quirks {
              MACHINE_TYPE:Mendel EXTRUDER_COUNT:1",
         );
         (self.silent_duplicates, self.emergency_parser, self.refuses_bare_sums) = (false, false, true);
+        self.reads_stop = false;
     }
 
     /// Marlin 1.1.9: a double is refused, and axes are not counted.
@@ -115,6 +118,7 @@ impl Quirks {
             silent_duplicates: true,
             emergency_parser: true,
             repeats: true,
+            reads_stop: true,
             busy: true,
             queue: 4,
             receive_buffer: if protocol == Protocol::RepRapFirmware { 256 } else { 128 },

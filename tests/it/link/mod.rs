@@ -1,5 +1,6 @@
 //! The printer link: fault matrix, transcripts, soak, the real pty, and Python programs at either end.
 
+mod asked;
 #[cfg(unix)]
 mod bad_day;
 mod bench_machine;
@@ -30,6 +31,7 @@ mod second_resume;
 #[cfg(unix)]
 mod several;
 mod shipped;
+mod stops;
 #[cfg(unix)]
 mod terminal;
 mod transcripts;

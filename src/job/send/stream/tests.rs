@@ -1,6 +1,6 @@
 //! What must leave whatever else hangs: last words and the emergency stop.
 
-use std::io::Read;
+use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::sync::Arc;
@@ -84,6 +84,36 @@ fn an_emergency_stop_is_on_the_wire_before_anything_else_is_done() {
     stream.interrupted(1).unwrap();
     assert_eq!(stream.sender.outcome(), Some(&Outcome::EmergencyStopped));
     assert!(heard(&mut far, "M112\n").ends_with("M112\n"));
+}
+
+#[test]
+fn behind_an_emergency_stop_the_host_stays_and_says_whether_the_printer_has_stopped() {
+    let (folder, world) = (tempfile::tempdir().unwrap(), World::here(&Silent));
+    for (words, said) in [
+        ("Error:Printer halted. kill() called!\n", None),
+        ("", Some("has said nothing since")),
+        (
+            " T:180.0 /210.0 B:60.0 /60.0 @:127\n",
+            Some("has NOT stopped (it says \" T:180.0 /210.0 B:60.0 /60.0 @:127\"): switch it off"),
+        ),
+    ] {
+        let (mut stream, mut far) = begun(folder.path(), &world);
+        stream.sender.emergency_stop();
+        let printer = std::thread::spawn(move || {
+            // As often as a printer that heats says so, until the host has gone.
+            while far.write_all(words.as_bytes()).is_ok() && !heard(&mut far, "M112\n").is_empty() {}
+        });
+        let ended = stream.close(Outcome::EmergencyStopped);
+        match said {
+            None => assert_eq!(ended.unwrap(), Outcome::EmergencyStopped),
+            Some(said) => {
+                let text = ended.unwrap_err().to_string();
+                assert!(text.contains(said), "{text}");
+            }
+        }
+        drop(stream);
+        printer.join().unwrap();
+    }
 }
 
 #[cfg(unix)]
