@@ -143,9 +143,10 @@ impl Reply {
     }
 }
 
-/// The word in `echo:Unknown command: "hello trunnion 5f.1"`, with whatever stands around.
+/// The word in `echo:Unknown command: "hello trunnion 5f.1"`, whatever the firmware's own words are; `None` for the bare line, which a terminal echoes
+/// before anything is executed.
 fn repeated(text: &str) -> Option<&str> {
-    let (_, word) = text.split_once("hello trunnion ")?;
+    let (_, word) = text.split_once("hello trunnion ").filter(|(own, _)| !own.is_empty())?;
     Some(word.split(|c: char| !c.is_ascii_hexdigit() && c != '.').next().unwrap_or_default())
 }
 

@@ -209,13 +209,14 @@ impl Sender {
         }
         self.credit(now, to);
         if report {
-            self.short_is_read(to);
             self.ledger.prove(to);
+            self.try_short_again();
         }
     }
 
     /// Everything up to `to` counts as answered.
     pub(super) fn credit(&mut self, now: Time, to: i64) {
+        self.short_is_read(to);
         while self.ledger.credited() < to {
             match self.ledger.credit() {
                 Some(Purpose::Block(index)) => self.acked_blocks = self.acked_blocks.max(index + 1),

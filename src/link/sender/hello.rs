@@ -22,6 +22,9 @@ const AXES: u32 = 5;
 /// More than any firmware says of itself; what a flood of such lines says beyond it is dropped.
 const LONGEST_IDENTITY: usize = 8 << 10;
 
+/// So often something is wrong with the first short lines before that is their fault.
+const STRIKES: u32 = 3;
+
 /// Firmwares whose parsers need no blank behind a line's number (their sources; field tests). OctoPrint's "Virtual Marlin" is none.
 const SHORT_READERS: [&str; 5] = [
     "FIRMWARE_NAME:Marlin",
@@ -136,24 +139,35 @@ impl Sender {
     fn shorten(&mut self, text: &str) {
         let known = SHORT_READERS.iter().any(|name| text.contains(name));
         if known && self.printer.spelling == Spelling::Long && !self.settings.blank_after_number {
-            self.printer.spelling = Spelling::Tried;
+            self.printer.spelling = Spelling::Tried { strikes: 1 };
             self.ledger.space(false);
         }
     }
 
-    /// Line `number` has been taken; whether it was one without that blank shows here.
+    /// Line `number` is answered; whether it was one without that blank shows here.
     pub(super) fn short_is_read(&mut self, number: i64) {
-        if self.printer.spelling == Spelling::Tried && self.ledger.is_short(number) {
+        if matches!(self.printer.spelling, Spelling::Tried { .. }) && self.ledger.is_short(number) {
             self.printer.spelling = Spelling::Short;
         }
     }
 
-    /// Something was wrong with the first lines without that blank: from now on all have it.
+    /// Something was wrong with the first lines without that blank: they have it until the count is proved again, or for good. Noise on the wire may
+    /// have been what was wrong, and lines that must have a blank can be padded less well against it.
     pub(super) fn lengthen(&mut self) {
-        if self.printer.spelling == Spelling::Tried {
-            self.printer.spelling = Spelling::Never;
-            self.ledger.space(true);
-            self.note("short lines may not be understood; from now on every line has a blank behind its number");
+        let Spelling::Tried { strikes } = self.printer.spelling else { return };
+        self.printer.spelling =
+            if strikes < STRIKES { Spelling::Doubted { strikes: strikes + 1 } } else { Spelling::Never };
+        self.ledger.space(true);
+        if self.printer.spelling == Spelling::Never {
+            self.note("short lines are not understood; from now on every line has a blank behind its number");
+        }
+    }
+
+    /// The count is proved with long lines: short ones are tried once more.
+    pub(super) fn try_short_again(&mut self) {
+        if let Spelling::Doubted { strikes } = self.printer.spelling {
+            self.printer.spelling = Spelling::Tried { strikes };
+            self.ledger.space(false);
         }
     }
 

@@ -127,10 +127,18 @@ enum Spelling {
     /// Nobody knows yet.
     Long,
     /// The firmware's name says that it needs none.
-    Tried,
-    /// A line without has been taken.
-    Short,
+    Tried {
+        /// How often the first short line was tried, this time included.
+        strikes: u32,
+    },
     /// At the first of them it was silent, or refused one.
+    Doubted {
+        /// How often the first short line is tried, the next time included.
+        strikes: u32,
+    },
+    /// A line without has been answered.
+    Short,
+    /// The first of them was never answered.
     Never,
 }
 
