@@ -317,7 +317,7 @@ fn judged(bench: &mut Bench, seed: u64, outcome: &Outcome, dangers: Dangers) -> 
         other => panic!("{other:?}"),
     });
     if let Err(why) = std::panic::catch_unwind(print) {
-        eprintln!("seed {seed}, {:?}, {outcome:?}:\n{}", bench.protocol, bench.tail());
+        note(&format!("seed {seed}, {:?}, {outcome:?}:\n{}", bench.protocol, bench.tail()));
         std::panic::resume_unwind(why);
     }
     let name = format!("{outcome:?}");
@@ -344,12 +344,15 @@ fn all(
     ends
 }
 
+/// A firmware's name, and how it differs.
+type Kind = (&'static str, fn(&mut Quirks));
+
 const HOSTS: Dangers = Dangers { resets: false, faults: false, unplugs: true };
 const ANYTHING: Dangers = Dangers { resets: true, faults: true, unplugs: true };
 
 #[test]
 fn hosts_killed_at_any_byte_lose_no_line_of_a_marlin_and_double_none() {
-    let kinds: [(&str, fn(&mut Quirks)); 4] = [
+    let kinds: [Kind; 4] = [
         ("Marlin", |_| {}),
         ("Marlin 1.1, which refuses doubles", Quirks::marlin_1_1),
         ("Repetier's words", |q| (q.repetier_errors, q.silent_duplicates) = (true, false)),
