@@ -121,8 +121,15 @@ impl Sender {
     pub(super) fn make(&mut self, purpose: Purpose) {
         self.since_proof += 1;
         match &purpose {
-            Purpose::Block(index) => self.next_block = index + 1,
+            Purpose::Block(index) => {
+                // Where no line of our own came before it, the journal would not know that anything was sent.
+                if !std::mem::replace(&mut self.recorded, true) {
+                    self.event(Notice::Journal(Record::Run { number: self.ledger.cursor(), block: *index }));
+                }
+                self.next_block = index + 1;
+            }
             _ => {
+                self.recorded = true;
                 let record = Record::Run { number: self.ledger.cursor() + 1, block: self.next_block };
                 self.event(Notice::Journal(record));
             }

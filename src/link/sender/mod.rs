@@ -76,6 +76,8 @@ pub struct Sender {
     resends: u32,
     /// How often the printer was to repeat a word.
     calls: u32,
+    /// Whether the journal knows that lines have gone out.
+    recorded: bool,
     printer: Printer,
     dialog: Dialog,
     watch: Watch,
@@ -270,6 +272,7 @@ impl Sender {
             since_proof: 0,
             resends: 0,
             calls: 0,
+            recorded: false,
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),
