@@ -1,7 +1,5 @@
 //! `trunnion publish`
 
-use std::time::Duration;
-
 use super::args::Publish as Verb;
 use super::{Console, Failure, send};
 use crate::document::{self, text};
@@ -11,8 +9,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
     let to = &job::server_address(&args.to, &world)?;
     let key = job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?;
-    let program = &match &args.plan {
-        Some(plan) => send::proved(&args.gcode, &job::load_plan(&args.plan_ref.source(plan), &world)?, &world)?,
+    let plan = args.plan.as_ref().map(|plan| job::load_plan(&args.plan_ref.source(plan), &world)).transpose()?;
+    let program = &match &plan {
+        Some(plan) => send::proved(&args.gcode, plan, &world)?,
         None if args.unverified => {
             console.warning("the file is not verified: the head may hit the part, the table or the frame");
             Verified::unverified(world.files.read(&args.gcode)?)
@@ -22,12 +21,13 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let request = PublishRequest {
         path: &args.gcode,
         program,
+        machine: plan.as_ref().map(|plan| &plan.machine),
         to,
         key: key.as_ref(),
         name: args.name.as_deref(),
         replace: args.replace,
         start: args.start,
-        silence: Duration::from_secs(args.timeout),
+        silence: std::time::Duration::from_secs(args.timeout),
     };
     let done = job::publish(&request, &world)?;
     if console.json() {

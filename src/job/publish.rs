@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::path::Path;
 use std::time::Duration;
 
-use super::{Error, Verified, World};
+use super::{Error, LoadedProfile, Verified, World};
 use crate::gcode::marks::{Hint, hint};
 use crate::planning::sha256_hex;
 use crate::publish::{Address, Answer, Ask, Delivered, Delivery, Figures, Key, Trouble, Web, deliver, file_name};
@@ -16,6 +16,8 @@ pub struct PublishRequest<'a> {
     pub path: &'a Path,
     /// The program.
     pub program: &'a Verified<Vec<u8>>,
+    /// The machine that it was proved for; `None` for an unverified program, whose firmware nobody knows.
+    pub machine: Option<&'a LoadedProfile>,
     /// The server.
     pub to: &'a Address,
     /// What opens it.
@@ -55,9 +57,13 @@ pub struct PublishResult {
 ///
 /// # Errors
 ///
-/// [`Error::PublishInput`] for a name that servers would change or an address that the world cannot reach, and [`Error::Publish`].
+/// [`Error::PublishInput`] for a name that servers would change, an address that the world cannot reach or a server of another firmware,
+/// and [`Error::Publish`].
 pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<PublishResult, Error> {
     request.to.clone().reached_by(world.web)?;
+    if let Some(machine) = request.machine {
+        request.to.kind.takes(machine.profile.firmware(), &machine.name)?;
+    }
     let own = || request.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let name = request.name.map_or_else(own, str::to_owned);
     file_name(&name)?;

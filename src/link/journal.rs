@@ -112,6 +112,8 @@ pub struct JournalSummary {
     pub done: bool,
     runs: Vec<(i64, u32)>,
     locating: bool,
+    /// Whether a line was ever numbered.
+    numbered: bool,
 }
 
 /// Why a journal cannot be used.
@@ -230,6 +232,7 @@ impl JournalSummary {
                 }
                 self.runs.retain(|(n, _)| *n < number);
                 self.runs.push((number, block));
+                self.numbered = true;
                 self.reach = self.reach.max(block);
                 // Until the head is back only lines of our own go out.
                 let own = self.entering || self.away || self.locating;
@@ -301,14 +304,16 @@ impl JournalSummary {
         (Some(self.next_block(number)) == block.checked_add(1)).then_some(block)
     }
 
-    /// The highest number that can have been sent of a program of `blocks`.
-    pub fn last(&self, blocks: u32) -> i64 {
-        self.runs.last().map_or(self.proven, |(number, block)| number + i64::from(blocks.saturating_sub(*block)))
+    /// The highest number that can have been sent of a program of `blocks` by a host that proves its count `every` so many lines: each proof
+    /// has its own record.
+    pub fn last(&self, blocks: u32, every: u32) -> i64 {
+        let run = |(number, block): &(i64, u32)| number + i64::from(blocks.saturating_sub(*block).min(every));
+        self.runs.last().map_or(self.proven, run)
     }
 
     /// Whether any line was ever numbered, under these numbers or under earlier ones: something may stand on the table.
     pub fn began(&self) -> bool {
-        self.entering || self.reach > 0 || !self.runs.is_empty()
+        self.entering || self.reach > 0 || self.numbered
     }
 
     /// Whether a counter that agrees is enough to go on: the machine is where the program has brought it, and not on the way
@@ -373,6 +378,9 @@ mod tests {
         let anew = journal(&[&printed[..3], &[Record::Anew]].concat());
         assert!(anew.began() && !anew.counts(), "{anew:?}");
         assert!(!journal(&[]).began());
+        // Before anything was answered.
+        let asked = journal(&[run(2, 0), Record::Anew, Record::Locating]);
+        assert!(asked.began() && !asked.counts(), "{asked:?}");
     }
 
     #[test]
@@ -407,7 +415,10 @@ mod tests {
         let standing = read("run 3 4294967295\nack 2 0\n").unwrap();
         assert_eq!([2, 3, 70, i64::MAX].map(|number| standing.next_block(number)), [u32::MAX; 4]);
         assert_eq!([i64::MIN, 2, i64::MAX].map(|number| standing.block_at(number)), [None; 3]);
-        assert_eq!(standing.last(120), 3);
+        assert_eq!(standing.last(120, 32), 3);
+        // Behind a run there are at most the lines up to the next proof.
+        let standing = read("run 3 0\nack 2 0\n").unwrap();
+        assert_eq!([standing.last(120, 32), standing.last(9, 32)], [35, 12]);
     }
 
     #[test]

@@ -13,6 +13,7 @@
 //! This room must not know profiles, plans or files: `job` builds its settings. Sources: the firmwares, as
 //! `fixtures/wire/README.md` says.
 
+mod action;
 mod compact;
 mod doubt;
 mod journal;
@@ -35,6 +36,7 @@ mod state;
 mod testing;
 mod wire;
 
+pub use action::Action;
 pub use compact::push_compact;
 pub use journal::{Header, JournalError, JournalSummary, Record};
 pub use loopback::{Heading, Loopback};
@@ -47,7 +49,7 @@ pub use protocol::Protocol;
 pub use reentry::{Reentry, ReentryError};
 pub use reply::{Busy, Reply, Room, Status, Temperatures, Wording};
 pub use retreat::{Heaters, Retreat, Turning};
-pub use sender::{Counts, Notice, Outcome, Sender, StopReason};
+pub use sender::{AfterStop, Counts, Notice, Outcome, Sender, StopReason, StopWatch};
 pub use settings::SenderSettings;
 pub use state::MachineState;
 pub use wire::{LineAssembler, checksum, push_numbered};

@@ -40,6 +40,16 @@ impl Padding {
     pub(crate) fn least(blank: bool) -> Self {
         Self { blank, ..Self::default() }
     }
+
+    /// The same with a blank behind the number.
+    pub(crate) fn spaced(self) -> Self {
+        Self { blank: true, ..self }
+    }
+
+    /// Whether a blank stands behind the number.
+    pub(crate) fn is_spaced(self) -> bool {
+        self.blank
+    }
 }
 
 /// The end of the block's first fraction, where one more zero says nothing; `None` without a fraction, and in texts.

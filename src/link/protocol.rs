@@ -76,8 +76,9 @@ pub(crate) struct Traits {
     pub(crate) serial: bool,
     /// Seconds of motion that it may have answered before they are carried out, beyond its planner's blocks.
     pub(crate) buffered_s: f64,
-    /// Whether a blank line is a line: then it costs an answer, and half a line is carried out.
-    pub(crate) blank_line_counts: bool,
+    /// Ends half a line so that it is not carried out. RepRapFirmware takes one without a checksum, so that it gets a wrong one. Empty where a blank
+    /// line is a line, which costs an answer: then half a line is carried out.
+    pub(crate) ends_half_line: &'static [u8],
     /// Bytes that act at once.
     pub(crate) real_time: Option<RealTime>,
     /// Waits until the last move has ended.
@@ -120,7 +121,7 @@ static MARLIN: Traits = Traits {
     serial: true,
     // It answers what its planner has room for, however long that takes.
     buffered_s: 0.0,
-    blank_line_counts: false,
+    ends_half_line: b"\n",
     real_time: None,
     drain: "M400",
     refused_when_down: None,
@@ -144,7 +145,7 @@ static REPRAPFIRMWARE: Traits = Traits {
     queues: false,
     serial: true,
     buffered_s: 3.0,
-    blank_line_counts: false,
+    ends_half_line: b"*300\n",
     real_time: None,
     drain: "M400",
     refused_when_down: None,
@@ -170,7 +171,7 @@ static KLIPPER: Traits = Traits {
     serial: false,
     // Its host plans about 2 s ahead.
     buffered_s: 3.0,
-    blank_line_counts: true,
+    ends_half_line: b"",
     real_time: None,
     drain: "M400",
     refused_when_down: Some("M400"),
@@ -195,7 +196,7 @@ static GRBL: Traits = Traits {
     queues: false,
     serial: true,
     buffered_s: 3.0,
-    blank_line_counts: true,
+    ends_half_line: b"",
     real_time: Some(RealTime { status: b'?', hold: b'!', reset: 0x18 }),
     drain: "G4P0.01",
     refused_when_down: None,
@@ -270,7 +271,7 @@ mod tests {
             // Proofs are M105, which only printers know.
             assert_eq!(m.accounting == Accounting::Status, !m.is_printer(), "{m:?}");
             // A line is numbered against what half of it would do; where it is not, a blank line is answered.
-            assert_eq!(m.numbered, !m.blank_line_counts, "{m:?}");
+            assert_eq!(m.numbered, !m.ends_half_line.is_empty(), "{m:?}");
             assert!(!m.queues || m.serial, "{m:?}");
             assert!(m.emergency_raw.ends_with(b"M112\n") || m.real_time.is_some_and(|r| m.emergency == [r.reset]));
         }

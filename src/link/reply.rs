@@ -3,6 +3,8 @@
 //! `ok` is only `^ok(\s|$)`: an `ok` glued into other text by noise is none. Texts: those of the firmwares
 //! themselves, as `fixtures/wire/README.md` says.
 
+use super::action::Action;
+
 /// Whose answers they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wording {
@@ -88,6 +90,8 @@ pub enum Reply {
     Unknown(String),
     /// `echo: cold extrusion prevented` and its like: the line in hand was not carried out as it is written, whatever `ok` follows.
     Undone(String),
+    /// `echo:Unknown command: "hello trunnion 5f.1"`: the word of a line that it was not to know.
+    Repeated(String),
     /// `FIRMWARE_NAME:..`, `[VER:..]`.
     Identity(String),
     /// Grbl's `error:22`.
@@ -96,6 +100,8 @@ pub enum Reply {
     Alarm(u32),
     /// Grbl's answer to `?`.
     Status(Status),
+    /// What it asks of its host, in its words.
+    Action(Action, String),
     /// Anything else: life, no meaning.
     Chatter,
 }
@@ -107,12 +113,41 @@ impl Reply {
             return Self::Ok { number: None, report: None, room: None };
         }
         let text = printable(line);
+        if let Some(word) = repeated(&text) {
+            return Self::Repeated(word.to_owned());
+        }
         match wording {
             Wording::Grbl => grbl(&text),
             Wording::Printer => printer(&text),
             Wording::Klipper => klipper(&text).unwrap_or_else(|| printer(&text)),
         }
     }
+}
+
+impl Reply {
+    /// Whether it answers a line, of whichever host.
+    pub fn is_answer(&self) -> bool {
+        matches!(
+            self,
+            Self::Ok { .. }
+                | Self::OkIdentity(_)
+                | Self::Resend(_)
+                | Self::LineError(_)
+                | Self::Unknown(_)
+                | Self::Undone(_)
+                | Self::Identity(_)
+                | Self::Position(_)
+                | Self::Refused(_)
+                | Self::Status(_)
+        )
+    }
+}
+
+/// The word in `echo:Unknown command: "hello trunnion 5f.1"`, whatever the firmware's own words are; `None` for the bare line, which a terminal echoes
+/// before anything is executed.
+fn repeated(text: &str) -> Option<&str> {
+    let (_, word) = text.split_once("hello trunnion ").filter(|(own, _)| !own.is_empty())?;
+    Some(word.split(|c: char| !c.is_ascii_hexdigit() && c != '.').next().unwrap_or_default())
 }
 
 /// More than any firmware says in a line.
@@ -125,6 +160,9 @@ fn printable(line: &[u8]) -> String {
 }
 
 fn printer(text: &str) -> Reply {
+    if let Some((action, words)) = Action::read(text) {
+        return Reply::Action(action, words.to_owned());
+    }
     if let Some(rest) = text.strip_prefix("ok")
         && rest.starts_with(|c: char| c.is_ascii_whitespace())
     {

@@ -43,6 +43,8 @@ pub struct SenderSettings {
     pub pauses: bool,
     /// How the head leaves the part.
     pub retreat: Retreat,
+    /// A number that no other host has: the printer repeats it, which proves that what it says is no answer to another.
+    pub nonce: u64,
 }
 
 impl SenderSettings {
@@ -67,6 +69,7 @@ impl SenderSettings {
             identity: None,
             pauses: true,
             retreat,
+            nonce: 0,
         }
     }
 

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::web::Web;
+use crate::gcode::meaning::Firmware;
 
 /// What kind of server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +24,31 @@ impl Kind {
             Self::Moonraker => "moonraker",
             Self::Duet => "duet",
         }
+    }
+
+    /// The only firmware that it drives; `None` for OctoPrint, behind which any printer stands.
+    pub fn drives(self) -> Option<Firmware> {
+        match self {
+            Self::OctoPrint => None,
+            Self::Moonraker => Some(Firmware::Klipper),
+            Self::Duet => Some(Firmware::RepRapFirmware),
+        }
+    }
+
+    /// That a program in the words of `firmware`, as `profile` has it, is understood behind this server.
+    ///
+    /// # Errors
+    ///
+    /// [`BadInput::Firmware`].
+    pub fn takes(self, firmware: Firmware, profile: &str) -> Result<(), BadInput> {
+        let Some(drives) = self.drives().filter(|drives| *drives != firmware) else { return Ok(()) };
+        Err(BadInput::Firmware {
+            kind: self,
+            drives: drives.name(),
+            firmware: firmware.name(),
+            profile: profile.to_owned(),
+            example: if drives == Firmware::Klipper { "fractal-5-pro" } else { "open5x-voron0" },
+        })
     }
 }
 
@@ -62,6 +88,23 @@ pub enum BadInput {
         "to: this build of trunnion cannot use https://; use the server's http:// address, or build with: cargo build --release --features tls"
     )]
     NoTls,
+    /// A program for another firmware: its words for the table would be dropped, and tilted parts printed on a level table.
+    #[error(
+        "to: a {kind} drives {drives}, but the file is written for {firmware} (profile {profile}); prepare it with a profile whose \
+         [dialect] firmware is {drives:?}, such as {example}"
+    )]
+    Firmware {
+        /// The server.
+        kind: Kind,
+        /// What it drives.
+        drives: &'static str,
+        /// What the file is written for.
+        firmware: &'static str,
+        /// By which profile.
+        profile: String,
+        /// A shipped one that would do.
+        example: &'static str,
+    },
     /// A key that no header can carry.
     #[error("the key in {place} {why}; give one line with the key alone")]
     Key {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::operator::{Operator, Sending};
 use super::stream::{Connection, Stream};
-use super::{Checked, SendRequest, Wire, checked, ended, go, start};
+use super::{Checked, SendRequest, Wire, checked, ended, go, header, start};
 use crate::job::world::{JournalFile, read_journal};
 use crate::job::{Error, World};
 use crate::link::serial::Port;
@@ -36,6 +36,23 @@ pub fn resume(
     operator: &dyn Operator,
 ) -> Result<(), Error> {
     go(checked(request, wire, true, world)?.open(world)?, request, wire, (world, operator))
+}
+
+/// Resumes a print of which the journal says nothing but its name: only where the printer has taken no line either does it begin.
+pub(super) fn ask_first(
+    (checked, opened): (Checked, Port),
+    request: &SendRequest<'_>,
+    wire: &Wire<'_>,
+    told: (&World<'_>, &dyn Operator),
+) -> Result<(), Error> {
+    let (world, operator) = told;
+    let Checked { program, settings, place, standing: Some(standing) } = checked else { return Ok(()) };
+    let text = "the journal has no record of a line: asking the printer whether it has accepted any";
+    operator.told(&Sending::Note(text), start(&program));
+    // From here on it is a journal of this run of the operating system.
+    let journal = JournalFile::create(wire.journal, &header(request, &place, world))?;
+    let sender = Sender::resuming(program, settings, &standing);
+    ended(Stream::new(sender, opened, place, journal, told).run()?)
 }
 
 /// Resumes a print that has begun.

@@ -16,7 +16,7 @@ use super::world::{JournalFile, read_journal};
 use super::{BadSetting, CheckedPlan, Error, LoadedProfile, OutputFile, Verified, World, printer};
 use crate::link::serial::{Address, Port};
 use crate::link::{
-    Header, JournalSummary, LARGEST_FILE, Outcome, Program, ProgramError, Sender, SenderSettings, too_slow,
+    Accounting, Header, JournalSummary, LARGEST_FILE, Outcome, Program, ProgramError, Sender, SenderSettings, too_slow,
 };
 use crate::planning::sha256_hex;
 use crate::profile::check_number;
@@ -102,7 +102,7 @@ fn checked(request: &SendRequest<'_>, wire: &Wire<'_>, resumes: bool, world: &Wo
     let settings = printer::settings(&request.machine.profile)?;
     // A network has no speed of its own.
     let wired = settings.protocol.traits().serial && matches!(wire.address, Address::Device(_));
-    let settings = SenderSettings { baud: if wired { place.baud } else { 0 }, ..settings };
+    let settings = SenderSettings { baud: if wired { place.baud } else { 0 }, nonce: world.clock.nonce(), ..settings };
     Ok(Checked { program, settings, place, standing })
 }
 
@@ -124,6 +124,9 @@ fn go(
     told.1.begin();
     if checked.standing.as_ref().is_some_and(JournalSummary::began) {
         return again::go_on((checked, port), request, wire, told);
+    }
+    if checked.standing.is_some() && checked.settings.protocol.traits().accounting == Accounting::Counter {
+        return again::ask_first((checked, port), request, wire, told);
     }
     begin((checked, port), request, wire, told)
 }

@@ -8,7 +8,7 @@ use super::operator::{Answer, At, Operator, Sending};
 use crate::job::world::JournalFile;
 use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
-use crate::link::{Notice, Outcome, Record, Sender, StopReason, Temperatures, Time};
+use crate::link::{AfterStop, Notice, Outcome, Record, Sender, StopReason, Temperatures, Time};
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);
@@ -326,6 +326,9 @@ impl<'a> Stream<'a> {
         if unsaid {
             return Err(self.unsaid(&outcome));
         }
+        if outcome == Outcome::EmergencyStopped {
+            return self.stopped_or_not();
+        }
         match &outcome {
             Outcome::Done => self.tell(&Sending::Done { resends: self.sender.progress().resends }),
             Outcome::Stopped(why) => {
@@ -337,9 +340,48 @@ impl<'a> Stream<'a> {
                 self.tell(&Sending::Stopped { reason });
             }
             Outcome::Cancelled => self.tell(&Sending::Stopped { reason: "cancelled" }),
-            Outcome::EmergencyStopped => self.tell(&Sending::Stopped { reason: "emergency stop" }),
+            Outcome::EmergencyStopped => {}
         }
         Ok(outcome)
+    }
+
+    /// Behind an emergency stop: stays until the printer has stopped, and says whether it has.
+    fn stopped_or_not(&mut self) -> Result<Outcome, Error> {
+        let text = match self.watch() {
+            AfterStop::Stopped => {
+                self.tell(&Sending::Stopped { reason: "emergency stop" });
+                return Ok(Outcome::EmergencyStopped);
+            }
+            AfterStop::Silent => {
+                "emergency stop sent, and the printer has said nothing since: look whether it has stopped, otherwise switch it off".to_owned()
+            }
+            AfterStop::GoesOn(said) => {
+                format!("emergency stop sent, but the printer has NOT stopped (it says {said:?}): switch it off")
+            }
+        };
+        self.tell(&Sending::Stopped { reason: &text });
+        Err(Error::Printer(text))
+    }
+
+    /// Listens behind the emergency stop, which is said again now and then.
+    fn watch(&mut self) -> AfterStop {
+        let (mut watch, mut said) = (self.sender.stop_watch(self.now()), self.now());
+        loop {
+            let now = self.now();
+            if let Some(verdict) = watch.verdict(now) {
+                return verdict;
+            }
+            let Some(port) = &mut self.port else { return AfterStop::Silent };
+            if now >= said + EVERY {
+                said = now;
+                port.write(self.sender.stop_words());
+            }
+            match port.read(NAP, false) {
+                Heard::Bytes(bytes) => watch.receive(now, bytes),
+                Heard::Gone(_) => watch.gone(),
+                Heard::Nothing => {}
+            }
+        }
     }
 
     /// How far it has come at most, which a host that is killed cannot say.

@@ -33,6 +33,8 @@ pub(crate) struct JournalFile {
     /// What could not be written yet, for want of room.
     held: Vec<u8>,
     sync: Sender<()>,
+    /// Whether a record has reached the disk: the first one does before a byte goes out.
+    synced: bool,
     acked: i64,
     written: Instant,
 }
@@ -69,7 +71,8 @@ impl JournalFile {
             }
         });
         let (path, held) = (path.to_owned(), Vec::new());
-        let mut journal = Self { path, file, end, room: end, held, sync, acked: 0, written: Instant::now() };
+        let mut journal =
+            Self { path, file, end, room: end, held, sync, synced: false, acked: 0, written: Instant::now() };
         journal.renew().map_err(failed)?;
         // A journal that cannot reach the disk is found out now.
         journal.file.sync_data().map_err(failed)?;
@@ -122,6 +125,10 @@ impl JournalFile {
                     // More than was kept: the next zeros begin behind it.
                     self.room = self.room.max(self.end);
                     drop(self.held.drain(..n));
+                    if !std::mem::replace(&mut self.synced, true) {
+                        // A disk that cannot is found out where the journal is opened.
+                        let _ = self.file.sync_data();
+                    }
                 }
             }
         }

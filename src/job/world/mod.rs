@@ -9,6 +9,7 @@ mod several;
 mod slicers;
 mod web;
 
+use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -107,6 +108,12 @@ pub trait Clock {
 
     /// What tells this run of the operating system from any other; empty where nobody knows.
     fn boot(&self) -> String;
+
+    /// A number that no other run has had.
+    fn nonce(&self) -> u64 {
+        // Its keys are the system's random numbers.
+        RandomState::new().hash_one(self.now())
+    }
 }
 
 /// Ports as jobs ask for them.

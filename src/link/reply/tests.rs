@@ -119,3 +119,17 @@ fn reads_the_position_up_to_the_steps() {
     let words = vec![(b'X', 10.0), (b'Y', 0.0), (b'Z', -3.5), (b'A', 999.0), (b'C', 0.0), (b'E', 7.0)];
     assert_eq!(read, Reply::Position(words));
 }
+
+#[test]
+fn a_word_that_comes_back_is_known_in_every_firmwares_words_and_an_echo_is_none() {
+    let word = Reply::Repeated("5f.1".to_owned());
+    for text in [
+        "echo:Unknown command: \"hello trunnion 5f.1\"",
+        "echo:Unknown command: \"hello trunnion 5f.1\"(2)",
+        "Unknown command:hello trunnion 5f.1",
+    ] {
+        assert_eq!(marlin(text), word, "{text}");
+    }
+    assert_eq!(marlin("hello trunnion 5f.1"), Reply::Chatter, "a terminal's echo comes before anything is executed");
+    assert_eq!(marlin("echo:Unknown command: \"hello\""), Reply::Unknown("hello".to_owned()));
+}

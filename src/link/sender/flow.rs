@@ -9,6 +9,9 @@ use crate::link::protocol::Accounting;
 use crate::link::reply::Room;
 use crate::link::settings::SenderSettings;
 
+/// Moves in hand that take longer need no full queue behind them, s.
+const SLOW_S: f64 = 2.0;
+
 impl Sender {
     /// The first M105 without an answer, ours or the file's: nothing else is answered with temperatures.
     pub(super) fn proof_in_flight(&self) -> Option<i64> {
@@ -38,7 +41,10 @@ impl Sender {
 
     /// Makes the next line, or finds the one that is to be repeated; `false` where there is none or no room.
     fn goes_next(&mut self) -> bool {
-        let lines = if self.phase.is_open() { self.settings.window_lines } else { 1 };
+        if self.traits().queues && self.waits_long() {
+            return false;
+        }
+        let lines = self.most_lines();
         let most = self.settings.window_bytes;
         if !self.ledger.is_sent() {
             return self.ledger.has_room(lines) && self.ledger.fits(self.ledger.length_again(), most);
@@ -54,6 +60,16 @@ impl Sender {
             self.put_back(purpose);
         }
         room
+    }
+
+    /// Lines that may be without an answer.
+    ///
+    /// Without EMERGENCY_PARSER Marlin reads M112 only where its queue has room. So nothing is queued behind a line that waits, and while the moves
+    /// in hand take a while one place stays free; the planner does not run dry meanwhile.
+    fn most_lines(&self) -> usize {
+        let lines = if self.phase.is_open() { self.settings.window_lines } else { 1 };
+        let spare = self.traits().queues && lines > 1 && self.motion_in_hand() > SLOW_S;
+        lines - usize::from(spare)
     }
 
     /// Whether it or a line under way may take long: no move does.
@@ -105,8 +121,15 @@ impl Sender {
     pub(super) fn make(&mut self, purpose: Purpose) {
         self.since_proof += 1;
         match &purpose {
-            Purpose::Block(index) => self.next_block = index + 1,
+            Purpose::Block(index) => {
+                // Where no line of our own came before it, the journal would not know that anything was sent.
+                if !std::mem::replace(&mut self.recorded, true) {
+                    self.event(Notice::Journal(Record::Run { number: self.ledger.cursor(), block: *index }));
+                }
+                self.next_block = index + 1;
+            }
             _ => {
+                self.recorded = true;
                 let record = Record::Run { number: self.ledger.cursor() + 1, block: self.next_block };
                 self.event(Notice::Journal(record));
             }
@@ -194,11 +217,13 @@ impl Sender {
         self.credit(now, to);
         if report {
             self.ledger.prove(to);
+            self.try_short_again();
         }
     }
 
     /// Everything up to `to` counts as answered.
     pub(super) fn credit(&mut self, now: Time, to: i64) {
+        self.short_is_read(to);
         while self.ledger.credited() < to {
             match self.ledger.credit() {
                 Some(Purpose::Block(index)) => self.acked_blocks = self.acked_blocks.max(index + 1),
@@ -207,7 +232,7 @@ impl Sender {
             }
         }
         self.moved = now;
-        self.user_wait = false;
+        (self.user_wait, self.paused_itself) = (false, false);
         match &mut self.watch {
             Watch::Counter => {}
             Watch::Proof { unanswered, .. } => *unanswered = 0,
@@ -220,6 +245,7 @@ impl Sender {
         if self.flows_freely() {
             self.note("a line has to go out again; from now on no more goes ahead than the receive buffer holds ([link] reads_ms)");
         }
+        self.lengthen();
         self.resends += 1;
         let file_line = self.file_line(number);
         self.event(Notice::Resend { number, file_line, why });

@@ -24,7 +24,7 @@ impl Sender {
             Reply::Ok { .. } => self.ask_status(),
             Reply::Status(status) if self.is_locating() && status.state.starts_with("Run") => {
                 // What it was sent before ends first.
-                self.phase = Phase::Hello { asked: Some(now), tries: 0 };
+                self.phase = Phase::Hello { asked: Some(now), tries: 0, quiet: None };
             }
             Reply::Status(status)
                 if self.is_locating() && status.state.starts_with("Idle") && self.printer.identity.is_empty() =>

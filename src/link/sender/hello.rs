@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use super::activity::Activity;
 use super::ledger::Purpose;
-use super::phase::{Begun, Phase, Session};
-use super::{Dialog, Notice, Sender, StopReason, Time};
+use super::phase::{Begun, Phase, Quiet, Session};
+use super::{Dialog, Notice, Sender, Spelling, StopReason, Time};
 use crate::link::journal::JournalSummary;
 use crate::link::protocol::{Accounting, Hello};
 use crate::link::reply::Reply;
@@ -22,6 +22,18 @@ const AXES: u32 = 5;
 /// More than any firmware says of itself; what a flood of such lines says beyond it is dropped.
 const LONGEST_IDENTITY: usize = 8 << 10;
 
+/// So often something is wrong with the first short lines before that is their fault.
+const STRIKES: u32 = 3;
+
+/// Firmwares whose parsers need no blank behind a line's number (their sources; field tests). OctoPrint's "Virtual Marlin" is none.
+const SHORT_READERS: [&str; 5] = [
+    "FIRMWARE_NAME:Marlin",
+    "FIRMWARE_NAME:Prusa-Firmware",
+    "FIRMWARE_NAME:Repetier",
+    "FIRMWARE_NAME:Smoothie",
+    "RepRapFirmware",
+];
+
 /// What Marlin says of itself in M115 (`AXIS_COUNT:5`, extruders not counted); `None` where it says nothing.
 fn axes(identity: &str) -> Option<u32> {
     let word = identity.split_ascii_whitespace().find_map(|w| w.strip_prefix("AXIS_COUNT:"))?;
@@ -30,10 +42,16 @@ fn axes(identity: &str) -> Option<u32> {
 
 impl Sender {
     /// Asks for the printer's attention, again and again.
-    pub(super) fn greet(&mut self, now: Time, asked: Option<Time>, tries: u32) {
-        if asked.is_some_and(|at| now < at + HELLO_EVERY) {
+    pub(super) fn greet(&mut self, now: Time) {
+        let Phase::Hello { asked, tries, quiet } = &mut self.phase else { return };
+        let waits = match asked {
+            Some(at) => now < *at + HELLO_EVERY,
+            None => !quiet.get_or_insert(Quiet::from(now)).is_over(now),
+        };
+        if waits {
             return;
         }
+        let tries = *tries;
         if tries >= HELLOS {
             self.mute(now, tries);
             return;
@@ -41,7 +59,7 @@ impl Sender {
         match self.traits().hello {
             Hello::SetCounter => {
                 self.outbox.push(b"\n");
-                self.ledger.framing().write(self.outbox.end(), 0, b"M110N0");
+                self.ledger.framing().write(self.outbox.end(), 0, b"M110 N0");
             }
             // One that may still be moving takes no command, but tells its status.
             Hello::Ask(_) if self.is_locating() && self.printer.identity.is_empty() => self.ask_status(),
@@ -51,7 +69,7 @@ impl Sender {
                 return;
             }
         }
-        self.phase = Phase::Hello { asked: Some(now), tries: tries + 1 };
+        self.phase = Phase::Hello { asked: Some(now), tries: tries + 1, quiet: None };
     }
 
     /// Back to the first words: nothing has moved yet.
@@ -65,7 +83,7 @@ impl Sender {
         }
         self.dialog = Dialog::default();
         self.printer.identity.clear();
-        self.phase = Phase::Hello { asked: Some((now + BOOT_WORDS).saturating_sub(HELLO_EVERY)), tries: hellos };
+        self.phase = Phase::Hello { asked: None, tries: hellos, quiet: Some(Quiet::from(now + BOOT_WORDS)) };
     }
 
     pub(super) fn hear_hello(&mut self, now: Time, tries: u32, reply: &Reply) {
@@ -110,9 +128,46 @@ impl Sender {
         }
         // Its line buffer has no time limit; Prusa's has, though it is "based on Marlin".
         self.printer.reads_in_pieces |= text.contains("FIRMWARE_NAME:Marlin");
+        self.shorten(text);
         self.printer.emergency_parser |= text.starts_with("Cap:EMERGENCY_PARSER:1");
         if text.contains("FIRMWARE_NAME:") {
             self.check_identity(text);
+        }
+    }
+
+    /// Leaves the blank behind a line's number out where the firmware is one that is known to need none.
+    fn shorten(&mut self, text: &str) {
+        let known = SHORT_READERS.iter().any(|name| text.contains(name));
+        if known && self.printer.spelling == Spelling::Long && !self.settings.blank_after_number {
+            self.printer.spelling = Spelling::Tried { strikes: 1 };
+            self.ledger.space(false);
+        }
+    }
+
+    /// Line `number` is answered; whether it was one without that blank shows here.
+    pub(super) fn short_is_read(&mut self, number: i64) {
+        if matches!(self.printer.spelling, Spelling::Tried { .. }) && self.ledger.is_short(number) {
+            self.printer.spelling = Spelling::Short;
+        }
+    }
+
+    /// Something was wrong with the first lines without that blank: they have it until the count is proved again, or for good. Noise on the wire may
+    /// have been what was wrong, and lines that must have a blank can be padded less well against it.
+    pub(super) fn lengthen(&mut self) {
+        let Spelling::Tried { strikes } = self.printer.spelling else { return };
+        self.printer.spelling =
+            if strikes < STRIKES { Spelling::Doubted { strikes: strikes + 1 } } else { Spelling::Never };
+        self.ledger.space(true);
+        if self.printer.spelling == Spelling::Never {
+            self.note("short lines are not understood; from now on every line has a blank behind its number");
+        }
+    }
+
+    /// The count is proved with long lines: short ones are tried once more.
+    pub(super) fn try_short_again(&mut self) {
+        if let Spelling::Doubted { strikes } = self.printer.spelling {
+            self.printer.spelling = Spelling::Tried { strikes };
+            self.ledger.space(false);
         }
     }
 
@@ -141,9 +196,9 @@ impl Sender {
 
     /// What a journal knows, as the state in which the link broke.
     pub(super) fn take_standing(&mut self, standing: &JournalSummary) {
-        let end = self.end_block;
+        let (end, every) = (self.end_block, self.settings.prove_every);
         let purpose = |number| standing.block_at(number).filter(|b| *b < end).map_or(Purpose::Proof, Purpose::Block);
-        self.ledger.broken_off(standing.proven, (standing.proven + 1..=standing.last(end)).map(purpose));
+        self.ledger.broken_off(standing.proven, (standing.proven + 1..=standing.last(end, every)).map(purpose));
         self.next_block = standing.next_block(standing.proven).min(end);
         self.acked_blocks = self.next_block;
         if standing.away {

@@ -38,7 +38,7 @@ impl Purpose {
             Self::Block(index) => program.block(*index),
             Self::Proof => b"M105",
             Self::Identify => b"M115",
-            Self::Renumber => b"M110N0",
+            Self::Renumber => b"M110 N0",
             Self::Own(text) => text,
         }
     }
@@ -139,6 +139,22 @@ impl Ledger {
     pub(super) fn broken_off(&mut self, proven: i64, lines: impl Iterator<Item = Purpose>) {
         self.lines = lines.map(|purpose| Sent { purpose, bytes: 0, padding: Padding::default() }).collect();
         (self.proven, self.credited, self.drained, self.cursor) = (proven, proven, proven, proven + 1);
+    }
+
+    /// Whether a blank follows the numbers of lines that are made from now on; where it does, those that go out again have one, too.
+    pub(super) fn space(&mut self, blank: bool) {
+        if let Framing::Numbered { blank: spaced } = &mut self.framing {
+            *spaced = blank;
+        }
+        for sent in self.lines.iter_mut().filter(|_| blank) {
+            sent.bytes += usize::from(!sent.padding.is_spaced());
+            sent.padding = sent.padding.spaced();
+        }
+    }
+
+    /// Whether line `number` has no blank behind its number.
+    pub(super) fn is_short(&self, number: i64) -> bool {
+        self.sent(number).is_some_and(|sent| !sent.padding.is_spaced())
     }
 
     pub(super) fn framing(&self) -> Framing {

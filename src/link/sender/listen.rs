@@ -50,7 +50,12 @@ impl Sender {
         if self.phase.is_over() {
             return;
         }
+        if self.phase.is_deaf() && reply.is_answer() {
+            self.overhear(now);
+            return;
+        }
         match reply {
+            Reply::Repeated(word) => self.repeated(now, &word),
             Reply::Fatal(text) => self.stop(StopReason::Fatal { text }),
             Reply::Greeting(text) => self.greeted(now, text),
             Reply::Identity(text) => {
@@ -64,6 +69,7 @@ impl Sender {
                 self.event(Notice::Temperatures(t));
             }
             Reply::Busy(busy) => self.busy(now, busy),
+            Reply::Action(action, text) => self.obey(now, action, &text),
             Reply::Position(words) => {
                 self.heard = now;
                 self.compare(&words);
@@ -102,6 +108,10 @@ impl Sender {
             self.event(Notice::UserWait);
         }
         self.user_wait = busy == Busy::User;
+        if self.user_wait {
+            // A person's time is not the printer's.
+            self.moved = now;
+        }
     }
 
     fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>, room: Option<Room>) {
@@ -119,7 +129,8 @@ impl Sender {
         if let (Some(room), Phase::Flow(_)) = (room, &self.phase) {
             self.take_room(now, number, room);
         }
-        if matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) {
+        // Behind a break of the link an `ok` may be to what went before it.
+        if matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) && !self.phase.asks_after_break() {
             self.answered(now, number, report.is_some());
         }
     }
@@ -279,7 +290,7 @@ impl Sender {
 
     /// What the printer is waiting for at the oldest line without an answer, in words.
     pub fn waits_for(&self) -> Option<&'static str> {
-        if self.user_wait {
+        if self.user_wait || self.paused_itself {
             return Some("a person");
         }
         let (_, purpose) = self.ledger.unanswered().next()?;

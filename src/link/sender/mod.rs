@@ -17,6 +17,7 @@
 //! This room knows no port, thread or clock: times are since any fixed moment.
 
 mod activity;
+mod aftermath;
 mod brake;
 mod flow;
 mod grbl;
@@ -25,6 +26,7 @@ mod ledger;
 mod listen;
 mod locate;
 mod notice;
+mod obey;
 mod outbox;
 mod phase;
 mod probe;
@@ -34,6 +36,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use aftermath::{AfterStop, StopWatch};
 pub use notice::{Counts, Notice};
 pub use stop::{Outcome, StopReason};
 
@@ -71,6 +74,10 @@ pub struct Sender {
     knows_all: bool,
     since_proof: u32,
     resends: u32,
+    /// How often the printer was to repeat a word.
+    calls: u32,
+    /// Whether the journal knows that lines have gone out.
+    recorded: bool,
     printer: Printer,
     dialog: Dialog,
     watch: Watch,
@@ -81,6 +88,8 @@ pub struct Sender {
     unknown: Vec<String>,
     /// The printer waits for a person.
     user_wait: bool,
+    /// The printer has paused by itself, and has not said that it goes on.
+    paused_itself: bool,
     /// When the printer last showed life.
     heard: Time,
     /// When a line last went out or was taken.
@@ -108,8 +117,31 @@ struct Printer {
     ok_follows_resend: bool,
     /// It waits for a line's end as long as it takes.
     reads_in_pieces: bool,
+    /// Whether its parser is known to need no blank behind a line's number.
+    spelling: Spelling,
     /// The most commands that it has said its queue has room for besides the one it answers, and what it has said last.
     queue: [usize; 2],
+}
+
+/// How lines begin: with a blank behind the number as everybody reads it, or without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Spelling {
+    /// Nobody knows yet.
+    Long,
+    /// The firmware's name says that it needs none.
+    Tried {
+        /// How often the first short line was tried, this time included.
+        strikes: u32,
+    },
+    /// At the first of them it was silent, or refused one.
+    Doubted {
+        /// How often the first short line is tried, the next time included.
+        strikes: u32,
+    },
+    /// A line without has been answered.
+    Short,
+    /// The first of them was never answered.
+    Never,
 }
 
 /// What is remembered of a silence, by what settles it.
@@ -215,13 +247,13 @@ impl Sender {
 
     fn with_blocks(program: Arc<Program>, settings: SenderSettings, blocks: std::ops::Range<u32>) -> Self {
         let traits = settings.protocol.traits();
-        let blank = settings.blank_after_number;
-        let framing = if traits.numbered { Framing::Numbered { blank } } else { Framing::Plain };
+        let framing = if traits.numbered { Framing::Numbered { blank: true } } else { Framing::Plain };
         let printer = Printer {
             identity: String::new(),
             emergency_parser: false,
             ok_follows_resend: true,
             reads_in_pieces: false,
+            spelling: Spelling::Long,
             queue: [0; 2],
         };
         Self {
@@ -229,7 +261,7 @@ impl Sender {
             program,
             input: Input::default(),
             outbox: Outbox::default(),
-            phase: Phase::Hello { asked: None, tries: 0 },
+            phase: Phase::Hello { asked: None, tries: 0, quiet: None },
             activity: Activity::Print { ending: false },
             ledger: Ledger::new(framing),
             own: VecDeque::new(),
@@ -239,6 +271,8 @@ impl Sender {
             knows_all: true,
             since_proof: 0,
             resends: 0,
+            calls: 0,
+            recorded: false,
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),
@@ -246,6 +280,7 @@ impl Sender {
             offset: Vec::new(),
             unknown: Vec::new(),
             user_wait: false,
+            paused_itself: false,
             heard: Time::ZERO,
             moved: Time::ZERO,
             events: VecDeque::new(),
@@ -270,7 +305,7 @@ impl Sender {
     /// [`Sender::wake`].
     pub fn poll(&mut self, now: Time) {
         match self.phase {
-            Phase::Hello { asked, tries } => self.greet(now, asked, tries),
+            Phase::Hello { .. } => self.greet(now),
             Phase::Probe(_) => self.ask_again(now),
             Phase::Flow(_) => self.act(now),
             Phase::Offline(_) | Phase::Over(_) => {}
@@ -343,6 +378,11 @@ impl Sender {
     /// No block from this one on was sent, by whichever host; `None` where an earlier one may have sent more.
     pub fn sent_at_most(&self) -> Option<u32> {
         (self.knows_all && self.next_block > 0).then_some(self.next_block)
+    }
+
+    /// Listens to the printer behind an emergency stop that went out at `now`.
+    pub fn stop_watch(&self, now: Time) -> StopWatch {
+        StopWatch::new(self.settings.protocol, now)
     }
 
     /// The program.

@@ -50,16 +50,16 @@ impl Outbox {
     /// What the port has not taken is dropped, and a line that is cut in two by that is ended.
     ///
     /// Where a blank line is a line, half of one would be carried out as another one: so it goes out whole. Where lines have
-    /// checksums the half is refused.
-    pub(super) fn drop_unsent(&mut self, blank_line_counts: bool) {
+    /// checksums the half is ended by `ends_half_line`, and refused.
+    pub(super) fn drop_unsent(&mut self, ends_half_line: &[u8]) {
         let cut = self.taken > 0 && self.bytes.get(self.taken - 1).is_some_and(|b| *b != b'\n');
         let unsent = &self.bytes[self.taken..];
         let rest = unsent.iter().position(|b| *b == b'\n').map_or(Vec::new(), |end| unsent[..=end].to_vec());
         self.clear();
-        if cut && blank_line_counts {
+        if !ends_half_line.is_empty() {
+            self.bytes.extend_from_slice(ends_half_line);
+        } else if cut {
             self.bytes = rest;
-        } else if !blank_line_counts {
-            self.bytes.push(b'\n');
         }
     }
 }

@@ -6,19 +6,31 @@
 //!   |   fresh    |  '--Offline<---'   the link is gone; back: Hello where nothing was sent, else Probe
 //!   '------------'
 //! ```
+//!
+//! Before its first question a conversation waits until no answer has come for a while: an earlier host may have left some unread.
+
+use std::time::Duration;
 
 use super::stop::Outcome;
 use crate::link::Time;
+
+/// Nothing is asked before no answer has come for this long.
+const QUIET: Time = Duration::from_millis(250);
+
+/// A printer that answers without end is asked all the same.
+const NEVER_QUIET: Time = Duration::from_secs(5);
 
 /// The phases of the conversation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Phase {
     /// Nobody has answered yet.
     Hello {
-        /// When it was asked last.
+        /// When it was asked last; `None` as long as answers to an earlier host may still arrive.
         asked: Option<Time>,
         /// How often.
         tries: u32,
+        /// The wait before the first question, once it has begun.
+        quiet: Option<Quiet>,
     },
     /// Lines go out and are answered.
     Flow(Session),
@@ -64,8 +76,59 @@ pub(super) struct CounterProbe {
     pub(super) asked: Option<Time>,
     /// How often.
     pub(super) tries: u32,
-    /// What it has answered, to be confirmed.
-    pub(super) answer: Option<i64>,
+    /// What it has answered, and how often in a row.
+    pub(super) answer: Option<(i64, u32)>,
+    /// Whose question its answers can be to.
+    pub(super) witness: Witness,
+    /// A count that does not fit has been asked for anew, from the silence on.
+    pub(super) anew: bool,
+}
+
+/// The wait until no answer comes any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Quiet {
+    until: Time,
+    at_most: Time,
+}
+
+impl Quiet {
+    /// Begins to wait at `now`.
+    pub(super) fn from(now: Time) -> Self {
+        Self { until: now + QUIET, at_most: now + NEVER_QUIET }
+    }
+
+    /// An answer has come, to whomever.
+    pub(super) fn disturb(&mut self, now: Time) {
+        self.until = self.until.max(now + QUIET).min(self.at_most);
+    }
+
+    pub(super) fn is_over(&self, now: Time) -> bool {
+        now >= self.until
+    }
+}
+
+/// Whose question an answer is to. The firmwares' texts do not say: `Last Line: 7` is the same to every host.
+///
+/// The printer is to repeat a word that nobody else has used: firmwares repeat a line that they do not know. What comes behind that can only be
+/// an answer to this host, since lines are executed in the order in which they are sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Witness {
+    /// Nothing is asked before it is quiet.
+    Quiet(Option<Quiet>),
+    /// The word has gone out.
+    Called {
+        /// When, the last time.
+        at: Time,
+        /// How often.
+        times: u32,
+        /// Whether the printer has answered anything since, and when last.
+        answered: Option<Time>,
+    },
+    /// Answers are to this host.
+    Ours {
+        /// Whether the word has come back; a firmware that does not repeat it is believed only what it says several times.
+        proved: bool,
+    },
 }
 
 /// What is in doubt.
@@ -79,15 +142,37 @@ pub(super) enum Doubt {
 
 impl CounterProbe {
     pub(super) fn of(doubt: Doubt) -> Self {
-        Self { doubt, greeted: false, asked: None, tries: 0, answer: None }
+        let witness = match doubt {
+            Doubt::Answer(_) => Witness::Ours { proved: true },
+            Doubt::Link => Witness::Quiet(None),
+        };
+        Self { doubt, greeted: false, asked: None, tries: 0, answer: None, witness, anew: false }
     }
 
     /// How often the same count must come.
     pub(super) fn confirmations(&self) -> u32 {
-        match self.doubt {
-            Doubt::Answer(_) => 1,
-            Doubt::Link => 2,
+        match (self.doubt, self.witness) {
+            (Doubt::Answer(_), _) => 1,
+            (Doubt::Link, Witness::Ours { proved: true }) => 2,
+            (Doubt::Link, _) => 3,
         }
+    }
+
+    /// Whether what is answered is nothing that this host has asked.
+    pub(super) fn is_deaf(&self) -> bool {
+        !matches!(self.witness, Witness::Ours { .. })
+    }
+
+    /// Begins from the silence on: what has been answered so far counts for nothing.
+    pub(super) fn begin_anew(&mut self) {
+        (self.witness, self.answer, self.asked) = (Witness::Quiet(None), None, None);
+    }
+
+    /// Counts an answer; how often it has come in a row.
+    pub(super) fn count(&mut self, found: i64) -> u32 {
+        let times = self.answer.filter(|(said, _)| *said == found).map_or(1, |(_, times)| times + 1);
+        self.answer = Some((found, times));
+        times
     }
 }
 
@@ -109,6 +194,20 @@ impl Phase {
             Self::Flow(session) | Self::Offline(session) => Some(*session),
             Self::Probe(probe) => Some(Session::Begun(probe.doubt.settled())),
             Self::Over(_) => None,
+        }
+    }
+
+    /// Whether the count is asked for behind a break of the link.
+    pub(super) fn asks_after_break(&self) -> bool {
+        matches!(self, Self::Probe(CounterProbe { doubt: Doubt::Link, .. }))
+    }
+
+    /// Whether what is answered is nothing that this host has asked.
+    pub(super) fn is_deaf(&self) -> bool {
+        match self {
+            Self::Hello { asked, .. } => asked.is_none(),
+            Self::Probe(probe) => probe.is_deaf(),
+            _ => false,
         }
     }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::activity::Activity;
 use super::ledger::Purpose;
 use super::listen::OwnOk;
-use super::phase::{CounterProbe, Doubt, Phase, Session};
+use super::phase::{CounterProbe, Doubt, Phase, Quiet, Session, Witness};
 use super::{Sender, StopReason, Time, Watch};
 use crate::link::protocol::Accounting;
 
@@ -14,6 +14,18 @@ const RESENDS_OWN_OK: Time = Duration::from_millis(100);
 
 /// After a greeting the firmware needs this long to listen.
 const BOOT: Time = Duration::from_secs(2);
+
+/// A printer that answers and has not repeated the word within this does not repeat words.
+const REPEATS: Time = Duration::from_secs(1);
+/// A printer that says nothing is called again after this, so often.
+const CALL_EVERY: Time = Duration::from_millis(1500);
+const CALLS: u32 = 2;
+/// A printer that does not repeat it is not asked again before this.
+const PAUSE: Time = Duration::from_millis(250);
+
+/// Questions have numbers that no printer can take for its next line, however wrong this host may be about its count: so far beyond the last
+/// line, and not near it in 16 bits either, in which Repetier compares them.
+const BEYOND: i64 = 10_000;
 
 impl Sender {
     /// Time-outs while lines are in flight.
@@ -27,6 +39,9 @@ impl Sender {
                 return;
             }
             self.watch_grbl(now);
+            return;
+        }
+        if self.paused_itself {
             return;
         }
         // A person takes his time, and the printer says so again and again; then it may be that only its `ok` is lost.
@@ -59,6 +74,7 @@ impl Sender {
 
     /// Holds everything until the printer has said where it is.
     pub(super) fn doubt(&mut self, now: Time, why: &'static str) {
+        self.lengthen();
         match (self.phase.session(), self.traits().accounting) {
             // Nothing has moved yet: the greeting begins again.
             (Some(Session::Fresh { .. }), _) => self.restart(now),
@@ -110,11 +126,15 @@ impl Sender {
 
     /// The question: a line whose number is wrong on purpose, refused with `Last Line: n`.
     pub(super) fn ask_again(&mut self, now: Time) {
-        let Phase::Probe(CounterProbe { greeted, asked, tries, .. }) = self.phase else { return };
+        let Phase::Probe(CounterProbe { greeted, asked, tries, witness, .. }) = self.phase else { return };
+        if !self.user_wait && self.is_stuck(now) {
+            return;
+        }
+        if !matches!(witness, Witness::Ours { .. }) {
+            self.call(now);
+            return;
+        }
         if let Some(at) = asked {
-            if !self.user_wait && self.is_stuck(now) {
-                return;
-            }
             let life = self.heard > at;
             let wait = if self.waits_long() && life { self.settings.long_silence } else { self.settings.silence };
             let motion = Duration::from_secs_f64(self.motion_in_hand());
@@ -125,19 +145,87 @@ impl Sender {
                 self.mute(now, tries);
                 return;
             }
-        } else if greeted && now < self.heard + BOOT {
+        } else if (greeted && now < self.heard + BOOT) || self.repeats_nothing_yet(now) {
             return;
         }
-        // Smoothie answers a blank line, too.
-        if !self.printer.identity.contains("Smoothie") {
-            self.outbox.push(b"\n");
-        }
-        // Neither the next line nor one that the printer would drop as a double.
-        let wrong = self.ledger.last() + 2 + i64::from(tries);
+        self.end_half_line();
+        let wrong = self.ledger.last() + BEYOND + i64::from(tries);
         self.ledger.framing().write(self.outbox.end(), wrong, b"M105");
         if let Phase::Probe(probe) = &mut self.phase {
             (probe.asked, probe.tries) = (Some(now), tries + 1);
         }
+    }
+
+    /// Ends what an earlier host, or a break of the link, has left of a line.
+    fn end_half_line(&mut self) {
+        // Smoothie answers a blank line, too.
+        if !self.printer.identity.contains("Smoothie") {
+            self.outbox.push(b"\n");
+        }
+    }
+
+    /// Has the printer repeat a word, once no answer to anybody else comes any more: no firmware knows a command of this name, nor one of any of
+    /// its beginnings, should this host be killed in the middle of it (`M1` of M118 waits for a person).
+    fn call(&mut self, now: Time) {
+        let heard = self.heard;
+        let Phase::Probe(probe) = &mut self.phase else { return };
+        if probe.greeted && now < heard + BOOT {
+            return;
+        }
+        let times = match probe.witness {
+            Witness::Quiet(quiet) => {
+                let quiet = quiet.unwrap_or(Quiet::from(now));
+                probe.witness = Witness::Quiet(Some(quiet));
+                if !quiet.is_over(now) {
+                    return;
+                }
+                0
+            }
+            Witness::Called { answered: Some(at), .. } if now > at + REPEATS => CALLS,
+            Witness::Called { at, .. } if now < heard.max(at) + CALL_EVERY => return,
+            Witness::Called { times, .. } => times,
+            Witness::Ours { .. } => return,
+        };
+        if times >= CALLS {
+            probe.witness = Witness::Ours { proved: false };
+            return;
+        }
+        probe.witness = Witness::Called { at: now, times: times + 1, answered: None };
+        self.calls += 1;
+        let line = format!("hello trunnion {}\n", self.word());
+        self.end_half_line();
+        self.outbox.push(line.as_bytes());
+    }
+
+    /// What the printer is to repeat: another word each time, and for each host.
+    fn word(&self) -> String {
+        format!("{:x}.{}", self.settings.nonce, self.calls)
+    }
+
+    /// The printer has repeated `word`. What comes from now on is an answer to this host.
+    pub(super) fn repeated(&mut self, now: Time, word: &str) {
+        let ours = self.calls > 0 && self.word() == word;
+        let Phase::Probe(probe) = &mut self.phase else { return };
+        if ours && probe.witness != (Witness::Ours { proved: true }) {
+            self.heard = now;
+            (probe.witness, probe.asked, probe.answer) = (Witness::Ours { proved: true }, None, None);
+        }
+    }
+
+    /// An answer that may be to another host's question.
+    pub(super) fn overhear(&mut self, now: Time) {
+        match &mut self.phase {
+            Phase::Hello { quiet: Some(quiet), .. } => quiet.disturb(now),
+            Phase::Probe(CounterProbe { witness: Witness::Quiet(Some(quiet)), .. }) => quiet.disturb(now),
+            Phase::Probe(CounterProbe { witness: Witness::Called { answered, .. }, .. }) => *answered = Some(now),
+            _ => {}
+        }
+    }
+
+    /// Whether a printer that repeats no word may still be answering somebody else.
+    fn repeats_nothing_yet(&self, now: Time) -> bool {
+        let Phase::Probe(probe) = &self.phase else { return false };
+        probe.witness == (Witness::Ours { proved: false }) && now < self.heard + PAUSE
     }
 
     /// The printer's answer: its last accepted line; `sure` where two of its words say so. A word alone must come twice.
@@ -154,19 +242,29 @@ impl Sender {
             return;
         }
         let possible = (proven..=last).contains(&found);
-        let needed = if possible && sure { probe.confirmations() } else { 2 };
-        if needed > 1 && probe.answer != Some(found) {
-            (probe.asked, probe.answer) = (None, Some(found));
-            return;
-        }
-        if possible {
+        let needed = if possible && sure { probe.confirmations() } else { probe.confirmations().max(2) };
+        if probe.count(found) < needed {
+            probe.asked = None;
+        } else if possible {
             let doubt = probe.doubt;
             self.agreed(now, found, doubt);
-            return;
+        } else if probe.anew {
+            self.does_not_fit(found);
+        } else {
+            probe.anew = true;
+            probe.begin_anew();
         }
+    }
+
+    /// The printer's counter is not where it can be, as it has said again and again.
+    fn does_not_fit(&mut self, found: i64) {
+        let (proven, last) = (self.ledger.proven(), self.ledger.last());
+        let Phase::Probe(probe) = &self.phase else { return };
         let reset = probe.greeted || (found == 0 && proven > 0);
         self.stop(if reset {
             StopReason::Reset { greeting: format!("its line counter went from {proven} to {found}") }
+        } else if last == 0 {
+            StopReason::Unrecorded { found }
         } else {
             StopReason::Counter { found, proven, last }
         });
@@ -244,11 +342,14 @@ impl Sender {
         } else if self.traits().accounting == Accounting::Counter {
             // Chatter may contain the word; only the counter tells.
             if !matches!(self.phase, Phase::Probe(_)) {
-                self.outbox.drop_unsent(self.traits().blank_line_counts);
+                self.outbox.drop_unsent(self.traits().ends_half_line);
                 self.doubt(now, "a start-up message");
             }
             if let Phase::Probe(probe) = &mut self.phase {
                 probe.greeted = true;
+                if probe.doubt == Doubt::Link {
+                    probe.begin_anew();
+                }
             }
         } else {
             self.stop(StopReason::Reset { greeting: text });

@@ -29,6 +29,15 @@ pub enum StopReason {
         /// Ever sent.
         last: i64,
     },
+    /// The journal does not speak of a single line, but the printer has taken some.
+    #[error(
+        "the journal has no record of a line, but the printer has accepted {found}: a part of the print may be on the table. Look at \
+         it, and where the table is empty run trunnion send without --resume"
+    )]
+    Unrecorded {
+        /// The printer's last line.
+        found: i64,
+    },
     /// One line refused again and again.
     #[error("line {line} of the file was refused {times} times; check the cable and the baud rate")]
     EndlessResend {
@@ -159,6 +168,7 @@ impl StopReason {
             self,
             Self::Reset { .. }
                 | Self::Counter { .. }
+                | Self::Unrecorded { .. }
                 | Self::Mute { .. }
                 | Self::Noise
                 | Self::Fatal { .. }
@@ -189,7 +199,7 @@ impl Sender {
             return;
         }
         let traits = self.traits();
-        self.outbox.drop_unsent(traits.blank_line_counts);
+        self.outbox.drop_unsent(traits.ends_half_line);
         match traits.real_time {
             // A feed hold keeps the position; a soft reset would not.
             Some(bytes) if why.holds() => {
@@ -220,7 +230,7 @@ impl Sender {
             return;
         }
         let traits = self.traits();
-        self.outbox.drop_unsent(traits.blank_line_counts);
+        self.outbox.drop_unsent(traits.ends_half_line);
         if traits.real_time.is_some() {
             self.outbox.clear();
         }

@@ -133,6 +133,10 @@ impl Sim {
         if line.is_empty() || (text.is_empty() && line.contains(&b';')) {
             return;
         }
+        if text == b"M112" && self.quirks.reads_stop {
+            self.kill_by_m112();
+            return;
+        }
         if text.first() != Some(&b'N') {
             if self.quirks.refuses_bare_sums && text.contains(&b'*') {
                 self.line_error(&WireError::NoNumber);
@@ -273,6 +277,14 @@ impl Sim {
     fn answer_marlin(&mut self, command: &Queued) -> bool {
         if command.block.trim_ascii().is_empty() {
             self.say("echo:Unknown command: \"\"");
+            self.acknowledge(command);
+            return true;
+        }
+        if !matches!(command.block.trim_ascii_start().first(), Some(b'G' | b'M' | b'T')) {
+            let text = String::from_utf8_lossy(&command.block).into_owned();
+            if self.quirks.repeats {
+                self.say(&format!("echo:Unknown command: \"{text}\""));
+            }
             self.acknowledge(command);
             return true;
         }

@@ -14,6 +14,10 @@ pub struct Quirks {
     pub silent_duplicates: bool,
     /// M112, M108 and M410 act before they are queued.
     pub emergency_parser: bool,
+    /// Whether it repeats a line that begins with no command.
+    pub repeats: bool,
+    /// M112 as a line of its own stops it when that is read into the queue.
+    pub reads_stop: bool,
     /// `echo:busy:` and `wait`.
     pub busy: bool,
     /// Commands that are queued.
@@ -67,6 +71,7 @@ impl Quirks {
              MACHINE_TYPE:Mendel EXTRUDER_COUNT:1",
         );
         (self.silent_duplicates, self.emergency_parser, self.refuses_bare_sums) = (false, false, true);
+        self.reads_stop = false;
     }
 
     /// Marlin 1.1.9: a double is refused, and axes are not counted.
@@ -112,6 +117,8 @@ impl Quirks {
             ok_after_resend: true,
             silent_duplicates: true,
             emergency_parser: true,
+            repeats: true,
+            reads_stop: true,
             busy: true,
             queue: 4,
             receive_buffer: if protocol == Protocol::RepRapFirmware { 256 } else { 128 },

@@ -302,6 +302,7 @@ fn row_27_an_emergency_stop_overtakes_full_buffers() {
         let first = match protocol {
             Protocol::Grbl => &b"\x18"[..],
             Protocol::Klipper => b"M112\n",
+            Protocol::RepRapFirmware => b"*300\nM112\n",
             _ => b"\nM112\n",
         };
         assert!(pending.starts_with(first), "{protocol:?}: {:?}", String::from_utf8_lossy(&pending));

@@ -1,11 +1,13 @@
 //! The printer link: fault matrix, transcripts, soak, the real pty, and Python programs at either end.
 
+mod asked;
 #[cfg(unix)]
 mod bad_day;
 mod bench_machine;
 mod faults;
 mod fuzz;
 mod kept_place;
+mod kills;
 mod pacing;
 mod pause;
 mod phases;
@@ -29,6 +31,7 @@ mod second_resume;
 #[cfg(unix)]
 mod several;
 mod shipped;
+mod stops;
 #[cfg(unix)]
 mod terminal;
 mod transcripts;

@@ -101,7 +101,7 @@ fn send_prints_to_octoprints_virtual_printer() {
         let (link, log) = (dir.path().join("tty"), dir.path().join("executed"));
         let (file, machine) = (dir.path().join("moves.gcode"), dir.path().join("virtual.toml"));
         // It simulates the time that moves take.
-        let moves: String = (0..250)
+        let moves: String = (0..600)
             .map(|i| {
                 format!(
                     "G1 X{:.1} Y{:.3} E{:.5}\n",
@@ -112,7 +112,7 @@ fn send_prints_to_octoprints_virtual_printer() {
             })
             .collect();
         std::fs::write(&file, format!("G21\nG90\nM83\nG28\nG1 F6000\n{moves}")).unwrap();
-        let link_keys = "[link]\nbuffer = 64\nblank_after_number = true\n";
+        let link_keys = "[link]\nbuffer = 64\n";
         std::fs::write(&machine, format!("extends = \"generic-ac\"\n[machine]\nname = \"virtual\"\n{link_keys}"))
             .unwrap();
         let mut printer = Command::new(&python);

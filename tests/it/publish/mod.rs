@@ -32,12 +32,21 @@ pub(super) struct Prepared {
 }
 
 pub(super) fn prepared() -> &'static Prepared {
-    static MADE: OnceLock<Prepared> = OnceLock::new();
-    MADE.get_or_init(|| {
+    prepared_for(Kind::OctoPrint)
+}
+
+/// The same for the firmware behind a server of this kind.
+pub(super) fn prepared_for(kind: Kind) -> &'static Prepared {
+    static MADE: [OnceLock<Prepared>; 3] = [const { OnceLock::new() }; 3];
+    let (index, machine) = match kind {
+        Kind::OctoPrint => (0, "generic-ac"),
+        Kind::Moonraker => (1, "fractal-5-pro"),
+        Kind::Duet => (2, "open5x-voron0"),
+    };
+    MADE[index].get_or_init(|| {
         let folder = folder();
         let (gcode, plan) = (folder.path().join("tree.gcode"), folder.path().join("plan.json"));
-        let document =
-            prepare(&fixture("y-tree"), "generic-ac", "builtin", &gcode, &["--plan-out", plan.to_str().unwrap()]);
+        let document = prepare(&fixture("y-tree"), machine, "builtin", &gcode, &["--plan-out", plan.to_str().unwrap()]);
         let bytes = std::fs::read(&gcode).unwrap();
         Prepared { _folder: folder, gcode, plan, bytes, report: document["verify"].clone() }
     })
@@ -45,7 +54,8 @@ pub(super) fn prepared() -> &'static Prepared {
 
 /// `publish` of the prepared program, with the key.
 pub(super) fn publish(to: &str, more: &[&str]) -> Command {
-    let made = prepared();
+    let kind = KINDS.into_iter().find(|kind| to.starts_with(kind.word())).unwrap_or(Kind::OctoPrint);
+    let made = prepared_for(kind);
     let mut command = of(&made.gcode, to, more);
     command.arg("--plan").arg(&made.plan);
     command
@@ -103,9 +113,8 @@ pub(crate) fn once(kind: Kind) -> Value {
 
 #[test]
 fn a_file_goes_once_and_is_the_same_there() {
-    let made = prepared();
     for kind in KINDS {
-        let server = locked(kind);
+        let (made, server) = (prepared_for(kind), locked(kind));
         let first = done(&mut publish(&server.to(), &[]));
         let wanted = json!([kind.word(), server.url(), "tree.gcode", made.bytes.len(), true, 1, false]);
         let keys = ["server", "url", "file", "bytes", "verified", "uploads", "started"];
@@ -123,10 +132,10 @@ fn a_file_goes_once_and_is_the_same_there() {
 
 #[test]
 fn servers_show_the_time_the_filament_and_the_layers_that_verification_counts() {
-    let made = prepared();
-    let text = String::from_utf8(made.bytes.clone()).unwrap();
-    let layers = text.lines().filter(|line| *line == ";LAYER_CHANGE").count();
     for kind in [Kind::Moonraker, Kind::Duet] {
+        let made = prepared_for(kind);
+        let text = String::from_utf8(made.bytes.clone()).unwrap();
+        let layers = text.lines().filter(|line| *line == ";LAYER_CHANGE").count();
         let shown = done(&mut publish(&locked(kind).to(), &[]));
         let (stated, shown) = (shown["stated"].clone(), shown["shown"].clone());
         let near = |key: &str, share: f64| {
@@ -142,14 +151,14 @@ fn servers_show_the_time_the_filament_and_the_layers_that_verification_counts() 
     let server = locked(Kind::OctoPrint);
     done(&mut publish(&server.to(), &[]));
     let kept: Value = serde_json::from_str(server.inside().userdata.as_ref().unwrap()).unwrap();
-    assert_eq!(kept["trunnion"]["seconds_print"], made.report["seconds_print"]);
+    assert_eq!(kept["trunnion"]["seconds_print"], prepared().report["seconds_print"]);
     assert_eq!(kept["trunnion"]["verified"], true);
 }
 
 #[test]
 fn what_a_connection_loses_is_looked_for_before_it_is_sent_again() {
-    let made = prepared();
     for kind in KINDS {
+        let made = prepared_for(kind);
         for (hitches, uploads) in [
             (vec![Hitch::Cut(50_000)], 2),
             (vec![Hitch::Cut(0), Hitch::HalfKept(70_000)], 3),
@@ -206,9 +215,8 @@ fn nothing_half_is_left_where_it_cannot_be_finished() {
 
 #[test]
 fn another_file_of_the_name_stays_unless_it_is_to_be_replaced() {
-    let made = prepared();
     for kind in KINDS {
-        let server = locked(kind);
+        let (made, server) = (prepared_for(kind), locked(kind));
         // As large as ours: only its bytes tell.
         let mut other = made.bytes.clone();
         other[9] ^= 1;
@@ -297,6 +305,24 @@ fn a_key_comes_from_a_file_or_the_environment() {
     fails(&mut publish("octoprint:http://me:SECRET@printer.local", &[]), 2, "the key belongs in --key-file");
     fails(&mut publish("http://printer.local", &[]), 2, "--to: it begins with none of octoprint:");
     fails(&mut publish(&server.to(), &["--name", "my part.gcode"]), 2, "has other characters");
+}
+
+/// Klipper drops words that it does not know, and prints on: tilted parts on a level table.
+#[test]
+fn a_file_for_another_firmware_goes_to_no_server_that_drives_one() {
+    for (kind, words) in [
+        (Kind::Moonraker, "a Moonraker drives klipper, but the file is written for marlin (profile generic-ac)"),
+        (Kind::Duet, "a Duet drives reprapfirmware, but the file is written for marlin (profile generic-ac)"),
+    ] {
+        let (made, server) = (prepared(), locked(kind));
+        let plan = ["--plan", made.plan.to_str().unwrap()];
+        fails(&mut of(&made.gcode, &server.to(), &plan), 2, words);
+        assert!(server.inside().asked.is_empty(), "nobody is asked for a file that cannot go there");
+        // The other way round, and another firmware of the two.
+        let other = prepared_for(if kind == Kind::Duet { Kind::Moonraker } else { Kind::Duet });
+        let plan = ["--plan", other.plan.to_str().unwrap()];
+        fails(&mut of(&other.gcode, &server.to(), &plan), 2, "prepare it with a profile whose");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What must leave whatever else hangs: last words and the emergency stop.
 
-use std::io::Read;
+use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::sync::Arc;
@@ -10,13 +10,17 @@ use crate::job::send::operator::Unattended;
 use crate::job::{self, Outputs, Silent, World, printer};
 use crate::link::{Header, Program};
 
+/// When no answer to anybody else comes any more.
+const LATER: Time = Duration::from_secs(1);
+
 /// A print that has begun, over a wire whose other end is in our hands; its journal is in `folder`.
 fn begun<'a>(folder: &Path, world: &'a World<'a>) -> (Stream<'a>, TcpStream) {
     let profile = job::load_profile(&"generic-ac".into(), world).unwrap().profile;
     let program = Program::read(b"G28\nG1 X1 F600\n", &printer::rules(&profile).unwrap()).unwrap();
     let mut sender = Sender::new(Arc::new(program), printer::settings(&profile).unwrap());
     sender.poll(Time::ZERO);
-    sender.receive(Time::ZERO, b"ok\n");
+    sender.poll(LATER);
+    sender.receive(LATER, b"ok\n");
     sender.took(sender.pending().len());
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = Address::Tcp(listener.local_addr().unwrap().to_string());
@@ -73,13 +77,43 @@ fn an_emergency_stop_is_on_the_wire_before_anything_else_is_done() {
     let (mut stream, mut far) = begun(folder.path(), &world);
     (stream.interrupts, stream.paused) = (0, true);
     for _ in 0..4 {
-        stream.sender.poll(Time::ZERO);
-        stream.sender.receive(Time::ZERO, b"ok\nok T:20.0 /0.0 B:20.0 /0.0\n");
+        stream.sender.poll(LATER);
+        stream.sender.receive(LATER, b"ok\nok T:20.0 /0.0 B:20.0 /0.0\n");
     }
     assert!(stream.sender.progress().sent > 0 && stream.sender.outcome().is_none());
     stream.interrupted(1).unwrap();
     assert_eq!(stream.sender.outcome(), Some(&Outcome::EmergencyStopped));
     assert!(heard(&mut far, "M112\n").ends_with("M112\n"));
+}
+
+#[test]
+fn behind_an_emergency_stop_the_host_stays_and_says_whether_the_printer_has_stopped() {
+    let (folder, world) = (tempfile::tempdir().unwrap(), World::here(&Silent));
+    for (words, said) in [
+        ("Error:Printer halted. kill() called!\n", None),
+        ("", Some("has said nothing since")),
+        (
+            " T:180.0 /210.0 B:60.0 /60.0 @:127\n",
+            Some("has NOT stopped (it says \" T:180.0 /210.0 B:60.0 /60.0 @:127\"): switch it off"),
+        ),
+    ] {
+        let (mut stream, mut far) = begun(folder.path(), &world);
+        stream.sender.emergency_stop();
+        let printer = std::thread::spawn(move || {
+            // As often as a printer that heats says so, until the host has gone.
+            while far.write_all(words.as_bytes()).is_ok() && !heard(&mut far, "M112\n").is_empty() {}
+        });
+        let ended = stream.close(Outcome::EmergencyStopped);
+        match said {
+            None => assert_eq!(ended.unwrap(), Outcome::EmergencyStopped),
+            Some(said) => {
+                let text = ended.unwrap_err().to_string();
+                assert!(text.contains(said), "{text}");
+            }
+        }
+        drop(stream);
+        printer.join().unwrap();
+    }
 }
 
 #[cfg(unix)]

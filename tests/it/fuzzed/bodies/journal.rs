@@ -16,8 +16,9 @@ pub(super) fn journal(data: &[u8]) {
     let Ok(standing) = JournalSummary::parse(&text) else { return };
     let Print { program, settings, .. } = &prints()[usize::from(how / 2) % prints().len()];
     let same_boot = how % 2 == 0;
-    let _ = (standing.began(), standing.counts(), standing.last(program.len()), standing.next_block(standing.proven));
-    let _ = (standing.block_at(standing.proven), standing.block_at(standing.last(program.len())));
+    let _ =
+        (standing.began(), standing.counts(), standing.last(program.len(), 32), standing.next_block(standing.proven));
+    let _ = (standing.block_at(standing.proven), standing.block_at(standing.last(program.len(), 32)));
     // As whoever resumes does first.
     if standing.check(program.len()).is_err() {
         return;

@@ -69,6 +69,38 @@ fn a_re_entry_whose_printer_never_answered_is_repeated_and_the_print_is_not_begu
     assert_whole_reentry(&file, &log);
 }
 
+/// The journal of a print in its middle, cut behind its header, as after a loss of power: nothing of the file is printed again.
+#[test]
+fn a_journal_of_which_only_the_header_is_left_asks_the_printer_first() {
+    let dir = folder();
+    let (machine, file, link) = (profile(dir.path()), gcode(dir.path(), 1200), dir.path().join("tty"));
+    let (log, journal) = (dir.path().join("sim.log"), dir.path().join("part.gcode.journal"));
+    let _printer = simulate(&link, &machine, &["--speed", "20", "--log", log.to_str().unwrap()]);
+    let mut host = send(&file, &machine, &link);
+    let host = Running(host.stdin(Stdio::null()).stderr(Stdio::null()).spawn().unwrap());
+    wait_for("the print", || executed(&log).len() > 100);
+    drop(host);
+    let text = std::fs::read_to_string(&journal).unwrap();
+    let header = text.find("run ").unwrap();
+    std::fs::write(&journal, &text[..header]).unwrap();
+    let stopped = output(send(&file, &machine, &link).args(["--resume", "--yes"]));
+    let words = said(&stopped);
+    assert!(stopped.status.code() == Some(4) && words.contains("the printer has accepted"), "{words}");
+    assert!(words.contains("run trunnion send without --resume"), "{words}");
+    // Not one line more than what the first host has sent.
+    let (all, done) = (wanted(&file), executed(&log));
+    let own = |l: &&String| l.as_str() != "M104S0" && l.as_str() != "M140S0";
+    let done: Vec<String> = done.iter().filter(own).cloned().collect();
+    assert!(all.starts_with(&done), "{:?}", all.iter().zip(&done).find(|(w, d)| w != d));
+    // Where it has taken none, the print begins.
+    let second = dir.path().join("2.log");
+    drop(_printer);
+    let _printer = simulate(&link, &machine, &["--speed", "max", "--log", second.to_str().unwrap()]);
+    let done = output(send(&file, &machine, &link).args(["--resume", "--yes"]));
+    assert!(done.status.success(), "{}", said(&done));
+    assert_eq!(executed(&second), all);
+}
+
 #[test]
 fn a_host_killed_while_the_re_entry_heats_repeats_all_of_it() {
     let dir = folder();
@@ -82,13 +114,15 @@ fn a_host_killed_while_the_re_entry_heats_repeats_all_of_it() {
     let mut host = send(&file, &machine, &link);
     let host = host.args(["--resume", "--yes"]).stdin(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let host = Running(host);
-    wait_for("the homing", || executed(&log).iter().any(|l| l == "G28"));
+    let moves = || executed(&log).into_iter().filter(|l| l.starts_with("G1") || l == "G28").collect::<Vec<_>>();
+    // The last before it heats, behind which nothing is queued.
+    wait_for("the way up", || moves().iter().any(|l| l.starts_with("G1Z320")));
     drop(host);
-    let first = executed(&log);
+    let first = moves();
     assert!(first.contains(&"G28".to_owned()) && !first.iter().any(|l| l.starts_with("G1A0")), "{first:?}");
     let asked = output(send(&file, &machine, &link).arg("--resume"));
     assert!(asked.status.code() == Some(4) && said(&asked).contains("nothing was moved"), "{}", said(&asked));
-    assert_eq!(executed(&log), first, "nothing moves before somebody has agreed");
+    assert_eq!(moves(), first, "nothing moves before somebody has agreed");
     let done = output(send(&file, &machine, &link).args(["--resume", "--yes"]));
     assert!(done.status.success(), "{}", said(&done));
     assert_eq!(executed(&log).iter().filter(|l| *l == "G28").count(), 2, "homed again");

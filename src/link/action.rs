@@ -1,0 +1,80 @@
+//! What a printer asks of its host, in one table: a filament sensor, a crash, or somebody at its display.
+//!
+//! Sources: Marlin's `host_actions.cpp`, Klipper's and Prusa's `// action:` lines, Repetier's `Com::tRequestPause` and its like.
+
+/// What is asked for, or told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// A pause.
+    Pause,
+    /// A pause, since the host is to go, or the printer will be switched off.
+    Leave,
+    /// The printer has paused by itself, and says when it goes on.
+    Paused,
+    /// It has gone on.
+    Resumed,
+    /// The end of the print.
+    Cancel,
+    /// The end of a pause.
+    Resume,
+    /// Something that its display shows.
+    Shown,
+    /// A word that no rule knows.
+    Unknown,
+}
+
+/// Words behind `//action:`.
+const WORDS: [(&str, Action); 14] = [
+    ("pause", Action::Pause),
+    ("out_of_filament", Action::Pause),
+    ("disconnect", Action::Leave),
+    ("poweroff", Action::Leave),
+    ("paused", Action::Paused),
+    ("resumed", Action::Resumed),
+    ("cancel", Action::Cancel),
+    ("resume", Action::Resume),
+    ("notification", Action::Shown),
+    ("prompt_begin", Action::Shown),
+    ("prompt_choice", Action::Shown),
+    ("prompt_button", Action::Shown),
+    ("prompt_show", Action::Shown),
+    ("prompt_end", Action::Shown),
+];
+
+/// Repetier's lines.
+const REQUESTS: [(&str, Action); 4] = [
+    ("RequestPause:", Action::Pause),
+    ("RequestStop:", Action::Cancel),
+    ("RequestContinue:", Action::Resume),
+    ("RequestDisconnect:", Action::Leave),
+];
+
+impl Action {
+    /// The action of a printer's line, and what it says of it; `None` where the line asks for nothing.
+    pub fn read(line: &str) -> Option<(Self, &str)> {
+        if let Some(found) = REQUESTS.iter().find_map(|(word, action)| Some((*action, line.strip_prefix(word)?))) {
+            return Some((found.0, line));
+        }
+        let asked = line.strip_prefix("//")?.trim_start().strip_prefix("action:")?;
+        let word = asked.split_ascii_whitespace().next().unwrap_or_default();
+        let known = WORDS.iter().find(|(known, _)| *known == word);
+        Some((known.map_or(Self::Unknown, |(_, action)| *action), asked))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_read_however_the_firmware_spaces_them() {
+        let read = |line| Action::read(line).map(|(action, _)| action);
+        assert_eq!(read("//action:pause"), Some(Action::Pause));
+        assert_eq!(read("// action:paused filament_runout 0"), Some(Action::Paused));
+        assert_eq!(read("//action:out_of_filament T0"), Some(Action::Pause));
+        assert_eq!(read("RequestPause:No filament"), Some(Action::Pause));
+        assert_eq!(read("//action:start_the_coffee"), Some(Action::Unknown));
+        assert_eq!((read("// Klipper state: Ready"), read("echo:pause"), read("ok")), (None, None, None));
+        assert_eq!(Action::read("//action:notification Heating").map(|a| a.1), Some("notification Heating"));
+    }
+}

@@ -1,0 +1,43 @@
+//! What a printer asks of its host is done, or shown.
+
+use super::phase::Phase;
+use super::{Notice, Sender, Time};
+use crate::link::action::Action;
+
+impl Sender {
+    /// The printer asks for `action`, in the words `text`.
+    pub(super) fn obey(&mut self, now: Time, action: Action, text: &str) {
+        self.heard = now;
+        let prints = matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) && !self.phase.is_fresh();
+        match action {
+            Action::Shown => self.note(format!("the printer's display: {text}")),
+            Action::Unknown => self.note(format!("the printer asks for {text:?}, which is not known; nothing is done")),
+            _ if !prints => self.note(format!("the printer asks for {text:?}, but nothing is being printed")),
+            Action::Pause | Action::Leave => self.pause_as_asked(text),
+            Action::Cancel => {
+                self.note(format!("the printer asks for {text:?}: the print is cancelled"));
+                self.cancel();
+            }
+            Action::Resume => self.resume(),
+            Action::Paused => {
+                self.note(format!("the printer has paused by itself ({text}), and is waited for"));
+                self.paused_itself = true;
+            }
+            Action::Resumed => self.goes_on(now),
+        }
+    }
+
+    /// The safe pause above the part.
+    fn pause_as_asked(&mut self, text: &str) {
+        let line = self.line_of(self.ledger.credited() + 1);
+        self.event(Notice::Trouble { line, text: text.to_owned() });
+        self.pause();
+    }
+
+    /// The printer's own pause is over: what is silent now is silent.
+    pub(super) fn goes_on(&mut self, now: Time) {
+        if std::mem::take(&mut self.paused_itself) {
+            self.moved = now;
+        }
+    }
+}
