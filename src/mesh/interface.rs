@@ -38,18 +38,17 @@ pub struct Interface {
 pub(super) fn interfaces(parts: &[Part]) -> Vec<Interface> {
     let bounds: Vec<Bounds> = parts.iter().map(|part| part.mesh.bounds()).collect();
     let mut trees: Vec<Option<BoxTree>> = parts.iter().map(|_| None).collect();
-    let mut found = Vec::new();
+    let boxes = BoxTree::of_boxes(bounds.clone());
+    let (mut found, mut near) = (Vec::new(), Vec::new());
     for a in 0..parts.len() {
-        for b in a + 1..parts.len() {
-            if !bounds[a].inflated(INTERFACE_GAP_MM).meets(&bounds[b]) {
-                continue;
-            }
+        boxes.later(&bounds[a].inflated(INTERFACE_GAP_MM), a, &mut near);
+        for &b in &near {
             for id in [a, b] {
                 trees[id].get_or_insert_with(|| BoxTree::new(&parts[id].mesh));
             }
             let (Some(tree_a), Some(tree_b)) = (&trees[a], &trees[b]) else { continue };
-            let near = Near { parts: [&parts[a], &parts[b]], trees: [tree_a, tree_b] };
-            found.extend(near.interface(&bounds[b].inflated(INTERFACE_GAP_MM)));
+            let two = Near { parts: [&parts[a], &parts[b]], trees: [tree_a, tree_b] };
+            found.extend(two.interface(&bounds[b].inflated(INTERFACE_GAP_MM)));
         }
     }
     found
