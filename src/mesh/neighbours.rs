@@ -135,6 +135,37 @@ impl<'a> Neighbours<'a> {
         best
     }
 
+    /// The pairs of parts of which a facet each may be no more than `mm` apart, ascending, the lower id first; never one too few.
+    pub fn within(&self, mm: f64) -> Vec<(usize, usize)> {
+        let (mut all, mut later, mut stack) = (Vec::new(), Vec::new(), Vec::new());
+        for (part, mesh) in self.parts.iter().map(|part| &part.mesh).enumerate() {
+            later.clear();
+            for facet in 0..mesh.facets().len() {
+                let slabs = Slabs::of(&mesh.corners(facet));
+                stack.extend((!self.nodes.is_empty()).then_some(0));
+                while let Some(at) = stack.pop() {
+                    let node: &Node = &self.nodes[at];
+                    self.looked_at.set(self.looked_at.get() + 1);
+                    if node.parts[1] as usize <= part || node.slabs.apart(&slabs) > mm {
+                        continue;
+                    }
+                    if node.second > 0 {
+                        stack.extend([at + 1, node.second as usize]);
+                        continue;
+                    }
+                    let leaf = &self.facets[node.facets[0] as usize..node.facets[1] as usize];
+                    let near =
+                        leaf.iter().filter(|(theirs, owned)| owned.part as usize > part && theirs.apart(&slabs) <= mm);
+                    later.extend(near.map(|(_, owned)| owned.part as usize));
+                }
+                later.sort_unstable();
+                later.dedup();
+            }
+            all.extend(later.iter().map(|&other| (part, other)));
+        }
+        all
+    }
+
     /// Facets that have been looked at, and nodes: what the answers have cost.
     pub fn looked_at(&self) -> u64 {
         self.looked_at.get()
@@ -225,12 +256,47 @@ mod tests {
         Model::from_parts(shells.collect()).parts
     }
 
+    /// Whichever way the pairs are found, the interfaces are the same.
+    #[test]
+    fn no_pair_that_is_near_is_missed() {
+        for (count, seed) in [(40, 7), (300, 8)] {
+            let parts = strewn(count, seed).parts;
+            for mm in [0.0, 0.5, 5.0] {
+                let found = Neighbours::of(&parts).within(mm);
+                let near = |a: usize, b: usize| boxes_apart(&parts[a], &parts[b]) <= mm;
+                let wanted: Vec<_> = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b))).collect();
+                let wanted: Vec<_> = wanted.into_iter().filter(|&(a, b)| near(a, b)).collect();
+                assert!(wanted.iter().all(|pair| found.binary_search(pair).is_ok()), "{count} {mm}");
+                // A bound is never more than what a box around a facet is off.
+                assert!(found.iter().all(|&(a, b)| boxes_apart(&parts[a], &parts[b]) <= mm + 1e-9));
+            }
+        }
+    }
+
+    /// A wall of cubes, each of which touches up to six others, and a box around it that meets all of their boxes.
+    #[test]
+    fn interfaces_among_many_pairs_are_those_among_few() {
+        let cube = |at: Vec3| solid_box(at, at + Vec3::repeat(1.0));
+        let wall = |wide: usize| {
+            let cubes =
+                (0..wide * wide).map(|k| (format!("c{k}"), cube(Vec3::new((k % wide) as f64, 0.0, (k / wide) as f64))));
+            // Slanted walls, all in each other's boxes and none near another.
+            Model::from_parts(cubes.chain(nested(80).into_iter().map(|part| (part.name, part.mesh))).collect())
+        };
+        let model = wall(6);
+        let touching = model.interfaces.iter().filter(|one| one.b < 36).count();
+        assert_eq!(touching, 2 * 6 * 5);
+        assert!(model.interfaces.iter().filter(|one| one.b < 36).all(|one| (one.area_mm2 - 1.0).abs() < 1e-9));
+    }
+
     /// Ten times the parts cost little more than ten times as much, whether they are strewn about or lie in each other.
     #[test]
     fn the_cost_grows_with_the_parts_and_not_with_their_square() {
         let cost = |parts: &[Part]| {
             let neighbours = Neighbours::of(parts);
             parts.iter().for_each(|part| assert!(neighbours.nearest(part.id).is_some()));
+            // Of shells in each other none is that near.
+            assert!(neighbours.within(0.04).len() < parts.len());
             neighbours.looked_at()
         };
         for (few, many) in [(strewn(60, 5).parts, strewn(600, 5).parts), (nested(30), nested(300))] {
