@@ -64,19 +64,14 @@ impl ArrangeArgs {
 
     /// The files that are read.
     pub(super) fn files(&self, model: &Path) -> Vec<PathBuf> {
-        let words = std::iter::once(model).chain(self.more.iter().map(PathBuf::as_path));
-        words.map(|word| copies(word).0.to_owned()).collect()
+        std::iter::once(model).chain(self.more.iter().map(|w| &**w)).map(|w| copies(w).0.to_owned()).collect()
     }
 }
 
 /// `A.stl*3`: the file and how many; one where nothing is said, or where that is the file's own name.
 pub(super) fn copies(word: &Path) -> (&Path, usize) {
-    let said = word
-        .to_str()
-        .unwrap_or_default()
-        .rsplit_once('*')
-        .and_then(|(name, n)| Some((Path::new(name), n.parse().ok()?)));
-    said.filter(|_| !word.exists()).unwrap_or((word, 1))
+    let said = word.to_str().and_then(|word| word.rsplit_once('*')).filter(|_| !word.exists());
+    said.and_then(|(name, count)| Some((Path::new(name), count.parse().ok()?))).unwrap_or((word, 1))
 }
 
 impl MachineArgs {
