@@ -308,16 +308,12 @@ fn a_table_that_turns_without_end_is_followed_to_a_bound() {
             &profile(),
         )
     };
-    let few = turning(50);
+    let few = turning(20);
     assert!(few.is_clean(), "{:?}", few.findings.first());
-    let [many, more] = [800, 3200].map(turning);
+    let [many, more] = [100, 400].map(turning);
     for report in [&many, &more] {
         assert_eq!(report.counts.iter().collect::<Vec<_>>(), [(&Rule::Sequence, &1)]);
-        assert!(
-            report.findings[0].text.contains("turns more than 1032 times for 2 prints"),
-            "{}",
-            report.findings[0].text
-        );
+        assert!(report.findings[0].text.contains("far more often than 2 prints need"), "{}", report.findings[0].text);
     }
     assert_eq!(more.steps, many.steps);
 }

@@ -33,9 +33,11 @@ const MOST_RUNS: usize = 512;
 /// One of so many is looked at first.
 const LOOKED_AT_FIRST: usize = 16;
 
-/// Turns that are followed: no plan needs more. Each is held against all that stands.
+/// What the table's turns may cost, in turns: no plan needs more. Each is held against all that stands; a pose at which the tip moves
+/// takes a field of all that stands, which is as dear as so many.
 const TURNS: usize = 1000;
-const TURNS_A_PRINT: usize = 16;
+const TURNS_A_PRINT: usize = 256;
+const TURNS_A_FIELD: usize = 16;
 
 /// How deep the tip may be in the table, mm: beds are no flatter.
 const INTO_TABLE_MM: f64 = 0.05;
@@ -137,7 +139,7 @@ struct Walker<'a> {
     pose: Option<Pose>,
     /// Whether something is printed at this pose that belongs to another one.
     astray: bool,
-    /// How often the table has turned, and how often it may before nobody follows any more.
+    /// What the table's turns have cost, and what they may before nobody follows any more.
     turns: usize,
     most_turns: usize,
     laying: Laying,
@@ -246,9 +248,8 @@ impl Walker<'_> {
 
     fn turn(&mut self, turn: &Turn) {
         self.is_at(turn.to);
-        self.turns += 1;
-        if self.turns > self.most_turns {
-            return self.too_many_turns(turn);
+        if !self.follows(1, turn.line) {
+            return;
         }
         let cap = self.walked.clearance.max(ROOM_MM);
         let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
@@ -269,15 +270,20 @@ impl Walker<'_> {
         }
     }
 
-    /// Said once; from here on nothing is held against what stands.
-    fn too_many_turns(&mut self, turn: &Turn) {
-        if self.turns == self.most_turns + 1 {
-            let at = FindingPlace { line: turn.line, slot: turn.slot, part: None };
-            let (most, prints) = (self.most_turns, self.planned.len());
+    /// Whether so many turns more are followed. Where they are too many that is said once, and from there on nothing is held against what
+    /// stands.
+    fn follows(&mut self, turns: usize, line: u32) -> bool {
+        let before = self.turns;
+        self.turns += turns;
+        let [is, was] = [self.turns, before].map(|turns| turns <= self.most_turns);
+        if was && !is {
+            let (at, most) = (self.place(line), self.most_turns);
             self.walked.findings.add(Rule::Sequence, at, [self.turns as f64, most as f64], || {
-                format!("the table turns more than {most} times for {prints} prints; collisions and support are not checked from here on")
+                let prints = self.planned.len();
+                format!("the table turns far more often than {prints} prints need; collisions and support are not checked from here on")
             });
         }
+        is
     }
 
     /// After the last move: the frame against what was printed since the last turn.
@@ -297,8 +303,9 @@ impl Walker<'_> {
     /// Makes the field for the pose, if it is known, not astray and not made yet: move `from` is the first at it.
     fn set_up(&mut self, from: usize) {
         let (None, Some(pose), false) = (&self.setup, self.pose, self.astray) else { return };
-        self.astray =
-            self.turns > self.most_turns || is_astray(self.acts.trace, &self.table, self.planned, (from, pose));
+        self.astray = is_astray(self.acts.trace, &self.table, self.planned, (from, pose));
+        let line = self.acts.trace.at(from).line;
+        self.astray = self.astray || !self.follows(TURNS_A_FIELD, line);
         if self.astray {
             return;
         }
