@@ -62,8 +62,8 @@ fn pairs(parts: &[Part], bounds: &[Bounds]) -> Vec<(usize, usize)> {
     let boxes = BoxTree::of_boxes(bounds.to_vec());
     let most = PAIRS_A_PART * parts.len() + FEW_PAIRS;
     let (mut all, mut near) = (Vec::new(), Vec::new());
-    for a in 0..parts.len() {
-        boxes.later(&bounds[a].inflated(INTERFACE_GAP_MM), a, &mut near);
+    for (a, own) in bounds.iter().enumerate() {
+        boxes.later(&own.inflated(INTERFACE_GAP_MM), a, &mut near);
         if all.len() + near.len() > most {
             return Neighbours::of(parts).within(REACH * INTERFACE_GAP_MM);
         }
