@@ -22,6 +22,9 @@ use crate::trouble::Trouble;
 /// A document, and what the call made beside it, by name.
 type Made = (String, Vec<(&'static str, Vec<u8>)>);
 
+/// Threads of a call: what starting them costs grows with their square.
+const MOST_THREADS: usize = 1024;
+
 /// What every verb is given: where its words go, and its keyword arguments.
 struct Call<'py> {
     told: Bound<'py, PyAny>,
@@ -32,7 +35,8 @@ struct Call<'py> {
 impl<'py> Call<'py> {
     fn of(told: Bound<'py, PyAny>, given: Bound<'py, PyDict>) -> PyResult<Self> {
         let given = Given(given);
-        let threads = given.count("threads")?.unwrap_or(0);
+        let few = |value: &Bound<'_, PyAny>| value.extract().ok().filter(|threads| *threads <= MOST_THREADS);
+        let threads = given.of("threads", &format!("a whole number from 0 to {MOST_THREADS}"), few)?.unwrap_or(0);
         Ok(Self { told, given, threads })
     }
 

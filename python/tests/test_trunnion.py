@@ -350,6 +350,10 @@ class Failures(Folder):
             ("sheet", self.folder / "plan.doc", "sheet "),
             ("unit", "inch", "inch"),
             ("repair", "yes", "repair 'yes' is not True or False"),
+            ("threads", 1025, "threads 1025 is not a whole number from 0 to 1024"),
+            ("threads", 10**30, "is not a whole number from 0 to 1024"),
+            ("threads", -1, "threads -1 is not a whole number from 0 to 1024"),
+            ("threads", True, "threads True is not a whole number from 0 to 1024"),
         ]:
             with self.subTest(keyword=keyword, value=value), self.assertRaises(trunnion.InputError) as caught:
                 trunnion.plan(fixture("cube"), "generic-ac", **{keyword: value})

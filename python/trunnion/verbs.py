@@ -6,7 +6,7 @@ verbs take:
     unit: unit of the model's numbers: um, mm, cm, in, ft or m; else the file's own, else guessed by size.
     repair: mend what is safe to mend: flipped facets, doubled facets, plane holes.
     progress: called with a :class:`Progress` as the work goes on; the work waits for it, and ends where it raises.
-    threads: so many; else as many as there are processors, or what RAYON_NUM_THREADS says. Results do not depend on it.
+    threads: 0 to 1024; 0 and None are as many as there are processors, or what RAYON_NUM_THREADS says. Results do not depend on it.
 """
 
 from __future__ import annotations

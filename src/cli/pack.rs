@@ -9,7 +9,7 @@ use crate::document;
 use crate::job::{self, Contents, MachineSource, ModelSource, PackInto, PackOptions, PackRequest, Source, interrupts};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
-    let files: Vec<PathBuf> = args.models.iter().map(|word| copies(word).0.into()).chain(args.boxes.clone()).collect();
+    let files: Vec<PathBuf> = args.models.iter().map(|w| copies(w).0.to_owned()).chain(args.boxes.clone()).collect();
     let mut outputs = outputs(files.iter().map(PathBuf::as_path));
     let plates = args.output.as_deref().map(|folder| job::Plates::claim(folder, &mut outputs)).transpose()?;
     let viewed = claim_picture("view", args.view.as_deref(), &mut outputs)?;
@@ -33,7 +33,7 @@ impl Verb {
     fn request(&self) -> Result<PackRequest, Failure> {
         let unit = self.unit.as_deref().map(str::parse).transpose();
         let unit = unit.map_err(|e: crate::mesh::UnknownUnit| Failure::Usage(e.to_string()))?;
-        let model = |word: &String| {
+        let model = |word: &PathBuf| {
             let (name, count) = copies(word);
             (ModelSource { source: Source::from(name), unit, repair: self.repair }, count)
         };

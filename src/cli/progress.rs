@@ -76,7 +76,7 @@ impl Console {
     /// print goes on whatever becomes of the screen.
     pub(crate) fn result(&self, text: &str) {
         self.spoke.store(true, Ordering::Relaxed);
-        if let Err(error) = writeln!(std::io::stdout(), "{}", text.trim_end()) {
+        if let Err(error) = writeln!(std::io::stdout(), "{}", document::visible(text.trim_end())) {
             self.lose(error);
         }
     }
@@ -208,7 +208,7 @@ fn put(text: &str) {
 fn say(text: &str) {
     // What stands in the place of the status goes first.
     let clear = if std::io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
-    let _ = writeln!(std::io::stderr(), "{clear}{text}");
+    let _ = writeln!(std::io::stderr(), "{clear}{}", document::visible(text));
 }
 
 /// A bar that waits a second before it shows.

@@ -40,11 +40,11 @@ impl ArrangeArgs {
         file: Option<&Path>,
     ) -> Result<(ModelSource, Arrangement), Failure> {
         let first = read.source(model)?;
-        let of = |word: &str| {
+        let of = |word: &Path| {
             let (name, copies) = copies(word);
             (ModelSource { source: Source::from(name), ..first.clone() }, copies)
         };
-        let (named, copies) = of(&model.to_string_lossy());
+        let (named, copies) = of(model);
         let standing = match (self.up, self.base) {
             (Some(standing), _) => standing,
             (None, Some(part)) => Standing::On(part),
@@ -64,15 +64,14 @@ impl ArrangeArgs {
 
     /// The files that are read.
     pub(super) fn files(&self, model: &Path) -> Vec<PathBuf> {
-        let first = model.to_string_lossy();
-        std::iter::once(&*first).chain(self.more.iter().map(String::as_str)).map(|w| copies(w).0.into()).collect()
+        std::iter::once(model).chain(self.more.iter().map(|w| &**w)).map(|w| copies(w).0.to_owned()).collect()
     }
 }
 
 /// `A.stl*3`: the file and how many; one where nothing is said, or where that is the file's own name.
-pub(super) fn copies(word: &str) -> (&str, usize) {
-    let said = word.rsplit_once('*').and_then(|(name, count)| Some((name, count.parse().ok()?)));
-    said.filter(|_| !Path::new(word).exists()).unwrap_or((word, 1))
+pub(super) fn copies(word: &Path) -> (&Path, usize) {
+    let said = word.to_str().and_then(|word| word.rsplit_once('*')).filter(|_| !word.exists());
+    said.and_then(|(name, count)| Some((Path::new(name), count.parse().ok()?))).unwrap_or((word, 1))
 }
 
 impl MachineArgs {

@@ -24,6 +24,7 @@ mod sent;
 mod supported;
 pub mod text;
 mod viewed;
+mod visible;
 
 pub use batched::{batch, batched};
 pub use calibrated::{calibrated, poses};
@@ -42,3 +43,4 @@ pub use row::{Row, TYPED, above, fitting, too_low};
 pub use sent::{Tone, ended, failures, paused, rehearsal, said, undone};
 pub use supported::supported;
 pub use viewed::{compared, page, page_of_two, previewed};
+pub use visible::visible;

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::job::SplitResult;
-use crate::mesh::{Interface, Model, Part, nearest};
+use crate::mesh::{Interface, Model, Neighbours, Part};
 use crate::split::{CutMade, CutPart, PatchLeft, Unsupported};
 
 /// Patches smaller than this are rounding, mm²: they count in the sums and are not listed.
@@ -33,7 +33,12 @@ pub fn inspected(model: &Model) -> Value {
 
 /// The parts that hang together with nothing that stands, each with the part nearest to it and the distance, mm.
 pub(super) fn apart(model: &Model) -> Vec<(usize, (usize, f64))> {
-    model.floating().into_iter().filter_map(|part| Some((part, nearest(&model.parts, part)?))).collect()
+    let floating = model.floating();
+    if floating.is_empty() {
+        return Vec::new();
+    }
+    let neighbours = Neighbours::of(&model.parts);
+    floating.into_iter().filter_map(|part| Some((part, neighbours.nearest(part)?))).collect()
 }
 
 /// `trunnion split`: planes, parts in the order of printing, what needs support before and after.

@@ -1,6 +1,10 @@
 //! Lines of a terminal that are written over, for one print and for several that share it.
 //!
+//! Names and texts are strangers' (ports, printers, files): they come here as [`visible`] has them.
+//!
 //! No line is as long as the terminal is wide: one that the terminal breaks moves all others.
+
+use super::visible;
 
 /// Behind a line that somebody has typed: back to where it began, so that the status stays in one place.
 pub const TYPED: &str = "\x1b[1A\r\x1b[K";
@@ -15,7 +19,7 @@ pub fn too_low(lines: usize, of: usize) -> String {
 /// As many of `text`'s words, between commas, as a terminal of `columns` takes in one line.
 pub fn fitting(text: &str, columns: usize) -> String {
     let most = columns.saturating_sub(1);
-    let mut kept = String::new();
+    let (mut kept, text) = (String::new(), visible(text));
     for word in text.split(", ") {
         let more = if kept.is_empty() { word.to_owned() } else { format!("{kept}, {word}") };
         if more.chars().count() > most {
@@ -51,7 +55,7 @@ fn broken(text: &str, columns: usize) -> Vec<String> {
 /// Inserts `text` above the last `rows` lines in front of the cursor, which keeps its place behind what is being typed.
 pub fn above(text: &str, rows: usize, columns: usize) -> String {
     let up = rows + 1;
-    let pieces = broken(text, columns).into_iter();
+    let pieces = broken(&visible(text), columns).into_iter();
     pieces.map(|piece| format!("\x1bD\x1b7\x1b[{up}A\r\x1b[L{piece}\x1b8")).collect()
 }
 

@@ -78,6 +78,12 @@ pub fn verified(report: &Report) -> String {
         };
         let _ = writeln!(out, "line {}: {}{place}: {}", f.line, f.rule, f.text);
     }
+    for (rule, count) in &report.counts {
+        let listed = report.findings.iter().filter(|f| f.rule == *rule).count();
+        if listed < *count {
+            let _ = writeln!(out, "{rule}: {count} findings, the first {listed} are listed");
+        }
+    }
     let minutes = report.seconds_print / 60.0;
     let _ = writeln!(
         out,

@@ -1,47 +1,9 @@
-//! How far apart the surfaces of two parts are, and whether they pass through each other.
+//! Whether the surfaces of two parts pass through each other.
 
+use super::Part;
 use super::box_tree::BoxTree;
 use super::winding::winding;
-use super::{Part, TriangleMesh};
-use crate::geom::convex::{separation, support};
 use crate::geom::{Bounds, Vec3};
-
-/// The part nearest to `parts[of]`, and the least distance of their surfaces, mm (0 where they cross or touch); `None` for a part
-/// alone.
-pub fn nearest(parts: &[Part], of: usize) -> Option<(usize, f64)> {
-    let own = &parts[of].mesh;
-    let mut best: Option<(usize, f64)> = None;
-    for other in parts.iter().filter(|part| part.id != of) {
-        let known = best.map_or(f64::INFINITY, |(_, mm)| mm);
-        if let Some(mm) = nearer(own, &other.mesh, known) {
-            best = Some((other.id, mm));
-        }
-    }
-    best
-}
-
-/// The distance of two surfaces, mm, where it is less than `known`.
-fn nearer<F>(a: &TriangleMesh<F>, b: &TriangleMesh<F>, known: f64) -> Option<f64> {
-    // What two corners have between them is never less than the distance, and soon near it.
-    let far = |v: &Vec3| b.vertices().iter().map(|w| (w - v).norm()).fold(f64::INFINITY, f64::min);
-    let first = a.vertices().iter().take(FIRST).map(far).fold(known, f64::min);
-    let tree = BoxTree::new(b);
-    let mut best = first;
-    for facet in 0..a.facets().len() {
-        let corners = a.corners(facet);
-        let mut near = Vec::new();
-        tree.visit(&Bounds::of(corners).inflated(best), |other| near.push(other));
-        for other in near {
-            let theirs = b.corners(other);
-            let apart = separation(|along| support(&corners, along) - support(&theirs, &-along), best);
-            best = best.min(apart.distance());
-        }
-    }
-    (best < known).then_some(best)
-}
-
-/// Corners that are held against all others for a first bound.
-const FIRST: usize = 64;
 
 /// Nearer than this to a plane is in it, mm: more than the rounding of `f32` coordinates.
 const IN_PLANE_MM: f64 = 1e-4;

@@ -24,7 +24,11 @@ pub struct BoxTree {
 impl BoxTree {
     /// Of all facets of `mesh`; `O(n log n)`.
     pub fn new<F>(mesh: &TriangleMesh<F>) -> Self {
-        let boxes: Vec<Bounds> = (0..mesh.facets().len()).map(|index| Bounds::of(mesh.corners(index))).collect();
+        Self::of_boxes((0..mesh.facets().len()).map(|index| Bounds::of(mesh.corners(index))).collect())
+    }
+
+    /// Of any boxes: what it says of facets, it then says of these.
+    pub(super) fn of_boxes(boxes: Vec<Bounds>) -> Self {
         let order = (0..boxes.len() as u32).collect();
         let mut tree = Self { nodes: Vec::with_capacity(boxes.len() / 2 + 1), order, boxes };
         if !tree.boxes.is_empty() {
@@ -53,6 +57,17 @@ impl BoxTree {
         self.split(from, from + middle);
         self.nodes[here].second = self.nodes.len() as u32;
         self.split(from + middle, to);
+    }
+
+    /// What is behind `first` and meets `bounds`, ascending: into `found`, in the place of what that holds.
+    pub(super) fn later(&self, bounds: &Bounds, first: usize, found: &mut Vec<usize>) {
+        found.clear();
+        self.visit(bounds, |other| {
+            if other > first {
+                found.push(other);
+            }
+        });
+        found.sort_unstable();
     }
 
     /// Calls `visit` for every facet whose box meets `bounds`, in no particular order.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::box_tree::BoxTree;
-use super::{Part, TriangleMesh, overlap};
+use super::{Neighbours, Part, TriangleMesh, overlap};
 use crate::geom::{Bounds, Vec3};
 
 /// Facets count as side by side up to this distance, mm: it absorbs f32 coordinates and CAD clearances, and is well
@@ -39,20 +39,37 @@ pub(super) fn interfaces(parts: &[Part]) -> Vec<Interface> {
     let bounds: Vec<Bounds> = parts.iter().map(|part| part.mesh.bounds()).collect();
     let mut trees: Vec<Option<BoxTree>> = parts.iter().map(|_| None).collect();
     let mut found = Vec::new();
-    for a in 0..parts.len() {
-        for b in a + 1..parts.len() {
-            if !bounds[a].inflated(INTERFACE_GAP_MM).meets(&bounds[b]) {
-                continue;
-            }
-            for id in [a, b] {
-                trees[id].get_or_insert_with(|| BoxTree::new(&parts[id].mesh));
-            }
-            let (Some(tree_a), Some(tree_b)) = (&trees[a], &trees[b]) else { continue };
-            let near = Near { parts: [&parts[a], &parts[b]], trees: [tree_a, tree_b] };
-            found.extend(near.interface(&bounds[b].inflated(INTERFACE_GAP_MM)));
+    for (a, b) in pairs(parts, &bounds) {
+        for id in [a, b] {
+            trees[id].get_or_insert_with(|| BoxTree::new(&parts[id].mesh));
         }
+        let (Some(tree_a), Some(tree_b)) = (&trees[a], &trees[b]) else { continue };
+        let two = Near { parts: [&parts[a], &parts[b]], trees: [tree_a, tree_b] };
+        found.extend(two.interface(&bounds[b].inflated(INTERFACE_GAP_MM)));
     }
     found
+}
+
+/// Pairs of parts whose boxes meet, for each part, up to which these are looked at one by one.
+const PAIRS_A_PART: usize = 8;
+const FEW_PAIRS: usize = 500;
+/// How far from each other facets may be that share an interface: a little more than the gap, for those that lean.
+const REACH: f64 = 1.01;
+
+/// The pairs that may share a face, ascending, the lower id first: parts whose boxes meet; where these are many, as of parts in each
+/// other, those of which a facet is near one of the other's.
+fn pairs(parts: &[Part], bounds: &[Bounds]) -> Vec<(usize, usize)> {
+    let boxes = BoxTree::of_boxes(bounds.to_vec());
+    let most = PAIRS_A_PART * parts.len() + FEW_PAIRS;
+    let (mut all, mut near) = (Vec::new(), Vec::new());
+    for (a, own) in bounds.iter().enumerate() {
+        boxes.later(&own.inflated(INTERFACE_GAP_MM), a, &mut near);
+        if all.len() + near.len() > most {
+            return Neighbours::of(parts).within(REACH * INTERFACE_GAP_MM);
+        }
+        all.extend(near.iter().map(|&b| (a, b)));
+    }
+    all
 }
 
 /// Two parts whose boxes meet.

@@ -1,6 +1,6 @@
 //! A model: its parts, what they share, and what stands on the table.
 
-use hashbrown::HashMap;
+use hashbrown::{HashMap, HashSet};
 
 use super::error::{Fault, Located, Place};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
@@ -11,6 +11,9 @@ use crate::geom::{Bounds, Object, Vec3};
 
 /// A part stands on the table up to this height above the model's lowest point, mm.
 pub const TABLE_GAP_MM: f64 = 0.05;
+
+/// Warnings that are kept; of more, only the number.
+const MOST_WARNINGS: usize = 1000;
 
 /// A closed piece of a model.
 #[derive(Clone, Debug)]
@@ -77,32 +80,37 @@ impl Model {
         model.unit = unit;
         soup.warnings.append(&mut model.warnings);
         model.warnings = soup.warnings;
+        let more = model.warnings.len().saturating_sub(MOST_WARNINGS);
+        if more > 0 {
+            model.warnings.truncate(MOST_WARNINGS);
+            model.warnings.push(format!("{more} more warnings are left out"));
+        }
         Ok(model)
     }
 
     /// Ids of the parts that neither stand on the table nor hang together, through interfaces, with one that does;
     /// ascending, empty for a model that can be built up from the table.
     pub fn floating(&self) -> Vec<usize> {
-        let held = self.held(&self.on_table);
+        let mut held = vec![false; self.parts.len()];
+        let beside = self.beside();
+        self.on_table.iter().for_each(|&id| hold(id, &beside, &mut held));
         (0..self.parts.len()).filter(|&id| !held[id]).collect()
     }
 
-    /// For every part whether it hangs together with one of `roots`.
-    fn held(&self, roots: &[usize]) -> Vec<bool> {
-        let mut held = vec![false; self.parts.len()];
-        let mut queue = roots.to_vec();
-        while let Some(id) = queue.pop() {
-            if !std::mem::replace(&mut held[id], true) {
-                let meets = self.interfaces.iter().filter(|one| one.a == id || one.b == id);
-                queue.extend(meets.map(|one| one.a + one.b - id));
-            }
+    /// By part, those that share a face with it.
+    fn beside(&self) -> Vec<Vec<usize>> {
+        let mut beside = vec![Vec::new(); self.parts.len()];
+        for one in &self.interfaces {
+            beside[one.a].push(one.b);
+            beside[one.b].push(one.a);
         }
-        held
+        beside
     }
 
     /// The warnings that hold in whatever pose the model is printed.
     pub fn warnings_in_any_pose(&self) -> impl Iterator<Item = &String> {
-        self.warnings.iter().filter(|text| self.parts.iter().all(|part| on_a_tip(part) != **text))
+        let tips: HashSet<String> = self.parts.iter().map(on_a_tip).collect();
+        self.warnings.iter().filter(move |text| !tips.contains(*text))
     }
 
     fn find_table(&mut self) {
@@ -110,14 +118,27 @@ impl Model {
         let touching = self.parts.iter().filter(|part| part.mesh.bounds().min.z <= low);
         let (mut standing, tips): (Vec<usize>, Vec<usize>) =
             touching.map(|part| part.id).partition(|&id| has_foot(&self.parts[id].mesh, low));
+        let (beside, mut held) = (self.beside(), vec![false; self.parts.len()]);
+        standing.iter().for_each(|&id| hold(id, &beside, &mut held));
         for id in tips {
-            if !self.held(&standing)[id] {
+            if !held[id] {
                 standing.push(id);
+                hold(id, &beside, &mut held);
                 self.warnings.push(on_a_tip(&self.parts[id]));
             }
         }
         standing.sort_unstable();
         self.on_table = standing;
+    }
+}
+
+/// Marks what hangs together with part `id` as held.
+fn hold(id: usize, beside: &[Vec<usize>], held: &mut [bool]) {
+    let mut queue = vec![id];
+    while let Some(id) = queue.pop() {
+        if !std::mem::replace(&mut held[id], true) {
+            queue.extend(&beside[id]);
+        }
     }
 }
 

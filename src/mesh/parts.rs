@@ -1,5 +1,6 @@
 //! From closed shells to parts: outer shells, the cavities in them, and which way they face.
 
+use super::box_tree::BoxTree;
 use super::error::{Fault, Located, Place};
 use super::shells::{Surface, closed_runs, closed_shells};
 use super::soup::Soup;
@@ -67,11 +68,9 @@ fn measure(vertices: &[Vec3], surface: Surface) -> Result<Shell, Fault> {
 
 /// Joins cavities to the shells around them: a shell inside an odd number of others is a cavity of the smallest.
 fn nest(vertices: &[Vec3], mut shells: Vec<Shell>, warnings: &mut Vec<String>) -> Vec<Surface> {
-    let around: Vec<Vec<usize>> = (0..shells.len())
-        .map(|inner| (0..shells.len()).filter(|&outer| lies_in(vertices, &shells[inner], &shells[outer])).collect())
-        .collect();
+    let (around, _) = around(vertices, &shells);
     for (shell, around) in shells.iter_mut().zip(&around) {
-        let cavity = around.len() % 2 == 1;
+        let cavity = around.count % 2 == 1;
         if cavity == (shell.volume > 0.0) {
             let (what, which) = if cavity { ("cavity", "into its material") } else { ("part", "inward") };
             let first = shell.surface.source[0];
@@ -80,15 +79,73 @@ fn nest(vertices: &[Vec3], mut shells: Vec<Shell>, warnings: &mut Vec<String>) -
         }
     }
     let mut parts: Vec<Option<Surface>> = vec![None; shells.len()];
-    let volumes: Vec<f64> = shells.iter().map(|shell| shell.volume.abs()).collect();
     for (index, shell) in shells.into_iter().enumerate() {
-        let smallest = around[index].iter().copied().min_by(|&a, &b| volumes[a].total_cmp(&volumes[b]));
-        let home = smallest.filter(|_| around[index].len() % 2 == 1).unwrap_or(index);
+        let home = around[index].smallest.filter(|_| around[index].count % 2 == 1).unwrap_or(index);
         let part = parts[home].get_or_insert_with(Surface::default);
         part.facets.extend(shell.surface.facets);
         part.source.extend(shell.surface.source);
     }
     parts.into_iter().flatten().map(in_file_order).collect()
+}
+
+/// The shells that one lies in.
+#[derive(Clone, Debug, Default)]
+struct Around {
+    count: usize,
+    /// That with the least volume, the first of several.
+    smallest: Option<usize>,
+    /// Those of them that are around no other of them: all others are around these.
+    next: Vec<u32>,
+}
+
+/// What is around each shell, and how often it was asked whether one lies in another.
+///
+/// Outer shells come first: what is around a shell is around everything that lies in it, and is not asked for again, so that `n`
+/// shells in each other need `n` questions.
+fn around(vertices: &[Vec3], shells: &[Shell]) -> (Vec<Around>, usize) {
+    let boxes = BoxTree::of_boxes(shells.iter().map(|shell| shell.bounds).collect());
+    let rank = |&shell: &u32| (shells[shell as usize].bounds.size().norm(), shells[shell as usize].volume.abs());
+    let smaller = |a: &u32, b: &u32| {
+        let (a, b, order) = (rank(a), rank(b), a.cmp(b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(order)
+    };
+    let mut order: Vec<u32> = (0..shells.len() as u32).collect();
+    order.sort_by(|a, b| smaller(b, a));
+    let (mut all, mut asked) = (vec![Around::default(); shells.len()], 0);
+    // By shell, the last one that it was found to be around.
+    let mut known = vec![u32::MAX; shells.len()];
+    let (mut outer, mut queue) = (Vec::new(), Vec::new());
+    for own in order {
+        let inner = &shells[own as usize];
+        outer.clear();
+        let corner = Bounds { min: inner.bounds.min, max: inner.bounds.min };
+        boxes.visit(&corner, |other| outer.push(other as u32));
+        outer.retain(|&other| other != own && within(&inner.bounds, &shells[other as usize].bounds));
+        outer.sort_by(smaller);
+        let mut found = Around::default();
+        for &other in &outer {
+            if known[other as usize] == own {
+                continue;
+            }
+            asked += 1;
+            if !lies_in(vertices, inner, &shells[other as usize]) {
+                continue;
+            }
+            found.next.push(other);
+            queue.push(other);
+            while let Some(one) = queue.pop() {
+                if std::mem::replace(&mut known[one as usize], own) != own {
+                    found.count += 1;
+                    queue.extend(&all[one as usize].next);
+                }
+            }
+        }
+        let least = |&a: &usize, &b: &usize| shells[a].volume.abs().total_cmp(&shells[b].volume.abs()).then(a.cmp(&b));
+        let further = found.next.iter().flat_map(|&one| [Some(one as usize), all[one as usize].smallest]);
+        found.smallest = further.flatten().min_by(least);
+        all[own as usize] = found;
+    }
+    (all, asked)
 }
 
 fn in_file_order(part: Surface) -> Surface {
@@ -121,4 +178,70 @@ fn lies_in(vertices: &[Vec3], inner: &Shell, outer: &Shell) -> bool {
 
 fn within(inner: &Bounds, outer: &Bounds) -> bool {
     outer.holds(&inner.min) && outer.holds(&inner.max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::SplitMix64;
+
+    /// A cube about `centre` with half an edge of `half`, its corners among `vertices`.
+    fn cube(vertices: &mut Vec<Vec3>, centre: Vec3, half: f64) -> Shell {
+        const QUADS: [[u32; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let first = vertices.len() as u32;
+        let side = |i: usize, axis: usize| if i >> axis & 1 == 0 { -half } else { half };
+        vertices.extend((0..8).map(|i| centre + Vec3::new(side(i, 0), side(i, 1), side(i, 2))));
+        let facets = QUADS.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+        let facets: Vec<[u32; 3]> = facets.map(|facet| facet.map(|index| first + index)).collect();
+        let source = (0..facets.len() as u32).collect();
+        measure(vertices, Surface { facets, source }).unwrap()
+    }
+
+    /// What is around each cube, by arithmetic: a cube lies in another where all of it does.
+    fn by_arithmetic(shells: &[Shell]) -> Vec<(usize, Option<usize>)> {
+        let holds = |outer: &Shell, inner: &Shell| {
+            let (a, b) = (&outer.bounds, &inner.bounds);
+            (0..3).all(|i| a.min[i] < b.min[i] && b.max[i] < a.max[i])
+        };
+        let around = |inner: &Shell| {
+            let outer: Vec<usize> = (0..shells.len()).filter(|&o| holds(&shells[o], inner)).collect();
+            let smallest = outer.iter().copied().min_by(|&a, &b| shells[a].volume.total_cmp(&shells[b].volume));
+            (outer.len(), smallest)
+        };
+        shells.iter().map(around).collect()
+    }
+
+    #[test]
+    fn what_is_around_a_shell_is_what_arithmetic_says() {
+        let mut numbers = SplitMix64::seeded(11);
+        for count in [1, 7, 60, 250] {
+            let mut vertices = Vec::new();
+            let shells: Vec<Shell> = (0..count)
+                .map(|_| {
+                    let centre = Vec3::from_fn(|_, _| numbers.unit() * 20.0);
+                    cube(&mut vertices, centre, 0.1 + 12.0 * numbers.unit().powi(3))
+                })
+                .collect();
+            let (found, _) = around(&vertices, &shells);
+            let found: Vec<_> = found.iter().map(|one| (one.count, one.smallest)).collect();
+            assert_eq!(found, by_arithmetic(&shells));
+        }
+    }
+
+    /// Shells in each other, shuffled; those beside each other lie in none.
+    #[test]
+    fn as_many_questions_are_asked_as_there_are_shells() {
+        for count in [1, 10, 100, 1000] {
+            let mut vertices = Vec::new();
+            let half = |k: usize| 1.0 + ((k * 617) % count) as f64;
+            let nested: Vec<Shell> = (0..count).map(|k| cube(&mut vertices, Vec3::zeros(), half(k))).collect();
+            let (found, asked) = around(&vertices, &nested);
+            assert_eq!(asked, count - 1);
+            (0..count).for_each(|k| assert_eq!(found[k].count as f64, count as f64 - half(k)));
+            let beside: Vec<Shell> = (0..count).map(|k| cube(&mut vertices, Vec3::x() * (3 * k) as f64, 1.0)).collect();
+            let (found, asked) = around(&vertices, &beside);
+            assert!(asked == 0 && found.iter().all(|one| one.count == 0));
+        }
+    }
 }

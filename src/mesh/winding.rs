@@ -1,6 +1,7 @@
 //! Whether a point lies inside a closed surface.
 
 use super::Part;
+use super::box_tree::BoxTree;
 use crate::geom::{Bounds, Vec3};
 
 /// A point is on a facet, and the winding number says nothing, where the facet fills half the sky up to this: it covers
@@ -38,20 +39,43 @@ pub fn is_overlap(warning: &str) -> bool {
     warning.contains(OVERLAP)
 }
 
-/// A warning for every two parts seen to fill the same space, by ascending ids.
+/// Pairs that are looked at: so many, and a few for each part, so that the cost grows with the file and not with its square.
+const MOST_PAIRS: usize = 10_000;
+const PAIRS_A_PART: usize = 4;
+/// Pairs that are named.
+const MOST_NAMED: usize = 100;
+
+/// A warning for every two parts seen to fill the same space, by ascending ids: the first 100, and one for all others.
 ///
 /// Looks just below some facets of each whether the other's material is there as well: a hint that costs little, no
 /// proof of the contrary.
 pub(super) fn overlaps(parts: &[Part]) -> Vec<String> {
     let bounds: Vec<Bounds> = parts.iter().map(|part| part.mesh.bounds().inflated(-OVERLAP_DEPTH_MM)).collect();
-    let mut warnings = Vec::new();
+    // Of what is thinner than that the box is turned inside out.
+    let proper = |turned: &Bounds| Bounds::of([turned.min, turned.max]);
+    let boxes = BoxTree::of_boxes(bounds.iter().map(proper).collect());
+    let mut left = MOST_PAIRS + PAIRS_A_PART * parts.len();
+    let (mut warnings, mut near, mut unnamed) = (Vec::new(), Vec::new(), 0);
     for (a, one) in parts.iter().enumerate() {
-        for (b, other) in parts.iter().enumerate().skip(a + 1) {
-            if bounds[a].meets(&bounds[b]) && seen_to_overlap(one, other) {
-                let names = format!("parts {a} ({}) and {b} ({})", one.name, other.name);
-                warnings.push(format!("{names}{OVERLAP}; cut one from the other"));
+        boxes.later(&proper(&bounds[a]), a, &mut near);
+        near.retain(|&b| bounds[a].meets(&bounds[b]));
+        near.truncate(left);
+        left -= near.len();
+        for (b, other) in near.iter().map(|&b| (b, &parts[b])).filter(|(_, other)| seen_to_overlap(one, other)) {
+            if warnings.len() >= MOST_NAMED {
+                unnamed += 1;
+                continue;
             }
+            let names = format!("parts {a} ({}) and {b} ({})", one.name, other.name);
+            warnings.push(format!("{names}{OVERLAP}; cut one from the other"));
         }
+        if left == 0 {
+            break;
+        }
+    }
+    if unnamed > 0 {
+        let at_least = if left == 0 { "at least " } else { "" };
+        warnings.push(format!("{at_least}{unnamed} more pairs of parts{OVERLAP}"));
     }
     warnings
 }
@@ -76,8 +100,31 @@ fn reaches_into(one: &Part, other: &Part, bounds: &Bounds) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::winding;
+    use super::{MOST_NAMED, is_overlap, overlaps, winding};
+    use crate::fixtures::solid_box;
     use crate::geom::Vec3;
+    use crate::mesh::Model;
+
+    #[test]
+    fn boxes_over_each_other_are_named_up_to_a_hundred_pairs_and_counted() {
+        let over = |count: usize| {
+            let at = |k: usize| Vec3::repeat(0.01 * k as f64);
+            let boxes = (0..count).map(|k| (format!("b{k}"), solid_box(at(k), at(k) + Vec3::repeat(20.0))));
+            overlaps(&Model::from_parts(boxes.collect()).parts)
+        };
+        assert_eq!(over(1), Vec::<String>::new());
+        let few = over(14);
+        assert!(few.len() == 91 && few.iter().all(|text| is_overlap(text)), "{few:?}");
+        assert!(few[0].starts_with("parts 0 (b0) and 1 (b1) ") && few[90].starts_with("parts 12 (b12) and 13 (b13) "));
+        // 100 of 120 and 4,950 pairs have names.
+        for (count, rest) in [(16, "20 more pairs"), (100, "4850 more pairs")] {
+            let many = over(count);
+            assert_eq!(many.len(), MOST_NAMED + 1);
+            assert!(many[MOST_NAMED].starts_with(rest) && is_overlap(&many[MOST_NAMED]), "{}", many[MOST_NAMED]);
+        }
+        // Of 19,900 not all are looked at.
+        assert!(over(200)[MOST_NAMED].starts_with("at least 10700 more pairs"), "{}", over(200)[MOST_NAMED]);
+    }
 
     #[test]
     fn a_shell_winds_once_around_its_inside() {

@@ -21,8 +21,8 @@ use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
 use crate::gcode::{Command, ParsedLine, round_to};
 use crate::geom::{Angle, Vec3};
 
-pub use arcs::{Arc, flatten};
-use arcs::{MOST_TURNS, arc};
+pub use arcs::{Arc, CHORD_MM, flatten};
+use arcs::{ArcTurn, ChordBudget, MOST_TURNS, arc};
 pub use plain::{PlainMoved, PlainStep};
 
 /// What the reader must know of the dialect.
@@ -38,6 +38,8 @@ pub struct Reading {
     pub absolute_switches_extruder: bool,
     /// Klipper's names of the motors of tilt and rotation where these are turned by commands and not by letters.
     pub steppers: Option<[String; 2]>,
+    /// The greatest X and Y of either sign that an arc may come to, mm: beyond it nothing can be meant, and no chord is made.
+    pub reach_mm: f64,
 }
 
 impl Reading {
@@ -49,7 +51,14 @@ impl Reading {
     /// Sliced 3-axis input in the words of `firmware`.
     pub fn sliced_for(firmware: Firmware) -> Self {
         let absolute_switches_extruder = firmware.absolute_switches_extruder();
-        Self { firmware, extruder: b'E', rotary: None, absolute_switches_extruder, steppers: None }
+        Self {
+            firmware,
+            extruder: b'E',
+            rotary: None,
+            absolute_switches_extruder,
+            steppers: None,
+            reach_mm: LARGEST_BED_MM,
+        }
     }
 }
 
@@ -157,6 +166,19 @@ pub enum ReplayError {
         "an arc of P{0} turns; an arc goes round a whole number of times up to {MOST_TURNS}: write each turn on a line of its own"
     )]
     ArcTurns(f64),
+    /// An arc to where no axis reaches.
+    #[error("an arc goes out to {farthest:.0} mm; arcs must stay within {reach_mm:.0} mm of zero")]
+    ArcBeyond {
+        /// The greatest X or Y of either sign on the way, mm.
+        farthest: f64,
+        /// What it may be, mm.
+        reach_mm: f64,
+    },
+    /// More of arcs than the file's size pays for.
+    #[error(
+        "an arc of {0} chords, after arcs with more than the file's size allows; write long arcs as straight lines"
+    )]
+    ManyChords(usize),
     /// G4 for longer than any print.
     #[error("a wait of {0} s is longer than any print (up to {LONGEST_WAIT_S} s); the file is damaged")]
     Endless(f64),
@@ -165,6 +187,8 @@ pub enum ReplayError {
 const SANE_MM: RangeInclusive<f64> = -1e6..=1e7;
 /// Besides 0, of either sign: beyond these no machine goes, and the times of many moves have no sum.
 const SANE_FEED: RangeInclusive<f64> = 1e-3..=1e9;
+/// No slicer's bed is larger, nor its origin farther, mm.
+const LARGEST_BED_MM: f64 = 1e4;
 /// The longest wait: 11 days.
 const LONGEST_WAIT_S: f64 = 1e6;
 /// Digits that a sum of relative moves keeps, far beyond those of any file.
@@ -182,6 +206,7 @@ pub struct Controller {
     feed: Option<f64>,
     inverse_time: bool,
     motion: Option<u32>,
+    chords: ChordBudget,
 }
 
 impl Controller {
@@ -196,6 +221,7 @@ impl Controller {
             feed: None,
             inverse_time: false,
             motion: None,
+            chords: ChordBudget::default(),
         }
     }
 
@@ -389,6 +415,9 @@ impl Controller {
             return Ok(Step::Nothing);
         }
         self.at = to;
+        if let (Some(arc), Some(from), Some(to)) = (&arc, from.tip(), to.tip()) {
+            self.chords.take(&ArcTurn::of(from, to, arc), line.code.len(), self.reading.reach_mm)?;
+        }
         Ok(Step::Move(Move {
             rapid: kind == 0,
             from,

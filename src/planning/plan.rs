@@ -180,6 +180,14 @@ pub enum PlanError {
         /// As written.
         up: [f64; 3],
     },
+    /// Its list of parts is not the model's.
+    #[error("parts: the plan lists {listed}, by ids that must be 0 to {last} in order, and the model has {parts}; plan again", last = parts - 1)]
+    PartList {
+        /// How many it lists.
+        listed: usize,
+        /// How many the model has.
+        parts: usize,
+    },
     /// A part that the model does not have.
     #[error("slot {slot}: the model has no part {part}, its parts are 0..{last}; plan again", last = parts - 1)]
     NoSuchPart {
@@ -272,8 +280,11 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`PlanError::NoSuchPart`], [`PlanError::Reach`], [`PlanError::Angles`] and [`PlanError::Count`].
+    /// [`PlanError::PartList`], [`PlanError::NoSuchPart`], [`PlanError::Reach`], [`PlanError::Angles`] and [`PlanError::Count`].
     pub fn check(&self, table: &TableKinematics, parts: usize) -> Result<(), PlanError> {
+        if self.parts.len() != parts || self.parts.iter().enumerate().any(|(id, part)| part.id != id) {
+            return Err(PlanError::PartList { listed: self.parts.len(), parts });
+        }
         let mut times = vec![0; parts];
         for (slot, print) in self.prints() {
             match times.get_mut(print.part) {

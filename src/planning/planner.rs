@@ -13,7 +13,7 @@ use super::turning::{REMEDY, Struck, Turns};
 use super::whynot;
 use super::workpiece::Workpiece;
 use crate::geom::Angle;
-use crate::mesh::nearest;
+use crate::mesh::Neighbours;
 use crate::motion::Pose;
 use crate::orient::Direction;
 use crate::profile::Profile;
@@ -65,7 +65,8 @@ pub fn plannable(workpiece: &Workpiece<'_>) -> Result<(), Infeasible> {
         Some(&part) => {
             let model = workpiece.model;
             let named = |id: usize| model.parts[id].name.clone();
-            let nearest = nearest(&model.parts, part).map(|(part, mm)| Near { part, name: named(part), mm });
+            let nearest =
+                Neighbours::of(&model.parts).nearest(part).map(|(part, mm)| Near { part, name: named(part), mm });
             Err(Infeasible::Floating { part, name: named(part), nearest })
         }
         None => Ok(()),

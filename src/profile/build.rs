@@ -14,6 +14,9 @@ use crate::trace::{self, FeedCount, Rates};
 /// Corners of the polygon that stands for a round table; circumscribed, so it contains the disc.
 const DISC_SIDES: usize = 72;
 
+/// Farther beyond an axis' end than this no machine is sent by a mistake of millimetres, mm.
+pub const ABSURD_MM: f64 = 200.0;
+
 /// Names that differ by more letters were not meant.
 const MOST_EDITS: usize = 4;
 
@@ -84,7 +87,14 @@ impl Profile {
             rotary: Some((table.tilt, table.rotation)),
             absolute_switches_extruder: self.dialect.g90_switches_extruder,
             steppers: self.steppers(),
+            reach_mm: self.arcs_reach(),
         }
+    }
+
+    /// How far from zero an arc may go: to the axes' ends and as far beyond them as a mistake still can be told by its measure, mm.
+    fn arcs_reach(&self) -> f64 {
+        let l = &self.limits;
+        [l.x_mm, l.y_mm].as_flattened().iter().map(|end| end.abs()).fold(0.0, f64::max) + ABSURD_MM
     }
 
     /// Klipper's names of the motors of tilt and rotation, where commands turn them.

@@ -59,6 +59,9 @@ const OPTIONAL: [&str; 11] = [
 const MANY_LINES: [&str; 5] =
     ["dialect.start", "dialect.end", "link.rehome", "transition.before_turn", "transition.after_turn"];
 
+/// The largest profile: some hundred times the longest that is shipped. What is parsed takes forty times as much.
+const MOST_BYTES: usize = 1 << 20;
+
 /// Keys of a `[[head.body]]` or `[[fixed.body]]`.
 const BODY_KEYS: [&str; 8] = ["name", "moves", "kind", "z_mm", "r_mm", "min_mm", "max_mm", "points_mm"];
 
@@ -266,9 +269,18 @@ impl Profile {
 }
 
 fn parse(file: &str, text: &str) -> Result<Table, ProfileError> {
-    text.parse::<Table>().map_err(|error| ProfileError::Syntax {
-        file: file.to_owned(),
-        message: error.to_string().trim().replace('\n', " "),
+    let refused = |file: String, message: String| Err(ProfileError::Syntax { file, message });
+    if text.len() > MOST_BYTES {
+        return refused(
+            file.to_owned(),
+            format!("a profile has at most {MOST_BYTES} bytes, this file has {}", text.len()),
+        );
+    }
+    // The line is named and not shown: what a profile extends may be any file.
+    text.parse::<Table>().or_else(|error| {
+        let line = error.span().map(|span| text[..span.start].matches('\n').count() + 1);
+        let place = line.map_or(file.to_owned(), |line| format!("{file}:{line}"));
+        refused(place, error.message().trim().replace('\n', " "))
     })
 }
 

@@ -14,6 +14,7 @@ mod process;
 mod ranges;
 mod schema;
 
+pub use build::ABSURD_MM;
 pub use import::{
     Contradiction, Fact, File as ImportedFile, ImportError, Imported, Place, Rotary, Shelf, Stated, import,
 };

@@ -33,7 +33,7 @@ pub use error::SliceError;
 pub use interrupt::Interrupt;
 pub use job::{Adhesion, SliceJob, SlicerChoice};
 pub use level::below_middles;
-pub use process::{ExternalOptions, find};
+pub use process::{ExternalOptions, KEY_VARIABLE, find};
 pub use sliced::{Flaw, LeftOut, Lessened, Sliced};
 pub use window::{WindowBed, project_settings};
 

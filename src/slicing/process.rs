@@ -97,6 +97,9 @@ pub fn find(choice: &SlicerChoice, options: &ExternalOptions) -> Result<Box<dyn 
     }
 }
 
+/// The variable of the environment with the key of a server: no program that is started gets it.
+pub const KEY_VARIABLE: &str = "TRUNNION_KEY";
+
 /// The first command of `program` on PATH that says it is that program.
 fn installed(program: Program, options: &ExternalOptions, end: Instant) -> Result<Option<External>, SliceError> {
     let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
@@ -384,7 +387,7 @@ impl Run {
         end: Instant,
         trouble: &dyn Fn() -> Option<SliceError>,
     ) -> Result<Option<ExitStatus>, SliceError> {
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).env_remove(KEY_VARIABLE);
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = command.spawn().map_err(|source| file_error("start", path, source))?;
@@ -441,6 +444,10 @@ impl Stream {
 
 /// Stops the child and, where the system has process groups, everything it started; asked for nothing, waited for briefly.
 fn stop(child: &mut Child) {
+    #[cfg(target_os = "linux")]
+    descendants(child.id()).into_iter().for_each(|process| {
+        let _ = rustix::process::kill_process(process, rustix::process::Signal::KILL);
+    });
     #[cfg(unix)]
     let _ = rustix::process::kill_process_group(rustix::process::Pid::from_child(child), rustix::process::Signal::KILL);
     let _ = child.kill();
@@ -448,6 +455,26 @@ fn stop(child: &mut Child) {
     while Instant::now() < end && child.try_wait().is_ok_and(|status| status.is_none()) {
         thread::sleep(POLL);
     }
+}
+
+/// All that a process has started and that has been started by those, also in groups and sessions of their own.
+#[cfg(target_os = "linux")]
+fn descendants(process: u32) -> Vec<rustix::process::Pid> {
+    let stat = |entry: fs::DirEntry| {
+        let own: i32 = entry.file_name().to_str()?.parse().ok()?;
+        let text = fs::read_to_string(entry.path().join("stat")).ok()?;
+        // The name, in brackets, may hold anything.
+        let parent: i32 = text.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()?;
+        Some((own, parent))
+    };
+    let all: Vec<(i32, i32)> = fs::read_dir("/proc").into_iter().flatten().flatten().filter_map(stat).collect();
+    let mut found = vec![process as i32];
+    let mut next = 0;
+    while let Some(&parent) = found.get(next) {
+        found.extend(all.iter().filter(|(_, of)| *of == parent).map(|(own, _)| *own));
+        next += 1;
+    }
+    found.into_iter().skip(1).filter_map(rustix::process::Pid::from_raw).collect()
 }
 
 #[cfg(test)]

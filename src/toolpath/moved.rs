@@ -21,7 +21,7 @@ use super::source::SlicedError;
 use super::turn::Turn;
 use crate::gcode::marks::{Hint, Role, hint};
 use crate::geom::{Bounds, Vec3};
-use crate::motion::replay::flatten;
+use crate::motion::replay::{CHORD_MM, flatten};
 use crate::profile::Profile;
 use crate::section::{Fit, Sample, Section, Sections, fit};
 
@@ -108,7 +108,7 @@ impl SlicedPrint<'_> {
                 layer.extrusion.add(step.from);
                 layer.extrusion.add(step.to);
                 if let Some(arc) = &step.arc {
-                    flatten(step.from, step.to, arc, 0.01).into_iter().for_each(|p| layer.extrusion.add(p));
+                    flatten(step.from, step.to, arc, CHORD_MM).into_iter().for_each(|p| layer.extrusion.add(p));
                 }
             }
             new.extrusion = new.extrusion.union(&layer.extrusion);
@@ -181,7 +181,7 @@ impl Seen {
                 };
                 let mut points = vec![step.from];
                 match &step.arc {
-                    Some(arc) => points.extend(flatten(step.from, step.to, arc, 0.01)),
+                    Some(arc) => points.extend(flatten(step.from, step.to, arc, CHORD_MM)),
                     None => points.push(step.to),
                 }
                 ends.extend(points.iter().map(|p| [p.x, p.y]));

@@ -15,7 +15,7 @@ use crate::gcode::meaning::{Effect, Firmware, Heater};
 use crate::gcode::settings::{Setting, Settings};
 use crate::gcode::{LineKind, ParsedLine, first_line, text_start};
 use crate::geom::{Bounds, Vec3};
-use crate::motion::replay::{Controller, Move, PlainStep, Reading, Step, flatten};
+use crate::motion::replay::{CHORD_MM, Controller, Move, PlainStep, Reading, Step, flatten};
 
 /// Extrusions whose heights differ by less than this are one layer, mm: the last printed digit.
 const SAME_LAYER: f64 = 1.5e-3;
@@ -364,7 +364,7 @@ impl<'a> Reader<'a> {
         // An arc may leave the box of its ends.
         if let (Some(arc), Some(layer), false) = (&step.arc, self.print.layers.last_mut(), self.role == Role::Adhesion)
         {
-            flatten(step.from, step.to, arc, 0.01).into_iter().for_each(|p| layer.extrusion.add(p));
+            flatten(step.from, step.to, arc, CHORD_MM).into_iter().for_each(|p| layer.extrusion.add(p));
         }
         Ok(())
     }

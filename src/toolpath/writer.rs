@@ -15,7 +15,7 @@ use super::sliced::SlicedPrint;
 use crate::gcode::marks::{END_MARK, Expect, Hint, WORDS_MARK, hint, print_mark, slot_mark, version_mark};
 use crate::gcode::meaning::dwell_line;
 use crate::geom::{Bounds, Vec3};
-use crate::motion::replay::{PlainMoved, flatten};
+use crate::motion::replay::{CHORD_MM, PlainMoved, flatten};
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{HOP_MM, Head};
 use crate::profile::Commands;
@@ -514,7 +514,7 @@ impl<'a> Writer<'a> {
         match &step.arc {
             Some(arc) if self.job.profile.dialect.arcs => self.out.go_round(to, arc, e, feed, comment),
             Some(arc) => {
-                let points = flatten(from, to, arc, 0.01);
+                let points = flatten(from, to, arc, CHORD_MM);
                 let share = e / points.len() as f64;
                 points.into_iter().for_each(|p| self.out.go(p, share, feed, b""));
             }

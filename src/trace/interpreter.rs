@@ -10,10 +10,7 @@ use super::{Rates, Setting};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater, TipAcceleration};
 use crate::geom::Vec3;
-use crate::motion::replay::{Controller, Move, ReplayError, Step, flatten};
-
-/// How far chords may leave an arc, mm: far below every tolerance that is asked of a place.
-const CHORD_MM: f64 = 0.01;
+use crate::motion::replay::{CHORD_MM, Controller, Move, ReplayError, Step, flatten};
 
 /// A machine that is told one line after the other.
 #[derive(Clone, Debug)]

@@ -131,3 +131,25 @@ fn the_clock_knows_accelerations_corners_and_stops() {
     let least = std::f64::consts::TAU * 10.0 / 50.0;
     assert!(round > least + 0.04 && round < 1.1 * least, "{round} s, at constant speed {least} s");
 }
+
+/// Full circles in as few bytes as can be: the moves that they come to are bounded by those bytes, whatever the file's size.
+#[test]
+fn a_file_of_arcs_costs_no_more_than_its_bytes_pay_for() {
+    let chords = |line: &str, count: usize| {
+        let text = format!("M83\nG1 X0 Y0 Z1\n{}", format!("{line}\n").repeat(count));
+        let made = trace(&text);
+        let refused =
+            made.events.iter().filter(|e| matches!(&e.what, What::Refused(why) if why.contains("chords"))).count();
+        assert!(made.len() <= (1 << 18) + 4 * text.len() + count, "{} moves of {} bytes", made.len(), text.len());
+        (made.len(), refused)
+    };
+    for count in [1, 100, 1_000, 10_000] {
+        let (_, refused) = chords("G2 I200 E1", count);
+        assert_eq!(refused > 0, count >= 1_000, "{count}: {refused}");
+    }
+    // A vessel of half a metre, each wall in two half circles, is as long as anybody likes.
+    let half = "G2 X250.000 Y0.000 I125.000 J0.000 E12.34567\nG2 X0.000 Y0.000 I-125.000 J0.000 E12.34567";
+    assert_eq!(chords(half, 4_000).1, 0);
+    // So is what goes far beyond: nothing is made of it.
+    assert_eq!(chords("G2 I100000 E1", 10_000), (1, 0));
+}

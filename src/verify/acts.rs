@@ -3,11 +3,9 @@
 use super::prints::PrintedPart;
 use crate::geom::{Bounds, Vec3};
 use crate::motion::{LinearLimits, Pose};
-use crate::profile::{self, Profile};
+use crate::profile::{self, ABSURD_MM, Profile};
 use crate::trace::{Move, Trace, Zone};
 
-/// Beyond an axis' end by more than this no machine is sent by mistake of a millimetre, mm.
-const ABSURD_MM: f64 = 200.0;
 /// Heights that differ by less are one layer, mm.
 const LAYER_MM: f64 = 2e-3;
 

@@ -28,6 +28,8 @@ const CURVE_SHARE: f64 = 0.5;
 const HAIRPIN_MM: f64 = 12.0;
 const HAIRPIN_LINES: usize = 10;
 const JOINED_MM: f64 = 0.2;
+/// Lines on top of one that are told apart: more make the same finding, and pairs of all would grow with their square.
+const MOST_ON_TOP: usize = 8;
 /// What a layer may hold of the others, mm.
 const MOST_MM: f64 = 3.0;
 
@@ -84,11 +86,16 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
     for (place, (direction, one)) in by_direction.iter().enumerate() {
         let highest = one.across[0].max(one.across[1]) + ON_TOP * widest;
         let next = by_direction[place + 1..].iter();
+        let mut on_top = 0;
         for (_, other) in next.take_while(|(d, other)| d == direction && least(other) <= highest) {
             let length = one.shares(other);
             let counts = length > SHORTEST_MM || length >= CURVE_SHARE * one.length().min(other.length());
             if length > 0.0 && counts && one.width + other.width > too_wide {
                 pairs.push(Pair { line: one.index.max(other.index), other: one.index.min(other.index), length });
+                on_top += 1;
+            }
+            if on_top >= MOST_ON_TOP {
+                break;
             }
         }
     }

@@ -17,6 +17,7 @@
 
 mod acts;
 mod adhesion;
+mod astray;
 mod commands;
 mod coverage;
 mod doubled;
@@ -111,6 +112,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
         slots: checked.tally.slots(&planned),
         filament_mm: checked.tally.filament,
         seconds_print: trace.seconds,
+        steps: walked.steps,
     }
 }
 

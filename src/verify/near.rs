@@ -279,10 +279,12 @@ struct Swept<'a> {
     ends: Vec<f64>,
     /// The plane that told something far last, which is tried first.
     telling: Cell<usize>,
+    /// Piles and lines that have been looked at.
+    looked_at: &'a Cell<u64>,
 }
 
 impl<'a> Swept<'a> {
-    fn new(hull: &'a Hull, way: &TipWay) -> Self {
+    fn new(hull: &'a Hull, way: &TipWay, looked_at: &'a Cell<u64>) -> Self {
         let origins = way.of_origin(hull);
         let all = origins.bounds();
         let bounds = Bounds { min: hull.bounds.min + all.min, max: hull.bounds.max + all.max };
@@ -291,7 +293,7 @@ impl<'a> Swept<'a> {
             normal.dot(&origins.support(&normal)) + c
         };
         let ends = hull.sides.iter().map(end).collect();
-        Self { hull, origins, bounds, ends, telling: Cell::new(0) }
+        Self { hull, origins, bounds, ends, telling: Cell::new(0), looked_at }
     }
 
     fn support(&self, d: &Vec3) -> Vec3 {
@@ -317,6 +319,7 @@ impl<'a> Swept<'a> {
             let [x, y, z, _] = self.hull.sides[i];
             least([x, y, z]) - self.ends[i]
         };
+        self.looked_at.set(self.looked_at.get() + 1);
         let mut most = away(self.telling.get());
         for plane in 0..self.ends.len() {
             if most >= enough {
@@ -384,6 +387,7 @@ pub(super) struct Near {
     filed: usize,
     /// By piece of the head, what is known of its distance from what stands still.
     known: Vec<Option<Known>>,
+    looked_at: Cell<u64>,
 }
 
 impl Near {
@@ -399,7 +403,13 @@ impl Near {
             own: Cells::about(&middle),
             filed: 0,
             known: vec![None; pieces],
+            looked_at: Cell::new(0),
         }
+    }
+
+    /// How many piles and lines have been looked at: what the answers have cost.
+    pub(super) fn looked_at(&self) -> u64 {
+        self.looked_at.get()
     }
 
     /// The distance (mm) between `hull`, piece number `piece`, on the tip's way, and all that has been laid and the table; from `cap` on
@@ -412,7 +422,7 @@ impl Near {
         cap: f64,
     ) -> f64 {
         self.file(material);
-        let swept = Swept::new(hull, way);
+        let swept = Swept::new(hull, way, &self.looked_at);
         let growing = self.own.distance(&swept, [cap; 2], usize::MAX, |_| true);
         if self.known[piece].is_some_and(|known| known.mm - way.farthest(known.at) >= growing) {
             return growing;
@@ -428,7 +438,7 @@ impl Near {
     /// field holds, without its cells.
     pub(super) fn meets(&mut self, material: &Material, hull: &Hull, way: &TipWay) -> bool {
         self.file(material);
-        let swept = Swept::new(hull, way);
+        let swept = Swept::new(hull, way, &self.looked_at);
         let touches = |cells: &Cells| cells.meets_circles(&swept, TOUCHING_MM);
         swept.to_slab(&self.slab, TOUCHING_MM) < TOUCHING_MM || touches(&self.earlier) || touches(&self.own)
     }
@@ -443,7 +453,7 @@ impl Near {
         strangers: &Strangers<'_>,
     ) -> f64 {
         self.file(material);
-        let swept = Swept::new(hull, way);
+        let swept = Swept::new(hull, way, &self.looked_at);
         let counts = |print: Option<u32>| strangers.counts(print);
         let own = strangers.laid.saturating_sub(self.earlier_beads);
         let slab = if strangers.table { swept.to_slab(&self.slab, cap).min(cap) } else { cap };
@@ -460,7 +470,7 @@ impl Near {
         mm: f64,
         strangers: Option<&Strangers<'_>>,
     ) -> Option<[Vec3; 3]> {
-        let swept = Swept::new(hull, way);
+        let swept = Swept::new(hull, way, &self.looked_at);
         let counts = |print: Option<u32>| strangers.is_none_or(|strangers| strangers.counts(print));
         let own = strangers.map_or(usize::MAX, |strangers| strangers.laid.saturating_sub(self.earlier_beads));
         let mut least = (mm, None);
@@ -495,7 +505,7 @@ impl Near {
         strangers: &Strangers<'_>,
     ) -> bool {
         self.file(material);
-        let swept = Swept::new(hull, way);
+        let swept = Swept::new(hull, way, &self.looked_at);
         let counts = |print: Option<u32>| strangers.counts(print);
         let own = strangers.laid.saturating_sub(self.earlier_beads);
         (strangers.table && swept.to_slab(&self.slab, mm) < mm)

@@ -1,5 +1,6 @@
 //! The beads of each print by layer, with the part's own cross-sections: what the rules of shape look at.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
@@ -244,6 +245,10 @@ fn printed<'a>(
 /// The level beads by height; lines that rise while they are laid belong to none.
 fn levels(trace: &Trace, beads: &[u32], bottom: f64) -> Vec<Level> {
     let mut all: Vec<Level> = Vec::new();
+    // By height, in the digits that a trace keeps.
+    let mut by_height: BTreeMap<i64, usize> = BTreeMap::new();
+    let digits = |mm: f64| (mm * 1e4).round() as i64;
+    let around = digits(SAME_LAYER_MM) + 1;
     let mut last = None;
     for &index in beads {
         let m = trace.at(index as usize);
@@ -252,7 +257,11 @@ fn levels(trace: &Trace, beads: &[u32], bottom: f64) -> Vec<Level> {
             continue;
         }
         let same = |level: &Level| (level.z - to.z).abs() <= SAME_LAYER_MM;
-        let place = last.filter(|&i: &usize| same(&all[i])).or_else(|| all.iter().rposition(same));
+        let newest = || {
+            let near = by_height.range(digits(to.z) - around..=digits(to.z) + around);
+            near.map(|(_, &i)| i).filter(|&i| same(&all[i])).max()
+        };
+        let place = last.filter(|&i: &usize| same(&all[i])).or_else(newest);
         let place = place.unwrap_or_else(|| {
             all.push(Level {
                 z: to.z,
@@ -263,6 +272,7 @@ fn levels(trace: &Trace, beads: &[u32], bottom: f64) -> Vec<Level> {
                 line: m.line,
                 beads: Vec::new(),
             });
+            by_height.insert(digits(to.z), all.len() - 1);
             all.len() - 1
         });
         last = Some(place);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::astray::{POSE_DEG, PoseError, pose_error};
 use super::commands::{Permitted, fits};
 use super::report::{FindingPlace, Findings, Rule};
 use super::tally::Tally;
@@ -15,10 +16,6 @@ use crate::motion::{AxisRange, LinearLimits, Pose, TableKinematics};
 use crate::profile::Profile;
 use crate::trace::{Event, Move, State, Trace, What, Zone};
 
-/// How well a pose must be the plan's, degrees: ten times the last digit written.
-const POSE_DEG: f64 = 1e-3;
-/// How well the pose must bring the build direction upright (chord): the last digit of the plan's `up` and angles.
-const UPRIGHT: f64 = 2e-5;
 /// What the last digits may take of the room above all that stands, mm.
 const PAUSE_SLACK_MM: f64 = 0.01;
 
@@ -68,8 +65,11 @@ struct Checker<'a> {
     turn_lines: TurnLines<'a>,
     /// Whether the nozzle has been found too cold since it last changed.
     told_cold: bool,
-    /// The state whose pose was judged last, and what is wrong with it.
-    judged: (Option<State>, Option<(f64, String)>),
+    /// For which pose, setup and number of prints it is known how high all that stands reaches.
+    known_standing: Option<((Pose, usize, usize), f64)>,
+    /// The state whose pose was judged last, and the prints that have been found to be made at that pose wrongly.
+    judged: Option<State>,
+    told_astray: BTreeSet<Option<usize>>,
 }
 
 impl<'a> Checker<'a> {
@@ -98,7 +98,9 @@ impl<'a> Checker<'a> {
             ended: false,
             turn_lines: TurnLines::of(profile),
             told_cold: false,
-            judged: (None, None),
+            known_standing: None,
+            judged: None,
+            told_astray: BTreeSet::new(),
         }
     }
 
@@ -159,12 +161,14 @@ impl<'a> Checker<'a> {
         wanted.is_some()
     }
 
-    /// Whether the tip is above all that stands, and the filament pulled back as for a turn. Only asked where a person is waited for.
-    fn is_clear(&self, effect: Effect) -> bool {
-        let (Effect::Hazard(Hazard::Person), Some(tip), Some(pose)) = (effect, self.tip_z, self.pose) else {
-            return false;
-        };
-        let Some(setup) = self.print.map(|p| self.planned[p].setup) else { return false };
+    /// How high the table reaches and what was printed in other setups than this; worked out once for lines that follow each other.
+    fn standing(&mut self, pose: Pose, setup: usize) -> f64 {
+        let key = (pose, setup, self.laid.len());
+        if let Some((known, top)) = self.known_standing
+            && known == key
+        {
+            return top;
+        }
         let motion = self.table.forward(pose);
         let top_of = |points: &[Vec3]| {
             let heights = points.iter().map(|p| (motion.rotation * p + motion.translation).z);
@@ -172,7 +176,18 @@ impl<'a> Checker<'a> {
         };
         let before = self.laid.iter().filter(|&&p| self.planned[p].setup != setup).map(|&p| self.planned[p].part);
         let parts = before.filter_map(|part| self.job.workpiece.parts.get(part)).map(|part| top_of(part.vertices()));
-        let standing = parts.fold(top_of(&self.profile.table_slab()), f64::max);
+        let top = parts.fold(top_of(&self.profile.table_slab()), f64::max);
+        self.known_standing = Some((key, top));
+        top
+    }
+
+    /// Whether the tip is above all that stands, and the filament pulled back as for a turn. Only asked where a person is waited for.
+    fn is_clear(&mut self, effect: Effect) -> bool {
+        let (Effect::Hazard(Hazard::Person), Some(tip), Some(pose)) = (effect, self.tip_z, self.pose) else {
+            return false;
+        };
+        let Some(setup) = self.print.map(|p| self.planned[p].setup) else { return false };
+        let standing = self.standing(pose, setup);
         let top = standing.max(self.laid_top.filter(|(of, _)| *of == setup).map_or(f64::NEG_INFINITY, |(_, z)| z));
         let room = self.profile.transition.clearance_mm - PAUSE_SLACK_MM;
         // Where the axis ends below that room there is less of it, but never none.
@@ -183,10 +198,11 @@ impl<'a> Checker<'a> {
     fn effect(&mut self, effect: Effect, span: std::ops::Range<usize>) {
         let text = &self.bytes[span];
         self.turn_lines.note(self.line, text, effect);
+        let clear = self.is_clear(effect);
         let mut parsed = ParsedLine::default();
         if parsed.read(text).is_ok()
             && !(self.zone == Zone::Prints && self.turn_lines.has(String::from_utf8_lossy(text).trim()))
-            && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, (text, self.is_clear(effect)))
+            && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, (text, clear))
         {
             self.say(Rule::Command, [0.0; 2], || objection);
         }
@@ -326,11 +342,21 @@ impl<'a> Checker<'a> {
     fn lay(&mut self, m: &Move) {
         let at = self.place();
         self.tally.lay(self.print, m.e, self.planned, at, &mut self.findings);
-        let state = *self.trace.state(m);
-        if self.judged.0 != Some(state) {
-            self.judged = (Some(state), self.pose_fault(&state));
+        self.check_pose(*self.trace.state(m));
+    }
+
+    /// The pose of what is laid: of each print once, until the pose is another one.
+    fn check_pose(&mut self, state: State) {
+        let before = self.judged.replace(state);
+        if before == Some(state) {
+            return;
         }
-        if let Some((off, text)) = self.judged.1.clone() {
+        if before.and_then(|state| state.pose()) != state.pose() {
+            self.told_astray.clear();
+        }
+        if let Some((off, text)) = self.pose_fault(&state)
+            && self.told_astray.insert(self.print)
+        {
             self.say(Rule::Pose, [off, POSE_DEG], || text);
         }
     }
@@ -345,24 +371,17 @@ impl<'a> Checker<'a> {
             return Some((0.0, "filament is laid before any print is marked".to_owned()));
         };
         let pose = state.pose()?;
-        let tilt = (pose.tilt - plan.pose.tilt).abs().deg();
-        let rotation = (pose.rotation - plan.pose.rotation).wrapped().abs().deg();
-        let tip = self.table.forward(pose).rotation * plan.up - Vec3::z();
-        let off = tilt.max(rotation);
-        if off <= POSE_DEG && tip.norm() <= UPRIGHT {
-            return None;
-        }
+        let PoseError { axis_deg, lean_deg } = pose_error(&self.table, plan, pose)?;
         let word = |axis: &AxisRange, angle| format!("{}{:.3}", char::from(axis.letter), axis.word_of(angle).deg());
         let words = |p: Pose| [word(&self.table.tilt, p.tilt), word(&self.table.rotation, p.rotation)].join(" ");
-        let lean = 2.0 * (tip.norm() / 2.0).min(1.0).asin();
         let text = format!(
-            "part {} is printed at {}, {:.3} deg from upright; the plan says {} (to {POSE_DEG} deg)",
+            "part {} is printed at {}, {lean_deg:.3} deg from upright; the plan says {} (to {POSE_DEG} deg); \
+             collisions and support are not checked there",
             plan.part,
             words(pose),
-            lean.to_degrees(),
             words(plan.pose)
         );
-        Some((off.max(lean.to_degrees()), text))
+        Some((axis_deg.max(lean_deg), text))
     }
 
     fn finish(mut self) -> Checked {

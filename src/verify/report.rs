@@ -98,6 +98,10 @@ pub struct Report {
     pub filament_mm: f64,
     /// Time of all moves and waits as [`trace::Clock`](crate::trace::Clock) has it: with accelerations, without homing and heating.
     pub seconds_print: f64,
+    /// What the replay has cost: places of the head that were held against what stands, and what was looked at for distances. The same
+    /// on every computer; see `docs/costs.md`.
+    #[serde(skip)]
+    pub steps: u64,
 }
 
 /// Where the head comes nearest to something: two places in the table's frame, mm.

@@ -10,6 +10,7 @@
 use std::ops::Range;
 
 use super::acts::{Acts, Go, Kind, Stroke};
+use super::astray::{as_planned, is_astray};
 use super::hull::Hull;
 use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
@@ -39,7 +40,7 @@ pub struct Room {
     pub mm: f64,
 }
 
-/// The rooms of a program's moves, in its order; moves of no print, and those at an unknown pose, have none.
+/// The rooms of a program's moves, in its order; moves of no print, and those at an unknown pose or one that is not the print's, have none.
 pub(super) fn survey(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Vec<Room> {
     let contact = contact_mm(job.profile);
     let of_print = |print: &Planned| {
@@ -57,16 +58,22 @@ pub(super) fn survey(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Vec
         rooms: Vec::new(),
     };
     let table = job.profile.kinematics();
-    let mut pose = None;
+    let planned_back = as_planned(&table, planned);
+    let (mut pose, mut astray) = (None, None);
     for m in acts.trace.moves() {
         if let Some(turn) = acts.turn(&m) {
             surveyor.leave();
-            pose = turn.to;
+            (pose, astray) = (turn.to, None);
         } else if acts.trace.has_new_pose(&m) {
             surveyor.leave();
-            pose = acts.trace.state(&m).pose();
+            (pose, astray) = (acts.trace.state(&m).pose(), None);
         }
         if let (Some(Go::Stroke(stroke)), Some(pose)) = (acts.go(&m), pose) {
+            if *astray.get_or_insert_with(|| is_astray(acts.trace, &table, planned, (m.index, pose))) {
+                let back = stroke.print.filter(|_| stroke.kind == Kind::Print).map(|p| &planned_back[p as usize]);
+                back.into_iter().for_each(|back| surveyor.material.lay(&stroke, back));
+                continue;
+            }
             surveyor.goes(m.index, &stroke, || table.forward(pose));
         }
     }

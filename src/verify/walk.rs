@@ -8,6 +8,7 @@ use std::ops::Range;
 use super::Job;
 use super::Planned;
 use super::acts::{Acts, Blind, Go, Kind, Stroke, Turn};
+use super::astray::{as_planned, is_astray};
 use super::field::{Field, Rect};
 use super::floor::Floor;
 use super::hull::Hull;
@@ -32,6 +33,12 @@ const MOST_RUNS: usize = 512;
 /// One of so many is looked at first.
 const LOOKED_AT_FIRST: usize = 16;
 
+/// What the table's turns may cost, in turns: no plan needs more. Each is held against all that stands; a pose at which the tip moves
+/// takes a field of all that stands, which is as dear as so many.
+const TURNS: usize = 1000;
+const TURNS_A_PRINT: usize = 256;
+const TURNS_A_FIELD: usize = 16;
+
 /// How deep the tip may be in the table, mm: beds are no flatter.
 const INTO_TABLE_MM: f64 = 0.05;
 
@@ -41,6 +48,8 @@ pub(super) struct Walked {
     pub(super) clearance: f64,
     pub(super) clearance_line: u32,
     pub(super) clearance_at: Option<Nearest>,
+    /// Places of the head that were held against the field, and what was looked at for distances.
+    pub(super) steps: u64,
 }
 
 /// Walks through `acts`.
@@ -60,14 +69,19 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         material: Material::new(job.profile.table_slab()),
         strangers: strangers(job, planned),
         on_table: &job.workpiece.model.on_table,
+        as_planned: as_planned(&job.profile.kinematics(), planned),
         setup: None,
         pose: None,
+        astray: false,
+        turns: 0,
+        most_turns: TURNS + TURNS_A_PRINT * planned.len(),
         laying: Laying::new(job.profile.process.bridge_mm),
         walked: Walked {
             findings: Findings::default(),
             clearance: CLEARANCE_CAP_MM,
             clearance_line: 0,
             clearance_at: None,
+            steps: 0,
         },
         print: None,
         runs: Vec::new(),
@@ -119,8 +133,15 @@ struct Walker<'a> {
     strangers: Vec<Vec<bool>>,
     /// Parts that stand on the table.
     on_table: &'a [usize],
+    /// By print, the way back from the machine's frame at the plan's pose.
+    as_planned: Vec<Rigid<Machine, Table>>,
     setup: Option<Setup>,
     pose: Option<Pose>,
+    /// Whether something is printed at this pose that belongs to another one.
+    astray: bool,
+    /// What the table's turns have cost, and what they may before nobody follows any more.
+    turns: usize,
+    most_turns: usize,
     laying: Laying,
     walked: Walked,
     print: Option<u32>,
@@ -157,6 +178,9 @@ impl Walker<'_> {
             self.laying.with_supports(air, planned.is_some_and(|print| print.gap_mm.is_some()));
         }
         self.set_up(from);
+        if self.astray {
+            return self.lay_as_planned(stroke);
+        }
         let Some(mut setup) = self.setup.take() else {
             let within = Bounds::of([stroke.from, stroke.to]);
             self.over_the_ball(&Blind { within, line: stroke.line });
@@ -175,6 +199,13 @@ impl Walker<'_> {
         }
         self.setup = Some(setup);
         self.tell(gaps);
+    }
+
+    /// A line at a wrong pose: see [`astray`](super::astray).
+    fn lay_as_planned(&mut self, stroke: &Stroke) {
+        if let (Kind::Print, Some(print)) = (stroke.kind, stroke.print) {
+            self.material.lay(stroke, &self.as_planned[print as usize]);
+        }
     }
 
     /// The tip itself below the table's surface: there is nothing soft to give way.
@@ -197,6 +228,7 @@ impl Walker<'_> {
         self.end_line();
         self.set_up(from);
         match self.setup.take() {
+            None if self.astray => {}
             None => self.over_the_ball(blind),
             Some(mut setup) => {
                 // The tip may be anywhere in the box, so there is nothing to halve.
@@ -211,11 +243,14 @@ impl Walker<'_> {
     fn is_at(&mut self, pose: Option<Pose>) {
         self.leave();
         self.pose = pose;
-        self.print = None;
+        (self.print, self.astray) = (None, false);
     }
 
     fn turn(&mut self, turn: &Turn) {
         self.is_at(turn.to);
+        if !self.follows(1, turn.line) {
+            return;
+        }
         let cap = self.walked.clearance.max(ROOM_MM);
         let turning = Turning { table: &self.table, head: &self.head, fixed: &self.fixed };
         let passage = turning.passage(turn, &mut self.material, cap);
@@ -235,6 +270,22 @@ impl Walker<'_> {
         }
     }
 
+    /// Whether so many turns more are followed. Where they are too many that is said once, and from there on nothing is held against what
+    /// stands.
+    fn follows(&mut self, turns: usize, line: u32) -> bool {
+        let before = self.turns;
+        self.turns += turns;
+        let [is, was] = [self.turns, before].map(|turns| turns <= self.most_turns);
+        if was && !is {
+            let (at, most) = (self.place(line), self.most_turns);
+            self.walked.findings.add(Rule::Sequence, at, [self.turns as f64, most as f64], || {
+                let prints = self.planned.len();
+                format!("the table turns far more often than {prints} prints need; collisions and support are not checked from here on")
+            });
+        }
+        is
+    }
+
     /// After the last move: the frame against what was printed since the last turn.
     fn rest(&mut self, line: u32) {
         self.leave();
@@ -249,9 +300,15 @@ impl Walker<'_> {
         }
     }
 
-    /// Makes the field for the pose, if it is known and not made yet: move `from` is the first at it.
+    /// Makes the field for the pose, if it is known, not astray and not made yet: move `from` is the first at it.
     fn set_up(&mut self, from: usize) {
-        let (None, Some(pose)) = (&self.setup, self.pose) else { return };
+        let (None, Some(pose), false) = (&self.setup, self.pose, self.astray) else { return };
+        self.astray = is_astray(self.acts.trace, &self.table, self.planned, (from, pose));
+        let line = self.acts.trace.at(from).line;
+        self.astray = self.astray || !self.follows(TURNS_A_FIELD, line);
+        if self.astray {
+            return;
+        }
         let motion = self.table.forward(pose);
         let trace = self.acts.trace;
         let here = (from..trace.len()).map(|i| trace.at(i));
@@ -284,6 +341,7 @@ impl Walker<'_> {
         self.end_line();
         if let Some(mut setup) = self.setup.take() {
             self.apart(&mut setup);
+            self.walked.steps += setup.near.looked_at();
         }
     }
 
@@ -353,7 +411,7 @@ impl Walker<'_> {
     ///
     /// Where the field's cells say that it dips deeper, what they hold is asked: so much higher, with all above it, it would meet none.
     fn touch(&mut self, setup: &mut Setup, hull: &Hull, ends: [Vec3; 2], line: u32, finest: f64) {
-        let room = least(&setup.field, hull, ends, finest, -self.contact, Field::room);
+        let room = least(&setup.field, hull, ends, finest, -self.contact, (Field::room, &mut self.walked.steps));
         if room >= -self.contact {
             return;
         }
@@ -427,7 +485,7 @@ impl Walker<'_> {
     /// The rest of the head touches nothing at all.
     fn pass(&mut self, setup: &mut Setup, piece: (usize, &Hull), ends: [Vec3; 2], line: u32, finest: f64) {
         let cap = self.walked.clearance.max(0.0);
-        let bound = least(&setup.field, piece.1, ends, finest, cap, Field::distance);
+        let bound = least(&setup.field, piece.1, ends, finest, cap, (Field::distance, &mut self.walked.steps));
         if bound >= cap - FIGURE_MM {
             return;
         }
@@ -452,15 +510,16 @@ impl Walker<'_> {
     }
 }
 
-/// A lower bound of what `measure` says of `hull` on the way of the tip, up to `cap`.
+/// A lower bound of what `measure` says of `hull` on the way of the tip, up to `cap`; each place that it is asked of is a step.
 fn least(
     field: &Field,
     hull: &Hull,
     [a, b]: [Vec3; 2],
     finest: f64,
     cap: f64,
-    measure: impl Fn(&Field, &Hull, &Rect, f64, f64) -> f64 + Copy,
+    (measure, steps): (impl Fn(&Field, &Hull, &Rect, f64, f64) -> f64 + Copy, &mut u64),
 ) -> f64 {
+    *steps += 1;
     let low = a.inf(&b);
     let (low, high) = (hull.body.origin_at(&low), hull.body.origin_at(&a.sup(&b)));
     if low.z + hull.bounds.min.z - field.highest() >= cap {
@@ -472,8 +531,8 @@ fn least(
         return bound;
     }
     let middle = (a + b) * 0.5;
-    let first = least(field, hull, [a, middle], finest, cap, measure);
-    least(field, hull, [middle, b], finest, first.min(cap), measure).min(first)
+    let first = least(field, hull, [a, middle], finest, cap, (measure, &mut *steps));
+    least(field, hull, [middle, b], finest, first.min(cap), (measure, steps)).min(first)
 }
 
 impl Nearest {

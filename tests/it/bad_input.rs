@@ -363,3 +363,137 @@ fn a_plan_edited_beyond_the_machine_or_the_table_is_refused_with_numbers() {
         assert!(said(&run).contains(wanted), "{}", said(&run));
     }
 }
+
+/// What strangers name, in files, in sentences and in programs' words, is shown and does not drive the terminal. In JSON it means the same.
+#[cfg(unix)]
+#[test]
+fn no_name_or_word_of_a_stranger_drives_the_terminal() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let evil = "\u{1b}]0;OWNED\u{7}\u{9b}31m\u{202e}";
+    let put = |name: &str, text: &str| file(folder.path(), name, text.as_bytes());
+    let corner = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    put("named.obj", &format!("o {evil}\n{corner}"));
+    put("plan.json", "{\"\\u001b]0;OWNED\\u0007\u{202e}\":1}");
+    put("machine.toml", &format!("{evil}\n"));
+    put("key.toml", "[machine]\n\"\\u001B]0;OWNED\\u0007\" = 1\n");
+    put("list.txt", &format!("{evil}.stl\n"));
+    put("touches.toml", "[[touch]]\n\"\\u001B]0;OWNED\\u0007\" = 1\n");
+    put("some.gcode", "G1 X1\n");
+    put(&format!("{evil}.stl"), "solid");
+    let slicer = put("slicer.sh", "#!/bin/sh\nprintf '\\033]0;OWNED\\007 hello\\n'\n");
+    std::fs::set_permissions(&slicer, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let run = |words: &[&str]| trunnion().current_dir(folder.path()).args(words).output().unwrap();
+    let drives = |c: char| c.is_control() && c != '\n' || ('\u{202a}'..='\u{202e}').contains(&c);
+    let named = format!("{evil}.stl");
+    for words in [
+        &["inspect", "named.obj"][..],
+        &["inspect", "named.obj", "--json"],
+        &["verify", "some.gcode", "--plan", "plan.json"],
+        &["profile", "check", "machine.toml"],
+        &["profile", "check", "key.toml"],
+        &["profile", "calibrate", "touches.toml", "-m", "generic-ac"],
+        &["orient", "list.txt", "-o", "results"],
+        &["inspect", &named],
+        &["inspect", &named, "--json"],
+        &["inspect", "named.obj", evil],
+        &["inspect", evil, "--json", "--no-such"],
+        &["prepare", "named.obj", "-m", evil, "-o", "out.gcode"],
+        &["prepare", "named.obj", "-m", "generic-ac", "-o", "out.gcode", "--slicer", "./slicer.sh"],
+    ] {
+        let run = run(words);
+        let all = [run.stdout, run.stderr].concat();
+        let text = String::from_utf8(all).unwrap();
+        assert!(!text.is_empty() && !text.contains(drives), "{words:?}: {text:?}");
+    }
+    let inspected = run(&["inspect", "named.obj", "--json"]);
+    let document: serde_json::Value = serde_json::from_slice(&inspected.stdout).unwrap();
+    assert_eq!(document["parts"][0]["name"], evil);
+}
+
+/// A key that is for a server is in the environment of no program that is started: neither of slicers nor of the processes of a batch.
+#[cfg(unix)]
+#[test]
+fn a_servers_key_is_given_to_no_other_program() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let seen = folder.path().join("seen");
+    let script = format!("#!/bin/sh\nenv >> {}\necho PrusaSlicer-2.5.0 based on Slic3r\n", seen.display());
+    let slicer = file(folder.path(), "slicer.sh", script.as_bytes());
+    std::fs::set_permissions(&slicer, std::fs::Permissions::from_mode(0o755)).unwrap();
+    std::fs::copy(fixture("cube"), folder.path().join("cube.stl")).unwrap();
+    for words in
+        [&["prepare", "cube.stl", "-o", "out.gcode"][..], &["prepare", "cube.stl", "cube.stl*2", "-o", "out.gcode"]]
+    {
+        let mut run = trunnion();
+        run.current_dir(folder.path()).args(words).args(["-m", "generic-ac", "--slicer", &slicer, "-q"]);
+        let run = run.env("TRUNNION_KEY", "S3CRET").env("KEPT", "AS-IT-IS").output().unwrap();
+        assert_eq!(run.status.code(), Some(3), "{}", said(&run));
+    }
+    let seen = std::fs::read_to_string(seen).unwrap();
+    assert!(seen.contains("KEPT=AS-IT-IS") && !seen.contains("S3CRET") && !seen.contains("TRUNNION_KEY"), "{seen}");
+}
+
+/// What a profile extends may be any file on the computer: none of its text is shown.
+#[test]
+fn nothing_of_a_file_that_is_no_profile_is_quoted() {
+    let folder = folder();
+    file(folder.path(), "secret.txt", b"hunter2:$6$salt$hash\nmore = words\n");
+    let machine = file(folder.path(), "m.toml", b"extends = \"./secret.txt\"\n[machine]\nname = \"x\"\n");
+    let run = trunnion().args(["profile", "check", &machine]).output().unwrap();
+    let text = said(&run);
+    assert_eq!(run.status.code(), Some(2), "{text}");
+    assert!(text.contains("secret.txt:1: ") && !text.contains("hunter2") && !text.contains("hash"), "{text}");
+    let large = format!("[machine]\n{}", (0..90_000).map(|i| format!("key_{i} = {i}\n")).collect::<String>());
+    let large = file(folder.path(), "large.toml", large.as_bytes());
+    let run = trunnion().args(["profile", "check", &large]).output().unwrap();
+    assert!(
+        run.status.code() == Some(2) && said(&run).contains("a profile has at most 1048576 bytes"),
+        "{}",
+        said(&run)
+    );
+}
+
+/// The list of parts in a plan is read by people and by other programs: it is the model's.
+#[test]
+fn a_plan_whose_list_of_parts_is_not_the_models_is_refused() {
+    let folder = folder();
+    let (output, plan) = (folder.path().join("out.gcode"), folder.path().join("plan.json"));
+    prepare(&fixture("two-boxes"), "generic-ac", "builtin", &output, &["--plan-out", &plan.display().to_string()]);
+    let whole: serde_json::Value = serde_json::from_slice(&std::fs::read(&plan).unwrap()).unwrap();
+    let check = |parts: serde_json::Value| {
+        let mut changed = whole.clone();
+        changed["parts"] = parts;
+        std::fs::write(&plan, changed.to_string()).unwrap();
+        let run = trunnion().arg("verify").arg(&output).arg("--plan").arg(&plan).output().unwrap();
+        (run.status.code(), said(&run))
+    };
+    assert_eq!(check(whole["parts"].clone()).0, Some(0));
+    let part = |id: usize| serde_json::json!({"id": id, "name": "x"});
+    for parts in
+        [vec![], vec![part(0)], vec![part(0), part(0)], vec![part(1), part(0)], vec![part(0), part(1), part(2)]]
+    {
+        let (code, text) = check(parts.into());
+        assert!(code == Some(2) && text.contains("the plan lists "), "{text}");
+    }
+}
+
+/// A name that is no text is a name all the same: it is read as it is, and shown as well as can be.
+#[cfg(unix)]
+#[test]
+fn a_models_name_need_not_be_text() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = folder();
+    let name = OsStr::from_bytes(b"k\xf6rper.stl");
+    std::fs::copy(fixture("cube"), folder.path().join(name)).unwrap();
+    for words in [
+        &["inspect"][..],
+        &["plan", "-m", "generic-ac", "-o", "plan.json"],
+        &["prepare", "-m", "generic-ac", "--slicer", "builtin", "-o", "out.gcode"],
+        &["pack", "--space", "100,100,100", "-o", "plates"],
+    ] {
+        let run = trunnion().current_dir(folder.path()).args(words).arg("-q").arg(name).output().unwrap();
+        assert!(run.status.success(), "{words:?}: {}", said(&run));
+    }
+}

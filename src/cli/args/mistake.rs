@@ -4,6 +4,8 @@ use std::io::Write;
 
 use clap::error::{ContextKind, ContextValue};
 
+use crate::document::{failed, visible};
+
 /// How Rust's parsers refuse a number, and how a person would.
 const REFUSED: [(&str, &str); 4] = [
     ("invalid float literal", "not a number"),
@@ -51,7 +53,9 @@ pub(in crate::cli) fn told(error: &mut clap::Error) -> std::io::Result<()> {
     let text = error.render().to_string();
     let ours = REFUSED.iter().fold(text.clone(), |text, (words, ours)| text.replace(words, ours));
     if std::env::args_os().any(|word| word == "--json") {
-        writeln!(std::io::stdout(), "{}", crate::document::failed(&sentence(&ours), 2))?;
+        writeln!(std::io::stdout(), "{}", visible(&failed(&sentence(&ours), 2).to_string()))?;
     }
-    if ours == text { error.print() } else { std::io::stderr().write_all(ours.as_bytes()) }
+    // With colours where nothing is changed.
+    let shown = visible(&ours);
+    if shown == text { error.print() } else { std::io::stderr().write_all(shown.as_bytes()) }
 }

@@ -110,7 +110,7 @@ pub(in crate::cli) struct ReadArgs {
 pub(in crate::cli) struct ArrangeArgs {
     /// More models for the same table; MODEL*3 for three of one
     #[arg(value_name = "MODEL[*COUNT]")]
-    pub(in crate::cli) more: Vec<String>,
+    pub(in crate::cli) more: Vec<PathBuf>,
     /// Direction of the file that is up, or auto: as `trunnion orient` recommends for printing whole, on supports [default: as drawn]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
     pub(in crate::cli) up: Option<Standing>,

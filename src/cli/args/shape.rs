@@ -119,7 +119,7 @@ pub(in crate::cli) struct Split {
 pub(in crate::cli) struct Pack {
     /// Models; MODEL*3 for three of one
     #[arg(value_name = "MODEL[*COUNT]", required_unless_present = "boxes", conflicts_with = "boxes")]
-    pub(in crate::cli) models: Vec<String>,
+    pub(in crate::cli) models: Vec<PathBuf>,
     /// Boxes instead of models: a text with a line `width depth height [count [value]]` each, in mm
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) boxes: Option<PathBuf>,

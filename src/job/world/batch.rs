@@ -14,6 +14,7 @@ use crate::job::batch::{
     BatchRequest, BatchResult, Batched, Fate, KeyOf, Models, Share, is_model, kept, listed, read_kept,
 };
 use crate::job::{Error, in_words, load_profile};
+use crate::slicing::KEY_VARIABLE;
 
 /// A document of more bytes is none.
 const LARGEST: u64 = 1 << 30;
@@ -213,7 +214,7 @@ impl Worker<'_> {
     /// The process of one model: how it ended, its document, what it said.
     fn run(&self, model: &Path, file: &dyn Fn(&str) -> PathBuf) -> std::io::Result<(ExitStatus, Vec<u8>, String)> {
         let mut command = Command::new(&self.program);
-        command.args(&self.request.words).arg("--json").arg("-q");
+        command.args(&self.request.words).arg("--json").arg("-q").env_remove(KEY_VARIABLE);
         if self.request.makes_files {
             command.arg("-o").arg(file(".gcode")).arg("--plan-out").arg(file(".plan.json"));
         }

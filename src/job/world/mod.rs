@@ -4,6 +4,7 @@ mod batch;
 mod disk;
 pub(crate) mod interrupts;
 mod journal;
+mod leftovers;
 mod outputs;
 mod several;
 mod slicers;

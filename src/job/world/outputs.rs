@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::disk::{kind_of, with_suffix};
+use super::leftovers::{WRITING, clear_writing};
 use crate::job::Error;
 
 /// Called before a file is put in its place; what comes back is dropped when it is there.
@@ -167,6 +168,7 @@ impl OutputFile {
         if there.is_some_and(|metadata| metadata.permissions().readonly()) {
             return Err(Error::Protected { path: path() });
         }
+        clear_writing(folder);
         // A file without a name: nothing of it stays, however this ends.
         tempfile::tempfile_in(folder).map(drop).map_err(|source| self.failed(source))
     }
@@ -180,6 +182,8 @@ impl OutputFile {
         let _held = (self.hold)();
         let whole = || {
             let mut beside = beside(folder_of(&self.target))?;
+            // Whoever finds it later, and can lock it, may take it away.
+            let _ = beside.as_file().lock();
             beside.write_all(bytes)?;
             keep_rights(beside.as_file(), &self.target)?;
             // A disk may tell only now that it is full.
@@ -226,7 +230,7 @@ impl OutputFile {
 /// A new file in `folder`, which goes if it is not kept.
 fn beside(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".trunnion-").suffix(".writing");
+    builder.prefix(WRITING[0]).suffix(WRITING[1]);
     // The process's own mask is applied to it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

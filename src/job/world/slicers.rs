@@ -1,11 +1,13 @@
 //! The slicers of this computer, each with a folder for its files that goes with it.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use tempfile::TempDir;
 
 use super::Slicers;
+use super::leftovers::{FOLDER, clear_folders, own};
 use crate::geom::Slot;
 use crate::job::Error;
 use crate::mesh::TriangleMesh;
@@ -29,24 +31,27 @@ impl Default for Installed {
 
 impl Slicers for Installed {
     fn find(&self, choice: &SlicerChoice, configs: &[PathBuf], timeout: Duration) -> Result<Box<dyn Slicer>, Error> {
-        let scratch = scratch()?;
+        let (scratch, owned) = scratch()?;
         let (configs, work_dir) = (configs.to_vec(), scratch.path().to_owned());
         let interrupt = (self.interrupt)(scratch.path());
         let slicer = find(choice, &ExternalOptions { configs, timeout, work_dir, interrupt })?;
-        Ok(Box::new(Housed { slicer, _scratch: scratch }))
+        Ok(Box::new(Housed { slicer, _owned: owned, _scratch: scratch }))
     }
 }
 
-/// A folder for the slicer's files, gone when dropped.
-fn scratch() -> Result<TempDir, Error> {
+/// A folder for the slicer's files, gone when dropped, and what says that it is ours; those of killed processes go first.
+fn scratch() -> Result<(TempDir, File), Error> {
     let folder = std::env::temp_dir();
-    let made = tempfile::Builder::new().prefix("trunnion-").tempdir_in(&folder);
-    made.map_err(|source| Error::Write { path: folder, source })
+    clear_folders(&folder);
+    let made = tempfile::Builder::new().prefix(FOLDER).tempdir_in(&folder);
+    let owned = made.and_then(|made| own(made.path()).map(|owned| (made, owned)));
+    owned.map_err(|source| Error::Write { path: folder, source })
 }
 
 /// A slicer with its folder.
 struct Housed {
     slicer: Box<dyn Slicer>,
+    _owned: File,
     _scratch: TempDir,
 }
 

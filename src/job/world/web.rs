@@ -13,13 +13,14 @@ use ureq::http::{Request, Response};
 use ureq::{Agent, AsSendBody, Body, SendBody};
 
 use crate::publish::{Answer, Ask, Method, Trouble, Web};
+use crate::slicing::KEY_VARIABLE;
 
 /// A server that is there answers the first packet much sooner.
 const CONNECT: Duration = Duration::from_secs(10);
 
 /// The environment's `TRUNNION_KEY`.
 pub fn key_from_environment() -> Option<String> {
-    std::env::var_os("TRUNNION_KEY").map(|key| key.to_string_lossy().into_owned())
+    std::env::var_os(KEY_VARIABLE).map(|key| key.to_string_lossy().into_owned())
 }
 
 /// This computer's way to servers.

@@ -23,18 +23,18 @@ const MAX_DEPTH: usize = 32;
 /// packed plate has at most.
 const MAX_BODIES: usize = 5000;
 
+/// Facets that any archive may place, some 600 MB of memory, and for each of its bytes besides: a large archive has large meshes, and
+/// places each a few times.
+const PLACED_FACETS: usize = 8_000_000;
+const FACETS_PER_BYTE: usize = 40;
+
 /// Reads every build item, in order; each mesh that an item places is a body of its own.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
-    let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| archive_fault(&error))?;
-    let allowed = (bytes.len() as u64).saturating_mul(MAX_RATIO).clamp(UNPACKED[0], UNPACKED[1]);
-    let mut package = Package { archive, files: BTreeMap::new(), packed: bytes.len() as u64, allowed, left: allowed };
+    let mut package = Package::open(bytes)?;
     let root = package.root_path();
-    package.load(&root)?;
-    let mut build = Build { package, soup: Soup::default(), trail: Vec::new() };
-    let items = build.package.files[&root].items.clone();
-    for item in &items {
-        build.place(&root, item, &Transform::IDENTITY, None)?;
-    }
+    let mut build = Build::new(package).counted_first(&root)?;
+    build.counting = false;
+    build.place_all(&root)?;
     build.soup.unit = Some(build.package.files[&root].unit);
     Ok(build.soup)
 }
@@ -54,7 +54,13 @@ struct Package<'a> {
     left: u64,
 }
 
-impl Package<'_> {
+impl<'a> Package<'a> {
+    fn open(bytes: &'a [u8]) -> Result<Self, Located> {
+        let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| archive_fault(&error))?;
+        let allowed = (bytes.len() as u64).saturating_mul(MAX_RATIO).clamp(UNPACKED[0], UNPACKED[1]);
+        Ok(Self { archive, files: BTreeMap::new(), packed: bytes.len() as u64, allowed, left: allowed })
+    }
+
     /// The path that `_rels/.rels` names as the 3D model.
     fn root_path(&mut self) -> String {
         let mut text = String::new();
@@ -93,9 +99,48 @@ struct Build<'a> {
     soup: Soup,
     /// The objects that lead to the current one.
     trail: Vec<(String, String)>,
+    /// Whether objects are only counted.
+    counting: bool,
+    /// Objects, facets and vertices so far.
+    counted: [usize; 3],
+    /// Facets that may be placed.
+    allowed: usize,
 }
 
-impl Build<'_> {
+impl<'a> Build<'a> {
+    fn new(package: Package<'a>) -> Self {
+        let allowed = (package.packed as usize).saturating_mul(FACETS_PER_BYTE).clamp(PLACED_FACETS, MAX_FACETS);
+        Self { package, soup: Soup::default(), trail: Vec::new(), counting: true, counted: [0; 3], allowed }
+    }
+
+    /// Itself, with everything counted and nothing made: what is too much costs no memory.
+    fn counted_first(mut self, root: &str) -> Result<Self, Located> {
+        self.package.load(root)?;
+        self.place_all(root)?;
+        Ok(self)
+    }
+
+    fn place_all(&mut self, root: &str) -> Result<(), Located> {
+        let items = self.package.files[root].items.clone();
+        items.iter().try_for_each(|item| self.place(root, item, &Transform::IDENTITY, None))
+    }
+
+    /// Takes an object into account.
+    fn count(&mut self, object: &Object) -> Result<(), Located> {
+        // Objects without a mesh count as well: it is they who multiply.
+        for (sum, more) in self.counted.iter_mut().zip([1, object.mesh.1.len(), object.mesh.0.len()]) {
+            *sum += more;
+        }
+        let [objects, facets, vertices] = self.counted;
+        if objects > MAX_BODIES {
+            return Err(Fault::TooManyBodies { limit: MAX_BODIES }.at(Place::File));
+        }
+        if facets.max(vertices / 3) > self.allowed {
+            return Err(Fault::TooManyFacets { limit: self.allowed }.at(Place::File));
+        }
+        Ok(())
+    }
+
     fn place(&mut self, path: &str, to: &Reference, outer: &Transform, name: Option<&str>) -> Result<(), Located> {
         let path = to.path.as_deref().map_or(path, |path| path.trim_start_matches('/')).to_owned();
         let step = (path.clone(), to.id.clone());
@@ -108,7 +153,11 @@ impl Build<'_> {
         let object = object.ok_or_else(|| trouble("is placed but not defined"))?;
         let transform = to.transform.then(outer);
         let name = object.name.as_deref().or(name);
-        self.append(&object, &transform, name)?;
+        if self.counting {
+            self.count(&object)?;
+        } else {
+            self.append(&object, &transform, name)?;
+        }
         self.trail.push(step);
         for component in &object.components {
             self.place(&path, component, &transform, name)?;
@@ -119,15 +168,7 @@ impl Build<'_> {
 
     fn append(&mut self, object: &Object, transform: &Transform, name: Option<&str>) -> Result<(), Located> {
         let soup = &mut self.soup;
-        // Objects without a mesh count as well: it is they who multiply.
         soup.names.push(Label { name: name.map(str::to_owned), body: soup.names.len() as u32 });
-        let most = (soup.facets.len() + object.mesh.1.len()).max((soup.vertices.len() + object.mesh.0.len()) / 3);
-        if soup.names.len() > MAX_BODIES {
-            return Err(Fault::TooManyBodies { limit: MAX_BODIES }.at(Place::File));
-        }
-        if most > MAX_FACETS {
-            return Err(Fault::TooManyFacets { limit: MAX_FACETS }.at(Place::File));
-        }
         let first = soup.vertices.len() as u32;
         for at in &object.mesh.0 {
             let at = transform.point(at);
@@ -291,6 +332,51 @@ mod tests {
         for levels in [12, 16, 31] {
             let fault = read(&doubled(levels)).unwrap_err().fault;
             assert_eq!(fault, Fault::TooManyBodies { limit: MAX_BODIES });
+        }
+    }
+
+    /// A hundred kilobytes that would be fifty million facets.
+    #[test]
+    fn what_is_placed_is_counted_before_it_is_made() {
+        let fan = |facets: usize| {
+            let vertices = r#"<vertex x="0" y="0" z="0"/>"#.repeat(3);
+            let facets = r#"<triangle v1="0" v2="1" v3="2"/>"#.repeat(facets);
+            format!(
+                r#"<object id="1"><mesh><vertices>{vertices}</vertices><triangles>{facets}</triangles></mesh></object>"#
+            )
+        };
+        let placed = |facets: usize, times: usize| {
+            let file = model(&fan(facets), &r#"<item objectid="1"/>"#.repeat(times));
+            let package = super::Package::open(&file).unwrap();
+            let made = super::Build::new(package).counted_first("3D/3dmodel.model");
+            (made.map(|made| (made.soup.facets.len(), made.counted)), file.len())
+        };
+        for (facets, times) in [(10, 1), (10, 4900), (1000, 100)] {
+            assert_eq!(placed(facets, times).0.unwrap(), (0, [times, times * facets, times * 3]));
+        }
+        let limit = super::PLACED_FACETS;
+        for (facets, times) in [(10_000, 4900), (10_000, 801), (2000, 4001)] {
+            let (refused, bytes) = placed(facets, times);
+            assert!(bytes < 100_000, "{bytes}");
+            assert_eq!(refused.err().unwrap().fault, Fault::TooManyFacets { limit });
+        }
+        assert!(placed(10_000, 800).0.is_ok());
+    }
+
+    #[test]
+    fn characters_that_xml_forbids_are_refused() {
+        let named = |name: &str| {
+            read(&model(&format!(r#"<object id="1" name="{name}">{MESH}</object>"#), r#"<item objectid="1"/>"#))
+        };
+        for good in ["corner &#38; leg", "&#x41;&#9;&#x1f600;", "é"] {
+            assert!(named(good).is_ok(), "{good}");
+        }
+        for bad in ["&#27;]0;x&#7;", "&#x1b;", "\u{1b}[2J", "&#xfffe;", "&#1;"] {
+            let fault = named(bad).unwrap_err().fault;
+            assert!(
+                matches!(&fault, Fault::Xml { reason } if reason.ends_with("is not allowed in XML")),
+                "{bad}: {fault:?}"
+            );
         }
     }
 

@@ -1,6 +1,7 @@
 //! Lines and what they do, by hand.
 
 use super::*;
+use crate::geom::SplitMix64;
 
 fn run(text: &str) -> (Controller, Vec<Step>) {
     let mut controller = Controller::new(Reading::sliced());
@@ -210,5 +211,65 @@ fn an_arc_by_radius_takes_the_minor_side() {
     let points = flatten(Vec3::new(5.0, 0.0, 0.0), Vec3::new(0.0, 5.0, 0.0), &arc, 0.01);
     for p in &points {
         assert!((p.x.hypot(p.y) - 5.0).abs() < 1e-9, "{p:?}");
+    }
+}
+
+#[test]
+fn an_arc_beyond_all_reach_is_refused_before_it_is_cut_up() {
+    let go = |reach_mm: f64, text: &str| {
+        let mut controller = Controller::new(Reading { reach_mm, ..Reading::sliced() });
+        let mut last = Ok(Step::Nothing);
+        for line in text.lines() {
+            let mut parsed = ParsedLine::default();
+            parsed.read(line.as_bytes()).unwrap();
+            last = controller.step(&parsed);
+        }
+        (last, controller.at.linear)
+    };
+    let beyond = |text: &str| match go(100.0, text).0 {
+        Err(ReplayError::ArcBeyond { farthest, reach_mm }) if reach_mm == 100.0 => Some(farthest),
+        Ok(Step::Move(_)) => None,
+        other => panic!("{text}: {other:?}"),
+    };
+    // Half a circle about (10, 0) to the right, and one that is a millimetre larger; whole ones; nearly straight ones whose centre is far
+    // away and which are not, and the other way round. By hand.
+    for (text, farthest) in [
+        ("G1 X10 Y90 Z1\nG2 X10 Y-90 I0 J-90", None),
+        ("G1 X10 Y90 Z1\nG2 X10 Y-92 I0 J-91", Some(101.0)),
+        ("G1 X10 Y90 Z1\nG3 X10 Y-92 I0 J-91", None),
+        ("G1 X0 Y0 Z1\nG2 I49", None),
+        ("G1 X0 Y0 Z1\nG2 I51", Some(102.0)),
+        ("G1 X0 Y0 Z1\nG2 I100000 J0", Some(200_000.0)),
+        ("G1 X0 Y0 Z1\nG3 X0 Y10 R90000", None),
+        ("G1 X0 Y0 Z1\nG3 X0 Y10 R-90000", Some(180_000.0)),
+    ] {
+        match (beyond(text), farthest) {
+            (None, None) => {}
+            (Some(found), Some(wanted)) if (found - wanted).abs() < 1e-3 => {}
+            other => panic!("{text:?}: {other:?}"),
+        }
+    }
+    // What follows goes on from its end.
+    assert_eq!(go(100.0, "G1 X0 Y0 Z1\nG2 X3 Y4 I5000").1, [Some(3.0), Some(4.0), Some(1.0)]);
+}
+
+/// How far an arc goes, by its chords: never less, and no more than one chord beyond.
+#[test]
+fn how_far_an_arc_goes_is_what_its_chords_say() {
+    let mut numbers = SplitMix64::seeded(8);
+    for _ in 0..4000 {
+        let mut at = || (numbers.unit() - 0.5) * 60.0;
+        let (from, to) = (Vec3::new(at(), at(), 0.0), Vec3::new(at(), at(), 1.0));
+        let by_radius = if at() > 0.0 { Some((from - to).norm() * (0.6 + at().abs() / 30.0)) } else { None };
+        let arc = Arc { to_centre: [at(), at()], clockwise: at() > 0.0, by_radius, turns: 1 };
+        let chords = flatten(from, to, &arc, 1e-4).into_iter().chain([from]);
+        let wanted = chords.map(|p| p.x.abs().max(p.y.abs())).fold(0.0, f64::max);
+        let farthest = arcs::ArcTurn::of(from, to, &arc).farthest();
+        // Where an arc ends on its circle is beyond its last chord but one, which is no longer than this.
+        let chord = 0.03 * (to - from).norm().max(200.0).sqrt();
+        assert!(
+            farthest >= wanted - 2e-4 && farthest <= wanted + chord,
+            "{from:?} {to:?} {arc:?}: {farthest} for {wanted}"
+        );
     }
 }

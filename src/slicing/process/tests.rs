@@ -295,3 +295,16 @@ fn a_slicer_that_hangs_is_stopped_with_its_children() {
     }
     assert!(!alive(&written(&child)), "the child lives on");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_child_in_a_session_of_its_own_ends_with_the_slicer() {
+    let folder = tempfile::tempdir().unwrap();
+    let left = folder.path().join("left");
+    let body = "setsid sh -c 'echo $$ > LEFT; exec sleep 600' & while [ ! -s LEFT ]; do sleep 0.01; done; truncate -s 2G \"$out\"; sleep 600";
+    let big = refused(&body.replace("LEFT", &left.display().to_string()));
+    assert!(big.contains("allowed are 1073741824"), "{big}");
+    let child = written(&left);
+    (0..4000).take_while(|_| alive(&child)).for_each(|_| thread::sleep(POLL));
+    assert!(!alive(&child), "it goes on");
+}
