@@ -101,6 +101,11 @@ fn of_batches() {
 }
 
 #[test]
+fn of_deciding() {
+    run("deciding.md", 1);
+}
+
+#[test]
 fn of_supports() {
     run("support.md", 6);
 }

@@ -18,7 +18,7 @@ const GOES_ON: Time = Duration::from_secs(10);
 pub enum AfterStop {
     /// The printer says that it has stopped, or begins anew.
     Stopped,
-    /// It has said nothing since: it may have stopped, or be in the middle of a long move.
+    /// It has said nothing since, or its port has gone: it may have stopped, or be in the middle of a long move.
     Silent,
     /// It works on; the last that it said.
     GoesOn(String),
@@ -33,13 +33,14 @@ pub struct StopWatch {
     heard: Time,
     said: String,
     stopped: bool,
+    gone: bool,
 }
 
 impl StopWatch {
     /// The stop went out at `now`.
     pub fn new(protocol: Protocol, now: Time) -> Self {
         let (lines, said) = (LineAssembler::default(), String::new());
-        Self { wording: protocol.traits().wording, lines, sent: now, heard: now, said, stopped: false }
+        Self { wording: protocol.traits().wording, lines, sent: now, heard: now, said, stopped: false, gone: false }
     }
 
     /// Takes bytes from the printer.
@@ -53,16 +54,16 @@ impl StopWatch {
         }
     }
 
-    /// The port has gone: so does the port of a board that is reset.
+    /// The port has gone. So does that of a board that is reset, and that of one whose cable is pulled.
     pub fn gone(&mut self) {
-        self.stopped = true;
+        self.gone = true;
     }
 
     /// What is known by now; `None` while it may still obey.
     pub fn verdict(&self, now: Time) -> Option<AfterStop> {
         match () {
             () if self.stopped => Some(AfterStop::Stopped),
-            () if now >= self.heard + SILENT => Some(AfterStop::Silent),
+            () if self.gone || now >= self.heard + SILENT => Some(AfterStop::Silent),
             () if now >= self.sent + GOES_ON => Some(AfterStop::GoesOn(self.said.clone())),
             () => None,
         }
@@ -93,6 +94,10 @@ mod tests {
         assert_eq!(after("Error:Printer halted. kill() called!\n"), Some(AfterStop::Stopped));
         assert_eq!(after("start\n"), Some(AfterStop::Stopped));
         assert_eq!(after(""), Some(AfterStop::Silent));
+        // Of a cable that is pulled nobody knows what it has brought over.
+        let mut watch = StopWatch::new(Protocol::Marlin, Time::ZERO);
+        watch.gone();
+        assert_eq!(watch.verdict(SECOND), Some(AfterStop::Silent));
         // Half a line is no word.
         assert_eq!(after("o"), Some(AfterStop::Silent));
     }
