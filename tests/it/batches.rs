@@ -223,7 +223,7 @@ fn a_list_is_prepared_and_what_has_no_plan_is_told_with_its_reasons() {
     let key = of("hanging.stl")["key"].as_str().unwrap();
     let kept = std::fs::read_to_string(into.join(&key[..2]).join(format!("{key}.failed"))).unwrap();
     assert!(kept.starts_with("1\n") && kept.contains("\"reasons\""), "{kept}");
-    let prepared = run("prepare", &["--slicer", "builtin", "--supports", "never", "--split", "never"]);
+    let prepared = run("prepare", &["--slicer", "builtin", "--way", "as-drawn"]);
     let (told, last) = lines(&prepared);
     assert_eq!((count(&last, "done"), count(&last, "failed")), (1, 2), "{}", said(&prepared));
     let done = told.iter().find(|line| line["status"] == "done").unwrap();

@@ -282,7 +282,7 @@ fn one_solid_that_has_no_plan_is_cut_and_says_so() {
     std::fs::write(&flat, "extends = \"generic-ac\"\n[kinematics.tilt]\nmin_deg = 0.0\nmax_deg = 0.0\n").unwrap();
     let (model, out) = (written(folder.path(), "gate", &gate(40.0)), folder.path().join("gate.gcode"));
     let args = ["prepare", &model, "--slicer", "builtin", "--no-remedies", "-m", flat.to_str().unwrap(), "-o"];
-    let gate = trunnion().args(args).arg(&out).args(["--supports", "never"]).output().unwrap();
+    let gate = trunnion().args(args).arg(&out).args(["--way", "cut"]).output().unwrap();
     assert_eq!(gate.status.code(), Some(1), "{}", said(&gate));
     assert!(said(&gate).contains("cut: "), "{}", said(&gate));
     assert!(!folder.path().join("gate.parts.3mf").exists() && !out.exists());

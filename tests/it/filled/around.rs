@@ -204,12 +204,12 @@ fn the_head_waits_beside_a_pin_until_its_layer_has_taken_its_time() {
         let document: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
         document["verify"]["seconds_print"].as_f64().unwrap()
     };
-    let (done, text) = prepared(folder.path(), "wait_beside = false\n", &pin, "builtin", &[]);
+    let (done, text) = prepared(folder.path(), "wait_beside = false\n", &pin, "builtin", &["--way", "as-drawn"]);
     assert_eq!((done.status.code(), waits(&text).len()), (Some(0), 0), "{}", said(&done));
     let without = seconds(&done);
     for least in [2.0, 5.0, 8.0] {
         let process = format!("wait_beside = true\nmin_layer_s = {least:.1}\n");
-        let (done, text) = prepared(folder.path(), &process, &pin, "builtin", &[]);
+        let (done, text) = prepared(folder.path(), &process, &pin, "builtin", &["--way", "as-drawn"]);
         assert_eq!(done.status.code(), Some(0), "{least}: {}", said(&done));
         let waits = waits(&text);
         note(&format!(
@@ -226,7 +226,7 @@ fn the_head_waits_beside_a_pin_until_its_layer_has_taken_its_time() {
     }
     // Two that are printed together need not wait for each other's plastic.
     let two = pin.and(&pin.at(12.0, 0.0, 0.0));
-    let (done, text) = prepared(folder.path(), "wait_beside = true\n", &two, "builtin", &[]);
+    let (done, text) = prepared(folder.path(), "wait_beside = true\n", &two, "builtin", &["--way", "as-drawn"]);
     assert_eq!((done.status.code(), waits(&text).len()), (Some(0), 0), "{}", said(&done));
 }
 

@@ -155,7 +155,7 @@ fn what_is_left_out_is_told_by_the_command_and_too_much_of_it_refused() {
         let shape = solids::block(width, 20.0, 10.0).and(&solids::block(0.2, 20.0, 5.0).at(0.0, 0.0, 10.0));
         let model = folder.path().join("fin.stl");
         std::fs::write(&model, trunnion::mesh::stl_binary(&shape.mesh())).unwrap();
-        let slicer = ["-m", "generic-ac", "--slicer", "builtin", "--json", "-o"];
+        let slicer = ["-m", "generic-ac", "--slicer", "builtin", "--way", "as-drawn", "--json", "-o"];
         trunnion().arg("prepare").arg(&model).args(slicer).arg(&output).output().unwrap()
     };
     let told = prepared(20.0);

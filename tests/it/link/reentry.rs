@@ -16,7 +16,7 @@ fn prepared(dir: &Path, machine: &Path) -> PathBuf {
 pub(super) fn prepared_of(dir: &Path, machine: &Path, model: &Path) -> PathBuf {
     let file = dir.join("out.gcode");
     let mut command = trunnion();
-    command.args(["prepare", "-q", "--slicer", "builtin", "-m"]).arg(machine).arg(model);
+    command.args(["prepare", "-q", "--slicer", "builtin", "--way", "as-drawn", "-m"]).arg(machine).arg(model);
     let done = output(command.arg("-o").arg(&file).arg("--plan-out").arg(dir.join("plan.json")));
     assert!(done.status.success(), "{}", said(&done));
     file
