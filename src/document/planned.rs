@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::job::{Listed, NoPlan, NoWay, PlanResult, TriedWay};
 use crate::planning::{PartDroop, Planned, Reason, Slot, ThreeAxis};
-use crate::strategy::Terms;
+use crate::strategy::{Terms, Way};
 
 /// `trunnion plan`: the plan file's own keys, with what the search found out about it.
 pub fn planned(made: &PlanResult) -> Value {
@@ -84,7 +84,7 @@ pub fn sequences(listed: &[Vec<Slot>], done: &Listed) -> Value {
 
 /// No way of those that were asked for: the sentence, and all that were tried.
 pub fn no_way(no: &NoWay) -> Value {
-    json!({"error": no.to_string(), "exit": 1, "ways": ways(&no.ways)})
+    json!({"error": no.to_string(), "exit": 1, "way": no.only.map(Way::word), "ways": ways(&no.ways)})
 }
 
 /// No plan: reasons, whether each is needed, checked remedies.

@@ -25,7 +25,7 @@ fn run(folder: &Path, args: &[&str]) -> Output {
 }
 
 fn prepared(folder: &Path, more: &[&str]) -> Output {
-    let args = ["prepare", "solid.stl", "-m", "generic-ac", "--slicer", "builtin", "--split", "never"];
+    let args = ["prepare", "solid.stl", "-m", "generic-ac", "--slicer", "builtin", "--way", "supports"];
     run(folder, &[&args[..], &["-o", "out.gcode", "--plan-out", "out.json", "--json"], more].concat())
 }
 
