@@ -176,7 +176,6 @@ pub(super) fn planned_somehow(
         weights: ways::weights(models.machine),
         sets,
         known: Known::default(),
-        poses: None,
         found: Vec::new(),
         tried: ways.lost.clone(),
         world,
@@ -222,8 +221,6 @@ struct Tries<'a> {
     sets: Vec<SetUp>,
     /// What is known of the solids alone.
     known: Known,
-    /// Other poses, once they were looked for.
-    poses: Option<Poses>,
     /// The ways that work.
     found: Vec<Found>,
     /// And those that do not.
@@ -326,20 +323,22 @@ impl Tries<'_> {
             match poses.others.iter().find_map(plan) {
                 Some((up, plan)) => self.find_turned(Way::Turned, up, (plan, None)),
                 None => {
-                    let count = counted(poses.others.len(), "other pose");
-                    self.tried.push(TriedWay::refused(Way::Turned, &format!("hangs in each of {count}")));
+                    let why_not = match poses.others.len() {
+                        0 => "it stands in no other pose".to_owned(),
+                        count => format!("no plan in {}", counted(count, "other pose")),
+                    };
+                    self.tried.push(TriedWay::refused(Way::Turned, &why_not));
                 }
             }
         }
-        self.poses = Some(poses);
         if !why.is_empty() && self.allowed(Way::TurnedSupports) {
-            self.turned_on_supports(why, &silent);
+            self.turned_on_supports(&poses, why, &silent);
         }
     }
 
     /// On supports in the pose that costs the least with them, where that is another one than it was drawn in.
-    fn turned_on_supports(&mut self, why: &str, silent: &World<'_>) {
-        let Some(Poses { drawn, others }) = &self.poses else { return };
+    fn turned_on_supports(&mut self, poses: &Poses, why: &str, silent: &World<'_>) {
+        let Poses { drawn, others } = poses;
         let Some(pose) = others.first().filter(|pose| pose.price_min < WISH * drawn.price_min) else { return };
         let up = <[f64; 3]>::from(pose.up);
         let held = turned(self.models, up, silent).map_err(|error| error.to_string()).and_then(|set| {

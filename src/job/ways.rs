@@ -5,6 +5,7 @@ use super::{HeldModel, LoadedProfile, PlanResult};
 use crate::geom::Vec3;
 use crate::mesh::Model;
 use crate::orient::Facets;
+use crate::profile::PriceSettings;
 use crate::strategy::{Terms, Way, Weights};
 
 /// A way that was tried.
@@ -55,7 +56,10 @@ impl TriedWay {
 
 /// What a profile says that each term is worth.
 pub(super) fn weights(machine: &LoadedProfile) -> Weights {
-    let price = &machine.profile.price;
+    weights_of(&machine.profile.price)
+}
+
+fn weights_of(price: &PriceSettings) -> Weights {
     Weights {
         gram: price.gram_min,
         setup: price.setup_min,
@@ -129,4 +133,17 @@ const UPRIGHT: f64 = 0.999_999;
 fn grams(model: &Model, machine: &LoadedProfile) -> f64 {
     let process = process_of(machine);
     model.parts.iter().map(|part| process.solid(part.mesh.volume(), part.mesh.area()).grams).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_profile_that_says_nothing_has_the_weights_of_the_room() {
+        assert_eq!(weights_of(&PriceSettings::default()), Weights::default());
+        let seams = PriceSettings { seam_min_per_mm2: 0.5, contact_min_per_cm2: 3.0, ..PriceSettings::default() };
+        let wanted = Weights { seam_mm2: 0.5, contact_mm2: 0.03, ..Weights::default() };
+        assert_eq!(weights_of(&seams), wanted);
+    }
 }
