@@ -173,6 +173,7 @@ fn plan_options(given: &Given<'_>) -> PyResult<PlanOptions> {
         table_first: !given.flag("table_later")?,
         seed: given.count("seed")?.map_or(usual.seed, |seed| seed as u64),
         place: placed.then(|| PlaceRequest { origin_mm, turn_deg: turn_deg.unwrap_or(0.0) }),
+        explain: true,
         remedies: !given.flag("no_remedies")?,
         form: SupportForm {
             roof_mm: given.number("roof_mm")?.unwrap_or(usual.form.roof_mm),

@@ -101,6 +101,7 @@ impl PlanArgs {
             table_first: !self.table_later,
             seed: self.seed,
             place: self.place()?,
+            explain: true,
             remedies: !self.no_remedies,
             form: self.form(),
             budget: self.budget,

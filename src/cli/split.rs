@@ -48,6 +48,7 @@ impl Verb {
             strict: self.strict,
             no_cut: self.no_cut.iter().map(|text| corners(text)).collect::<Result<_, _>>()?,
             pedestal_mm: self.pedestal,
+            budget: None,
         })
     }
 }

@@ -86,10 +86,10 @@ fn of_solid(solid: &CutSolid) -> Value {
 
 /// The supports of one part.
 fn of_held(held: &HeldPart) -> Value {
-    let PrintSupports { step_mm, overhang_deg, gap_mm, roof, brace_mm } = held.supports;
+    let PrintSupports { step_mm, overhang_deg, gap_mm, roof, brace_mm, only_props, ref props } = held.supports;
     json!({
         "part": held.part, "step_mm": step_mm, "gap_mm": gap_mm, "overhang_deg": overhang_deg, "volume_mm3": held.volume_mm3,
-        "seconds": held.seconds, "brace_mm": brace_mm, "longest_free_mm": held.longest_free_mm,
+        "seconds": held.seconds, "brace_mm": brace_mm, "longest_free_mm": held.longest_free_mm, "props": props.len(), "only_props": only_props,
         "roof": roof.map(|roof| json!({"height_mm": roof.height_mm, "pitch_mm": roof.pitch_mm})),
     })
 }

@@ -8,7 +8,7 @@ use super::orient::process_of;
 use super::{BadSetting, Error, LoadedModel, LoadedProfile, ModelSource, Silent, Step, World};
 use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
 use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
-use crate::mesh::{Model, TriangleMesh, is_overlap, threemf};
+use crate::mesh::{Model, Part, TriangleMesh, is_overlap, threemf};
 use crate::orient::{Facets, recommend};
 use crate::pack::{self, Spot};
 use crate::planning::{Infeasible, MOST_PARTS};
@@ -96,6 +96,13 @@ pub(super) struct SetUp {
     gap_mm: Option<f64>,
 }
 
+impl SetUp {
+    /// A model to which nothing was done.
+    pub(super) fn as_read(model: LoadedModel) -> Self {
+        Self { model, arranged: None, gap_mm: None }
+    }
+}
+
 /// Where models come from, how they are set up, and for which machine.
 #[derive(Clone, Copy)]
 pub(super) struct Models<'a> {
@@ -126,7 +133,7 @@ pub(super) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
     world.progress.reached(Step::Read(&read));
     if how.is_plain() && how.snap_mm == 0.0 && !how.join {
         tell(&read.model.warnings, world);
-        return Ok(SetUp { model: read, arranged: None, gap_mm: None });
+        return Ok(SetUp::as_read(read));
     }
     let mut changes = Vec::new();
     let stood = if how.is_plain() { None } else { Some(stood(&read, how, machine, &mut changes, world)?) };
@@ -147,14 +154,24 @@ pub(super) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, 
         return Ok(SetUp { model: read, arranged: None, gap_mm });
     };
     changes.extend(fitted.iter().flat_map(|f| f.changes.iter().map(|change: &Change| change.told(model))));
-    let file = how.file.clone().unwrap_or_else(|| format!("{}.parts.3mf", read.file));
+    let set = made_of(parts, &read, changes, &how.file_of(&read))?;
+    tell(&set.model.model.warnings, world);
+    Ok(SetUp { gap_mm, ..set })
+}
+
+/// A model of its own out of what was read.
+pub(super) fn made_of(
+    parts: Vec<(String, TriangleMesh<Object>)>,
+    read: &LoadedModel,
+    changes: Vec<String>,
+    file: &str,
+) -> Result<SetUp, Error> {
     let bytes = threemf(&parts.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>());
-    let mut made = LoadedModel::made(file.clone(), &bytes)?;
+    let mut made = LoadedModel::made(file.to_owned(), &bytes)?;
     // The pose and what overlaps are looked at anew.
     let about_file = read.model.warnings_in_any_pose().filter(|text| !is_overlap(text));
     made.model.warnings.splice(0..0, about_file.cloned());
-    tell(&made.model.warnings, world);
-    Ok(SetUp { model: made, arranged: Some(ArrangedModel { bytes, file, changes }), gap_mm })
+    Ok(SetUp { model: made, arranged: Some(ArrangedModel { bytes, file: file.to_owned(), changes }), gap_mm: None })
 }
 
 impl Arrangement {
@@ -170,8 +187,13 @@ impl Arrangement {
         BadSetting::within("models", all as f64, "", [1.0, MOST_MODELS as f64])
     }
 
+    /// What the plan calls the file of the arranged model.
+    pub(super) fn file_of(&self, read: &LoadedModel) -> String {
+        self.file.clone().unwrap_or_else(|| format!("{}.parts.3mf", read.file))
+    }
+
     /// Whether there is one model, as it was drawn.
-    fn is_plain(&self) -> bool {
+    pub(super) fn is_plain(&self) -> bool {
         self.standing == Standing::AsDrawn && self.copies == 1 && self.beside.is_empty()
     }
 }
@@ -202,23 +224,46 @@ fn stood(
     }
     let each: Vec<(&LoadedModel, &Rigid<Object, Object>)> =
         all().zip(&turns).flat_map(|((model, copies), turn)| std::iter::repeat_n((model, turn), copies)).collect();
-    let boxes: Vec<Bounds> = each.iter().map(|(model, turn)| bounds(&model.model, turn)).collect();
-    let (spots, gap_mm) = on_table(&boxes, how.gap_mm, machine);
+    let solids: Vec<(&[Part], &Rigid<Object, Object>)> =
+        each.iter().map(|(model, turn)| (&model.model.parts[..], *turn)).collect();
+    let Laid { moved, gap_mm } = laid_out(&solids, how.gap_mm, machine);
     if each.len() > 1 {
         changes.push(format!("{} stand {gap_mm:.1} mm apart", counted(each.len(), "model")));
     }
     let mut parts = Vec::new();
-    for (index, ((model, turn), spot)) in each.iter().zip(&spots).enumerate() {
-        let turn = if spot.turned { turn.then(&quarter()) } else { **turn };
-        let own = bounds(&model.model, &turn);
-        let by = Vec3::new(spot.corner[0] - own.min.x, spot.corner[1] - own.min.y, -own.min.z);
-        let placed = turn.then(&Rigid::shift(if each.len() > 1 { by } else { Vec3::zeros() }));
-        for part in &model.model.parts {
+    for (index, ((model, _), meshes)) in each.iter().zip(moved).enumerate() {
+        for (part, mesh) in model.model.parts.iter().zip(meshes) {
             let name = if each.len() > 1 { format!("{}-{}", index + 1, part.name) } else { part.name.clone() };
-            parts.push((name, part.mesh.moved(&placed)));
+            parts.push((name, mesh));
         }
     }
     Ok((Model::from_parts(parts), (each.len() > 1).then_some(gap_mm)))
+}
+
+/// What was set beside each other.
+pub(super) struct Laid {
+    /// The meshes of each, in their places.
+    pub(super) moved: Vec<Vec<TriangleMesh<Object>>>,
+    /// The room between them, mm.
+    pub(super) gap_mm: f64,
+}
+
+/// Turns each of these, and sets them beside each other on the table; one by itself stays where it is.
+pub(super) fn laid_out(
+    each: &[(&[Part], &Rigid<Object, Object>)],
+    gap_mm: Option<f64>,
+    machine: &LoadedProfile,
+) -> Laid {
+    let boxes: Vec<Bounds> = each.iter().map(|(parts, turn)| bounds(parts, turn)).collect();
+    let (spots, gap_mm) = on_table(&boxes, gap_mm, machine);
+    let place = |((parts, turn), spot): (&(&[Part], &Rigid<Object, Object>), &Spot)| {
+        let turn = if spot.turned { turn.then(&quarter()) } else { **turn };
+        let own = bounds(parts, &turn);
+        let by = Vec3::new(spot.corner[0] - own.min.x, spot.corner[1] - own.min.y, -own.min.z);
+        let placed = turn.then(&Rigid::shift(if each.len() > 1 { by } else { Vec3::zeros() }));
+        parts.iter().map(|part| part.mesh.moved(&placed)).collect()
+    };
+    Laid { moved: each.iter().zip(&spots).map(place).collect(), gap_mm }
 }
 
 /// How the model is turned.
@@ -244,8 +289,8 @@ fn turn(model: &LoadedModel, standing: Standing, machine: &LoadedProfile) -> Res
     Ok(upright(&model.model.parts, up))
 }
 
-fn bounds(model: &Model, turn: &Rigid<Object, Object>) -> Bounds {
-    let vertices = model.parts.iter().flat_map(|part| part.mesh.vertices());
+fn bounds(parts: &[Part], turn: &Rigid<Object, Object>) -> Bounds {
+    let vertices = parts.iter().flat_map(|part| part.mesh.vertices());
     Bounds::of(vertices.map(|v| turn.rotation * v))
 }
 

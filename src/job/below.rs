@@ -66,7 +66,7 @@ pub(super) fn stand_alone(
 }
 
 /// The part, other than its own, that a line of supports comes upon.
-fn in_the_way(plan: &CheckedPlan, below: &Below<'_>) -> Option<usize> {
+pub(super) fn in_the_way(plan: &CheckedPlan, below: &Below<'_>) -> Option<usize> {
     let table = plan.machine.profile.kinematics();
     let (workpiece, room_mm) = (plan.workpiece(), plan.machine.profile.process.line_width_mm);
     let (_, print) = plan.prints().find(|(_, print)| print.part == below.part)?;

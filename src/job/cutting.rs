@@ -4,9 +4,10 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::arrange::{Arrangement, Models, SetUp, arranged};
+use super::loose::{Cluster, each_by_itself, spread};
 use super::plan::{Along, planned, planned_along};
 use super::solids::{CutSolid, Known, Pieces, groups, in_parts};
-use super::supported::on_supports;
+use super::supported::{Holding, on_supports};
 use super::turning::{Poses, may_turn, turned};
 use super::ways::{self, TriedWay, as_planned};
 use super::{
@@ -17,7 +18,7 @@ use crate::geom::Vec3;
 use crate::orient::Priced;
 use crate::planning::Remedy;
 use crate::spelling::counted;
-use crate::split::Split;
+use crate::split::{CutBudget, Split};
 use crate::strategy::{Terms, WISH, Way, Weights};
 
 /// Whether solids may be cut where there is no plan for them as they are.
@@ -95,14 +96,22 @@ pub struct WaysOut {
     pub turning: bool,
     /// The only way that is wanted.
     pub only: Option<Way>,
+    /// What supports hold.
+    pub holding: Holding,
     /// Ways that came to nothing, and are not tried again.
     pub lost: Vec<TriedWay>,
 }
 
 impl WaysOut {
     /// As it was drawn, or not at all.
-    pub const NONE: Self =
-        Self { cutting: Cutting::Never, supporting: Supporting::Never, turning: false, only: None, lost: Vec::new() };
+    pub const NONE: Self = Self {
+        cutting: Cutting::Never,
+        supporting: Supporting::Never,
+        turning: false,
+        only: None,
+        holding: Holding::Usual,
+        lost: Vec::new(),
+    };
 
     fn allow(&self, way: Way) -> bool {
         let held = self.supporting == Supporting::Auto;
@@ -122,9 +131,29 @@ pub(super) struct PlannedSomehow {
     pub(super) plan: PlanResult,
     pub(super) cut: Option<CutModel>,
     pub(super) held: Option<HeldModel>,
+    /// The other ways that work.
+    others: Vec<Found>,
 }
 
 impl PlannedSomehow {
+    /// The cheapest of a plan's ways that work, with the others and those that do not; `None` where none works.
+    fn cheapest(mut found: Vec<Found>, tried: Vec<TriedWay>) -> Option<Self> {
+        let best = (0..found.len()).min_by(|&a, &b| found[a].rank.total_cmp(&found[b].rank))?;
+        let Found { tried: taken, mut plan, cut, held, .. } = found.swap_remove(best);
+        plan.ways = vec![TriedWay { chosen: true, ..taken }];
+        plan.ways.extend(found.iter().map(|other| other.tried.clone()));
+        plan.ways.extend(tried);
+        Some(Self { plan, cut, held, others: found })
+    }
+
+    /// The next way, where the one that was taken came to nothing, and `lost` says why.
+    pub(super) fn otherwise(&mut self, lost: TriedWay) -> Option<Self> {
+        let others = std::mem::take(&mut self.others);
+        let known = |way: &&TriedWay| !way.chosen && others.iter().all(|other| other.tried.way != way.way);
+        let tried: Vec<TriedWay> = self.plan.ways.iter().filter(known).cloned().chain([lost]).collect();
+        Self::cheapest(others, tried)
+    }
+
     /// The way that was taken.
     pub(super) fn taken(&self) -> Option<&TriedWay> {
         self.plan.ways.iter().find(|way| way.chosen)
@@ -169,7 +198,10 @@ pub(super) fn planned_somehow(
 ) -> Result<PlannedSomehow, Error> {
     let mut sets = vec![set];
     sets.extend(models.wider(&sets[0], world));
+    let clusters = if models.how.is_plain() { Cluster::all(&sets[0].model.model) } else { Vec::new() };
     let mut tries = Tries {
+        clusters,
+        misplaced: false,
         models,
         options,
         ways,
@@ -196,6 +228,11 @@ pub(super) fn planned_somehow(
             }
             // What does not fit as it was drawn may fit otherwise.
             Err(Error::Infeasible(no)) if tries.allowed(Way::Turned) => why = no.to_string(),
+            Err(Error::Misplaced(no)) if tries.may_be_moved() || tries.allowed(Way::Turned) => {
+                why = no.to_string();
+                tries.misplaced = true;
+                tries.moved_apart();
+            }
             Err(error) => return Err(error),
         }
         if tries.found.is_empty() {
@@ -203,10 +240,14 @@ pub(super) fn planned_somehow(
         }
     }
     if tries.found.is_empty() {
-        tries.turned(&why);
+        if tries.may_be_moved() {
+            tries.each_its_way(&why);
+        } else {
+            tries.turned(&why);
+        }
         tries.on_supports(&why);
         tries.cut(&why);
-    } else if tries.a_turn_may_be_cheaper() {
+    } else if !tries.may_be_moved() && tries.a_turn_may_be_cheaper() {
         tries.turned("");
     }
     tries.cheapest()
@@ -219,6 +260,10 @@ struct Tries<'a> {
     ways: &'a WaysOut,
     weights: Weights,
     sets: Vec<SetUp>,
+    /// Solids that may be moved apart, where nobody has said how they are to stand.
+    clusters: Vec<Cluster>,
+    /// Whether the model does not lie on the table as it was drawn.
+    misplaced: bool,
     /// What is known of the solids alone.
     known: Known,
     /// The ways that work.
@@ -231,6 +276,8 @@ struct Tries<'a> {
 /// A way that works.
 struct Found {
     tried: TriedWay,
+    /// What counts where ways are compared.
+    rank: f64,
     plan: PlanResult,
     cut: Option<CutModel>,
     held: Option<HeldModel>,
@@ -240,7 +287,7 @@ impl Tries<'_> {
     /// Whether a way is wanted, and can be tried.
     fn allowed(&self, way: Way) -> bool {
         let may = match way {
-            Way::Turned | Way::TurnedSupports => may_turn(self.models, &self.sets[0]),
+            Way::Turned | Way::TurnedSupports => self.may_be_moved() || may_turn(self.models, &self.sets[0]),
             // Parts of one assembly are not cut.
             Way::Cut => !self.is_assembly(),
             Way::AsDrawn | Way::Supports => true,
@@ -253,6 +300,63 @@ impl Tries<'_> {
         Way::ALL.into_iter().any(|way| way != Way::AsDrawn && self.allowed(way))
     }
 
+    /// Whether there are solids that lie loose beside each other.
+    fn may_be_moved(&self) -> bool {
+        self.clusters.len() > 1
+    }
+
+    /// The models with their loose solids beside each other, as they were drawn or with some direction up; the room that the head needs
+    /// between them, or `gap_mm`.
+    fn spread(&self, ups: &[Option<Vec3>], gap_mm: Option<f64>) -> Option<SetUp> {
+        let file = self.models.how.file_of(&self.sets[0].model);
+        spread(&self.sets[0], &self.clusters, ups, (self.models.machine, gap_mm, &file)).ok()
+    }
+
+    /// As they were drawn, but elsewhere on the table. Whatever is tried later is tried of these.
+    fn moved_apart(&mut self) {
+        if !self.may_be_moved() {
+            return;
+        }
+        let quiet = PlanOptions { remedies: false, ..self.options.clone() };
+        let Some(set) = self.spread(&vec![None; self.clusters.len()], None) else { return };
+        if let Ok(plan) = planned(set.model.clone(), self.models.machine.clone(), &quiet, self.world) {
+            self.find(Way::AsDrawn, (plan.of_arranged(set.arranged.clone()), None, None));
+        }
+        self.sets = vec![set];
+    }
+
+    /// Each loose solid as it is printed by itself: as it was drawn or turned, and on supports where it must be.
+    fn each_its_way(&mut self, why: &str) {
+        if !self.allowed(Way::Turned) && !self.allowed(Way::TurnedSupports) {
+            return;
+        }
+        let silent = World { progress: &Silent, ..*self.world };
+        let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
+        let alone = (self.models.machine, &quiet);
+        let ups = each_by_itself(&self.sets[0].model, &self.clusters, alone, &silent);
+        let Some(set) = self.spread(&ups, None) else { return };
+        let turned = ups.iter().any(Option::is_some);
+        if self.allowed(Way::Turned) && turned {
+            match planned(set.model.clone(), self.models.machine.clone(), &quiet, &silent) {
+                Ok(plan) => self.find(Way::Turned, (plan.of_arranged(set.arranged.clone()), None, None)),
+                Err(no) => self.tried.push(TriedWay::refused(Way::Turned, &no.to_string())),
+            }
+        }
+        if self.found.is_empty() && self.allowed(Way::TurnedSupports) && turned {
+            match on_supports(&set.model, self.models.machine, (&quiet, self.ways.holding, why), &silent) {
+                Ok((_, held)) if held.parts.is_empty() => {}
+                Ok((plan, held)) => {
+                    self.find(Way::TurnedSupports, (plan.of_arranged(set.arranged), None, Some(held)));
+                }
+                Err(no) => self.tried.push(TriedWay::refused(Way::TurnedSupports, &no)),
+            }
+        }
+        // On supports and in parts they may need the same room.
+        if !self.misplaced {
+            self.sets.extend(self.spread(&vec![None; self.clusters.len()], None));
+        }
+    }
+
     fn is_assembly(&self) -> bool {
         let model = &self.sets[0].model.model;
         model.parts.len() > 1 && groups(model).len() == 1
@@ -261,10 +365,28 @@ impl Tries<'_> {
     /// The plan with the least room that does, or why there is none with the least.
     fn as_they_are(&mut self) -> Result<Result<PlanResult, String>, Error> {
         let quiet = PlanOptions { remedies: false, ..self.options.clone() };
-        let plan = |set: &SetUp| match planned(set.model.clone(), self.models.machine.clone(), &quiet, self.world) {
-            Ok(plan) => Ok(Ok(plan.of_arranged(set.arranged.clone()))),
-            Err(Error::NoPlan(no)) => Ok(Err(no.infeasible.to_string())),
-            Err(error) => Err(error),
+        let hushed = PlanOptions { explain: false, ..quiet.clone() };
+        let loose = self.sets[0].model.model.interfaces.is_empty() && quiet.leaves_directions();
+        let plan = |set: &SetUp| {
+            let along = |along: Along<'_>, options: &PlanOptions| match planned_along(
+                along,
+                set.model.clone(),
+                self.models.machine.clone(),
+                options,
+                self.world,
+            ) {
+                Ok(plan) => Ok(Ok(plan.of_arranged(set.arranged.clone()))),
+                Err(Error::NoPlan(no)) => Ok(Err(no.infeasible.to_string())),
+                Err(error) => Err(error),
+            };
+            if !loose {
+                return along(Along::Any, &quiet);
+            }
+            // What stands on the table and touches nothing else stands upright, or has hardly a way at all.
+            match along(Along::These(&[Vec3::z()]), &quiet)? {
+                Err(why) => Ok(along(Along::Any, &hushed)?.or(Err(why))),
+                done => Ok(done),
+            }
         };
         let why = match plan(&self.sets[0])? {
             Err(why) if self.sets.len() > 1 => why,
@@ -310,14 +432,15 @@ impl Tries<'_> {
         if !self.allowed(Way::Turned) && !self.allowed(Way::TurnedSupports) {
             return;
         }
-        let poses = Poses::of(self.models, &self.sets[0]);
-        let quiet = PlanOptions { remedies: false, ..self.options.clone() };
+        let poses = Poses::of(&self.sets[0].model.model.parts[0].mesh, self.models.machine);
+        let quiet = PlanOptions { remedies: false, explain: false, ..self.options.clone() };
         let silent = World { progress: &Silent, ..*self.world };
+        let upright = Along::These(&[Vec3::z()]);
         if self.allowed(Way::Turned) {
             let plan = |pose: &Priced| {
                 let up = <[f64; 3]>::from(pose.up);
                 let set = turned(self.models, up, &silent).ok()?;
-                let plan = planned(set.model, self.models.machine.clone(), &quiet, &silent).ok()?;
+                let plan = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent).ok()?;
                 Some((up, plan.of_arranged(set.arranged)))
             };
             match poses.others.iter().find_map(plan) {
@@ -338,11 +461,12 @@ impl Tries<'_> {
 
     /// On supports in the pose that costs the least with them, where that is another one than it was drawn in.
     fn turned_on_supports(&mut self, poses: &Poses, why: &str, silent: &World<'_>) {
-        let Poses { drawn, others } = poses;
-        let Some(pose) = others.first().filter(|pose| pose.price_min < WISH * drawn.price_min) else { return };
+        let pose = if self.misplaced { poses.others.first() } else { poses.cheaper() };
+        let Some(pose) = pose else { return };
         let up = <[f64; 3]>::from(pose.up);
         let held = turned(self.models, up, silent).map_err(|error| error.to_string()).and_then(|set| {
-            let (plan, held) = on_supports(&set.model, self.models.machine, (self.options, why), silent)?;
+            let (plan, held) =
+                on_supports(&set.model, self.models.machine, (self.options, self.ways.holding, why), silent)?;
             Ok((plan.of_arranged(set.arranged), held))
         });
         match held {
@@ -358,12 +482,18 @@ impl Tries<'_> {
             return;
         }
         let held = self.first_of(|set| {
-            let (plan, held) = on_supports(&set.model, self.models.machine, (self.options, why), self.world)?;
+            let how = (self.options, self.ways.holding, why);
+            let (plan, held) = on_supports(&set.model, self.models.machine, how, self.world)?;
             Ok((plan.of_arranged(set.arranged.clone()), held))
         });
         match held {
-            Ok((_, held)) if held.parts.is_empty() && self.ways.only.is_some() => {
+            // As it is sliced nothing of it hangs: that is as it was drawn.
+            Ok((plan, held)) if held.parts.is_empty() => {
                 self.tried.push(TriedWay::refused(Way::Supports, "nothing of it wants supports"));
+                if self.ways.allow(Way::AsDrawn) {
+                    self.tried.retain(|tried| tried.way != Way::AsDrawn);
+                    self.find(Way::AsDrawn, (plan, None, None));
+                }
             }
             Ok((plan, held)) => self.find(Way::Supports, (plan, None, Some(held))),
             Err(no) => self.tried.push(TriedWay::refused(Way::Supports, &no)),
@@ -377,15 +507,16 @@ impl Tries<'_> {
             return;
         }
         let least = self.least_of_a_cut();
-        if self.found.iter().any(|found| self.rank(found) <= least) {
+        if self.found.iter().any(|found| found.rank <= least) {
             self.tried.push(TriedWay::dearer(Way::Cut, least));
             return;
         }
+        let budget = self.budget_of_cuts();
         let mut known = std::mem::take(&mut self.known);
         let machine = self.models.machine;
         let cut = self.first_of(|set| {
             let (mut plan, solids, bytes) =
-                in_pieces(&set.model, machine, (self.options, file), &mut known, self.world)?;
+                in_pieces(&set.model, machine, (self.options, file, budget), &mut known, self.world)?;
             let cut = CutModel { solids, bytes, file: file.clone(), why: why.to_owned() };
             plan.story = Some(cut.story(plan.best().seconds));
             Ok((plan.of_arranged(set.arranged.clone()), cut))
@@ -394,6 +525,14 @@ impl Tries<'_> {
             Ok((plan, cut)) => self.find(Way::Cut, (plan, Some(cut), None)),
             Err(no) => self.tried.push(TriedWay::refused(Way::Cut, &no)),
         }
+    }
+
+    /// What setups and seams may cost so that cut parts are cheaper than all that was found.
+    fn budget_of_cuts(&self) -> Option<CutBudget> {
+        let incumbent = self.found.iter().map(|found| found.rank).reduce(f64::min)?;
+        let Weights { setup, seam_mm2, .. } = self.weights;
+        let whole = self.least_of_a_cut() - self.weights.least_of_a_cut(&Terms::default());
+        Some(CutBudget { setup_min: setup, seam_min_per_mm2: seam_mm2, most_min: incumbent - whole })
     }
 
     /// What cut parts cost at least: as much as the model does on supports, without these; 0 where nothing is known of it.
@@ -430,7 +569,8 @@ impl Tries<'_> {
             (_, Some(held)) => ways::on_supports(&plan, held),
             _ => as_planned(&plan),
         };
-        self.found.push(Found { tried: TriedWay::priced(way, None, terms, &self.weights), plan, cut, held });
+        let tried = TriedWay::priced(way, None, terms, &self.weights);
+        self.found.push(Found { tried, rank: self.weights.rank(way, &terms), plan, cut, held });
     }
 
     fn find_turned(&mut self, way: Way, up: [f64; 3], (plan, held): (PlanResult, Option<HeldModel>)) {
@@ -438,21 +578,13 @@ impl Tries<'_> {
         self.found.iter_mut().filter(|found| found.tried.way == way).for_each(|found| found.tried.up = Some(up));
     }
 
-    fn rank(&self, found: &Found) -> f64 {
-        found.tried.terms.as_ref().map_or(f64::INFINITY, |terms| self.weights.rank(found.tried.way, terms))
-    }
-
     /// The cheapest of what was found, else why there is nothing.
     fn cheapest(mut self) -> Result<PlannedSomehow, Error> {
-        let ranks: Vec<f64> = self.found.iter().map(|found| self.rank(found)).collect();
-        let best = (0..ranks.len()).min_by(|&a, &b| ranks[a].total_cmp(&ranks[b]));
-        let Some(best) = best else { return self.explained() };
-        let Found { tried, mut plan, cut, held } = self.found.swap_remove(best);
-        let mut ways = vec![TriedWay { chosen: true, ..tried }];
-        ways.extend(self.found.into_iter().map(|found| found.tried));
-        ways.extend(self.tried);
-        plan.ways = ways;
-        Ok(PlannedSomehow { plan, cut, held })
+        if self.found.is_empty() {
+            return self.explained();
+        }
+        let (found, tried) = (std::mem::take(&mut self.found), std::mem::take(&mut self.tried));
+        PlannedSomehow::cheapest(found, tried).map_or_else(|| self.explained(), Ok)
     }
 
     /// As drawn with the least room once more, with what would help; and why the other ways do not.
@@ -478,7 +610,7 @@ impl Tries<'_> {
                 let mut plan = done?.of_arranged(arranged);
                 let way = TriedWay::priced(Way::AsDrawn, None, as_planned(&plan), &self.weights);
                 plan.ways = vec![TriedWay { chosen: true, ..way }];
-                Ok(PlannedSomehow { plan, cut: None, held: None })
+                Ok(PlannedSomehow { plan, cut: None, held: None, others: Vec::new() })
             }
         }
     }
@@ -499,26 +631,30 @@ fn joined(models: &Models<'_>, options: &PlanOptions, world: &World<'_>) -> Opti
     Some(Remedy { kind: "join", amount: parts as f64, text })
 }
 
+/// Steps of the search for a sequence of loose solids' parts; one solid's are few, and take as many as they are given.
+const STEPS: u64 = 1_000_000;
+
 /// The plan of `model` with its solids cut, the cuts and the parts' file; else why not.
 fn in_pieces(
     model: &LoadedModel,
     machine: &LoadedProfile,
-    (options, file): (&PlanOptions, &str),
+    (options, file, budget): (&PlanOptions, &str, Option<CutBudget>),
     known: &mut Known,
     world: &World<'_>,
 ) -> Result<(PlanResult, Vec<CutSolid>, Vec<u8>), String> {
     if model.model.parts.len() == 1 {
-        let (plan, split, bytes) = in_parts(model.clone(), machine, (options, file), world)?;
+        let (plan, split, bytes) = in_parts(model.clone(), machine, (options, file, budget), world)?;
         if split.split.cuts.is_empty() {
             return Err("nothing of it asks for a cut".to_owned());
         }
         return Ok((plan, vec![CutSolid { parts: vec![0], split }], bytes));
     }
     let words = |error: Error| error.to_string();
-    let pieces = Pieces::of(model, (machine, options), known, world)?;
+    let pieces = Pieces::of(model, (machine, options, budget), known, world)?;
     let bytes = pieces.threemf();
     let parts = LoadedModel::made(file.to_owned(), &bytes).map_err(words)?;
-    let plain = PlanOptions { remedies: false, allow: pieces.allow, ..options.clone() };
+    let plain =
+        PlanOptions { remedies: false, allow: pieces.allow, budget: options.budget.min(STEPS), ..options.clone() };
     let plan = planned_along(Along::These(&pieces.ups), parts, machine.clone(), &plain, world);
     let crowded = |error| format!("{}; print fewer at once, or give them more room (--gap)", words(error));
     Ok((plan.map_err(crowded)?, pieces.cut, bytes))

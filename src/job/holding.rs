@@ -6,15 +6,15 @@
 
 use super::support::grid_over;
 use super::{BadSetting, CheckedPlan, Error};
-use crate::geom::{Angle, Bounds, Machine, Rigid, Vec3};
+use crate::geom::{Angle, Bounds, Machine, Rigid, Slot, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::overhang::{Footing, Ground, Held, Patch, Relief, Rule, unsupported};
-use crate::planning::{Plan, Print, PrintSupports, Workpiece};
+use crate::overhang::{Footing, Ground, Held, Judged, Relief, Rule, judged};
+use crate::planning::{Plan, Print, PrintSupports, PropPlace, Workpiece};
 use crate::profile::{Profile, SliceSettings};
 use crate::slicing::builtin::sheets;
 use crate::support::{
-    Bare, Bars, Build, Ceiling, Flow, Graph, Laying, Method, Roof, Structure, SupportLayer, bare, braced, build, lines,
-    longest_free_mm, plan,
+    Bare, Bars, Build, Ceiling, Flow, Graph, Laying, Method, Prop, Roof, Structure, SupportLayer, bare, braced, build,
+    lines, longest_free_mm, plan, propped,
 };
 use crate::toolpath::{Input, SlicedPrint, SlotMesh, print_name, slot_mesh};
 
@@ -32,6 +32,7 @@ const ON_TABLE_MM: f64 = 0.05;
 const SAME_MM: f64 = 1e-3;
 
 /// Supports of one print, as lines.
+#[derive(Clone)]
 pub(super) struct Laid {
     /// By layer.
     pub(super) layers: Vec<SupportLayer>,
@@ -58,7 +59,21 @@ impl Laid {
         tops: &[f64],
         process: &SliceSettings,
     ) -> Result<Self, BadSetting> {
-        let meshes = [&mesh.mesh];
+        let mut laid = Self::columns(mesh, supports, tops, process)?;
+        laid.prop(mesh, supports, tops, process);
+        Ok(laid)
+    }
+
+    /// The same without props.
+    pub(super) fn columns(
+        mesh: &SlotMesh,
+        supports: &PrintSupports,
+        tops: &[f64],
+        process: &SliceSettings,
+    ) -> Result<Self, BadSetting> {
+        if supports.only_props {
+            return Ok(Self::none());
+        }
         let (graph, flow) = columns(mesh, supports)?;
         let line_mm = process.line_width_mm;
         let roof = supports.roof.map(|roof| Roof {
@@ -66,13 +81,22 @@ impl Laid {
             pitch_mm: roof.pitch_mm,
         });
         let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm, on_part: true, roof };
-        let bottoms = std::iter::once(&0.0).chain(tops);
-        let spans: Vec<[f64; 2]> = bottoms.zip(tops).map(|(low, high)| [*low, *high]).collect();
         Ok(Self {
-            layers: lines(&graph, &flow, &meshes, &spans, &how),
+            layers: lines(&graph, &flow, &[&mesh.mesh], &spans(tops), &how),
             bare: bare(&graph),
             longest_free_mm: longest_free_mm(&graph, &flow),
         })
+    }
+
+    /// Adds the props to columns.
+    pub(super) fn prop(&mut self, mesh: &SlotMesh, supports: &PrintSupports, tops: &[f64], process: &SliceSettings) {
+        if !supports.props.is_empty() {
+            let line_mm = process.line_width_mm;
+            let (gap_mm, beside_mm) = (supports.gap_mm, BESIDE_WIDTHS * line_mm);
+            let how = Laying { line_mm, gap_mm, beside_mm, on_part: true, roof: None };
+            let there: (&[&TriangleMesh<Slot>], &[[f64; 2]]) = (&[&mesh.mesh], &spans(tops));
+            propped(&mut self.layers, &props(supports), there, (&how, supports.step_mm));
+        }
     }
 
     /// The length of all lines, mm.
@@ -90,19 +114,32 @@ impl Laid {
     }
 
     /// What of `mesh` would be laid on nothing in spite of them.
-    pub(super) fn left(&self, mesh: &SlotMesh, supports: &PrintSupports, rule: &Rule) -> Vec<Patch> {
+    pub(super) fn left(&self, mesh: &SlotMesh, supports: &PrintSupports, rule: &Rule) -> Judged {
         let mesh = &mesh.mesh;
         let layers = self.layers.iter().map(|layer| (layer.span_mm[1], layer.lines.clone())).collect();
         // Between the diagonals of a cell no place is farther from one than a third of its edge.
-        let beside_mm = (supports.step_mm / 2.0).min(rule.free_mm());
+        // A line ends at most as far beyond the last one as it may hang free.
+        let beside_mm = (supports.step_mm / 2.0).min(rule.free_mm() - rule.line_mm / 2.0);
         let held = Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm, beside_mm };
         let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
         let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
         let footings = vec![Footing { own, below: Vec::new() }];
         let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
         let begins_mm = relief.in_the_air(&Vec3::z(), lies, &rule.hang());
-        unsupported(mesh, &Vec3::z(), &Ground { footings, table: true, held, begins_mm }, lies, rule, false)
+        judged(mesh, &Vec3::z(), &Ground { footings, table: true, held, begins_mm }, lies, rule, false)
     }
+}
+
+/// From where to where layers go that end at these heights.
+fn spans(tops: &[f64]) -> Vec<[f64; 2]> {
+    let bottoms = std::iter::once(&0.0).chain(tops);
+    bottoms.zip(tops).map(|(low, high)| [*low, *high]).collect()
+}
+
+/// The places that are propped.
+fn props(supports: &PrintSupports) -> Vec<Prop> {
+    let prop = |place: &PropPlace| Prop { under_mm: place.under_mm, within_mm: place.within_mm, middle: place.middle };
+    supports.props.iter().map(prop).collect()
 }
 
 /// The columns that hold `mesh`, and the struts between them.
@@ -126,16 +163,62 @@ pub(super) fn support_solids(
     let solid = |print: &Print| {
         let supports = print.supports.as_ref()?;
         let mesh = slot_mesh(workpiece, &profile.kinematics(), print, CENTRE_MM);
-        // A plan's grid was made once already; without it the picture lacks them, and nothing else does.
-        let (graph, flow) = columns(&mesh, supports).ok()?;
-        let roof = supports.roof.map(|roof| Bars { high_mm: roof.height_mm, pitch_mm: roof.pitch_mm });
-        let (wall_mm, gap_mm) = (profile.process.line_width_mm, supports.gap_mm);
-        let how = Build { structure: Structure::X, wall_mm, gap_mm, roof };
-        let built = build(&graph, &flow, &Ceiling::of(&graph, &[&mesh.mesh]), &how);
-        Some((print.part, built.mesh.moved(&Rigid::shift(mesh.to_machine))))
+        let columns = if supports.only_props {
+            TriangleMesh::new(Vec::new(), Vec::new())
+        } else {
+            // A plan's grid was made once already; without it the picture lacks them, and nothing else does.
+            let (graph, flow) = columns(&mesh, supports).ok()?;
+            let roof = supports.roof.map(|roof| Bars { high_mm: roof.height_mm, pitch_mm: roof.pitch_mm });
+            let (wall_mm, gap_mm) = (profile.process.line_width_mm, supports.gap_mm);
+            let how = Build { structure: Structure::X, wall_mm, gap_mm, roof };
+            build(&graph, &flow, &Ceiling::of(&graph, &[&mesh.mesh]), &how).mesh
+        };
+        let all = with_props(columns, (&mesh, supports), &profile.process);
+        Some((print.part, all.moved(&Rigid::shift(mesh.to_machine))))
     };
     plan.prints().filter_map(|(_, print)| solid(print)).collect()
 }
+
+/// `columns` with the sheets of props, a box for what of a sheet is the same in layers one above the other.
+fn with_props(
+    columns: TriangleMesh<Slot>,
+    (mesh, supports): (&SlotMesh, &PrintSupports),
+    process: &SliceSettings,
+) -> TriangleMesh<Slot> {
+    if supports.props.is_empty() {
+        return columns;
+    }
+    let line_mm = process.line_width_mm;
+    let mut laid = Laid::none();
+    laid.prop(mesh, supports, &even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z), process);
+    let mut boxes: Vec<([[f64; 2]; 2], [f64; 2])> = Vec::new();
+    for layer in &laid.layers {
+        let [low, high] = layer.span_mm;
+        for line in &layer.lines {
+            let goes_on =
+                |(other, span): &&mut ([[f64; 2]; 2], [f64; 2])| other == line && (span[1] - low).abs() < SAME_MM;
+            match boxes.iter_mut().rev().find(goes_on) {
+                Some((_, span)) => span[1] = high,
+                None => boxes.push((*line, [low, high])),
+            }
+        }
+    }
+    let (mut vertices, mut facets) = (columns.vertices().to_vec(), columns.facets().to_vec());
+    for ([a, b], [low, high]) in boxes {
+        let across = usize::from(a[0] != b[0]);
+        let (mut lower, mut upper) = (Vec3::new(a[0], a[1], low), Vec3::new(b[0], b[1], high));
+        lower[across] -= line_mm / 2.0;
+        upper[across] += line_mm / 2.0;
+        let base = vertices.len() as u32;
+        let corner = |k: usize| Vec3::from([0, 1, 2].map(|i| if k >> i & 1 == 0 { lower[i] } else { upper[i] }));
+        vertices.extend((0..8).map(corner));
+        facets.extend(BOX.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).map(|f| f.map(|v| v + base)));
+    }
+    TriangleMesh::new(vertices, facets)
+}
+
+/// The sides of a box, seen from outside; bit 0 of a corner's number says which x, bit 1 which y, bit 2 which z.
+const BOX: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 
 /// The tops of layers of `layer_mm` up to `height_mm`.
 pub(super) fn even_tops(layer_mm: f64, height_mm: f64) -> Vec<f64> {

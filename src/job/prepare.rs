@@ -5,6 +5,7 @@ use super::cutting::{CutModel, Cutting, PlannedSomehow, WaysOut, planned_somehow
 use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
+use super::supported::Holding;
 use super::ways::TriedWay;
 use super::{
     Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,
@@ -94,7 +95,7 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
     // A slicer that is not there is found out before the long search.
     let slicer = request.slicing.slicer(world)?;
     let job = Proving { slicer: slicer.as_ref(), request, world };
-    let (PlannedSomehow { plan, cut, held }, proved) = job.by_any_way(&models, set, &mut seconds)?;
+    let (PlannedSomehow { plan, cut, held, .. }, proved) = job.by_any_way(&models, set, &mut seconds)?;
     let Proved { rewritten, slicer, flaws } = proved;
     let RewriteResult { gcode, warnings, .. } = rewritten;
     let of_slicer = flaws.iter().map(|(name, flaw)| format!("{name}: {flaw}"));
@@ -191,18 +192,37 @@ impl Proving<'_> {
             let lost = somehow.taken().filter(|way| may_be_otherwise(way.way, &failed.error)).cloned();
             let why = unfit(&failed.error);
             let error = match *failed.error {
-                Error::Rejected(no) => Error::Rejected(Box::new(Rejected { plan: Some(somehow.plan.plan), ..*no })),
+                Error::Rejected(no) => {
+                    Error::Rejected(Box::new(Rejected { plan: Some(somehow.plan.plan.clone()), ..*no }))
+                }
                 error => error,
             };
             let error = first.unwrap_or(error);
             let (Some(lost), Some(why)) = (lost, why) else { return Err(of_tried(error, ways.lost)) };
             let this = lost.way.word();
-            ways.lost.push(TriedWay { chosen: false, why_not: Some(why.clone()), ..lost });
-            let again = arranged(models, &World { progress: &Silent, ..*self.world });
-            let Ok(next) = again.and_then(|set| self.planned(models, set, &ways, seconds)) else {
+            let rejected = matches!(error, Error::Rejected(_));
+            let lost = TriedWay { chosen: false, why_not: Some(why.clone()), ..lost };
+            // What is laid badly on supports may be laid well on more of them.
+            let firmer = rejected && somehow.held.is_some() && ways.holding == Holding::Usual;
+            if firmer {
+                ways.holding = Holding::Firm;
+            } else {
+                ways.lost.push(lost.clone());
+            }
+            let anew = |seconds: &mut Seconds| {
+                let set = arranged(models, &World { progress: &Silent, ..*self.world })?;
+                self.planned(models, set, &ways, seconds)
+            };
+            let next = if firmer {
+                anew(seconds).ok().or_else(|| somehow.otherwise(lost))
+            } else {
+                somehow.otherwise(lost).or_else(|| anew(seconds).ok())
+            };
+            let Some(next) = next else {
                 return Err(of_tried(error, ways.lost));
             };
             let that = next.taken().map_or("", |way| way.way.word());
+            let that = if firmer && that == this { "on more of them" } else { that };
             self.world.progress.warning(&format!("{this}: {} {why}; {that} instead", failed.slicer));
             (somehow, first) = (next, Some(error));
         }

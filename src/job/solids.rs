@@ -9,6 +9,7 @@ use super::{
 };
 use crate::geom::{Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh, threemf};
+use crate::split::CutBudget;
 
 /// Solids of one shape that were cut.
 #[derive(Clone, Debug)]
@@ -59,7 +60,17 @@ impl Alone {
         let of = |group: Vec<usize>| {
             let own = |(part, area): &(usize, Option<f64>)| Some((group.iter().position(|id| id == part)?, *area));
             let allow = options.allow.iter().filter_map(own).collect();
-            Self { options: PlanOptions { remedies: false, place: None, plans: 1, allow, ..options.clone() }, group }
+            Self {
+                options: PlanOptions {
+                    remedies: false,
+                    explain: false,
+                    place: None,
+                    plans: 1,
+                    allow,
+                    ..options.clone()
+                },
+                group,
+            }
         };
         groups(model).into_iter().map(of).collect()
     }
@@ -110,12 +121,12 @@ impl Known {
         &mut self,
         index: usize,
         solid: LoadedModel,
-        (machine, options): (&LoadedProfile, &PlanOptions),
+        (machine, options, budget): (&LoadedProfile, &PlanOptions, Option<CutBudget>),
         world: &World<'_>,
     ) {
         let shape = &mut self.0[index];
         if matches!(shape.whole, Ok(None)) && shape.cut.is_none() {
-            let cut = in_parts(solid, machine, (options, ""), world);
+            let cut = in_parts(solid, machine, (options, "", budget), world);
             shape.cut = Some(cut.map(|(plan, split, _)| (directions(&plan.plan), split)));
         }
     }
@@ -157,7 +168,7 @@ impl Pieces {
     /// The pieces of `model`, whose groups of parts are planned or cut each as if it stood alone; else why not.
     pub(super) fn of(
         model: &LoadedModel,
-        (machine, options): (&LoadedProfile, &PlanOptions),
+        (machine, options, budget): (&LoadedProfile, &PlanOptions, Option<CutBudget>),
         known: &mut Known,
         world: &World<'_>,
     ) -> Result<Self, String> {
@@ -177,7 +188,7 @@ impl Pieces {
                 continue;
             };
             let (index, by) = known.of(&parts, (machine, options), world);
-            known.cut(index, parts, (machine, options), world);
+            known.cut(index, parts, (machine, options, budget), world);
             let Shape { whole, cut: split, .. } = &known.0[index];
             let about = |why: &String| format!("{}: {why}", named(part));
             if let Some(ups) = whole.as_ref().map_err(about)? {
@@ -239,7 +250,7 @@ impl Pieces {
 pub(super) fn in_parts(
     solid: LoadedModel,
     machine: &LoadedProfile,
-    (options, file): (&PlanOptions, &str),
+    (options, file, budget): (&PlanOptions, &str, Option<CutBudget>),
     world: &World<'_>,
 ) -> Result<(PlanResult, SplitResult, Vec<u8>), String> {
     let words = |error: Error| error.to_string();
@@ -249,6 +260,7 @@ pub(super) fn in_parts(
         bridge_mm: options.bridge_mm,
         tolerate_mm2: options.tolerate_mm2,
         margin_mm: options.margin_mm,
+        budget,
         ..SplitOptions::default()
     };
     let spanned = spanning(machine.clone(), options.bridge_mm).map_err(|e| words(e.into()))?;
@@ -270,7 +282,7 @@ pub(super) fn in_parts(
 }
 
 /// By how much `second` lies beside `first`, where it is a copy, not turned.
-fn copied(first: &TriangleMesh<Object>, second: &TriangleMesh<Object>) -> Option<Vec3> {
+pub(super) fn copied(first: &TriangleMesh<Object>, second: &TriangleMesh<Object>) -> Option<Vec3> {
     let by = second.bounds().min - first.bounds().min;
     let near = |(a, b): (&Vec3, &Vec3)| (b - a - by).amax() <= COPY_MM;
     let same = first.facets() == second.facets() && first.vertices().len() == second.vertices().len();

@@ -15,7 +15,7 @@ use crate::mesh::threemf;
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{FREE_SPAN_MM, OnePrint, centred};
 use crate::spelling::counted;
-use crate::split::{Against, Options, PatchLeft, Split, Splitter};
+use crate::split::{Against, CutBudget, Options, PatchLeft, Split, Splitter};
 use crate::view::Drawing;
 
 /// A model and a machine, and how to cut.
@@ -54,6 +54,8 @@ pub struct SplitOptions {
     pub no_cut: Vec<[[f64; 3]; 2]>,
     /// Height of a part below the model; `None`: none, and some heights where nothing else helps.
     pub pedestal_mm: Option<f64>,
+    /// What the cuts may cost; `None`: whatever it takes.
+    pub budget: Option<CutBudget>,
 }
 
 impl Default for SplitOptions {
@@ -69,6 +71,7 @@ impl Default for SplitOptions {
             strict: false,
             no_cut: Vec::new(),
             pedestal_mm: None,
+            budget: None,
         }
     }
 }
@@ -184,6 +187,7 @@ fn because(against: Against) -> &'static str {
         Against::Beginning => "would let a piece begin in the air",
         Against::Head => "would bring the head into what is left, the table or an axis to its stop",
         Against::Gain => "would gain nothing",
+        Against::Budget => "would cost more than another way to print it",
     }
 }
 
@@ -237,6 +241,7 @@ pub(super) fn cut_up(
         max_cuts: options.max_cuts,
         allow_mm2: options.allow_mm2,
         strict: options.strict,
+        budget: options.budget,
         no_cut: options.no_cut.iter().map(|b| Bounds::of(b.map(Vec3::from))).collect(),
         ..Options::default()
     };

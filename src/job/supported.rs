@@ -1,22 +1,23 @@
 //! Solids that have no plan as they are: printed upright on the level table, on supports. Of parts that touch each other only
 //! those that stand on the table are held, and all others are printed as their plan has them.
 
-use super::below::{Below, stand_alone};
+use super::below::{Below, in_the_way, stand_alone};
 use super::form::STEPS_MM;
 use super::holding::{Laid, even_tops, held_mesh, support_solids};
 use super::plan::{Along, planned_along};
 use super::solids::groups;
 use super::{CheckedPlan, Error, Finish, LoadedModel, LoadedProfile, PlanOptions, PlanResult, World};
+use crate::gcode::round_to;
 use crate::geom::{Angle, Vec3};
-use crate::overhang::{Patch, Rule};
-use crate::planning::{Plan, Print, PrintSupports, Slot, SupportRoof};
+use crate::overhang::{Judged, Patch, Place, Rule};
+use crate::planning::{Plan, Print, PrintSupports, PropPlace, Slot, SupportRoof};
 use crate::section::{Point, Segment, Segments, march};
 use crate::toolpath::SlotMesh;
 
 /// What became of a model that is printed on supports.
 #[derive(Clone, Debug)]
 pub struct HeldModel {
-    /// The parts that have supports; at least one.
+    /// The parts that have supports.
     pub parts: Vec<HeldPart>,
     /// Why there is no plan for the model as it is, in one sentence.
     pub why: String,
@@ -73,6 +74,16 @@ impl HeldModel {
     }
 }
 
+/// What supports hold of a part that has some.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Holding {
+    /// What hangs, and what droops about it.
+    #[default]
+    Usual,
+    /// Whatever droops, too.
+    Firm,
+}
+
 /// Distance between the lines of a roof, in their widths, where nobody says otherwise.
 const ROOF_WIDTHS: f64 = 2.0;
 /// Air below what is held, layers.
@@ -82,6 +93,12 @@ const GAP_LAYERS: f64 = 1.0;
 const LINE_S: f64 = 0.15;
 /// Heights that differ by less are the same, mm.
 const SAME_MM: f64 = 1e-6;
+/// So often what columns and props leave is propped.
+const ROUNDS: usize = 4;
+/// Places no farther apart than this are about each other, mm.
+const ABOUT_MM: f64 = 0.5;
+/// Boxes of places are multiples of this, mm.
+const PLACE_MM: f64 = 0.01;
 /// Supports and what is beside them are told apart up to this, mm.
 const FAR_MM: f64 = 5.0;
 
@@ -90,7 +107,7 @@ const FAR_MM: f64 = 5.0;
 pub(super) fn on_supports(
     model: &LoadedModel,
     machine: &LoadedProfile,
-    (options, why): (&PlanOptions, &str),
+    (options, holding, why): (&PlanOptions, Holding, &str),
     world: &World<'_>,
 ) -> Result<(PlanResult, HeldModel), String> {
     let parts = &model.model.parts;
@@ -121,10 +138,13 @@ pub(super) fn on_supports(
     let mut attempts = Vec::new();
     for (_, print) in plan.plan.prints().filter(|(_, print)| theirs(&print.part)) {
         let about = |why: String| if parts.len() > 1 { format!("{}: {why}", named(print.part)) } else { why };
-        attempts.extend(Attempt::best(&plan.plan, print, options).map_err(about)?);
+        attempts.extend(Attempt::best(&plan.plan, print, (options, holding)).map_err(about)?);
     }
-    if touching && attempts.is_empty() {
-        return Err("nothing of what stands on the table wants supports".to_owned());
+    if attempts.is_empty() {
+        if touching {
+            return Err("nothing of what stands on the table wants supports".to_owned());
+        }
+        return Ok((plan, HeldModel { parts: Vec::new(), why: why.to_owned() }));
     }
     if touching {
         mixed(&plan.plan, &attempts)?;
@@ -155,7 +175,11 @@ struct Attempt {
 
 impl Attempt {
     /// That of the least filament; `None` for a part that needs none.
-    fn best(plan: &CheckedPlan, print: &Print, options: &PlanOptions) -> Result<Option<Self>, String> {
+    fn best(
+        plan: &CheckedPlan,
+        print: &Print,
+        (options, holding): (&PlanOptions, Holding),
+    ) -> Result<Option<Self>, String> {
         let process = &plan.machine.profile.process;
         let mesh = held_mesh(plan, print);
         let (layer_mm, line_mm) = (process.layer_height_mm, process.line_width_mm);
@@ -174,16 +198,34 @@ impl Attempt {
         let roof = (form.roof_mm > 0.0).then_some(SupportRoof { height_mm: form.roof_mm, pitch_mm });
         let brace_mm = (form.brace_mm > 0.0).then_some(form.brace_mm);
         let overhang_deg = overhang.deg().clamp(1.0, 89.0);
-        let of_step = |step_mm: f64| PrintSupports { step_mm, overhang_deg, gap_mm, roof, brace_mm };
-        let bare = Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &rule);
+        let of_step = |step_mm: f64| PrintSupports {
+            step_mm,
+            overhang_deg,
+            gap_mm,
+            roof,
+            brace_mm,
+            only_props: false,
+            props: Vec::new(),
+        };
+        let Judged { hangs: bare, places, .. } = Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &rule);
         let allowed = options.allow.iter().find(|(part, _)| *part == print.part).map(|(_, area)| *area);
         let carried = allowed.is_some_and(|area| area.is_none_or(|mm2| area_of(&bare) <= mm2));
         if bare.is_empty() || carried {
             return Ok(None);
         }
-        let contact_mm2 = area_of(&bare);
-        let tried = STEPS_MM.map(|step_mm| Self::of(plan, print, (&mesh, of_step(step_mm), contact_mm2), &rule));
-        let of_finest = tried[STEPS_MM.len() - 1].as_ref().err().cloned();
+        let places = match holding {
+            Holding::Usual => places,
+            Holding::Firm => {
+                let strict = Rule { droops: false, ..rule };
+                Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &strict).places
+            }
+        };
+        let bare = Hanging { contact_mm2: area_of(&bare), places };
+        // Whoever wants a roof has one below what columns hold.
+        let finest = PrintSupports { only_props: roof.is_none(), ..of_step(STEPS_MM[STEPS_MM.len() - 1]) };
+        let forms = STEPS_MM.map(of_step).into_iter().chain(finest.only_props.then_some(finest));
+        let tried: Vec<_> = forms.map(|supports| Self::of(plan, print, (&mesh, supports, &bare), &rule)).collect();
+        let of_finest = tried[tried.len() - 1].as_ref().err().cloned();
         let price = |attempt: &Self| (attempt.free_beyond_mm(), attempt.laid.length_mm());
         let least = tried.into_iter().flatten().min_by(|a, b| {
             let (a, b) = (price(a), price(b));
@@ -195,13 +237,37 @@ impl Attempt {
     fn of(
         plan: &CheckedPlan,
         print: &Print,
-        (mesh, supports, contact_mm2): (&SlotMesh, PrintSupports, f64),
+        (mesh, mut supports, bare): (&SlotMesh, PrintSupports, &Hanging),
         rule: &Rule,
     ) -> Result<Self, String> {
         let process = &plan.machine.profile.process;
         let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
-        let laid = Laid::below(mesh, &supports, &tops, process).map_err(|e| e.to_string())?;
-        let left = laid.left(mesh, &supports, rule);
+        let columns = Laid::columns(mesh, &supports, &tops, process).map_err(|e| e.to_string())?;
+        let mut laid = columns.clone();
+        // Where something hangs, what droops is held as well: a slicer's lines lie there as they come. What is propped may leave something in
+        // other layers, and at first such sheets do as many places share.
+        let strict = Rule { droops: false, ..*rule };
+        for round in 0..ROUNDS {
+            let asked = |rule: &Rule, counts: &dyn Fn(&Place) -> bool| -> Vec<PropPlace> {
+                let left = laid.left(mesh, &supports, rule).places;
+                let all = left.iter().filter(|place| counts(place));
+                let all = all.map(|place| prop_place(place, process.layer_height_mm, round > 0));
+                all.filter(|one| !supports.props.contains(one)).collect()
+            };
+            let mut new = asked(&strict, &|place| bare.is_about(place));
+            if new.is_empty() {
+                new = asked(rule, &|_| true);
+            }
+            if new.is_empty() || supports.props.len() + new.len() > PrintSupports::MOST_PROPS {
+                break;
+            }
+            supports.props.extend(new);
+            laid = columns.clone();
+            laid.prop(mesh, &supports, &tops, process);
+        }
+        let mut left = laid.left(mesh, &supports, rule).hangs;
+        // A dot that no line of a support fits below is laid as a dot, and hangs on what is around it.
+        left.retain(|patch| patch.area_mm2 > rule.tolerate_mm2);
         if let Some(patch) = left.first() {
             let bare: f64 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
             let reach =
@@ -214,7 +280,8 @@ impl Attempt {
                 patch.cause
             ));
         }
-        let attempt = Self { part: print.part, supports, laid, contact_mm2, to_machine: mesh.to_machine };
+        let (contact_mm2, to_machine) = (bare.contact_mm2, mesh.to_machine);
+        let attempt = Self { part: print.part, supports, laid, contact_mm2, to_machine };
         attempt.fits(plan, print)?;
         Ok(attempt)
     }
@@ -267,37 +334,52 @@ impl Attempt {
     }
 }
 
+/// What of a part hangs without supports.
+struct Hanging {
+    contact_mm2: f64,
+    places: Vec<Place>,
+}
+
+impl Hanging {
+    /// Whether something hangs about a place.
+    fn is_about(&self, place: &Place) -> bool {
+        self.places.iter().any(|own| {
+            let [low, high] = own.within_mm;
+            let within =
+                |i: usize| place.within_mm[0][i] <= high[i] + ABOUT_MM && place.within_mm[1][i] >= low[i] - ABOUT_MM;
+            (own.under_mm - place.under_mm).abs() < ABOUT_MM && within(0) && within(1)
+        })
+    }
+}
+
+/// The box of a place in whole digits, and no smaller than it is.
+fn prop_place(place: &Place, layer_mm: f64, middle: bool) -> PropPlace {
+    let digits = |v: f64, to: fn(f64) -> f64| to(v / PLACE_MM) * PLACE_MM;
+    let [low, high] = place.within_mm;
+    let under_mm = (place.under_mm / layer_mm).round() * layer_mm;
+    PropPlace {
+        middle,
+        under_mm: round_to(under_mm, 4),
+        within_mm: [low.map(|v| round_to(digits(v, f64::floor), 3)), high.map(|v| round_to(digits(v, f64::ceil), 3))],
+    }
+}
+
 fn area_of(patches: &[Patch]) -> f64 {
     patches.iter().map(|patch| patch.area_mm2).sum()
 }
 
-/// Whether the supports of each part keep clear of the other parts' boxes and of their supports, seen from above.
+/// Whether the supports of each part keep clear of the other parts and of their supports.
 fn apart(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), String> {
     let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
-    let room_mm = 2.0 * plan.machine.profile.process.line_width_mm;
-    for (_, print) in plan.prints() {
-        let mesh = held_mesh(plan, print);
-        let own = held.iter().find(|attempt| attempt.part == print.part);
-        let bounds = mesh.mesh.bounds();
-        let [low, high] = [bounds.min, bounds.max].map(|p| p + mesh.to_machine);
-        let corners = [[low.x, low.y], [high.x, low.y], [high.x, high.y], [low.x, high.y]];
-        let rim = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]);
-        let there = Segments::new(rim.chain(own.into_iter().flat_map(Attempt::lines)).collect());
-        let inside = |p: Point| p[0] > low.x && p[0] < high.x && p[1] > low.y && p[1] < high.y;
-        let distance = |p: Point| {
-            let far = there.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
-            if inside(p) { 0.0 } else { far }
-        };
-        let mut others = held.iter().filter(|attempt| attempt.part != print.part);
-        let other = others.find(|attempt| attempt.comes_near(distance, room_mm));
-        if let Some(attempt) = other {
-            let (part, other) = (name(attempt.part), name(print.part));
+    for attempt in held {
+        if let Some(other) = in_the_way(plan, &attempt.below()) {
+            let (part, other) = (name(attempt.part), name(other));
             return Err(format!(
                 "the supports of {part} would stand below or beside {other}; give them more room (--gap)"
             ));
         }
     }
-    Ok(())
+    mixed(plan, held)
 }
 
 /// Whether the supports of two parts come nearer to each other than two lines, seen from above.
@@ -316,14 +398,20 @@ fn mixed(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), String> {
 
 /// Puts them into the plan.
 fn taken(held: &[Attempt], plan: &mut PlanResult) -> Vec<HeldPart> {
-    let of_part = |part: usize| held.iter().find(|attempt| attempt.part == part).map(|attempt| attempt.supports);
+    let of_part =
+        |part: usize| held.iter().find(|attempt| attempt.part == part).map(|attempt| attempt.supports.clone());
     let hold = |slots: &mut Vec<Slot>| {
         slots.iter_mut().flat_map(|slot| &mut slot.prints).for_each(|print| print.supports = of_part(print.part));
     };
     hold(&mut plan.plan.plan.slots);
     hold(&mut plan.plans[0].slots);
     let formed = |attempt: &Attempt| attempt.supports.roof.is_some() || attempt.supports.brace_mm.is_some();
-    plan.plan.plan.version = if held.iter().any(formed) { Plan::WITH_FORM } else { Plan::WITH_SUPPORTS };
+    let propped = |attempt: &Attempt| !attempt.supports.props.is_empty();
+    plan.plan.plan.version = match () {
+        () if held.iter().any(propped) => Plan::WITH_PROPS,
+        () if held.iter().any(formed) => Plan::WITH_FORM,
+        () => Plan::WITH_SUPPORTS,
+    };
     plan.plan.sha256 = plan.plan.plan.sha256();
     let process = &plan.plan.machine.profile.process;
     let section_mm2 = process.line_width_mm * process.layer_height_mm;
@@ -331,7 +419,7 @@ fn taken(held: &[Attempt], plan: &mut PlanResult) -> Vec<HeldPart> {
         let length_mm = attempt.laid.length_mm();
         HeldPart {
             part: attempt.part,
-            supports: attempt.supports,
+            supports: attempt.supports.clone(),
             volume_mm3: length_mm * section_mm2,
             seconds: length_mm / process.infill_mm_per_s + LINE_S * attempt.lines().count() as f64,
             longest_free_mm: attempt.laid.longest_free_mm,

@@ -2,8 +2,11 @@
 
 use super::arrange::{Models, SetUp, Standing, arranged};
 use super::orient::process_of;
-use super::{Arrangement, Error, Silent, World};
+use super::{Arrangement, Error, LoadedProfile, Silent, World};
+use crate::geom::Object;
+use crate::mesh::TriangleMesh;
 use crate::orient::{Facets, Priced, recommend};
+use crate::strategy::WISH;
 
 /// Poses nearer to the drawn one than this are that one, by the cosine: two degrees.
 const SAME_POSE: f64 = 0.999_39;
@@ -25,15 +28,19 @@ pub(super) fn may_turn(models: &Models<'_>, set: &SetUp) -> bool {
 }
 
 impl Poses {
-    /// Those that `orient` finds for the first part of `set`.
-    pub(super) fn of(models: &Models<'_>, set: &SetUp) -> Self {
-        let facets = Facets::of(&set.model.model.parts[0].mesh);
-        let found = recommend(&facets, &process_of(models.machine), None, None);
+    /// Those that `orient` finds for a solid.
+    pub(super) fn of(solid: &TriangleMesh<Object>, machine: &LoadedProfile) -> Self {
+        let found = recommend(&Facets::of(solid), &process_of(machine), None, None);
         let mut others = found.poses;
         others.retain(|pose| pose.stands && pose.up.z < SAME_POSE);
         others.sort_by(|a, b| a.price_min.total_cmp(&b.price_min));
         others.truncate(PLANNED);
         Self { drawn: found.as_it_lies, others }
+    }
+
+    /// The one that costs the least, where that is less than a twentieth below what the drawn one does.
+    pub(super) fn cheaper(&self) -> Option<&Priced> {
+        self.others.first().filter(|pose| pose.price_min < WISH * self.drawn.price_min)
     }
 }
 

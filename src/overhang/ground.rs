@@ -38,14 +38,16 @@ pub struct Held {
     pub line_mm: f64,
     /// The air between them and what lies on them, mm; they end in layers of their own.
     pub gap_mm: f64,
-    /// So far beside them, and beside what is carried, a layer may reach, mm: lines lie across sheets that are no farther apart than
-    /// twice that.
+    /// So far beside them a layer may reach, mm: lines lie across sheets that are no farther apart than twice that.
     pub beside_mm: f64,
 }
 
 impl Held {
     /// What holds a layer that goes from `under` up by `high`: what ends in the air below it.
     pub(super) fn under(&self, under: f64, high: f64) -> Region {
+        if self.layers.is_empty() {
+            return Region::new();
+        }
         let air = (self.gap_mm / high - SAME_LAYER).ceil().max(0.0) * high;
         let near = SAME_LAYER * high;
         let below = self.layers.iter().filter(|(top, _)| (under - air - near..=under + near).contains(top));

@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Rule;
 use super::ground::{Footing, Ground, Held};
 use super::memory::Memory;
-use super::patch::{Droop, Frame, Patch, Piece};
+use super::patch::{Droop, Frame, Patch, Piece, Place};
 use super::region::{Region, and, covered, enclosed, or, with_few_points};
 use super::step::{Below, Step};
 use crate::geom::{Mat3, Slot, Vec3};
@@ -40,6 +40,8 @@ const EDGE_ON: f64 = 1e-3;
 pub struct Judged {
     /// What hangs, the largest first.
     pub hangs: Vec<Patch>,
+    /// The same by layer.
+    pub places: Vec<Place>,
     /// What droops, the largest first.
     pub droops: Vec<Droop>,
 }
@@ -76,8 +78,9 @@ pub fn judged<F>(
     let stack = Stack::of(mesh, up, ground, rule);
     let begins = stack.beginnings(&ground.begins_mm);
     for run in stack.steep(mesh, up, stands, &begins) {
-        let (hangs, droops) = stack.patches(run, &begins, enough);
+        let Judged { hangs, places, droops } = stack.patches(run, &begins, enough);
         found.hangs.extend(hangs);
+        found.places.extend(places);
         found.droops.extend(droops);
         if enough && !found.hangs.is_empty() {
             break;
@@ -171,12 +174,9 @@ impl<'a> Stack<'a> {
     }
 
     /// What is there below layer `i`: what of the layer below is `carried`, and whatever else.
-    fn below(&self, i: usize, carried: Region) -> Region {
+    fn below(&self, i: usize, carried: Region, supports: &Region) -> Region {
         let band = [self.middle(i.checked_sub(1)), self.middle(Some(i))];
-        let carried = match self.held.layers.is_empty() {
-            true => carried,
-            false => or(&carried, &self.held.under(self.low + i as f64 * self.rule.layer_mm, self.rule.layer_mm)),
-        };
+        let carried = if supports.is_empty() { carried } else { or(&carried, supports) };
         self.footings.iter().fold(carried, |below, (own, under)| {
             let foot = seen(own, band);
             or(&below, &under.as_ref().map_or_else(|| foot.clone(), |under| and(&foot, under)))
@@ -184,12 +184,7 @@ impl<'a> Stack<'a> {
     }
 
     /// What hangs and what droops in a run of layers.
-    fn patches(
-        &self,
-        run: std::ops::RangeInclusive<usize>,
-        begins: &BTreeSet<usize>,
-        enough: bool,
-    ) -> (Vec<Patch>, Vec<Droop>) {
+    fn patches(&self, run: std::ops::RangeInclusive<usize>, begins: &BTreeSet<usize>, enough: bool) -> Judged {
         let before = |back: usize| run.start().checked_sub(back).map(|i| self.layer(i)).unwrap_or_default();
         let (mut last, mut last_but_one) = (before(1), before(2));
         let mut memory = Memory::default();
@@ -199,10 +194,11 @@ impl<'a> Stack<'a> {
             let layer = self.layer(i);
             if !(i == 0 && self.table) {
                 let near = if i == 1 && self.table { layer.clone() } else { last_but_one };
-                let below = with_few_points(&self.below(i, last.clone()));
+                let supports = self.held.under(self.low + i as f64 * self.rule.layer_mm, self.rule.layer_mm);
+                let below = with_few_points(&self.below(i, last.clone(), &supports));
                 let count = pieces.len();
                 let above = || self.layer(i + 1);
-                let (held, rule) = (self.held, self.rule);
+                let (beside_mm, rule) = (self.held.beside_mm, self.rule);
                 let step = Step {
                     number: i,
                     layer: &layer,
@@ -210,20 +206,21 @@ impl<'a> Stack<'a> {
                     near: &near,
                     above: &above,
                     begins: begins.contains(&i),
-                    held,
+                    supports: &supports,
+                    beside_mm,
                     rule,
                 };
                 memory = step.judged(&memory, &mut pieces);
                 if enough && pieces[count..].iter().any(Piece::hangs) {
-                    let found = frame.patches(&pieces);
-                    if !found.0.is_empty() {
+                    let found = frame.judged(&pieces);
+                    if !found.hangs.is_empty() {
                         return found;
                     }
                 }
             }
             (last_but_one, last) = (last, layer);
         }
-        frame.patches(&pieces)
+        frame.judged(&pieces)
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::Rule;
+use super::layers::Judged;
 use crate::geom::{Mat3, Sets, Vec3};
 
 /// What a part lays on nothing, connected from layer to layer.
@@ -66,6 +67,15 @@ pub struct Droop {
     pub at: Vec3,
 }
 
+/// What hangs in one layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The layer's underside along the build direction, mm.
+    pub under_mm: f64,
+    /// Its box across that, mm: the lower and the upper corner. Of a part that is printed along +Z x and y are its own.
+    pub within_mm: [[f64; 2]; 2],
+}
+
 /// A slope hangs in some of its layers only: pieces no farther apart in height than this are of one patch, mm, ..
 const SAME_PATCH_MM: f64 = 2.0;
 /// .. where their boxes are no farther apart than this, and as much more as they are apart in height, mm.
@@ -110,18 +120,25 @@ pub(super) struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// What hangs, without what is tolerated, and what droops.
-    pub(super) fn patches(&self, pieces: &[Piece]) -> (Vec<Patch>, Vec<Droop>) {
+    /// What hangs, without what is tolerated, what of it lies in which layer, and what droops.
+    pub(super) fn judged(&self, pieces: &[Piece]) -> Judged {
         let (droop, hang): (Vec<&Piece>, Vec<&Piece>) = pieces.iter().partition(|p| !p.hangs());
-        let mut all: Vec<Patch> = self.together(&hang).iter().map(|group| self.patch(group)).collect();
+        let groups = self.together(&hang);
+        let mut all: Vec<Patch> = groups.iter().map(|group| self.patch(group)).collect();
         let mut droops: Vec<Droop> = self.together(&droop).iter().map(|group| self.droop(group)).collect();
         let tolerated = |patch: &Patch| patch.area_mm2 <= self.rule.tolerate_mm2 && patch.cause != Cause::Island;
         droops.extend(all.iter().filter(|patch| tolerated(patch)).map(|patch| {
             let Patch { area_mm2, at, .. } = *patch;
             Droop { area_mm2, droop_mm: self.rule.layer_mm, at }
         }));
+        let place = |piece: &&Piece| Place {
+            under_mm: self.low + piece.layer as f64 * self.rule.layer_mm,
+            within_mm: piece.bounds,
+        };
+        let held = groups.iter().zip(&all).filter(|(_, patch)| !tolerated(patch));
+        let places = held.flat_map(|(group, _)| group.iter().map(place)).collect();
         all.retain(|patch| !tolerated(patch));
-        (all, droops)
+        Judged { hangs: all, places, droops }
     }
 
     /// Pieces that hang together from layer to layer.

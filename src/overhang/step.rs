@@ -5,7 +5,6 @@ use std::rc::Rc;
 
 use super::Rule;
 use super::chords::Air;
-use super::ground::Held;
 use super::memory::{FREE_SIDE_MM, Lean, Memory};
 use super::patch::{Piece, State};
 use super::region::{Corners, Region, Shape, and, area_mm2, around_mm, bounds, grown, longest_side_mm, minus, or};
@@ -48,7 +47,10 @@ pub(super) struct Step<'a> {
     pub(super) above: &'a dyn Fn() -> Region,
     /// Whether something begins here or in the layer below: then islands of any size are looked for.
     pub(super) begins: bool,
-    pub(super) held: &'a Held,
+    /// What of `below` is supports, ..
+    pub(super) supports: &'a Region,
+    /// .. and so far beside them it may reach, mm.
+    pub(super) beside_mm: f64,
     pub(super) rule: &'a Rule,
 }
 
@@ -94,8 +96,10 @@ impl Step<'_> {
         if is_nothing(&over) {
             return next;
         }
-        let reach_mm = if self.held.layers.is_empty() { fine_mm } else { fine_mm.max(self.held.beside_mm) };
-        let mut beyond = minus(&over, &self.below.grown(reach_mm, Corners::Sharp));
+        let mut beyond = minus(&over, &self.below.grown(fine_mm, Corners::Sharp));
+        if !self.supports.is_empty() && !is_nothing(&beyond) {
+            beyond = minus(&beyond, &grown(self.supports, fine_mm.max(self.beside_mm), Corners::Sharp));
+        }
         if is_nothing(&beyond) {
             return next;
         }

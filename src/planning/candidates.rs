@@ -287,7 +287,7 @@ impl<'a> Setups<'a> {
     }
 
     fn meets_table(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {
-        let (solid, owed) = (&self.solids[part], self.owed_to_table(part));
+        let (solid, owed) = (&self.solids[part], self.owed_to_table(part, motion));
         let offence = self.head.offence(motion, solid, &self.slab, &owed, 0.0)?;
         let depth_mm = self.head.depth(motion, solid, &self.slab, &owed);
         let text = if offence.mm > 0.0 {
@@ -302,9 +302,10 @@ impl<'a> Setups<'a> {
     }
 
     /// What the head that prints `part` owes the table.
-    pub(super) fn owed_to_table(&self, part: usize) -> Owed {
+    pub(super) fn owed_to_table(&self, part: usize, motion: &Rigid<Table, Machine>) -> Owed {
         let low = self.solids[part].points().iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-        Owed::to_table(self.profile, self.options.margin_mm, low + self.options.pedestal_mm)
+        let level = (motion.rotation * Vec3::z() - Vec3::z()).norm() < SAME_SETUP;
+        Owed::to_table(self.profile, (self.options.margin_mm, low + self.options.pedestal_mm), level)
     }
 
     fn meets_frame(&self, part: usize, motion: &Rigid<Table, Machine>) -> Option<Objection> {

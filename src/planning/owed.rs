@@ -57,17 +57,23 @@ pub(super) struct Owed {
 impl Owed {
     /// What is owed to the table, which is flat and where it is said to be, while a part is printed that lies `above_mm` over it.
     /// As with neighbours, no margin can be asked for where the part stands on the table or nearly does.
-    pub(super) fn to_table(profile: &Profile, margin_mm: f64, above_mm: f64) -> Self {
-        let lift = contact_mm(profile) + half_layer(profile) - overlap(profile);
-        let tip = Share { lift, wider: beside(profile), mm: TOUCHING_MM };
+    ///
+    /// On a level table nothing of the nozzle is lower than its tip. On a tilted one the rim of its flat is, and nothing there gives way:
+    /// what the tip prints is then at least the half of a layer below it that lies above the plane in which the slicer cuts.
+    pub(super) fn to_table(profile: &Profile, (margin_mm, above_mm): (f64, f64), level: bool) -> Self {
         let asked = if above_mm < margin_mm + contact_mm(profile) { 0.0 } else { margin_mm };
+        let tip = if level {
+            Share { mm: TOUCHING_MM, ..ironing(profile) }
+        } else {
+            Share { lift: half_layer(profile) - overlap(profile), wider: 0.0, mm: TOUCHING_MM.max(asked) }
+        };
         Self { tip, rest: Share { lift: 0.0, wider: 0.0, mm: diagonal().max(asked) + overlap(profile) } }
     }
 
     /// What is owed to a part that the printed one touches or nearly does. No margin can be asked for here: the block of a short
     /// nozzle is never far from what the nozzle prints on.
     pub(super) fn to_neighbour(profile: &Profile) -> Self {
-        let tip = Share { mm: half_layer(profile), ..Self::to_table(profile, 0.0, 0.0).tip };
+        let tip = Share { mm: half_layer(profile), ..ironing(profile) };
         Self { tip, rest: Self::to_others(profile, 0.0).rest }
     }
 
@@ -79,6 +85,12 @@ impl Owed {
         let least = |mm: f64| Share { mm: share.mm.max(mm), ..share };
         Self { tip: least(TOUCHING_MM), rest: least(unseen) }
     }
+}
+
+/// The nozzle may iron what it prints on.
+fn ironing(profile: &Profile) -> Share {
+    let lift = contact_mm(profile) + half_layer(profile) - overlap(profile);
+    Share { lift, wider: beside(profile), mm: 0.0 }
 }
 
 /// Nothing in a cell is farther from anything else in it.
@@ -125,9 +137,12 @@ mod tests {
         close(Owed::to_others(&profile, 0.5).rest.mm, 0.5);
         // Standing on it, and with its lowest point just below and above 5 mm and the contact.
         for (above, wanted) in [(0.0, 0.3536), (5.42, 0.3536), (5.43, 5.0)] {
-            close(Owed::to_table(&profile, 5.0, above).rest.mm, wanted);
+            close(Owed::to_table(&profile, (5.0, above), true).rest.mm, wanted);
         }
-        close(Owed::to_table(&profile, 0.1, 50.0).rest.mm, 0.3536);
+        close(Owed::to_table(&profile, (0.1, 50.0), true).rest.mm, 0.3536);
+        // Tilted: the rim itself, half a layer of 0.2 mm above what is printed.
+        let [on, over] = [0.0, 5.43].map(|above| Owed::to_table(&profile, (5.0, above), false).tip);
+        assert_eq!((on.lift, on.wider, on.mm, over.mm), (0.1, 0.0, TOUCHING_MM, 5.0));
         assert_eq!(Owed::to_others(&profile, 0.0).tip.mm, TOUCHING_MM);
     }
 }

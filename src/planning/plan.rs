@@ -108,7 +108,7 @@ pub struct Print {
 
 /// Supports that are printed with a part, in its setup and before it in each layer. They are a print of their own; their numbers follow
 /// those of all parts.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintSupports {
     /// Edge of the cubes of the grid in which they are planned, mm.
@@ -123,6 +123,25 @@ pub struct PrintSupports {
     /// Over so much of its height a column may stand free of others, mm; `None`: over any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brace_mm: Option<f64>,
+    /// Whether there are no columns, and all is propped.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub only_props: bool,
+    /// What columns do not hold: places that are propped from straight below.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub props: Vec<PropPlace>,
+}
+
+/// A place of one layer that is propped from straight below.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PropPlace {
+    /// The underside of the layer, mm above the part's lowest point.
+    pub under_mm: f64,
+    /// The place's box, mm, from the middle of the part's own: the lower and the upper corner.
+    pub within_mm: [[f64; 2]; 2],
+    /// Whether a sheet goes through its middle.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub middle: bool,
 }
 
 /// A roof of lines below what supports hold.
@@ -244,8 +263,10 @@ impl Plan {
     pub const VERSION: u32 = 1;
     /// The version of plans in which a print has supports.
     pub const WITH_SUPPORTS: u32 = 2;
-    /// The version of plans whose supports have a roof or a brace; the newest that this code reads.
+    /// The version of plans whose supports have a roof or a brace.
     pub const WITH_FORM: u32 = 3;
+    /// The version of plans whose supports have props; the newest that this code reads.
+    pub const WITH_PROPS: u32 = 4;
 
     /// Reads a plan file's text; `file` is for the messages.
     ///
@@ -257,8 +278,8 @@ impl Plan {
         let value: serde_json::Value = serde_json::from_str(text).map_err(syntax)?;
         let found = format!("{} version {}", value["format"].as_str().unwrap_or("no format"), value["version"]);
         let known = |version: u32| format!("{} version {version}", Self::FORMAT);
-        if (Self::VERSION..=Self::WITH_FORM).all(|version| found != known(version)) {
-            let wanted = format!("{} to {}", known(Self::VERSION), Self::WITH_FORM);
+        if (Self::VERSION..=Self::WITH_PROPS).all(|version| found != known(version)) {
+            let wanted = format!("{} to {}", known(Self::VERSION), Self::WITH_PROPS);
             return Err(PlanError::Version { file: file.to_owned(), found, wanted });
         }
         serde_json::from_value(value).map_err(syntax)
@@ -306,7 +327,7 @@ impl Plan {
                 let &Print { part, up, tilt_deg, rotation_deg, .. } = print;
                 return Err(PlanError::Angles { slot, part, tilt_deg, rotation_deg, up });
             }
-            if let Some(problem) = print.supports.and_then(|supports| supports.problem(print.up)) {
+            if let Some(problem) = print.supports.as_ref().and_then(|supports| supports.problem(print.up)) {
                 return Err(PlanError::Supports { slot, part: print.part, problem });
             }
         }
@@ -345,6 +366,11 @@ impl PrintSupports {
     /// Over so much of its height a column may stand free, mm.
     pub const BRACES_MM: [f64; 2] = [2.0, 1000.0];
 
+    /// Places that are propped, at most.
+    pub const MOST_PROPS: usize = 10_000;
+    /// No part is as large, mm.
+    const FARTHEST_MM: f64 = 10_000.0;
+
     /// What is wrong with them below a print along `up`.
     fn problem(&self, up: [f64; 3]) -> Option<&'static str> {
         let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
@@ -365,6 +391,17 @@ impl PrintSupports {
         }
         if self.brace_mm.is_some_and(|brace| !within(brace, Self::BRACES_MM)) {
             return Some("the supports' brace_mm is not within 2..1000 mm");
+        }
+        if self.props.len() > Self::MOST_PROPS {
+            return Some("the supports have more than 10000 props");
+        }
+        let there = |prop: &PropPlace| {
+            let [low, high] = prop.within_mm;
+            let far = low.iter().chain(&high).chain([&prop.under_mm]).all(|v| v.abs() < Self::FARTHEST_MM);
+            far && prop.under_mm > 0.0 && low[0] <= high[0] && low[1] <= high[1]
+        };
+        if !self.props.iter().all(there) {
+            return Some("a prop's place is not a box above the table");
         }
         // They stand on the table.
         (Vec3::from(up).angle(&Vec3::z()) > UPRIGHT).then_some("supports stand on the table, and this pose tilts it")

@@ -109,7 +109,7 @@ impl<'a> Site<'a> {
     /// A tip position on `part`, table frame, at which the head strikes `other` (the table if `None`), among points spread
     /// over its facets; the one nearest to the middle of all that strike. For pictures only.
     pub(super) fn strikes(&self, part: usize, other: Option<usize>, setup: usize) -> Option<Vec3> {
-        let table = self.setups.owed_to_table(part);
+        let table = self.setups.owed_to_table(part, &self.motions[setup]);
         let (obstacle, owed) = match other {
             Some(other) => (&self.setups.solids[other], self.owed(part, other)),
             None => (&self.setups.slab, &table),

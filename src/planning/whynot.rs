@@ -116,7 +116,8 @@ impl Case<'_> {
         }
         let least = decided;
         let reasons = self.reasons(&kept);
-        Infeasible::NoPlan { summary: summary(workpiece, &kept, &reasons), reasons, least }
+        let upright = |part: usize| matches!(&self.ways[part][..], [way] if (way.up.unit() - Vec3::z()).norm() < 1e-9);
+        Infeasible::NoPlan { summary: summary(workpiece, &kept, &reasons, upright), reasons, least }
     }
 
     fn constraints(&self) -> BTreeSet<Constraint> {
@@ -263,12 +264,21 @@ impl Case<'_> {
 }
 
 /// One sentence: which parts, and the nearest miss of each.
-fn summary(workpiece: &Workpiece<'_>, kept: &BTreeSet<Constraint>, reasons: &[Reason]) -> String {
+fn summary(
+    workpiece: &Workpiece<'_>,
+    kept: &BTreeSet<Constraint>,
+    reasons: &[Reason],
+    upright: impl Fn(usize) -> bool,
+) -> String {
     let parts: BTreeSet<usize> = kept.iter().map(|c| c.part()).collect();
     let named = |part: &usize| format!("part {part} ({})", workpiece.model.parts[*part].name);
     let mut text = match parts.len() {
         0 => "no order prints all parts".to_owned(),
-        1 => format!("{} cannot be printed in any orientation", parts.iter().map(named).collect::<String>()),
+        1 => {
+            // No other direction was asked for.
+            let asked = if parts.iter().all(|part| upright(*part)) { "as it stands" } else { "in any orientation" };
+            format!("{} cannot be printed {asked}", parts.iter().map(named).collect::<String>())
+        }
         _ => format!("no order prints {}", parts.iter().map(named).collect::<Vec<_>>().join(" and ")),
     };
     for part in parts.iter().take(3) {
@@ -280,7 +290,8 @@ fn summary(workpiece: &Workpiece<'_>, kept: &BTreeSet<Constraint>, reasons: &[Re
         if let Some((reason, _)) = least {
             // One solid hangs somewhere whatever the machine: where that is least says what to change, or where to cut.
             let [x, y, z] = reason.up.map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
-            let _ = write!(text, ": with ({x:.3}, {y:.3}, {z:.3}) up {}", reason.text);
+            let with = if upright(*part) { String::new() } else { format!("with ({x:.3}, {y:.3}, {z:.3}) up ") };
+            let _ = write!(text, ": {with}{}", reason.text);
             continue;
         }
         if let Some(reason) = of_part().find(|r| r.blocked_by != "support").or_else(|| of_part().next()) {

@@ -72,6 +72,8 @@ pub struct Options {
     pub pedestal_mm: f64,
     /// States that are kept from level to level.
     pub beam: usize,
+    /// What the cuts may cost: what costs more is not searched. `None`: whatever it takes.
+    pub budget: Option<CutBudget>,
     /// Whether only facets count, and neither places that begin in the air nor flat ridges: for figures that are to be compared with
     /// those of methods that do not know these.
     pub only_facets: bool,
@@ -94,8 +96,27 @@ impl Default for Options {
             no_cut: Vec::new(),
             pedestal_mm: 0.0,
             beam: 4,
+            budget: None,
             only_facets: false,
         }
+    }
+}
+
+/// What cuts may cost where another way to print the model is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutBudget {
+    /// What a direction beyond the first costs, minutes.
+    pub setup_min: f64,
+    /// What a mm² of seam costs, minutes.
+    pub seam_min_per_mm2: f64,
+    /// All of them together cost less than this, minutes.
+    pub most_min: f64,
+}
+
+impl CutBudget {
+    /// Whether so many distinct directions and such seams are within it.
+    pub fn affords(&self, setups: usize, seam_mm2: f64) -> bool {
+        self.setup_min * setups.saturating_sub(1) as f64 + self.seam_min_per_mm2 * seam_mm2 < self.most_min
     }
 }
 

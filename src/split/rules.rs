@@ -38,6 +38,8 @@ pub enum Against {
     Head,
     /// Measured on the real cut it gains nothing.
     Gain,
+    /// With it the cuts would cost more than another way to print the model.
+    Budget,
 }
 
 /// A cut that may be made.

@@ -118,7 +118,8 @@ impl BeamSearch<'_> {
         let every = self.ground.directions.all.len();
         let all = self.descend((every, fewer, usual), finished, level);
         let found = if all.printable { all } else { better(plain, all) };
-        if found.printable {
+        // Where another way is known, what is hard to find is not sought.
+        if found.printable || self.ground.options.budget.is_some() {
             return found;
         }
         let wide = self.descend((every, most, usual * WIDER[0] / WIDER[1]), finished, level);
@@ -178,7 +179,12 @@ impl BeamSearch<'_> {
         (directions, width): (usize, usize),
         refused: &mut Refused,
     ) -> Vec<Arc<SplitState>> {
-        let candidates = self.candidates(beam, directions);
+        let mut candidates = self.candidates(beam, directions);
+        let dear = candidates.len();
+        candidates.retain(|(s, c)| self.affords(c.setups, beam[*s].seam_mm2() + c.seam_mm2.get().unwrap_or(&0.0)));
+        if candidates.len() < dear {
+            *refused.entry(Against::Budget).or_insert(0) += dear - candidates.len();
+        }
         let most = CUTS_PER_STATE * width;
         let mut tried = vec![false; candidates.len()];
         let (mut cuts, mut stays) = (0, STAYS_MM2);
@@ -295,6 +301,10 @@ impl BeamSearch<'_> {
         all
     }
 
+    fn affords(&self, setups: usize, seam_mm2: f64) -> bool {
+        self.ground.options.budget.is_none_or(|budget| budget.affords(setups, seam_mm2))
+    }
+
     /// The state after a cut, if rules and machine allow it; what is known of it already is not found out again.
     pub(super) fn child(&self, state: &SplitState, promise: &StatePromise) -> Result<Arc<SplitState>, Against> {
         let answer = |against: Against| {
@@ -356,6 +366,9 @@ impl BeamSearch<'_> {
         // The cap may have made a new lowest place of what is left.
         if rules.faults && child.left().area_mm2 <= NOTHING_MM2 && child.rest.has_false_bottom(&Vec3::z(), None) {
             return Err(Against::Thin);
+        }
+        if !self.affords(child.setups(), child.seam_mm2()) {
+            return Err(Against::Budget);
         }
         let gains = child.area_mm2() < state.area_mm2() - SAME_MM2 || child.faults() < state.faults();
         if gains { Ok(child) } else { Err(Against::Gain) }

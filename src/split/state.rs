@@ -124,7 +124,7 @@ impl SplitState {
         self.steps.iter().filter(|step| step.odd).count()
     }
 
-    fn seam_mm2(&self) -> f64 {
+    pub(super) fn seam_mm2(&self) -> f64 {
         self.steps.iter().map(|step| step.seam_mm2).sum()
     }
 

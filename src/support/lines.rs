@@ -25,7 +25,7 @@ use rayon::prelude::*;
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
 use super::roof::{Roof, Under};
-use super::spans::{Line, SHORTEST_WIDTHS, Spans, where_above};
+use super::spans::{Line, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::section::{Section, Sections, Segments};
@@ -170,18 +170,21 @@ fn shadow(graph: &Graph, cube: usize, cuts: &[&[Section]], (times, beside): (f64
 }
 
 /// What is free around one layer.
-struct Air<'a> {
-    own: &'a [Section],
-    over: &'a [Vec<Section>],
-    under: &'a [Section],
-    how: &'a Laying,
+pub(super) struct Air<'a> {
+    /// What the part has in this layer, ..
+    pub(super) own: &'a [Section],
+    /// .. in those above it up to the gap, ..
+    pub(super) over: &'a [Vec<Section>],
+    /// .. and in the one below.
+    pub(super) under: &'a [Section],
+    pub(super) how: &'a Laying,
     /// The roof of this layer, whose lines take the place of sheets.
-    roof: Segments,
+    pub(super) roof: Segments,
 }
 
 impl Air<'_> {
     /// How far `p` is from where no line's middle may be, mm; below 0 where it may not be. A step of so much crosses no border.
-    fn room(&self, p: [f64; 2]) -> f64 {
+    pub(super) fn room(&self, p: [f64; 2]) -> f64 {
         let half = self.how.line_mm / 2.0;
         let away = |sections: &[Section], from: f64| {
             let nearest = sections.iter().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
@@ -193,7 +196,7 @@ impl Air<'_> {
     }
 
     /// How far `p` is from where the part no longer carries a line, mm; below 0 there.
-    fn carried(&self, p: [f64; 2]) -> f64 {
+    pub(super) fn carried(&self, p: [f64; 2]) -> f64 {
         let nearest = self.under.iter().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
         ASIDE * self.how.line_mm - nearest
     }
@@ -459,23 +462,4 @@ fn point(diagonal: usize, across: f64, along: f64) -> [f64; 2] {
 fn along(centre: [f64; 2], diagonal: usize, t: f64) -> [f64; 2] {
     let [dx, dy] = direction(diagonal);
     [centre[0] + t * dx, centre[1] + t * dy]
-}
-
-/// Spans that overlap made one, upward.
-fn joined(mut spans: Spans) -> Spans {
-    spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let mut all = Spans::new();
-    for [from, to] in spans {
-        match all.last_mut() {
-            Some(last) if from <= last[1] => last[1] = last[1].max(to),
-            _ => all.push([from, to]),
-        }
-    }
-    all
-}
-
-/// What two lists of spans share.
-fn shared(a: &Spans, b: &Spans) -> Spans {
-    let both = a.iter().flat_map(|x| b.iter().map(move |y| [x[0].max(y[0]), x[1].min(y[1])]));
-    both.filter(|[from, to]| from < to).collect()
 }

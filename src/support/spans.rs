@@ -28,3 +28,22 @@ pub(super) fn where_above([a, b]: [[f64; 2]; 2], measure: impl Fn([f64; 2]) -> f
     spans.extend(from.filter(|start| *start < length).map(|start| [start, length]));
     spans
 }
+
+/// Spans that overlap made one, upward.
+pub(super) fn joined(mut spans: Spans) -> Spans {
+    spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut all = Spans::new();
+    for [from, to] in spans {
+        match all.last_mut() {
+            Some(last) if from <= last[1] => last[1] = last[1].max(to),
+            _ => all.push([from, to]),
+        }
+    }
+    all
+}
+
+/// What two lists of spans share.
+pub(super) fn shared(a: &Spans, b: &Spans) -> Spans {
+    let both = a.iter().flat_map(|x| b.iter().map(move |y| [x[0].max(y[0]), x[1].min(y[1])]));
+    both.filter(|[from, to]| from < to).collect()
+}

@@ -138,7 +138,7 @@ fn planned(job: &Job<'_>) -> Vec<Planned> {
         before += setups.len();
     }
     let supports = job.plan.prints().zip(all.clone()).filter_map(|((_, print), held)| {
-        let supports = print.supports?;
+        let supports = print.supports.as_ref()?;
         Some(Planned { gap_mm: Some(supports.gap_mm), ..held })
     });
     let supports: Vec<Planned> = supports.collect();

@@ -443,6 +443,11 @@ impl Near {
         swept.to_slab(&self.slab, TOUCHING_MM) < TOUCHING_MM || touches(&self.earlier) || touches(&self.own)
     }
 
+    /// Whether `hull` on the tip's way, with all above it, meets the table.
+    pub(super) fn meets_table(&self, hull: &Hull, way: &TipWay) -> bool {
+        Swept::new(hull, way, &self.looked_at).to_slab(&self.slab, TOUCHING_MM) < TOUCHING_MM
+    }
+
     /// The same between `hull` and `strangers`.
     pub(super) fn room_to_strangers(
         &mut self,

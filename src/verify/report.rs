@@ -83,7 +83,7 @@ pub struct Report {
     pub counts: BTreeMap<Rule, usize>,
     /// The least distance between the head and everything that it does not print on, mm, over the whole file: in any direction, to
     /// 0.05 mm at a fixed pose and a proved lower bound while the table turns. The piece that carries the tip counts against
-    /// prints whose part shares no face with the one being laid, and the table where that does not stand on it; all other pieces
+    /// prints whose part shares no face with the one being laid, and the table where that does not stand on it or is tilted; all other pieces
     /// against everything. At most [`CLEARANCE_CAP_MM`]; where something is hit, minus a bound of how deep.
     pub clearance_mm: f64,
     /// The line with that room; 0 where the cap was never undercut.

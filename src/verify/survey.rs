@@ -1,7 +1,7 @@
 //! How near the head comes to what it does not print on, move by move: for pictures. Nothing is judged by it, and verification alone
 //! does without.
 //!
-//! What counts is everything laid before, but the part itself and its supports, and the table where the part does not stand on it; for the piece that
+//! What counts is everything laid before, but the part itself and its supports, and the table where the part does not stand on it or is tilted; for the piece that
 //! carries the tip also without the parts that share a face with the one printed, as for the least clearance. So this is the room to
 //! what a print could strike, not the constant one between the heater block and the layer just laid. A lower bound, mm: the way of the
 //! tip since a measured place is taken off what was measured there, and measured anew where either way leaves the other by more than
@@ -14,7 +14,7 @@ use super::astray::{as_planned, is_astray};
 use super::hull::Hull;
 use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
-use super::walk::strangers;
+use super::walk::{LEVEL, strangers};
 use super::{Job, Planned};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::planning::contact_mm;
@@ -44,7 +44,8 @@ pub struct Room {
 pub(super) fn survey(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Vec<Room> {
     let contact = contact_mm(job.profile);
     let of_print = |print: &Planned| {
-        let touches_table = job.workpiece.model.on_table.contains(&print.part);
+        let level = (print.up - Vec3::z()).norm() < LEVEL;
+        let touches_table = level && job.workpiece.model.on_table.contains(&print.part);
         (planned.iter().map(|other| other.part != print.part).collect(), !touches_table)
     };
     let mut surveyor = Surveyor {

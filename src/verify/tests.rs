@@ -28,9 +28,16 @@ fn profile() -> Profile {
     profile
 }
 
+/// Where the beam's underside lies, mm.
+const BEAM: f64 = 48.0;
+
 fn model() -> Model {
+    model_at(BEAM)
+}
+
+fn model_at(beam: f64) -> Model {
     let post = solid_box(Vec3::new(-5.0, -5.0, 0.0), Vec3::new(5.0, 5.0, 60.0));
-    let beam = solid_box(Vec3::new(5.0, -5.0, 48.0), Vec3::new(11.0, 5.0, 58.0));
+    let beam = solid_box(Vec3::new(5.0, -5.0, beam), Vec3::new(11.0, 5.0, beam + 10.0));
     Model::from_parts(vec![("post".to_owned(), post), ("beam".to_owned(), beam)])
 }
 
@@ -91,11 +98,16 @@ fn line(text: &mut String, points: &[[f64; 2]]) -> f64 {
 }
 
 fn program() -> String {
+    program_at(BEAM)
+}
+
+fn program_at(beam_mm: f64) -> String {
     let mut post = String::new();
     let first = layers(&mut post, [-5.0, -5.0, 0.0], 150);
     // The beam: machine x = -y in -5..5, y = -z - 20 in -78..-68, z = x - 20 in -15..-9.
-    let mut beam = String::new();
-    let second = layers(&mut beam, [-5.0, -78.0, -15.0], 15);
+    let (mut beam, low) = (String::new(), -(beam_mm + 30.0));
+    let second = layers(&mut beam, [-5.0, low, -15.0], 15);
+    let begins = low + 0.4;
     format!(
         ";TRUNNION version=0 plan=0 profile=generic-ac
 ;TRUNNION expect print=0 part=0 filament_mm={first:.5}
@@ -114,7 +126,7 @@ G1 Z130 F900
 ;TRUNNION slot=1 part=1 A=90 C=90
 G1 C90 F1800
 G1 A90 F1200
-G1 X-4.6 Y-77.6 F6000
+G1 X-4.6 Y{begins:.1} F6000
 ;TRUNNION print=1 part=1
 G1 Z-14 F900
 G1 E2 F2100
@@ -149,6 +161,39 @@ fn breaks(text: &str, rules: &[Rule]) -> Report {
     let found: Vec<Rule> = report.counts.keys().copied().collect();
     assert_eq!(found, rules, "{:#?}", report.findings);
     report
+}
+
+/// The table stands upright beside the nozzle, whose flat is turned to it: by its radius it reaches nearer to the table than the tip.
+#[test]
+fn the_rim_of_the_nozzle_keeps_out_of_a_tilted_table() {
+    let needle = |radius: f64| {
+        let mut profile = profile();
+        let nozzle = profile.head.body.iter().find(|body| body.z_mm.is_some_and(|z| z[0] == 0.0)).unwrap().clone();
+        profile.head.body = vec![crate::profile::BodySpec { r_mm: Some([radius; 2]), ..nozzle }];
+        profile
+    };
+    for beam_mm in [0.0, 0.1, 0.3] {
+        let (plan, model, text) = (plan(), model_at(beam_mm), program_at(beam_mm));
+        let workpiece = Workpiece::place(&model, &plan.placement);
+        // The lowest line lies half a width above the beam's underside.
+        let tip_mm = beam_mm + 0.4;
+        for radius in [0.2, tip_mm - 0.05, tip_mm - 0.002, tip_mm + 0.008, tip_mm + 0.02, tip_mm + 0.1, 1.5] {
+            let profile = needle(radius);
+            let report = verify(text.as_bytes(), &Job { profile: &profile, plan: &plan, workpiece: &workpiece });
+            let about = format!("beam {beam_mm}, radius {radius:.3}: {report:#?}");
+            let room = tip_mm - radius;
+            if room > -0.005 {
+                assert!(report.is_clean(), "{about}");
+                assert!((report.clearance_mm - room.max(0.0)).abs() < 0.012, "{about}");
+            } else {
+                assert_eq!(report.counts.keys().copied().collect::<Vec<_>>(), [Rule::HeadCollision], "{about}");
+                let told = report.findings.iter().map(|finding| finding.measured).fold(0.0, f64::max);
+                // Up to the depth that the nozzle may iron what it prints on; beyond that it is told as before.
+                assert!((told + room).abs() < 0.006 || -room > 0.8, "{told}: {about}");
+                assert!(report.clearance_mm < room.max(-0.7) + 0.006, "{about}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -39,8 +39,11 @@ const TURNS: usize = 1000;
 const TURNS_A_PRINT: usize = 256;
 const TURNS_A_FIELD: usize = 16;
 
-/// How deep the tip may be in the table, mm: beds are no flatter.
-const INTO_TABLE_MM: f64 = 0.05;
+/// How deep the nozzle may be in the table, mm: what the last digits of a program's words come to.
+const INTO_TABLE_MM: f64 = 0.005;
+
+/// How far the table's upward direction may be from the machine's, as the distance of the unit vectors, on a level table.
+pub(super) const LEVEL: f64 = 3.5e-4;
 
 /// What the walk found.
 pub(super) struct Walked {
@@ -116,6 +119,8 @@ struct Setup {
     field: Field,
     near: Near,
     back: Rigid<Machine, Table>,
+    /// Whether the table is level.
+    level: bool,
 }
 
 struct Walker<'a> {
@@ -186,7 +191,7 @@ impl Walker<'_> {
             self.over_the_ball(&Blind { within, line: stroke.line });
             return;
         };
-        self.check_table(&setup.back, stroke);
+        self.check_table(&setup, stroke);
         self.passes(&mut setup, from);
         self.sweep(&mut setup, [stroke.from, stroke.to], stroke.line, FINEST_MM);
         let mut gaps = Vec::new();
@@ -208,20 +213,56 @@ impl Walker<'_> {
         }
     }
 
-    /// The tip itself below the table's surface: there is nothing soft to give way.
-    fn check_table(&mut self, back: &Rigid<Machine, Table>, stroke: &Stroke) {
+    /// The nozzle below the table's surface: there is nothing soft to give way. On a level table it is the tip that is lowest, on a tilted
+    /// one the rim of its flat.
+    fn check_table(&mut self, setup: &Setup, stroke: &Stroke) {
+        let deepest =
+            if setup.level { self.tip_in_table(&setup.back, stroke) } else { self.rim_in_table(setup, stroke) };
+        if deepest <= INTO_TABLE_MM {
+            return;
+        }
+        if self.note(-deepest, stroke.line) {
+            let low = setup.back.point(stroke.to.into()).at;
+            let at = |z: f64| [low.x, low.y, z].map(|v| (v * 1e4).round() / 1e4);
+            self.walked.clearance_at = Some(Nearest { head_mm: at(-deepest), other_mm: at(0.0), share: 1.0 });
+        }
+        let (at, what) = (self.place(stroke.line), if setup.level { "tip" } else { "rim of the nozzle" });
+        self.walked.findings.add(Rule::HeadCollision, at, [deepest, INTO_TABLE_MM], || {
+            format!("the {what} is {deepest:.3} mm inside the table; at most {INTO_TABLE_MM} mm")
+        });
+    }
+
+    fn tip_in_table(&self, back: &Rigid<Machine, Table>, stroke: &Stroke) -> f64 {
         let points = [stroke.from, (stroke.from + stroke.to) * 0.5, stroke.to];
         let depth = |p: Vec3| {
             let at = back.point(p.into()).at;
             if (self.beyond_table)(at.x, at.y) < 0.0 { -at.z } else { 0.0 }
         };
         let deepest = points.into_iter().map(depth).fold(0.0, f64::max);
-        if deepest > INTO_TABLE_MM && deepest < self.slab_mm {
-            let at = self.place(stroke.line);
-            self.walked.findings.add(Rule::HeadCollision, at, [deepest, INTO_TABLE_MM], || {
-                format!("the tip is {deepest:.3} mm inside the table; at most {INTO_TABLE_MM} mm")
-            });
-        }
+        if deepest < self.slab_mm { deepest } else { 0.0 }
+    }
+
+    /// How far the piece that carries the tip has to be raised from the table, mm; up to the depth that the field is asked for.
+    fn rim_in_table(&self, setup: &Setup, stroke: &Stroke) -> f64 {
+        let ends = [stroke.from, stroke.to];
+        let lowest = |hull: &Hull| {
+            let below = hull.body.points.iter().map(|p| (setup.back.rotation * p).z).fold(0.0, f64::min);
+            ends.map(|tip| setup.back.point(tip.into()).at.z + below).into_iter().fold(f64::INFINITY, f64::min)
+        };
+        let away = setup.back.inverse().rotation * Vec3::z();
+        let of_hull = |hull: &Hull| {
+            let meets = |mm: f64| setup.near.meets_table(hull, &TipWay::Line(ends.map(|tip| tip + away * mm)));
+            if lowest(hull) >= 0.0 || !meets(INTO_TABLE_MM) {
+                return 0.0;
+            }
+            let (mut low, mut high) = (INTO_TABLE_MM, self.contact.max(2.0 * INTO_TABLE_MM));
+            while high - low > INTO_TABLE_MM / 2.0 {
+                let middle = f64::midpoint(low, high);
+                if meets(middle) { low = middle } else { high = middle }
+            }
+            high
+        };
+        self.head.iter().filter(|hull| hull.tip).map(of_hull).fold(0.0, f64::max)
     }
 
     fn blind(&mut self, blind: &Blind, from: usize) {
@@ -327,6 +368,7 @@ impl Walker<'_> {
             field: self.material.field(&motion, &tips, &floor),
             near: Near::new(motion, &self.material, self.head.len()),
             back: motion.inverse(),
+            level: (motion.rotation * Vec3::z() - Vec3::z()).norm() < LEVEL,
         });
     }
 
@@ -436,7 +478,7 @@ impl Walker<'_> {
     }
 
     /// How near the piece that carries the tip comes to the prints that carry nothing of the one it prints, and to the table where that
-    /// does not stand on it: of all runs of moves so far.
+    /// does not stand on it, or is tilted: of all runs of moves so far.
     ///
     /// A few are looked at first: what they come near to is what most others need not be looked at for.
     fn apart(&mut self, setup: &mut Setup) {
@@ -462,7 +504,7 @@ impl Walker<'_> {
             return;
         }
         let prints = &self.strangers[run.print as usize];
-        let table = !self.on_table.contains(&self.planned[run.print as usize].part);
+        let table = !(setup.level && self.on_table.contains(&self.planned[run.print as usize].part));
         let strangers = Strangers { prints, table, laid: run.laid };
         if count > 1 {
             if setup.near.is_nearer(&self.material, hull, &TipWay::Within(within), cap, &strangers) {

@@ -151,7 +151,7 @@ fn what_hangs_is_what_prusa_slicer_warns_of() {
     let all: Vec<u64> = seeds(200, 1000).collect();
     let told = |&seed: &u64| {
         let (name, mesh) = shape(seed);
-        let Judged { hangs, droops } = grade(&mesh);
+        let Judged { hangs, droops, .. } = grade(&mesh);
         let warned = warnings(folder.path(), &seed.to_string(), &mesh);
         let collapses = warned.iter().any(|cause| cause == "Collapsing overhang");
         let fine = hangs.is_empty() && droops.is_empty();

@@ -59,6 +59,7 @@ mod publish;
 mod recipes;
 mod respelt;
 mod rewriting;
+mod rims;
 mod rust_source;
 mod schemas;
 mod several;

@@ -212,3 +212,74 @@ fn the_way_that_is_taken_is_never_much_dearer_than_another() {
     note(&told.join("\n"));
     assert!(dear.is_empty(), "{}", dear.join("\n"));
 }
+
+/// Loose solids of one file: a plate that is printed as drawn, a table that is turned over, and a hook, all of them one behind the other
+/// and over the rim of the machine's table.
+#[test]
+fn loose_solids_are_moved_apart_and_each_goes_its_way() {
+    let folder = folder();
+    let apart = |far: f64| {
+        let top = block(24.0, 24.0, 3.0).at(0.0, 0.0, 20.0);
+        let legs = [[0.0, 0.0], [19.0, 0.0], [0.0, 19.0], [19.0, 19.0]];
+        let stool = legs.iter().fold(top, |all, [x, y]| all.and(&block(5.0, 5.0, 21.0).at(*x, *y, 0.0)));
+        let plate = block(30.0, 20.0, 3.0);
+        [plate, stool.at(far, 0.0, 0.0)]
+    };
+    let prepared = |far: f64, more: &[&str]| {
+        let meshes = apart(far).map(|shape| shape.mesh());
+        let (model, out) = (folder.path().join("two.stl"), folder.path().join("two.gcode"));
+        std::fs::write(&model, trunnion::mesh::stl_binary_parts(&meshes.iter().collect::<Vec<_>>())).unwrap();
+        let _ = std::fs::remove_file(&out);
+        let mut command = trunnion();
+        command.arg("prepare").arg(&model).args(["-m", "generic-ac", "--slicer", "builtin", "--json", "--no-remedies"]);
+        let done = command.arg("-o").arg(&out).args(more).output().unwrap();
+        let document: Value = serde_json::from_slice(&done.stdout).unwrap_or(Value::Null);
+        (done.status.code(), document, said(&done))
+    };
+    // The stool has no plan as it is drawn, alone it is turned over; the plate stays.
+    let (code, done, said) = prepared(60.0, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(chosen(&done)["way"], "turned", "{}", done["ways"]);
+    assert!(said.contains("loose solids stand") && said.contains("(0.0000, 0.0000, -1.0000) up"), "{said}");
+    assert!(row(&done, "as-drawn").unwrap()["why_not"].is_string(), "{}", done["ways"]);
+    // 300 mm apart they do not lie on a table of 200 mm; moved together they do.
+    let (code, done, said) = prepared(300.0, &["--way", "turned"]);
+    assert_eq!((code, &chosen(&done)["way"]), (Some(0), &Value::from("turned")), "{said}");
+    // As drawn they are moved, too, and then the stool hangs.
+    let (code, no, said) = prepared(300.0, &["--way", "as-drawn"]);
+    assert_eq!((code, &no["feasible"]), (Some(1), &Value::from(false)), "{said}");
+}
+
+/// One solid that lies over the rim as it was drawn, and stands within it on its end.
+#[test]
+fn what_does_not_fit_as_drawn_is_turned() {
+    let folder = folder();
+    let (code, done, said) = prepared(folder.path(), "long", &block(230.0, 12.0, 12.0), &[]);
+    assert!(code == Some(0) || said.contains("rim"), "{said}");
+    let (code, turned, said) = prepared(folder.path(), "tall", &block(206.0, 40.0, 40.0), &["--way", "turned"]);
+    assert_eq!((code, &chosen(&turned)["way"]), (Some(0), &Value::from("turned")), "{said} {done}");
+}
+
+/// A lug over a plate, with so little air between them that a slicer's own supports would just fit.
+#[test]
+fn what_hangs_over_the_part_is_propped_from_two_layers_of_air_on() {
+    let folder = folder();
+    for (air_mm, wanted) in [(0.6, true), (1.0, true), (2.0, true), (4.0, true), (0.1, false)] {
+        let plate = block(40.0, 30.0, 3.0);
+        let wall = block(4.0, 30.0, 12.0);
+        let shelf = block(24.0, 30.0, 3.0).at(0.0, 0.0, 3.0 + air_mm);
+        let shape = plate.and(&wall).and(&shelf);
+        let (code, done, said) = prepared(folder.path(), "lug", &shape, &["--way", "supports"]);
+        if wanted {
+            assert_eq!(code, Some(0), "{air_mm} mm: {said}");
+            let held = &done["held"]["parts"][0];
+            assert!(held["props"].as_u64().unwrap() > 0, "{air_mm} mm: {held}");
+            // At most as much as fills the air below the shelf.
+            let most = 20.0 * 30.0 * air_mm;
+            assert!(held["volume_mm3"].as_f64().unwrap() < most, "{air_mm} mm: {held}");
+        } else {
+            // Less than a layer of air is none.
+            assert_ne!(code, Some(2), "{air_mm} mm: {said}");
+        }
+    }
+}

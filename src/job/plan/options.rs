@@ -48,6 +48,8 @@ pub struct PlanOptions {
     pub place: Option<PlaceRequest>,
     /// Whether to look for what would help where there is no plan.
     pub remedies: bool,
+    /// Whether it is said why, where there is no plan: that may take longer than to find that there is none.
+    pub explain: bool,
     /// What supports have beside their columns, where there are any.
     pub form: SupportForm,
     /// Most steps of the sequence search.
@@ -160,6 +162,7 @@ impl Default for PlanOptions {
             table_first: true,
             seed: 1,
             place: None,
+            explain: true,
             remedies: true,
             form: SupportForm::PRINTED,
             budget: 20_000_000,
@@ -225,6 +228,7 @@ impl PlanAsked {
             supported: options.allow.iter().filter(|(_, area)| area.is_none()).map(|(part, _)| *part).collect(),
             allow: options.allow.iter().filter_map(|&(part, area)| Some((part, area?))).collect(),
             tolerate_mm2: options.tolerate_mm2,
+            explain: options.explain,
             ..Options::new(&self.goal, self.objective.as_ref(), self.search.as_ref())
         }
     }

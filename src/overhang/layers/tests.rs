@@ -25,7 +25,7 @@ fn hanging(outline: &[[f64; 2]], y: [f64; 2], rule: &Rule) -> Vec<Patch> {
 /// Fine, droops, or hangs.
 fn grade(outline: &[[f64; 2]], y: [f64; 2], rule: &Rule) -> &'static str {
     match laid(outline, y, rule) {
-        Judged { hangs, droops } if hangs.is_empty() && droops.is_empty() => "fine",
+        Judged { hangs, droops, .. } if hangs.is_empty() && droops.is_empty() => "fine",
         Judged { hangs, .. } if hangs.is_empty() => "droops",
         _ => "hangs",
     }

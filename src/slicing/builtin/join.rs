@@ -1,7 +1,7 @@
 //! Stretches of line whose ends meet become one.
 
 use super::narrow::Stretch;
-use super::thickness::{Vec2, length, plus, sub};
+use super::thickness::{Vec2, dot, length, plus, sub};
 
 /// How far apart two ends may lie, mm.
 const REACH_MM: f64 = 0.35;
@@ -21,6 +21,48 @@ pub(super) fn joined(mut stretches: Vec<Stretch>, inside: impl Fn(Vec2) -> bool)
         }
     }
     found
+}
+
+/// Shorter legs are not looked at where a line goes back over itself, mm.
+const BACK_MM: f64 = 0.3;
+/// Two legs along one line, one there and one back, by the cosine of their angle.
+const BACK: f64 = -0.9999;
+
+/// The line without what would be laid twice: where it goes back over itself it ends, and goes on as another one behind that.
+pub(super) fn unfolded(mut line: Stretch) -> Vec<Stretch> {
+    let leg = |points: &[Vec2], k: usize| sub(points[k + 1], points[k]);
+    let turns_back = |points: &[Vec2], k: usize| {
+        let [there, back] = [leg(points, k), leg(points, k + 1)];
+        let (far, near) = (length(there), length(back));
+        far > BACK_MM && near > BACK_MM && dot(there, back) < BACK * far * near
+    };
+    let (mut all, mut at) = (Vec::new(), 0);
+    while at + 2 < line.points.len() {
+        if !turns_back(&line.points, at) {
+            at += 1;
+        } else if at + 3 < line.points.len()
+            && turns_back(&line.points, at + 1)
+            && length(sub(line.points[at + 2], line.points[at])) < BACK_MM
+        {
+            // There, back, and there again: once is enough.
+            line.points.drain(at + 1..at + 3);
+            line.widths.drain(at + 1..at + 3);
+        } else {
+            let behind =
+                Stretch { points: line.points.split_off(at + 2), widths: line.widths.split_off(at + 2), closed: false };
+            let before = std::mem::replace(&mut line, behind);
+            if before.closed {
+                // Opened where it turns back.
+                line.points.extend(before.points);
+                line.widths.extend(before.widths);
+            } else {
+                all.push(before);
+            }
+            at = 0;
+        }
+    }
+    all.push(line);
+    all
 }
 
 /// For each end, `2 i` for the first point of stretch `i` and `2 i + 1` for its last, the one it is joined to.
@@ -118,5 +160,26 @@ mod tests {
         let ring =
             joined(vec![stretch(&[[0.0, 0.0], [5.0, 0.0], [5.0, 5.0]]), stretch(&[[5.0, 5.2], [0.0, 0.2]])], |_| true);
         assert!(ring.len() == 1 && ring[0].closed && ring[0].points.len() == 5, "{ring:?}");
+    }
+
+    #[test]
+    fn a_line_that_goes_back_over_itself_is_laid_once() {
+        // Down, up and down again, as two sides of a slot were joined: once.
+        let thrice = stretch(&[[8.0, 5.0], [0.0, 5.0], [0.0, 0.0], [0.0, 5.0], [0.0, 0.0], [-0.2, -0.4]]);
+        let once = unfolded(thrice);
+        assert_eq!(once.len(), 1);
+        assert_eq!(once[0].points, [[8.0, 5.0], [0.0, 5.0], [0.0, 0.0], [-0.2, -0.4]]);
+        assert_eq!(once[0].widths.len(), 4);
+        // Into a dead end and out: to its end, and on from where it came from.
+        let dead_end = stretch(&[[0.0, 0.0], [5.0, 0.0], [2.0, 0.0], [2.0, 4.0]]);
+        let parts: Vec<Vec<Vec2>> = unfolded(dead_end).into_iter().map(|line| line.points).collect();
+        assert_eq!(parts, [vec![[0.0, 0.0], [5.0, 0.0]], vec![[2.0, 0.0], [2.0, 4.0]]]);
+        // A ring is opened where it does so; one that does not stays closed.
+        let corners = [[0.0, 0.0], [5.0, 0.0], [5.0, 3.0], [5.0, 0.5], [5.0, 9.0], [0.0, 9.0]];
+        let ring = unfolded(Stretch { closed: true, ..stretch(&corners) });
+        assert_eq!(ring.len(), 1, "{ring:?}");
+        assert!(!ring[0].closed && ring[0].length() < 5.0 + 3.0 + 8.5 + 5.0 + 9.0 + 0.1, "{ring:?}");
+        let square = Stretch { closed: true, ..stretch(&[[0.0, 0.0], [5.0, 0.0], [5.0, 5.0], [0.0, 5.0]]) };
+        assert!(unfolded(square)[0].closed);
     }
 }

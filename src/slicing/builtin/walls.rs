@@ -4,7 +4,7 @@
 //! Both are joined to one line where their ends meet.
 
 use super::Line;
-use super::join::joined;
+use super::join::{joined, unfolded};
 use super::narrow::{GapFit, Narrow, Stretch, on_grid};
 use super::region::{Contour, Point, Region, Shape, area_mm2, enclosed, grown, holds, minus, opened, or, pairs, units};
 use super::thickness::{Vec2, in_mm, length, plus, sub};
@@ -204,7 +204,8 @@ fn with_narrow(
         all.clone().next().into_iter().chain(all.next_back())
     });
     let ends = enclosed(&ends.map(about).collect::<Vec<_>>());
-    found.beads.extend(lines.iter().map(|stretch| stretch.bead(depth)));
+    let laid = lines.iter().flat_map(|line| unfolded(line.thinned())).filter(|line| line.points.len() > 1);
+    found.beads.extend(laid.map(|line| line.bead(depth)));
     (filled, ends)
 }
 

@@ -1,0 +1,158 @@
+//! Solids of one file that lie loose beside each other: moved apart, and each turned as suits it, where they have no way to be printed as
+//! they were laid out. What was read is never changed: what comes of it is a model of its own.
+//!
+//! Solids whose boxes overlap, seen from above, stay as they are to each other: they may be a chain or a hinge.
+
+use super::arrange::{Laid, SetUp, laid_out, made_of};
+use super::plan::{Along, planned_along};
+use super::solids::{copied, groups};
+use super::turning::Poses;
+use super::{Error, LoadedModel, LoadedProfile, PlanOptions, World};
+use crate::assembly::upright;
+use crate::geom::{Bounds, Object, Rigid, Vec3};
+use crate::mesh::{Model, Part, TriangleMesh};
+use crate::spelling::counted;
+
+/// Solids that stay together.
+pub(super) struct Cluster {
+    /// Their places in the model, ascending.
+    pub(super) parts: Vec<usize>,
+    bounds: Bounds,
+}
+
+impl Cluster {
+    /// Those of a model, by their first part.
+    pub(super) fn all(model: &Model) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for parts in groups(model) {
+            let vertices = parts.iter().flat_map(|&part| model.parts[part].mesh.vertices());
+            let mut new = Self { bounds: Bounds::of(vertices.copied()), parts };
+            // A box that has grown may reach others.
+            while let Some(near) = all.iter().position(|other| other.is_above_or_below(&new)) {
+                let other = all.swap_remove(near);
+                new.bounds = new.bounds.union(&other.bounds);
+                new.parts.extend(other.parts);
+            }
+            new.parts.sort_unstable();
+            all.push(new);
+        }
+        all.sort_by_key(|cluster| cluster.parts[0]);
+        all
+    }
+
+    fn is_above_or_below(&self, other: &Self) -> bool {
+        let (a, b) = (&self.bounds, &other.bounds);
+        (0..2).all(|i| a.min[i] < b.max[i] && b.min[i] < a.max[i])
+    }
+}
+
+/// The model of `set` with its clusters beside each other, `gap_mm` apart or as the head needs it; those with a direction in `ups` stand
+/// with it up.
+pub(super) fn spread(
+    set: &SetUp,
+    clusters: &[Cluster],
+    ups: &[Option<Vec3>],
+    (machine, gap_mm, file): (&LoadedProfile, Option<f64>, &str),
+) -> Result<SetUp, Error> {
+    let model = &set.model.model;
+    let parts: Vec<Vec<Part>> =
+        clusters.iter().map(|cluster| cluster.parts.iter().map(|&part| model.parts[part].clone()).collect()).collect();
+    let turn = |(own, up): (&Vec<Part>, &Option<Vec3>)| {
+        up.map_or_else(|| Rigid::<Object, Object>::shift(Vec3::zeros()), |up| upright(own, up))
+    };
+    let turns: Vec<Rigid<Object, Object>> = parts.iter().zip(ups).map(turn).collect();
+    let each: Vec<(&[Part], &Rigid<Object, Object>)> = parts.iter().map(Vec::as_slice).zip(&turns).collect();
+    let Laid { moved, gap_mm } = laid_out(&each, gap_mm, machine);
+    let mut placed: Vec<Option<_>> = vec![None; model.parts.len()];
+    for ((cluster, own), meshes) in clusters.iter().zip(&parts).zip(moved) {
+        for ((&place, part), mesh) in cluster.parts.iter().zip(own).zip(meshes) {
+            placed[place] = Some((part.name.clone(), mesh));
+        }
+    }
+    let mut changes = vec![format!("{} stand {gap_mm:.1} mm apart", counted(clusters.len(), "loose solid"))];
+    changes.extend(clusters.iter().zip(ups).filter_map(|(cluster, up)| {
+        let (first, up) = (cluster.parts[0], (*up)?);
+        let name = &model.parts[first].name;
+        Some(format!("part {first} ({name}) stands with ({:.4}, {:.4}, {:.4}) up", up.x + 0.0, up.y + 0.0, up.z + 0.0))
+    }));
+    let earlier = set.arranged.iter().flat_map(|arranged| arranged.changes.clone());
+    let changes = earlier.chain(changes).collect();
+    made_of(placed.into_iter().flatten().collect(), &set.model, changes, file)
+}
+
+/// By cluster, the direction that is to be up so that it is printed by itself: where it has no plan as it was drawn, the first pose of
+/// `orient` that has one, or else the one that costs the least. `None`: as it was drawn.
+pub(super) fn each_by_itself(
+    model: &LoadedModel,
+    clusters: &[Cluster],
+    (machine, options): (&LoadedProfile, &PlanOptions),
+    world: &World<'_>,
+) -> Vec<Option<Vec3>> {
+    let mut known: Vec<(TriangleMesh<Object>, Option<Vec3>)> = Vec::new();
+    let mut up = |cluster: &Cluster| {
+        let alone = model.only(&cluster.parts);
+        let options = PlanOptions {
+            remedies: false,
+            explain: false,
+            plans: 1,
+            allow: Vec::new(),
+            place: None,
+            ..options.clone()
+        };
+        let [part] = &alone.model.parts[..] else { return None };
+        let mesh = part.mesh.clone();
+        if let Some((_, up)) = known.iter().find(|(other, _)| copied(other, &mesh).is_some()) {
+            return *up;
+        }
+        let up = by_itself(&alone, (machine, &options), world);
+        known.push((mesh, up));
+        up
+    };
+    clusters.iter().map(&mut up).collect()
+}
+
+fn by_itself(
+    alone: &LoadedModel,
+    (machine, options): (&LoadedProfile, &PlanOptions),
+    world: &World<'_>,
+) -> Option<Vec3> {
+    let has_plan = |model: &LoadedModel| {
+        planned_along(Along::These(&[Vec3::z()]), model.clone(), machine.clone(), options, world).is_ok()
+    };
+    if has_plan(alone) {
+        return None;
+    }
+    let poses = Poses::of(&alone.model.parts[0].mesh, machine);
+    let set = SetUp::as_read(alone.clone());
+    let cluster = Cluster::all(&alone.model);
+    let stands = |up: &Vec3| {
+        let turned = spread(&set, &cluster, &[Some(*up)], (machine, None, &alone.file));
+        turned.is_ok_and(|turned| has_plan(&turned.model))
+    };
+    let ups = || poses.others.iter().map(|pose| pose.up);
+    ups().find(stands).or_else(|| Some(poses.cheaper()?.up))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::solid_box;
+
+    fn block(low: [f64; 3], high: [f64; 3]) -> (String, TriangleMesh<Object>) {
+        ("block".to_owned(), solid_box(low.into(), high.into()))
+    }
+
+    #[test]
+    fn what_lies_above_or_below_another_stays_with_it() {
+        let model = Model::from_parts(vec![
+            block([0.0, 0.0, 0.0], [10.0, 10.0, 2.0]),
+            block([30.0, 0.0, 0.0], [40.0, 10.0, 2.0]),
+            block([5.0, 5.0, 4.0], [15.0, 15.0, 6.0]),
+            // Over the second and, as a box, over the third.
+            block([12.0, 2.0, 8.0], [32.0, 8.0, 9.0]),
+            block([60.0, 0.0, 0.0], [70.0, 10.0, 2.0]),
+        ]);
+        let clusters: Vec<Vec<usize>> = Cluster::all(&model).into_iter().map(|cluster| cluster.parts).collect();
+        assert_eq!(clusters, [vec![0, 1, 2, 3], vec![4]]);
+    }
+}

@@ -1,0 +1,227 @@
+//! Props: sheets straight below single places, down to the table or to what the part has there, for what columns of a grid do not reach.
+//!
+//! Slot frame, mm. A place is a box in one layer. Below it stand upright sheets one line wide: along its longer side at the pitch, and
+//! across, to keep those upright and to hold what lies along them, at twice that; all at whole multiples of it, so that those of neighbouring places are the same ones.
+//! Where it is said of a place, one goes through its middle, too. In each layer a sheet has what it has room for beside the part, a gap below what it holds, and what
+//! stands in the layer below, on the table or on the part. So nothing of it begins in the air, and two layers of air are enough for one.
+
+use super::lines::{Air, Laying, SupportLayer};
+use super::spans::{SHORTEST_WIDTHS, Spans, joined, shared, where_above};
+use crate::geom::Slot;
+use crate::mesh::TriangleMesh;
+use crate::section::{Section, Sections, Segments};
+
+/// A place that is held from straight below.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prop {
+    /// The underside of its layer, mm.
+    pub under_mm: f64,
+    /// Its box, seen from above, mm: the lower and the upper corner.
+    pub within_mm: [[f64; 2]; 2],
+    /// Whether a sheet goes through its middle.
+    pub middle: bool,
+}
+
+/// Sheets across stand so many times as far apart as the others: they keep these upright, and hold lines that lie along them.
+const ACROSS: f64 = 2.0;
+/// A sheet goes on so far beyond what it holds, in widths: below a point, too, it is long enough to stick.
+const BEYOND_WIDTHS: f64 = 1.6;
+/// On the table a sheet has lines beside it, so far from its own, in widths: one alone sticks too little.
+const FEET_WIDTHS: f64 = 1.0;
+/// Heights that differ by less are the same, mm.
+const SAME_MM: f64 = 1e-6;
+
+/// A sheet: the axis that it goes along, and where across it stands.
+struct Sheet {
+    axis: usize,
+    at: f64,
+    /// What is asked of it: up to which height, and from where to where.
+    asked: Vec<(f64, Spans)>,
+    /// What it had in the layer below.
+    there: Spans,
+}
+
+/// Adds the sheets below `props` to the lines of `layers`, which lie in `spans` (from, to; upward); clear of `meshes`.
+pub fn propped(
+    layers: &mut Vec<SupportLayer>,
+    props: &[Prop],
+    (meshes, spans): (&[&TriangleMesh<Slot>], &[[f64; 2]]),
+    (how, pitch_mm): (&Laying, f64),
+) {
+    let highest = props.iter().map(|prop| prop.under_mm).fold(f64::NEG_INFINITY, f64::max);
+    let within = spans.iter().take_while(|span| span[0] <= highest + how.gap_mm + SAME_MM).count();
+    let sections: Vec<Sections> = meshes.iter().map(|mesh| Sections::of(mesh)).collect();
+    let cut = |[low, high]: &[f64; 2]| -> Vec<Section> { sections.iter().map(|s| s.at((low + high) / 2.0)).collect() };
+    let cuts: Vec<Vec<Section>> = spans[..within].iter().map(cut).collect();
+    let mut sheets = sheets(props, &(spans, &cuts), how, pitch_mm);
+    let shortest = SHORTEST_WIDTHS * how.line_mm;
+    for (k, span_mm) in spans[..within].iter().enumerate() {
+        let over = spans[..within].iter().skip(k + 1);
+        let over = over.take_while(|above| above[0] < span_mm[1] + how.gap_mm - SAME_MM).count();
+        let under = k.checked_sub(1).map_or(&[][..], |below| &cuts[below]);
+        let air = Air { own: &cuts[k], over: &cuts[k + 1..=k + over], under, how, roof: Segments::new(Vec::new()) };
+        let mut lines = Vec::new();
+        for sheet in &mut sheets {
+            let asked = sheet.asked.iter().filter(|(top, _)| span_mm[1] <= top + SAME_MM);
+            let asked = joined(asked.flat_map(|(_, spans)| spans.clone()).collect());
+            let free = sheet.free(&asked, &|p| air.room(p));
+            let stands = match k {
+                0 => free,
+                _ => {
+                    let mut below = sheet.free(&asked, &|p| air.carried(p));
+                    below.extend(sheet.there.iter().copied());
+                    shared(&free, &joined(below))
+                }
+            };
+            sheet.there = stands.into_iter().filter(|[a, b]| b - a >= shortest).collect();
+            lines.extend(sheet.there.iter().map(|span| span.map(|t| sheet.point(t))));
+            if k == 0 {
+                for side in [-FEET_WIDTHS, FEET_WIDTHS].map(|widths| widths * how.line_mm) {
+                    let foot = Sheet { axis: sheet.axis, at: sheet.at + side, asked: Vec::new(), there: Vec::new() };
+                    let free = foot.free(&sheet.there, &|p| air.room(p)).into_iter().filter(|[a, b]| b - a >= shortest);
+                    lines.extend(free.map(|span| span.map(|t| foot.point(t))));
+                }
+            }
+        }
+        if let Some(layer) = layers.get_mut(k) {
+            layer.lines.extend(lines);
+        } else {
+            layers.push(SupportLayer { span_mm: *span_mm, lines });
+        }
+    }
+    while layers.last().is_some_and(|layer| layer.lines.is_empty()) {
+        layers.pop();
+    }
+}
+
+/// The sheets below some places.
+fn sheets(props: &[Prop], (spans, cuts): &(&[[f64; 2]], &[Vec<Section>]), how: &Laying, pitch_mm: f64) -> Vec<Sheet> {
+    let mut sheets: Vec<Sheet> = Vec::new();
+    for prop in props {
+        // The layer whose underside it is.
+        let layer = spans[..cuts.len()].partition_point(|span| (span[0] + span[1]) / 2.0 < prop.under_mm);
+        let Some(held) = cuts.get(layer) else { continue };
+        let [low, high] = prop.within_mm;
+        let longer = usize::from(high[1] - low[1] > high[0] - low[0]);
+        let at = |axis: usize, every: f64| {
+            let (across, pitch) = (1 - axis, pitch_mm * every);
+            let [first, last] = [(low[across] / pitch).ceil() as i64, (high[across] / pitch).floor() as i64];
+            (first..=last).map(move |k| (axis, k as f64 * pitch))
+        };
+        let middle = |axis: usize| (axis, f64::midpoint(low[1 - axis], high[1 - axis]));
+        let mut places: Vec<(usize, f64)> = at(longer, 1.0).chain(prop.middle.then(|| middle(longer))).collect();
+        if places.is_empty() {
+            continue;
+        }
+        let along = places.len();
+        places.extend(at(1 - longer, ACROSS));
+        if places.len() == along {
+            places.push(middle(1 - longer));
+        }
+        for (axis, at) in places {
+            let beyond = BEYOND_WIDTHS * how.line_mm;
+            let sheet = Sheet { axis, at, asked: Vec::new(), there: Vec::new() };
+            let whole = vec![[low[axis] - beyond, high[axis] + beyond]];
+            let nearest = |p: [f64; 2]| held.iter().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+            let asked = sheet.free(&whole, &|p| BEYOND_WIDTHS * how.line_mm - nearest(p));
+            let one = (prop.under_mm - how.gap_mm, asked);
+            let near = |other: &&mut Sheet| other.axis == axis && (other.at - at).abs() < how.line_mm;
+            match sheets.iter_mut().find(near) {
+                Some(known) => known.asked.push(one),
+                None => sheets.push(Sheet { asked: vec![one], ..sheet }),
+            }
+        }
+    }
+    sheets
+}
+
+impl Sheet {
+    /// The place at `t` mm along it.
+    fn point(&self, t: f64) -> [f64; 2] {
+        if self.axis == 0 { [t, self.at] } else { [self.at, t] }
+    }
+
+    /// Where within some stretches a measure is not below 0.
+    fn free(&self, stretches: &Spans, measure: &dyn Fn([f64; 2]) -> f64) -> Spans {
+        let of_one = |[a, b]: &[f64; 2]| {
+            let from = *a;
+            where_above([self.point(*a), self.point(*b)], measure).into_iter().map(move |s| s.map(|t| t + from))
+        };
+        stretches.iter().flat_map(of_one).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::solid_box;
+    use crate::geom::{Rigid, Vec3};
+
+    /// A plate, and `air_mm` above it a shelf that a post at one end holds.
+    fn shelf(air_mm: f64) -> TriangleMesh<Slot> {
+        let boxes = [
+            ([-10.0, -5.0, 0.0], [10.0, 5.0, 2.0]),
+            ([-10.0, -5.0, 2.0], [-7.0, 5.0, 2.0 + air_mm]),
+            ([-10.0, -5.0, 2.0 + air_mm], [10.0, 5.0, 4.0 + air_mm]),
+        ];
+        let (mut vertices, mut facets) = (Vec::new(), Vec::new());
+        for (low, high) in boxes {
+            let one: TriangleMesh<Slot> = solid_box(low.into(), high.into()).moved(&Rigid::shift(Vec3::zeros()));
+            let base = vertices.len() as u32;
+            vertices.extend_from_slice(one.vertices());
+            facets.extend(one.facets().iter().map(|f: &[u32; 3]| f.map(|v| v + base)));
+        }
+        TriangleMesh::new(vertices, facets)
+    }
+
+    const HOW: Laying = Laying { line_mm: 0.45, gap_mm: 0.2, beside_mm: 0.225, on_part: true, roof: None };
+
+    fn even(count: usize) -> Vec<[f64; 2]> {
+        (0..count).map(|k| [0.2, 0.2].map(|h| h * k as f64)).map(|[a, b]| [a, b + 0.2]).collect()
+    }
+
+    #[test]
+    fn sheets_stand_on_the_part_and_end_a_gap_below_what_they_hold() {
+        for layers in [2, 3, 10, 25] {
+            let air_mm = 0.2 * f64::from(layers);
+            let mesh = shelf(air_mm);
+            let prop = Prop { under_mm: 2.0 + air_mm, within_mm: [[-7.0, -5.0], [10.0, 5.0]], middle: false };
+            let mut laid = Vec::new();
+            propped(&mut laid, &[prop], (&[&mesh], &even(60)), (&HOW, 2.5));
+            let with: Vec<usize> = (0..laid.len()).filter(|&k| !laid[k].lines.is_empty()).collect();
+            // From the plate's top to a gap of one layer below the shelf.
+            assert_eq!(with, (10..10 + layers as usize - 1).collect::<Vec<_>>(), "{layers}");
+            for line in with.iter().flat_map(|&k| &laid[k].lines) {
+                // Beside the post there is half a line and half of a line more.
+                assert!(line.iter().all(|p| p[0] > -7.0 + 0.44 && p[0] < 10.5 && p[1].abs() < 5.5), "{line:?}");
+            }
+            let first = &laid[10].lines;
+            let along = first.iter().filter(|line| line[0][1] == line[1][1]).count();
+            assert_eq!((along, first.len() - along), (5, 4), "at 2.5 mm along x, at 5 mm across");
+        }
+        // One layer of air is no place for a sheet and its gap.
+        let mut none = Vec::new();
+        let prop = Prop { under_mm: 2.2, within_mm: [[-7.0, -5.0], [10.0, 5.0]], middle: true };
+        propped(&mut none, &[prop], (&[&shelf(0.2)], &even(60)), (&HOW, 2.5));
+        assert!(none.is_empty());
+    }
+
+    #[test]
+    fn a_small_place_between_the_sheets_has_a_cross_of_its_own_with_feet() {
+        let lug: TriangleMesh<Slot> =
+            solid_box(Vec3::new(1.0, 1.0, 6.0), Vec3::new(2.0, 1.6, 8.0)).moved(&Rigid::shift(Vec3::zeros()));
+        let laid = |middle: bool| {
+            let prop = Prop { under_mm: 6.0, within_mm: [[1.0, 1.0], [2.0, 1.6]], middle };
+            let mut laid = Vec::new();
+            propped(&mut laid, &[prop], (&[&lug], &even(40)), (&HOW, 2.5));
+            laid
+        };
+        assert!(laid(false).is_empty());
+        let laid = laid(true);
+        assert_eq!(laid.len(), 29, "up to a layer below 6 mm");
+        assert_eq!((laid[0].lines.len(), laid[1].lines.len()), (6, 2));
+        // It reaches 1.6 widths beyond the lug.
+        let [[a, y], [b, _]] = laid[20].lines[0];
+        assert!((y - 1.3).abs() < 1e-9 && (a - 0.28).abs() < 0.02 && (b - 2.72).abs() < 0.02, "{a} {b} {y}");
+    }
+}

@@ -1,0 +1,83 @@
+//! The nozzle's rim over the table in finished files, read by arithmetic of its own; and that the plan keeps what the proof asks.
+
+use std::fs;
+use std::path::Path;
+
+use trunnion::fixtures::{prism, solid_box};
+use trunnion::geom::{Object, Vec3};
+use trunnion::mesh::{TriangleMesh, stl_binary_parts};
+
+use crate::support::{folder, note, said, trunnion};
+
+/// The least height of the nozzle's flat over the table where filament is laid, mm, and how far the table is tilted there at most: of the
+/// shipped `generic-ac`, whose A turns about the line y = 0, z = -20 with the table's surface 20 mm above it.
+fn lowest_rim(file: &Path, radius_mm: f64) -> (f64, f64) {
+    let (mut at, mut low, mut tilted) = ([0.0_f64; 5], f64::INFINITY, 0.0_f64);
+    for line in fs::read_to_string(file).unwrap().lines().filter(|line| line.starts_with("G1")) {
+        let (mut laid, mut moves) = (0.0, false);
+        for word in line.split(';').next().unwrap().split_whitespace().skip(1) {
+            let (letter, value) = word.split_at(1);
+            let value: f64 = value.parse().unwrap();
+            match letter {
+                "E" => laid = value,
+                "F" => {}
+                _ => {
+                    moves |= letter == "X" || letter == "Y";
+                    at["XYZAC".find(letter).unwrap()] = value;
+                }
+            }
+        }
+        let [_, y, z, a, _] = at;
+        if laid > 0.0 && moves {
+            // Rx(-a) brings the machine's frame back to that of the table; C turns about the table's own normal and changes no height.
+            let (s, c) = a.to_radians().sin_cos();
+            let height = |y: f64, z: f64| c * (z + 20.0) - s * y - 20.0;
+            low = low.min(height(y - radius_mm, z)).min(height(y + radius_mm, z));
+            tilted = tilted.max(a.abs());
+        }
+    }
+    (low, tilted)
+}
+
+/// A post, and a branch that leaves its side `over_mm` above the table at this angle from the horizontal.
+fn branched(over_mm: f64, angle_deg: f64) -> Vec<(String, TriangleMesh<Object>)> {
+    let post = solid_box(Vec3::new(-6.0, -6.0, 0.0), Vec3::new(6.0, 6.0, 40.0));
+    let (s, c) = angle_deg.to_radians().sin_cos();
+    let outline = [
+        [6.0, over_mm],
+        [6.0 + 18.0 * c, over_mm + 18.0 * s],
+        [6.0 + 18.0 * c, over_mm + 18.0 * s + 9.0],
+        [6.0, over_mm + 9.0],
+    ];
+    vec![("post".to_owned(), post), ("branch".to_owned(), prism(&outline, [-5.0, 5.0]))]
+}
+
+/// What is planned is never refused for the rim, and never comes below the table, at whatever height the branch begins.
+#[test]
+fn no_branch_is_printed_with_the_rim_below_the_table() {
+    let folder = folder();
+    let (model, out) = (folder.path().join("branched.stl"), folder.path().join("out.gcode"));
+    let (mut made, mut refused, mut told) = (0, 0, Vec::new());
+    for angle in [20.0, 30.0, 45.0] {
+        for tenths in [0, 1, 2, 3, 4, 6, 10, 30] {
+            let over_mm = f64::from(tenths) / 10.0;
+            let parts = branched(over_mm, angle);
+            fs::write(&model, stl_binary_parts(&parts.iter().map(|(_, mesh)| mesh).collect::<Vec<_>>())).unwrap();
+            let _ = fs::remove_file(&out);
+            let args = ["-m", "generic-ac", "--slicer", "builtin", "--way", "as-drawn", "--no-remedies", "-o"];
+            let done = trunnion().arg("prepare").arg(&model).args(args).arg(&out).output().unwrap();
+            if done.status.success() {
+                let (low, tilted) = lowest_rim(&out, 0.5);
+                told.push(format!("{angle} deg, {over_mm} mm: {low:.3} mm at up to {tilted} deg"));
+                assert!(low >= -0.005, "{}", told.join("\n"));
+                made += usize::from(tilted > 0.0);
+            } else {
+                assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+                assert!(!said(&done).contains("findings"), "refused by the proof: {}", said(&done));
+                refused += 1;
+            }
+        }
+    }
+    note(&told.join("\n"));
+    assert!(made > 3 && refused > 3, "{made} tilted, {refused} refused\n{}", told.join("\n"));
+}
