@@ -213,7 +213,7 @@ pub(super) fn planned_somehow(
         world,
     };
     let drawn = ways.allow(Way::AsDrawn);
-    if drawn && !tries.has_others() && tries.sets.len() == 1 {
+    if drawn && !tries.has_others() && tries.sets.len() == 1 && !tries.may_be_moved() {
         return tries.explained();
     }
     let mut why = "only this way is wanted".to_owned();

@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Rule;
 use super::ground::{Footing, Ground, Held};
 use super::memory::Memory;
-use super::patch::{Droop, Frame, Patch, Piece, Place};
+use super::patch::{Frame, Judged, Patch, Piece};
 use super::region::{Region, and, covered, enclosed, or, with_few_points};
 use super::step::{Below, Step};
 use crate::geom::{Mat3, Slot, Vec3};
@@ -34,17 +34,6 @@ const NEAR_LAYERS: f64 = 1e-3;
 const BEGINNING_MM2: f64 = 100.0;
 /// A face whose normal leans up or down by less than this (sine) covers nothing: 0.3 micrometres in a layer of 0.3 mm.
 const EDGE_ON: f64 = 1e-3;
-
-/// What a part lays badly.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Judged {
-    /// What hangs, the largest first.
-    pub hangs: Vec<Patch>,
-    /// The same by layer.
-    pub places: Vec<Place>,
-    /// What droops, the largest first.
-    pub droops: Vec<Droop>,
-}
 
 /// What `mesh` printed along `up` lays on nothing, the largest first, patches that `rule` tolerates left out. It stands on `ground`;
 /// facets that `stands` says yes to are of it, and need not be looked at. With `enough` the search ends as soon as there is

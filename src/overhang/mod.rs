@@ -30,8 +30,8 @@ mod slivers;
 mod step;
 
 pub use ground::{Footing, Ground, Held};
-pub use layers::{Judged, judged, unsupported};
-pub use patch::{Cause, Droop, Patch, Place};
+pub use layers::{judged, unsupported};
+pub use patch::{Cause, Droop, Judged, Patch, Place};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};
 pub(crate) use slivers::THIN_MM;
 pub use step::FINE_BRIDGE_MM;

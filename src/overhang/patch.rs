@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::Rule;
-use super::layers::Judged;
 use crate::geom::{Mat3, Sets, Vec3};
 
 /// What a part lays on nothing, connected from layer to layer.
@@ -65,6 +64,17 @@ pub struct Droop {
     pub droop_mm: f64,
     /// Its middle, the mesh's frame.
     pub at: Vec3,
+}
+
+/// What a part lays badly.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Judged {
+    /// What hangs, the largest first.
+    pub hangs: Vec<Patch>,
+    /// The same by layer.
+    pub places: Vec<Place>,
+    /// What droops, the largest first.
+    pub droops: Vec<Droop>,
 }
 
 /// What hangs in one layer.

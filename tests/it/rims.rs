@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use trunnion::fixtures::{prism, solid_box};
-use trunnion::geom::{Object, Vec3};
+use trunnion::fixtures::prism;
+use trunnion::geom::Object;
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 
 use crate::support::{folder, note, said, trunnion};
@@ -39,17 +39,16 @@ fn lowest_rim(file: &Path, radius_mm: f64) -> (f64, f64) {
     (low, tilted)
 }
 
-/// A post, and a branch that leaves its side `over_mm` above the table at this angle from the horizontal.
+/// A block whose upper face leans by this angle and comes down to `over_mm` above the table, and a branch that stands at the lower end of
+/// that face and grows at right angles to it.
 fn branched(over_mm: f64, angle_deg: f64) -> Vec<(String, TriangleMesh<Object>)> {
-    let post = solid_box(Vec3::new(-6.0, -6.0, 0.0), Vec3::new(6.0, 6.0, 40.0));
     let (s, c) = angle_deg.to_radians().sin_cos();
-    let outline = [
-        [6.0, over_mm],
-        [6.0 + 18.0 * c, over_mm + 18.0 * s],
-        [6.0 + 18.0 * c, over_mm + 18.0 * s + 9.0],
-        [6.0, over_mm + 9.0],
-    ];
-    vec![("post".to_owned(), post), ("branch".to_owned(), prism(&outline, [-5.0, 5.0]))]
+    let low = [10.0, over_mm];
+    let at = |along: f64, out: f64| [low[0] - c * along + s * out, low[1] + s * along + c * out];
+    let high = at(25.0, 0.0);
+    let block = [[-20.0, 0.0], [10.0, 0.0], low, high, [-20.0, high[1]]];
+    let branch = [low, at(0.0, 12.0), at(9.0, 12.0), at(9.0, 0.0)];
+    vec![("block".to_owned(), prism(&block, [-6.0, 6.0])), ("branch".to_owned(), prism(&branch, [-5.0, 5.0]))]
 }
 
 /// What is planned is never refused for the rim, and never comes below the table, at whatever height the branch begins.
@@ -59,7 +58,7 @@ fn no_branch_is_printed_with_the_rim_below_the_table() {
     let (model, out) = (folder.path().join("branched.stl"), folder.path().join("out.gcode"));
     let (mut made, mut refused, mut told) = (0, 0, Vec::new());
     for angle in [20.0, 30.0, 45.0] {
-        for tenths in [0, 1, 2, 3, 4, 6, 10, 30] {
+        for tenths in [1, 2, 3, 4, 6, 10, 30] {
             let over_mm = f64::from(tenths) / 10.0;
             let parts = branched(over_mm, angle);
             fs::write(&model, stl_binary_parts(&parts.iter().map(|(_, mesh)| mesh).collect::<Vec<_>>())).unwrap();
@@ -79,5 +78,5 @@ fn no_branch_is_printed_with_the_rim_below_the_table() {
         }
     }
     note(&told.join("\n"));
-    assert!(made > 3 && refused > 3, "{made} tilted, {refused} refused\n{}", told.join("\n"));
+    assert!(made > 3 && refused >= 3, "{made} tilted, {refused} refused\n{}", told.join("\n"));
 }

@@ -111,8 +111,12 @@ fn refusal(folder: &Path, args: &[&str]) -> String {
 fn what_stands_in_the_way_of_the_others_is_told() {
     let folder = new_folder();
     let here = folder.path();
-    // A post where the tee's supports must stand.
-    let near = table(&[(solid("tee"), [0.0, 0.0]), (block(6.0, 6.0, 20.0), [17.0, -3.0])]);
+    // A block all over the place where the tee's supports must stand; past a post they find a way.
+    let post = table(&[(solid("tee"), [0.0, 0.0]), (block(6.0, 6.0, 20.0), [17.0, -3.0])]);
+    fs::write(here.join("post.stl"), post).unwrap();
+    let (done, document) = prepared(here, &["post.stl", "--slicer", "builtin", "--way", "supports"]);
+    assert!(document.is_some(), "{}", told(&done));
+    let near = table(&[(solid("tee"), [0.0, 0.0]), (block(22.0, 9.0, 30.0), [7.0, -4.5])]);
     fs::write(here.join("near.stl"), near).unwrap();
     let said = refusal(here, &["near.stl", "--split", "never"]);
     assert!(said.contains("would stand below or beside part 1"), "{said}");
@@ -122,10 +126,10 @@ fn what_stands_in_the_way_of_the_others_is_told() {
     let pair = |x: f64| [foot.at(x, 0.0, 0.0).mesh(), top.at(x, 0.0, 0.0).mesh()];
     let three = [&pair(0.0)[..], &[solid("tee").at(0.0, 60.0, 0.0).mesh()]].concat();
     fs::write(here.join("three.stl"), stl_binary_parts(&three.iter().collect::<Vec<_>>())).unwrap();
-    let (done, document) = prepared(here, &["three.stl", "--slicer", "builtin"]);
+    let (done, document) = prepared(here, &["three.stl", "--slicer", "builtin", "--way", "cut"]);
     let document = document.unwrap_or_else(|| panic!("{}", told(&done)));
     assert_eq!(document["cut"]["of_parts"], serde_json::json!([2]), "{}", document["cut"]);
-    let (done, document) = prepared(here, &["three.stl", "--slicer", "builtin", "--split", "never"]);
+    let (done, document) = prepared(here, &["three.stl", "--slicer", "builtin", "--way", "supports"]);
     let document = document.unwrap_or_else(|| panic!("{}", told(&done)));
     let slots = document["plan"]["slots"].as_array().unwrap().iter();
     let prints = slots.flat_map(|slot| slot["prints"].as_array().unwrap());

@@ -272,7 +272,7 @@ fn what_hangs_over_the_part_is_propped_from_two_layers_of_air_on() {
         let (code, done, said) = prepared(folder.path(), "lug", &shape, &["--way", "supports"]);
         if wanted {
             assert_eq!(code, Some(0), "{air_mm} mm: {said}");
-            let held = &done["held"]["parts"][0];
+            let held = &done["supports"]["parts"][0];
             assert!(held["props"].as_u64().unwrap() > 0, "{air_mm} mm: {held}");
             // At most as much as fills the air below the shelf.
             let most = 20.0 * 30.0 * air_mm;

@@ -134,7 +134,7 @@ fn numbers_beyond_what_they_can_be_are_seen() {
         ("verify.json", "/moves", json!(1.5)),
         ("prepare.json", "/verify/clearance_at/share", json!(1.01)),
         ("plan-file.json", "/slots/0/prints/0/up/2", json!(1.1)),
-        ("plan-file.json", "/version", json!(4)),
+        ("plan-file.json", "/version", json!(5)),
         ("plan-file.json", "/model/sha256", json!("ab")),
         ("plan.json", "/lower_bound", json!(null)),
         ("inspect.json", "/unit", json!("inch")),
