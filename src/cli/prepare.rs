@@ -31,12 +31,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let done = done?;
     if let (Some(page), Some(report)) = (page, done.gcode.report()) {
         let (name, plan) = (args.output.display().to_string(), &done.planned.plan);
-        preview::write(
-            &job::show(&name, done.gcode.program(), plan, report, &console.world())?,
-            &page,
-            args.open,
-            console,
-        )?;
+        let mut shown = job::show(&name, done.gcode.program(), plan, report, &console.world())?;
+        shown.ways.clone_from(&done.planned.ways);
+        preview::write(&shown, &page, args.open, console)?;
     }
     let (Some(port), Some(journal)) = (&args.port, journal) else { return Ok(()) };
     // A file that is proved stays, whatever becomes of the printer.

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::planned;
 use crate::gcode::marks::Role;
 use crate::gcode::round_to;
 use crate::geom::{Machine, Rigid, Table, Vec3};
@@ -81,6 +82,7 @@ fn facts(of: &PreviewResult) -> Value {
         "thinned": of.scene.shapes.thinned,
         "poses": of.poses.iter().map(pose).collect::<Vec<_>>(),
         "why_not": why_not(of),
+        "ways": planned::ways(&of.ways),
         "verify": of.report,
         "program": of.scene.program.as_ref().map(|program| self::program(program, of)),
     })

@@ -15,8 +15,9 @@ use super::{
     load_profile,
 };
 use crate::geom::Vec3;
+use crate::mesh::Model;
 use crate::orient::Priced;
-use crate::planning::Remedy;
+use crate::planning::{Remedy, support_by_hand};
 use crate::spelling::counted;
 use crate::split::{CutBudget, Split};
 use crate::strategy::{Terms, WISH, Way, Weights};
@@ -198,7 +199,7 @@ pub(super) fn planned_somehow(
 ) -> Result<PlannedSomehow, Error> {
     let mut sets = vec![set];
     sets.extend(models.wider(&sets[0], world));
-    let clusters = if models.how.is_plain() { Cluster::all(&sets[0].model.model) } else { Vec::new() };
+    let clusters = if models.how.is_plain() { Cluster::standing(&sets[0].model.model) } else { Vec::new() };
     let mut tries = Tries {
         clusters,
         misplaced: false,
@@ -592,18 +593,21 @@ impl Tries<'_> {
         if !self.ways.allow(Way::AsDrawn) {
             return Err(Error::NoWay(Box::new(NoWay { only: self.ways.only, ways: self.tried })));
         }
+        let turned = may_turn(self.models, &self.sets[0]) && !self.ways.allow(Way::Turned);
         let SetUp { model, arranged, .. } = self.sets.swap_remove(0);
         let touching = groups(&model.model).iter().any(|group| group.len() > 1);
         let why_not = |way: Way| self.tried.iter().find(|tried| tried.way == way)?.why_not.clone();
         let [cut, held] = [Way::Cut, Way::Supports].map(why_not);
         match planned(model, self.models.machine.clone(), self.options, self.world) {
             Err(Error::NoPlan(mut no)) => {
-                (no.cut, no.held, no.ways) = (cut, held, self.tried);
-                let asked = no.remedies.is_some() && touching;
-                let joined = asked.then(|| joined(self.models, self.options, self.world)).flatten();
-                if let (Some(remedies), Some(joined)) = (&mut no.remedies, joined) {
-                    remedies.push(joined);
+                if let Some(remedies) = &mut no.remedies {
+                    not_what_failed(remedies, &self.tried, &no.model.model);
+                    let turned =
+                        turned.then(|| turned_over(self.models, &no.model, self.options, self.world)).flatten();
+                    let joined = touching.then(|| joined(self.models, self.options, self.world)).flatten();
+                    remedies.extend(turned.into_iter().chain(joined));
                 }
+                (no.cut, no.held, no.ways) = (cut, held, self.tried);
                 Err(Error::NoPlan(no))
             }
             done => {
@@ -614,6 +618,35 @@ impl Tries<'_> {
             }
         }
     }
+}
+
+/// Leaves out what has just been tried in vain.
+fn not_what_failed(remedies: &mut Vec<Remedy>, tried: &[TriedWay], model: &Model) {
+    let failed = |way: Way| tried.iter().any(|tried| tried.way == way && tried.terms.is_none());
+    if failed(Way::Cut) {
+        remedies.retain(|remedy| remedy.kind != "split");
+    }
+    if failed(Way::Supports) {
+        for remedy in remedies.iter_mut().filter(|remedy| remedy.kind == "support") {
+            let part = remedy.amount as usize;
+            remedy.text = support_by_hand(part, &model.parts[part].name);
+        }
+    }
+}
+
+/// The first pose of `orient` in which there is a plan, where nobody said how the model is to stand.
+fn turned_over(models: &Models<'_>, model: &LoadedModel, options: &PlanOptions, world: &World<'_>) -> Option<Remedy> {
+    let silent = World { progress: &Silent, ..*world };
+    let quiet = PlanOptions { remedies: false, explain: false, plans: 1, ..options.clone() };
+    let poses = Poses::of(&model.model.parts[0].mesh, models.machine);
+    let up = poses.others.iter().map(|pose| <[f64; 3]>::from(pose.up)).find(|up| {
+        let set = turned(models, *up, &silent);
+        let plan =
+            |set: SetUp| planned_along(Along::These(&[Vec3::z()]), set.model, models.machine.clone(), &quiet, &silent);
+        set.and_then(plan).is_ok()
+    })?;
+    let [x, y, z] = up.map(|v| (v * 1e4).round() / 1e4 + 0.0);
+    Some(Remedy { kind: "up", amount: 0.0, text: format!("turned over it has a plan: --up {x},{y},{z}") })
 }
 
 /// Whether there is a plan where parts that touch are one solid, as it is or on supports.

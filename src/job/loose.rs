@@ -20,7 +20,17 @@ pub(super) struct Cluster {
     bounds: Bounds,
 }
 
+/// What stands no higher than this above the lowest of all stands on the table, mm.
+const STANDS_MM: f64 = 0.01;
+
 impl Cluster {
+    /// Those of a model whose solids all stand on the table; none where one hangs in the air: what is missing below it nobody knows.
+    pub(super) fn standing(model: &Model) -> Vec<Self> {
+        let all = Self::all(model);
+        let stands = |cluster: &Self| cluster.bounds.min.z <= model.bounds.min.z + STANDS_MM;
+        if all.iter().all(stands) { all } else { Vec::new() }
+    }
+
     /// Those of a model, by their first part.
     pub(super) fn all(model: &Model) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
@@ -140,6 +150,18 @@ mod tests {
 
     fn block(low: [f64; 3], high: [f64; 3]) -> (String, TriangleMesh<Object>) {
         ("block".to_owned(), solid_box(low.into(), high.into()))
+    }
+
+    #[test]
+    fn what_hangs_in_the_air_is_not_moved() {
+        let model = |low: f64| {
+            Model::from_parts(vec![
+                block([0.0, 0.0, 0.0], [10.0, 10.0, 2.0]),
+                block([30.0, 0.0, low], [40.0, 10.0, low + 2.0]),
+            ])
+        };
+        assert_eq!(Cluster::standing(&model(0.0)).len(), 2);
+        assert!(Cluster::standing(&model(5.0)).is_empty());
     }
 
     #[test]

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::holding::support_solids;
 use super::{
-    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Rejected, Source, World, load_plan,
-    load_profile, plan,
+    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Rejected, Source, TriedWay, World,
+    load_plan, load_profile, plan,
 };
 use crate::gcode::marks::made_by;
 use crate::geom::{Machine as MachineFrame, Rigid, Table, Vec3};
@@ -70,6 +70,8 @@ pub struct PreviewResult {
     pub poses: Vec<PoseShown>,
     /// Why there is no plan.
     pub no_plan: Option<Box<NoPlan>>,
+    /// The ways that were tried for the model, where it was planned on the way here.
+    pub ways: Vec<TriedWay>,
     /// What verification says of the program.
     pub report: Option<Report>,
     /// What room the head has to what it does not print on, by runs of moves; empty without a program, and for one of very many moves.
@@ -106,7 +108,7 @@ pub fn preview(request: &PreviewRequest, world: &World<'_>) -> Result<PreviewRes
         PreviewRequest::Program(source, plan) => program(source, &load_plan(plan, world)?, world),
         PreviewRequest::Plan(plan) => Ok(of_plan(&plan.plan.name(), &load_plan(plan, world)?, None)),
         PreviewRequest::Model(request) => match plan(request, world) {
-            Ok(made) => Ok(of_plan(&made.plan.model.file, &made.plan, None)),
+            Ok(made) => Ok(PreviewResult { ways: made.ways, ..of_plan(&made.plan.model.file, &made.plan, None) }),
             Err(Error::NoPlan(no)) => of_no_plan(no, request, world),
             Err(error) => Err(error),
         },
@@ -176,7 +178,10 @@ pub fn show(
 ///
 /// [`Error::NoMoves`].
 pub fn show_rejected(file: &str, rejected: &Rejected, world: &World<'_>) -> Result<Option<PreviewResult>, Error> {
-    let shown = |plan| show(file, &rejected.program, plan, &rejected.report, world);
+    let shown = |plan| {
+        let shown = show(file, &rejected.program, plan, &rejected.report, world)?;
+        Ok(PreviewResult { ways: rejected.ways.clone(), ..shown })
+    };
     rejected.plan.as_ref().map(shown).transpose()
 }
 
@@ -213,6 +218,7 @@ fn of_no_plan(no: Box<NoPlan>, request: &PlanRequest, world: &World<'_>) -> Resu
     let kinematics = loaded.profile.kinematics();
     let reasons = no.hindrances().into_iter().map(|h| reason(h.nearest, &workpiece, &kinematics));
     shown.poses = reasons.collect();
+    shown.ways.clone_from(&no.ways);
     shown.no_plan = Some(no);
     Ok(shown)
 }
@@ -239,6 +245,7 @@ fn scene(
         plan: None,
         poses: Vec::new(),
         no_plan: None,
+        ways: Vec::new(),
         report: None,
         rooms: Vec::new(),
         packed: scene.packed(),

@@ -26,7 +26,7 @@ pub(super) fn parts(soup: &mut Soup, repair: bool) -> Result<Vec<Surface>, Locat
     let indices: Vec<usize> = (0..soup.facets.len()).collect();
     let bodies: Vec<_> = indices.chunk_by(|&a, &b| body(a) == body(b)).map(|run| run[0]..run[0] + run.len()).collect();
     let mut warnings = Vec::new();
-    let (mut found, mut parts) = (0, Vec::new());
+    let (mut found, mut parts, mut flat) = (0, Vec::new(), Flat::default());
     for body in bodies {
         let mut shells = Vec::new();
         for run in closed_runs(&soup.facets[body.clone()]) {
@@ -38,15 +38,49 @@ pub(super) fn parts(soup: &mut Soup, repair: bool) -> Result<Vec<Surface>, Locat
             let closed = closed_shells(&soup.vertices, surface, repair, &mut warnings);
             let closed = closed.map_err(|(index, fault)| fault.at(Place::Part(found + index)))?;
             for surface in closed {
-                shells.push(measure(&soup.vertices, surface).map_err(|fault| fault.at(Place::Part(found)))?);
+                let (first, facets) = (surface.source[0], surface.facets.len());
+                match measure(&soup.vertices, surface) {
+                    Ok(shell) => shells.push(shell),
+                    Err(fault) => flat.add(fault.at(Place::Part(found)), first, facets),
+                }
                 found += 1;
             }
         }
         parts.extend(nest(&soup.vertices, shells, &mut warnings));
     }
+    match flat.first {
+        Some((fault, _)) if parts.is_empty() => return Err(fault),
+        Some((_, first)) => {
+            let Flat { surfaces, facets, .. } = flat;
+            let what = if surfaces == 1 {
+                "a surface that encloses".to_owned()
+            } else {
+                format!("{surfaces} surfaces that enclose")
+            };
+            warnings.push(format!("{what} nothing, {facets} facets, the first of them facet {first}: dropped"));
+        }
+        None => {}
+    }
     parts.sort_by_key(|part: &Surface| part.source[0]);
     soup.warnings.append(&mut warnings);
     Ok(parts)
+}
+
+/// Surfaces that are folded flat onto themselves: no slicer lays anything there.
+#[derive(Default)]
+struct Flat {
+    /// What is to be said of the first, and where it begins.
+    first: Option<(Located, u32)>,
+    surfaces: usize,
+    facets: usize,
+}
+
+impl Flat {
+    fn add(&mut self, fault: Located, first: u32, facets: usize) {
+        self.first.get_or_insert((fault, first));
+        self.surfaces += 1;
+        self.facets += facets;
+    }
 }
 
 fn measure(vertices: &[Vec3], surface: Surface) -> Result<Shell, Fault> {

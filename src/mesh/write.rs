@@ -1,5 +1,7 @@
 //! Meshes as files: the same bytes for the same mesh, on every machine and day.
 
+use std::borrow::Cow;
+use std::collections::HashMap;
 use std::io::{self, BufWriter, Cursor, Write};
 
 use quick_xml::escape::escape;
@@ -7,6 +9,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::TriangleMesh;
+use crate::geom::Vec3;
 
 /// The mesh as binary STL, mm; 84 + 50 bytes a facet. An empty mesh gives the header alone.
 pub fn stl_binary<F>(mesh: &TriangleMesh<F>) -> Vec<u8> {
@@ -43,7 +46,9 @@ const RELATIONS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>
 "#;
 
-/// The meshes as 3MF, mm: one named object and one build item each, in order. Coordinates keep every bit.
+/// The meshes as 3MF, mm: one named object and one build item each, in order. Coordinates keep every bit, but for vertices that are one
+/// for programs which read numbers of 32 bits: those are one here, too, and facets that would name one of them twice are left out, so that
+/// what is closed is closed for everybody.
 pub fn threemf<F>(objects: &[(String, &TriangleMesh<F>)]) -> Vec<u8> {
     package(objects, &[])
 }
@@ -86,14 +91,38 @@ fn model<F>(into: &mut impl Write, objects: &[(String, &TriangleMesh<F>)]) -> io
 
 fn object<F>(into: &mut impl Write, id: usize, name: &str, mesh: &TriangleMesh<F>) -> io::Result<()> {
     writeln!(into, "<object id=\"{id}\" type=\"model\" name=\"{}\"><mesh><vertices>", escape(name))?;
-    for at in mesh.vertices() {
+    let (vertices, facets) = as_others_read(mesh);
+    for at in vertices.iter() {
         writeln!(into, "<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", at.x + 0.0, at.y + 0.0, at.z + 0.0)?;
     }
     into.write_all(b"</vertices><triangles>\n")?;
-    for [a, b, c] in mesh.facets() {
+    for [a, b, c] in facets.iter() {
         writeln!(into, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>")?;
     }
     into.write_all(b"</triangles></mesh></object>\n")
+}
+
+/// Vertices and facets without vertices that are the same as `f32`. Of such the lowest stands, by x, then y, then z, whatever their order: parts
+/// that share a seam keep sharing it.
+fn as_others_read<F>(mesh: &TriangleMesh<F>) -> (Cow<'_, [Vec3]>, Cow<'_, [[u32; 3]]>) {
+    let key = |at: &Vec3| [at.x, at.y, at.z].map(|v| (v as f32 + 0.0).to_bits());
+    let mut places: HashMap<[u32; 3], u32> = HashMap::with_capacity(mesh.vertices().len());
+    let (mut vertices, mut new) = (Vec::<Vec3>::new(), Vec::with_capacity(mesh.vertices().len()));
+    for at in mesh.vertices() {
+        let place = *places.entry(key(at)).or_insert(vertices.len() as u32);
+        match vertices.get_mut(place as usize) {
+            Some(known) if (at.x, at.y, at.z) < (known.x, known.y, known.z) => *known = *at,
+            Some(_) => {}
+            None => vertices.push(*at),
+        }
+        new.push(place);
+    }
+    if vertices.len() == mesh.vertices().len() {
+        return (Cow::Borrowed(mesh.vertices()), Cow::Borrowed(mesh.facets()));
+    }
+    let facets = mesh.facets().iter().map(|facet| facet.map(|vertex| new[vertex as usize]));
+    let whole = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    (Cow::Owned(vertices), Cow::Owned(facets.filter(whole).collect()))
 }
 
 /// A zip archive in memory of `entries` whose timestamps are all the zip format's first day.
@@ -141,5 +170,34 @@ impl Archive {
 
     fn finish(self) -> Vec<u8> {
         self.0.finish().expect("an archive in memory can be closed").into_inner()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Object;
+
+    /// A tetrahedron with one corner drawn out to a sliver: two vertices a hair apart, and the two facets between them.
+    #[test]
+    fn vertices_that_are_one_for_others_are_one_and_it_stays_closed() {
+        let corner = Vec3::new(50.0, 0.0, 0.0);
+        let hair = corner - Vec3::x() * 1e-7;
+        let vertices = vec![Vec3::zeros(), corner, Vec3::new(0.0, 50.0, 0.0), Vec3::new(0.0, 0.0, 50.0), hair];
+        let facets = vec![[0, 2, 1], [0, 1, 4], [0, 4, 3], [1, 2, 4], [4, 2, 3], [0, 3, 2]];
+        let sliver = TriangleMesh::<Object>::new(vertices, facets);
+        let (vertices, facets) = as_others_read(&sliver);
+        assert_eq!((vertices.len(), facets.len()), (4, 4));
+        assert_eq!(vertices[1], hair, "the lowest by x");
+        let mut edges: Vec<[u32; 2]> = facets.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+        edges.sort_unstable();
+        assert!(edges.iter().all(|[a, b]| edges.binary_search(&[*b, *a]).is_ok()), "{edges:?}");
+        // Whatever their order.
+        let turned: Vec<Vec3> = sliver.vertices().iter().rev().copied().collect();
+        let turned = TriangleMesh::<Object>::new(turned, sliver.facets().iter().map(|f| f.map(|v| 4 - v)).collect());
+        assert!(as_others_read(&turned).0.contains(&hair) && !as_others_read(&turned).0.contains(&corner));
+        // What has no such vertices keeps every bit.
+        let plain = crate::fixtures::solid_box(Vec3::zeros(), Vec3::new(1.0, 2.0, 1.0 / 3.0));
+        assert!(matches!(as_others_read(&plain), (Cow::Borrowed(_), Cow::Borrowed(_))));
     }
 }

@@ -55,7 +55,7 @@ pub use plan::{
 };
 pub use planner::{Planned, orientations, plan, plannable, sequences};
 pub use pricing::WithinSlot;
-pub use remedies::{Remedy, Wish, can_be_helped};
+pub use remedies::{Remedy, Wish, can_be_helped, support_by_hand};
 pub use sequence::Sequence;
 pub use site::CLEARANCE_SOUGHT_MM;
 pub use solid::Solid;

@@ -20,9 +20,9 @@ use crate::profile::Profile;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
     /// `tolerate`, `bridge`, `overhang`, `margin`, `table-later`, `tilt`, `height`, `head-width`, `nozzle-length`, `pedestal`, `base`,
-    /// `split`, `support` or `join`.
+    /// `up`, `split`, `support` or `join`.
     pub kind: &'static str,
-    /// How much of it: mm², mm, deg, a share, a part's number, or how many solids, by kind; 0 for a cut.
+    /// How much of it: mm², mm, deg, a share, a part's number, or how many solids, by kind; 0 for a cut and for a turn.
     pub amount: f64,
     /// In words.
     pub text: String,
@@ -53,6 +53,11 @@ const MOST_OVERHANG_DEG: f64 = 80.0;
 
 /// Steps of each check: a remedy must be plain, not proved best.
 const STEPS: u64 = 400_000;
+
+/// That support which somebody makes by hand would do below a part.
+pub fn support_by_hand(part: usize, name: &str) -> String {
+    format!("support below part {part} ({name}) would do: made by hand, and --allow {part}")
+}
 
 impl Wish<'_> {
     /// Every remedy that this version knows and that helps, what is nearest to working first, then a cut, then support; `told` after
@@ -231,7 +236,7 @@ impl Wish<'_> {
                 1 => format!(
                     "support below part {part} ({name}) would do: --supports auto, or made by hand and --allow {part}"
                 ),
-                _ => format!("support below part {part} ({name}) would do: made by hand, and --allow {part}"),
+                _ => support_by_hand(part, name),
             };
             Remedy { kind: "support", amount: part as f64, text }
         };

@@ -24,7 +24,8 @@ const STANDS_MM: f64 = 0.01;
 pub enum Misplaced {
     /// A part stands over the rim.
     #[error(
-        "part {part} ({name}) stands {beyond_mm:.1} mm over the rim of the table's {extent}; scale the model, choose another machine, or split it"
+        "part {part} ({name}) stands {beyond_mm:.1} mm over the rim of the table's {extent}; {}scale the model, choose another machine, or split it",
+        if *parts > 1 { "print fewer of its parts at once, " } else { "" }
     )]
     OverRim {
         /// The part.
@@ -35,6 +36,8 @@ pub enum Misplaced {
         beyond_mm: f64,
         /// The table's size, in words.
         extent: String,
+        /// How many parts the model has.
+        parts: usize,
     },
     /// The placement leaves it in the air, or sinks it.
     #[error(
@@ -91,7 +94,8 @@ impl<'a> Workpiece<'a> {
                     (true, Some([x, y])) => format!("{x} x {y} mm"),
                     _ => format!("{} mm disc", profile.table.radius_mm * 2.0),
                 };
-                return Err(Misplaced::OverRim { part, name, beyond_mm: beyond, extent });
+                let parts = self.parts.len();
+                return Err(Misplaced::OverRim { part, name, beyond_mm: beyond, extent, parts });
             }
         }
         let height = self.bounds().max.z;

@@ -159,3 +159,28 @@ fn a_cap_does_not_follow_facets_without_area_out_over_nothing() {
     let rules = rules();
     assert_eq!(Measured::of(arms.clone(), &rules).needs(&normal, Some(1), &rules).ridges, 2);
 }
+
+#[test]
+fn cuts_that_cost_more_than_another_way_are_not_searched() {
+    // An arm out of a post: one cut, one more direction.
+    let outline = [[0.0, 0.0], [10.0, 0.0], [10.0, 30.0], [40.0, 30.0], [40.0, 40.0], [0.0, 40.0]];
+    let arm = prism(&outline, [0.0, 10.0]);
+    let within = |most_min: Option<f64>| {
+        let budget = most_min.map(|most_min| super::CutBudget { setup_min: 2.0, seam_min_per_mm2: 0.01, most_min });
+        super::split(
+            &arm,
+            &super::NoHead { most_tilt: std::f64::consts::FRAC_PI_2 },
+            &super::Options { budget, ..super::Options::default() },
+            &mut |_| {},
+        )
+    };
+    let free = within(None);
+    assert!(free.printable && free.cuts.len() == 1, "{:?}", free.cuts);
+    let cost = 2.0 * (free.setups() - 1) as f64 + 0.01 * free.seam_mm2();
+    // What it costs and a little more is enough; what it costs and a little less is not.
+    let just = within(Some(cost + 0.01));
+    assert!(just.printable && just.cuts.len() == 1);
+    let dear = within(Some(cost - 0.01));
+    assert!(!dear.printable && dear.refused.iter().any(|(against, _)| *against == super::Against::Budget), "{dear:?}");
+    assert!(!within(Some(0.0)).printable);
+}

@@ -497,3 +497,24 @@ fn a_models_name_need_not_be_text() {
         assert!(run.status.success(), "{words:?}: {}", said(&run));
     }
 }
+
+/// Two facets back to back enclose nothing: beside a solid they are dropped and that is said; alone they are no solid.
+#[test]
+fn two_sided_facets_are_dropped_beside_a_solid() {
+    let folder = folder();
+    let sheet = |facets: &[[[f32; 3]; 3]]| -> Vec<[[f32; 3]; 3]> {
+        facets.iter().flat_map(|&[a, b, c]| [[a, b, c], [a, c, b]]).collect()
+    };
+    let triangle = [[20.0, 0.0, 5.0], [24.0, 0.0, 5.0], [20.0, 4.0, 7.0]];
+    let both = [cuboid([0.0; 3], [10.0; 3]), sheet(&[triangle])].concat();
+    let model = file(folder.path(), "sheet.stl", &stl(&both));
+    let done = trunnion().args(["inspect", &model]).output().unwrap();
+    assert!(done.status.success(), "{}", said(&done));
+    let text = said(&done);
+    assert!(text.contains("nothing, 2 facets, the first of them facet 12: dropped"), "{text}");
+    let out = folder.path().join("sheet.gcode");
+    let done = trunnion().args(["prepare", &model, "-m", "generic-ac", "--slicer", "builtin", "-o"]).arg(&out).output();
+    assert!(done.unwrap().status.success() && out.exists());
+    let alone = refused(&file(folder.path(), "alone.stl", &stl(&sheet(&[triangle]))), 2, &[]);
+    assert!(alone.contains("encloses"), "{alone}");
+}

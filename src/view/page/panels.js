@@ -28,6 +28,7 @@ function panels() {
   document.title = `${facts.file} - trunnion preview`;
   byId('title').textContent = byId('title').title = facts.file;
   byId('summary').textContent = summary();
+  waysTable();
   findingsList();
   posesList();
   const pressed = (id, act) => byId(id).addEventListener('click', act);
@@ -93,6 +94,34 @@ function entry(list, act, ...content) {
   item.append(button);
   list.append(item);
   return button;
+}
+
+/** The ways to print the model beside each other, the one that was taken first; nothing where there was only one. */
+function waysTable() {
+  if (facts.ways.length < 2) return;
+  byId('ways-section').hidden = false;
+  const row = (tag, cells) => {
+    const line = element('tr');
+    line.append(...cells.map((text) => element(tag, text)));
+    byId('ways').append(line);
+    return line;
+  };
+  row('th', ['way', 'price', 'print', 'filament', 'supports', 'seams', 'setups']);
+  for (const way of facts.ways) {
+    const told = (value, digits, unit) => (value === null ? '' : `${Math.max(0, value).toFixed(digits)} ${unit}`);
+    const line = row('td', [
+      way.way, told(way.price_min, 0, 'min'), told(way.minutes, 0, 'min'), told(way.grams, 1, 'g'), told(way.support_g, 1, 'g'), told(way.seam_mm2, 0, 'mm²'),
+      way.setups === null ? '' : String(way.setups),
+    ]);
+    if (way.chosen) line.setAttribute('aria-current', 'true');
+    if (way.why_not) {
+      const why = element('td', way.why_not, 'why');
+      why.colSpan = 7;
+      const below = element('tr');
+      below.append(why);
+      byId('ways').append(below);
+    }
+  }
 }
 
 function findingsList() {
