@@ -191,34 +191,33 @@ fn with_props(
     let line_mm = process.line_width_mm;
     let mut laid = Laid::none();
     laid.prop(mesh, supports, &even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z), process);
-    let mut boxes: Vec<([[f64; 2]; 2], [f64; 2])> = Vec::new();
+    let mut boxes: Vec<Bounds> = Vec::new();
+    // The lines of the layer below, and their boxes.
+    let mut below: Vec<([[f64; 2]; 2], usize)> = Vec::new();
     for layer in &laid.layers {
         let [low, high] = layer.span_mm;
+        let goes_on = |line: &[[f64; 2]; 2]| Some(below.iter().find(|(other, _)| other == line)?.1);
+        let mut here = Vec::with_capacity(layer.lines.len());
         for line in &layer.lines {
-            let goes_on =
-                |(other, span): &&mut ([[f64; 2]; 2], [f64; 2])| other == line && (span[1] - low).abs() < SAME_MM;
-            match boxes.iter_mut().rev().find(goes_on) {
-                Some((_, span)) => span[1] = high,
-                None => boxes.push((*line, [low, high])),
-            }
+            let place = goes_on(line).unwrap_or_else(|| {
+                let [a, b] = line.map(|[x, y]| Vec3::new(x, y, low));
+                let half = Vec3::ith(usize::from(a.x != b.x), line_mm / 2.0);
+                boxes.push(Bounds { min: a.inf(&b) - half, max: a.sup(&b) + half });
+                boxes.len() - 1
+            });
+            boxes[place].max.z = high;
+            here.push((*line, place));
         }
+        below = here;
     }
     let (mut vertices, mut facets) = (columns.vertices().to_vec(), columns.facets().to_vec());
-    for ([a, b], [low, high]) in boxes {
-        let across = usize::from(a[0] != b[0]);
-        let (mut lower, mut upper) = (Vec3::new(a[0], a[1], low), Vec3::new(b[0], b[1], high));
-        lower[across] -= line_mm / 2.0;
-        upper[across] += line_mm / 2.0;
-        let base = vertices.len() as u32;
-        let corner = |k: usize| Vec3::from([0, 1, 2].map(|i| if k >> i & 1 == 0 { lower[i] } else { upper[i] }));
-        vertices.extend((0..8).map(corner));
-        facets.extend(BOX.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).map(|f| f.map(|v| v + base)));
+    for bounds in &boxes {
+        let (base, one) = (vertices.len() as u32, TriangleMesh::<Slot>::cuboid(bounds));
+        vertices.extend_from_slice(one.vertices());
+        facets.extend(one.facets().iter().map(|f| f.map(|v| v + base)));
     }
     TriangleMesh::new(vertices, facets)
 }
-
-/// The sides of a box, seen from outside; bit 0 of a corner's number says which x, bit 1 which y, bit 2 which z.
-const BOX: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 
 /// The tops of layers of `layer_mm` up to `height_mm`.
 pub(super) fn even_tops(layer_mm: f64, height_mm: f64) -> Vec<f64> {

@@ -56,13 +56,13 @@ impl Cluster {
     }
 }
 
-/// The model of `set` with its clusters beside each other, `gap_mm` apart or as the head needs it; those with a direction in `ups` stand
-/// with it up.
+/// The model of `set` with its clusters beside each other, as far apart as the head needs it; those with a direction in `ups` stand with it
+/// up.
 pub(super) fn spread(
     set: &SetUp,
     clusters: &[Cluster],
     ups: &[Option<Vec3>],
-    (machine, gap_mm, file): (&LoadedProfile, Option<f64>, &str),
+    (machine, file): (&LoadedProfile, &str),
 ) -> Result<SetUp, Error> {
     let model = &set.model.model;
     let parts: Vec<Vec<Part>> =
@@ -72,7 +72,7 @@ pub(super) fn spread(
     };
     let turns: Vec<Rigid<Object, Object>> = parts.iter().zip(ups).map(turn).collect();
     let each: Vec<(&[Part], &Rigid<Object, Object>)> = parts.iter().map(Vec::as_slice).zip(&turns).collect();
-    let Laid { moved, gap_mm } = laid_out(&each, gap_mm, machine);
+    let Laid { moved, gap_mm } = laid_out(&each, None, machine);
     let mut placed: Vec<Option<_>> = vec![None; model.parts.len()];
     for ((cluster, own), meshes) in clusters.iter().zip(&parts).zip(moved) {
         for ((&place, part), mesh) in cluster.parts.iter().zip(own).zip(meshes) {
@@ -136,7 +136,7 @@ fn by_itself(
     let set = SetUp::as_read(alone.clone());
     let cluster = Cluster::all(&alone.model);
     let stands = |up: &Vec3| {
-        let turned = spread(&set, &cluster, &[Some(*up)], (machine, None, &alone.file));
+        let turned = spread(&set, &cluster, &[Some(*up)], (machine, &alone.file));
         turned.is_ok_and(|turned| has_plan(&turned.model))
     };
     let ups = || poses.others.iter().map(|pose| pose.up);

@@ -1,11 +1,12 @@
 //! The main job: from a model to a verified program, in memory.
 
 use super::arrange::{Models, SetUp, arranged};
-use super::cutting::{CutModel, Cutting, PlannedSomehow, WaysOut, planned_somehow};
+use super::cutting::{CutModel, Cutting};
 use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
 use super::supported::Holding;
+use super::tries::{PlannedSomehow, WaysOut, planned_somehow};
 use super::ways::TriedWay;
 use super::{
     Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,

@@ -265,9 +265,7 @@ impl Attempt {
             laid = columns.clone();
             laid.prop(mesh, &supports, &tops, process);
         }
-        let mut left = laid.left(mesh, &supports, rule).hangs;
-        // A dot that no line of a support fits below is laid as a dot, and hangs on what is around it.
-        left.retain(|patch| patch.area_mm2 > rule.tolerate_mm2);
+        let left = laid.left(mesh, &supports, rule).hangs;
         if let Some(patch) = left.first() {
             let bare: f64 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
             let reach =

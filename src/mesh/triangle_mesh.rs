@@ -30,6 +30,17 @@ impl<F> TriangleMesh<F> {
         Self { vertices, facets, frame: PhantomData }
     }
 
+    /// The closed surface of a box: 8 vertices, 12 facets that face out; flat where the box is.
+    pub fn cuboid(bounds: &Bounds) -> Self {
+        // Bit 0 of a corner's number says which x, bit 1 which y, bit 2 which z; the sides as they are seen from outside.
+        const SIDES: [[u32; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let end = |k: usize, i: usize| if k >> i & 1 == 1 { bounds.max[i] } else { bounds.min[i] };
+        let corner = |k: usize| Vec3::from([0, 1, 2].map(|i| end(k, i)));
+        let facets = SIDES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        Self::new((0..8).map(corner).collect(), facets)
+    }
+
     /// The vertices, mm.
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices

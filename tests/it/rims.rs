@@ -9,7 +9,7 @@ use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 
 use crate::support::{folder, note, said, trunnion};
 
-/// The least height of the nozzle's flat over the table where filament is laid, mm, and how far the table is tilted there at most: of the
+/// The least height of the nozzle's flat over the tilted table where filament is laid, mm, and how far that is tilted at most: of the
 /// shipped `generic-ac`, whose A turns about the line y = 0, z = -20 with the table's surface 20 mm above it.
 fn lowest_rim(file: &Path, radius_mm: f64) -> (f64, f64) {
     let (mut at, mut low, mut tilted) = ([0.0_f64; 5], f64::INFINITY, 0.0_f64);
@@ -28,7 +28,7 @@ fn lowest_rim(file: &Path, radius_mm: f64) -> (f64, f64) {
             }
         }
         let [_, y, z, a, _] = at;
-        if laid > 0.0 && moves {
+        if laid > 0.0 && moves && a != 0.0 {
             // Rx(-a) brings the machine's frame back to that of the table; C turns about the table's own normal and changes no height.
             let (s, c) = a.to_radians().sin_cos();
             let height = |y: f64, z: f64| c * (z + 20.0) - s * y - 20.0;

@@ -254,10 +254,14 @@ fn loose_solids_are_moved_apart_and_each_goes_its_way() {
 #[test]
 fn what_does_not_fit_as_drawn_is_turned() {
     let folder = folder();
-    let (code, done, said) = prepared(folder.path(), "long", &block(230.0, 12.0, 12.0), &[]);
-    assert!(code == Some(0) || said.contains("rim"), "{said}");
-    let (code, turned, said) = prepared(folder.path(), "tall", &block(206.0, 40.0, 40.0), &["--way", "turned"]);
-    assert_eq!((code, &chosen(&turned)["way"]), (Some(0), &Value::from("turned")), "{said} {done}");
+    for way in ["auto", "turned"] {
+        let (code, done, said) = prepared(folder.path(), "tall", &block(206.0, 40.0, 40.0), &["--way", way]);
+        assert_eq!((code, &chosen(&done)["way"]), (Some(0), &Value::from("turned")), "{way}: {said}");
+        let drawn = row(&done, "as-drawn").map(|row| row["why_not"].as_str().unwrap().contains("over the rim"));
+        assert_eq!(drawn, (way == "auto").then_some(true), "{way}: {}", done["ways"]);
+    }
+    let (code, no, said) = prepared(folder.path(), "tall", &block(206.0, 40.0, 40.0), &["--way", "as-drawn"]);
+    assert!(code == Some(2) && no["error"].as_str().unwrap().contains("over the rim"), "{said}");
 }
 
 /// A lug over a plate, with so little air between them that a slicer's own supports would just fit.
@@ -279,7 +283,9 @@ fn what_hangs_over_the_part_is_propped_from_two_layers_of_air_on() {
             assert!(held["volume_mm3"].as_f64().unwrap() < most, "{air_mm} mm: {held}");
         } else {
             // Less than a layer of air is none.
-            assert_ne!(code, Some(2), "{air_mm} mm: {said}");
+            assert_eq!(code, Some(1), "{air_mm} mm: {said}");
+            let why = row(&done, "supports").unwrap()["why_not"].as_str().unwrap();
+            assert!(why.contains("nothing of it wants supports"), "{air_mm} mm: {why}");
         }
     }
 }

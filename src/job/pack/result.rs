@@ -151,7 +151,7 @@ pub(super) fn of_boxes(
             let bounds = Bounds { min: mm(p.at), max: mm(p.at) + mm(p.size) };
             let copy = p.item - of.partition_point(|&l| l < line);
             let name = format!("box-{}", line + 1);
-            let parts = vec![(name, block(&bounds))];
+            let parts = vec![(name, TriangleMesh::cuboid(&bounds))];
             let name = lines[line].0.clone();
             Piece { name, model: line, copy, origin_mm: bounds.min, axis: axis.into(), turn_deg, bounds, parts }
         });
@@ -175,13 +175,6 @@ pub(super) fn of_boxes(
         plates,
         seconds: 0.0,
     }
-}
-
-fn block(bounds: &Bounds) -> TriangleMesh<Slot> {
-    let corner = |i: usize| Vec3::from([0, 1, 2].map(|k| if i >> k & 1 == 1 { bounds.max[k] } else { bounds.min[k] }));
-    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let facets = sides.iter().flat_map(|&[a, b, c, d]: &[u32; 4]| [[a, b, c], [a, c, d]]).collect();
-    TriangleMesh::new((0..8).map(corner).collect(), facets)
 }
 
 fn left_out(asked: &[(String, usize)], plates: &[Plate]) -> Vec<(String, usize)> {
