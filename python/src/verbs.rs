@@ -302,6 +302,7 @@ pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given:
         strict: given.flag("strict")?,
         no_cut,
         pedestal_mm: given.number("pedestal_mm")?,
+        budget: None,
     };
     let output = given.path("output")?;
     let request =
