@@ -14,9 +14,10 @@ use crate::job::{
 };
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
+use crate::planning::balance::DOUBTFUL;
 use crate::publish::Figures;
 use crate::spelling::counted;
-use crate::verify::Report;
+use crate::verify::{Report, Standing};
 
 /// What was read: the file, its parts and its size, so that a wrong unit is seen at once.
 pub fn read(loaded: &LoadedModel) -> String {
@@ -84,6 +85,9 @@ pub fn verified(report: &Report) -> String {
             let _ = writeln!(out, "{rule}: {count} findings, the first {listed} are listed");
         }
     }
+    if let Some(standing) = report.standing.as_ref().filter(|standing| standing.pushed_factor < DOUBTFUL) {
+        let _ = writeln!(out, "{}", doubtful(standing));
+    }
     let minutes = report.seconds_print / 60.0;
     let _ = writeln!(
         out,
@@ -96,6 +100,16 @@ pub fn verified(report: &Report) -> String {
         counted(report.count(), "finding")
     );
     out
+}
+
+/// What stands, but not well.
+fn doubtful(standing: &Standing) -> String {
+    let Standing { pushed_factor, line, tilt_deg, grams, .. } = standing;
+    let tilt =
+        if *tilt_deg > 0.0 { format!(", with the table tilted by {tilt_deg:.0} degrees") } else { String::new() };
+    format!(
+        "after line {line} {grams:.1} g stand on a foot that holds them {pushed_factor:.1} times over{tilt}; a brim or a larger foot holds more"
+    )
 }
 
 /// Minima shown of each objective.

@@ -126,7 +126,7 @@ impl Laid {
         let footings = vec![Footing { own, below: Vec::new() }];
         let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
         let begins_mm = relief.in_the_air(&Vec3::z(), lies, &rule.hang());
-        judged(mesh, &Vec3::z(), &Ground { footings, table: true, held, begins_mm }, lies, rule, false)
+        judged(mesh, &Vec3::z(), &Ground { footings, table: true, held, others: None, begins_mm }, lies, rule, false)
     }
 }
 

@@ -176,6 +176,7 @@ pub(super) fn planned_somehow(
             Ok(Err(because)) => {
                 why = because;
                 tries.as_one();
+                tries.with_their_gaps();
             }
             // What does not fit as it was drawn may fit otherwise.
             Err(Error::Infeasible(no)) if tries.allowed(Way::Turned) => why = no.to_string(),
@@ -361,6 +362,25 @@ impl Tries<'_> {
         let silent = World { progress: &Silent, ..*self.world };
         let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
         let how = Arrangement { join: true, ..self.models.how.clone() };
+        let Ok(set) = arranged(&Models { how: &how, ..*self.models }, &silent) else { return };
+        let upright = Along::These(&[Vec3::z()]);
+        if let Ok(plan) = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent) {
+            self.find(Way::AsDrawn, (plan.of_arranged(set.arranged), None, None));
+        }
+    }
+
+    /// As they were drawn, with the small gaps between them that were closed so that parts touch: a designer's own supports leave such gaps.
+    fn with_their_gaps(&mut self) {
+        if !self.found.is_empty()
+            || self.sets[0].arranged.is_none()
+            || !self.models.how.is_plain()
+            || self.models.how.join
+        {
+            return;
+        }
+        let silent = World { progress: &Silent, ..*self.world };
+        let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
+        let how = Arrangement { snap_mm: 0.0, ..self.models.how.clone() };
         let Ok(set) = arranged(&Models { how: &how, ..*self.models }, &silent) else { return };
         let upright = Along::These(&[Vec3::z()]);
         if let Ok(plan) = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent) {

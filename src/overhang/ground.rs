@@ -1,7 +1,10 @@
 //! What a part stands on: the table, earlier parts, supports.
 
+use std::sync::Arc;
+
 use super::region::{Region, strips};
-use crate::geom::Vec3;
+use crate::geom::{Slot, Vec3};
+use crate::mesh::TriangleMesh;
 
 /// Heights that differ by less than this share of a layer are the same.
 const SAME_LAYER: f64 = 0.01;
@@ -25,6 +28,9 @@ pub struct Ground {
     pub table: bool,
     /// Supports that stand below it; for parts that are printed along +Z of their own frame only.
     pub held: Held,
+    /// Other solids that grow with it, layer by layer: what lies one layer of air above them droops by that at most. A designer's own supports
+    /// are such.
+    pub others: Option<Arc<TriangleMesh<Slot>>>,
     /// Where the surface begins or has a flat ridge, along the direction, mm: layers there are looked at whatever the facets' angles.
     pub begins_mm: Vec<f64>,
 }

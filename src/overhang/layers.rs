@@ -92,6 +92,8 @@ struct Stack<'a> {
     footings: Vec<(Vec<[Vec3; 3]>, Option<Region>)>,
     table: bool,
     held: &'a Held,
+    /// Of what grows beside it.
+    others: Option<Sections>,
 }
 
 impl<'a> Stack<'a> {
@@ -107,7 +109,11 @@ impl<'a> Stack<'a> {
             (all(&one.own), below)
         };
         let footings = ground.footings.iter().map(footing).collect();
-        Self { rule, upright, sections, low, high, footings, table: ground.table, held: &ground.held }
+        let others = ground.others.as_ref().map(|mesh| {
+            let turned = mesh.vertices().iter().map(|v| upright * v).collect();
+            Sections::of(&TriangleMesh::<Slot>::new(turned, mesh.facets().to_vec()))
+        });
+        Self { rule, upright, sections, low, high, footings, table: ground.table, held: &ground.held, others }
     }
 
     /// The middle of layer `i`, upright; of the layer below the first, infinitely low.
@@ -162,6 +168,13 @@ impl<'a> Stack<'a> {
         enclosed(&self.sections.segments_at(self.middle(Some(i))))
     }
 
+    /// What grows beside it one layer of air below layer `i`, or nearer.
+    fn nearly_below(&self, i: usize) -> Region {
+        let Some(others) = &self.others else { return Region::new() };
+        let at = |back: usize| i.checked_sub(back).map(|k| enclosed(&others.segments_at(self.middle(Some(k)))));
+        [1, 2].into_iter().filter_map(at).reduce(|a, b| or(&a, &b)).unwrap_or_default()
+    }
+
     /// What is there below layer `i`: what of the layer below is `carried`, and whatever else.
     fn below(&self, i: usize, carried: Region, supports: &Region) -> Region {
         let band = [self.middle(i.checked_sub(1)), self.middle(Some(i))];
@@ -183,6 +196,8 @@ impl<'a> Stack<'a> {
             let layer = self.layer(i);
             if !(i == 0 && self.table) {
                 let near = if i == 1 && self.table { layer.clone() } else { last_but_one };
+                let others = self.nearly_below(i);
+                let near = if others.is_empty() { near } else { or(&near, &others) };
                 let supports = self.held.under(self.low + i as f64 * self.rule.layer_mm, self.rule.layer_mm);
                 let below = with_few_points(&self.below(i, last.clone(), &supports));
                 let count = pieces.len();

@@ -7,6 +7,7 @@
 //! Everything here works in the table's frame, and in the machine's at a pose. Source: seed 004, sections 5 and 6.
 //! This room must not know slicers or toolpaths.
 
+pub mod balance;
 mod best;
 mod candidates;
 mod changes;

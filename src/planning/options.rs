@@ -26,6 +26,8 @@ pub struct Options<'a> {
     pub priority: Priority,
     /// Whether everything on the table belongs to the first slot.
     pub table_first: bool,
+    /// Whether all that stands on the table is printed upright and grows together, layer by layer, so that one part may droop onto another.
+    pub together: bool,
     /// The search for orientations.
     pub search: &'a dyn Search,
     /// Most steps of the sequence search: candidates looked at.
@@ -60,6 +62,7 @@ impl<'a> Options<'a> {
             margin_mm: 0.5,
             priority: Priority::Together,
             table_first: true,
+            together: false,
             search,
             budget: 20_000_000,
             plans: 1,

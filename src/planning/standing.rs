@@ -60,7 +60,7 @@ pub fn droops(
             return None;
         }
         let neighbours = options.known.neighbours(workpiece, part);
-        let all = neighbours.droops(&workpiece.parts[part], up, &rule);
+        let all = neighbours.droops(&workpiece.parts[part], up, (&rule, options.together));
         let area_mm2: f64 = all.iter().map(|droop| droop.area_mm2).sum();
         let droop_mm = all.iter().map(|droop| droop.droop_mm).fold(0.0, f64::max);
         let most = all.first().filter(|_| area_mm2 >= TOLD_MM2)?;
@@ -102,7 +102,8 @@ impl Setups<'_> {
         let layers = options.layers(self.profile);
         let rule = if by_layers { layers } else { Rule { overhang: options.overhang, ..layers } };
         let allowed_mm2 = options.allow.iter().filter(|(p, _)| *p == part).map(|(_, area)| *area).fold(0.0, f64::max);
-        let asked = NeedsAsked { rule, allowed_mm2, by_layers, enough, known: &options.known };
+        let asked =
+            NeedsAsked { rule, allowed_mm2, by_layers, enough, together: options.together, known: &options.known };
         needs(&self.workpiece.parts[part], neighbours, up, &asked, self.workpiece.parts.len())
     }
 

@@ -12,9 +12,10 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
+use super::balance::bodies;
 use super::part_set::PartSet;
 use super::workpiece::Workpiece;
-use crate::geom::{Angle, Dir, Table, Vec3};
+use crate::geom::{Angle, Dir, Slot, Table, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::overhang::{self, Cause, Droop, Footing, Ground, Patch, Relief, Rule};
 
@@ -148,6 +149,8 @@ pub(super) struct NeedsAsked<'a> {
     pub(super) by_layers: bool,
     /// Whether one layer that is not tolerated is answer enough.
     pub(super) enough: bool,
+    /// Whether all that stands on the table grows together.
+    pub(super) together: bool,
     pub(super) known: &'a Known,
 }
 
@@ -157,7 +160,7 @@ impl NeedsAsked<'_> {
         let Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2, droops } = self.rule;
         let up = up.unit();
         let numbers = [overhang.rad(), layer_mm, line_mm, bridge_mm, tolerate_mm2, up.x, up.y, up.z];
-        let rule = numbers.map(f64::to_bits).into_iter().chain([self.enough, droops].map(u64::from));
+        let rule = numbers.map(f64::to_bits).into_iter().chain([self.enough, self.together, droops].map(u64::from));
         neighbours.key.iter().copied().chain(rule).collect()
     }
 }
@@ -172,6 +175,8 @@ pub(super) struct Neighbours {
     relief: Relief,
     /// What lies under the facets of each interface, and the table's.
     footings: Vec<Footing>,
+    /// The parts that share no face with it and may lie below some of it where both stand on the table, as one mesh.
+    near: Option<Arc<TriangleMesh<Slot>>>,
     /// What tells this part where it stands from all others.
     key: Vec<u64>,
     /// For each vertex the parts on which it stands, once somebody has asked: the same in all directions.
@@ -209,7 +214,17 @@ impl Neighbours {
         let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
         let key = Self::key(workpiece, part);
         let carriers = vec![OnceLock::new(); mesh.vertices().len()];
-        Self { on_facet, on_table, relief, footings, key, carriers }
+        let others = if on_table.contains(&true) { near(workpiece, part) } else { Vec::new() };
+        let near = (!others.is_empty()).then(|| {
+            let (mut vertices, mut facets) = (Vec::new(), Vec::new());
+            for other in others.iter().map(|&other| &workpiece.parts[other]) {
+                let first = vertices.len() as u32;
+                vertices.extend_from_slice(other.vertices());
+                facets.extend(other.facets().iter().map(|facet| facet.map(|v| v + first)));
+            }
+            Arc::new(TriangleMesh::new(vertices, facets))
+        });
+        Self { on_facet, on_table, relief, footings, near, key, carriers }
     }
 
     /// What tells a part where it stands, and what it shares with others, from all that a search asks about.
@@ -219,7 +234,10 @@ impl Neighbours {
         let first = mesh.vertices().iter().take(3).flat_map(|v| v.iter().map(|x| x.to_bits()));
         let shared = workpiece.model.interfaces.iter().filter(|one| one.a == part || one.b == part);
         let shared = shared.flat_map(|one| [(one.a + one.b - part) as u64, one.area_mm2.to_bits()]);
-        counts.into_iter().chain(first).chain(shared).collect()
+        let first_of = |other: &TriangleMesh<Table>| other.vertices().first().map_or([0.0; 3], |v| (*v).into());
+        let near = near(workpiece, part).into_iter();
+        let near = near.flat_map(|other| [other as f64].into_iter().chain(first_of(&workpiece.parts[other])));
+        counts.into_iter().chain(first).chain(shared).chain(near.map(f64::to_bits)).collect()
     }
 
     /// The parts on which a vertex stands.
@@ -227,17 +245,22 @@ impl Neighbours {
         self.carriers[vertex].get_or_init(|| carriers(mesh, self, vertex)).clone()
     }
 
-    /// What it lies on when it is printed along `up`.
-    fn ground(&self, up: Dir<Table>, begins_mm: Vec<f64>) -> Ground {
-        let upright = up.unit().z > 1.0 - 1e-9;
-        let table = upright && self.on_table.contains(&true);
-        Ground { footings: self.footings.clone(), table, begins_mm, ..Ground::default() }
+    /// What it lies on when it is printed along `up`; `together`: while all that stands on the table grows beside it.
+    fn ground(&self, up: Dir<Table>, begins_mm: Vec<f64>, together: bool) -> Ground {
+        let table = is_upright(up) && self.on_table.contains(&true);
+        let others = if together && is_upright(up) { self.near.clone() } else { None };
+        Ground { footings: self.footings.clone(), table, begins_mm, others, ..Ground::default() }
     }
 
     /// What droops while all neighbours stand, the largest first.
-    pub(super) fn droops(&self, mesh: &TriangleMesh<Table>, up: Dir<Table>, rule: &Rule) -> Vec<Droop> {
+    pub(super) fn droops(
+        &self,
+        mesh: &TriangleMesh<Table>,
+        up: Dir<Table>,
+        (rule, together): (&Rule, bool),
+    ) -> Vec<Droop> {
         let lies = |f: usize| self.carries(mesh, f);
-        overhang::judged(mesh, up.unit(), &self.ground(up, Vec::new()), lies, rule, false).droops
+        overhang::judged(mesh, up.unit(), &self.ground(up, Vec::new(), together), lies, rule, false).droops
     }
 
     /// Whether a facet lies on the table or a neighbour, whole.
@@ -245,6 +268,21 @@ impl Neighbours {
         let shared: f64 = self.on_facet[facet].iter().map(|(_, area)| area).sum();
         self.on_table[facet] || shared > COVERED * mesh.facet_area(facet)
     }
+}
+
+fn is_upright(up: Dir<Table>) -> bool {
+    up.unit().z > 1.0 - 1e-9
+}
+
+/// The parts on the table that hang together with other bodies than `part`, and whose boxes lie below some of it, seen from above.
+fn near(workpiece: &Workpiece<'_>, part: usize) -> Vec<usize> {
+    let own = workpiece.parts[part].bounds();
+    let body = bodies(workpiece);
+    let lies_below = |other: &usize| {
+        let bounds = workpiece.parts[*other].bounds();
+        body[*other] != body[part] && (0..2).all(|i| own.min[i] < bounds.max[i] && bounds.min[i] < own.max[i])
+    };
+    workpiece.model.on_table.iter().copied().filter(lies_below).collect()
 }
 
 fn lies_on_table(mesh: &TriangleMesh<Table>, facet: usize) -> bool {
@@ -310,7 +348,7 @@ fn by_layers(
 ) -> Vec<Patch> {
     let key = asked.key(neighbours, up);
     let find = || {
-        let ground = neighbours.ground(up, begins_mm.to_vec());
+        let ground = neighbours.ground(up, begins_mm.to_vec(), asked.together);
         overhang::unsupported(mesh, up.unit(), &ground, |f| neighbours.carries(mesh, f), &asked.rule, asked.enough)
     };
     or_find(&asked.known.0.patches, key, find).to_vec()

@@ -20,7 +20,7 @@ pub struct OutOfRange {
 
 /// The table: key path, allowed range; the unit is the one that the key ends with. `body.` is of `[[head.body]]` and
 /// `[[fixed.body]]` alike.
-const RANGES: [(&str, RangeInclusive<f64>); 95] = [
+const RANGES: [(&str, RangeInclusive<f64>); 96] = [
     ("kinematics.pivot_mm", -1e4..=1e4),
     ("kinematics.offset_mm", -1e4..=1e4),
     ("kinematics.tilt.along", -2.0..=2.0),
@@ -101,6 +101,7 @@ const RANGES: [(&str, RangeInclusive<f64>); 95] = [
     ("process.retract_mm", 0.0..=100.0),
     ("process.retract_mm_per_s", 0.1..=2000.0),
     ("process.bridge_mm", 0.0..=200.0),
+    ("process.adhesion_mpa", 0.0..=10.0),
     ("process.retract_from_mm", 0.0..=1000.0),
     ("process.nozzle_c", 0.0..=500.0),
     ("process.bed_c", 0.0..=200.0),

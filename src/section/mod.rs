@@ -89,15 +89,18 @@ impl Sections {
         self.range
     }
 
-    /// The heights of level facets, ascending: of those less than `flat_mm` high that do not vanish seen from above.
-    pub fn level_facets(&self, flat_mm: f64) -> Vec<f64> {
-        let height = |[a, b, c]: &[Vec3; 3]| {
+    /// From where to where level facets reach, by their lower ends: those less than `flat_mm` high that rise by less than `slope` over their
+    /// longest side and do not vanish seen from above.
+    pub fn level_facets(&self, flat_mm: f64, slope: f64) -> Vec<[f64; 2]> {
+        let span = |[a, b, c]: &[Vec3; 3]| {
             let [low, high] = [a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z)];
             let doubled = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-            (high - low < flat_mm && doubled != 0.0).then_some((low + high) / 2.0)
+            let side = |p: &Vec3, q: &Vec3| (p.x - q.x).hypot(p.y - q.y);
+            let longest = side(a, b).max(side(b, c)).max(side(c, a));
+            (high - low < flat_mm && high - low <= slope * longest && doubled != 0.0).then_some([low, high])
         };
-        let mut found: Vec<f64> = self.facets.iter().filter_map(height).collect();
-        found.sort_by(f64::total_cmp);
+        let mut found: Vec<[f64; 2]> = self.facets.iter().filter_map(span).collect();
+        found.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
         found.dedup();
         found
     }

@@ -36,6 +36,36 @@ pub(super) struct Field {
     earlier: Vec<f32>,
     /// What supports laid since reach there; empty where there are none.
     held: Vec<f32>,
+    /// Which body reaches highest of what was laid since; empty where nobody asks.
+    bodies: Vec<Highest>,
+}
+
+/// The highest of what was laid over a cell, by body.
+#[derive(Clone, Copy)]
+struct Highest {
+    body: u32,
+    top: f32,
+    /// Of all other bodies.
+    others: f32,
+}
+
+impl Highest {
+    const NONE: Self = Self { body: u32::MAX, top: f32::NEG_INFINITY, others: f32::NEG_INFINITY };
+
+    fn lay(&mut self, body: u32, height: f32) {
+        if body == self.body {
+            self.top = self.top.max(height);
+        } else if height > self.top {
+            *self = Self { body, top: height, others: self.top };
+        } else {
+            self.others = self.others.max(height);
+        }
+    }
+
+    /// Of all bodies but this.
+    fn but(&self, body: u32) -> f64 {
+        f64::from(if body == self.body { self.others } else { self.top })
+    }
 }
 
 /// How high something must be to lie below a line.
@@ -47,6 +77,8 @@ pub(super) struct Below {
     pub(super) earlier: f64,
     /// A support.
     pub(super) held: f64,
+    /// Another body than this one.
+    pub(super) other: Option<(u32, f64)>,
 }
 
 impl Field {
@@ -65,7 +97,7 @@ impl Field {
             count = count.map(|n| n.div_ceil(FAN));
             cell *= FAN as f64;
         }
-        Self { origin: region.min, levels, earlier: Vec::new(), held: Vec::new() }
+        Self { origin: region.min, levels, earlier: Vec::new(), held: Vec::new(), bodies: Vec::new() }
     }
 
     /// Half of a cell's diagonal, mm: nothing in a cell is farther from its centre.
@@ -125,6 +157,20 @@ impl Field {
         }
     }
 
+    /// Takes note that a body was laid to `height` over those cells.
+    pub(super) fn lay(&mut self, ends: [[f64; 2]; 2], reach: f64, height: f64, body: u32) {
+        if self.bodies.is_empty() {
+            self.bodies = vec![Highest::NONE; self.levels[0].top.len()];
+        }
+        let height = (height + ROUNDING) as f32;
+        let mut rows = self.rows(ends, reach);
+        while let Some((row, columns)) = rows.next(&self.levels[0]) {
+            let first = row * self.levels[0].columns;
+            let cells = &mut self.bodies[first + columns.start()..=first + columns.end()];
+            cells.iter_mut().for_each(|cell| cell.lay(body, height));
+        }
+    }
+
     /// Calls `height(x, y, top)` for the cells whose centre lies within `reach` of the segment `ends`, and raises them to what
     /// it answers; [`Field::settle`] must follow.
     pub(super) fn render(&mut self, ends: [[f64; 2]; 2], reach: f64, height: impl Fn(f64, f64, f64) -> Option<f64>) {
@@ -174,8 +220,15 @@ impl Field {
         let level = &self.levels[0];
         let index = |v: f64, axis: usize| (v - self.origin[axis]) / level.cell;
         let held = |i: usize| self.held.get(i).is_some_and(|top| f64::from(*top) >= below.held);
+        let other = |i: usize| {
+            let others = below.other.and_then(|(body, height)| Some((self.bodies.get(i)?.but(body), height)));
+            others.is_some_and(|(top, height)| top >= height)
+        };
         let holds = |i: usize| {
-            f64::from(level.top[i]) >= below.height || f64::from(self.earlier[i]) >= below.earlier || held(i)
+            f64::from(level.top[i]) >= below.height
+                || f64::from(self.earlier[i]) >= below.earlier
+                || held(i)
+                || other(i)
         };
         let limit = [level.columns, level.rows];
         let clamp = |v: f64, axis: usize| (v.max(0.0) as usize).min(limit[axis] - 1);
@@ -392,11 +445,11 @@ mod tests {
         let mut field = field();
         assert_eq!(field.highest() as f32, 30.0 + ROUNDING as f32);
         field.settle();
-        assert!(field.stands([10.0, 0.0], 0.2, Below { height: 29.0, earlier: 99.0, held: 99.0 }));
-        assert!(field.stands([11.5, 0.0], 1.0, Below { height: 29.0, earlier: 99.0, held: 99.0 }));
-        assert!(!field.stands([13.0, 0.0], 1.0, Below { height: 29.0, earlier: 99.0, held: 99.0 }));
-        assert!(field.stands([10.0, 0.0], 0.2, Below { height: 99.0, earlier: 29.0, held: 99.0 }));
-        assert!(!field.stands([10.0, 0.0], 0.2, Below { height: 31.0, earlier: 31.0, held: 99.0 }));
+        assert!(field.stands([10.0, 0.0], 0.2, Below { height: 29.0, earlier: 99.0, held: 99.0, other: None }));
+        assert!(field.stands([11.5, 0.0], 1.0, Below { height: 29.0, earlier: 99.0, held: 99.0, other: None }));
+        assert!(!field.stands([13.0, 0.0], 1.0, Below { height: 29.0, earlier: 99.0, held: 99.0, other: None }));
+        assert!(field.stands([10.0, 0.0], 0.2, Below { height: 99.0, earlier: 29.0, held: 99.0, other: None }));
+        assert!(!field.stands([10.0, 0.0], 0.2, Below { height: 31.0, earlier: 31.0, held: 99.0, other: None }));
     }
 
     #[test]

@@ -132,14 +132,18 @@ impl Material {
     }
 }
 
-/// Raises the cells that the stroke being printed fills: its tip's height over its width. Whether it is a support's is kept.
-pub(super) fn deposit(field: &mut Field, stroke: &Stroke, holds: bool) {
+/// Raises the cells that the stroke being printed fills: its tip's height over its width. Whether it is a support's is kept, and whose it is where
+/// there are several bodies.
+pub(super) fn deposit(field: &mut Field, stroke: &Stroke, holds: bool, body: Option<u32>) {
     let (a, b) = (stroke.from, stroke.to);
     let reach = f64::from(stroke.width) / 2.0 + field.reach();
     let ends = [[a.x, a.y], [b.x, b.y]];
     field.deposit(ends, reach, a.z.max(b.z));
     if holds {
         field.hold(ends, reach, a.z.max(b.z));
+    }
+    if let Some(body) = body {
+        field.lay(ends, reach, a.z.max(b.z), body);
     }
 }
 

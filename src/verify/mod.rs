@@ -4,6 +4,7 @@
 //! bytes --trace::read--> Trace -> program       (syntax, commands, limits, speeds, pose, order, heat, retraction, filament, the end)
 //!                              -> walk          (in air? head, turning, frame against what this very file lays down:
 //!                                               `field` bounds from above, `near` the distance itself)
+//!                              -> balance       (standing: its weight against what sticks to the table)
 //!                              -> shape         (layer-height, complete; registration, coverage, outside-part; flow: by layer, with the part's sections)
 //! ```
 //!
@@ -18,6 +19,7 @@
 mod acts;
 mod adhesion;
 mod astray;
+mod balance;
 mod commands;
 mod coverage;
 mod doubled;
@@ -46,7 +48,7 @@ mod turn_lines;
 mod turning;
 mod walk;
 
-pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Nearest, Report, Rule};
+pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Nearest, Report, Rule, Standing};
 pub use survey::{Room, SURVEYED_MM};
 
 use crate::geom::Vec3;
@@ -101,6 +103,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
     adhesion::check(&trace, &printed, &mut all);
     prime::check(&trace, job, &mut all);
     holding::check(&trace, job, &planned, &mut all);
+    let standing = balance::check(&acts, job, &planned, &mut all);
     let (findings, counts) = all.finish();
     Report {
         findings,
@@ -108,6 +111,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
         clearance_mm: walked.clearance,
         clearance_line: walked.clearance_line,
         clearance_at: walked.clearance_at,
+        standing,
         moves: trace.len(),
         slots: checked.tally.slots(&planned),
         filament_mm: checked.tally.filament,

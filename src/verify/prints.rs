@@ -16,8 +16,10 @@ const SAME_LAYER_MM: f64 = 1.5e-3;
 
 /// What heights may be off in a mesh of 32 bits and in a file's digits, mm.
 const ROUNDING_MM: f64 = 1e-3;
-/// Facets less high than this are level, mm.
-const FLAT_MM: f64 = 1e-4;
+/// Facets less high than this, mm, that rise by less are level: what heights may be off moves a cut through them by half a millimetre and
+/// more. CAD programs write turned solids with level faces whose corners differ by micrometres.
+const FLAT_MM: f64 = 5e-3;
+const FLAT_SLOPE: f64 = 2e-3;
 
 /// What a spool's filament may measure more or less than the profile says, mm: what is further off is taken for another filament, of
 /// which the profile's own flows.
@@ -61,7 +63,7 @@ pub(super) struct PrintedPart<'a> {
     /// The part at its pose, machine coordinates.
     pub(super) sections: Sections,
     /// The heights of its level faces, ascending.
-    level_faces: Vec<f64>,
+    level_faces: Vec<[f64; 2]>,
     /// Lowest first.
     pub(super) levels: Vec<Level>,
     /// How far its lowest point lies above what carries it, mm; 0 where nothing printed does.
@@ -142,10 +144,16 @@ impl PrintedPart<'_> {
         let inside = middle.clamp(low + ROUNDING_MM, (high - ROUNDING_MM).max(low + ROUNDING_MM));
         let near = 2.0 * ROUNDING_MM;
         let z = if (middle - inside).abs() <= near { inside } else { middle };
-        let face = self.level_faces.partition_point(|face| *face < z - near);
-        match self.level_faces.get(face) {
-            Some(face) if *face <= z + near && low + near < *face && *face < high - near => {
-                let [below, above] = [-ROUNDING_MM, ROUNDING_MM].map(|by| self.sections.at(face + by));
+        let face = self.level_faces.partition_point(|[from, _]| *from < z - near - FLAT_MM);
+        let faces = self.level_faces[face..].iter().take_while(|[from, _]| *from <= z + near);
+        let faces = faces.filter(|[from, to]| *to >= z - near && low + near < *from && *to < high - near);
+        let all = |all: Option<[f64; 2]>, face: &[f64; 2]| match all {
+            Some([from, to]) => Some([from.min(face[0]), to.max(face[1])]),
+            None => Some(*face),
+        };
+        match faces.fold(None, all) {
+            Some([from, to]) => {
+                let [below, above] = [from - ROUNDING_MM, to + ROUNDING_MM].map(|z| self.sections.at(z));
                 let off = |section: &Section| self.off(section, level, &is_wall);
                 if off(&below) < off(&above) { (below, Some(above)) } else { (above, Some(below)) }
             }
@@ -219,7 +227,7 @@ fn printed<'a>(
     let part = job.workpiece.parts.get(planned.part)?;
     let sections = Sections::of(&part.moved(&job.profile.kinematics().forward(planned.pose)));
     let has_roles = beads.iter().any(|&i| trace.at(i as usize).role == Role::OuterWall);
-    let level_faces = sections.level_facets(FLAT_MM);
+    let level_faces = sections.level_facets(FLAT_MM, FLAT_SLOPE);
     let mut levels = levels(trace, beads, sections.range()[0]);
     for (index, level) in levels.iter_mut().enumerate() {
         level.nominal = flow.heights_mm.map(|[first, other]| if index == 0 { first } else { other });

@@ -47,6 +47,8 @@ pub enum Rule {
     UnknownPosition,
     /// The prints come in the plan's order, each once.
     Sequence,
+    /// What is printed neither falls over nor comes off where the table is tilted.
+    Standing,
 }
 
 impl fmt::Display for Rule {
@@ -90,6 +92,8 @@ pub struct Report {
     pub clearance_line: u32,
     /// Where that is, at a fixed pose; `None` while the table turns, where something is hit, and where the cap was never undercut.
     pub clearance_at: Option<Nearest>,
+    /// Where what is printed is held the fewest times over; `None` where nothing tips anything, and where nothing lies on the table.
+    pub standing: Option<Standing>,
     /// Moves of any axis.
     pub moves: usize,
     /// Slots in which something was printed.
@@ -113,6 +117,21 @@ pub struct Nearest {
     pub other_mm: [f64; 3],
     /// How much of the line's move is done then, from 0 to 1.
     pub share: f64,
+}
+
+/// How many times over something is held on the table, by what of its first layer lies there, at the worst of all poses.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Standing {
+    /// Against its weight alone; infinite where that only holds it. On a tilted table at least 1.
+    pub factor: f64,
+    /// And against the nozzle's push where it was printed.
+    pub pushed_factor: f64,
+    /// The line after which it stands so.
+    pub line: u32,
+    /// How far the table is tilted there, degrees.
+    pub tilt_deg: f64,
+    /// What stands there, g.
+    pub grams: f64,
 }
 
 /// How many findings of one rule are kept.

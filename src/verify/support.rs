@@ -2,7 +2,8 @@
 //!
 //! A bead spans from its tip's height down by its own. Below it something must reach its underside to within
 //! [`SQUEEZE`]; or the line beside it, laid before in the same layer, carries it. What was printed in earlier setups may
-//! lie a layer deeper: where a part grows out of a slanting surface, its slices begin in mid-layer.
+//! lie a layer deeper: where a part grows out of a slanting surface, its slices begin in mid-layer. So may another body that grows beside it and
+//! shares no face with it: a designer's own supports end a layer of air below what they hold.
 //!
 //! What lies on supports leaves some air below it, in whole layers: a support's top counts as if it reached so much higher.
 //!
@@ -70,6 +71,8 @@ pub(super) struct Laying {
     gap_mm: f64,
     /// Whether these are supports.
     holds: bool,
+    /// Which body they are of, where others grow beside it.
+    body: Option<u32>,
 }
 
 impl Laying {
@@ -87,12 +90,18 @@ impl Laying {
             travelled: 0.0,
             gap_mm: 0.0,
             holds: false,
+            body: None,
         }
     }
 
     /// The next lines are supports (`holds`), or lie on such with so much air between.
     pub(super) fn with_supports(&mut self, gap_mm: f64, holds: bool) {
         (self.gap_mm, self.holds) = (gap_mm, holds);
+    }
+
+    /// The next lines are of this body, and others grow beside it.
+    pub(super) fn with_body(&mut self, body: Option<u32>) {
+        self.body = body;
     }
 
     /// Lays `stroke`; the gaps that end on it go to `found`.
@@ -109,7 +118,9 @@ impl Laying {
             let air = (self.gap_mm / height - 1e-6).ceil().max(0.0) * height;
             // A support's first layer lies on the table itself.
             let earlier = if self.holds { under } else { under - height };
-            let below = Below { height: under, earlier, held: under - air };
+            // What another body ends with may be a designer's own support, with a layer of air above.
+            let other = self.body.map(|body| (body, under - height));
+            let below = Below { height: under, earlier, held: under - air, other };
             if field.stands([p.x, p.y], width, below) {
                 self.end_gap(self.travelled + length * (i as f64) / count, found);
                 self.held = true;
@@ -125,7 +136,7 @@ impl Laying {
         self.tail.push_back((*stroke, self.travelled));
         while self.tail.front().is_some_and(|(_, end)| self.travelled - end > TAIL_WIDTHS * width) {
             if let Some((old, _)) = self.tail.pop_front() {
-                deposit(field, &old, self.holds);
+                deposit(field, &old, self.holds, self.body);
             }
         }
     }
@@ -156,7 +167,7 @@ impl Laying {
             first.into_iter().chain(open).for_each(|gap| self.judge(gap, found));
         }
         (self.began, self.last) = (None, None);
-        self.tail.drain(..).for_each(|(stroke, _)| deposit(field, &stroke, self.holds));
+        self.tail.drain(..).for_each(|(stroke, _)| deposit(field, &stroke, self.holds, self.body));
         (self.travelled, self.held) = (0.0, false);
     }
 

@@ -19,6 +19,7 @@ use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
+use crate::planning::balance::bodies;
 use crate::planning::{PIECE_MM, contact_mm};
 
 /// The shortest piece of a move by which the nozzle, mm, and the rest of the head are judged.
@@ -71,6 +72,7 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         beyond_table: Box::new(|x, y| job.profile.beyond_table(x, y) - job.profile.table.keep_out_mm),
         material: Material::new(job.profile.table_slab()),
         strangers: strangers(job, planned),
+        bodies: several(bodies(job.workpiece)),
         on_table: &job.workpiece.model.on_table,
         as_planned: as_planned(&job.profile.kinematics(), planned),
         setup: None,
@@ -114,6 +116,11 @@ pub(super) fn strangers(job: &Job<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
     planned.iter().map(|one| planned.iter().map(|other| apart(one.part, other.part)).collect()).collect()
 }
 
+/// The bodies of several; none where all are one.
+fn several(bodies: Vec<usize>) -> Vec<usize> {
+    if bodies.iter().all(|body| *body == bodies[0]) { Vec::new() } else { bodies }
+}
+
 /// One pose, and what stands there.
 struct Setup {
     field: Field,
@@ -136,6 +143,8 @@ struct Walker<'a> {
     material: Material,
     /// By print, which others it neither stands on nor carries.
     strangers: Vec<Vec<bool>>,
+    /// By part, the body that it is of; empty where there is one.
+    bodies: Vec<usize>,
     /// Parts that stand on the table.
     on_table: &'a [usize],
     /// By print, the way back from the machine's frame at the plan's pose.
@@ -181,6 +190,8 @@ impl Walker<'_> {
             let planned = self.print.map(|print| &self.planned[print as usize]);
             let air = planned.map_or(0.0, |print| print.gap_mm.unwrap_or_else(|| self.gap_below(print)));
             self.laying.with_supports(air, planned.is_some_and(|print| print.gap_mm.is_some()));
+            let body = planned.and_then(|print| self.bodies.get(print.part));
+            self.laying.with_body(body.map(|body| *body as u32));
         }
         self.set_up(from);
         if self.astray {

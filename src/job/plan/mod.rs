@@ -17,8 +17,8 @@ use super::{
 use crate::geom::{Angle, Dir, Vec3};
 use crate::orient::{Direction, Facets, Process, recommend};
 use crate::planning::{
-    self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Reason, Remedy, Slot, ThreeAxis,
-    Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
+    self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Reason, Remedy, Slot,
+    ThreeAxis, Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
 };
 use crate::profile::Profile;
 use crate::view::Drawing;
@@ -192,7 +192,9 @@ pub(super) fn planned_along(
     let machine_values = machine.is_own().then(|| Box::new(machine.profile.clone()));
     let machine = spanning(machine, options.bridge_mm)?;
     let asked = PlanAsked::of(options, &machine, &model)?;
-    let wanted = asked.options(options);
+    let together =
+        matches!(along, Along::These([_])) && options.table_first && options.priority != Priority::OnlySingle;
+    let wanted = Options { together, ..asked.options(options) };
     let (base, profile) = (asked.base, &machine.profile);
     let workpiece = Workpiece::place(&model.model, &base);
     let directions = asked.directions(&workpiece, &machine, &wanted, &along)?;

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::{Shown, moment, preview};
 use crate::mutants::{Victim, mutants};
-use crate::support::{Numbers, note, python, root, said, skip};
+use crate::support::{Numbers, every, note, python, root, said, skip};
 
 /// What a browser answers.
 struct Answers {
@@ -330,7 +330,7 @@ fn every_finding_leads_to_its_line() {
     let victim = Victim::of("two-boxes");
     let page = victim.folder.path().join("mutant.html");
     let mut rules = std::collections::BTreeSet::new();
-    for (wanted, change) in mutants(&victim) {
+    for (wanted, change) in mutants(&victim).into_iter().step_by(every(3)) {
         let file = victim.changed(change);
         let report = crate::mutants::report(&file, &victim.plan);
         let document = preview(&file, &victim.plan, &page, 1);
@@ -369,7 +369,7 @@ fn every_finding_leads_to_its_line() {
         }
     }
     note(&format!("findings of {} rules were clicked: {rules:?}", rules.len()));
-    assert!(rules.len() >= 19, "{rules:?}");
+    assert!(rules.len() >= if every(3) == 1 { 19 } else { 7 }, "{rules:?}");
 }
 
 /// A page with names that mean harm: they are shown as they are, and nothing of them was carried out.
