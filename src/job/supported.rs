@@ -2,7 +2,7 @@
 //! those that stand on the table are held, and all others are printed as their plan has them.
 
 use super::below::{Below, in_the_way, stand_alone};
-use super::form::STEPS_MM;
+use super::form::{PROP_STEPS_MM, STEPS_MM};
 use super::holding::{Laid, even_tops, held_mesh, support_solids};
 use super::plan::{Along, planned_along};
 use super::solids::groups;
@@ -222,8 +222,8 @@ impl Attempt {
         };
         let bare = Hanging { contact_mm2: area_of(&bare), places };
         // Whoever wants a roof has one below what columns hold.
-        let finest = PrintSupports { only_props: roof.is_none(), ..of_step(STEPS_MM[STEPS_MM.len() - 1]) };
-        let forms = STEPS_MM.map(of_step).into_iter().chain(finest.only_props.then_some(finest));
+        let sheets = PROP_STEPS_MM.map(|step_mm| PrintSupports { only_props: true, ..of_step(step_mm) });
+        let forms = STEPS_MM.map(of_step).into_iter().chain(sheets.into_iter().filter(|_| roof.is_none()));
         let tried: Vec<_> = forms.map(|supports| Self::of(plan, print, (&mesh, supports, &bare), &rule)).collect();
         let of_finest = tried[tried.len() - 1].as_ref().err().cloned();
         let price = |attempt: &Self| (attempt.free_beyond_mm(), attempt.laid.length_mm());
