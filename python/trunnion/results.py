@@ -213,6 +213,7 @@ class Planned:
     pose_changes: int
     seconds_print_estimate: float
     droops: list[dict[str, Any]]
+    standing: dict[str, Any] | None
 
     @property
     def prints(self) -> list[Print]:
@@ -294,6 +295,7 @@ class Replay:
     counts: dict[str, int]
     clearance_mm: float
     clearance_line: int
+    standing: dict[str, Any] | None
     moves: int
     slots: int
     filament_mm: float

@@ -29,7 +29,10 @@ pub fn exit_code(error: &Error) -> u8 {
 /// 1 where a plan was looked for and there is none, 2 where planning could not begin.
 fn answer_is_no(why: &Infeasible) -> u8 {
     match why {
-        Infeasible::NoPlan { .. } | Infeasible::NoPlace { .. } | Infeasible::Budget { .. } => 1,
+        Infeasible::NoPlan { .. }
+        | Infeasible::NoPlace { .. }
+        | Infeasible::Falls { .. }
+        | Infeasible::Budget { .. } => 1,
         _ => 2,
     }
 }

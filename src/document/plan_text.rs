@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use crate::gcode::round_to;
 use crate::job::{Hindrance, NoPlan, PlanResult, TriedWay};
+use crate::planning::balance::{DOUBTFUL, Standing};
 use crate::planning::{PartDroop, Print, Slot};
 use crate::spelling::counted;
 use crate::strategy::{Terms, Way};
@@ -42,6 +43,13 @@ pub fn planned(made: &PlanResult) -> String {
         let _ = writeln!(
             out,
             "part {part} droops by up to {droop_mm:.1} mm over {area_mm2:.0} mm2, most of it about ({x}, {y}, {z}) mm (--finish fine lets nothing droop)"
+        );
+    }
+    if let Some(Standing { part, slot, tilt, held }) = made.standing.filter(|one| one.held.pushed < DOUBTFUL) {
+        let (times, tilt) = (held.pushed, tilt.deg());
+        let _ = writeln!(
+            out,
+            "in slot {slot}, with the table at {tilt:.0} deg, what part {part} stands on holds it {times:.1} times over; a brim or a larger foot holds more"
         );
     }
     let best = made.best();

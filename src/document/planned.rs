@@ -21,6 +21,12 @@ pub fn planned(made: &PlanResult) -> Value {
         |d: &PartDroop| json!({"part": d.part, "area_mm2": d.area_mm2, "droop_mm": d.droop_mm, "at_mm": d.at_mm});
     more["ways"] = ways(&made.ways);
     more["droops"] = made.droops.iter().map(droop).collect();
+    more["standing"] = made.standing.as_ref().map_or(Value::Null, |one| {
+        json!({
+            "part": one.part, "slot": one.slot, "tilt_deg": one.tilt.deg(), "factor": finite(one.held.factor),
+            "pushed_factor": finite(one.held.pushed),
+        })
+    });
     if let (Some(map), Some(more)) = (document.as_object_mut(), more.as_object()) {
         map.extend(more.clone());
         if made.plans.len() > 1 {
@@ -42,6 +48,10 @@ pub fn planned(made: &PlanResult) -> Value {
         }
     }
     document
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
 }
 
 fn alternative(planned: &Planned) -> Value {

@@ -82,7 +82,9 @@ const MOST_MODELS: usize = 1000;
 /// Room between models, mm, where it is asked for.
 const GAPS_MM: [f64; 2] = [0.5, 500.0];
 /// Room between models that is tried where the head's own does not fit on the table, mm.
-const NARROWER_MM: [f64; 4] = [40.0, 20.0, 10.0, 5.0];
+const NARROWER_MM: [f64; 5] = [40.0, 20.0, 10.0, 5.0, 2.0];
+/// The head's own is at least this, mm.
+const OWN_LEAST_MM: f64 = 5.0;
 /// Room that is tried where they have no plan so near to each other, mm.
 const WIDER_MM: [f64; 4] = [20.0, 40.0, 60.0, 90.0];
 
@@ -307,7 +309,7 @@ fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) ->
     let tried = match asked_mm {
         Some(mm) => vec![mm],
         None => {
-            let own = head_reach_mm(machine, highest).max(NARROWER_MM[3]);
+            let own = head_reach_mm(machine, highest).max(OWN_LEAST_MM);
             std::iter::once(own).chain(NARROWER_MM.into_iter().filter(|mm| *mm < own)).collect()
         }
     };

@@ -1,7 +1,9 @@
 //! Solids of one file that lie loose beside each other: moved apart, and each turned as suits it, where they have no way to be printed as
 //! they were laid out. What was read is never changed: what comes of it is a model of its own.
 //!
-//! Solids whose boxes overlap, seen from above, stay as they are to each other: they may be a chain or a hinge.
+//! Solids that overlap, seen from above, stay as they are to each other: they may be a chain or a hinge.
+
+use std::cell::OnceCell;
 
 use super::arrange::{Laid, SetUp, laid_out, made_of};
 use super::plan::{Along, planned_along};
@@ -11,6 +13,7 @@ use super::{Error, LoadedModel, LoadedProfile, PlanOptions, World};
 use crate::assembly::upright;
 use crate::geom::{Bounds, Object, Rigid, Vec3};
 use crate::mesh::{Model, Part, TriangleMesh};
+use crate::section::polygons::{Point, Region, and, or, units, wound};
 use crate::spelling::counted;
 
 /// Solids that stay together.
@@ -18,6 +21,8 @@ pub(super) struct Cluster {
     /// Their places in the model, ascending.
     pub(super) parts: Vec<usize>,
     bounds: Bounds,
+    /// What they cover, seen from above, once somebody has asked.
+    shadow: OnceCell<Region>,
 }
 
 /// What stands no higher than this above the lowest of all stands on the table, mm.
@@ -36,11 +41,11 @@ impl Cluster {
         let mut all: Vec<Self> = Vec::new();
         for parts in groups(model) {
             let vertices = parts.iter().flat_map(|&part| model.parts[part].mesh.vertices());
-            let mut new = Self { bounds: Bounds::of(vertices.copied()), parts };
-            // A box that has grown may reach others.
-            while let Some(near) = all.iter().position(|other| other.is_above_or_below(&new)) {
+            let mut new = Self { bounds: Bounds::of(vertices.copied()), parts, shadow: OnceCell::new() };
+            while let Some(near) = all.iter().position(|other| other.is_above_or_below(&new, model)) {
                 let other = all.swap_remove(near);
                 new.bounds = new.bounds.union(&other.bounds);
+                new.shadow = or(new.shadow(model), other.shadow(model)).into();
                 new.parts.extend(other.parts);
             }
             new.parts.sort_unstable();
@@ -50,9 +55,24 @@ impl Cluster {
         all
     }
 
-    fn is_above_or_below(&self, other: &Self) -> bool {
+    fn is_above_or_below(&self, other: &Self, model: &Model) -> bool {
         let (a, b) = (&self.bounds, &other.bounds);
         (0..2).all(|i| a.min[i] < b.max[i] && b.min[i] < a.max[i])
+            && !and(self.shadow(model), other.shadow(model)).is_empty()
+    }
+
+    /// What is below a closed surface is below what of it looks up.
+    fn shadow(&self, model: &Model) -> &Region {
+        let point = |p: Vec3| Point::new(units(p.x), units(p.y));
+        let looks_up = |part: usize| {
+            let mesh = &model.parts[part].mesh;
+            let facets = 0..mesh.facets().len();
+            facets.filter(|&facet| mesh.normal(facet).is_some_and(|n| n.z > 0.0)).map(|facet| mesh.corners(facet))
+        };
+        self.shadow.get_or_init(|| {
+            let facets = self.parts.iter().flat_map(|&part| looks_up(part));
+            wound(&facets.map(|corners| corners.map(point).to_vec()).collect::<Vec<_>>())
+        })
     }
 }
 
@@ -170,11 +190,26 @@ mod tests {
             block([0.0, 0.0, 0.0], [10.0, 10.0, 2.0]),
             block([30.0, 0.0, 0.0], [40.0, 10.0, 2.0]),
             block([5.0, 5.0, 4.0], [15.0, 15.0, 6.0]),
-            // Over the second and, as a box, over the third.
+            // Over the second and over the third.
             block([12.0, 2.0, 8.0], [32.0, 8.0, 9.0]),
             block([60.0, 0.0, 0.0], [70.0, 10.0, 2.0]),
         ]);
         let clusters: Vec<Vec<usize>> = Cluster::all(&model).into_iter().map(|cluster| cluster.parts).collect();
         assert_eq!(clusters, [vec![0, 1, 2, 3], vec![4]]);
+    }
+
+    #[test]
+    fn what_stands_in_the_corner_of_an_l_is_loose() {
+        let model = |x: f64| {
+            Model::from_parts(vec![
+                block([0.0, 0.0, 0.0], [20.0, 4.0, 2.0]),
+                block([0.0, 4.0, 0.0], [4.0, 20.0, 2.0]),
+                block([x, 10.0, 0.0], [x + 4.0, 14.0, 30.0]),
+            ])
+        };
+        let clusters =
+            |x: f64| -> Vec<Vec<usize>> { Cluster::all(&model(x)).into_iter().map(|cluster| cluster.parts).collect() };
+        assert_eq!(clusters(10.0), [vec![0, 1], vec![2]]);
+        assert_eq!(clusters(3.9), [vec![0, 1, 2]]);
     }
 }

@@ -28,8 +28,8 @@ pub struct Ground {
     pub table: bool,
     /// Supports that stand below it; for parts that are printed along +Z of their own frame only.
     pub held: Held,
-    /// Other solids that grow with it, layer by layer: what lies one layer of air above them droops by that at most. A designer's own supports
-    /// are such.
+    /// Other solids that grow with it, layer by layer: they hold what lies no more than a layer of air above them, as supports do. A designer's own
+    /// supports are such.
     pub others: Option<Arc<TriangleMesh<Slot>>>,
     /// Where the surface begins or has a flat ridge, along the direction, mm: layers there are looked at whatever the facets' angles.
     pub begins_mm: Vec<f64>,

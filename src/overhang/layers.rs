@@ -196,10 +196,10 @@ impl<'a> Stack<'a> {
             let layer = self.layer(i);
             if !(i == 0 && self.table) {
                 let near = if i == 1 && self.table { layer.clone() } else { last_but_one };
-                let others = self.nearly_below(i);
-                let near = if others.is_empty() { near } else { or(&near, &others) };
                 let supports = self.held.under(self.low + i as f64 * self.rule.layer_mm, self.rule.layer_mm);
-                let below = with_few_points(&self.below(i, last.clone(), &supports));
+                let others = self.nearly_below(i);
+                let held = if others.is_empty() { last.clone() } else { or(&last, &others) };
+                let below = with_few_points(&self.below(i, held, &supports));
                 let count = pieces.len();
                 let above = || self.layer(i + 1);
                 let (beside_mm, rule) = (self.held.beside_mm, self.rule);

@@ -98,6 +98,22 @@ pub enum Infeasible {
         /// Whether that was proved; otherwise the set may hold more than it need.
         least: bool,
     },
+    /// There is a plan, but what it prints would not stay standing.
+    #[error(
+        "part {part} ({name}) would fall over or come off: in slot {slot}, with the table tilted by {tilt_deg:.0} deg, what stands there is held {factor:.2} times over by its first layer, and must be at least 1; give it a larger foot, print it upright, or raise [process] adhesion_mpa where the plate holds better"
+    )]
+    Falls {
+        /// The part printed then.
+        part: usize,
+        /// Its name.
+        name: String,
+        /// The slot.
+        slot: usize,
+        /// How far the table is tilted, degrees.
+        tilt_deg: f64,
+        /// How many times over it is held.
+        factor: f64,
+    },
     /// The search's budget ran out.
     #[error("no sequence found within {steps} steps; raise --budget, or give fewer parts")]
     Budget {

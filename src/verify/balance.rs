@@ -94,7 +94,8 @@ impl Balance<'_> {
         let body = &mut self.bodies[*self.body.get(print.part)?];
         let (width, height) = (f64::from(stroke.width), f64::from(stroke.height));
         let middle = (from + to) / 2.0;
-        body.weight.add(m.e * self.filament_mm2, &middle);
+        // The tip is above what it lays.
+        body.weight.add(m.e * self.filament_mm2, &(middle - pose.back.rotation * Vec3::z() * (height / 2.0)));
         let within = Bounds::of([from, to]);
         body.printed = Some(body.printed.map_or(within, |all| all.union(&within)));
         if pose.tilt_deg == 0.0 && from.z.max(to.z) - height <= ON_TABLE_MM {

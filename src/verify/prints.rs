@@ -20,6 +20,8 @@ const ROUNDING_MM: f64 = 1e-3;
 /// more. CAD programs write turned solids with level faces whose corners differ by micrometres.
 const FLAT_MM: f64 = 5e-3;
 const FLAT_SLOPE: f64 = 2e-3;
+/// What leans by less is level to a rounding, mm.
+const LEVEL_MM: f64 = 1e-4;
 
 /// What a spool's filament may measure more or less than the profile says, mm: what is further off is taken for another filament, of
 /// which the profile's own flows.
@@ -53,6 +55,13 @@ impl Level {
     pub(super) fn middle(&self) -> f64 {
         self.z - self.height() / 2.0 + self.lowered
     }
+}
+
+/// Where a level face lies in a layer's middle, what ends there or what begins: the one that most walls do not follow.
+pub(super) struct OtherSection {
+    pub(super) section: Section,
+    /// Whether the face leans, so that a slicer may cut it to pieces of both.
+    pub(super) leans: bool,
 }
 
 /// One print, as the file lays it.
@@ -139,7 +148,7 @@ impl PrintedPart<'_> {
     /// The part's section that a slicer takes for a layer. Where the layer's middle is the part's top or bottom to a rounding, it is
     /// the one within the part: slicers print such a layer. Where a level face lies in the middle to a rounding, the layer is as much
     /// what ends there as what begins: the one that its walls follow, and the other one.
-    pub(super) fn section(&self, level: &Level, is_wall: impl Fn(u32) -> bool) -> (Section, Option<Section>) {
+    pub(super) fn section(&self, level: &Level, is_wall: impl Fn(u32) -> bool) -> (Section, Option<OtherSection>) {
         let (middle, [low, high]) = (level.middle(), self.sections.range());
         let inside = middle.clamp(low + ROUNDING_MM, (high - ROUNDING_MM).max(low + ROUNDING_MM));
         let near = 2.0 * ROUNDING_MM;
@@ -155,7 +164,8 @@ impl PrintedPart<'_> {
             Some([from, to]) => {
                 let [below, above] = [from - ROUNDING_MM, to + ROUNDING_MM].map(|z| self.sections.at(z));
                 let off = |section: &Section| self.off(section, level, &is_wall);
-                if off(&below) < off(&above) { (below, Some(above)) } else { (above, Some(below)) }
+                let (walls, section) = if off(&below) < off(&above) { (below, above) } else { (above, below) };
+                (walls, Some(OtherSection { section, leans: to - from > LEVEL_MM }))
             }
             _ => (self.sections.at(z), None),
         }

@@ -75,10 +75,12 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
         let offset = found.map_or(0.0, |fit| fit.offset).clamp(-MOST_OFFSET_MM, MOST_OFFSET_MM);
         for (level, (section, other)) in printed.levels.iter().zip(&sections) {
             let mut off = strays(printed, level, section, offset);
-            // A face whose corners lie on both sides of the middle is cut to pieces of both: a wall across it lies inside one and outside the other.
+            // A face whose corners lie on both sides of the middle is cut to pieces of both; where it leans a wall goes across it, inside one and
+            // outside the other.
             if let Some(other) = other.as_ref().filter(|_| !off.is_empty()) {
-                let of = |stray: &Stray| (stray.line, stray.rule);
-                let also: HashSet<(u32, Rule)> = strays(printed, level, other, offset).iter().map(of).collect();
+                let of = |stray: &Stray| (stray.line, other.leans.then_some(stray.rule));
+                let also: HashSet<(u32, Option<Rule>)> =
+                    strays(printed, level, &other.section, offset).iter().map(of).collect();
                 off.retain(|stray| also.contains(&of(stray)));
             }
             off.iter().for_each(|stray| stray.tell(printed, findings));

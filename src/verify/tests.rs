@@ -16,6 +16,7 @@ use crate::trace::{self, Move};
 mod level;
 mod lines;
 mod rim;
+mod standing;
 
 const LAYER: f64 = 0.4;
 const WIDTH: f64 = 0.8;

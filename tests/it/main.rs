@@ -66,6 +66,7 @@ mod several;
 mod sliced_files;
 mod solids;
 mod split;
+mod standing;
 mod support;
 mod supports;
 mod sweeps;

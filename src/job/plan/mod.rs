@@ -16,6 +16,7 @@ use super::{
 };
 use crate::geom::{Angle, Dir, Vec3};
 use crate::orient::{Direction, Facets, Process, recommend};
+use crate::planning::balance::{Standing, standing};
 use crate::planning::{
     self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Reason, Remedy, Slot,
     ThreeAxis, Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
@@ -72,6 +73,8 @@ pub struct PlanResult {
     pub overhang: Angle,
     /// What is printed, but droops, by part.
     pub droops: Vec<PartDroop>,
+    /// Where what is printed is held the fewest times over; `None` where nothing tips anything, and for what stands on supports.
+    pub standing: Option<Standing>,
     /// What was done to the model before, in a sentence; for the picture.
     pub story: Option<String>,
     /// The model as it was set up, where that is not as it was read.
@@ -204,7 +207,22 @@ pub(super) fn planned_along(
     } else {
         plan_anywhere(&model.model, profile, &base, &directions, &wanted)
     };
-    let (placement, plans) = match found {
+    let found = found.and_then(|(placement, plans)| {
+        let plan = Plan {
+            machine_values,
+            bridge_mm: options.bridge_mm,
+            ..draft(&model, &machine, placement, &plans[0], (options.kept_in.as_deref(), world))
+        };
+        let standing = standing(&plan, &Workpiece::place(&model.model, &placement), profile);
+        match standing.filter(Standing::falls) {
+            Some(Standing { part, slot, tilt, held }) => {
+                let (name, tilt_deg) = (model.model.parts[part].name.clone(), tilt.deg());
+                Err(Infeasible::Falls { part, name, slot, tilt_deg, factor: held.factor })
+            }
+            None => Ok((placement, plans, plan, standing)),
+        }
+    });
+    let (placement, plans, plan, standing) = match found {
         Ok(found) => found,
         Err(infeasible) => {
             let seek = options.remedies && can_be_helped(&infeasible);
@@ -223,11 +241,6 @@ pub(super) fn planned_along(
             })));
         }
     };
-    let plan = Plan {
-        machine_values,
-        bridge_mm: options.bridge_mm,
-        ..draft(&model, &machine, placement, &plans[0], (options.kept_in.as_deref(), world))
-    };
     let plan = checked(plan, model, machine)?;
     let up = |print: &Print| Dir::new(print.up.into()).unwrap_or(Dir::z());
     let prints = plan.prints().map(|(_, print)| (print.part, up(print)));
@@ -245,6 +258,7 @@ pub(super) fn planned_along(
         seconds: seconds(),
         overhang: wanted.overhang,
         droops,
+        standing,
         story: None,
         arranged: None,
         ways: Vec::new(),
