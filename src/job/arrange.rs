@@ -1,6 +1,7 @@
 //! A model as it is to be printed: turned, set beside others, its parts made to meet. What was read is never changed: the arranged
 //! model is one of its own, for whoever asked to write beside the output.
 
+use std::f64::consts::PI;
 use std::str::FromStr;
 
 use super::load::{read_quietly, tell};
@@ -82,9 +83,7 @@ const MOST_MODELS: usize = 1000;
 /// Room between models, mm, where it is asked for.
 const GAPS_MM: [f64; 2] = [0.5, 500.0];
 /// Room between models that is tried where the head's own does not fit on the table, mm.
-const NARROWER_MM: [f64; 5] = [40.0, 20.0, 10.0, 5.0, 2.0];
-/// The head's own is at least this, mm.
-const OWN_LEAST_MM: f64 = 5.0;
+const NARROWER_MM: [f64; 4] = [40.0, 20.0, 10.0, 5.0];
 /// Room that is tried where they have no plan so near to each other, mm.
 const WIDER_MM: [f64; 4] = [20.0, 40.0, 60.0, 90.0];
 
@@ -228,7 +227,7 @@ fn stood(
         all().zip(&turns).flat_map(|((model, copies), turn)| std::iter::repeat_n((model, turn), copies)).collect();
     let solids: Vec<(&[Part], &Rigid<Object, Object>)> =
         each.iter().map(|(model, turn)| (&model.model.parts[..], *turn)).collect();
-    let Laid { moved, gap_mm } = laid_out(&solids, how.gap_mm, machine);
+    let Laid { moved, gap_mm, .. } = laid_out(&solids, how.gap_mm, machine);
     if each.len() > 1 {
         changes.push(format!("{} stand {gap_mm:.1} mm apart", counted(each.len(), "model")));
     }
@@ -248,6 +247,8 @@ pub(super) struct Laid {
     pub(super) moved: Vec<Vec<TriangleMesh<Object>>>,
     /// The room between them, mm.
     pub(super) gap_mm: f64,
+    /// Whether all of them lie on the table so.
+    pub(super) fits: bool,
 }
 
 /// Turns each of these, and sets them beside each other on the table; one by itself stays where it is.
@@ -257,7 +258,7 @@ pub(super) fn laid_out(
     machine: &LoadedProfile,
 ) -> Laid {
     let boxes: Vec<Bounds> = each.iter().map(|(parts, turn)| bounds(parts, turn)).collect();
-    let (spots, gap_mm) = on_table(&boxes, gap_mm, machine);
+    let (spots, gap_mm, fits) = on_table(&boxes, gap_mm, machine);
     let place = |((parts, turn), spot): (&(&[Part], &Rigid<Object, Object>), &Spot)| {
         let turn = if spot.turned { turn.then(&quarter()) } else { **turn };
         let own = bounds(parts, &turn);
@@ -265,7 +266,7 @@ pub(super) fn laid_out(
         let placed = turn.then(&Rigid::shift(if each.len() > 1 { by } else { Vec3::zeros() }));
         parts.iter().map(|part| part.mesh.moved(&placed)).collect()
     };
-    Laid { moved: each.iter().zip(&spots).map(place).collect(), gap_mm }
+    Laid { moved: each.iter().zip(&spots).map(place).collect(), gap_mm, fits }
 }
 
 /// How the model is turned.
@@ -303,23 +304,31 @@ fn quarter() -> Rigid<Object, Object> {
 
 /// Where the models stand, and the room between them: what is asked for, or what the head needs, or the most that fits the table; a
 /// model is turned only where there is no room otherwise.
-fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) -> (Vec<Spot>, f64) {
+fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) -> (Vec<Spot>, f64, bool) {
     let footprints: Vec<[f64; 2]> = boxes.iter().map(|b| [b.size().x, b.size().y]).collect();
     let highest = boxes.iter().map(|b| b.size().z).fold(0.0, f64::max);
     let tried = match asked_mm {
         Some(mm) => vec![mm],
         None => {
-            let own = head_reach_mm(machine, highest).max(OWN_LEAST_MM);
+            let own = head_reach_mm(machine, highest).max(NARROWER_MM[3]);
             std::iter::once(own).chain(NARROWER_MM.into_iter().filter(|mm| *mm < own)).collect()
         }
     };
     let last = tried[tried.len() - 1];
     let inside = |[x, y]: [f64; 2]| machine.profile.beyond_table(x, y) <= 0.0;
+    // What covers more than the table fits in no way.
+    let table = &machine.profile.table;
+    let square = table.size_mm.filter(|_| table.radius_mm == 0.0);
+    let table_mm2 = square.map_or_else(|| PI * table.radius_mm * table.radius_mm, |[wide, deep]| wide * deep);
+    let too_many = footprints.iter().map(|[x, y]| x * y).sum::<f64>() > table_mm2;
     let ways = tried.into_iter().flat_map(|mm| [(mm, false), (mm, true)]);
-    let room = ways.into_iter().find_map(|(mm, turns)| Some((pack::on_table(&footprints, mm, turns, &inside)?, mm)));
+    let room = ways
+        .into_iter()
+        .filter(|_| !too_many)
+        .find_map(|(mm, turns)| Some((pack::on_table(&footprints, mm, turns, &inside)?, mm)));
     // What does not fit at all is refused where every model is held against its table.
     let rows = || in_rows(&footprints, last).into_iter().map(|corner| Spot { corner, turned: false }).collect();
-    room.unwrap_or_else(|| (rows(), last))
+    room.map_or_else(|| (rows(), last, false), |(spots, mm)| (spots, mm, true))
 }
 
 /// How far the head reaches sideways from its tip, mm, with what of it is lower than `highest`.

@@ -15,8 +15,8 @@ pub struct SupportForm {
 
 /// Grids that are tried below a part: a coarse one is laid sooner, a fine one reaches more and has columns that join sooner.
 pub(super) const STEPS_MM: [f64; 3] = [5.0, 3.5, 2.5];
-/// Distances between sheets that are tried where there is nothing but these: what lies across them may span ten millimetres without sagging.
-pub(super) const PROP_STEPS_MM: [f64; 3] = [10.0, 5.0, 2.5];
+/// Distances between sheets that are tried where there is nothing but these: lines that go over them on a slant are no longer than a bridge.
+pub(super) const PROP_STEPS_MM: [f64; 3] = [9.0, 5.0, 2.5];
 /// Distances between the lines of a roof.
 const PITCHES_MM: [f64; 2] = [0.1, 10.0];
 /// Longer columns than this nobody prints.

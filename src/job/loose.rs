@@ -25,6 +25,10 @@ pub(super) struct Cluster {
     shadow: OnceCell<Region>,
 }
 
+/// Room between loose solids where there is not more, mm; and as many as it is looked for of.
+const TIGHT_MM: f64 = 2.0;
+const FEW: usize = 40;
+
 /// What stands no higher than this above the lowest of all stands on the table, mm.
 const STANDS_MM: f64 = 0.01;
 
@@ -92,7 +96,10 @@ pub(super) fn spread(
     };
     let turns: Vec<Rigid<Object, Object>> = parts.iter().zip(ups).map(turn).collect();
     let each: Vec<(&[Part], &Rigid<Object, Object>)> = parts.iter().map(Vec::as_slice).zip(&turns).collect();
-    let Laid { moved, gap_mm } = laid_out(&each, None, machine);
+    let usual = laid_out(&each, None, machine);
+    // What is printed upright together needs no room for the head, but a search in so little room takes long where there are many.
+    let tight = !usual.fits && each.len() <= FEW;
+    let Laid { moved, gap_mm, .. } = if tight { laid_out(&each, Some(TIGHT_MM), machine) } else { usual };
     let mut placed: Vec<Option<_>> = vec![None; model.parts.len()];
     for ((cluster, own), meshes) in clusters.iter().zip(&parts).zip(moved) {
         for ((&place, part), mesh) in cluster.parts.iter().zip(own).zip(meshes) {

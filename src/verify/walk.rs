@@ -40,6 +40,9 @@ const TURNS: usize = 1000;
 const TURNS_A_PRINT: usize = 256;
 const TURNS_A_FIELD: usize = 16;
 
+/// So many collisions of the head are found; how often it strikes beyond that tells nobody more, and each is dear.
+const MOST_STRIKES: usize = 1000;
+
 /// How deep the nozzle may be in the table, mm: what the last digits of a program's words come to.
 const INTO_TABLE_MM: f64 = 0.005;
 
@@ -80,6 +83,7 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         astray: false,
         turns: 0,
         most_turns: TURNS + TURNS_A_PRINT * planned.len(),
+        strikes: 0,
         laying: Laying::new(job.profile.process.bridge_mm),
         walked: Walked {
             findings: Findings::default(),
@@ -156,6 +160,8 @@ struct Walker<'a> {
     /// What the table's turns have cost, and what they may before nobody follows any more.
     turns: usize,
     most_turns: usize,
+    /// How often the head has struck.
+    strikes: usize,
     laying: Laying,
     walked: Walked,
     print: Option<u32>,
@@ -449,6 +455,9 @@ impl Walker<'_> {
 
     /// The head on the tip's way between `ends`; judged by pieces of the way down to `finest`.
     fn sweep(&mut self, setup: &mut Setup, ends: [Vec3; 2], line: u32, finest: [f64; 2]) {
+        if self.strikes >= MOST_STRIKES {
+            return;
+        }
         let head = std::mem::take(&mut self.head);
         for (piece, hull) in head.iter().enumerate() {
             if hull.tip {
@@ -557,6 +566,7 @@ impl Walker<'_> {
 
     fn hit(&mut self, hull: &Hull, line: u32, [deep, most]: [f64; 2]) {
         let (at, name) = (self.place(line), &hull.name);
+        self.strikes += 1;
         self.walked.findings.add(Rule::HeadCollision, at, [deep, most], || {
             format!("{name} reaches {deep:.2} mm into the table or what is printed; at most {most:.3} mm")
         });
