@@ -102,6 +102,9 @@ fn work(
     }
     output.write(done.gcode.program())?;
     if let Some(report) = done.gcode.report() {
+        // What the plan knew it has said itself.
+        let unsteady = text::unsteady(report).filter(|_| done.planned.standing.is_none());
+        unsteady.iter().for_each(|text| console.note(text));
         console.note(&format!(
             "{}: {} lines, verified; about {:.0} min, clearance {:.2} mm",
             args.output.display(),

@@ -3,11 +3,12 @@
 use super::{Console, Failure};
 use crate::document::{self, text};
 use crate::job::{NoPlan, PictureFile};
-use crate::planning::can_be_helped;
+use crate::planning::{Infeasible, can_be_helped};
 
-/// Prints reasons and remedies; what no remedy can help is left to the error's own sentence.
+/// Prints reasons, the ways that were tried and remedies; what is no answer to the question is left to the error's own sentence.
 pub(super) fn explain(no: &NoPlan, picture: Option<&PictureFile>, console: &Console) -> Result<(), Failure> {
-    if !can_be_helped(&no.infeasible) {
+    let answered = can_be_helped(&no.infeasible) || matches!(no.infeasible, Infeasible::Falls { .. });
+    if !answered {
         return Ok(());
     }
     if let Some((picture, sheet)) = picture.zip(no.sheet()) {

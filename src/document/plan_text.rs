@@ -49,7 +49,7 @@ pub fn planned(made: &PlanResult) -> String {
         let (times, tilt) = (held.pushed, tilt.deg());
         let _ = writeln!(
             out,
-            "in slot {slot}, with the table at {tilt:.0} deg, what part {part} stands on holds it {times:.1} times over; a brim or a larger foot holds more"
+            "in slot {slot}, with the table at {tilt:.0} deg, the first layer below part {part} holds what stands there {times:.1} times over; a larger foot holds more, and so does a brim, which is not counted"
         );
     }
     let best = made.best();

@@ -85,9 +85,7 @@ pub fn verified(report: &Report) -> String {
             let _ = writeln!(out, "{rule}: {count} findings, the first {listed} are listed");
         }
     }
-    if let Some(standing) = report.standing.as_ref().filter(|standing| standing.pushed_factor < DOUBTFUL) {
-        let _ = writeln!(out, "{}", doubtful(standing));
-    }
+    unsteady(report).iter().for_each(|text| _ = writeln!(out, "{text}"));
     let minutes = report.seconds_print / 60.0;
     let _ = writeln!(
         out,
@@ -102,14 +100,16 @@ pub fn verified(report: &Report) -> String {
     out
 }
 
-/// What stands, but not well.
-fn doubtful(standing: &Standing) -> String {
-    let Standing { pushed_factor, line, tilt_deg, grams, .. } = standing;
+/// What stands, but not well, in a sentence.
+pub fn unsteady(report: &Report) -> Option<String> {
+    let Standing { pushed_factor, line, tilt_deg, grams, .. } = report.standing.as_ref()?;
     let tilt =
         if *tilt_deg > 0.0 { format!(", with the table tilted by {tilt_deg:.0} degrees") } else { String::new() };
-    format!(
-        "after line {line} {grams:.1} g stand on a foot that holds them {pushed_factor:.1} times over{tilt}; a brim or a larger foot holds more"
-    )
+    (*pushed_factor < DOUBTFUL).then(|| {
+        format!(
+            "after line {line} {grams:.1} g stand on a first layer that holds them {pushed_factor:.1} times over{tilt}; a larger foot holds more, and so does a brim, which is not counted"
+        )
+    })
 }
 
 /// Minima shown of each objective.

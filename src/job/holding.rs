@@ -4,8 +4,6 @@
 //! wanted, the same each time. Planning lays them at the profile's own layers and asks `overhang` what is left; writing the file for
 //! the machine lays them at those of the sliced part.
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use super::support::grid_over;
 use super::{BadSetting, CheckedPlan, Error};
 use crate::geom::{Angle, Bounds, Machine, Rigid, Slot, Vec3};
@@ -115,14 +113,13 @@ impl Laid {
         Bounds::of(self.layers.iter().flat_map(ends))
     }
 
-    /// What of `mesh` would be laid on nothing in spite of them; `firm` where lines that go on a slant must not end farther beside them, either.
-    pub(super) fn left(&self, mesh: &SlotMesh, supports: &PrintSupports, (rule, firm): (&Rule, bool)) -> Judged {
+    /// What of `mesh` would be laid on nothing in spite of them.
+    pub(super) fn left(&self, mesh: &SlotMesh, supports: &PrintSupports, rule: &Rule) -> Judged {
         let mesh = &mesh.mesh;
         let layers = self.layers.iter().map(|layer| (layer.span_mm[1], layer.lines.clone())).collect();
         // Between the diagonals of a cell no place is farther from one than a third of its edge.
         // A line ends at most as far beyond the last one as it may hang free.
-        let free_mm = rule.free_mm() * if firm { FRAC_1_SQRT_2 } else { 1.0 };
-        let beside_mm = (supports.step_mm / 2.0).min(free_mm - rule.line_mm / 2.0);
+        let beside_mm = (supports.step_mm / 2.0).min(rule.free_mm() - rule.line_mm / 2.0);
         let held = Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm, beside_mm };
         let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
         let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();

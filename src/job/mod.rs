@@ -109,9 +109,9 @@ pub use source::{MachineSource, ModelSource, Source};
 pub use split::{SplitOptions, SplitRequest, SplitResult, split};
 pub use support::{SupportOptions, SupportRequest, SupportResult, Triple, is_3mf, support};
 pub use supported::{HeldModel, HeldPart, Holding};
-pub use tries::{NoWay, WaysOut, plan};
+pub use tries::plan;
 pub use verify::{Rejected, Verified, VerifyRequest, VerifyResult, verify};
-pub use ways::TriedWay;
+pub use ways::{NoWay, TriedWay, WaysOut};
 pub(crate) use world::interrupts;
 pub use world::{
     Clock, Disk, Files, Installed, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Slicers, SystemClock, World, batch,

@@ -6,8 +6,8 @@ use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
 use super::supported::Holding;
-use super::tries::{PlannedSomehow, WaysOut, planned_somehow};
-use super::ways::TriedWay;
+use super::tries::{PlannedSomehow, planned_somehow};
+use super::ways::{TriedWay, WaysOut};
 use super::{
     Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,
     RewriteResult, Silent, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,

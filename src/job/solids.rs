@@ -25,11 +25,7 @@ const COPY_MM: f64 = 1e-4;
 
 /// Parts that touch each other, directly or through others: ids ascending, groups by their first.
 pub(super) fn groups(model: &Model) -> Vec<Vec<usize>> {
-    let mut first: Vec<usize> = (0..model.parts.len()).collect();
-    for interface in &model.interfaces {
-        let (low, high) = (first[interface.a].min(first[interface.b]), first[interface.a].max(first[interface.b]));
-        first.iter_mut().filter(|of| **of == high).for_each(|of| *of = low);
-    }
+    let first = model.bodies();
     let of = |group: usize| -> Vec<usize> { (0..first.len()).filter(|&part| first[part] == group).collect() };
     (0..first.len()).map(of).filter(|group| !group.is_empty()).collect()
 }

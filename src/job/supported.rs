@@ -80,7 +80,7 @@ pub enum Holding {
     /// What hangs, and what droops about it.
     #[default]
     Usual,
-    /// Whatever droops, too, and lines that end beside supports on a slant.
+    /// Whatever droops, too.
     Firm,
 }
 
@@ -207,7 +207,7 @@ impl Attempt {
             only_props: false,
             props: Vec::new(),
         };
-        let Judged { hangs: bare, places, .. } = Laid::none().left(&mesh, &of_step(STEPS_MM[0]), (&rule, false));
+        let Judged { hangs: bare, places, .. } = Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &rule);
         let allowed = options.allow.iter().find(|(part, _)| *part == print.part).map(|(_, area)| *area);
         let carried = allowed.is_some_and(|area| area.is_none_or(|mm2| area_of(&bare) <= mm2));
         if bare.is_empty() || carried {
@@ -217,10 +217,10 @@ impl Attempt {
             Holding::Usual => places,
             Holding::Firm => {
                 let strict = Rule { droops: false, ..rule };
-                Laid::none().left(&mesh, &of_step(STEPS_MM[0]), (&strict, false)).places
+                Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &strict).places
             }
         };
-        let bare = Hanging { contact_mm2: area_of(&bare), places, firm: holding == Holding::Firm };
+        let bare = Hanging { contact_mm2: area_of(&bare), places };
         // Whoever wants a roof has one below what columns hold.
         let sheets = PROP_STEPS_MM.map(|step_mm| PrintSupports { only_props: true, ..of_step(step_mm) });
         let forms = STEPS_MM.map(of_step).into_iter().chain(sheets.into_iter().filter(|_| roof.is_none()));
@@ -244,13 +244,12 @@ impl Attempt {
         let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
         let columns = Laid::columns(mesh, &supports, &tops, process).map_err(|e| e.to_string())?;
         let mut laid = columns.clone();
-        let firm = bare.firm;
         // Where something hangs, what droops is held as well: a slicer's lines lie there as they come. What is propped may leave something in
         // other layers, and at first such sheets do as many places share.
         let strict = Rule { droops: false, ..*rule };
         for round in 0..ROUNDS {
             let asked = |rule: &Rule, counts: &dyn Fn(&Place) -> bool| -> Vec<PropPlace> {
-                let left = laid.left(mesh, &supports, (rule, firm)).places;
+                let left = laid.left(mesh, &supports, rule).places;
                 let all = left.iter().filter(|place| counts(place));
                 let all = all.map(|place| prop_place(place, process.layer_height_mm, round > 0));
                 all.filter(|one| !supports.props.contains(one)).collect()
@@ -266,7 +265,7 @@ impl Attempt {
             laid = columns.clone();
             laid.prop(mesh, &supports, &tops, process);
         }
-        let left = laid.left(mesh, &supports, (rule, firm)).hangs;
+        let left = laid.left(mesh, &supports, rule).hangs;
         if let Some(patch) = left.first() {
             let bare: f64 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
             let reach =
@@ -337,8 +336,6 @@ impl Attempt {
 struct Hanging {
     contact_mm2: f64,
     places: Vec<Place>,
-    /// Whether it must be held so that whatever goes on a slant is.
-    firm: bool,
 }
 
 impl Hanging {

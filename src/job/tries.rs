@@ -1,16 +1,14 @@
 //! The ways to print a model, and the cheapest of them: as it was drawn, turned, on supports, or its solids cut by planes and the parts planned.
 //! The model itself is never changed: what is turned or cut is a model of its own, for whoever asked to write beside the output.
 
-use std::fmt::{self, Display, Formatter};
-
 use super::arrange::{Arrangement, Models, SetUp, arranged};
 use super::cutting::{CutModel, Cutting, in_pieces};
 use super::loose::{Cluster, each_by_itself, spread};
 use super::plan::{Along, planned, planned_along};
 use super::solids::{Known, groups};
-use super::supported::{Holding, on_supports};
+use super::supported::on_supports;
 use super::turning::{Poses, may_turn, turned};
-use super::ways::{self, TriedWay, as_planned};
+use super::ways::{self, NoWay, TriedWay, WaysOut, as_planned};
 use super::{
     Error, HeldModel, LoadedModel, PlanOptions, PlanRequest, PlanResult, Silent, Supporting, World, load_profile,
 };
@@ -34,47 +32,6 @@ pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Erro
     let ways = WaysOut { supporting: request.supporting, ..WaysOut::NONE };
     let set = arranged(&models, world)?;
     Ok(planned_somehow(&models, set, (&request.options, &ways), world)?.plan)
-}
-
-/// What may be done with a model beside printing it as it was drawn.
-#[derive(Clone, Debug, PartialEq)]
-pub struct WaysOut {
-    /// Whether its solids may be cut.
-    pub cutting: Cutting,
-    /// Whether they may stand on supports.
-    pub supporting: Supporting,
-    /// Whether it may stand otherwise than it was drawn, where nobody said how.
-    pub turning: bool,
-    /// The only way that is wanted.
-    pub only: Option<Way>,
-    /// What supports hold.
-    pub holding: Holding,
-    /// Ways that came to nothing, and are not tried again.
-    pub lost: Vec<TriedWay>,
-}
-
-impl WaysOut {
-    /// As it was drawn, or not at all.
-    pub const NONE: Self = Self {
-        cutting: Cutting::Never,
-        supporting: Supporting::Never,
-        turning: false,
-        only: None,
-        holding: Holding::Usual,
-        lost: Vec::new(),
-    };
-
-    fn allow(&self, way: Way) -> bool {
-        let held = self.supporting == Supporting::Auto;
-        let may = match way {
-            Way::AsDrawn => true,
-            Way::Turned => self.turning,
-            Way::Supports => held,
-            Way::TurnedSupports => self.turning && held,
-            Way::Cut => self.cutting != Cutting::Never,
-        };
-        may && self.only.is_none_or(|only| only.covers(way)) && self.lost.iter().all(|lost| lost.way != way)
-    }
 }
 
 /// A plan, and what was done to the model for it.
@@ -108,26 +65,6 @@ impl PlannedSomehow {
     /// The way that was taken.
     pub(super) fn taken(&self) -> Option<&TriedWay> {
         self.plan.ways.iter().find(|way| way.chosen)
-    }
-}
-
-/// No way to print a model is left of those that were asked for.
-#[derive(Clone, Debug)]
-pub struct NoWay {
-    /// The only one that was asked for.
-    pub only: Option<Way>,
-    /// All that were tried, with why not.
-    pub ways: Vec<TriedWay>,
-}
-
-impl Display for NoWay {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let asked = self.only.map_or("", Way::word);
-        let whys =
-            self.ways.iter().filter_map(|tried| Some(format!("{}: {}", tried.way.word(), tried.why_not.as_ref()?)));
-        let whys: Vec<String> = whys.collect();
-        let whys = if whys.is_empty() { "it does not apply to this model".to_owned() } else { whys.join("; ") };
-        write!(f, "the model cannot be printed by --way {asked}: {whys}; --way auto takes the cheapest way that works")
     }
 }
 
@@ -356,31 +293,25 @@ impl Tries<'_> {
     /// As they were drawn, those that touch as one solid: so every slicer prints them.
     fn as_one(&mut self) {
         let touching = groups(&self.sets[0].model.model).iter().any(|group| group.len() > 1);
-        if self.models.how.join || !touching {
-            return;
-        }
-        let silent = World { progress: &Silent, ..*self.world };
-        let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
-        let how = Arrangement { join: true, ..self.models.how.clone() };
-        let Ok(set) = arranged(&Models { how: &how, ..*self.models }, &silent) else { return };
-        let upright = Along::These(&[Vec3::z()]);
-        if let Ok(plan) = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent) {
-            self.find(Way::AsDrawn, (plan.of_arranged(set.arranged), None, None));
+        if touching {
+            self.upright(Arrangement { join: true, ..self.models.how.clone() });
         }
     }
 
     /// As they were drawn, with the small gaps between them that were closed so that parts touch: a designer's own supports leave such gaps.
     fn with_their_gaps(&mut self) {
-        if !self.found.is_empty()
-            || self.sets[0].arranged.is_none()
-            || !self.models.how.is_plain()
-            || self.models.how.join
-        {
+        if self.found.is_empty() && self.sets[0].arranged.is_some() && self.models.how.is_plain() {
+            self.upright(Arrangement { snap_mm: 0.0, ..self.models.how.clone() });
+        }
+    }
+
+    /// As they were drawn, all upright, but set up like this; nothing where they were joined on purpose.
+    fn upright(&mut self, how: Arrangement) {
+        if self.models.how.join {
             return;
         }
         let silent = World { progress: &Silent, ..*self.world };
         let quiet = PlanOptions { remedies: false, allow: Vec::new(), ..self.options.clone() };
-        let how = Arrangement { snap_mm: 0.0, ..self.models.how.clone() };
         let Ok(set) = arranged(&Models { how: &how, ..*self.models }, &silent) else { return };
         let upright = Along::These(&[Vec3::z()]);
         if let Ok(plan) = planned_along(upright, set.model, self.models.machine.clone(), &quiet, &silent) {

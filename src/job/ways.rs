@@ -1,7 +1,11 @@
-//! The ways that were tried for a model, each with what it comes to.
+//! Ways to print a model: those that may be taken, and those that were tried, each with what it comes to.
 
+use std::fmt::{self, Display, Formatter};
+
+use super::cutting::Cutting;
 use super::orient::process_of;
-use super::{HeldModel, LoadedProfile, PlanResult};
+use super::supported::Holding;
+use super::{HeldModel, LoadedProfile, PlanResult, Supporting};
 use crate::geom::Vec3;
 use crate::mesh::Model;
 use crate::orient::Facets;
@@ -51,6 +55,67 @@ impl TriedWay {
         let price = self.price_min.map(|min| format!("{min:.0} min by one price"));
         let facts: Vec<String> = price.into_iter().chain(self.why_not.clone()).collect();
         (!self.chosen).then(|| format!("not {}: {}", self.way.word(), facts.join("; ")))
+    }
+}
+
+/// What may be done with a model beside printing it as it was drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WaysOut {
+    /// Whether its solids may be cut.
+    pub cutting: Cutting,
+    /// Whether they may stand on supports.
+    pub supporting: Supporting,
+    /// Whether it may stand otherwise than it was drawn, where nobody said how.
+    pub turning: bool,
+    /// The only way that is wanted.
+    pub only: Option<Way>,
+    /// What supports hold.
+    pub holding: Holding,
+    /// Ways that came to nothing, and are not tried again.
+    pub lost: Vec<TriedWay>,
+}
+
+impl WaysOut {
+    /// As it was drawn, or not at all.
+    pub const NONE: Self = Self {
+        cutting: Cutting::Never,
+        supporting: Supporting::Never,
+        turning: false,
+        only: None,
+        holding: Holding::Usual,
+        lost: Vec::new(),
+    };
+
+    pub(super) fn allow(&self, way: Way) -> bool {
+        let held = self.supporting == Supporting::Auto;
+        let may = match way {
+            Way::AsDrawn => true,
+            Way::Turned => self.turning,
+            Way::Supports => held,
+            Way::TurnedSupports => self.turning && held,
+            Way::Cut => self.cutting != Cutting::Never,
+        };
+        may && self.only.is_none_or(|only| only.covers(way)) && self.lost.iter().all(|lost| lost.way != way)
+    }
+}
+
+/// No way to print a model is left of those that were asked for.
+#[derive(Clone, Debug)]
+pub struct NoWay {
+    /// The only one that was asked for.
+    pub only: Option<Way>,
+    /// All that were tried, with why not.
+    pub ways: Vec<TriedWay>,
+}
+
+impl Display for NoWay {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let asked = self.only.map_or("", Way::word);
+        let whys =
+            self.ways.iter().filter_map(|tried| Some(format!("{}: {}", tried.way.word(), tried.why_not.as_ref()?)));
+        let whys: Vec<String> = whys.collect();
+        let whys = if whys.is_empty() { "it does not apply to this model".to_owned() } else { whys.join("; ") };
+        write!(f, "the model cannot be printed by --way {asked}: {whys}; --way auto takes the cheapest way that works")
     }
 }
 

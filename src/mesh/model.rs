@@ -97,6 +97,20 @@ impl Model {
         (0..self.parts.len()).filter(|&id| !held[id]).collect()
     }
 
+    /// By part, the first part of its body: parts that hang together through interfaces, directly or through others, are one.
+    pub fn bodies(&self) -> Vec<usize> {
+        let (beside, none) = (self.beside(), usize::MAX);
+        let mut body = vec![none; self.parts.len()];
+        for first in 0..body.len() {
+            let mut reached = if body[first] == none { vec![first] } else { Vec::new() };
+            while let Some(part) = reached.pop() {
+                body[part] = first;
+                reached.extend(beside[part].iter().filter(|&&other| body[other] == none));
+            }
+        }
+        body
+    }
+
     /// By part, those that share a face with it.
     fn beside(&self) -> Vec<Vec<usize>> {
         let mut beside = vec![Vec::new(); self.parts.len()];

@@ -41,6 +41,20 @@ impl<F> TriangleMesh<F> {
         Self::new((0..8).map(corner).collect(), facets)
     }
 
+    /// Several as one, each with its own vertices.
+    pub fn joined<'a>(all: impl IntoIterator<Item = &'a Self>) -> Self
+    where
+        F: 'a,
+    {
+        let (mut vertices, mut facets) = (Vec::new(), Vec::new());
+        for one in all {
+            let first = vertices.len() as u32;
+            vertices.extend_from_slice(&one.vertices);
+            facets.extend(one.facets.iter().map(|facet| facet.map(|corner| corner + first)));
+        }
+        Self::new(vertices, facets)
+    }
+
     /// The vertices, mm.
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices

@@ -161,17 +161,6 @@ pub fn tilt(down: &Vec3) -> Angle {
     Angle::from_rad(if -down.z >= LEVEL { 0.0 } else { (-down.z).clamp(-1.0, 1.0).acos() })
 }
 
-/// Numbers of bodies: parts that hang together are one.
-pub fn bodies(workpiece: &Workpiece<'_>) -> Vec<usize> {
-    let mut body: Vec<usize> = (0..workpiece.parts.len()).collect();
-    for one in &workpiece.model.interfaces {
-        let [a, b] = [one.a, one.b].map(|part| body[part]);
-        let (low, high) = (a.min(b), a.max(b));
-        body.iter_mut().filter(|of| **of == high).for_each(|of| *of = low);
-    }
-    body
-}
-
 /// Where a plan's print stands worst.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Standing {
@@ -195,7 +184,7 @@ impl Standing {
 /// The worst of all states of a plan, at the beginning and at the end of each print; parts count as solid, so that sparse infill is on the safe side.
 /// What stands on supports is left to the finished file, whose lines tell where these stand. `None` where nothing tips anything.
 pub fn standing(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> Option<Standing> {
-    let (body, kinematics) = (bodies(workpiece), profile.kinematics());
+    let (body, kinematics) = (workpiece.model.bodies(), profile.kinematics());
     let layer_mm = profile.process.layer_height_mm;
     let parts: Vec<(Weight, Foot, Vec<Vec3>)> =
         workpiece.parts.iter().map(|part| (weight(part), foot(part, layer_mm), corners(part))).collect();

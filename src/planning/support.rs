@@ -12,10 +12,9 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
-use super::balance::bodies;
 use super::part_set::PartSet;
 use super::workpiece::Workpiece;
-use crate::geom::{Angle, Dir, Slot, Table, Vec3};
+use crate::geom::{Angle, Dir, Rigid, Slot, Table, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::overhang::{self, Cause, Droop, Footing, Ground, Patch, Relief, Rule};
 
@@ -215,15 +214,8 @@ impl Neighbours {
         let key = Self::key(workpiece, part);
         let carriers = vec![OnceLock::new(); mesh.vertices().len()];
         let others = if on_table.contains(&true) { near(workpiece, part) } else { Vec::new() };
-        let near = (!others.is_empty()).then(|| {
-            let (mut vertices, mut facets) = (Vec::new(), Vec::new());
-            for other in others.iter().map(|&other| &workpiece.parts[other]) {
-                let first = vertices.len() as u32;
-                vertices.extend_from_slice(other.vertices());
-                facets.extend(other.facets().iter().map(|facet| facet.map(|v| v + first)));
-            }
-            Arc::new(TriangleMesh::new(vertices, facets))
-        });
+        let near = TriangleMesh::joined(others.iter().map(|&other| &workpiece.parts[other]));
+        let near = (!others.is_empty()).then(|| Arc::new(near.moved(&Rigid::shift(Vec3::zeros()))));
         Self { on_facet, on_table, relief, footings, near, key, carriers }
     }
 
@@ -277,12 +269,16 @@ fn is_upright(up: Dir<Table>) -> bool {
 /// The parts on the table that hang together with other bodies than `part`, and whose boxes lie below some of it, seen from above.
 fn near(workpiece: &Workpiece<'_>, part: usize) -> Vec<usize> {
     let own = workpiece.parts[part].bounds();
-    let body = bodies(workpiece);
     let lies_below = |other: &usize| {
         let bounds = workpiece.parts[*other].bounds();
-        body[*other] != body[part] && (0..2).all(|i| own.min[i] < bounds.max[i] && bounds.min[i] < own.max[i])
+        *other != part && (0..2).all(|i| own.min[i] < bounds.max[i] && bounds.min[i] < own.max[i])
     };
-    workpiece.model.on_table.iter().copied().filter(lies_below).collect()
+    let mut all: Vec<usize> = workpiece.model.on_table.iter().copied().filter(lies_below).collect();
+    if !all.is_empty() {
+        let body = workpiece.model.bodies();
+        all.retain(|&other| body[other] != body[part]);
+    }
+    all
 }
 
 fn lies_on_table(mesh: &TriangleMesh<Table>, facet: usize) -> bool {

@@ -43,14 +43,7 @@ pub fn three_axis(workpiece: &Workpiece<'_>, profile: &Profile, overhang: Angle,
 
 /// All parts as one surface: where two touch, nothing hangs.
 pub fn whole(workpiece: &Workpiece<'_>) -> TriangleMesh<Table> {
-    let mut vertices: Vec<Vec3> = Vec::new();
-    let mut facets = Vec::new();
-    for part in &workpiece.parts {
-        let first = vertices.len() as u32;
-        vertices.extend_from_slice(part.vertices());
-        facets.extend(part.facets().iter().map(|f| f.map(|corner| corner + first)));
-    }
-    TriangleMesh::new(vertices, facets)
+    TriangleMesh::joined(&workpiece.parts)
 }
 
 #[cfg(test)]

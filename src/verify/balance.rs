@@ -11,7 +11,7 @@ use super::report::{FindingPlace, Findings, Rule, Standing};
 use super::{Job, Planned};
 use crate::gcode::marks::Role;
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
-use crate::planning::balance::{self, FALLS, Foot, Weight, bodies};
+use crate::planning::balance::{self, FALLS, Foot, Weight};
 use crate::trace::Move;
 
 /// How far above the table a line's underside may be that lies on it, mm.
@@ -49,7 +49,7 @@ struct Pose {
 
 /// Holds every state of the program; where it stands worst.
 pub(super) fn check(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned], findings: &mut Findings) -> Option<Standing> {
-    let body = bodies(job.workpiece);
+    let body = job.workpiece.model.bodies();
     let (kinematics, process) = (job.profile.kinematics(), &job.profile.process);
     let mut balance = Balance {
         planned,

@@ -149,12 +149,7 @@ impl Field {
             self.held = vec![f32::NEG_INFINITY; self.levels[0].top.len()];
         }
         let height = (height + ROUNDING) as f32;
-        let mut rows = self.rows(ends, reach);
-        while let Some((row, columns)) = rows.next(&self.levels[0]) {
-            let first = row * self.levels[0].columns;
-            let cells = &mut self.held[first + columns.start()..=first + columns.end()];
-            cells.iter_mut().for_each(|top| *top = top.max(height));
-        }
+        self.rows(ends, reach).change(&self.levels[0], &mut self.held, |top| *top = top.max(height));
     }
 
     /// Takes note that a body was laid to `height` over those cells.
@@ -163,12 +158,7 @@ impl Field {
             self.bodies = vec![Highest::NONE; self.levels[0].top.len()];
         }
         let height = (height + ROUNDING) as f32;
-        let mut rows = self.rows(ends, reach);
-        while let Some((row, columns)) = rows.next(&self.levels[0]) {
-            let first = row * self.levels[0].columns;
-            let cells = &mut self.bodies[first + columns.start()..=first + columns.end()];
-            cells.iter_mut().for_each(|cell| cell.lay(body, height));
-        }
+        self.rows(ends, reach).change(&self.levels[0], &mut self.bodies, |cell| cell.lay(body, height));
     }
 
     /// Calls `height(x, y, top)` for the cells whose centre lies within `reach` of the segment `ends`, and raises them to what
@@ -362,6 +352,14 @@ impl Rows {
             }
         }
         None
+    }
+
+    /// Changes what `cells`, one for each of the level, have there.
+    fn change<T>(mut self, level: &Level, cells: &mut [T], mut change: impl FnMut(&mut T)) {
+        while let Some((row, columns)) = self.next(level) {
+            let first = row * level.columns;
+            cells[first + columns.start()..=first + columns.end()].iter_mut().for_each(&mut change);
+        }
     }
 
     /// From where to where the line at height `y` lies within reach of the segment: what is within reach of either end, or

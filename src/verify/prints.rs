@@ -71,7 +71,7 @@ pub(super) struct PrintedPart<'a> {
     pub(super) planned: &'a Planned,
     /// The part at its pose, machine coordinates.
     pub(super) sections: Sections,
-    /// The heights of its level faces, ascending.
+    /// From where to where its level faces reach, by their lower ends.
     level_faces: Vec<[f64; 2]>,
     /// Lowest first.
     pub(super) levels: Vec<Level>,

@@ -19,7 +19,6 @@ use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::motion::{Pose, TableKinematics};
-use crate::planning::balance::bodies;
 use crate::planning::{PIECE_MM, contact_mm};
 
 /// The shortest piece of a move by which the nozzle, mm, and the rest of the head are judged.
@@ -75,7 +74,7 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
         beyond_table: Box::new(|x, y| job.profile.beyond_table(x, y) - job.profile.table.keep_out_mm),
         material: Material::new(job.profile.table_slab()),
         strangers: strangers(job, planned),
-        bodies: several(bodies(job.workpiece)),
+        bodies: several(job.workpiece.model.bodies()),
         on_table: &job.workpiece.model.on_table,
         as_planned: as_planned(&job.profile.kinematics(), planned),
         setup: None,

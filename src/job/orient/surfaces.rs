@@ -15,7 +15,7 @@ const SMALL_HOLES: f64 = 0.02;
 pub(super) fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World<'_>) -> Result<Vec<Numbered>, Error> {
     let error = match load_unposed(&request.model, world) {
         Ok(loaded) if request.parts == PartChoice::Whole => {
-            return Ok(vec![(0, joined(loaded.model.parts.iter().map(|part| &part.mesh)))]);
+            return Ok(vec![(0, TriangleMesh::joined(loaded.model.parts.iter().map(|part| &part.mesh)))]);
         }
         Ok(loaded) => return Ok(loaded.model.parts.into_iter().map(|part| (part.id, part.mesh)).collect()),
         Err(Error::Mesh(error)) => error,
@@ -49,17 +49,6 @@ fn surface(model: &ModelSource, world: &World<'_>) -> Result<TriangleMesh<Object
     let options = ReadOptions { unit: model.unit, repair: false };
     let read: Result<_, MeshError> = read_surface(&bytes, &model.source.name(), &options);
     Ok(read?)
-}
-
-/// All parts as one mesh.
-fn joined<'a>(parts: impl Iterator<Item = &'a TriangleMesh<Object>>) -> TriangleMesh<Object> {
-    let (mut vertices, mut facets) = (Vec::new(), Vec::new());
-    for part in parts {
-        let first = vertices.len() as u32;
-        vertices.extend_from_slice(part.vertices());
-        facets.extend(part.facets().iter().map(|facet| facet.map(|i| i + first)));
-    }
-    TriangleMesh::new(vertices, facets)
 }
 
 /// The parts that were asked for.
