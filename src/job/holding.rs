@@ -8,7 +8,7 @@ use super::support::grid_over;
 use super::{BadSetting, CheckedPlan, Error};
 use crate::geom::{Angle, Bounds, Machine, Rigid, Slot, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::overhang::{Footing, Ground, Held, Judged, Relief, Rule, judged};
+use crate::overhang::{Footing, Ground, Held, LayerJudge, Relief, Rule};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Workpiece};
 use crate::profile::{Profile, SliceSettings};
 use crate::slicing::builtin::sheets;
@@ -113,21 +113,26 @@ impl Laid {
         Bounds::of(self.layers.iter().flat_map(ends))
     }
 
-    /// What of `mesh` would be laid on nothing in spite of them.
-    pub(super) fn left(&self, mesh: &SlotMesh, supports: &PrintSupports, rule: &Rule) -> Judged {
-        let mesh = &mesh.mesh;
+    /// As a part's layers lie on them.
+    pub(super) fn held(&self, supports: &PrintSupports, rule: &Rule) -> Held {
         let layers = self.layers.iter().map(|layer| (layer.span_mm[1], layer.lines.clone())).collect();
         // Between the diagonals of a cell no place is farther from one than a third of its edge.
         // A line ends at most as far beyond the last one as it may hang free.
         let beside_mm = (supports.step_mm / 2.0).min(rule.free_mm() - rule.line_mm / 2.0);
-        let held = Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm, beside_mm };
-        let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
-        let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
-        let footings = vec![Footing { own, below: Vec::new() }];
-        let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
-        let begins_mm = relief.in_the_air(&Vec3::z(), lies, &rule.hang());
-        judged(mesh, &Vec3::z(), &Ground { footings, table: true, held, others: None, begins_mm }, lies, rule, false)
+        Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm, beside_mm }
     }
+}
+
+/// What says of a part that stands on the table what would be laid on nothing.
+pub(super) fn judge(mesh: &SlotMesh, rule: &Rule) -> LayerJudge {
+    let mesh = &mesh.mesh;
+    let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
+    let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
+    let footings = vec![Footing { own, below: Vec::new() }];
+    let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
+    let begins_mm = relief.in_the_air(&Vec3::z(), lies, &rule.hang());
+    let ground = Ground { footings, table: true, begins_mm, ..Ground::default() };
+    LayerJudge::of(mesh, &Vec3::z(), &ground, lies, rule)
 }
 
 /// From where to where layers go that end at these heights.

@@ -1,15 +1,17 @@
 //! Solids that have no plan as they are: printed upright on the level table, on supports. Of parts that touch each other only
 //! those that stand on the table are held, and all others are printed as their plan has them.
 
+use rayon::prelude::*;
+
 use super::below::{Below, in_the_way, stand_alone};
 use super::form::{PROP_STEPS_MM, STEPS_MM};
-use super::holding::{Laid, even_tops, held_mesh, support_solids};
+use super::holding::{Laid, even_tops, held_mesh, judge, support_solids};
 use super::plan::{Along, planned_along};
 use super::solids::groups;
 use super::{CheckedPlan, Error, Finish, LoadedModel, LoadedProfile, PlanOptions, PlanResult, World};
 use crate::gcode::round_to;
 use crate::geom::{Angle, Vec3};
-use crate::overhang::{Judged, Patch, Place, Rule};
+use crate::overhang::{Held, Judged, LayerJudge, Patch, Place, Rule};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Slot, SupportRoof};
 use crate::section::{Point, Segment, Segments, march};
 use crate::toolpath::SlotMesh;
@@ -93,6 +95,8 @@ const GAP_LAYERS: f64 = 1.0;
 const LINE_S: f64 = 0.15;
 /// Heights that differ by less are the same, mm.
 const SAME_MM: f64 = 1e-6;
+/// So many kinds of supports are worked out at once; how many processors there are makes no difference.
+const AT_ONCE: usize = 2;
 /// So often what columns and props leave is propped.
 const ROUNDS: usize = 4;
 /// Places no farther apart than this are about each other, mm.
@@ -207,7 +211,8 @@ impl Attempt {
             only_props: false,
             props: Vec::new(),
         };
-        let Judged { hangs: bare, places, .. } = Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &rule);
+        let judge = judge(&mesh, &rule);
+        let Judged { hangs: bare, places, .. } = judge.judged(&Held::default());
         let allowed = options.allow.iter().find(|(part, _)| *part == print.part).map(|(_, area)| *area);
         let carried = allowed.is_some_and(|area| area.is_none_or(|mm2| area_of(&bare) <= mm2));
         if bare.is_empty() || carried {
@@ -215,48 +220,76 @@ impl Attempt {
         }
         let places = match holding {
             Holding::Usual => places,
-            Holding::Firm => {
-                let strict = Rule { droops: false, ..rule };
-                Laid::none().left(&mesh, &of_step(STEPS_MM[0]), &strict).places
-            }
+            Holding::Firm => judge.judged_strictly(&Held::default()).places,
         };
         let bare = Hanging { contact_mm2: area_of(&bare), places };
         // Whoever wants a roof has one below what columns hold.
         let sheets = PROP_STEPS_MM.map(|step_mm| PrintSupports { only_props: true, ..of_step(step_mm) });
         let forms = STEPS_MM.map(of_step).into_iter().chain(sheets.into_iter().filter(|_| roof.is_none()));
-        let tried: Vec<_> = forms.map(|supports| Self::of(plan, print, (&mesh, supports, &bare), &rule)).collect();
-        let of_finest = tried[tried.len() - 1].as_ref().err().cloned();
-        let price = |attempt: &Self| (attempt.free_beyond_mm(), attempt.laid.length_mm());
-        let least = tried.into_iter().flatten().min_by(|a, b| {
-            let (a, b) = (price(a), price(b));
-            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        least.map(Some).ok_or_else(|| of_finest.unwrap_or_default())
+        let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
+        let columns = |supports: PrintSupports| {
+            let laid = Laid::columns(&mesh, &supports, &tops, process);
+            laid.map(|laid| (supports, laid)).map_err(|e| e.to_string())
+        };
+        let forms: Vec<Result<(PrintSupports, Laid), String>> =
+            forms.collect::<Vec<_>>().into_par_iter().map(columns).collect();
+        // Props only add to columns: what these cost alone is the least, and what costs more than another is not looked at.
+        let price = |(supports, laid): (&PrintSupports, &Laid)| (free_beyond_mm(supports, laid), laid.length_mm());
+        let cheaper = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1));
+        let least = |form: &Result<(PrintSupports, Laid), String>| {
+            form.as_ref().map_or((0.0, 0.0), |(supports, laid)| price((supports, laid)))
+        };
+        let mut order: Vec<(usize, (f64, f64))> = forms.iter().map(least).enumerate().collect();
+        order.sort_by(|a, b| cheaper(&a.1, &b.1));
+        let mut best: Option<((f64, f64), Self)> = None;
+        let mut of_finest = (0, String::new());
+        for some in order.chunks(AT_ONCE) {
+            let may_be_best = |least: &(f64, f64)| best.as_ref().is_none_or(|(price, _)| cheaper(least, price).is_lt());
+            let some: Vec<usize> = some.iter().filter(|(_, least)| may_be_best(least)).map(|(form, _)| *form).collect();
+            let of = |form: usize| {
+                let (supports, laid) = forms[form].as_ref().map_err(Clone::clone)?;
+                Self::of(plan, print, (&mesh, supports.clone(), laid.clone(), &bare), (&judge, &rule))
+            };
+            let tried: Vec<(usize, Result<Self, String>)> = some.into_par_iter().map(|form| (form, of(form))).collect();
+            for (form, attempt) in tried {
+                match attempt {
+                    Ok(attempt) => {
+                        let price = price((&attempt.supports, &attempt.laid));
+                        if best.as_ref().is_none_or(|(least, _)| cheaper(&price, least).is_lt()) {
+                            best = Some((price, attempt));
+                        }
+                    }
+                    Err(why) if form >= of_finest.0 => of_finest = (form, why),
+                    Err(_) => {}
+                }
+            }
+        }
+        best.map(|(_, attempt)| Some(attempt)).ok_or(of_finest.1)
     }
 
     fn of(
         plan: &CheckedPlan,
         print: &Print,
-        (mesh, mut supports, bare): (&SlotMesh, PrintSupports, &Hanging),
-        rule: &Rule,
+        (mesh, mut supports, columns, bare): (&SlotMesh, PrintSupports, Laid, &Hanging),
+        (judge, rule): (&LayerJudge, &Rule),
     ) -> Result<Self, String> {
         let process = &plan.machine.profile.process;
         let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
-        let columns = Laid::columns(mesh, &supports, &tops, process).map_err(|e| e.to_string())?;
         let mut laid = columns.clone();
         // Where something hangs, what droops is held as well: a slicer's lines lie there as they come. What is propped may leave something in
         // other layers, and at first such sheets do as many places share.
-        let strict = Rule { droops: false, ..*rule };
+        // What hangs in spite of them, as long as they are the same.
+        let mut left: Option<Judged> = None;
         for round in 0..ROUNDS {
-            let asked = |rule: &Rule, counts: &dyn Fn(&Place) -> bool| -> Vec<PropPlace> {
-                let left = laid.left(mesh, &supports, rule).places;
-                let all = left.iter().filter(|place| counts(place));
+            let asked = |left: &Judged, counts: &dyn Fn(&Place) -> bool| -> Vec<PropPlace> {
+                let all = left.places.iter().filter(|place| counts(place));
                 let all = all.map(|place| prop_place(place, process.layer_height_mm, round > 0));
                 all.filter(|one| !supports.props.contains(one)).collect()
             };
-            let mut new = asked(&strict, &|place| bare.is_about(place));
+            let held = laid.held(&supports, rule);
+            let mut new = asked(&judge.judged_strictly(&held), &|place| bare.is_about(place));
             if new.is_empty() {
-                new = asked(rule, &|_| true);
+                new = asked(left.insert(judge.judged(&held)), &|_| true);
             }
             if new.is_empty() || supports.props.len() + new.len() > PrintSupports::MOST_PROPS {
                 break;
@@ -264,8 +297,9 @@ impl Attempt {
             supports.props.extend(new);
             laid = columns.clone();
             laid.prop(mesh, &supports, &tops, process);
+            left = None;
         }
-        let left = laid.left(mesh, &supports, rule).hangs;
+        let left = left.unwrap_or_else(|| judge.judged(&laid.held(&supports, rule))).hangs;
         if let Some(patch) = left.first() {
             let bare: f64 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
             let reach =
@@ -282,11 +316,6 @@ impl Attempt {
         let attempt = Self { part: print.part, supports, laid, contact_mm2, to_machine };
         attempt.fits(plan, print)?;
         Ok(attempt)
-    }
-
-    /// By how much a column stands free over more than it should, mm.
-    fn free_beyond_mm(&self) -> f64 {
-        self.supports.brace_mm.map_or(0.0, |most| (self.laid.longest_free_mm - most).max(0.0))
     }
 
     /// Whether they stand on the table, and within the axes.
@@ -330,6 +359,11 @@ impl Attempt {
         let at = |p: &Point| [p[0] + self.to_machine.x, p[1] + self.to_machine.y];
         self.laid.layers.iter().flat_map(|layer| &layer.lines).map(move |[a, b]| [at(a), at(b)])
     }
+}
+
+/// By how much a column stands free over more than it should, mm.
+fn free_beyond_mm(supports: &PrintSupports, laid: &Laid) -> f64 {
+    supports.brace_mm.map_or(0.0, |most| (laid.longest_free_mm - most).max(0.0))
 }
 
 /// What of a part hangs without supports.

@@ -49,14 +49,20 @@ pub struct Held {
 }
 
 impl Held {
-    /// What holds a layer that goes from `under` up by `high`: what ends in the air below it.
-    pub(super) fn under(&self, under: f64, high: f64) -> Region {
+    /// What holds a layer that goes from `under` up by `high`: what ends in the air below it, of lines that come into one of the boxes `within`.
+    pub(super) fn under(&self, under: f64, high: f64, within: Option<&[[[f64; 2]; 2]]>) -> Region {
         if self.layers.is_empty() {
             return Region::new();
         }
         let air = (self.gap_mm / high - SAME_LAYER).ceil().max(0.0) * high;
         let near = SAME_LAYER * high;
         let below = self.layers.iter().filter(|(top, _)| (under - air - near..=under + near).contains(top));
-        strips(below.flat_map(|(_, lines)| lines), self.line_mm)
+        let counts = |[a, b]: &&[[f64; 2]; 2]| {
+            let comes_into = |[low, high]: &[[f64; 2]; 2]| {
+                [0, 1].into_iter().all(|i| a[i].min(b[i]) <= high[i] && a[i].max(b[i]) >= low[i])
+            };
+            within.is_none_or(|boxes| boxes.iter().any(comes_into))
+        };
+        strips(below.flat_map(|(_, lines)| lines).filter(counts), self.line_mm)
     }
 }

@@ -15,12 +15,14 @@
 //! facet looks down by more than the threshold: between all others the surface goes out by no more than the threshold allows.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
+use std::sync::{Arc, OnceLock};
 
 use super::Rule;
 use super::ground::{Footing, Ground, Held};
 use super::memory::Memory;
 use super::patch::{Frame, Judged, Patch, Piece};
-use super::region::{Region, and, covered, enclosed, or, with_few_points};
+use super::region::{Region, and, bounds, covered, enclosed, or, with_few_points};
 use super::step::{Below, Step};
 use crate::geom::{Mat3, Slot, Vec3};
 use crate::mesh::TriangleMesh;
@@ -30,6 +32,8 @@ use crate::section::Sections;
 const SINE_SLACK: f64 = 1e-6;
 /// Heights that differ by less than this share of a layer are one.
 const NEAR_LAYERS: f64 = 1e-3;
+/// Beyond the ends of the longest bridge nothing counts that is farther than this, mm: a line, and what may hang free of it.
+const REACH_MM: f64 = 5.0;
 /// What a beginning is worth beside facets, mm²: where there are both, it says no first.
 const BEGINNING_MM2: f64 = 100.0;
 /// A face whose normal leans up or down by less than this (sine) covers nothing: 0.3 micrometres in a layer of 0.3 mm.
@@ -60,29 +64,64 @@ pub fn judged<F>(
     rule: &Rule,
     enough: bool,
 ) -> Judged {
-    let mut found = Judged::default();
-    if rule.fine_mm().is_infinite() {
-        return found;
+    LayerJudge::of(mesh, up, ground, stands, rule).by(rule, &ground.held, enough)
+}
+
+/// A part whose layers are judged again and again, on other supports each time: what is the same whatever the supports is found out once.
+pub struct LayerJudge {
+    stack: Stack,
+    /// The layers in which something begins.
+    begins: BTreeSet<usize>,
+    /// Those to look at.
+    runs: Vec<RangeInclusive<usize>>,
+}
+
+impl LayerJudge {
+    /// As [`judged`] takes them; the supports of `ground` do not count.
+    pub fn of<F>(
+        mesh: &TriangleMesh<F>,
+        up: &Vec3,
+        ground: &Ground,
+        stands: impl Fn(usize) -> bool,
+        rule: &Rule,
+    ) -> Self {
+        let stack = Stack::of(mesh, up, ground, rule);
+        let begins = stack.beginnings(&ground.begins_mm);
+        let runs = if rule.fine_mm().is_infinite() { Vec::new() } else { stack.steep(mesh, up, stands, &begins) };
+        Self { stack, begins, runs }
     }
-    let stack = Stack::of(mesh, up, ground, rule);
-    let begins = stack.beginnings(&ground.begins_mm);
-    for run in stack.steep(mesh, up, stands, &begins) {
-        let Judged { hangs, places, droops } = stack.patches(run, &begins, enough);
-        found.hangs.extend(hangs);
-        found.places.extend(places);
-        found.droops.extend(droops);
-        if enough && !found.hangs.is_empty() {
-            break;
+
+    /// What hangs and droops on such supports.
+    pub fn judged(&self, held: &Held) -> Judged {
+        self.by(&self.stack.rule, held, false)
+    }
+
+    /// The same where nothing may droop.
+    pub fn judged_strictly(&self, held: &Held) -> Judged {
+        self.by(&Rule { droops: false, ..self.stack.rule }, held, false)
+    }
+
+    /// By a rule that differs from the stack's in [`Rule::droops`] at most.
+    fn by(&self, rule: &Rule, held: &Held, enough: bool) -> Judged {
+        let mut found = Judged::default();
+        for run in &self.runs {
+            let Judged { hangs, places, droops } = self.stack.patches(run.clone(), &self.begins, (rule, held), enough);
+            found.hangs.extend(hangs);
+            found.places.extend(places);
+            found.droops.extend(droops);
+            if enough && !found.hangs.is_empty() {
+                break;
+            }
         }
+        found.hangs.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
+        found.droops.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
+        found
     }
-    found.hangs.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
-    found.droops.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
-    found
 }
 
 /// The layers of an upright part, cut as they are asked for.
-struct Stack<'a> {
-    rule: &'a Rule,
+struct Stack {
+    rule: Rule,
     /// To the upright frame.
     upright: Mat3,
     sections: Sections,
@@ -91,13 +130,14 @@ struct Stack<'a> {
     /// Of what lies on something: the facets upright, and what is below them, whole.
     footings: Vec<(Vec<[Vec3; 3]>, Option<Region>)>,
     table: bool,
-    held: &'a Held,
     /// Of what grows beside it.
     others: Option<Sections>,
+    /// By layer what of it is not fine without supports, once that is known.
+    beyond: Vec<OnceLock<Region>>,
 }
 
-impl<'a> Stack<'a> {
-    fn of<F>(mesh: &TriangleMesh<F>, up: &Vec3, ground: &'a Ground, rule: &'a Rule) -> Self {
+impl Stack {
+    fn of<F>(mesh: &TriangleMesh<F>, up: &Vec3, ground: &Ground, rule: &Rule) -> Self {
         let across = Vec3::ith(if up.z.abs() > 0.999 { 1 } else { up.iamin() }, 1.0).cross(up).normalize();
         let upright = Mat3::from_rows(&[across.transpose(), up.cross(&across).transpose(), up.transpose()]);
         let turned = mesh.vertices().iter().map(|v| upright * v).collect();
@@ -113,7 +153,11 @@ impl<'a> Stack<'a> {
             let turned = mesh.vertices().iter().map(|v| upright * v).collect();
             Sections::of(&TriangleMesh::<Slot>::new(turned, mesh.facets().to_vec()))
         });
-        Self { rule, upright, sections, low, high, footings, table: ground.table, held: &ground.held, others }
+        let (rule, table) = (*rule, ground.table);
+        let mut stack = Self { rule, upright, sections, low, high, footings, table, others, beyond: Vec::new() };
+        let layers = if low.is_finite() && high.is_finite() { stack.number(high) + 1 } else { 0 };
+        stack.beyond.resize_with(layers, OnceLock::new);
+        stack
     }
 
     /// The middle of layer `i`, upright; of the layer below the first, infinitely low.
@@ -141,7 +185,7 @@ impl<'a> Stack<'a> {
         up: &Vec3,
         stands: impl Fn(usize) -> bool,
         begins: &BTreeSet<usize>,
-    ) -> Vec<std::ops::RangeInclusive<usize>> {
+    ) -> Vec<RangeInclusive<usize>> {
         let near = NEAR_LAYERS * self.rule.layer_mm;
         let sine = self.rule.overhang.rad().sin() + SINE_SLACK;
         let mut stake: BTreeMap<usize, f64> = BTreeMap::new();
@@ -185,46 +229,97 @@ impl<'a> Stack<'a> {
         })
     }
 
-    /// What hangs and what droops in a run of layers.
-    fn patches(&self, run: std::ops::RangeInclusive<usize>, begins: &BTreeSet<usize>, enough: bool) -> Judged {
-        let before = |back: usize| run.start().checked_sub(back).map(|i| self.layer(i)).unwrap_or_default();
-        let (mut last, mut last_but_one) = (before(1), before(2));
+    /// What hangs and what droops in a run of layers on such supports.
+    fn patches(
+        &self,
+        run: RangeInclusive<usize>,
+        begins: &BTreeSet<usize>,
+        (rule, held): (&Rule, &Held),
+        enough: bool,
+    ) -> Judged {
+        let mut layers = Recent::default();
         let mut memory = Memory::default();
         let mut pieces: Vec<Piece> = Vec::new();
-        let frame = Frame { rule: self.rule, upright: &self.upright, low: self.low };
+        let frame = Frame { rule, upright: &self.upright, low: self.low };
         for i in run {
-            let layer = self.layer(i);
-            if !(i == 0 && self.table) {
-                let near = if i == 1 && self.table { layer.clone() } else { last_but_one };
-                let supports = self.held.under(self.low + i as f64 * self.rule.layer_mm, self.rule.layer_mm);
-                let others = self.nearly_below(i);
-                let held = if others.is_empty() { last.clone() } else { or(&last, &others) };
-                let below = with_few_points(&self.below(i, held, &supports));
-                let count = pieces.len();
-                let above = || self.layer(i + 1);
-                let (beside_mm, rule) = (self.held.beside_mm, self.rule);
-                let step = Step {
-                    number: i,
-                    layer: &layer,
-                    below: &Below::of(&below),
-                    near: &near,
-                    above: &above,
-                    begins: begins.contains(&i),
-                    supports: &supports,
-                    beside_mm,
-                    rule,
-                };
-                memory = step.judged(&memory, &mut pieces);
-                if enough && pieces[count..].iter().any(Piece::hangs) {
-                    let found = frame.judged(&pieces);
-                    if !found.hangs.is_empty() {
-                        return found;
-                    }
+            if i == 0 && self.table {
+                continue;
+            }
+            let mut bare = None;
+            let beyond = self.beyond[i].get_or_init(|| {
+                let bare = bare.insert(self.without_supports(i, &mut layers));
+                bare.beyond(&layers.at(i, self), rule)
+            });
+            let begins = begins.contains(&i);
+            if beyond.is_empty() && !begins {
+                // Whatever supports there are make no difference.
+                memory = Memory::default();
+                continue;
+            }
+            let layer = layers.at(i, self);
+            let near = match i {
+                1 if self.table => layer.clone(),
+                _ => i.checked_sub(2).map(|i| layers.at(i, self)).unwrap_or_default(),
+            };
+            let within = (!begins).then(|| self.reached(beyond));
+            let supports = held.under(self.low + i as f64 * rule.layer_mm, rule.layer_mm, within.as_deref());
+            let others = self.nearly_below(i);
+            let below = if supports.is_empty() && others.is_empty() {
+                bare.unwrap_or_else(|| self.without_supports(i, &mut layers))
+            } else {
+                let last = i.checked_sub(1).map(|i| layers.at(i, self)).unwrap_or_default();
+                let held = if others.is_empty() { Region::clone(&last) } else { or(&last, &others) };
+                Below::of(with_few_points(&self.below(i, held, &supports)))
+            };
+            let count = pieces.len();
+            let above = || self.layer(i + 1);
+            let (layer, near, beside_mm) = (&layer, &near, held.beside_mm);
+            let (below, supports) = (&below, &supports);
+            let beyond = (!begins && others.is_empty()).then_some(beyond);
+            let step = Step { number: i, layer, below, beyond, near, above: &above, begins, supports, beside_mm, rule };
+            memory = step.judged(&memory, &mut pieces);
+            if enough && pieces[count..].iter().any(Piece::hangs) {
+                let found = frame.judged(&pieces);
+                if !found.hangs.is_empty() {
+                    return found;
                 }
             }
-            (last_but_one, last) = (last, layer);
         }
         frame.judged(&pieces)
+    }
+
+    /// What is below layer `i` where there are no supports.
+    fn without_supports(&self, i: usize, layers: &mut Recent) -> Below {
+        let last = i.checked_sub(1).map(|i| layers.at(i, self)).unwrap_or_default();
+        Below::of(with_few_points(&self.below(i, Region::clone(&last), &Region::new())))
+    }
+
+    /// Where something may be that pieces of a layer lie on: boxes.
+    fn reached(&self, pieces: &Region) -> Vec<[[f64; 2]; 2]> {
+        let room_mm = self.rule.bridge_mm + REACH_MM;
+        let around = |piece| {
+            let [low, high] = bounds(piece);
+            [low.map(|v| v - room_mm), high.map(|v| v + room_mm)]
+        };
+        pieces.iter().map(around).collect()
+    }
+}
+
+/// The layers that were cut last.
+#[derive(Default)]
+struct Recent([Option<(usize, Arc<Region>)>; 3]);
+
+impl Recent {
+    fn at(&mut self, i: usize, stack: &Stack) -> Arc<Region> {
+        let place = &mut self.0[i % 3];
+        match place {
+            Some((of, layer)) if *of == i => Arc::clone(layer),
+            _ => {
+                let layer = Arc::new(stack.layer(i));
+                *place = Some((i, Arc::clone(&layer)));
+                layer
+            }
+        }
     }
 }
 

@@ -30,7 +30,7 @@ mod slivers;
 mod step;
 
 pub use ground::{Footing, Ground, Held};
-pub use layers::{judged, unsupported};
+pub use layers::{LayerJudge, judged, unsupported};
 pub use patch::{Cause, Droop, Judged, Patch, Place};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};
 pub(crate) use slivers::THIN_MM;

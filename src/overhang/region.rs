@@ -15,6 +15,8 @@ use crate::section::simplify::simplified;
 const ROUND_STEP_DEG: f64 = 10.0;
 /// What is carried is kept to half a micrometre: half a degree lets 3.5 um pass in a layer of 0.2 mm, 0.9 in one of 0.05.
 const KEPT_UNITS: f64 = 5.0;
+/// What is drawn by fewer points is grown whole.
+const FEW_POINTS: usize = 64;
 /// Corners sharper than this are cut off.
 const SHARPEST_DEG: f64 = 60.0;
 
@@ -127,6 +129,19 @@ pub(super) fn grown(region: &Region, mm: f64, corners: Corners) -> Region {
     let style = IntOutlineStyle::new(by).line_join(join);
     // The outline's only error is a range check that construction does not make: the grid reaches 107 m.
     region.outline(&style).unwrap_or_default()
+}
+
+/// What of a region is no farther than `mm` from the boxes of some pieces; all of one that is drawn by few points.
+pub(super) fn about(region: &Region, pieces: &Region, mm: f64) -> Region {
+    if region.iter().flatten().map(Vec::len).sum::<usize>() < FEW_POINTS {
+        return region.clone();
+    }
+    let boxes = pieces.iter().map(|piece| {
+        let [low, high] = bounds(piece);
+        let ([x0, y0], [x1, y1]) = (low.map(|v| v - mm), high.map(|v| v + mm));
+        [[x0, y0], [x1, y0], [x1, y1], [x0, y1]].map(point).to_vec()
+    });
+    and(region, &wound(&boxes.collect::<Vec<_>>()))
 }
 
 /// The region with as few points as keep it within half a micrometre: grown and cut layer after layer it would gather hundreds.

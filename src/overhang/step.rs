@@ -7,7 +7,9 @@ use super::Rule;
 use super::chords::Air;
 use super::memory::{FREE_SIDE_MM, Lean, Memory};
 use super::patch::{Piece, State};
-use super::region::{Corners, Region, Shape, and, area_mm2, around_mm, bounds, grown, longest_side_mm, minus, or};
+use super::region::{
+    Corners, Region, Shape, about, and, area_mm2, around_mm, bounds, grown, longest_side_mm, minus, or,
+};
 
 /// Areas below this are rounding, mm².
 const NOTHING_MM2: f64 = 1e-4;
@@ -32,6 +34,8 @@ const SMALL_LEDGE_MM: f64 = 3.0;
 const HALF: f64 = 0.5;
 /// A bridge that spans no more does not sag, mm.
 pub const FINE_BRIDGE_MM: f64 = 10.0;
+/// Nothing that is farther from a piece than this says how far it goes out, mm: most go out by 3 mm, and corners that grow by twice that.
+const NEAR_MM: f64 = 10.0;
 /// What longer ones sag by at most, mm.
 const SAG_MM: f64 = 0.2;
 
@@ -40,7 +44,9 @@ pub(super) struct Step<'a> {
     pub(super) number: usize,
     pub(super) layer: &'a Region,
     /// What it lies on.
-    pub(super) below: &'a Below<'a>,
+    pub(super) below: &'a Below,
+    /// What of the layer is not fine without supports and all else that is no part of the body, where that is known.
+    pub(super) beyond: Option<&'a Region>,
     /// What is one layer of air lower, or of which no slicer leaves any air.
     pub(super) near: &'a Region,
     /// The layer above it.
@@ -55,24 +61,30 @@ pub(super) struct Step<'a> {
 }
 
 /// What a layer lies on, grown as often as it is asked for.
-pub(super) struct Below<'a> {
-    region: &'a Region,
+pub(super) struct Below {
+    region: Region,
     known: RefCell<Vec<Grown>>,
 }
 
 /// By how much, in bits of a number of mm, and with which corners.
 type Grown = ((u64, Corners), Rc<Region>);
 
-impl<'a> Below<'a> {
-    pub(super) fn of(region: &'a Region) -> Self {
+impl Below {
+    pub(super) fn of(region: Region) -> Self {
         Self { region, known: RefCell::default() }
+    }
+
+    /// What of a layer would not be fine on it; empty for what is rounding.
+    pub(super) fn beyond(&self, layer: &Region, rule: &Rule) -> Region {
+        let beyond = minus(layer, &self.grown(rule.fine_mm() + STEP_SLACK_MM, Corners::Sharp));
+        if is_nothing(&beyond) { Region::new() } else { beyond }
     }
 
     fn grown(&self, mm: f64, corners: Corners) -> Rc<Region> {
         let key = (mm.to_bits(), corners);
         let known = self.known.borrow().iter().find(|(of, _)| *of == key).map(|(_, found)| Rc::clone(found));
         known.unwrap_or_else(|| {
-            let found = Rc::new(grown(self.region, mm, corners));
+            let found = Rc::new(grown(&self.region, mm, corners));
             self.known.borrow_mut().push((key, Rc::clone(&found)));
             found
         })
@@ -89,26 +101,29 @@ impl Step<'_> {
         let mut next = Memory::default();
         let rule = self.rule;
         let fine_mm = rule.fine_mm() + STEP_SLACK_MM;
-        let near = grown(self.near, fine_mm, Corners::Sharp);
-        let (islands, rest) = self.parted(&near, fine_mm);
+        let (islands, rest) = self.parted(fine_mm);
         pieces.extend(islands.iter().map(|island| self.island(island)));
-        let over = minus(&rest, self.below.region);
+        let over = minus(&rest, &self.below.region);
         if is_nothing(&over) {
             return next;
         }
-        let mut beyond = minus(&over, &self.below.grown(fine_mm, Corners::Sharp));
+        let mut beyond = match self.beyond {
+            Some(beyond) => minus(beyond, &self.below.region),
+            None => minus(&over, &self.below.grown(fine_mm, Corners::Sharp)),
+        };
         if !self.supports.is_empty() && !is_nothing(&beyond) {
             beyond = minus(&beyond, &grown(self.supports, fine_mm.max(self.beside_mm), Corners::Sharp));
         }
         if is_nothing(&beyond) {
             return next;
         }
+        let near = grown(&about(self.near, &beyond, NEAR_MM), fine_mm, Corners::Sharp);
         let close = and(&beyond, &near);
         if !is_nothing(&close) {
             pieces.extend(close.iter().map(|one| self.piece(one, area_mm2(one), State::Droops(rule.layer_mm))));
             beyond = minus(&beyond, &near);
         }
-        let air = Air::of(&over, self.below.region);
+        let air = Air::of(&over, &self.below.region);
         for one in beyond.into_iter().filter(|one| area_mm2(one) >= NOTHING_MM2) {
             self.stretch(one, (&over, &air), (memory, &mut next), pieces);
         }
@@ -116,13 +131,14 @@ impl Step<'_> {
     }
 
     /// Where something begins: what of the layer lies on nothing and beside nothing, however small, and the rest of it.
-    fn parted(&self, near: &Region, fine_mm: f64) -> (Region, Region) {
+    fn parted(&self, fine_mm: f64) -> (Region, Region) {
         if !self.begins {
             return (Region::new(), self.layer.clone());
         }
+        let near = grown(self.near, fine_mm, Corners::Sharp);
         let below = self.below.grown(fine_mm, Corners::Sharp);
         let is_apart = |one: &Shape, from: &Region| and(&vec![one.clone()], from).is_empty();
-        self.layer.iter().cloned().partition(|one| is_apart(one, &below) && is_apart(one, near))
+        self.layer.iter().cloned().partition(|one| is_apart(one, &below) && is_apart(one, &near))
     }
 
     /// One connected stretch that is not fine.
@@ -140,7 +156,8 @@ impl Step<'_> {
             pieces.push(self.island(&own[0]));
             return;
         }
-        let farther = |mm: f64| minus(&own, &self.below.grown(mm, Corners::Round));
+        let below = Below::of(about(&self.below.region, &own, NEAR_MM));
+        let farther = |mm: f64| minus(&own, &below.grown(mm, Corners::Round));
         let bridge = |mm: f64| {
             let loose = air.loose(&own[0], &Rule { bridge_mm: rule.bridge_mm.min(mm), ..*rule })?;
             (loose.share > ROUNDING || area * loose.share > rule.tolerate_mm2 / 2.0).then_some(loose)
@@ -170,7 +187,7 @@ impl Step<'_> {
         }
         // Where two sides meet it is no farther than from either.
         let out = |steps: f64| {
-            let within = self.below.grown(steps * rule.fine_mm() + STEP_SLACK_MM, Corners::Sharp);
+            let within = below.grown(steps * rule.fine_mm() + STEP_SLACK_MM, Corners::Sharp);
             !is_nothing(&minus(&own, &within))
         };
         let lean = match out(FLOATS) {
@@ -204,7 +221,7 @@ impl Step<'_> {
     /// Whether an island is one with something that stands from the next layer on.
     fn merges(&self, island: &Shape) -> bool {
         let island = vec![island.clone()];
-        let others = or(self.below.region, &minus(self.layer, &island));
+        let others = or(&self.below.region, &minus(self.layer, &island));
         (self.above)().into_iter().any(|one| {
             let one = vec![one];
             !is_nothing(&and(&one, &island)) && !is_nothing(&and(&one, &others))
