@@ -47,7 +47,7 @@ fn cut(mesh: &TriangleMesh<Object>) -> Split {
     let placement = centred(&model, &profile).expect("it stands on the table");
     let overhang = Angle::from_deg(45.0);
     let head = OnePrint::new(&profile, placement, overhang, 0.5);
-    split(mesh, &head, &Options::default(), &mut |_| {})
+    split(mesh, &head, &Options::default(), &mut |_| true)
 }
 
 #[divan::bench(args = NAMES, sample_count = 3, sample_size = 1)]

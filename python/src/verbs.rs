@@ -303,6 +303,7 @@ pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given:
         no_cut,
         pedestal_mm: given.number("pedestal_mm")?,
         budget: None,
+        tries: given.count("budget")?.map_or(usual.tries, |tries| tries as u64),
     };
     let output = given.path("output")?;
     let request =

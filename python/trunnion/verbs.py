@@ -174,6 +174,7 @@ def split(
     strict: bool = False,
     no_cut: Optional[Iterable[Sequence[Vector]]] = None,
     pedestal_mm: Optional[float] = None,
+    budget: Optional[int] = None,
     unit: Optional[str] = None,
     repair: bool = False,
     progress: Optional[Progressed] = None,
@@ -194,6 +195,7 @@ def split(
         strict: take everything beyond each plane.
         no_cut: boxes where no seam may come, each two corners, the file's frame, mm.
         pedestal_mm: height of a part below the model, printed first.
+        budget: cuts that are tried at most; then the search ends with the best so far.
 
     Raises:
         NotPrintableError: the parts still need support.
@@ -204,7 +206,7 @@ def split(
         raise InputError("no_cut: boxes are in the file's frame, and up turns the model; give one of them")
     given = _given(
         output=_path(output), up=up, overhang_deg=overhang_deg, finish=finish, bridge_mm=bridge_mm, tolerate_mm2=tolerate_mm2,
-        margin_mm=margin_mm, max_cuts=max_cuts, allow_mm2=allow_mm2, strict=strict, no_cut=boxes, pedestal_mm=pedestal_mm, unit=unit, repair=repair,
+        margin_mm=margin_mm, max_cuts=max_cuts, allow_mm2=allow_mm2, strict=strict, no_cut=boxes, pedestal_mm=pedestal_mm, budget=budget, unit=unit, repair=repair,
         threads=threads,
     )  # fmt: skip
     text, made = _trunnion.split(named_model(model), named_profile(profile), _teller(progress), given)
@@ -348,7 +350,7 @@ def options_of_plans(
         origin_mm: where the file's origin comes to lie on the table, two numbers; else the model centred.
         turn_deg: turn of the model about the table's normal, about its own middle unless `origin_mm` says where it lies.
         remedies: look for what would help where there is no plan.
-        budget: most steps of the sequence search.
+        budget: most steps of the sequence search, and cuts that are tried where cuts are looked for.
         roof_mm: height of a denser roof of supports, right below what they hold.
         roof_pitch_mm: distance between the lines of that roof.
         brace_mm: columns of supports that stand free over more than this are tied together; 0 none.

@@ -22,6 +22,7 @@ pub(crate) struct Console {
     /// Whether stdout has had anything, of any row.
     spoke: Arc<AtomicBool>,
     row: Option<Row>,
+    searches: interrupts::Searches,
 }
 
 /// A bar comes only where the work takes longer than this.
@@ -29,7 +30,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Console {
     pub(super) fn new(json: bool, quiet: bool, verbose: bool) -> Self {
-        Self { json, quiet, verbose, lost: OnceLock::new(), spoke: Arc::default(), row: None }
+        let (lost, searches) = (OnceLock::new(), interrupts::Searches::default());
+        Self { json, quiet, verbose, lost, spoke: Arc::default(), row: None, searches }
     }
 
     /// The same screen for one of several things that go on at the same time.
@@ -171,6 +173,16 @@ impl Progress for Console {
 
     fn warning(&self, text: &str) {
         Self::warning(self, text);
+    }
+
+    fn may_end(&self, known: Option<&str>) {
+        self.searches.begin(known.is_some());
+        let say = if self.draws() { Self::note } else { Self::detail };
+        known.iter().for_each(|known| say(self, &text::searching(known)));
+    }
+
+    fn enough(&self) -> bool {
+        self.searches.enough()
     }
 
     fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_> {

@@ -49,6 +49,7 @@ impl Verb {
             no_cut: self.no_cut.iter().map(|text| corners(text)).collect::<Result<_, _>>()?,
             pedestal_mm: self.pedestal,
             budget: None,
+            tries: self.budget,
         })
     }
 }

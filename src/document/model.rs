@@ -50,9 +50,10 @@ pub fn split(done: &SplitResult) -> Value {
             "parts": cut.parts, "seam_mm2": cut.seam_mm2, "gain_mm2": cut.gain_mm2, "reason": cut.reason(),
         })
     };
+    let called = done.model.called(0);
     let order = |(id, part): (usize, &CutPart)| {
         json!({
-            "part": id, "name": split.name(id), "up": part.up.as_slice(), "cut": part.cut,
+            "part": id, "name": split.name_of(&called, id), "up": part.up.as_slice(), "cut": part.cut,
             "volume_mm3": part.mesh.volume(), "needs_support": needs(&part.needs),
         })
     };

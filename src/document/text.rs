@@ -19,6 +19,11 @@ use crate::publish::Figures;
 use crate::spelling::counted;
 use crate::verify::{Report, Standing};
 
+/// A search that may be ended early.
+pub fn searching(known: &str) -> String {
+    format!("looking for something cheaper; Ctrl-C takes {known}")
+}
+
 /// What was read: the file, its parts and its size, so that a wrong unit is seen at once.
 pub fn read(loaded: &LoadedModel) -> String {
     let file = Path::new(&loaded.file).file_name().map_or(loaded.file.as_str().into(), OsStr::to_string_lossy);

@@ -4,9 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::source::{MachineSource, ModelSource, Source};
 use super::{BadSetting, Error, Step, World};
-use crate::mesh::{Model, ReadOptions, Unit, read_model};
+use crate::mesh::{Model, ReadOptions, Unit, read_model, unnamed};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
 use crate::profile::{Base, Origin, Profile, check_number, resolve, resolve_over, shipped};
+
+/// What the names of model files end in.
+const ENDINGS: [&str; 5] = ["stl", "obj", "off", "3mf", "parts"];
 
 /// A model with what identifies it.
 #[derive(Clone, Debug)]
@@ -26,6 +29,23 @@ impl LoadedModel {
     pub(super) fn reference(&self, kept_in: Option<&Path>, world: &World<'_>) -> ModelRef {
         let file = named(&self.file, self.path.as_deref(), kept_in, world);
         ModelRef { file, sha256: self.sha256.clone(), unit: self.model.unit.short().to_owned() }
+    }
+
+    /// What people call a part: its name where the file has one for it, else, where it is the only one, that of the file.
+    pub fn called(&self, part: usize) -> String {
+        let name = &self.model.parts[part].name;
+        if self.model.parts.len() > 1 || *name != unnamed(part) {
+            return name.clone();
+        }
+        let mut stem =
+            Path::new(&self.file).file_name().map_or(name.clone(), |file| file.to_string_lossy().into_owned());
+        while let Some((rest, end)) = stem.rsplit_once('.')
+            && ENDINGS.contains(&end.to_ascii_lowercase().as_str())
+            && !rest.is_empty()
+        {
+            stem = rest.to_owned();
+        }
+        stem
     }
 }
 

@@ -10,6 +10,14 @@ pub trait Progress {
     /// A step of `of` pieces begins; dropped at its end.
     fn begin(&self, what: &'static str, of: usize) -> Box<dyn Bar + '_>;
 
+    /// A search begins that may be ended early, since there is `known` to fall back on; with `None` it is over.
+    fn may_end(&self, _known: Option<&str>) {}
+
+    /// Whether somebody wants such a search to end with the best so far.
+    fn enough(&self) -> bool {
+        false
+    }
+
     /// A model is read, or a step of [`prepare`](super::prepare()) is done.
     fn reached(&self, _step: Step<'_>) {}
 }

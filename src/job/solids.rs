@@ -192,7 +192,7 @@ impl Pieces {
             }
             if let Some(made) = split {
                 let (ups, split) = made.as_ref().map_err(about)?;
-                pieces.take(&model.model.parts[part].name, split, &by);
+                pieces.take(&model.called(part), split, &by);
                 pieces.along(ups);
                 match cut.iter_mut().find(|(of, _)| *of == index) {
                     Some((_, parts)) => parts.push(part),
@@ -228,8 +228,8 @@ impl Pieces {
     /// Takes the parts of a solid of this name, which lies by so much beside the one that was cut. Its pedestal stands where it stood.
     fn take(&mut self, name: &str, split: &SplitResult, by: &Vec3) {
         let moved = Rigid::shift(by + Vec3::z() * split.pedestal_mm);
-        let named = split.split.named().into_iter();
-        self.parts.extend(named.map(|(piece, mesh)| (format!("{name}-{piece}"), mesh.moved(&moved))));
+        let named = split.split.named(name).into_iter();
+        self.parts.extend(named.map(|(part, mesh)| (part, mesh.moved(&moved))));
     }
 
     /// More directions, where they are new.
@@ -257,6 +257,7 @@ pub(super) fn in_parts(
         tolerate_mm2: options.tolerate_mm2,
         margin_mm: options.margin_mm,
         budget,
+        tries: options.budget,
         ..SplitOptions::default()
     };
     let spanned = spanning(machine.clone(), options.bridge_mm).map_err(|e| words(e.into()))?;

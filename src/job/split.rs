@@ -7,8 +7,8 @@ use super::load::{load_aloud, spanning};
 use super::pictures;
 use super::plan::CAREFUL_DEG;
 use super::{
-    Arrangement, BadSetting, Error, Finish, LoadedModel, LoadedProfile, MachineSource, ModelSource, Standing, World,
-    load_profile,
+    Arrangement, BadSetting, Error, Finish, LoadedModel, LoadedProfile, MachineSource, ModelSource, PlanOptions,
+    Standing, World, load_profile,
 };
 use crate::geom::{Angle, Bounds, Vec3};
 use crate::mesh::threemf;
@@ -56,6 +56,8 @@ pub struct SplitOptions {
     pub pedestal_mm: Option<f64>,
     /// What the cuts may cost; `None`: whatever it takes.
     pub budget: Option<CutBudget>,
+    /// So many cuts are tried; then the search ends with the best so far.
+    pub tries: u64,
 }
 
 impl Default for SplitOptions {
@@ -72,6 +74,7 @@ impl Default for SplitOptions {
             no_cut: Vec::new(),
             pedestal_mm: None,
             budget: None,
+            tries: PlanOptions::default().budget,
         }
     }
 }
@@ -97,9 +100,9 @@ pub struct SplitResult {
 }
 
 impl SplitResult {
-    /// The parts as 3MF, mm, in the order of printing.
+    /// The parts as 3MF, mm, in the order of printing, each named after the solid and the cut that took it.
     pub fn threemf(&self) -> Vec<u8> {
-        let named = self.split.named();
+        let named = self.split.named(&self.model.called(0));
         threemf(&named.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>())
     }
 
@@ -146,6 +149,13 @@ impl SplitResult {
         let Split { printable, cuts, parts, before, after, left, unplanned, refused, .. } = &self.split;
         if *printable {
             return None;
+        }
+        if let Some(tried) = self.split.stopped {
+            let how = "give it time, or a greater --budget";
+            return Some(format!(
+                "stopped after {} that were tried, none of which does; {how}",
+                counted(tried as usize, "cut")
+            ));
         }
         let after_cuts =
             if cuts.is_empty() { "no cut helps".to_owned() } else { format!("after {}", counted(cuts.len(), "cut")) };
@@ -242,6 +252,7 @@ pub(super) fn cut_up(
         allow_mm2: options.allow_mm2,
         strict: options.strict,
         budget: options.budget,
+        tries: options.tries,
         no_cut: options.no_cut.iter().map(|b| Bounds::of(b.map(Vec3::from))).collect(),
         ..Options::default()
     };
@@ -252,12 +263,15 @@ pub(super) fn cut_up(
         let bar = world.progress.begin("cuts", options.max_cuts);
         let mut head = head.clone();
         head.pedestal_mm = pedestal_mm;
-        splitter.split(&head, pedestal_mm, &mut |level| bar.at(level))
+        splitter.split(&head, pedestal_mm, &mut |level| {
+            bar.at(level);
+            !world.progress.enough()
+        })
     };
     let mut pedestal_mm = options.pedestal_mm.unwrap_or(0.0);
     let mut split = attempt(pedestal_mm);
     let low = split.unplanned > 0 || split.refused.iter().any(|(against, _)| *against == Against::Head);
-    let seek = !split.printable && options.pedestal_mm.is_none() && low;
+    let seek = !split.printable && split.stopped.is_none() && options.pedestal_mm.is_none() && low;
     if let Some((mm, better)) = seek.then(|| on_a_pedestal(&split, attempt)).flatten() {
         (pedestal_mm, split) = (mm, better);
         world

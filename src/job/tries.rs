@@ -414,6 +414,9 @@ impl Tries<'_> {
             return;
         }
         let budget = self.budget_of_cuts();
+        let cheapest = self.found.iter().min_by(|a, b| a.rank.total_cmp(&b.rank));
+        let known = cheapest.map(|found| format!("{}, {:.0} min by one price", found.tried.way.word(), found.rank));
+        self.world.progress.may_end(known.as_deref());
         let mut known = std::mem::take(&mut self.known);
         let machine = self.models.machine;
         let cut = self.first_of(|set| {
@@ -423,6 +426,7 @@ impl Tries<'_> {
             plan.story = Some(cut.story(plan.best().seconds));
             Ok((plan.of_arranged(set.arranged.clone()), cut))
         });
+        self.world.progress.may_end(None);
         match cut {
             Ok((plan, cut)) => self.find(Way::Cut, (plan, Some(cut), None)),
             Err(no) => self.tried.push(TriedWay::refused(Way::Cut, &no)),

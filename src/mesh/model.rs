@@ -73,7 +73,7 @@ impl Model {
         }
         let named = surfaces.iter().enumerate().map(|(id, surface)| {
             let label = &soup.names[soup.labels[surface.source[0] as usize] as usize];
-            let name = label.name.clone().unwrap_or_else(|| format!("part-{id}"));
+            let name = label.name.clone().unwrap_or_else(|| unnamed(id));
             (name, mesh(&soup.vertices, surface, unit.millimetres()))
         });
         let mut model = Self::from_parts(named.collect());
@@ -218,4 +218,8 @@ fn unique(names: &mut HashMap<String, u32>, name: String) -> String {
     names.insert(name, number);
     names.insert(free.clone(), 1);
     free
+}
+/// What a part is called for which its file has no name.
+pub fn unnamed(part: usize) -> String {
+    format!("part-{part}")
 }

@@ -74,6 +74,8 @@ pub struct Options {
     pub beam: usize,
     /// What the cuts may cost: what costs more is not searched. `None`: whatever it takes.
     pub budget: Option<CutBudget>,
+    /// So many cuts are really tried; then the search ends with the best so far.
+    pub tries: u64,
     /// Whether only facets count, and neither places that begin in the air nor flat ridges: for figures that are to be compared with
     /// those of methods that do not know these.
     pub only_facets: bool,
@@ -97,6 +99,7 @@ impl Default for Options {
             pedestal_mm: 0.0,
             beam: 4,
             budget: None,
+            tries: u64::MAX,
             only_facets: false,
         }
     }
@@ -204,6 +207,8 @@ pub struct Split {
     pub unplanned: usize,
     /// What was against the cuts that were tried but not made, with their number.
     pub refused: Vec<(Against, usize)>,
+    /// How many cuts were tried when the search was stopped; `None` where it came to its end.
+    pub stopped: Option<u64>,
 }
 
 impl Split {
@@ -224,19 +229,27 @@ impl Split {
         known.len()
     }
 
-    /// The parts with names, as `mesh` writes them.
-    pub fn named(&self) -> Vec<(String, TriangleMesh<Object>)> {
-        self.parts.iter().enumerate().map(|(id, part)| (self.name(id), part.mesh.clone())).collect()
+    /// The parts of a solid of that name, as `mesh` writes them.
+    pub fn named(&self, solid: &str) -> Vec<(String, TriangleMesh<Object>)> {
+        let name = |id: usize| self.name_of(solid, id);
+        self.parts.iter().enumerate().map(|(id, part)| (name(id), part.mesh.clone())).collect()
     }
 
-    /// What part `id` is called: `base`, or the cut that took it.
-    pub fn name(&self, id: usize) -> String {
+    /// What part `id` of a solid of that name is called: as that where it is what was left of it, else after the cut that took it.
+    pub fn name_of(&self, solid: &str, id: usize) -> String {
+        let bare = |p: usize| self.parts[p].cut.is_none() && !self.parts[p].pedestal;
+        let first = (0..self.parts.len()).find(|&p| bare(p));
+        if first == Some(id) { solid.to_owned() } else { format!("{solid} {}", self.piece(id)) }
+    }
+
+    /// What part `id` is called among the others: `base`, or the cut that took it.
+    pub fn piece(&self, id: usize) -> String {
         let kind = |p: usize| (self.parts[p].cut, self.parts[p].pedestal);
         let siblings: Vec<usize> = (0..self.parts.len()).filter(|&p| kind(p) == kind(id)).collect();
         if self.parts[id].pedestal {
             return "pedestal".to_owned();
         }
-        let stem = self.parts[id].cut.map_or("base".to_owned(), |cut| format!("cut-{}", cut + 1));
+        let stem = self.parts[id].cut.map_or("base".to_owned(), |cut| format!("cut {}", cut + 1));
         match siblings.iter().position(|&p| p == id) {
             Some(place) if place > 0 => format!("{stem}-{}", place + 1),
             _ => stem,
@@ -269,17 +282,19 @@ pub fn parted(model: &TriangleMesh<Object>, plane: &Plane) -> Option<Parted> {
     closed.then(|| Parted { rest: rest.mesh(), pieces: meshes(), patches_mm2 })
 }
 
-/// Cuts `model`, one closed solid, until nothing needs support on `machine`, or as well as `options` allow; `level` is told
-/// how many cuts deep the search is.
+/// Told again and again how many cuts deep a search is; says whether it goes on, or is to end with the best so far.
+pub type Watch<'a> = dyn FnMut(usize) -> bool + 'a;
+
+/// Cuts `model`, one closed solid, until nothing needs support on `machine`, or as well as `options` and `watch` allow.
 ///
 /// A model that needs nothing comes back whole. See [`Split::printable`] for whether it worked.
 pub fn split(
     model: &TriangleMesh<Object>,
     machine: &dyn CutMachine,
     options: &Options,
-    level: &mut dyn FnMut(usize),
+    watch: &mut Watch<'_>,
 ) -> Split {
-    Splitter::new(model, |up| machine.reaches(up), options.clone()).split(machine, options.pedestal_mm, level)
+    Splitter::new(model, |up| machine.reaches(up), options.clone()).split(machine, options.pedestal_mm, watch)
 }
 
 /// A solid that is cut for one machine, standing on pedestals of several heights: what is found out on one of them that does not
@@ -315,7 +330,7 @@ impl Splitter {
 
     /// As [`split`], on a pedestal of this height, mm, or on none: `machine` knows how high the model stands, and differs in nothing
     /// else from call to call.
-    pub fn split(&mut self, machine: &dyn CutMachine, pedestal_mm: f64, level: &mut dyn FnMut(usize)) -> Split {
+    pub fn split(&mut self, machine: &dyn CutMachine, pedestal_mm: f64, watch: &mut Watch<'_>) -> Split {
         let place = self.tried.iter().position(|mm| mm.to_bits() == pedestal_mm.to_bits());
         let number = place.unwrap_or(self.tried.len());
         if place.is_none() {
@@ -330,14 +345,15 @@ impl Splitter {
             let split = assembled(state, before, pedestal.as_ref(), rules);
             let supported: Vec<usize> =
                 (0..split.parts.len()).filter(|&p| split.parts[p].needs.area_mm2 > NOTHING_MM2).collect();
-            machine.plans(&Model::from_parts(split.named()), &split.ups(), &supported)
+            machine.plans(&Model::from_parts(split.named("solid")), &split.ups(), &supported)
         };
         let search = BeamSearch { ground, machine, number: number as u64 };
-        let SearchFound { state, printable, unplanned, refused } = search.run(&planned, level);
+        let SearchFound { state, printable, unplanned, refused, stopped } = search.run(&planned, watch);
         Split {
             printable,
             unplanned,
             refused: refused.into_iter().collect(),
+            stopped: stopped.then(|| ground.tried()),
             ..assembled(&state, before, pedestal.as_ref(), rules)
         }
     }
@@ -408,5 +424,6 @@ fn assembled(
         crumbs_mm3,
         unplanned: 0,
         refused: Vec::new(),
+        stopped: None,
     }
 }

@@ -6,11 +6,10 @@
 //! sweeps; only the best are really cut, measured again, and held against the rules and the machine.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::Options;
 use super::candidates::{Directions, directions, offsets};
 use super::clip::{Taken, cut};
 use super::machine::CutMachine;
@@ -20,6 +19,7 @@ use super::rules::{Against, CutParts, THICK_MM, kept};
 use super::state::{CutStep, FAULT_MM2, NOTHING_MM2, SAME_MM2, SplitState, StatePromise, whole};
 use super::surface::{Plane, Surface};
 use super::sweep::{Sweep, footing, seam_mm2};
+use super::{Options, Watch};
 use crate::geom::{Object, Vec3};
 use crate::mesh::TriangleMesh;
 
@@ -52,6 +52,8 @@ pub(super) struct SearchFound {
     /// States that needed nothing, but that the machine has no plan for.
     pub(super) unplanned: usize,
     pub(super) refused: Refused,
+    /// Whether it ended before its end.
+    pub(super) stopped: bool,
 }
 
 /// What the searches over one model share: whatever the machine, states and promises are the same.
@@ -62,6 +64,8 @@ pub(super) struct SearchGround {
     first: Arc<SplitState>,
     /// The facets of all states that are kept.
     kept: AtomicUsize,
+    /// Cuts that were really made.
+    tried: AtomicU64,
 }
 
 impl SearchGround {
@@ -75,12 +79,17 @@ impl SearchGround {
         let directions = directions(model, reaches);
         let whole = Measured::of(Surface::of(model), &rules);
         let first = Arc::new(SplitState::of(whole, &rules, Vec::new(), directions.all.len()));
-        Self { options, rules, directions, first, kept: AtomicUsize::new(0) }
+        Self { options, rules, directions, first, kept: AtomicUsize::new(0), tried: AtomicU64::new(0) }
     }
 
     /// The model as it is.
     pub(super) fn first_state(&self) -> Arc<SplitState> {
         self.first.clone()
+    }
+
+    /// Cuts that were really made so far, whatever came of them.
+    pub(super) fn tried(&self) -> u64 {
+        self.tried.load(Ordering::Relaxed)
     }
 
     /// Directions of faces or of the compass.
@@ -98,31 +107,32 @@ pub(super) struct BeamSearch<'a> {
 }
 
 impl BeamSearch<'_> {
-    /// The best way to cut that is found, refined. `finished` says whether a state that needs nothing really is good, and `level` is
-    /// told after each level.
-    pub(super) fn run(&self, finished: &dyn Fn(&SplitState) -> bool, level: &mut dyn FnMut(usize)) -> SearchFound {
-        self.refined(self.searched(finished, level), finished)
+    /// The best way to cut that is found, refined. `finished` says whether a state that needs nothing really is good; `watch` is told
+    /// again and again how many cuts deep the search is, and says whether it goes on.
+    pub(super) fn run(&self, finished: &dyn Fn(&SplitState) -> bool, watch: &mut Watch<'_>) -> SearchFound {
+        let found = self.searched(finished, watch);
+        if found.stopped { found } else { self.refined(found, finished) }
     }
 
     /// Plain directions come first: what they do with as few cuts has its faces along the layers and smaller seams, though a
     /// slanting cut would take more at once.
-    fn searched(&self, finished: &dyn Fn(&SplitState) -> bool, level: &mut dyn FnMut(usize)) -> SearchFound {
+    fn searched(&self, finished: &dyn Fn(&SplitState) -> bool, watch: &mut Watch<'_>) -> SearchFound {
         let most = self.ground.options.max_cuts;
         let few = most.min(PLAIN_CUTS);
         let usual = self.ground.options.beam;
-        let plain = self.descend((self.ground.directions.plain, few, usual), finished, level);
+        let plain = self.descend((self.ground.directions.plain, few, usual), finished, watch);
         let fewer = if plain.printable { plain.state.steps.len().saturating_sub(1) } else { most };
-        if fewer == 0 {
+        if fewer == 0 || plain.stopped {
             return plain;
         }
         let every = self.ground.directions.all.len();
-        let all = self.descend((every, fewer, usual), finished, level);
+        let all = self.descend((every, fewer, usual), finished, watch);
         let found = if all.printable { all } else { better(plain, all) };
         // Where another way is known, what is hard to find is not sought.
-        if found.printable || self.ground.options.budget.is_some() {
+        if found.printable || found.stopped || self.ground.options.budget.is_some() {
             return found;
         }
-        let wide = self.descend((every, most, usual * WIDER[0] / WIDER[1]), finished, level);
+        let wide = self.descend((every, most, usual * WIDER[0] / WIDER[1]), finished, watch);
         better(found, wide)
     }
 
@@ -131,18 +141,19 @@ impl BeamSearch<'_> {
         &self,
         (directions, most, width): (usize, usize, usize),
         finished: &dyn Fn(&SplitState) -> bool,
-        level: &mut dyn FnMut(usize),
+        watch: &mut Watch<'_>,
     ) -> SearchFound {
         let allow = self.ground.options.allow_mm2;
         let mut best = self.ground.first.clone();
         let mut beam = vec![best.clone()];
         let (mut idle, mut unplanned, mut refused) = (0, 0, Refused::new());
+        let mut stopped = false;
         for cuts in 0..=most {
             let mut done: Vec<&Arc<SplitState>> = beam.iter().filter(|s| s.is_done(allow)).collect();
             done.sort_by_key(|s| s.key());
             for good in done {
                 if finished(good) {
-                    return SearchFound { state: good.clone(), printable: true, unplanned, refused };
+                    return SearchFound { state: good.clone(), printable: true, unplanned, refused, stopped };
                 }
                 unplanned += 1;
             }
@@ -151,7 +162,7 @@ impl BeamSearch<'_> {
                 beam.iter().filter(|s| s.faults() == 0 && !s.is_done(allow)).collect();
             bridged.sort_by_key(|s| s.key());
             if let Some(good) = bridged.into_iter().find(|s| s.passes(&self.ground.rules) && finished(s)) {
-                return SearchFound { state: good.clone(), printable: true, unplanned, refused };
+                return SearchFound { state: good.clone(), printable: true, unplanned, refused, stopped };
             }
             if let Some(better) = beam.iter().filter(|s| s.key() < best.key()).min_by_key(|s| s.key()) {
                 best = better.clone();
@@ -159,26 +170,32 @@ impl BeamSearch<'_> {
             } else {
                 idle += 1;
             }
-            if idle > IDLE || cuts == most {
+            if idle > IDLE || cuts == most || stopped {
                 break;
             }
-            let next = self.children(&beam, (directions, width), &mut refused);
-            level(cuts + 1);
+            let next = self.children(&beam, (directions, width), &mut refused, &mut || {
+                stopped = stopped || !watch(cuts + 1) || self.ground.tried() >= self.ground.options.tries;
+                !stopped
+            });
             if next.is_empty() {
                 break;
             }
             beam = next;
         }
-        SearchFound { state: best, printable: false, unplanned, refused }
+        SearchFound { state: best, printable: false, unplanned, refused, stopped }
     }
 
-    /// The next beam.
+    /// The next beam, or what there is of it when `goes_on` has said no.
     fn children(
         &self,
         beam: &[Arc<SplitState>],
         (directions, width): (usize, usize),
         refused: &mut Refused,
+        goes_on: &mut dyn FnMut() -> bool,
     ) -> Vec<Arc<SplitState>> {
+        if !goes_on() {
+            return Vec::new();
+        }
         let mut candidates = self.candidates(beam, directions);
         let dear = candidates.len();
         candidates.retain(|(s, c)| self.affords(c.setups, beam[*s].seam_mm2() + c.seam_mm2.get().unwrap_or(&0.0)));
@@ -200,12 +217,17 @@ impl BeamSearch<'_> {
                 (0..candidates.len()).filter(|&i| !tried[i] && candidates[i].1.stays_mm2 <= stays).collect();
             for batch in within.chunks(2 * width) {
                 let promises = candidates[batch[0]].1.worth;
-                if cuts >= most || chosen.len() >= CHILDREN_PER_STATE * width || settled(&chosen, promises) {
+                if cuts >= most
+                    || chosen.len() >= CHILDREN_PER_STATE * width
+                    || settled(&chosen, promises)
+                    || !goes_on()
+                {
                     break;
                 }
                 let child = |&i: &usize| self.child(&beam[candidates[i].0], candidates[i].1);
                 let made: Vec<Result<Arc<SplitState>, Against>> = batch.par_iter().map(child).collect();
                 cuts += batch.len();
+                self.ground.tried.fetch_add(batch.len() as u64, Ordering::Relaxed);
                 for (&i, state) in batch.iter().zip(made) {
                     tried[i] = true;
                     match state {
@@ -215,7 +237,7 @@ impl BeamSearch<'_> {
                 }
             }
             let full = Self::diverse(&chosen, beam.len(), width).len() >= width;
-            if full || stays >= largest || cuts >= most {
+            if full || stays >= largest || cuts >= most || !goes_on() {
                 break;
             }
             stays *= STAYS_TIMES;
@@ -378,5 +400,7 @@ impl BeamSearch<'_> {
 /// The second where it is better.
 fn better(first: SearchFound, second: SearchFound) -> SearchFound {
     let key = |found: &SearchFound| (!found.printable, found.state.key());
-    if key(&second) < key(&first) { second } else { first }
+    let stopped = first.stopped || second.stopped;
+    let found = if key(&second) < key(&first) { second } else { first };
+    SearchFound { stopped, ..found }
 }

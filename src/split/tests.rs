@@ -171,7 +171,7 @@ fn cuts_that_cost_more_than_another_way_are_not_searched() {
             &arm,
             &super::NoHead { most_tilt: std::f64::consts::FRAC_PI_2 },
             &super::Options { budget, ..super::Options::default() },
-            &mut |_| {},
+            &mut |_| true,
         )
     };
     let free = within(None);
@@ -183,4 +183,38 @@ fn cuts_that_cost_more_than_another_way_are_not_searched() {
     let dear = within(Some(cost - 0.01));
     assert!(!dear.printable && dear.refused.iter().any(|(against, _)| *against == super::Against::Budget), "{dear:?}");
     assert!(!within(Some(0.0)).printable);
+}
+
+#[test]
+fn a_search_that_is_stopped_ends_with_the_best_so_far() {
+    let outline =
+        [[0.0, 0.0], [10.0, 0.0], [10.0, 30.0], [40.0, 30.0], [40.0, 40.0], [-30.0, 40.0], [-30.0, 30.0], [0.0, 30.0]];
+    let tee = prism(&outline, [0.0, 10.0]);
+    let within = |tries: u64, watch: &mut super::Watch<'_>| {
+        let machine = super::NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };
+        super::split(&tee, &machine, &super::Options { tries, ..super::Options::default() }, watch)
+    };
+    let mut asked = 0;
+    let whole = within(u64::MAX, &mut |_| {
+        asked += 1;
+        true
+    });
+    assert!(whole.printable && whole.stopped.is_none() && whole.cuts.len() == 2, "{:?}", whole.cuts);
+    // By itself after so many cuts, and when it is told to: never without a cut that it had, and in the end with all.
+    let mut before = whole.before.area_mm2;
+    for tries in [0, 8, 16, 32, 64, 10_000] {
+        let some = within(tries, &mut |_| true);
+        assert!(some.printable || some.stopped.is_some_and(|tried| tried >= tries), "{tries}: {some:?}");
+        assert!(some.after.area_mm2 <= before + 1e-9, "{tries}: {} after {before}", some.after.area_mm2);
+        before = some.after.area_mm2;
+    }
+    for enough in 0..asked {
+        let mut count = 0;
+        let some = within(u64::MAX, &mut |_| {
+            count += 1;
+            count <= enough
+        });
+        assert_eq!((count, some.stopped.is_some()), (enough + 1, true));
+        assert!(some.parts.iter().map(|part| part.mesh.volume()).sum::<f64>() > 0.999 * tee.volume());
+    }
 }

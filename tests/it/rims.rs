@@ -7,11 +7,12 @@ use trunnion::fixtures::prism;
 use trunnion::geom::Object;
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 
+use crate::pipeline::{FIXTURES, fixture, prepare};
 use crate::support::{folder, note, said, trunnion};
 
 /// The least height of the nozzle's flat over the tilted table where filament is laid, mm, and how far that is tilted at most: of the
 /// shipped `generic-ac`, whose A turns about the line y = 0, z = -20 with the table's surface 20 mm above it.
-fn lowest_rim(file: &Path, radius_mm: f64) -> (f64, f64) {
+pub(crate) fn lowest_rim(file: &Path, radius_mm: f64) -> (f64, f64) {
     let (mut at, mut low, mut tilted) = ([0.0_f64; 5], f64::INFINITY, 0.0_f64);
     for line in fs::read_to_string(file).unwrap().lines().filter(|line| line.starts_with("G1")) {
         let (mut laid, mut moves) = (0.0, false);
@@ -79,4 +80,53 @@ fn no_branch_is_printed_with_the_rim_below_the_table() {
     }
     note(&told.join("\n"));
     assert!(made > 3 && refused >= 3, "{made} tilted, {refused} refused\n{}", told.join("\n"));
+}
+
+#[test]
+fn no_fixture_is_printed_with_the_rim_below_the_table() {
+    let folder = folder();
+    let mut told = Vec::new();
+    for name in FIXTURES {
+        let out = folder.path().join(format!("{name}.gcode"));
+        prepare(&fixture(name), "generic-ac", "builtin", &out, &[]);
+        let (low, tilted) = lowest_rim(&out, 0.5);
+        assert!(low >= -0.005, "{name}: {low} mm");
+        told.push((name, low, tilted));
+    }
+    note(&format!("the least height of the rim over a tilted table, mm, and the greatest tilt: {told:.3?}"));
+    assert_eq!(told.iter().filter(|(_, _, tilted)| *tilted > 0.0).count(), 4, "{told:?}");
+}
+
+/// A wide flat over a branch that begins near the table: what is planned keeps its rim out of it, and too wide a one has no plan.
+#[test]
+fn the_wider_the_flat_the_higher_the_least_branch() {
+    let folder = folder();
+    let (model, out) = (folder.path().join("branched.stl"), folder.path().join("out.gcode"));
+    let parts = branched(1.0, 45.0);
+    fs::write(&model, stl_binary_parts(&parts.iter().map(|(_, mesh)| mesh).collect::<Vec<_>>())).unwrap();
+    let mut done_at = Vec::new();
+    for radius in [0.3, 0.5, 0.8, 1.2, 1.6, 2.0, 3.0, 4.0] {
+        let machine = folder.path().join("wide.toml");
+        let cone = format!(
+            "name = \"nozzle\"\nmoves = \"XYZ\"\nkind = \"frustum\"\nz_mm = [0.0, 10.0]\nr_mm = [{radius:?}, 8.0]"
+        );
+        fs::write(&machine, format!("extends = \"generic-ac\"\n[head]\nbare_cone = true\n[[head.body]]\n{cone}\n"))
+            .unwrap();
+        let _ = fs::remove_file(&out);
+        let args = ["--slicer", "builtin", "--way", "as-drawn", "--no-remedies", "-o"];
+        let mut command = trunnion();
+        let done = command.arg("prepare").arg(&model).arg("-m").arg(&machine).args(args).arg(&out).output().unwrap();
+        if done.status.success() {
+            let (low, tilted) = lowest_rim(&out, radius);
+            note(&format!("flat of {radius} mm: {low:.3} mm over a table tilted by {tilted} deg"));
+            assert!(low >= -0.005 && tilted > 0.0, "flat of {radius} mm: {low} mm");
+            done_at.push(radius);
+        } else {
+            assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+            assert!(!said(&done).contains("findings"), "flat of {radius} mm, refused by the proof: {}", said(&done));
+        }
+    }
+    // By hand: the first line lies half its width up the slope, 1.16 mm above the table. Above the flat the nozzle keeps a margin of 0.5 mm:
+    // `r sin a` is 0.66 mm at most, which is a flat of 0.93 mm.
+    assert_eq!(done_at, [0.3, 0.5, 0.8]);
 }

@@ -1,10 +1,13 @@
 //! The way that `prepare` takes: what a maker would do with household things, never much dearer than the cheapest that works, and each way by itself.
 
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+use std::process::Stdio;
 
 use serde_json::Value;
 use trunnion::mesh::stl_binary;
 
+use crate::rims::lowest_rim;
 use crate::split::solids::{self, Shape, block, rod, turned};
 use crate::support::{Numbers, folder, note, said, seeds, trunnion};
 
@@ -187,7 +190,7 @@ fn household(seed: u64) -> (String, Shape) {
     (format!("{seed}-{}", kinds[kind]), shape)
 }
 
-/// What is chosen is at most a twentieth dearer than the cheapest of the ways by themselves.
+/// What is chosen is at most a twentieth dearer than the cheapest of the ways by themselves, and none is printed with the rim in the table.
 #[test]
 fn the_way_that_is_taken_is_never_much_dearer_than_another() {
     let folder = folder();
@@ -197,6 +200,8 @@ fn the_way_that_is_taken_is_never_much_dearer_than_another() {
         let (code, done, said) = prepared(folder.path(), &name, &shape, &[]);
         assert_eq!(code, Some(0), "{name}: {said}");
         let taken = chosen(&done).clone();
+        let (low, _) = lowest_rim(&folder.path().join(format!("{name}.gcode")), 0.5);
+        assert!(low >= -0.005, "{name}: the rim {low} mm over the tilted table");
         let alone = |way: &&'static str| {
             let (code, done, _) = prepared(folder.path(), &name, &shape, &["--way", way]);
             (code == Some(0)).then(|| (*way, price(chosen(&done))))
@@ -288,4 +293,52 @@ fn what_hangs_over_the_part_is_propped_from_two_layers_of_air_on() {
             assert!(why.contains("nothing of it wants supports"), "{air_mm} mm: {why}");
         }
     }
+}
+
+/// A search for cuts that nobody waits for ends with what was known before it began, and a file that is proved as ever.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_takes_what_was_found_so_far() {
+    let folder = folder();
+    let [machine, model, out] = ["dear.toml", "menorah.stl", "out.gcode"].map(|name| folder.path().join(name));
+    // Supports are worth a thousand minutes, so that all cuts are looked for.
+    std::fs::write(&machine, "extends = \"generic-ac\"\n[price]\nsupports_min = 1000.0\n").unwrap();
+    std::fs::write(&model, stl_binary(&solids::menorah().mesh())).unwrap();
+    let mut command = trunnion();
+    command
+        .arg("prepare")
+        .arg(&model)
+        .arg("-m")
+        .arg(&machine)
+        .args(["--slicer", "builtin", "--json", "-v", "-o"])
+        .arg(&out);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let asked = lines.find(|line| line.contains("Ctrl-C takes"));
+    assert!(asked.as_ref().is_some_and(|line| line.contains("supports")), "{asked:?}");
+    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let mut text = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    let said: Vec<String> = lines.collect();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{said:?}");
+    let done: Value = serde_json::from_str(&text).unwrap();
+    assert!(chosen(&done)["way"].as_str().unwrap().ends_with("supports"), "{}", done["ways"]);
+    let cut = row(&done, "cut").unwrap();
+    assert!(cut["price_min"].is_null() && cut["why_not"].as_str().unwrap().starts_with("stopped after"), "{cut}");
+    assert!(done["verify"]["findings"].as_array().unwrap().is_empty() && out.exists());
+}
+
+/// The same by a number of tries, which gives the same every time; and none at all is no plan.
+#[test]
+fn a_budget_ends_the_search_for_cuts() {
+    let folder = folder();
+    let [code, again] = [(); 2].map(|()| {
+        let (code, done, _) = prepared(folder.path(), "knob", &knob(), &["--way", "cut", "--budget", "20"]);
+        (code, row(&done, "cut").map(|cut| cut["why_not"].as_str().unwrap().to_owned()))
+    });
+    assert_eq!((code.0, &code), (Some(1), &again));
+    assert!(code.1.as_ref().unwrap().contains("--budget"), "{code:?}");
+    let (code, no, _) = prepared(folder.path(), "plain", &block(20.0, 20.0, 10.0), &["--budget", "0"]);
+    assert!(code == Some(1) && no["error"].as_str().unwrap().contains("--budget"), "{no}");
 }

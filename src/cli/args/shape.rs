@@ -97,6 +97,9 @@ pub(in crate::cli) struct Split {
     /// Most cuts
     #[arg(long, default_value_t = SplitOptions::default().max_cuts, value_name = "N")]
     pub(in crate::cli) max_cuts: usize,
+    /// Cuts that are tried at most; then the search ends with the best so far
+    #[arg(long, default_value_t = SplitOptions::default().tries, value_name = "N")]
+    pub(in crate::cli) budget: u64,
     /// What may still need support in the end; half a square millimetre a part passes as rounding
     #[arg(long, default_value_t = SplitOptions::default().allow_mm2, value_name = "MM2")]
     pub(in crate::cli) allow: f64,

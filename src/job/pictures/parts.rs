@@ -111,7 +111,7 @@ pub(in crate::job) fn cut_up(whole: (&TriangleMesh<Object>, Angle), split: &Spli
     let marked: Vec<(usize, Colour)> = (0..mesh.facets().len()).filter(hangs).map(|i| (i, OVERHANG)).collect();
     let whole = Surface { marked, wanted: true, ..Surface::of(mesh, PART) };
     let colours: Vec<Colour> = KINDS.into_iter().filter(|colour| *colour != OVERHANG).collect();
-    let in_colour = |id: usize| coloured(&split.parts[id].mesh, colours[id % colours.len()], Some(&split.name(id)));
+    let in_colour = |id: usize| coloured(&split.parts[id].mesh, colours[id % colours.len()], Some(&split.piece(id)));
     let parts: Vec<Surface> = (0..split.parts.len()).map(in_colour).collect();
     let shifts = apart(split, 0.15 * mesh.bounds().size().norm());
     let moved = parts.iter().zip(&shifts).map(|(part, by)| {

@@ -6,7 +6,7 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
@@ -71,6 +71,55 @@ fn wait_while(busy: impl Fn() -> bool) {
     let until = Instant::now() + GRACE;
     while Instant::now() < until && busy() {
         std::thread::sleep(NAP);
+    }
+}
+
+/// Something is known and better is looked for: until this is dropped an interrupt says that it is enough, and the next one ends the program.
+struct Enough {
+    asked: Arc<AtomicBool>,
+    /// What an interrupt did before.
+    before: Option<OnInterrupt>,
+}
+
+impl Enough {
+    /// From now on.
+    fn listen() -> Self {
+        let asked = Arc::new(AtomicBool::new(false));
+        let before = handler().action.clone();
+        let (first, then) = (asked.clone(), before.clone());
+        if !outlives_its_terminal() {
+            on_interrupt(move || match (first.swap(true, Ordering::Relaxed), &then) {
+                (false, _) => {}
+                (true, Some(then)) => then(),
+                (true, None) => end(),
+            });
+        }
+        Self { asked, before }
+    }
+}
+
+impl Drop for Enough {
+    fn drop(&mut self) {
+        handler().action = self.before.take();
+    }
+}
+
+/// Searches that may be ended early.
+#[derive(Default)]
+pub(crate) struct Searches(Mutex<Option<Enough>>);
+
+impl Searches {
+    /// One begins, or is over.
+    pub(crate) fn begin(&self, begins: bool) {
+        let mut search = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        *search = None;
+        *search = begins.then(Enough::listen);
+    }
+
+    /// Whether somebody wants it to end.
+    pub(crate) fn enough(&self) -> bool {
+        let search = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        search.as_ref().is_some_and(|search| search.asked.load(Ordering::Relaxed))
     }
 }
 

@@ -40,7 +40,7 @@ fn the_document_has_what_scripts_read() {
     assert!(document["seam_mm2"].as_f64().unwrap() > 0.0 && document["seconds"].is_f64());
     assert_eq!(document["printable"], true);
     let names: Vec<&str> = document["order"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["base", "cut-2", "cut-1"]);
+    assert_eq!(names, ["tee", "tee cut 2", "tee cut 1"]);
     // The same input gives the same bytes, whatever the number of threads.
     let first = std::fs::read(&output).unwrap();
     let again = trunnion()

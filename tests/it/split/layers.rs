@@ -120,7 +120,7 @@ fn no_layer_of_a_cut_part_is_laid_on_nothing() {
         let found = cut(&solid.shape.mesh(), &Options::default());
         for (id, part) in found.parts.iter().enumerate() {
             let got = unsupported_mm2(&part.mesh, &part.up);
-            assert!(got < 0.5, "{}: {got} mm2 of part {id} ({}) hang", solid.name, found.name(id));
+            assert!(got < 0.5, "{}: {got} mm2 of part {id} ({}) hang", solid.name, found.piece(id));
         }
     }
 }

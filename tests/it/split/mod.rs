@@ -30,7 +30,7 @@ pub(crate) fn cut(model: &TriangleMesh<Object>, options: &Options) -> Split {
     let placement = centred(&whole, &profile).unwrap();
     let mut head = OnePrint::new(&profile, placement, options.overhang, 0.5);
     head.pedestal_mm = options.pedestal_mm;
-    split(model, &head, options, &mut |_| {})
+    split(model, &head, options, &mut |_| true)
 }
 
 /// Facets that look down by more than 45 degrees and do not lie on z = 0, by nobody's code but this.
@@ -145,7 +145,7 @@ fn what_helps_no_plane_is_not_called_printable() {
     let model = solids::bridge().mesh();
     let none = NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };
     // Lying on its side it would do, but it stands: the ceiling is 40 mm wide, and both its ends are held.
-    let found = split(&model, &none, &Options { max_cuts: 0, ..Options::default() }, &mut |_| {});
+    let found = split(&model, &none, &Options { max_cuts: 0, ..Options::default() }, &mut |_| true);
     assert!(
         !found.printable && found.cuts.is_empty() && (found.after.area_mm2 - 400.0).abs() < 1e-6,
         "{:?}",
@@ -163,7 +163,7 @@ fn what_helps_no_plane_is_not_called_printable() {
 fn a_pedestal_is_a_part_of_its_own_below_the_model() {
     let model = solids::hook().mesh();
     let found = cut(&model, &Options { pedestal_mm: 12.5, ..Options::default() });
-    assert!(found.printable && found.parts[0].pedestal && found.name(0) == "pedestal");
+    assert!(found.printable && found.parts[0].pedestal && found.piece(0) == "pedestal");
     let foot = &found.parts[0].mesh;
     assert!((foot.volume() - 1600.0 * 12.5).abs() < 1e-6, "{}", foot.volume());
     assert!((foot.bounds().min.z + 12.5).abs() < 1e-12 && foot.bounds().max.z.abs() < 1e-12);

@@ -19,7 +19,7 @@ fn necked(neck: f64) -> TriangleMesh<Object> {
 
 fn found(mesh: &TriangleMesh<Object>) -> Split {
     let none = NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };
-    split(mesh, &none, &Options { overhang: Angle::from_deg(60.0), ..Options::default() }, &mut |_| {})
+    split(mesh, &none, &Options { overhang: Angle::from_deg(60.0), ..Options::default() }, &mut |_| true)
 }
 
 /// The seam of taking all beyond, mm²; `None` where that is several solids or none.
