@@ -21,15 +21,28 @@ impl Drop for Running {
     }
 }
 
+/// A simulated printer. Its link goes before it does: to a terminal of that number, which the next printer of another test may have, a
+/// host that waits for this one would find its way.
+pub(super) struct Printer {
+    link: PathBuf,
+    pub(super) running: Running,
+}
+
+impl Drop for Printer {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.link);
+    }
+}
+
 /// A simulated printer behind `link`.
-pub(super) fn simulate(link: &Path, profile: &Path, more: &[&str]) -> Running {
+pub(super) fn simulate(link: &Path, profile: &Path, more: &[&str]) -> Printer {
     let _ = std::fs::remove_file(link);
     let mut command = trunnion();
     command.args(["simulate", "-q", "--heat", "50", "-m"]).arg(profile).arg("--link").arg(link).args(more);
     let child = command.stderr(Stdio::null()).spawn().unwrap();
-    let running = Running(child);
+    let printer = Printer { link: link.to_owned(), running: Running(child) };
     wait_for("the link", || link.exists());
-    running
+    printer
 }
 
 /// Runs to its end, or is killed.

@@ -143,7 +143,7 @@ fn a_printer_that_hangs_does_not_delay_the_emergency_stop_of_another() {
     let host = super::real::Running(host.arg("-q").stderr(std::process::Stdio::null()).spawn().unwrap());
     let moves = |log: &Path| std::fs::read_to_string(log).unwrap_or_default().matches(" line G1X").count();
     wait_for("the prints", || logs.iter().all(|log| moves(log) > 3));
-    let stopped = Command::new("kill").args(["-STOP", &printers[0].0.id().to_string()]).status().unwrap();
+    let stopped = Command::new("kill").args(["-STOP", &printers[0].running.0.id().to_string()]).status().unwrap();
     assert!(stopped.success());
     for _ in 0..2 {
         super::real::interrupt(&host.0);
