@@ -350,7 +350,7 @@ def options_of_plans(
         origin_mm: where the file's origin comes to lie on the table, two numbers; else the model centred.
         turn_deg: turn of the model about the table's normal, about its own middle unless `origin_mm` says where it lies.
         remedies: look for what would help where there is no plan.
-        budget: most steps of the sequence search, and cuts that are tried where cuts are looked for.
+        budget: most steps of the sequence search, and most cuts that are tried.
         roof_mm: height of a denser roof of supports, right below what they hold.
         roof_pitch_mm: distance between the lines of that roof.
         brace_mm: columns of supports that stand free over more than this are tied together; 0 none.

@@ -21,7 +21,7 @@ use crate::verify::{Report, Standing};
 
 /// A search that may be ended early.
 pub fn searching(known: &str) -> String {
-    format!("looking for something cheaper; Ctrl-C takes {known}")
+    format!("looking for cuts that cost less; Ctrl-C takes {known}")
 }
 
 /// What was read: the file, its parts and its size, so that a wrong unit is seen at once.

@@ -151,10 +151,9 @@ impl SplitResult {
             return None;
         }
         if let Some(tried) = self.split.stopped {
-            let how = "give it time, or a greater --budget";
+            let tried = counted(tried as usize, "cut");
             return Some(format!(
-                "stopped after {} that were tried, none of which does; {how}",
-                counted(tried as usize, "cut")
+                "stopped after {tried} that were tried, before it could be printed in parts; let it go on, or raise --budget"
             ));
         }
         let after_cuts =

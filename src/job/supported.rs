@@ -233,29 +233,37 @@ impl Attempt {
         };
         let forms: Vec<Result<(PrintSupports, Laid), String>> =
             forms.collect::<Vec<_>>().into_par_iter().map(columns).collect();
+        let of = |(supports, columns): &(PrintSupports, Laid)| {
+            Self::of(plan, print, (&mesh, supports, columns, &bare), (&judge, &rule))
+        };
+        Self::cheapest(&forms, of).map(Some)
+    }
+
+    /// That of the least filament of what `of` makes of some kinds of supports and their columns; else why the finest does not do.
+    fn cheapest(
+        forms: &[Result<(PrintSupports, Laid), String>],
+        of: impl Fn(&(PrintSupports, Laid)) -> Result<Self, String> + Sync,
+    ) -> Result<Self, String> {
         // Props only add to columns: what these cost alone is the least, and what costs more than another is not looked at.
-        let price = |(supports, laid): (&PrintSupports, &Laid)| (free_beyond_mm(supports, laid), laid.length_mm());
-        let cheaper = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1));
+        let price = |supports: &PrintSupports, laid: &Laid| (free_beyond_mm(supports, laid), laid.length_mm());
+        let is_less = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).is_lt();
         let least = |form: &Result<(PrintSupports, Laid), String>| {
-            form.as_ref().map_or((0.0, 0.0), |(supports, laid)| price((supports, laid)))
+            form.as_ref().map_or((0.0, 0.0), |(supports, columns)| price(supports, columns))
         };
         let mut order: Vec<(usize, (f64, f64))> = forms.iter().map(least).enumerate().collect();
-        order.sort_by(|a, b| cheaper(&a.1, &b.1));
+        order.sort_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let mut best: Option<((f64, f64), Self)> = None;
         let mut of_finest = (0, String::new());
         for some in order.chunks(AT_ONCE) {
-            let may_be_best = |least: &(f64, f64)| best.as_ref().is_none_or(|(price, _)| cheaper(least, price).is_lt());
-            let some: Vec<usize> = some.iter().filter(|(_, least)| may_be_best(least)).map(|(form, _)| *form).collect();
-            let of = |form: usize| {
-                let (supports, laid) = forms[form].as_ref().map_err(Clone::clone)?;
-                Self::of(plan, print, (&mesh, supports.clone(), laid.clone(), &bare), (&judge, &rule))
-            };
-            let tried: Vec<(usize, Result<Self, String>)> = some.into_par_iter().map(|form| (form, of(form))).collect();
+            let may_be = |least: &(f64, f64)| best.as_ref().is_none_or(|(price, _)| is_less(least, price));
+            let some: Vec<usize> = some.iter().filter(|(_, least)| may_be(least)).map(|(form, _)| *form).collect();
+            let made = |form: usize| (form, forms[form].as_ref().map_err(Clone::clone).and_then(&of));
+            let tried: Vec<(usize, Result<Self, String>)> = some.into_par_iter().map(made).collect();
             for (form, attempt) in tried {
                 match attempt {
                     Ok(attempt) => {
-                        let price = price((&attempt.supports, &attempt.laid));
-                        if best.as_ref().is_none_or(|(least, _)| cheaper(&price, least).is_lt()) {
+                        let price = price(&attempt.supports, &attempt.laid);
+                        if best.as_ref().is_none_or(|(least, _)| is_less(&price, least)) {
                             best = Some((price, attempt));
                         }
                     }
@@ -264,18 +272,18 @@ impl Attempt {
                 }
             }
         }
-        best.map(|(_, attempt)| Some(attempt)).ok_or(of_finest.1)
+        best.map(|(_, attempt)| attempt).ok_or(of_finest.1)
     }
 
     fn of(
         plan: &CheckedPlan,
         print: &Print,
-        (mesh, mut supports, columns, bare): (&SlotMesh, PrintSupports, Laid, &Hanging),
+        (mesh, supports, columns, bare): (&SlotMesh, &PrintSupports, &Laid, &Hanging),
         (judge, rule): (&LayerJudge, &Rule),
     ) -> Result<Self, String> {
         let process = &plan.machine.profile.process;
         let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
-        let mut laid = columns.clone();
+        let (mut supports, mut laid) = (supports.clone(), columns.clone());
         // Where something hangs, what droops is held as well: a slicer's lines lie there as they come. What is propped may leave something in
         // other layers, and at first such sheets do as many places share.
         // What hangs in spite of them, as long as they are the same.

@@ -415,7 +415,8 @@ impl Tries<'_> {
         }
         let budget = self.budget_of_cuts();
         let cheapest = self.found.iter().min_by(|a, b| a.rank.total_cmp(&b.rank));
-        let known = cheapest.map(|found| format!("{}, {:.0} min by one price", found.tried.way.word(), found.rank));
+        let named = |found: &Found| format!("{} (price {:.0} min)", found.tried.way.word(), found.rank);
+        let known = cheapest.map(named);
         self.world.progress.may_end(known.as_deref());
         let mut known = std::mem::take(&mut self.known);
         let machine = self.models.machine;

@@ -203,7 +203,7 @@ pub(in crate::cli) struct PlanArgs {
     /// Do not look for what would help where there is no plan
     #[arg(long)]
     pub(in crate::cli) no_remedies: bool,
-    /// Most steps of the sequence search, and cuts that are tried where cuts are looked for
+    /// Most steps of the sequence search, and most cuts that are tried
     #[arg(long, default_value_t = PlanOptions::default().budget, value_name = "STEPS")]
     pub(in crate::cli) budget: u64,
 }

@@ -97,7 +97,7 @@ pub(in crate::cli) struct Split {
     /// Most cuts
     #[arg(long, default_value_t = SplitOptions::default().max_cuts, value_name = "N")]
     pub(in crate::cli) max_cuts: usize,
-    /// Cuts that are tried at most; then the search ends with the best so far
+    /// Most cuts that are tried; then the search ends
     #[arg(long, default_value_t = SplitOptions::default().tries, value_name = "N")]
     pub(in crate::cli) budget: u64,
     /// What may still need support in the end; half a square millimetre a part passes as rounding

@@ -230,3 +230,31 @@ fn what_begins_in_the_air_hangs_however_thin_it_is_and_wherever_layers_are_cut()
         assert_eq!(found(&stalactite(10.5, half_deg)), [], "{half_deg} deg within the beam");
     }
 }
+
+/// One judge for many supports: what it has seen of one says nothing of the next.
+#[test]
+fn supports_are_judged_one_after_the_other_as_each_by_itself() {
+    let (rule, mesh) = (rule(), prism(&arch(30.0), [0.0, 20.0]));
+    let foot = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
+    let ground = |held: Held| Ground { table: true, held, ..Ground::default() };
+    // Lines along y that end a layer of air below the ceiling.
+    let lines = |at: &[f64]| Held {
+        layers: vec![(9.8, at.iter().map(|&x| [[x, 0.0], [x, 20.0]]).collect())],
+        line_mm: rule.line_mm,
+        gap_mm: 0.2,
+        beside_mm: 1.7,
+    };
+    let judge = LayerJudge::of(&mesh, &Vec3::z(), &ground(Held::default()), foot, &rule);
+    let all = [vec![], vec![0.0], vec![-12.0], vec![-7.0, 7.0], vec![], vec![-10.0, 0.0, 10.0], vec![0.0]];
+    let mut held = Vec::new();
+    for at in &all {
+        let alone = judged(&mesh, &Vec3::z(), &ground(lines(at)), foot, &rule, false);
+        let strict = Rule { droops: false, ..rule };
+        let alone_strictly = judged(&mesh, &Vec3::z(), &ground(lines(at)), foot, &strict, false);
+        assert_eq!(format!("{:?}", judge.judged(&lines(at))), format!("{alone:?}"), "{at:?}");
+        assert_eq!(format!("{:?}", judge.judged_strictly(&lines(at))), format!("{alone_strictly:?}"), "{at:?}");
+        held.push(alone.hangs.is_empty());
+    }
+    // From line to line: 14.8 mm are no bridge, 13.6 are.
+    assert_eq!(held, [false, false, false, true, false, true, false]);
+}
