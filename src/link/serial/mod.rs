@@ -305,11 +305,9 @@ pub fn identity(path: &Path, folder: &Path) -> Option<String> {
     names.next()
 }
 
-/// The address at which a device is to be found again: by its identity wherever it is now, else where it was.
+/// The address at which a device is to be found again: by its identity, if it has one, else where it was.
+///
+/// Where its identity is not there yet, neither is the device: the path that it had may be another printer's by now.
 pub fn find_again(address: &Address, identity: Option<&str>, folder: &Path) -> Address {
-    let again = identity.map(|name| folder.join(name)).filter(|path| path.exists());
-    match again {
-        Some(path) => Address::Device(path),
-        None => address.clone(),
-    }
+    identity.map_or_else(|| address.clone(), |name| Address::Device(folder.join(name)))
 }

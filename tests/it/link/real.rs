@@ -279,10 +279,9 @@ fn usb_gone_and_back() -> bool {
     host.arg("--json").arg("--devices").arg(&names).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let host = host.spawn().unwrap();
     wait_for("the hang-up", || !link.exists());
-    // Somebody else takes the number, once the simulator has let go of it.
-    wait_for("the device's end", || !device.exists());
-    let _other = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR).unwrap();
-    let _and_another = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR).unwrap();
+    // Somebody else takes the number, once the simulator has let go of it; another test may be quicker.
+    wait_for("the device's end", || !device.exists() || link.exists());
+    let others: Vec<_> = (0..2).map(|_| stranger()).collect();
     let done = host.wait_with_output().unwrap();
     assert!(done.status.success(), "{}", said(&done));
     assert!(
@@ -291,7 +290,22 @@ fn usb_gone_and_back() -> bool {
         said(&done)
     );
     assert_same(&wanted(&gcode), &executed(&log));
+    for (mut other, path) in others.into_iter().filter(|(_, path)| *path == device) {
+        // A terminal that was opened and left says so, one that was written to gives what was written.
+        let heard = other.read(&mut [0; 64]).map_err(|e| e.kind());
+        assert_eq!(heard, Err(std::io::ErrorKind::WouldBlock), "{}: another device was opened", path.display());
+    }
     std::fs::read_link(&link).unwrap() != device
+}
+
+/// Another device: whoever looks for a lost one must leave it alone.
+fn stranger() -> (std::fs::File, PathBuf) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let other = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC | OpenptFlags::NONBLOCK).unwrap();
+    grantpt(&other).unwrap();
+    unlockpt(&other).unwrap();
+    let name = ptsname(&other, Vec::new()).unwrap().into_string().unwrap();
+    (std::fs::File::from(other), PathBuf::from(name))
 }
 
 #[test]
