@@ -59,7 +59,8 @@ lints_and_documentation() {
 }
 start_beside "lints and documentation" lints_and_documentation
 
-features=(--locked --all-features)
+# With the Python package, of which nothing is built here, what both need has the features of both: the wheel is built from the same library.
+features=(--locked --all-features --package trunnion --package trunnion-python)
 # Half of the tests' time is waiting for printers and servers: twice as many as processors keep these busy.
 export NEXTEST_TEST_THREADS=${NEXTEST_TEST_THREADS:-$(($(nproc 2>/dev/null || echo 2) * 2))}
 documents="$target/documents"

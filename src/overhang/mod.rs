@@ -34,7 +34,7 @@ pub use layers::{LayerJudge, judged, unsupported};
 pub use patch::{Cause, Droop, Judged, Patch, Place};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};
 pub(crate) use slivers::THIN_MM;
-pub use step::FINE_BRIDGE_MM;
+pub use step::{FINE_BRIDGE_MM, SMALL_LEDGE_MM, SMALL_MM2};
 
 use crate::geom::Angle;
 

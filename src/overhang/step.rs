@@ -27,9 +27,10 @@ const FLOATS: f64 = 1.5;
 const NEARLY_FLOATS: f64 = 1.18;
 /// So far out a ledge may be however long it is, mm: its loops lean on each other.
 const LEDGE_MM: f64 = 1.5;
-/// What is no larger may go out by more, mm² and mm: PrusaSlicer 2.9 is silent about ledges 6 mm wide that go out by 3 mm.
-const SMALL_MM2: f64 = 10.0;
-const SMALL_LEDGE_MM: f64 = 3.0;
+/// What is no larger may go out by more, mm²: PrusaSlicer 2.9 is silent about ledges 6 mm wide that go out by 3 mm.
+pub const SMALL_MM2: f64 = 10.0;
+/// How far that may go out, mm.
+pub const SMALL_LEDGE_MM: f64 = 3.0;
 /// A piece of which bridges carry more lies on these.
 const HALF: f64 = 0.5;
 /// A bridge that spans no more does not sag, mm.

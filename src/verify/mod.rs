@@ -29,6 +29,7 @@ mod flow;
 mod holding;
 mod hull;
 mod layers;
+mod ledges;
 mod line;
 mod material;
 mod near;

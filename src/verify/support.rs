@@ -8,7 +8,7 @@
 //! What lies on supports leaves some air below it, in whole layers: a support's top counts as if it reached so much higher.
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
-//! as long as a string that stays up by itself; what turns on its way is no bridge. Whatever the slicer calls it. A loop that is
+//! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges); what turns on its way is no bridge. Whatever the slicer calls it. A loop that is
 //! closed over air has no end there: what hangs behind its beginning and what hangs before its end are one span (PrusaSlicer's
 //! stability analysis takes it so, too). One that touches nothing but its own beginning lies on nothing.
 
@@ -16,6 +16,7 @@ use std::collections::VecDeque;
 
 use super::acts::Stroke;
 use super::field::{Below, Field};
+use super::ledges::{Ledges, UnsupportedGap};
 use super::material::deposit;
 use crate::geom::Vec3;
 use crate::planning::FREE_SPAN_MM;
@@ -30,28 +31,6 @@ const STRAIGHT: f64 = 1.1;
 const TURNED_MM: f64 = 8.0;
 /// The line itself carries nothing until the tip is so many widths ahead: its own tail is no support.
 const TAIL_WIDTHS: f64 = 4.0;
-
-/// A stretch of line without support.
-#[derive(Clone, Copy)]
-pub(super) struct UnsupportedGap {
-    /// Whether it begins and ends on material.
-    pub(super) held: [bool; 2],
-    /// Where it begins and ends.
-    ends: [Vec3; 2],
-    /// Where it begins.
-    pub(super) stroke: Stroke,
-    /// Its length, mm.
-    pub(super) length: f64,
-    /// What it may be.
-    pub(super) allowed: f64,
-}
-
-impl UnsupportedGap {
-    /// As one that meets no material.
-    fn alone(self) -> Self {
-        Self { held: [false; 2], ..self }
-    }
-}
 
 /// The line being laid.
 pub(super) struct Laying {
@@ -73,6 +52,8 @@ pub(super) struct Laying {
     holds: bool,
     /// Which body they are of, where others grow beside it.
     body: Option<u32>,
+    /// What hangs at one end.
+    ledges: Ledges,
 }
 
 impl Laying {
@@ -91,6 +72,7 @@ impl Laying {
             gap_mm: 0.0,
             holds: false,
             body: None,
+            ledges: Ledges::default(),
         }
     }
 
@@ -171,6 +153,11 @@ impl Laying {
         (self.travelled, self.held) = (0.0, false);
     }
 
+    /// The print ends here: what hangs of all of it is judged.
+    pub(super) fn settle(&mut self, found: &mut Vec<UnsupportedGap>) {
+        self.ledges.settle(found);
+    }
+
     /// The gap ends on material `at` so many mm along the line.
     fn end_gap(&mut self, at: f64, found: &mut Vec<UnsupportedGap>) {
         let Some(mut gap) = self.gap.take() else { return };
@@ -183,7 +170,7 @@ impl Laying {
         }
     }
 
-    fn judge(&self, mut gap: UnsupportedGap, found: &mut Vec<UnsupportedGap>) {
+    fn judge(&mut self, mut gap: UnsupportedGap, found: &mut Vec<UnsupportedGap>) {
         let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));
         let straight = gap.length <= STRAIGHT * (gap.ends[1] - gap.ends[0]).norm() + f64::from(gap.stroke.width);
         gap.allowed = match (gap.held, straight) {
@@ -191,7 +178,7 @@ impl Laying {
             ([true, true], false) => self.bridge_mm.min(TURNED_MM).max(free),
             _ => free,
         };
-        if gap.length > gap.allowed {
+        if !self.ledges.keep(&gap) && gap.length > gap.allowed {
             found.push(gap);
         }
     }
@@ -209,6 +196,11 @@ mod tests {
 
     /// The stretches that are too long of a line through these places, 10 mm up, over two walls along y at `walls` (x from and to).
     fn too_long(walls: &[[f64; 2]], way: &[[f64; 2]]) -> Vec<f64> {
+        all_too_long(walls, &[way.to_vec()])
+    }
+
+    /// The same of several lines.
+    fn all_too_long(walls: &[[f64; 2]], ways: &[Vec<[f64; 2]>]) -> Vec<f64> {
         let mut field = Field::new(&Rect { min: [-40.0; 2], max: [40.0; 2] });
         for [from, to] in walls {
             let lines = ((to - from) / 0.2).round() as usize;
@@ -217,12 +209,15 @@ mod tests {
         }
         field.settle();
         let (mut laying, mut found) = (Laying::new(BRIDGE_MM), Vec::new());
-        for ends in way.windows(2) {
-            let [from, to] = [ends[0], ends[1]].map(|[x, y]| Vec3::new(x, y, 10.0));
-            let stroke = Stroke { from, to, line: 1, print: None, kind: Kind::Print, width: WIDTH, height: HEIGHT };
-            laying.lay(&stroke, &mut field, &mut found);
+        for way in ways {
+            for ends in way.windows(2) {
+                let [from, to] = [ends[0], ends[1]].map(|[x, y]| Vec3::new(x, y, 10.0));
+                let stroke = Stroke { from, to, line: 1, print: None, kind: Kind::Print, width: WIDTH, height: HEIGHT };
+                laying.lay(&stroke, &mut field, &mut found);
+            }
+            laying.end(&mut field, &mut found);
         }
-        laying.end(&mut field, &mut found);
+        laying.settle(&mut found);
         found.iter().map(|gap| gap.length).collect()
     }
 
@@ -241,7 +236,7 @@ mod tests {
         // From wall to wall, twice, and begun in the middle of the gap.
         assert_eq!(too_long(&gap(13.0), &ring([10.0, 3.0])), Vec::<f64>::new());
         // The same line, not closed, has two ends in the air.
-        let open = ring([10.0, 3.0]).into_iter().take(5).chain([[-3.0, -3.0]]).collect::<Vec<_>>();
+        let open = ring([10.0, 3.0]).into_iter().take(5).chain([[-1.0, -3.0]]).collect::<Vec<_>>();
         assert_eq!(too_long(&gap(13.0), &open).len(), 2);
         // Too wide: both spans are.
         let found = too_long(&gap(18.0), &ring([14.0, 3.0]));
@@ -268,5 +263,70 @@ mod tests {
         assert!(found.len() == 1 && found[0] > TURNED_MM && found[0] < BRIDGE_MM, "{found:?}");
         // As much in one direction is one.
         assert_eq!(too_long(&gap(12.0), &[[-10.0, 0.0], [10.0, 0.0]]), Vec::<f64>::new());
+    }
+
+    #[test]
+    fn small_patches_go_out_farther_than_a_line_stays_up() {
+        let wall = [[-8.0, 0.0]];
+        // So many lines out from the wall, too far from each other to carry one another, begun on it and, every second one, in the air.
+        let comb = |count: usize, mm: f64, from: f64| -> Vec<Vec<[f64; 2]>> {
+            let line = |k: usize| {
+                let y = from + k as f64;
+                let way = [[-4.0, y], [mm, y]];
+                if k.is_multiple_of(2) { way.to_vec() } else { way.into_iter().rev().collect() }
+            };
+            (0..count).map(line).collect()
+        };
+        // What the wall's cells reach beyond it.
+        let out = |mm: f64| mm + 0.3;
+        for (count, mm, found) in [
+            (1, 1.9, 0),
+            (30, 1.9, 0),
+            (1, 2.5, 0),
+            (6, 2.5, 0),
+            (8, 2.5, 0),
+            (14, 2.5, 14),
+            (20, 2.5, 20),
+            (6, 2.9, 0),
+            (12, 2.9, 12),
+            (1, 3.8, 1),
+            (3, 3.8, 3),
+        ] {
+            assert_eq!(all_too_long(&wall, &comb(count, out(mm), -10.0)).len(), found, "{count} lines out by {mm} mm");
+        }
+        // Two patches, each small, with a gap between them; and as one, with short lines in it.
+        let two = |middle: Vec<Vec<[f64; 2]>>| [comb(6, out(2.5), -12.0), middle, comb(6, out(2.5), -2.0)].concat();
+        assert_eq!(all_too_long(&wall, &two(Vec::new())).len(), 0);
+        assert_eq!(all_too_long(&wall, &two(comb(4, out(1.5), -6.0))).len(), 12);
+    }
+
+    #[test]
+    fn a_patch_is_of_one_layer_whatever_lies_in_between() {
+        // Lines out by 2.5 mm, the height of each so much above the one before, back and forth.
+        let patch = |apart: f64| {
+            let mut field = Field::new(&Rect { min: [-40.0; 2], max: [40.0; 2] });
+            (0..40).for_each(|k| {
+                field.deposit([[-8.0 + 0.2 * f64::from(k), -30.0], [-8.0 + 0.2 * f64::from(k), 30.0]], 0.3, 9.8)
+            });
+            field.settle();
+            let (mut laying, mut found) = (Laying::new(BRIDGE_MM), Vec::new());
+            for k in 0..14 {
+                let at = |x: f64| Vec3::new(x, f64::from(k), 10.0 + apart * f64::from(k % 2));
+                let stroke = Stroke {
+                    from: at(-4.0),
+                    to: at(2.8),
+                    line: 1,
+                    print: None,
+                    kind: Kind::Print,
+                    width: WIDTH,
+                    height: HEIGHT,
+                };
+                laying.lay(&stroke, &mut field, &mut found);
+                laying.end(&mut field, &mut found);
+            }
+            laying.settle(&mut found);
+            found.len()
+        };
+        assert_eq!([0.0, 1e-6, 0.01].map(patch), [14; 3]);
     }
 }

@@ -12,6 +12,7 @@ use super::astray::{as_planned, is_astray};
 use super::field::{Field, Rect};
 use super::floor::Floor;
 use super::hull::Hull;
+use super::ledges::UnsupportedGap;
 use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
 use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, Nearest, Rule};
@@ -190,7 +191,7 @@ impl Walker<'_> {
 
     fn stroke(&mut self, stroke: &Stroke, from: usize) {
         if stroke.print != self.print {
-            self.end_line();
+            self.end_print();
             self.print = stroke.print;
             let planned = self.print.map(|print| &self.planned[print as usize]);
             let air = planned.map_or(0.0, |print| print.gap_mm.unwrap_or_else(|| self.gap_below(print)));
@@ -396,11 +397,18 @@ impl Walker<'_> {
 
     /// The setup ends here.
     fn leave(&mut self) {
-        self.end_line();
+        self.end_print();
         if let Some(mut setup) = self.setup.take() {
             self.apart(&mut setup);
             self.walked.steps += setup.near.looked_at();
         }
+    }
+
+    fn end_print(&mut self) {
+        self.end_line();
+        let mut gaps = Vec::new();
+        self.laying.settle(&mut gaps);
+        self.tell(gaps);
     }
 
     fn end_line(&mut self) {
@@ -412,7 +420,7 @@ impl Walker<'_> {
         self.tell(gaps);
     }
 
-    fn tell(&mut self, gaps: Vec<super::support::UnsupportedGap>) {
+    fn tell(&mut self, gaps: Vec<UnsupportedGap>) {
         for gap in gaps {
             let print = gap.stroke.print.map(|p| &self.planned[p as usize]);
             let at = FindingPlace { line: gap.stroke.line, slot: print.map(|p| p.slot), part: print.map(|p| p.part) };
