@@ -301,7 +301,8 @@ fn usb_gone_and_back() -> bool {
 /// Another device: whoever looks for a lost one must leave it alone.
 fn stranger() -> (std::fs::File, PathBuf) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-    let other = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC | OpenptFlags::NONBLOCK).unwrap();
+    let other = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+    rustix::io::ioctl_fionbio(&other, true).unwrap();
     grantpt(&other).unwrap();
     unlockpt(&other).unwrap();
     let name = ptsname(&other, Vec::new()).unwrap().into_string().unwrap();
