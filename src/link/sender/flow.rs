@@ -216,6 +216,7 @@ impl Sender {
         }
         self.credit(now, to);
         if report {
+            (self.printer.reports, self.insisted) = (true, 0);
             self.ledger.prove(to);
             self.try_short_again();
         }

@@ -78,6 +78,8 @@ pub struct Sender {
     calls: u32,
     /// Whether the journal knows that lines have gone out.
     recorded: bool,
+    /// How often the printer has said that it has read the last proof, and not answered it.
+    insisted: u32,
     printer: Printer,
     dialog: Dialog,
     watch: Watch,
@@ -115,6 +117,8 @@ struct Printer {
     emergency_parser: bool,
     /// An `ok` follows each of its `Resend:`.
     ok_follows_resend: bool,
+    /// It has answered an M105 with temperatures.
+    reports: bool,
     /// It waits for a line's end as long as it takes.
     reads_in_pieces: bool,
     /// Whether its parser is known to need no blank behind a line's number.
@@ -252,6 +256,7 @@ impl Sender {
             identity: String::new(),
             emergency_parser: false,
             ok_follows_resend: true,
+            reports: false,
             reads_in_pieces: false,
             spelling: Spelling::Long,
             queue: [0; 2],
@@ -273,6 +278,7 @@ impl Sender {
             resends: 0,
             calls: 0,
             recorded: false,
+            insisted: 0,
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),

@@ -23,6 +23,9 @@ const CALLS: u32 = 2;
 /// A printer that does not repeat it is not asked again before this.
 const PAUSE: Time = Duration::from_millis(250);
 
+/// The answer to a last proof may have been lost on the way: at every fourth silence another one goes out.
+const ANOTHER_PROOF: u32 = 4;
+
 /// Questions have numbers that no printer can take for its next line, however wrong this host may be about its count: so far beyond the last
 /// line, and not near it in 16 bits either, in which Repetier compares them.
 const BEYOND: i64 = 10_000;
@@ -271,6 +274,10 @@ impl Sender {
     }
 
     fn agreed(&mut self, now: Time, found: i64, doubt: Doubt) {
+        if matches!(doubt, Doubt::Answer(_)) && self.awaits_its_deeds(found) {
+            self.insist(now);
+            return;
+        }
         self.credit(now, self.ledger.credited().max(found));
         // A proof that it answers may have let blocks go.
         let Some(session) = self.phase.session() else { return };
@@ -288,6 +295,25 @@ impl Sender {
             self.renumber_from();
         } else if self.ledger.cursor() != found + 1 {
             self.rewind(found + 1, "not accepted");
+        }
+    }
+
+    /// Whether the printer has only taken the line whose answer says that all is done: its counter says what it has read, not what it has carried
+    /// out, and what comes next must not begin before that.
+    fn awaits_its_deeds(&self, found: i64) -> bool {
+        let waits = matches!(self.activity, Activity::Print { ending: true } | Activity::Leave { .. } | Activity::Cool);
+        let last = found == self.ledger.last() && found > self.ledger.credited() && self.ledger.is_sent();
+        waits && last && self.printer.reports && self.ledger.newest() == Some(&Purpose::Proof)
+    }
+
+    /// Waits on for the answer. Nothing is credited, so that a printer which never answers has made no progress.
+    fn insist(&mut self, now: Time) {
+        let Some(session) = self.phase.session() else { return };
+        self.phase = Phase::Flow(session);
+        self.heard = now;
+        self.insisted += 1;
+        if self.insisted.is_multiple_of(ANOTHER_PROOF) {
+            self.own.push_back(Purpose::Proof);
         }
     }
 

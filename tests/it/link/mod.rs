@@ -31,6 +31,7 @@ mod second_resume;
 #[cfg(unix)]
 mod several;
 mod shipped;
+mod slow;
 mod stops;
 #[cfg(unix)]
 mod terminal;
