@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use super::Error;
+use super::{BadSetting, Error};
 use crate::link::sim::{MachineModel, Quirks};
 use crate::link::{Abilities, Heaters, ProgramRules, Protocol, Retreat, SenderSettings, Turning};
-use crate::profile::{OnStop, Profile};
+use crate::profile::{OnStop, Profile, Prove};
 
 pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
     let name = &profile.link.protocol;
@@ -64,6 +64,11 @@ pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, Error> {
     let mut settings = SenderSettings::new(protocol, retreat(profile)).with_buffers(buffer, commands);
     settings.reads = Duration::from_secs_f64(profile.link.reads_ms / 1000.0);
     settings.blank_after_number = profile.link.blank_after_number;
+    settings.prove_layers = profile.link.prove == Prove::Layer;
+    if settings.prove_layers && !protocol.firmware().is_printer() {
+        let wanted = "this firmware does not know M114; leave \"count\"".to_owned();
+        return Err(BadSetting::Words { name: "[link] prove", text: "layer".to_owned(), wanted }.into());
+    }
     settings.planner_blocks = profile.link.planner;
     settings.identity = Some(profile.link.identity.clone()).filter(|i| !i.is_empty());
     Ok(settings)

@@ -37,6 +37,11 @@ impl Loopback {
         Self { sender, sim, now: Time::ZERO, back_at: None, events: Vec::new(), wire: None }
     }
 
+    /// Joins a host that resumes to a printer that has worked until `now`.
+    pub fn resumed(sender: Sender, sim: Sim, now: Time) -> Self {
+        Self { now, ..Self::new(sender, sim) }
+    }
+
     /// The clock.
     pub fn now(&self) -> Time {
         self.now

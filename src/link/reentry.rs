@@ -265,6 +265,9 @@ impl Reentry {
             format!("travel to X {x} Y {y}, straight down to Z {z}, prime {} mm", number(retreat.retract_mm)),
             format!("continue at line {}, {}; {}", self.file_line, self.whereabouts(program), self.owed(program)),
         ];
+        if heat && state.bed_c > 0.0 {
+            words.push("a bed that has cooled lets go of the part: look whether it still holds".to_owned());
+        }
         if self.missing_mm.max(self.twice_mm) >= UNSAID_MM {
             let [first, last] = [program.file_line(self.doubtful.start), program.file_line(self.doubtful.end)];
             words.push(format!(

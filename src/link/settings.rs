@@ -25,6 +25,8 @@ pub struct SenderSettings {
     pub planner_blocks: u32,
     /// After this many lines a numbered M105 proves the count.
     pub prove_every: u32,
+    /// Whether the printer has to say where it is at the end of each layer.
+    pub prove_layers: bool,
     /// Without a word for this long, beyond what the motion in hand takes, the printer is asked.
     pub silence: Time,
     /// The same while a command is in hand that may take minutes.
@@ -41,6 +43,9 @@ pub struct SenderSettings {
     pub identity: Option<String>,
     /// Whether a line that the printer did not carry out as it is written is a pause.
     pub pauses: bool,
+    /// The bed on which the print lies that is to be resumed: one that has cooled since lets go of it. `None` where there is none, or somebody has
+    /// seen that the part holds.
+    pub bed_was_c: Option<f64>,
     /// How the head leaves the part.
     pub retreat: Retreat,
     /// A number that no other host has: the printer repeats it, which proves that what it says is no answer to another.
@@ -60,6 +65,7 @@ impl SenderSettings {
             window_bytes,
             planner_blocks: 24,
             prove_every: 32,
+            prove_layers: false,
             silence: Duration::from_secs(4),
             long_silence: Duration::from_secs(300),
             no_progress: Duration::from_secs(3600),
@@ -68,6 +74,7 @@ impl SenderSettings {
             renumber_at: 2_000_000_000,
             identity: None,
             pauses: true,
+            bed_was_c: None,
             retreat,
             nonce: 0,
         }

@@ -24,5 +24,5 @@ pub use process::{InfillPattern, Seam, SliceSettings};
 pub use ranges::{OutOfRange, check_number};
 pub use schema::{
     BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, JointSettings, Kinematics, Limits, Link, Machine,
-    OnStop, PriceSettings, Profile, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
+    OnStop, PriceSettings, Profile, Prove, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
 };

@@ -405,6 +405,16 @@ pub enum OnStop {
     Keep,
 }
 
+/// How often a printer has to say where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Prove {
+    /// Only before the head leaves the part.
+    Count,
+    /// At the end of each layer, too.
+    Layer,
+}
+
 /// `[link]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -425,6 +435,8 @@ pub struct Link {
     pub longest_line: u32,
     /// Whether a blank goes between a line's number and its command.
     pub blank_after_number: bool,
+    /// How often the printer has to say where it is, beside the count of its lines.
+    pub prove: Prove,
     /// What the printer must call itself; empty for any.
     pub identity: String,
     /// The hottest that the nozzle may be asked to become.

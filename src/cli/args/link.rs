@@ -18,7 +18,7 @@ pub(in crate::cli) struct StreamArgs {
     /// With --resume after a reset: the first line of the file that is to be printed, from a look at the part
     #[arg(long, value_name = "LINE", requires = "resume")]
     pub(in crate::cli) from: Option<u32>,
-    /// Do not ask before the machine homes and moves for --resume
+    /// Do not ask before the machine homes and moves for --resume, and go on though the bed has cooled: the part still holds
     #[arg(long)]
     pub(in crate::cli) yes: bool,
     /// Where the journal is kept [default: OUT.gcode.journal]
@@ -38,7 +38,7 @@ pub(in crate::cli) struct StreamArgs {
 impl StreamArgs {
     pub(in crate::cli) fn options(&self) -> SendOptions {
         let (baud, wait, devices) = (self.baud, Duration::from_secs(self.wait), self.devices.clone());
-        SendOptions { baud, wait, devices, from: self.from }
+        SendOptions { baud, wait, devices, holds: self.yes, from: self.from }
     }
 
     /// Where the journal of the print of `gcode` is kept.

@@ -15,7 +15,8 @@ use crate::job::world::{JournalFile, read_journal};
 use crate::job::{Error, World};
 use crate::link::serial::Port;
 use crate::link::{
-    Accounting, Header, JournalSummary, Outcome, Program, Record, ReentryError, Sender, SenderSettings, StopReason,
+    Accounting, Header, JournalSummary, MachineState, Outcome, Program, Record, ReentryError, Sender, SenderSettings,
+    StopReason,
 };
 use crate::planning::sha256_hex;
 use choice::Choice;
@@ -72,7 +73,9 @@ pub(super) fn go_on(
         operator.told(&Sending::Note(text), start(&program));
     }
     let same_boot = standing.header.boot == world.clock.boot();
-    if let Some((sender, journal)) = keeps_place(&program, &settings, &standing, (same_boot, request), wire)? {
+    let bed_was_c = bed_c(&program, &standing).filter(|_| !request.options.holds);
+    let kept = SenderSettings { bed_was_c, ..settings.clone() };
+    if let Some((sender, journal)) = keeps_place(&program, &kept, &standing, (same_boot, request), wire)? {
         if let Some(outcome) = carry_on(&program, (sender, opened, found.clone()), journal, told)? {
             return ended(outcome);
         }
@@ -89,6 +92,12 @@ pub(super) fn go_on(
     journal.record(&Record::Anew);
     let sender = Sender::reentering(program, settings, &entry.lines, entry.block);
     ended(Stream::new(sender, opened, found, journal, told).run()?)
+}
+
+/// What the bed was to be where the print was broken off; `None` for one that was not heated.
+fn bed_c(program: &Program, standing: &JournalSummary) -> Option<f64> {
+    let state = MachineState::before(program, standing.next_block(standing.proven)).ok()?;
+    Some(state.bed_c).filter(|bed_c| *bed_c > 0.0)
 }
 
 /// A sender that asks a printer which may have kept its counter or its place, and the journal for it; `None` where there is nothing to

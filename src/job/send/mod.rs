@@ -52,13 +52,21 @@ pub struct SendOptions {
     pub wait: Duration,
     /// Where devices stand under their own names.
     pub devices: PathBuf,
+    /// Somebody has looked at the part: it holds, though the bed may have cooled since the print was broken off.
+    pub holds: bool,
     /// For a re-entry: the file's first line that is to be printed, from somebody who has looked at the part.
     pub from: Option<u32>,
 }
 
 impl Default for SendOptions {
     fn default() -> Self {
-        Self { baud: None, wait: Duration::from_secs(600), devices: PathBuf::from("/dev/serial/by-id"), from: None }
+        Self {
+            baud: None,
+            wait: Duration::from_secs(600),
+            devices: PathBuf::from("/dev/serial/by-id"),
+            holds: false,
+            from: None,
+        }
     }
 }
 

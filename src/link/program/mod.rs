@@ -16,7 +16,7 @@ use super::wire::numbered_len;
 use crate::gcode::marks;
 use crate::gcode::meaning::{Firmware, waits};
 use crate::gcode::{Command, LineKind, ParsedLine, lines};
-use crate::motion::replay::Reading;
+use crate::motion::replay::{Position, Reading};
 use crate::trace::{Clock, Interpreter, Setting};
 use refused::refused;
 use replay::Replay;
@@ -63,6 +63,8 @@ pub struct Program {
     seconds_print: f64,
     /// The blocks at which the program waits for something other than its own motion, in order.
     waiting: Vec<u32>,
+    /// Where the machine is before the first block of each layer, as far as that is known.
+    places: Vec<(u32, Position)>,
     /// Slots, prints and layers, in order.
     pub boundaries: Vec<Boundary>,
     /// The first line that the replay could not follow, with its reason: behind it nobody knows where the head is.
@@ -155,6 +157,7 @@ impl Program {
             seconds: Vec::new(),
             seconds_print: 0.0,
             waiting: Vec::new(),
+            places: Vec::new(),
             boundaries: Vec::new(),
             unknown: None,
         };
@@ -168,6 +171,9 @@ impl Program {
                 && let Some(kind) = boundary(&line.bytes[parsed.comment.clone()])
             {
                 program.boundaries.push(Boundary { block: program.len(), kind });
+                if kind == BoundaryKind::Layer && program.unknown.is_none() {
+                    program.places.push((program.len(), interpreter.controller().at));
+                }
             }
             let code = &line.bytes[parsed.code.clone()];
             if !program.push(code, &parsed, line.number, rules)? {
@@ -238,6 +244,12 @@ impl Program {
     /// Whose words its blocks are.
     pub(crate) fn firmware(&self) -> Firmware {
         self.setting.reading.firmware
+    }
+
+    /// Where the machine is before block `block`, where a layer begins there.
+    pub(super) fn place_before(&self, block: u32) -> Option<&Position> {
+        let index = self.places.partition_point(|(first, _)| *first < block);
+        self.places.get(index).filter(|(first, _)| *first == block).map(|(_, place)| place)
     }
 
     /// How many blocks there are.

@@ -77,6 +77,25 @@ pub(super) enum PositionCheck {
     Differs(StopReason),
 }
 
+/// Where the printer has to be.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PlaceAsked {
+    /// The line that asks.
+    number: i64,
+    /// The first block behind it.
+    block: u32,
+    /// As M114 has them; empty once it has answered.
+    words: Vec<(u8, f64)>,
+}
+
+/// The first axis that is elsewhere: its letter, where it is, and where it should be.
+fn differs(believed: &[(u8, f64)], words: &[(u8, f64)]) -> Option<(u8, f64, f64)> {
+    believed.iter().find_map(|&(letter, believed)| {
+        let found = words.iter().find(|(l, _)| *l == letter)?.1;
+        ((found - believed).abs() > SAME_PLACE).then_some((letter, found, believed))
+    })
+}
+
 impl Sender {
     /// No further block; when those under way are answered the head leaves the part along the tool's axis and waits.
     pub fn pause(&mut self) {
@@ -145,17 +164,43 @@ impl Sender {
     /// The printer's word of where it stands before it leaves the part, against where the file has brought it.
     pub(super) fn compare(&mut self, words: &[(u8, f64)]) {
         let line = self.program.file_line(self.next_block.saturating_sub(1));
+        self.compare_at_layer(words);
         if let Activity::Locate { said, asked: true, .. } = &mut self.activity {
             *said = Some(words.to_vec());
         }
         let Activity::Leave { place, .. } = &mut self.activity else { return };
         let PositionCheck::Asked(believed) = place else { return };
-        let differs = believed.iter().find_map(|&(letter, believed)| {
-            let found = words.iter().find(|(l, _)| *l == letter)?.1;
-            let elsewhere = (found - believed).abs() > SAME_PLACE;
-            elsewhere.then(|| StopReason::Elsewhere { axis: char::from(letter), found, believed, line })
-        });
-        *place = differs.map_or(PositionCheck::Agrees, PositionCheck::Differs);
+        let elsewhere =
+            |(letter, found, believed)| StopReason::Elsewhere { axis: char::from(letter), found, believed, line };
+        *place = differs(believed, words).map(elsewhere).map_or(PositionCheck::Agrees, PositionCheck::Differs);
+    }
+
+    /// Whether the next line is the question where the printer is: at the end of each layer, where that is wanted.
+    pub(super) fn asks_for_its_place(&self) -> bool {
+        let asked = self.place.as_ref().is_some_and(|place| place.block >= self.next_block);
+        self.settings.prove_layers && !asked && self.program.place_before(self.next_block).is_some()
+    }
+
+    /// The next line asks where the printer is.
+    pub(super) fn expect_its_place(&mut self) {
+        let (number, block) = (self.ledger.cursor(), self.next_block);
+        let words = self.program.place_before(block).map(|at| self.settings.retreat.words_at(at)).unwrap_or_default();
+        self.place = Some(PlaceAsked { number, block, words });
+    }
+
+    /// The printer's word at the end of a layer. Where it is elsewhere the head leaves the part; before it does, the printer is asked again, and
+    /// what it says then decides.
+    fn compare_at_layer(&mut self, words: &[(u8, f64)]) {
+        // A file may ask, too.
+        let answers = self.ledger.unanswered().find(|(_, purpose)| purpose.text(&self.program).starts_with(b"M114"));
+        let answers = answers.map(|(number, _)| number);
+        let Some(place) = self.place.as_mut().filter(|place| Some(place.number) == answers) else { return };
+        let believed = std::mem::take(&mut place.words);
+        let Some((letter, found, believed)) = differs(&believed, words) else { return };
+        let line = self.program.file_line(place.block.saturating_sub(1));
+        let axis = char::from(letter);
+        self.note(format!("the printer reports {axis} at {found:.2}, but after line {line} it should be at {believed:.2}: the head leaves the part"));
+        self.pause();
     }
 
     /// The next step, where nothing is under way.
@@ -242,6 +287,7 @@ impl Sender {
     fn renumber(&mut self) {
         if self.ledger.newest() == Some(&Purpose::Renumber) {
             self.ledger.begin_anew();
+            self.place = None;
             self.event(Notice::Journal(Record::Anew));
             self.event(Notice::Journal(Record::Run { number: 1, block: self.next_block }));
             return;

@@ -12,6 +12,9 @@ use crate::link::settings::SenderSettings;
 /// Moves in hand that take longer need no full queue behind them, s.
 const SLOW_S: f64 = 2.0;
 
+/// A bed that is colder by so much than the print had it may have let go of the part, degrees Celsius.
+const COOLED_C: f64 = 10.0;
+
 impl Sender {
     /// The first M105 without an answer, ours or the file's: nothing else is answered with temperatures.
     pub(super) fn proof_in_flight(&self) -> Option<i64> {
@@ -76,7 +79,7 @@ impl Sender {
     fn may_wait(&self, purpose: &Purpose) -> bool {
         let waits = match purpose {
             Purpose::Block(index) => self.program.waits(*index),
-            Purpose::Proof => false,
+            Purpose::Proof | Purpose::Where => false,
             _ => true,
         };
         waits || !self.phase.is_open() || self.waits_long()
@@ -107,12 +110,12 @@ impl Sender {
         }
         let prints = self.phase.is_open() && matches!(self.activity, Activity::Print { .. });
         let may = prints && self.next_block < self.end_block && !self.is_full();
-        may.then_some(Purpose::Block(self.next_block))
+        may.then(|| if self.asks_for_its_place() { Purpose::Where } else { Purpose::Block(self.next_block) })
     }
 
     fn put_back(&mut self, purpose: Purpose) {
         match purpose {
-            Purpose::Block(_) => {}
+            Purpose::Block(_) | Purpose::Where => {}
             Purpose::Proof if self.since_proof >= self.settings.prove_every => {}
             other => self.own.push_front(other),
         }
@@ -137,6 +140,7 @@ impl Sender {
         match &purpose {
             Purpose::Proof => self.since_proof = 0,
             Purpose::Block(_) | Purpose::Own(_) => self.phase.begin(),
+            Purpose::Where => self.expect_its_place(),
             Purpose::Identify | Purpose::Renumber => {}
         }
         self.ledger.make(purpose, &self.program);
@@ -214,12 +218,22 @@ impl Sender {
             self.stop(StopReason::Unaccounted { lines, first, last });
             return;
         }
+        if report && let Some((is_c, was_c)) = self.has_cooled() {
+            self.stop(StopReason::Cooled { is_c, was_c });
+            return;
+        }
         self.credit(now, to);
         if report {
             (self.printer.reports, self.insisted) = (true, 0);
             self.ledger.prove(to);
             self.try_short_again();
         }
+    }
+
+    /// What the bed is and was, where it has cooled since the print was broken off; asked at the first report, before anything moves.
+    fn has_cooled(&mut self) -> Option<(f64, f64)> {
+        let was_c = self.settings.bed_was_c.take()?;
+        self.bed_c.filter(|is_c| *is_c < was_c - COOLED_C).map(|is_c| (is_c, was_c))
     }
 
     /// Everything up to `to` counts as answered.

@@ -24,6 +24,8 @@ pub(super) enum Purpose {
     Block(u32),
     /// M105: its answer proves everything before it.
     Proof,
+    /// M114: the printer has to say where it is.
+    Where,
     /// M115.
     Identify,
     /// M110: the numbers begin anew behind it. Nothing else is under way meanwhile.
@@ -37,6 +39,7 @@ impl Purpose {
         match self {
             Self::Block(index) => program.block(*index),
             Self::Proof => b"M105",
+            Self::Where => b"M114",
             Self::Identify => b"M115",
             Self::Renumber => b"M110 N0",
             Self::Own(text) => text,

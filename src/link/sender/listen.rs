@@ -66,7 +66,7 @@ impl Sender {
                 if self.waits_long() {
                     self.heard = now;
                 }
-                self.event(Notice::Temperatures(t));
+                self.take_heat(t);
             }
             Reply::Busy(busy) => self.busy(now, busy),
             Reply::Action(action, text) => self.obey(now, action, &text),
@@ -117,7 +117,7 @@ impl Sender {
     fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>, room: Option<Room>) {
         self.heard = now;
         if let Some(t) = report {
-            self.event(Notice::Temperatures(t));
+            self.take_heat(t);
         }
         if number.is_none() && report.is_none() && self.dialog.own_ok != OwnOk::None {
             if matches!(self.dialog.own_ok, OwnOk::Watched(_)) {
@@ -133,6 +133,11 @@ impl Sender {
         if matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) && !self.phase.asks_after_break() {
             self.answered(now, number, report.is_some());
         }
+    }
+
+    fn take_heat(&mut self, heat: Temperatures) {
+        self.bed_c = heat.bed.map(|[is_c, _]| is_c).or(self.bed_c);
+        self.event(Notice::Temperatures(heat));
     }
 
     /// A refusal has come: its `ok` may follow.

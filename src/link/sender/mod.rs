@@ -48,7 +48,7 @@ use super::protocol::{Accounting, Traits};
 use super::reply::{Reply, Wording};
 use super::settings::SenderSettings;
 use super::wire::LineAssembler;
-use activity::Activity;
+use activity::{Activity, PlaceAsked};
 use brake::Brake;
 use ledger::{Framing, Ledger, Purpose};
 use listen::{Dialog, OwnOk};
@@ -80,6 +80,10 @@ pub struct Sender {
     recorded: bool,
     /// How often the printer has said that it has read the last proof, and not answered it.
     insisted: u32,
+    /// What the printer has said of its bed.
+    bed_c: Option<f64>,
+    /// Where the printer has to be at the line that asks for it.
+    place: Option<PlaceAsked>,
     printer: Printer,
     dialog: Dialog,
     watch: Watch,
@@ -279,6 +283,8 @@ impl Sender {
             calls: 0,
             recorded: false,
             insisted: 0,
+            bed_c: None,
+            place: None,
             printer,
             dialog: Dialog::default(),
             watch: Watch::of(traits.accounting),

@@ -332,6 +332,7 @@ impl Sender {
             let lines = self.return_lines();
             self.own.extend(lines.iter().map(|line| Purpose::Own(line.as_bytes().into())));
         }
+        self.place = None;
         let again = self.ledger.take_own();
         again.into_iter().rev().for_each(|line| self.own.push_front(line));
         if !self.own.is_empty() {

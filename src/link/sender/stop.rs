@@ -122,6 +122,17 @@ pub enum StopReason {
         /// Of the file.
         line: u32,
     },
+    /// The bed has cooled since the print was broken off.
+    #[error(
+        "the bed is at {is_c:.0} C, and the print was on {was_c:.0} C: what cools comes loose; nothing was moved; look whether the part still \
+         holds, then --resume --yes"
+    )]
+    Cooled {
+        /// What it is.
+        is_c: f64,
+        /// What it was to be.
+        was_c: f64,
+    },
     /// It stands where the print cannot have left it.
     #[error("the printer is at {said}, where the print cannot have left it: it was reset, or something else moved it")]
     Misplaced {
@@ -159,7 +170,10 @@ pub(super) fn again(text: &str) -> &'static str {
 impl StopReason {
     /// Whether a machine that can be held is to be.
     fn holds(&self) -> bool {
-        !matches!(self, Self::NotReady { .. } | Self::OtherPrinter { .. } | Self::Misplaced { .. })
+        !matches!(
+            self,
+            Self::NotReady { .. } | Self::OtherPrinter { .. } | Self::Misplaced { .. } | Self::Cooled { .. }
+        )
     }
 
     /// Whether anything that is sent now could be heard and obeyed in a known way.
@@ -175,6 +189,7 @@ impl StopReason {
                 | Self::OtherPrinter { .. }
                 | Self::NotReady { .. }
                 | Self::Misplaced { .. }
+                | Self::Cooled { .. }
         )
     }
 }

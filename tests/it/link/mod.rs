@@ -4,6 +4,7 @@ mod asked;
 #[cfg(unix)]
 mod bad_day;
 mod bench_machine;
+mod cooled;
 mod faults;
 mod fuzz;
 mod kept_place;

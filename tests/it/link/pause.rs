@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use trunnion::link::sim::{Quirks, Script};
-use trunnion::link::{Notice, Outcome, Protocol, StopReason};
+use trunnion::link::sim::{Quirks, SURVIVABLE, Script, SimFault};
+use trunnion::link::{Loopback, Notice, Outcome, Protocol, SenderSettings, StopReason};
 
-use super::bench_machine::{end, joined, program, settings};
+use super::bench_machine::{end, executed, joined, program, settings, text, without_padding};
+use crate::support::{note, seeds};
 
 /// Moves to `x` at a tilt, then on for a long time; paused among them.
 fn paused(protocol: Protocol, x: f64) -> (Option<Outcome>, bool, f64) {
@@ -46,4 +47,73 @@ fn a_cancel_does_not_wait_for_agreement() {
     link.run_to(Duration::from_secs(60));
     link.sender.cancel();
     assert_eq!(end(&mut link), Outcome::Cancelled);
+}
+
+/// A print at a tilt in layers of 20 lines, whose place is asked for at the end of each; `x` is where the fifth begins and all from there on are.
+fn in_layers(protocol: Protocol, x: f64, script: Script) -> Loopback {
+    let mut text = "G28\nG90\nG1 X0 Y0 Z50 F6000\nG1 A45 F1200\nG1 C400 F1800\nG1 X100 F6000\n".to_owned();
+    for i in 0..200 {
+        if i % 20 == 0 {
+            text += ";LAYER_CHANGE\n";
+        }
+        if i == 80 {
+            text += &format!("G1 X{x}\n");
+        }
+        text += &format!("G1 Y{:.3}\n", f64::from(i) * 0.05);
+    }
+    let settings = SenderSettings { prove_layers: true, ..settings(protocol) };
+    joined(&program(protocol, &text), settings, Quirks::of(protocol), script)
+}
+
+#[test]
+fn a_place_that_is_lost_is_found_at_the_end_of_the_layer() {
+    for (x, lost) in
+        [(100.0, false), (149.99, false), (150.0, false), (150.04, false), (150.06, true), (151.0, true), (200.0, true)]
+    {
+        let mut link = in_layers(Protocol::Marlin, x, Script::none());
+        let outcome = end(&mut link);
+        let height = link.sim.position(link.now())[2];
+        let lines = executed(&mut link).iter().filter(|line| line.starts_with("G1Y")).count();
+        if lost {
+            assert!(matches!(outcome, Outcome::Stopped(StopReason::Elsewhere { axis: 'X', .. })), "{x}: {outcome:?}");
+            assert!((100..125).contains(&lines) && height > 69.0, "{x}: {lines} lines, at Z {height}");
+        } else {
+            assert_eq!((outcome, lines), (Outcome::Done, 200), "{x}");
+        }
+    }
+    // Klipper and RepRapFirmware refuse such a move themselves; what they say of their place is understood.
+    for protocol in [Protocol::Klipper, Protocol::RepRapFirmware] {
+        assert_eq!(end(&mut in_layers(protocol, 140.0, Script::none())), Outcome::Done, "{protocol:?}");
+    }
+}
+
+#[test]
+fn a_place_that_was_not_asked_for_is_no_reason_to_stop() {
+    let own = "G28\nG90\nM114\nG1 X5 Y5 Z50 F6000\nM114\n;LAYER_CHANGE\nM114\nG1 X6\nM114\n;LAYER_CHANGE\nG1 X7\n;LAYER_CHANGE\nG1 X9\nM114\n";
+    for protocol in [Protocol::Marlin, Protocol::Klipper, Protocol::RepRapFirmware] {
+        let settings = SenderSettings { prove_layers: true, ..settings(protocol) };
+        let mut link = joined(&program(protocol, own), settings, Quirks::of(protocol), Script::none());
+        assert_eq!(end(&mut link), Outcome::Done, "{protocol:?}");
+    }
+}
+
+#[test]
+fn layers_are_proved_through_every_fault_that_a_print_survives() {
+    let faults: Vec<SimFault> = SURVIVABLE.into_iter().chain([SimFault::HangUp]).collect();
+    let mut asked = 0;
+    for seed in seeds(40, 1000) {
+        let file = text(Protocol::Marlin, 600);
+        let program = program(Protocol::Marlin, &file);
+        let settings = SenderSettings { prove_layers: true, ..settings(Protocol::Marlin) };
+        let mut link = joined(&program, settings, Quirks::of(Protocol::Marlin), Script::random(&faults, 0.01, seed));
+        let outcome = end(&mut link);
+        assert_eq!(outcome, Outcome::Done, "seed {seed}");
+        asked += link.events().iter().filter(|event| matches!(event, Notice::Position(_))).count();
+        let done = executed(&mut link);
+        let wanted: Vec<String> =
+            (0..program.len()).map(|i| without_padding(&String::from_utf8_lossy(program.block(i)))).collect();
+        assert_eq!(done, wanted, "seed {seed}");
+    }
+    note(&format!("asked {asked} times where the head was, 40 prints of 12 layers"));
+    assert!(asked > 40 * 11, "{asked}");
 }
