@@ -13,7 +13,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let program = &match &plan {
         Some(plan) => send::proved(&args.gcode, plan, &world)?,
         None if args.unverified => {
-            console.warning("the file is not verified: the head may hit the part, the table or the frame");
+            console.warning("the file is not verified: the head may hit the part, the table or the frame, and nobody has looked whether the server's printer speaks its language");
             Verified::unverified(world.files.read(&args.gcode)?)
         }
         None => return Err(Failure::Usage(text::ONLY_VERIFIED_IS_PUBLISHED.to_owned())),
@@ -27,6 +27,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         name: args.name.as_deref(),
         replace: args.replace,
         start: args.start,
+        fingerprint: args.fingerprint,
         silence: std::time::Duration::from_secs(args.timeout),
     };
     let done = job::publish(&request, &world)?;

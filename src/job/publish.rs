@@ -7,7 +7,9 @@ use std::time::Duration;
 use super::{Error, LoadedProfile, Verified, World};
 use crate::gcode::marks::{Hint, hint};
 use crate::planning::sha256_hex;
-use crate::publish::{Address, Answer, Ask, Delivered, Delivery, Figures, Key, Trouble, Web, deliver, file_name};
+use crate::publish::{
+    Address, Answer, Ask, Delivered, Delivery, Figures, Fingerprint, Key, Trouble, Web, deliver, file_name,
+};
 
 /// A program and where it goes.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +32,8 @@ pub struct PublishRequest<'a> {
     pub start: bool,
     /// How long the server may say nothing.
     pub silence: Duration,
+    /// The only certificate that is taken; `None`: what this computer's authorities vouch for.
+    pub fingerprint: Option<Fingerprint>,
 }
 
 /// What is there now.
@@ -87,6 +91,8 @@ pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<Publis
         replace: request.replace,
         start: request.start,
         silence: request.silence,
+        fingerprint: request.fingerprint,
+        firmware: request.machine.map(|machine| machine.profile.firmware()),
     };
     let bar = RefCell::new(world.progress.begin("uploading", file.len()));
     let delivered = deliver(&job, &Waiting(world), &|sent| bar.borrow().at(sent.min(file.len())))?;

@@ -5,6 +5,8 @@ use std::time::Duration;
 use super::Figures;
 use super::address::{Address, Key};
 use super::fault::Fault;
+use super::fingerprint::Fingerprint;
+use crate::gcode::meaning::Firmware;
 
 /// A file on its way.
 pub struct Delivery<'a> {
@@ -30,6 +32,10 @@ pub struct Delivery<'a> {
     pub start: bool,
     /// How long the server may say nothing.
     pub silence: Duration,
+    /// The only certificate that is taken; `None`: what this computer's authorities vouch for.
+    pub fingerprint: Option<Fingerprint>,
+    /// Whose words the file is in; `None` where nobody knows.
+    pub firmware: Option<Firmware>,
 }
 
 /// What became of it.
@@ -64,6 +70,10 @@ pub(super) enum State {
 pub(super) trait Api {
     /// Who is there, and whether the key is right.
     fn enter(&mut self) -> Result<(), Fault>;
+    /// What the printer behind it calls its firmware, where the server tells.
+    fn firmware(&self) -> Option<String> {
+        None
+    }
     /// Bytes that are free.
     fn free(&self) -> Result<Option<u64>, Fault>;
     fn kept(&self) -> Result<Option<Kept>, Fault>;

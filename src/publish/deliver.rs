@@ -6,10 +6,11 @@ use super::address::Kind;
 use super::api::{Api, Delivered, Delivery, Kept, State};
 use super::duet::Duet;
 use super::fault::{Fault, PublishError};
-use super::line::Line;
+use super::line::{Line, plain};
 use super::moonraker::Moonraker;
 use super::octoprint::OctoPrint;
 use super::web::Web;
+use crate::gcode::meaning::Firmware;
 
 /// A file that a connection loses is sent so often.
 const UPLOADS: u32 = 3;
@@ -40,6 +41,18 @@ pub fn deliver(job: &Delivery<'_>, web: &dyn Web, sent: &dyn Fn(usize)) -> Resul
     done.map_err(|fault| PublishError::new(&job.address, fault, left))
 }
 
+/// Whose firmware calls itself so; `None` for one that nobody here knows.
+fn named(says: &str) -> Option<Firmware> {
+    let has = |words: &[&str]| words.iter().any(|word| says.to_ascii_lowercase().contains(word));
+    match () {
+        () if has(&["klipper", "kalico"]) => Some(Firmware::Klipper),
+        () if has(&["reprapfirmware"]) => Some(Firmware::RepRapFirmware),
+        () if has(&["grbl", "fluidnc"]) => Some(Firmware::Grbl),
+        () if has(&["marlin", "prusa-firmware", "repetier"]) => Some(Firmware::Marlin),
+        () => None,
+    }
+}
+
 struct Way<'a> {
     job: &'a Delivery<'a>,
     web: &'a dyn Web,
@@ -48,6 +61,7 @@ struct Way<'a> {
 
 impl Way<'_> {
     fn go(&self, sent: &dyn Fn(usize), left: &mut bool) -> Result<Delivered, Fault> {
+        self.same_firmware()?;
         if self.job.start {
             self.ready(false)?;
         }
@@ -60,6 +74,14 @@ impl Way<'_> {
         }
         // It is there whatever becomes of this question.
         Ok(Delivered { uploads, started: self.job.start, shown: self.api.shown().unwrap_or_default() })
+    }
+
+    /// That the printer behind it understands the file, as far as the server tells.
+    fn same_firmware(&self) -> Result<(), Fault> {
+        let Some(firmware) = self.job.firmware else { return Ok(()) };
+        let Some(says) = self.api.firmware() else { return Ok(()) };
+        let other = named(&says).filter(|named| *named != firmware);
+        other.map_or(Ok(()), |_| Err(Fault::OtherFirmware { says: plain(&says), firmware: firmware.name() }))
     }
 
     /// That a print may begin.

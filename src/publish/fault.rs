@@ -42,7 +42,8 @@ pub enum Fault {
     Closed,
     /// Nobody vouches for it.
     #[error(
-        "its certificate does not hold: {why}; for a certificate of your own give its authority's file in SSL_CERT_FILE"
+        "its certificate does not hold: {why}; for a certificate of your own give its fingerprint with --fingerprint (openssl x509 -in CERTIFICATE \
+         -noout -fingerprint -sha256, on the server), or its authority's file in SSL_CERT_FILE"
     )]
     Tls {
         /// The library's words.
@@ -72,6 +73,25 @@ pub enum Fault {
     Moved {
         /// Without what may follow a question mark.
         to: String,
+    },
+    /// A login is wanted, of something that stands before it.
+    #[error(
+        "something before it asks for a login ({login}): a proxy, and it is not the server's key that it wants; give the server's own address, \
+         behind that"
+    )]
+    Login {
+        /// Which, in its words.
+        login: String,
+    },
+    /// Its printer has another firmware.
+    #[error(
+        "its printer says that it runs {says}, but the file is written for {firmware}; prepare it with a profile for that, or connect the right printer"
+    )]
+    OtherFirmware {
+        /// The printer's words.
+        says: String,
+        /// The file's.
+        firmware: &'static str,
     },
     /// A key is wanted.
     #[error("it wants a key; give it with --key-file FILE or in TRUNNION_KEY")]

@@ -54,10 +54,13 @@ impl Line<'_> {
         }
         let url = format!("{}{}", self.job.address.url(), question.path);
         let (silence, most) = (self.job.silence, question.most);
-        let ask = Ask { method: question.method, url, headers, body: question.body, most, silence };
+        let (fingerprint, method, body) = (self.job.fingerprint, question.method, question.body);
+        let ask = Ask { method, url, headers, body, most, silence, fingerprint };
         let answer = self.web.ask(&ask, sent).map_err(|trouble| self.fault(trouble))?;
         match answer.status {
             300..=399 => Err(Fault::Moved { to: elsewhere(answer.location.as_deref()) }),
+            // None of the three asks so: what stands before it does.
+            401 if let Some(login) = &answer.challenge => Err(Fault::Login { login: plain(login) }),
             401 | 403 if self.job.key.is_none() => Err(Fault::NoKey),
             401 | 403 => Err(Fault::WrongKey { start: self.job.start }),
             413 => Err(Fault::TooLarge { bytes: self.job.file.len() as u64 }),
@@ -131,7 +134,7 @@ impl Line<'_> {
             Some(key) => said.replace(key.secret(), "..."),
             None => said.to_owned(),
         };
-        said.chars().filter(|c| !c.is_control()).take(WORDS).collect()
+        plain(&said)
     }
 
     fn header_key(&self) -> Option<&str> {
@@ -151,6 +154,11 @@ impl Line<'_> {
             Trouble::TooMuch => Fault::Page { what: "a question", kind: self.job.address.kind },
         }
     }
+}
+
+/// A stranger's words as they may be shown.
+pub(super) fn plain(said: &str) -> String {
+    said.chars().filter(|c| !c.is_control()).take(WORDS).collect()
 }
 
 /// Where a redirection leads, without what may hold a key.

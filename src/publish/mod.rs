@@ -21,6 +21,7 @@ mod api;
 mod deliver;
 mod duet;
 mod fault;
+mod fingerprint;
 mod form;
 mod line;
 mod moonraker;
@@ -33,6 +34,7 @@ pub use address::{Address, BadInput, Key, Kind, file_name};
 pub use api::{Delivered, Delivery};
 pub use deliver::deliver;
 pub use fault::{Fault, PublishError};
+pub use fingerprint::Fingerprint;
 pub use web::{Answer, Ask, Method, Trouble, Web};
 
 /// What a file takes: as we state it, or as a server shows it; `None` where nobody says.

@@ -65,7 +65,9 @@ impl Api for Moonraker<'_> {
         let what = "a look at the printer";
         let answer = self.0.once(Question::get("/printer/info".to_owned()), &|_| {})?;
         if answer.status == 503 {
-            return Ok(State::NotReady("Klipper is not connected".to_owned()));
+            return Ok(State::NotReady(
+                "Klipper does not run behind it, or has not connected: start its service there".to_owned(),
+            ));
         }
         let info = self.0.value(what, &self.0.good(what, answer)?)?;
         if info["state"].as_str() != Some("ready") {

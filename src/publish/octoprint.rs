@@ -37,6 +37,12 @@ impl Api for OctoPrint<'_> {
         if named { Ok(()) } else { Err(Fault::Page { what: "/api/version", kind: self.0.job.address.kind }) }
     }
 
+    /// As its connection's M115 has it; only a key with the right to see the system is told.
+    fn firmware(&self) -> Option<String> {
+        let info = self.0.look("a look at the system", "/api/system/info").ok()??;
+        info["systeminfo"]["printer.firmware"].as_str().map(str::to_owned)
+    }
+
     fn free(&self) -> Result<Option<u64>, Fault> {
         Ok(self.0.read("a list of files", "/api/files/local?recursive=false")?["free"].as_u64())
     }

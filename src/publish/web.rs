@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use super::fingerprint::Fingerprint;
+
 /// What is done with a place on a server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
@@ -27,6 +29,8 @@ pub struct Ask<'a> {
     pub most: u64,
     /// How long the server may say, and take, nothing.
     pub silence: Duration,
+    /// The only certificate that is taken; `None`: what this computer's authorities vouch for.
+    pub fingerprint: Option<Fingerprint>,
 }
 
 /// What a server said.
@@ -36,6 +40,8 @@ pub struct Answer {
     pub status: u16,
     /// Where it says the place is now.
     pub location: Option<String>,
+    /// Which login is asked for, where one is (`WWW-Authenticate`).
+    pub challenge: Option<String>,
     /// What it said.
     pub body: Vec<u8>,
 }

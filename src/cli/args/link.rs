@@ -7,6 +7,7 @@ use clap::Args as ClapArgs;
 
 use super::{MachineArgs, PlanRef};
 use crate::job::{SendOptions, with_suffix};
+use crate::publish::Fingerprint;
 
 /// How to stream.
 #[derive(ClapArgs)]
@@ -137,6 +138,9 @@ pub(in crate::cli) struct Publish {
     /// Publish a file without verifying it
     #[arg(long, conflicts_with = "plan")]
     pub(in crate::cli) unverified: bool,
+    /// The SHA-256 fingerprint of the server's certificate, where nobody vouches for it: no other is taken
+    #[arg(long, value_name = "SHA256")]
+    pub(in crate::cli) fingerprint: Option<Fingerprint>,
     /// What it is called there [default: the file's own name]
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) name: Option<String>,

@@ -6,6 +6,8 @@ pub(crate) mod interrupts;
 mod journal;
 mod leftovers;
 mod outputs;
+#[cfg(feature = "tls")]
+mod pinned;
 mod several;
 mod slicers;
 mod web;

@@ -5,14 +5,14 @@
 //! is used: printers stand on one's own network. No redirection is followed.
 
 use std::io::{ErrorKind, Read};
-use std::sync::OnceLock;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use ureq::config::Config;
 use ureq::http::{Request, Response};
 use ureq::{Agent, AsSendBody, Body, SendBody};
 
-use crate::publish::{Answer, Ask, Method, Trouble, Web};
+use crate::publish::{Answer, Ask, Fingerprint, Method, Trouble, Web};
 use crate::slicing::KEY_VARIABLE;
 
 /// A server that is there answers the first packet much sooner.
@@ -29,9 +29,7 @@ pub struct OwnWeb;
 
 impl Web for OwnWeb {
     fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<Answer, Trouble> {
-        // Connections and authorities are kept for the next request.
-        static AGENT: OnceLock<Agent> = OnceLock::new();
-        let agent = AGENT.get_or_init(agent);
+        let agent = &agent_for(ask.fingerprint.as_ref())?;
         let method = match ask.method {
             Method::Get => "GET",
             Method::Post => "POST",
@@ -73,7 +71,36 @@ fn patient<S: AsSendBody>(agent: &Agent, request: Request<S>, silence: Duration)
     request.timeout_recv_response(Some(silence)).build()
 }
 
-fn agent() -> Agent {
+/// Connections and authorities are kept for the next request.
+fn agent_for(fingerprint: Option<&Fingerprint>) -> Result<Agent, Trouble> {
+    static AGENTS: Mutex<Vec<(Option<Fingerprint>, Agent)>> = Mutex::new(Vec::new());
+    let mut agents = AGENTS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, agent)) = agents.iter().find(|(of, _)| of.as_ref() == fingerprint) {
+        return Ok(agent.clone());
+    }
+    let agent = match fingerprint {
+        None => config().new_agent(),
+        Some(fingerprint) => pinned(*fingerprint)?,
+    };
+    agents.push((fingerprint.copied(), agent.clone()));
+    Ok(agent)
+}
+
+/// Whoever shows another certificate is nobody.
+#[cfg(feature = "tls")]
+fn pinned(fingerprint: Fingerprint) -> Result<Agent, Trouble> {
+    use ureq::unversioned::resolver::DefaultResolver;
+    use ureq::unversioned::transport::{Connector, TcpConnector};
+    let connector = super::pinned::PinnedConnector::new(fingerprint).map_err(|error| of_tls(&error))?;
+    Ok(Agent::with_parts(config(), ().chain(TcpConnector::default()).chain(connector), DefaultResolver::default()))
+}
+
+#[cfg(not(feature = "tls"))]
+fn pinned(_: Fingerprint) -> Result<Agent, Trouble> {
+    Ok(config().new_agent())
+}
+
+fn config() -> Config {
     let config = Agent::config_builder()
         .http_status_as_error(false)
         .max_redirects(0)
@@ -84,8 +111,7 @@ fn agent() -> Agent {
         .timeout_connect(Some(CONNECT));
     #[cfg(feature = "tls")]
     let config = config.tls_config(of_this_computer());
-    let config: Config = config.build();
-    config.new_agent()
+    config.build()
 }
 
 /// Certificates are checked against the authorities that this computer trusts.
@@ -99,6 +125,7 @@ fn of_this_computer() -> ureq::tls::TlsConfig {
 
 fn read(answer: Response<Body>, most: u64) -> Result<Answer, Trouble> {
     let status = answer.status().as_u16();
+    let challenge = answer.headers().get("www-authenticate").and_then(|v| v.to_str().ok()).map(str::to_owned);
     let location = answer.headers().get("location").and_then(|v| v.to_str().ok()).map(str::to_owned);
     let mut body = Vec::new();
     let mut reader = answer.into_body().into_reader().take(most + 1);
@@ -106,7 +133,7 @@ fn read(answer: Response<Body>, most: u64) -> Result<Answer, Trouble> {
     if body.len() as u64 > most {
         return Err(Trouble::TooMuch);
     }
-    Ok(Answer { status, location, body })
+    Ok(Answer { status, location, challenge, body })
 }
 
 fn garbled(error: &dyn std::fmt::Display) -> Trouble {

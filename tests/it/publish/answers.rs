@@ -87,6 +87,10 @@ impl Inside {
                 self.files.remove(&name);
                 Reply::Json(204, json!({}))
             }
+            ("GET", "/api/system/info") => match &self.firmware {
+                Some(name) => Reply::Json(200, json!({"systeminfo": {"printer.firmware": name}})),
+                None => no(403, "You don't have the permission to access the requested resource."),
+            },
             ("GET", "/api/printer") if !self.connected => no(409, "Printer is not operational"),
             ("GET", "/api/printer") => {
                 let ready = self.printing.is_none();

@@ -272,6 +272,7 @@ fn doors_that_are_shut_are_sentences() {
         fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it wants a key; give it with --key-file FILE");
         for (door, words) in [
             (Door::Page, "with a web page or other text instead of data"),
+            (Door::Login, "something before it asks for a login (Basic realm=\"workshop\")"),
             (Door::Moved, "it sends to http://elsewhere.local/login; the key is not sent along"),
             (Door::Mute, "it has said nothing for 1 s"),
             (Door::Garbled, "it does not speak HTTP"),
@@ -340,12 +341,51 @@ fn only_what_is_proved_is_published() {
     assert_eq!((&sent["verified"], &sent["stated"]["seconds_print"]), (&json!(false), &Value::Null));
 }
 
+/// Where OctoPrint says what its printer runs, that is no other firmware than the file's.
+#[test]
+fn what_an_octoprint_says_of_its_printer_is_held_against_the_file() {
+    let made = prepared();
+    let plan = ["--plan", made.plan.to_str().unwrap()];
+    for (says, goes) in [
+        (None, true),
+        (Some("Marlin 2.1.2.5 (Sep 24 2026)"), true),
+        (Some("Prusa-Firmware 3.14.1"), true),
+        (Some("Some new firmware"), true),
+        (Some("Klipper"), false),
+        (Some("Kalico"), false),
+        (Some("RepRapFirmware for Duet 2 WiFi/Ethernet"), false),
+        (Some("grblHAL 1.1f"), false),
+    ] {
+        let server = Server::of(Kind::OctoPrint);
+        server.inside().firmware = says.map(str::to_owned);
+        let mut host = of(&made.gcode, &server.to(), &plan);
+        if goes {
+            done(&mut host);
+        } else {
+            fails(
+                &mut host,
+                4,
+                &format!("its printer says that it runs {}, but the file is written for marlin", says.unwrap()),
+            );
+        }
+        assert_eq!(server.inside().files.len(), usize::from(goes), "{says:?}");
+        // Of a file that nobody has proved nobody knows the firmware, and it is said so.
+        let server = Server::of(Kind::OctoPrint);
+        server.inside().firmware = says.map(str::to_owned);
+        done(&mut of(&made.gcode, &server.to(), &["--unverified"]));
+    }
+}
+
 /// A server with the certificate of the tests' own authority.
 fn with_tls() -> Server {
+    with_certificate("server.pem", "server.key.pem")
+}
+
+fn with_certificate(chain: &str, key: &str) -> Server {
     use rustls::pki_types::pem::PemObject;
     use rustls::pki_types::{CertificateDer, PrivateKeyDer};
-    let chain: Vec<_> = CertificateDer::pem_file_iter(certificate("server.pem")).unwrap().map(Result::unwrap).collect();
-    let key = PrivateKeyDer::from_pem_file(certificate("server.key.pem")).unwrap();
+    let chain: Vec<_> = CertificateDer::pem_file_iter(certificate(chain)).unwrap().map(Result::unwrap).collect();
+    let key = PrivateKeyDer::from_pem_file(certificate(key)).unwrap();
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let config = rustls::ServerConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
     Server::spoken(Kind::Moonraker, Some(Arc::new(config.with_no_client_auth().with_single_cert(chain, key).unwrap())))
@@ -353,6 +393,35 @@ fn with_tls() -> Server {
 
 fn certificate(name: &str) -> PathBuf {
     crate::support::root().join("tests/it/publish/certificates").join(name)
+}
+
+/// As `openssl req -x509` makes one: its own authority's, for no name of the server's.
+#[test]
+fn a_certificate_of_ones_own_is_taken_by_its_fingerprint_and_no_other_is() {
+    if cfg!(not(feature = "tls")) {
+        return skip("TLS is not built in (--features tls)");
+    }
+    let print = |name: &str| {
+        use rustls::pki_types::CertificateDer;
+        use rustls::pki_types::pem::PemObject;
+        trunnion::publish::Fingerprint::of(&CertificateDer::from_pem_file(certificate(name)).unwrap()).to_string()
+    };
+    let (own, other) = (print("own.pem"), print("server.pem"));
+    let server = with_certificate("own.pem", "own.key.pem");
+    fails(&mut publish(&server.to(), &[]), 4, "give its fingerprint with --fingerprint");
+    fails(&mut publish(&server.to(), &["--fingerprint", &other]), 4, &format!("its fingerprint is {own}"));
+    fails(&mut publish(&server.to(), &["--fingerprint", "AB:CD"]), 2, "64 hexadecimal digits");
+    assert!(server.inside().asked.is_empty(), "the key is not shown to a stranger");
+    done(&mut publish(&server.to(), &["--fingerprint", &own.replace(':', "").to_lowercase()]));
+    assert_eq!(server.inside().files.len(), 1);
+    // What an authority vouches for is taken by its fingerprint, too, and by nothing else then.
+    let known = with_tls();
+    fails(
+        publish(&known.to(), &["--fingerprint", &own]).env("SSL_CERT_FILE", certificate("authority.pem")),
+        4,
+        "its fingerprint is",
+    );
+    done(&mut publish(&known.to(), &["--fingerprint", &other]));
 }
 
 #[test]

@@ -35,6 +35,8 @@ pub(super) enum Door {
     Open,
     /// A login page stands before it.
     Page,
+    /// A proxy before it asks for a login.
+    Login,
     /// It has moved.
     Moved,
     /// It takes the request and says nothing.
@@ -52,6 +54,8 @@ pub(super) struct Inside {
     pub(super) free: u64,
     /// What is printed.
     pub(super) printing: Option<String>,
+    /// What its printer calls itself, where it tells.
+    pub(super) firmware: Option<String>,
     /// Whether a printer is there at all.
     pub(super) connected: bool,
     /// The answer to a start is lost.
@@ -95,6 +99,7 @@ impl Server {
             files: BTreeMap::new(),
             free: 1 << 30,
             printing: None,
+            firmware: None,
             connected: true,
             start_lost: false,
             started: 0,
@@ -157,6 +162,7 @@ fn serve(stream: &mut (impl Read + Write), shared: &Mutex<Inside>) {
     match door {
         Door::Open => {}
         Door::Page => return send(stream, 200, "", b"<!DOCTYPE html><html><body>Log in</body></html>"),
+        Door::Login => return send(stream, 401, "WWW-Authenticate: Basic realm=\"workshop\"\r\n", b"401"),
         Door::Moved => {
             return send(stream, 302, "Location: http://elsewhere.local/login?then=SECRET\r\n", b"");
         }
