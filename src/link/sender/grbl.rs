@@ -20,6 +20,10 @@ const IDLE: Time = Duration::from_secs(2);
 
 impl Sender {
     pub(super) fn hear_hello_grbl(&mut self, now: Time, reply: &Reply) {
+        // What comes before a question has gone out answers an earlier one, if not an earlier host's.
+        if !self.outbox.pending().is_empty() {
+            return;
+        }
         match reply {
             Reply::Ok { .. } => self.ask_status(),
             Reply::Status(status) if self.is_locating() && status.state.starts_with("Run") => {
