@@ -14,9 +14,11 @@ pub mod meaning;
 mod number;
 mod parse;
 mod plain;
+mod readers;
 pub mod settings;
 
 pub use lines::{NumberedLine, first_line, lines, text_start};
 pub use number::{push_fixed, push_units, round_to, units_of};
 pub use parse::{Command, LineKind, ParseError, ParsedLine, Word};
 pub use plain::PlainMove;
+pub use readers::{LineRules, Misreading};
