@@ -186,6 +186,10 @@ pub enum Hazard {
     Guard,
     /// Switches a pin, spindle or coolant.
     Output,
+    /// Leaves out what is printed under a label.
+    Skips,
+    /// Lets the machine leave its path (G64).
+    Blend,
     /// Not in the table.
     Unknown,
 }
@@ -209,6 +213,8 @@ impl Hazard {
             Self::Stepper => "moves a motor by a command of its own",
             Self::Guard => "changes what protects the machine",
             Self::Output => "switches a pin, spindle or coolant",
+            Self::Skips => "leaves out an object, so that what is on it is printed in mid-air",
+            Self::Blend => "changes how far the machine may leave its path",
             Self::Unknown => "has no meaning that trunnion knows for this firmware",
         }
     }
@@ -235,7 +241,6 @@ pub fn effect(firmware: Firmware, line: &ParsedLine) -> Effect {
 }
 
 fn effect_of(firmware: Firmware, command: Command, line: &ParsedLine) -> Effect {
-    let target = line.value(b'S').or_else(|| line.value(b'R'));
     match table::class(firmware, command) {
         Class::Motion => Effect::Motion,
         Class::Home => Effect::Home,
@@ -247,9 +252,9 @@ fn effect_of(firmware: Firmware, command: Command, line: &ParsedLine) -> Effect 
             Effect::Dwell(seconds.unwrap_or(0.0))
         }
         Class::Drain => Effect::Drain,
-        Class::Nozzle { waits } => Effect::Heat { heater: nozzle(line), target_c: target, waits },
-        Class::Bed { waits } => Effect::Heat { heater: Heater::Bed, target_c: target, waits },
-        Class::Chamber { waits } => Effect::Heat { heater: Heater::Chamber, target_c: target, waits },
+        Class::Nozzle { waits } => heat(firmware, line, nozzle(line), waits),
+        Class::Bed { waits } => heat(firmware, line, Heater::Bed, waits),
+        Class::Chamber { waits } => heat(firmware, line, Heater::Chamber, waits),
         Class::HeatWait => Effect::HeatWait,
         Class::ToolHeat => tool_heat(line).unwrap_or(Effect::Setting),
         Class::Fan => fan(firmware, line),
@@ -258,7 +263,7 @@ fn effect_of(firmware: Firmware, command: Command, line: &ParsedLine) -> Effect 
         Class::Speed => Effect::Factor { speed: true, percent: line.value(b'S') },
         Class::Flow => Effect::Factor { speed: false, percent: line.value(b'S') },
         Class::Report => Effect::Report,
-        Class::Label => Effect::Label,
+        Class::Label => label(line),
         Class::Progress => Effect::Progress,
         Class::Idle => Effect::Nothing,
         // The first tool is the one in use.
@@ -272,6 +277,23 @@ fn effect_of(firmware: Firmware, command: Command, line: &ParsedLine) -> Effect 
         Class::Volumetric => Effect::Hazard(Hazard::Units),
         Class::Hazard(hazard) => Effect::Hazard(hazard),
     }
+}
+
+/// A heater's target. Klipper takes S alone, and 0 where there is none; on the others a line without a target neither sets nor waits.
+fn heat(firmware: Firmware, line: &ParsedLine, heater: Heater, waits: bool) -> Effect {
+    let target_c = match firmware {
+        Firmware::Klipper => Some(line.value(b'S').unwrap_or(0.0)),
+        _ => line.value(b'S').or_else(|| line.value(b'R')),
+    };
+    Effect::Heat { heater, target_c, waits: waits && target_c.is_some() }
+}
+
+/// M486: a label, but P cancels the object with that number and C the one in hand. A name (A) takes the rest of the line.
+fn label(line: &ParsedLine) -> Effect {
+    let text = line.text.get(4..).unwrap_or_default().to_ascii_uppercase();
+    let mut words = text.split(u8::is_ascii_whitespace).take_while(|word| word.first() != Some(&b'A'));
+    let cancels = |word: &[u8]| matches!(word, [b'P' | b'C', rest @ ..] if rest.iter().all(u8::is_ascii_digit));
+    if words.any(cancels) { Effect::Hazard(Hazard::Skips) } else { Effect::Label }
 }
 
 /// The line that has a machine stand for so many seconds, to the millisecond.
@@ -365,6 +387,7 @@ pub fn index_letter(command: Command) -> Option<u8> {
     match (command.letter, command.number) {
         (b'M', 42 | 106 | 107) => Some(b'P'),
         (b'M', 572) => Some(b'D'),
+        (b'M', 900) => Some(b'T'),
         _ => None,
     }
 }
@@ -416,7 +439,8 @@ mod tests {
             (Moves, "G29|G30|G27|G12|G61|M701|M125|M401|G80"),
             (Guard, "M211 S0|M302 S0|M301 P1|M907 E500|M111 S8|M303"),
             (Output, "M3 S100|M42 P3 S1|M8"),
-            (Unknown, "M7777|G5 X1|SET_GCODE_OFFSET Z=-2|START_PRINT|@pause|M98 P\"x\""),
+            (Skips, "M486 P0|M486 C|M486P3"),
+            (Unknown, "M7777|M116|G5 X1|SET_GCODE_OFFSET Z=-2|START_PRINT|@pause|M98 P\"x\""),
         ];
         for (hazard, texts) in cases {
             for text in texts.split('|') {
@@ -446,6 +470,14 @@ mod tests {
         assert_eq!(marlin("M104 R180"), heat(Heater::Nozzle, Some(180.0), false));
         assert_eq!(marlin("M104 S0 T1"), heat(Heater::OtherNozzle(1), Some(0.0), false));
         assert_eq!(marlin("M190 S60"), heat(Heater::Bed, Some(60.0), true));
+        // Without a target it does not wait either; Klipper takes the target for 0, and reads no R.
+        assert_eq!(
+            (marlin("M109"), marlin("M190")),
+            (heat(Heater::Nozzle, None, false), heat(Heater::Bed, None, false))
+        );
+        for text in ["M109", "M109 R210"] {
+            assert_eq!(of(Firmware::Klipper, text), heat(Heater::Nozzle, Some(0.0), true), "{text}");
+        }
         assert_eq!(marlin("M106"), Effect::Fan { index: 0, share: 1.0 });
         assert_eq!(marlin("M106 P1 S51"), Effect::Fan { index: 1, share: 0.2 });
         assert_eq!(marlin("M107"), Effect::Fan { index: 0, share: 0.0 });
@@ -470,6 +502,10 @@ mod tests {
         assert_eq!(
             (marlin("M117 hello M112"), marlin("M486 S1"), marlin("; M112")),
             (Effect::Report, Effect::Label, Effect::Nothing)
+        );
+        assert_eq!(
+            (marlin("M486 T3"), marlin("M486 APlate P0 C"), of(Firmware::LinuxCnc, "G64 P2")),
+            (Effect::Label, Effect::Label, Effect::Hazard(Hazard::Blend))
         );
     }
 

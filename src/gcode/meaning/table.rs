@@ -86,7 +86,8 @@ const ROWS: &[Row] = &[
     // Moves, planes, units, distance and feed modes.
     (b'G', &[0, 1, 2, 3, 17, 21, 90, 91, 94], ALL, Motion),
     (b'G', &[93], RRF | NGC, Motion),
-    (b'G', &[40, 49, 61, 64, 80], NGC, Motion),
+    (b'G', &[40, 49, 61, 80], NGC, Motion),
+    (b'G', &[64], NGC, hazard(Hazard::Blend)),
     // Marlin's fork with `PENTA_AXIS_TRT`: whatever followed the tip lets go of it. Marlin itself does not know it, and says so.
     (b'G', &[49], MARLIN, Motion),
     (b'M', &[82, 83], PRINTERS, Motion),
@@ -107,7 +108,7 @@ const ROWS: &[Row] = &[
     (b'M', &[190], PRINTERS, Bed { waits: true }),
     (b'M', &[141], PRINTERS, Chamber { waits: false }),
     (b'M', &[191], PRINTERS, Chamber { waits: true }),
-    (b'M', &[116], PRINTERS, HeatWait),
+    (b'M', &[116], RRF, HeatWait),
     (b'M', &[568], RRF, ToolHeat),
     (b'M', &[106], PRINTERS, Fan),
     (b'M', &[107], PRINTERS, FanOff),
