@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::gcode::meaning::{Effect, Firmware, Heater, effect, index_letter};
-use crate::gcode::{Command, ParsedLine};
+use crate::gcode::{Command, LineKind, LineRules, ParsedLine};
 use crate::profile::JointSettings;
 
 /// What a line sets.
@@ -157,14 +157,16 @@ fn line(key: &Key, words: &Words) -> String {
 /// `line`, written for one firmware, in the words of another: as it stands where it means the same there, heat and fans spelt
 /// anew, `None` where there is nothing like it.
 pub(super) fn translated(line: &[u8], from: Firmware, to: Firmware) -> Option<Cow<'_, [u8]>> {
-    if from == to || !to.is_printer() {
+    if !to.is_printer() {
         return Some(Cow::Borrowed(line));
     }
     let mut parsed = ParsedLine::default();
-    parsed.read(line).ok()?;
+    if parsed.read(line).is_err() {
+        return (from == to).then_some(Cow::Borrowed(line));
+    }
     let meant = effect(from, &parsed);
-    if meant == effect(to, &parsed) && !matches!(meant, Effect::Hazard(_)) {
-        return Some(Cow::Borrowed(line));
+    if from == to || (meant == effect(to, &parsed) && !matches!(meant, Effect::Hazard(_))) {
+        return Some(spelt(line, &parsed, to));
     }
     let text = match meant {
         Effect::Heat { heater: Heater::Nozzle, target_c: Some(c), waits } => {
@@ -177,6 +179,24 @@ pub(super) fn translated(line: &[u8], from: Firmware, to: Firmware) -> Option<Co
         _ => return None,
     };
     Some(Cow::Owned(text.into_bytes()))
+}
+
+/// `line` as it is where firmware `to` reads it so; else its command and words anew, without comments.
+fn spelt<'a>(line: &'a [u8], parsed: &ParsedLine, to: Firmware) -> Cow<'a, [u8]> {
+    let [command] = parsed.commands[..] else { return Cow::Borrowed(line) };
+    if parsed.kind != LineKind::Words || LineRules::of(to).misreading(line, parsed).is_none() {
+        return Cow::Borrowed(line);
+    }
+    let words = parsed.words.iter().enumerate();
+    let first = |at: usize, letter: u8| parsed.words[..at].iter().all(|w| w.letter != letter);
+    let letters =
+        words.map(|(at, w)| (at, w.letter)).filter(|(at, letter)| first(*at, *letter)).map(|(_, letter)| letter);
+    let word = |letter: u8| {
+        let value = parsed.value(letter).map_or_else(String::new, |value| value.to_string());
+        format!(" {}{value}", char::from(letter))
+    };
+    let words: String = letters.map(word).collect();
+    Cow::Owned(format!("{command}{words}").into_bytes())
 }
 
 #[cfg(test)]
@@ -222,6 +242,19 @@ mod tests {
         assert_eq!(said("M204 P500", marlin, rrf).as_deref(), Some("M204 P500"));
         assert_eq!(said("SET_PRESSURE_ADVANCE ADVANCE=0.04", klipper, marlin), None);
         assert!(said("SET_PRESSURE_ADVANCE ADVANCE=0.04", klipper, klipper).is_some());
+    }
+
+    #[test]
+    fn a_line_that_the_machine_would_read_otherwise_is_spelt_anew() {
+        let said = |line: &str, to| {
+            translated(line.as_bytes(), to, to).map(|l| String::from_utf8_lossy(&l).into_owned()).unwrap()
+        };
+        assert_eq!(said("m106s127.5", Firmware::Marlin), "M106 S127.5");
+        assert_eq!(said("M106 S255 (on)", Firmware::Klipper), "M106 S255");
+        assert_eq!(said("M0204 S800", Firmware::Klipper), "M204 S800");
+        for whole in ["M106 S127.5 ; on", "M117 hello (you)", "M204 P800 T900", "m106 s9"] {
+            assert_eq!(said(whole, Firmware::RepRapFirmware), whole);
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Blocks of the machine's dialect, written once and in one place.
 
 use crate::gcode::meaning::{Firmware, ManualStepper};
-use crate::gcode::{push_fixed, push_units, round_to, units_of};
+use crate::gcode::{LineRules, push_fixed, push_units, round_to, units_of};
 use crate::geom::Vec3;
 use crate::motion::replay::Arc;
 use crate::motion::{Pose, TableKinematics};
@@ -83,13 +83,19 @@ impl<'a> Output<'a> {
 
     /// A line of sliced input as it stands; as a comment where the firmware would not know it.
     pub(super) fn keep(&mut self, line: &[u8]) {
-        let line = line.trim_ascii();
+        let line = self.shortened(line.trim_ascii());
         let is_comment = line.first() == Some(&b';');
         if self.profile.dialect.commands == Commands::Rs274 && !is_comment {
             self.bytes.push(b';');
         }
         self.bytes.extend_from_slice(line);
         self.bytes.push(b'\n');
+    }
+
+    /// A line that becomes a comment, no longer than the firmware takes.
+    fn shortened<'b>(&self, line: &'b [u8]) -> &'b [u8] {
+        let most = LineRules::of(self.firmware()).longest_comment().unwrap_or(usize::MAX);
+        &line[..line.len().min(most - 1)]
     }
 
     /// How filament is counted from here on.
@@ -338,5 +344,17 @@ mod tests {
         out.go(Vec3::new(1.0, 0.0, 0.0), 0.5, 600.0, b"");
         out.go(Vec3::new(2.0, 0.0, 0.0), 0.5, 600.0, b"");
         assert_eq!(text(&out), "G92 U0\n;M106 S255\n;TYPE:Perimeter\nG1 X1 Y0 Z0 U0.5 F600\nG1 X2 U1\n");
+    }
+
+    /// LinuxCNC ends the program at a line of 254 bytes, comments among them.
+    #[test]
+    fn a_comment_is_no_longer_than_its_firmware_takes() {
+        let long = format!("; start_gcode = {}", "G1 X1\\n".repeat(100));
+        for (machine, most) in [("linuxcnc-xyzac-trt", 250), ("generic-ac", long.len())] {
+            let profile = profile(machine);
+            let mut out = Output::new(&profile, 1);
+            out.keep(long.as_bytes());
+            assert_eq!(text(&out).trim_end_matches('\n').len(), most, "{machine}");
+        }
     }
 }
