@@ -26,6 +26,27 @@ impl<'a> Permitted<'a> {
         &self.end
     }
 
+    /// Whether `[dialect] allow` names a command.
+    pub(super) fn allows(&self, name: &str) -> bool {
+        self.allow.iter().any(|known| known.eq_ignore_ascii_case(name))
+    }
+
+    /// Whether a line is one of the profile's own at this place.
+    pub(super) fn owns(&self, zone: Zone, text: &[u8]) -> bool {
+        let own = match zone {
+            Zone::Start => &self.start[..],
+            Zone::End => &self.end[..],
+            Zone::Prints => &[],
+        };
+        let text = String::from_utf8_lossy(text);
+        own.iter().any(|template| fits(template, text.trim()))
+    }
+
+    /// The start code's lines, in order.
+    pub(super) fn start(&self) -> &[&'a str] {
+        &self.start
+    }
+
     /// What is wrong with a line of this effect at this place, as a sentence; `None` where nothing is. `clear` where the tip is above all
     /// that stands, with the filament pulled back: there a person may be waited for.
     pub(super) fn objection(
@@ -42,24 +63,14 @@ impl<'a> Permitted<'a> {
             Effect::Factor { speed: true, .. } => "changes the speed of all later moves",
             Effect::Factor { .. } => "changes the flow of all later lines",
             Effect::Home if zone == Zone::Prints => "homes in the middle of the print",
+            Effect::Home if zone == Zone::End => "homes with the finished print on the table",
             Effect::HeatersOff if zone == Zone::Prints => "switches all heaters off in the middle of the print",
             _ => return None,
         };
-        let own = match zone {
-            Zone::Start => &self.start[..],
-            Zone::End => &self.end[..],
-            Zone::Prints => &[],
-        };
-        let text = String::from_utf8_lossy(text);
-        let text = text.trim();
-        let name = line
-            .commands
-            .first()
-            .map_or_else(|| text.split([' ', '=']).next().unwrap_or_default().to_owned(), ToString::to_string);
+        let name = name_of(line, text);
         // The tool in use is followed nowhere.
-        let allowed =
-            self.allow.iter().any(|a| a.eq_ignore_ascii_case(&name)) && effect != Effect::Hazard(Hazard::Tool);
-        if allowed || own.iter().any(|template| fits(template, text)) {
+        let allowed = self.allows(&name) && effect != Effect::Hazard(Hazard::Tool);
+        if allowed || self.owns(zone, text) {
             return None;
         }
         let place = match zone {
@@ -69,6 +80,13 @@ impl<'a> Permitted<'a> {
         };
         Some(format!("{name} {does}, {place}; take it out, or name it in [dialect] allow"))
     }
+}
+
+/// The command of a line, as `[dialect] allow` names it.
+pub(super) fn name_of(line: &ParsedLine, text: &[u8]) -> String {
+    let text = String::from_utf8_lossy(text);
+    let word = || text.trim().split([' ', '=']).next().unwrap_or_default().to_owned();
+    line.commands.first().map_or_else(word, ToString::to_string)
 }
 
 /// Whether `line` is `template` with numbers in the place of `{nozzle_c}` and `{bed_c}`.

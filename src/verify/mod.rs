@@ -1,7 +1,8 @@
 //! The final file, replayed on the machine's model and held against the plan.
 //!
 //! ```text
-//! bytes --trace::read--> Trace -> program       (syntax, commands, limits, speeds, pose, order, heat, retraction, filament, the end)
+//! bytes -> reading                              (what the machine's firmware takes each line for)
+//!       --trace::read--> Trace -> program       (syntax, commands, limits, speeds, pose, order, heat, retraction, filament, the end)
 //!                              -> walk          (in air? head, turning, frame against what this very file lays down:
 //!                                               `field` bounds from above, `near` the distance itself)
 //!                              -> balance       (standing: its weight against what sticks to the table)
@@ -26,7 +27,9 @@ mod doubled;
 mod field;
 mod floor;
 mod flow;
+mod heaters;
 mod holding;
+mod homing;
 mod hull;
 mod layers;
 mod ledges;
@@ -36,8 +39,10 @@ mod near;
 mod prime;
 mod prints;
 mod program;
+mod reading;
 mod registration;
 mod report;
+mod settings;
 mod shape;
 mod support;
 mod survey;
@@ -94,12 +99,15 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
     let (walked, (checked, prints)) = rayon::join(
         || walk::walk(&acts, job, &planned),
         || {
-            let program = || program::check(bytes, &trace, job, &planned);
+            let program =
+                || rayon::join(|| program::check(bytes, &trace, job, &planned), || reading::check(bytes, job));
             rayon::join(program, || shape::check(&printed))
         },
     );
+    let (checked, read) = checked;
     let mut all = checked.findings;
     all.absorb(walked.findings);
+    all.absorb(read);
     all.absorb(prints);
     adhesion::check(&trace, &printed, &mut all);
     prime::check(&trace, job, &mut all);

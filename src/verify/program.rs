@@ -3,21 +3,40 @@
 use std::collections::BTreeSet;
 
 use super::astray::{POSE_DEG, PoseError, pose_error};
-use super::commands::{Permitted, fits};
+use super::commands::{Permitted, fits, name_of};
+use super::heaters::Heaters;
+use super::homing::Homing;
 use super::report::{FindingPlace, Findings, Rule};
+use super::settings::Settings;
 use super::tally::Tally;
 use super::turn_lines::TurnLines;
 use super::{Job, Planned};
 use crate::gcode::ParsedLine;
 use crate::gcode::marks::{END_MARK, Expect, Mark};
 use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater};
-use crate::geom::Vec3;
+use crate::geom::{Angle, Vec3};
 use crate::motion::{AxisRange, LinearLimits, Pose, TableKinematics};
 use crate::profile::Profile;
 use crate::trace::{Event, Move, State, Trace, What, Zone};
 
 /// What the last digits may take of the room above all that stands, mm.
 const PAUSE_SLACK_MM: f64 = 0.01;
+
+/// What to do about a setting.
+const REMOVE_OR_ALLOW: &str = "remove the line, or name its command in [dialect] allow";
+/// Slower than this nothing is printed, pulled or moved, mm/s, but where the profile asks for it.
+const SLOWEST_MM_PER_S: f64 = 0.5;
+
+/// The share of its highest speed that an axis of the table turns at, at least, and how long any turn may take, s.
+const SLOWEST_TURN: f64 = 0.01;
+const LEAST_TURN_S: f64 = 10.0;
+
+fn slowest(profile: &Profile) -> f64 {
+    let (process, transition) = (&profile.process, &profile.transition);
+    let joint = profile.joint.mm_per_s.unwrap_or(f64::INFINITY);
+    let asked = [process.slowest_mm_per_s, process.retract_mm_per_s, transition.retract_mm_per_s, joint];
+    asked.iter().fold(SLOWEST_MM_PER_S, |least, speed| least.min(speed / 2.0))
+}
 
 /// What was counted on the way.
 pub(super) struct Checked {
@@ -54,6 +73,9 @@ struct Checker<'a> {
     table: TableKinematics,
     limits: LinearLimits,
     permitted: Permitted<'a>,
+    heaters: Heaters,
+    homing: Homing,
+    settings: Settings,
     firmware: Firmware,
     tally: Tally,
     findings: Findings,
@@ -63,6 +85,8 @@ struct Checker<'a> {
     zone: Zone,
     ended: bool,
     turn_lines: TurnLines<'a>,
+    /// The slowest that a move may be, mm/s.
+    slowest: f64,
     /// Whether the nozzle has been found too cold since it last changed.
     told_cold: bool,
     /// For which pose, setup and number of prints it is known how high all that stands reaches.
@@ -75,6 +99,7 @@ struct Checker<'a> {
 impl<'a> Checker<'a> {
     fn new(bytes: &'a [u8], trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Planned]) -> Self {
         let profile = job.profile;
+        let (permitted, firmware, table) = (Permitted::by(&profile.dialect), profile.firmware(), profile.kinematics());
         Self {
             job,
             tip_z: None,
@@ -85,10 +110,13 @@ impl<'a> Checker<'a> {
             trace,
             profile,
             planned,
-            table: profile.kinematics(),
             limits: profile.linear_limits(),
-            permitted: Permitted::by(&profile.dialect),
-            firmware: profile.firmware(),
+            heaters: Heaters::of(&permitted, firmware),
+            homing: Homing::of(firmware, [table.tilt.letter, table.rotation.letter]),
+            settings: Settings::of(profile),
+            table,
+            permitted,
+            firmware,
             tally: Tally::new(planned.len(), profile.transition.prime_mm),
             findings: Findings::default(),
             line: 0,
@@ -97,6 +125,7 @@ impl<'a> Checker<'a> {
             zone: Zone::Start,
             ended: false,
             turn_lines: TurnLines::of(profile),
+            slowest: slowest(profile),
             told_cold: false,
             known_standing: None,
             judged: None,
@@ -200,11 +229,15 @@ impl<'a> Checker<'a> {
         self.turn_lines.note(self.line, text, effect);
         let clear = self.is_clear(effect);
         let mut parsed = ParsedLine::default();
-        if parsed.read(text).is_ok()
-            && !(self.zone == Zone::Prints && self.turn_lines.has(String::from_utf8_lossy(text).trim()))
+        let read = parsed.read(text).is_ok();
+        if read
+            && !self.is_beside_turns(text)
             && let Some(objection) = self.permitted.objection(effect, self.zone, &parsed, (text, clear))
         {
             self.say(Rule::Command, [0.0; 2], || objection);
+        }
+        if read {
+            self.states(effect, &parsed, text);
         }
         match effect {
             Effect::Retract(pull) => {
@@ -215,6 +248,28 @@ impl<'a> Checker<'a> {
             _ => {}
         }
         self.told_cold = false;
+    }
+
+    /// Whether a line is one of those that the profile has beside turns.
+    fn is_beside_turns(&self, text: &[u8]) -> bool {
+        self.zone == Zone::Prints && self.turn_lines.has(String::from_utf8_lossy(text).trim())
+    }
+
+    /// What a line changes of heat, homing and all that stays in force.
+    fn states(&mut self, effect: Effect, line: &ParsedLine, text: &[u8]) {
+        self.homing.note(effect, line);
+        let own = self.permitted.owns(self.zone, text);
+        if let Some((numbers, why)) = self.heaters.note(effect, self.zone, own) {
+            self.say(Rule::Heat, numbers, || why);
+        }
+        if effect != Effect::Setting {
+            return;
+        }
+        let name = name_of(line, text);
+        let permitted = own || self.permitted.allows(&name) || self.is_beside_turns(text);
+        if let Some((numbers, why)) = self.settings.note(line, self.line, permitted) {
+            self.say(Rule::Setting, numbers, || format!("{why}; {REMOVE_OR_ALLOW}"));
+        }
     }
 
     /// More heat than the machine has.
@@ -247,6 +302,8 @@ impl<'a> Checker<'a> {
         self.line = m.line;
         self.beside_turn(m.wrote_rotary());
         self.check_limits(m);
+        self.check_homed(m);
+        self.check_slow(m);
         let turns = self.trace.turns(m);
         if turns && m.e > 0.0 {
             self.say(Rule::TurnWhileExtruding, [m.e, 0.0], || {
@@ -339,8 +396,59 @@ impl<'a> Checker<'a> {
         });
     }
 
+    /// A move of an axis that was not homed.
+    fn check_homed(&mut self, m: &Move) {
+        let Some(axis) = self.homing.unhomed(m) else { return };
+        self.say(Rule::UnknownPosition, [0.0; 2], || {
+            format!("{axis} is moved before it is homed; home X, Y and Z with G28 in [dialect] start")
+        });
+    }
+
+    /// A move that takes nearly for ever: the nozzle stands and melts what is below it.
+    fn check_slow(&mut self, m: &Move) {
+        if m.wrote_rotary() {
+            return self.check_slow_turn(m);
+        }
+        let length = m.ends().map_or(0.0, |[from, to]| (to - from).norm());
+        let way = if length > 0.0 || m.travels() { length } else { m.e.abs() };
+        let (speed, least) = (way / m.seconds, self.slowest);
+        if way > 0.0 && m.seconds > 0.0 && speed < least {
+            self.say(Rule::AxisRate, [speed * 60.0, least * 60.0], || {
+                format!("a move at {:.2} mm/min as good as stands; at least {:.0} mm/min", speed * 60.0, least * 60.0)
+            });
+        }
+    }
+
+    /// The same of a turn.
+    fn check_slow_turn(&mut self, m: &Move) {
+        let (from, to) = (self.trace.state_before(m), self.trace.state(m));
+        let turned =
+            |from: Option<Angle>, to: Option<Angle>| from.zip(to).map_or(0.0, |(from, to)| (to - from).abs().deg());
+        let kinematics = &self.profile.kinematics;
+        let axes = [
+            (turned(from.tilt, to.tilt), kinematics.tilt.max_deg_per_s),
+            (turned(from.rotation, to.rotation), kinematics.rotation.max_deg_per_s),
+        ];
+        // The time that the slowest of both would take at its own least.
+        let longest = axes.iter().map(|(turned, rate)| turned / (rate * SLOWEST_TURN)).fold(0.0, f64::max);
+        if longest > 0.0 && m.seconds > longest.max(LEAST_TURN_S) {
+            self.say(Rule::AxisRate, [m.seconds, longest], || {
+                format!("a turn takes {:.0} s; at most {longest:.0} s, at {SLOWEST_TURN} of the axes' speed", m.seconds)
+            });
+        }
+    }
+
     fn lay(&mut self, m: &Move) {
         let at = self.place();
+        if let Some((line, (numbers, why))) = self.settings.lay(self.print) {
+            let at = FindingPlace { line, ..at };
+            self.findings.add(Rule::Setting, at, numbers, || format!("{why}; {REMOVE_OR_ALLOW}"));
+        }
+        if self.zone == Zone::Prints
+            && let Some((numbers, why)) = self.heaters.lay()
+        {
+            self.say(Rule::Heat, numbers, || why);
+        }
         self.tally.lay(self.print, m.e, self.planned, at, &mut self.findings);
         self.check_pose(*self.trace.state(m));
     }
@@ -389,6 +497,11 @@ impl<'a> Checker<'a> {
         self.beside_turn(false);
         self.print = None;
         self.tally.finish(self.planned, self.line, &mut self.findings);
+        if self.zone == Zone::End
+            && let Some((numbers, why)) = self.heaters.end()
+        {
+            self.say(Rule::Heat, numbers, || why);
+        }
         if !self.ended {
             self.say(Rule::Complete, [0.0, 1.0], || "the file ends before its last mark: it was cut short".to_owned());
         } else if let Some(missing) = self.missing_end() {

@@ -11,11 +11,15 @@ use serde::Serialize;
 pub enum Rule {
     /// Every line is understood.
     Syntax,
+    /// The profile's firmware reads every line as it is read here.
+    Reading,
     /// What every command does is known, and harmless where it stands.
     Command,
+    /// What stays in force is within reach of the profile, and the same through a print.
+    Setting,
     /// No axis is sent beyond its stops.
     AxisLimit,
-    /// No axis is sent faster than it can go.
+    /// No axis is sent faster than it can go, or so slowly that it as good as stands.
     AxisRate,
     /// The table stands still while filament is pushed.
     TurnWhileExtruding,
@@ -33,7 +37,7 @@ pub enum Rule {
     Filament,
     /// Each line takes the filament that its width and height hold, no faster than the nozzle melts it.
     Flow,
-    /// Nothing is pushed through a cold nozzle, and nothing is asked to become too hot.
+    /// Nothing is pushed through a cold nozzle or onto a cold bed, nothing is asked to become too hot, and at the end all is off.
     Heat,
     /// Layers follow each other at the height that they are laid with, the first one on what carries it.
     LayerHeight,

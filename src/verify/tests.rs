@@ -15,8 +15,10 @@ use crate::trace::{self, Move};
 
 mod level;
 mod lines;
+mod reading;
 mod rim;
 mod standing;
+mod states;
 
 const LAYER: f64 = 0.4;
 const WIDTH: f64 = 0.8;
@@ -114,7 +116,7 @@ fn program_at(beam_mm: f64) -> String {
         ";TRUNNION version=0 plan=0 profile=generic-ac
 ;TRUNNION expect print=0 part=0 filament_mm={first:.5}
 ;TRUNNION expect print=1 part=1 filament_mm={second:.5}
-G21\nG90\nG28\nM109 S200\nM83
+G21\nG90\nG28\nM190 S60\nM109 S200\nM83
 G1 Z120 F900
 ;TRUNNION slot=0 part=0 A=0 C=0
 G1 C0 F1800

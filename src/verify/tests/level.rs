@@ -40,7 +40,7 @@ fn leaning(high: f64, lean: f64, wide: impl Fn(usize) -> f64) -> Report {
     let text = format!(
         ";TRUNNION version=0 plan=0 profile=generic-ac
 ;TRUNNION expect print=0 part=0 filament_mm={filament:.5}
-G21\nG90\nG28\nM109 S200\nM83
+G21\nG90\nG28\nM190 S60\nM109 S200\nM83
 G1 Z120 F900
 ;TRUNNION slot=0 part=0 A=0 C=0
 G1 C0 F1800

@@ -1,0 +1,79 @@
+//! Lines that the machine's firmware takes for something else, and moves behind the end.
+
+use super::{Rule, breaks, changed, profile, program, run};
+use crate::verify::Report;
+
+/// A line of the post in the middle of its print.
+const LINE: &str = "G1 X4.600 Y-4.600 E";
+
+/// The program with something behind a line's coordinates.
+fn with(behind: &str) -> String {
+    changed(LINE, 40, &format!("{}{behind} E", LINE.trim_end_matches(" E")))
+}
+
+fn found(report: &Report, rule: Rule) -> bool {
+    report.counts.contains_key(&rule)
+}
+
+#[test]
+fn what_marlin_takes_for_words_is_no_comment() {
+    for (behind, wrong) in [("", false), (" (Z-5)", true), (" (wall)", true), (" E5", true), (" x4.6", true)] {
+        let report = run(&with(behind), &profile());
+        assert_eq!(found(&report, Rule::Reading), wrong, "{behind:?}: {:#?}", report.findings);
+    }
+    breaks(&with(" (Z-5)"), &[Rule::Reading]);
+    breaks(&program().replacen("M83\n", "; X5 (Z-5) x5\nM83 ; (Z-5)\n", 1), &[]);
+}
+
+/// Digits that change no number, until the line is too long for the firmware: the size at which it is found.
+#[test]
+fn a_line_is_too_long_from_the_first_byte_that_is_not_read() {
+    let mut least = None;
+    for zeros in 0..120 {
+        let text = changed(LINE, 40, &format!("G1 X4.600{} Y-4.600 E", "0".repeat(zeros)));
+        let line = text.lines().find(|line| line.starts_with(&format!("G1 X4.600{}", "0".repeat(zeros.max(1)))));
+        let report = run(&text, &profile());
+        if found(&report, Rule::Reading) {
+            least = least.or(line.map(str::len));
+            assert_eq!(report.findings[0].measured as usize, line.unwrap().len());
+        }
+    }
+    assert_eq!(least, Some(96));
+}
+
+#[test]
+fn each_profile_has_its_own_reader() {
+    let of = |firmware: &str| {
+        let mut profile = profile();
+        firmware.clone_into(&mut profile.dialect.firmware);
+        profile
+    };
+    // Klipper takes the last of two words, and no leading zeros.
+    for (firmware, behind, wrong) in
+        [("klipper", " X4.6", false), ("reprapfirmware", " X4.6", true), ("marlin", " X4.6", true)]
+    {
+        assert_eq!(found(&run(&with(behind), &of(firmware)), Rule::Reading), wrong, "{firmware}");
+    }
+    let zeros = changed(LINE, 40, &LINE.replace("G1", "G01"));
+    assert!(found(&run(&zeros, &of("klipper")), Rule::Reading) && !found(&run(&zeros, &of("marlin")), Rule::Reading));
+}
+
+#[test]
+fn bytes_around_lines_count_too() {
+    breaks(&format!("\u{feff}{}", program()), &[]);
+    breaks(&format!("\u{feff}G21\n{}", program()), &[Rule::Reading]);
+    breaks(&program().replace('\n', "\r\n"), &[]);
+    let hidden = changed(";TYPE:Solid infill", 40, ";TYPE:Solid infill\rG1 Z-5");
+    assert!(found(&run(&hidden, &profile()), Rule::Reading));
+}
+
+#[test]
+fn nothing_moves_behind_the_end_but_the_profiles_own_code() {
+    for line in ["G28", "G1 X0 F6000", "G1 E5 F100", "G28 X"] {
+        let text = changed(";TRUNNION end\n", 0, &format!(";TRUNNION end\n{line}\n"));
+        assert!(found(&run(&text, &profile()), Rule::Command), "{line}");
+        let mut own = profile();
+        own.dialect.end = format!("{line}\n{}", own.dialect.end);
+        assert!(!found(&run(&text, &own), Rule::Command), "{line}");
+    }
+}
