@@ -67,6 +67,7 @@ mod sliced_files;
 mod solids;
 mod split;
 mod standing;
+mod states;
 mod support;
 mod supports;
 mod sweeps;
