@@ -58,6 +58,26 @@ fn each_profile_has_its_own_reader() {
     assert!(found(&run(&zeros, &of("klipper")), Rule::Reading) && !found(&run(&zeros, &of("marlin")), Rule::Reading));
 }
 
+/// A program in per cent signs is one; at a second sign before its last line the rest is not run.
+#[test]
+fn linuxcnc_ends_a_program_at_its_second_percent_sign() {
+    let mut linuxcnc = profile();
+    linuxcnc.dialect.firmware = "linuxcnc".to_owned();
+    let middle = changed(";TYPE:Solid infill", 40, "%\n;TYPE:Solid infill");
+    for (text, wrong) in [
+        (program(), false),
+        (format!("%\n{}%\n", program()), false),
+        (middle.clone(), true),
+        (format!("%\n{middle}"), true),
+    ] {
+        assert_eq!(found(&run(&text, &linuxcnc), Rule::Reading), wrong, "{:.20}", text);
+    }
+    // How far it may leave its path only the start code says.
+    let blends = |report: &Report| report.findings.iter().any(|f| f.text.contains("may leave its path"));
+    let blend = changed(";TRUNNION slot=1", 0, "G64 P2\n;TRUNNION slot=1");
+    assert!(blends(&run(&blend, &linuxcnc)) && !blends(&run(&program(), &linuxcnc)));
+}
+
 #[test]
 fn bytes_around_lines_count_too() {
     breaks(&format!("\u{feff}{}", program()), &[]);
