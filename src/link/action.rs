@@ -1,6 +1,7 @@
 //! What a printer asks of its host, in one table: a filament sensor, a crash, or somebody at its display.
 //!
-//! Sources: Marlin's `host_actions.cpp`, Klipper's and Prusa's `// action:` lines, Repetier's `Com::tRequestPause` and its like.
+//! Sources: Marlin's `host_actions.cpp`, Klipper's and Prusa's `// action:` lines, Repetier's `Com::tRequestPause` and its like, RepRapFirmware's
+//! `Platform::SendAlert`.
 
 /// What is asked for, or told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,12 +42,13 @@ const WORDS: [(&str, Action); 14] = [
     ("prompt_end", Action::Shown),
 ];
 
-/// Repetier's lines.
-const REQUESTS: [(&str, Action); 4] = [
+/// Repetier's lines, and the one with which RepRapFirmware ends a message of M291 that waits for a person.
+const REQUESTS: [(&str, Action); 5] = [
     ("RequestPause:", Action::Pause),
     ("RequestStop:", Action::Cancel),
     ("RequestContinue:", Action::Resume),
     ("RequestDisconnect:", Action::Leave),
+    ("Send M292 to continue", Action::Paused),
 ];
 
 impl Action {
@@ -73,6 +75,7 @@ mod tests {
         assert_eq!(read("// action:paused filament_runout 0"), Some(Action::Paused));
         assert_eq!(read("//action:out_of_filament T0"), Some(Action::Pause));
         assert_eq!(read("RequestPause:No filament"), Some(Action::Pause));
+        assert_eq!(read("Send M292 to continue or M292 P1 to cancel"), Some(Action::Paused));
         assert_eq!(read("//action:start_the_coffee"), Some(Action::Unknown));
         assert_eq!((read("// Klipper state: Ready"), read("echo:pause"), read("ok")), (None, None, None));
         assert_eq!(Action::read("//action:notification Heating").map(|a| a.1), Some("notification Heating"));

@@ -11,10 +11,18 @@ const MARLIN: Protocol = Protocol::Marlin;
 
 /// Some way into a print whose table is tilted and turned.
 fn printing(person: bool) -> (Vec<String>, Loopback) {
+    printing_on(MARLIN, person)
+}
+
+/// The same on another firmware.
+fn printing_on(protocol: Protocol, person: bool) -> (Vec<String>, Loopback) {
     let begin = "G28\nG1 A30 F600\nG1 C45 F600\n";
-    let wait = if person { "M0\nG1 X1 Y-60\n" } else { "" };
-    let program = program(MARLIN, &(text_at(MARLIN, 60, 600).replace("G28\n", begin) + wait));
-    let mut link = joined(&program, settings(MARLIN), Quirks { busy: !person, ..Quirks::of(MARLIN) }, Script::none());
+    // RepRapFirmware takes no M0 but as the end of the file.
+    let stands = if protocol == MARLIN { "M0" } else { "G4 S7000" };
+    let wait = if person { format!("{stands}\nG1 X1 Y-60\n") } else { String::new() };
+    let program = program(protocol, &(text_at(protocol, 60, 600).replace("G28\n", begin) + &wait));
+    let mut link =
+        joined(&program, settings(protocol), Quirks { busy: !person, ..Quirks::of(protocol) }, Script::none());
     link.sim.set_person(Duration::from_secs(7000));
     let until = if person { program.len() - 2 } else { 40 };
     while link.sender.progress().acked < until {
@@ -99,6 +107,16 @@ fn a_printer_that_has_paused_by_itself_is_waited_for() {
         assert!(link.now() < Duration::from_secs(3000), "{:?}", link.events().last());
         link.run_to(link.now() + Duration::from_secs(10));
     }
+}
+
+/// A message of M291 that waits for a person: RepRapFirmware says nothing more until it is answered.
+#[test]
+fn a_message_that_waits_at_a_duet_is_waited_for() {
+    let (blocks, mut link) = printing_on(Protocol::RepRapFirmware, true);
+    ask(&mut link, "- Filament -\nLoad the other colour\nSend M292 to continue or M292 P1 to cancel");
+    assert_eq!(end(&mut link), Outcome::Done);
+    assert!(link.now() > Duration::from_secs(7000) && notes(&link).contains("M292"), "{:?}", link.now());
+    assert_eq!(executed(&mut link), blocks);
 }
 
 #[test]
