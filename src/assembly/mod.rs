@@ -12,17 +12,19 @@
 //! - **Overlap** (`solid.rs`): what two parts both fill goes to the earlier one; the later is cut along its surface. Where the later
 //!   one would fall to pieces or vanish, the earlier one gives way: a pin through a plate leaves a plate with a hole.
 //!
-//! [`join`] makes solids of parts that touch or overlap instead. Besides ([`upright`], [`up_on`], [`in_rows`]): which way a model
+//! [`cut_away`] takes a project's negative volumes off its parts. [`join`] makes solids of parts that touch or overlap instead. Besides ([`upright`], [`up_on`], [`in_rows`]): which way a model
 //! stands, and where several stand beside each other.
 //!
 //! The booleans are `boolmesh`'s, a port of Manifold (Lalish) in Rust; every result's volume is held against the parts'.
 
+mod away;
 mod gaps;
 mod solid;
 mod standing;
 #[cfg(test)]
 mod tests;
 
+pub use away::cut_away;
 pub use standing::{in_rows, up_on, upright};
 
 use crate::geom::{Object, Sets};
@@ -111,6 +113,24 @@ pub enum FitError {
         name_b: String,
         /// What both fill, mm³.
         volume_mm3: f64,
+    },
+    /// A volume that is to be cut away cannot be.
+    #[error("part {part} ({name}): {away} could not be cut away from it ({why}); cut it in the program that made it")]
+    Away {
+        /// The part.
+        part: usize,
+        /// Its name.
+        name: String,
+        /// What was to be cut away.
+        away: String,
+        /// What went wrong.
+        why: String,
+    },
+    /// All is cut away.
+    #[error("nothing is left of the model without {away}")]
+    Nothing {
+        /// What was cut away.
+        away: String,
     },
     /// The boolean failed.
     #[error(

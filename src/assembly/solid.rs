@@ -57,6 +57,29 @@ pub(super) fn less(a: &Mesh, b: &Mesh, common: &Common) -> Result<Option<Mesh>, 
     Ok(Some(kept(&left, &whole)))
 }
 
+/// The pieces of `a` without `b`, none where nothing is left, and how much it loses, mm³.
+pub(super) fn without(a: &Mesh, b: &Mesh) -> Result<(Vec<Mesh>, f64), String> {
+    let lost = boolean(a, b, &OpType::Intersect)?.volume();
+    if lost <= EXACT * a.volume() {
+        return Ok((vec![a.clone()], 0.0));
+    }
+    let left = boolean(a, b, &OpType::Subtract)?;
+    let off = (left.volume() + lost - a.volume()).abs();
+    if off > EXACT * a.volume() {
+        return Err(format!("volumes are off by {off:.4} mm3"));
+    }
+    let (mut outer, inner): (Vec<Shell>, Vec<Shell>) =
+        shells(&left).into_iter().partition(|shell| shell.volume_mm3 > 0.0);
+    let crumb = EXACT * a.volume();
+    outer.retain(|shell| shell.volume_mm3 > crumb);
+    let pieces = match (outer.len(), inner.is_empty()) {
+        (1, _) => vec![kept(&left, &outer.into_iter().chain(inner).collect::<Vec<_>>())],
+        (_, true) => outer.into_iter().map(|shell| kept(&left, &[shell])).collect(),
+        _ => return Err("it falls to pieces, with a cavity in one of them".to_owned()),
+    };
+    Ok((pieces, lost))
+}
+
 /// A closed shell of a mesh.
 struct Shell {
     facets: Vec<usize>,

@@ -8,12 +8,12 @@ use crate::job::{self, PublishRequest, Verified};
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
     let to = &job::server_address(&args.to, &world)?;
-    let key = job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?;
+    let key = &job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?;
     let plan = args.plan.as_ref().map(|plan| job::load_plan(&args.plan_ref.source(plan), &world)).transpose()?;
     let program = &match &plan {
         Some(plan) => send::proved(&args.gcode, plan, &world)?,
         None if args.unverified => {
-            console.warning("the file is not verified: the head may hit the part, the table or the frame, and nobody has looked whether the server's printer speaks its language");
+            console.warning(text::PUBLISHED_UNVERIFIED);
             Verified::unverified(world.files.read(&args.gcode)?)
         }
         None => return Err(Failure::Usage(text::ONLY_VERIFIED_IS_PUBLISHED.to_owned())),
@@ -31,10 +31,9 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
         silence: std::time::Duration::from_secs(args.timeout),
     };
     let done = job::publish(&request, &world)?;
-    if console.json() {
-        console.document(&document::published(&done));
-    } else {
-        console.summary(&text::published(&done), true);
+    match console.json() {
+        true => console.document(&document::published(&done)),
+        false => console.summary(&text::published(&done), true),
     }
     Ok(())
 }

@@ -224,6 +224,9 @@ fn table(rows: &[Compared], out: &mut String) {
 /// Why a file without its plan is not published.
 pub const ONLY_VERIFIED_IS_PUBLISHED: &str = "only a file that verifies is published: give its plan with --plan PLAN.json; or, without any check for collisions, --unverified";
 
+/// What is said of a file that goes to a server unverified.
+pub const PUBLISHED_UNVERIFIED: &str = "the file is not verified: the head may hit the part, the table or the frame, and nobody has looked whether the server's printer runs the firmware that it is written for";
+
 /// A file on the server of a printer.
 pub fn published(done: &PublishResult) -> String {
     let PublishResult { to, name, bytes, sha256, delivered, stated, .. } = done;

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::source::{MachineSource, ModelSource, Source};
 use super::{BadSetting, Error, Step, World};
-use crate::mesh::{Model, ReadOptions, Unit, read_model, unnamed};
+use crate::assembly::cut_away;
+use crate::mesh::{Model, ReadOptions, Unit, read_model, read_project, unnamed};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
 use crate::profile::{Base, Origin, Profile, check_number, resolve, resolve_over, shipped};
 
@@ -84,7 +85,8 @@ pub(super) fn load_aloud(from: &ModelSource, world: &World<'_>) -> Result<Loaded
 pub(super) fn read_quietly(from: &ModelSource, world: &World<'_>) -> Result<LoadedModel, Error> {
     let bytes = from.source.bytes(world)?;
     let file = from.source.name().into_owned();
-    let model = read_model(&bytes, &file, &ReadOptions { unit: from.unit, repair: from.repair })?;
+    let (model, away) = read_project(&bytes, &file, &ReadOptions { unit: from.unit, repair: from.repair })?;
+    let model = if away.is_empty() { model } else { cut_away(model, &away)? };
     Ok(LoadedModel { model, file, sha256: sha256_hex(&bytes), path: from.source.path().map(Path::to_owned) })
 }
 

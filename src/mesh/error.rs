@@ -148,6 +148,32 @@ pub enum Fault {
         /// What is wrong with it.
         trouble: &'static str,
     },
+    /// A volume of a project that is for something that nobody here knows.
+    #[error(
+        "{name} has the role {role:?}, which is not known; make it a part in the program that made it, or remove it"
+    )]
+    Role {
+        /// Its name.
+        name: String,
+        /// As the file has it.
+        role: String,
+    },
+    /// A volume that its slicer cuts away.
+    #[error(
+        "{name} is a negative volume, which has to be cut away from the parts first; do so in the program that made it"
+    )]
+    Negative {
+        /// Its name.
+        name: String,
+    },
+    /// Nothing of a project is printed.
+    #[error("nothing in it is printed: {first}{}", if *others > 0 { format!(", and {others} others are not printed either") } else { String::new() })]
+    NothingPrinted {
+        /// What is said of the first volume.
+        first: String,
+        /// How many more there are.
+        others: usize,
+    },
     /// A 3MF whose shape is told by an extension that is not read.
     #[error(
         "the 3mf extension {name} is not read, and part of the model is in it; export the model as a mesh of triangles"

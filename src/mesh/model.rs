@@ -44,6 +44,17 @@ pub struct Model {
     pub bounds: Bounds,
 }
 
+/// A closed volume that is to be cut away from parts.
+#[derive(Clone, Debug)]
+pub struct Away {
+    /// The file's name for it.
+    pub name: String,
+    /// Its surface, mm.
+    pub mesh: TriangleMesh<Object>,
+    /// From which parts, where they meet it: those of its object.
+    pub parts: Vec<usize>,
+}
+
 impl Model {
     /// A model of `parts` (name and closed mesh, mm) whose interfaces are looked for; ids are given in order.
     ///
@@ -60,7 +71,8 @@ impl Model {
         model
     }
 
-    pub(super) fn from_soup(mut soup: Soup, options: &ReadOptions) -> Result<Self, Located> {
+    /// The model, and what is to be cut away from its parts.
+    pub(super) fn from_soup(mut soup: Soup, options: &ReadOptions) -> Result<(Self, Vec<Away>), Located> {
         let facets = soup.facets.len();
         let dropped = soup.weld();
         if dropped > 0 {
@@ -71,12 +83,25 @@ impl Model {
         if surfaces.is_empty() {
             return Err(Fault::Collapsed { facets }.at(Place::File));
         }
+        let label = |surface: &Surface| &soup.names[soup.labels[surface.source[0] as usize] as usize];
+        let (away, surfaces): (Vec<Surface>, Vec<Surface>) = surfaces.into_iter().partition(|one| label(one).away);
+        if surfaces.is_empty() {
+            let name = label(&away[0]).name.clone().unwrap_or_else(|| "a volume".to_owned());
+            let first = format!("{name} is a negative volume");
+            return Err(Fault::NothingPrinted { first, others: away.len() - 1 }.at(Place::File));
+        }
         let named = surfaces.iter().enumerate().map(|(id, surface)| {
-            let label = &soup.names[soup.labels[surface.source[0] as usize] as usize];
-            let name = label.name.clone().unwrap_or_else(|| unnamed(id));
+            let name = label(surface).name.clone().unwrap_or_else(|| unnamed(id));
             (name, mesh(&soup.vertices, surface, unit.millimetres()))
         });
         let mut model = Self::from_parts(named.collect());
+        let of = |object: u32| (0..surfaces.len()).filter(|&id| label(&surfaces[id]).object == object).collect();
+        let away = away.iter().map(|surface| Away {
+            name: label(surface).name.clone().unwrap_or_else(|| "a negative volume".to_owned()),
+            mesh: mesh(&soup.vertices, surface, unit.millimetres()),
+            parts: of(label(surface).object),
+        });
+        let away: Vec<Away> = away.collect();
         model.unit = unit;
         soup.warnings.append(&mut model.warnings);
         model.warnings = soup.warnings;
@@ -85,7 +110,7 @@ impl Model {
             model.warnings.truncate(MOST_WARNINGS);
             model.warnings.push(format!("{more} more warnings are left out"));
         }
-        Ok(model)
+        Ok((model, away))
     }
 
     /// Ids of the parts that neither stand on the table nor hang together, through interfaces, with one that does;

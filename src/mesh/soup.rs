@@ -14,6 +14,10 @@ pub(super) struct Label {
     pub(super) name: Option<String>,
     /// Facets of different bodies never belong to one part, even where they touch (3MF objects).
     pub(super) body: u32,
+    /// The placed object that it is of.
+    pub(super) object: u32,
+    /// Whether it is to be cut away from the parts of its object.
+    pub(super) away: bool,
 }
 
 /// Facets in file order with their labels; vertices may repeat.
@@ -101,7 +105,7 @@ mod tests {
         let mut soup = Soup::nameless();
         soup.vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y()];
         soup.push([0, 1, 2]);
-        soup.names.push(Label { name: None, body: 1 });
+        soup.names.push(Label { body: 1, ..Label::default() });
         soup.push([0, 1, 2]);
         assert_eq!(soup.weld(), 0);
         assert_eq!(soup.facets, [[0, 1, 2], [3, 4, 5]]);

@@ -60,6 +60,7 @@ mod recipes;
 mod respelt;
 mod rewriting;
 mod rims;
+mod roles;
 mod rust_source;
 mod schemas;
 mod several;

@@ -3,6 +3,7 @@
 mod meter;
 mod obj;
 mod off;
+mod roles;
 mod stl_ascii;
 mod stl_binary;
 mod threemf;
@@ -10,7 +11,7 @@ mod threemf_xml;
 
 use super::error::{Fault, Located, MeshError, Place};
 use super::soup::Soup;
-use super::{Model, TriangleMesh, Unit, guess_unit};
+use super::{Away, Model, TriangleMesh, Unit, guess_unit};
 use crate::geom::{Bounds, Object};
 
 /// How to read a model.
@@ -33,6 +34,19 @@ pub struct ReadOptions {
 /// A [`MeshError`] with the file's name, the place and the remedy for a file that cannot be parsed, holds no facets,
 /// numbers that are not finite or out of range, or a surface that is open, inconsistently wound or flat.
 pub fn read_model(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Model, MeshError> {
+    let (model, away) = read_project(bytes, name, options)?;
+    match away.first() {
+        None => Ok(model),
+        Some(away) => Err(Fault::Negative { name: away.name.clone() }.at(Place::File).in_file(name)),
+    }
+}
+
+/// As [`read_model`], with the volumes that are still to be cut away from the parts: a 3MF project's negative volumes.
+///
+/// # Errors
+///
+/// As [`read_model`].
+pub fn read_project(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(Model, Vec<Away>), MeshError> {
     read(bytes, name).and_then(|soup| Model::from_soup(soup, options)).map_err(|located| located.in_file(name))
 }
 
@@ -46,6 +60,10 @@ pub fn read_model(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Mod
 /// A [`MeshError`] as [`read_model`]'s, but for what only closed parts need.
 pub fn read_surface(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<TriangleMesh<Object>, MeshError> {
     let mut soup = read(bytes, name).map_err(|located| located.in_file(name))?;
+    if let Some(away) = soup.names.iter().find(|label| label.away) {
+        let name_of = away.name.clone().unwrap_or_else(|| "a volume".to_owned());
+        return Err(Fault::Negative { name: name_of }.at(Place::File).in_file(name));
+    }
     let facets = soup.facets.len();
     if soup.weld() == facets {
         return Err(Fault::Collapsed { facets }.at(Place::File).in_file(name));

@@ -42,7 +42,7 @@ fn append(soup: &mut Soup, model: tobj::Model) -> Result<(), Fault> {
         soup.vertices.push(Vec3::from(at));
     }
     let named = !model.name.is_empty() && model.name != UNNAMED;
-    soup.names.push(Label { name: named.then_some(model.name), body: 0 });
+    soup.names.push(Label { name: named.then_some(model.name), ..Label::default() });
     for facet in model.mesh.indices.chunks_exact(3) {
         soup.push([first + facet[0], first + facet[1], first + facet[2]]);
     }

@@ -64,7 +64,7 @@ impl Reader {
     }
 
     fn name(&mut self, name: String) {
-        self.soup.names.push(Label { name: (!name.is_empty()).then_some(name), body: 0 });
+        self.soup.names.push(Label { name: (!name.is_empty()).then_some(name), ..Label::default() });
     }
 
     fn vertex<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {

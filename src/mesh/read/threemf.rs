@@ -6,6 +6,7 @@ use std::io::{BufReader, Cursor, Read};
 use zip::ZipArchive;
 
 use super::meter::Meter;
+use super::roles::{Aside, Role, Roles, Volume};
 use super::threemf_xml::{self, ModelFile, Object, Reference, Transform};
 use crate::geom::Vec3;
 use crate::mesh::error::{Fault, Located, Place, coordinate};
@@ -13,6 +14,10 @@ use crate::mesh::soup::{Label, MAX_FACETS, Soup};
 
 /// Where the model is when the archive's relations do not say.
 const USUAL_PATH: &str = "3D/3dmodel.model";
+/// Where slicers keep what volumes are for: PrusaSlicer; Bambu Studio and OrcaSlicer.
+const CONFIGURATIONS: [&str; 2] = ["Metadata/Slic3r_PE_model.config", "Metadata/model_settings.config"];
+/// Theirs have some hundred bytes for a volume.
+const LARGEST_CONFIGURATION: u64 = 16 << 20;
 /// Models pack five to fifty times smaller, nothing but repetitions a thousand times.
 const MAX_RATIO: u64 = 200;
 /// What any archive may unpack to, and no archive may exceed.
@@ -32,10 +37,15 @@ const FACETS_PER_BYTE: usize = 40;
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     let mut package = Package::open(bytes)?;
     let root = package.root_path();
-    let mut build = Build::new(package).counted_first(&root)?;
+    let roles = package.roles()?;
+    let mut build = Build::new(package, roles).counted_first(&root)?;
     build.counting = false;
+    build.object = 0;
     build.place_all(&root)?;
     build.soup.unit = Some(build.package.files[&root].unit);
+    if let (true, [first, others @ ..]) = (build.soup.facets.is_empty(), &build.soup.warnings[..]) {
+        return Err(Fault::NothingPrinted { first: first.clone(), others: others.len() }.at(Place::File));
+    }
     Ok(build.soup)
 }
 
@@ -69,6 +79,25 @@ impl<'a> Package<'a> {
             threemf_xml::model_target(&text)
         });
         found.map_or_else(|| USUAL_PATH.to_owned(), |path| path.trim_start_matches('/').to_owned())
+    }
+
+    /// What the project's volumes are for, where it says so.
+    fn roles(&mut self) -> Result<Roles, Located> {
+        let mut roles = Roles::default();
+        for path in CONFIGURATIONS {
+            let Ok(entry) = self.archive.by_name(path) else { continue };
+            let mut text = String::new();
+            let (packed, allowed) = (self.packed, self.allowed);
+            entry
+                .take(LARGEST_CONFIGURATION + 1)
+                .read_to_string(&mut text)
+                .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(Place::File))?;
+            if text.len() as u64 > LARGEST_CONFIGURATION {
+                return Err(Fault::Unpacked { packed, allowed }.at(Place::File));
+            }
+            roles.read(&text).map_err(|fault| fault.at(Place::Entry { name: path.to_owned(), byte: 0 }))?;
+        }
+        Ok(roles)
     }
 
     fn load(&mut self, path: &str) -> Result<(), Located> {
@@ -105,12 +134,24 @@ struct Build<'a> {
     counted: [usize; 3],
     /// Facets that may be placed.
     allowed: usize,
+    roles: Roles,
+    /// The item that is being placed, by number.
+    object: u32,
 }
 
 impl<'a> Build<'a> {
-    fn new(package: Package<'a>) -> Self {
+    fn new(package: Package<'a>, roles: Roles) -> Self {
         let allowed = (package.packed as usize).saturating_mul(FACETS_PER_BYTE).clamp(PLACED_FACETS, MAX_FACETS);
-        Self { package, soup: Soup::default(), trail: Vec::new(), counting: true, counted: [0; 3], allowed }
+        Self {
+            package,
+            soup: Soup::default(),
+            trail: Vec::new(),
+            counting: true,
+            counted: [0; 3],
+            allowed,
+            roles,
+            object: 0,
+        }
     }
 
     /// Itself, with everything counted and nothing made: what is too much costs no memory.
@@ -122,13 +163,26 @@ impl<'a> Build<'a> {
 
     fn place_all(&mut self, root: &str) -> Result<(), Located> {
         let items = self.package.files[root].items.clone();
-        items.iter().try_for_each(|item| self.place(root, item, &Transform::IDENTITY, None))
+        items.iter().try_for_each(|item| {
+            self.object += 1;
+            let role = if item.printed { Role::Part } else { Role::Aside(Aside::Unprinted) };
+            self.place(root, item, &Transform::IDENTITY, &Volume { role, name: None })
+        })
+    }
+
+    /// Says that a volume is not printed.
+    fn leave_out(&mut self, aside: Aside, name: Option<&str>) {
+        if !self.counting {
+            let text = format!("{} {}", name.unwrap_or("a volume"), aside.words());
+            self.soup.warnings.push(text);
+        }
     }
 
     /// Takes an object into account.
-    fn count(&mut self, object: &Object) -> Result<(), Located> {
+    fn count(&mut self, id: &str, object: &Object) -> Result<(), Located> {
         // Objects without a mesh count as well: it is they who multiply.
-        for (sum, more) in self.counted.iter_mut().zip([1, object.mesh.1.len(), object.mesh.0.len()]) {
+        let volumes = 1 + self.roles.stretches(id).len();
+        for (sum, more) in self.counted.iter_mut().zip([volumes, object.mesh.1.len(), object.mesh.0.len()]) {
             *sum += more;
         }
         let [objects, facets, vertices] = self.counted;
@@ -141,7 +195,8 @@ impl<'a> Build<'a> {
         Ok(())
     }
 
-    fn place(&mut self, path: &str, to: &Reference, outer: &Transform, name: Option<&str>) -> Result<(), Located> {
+    /// Places an object as `volume` of what is around it.
+    fn place(&mut self, path: &str, to: &Reference, outer: &Transform, volume: &Volume) -> Result<(), Located> {
         let path = to.path.as_deref().map_or(path, |path| path.trim_start_matches('/')).to_owned();
         let step = (path.clone(), to.id.clone());
         let trouble = |trouble| Fault::Object { id: to.id.clone(), trouble }.at(Place::File);
@@ -152,23 +207,37 @@ impl<'a> Build<'a> {
         let object = self.package.files[&path].objects.get(&to.id).cloned();
         let object = object.ok_or_else(|| trouble("is placed but not defined"))?;
         let transform = to.transform.then(outer);
-        let name = object.name.as_deref().or(name);
+        let name = volume.name.clone().filter(|_| volume.role != Role::Part).or_else(|| object.name.clone());
+        let name = name.or_else(|| volume.name.clone());
+        let role = if volume.role == Role::Part { object.role } else { volume.role };
         if self.counting {
-            self.count(&object)?;
+            self.count(&to.id, &object)?;
+        } else if let Role::Aside(aside) = role {
+            self.leave_out(aside, name.as_deref());
         } else {
-            self.append(&object, &transform, name)?;
+            self.append((&to.id, &object), &transform, &Volume { role, name: name.clone() })?;
         }
         self.trail.push(step);
-        for component in &object.components {
-            self.place(&path, component, &transform, name)?;
+        let aside = matches!(role, Role::Aside(_)) && !self.counting;
+        for component in object.components.iter().filter(|_| !aside) {
+            let own = self.roles.component(&to.id, &component.id);
+            let own = own.map_or(Volume { role, name: name.clone() }, Clone::clone);
+            self.place(&path, component, &transform, &own)?;
         }
         self.trail.pop();
         Ok(())
     }
 
-    fn append(&mut self, object: &Object, transform: &Transform, name: Option<&str>) -> Result<(), Located> {
-        let soup = &mut self.soup;
-        soup.names.push(Label { name: name.map(str::to_owned), body: soup.names.len() as u32 });
+    fn append(&mut self, (id, object): (&str, &Object), transform: &Transform, of: &Volume) -> Result<(), Located> {
+        let Self { soup, roles, object: number, .. } = self;
+        let (stretches, number, away) = (roles.stretches(id), *number, of.role == Role::Negative);
+        let label = |soup: &Soup, name: Option<String>, away: bool| Label {
+            name,
+            body: soup.names.len() as u32,
+            object: number,
+            away,
+        };
+        soup.names.push(label(soup, of.name.clone(), away));
         let first = soup.vertices.len() as u32;
         for at in &object.mesh.0 {
             let at = transform.point(at);
@@ -176,10 +245,25 @@ impl<'a> Build<'a> {
             let at = Vec3::new(checked(at.x)?, checked(at.y)?, checked(at.z)?);
             soup.vertices.push(at);
         }
-        for &[a, b, c] in &object.mesh.1 {
-            // A mirrored solid would face inward.
-            let [b, c] = if transform.mirrors() { [c, b] } else { [b, c] };
-            soup.push([first + a, first + b, first + c]);
+        // A mirrored solid would face inward.
+        let turned = |[a, b, c]: [u32; 3]| if transform.mirrors() { [a, c, b] } else { [a, b, c] };
+        let placed = |facet: [u32; 3]| turned(facet).map(|v| first + v);
+        let mut is_part = vec![true; object.mesh.1.len()];
+        for (stretch, _) in stretches {
+            is_part.iter_mut().take(stretch.end).skip(stretch.start).for_each(|part| *part = false);
+        }
+        let parts = object.mesh.1.iter().zip(&is_part).filter(|(_, part)| **part);
+        parts.for_each(|(facet, _)| soup.push(placed(*facet)));
+        for (stretch, volume) in stretches {
+            let name = volume.name.clone().or_else(|| of.name.clone());
+            let Role::Aside(aside) = volume.role else {
+                soup.names.push(label(soup, name, true));
+                let facets = object.mesh.1.iter().take(stretch.end).skip(stretch.start);
+                facets.for_each(|facet| soup.push(placed(*facet)));
+                continue;
+            };
+            let text = format!("{} {}", name.as_deref().unwrap_or("a volume"), aside.words());
+            soup.warnings.push(text);
         }
         Ok(())
     }
@@ -348,7 +432,7 @@ mod tests {
         let placed = |facets: usize, times: usize| {
             let file = model(&fan(facets), &r#"<item objectid="1"/>"#.repeat(times));
             let package = super::Package::open(&file).unwrap();
-            let made = super::Build::new(package).counted_first("3D/3dmodel.model");
+            let made = super::Build::new(package, super::Roles::default()).counted_first("3D/3dmodel.model");
             (made.map(|made| (made.soup.facets.len(), made.counted)), file.len())
         };
         for (facets, times) in [(10, 1), (10, 4900), (1000, 100)] {

@@ -9,6 +9,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use super::meter::Meter;
+use super::roles::{self, Role};
 use crate::geom::{Mat3, Vec3};
 use crate::mesh::Unit;
 use crate::mesh::error::{Fault, Located, Place, coordinate};
@@ -56,6 +57,8 @@ pub(super) struct Reference {
     pub(super) path: Option<String>,
     pub(super) id: String,
     pub(super) transform: Transform,
+    /// Whether an item is to be printed.
+    pub(super) printed: bool,
 }
 
 /// A mesh, components, or both empty.
@@ -64,6 +67,7 @@ pub(super) struct Object {
     pub(super) name: Option<String>,
     pub(super) mesh: (Vec<Vec3>, Vec<[u32; 3]>),
     pub(super) components: Vec<Reference>,
+    pub(super) role: Role,
 }
 
 impl Object {
@@ -89,6 +93,8 @@ pub(super) struct ModelFile {
     pub(super) objects: BTreeMap<String, Rc<Object>>,
     pub(super) items: Vec<Reference>,
     current: String,
+    /// The role that the metadata in hand gives its object, if it is true.
+    setting: Option<Role>,
     /// Objects, items and components so far.
     named: usize,
 }
@@ -103,6 +109,10 @@ pub(super) fn parse(text: &mut Meter<impl BufRead>, path: &str) -> Result<ModelF
         let place = |byte| Place::Entry { name: path.to_owned(), byte };
         let done = match event {
             Ok(Event::Start(tag) | Event::Empty(tag)) => file.open(&tag).map(|()| false),
+            Ok(Event::Text(text)) => {
+                file.set(&text);
+                Ok(false)
+            }
             Ok(Event::End(tag)) if tag.local_name().as_ref() == "object" => {
                 file.object().and_then(|object| object.check()).map(|()| false)
             }
@@ -156,8 +166,10 @@ impl ModelFile {
             "object" => {
                 self.current = required(tag, "id")?;
                 let name = attribute(tag, "name")?.filter(|name| !name.trim().is_empty());
-                self.objects.insert(self.current.clone(), Rc::new(Object { name, ..Object::default() }));
+                let role = roles::of_type(attribute(tag, "type")?.as_deref())?;
+                self.objects.insert(self.current.clone(), Rc::new(Object { name, role, ..Object::default() }));
             }
+            "metadata" => self.setting = attribute(tag, "name")?.and_then(|name| roles::of_setting(&name)),
             "item" => self.items.push(reference(tag)?),
             "vertex" => {
                 let at = vertex(tag)?;
@@ -174,6 +186,14 @@ impl ModelFile {
             _ => {}
         }
         Ok(())
+    }
+
+    /// What metadata says of the object around it.
+    fn set(&mut self, text: &str) {
+        let is_true = text.trim().eq_ignore_ascii_case("true");
+        if let (Some(role), true, Ok(object)) = (self.setting.take(), is_true, self.object()) {
+            object.role = role;
+        }
     }
 
     fn object(&mut self) -> Result<&mut Object, Fault> {
@@ -224,7 +244,7 @@ fn unit(name: Option<&str>) -> Result<Unit, Fault> {
 }
 
 /// The attribute whose local name is `name`, unescaped.
-fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, Fault> {
+pub(super) fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, Fault> {
     for attribute in tag.attributes().with_checks(false) {
         let attribute = attribute.map_err(|error| Fault::Xml { reason: error.to_string() })?;
         if attribute.key.local_name().as_ref() == name {
@@ -261,6 +281,7 @@ fn reference(tag: &BytesStart<'_>) -> Result<Reference, Fault> {
         path: attribute(tag, "path")?,
         id: required(tag, "objectid")?,
         transform: transform.map_or(Ok(Transform::IDENTITY), |text| Transform::parse(&text))?,
+        printed: attribute(tag, "printable")?.is_none_or(|word| word != "0" && word != "false"),
     })
 }
 

@@ -1,0 +1,327 @@
+//! Projects whose volumes are not all parts, as four programs write them: what is printed is what their author sees, or the role is named.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::support::{folder, installed, note, prusa_slicer, said, skip, trunnion};
+
+/// Corners of a box, mm.
+type Cuboid = [[f64; 3]; 2];
+
+const BODY: Cuboid = [[0.0, 0.0, 0.0], [40.0, 20.0, 10.0]];
+
+/// The vertices and triangles of boxes, each facing outward.
+fn mesh(boxes: &[Cuboid]) -> String {
+    const FACETS: [[usize; 3]; 12] = [
+        [0, 2, 1],
+        [0, 3, 2],
+        [4, 5, 6],
+        [4, 6, 7],
+        [0, 1, 5],
+        [0, 5, 4],
+        [1, 2, 6],
+        [1, 6, 5],
+        [2, 3, 7],
+        [2, 7, 6],
+        [3, 0, 4],
+        [3, 4, 7],
+    ];
+    let (mut vertices, mut triangles) = (String::new(), String::new());
+    for (number, [a, b]) in boxes.iter().enumerate() {
+        for z in [a[2], b[2]] {
+            for [x, y] in [[a[0], a[1]], [b[0], a[1]], [b[0], b[1]], [a[0], b[1]]] {
+                vertices += &format!("<vertex x=\"{x}\" y=\"{y}\" z=\"{z}\"/>");
+            }
+        }
+        for [p, q, r] in FACETS.map(|facet| facet.map(|v| v + 8 * number)) {
+            triangles += &format!("<triangle v1=\"{p}\" v2=\"{q}\" v3=\"{r}\"/>");
+        }
+    }
+    format!("<mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>")
+}
+
+/// A package of these resources, items and files beside.
+fn package(path: &Path, unit: &str, resources: &str, items: &str, beside: &[(&str, String)]) {
+    // PrusaSlicer reads its own projects alone so.
+    let own = beside.iter().any(|(name, _)| name.contains("Slic3r"));
+    let own = if own {
+        "<metadata name=\"slic3rpe:Version3mf\">1</metadata><metadata name=\"Application\">PrusaSlicer-2.5.0</metadata>"
+    } else {
+        ""
+    };
+    let model = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><model unit=\"{unit}\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" \
+         xmlns:cura=\"http://software.ultimaker.com/xml/cura/3mf/2015/10\" \
+         xmlns:slic3rpe=\"http://schemas.slic3r.org/3mf/2017/06\">{own}<resources>{resources}</resources><build>{items}</build></model>"
+    );
+    let types = "<?xml version=\"1.0\"?><Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\"><Default Extension=\"rels\" \
+                 ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Default Extension=\"model\" \
+                 ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/></Types>";
+    let relations = "<?xml version=\"1.0\"?><Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship \
+                     Target=\"/3D/3dmodel.model\" Id=\"r0\" Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>";
+    let mut file = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
+    let all =
+        [("[Content_Types].xml", types.to_owned()), ("_rels/.rels", relations.to_owned()), ("3D/3dmodel.model", model)];
+    for (name, text) in all.iter().chain(beside) {
+        file.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+        file.write_all(text.as_bytes()).unwrap();
+    }
+    file.finish().unwrap();
+}
+
+/// What a volume beside the body is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Role {
+    Part,
+    Negative,
+    Modifier,
+    Blocker,
+    Enforcer,
+}
+
+/// A program's way to write a project: a body and another volume, placed by `items`.
+type Program = (&'static str, fn(&Path, &str, Cuboid, &str, &str));
+
+/// PrusaSlicer: one mesh, its volumes by stretches of triangles.
+fn prusa(path: &Path, unit: &str, other: Cuboid, word: &str, items: &str) {
+    let volume = |first: usize, word: &str| {
+        format!(
+            "<volume firstid=\"{first}\" lastid=\"{}\"><metadata type=\"volume\" key=\"name\" value=\"the {word}\"/><metadata type=\"volume\" \
+             key=\"volume_type\" value=\"{word}\"/></volume>",
+            first + 11
+        )
+    };
+    let configuration = format!(
+        "<?xml version=\"1.0\"?><config><object id=\"3\" instances_count=\"1\">{}{}</object></config>",
+        volume(0, "ModelPart"),
+        volume(12, word)
+    );
+    let resources = format!("<object id=\"3\" type=\"model\">{}</object>", mesh(&[BODY, other]));
+    package(path, unit, &resources, items, &[("Metadata/Slic3r_PE_model.config", configuration)]);
+}
+
+/// Bambu Studio and OrcaSlicer: one object of two components.
+fn bambu(path: &Path, unit: &str, other: Cuboid, word: &str, items: &str) {
+    let configuration = format!(
+        "<?xml version=\"1.0\"?><config><object id=\"3\"><metadata key=\"name\" value=\"all\"/><part id=\"1\" subtype=\"normal_part\"><metadata \
+         key=\"name\" value=\"body\"/></part><part id=\"2\" subtype=\"{word}\"><metadata key=\"name\" value=\"the {word}\"/></part></object></config>"
+    );
+    let resources = format!(
+        "<object id=\"1\" type=\"model\">{}</object><object id=\"2\" type=\"model\">{}</object><object id=\"3\" type=\"model\"><components><component \
+         objectid=\"1\"/><component objectid=\"2\"/></components></object>",
+        mesh(&[BODY]),
+        mesh(&[other])
+    );
+    package(path, unit, &resources, items, &[("Metadata/model_settings.config", configuration)]);
+}
+
+/// Cura: an object of its own, with a setting in its metadata.
+fn cura(path: &Path, unit: &str, other: Cuboid, word: &str, items: &str) {
+    let group = format!(
+        "<metadatagroup><metadata name=\"cura:drop_to_buildplate\" type=\"xs:boolean\">True</metadata><metadata name=\"{word}\" \
+         type=\"xs:boolean\">True</metadata></metadatagroup>"
+    );
+    let resources = format!(
+        "<object id=\"1\" type=\"model\">{}</object><object id=\"2\" type=\"model\" name=\"the {word}\">{group}{}</object><object id=\"3\" \
+         type=\"model\"><components><component objectid=\"1\"/><component objectid=\"2\"/></components></object>",
+        mesh(&[BODY]),
+        mesh(&[other])
+    );
+    package(path, unit, &resources, items, &[]);
+}
+
+/// 3MF core: an object's type.
+fn core(path: &Path, unit: &str, other: Cuboid, word: &str, items: &str) {
+    let resources = format!(
+        "<object id=\"1\" type=\"model\">{}</object><object id=\"2\" type=\"{word}\" name=\"the {word}\">{}</object><object id=\"3\" \
+         type=\"model\"><components><component objectid=\"1\"/><component objectid=\"2\"/></components></object>",
+        mesh(&[BODY]),
+        mesh(&[other])
+    );
+    package(path, unit, &resources, items, &[]);
+}
+
+fn inspected(path: &Path) -> Result<(f64, String), String> {
+    let run = trunnion().arg("inspect").arg(path).arg("--json").output().unwrap();
+    if !run.status.success() {
+        return Err(said(&run));
+    }
+    let report: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let parts = report["parts"].as_array().unwrap();
+    Ok((parts.iter().map(|part| part["volume_mm3"].as_f64().unwrap()).sum(), report["warnings"].to_string()))
+}
+
+/// What both boxes fill, mm3.
+fn common(other: Cuboid) -> f64 {
+    (0..3).map(|i| (BODY[1][i].min(other[1][i]) - BODY[0][i].max(other[0][i])).max(0.0)).product()
+}
+
+#[test]
+fn what_is_printed_is_what_the_author_sees() {
+    let folder = folder();
+    let programs: [(Program, &[(&str, Role)]); 4] = [
+        (
+            ("PrusaSlicer", prusa),
+            &[
+                ("ModelPart", Role::Part),
+                ("NegativeVolume", Role::Negative),
+                ("ParameterModifier", Role::Modifier),
+                ("SupportBlocker", Role::Blocker),
+                ("SupportEnforcer", Role::Enforcer),
+            ],
+        ),
+        (
+            ("Bambu Studio", bambu),
+            &[
+                ("normal_part", Role::Part),
+                ("negative_part", Role::Negative),
+                ("modifier_part", Role::Modifier),
+                ("support_blocker", Role::Blocker),
+                ("support_enforcer", Role::Enforcer),
+            ],
+        ),
+        (("Cura", cura), &[("cura:anti_overhang_mesh", Role::Blocker), ("cura:infill_mesh", Role::Modifier)]),
+        (("3MF", core), &[("model", Role::Part), ("support", Role::Enforcer), ("other", Role::Modifier)]),
+    ];
+    // A notch, an end cut off, one through all, one that stands on it, one beside it, one within.
+    let others: [Cuboid; 6] = [
+        [[30.0, 5.0, 0.0], [40.0, 15.0, 10.0]],
+        [[30.0, -1.0, -1.0], [41.0, 21.0, 11.0]],
+        [[18.0, -1.0, -1.0], [22.0, 21.0, 11.0]],
+        [[0.0, 0.0, 10.0], [40.0, 20.0, 14.0]],
+        [[50.0, 0.0, 0.0], [70.0, 20.0, 10.0]],
+        [[10.0, 5.0, 2.0], [20.0, 15.0, 8.0]],
+    ];
+    let items = [
+        "<item objectid=\"3\"/>",
+        "<item objectid=\"3\" printable=\"1\"/><item objectid=\"3\" transform=\"0 1 0 -1 0 0 0 0 1 200 0 0\"/>",
+    ];
+    let mut count = 0;
+    for ((program, write), words) in programs {
+        for (word, role) in words {
+            for (index, other) in others.iter().enumerate() {
+                for (item, unit) in items.iter().zip(["millimeter", "inch"]) {
+                    let path = folder.path().join("project.3mf");
+                    write(&path, unit, *other, word, item);
+                    let own: f64 = (0..3).map(|i| other[1][i] - other[0][i]).product();
+                    let each = match role {
+                        Role::Part if index == 0 || index == 1 || index == 2 || index == 5 => continue,
+                        Role::Part => 8000.0 + own,
+                        Role::Negative => 8000.0 - common(*other),
+                        _ => 8000.0,
+                    };
+                    let (instances, mm) = if unit == "inch" { (2.0, 25.4_f64.powi(3)) } else { (1.0, 1.0) };
+                    let what = format!("{program}, {word}, volume {index}, {unit}");
+                    let (volume, warnings) = inspected(&path).unwrap_or_else(|error| panic!("{what}: {error}"));
+                    let wanted = each * instances * mm;
+                    assert!((volume / wanted - 1.0).abs() < 1e-6, "{what}: {volume} mm3, wanted {wanted}");
+                    let silent = *role == Role::Part || (*role == Role::Negative && common(*other) == 0.0);
+                    assert_eq!(warnings.contains(word), !silent, "{what}: {warnings}");
+                    count += 1;
+                }
+            }
+        }
+    }
+    note(&format!("{count} projects in the forms of four programs"));
+    assert!(count > 100, "{count}");
+}
+
+/// A file, and words of its refusal.
+fn refused(path: &Path, words: &str) {
+    let error = inspected(path).map(|(volume, _)| volume).unwrap_err();
+    assert!(error.contains(words), "{error}");
+}
+
+#[test]
+fn what_is_not_known_or_leaves_nothing_is_refused_by_name() {
+    let folder = folder();
+    let path = folder.path().join("project.3mf");
+    let one = "<item objectid=\"3\"/>";
+    let notch = [[30.0, 5.0, 0.0], [40.0, 15.0, 10.0]];
+    prusa(&path, "millimeter", notch, "FuzzySkin", one);
+    refused(&path, "the FuzzySkin has the role \"FuzzySkin\", which is not known");
+    bambu(&path, "millimeter", notch, "magic_part", one);
+    refused(&path, "the magic_part has the role \"magic_part\", which is not known");
+    core(&path, "millimeter", notch, "ghost", one);
+    refused(&path, "\"ghost\", which is not known");
+    // All of it is cut away.
+    prusa(&path, "millimeter", [[-1.0; 3], [50.0; 3]], "NegativeVolume", one);
+    refused(&path, "nothing is left of the model without the NegativeVolume");
+    // Nothing is placed that is printed.
+    prusa(&path, "millimeter", notch, "ModelPart", "<item objectid=\"3\" printable=\"0\"/>");
+    refused(&path, "nothing in it is printed");
+    let alone = format!("<object id=\"3\" type=\"support\" name=\"a prop\">{}</object>", mesh(&[BODY]));
+    package(&path, "millimeter", &alone, one, &[]);
+    refused(&path, "nothing in it is printed: a prop is a support of the file's own");
+    // What says so is broken.
+    let whole = format!("<object id=\"3\" type=\"model\">{}</object>", mesh(&[BODY]));
+    for (name, text) in [
+        (
+            "Metadata/Slic3r_PE_model.config",
+            "<config><object id=\"3\"><volume firstid=\"0\" lastid=\"many\"/></object></config>",
+        ),
+        ("Metadata/model_settings.config", "<config><object id=\"3\"></part></config>"),
+        (
+            "Metadata/Slic3r_PE_model.config",
+            "<config><object id=\"3\"><volume firstid=\"0\" lastid=\"6\"><metadata key=\"modifier\" value=\"1\"/></volume><volume firstid=\"6\" \
+             lastid=\"11\"><metadata key=\"modifier\" value=\"1\"/></volume></object></config>",
+        ),
+    ] {
+        package(&path, "millimeter", &whole, one, &[(name, text.to_owned())]);
+        refused(&path, name);
+    }
+    // Stretches beyond the mesh, and objects that are not there, are of no triangle.
+    let beyond = "<config><object id=\"3\"><volume firstid=\"12\" lastid=\"99999999999\"><metadata key=\"volume_type\" value=\"NegativeVolume\"/>\
+                  </volume></object><object id=\"8\"><volume firstid=\"0\" lastid=\"5\"><metadata key=\"modifier\" value=\"1\"/></volume></object></config>";
+    package(&path, "millimeter", &whole, one, &[("Metadata/Slic3r_PE_model.config", beyond.to_owned())]);
+    assert!((inspected(&path).unwrap().0 - 8000.0).abs() < 1e-6);
+}
+
+/// Filament that PrusaSlicer lays for a project, full, mm3.
+fn laid_by_prusa(project: &Path, output: PathBuf) -> f64 {
+    let full = [
+        "--fill-density",
+        "100%",
+        "--fill-pattern",
+        "rectilinear",
+        "--skirts",
+        "0",
+        "--brim-width",
+        "0",
+        "--perimeters",
+        "2",
+        "--first-layer-height",
+        "0.2",
+        "--layer-height",
+        "0.2",
+    ];
+    let run = prusa_slicer().arg(project).arg("-g").args(full).arg("-o").arg(&output).output().unwrap();
+    let text = std::fs::read_to_string(output).unwrap_or_else(|_| panic!("{}", said(&run)));
+    let line = text.lines().find_map(|line| line.strip_prefix("; filament used [cm3] = ")).unwrap();
+    1000.0 * line.trim().parse::<f64>().unwrap()
+}
+
+#[test]
+fn prusa_slicer_lays_as_much() {
+    if !installed("prusa-slicer") {
+        return skip("prusa-slicer is not installed: its own projects are not held against it");
+    }
+    let folder = folder();
+    let path = folder.path().join("project.3mf");
+    let item = "<item objectid=\"3\" transform=\"1 0 0 0 1 0 0 0 1 100 100 0\"/>";
+    for (word, other) in [
+        ("NegativeVolume", [[30.0, 5.0, 0.0], [40.0, 15.0, 10.0]]),
+        ("NegativeVolume", [[30.0, -1.0, -1.0], [41.0, 21.0, 11.0]]),
+        ("ParameterModifier", [[10.0, 5.0, 0.0], [20.0, 15.0, 10.0]]),
+        ("SupportBlocker", [[50.0, 0.0, 0.0], [70.0, 20.0, 10.0]]),
+        ("ModelPart", [[50.0, 0.0, 0.0], [70.0, 20.0, 10.0]]),
+    ] {
+        prusa(&path, "millimeter", other, word, item);
+        let (own, _) = inspected(&path).unwrap();
+        let laid = laid_by_prusa(&path, folder.path().join("prusa.gcode"));
+        note(&format!("{word}: {own:.0} mm3 here, {laid:.0} mm3 laid by PrusaSlicer"));
+        assert!((laid / own - 1.0).abs() < 0.03, "{word}: {own} mm3, PrusaSlicer lays {laid}");
+    }
+}
