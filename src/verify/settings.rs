@@ -33,6 +33,8 @@ use Setting::{
 
 /// So many times what the profile states is asked of no machine, and so small a share is as good as standing.
 const TIMES: f64 = 10.0;
+/// What quick machines are driven at, mm/s²: stock presets have 12,000 and 20,000. Many profiles state the default, not their machine's own.
+const QUICK: f64 = 50_000.0;
 const SHARE: f64 = 0.01;
 /// A limit below this share of the speeds that the profile prints with holds a print up.
 const SPEED_SHARE: f64 = 0.05;
@@ -123,8 +125,8 @@ impl Settings {
         // X and Y, Z, E.
         let of = |values: &[f64; 3], axis: usize| values[axis.saturating_sub(1)];
         match setting {
-            Acceleration => [SHARE, TIMES].map(|times| times * self.accelerations[0]),
-            RetractAcceleration => [SHARE, TIMES].map(|times| times * self.accelerations[2]),
+            Acceleration => reach(self.accelerations[0]),
+            RetractAcceleration => reach(self.accelerations[2]),
             // Most firmwares take the least of these and of the others.
             AxisAcceleration(axis) => [SHARE * of(&self.accelerations, axis), f64::INFINITY],
             AxisSpeed(axis) => [SPEED_SHARE * of(&self.speeds, axis), f64::INFINITY],
@@ -136,6 +138,11 @@ impl Settings {
             Recover => [-0.3, 0.3],
         }
     }
+}
+
+/// What an acceleration may be set to where the profile states so much.
+fn reach(stated: f64) -> [f64; 2] {
+    [SHARE * stated, (TIMES * stated).max(QUICK)]
 }
 
 /// Whether slicers set it anew for each kind of line.

@@ -128,8 +128,9 @@ fn accelerations_are_within_reach_of_the_profiles() {
         (10.0, false),
         (500.0, false),
         (1_500.0, false),
-        (10_000.0, false),
-        (10_001.0, true),
+        (20_000.0, false),
+        (50_000.0, false),
+        (50_001.0, true),
         (100_000.0, true),
     ] {
         for letter in ["S", "P", "T"] {
@@ -185,11 +186,11 @@ fn what_the_profile_permits_is_no_finding() {
         change(&mut profile);
         profile
     };
-    let own = permitted(&|p| p.dialect.start += "\nM204 S20000");
-    assert!(run(&start("G28\nM190 S60\nM109 S200\nM204 S20000\n"), &own).is_clean());
+    let own = permitted(&|p| p.dialect.start += "\nM204 S200000");
+    assert!(run(&start("G28\nM190 S60\nM109 S200\nM204 S200000\n"), &own).is_clean());
     let allowed = permitted(&|p| p.dialect.allow = vec!["M203".to_owned()]);
     assert!(run(&within("M203 X5"), &allowed).is_clean());
-    let turns = permitted(&|p| p.transition.after_turn = "M204 S20000".to_owned());
+    let turns = permitted(&|p| p.transition.after_turn = "M204 S200000".to_owned());
     assert!(!run(&program(), &turns).counts.contains_key(&Rule::Setting));
 }
 
