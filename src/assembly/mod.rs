@@ -12,8 +12,8 @@
 //! - **Overlap** (`solid.rs`): what two parts both fill goes to the earlier one; the later is cut along its surface. Where the later
 //!   one would fall to pieces or vanish, the earlier one gives way: a pin through a plate leaves a plate with a hole.
 //!
-//! [`cut_away`] takes a project's negative volumes off its parts. [`join`] makes solids of parts that touch or overlap instead. Besides ([`upright`], [`up_on`], [`in_rows`]): which way a model
-//! stands, and where several stand beside each other.
+//! [`join`] makes solids of parts that touch or overlap instead; [`cut_away`] takes a project's negative volumes off its parts. Besides
+//! ([`upright`], [`up_on`], [`in_rows`]): which way a model stands, and where several stand beside each other.
 //!
 //! The booleans are `boolmesh`'s, a port of Manifold (Lalish) in Rust; every result's volume is held against the parts'.
 

@@ -8,7 +8,7 @@ use crate::job::{self, PublishRequest, Verified};
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
     let to = &job::server_address(&args.to, &world)?;
-    let key = &job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?;
+    let key = job::server_key(args.key_file.as_deref(), job::key_from_environment().as_deref(), &world)?;
     let plan = args.plan.as_ref().map(|plan| job::load_plan(&args.plan_ref.source(plan), &world)).transpose()?;
     let program = &match &plan {
         Some(plan) => send::proved(&args.gcode, plan, &world)?,

@@ -159,9 +159,7 @@ pub enum Fault {
         role: String,
     },
     /// A volume that its slicer cuts away.
-    #[error(
-        "{name} is a negative volume, which has to be cut away from the parts first; do so in the program that made it"
-    )]
+    #[error("{name} is to be cut away from the parts, which is not done here; cut it in the program that made it")]
     Negative {
         /// Its name.
         name: String,

@@ -86,8 +86,7 @@ impl Model {
         let label = |surface: &Surface| &soup.names[soup.labels[surface.source[0] as usize] as usize];
         let (away, surfaces): (Vec<Surface>, Vec<Surface>) = surfaces.into_iter().partition(|one| label(one).away);
         if surfaces.is_empty() {
-            let name = label(&away[0]).name.clone().unwrap_or_else(|| "a volume".to_owned());
-            let first = format!("{name} is a negative volume");
+            let first = format!("{} is cut away", label(&away[0]).away_called());
             return Err(Fault::NothingPrinted { first, others: away.len() - 1 }.at(Place::File));
         }
         let named = surfaces.iter().enumerate().map(|(id, surface)| {
@@ -97,7 +96,7 @@ impl Model {
         let mut model = Self::from_parts(named.collect());
         let of = |object: u32| (0..surfaces.len()).filter(|&id| label(&surfaces[id]).object == object).collect();
         let away = away.iter().map(|surface| Away {
-            name: label(surface).name.clone().unwrap_or_else(|| "a negative volume".to_owned()),
+            name: label(surface).away_called(),
             mesh: mesh(&soup.vertices, surface, unit.millimetres()),
             parts: of(label(surface).object),
         });

@@ -37,6 +37,13 @@ pub(super) struct Soup {
     pub(super) warnings: Vec<String>,
 }
 
+impl Label {
+    /// What a volume is called that is to be cut away.
+    pub(super) fn away_called(&self) -> String {
+        self.name.clone().unwrap_or_else(|| "a negative volume".to_owned())
+    }
+}
+
 impl Soup {
     /// A soup with one nameless label, for formats without names.
     pub(super) fn nameless() -> Self {

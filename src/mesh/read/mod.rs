@@ -61,8 +61,7 @@ pub fn read_project(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(
 pub fn read_surface(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<TriangleMesh<Object>, MeshError> {
     let mut soup = read(bytes, name).map_err(|located| located.in_file(name))?;
     if let Some(away) = soup.names.iter().find(|label| label.away) {
-        let name_of = away.name.clone().unwrap_or_else(|| "a volume".to_owned());
-        return Err(Fault::Negative { name: name_of }.at(Place::File).in_file(name));
+        return Err(Fault::Negative { name: away.away_called() }.at(Place::File).in_file(name));
     }
     let facets = soup.facets.len();
     if soup.weld() == facets {

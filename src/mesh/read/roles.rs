@@ -43,8 +43,12 @@ pub(super) enum Aside {
 }
 
 impl Aside {
-    /// What is said of it, behind its name.
-    pub(super) fn words(self) -> &'static str {
+    /// What is said of one called so.
+    pub(super) fn told(self, name: Option<&str>) -> String {
+        format!("{} {}", name.unwrap_or("a volume"), self.words())
+    }
+
+    fn words(self) -> &'static str {
         match self {
             Self::Modifier => "is a modifier: it is not printed, and its settings are not used",
             Self::Blocker => {
@@ -129,17 +133,15 @@ impl Roles {
         self.components.get(&(object.to_owned(), component.to_owned()))
     }
 
-    /// Takes what `Metadata/Slic3r_PE_model.config` or `Metadata/model_settings.config` says.
-    pub(super) fn read(&mut self, text: &str) -> Result<(), Fault> {
+    /// Takes what `Metadata/Slic3r_PE_model.config` or `Metadata/model_settings.config` says; what is wrong, and before which byte.
+    pub(super) fn read(&mut self, text: &str) -> Result<(), (Fault, u64)> {
         let mut reader = Reader::from_str(text);
         let mut state = Open::default();
         loop {
-            match reader.read_event().map_err(|error| Fault::Xml { reason: error.to_string() })? {
-                Event::Start(tag) => state.open(&tag, false, self)?,
-                Event::Empty(tag) => state.open(&tag, true, self)?,
-                Event::End(tag) if matches!(tag.local_name().as_ref(), "volume" | "part") => state.close(self)?,
-                Event::Eof => return self.check(),
-                _ => {}
+            let event = reader.read_event().map_err(|error| Fault::Xml { reason: error.to_string() });
+            let more = event.and_then(|event| state.take(&event, self));
+            if !more.map_err(|fault| (fault, reader.buffer_position()))? {
+                return self.check().map_err(|fault| (fault, reader.buffer_position()));
             }
         }
     }
@@ -174,6 +176,17 @@ struct OpenVolume {
 }
 
 impl Open {
+    /// Takes the next piece; `false` for the end.
+    fn take(&mut self, event: &Event<'_>, roles: &mut Roles) -> Result<bool, Fault> {
+        match event {
+            Event::Start(tag) => self.open(tag, false, roles)?,
+            Event::Empty(tag) => self.open(tag, true, roles)?,
+            Event::End(tag) if matches!(tag.local_name().as_ref(), "volume" | "part") => self.close(roles)?,
+            _ => {}
+        }
+        Ok(!matches!(event, Event::Eof))
+    }
+
     fn open(&mut self, tag: &BytesStart<'_>, empty: bool, roles: &mut Roles) -> Result<(), Fault> {
         match tag.local_name().as_ref() {
             "object" => self.object = attribute(tag, "id")?.unwrap_or_default(),

@@ -95,7 +95,8 @@ impl<'a> Package<'a> {
             if text.len() as u64 > LARGEST_CONFIGURATION {
                 return Err(Fault::Unpacked { packed, allowed }.at(Place::File));
             }
-            roles.read(&text).map_err(|fault| fault.at(Place::Entry { name: path.to_owned(), byte: 0 }))?;
+            let place = |byte| Place::Entry { name: path.to_owned(), byte };
+            roles.read(&text).map_err(|(fault, byte)| fault.at(place(byte)))?;
         }
         Ok(roles)
     }
@@ -170,14 +171,6 @@ impl<'a> Build<'a> {
         })
     }
 
-    /// Says that a volume is not printed.
-    fn leave_out(&mut self, aside: Aside, name: Option<&str>) {
-        if !self.counting {
-            let text = format!("{} {}", name.unwrap_or("a volume"), aside.words());
-            self.soup.warnings.push(text);
-        }
-    }
-
     /// Takes an object into account.
     fn count(&mut self, id: &str, object: &Object) -> Result<(), Located> {
         // Objects without a mesh count as well: it is they who multiply.
@@ -213,7 +206,7 @@ impl<'a> Build<'a> {
         if self.counting {
             self.count(&to.id, &object)?;
         } else if let Role::Aside(aside) = role {
-            self.leave_out(aside, name.as_deref());
+            self.soup.warnings.push(aside.told(name.as_deref()));
         } else {
             self.append((&to.id, &object), &transform, &Volume { role, name: name.clone() })?;
         }
@@ -262,8 +255,7 @@ impl<'a> Build<'a> {
                 facets.for_each(|facet| soup.push(placed(*facet)));
                 continue;
             };
-            let text = format!("{} {}", name.as_deref().unwrap_or("a volume"), aside.words());
-            soup.warnings.push(text);
+            soup.warnings.push(aside.told(name.as_deref()));
         }
         Ok(())
     }
