@@ -67,7 +67,7 @@ pub fn split(done: &SplitResult) -> Value {
         "needs_support": {"before": needs(&split.before), "after": needs(&split.after)},
         "left": worth_a_word.map(left).collect::<Vec<_>>(),
         "seam_mm2": split.seam_mm2(), "setups": split.setups(), "pedestal_mm": done.pedestal_mm, "stood": done.stood,
-        "printable": split.printable, "reasons": done.why_not().into_iter().collect::<Vec<_>>(),
+        "printable": split.printable, "reasons": done.why_not().iter().map(ToString::to_string).collect::<Vec<_>>(),
         "seconds": done.seconds,
     })
 }

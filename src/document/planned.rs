@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::job::{Listed, NoPlan, NoWay, PlanResult, TriedWay};
+use crate::job::{Listed, NoPlan, NoWay, PlanResult, Refused, TriedWay};
 use crate::planning::{PartDroop, Planned, Reason, Slot, ThreeAxis};
 use crate::strategy::{Terms, Way};
 
@@ -50,6 +50,10 @@ pub fn planned(made: &PlanResult) -> Value {
     document
 }
 
+fn words(why: Option<&Refused>) -> Option<String> {
+    why.map(ToString::to_string)
+}
+
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
@@ -76,7 +80,8 @@ pub(super) fn ways(tried: &[TriedWay]) -> Value {
             "way": tried.way.word(), "up": tried.up, "chosen": tried.chosen, "minutes": number(|t| t.minutes), "grams": number(|t| t.grams),
             "support_g": number(|t| t.support_g), "contact_mm2": number(|t| t.contact_mm2), "seam_mm2": number(|t| t.seam_mm2),
             "setups": terms.map(|t| t.setups), "parts": terms.map(|t| t.parts), "droop_mm3": number(|t| t.droop_mm3), "steps_min": number(|t| t.steps_min), "risk_min": number(|t| t.risk_min),
-            "price_min": tried.price_min, "why_not": tried.why_not,
+            "price_min": tried.price_min, "why_not": words(tried.why_not.as_ref()),
+            "code": tried.why_not.as_ref().map(Refused::code),
         })
     };
     let mut order: Vec<&TriedWay> = tried.iter().collect();
@@ -112,8 +117,8 @@ pub fn no_plan(no: &NoPlan) -> Value {
         "summary": no.infeasible.to_string(),
         "reasons": reasons.iter().map(reason).collect::<Vec<_>>(),
         "least": least,
-        "cut": no.cut,
-        "supports": no.held,
+        "cut": words(no.cut.as_ref()),
+        "supports": words(no.held.as_ref()),
         "ways": ways(&no.ways),
         "remedies": no.remedies.as_deref().unwrap_or_default(),
     })

@@ -52,14 +52,14 @@ pub fn prepared(output: &str, done: &PrepareResult, report: &Report) -> Value {
             let mut solids: Vec<Value> = cut.solids.iter().map(of_solid).collect();
             let mut document = if solids.len() == 1 { solids.remove(0) } else { json!({"solids": solids}) };
             document["file"] = cut.file.as_str().into();
-            document["reason"] = cut.why.as_str().into();
+            document["reason"] = cut.why.to_string().into();
             document["seconds_print"] = report.seconds_print.into();
             document["filament_mm"] = report.filament_mm.into();
             document
         }),
         "supports": done.held.as_ref().map(|held| json!({
             "parts": held.parts.iter().map(of_held).collect::<Vec<_>>(),
-            "volume_mm3": held.volume_mm3(), "seconds": held.seconds(), "reason": held.why,
+            "volume_mm3": held.volume_mm3(), "seconds": held.seconds(), "reason": held.why.to_string(),
         })),
         "ways": ways(&done.planned.ways),
         "slicer": slicer(&done.slicer),

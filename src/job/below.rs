@@ -1,7 +1,7 @@
 //! Supports below what stands on the table while other parts are printed onto it later, tilted: what lies in their way, and whose way they
 //! stand in.
 
-use super::CheckedPlan;
+use super::{CheckedPlan, Refused};
 use crate::geom::{Machine, Rigid, Table, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::planning::{Obstacle, Print, turn_struck};
@@ -25,23 +25,16 @@ pub(super) fn stand_alone(
     held: &[Below<'_>],
     standing: &[(usize, TriangleMesh<Machine>)],
     margin_mm: f64,
-) -> Result<(), String> {
+) -> Result<(), Refused> {
     let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
     let setups: Vec<Vec<&Print>> = plan.plan.slots.iter().flat_map(|slot| slot.setups()).collect();
     let Some((first, later)) = setups.split_first() else { return Ok(()) };
     for below in held {
         if !first.iter().any(|print| print.part == below.part) {
-            return Err(format!(
-                "{}: supports are laid on the empty table, and it is printed behind others",
-                name(below.part)
-            ));
+            return Err(Refused::Late { part: name(below.part) });
         }
         if let Some(other) = in_the_way(plan, below) {
-            return Err(format!(
-                "the supports of {} would stand where {} is, or less than a line's width from it",
-                name(below.part),
-                name(other)
-            ));
+            return Err(Refused::Within { part: name(below.part), other: name(other) });
         }
     }
     let table = plan.machine.profile.kinematics();
@@ -53,16 +46,14 @@ pub(super) fn stand_alone(
         let obstacle = Obstacle::new(&plan.machine.profile, &on_table, margin_mm);
         for later in later.iter().flatten() {
             if let Some(piece) = obstacle.met_by(&workpiece.parts[later.part], later.pose(&table)) {
-                return Err(format!(
-                    "while {} is printed, the {piece} would meet the supports of {}",
-                    name(later.part),
-                    name(*part)
-                ));
+                let (printed, part) = (name(later.part), name(*part));
+                return Err(Refused::Head { printed, piece, part });
             }
         }
         all.push((*part, on_table));
     }
-    turn_struck(&workpiece, &plan.machine.profile, &all, &plan.plan.slots).map_or(Ok(()), Err)
+    turn_struck(&workpiece, &plan.machine.profile, &all, &plan.plan.slots)
+        .map_or(Ok(()), |text| Err(Refused::Turn(text)))
 }
 
 /// The part, other than its own, that a line of supports comes upon.

@@ -1,8 +1,10 @@
 //! A model whose solids are cut by planes and whose parts are planned; what was read is never changed.
 
+use std::sync::Arc;
+
 use super::plan::{Along, planned_along};
 use super::solids::{CutSolid, Known, Pieces, in_parts};
-use super::{Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, World};
+use super::{LoadedModel, LoadedProfile, PlanOptions, PlanResult, Refused, World};
 use crate::spelling::counted;
 use crate::split::{CutBudget, Split};
 
@@ -27,8 +29,8 @@ pub struct CutModel {
     pub bytes: Vec<u8>,
     /// What the plan calls that.
     pub file: String,
-    /// Why there is no plan for the model as it is, in one sentence.
-    pub why: String,
+    /// Why there is no plan for the model as it is.
+    pub why: Refused,
 }
 
 impl CutModel {
@@ -66,21 +68,19 @@ pub(super) fn in_pieces(
     (options, file, budget): (&PlanOptions, &str, Option<CutBudget>),
     known: &mut Known,
     world: &World<'_>,
-) -> Result<(PlanResult, Vec<CutSolid>, Vec<u8>), String> {
+) -> Result<(PlanResult, Vec<CutSolid>, Vec<u8>), Refused> {
     if model.model.parts.len() == 1 {
         let (plan, split, bytes) = in_parts(model.clone(), machine, (options, file, budget), world)?;
         if split.split.cuts.is_empty() {
-            return Err("nothing of it asks for a cut".to_owned());
+            return Err(Refused::Whole);
         }
         return Ok((plan, vec![CutSolid { parts: vec![0], split }], bytes));
     }
-    let words = |error: Error| error.to_string();
     let pieces = Pieces::of(model, (machine, options, budget), known, world)?;
     let bytes = pieces.threemf();
-    let parts = LoadedModel::made(file.to_owned(), &bytes).map_err(words)?;
+    let parts = LoadedModel::made(file.to_owned(), &bytes)?;
     let plain =
         PlanOptions { remedies: false, allow: pieces.allow, budget: options.budget.min(STEPS), ..options.clone() };
     let plan = planned_along(Along::These(&pieces.ups), parts, machine.clone(), &plain, world);
-    let crowded = |error| format!("{}; print fewer at once, or give them more room (--gap)", words(error));
-    Ok((plan.map_err(crowded)?, pieces.cut, bytes))
+    Ok((plan.map_err(|error| Refused::Crowded(Arc::new(error)))?, pieces.cut, bytes))
 }

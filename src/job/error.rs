@@ -269,6 +269,14 @@ pub enum Error {
     /// A model that does not lie on its table.
     #[error(transparent)]
     Misplaced(#[from] Misplaced),
+    /// A model that does not lie on its table, but on that of another shipped machine.
+    #[error("{source}; {machine} has room for it (-m {machine})")]
+    RoomElsewhere {
+        /// Why it does not.
+        source: Misplaced,
+        /// The other machine.
+        machine: &'static str,
+    },
     /// Parts that cannot be made to meet.
     #[error(transparent)]
     Fit(#[from] FitError),

@@ -49,6 +49,7 @@ mod profile_import;
 mod profile_new;
 mod progress;
 mod publish;
+mod refused;
 mod rewrite;
 mod send;
 mod setting;
@@ -96,6 +97,7 @@ pub use profile_import::{ImportProfile, ImportedProfile, import_profile};
 pub use profile_new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
 pub use progress::{Bar, Progress, Silent, Step};
 pub use publish::{PublishRequest, PublishResult, publish, server_address, server_key};
+pub use refused::Refused;
 pub use rewrite::{RewriteRequest, RewriteResult, is_finished, rewrite};
 pub use send::{
     Answer, At, Desk, Ended, Figures, Loaded, Operator, Print, Rehearsal, SendOptions, SendRequest, Sending,
@@ -106,7 +108,7 @@ pub use simulate::{BadSimulation, SimulateRequest, simulate};
 pub use slice::{LARGEST_BED_MM, Prints, SliceRequest, SliceResult, SlicerName, SlicingOptions, bed, slice};
 pub use solids::CutSolid;
 pub use source::{MachineSource, ModelSource, Source};
-pub use split::{SplitOptions, SplitRequest, SplitResult, split};
+pub use split::{SplitOptions, SplitRequest, SplitResult, Uncut, split};
 pub use support::{SupportOptions, SupportRequest, SupportResult, Triple, is_3mf, support};
 pub use supported::{HeldModel, HeldPart, Holding};
 pub use tries::plan;

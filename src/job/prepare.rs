@@ -9,7 +9,7 @@ use super::supported::Holding;
 use super::tries::{PlannedSomehow, planned_somehow};
 use super::ways::{TriedWay, WaysOut};
 use super::{
-    Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Rejected,
+    Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Refused, Rejected,
     RewriteResult, Silent, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
 };
 use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
@@ -105,12 +105,12 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
 }
 
 /// What a slicer did that another may do better; `None` for what is not the slicer's.
-fn unfit(error: &Error) -> Option<String> {
+fn unfit(error: &Error) -> Option<Refused> {
     match error {
-        Error::Rejected(no) => Some(format!("lays what is refused ({no})")),
-        Error::Sliced(_) | Error::Rewrite(_) => Some(format!("wrote what cannot be used ({error})")),
+        Error::Rejected(no) => Some(Refused::Laid(no.to_string())),
+        Error::Sliced(_) | Error::Rewrite(_) => Some(Refused::Wrote(error.to_string())),
         Error::Slice(SliceError::Interrupted) => None,
-        Error::Slice(_) => Some(format!("failed ({error})")),
+        Error::Slice(_) => Some(Refused::Slicer(error.to_string())),
         _ => None,
     }
 }

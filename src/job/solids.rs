@@ -5,7 +5,7 @@ use super::load::spanning;
 use super::plan::{Along, planned, planned_along};
 use super::split::cut_up;
 use super::{
-    CheckedPlan, Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, SplitOptions, SplitResult, World,
+    CheckedPlan, Error, LoadedModel, LoadedProfile, PlanOptions, PlanResult, Refused, SplitOptions, SplitResult, World,
 };
 use crate::geom::{Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh, threemf};
@@ -40,9 +40,9 @@ struct Shape {
     /// What its user lets pass.
     allow: Option<Option<f64>>,
     /// The directions of its plan, where it has one whole.
-    whole: Result<Option<Vec<Vec3>>, String>,
+    whole: Result<Option<Vec<Vec3>>, Refused>,
     /// Its parts' directions and the cuts, where that was tried.
-    cut: Option<Result<(Vec<Vec3>, SplitResult), String>>,
+    cut: Option<Result<(Vec<Vec3>, SplitResult), Refused>>,
 }
 
 /// A group of parts as if it stood alone, with the options that are its own.
@@ -133,11 +133,11 @@ fn whole(
     parts: &LoadedModel,
     (machine, options): (&LoadedProfile, &PlanOptions),
     world: &World<'_>,
-) -> Result<Option<Vec<Vec3>>, String> {
+) -> Result<Option<Vec<Vec3>>, Refused> {
     match planned(parts.clone(), machine.clone(), options, world) {
         Ok(plan) => Ok(Some(directions(&plan.plan))),
         Err(Error::NoPlan(_)) => Ok(None),
-        Err(error) => Err(error.to_string()),
+        Err(error) => Err(error.into()),
     }
 }
 
@@ -167,7 +167,7 @@ impl Pieces {
         (machine, options, budget): (&LoadedProfile, &PlanOptions, Option<CutBudget>),
         known: &mut Known,
         world: &World<'_>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Refused> {
         let mut pieces = Self::default();
         let mut cut: Vec<(usize, Vec<usize>)> = Vec::new();
         for Alone { group, options } in &Alone::all(&model.model, options) {
@@ -175,10 +175,8 @@ impl Pieces {
             let parts = model.only(group);
             let [part] = group[..] else {
                 let Some(ups) = whole(&parts, (machine, options), world)? else {
-                    let (count, [first, last]) = (group.len(), [group[0], group[group.len() - 1]].map(named));
-                    return Err(format!(
-                        "{first} to {last}, {count} parts that touch, have no plan together, and only single solids are cut; join them (--join)"
-                    ));
+                    let [first, last] = [group[0], group[group.len() - 1]].map(named);
+                    return Err(Refused::Several { first, last, parts: group.len() });
                 };
                 pieces.keep(model, group, (&ups, options));
                 continue;
@@ -186,7 +184,7 @@ impl Pieces {
             let (index, by) = known.of(&parts, (machine, options), world);
             known.cut(index, parts, (machine, options, budget), world);
             let Shape { whole, cut: split, .. } = &known.0[index];
-            let about = |why: &String| format!("{}: {why}", named(part));
+            let about = |why: &Refused| why.clone().of_part(named(part));
             if let Some(ups) = whole.as_ref().map_err(about)? {
                 pieces.keep(model, group, (ups, options));
             }
@@ -206,7 +204,7 @@ impl Pieces {
         };
         pieces.cut = cut.into_iter().filter_map(of_shape).collect();
         if pieces.cut.is_empty() {
-            return Err("each has a plan by itself, but not beside the others; give them more room (--gap)".to_owned());
+            return Err(Refused::Beside);
         }
         Ok(pieces)
     }
@@ -248,8 +246,7 @@ pub(super) fn in_parts(
     machine: &LoadedProfile,
     (options, file, budget): (&PlanOptions, &str, Option<CutBudget>),
     world: &World<'_>,
-) -> Result<(PlanResult, SplitResult, Vec<u8>), String> {
-    let words = |error: Error| error.to_string();
+) -> Result<(PlanResult, SplitResult, Vec<u8>), Refused> {
     let cuts = SplitOptions {
         overhang_deg: options.overhang_deg,
         finish: options.finish,
@@ -260,13 +257,13 @@ pub(super) fn in_parts(
         tries: options.budget,
         ..SplitOptions::default()
     };
-    let spanned = spanning(machine.clone(), options.bridge_mm).map_err(|e| words(e.into()))?;
-    let split = cut_up(solid, &spanned, &cuts, world).map_err(words)?;
+    let spanned = spanning(machine.clone(), options.bridge_mm).map_err(Error::from)?;
+    let split = cut_up(solid, &spanned, &cuts, world)?;
     if let Some(why) = split.why_not() {
-        return Err(why);
+        return Err(Refused::Uncut(why));
     }
     let bytes = split.threemf();
-    let parts = LoadedModel::made(file.to_owned(), &bytes).map_err(words)?;
+    let parts = LoadedModel::made(file.to_owned(), &bytes)?;
     // Exceptions are of the model's own parts.
     let plain = PlanOptions { remedies: false, allow: Vec::new(), ..options.clone() };
     // The cuts' own directions have a plan, and are few; a search over all that the parts offer may take a hundred times as long.
@@ -275,7 +272,7 @@ pub(super) fn in_parts(
         Err(Error::NoPlan(_)) => planned(parts, machine.clone(), &plain, world),
         found => found,
     };
-    Ok((plan.map_err(words)?, split, bytes))
+    Ok((plan?, split, bytes))
 }
 
 /// By how much `second` lies beside `first`, where it is a copy, not turned.

@@ -1,6 +1,6 @@
 //! One solid cut into parts that print without supports, or what stands against it.
 
-use std::fmt::Write;
+use std::fmt::{self, Display, Formatter, Write};
 
 use super::arrange::{Models, arranged};
 use super::load::{load_aloud, spanning};
@@ -15,7 +15,7 @@ use crate::mesh::threemf;
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{FREE_SPAN_MM, OnePrint, centred};
 use crate::spelling::counted;
-use crate::split::{Against, CutBudget, Options, PatchLeft, Split, Splitter};
+use crate::split::{Against, CutBudget, Options, PatchLeft, Split, Splitter, Unsupported};
 use crate::view::Drawing;
 
 /// A model and a machine, and how to cut.
@@ -108,7 +108,7 @@ impl SplitResult {
 
     /// The solid with what overhangs, and its parts in colours, where they were and apart.
     pub fn view(&self) -> Drawing {
-        let story = self.why_not().into_iter().collect();
+        let story = self.why_not().iter().map(ToString::to_string).collect();
         let whole = (&self.model.model.parts[0].mesh, Angle::from_deg(self.overhang_deg));
         pictures::cut_up(whole, &self.split, story).drawing()
     }
@@ -144,45 +144,107 @@ impl SplitResult {
         out
     }
 
-    /// Why the parts cannot be printed, where that is so, in one sentence.
-    pub fn why_not(&self) -> Option<String> {
+    /// Why the parts cannot be printed, where that is so.
+    pub fn why_not(&self) -> Option<Uncut> {
         let Split { printable, cuts, parts, before, after, left, unplanned, refused, .. } = &self.split;
         if *printable {
             return None;
         }
         if let Some(tried) = self.split.stopped {
-            let tried = counted(tried as usize, "cut");
-            return Some(format!(
-                "stopped after {tried} that were tried, before it could be printed in parts; let it go on, or raise --budget"
-            ));
+            return Some(Uncut::Stopped { tried });
         }
-        let after_cuts =
-            if cuts.is_empty() { "no cut helps".to_owned() } else { format!("after {}", counted(cuts.len(), "cut")) };
+        let cuts = cuts.len();
         if *unplanned > 0 && left.iter().map(|p| p.area_mm2).sum::<f64>() < 0.5 * parts.len() as f64 {
-            return Some(format!(
-                "{after_cuts} nothing needs support, but the machine has no plan for the {} parts; a taller pedestal (--pedestal), a \
-                 slimmer head or more tilt may help",
-                parts.len()
-            ));
+            return Some(Uncut::Unplanned { cuts, parts: parts.len() });
         }
-        let mut text = format!("{after_cuts}: {:.1} of {:.1} mm2 still need support", after.area_mm2, before.area_mm2);
-        if let Some(PatchLeft { part, area_mm2, at }) = left.first() {
-            let (x, y, z) = (at.x, at.y, at.z);
-            text += &format!(", most of it {area_mm2:.1} mm2 of part {part} about ({x:.1}, {y:.1}, {z:.1}) mm");
+        let against = refused.iter().max_by_key(|(against, count)| (*count, *against)).copied();
+        Some(Uncut::Left {
+            cuts,
+            before_mm2: before.area_mm2,
+            after: *after,
+            worst: left.first().copied(),
+            against: against.map(|(against, count)| (against, count, refused.iter().map(|r| r.1).sum())),
+        })
+    }
+}
+
+/// Why cutting a solid does not help.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Uncut {
+    /// The search was ended.
+    Stopped {
+        /// Cuts that had been tried.
+        tried: u64,
+    },
+    /// The machine has no plan for the parts.
+    Unplanned {
+        /// Cuts that were made.
+        cuts: usize,
+        /// Their parts.
+        parts: usize,
+    },
+    /// Something still needs support.
+    Left {
+        /// Cuts that were made.
+        cuts: usize,
+        /// What needs support without them, mm².
+        before_mm2: f64,
+        /// And with them.
+        after: Unsupported,
+        /// The largest patch of it.
+        worst: Option<PatchLeft>,
+        /// What was against most of the cuts that were turned down, against how many, and of how many.
+        against: Option<(Against, usize, usize)>,
+    },
+}
+
+impl Uncut {
+    /// What stands for it in documents, for good.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Stopped { .. } => "split/stopped",
+            Self::Unplanned { .. } => "split/no-plan",
+            Self::Left { .. } => "split/still-hangs",
         }
-        let begins = after.beginnings + after.ridges;
-        if begins > 0 {
-            text += &format!(
-                ", and {} in the air",
-                if begins == 1 { "1 place begins".to_owned() } else { format!("{begins} places begin") }
-            );
+    }
+}
+
+impl Display for Uncut {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let after = |cuts: usize| match cuts {
+            0 => "no cut helps".to_owned(),
+            cuts => format!("after {}", counted(cuts, "cut")),
+        };
+        match self {
+            Self::Stopped { tried } => write!(
+                f,
+                "stopped after {} that were tried, before it could be printed in parts; let it go on, or raise --budget",
+                counted(*tried as usize, "cut")
+            ),
+            Self::Unplanned { cuts, parts } => write!(
+                f,
+                "{} nothing needs support, but the machine has no plan for the {parts} parts; a taller pedestal (--pedestal), a slimmer head or \
+                 more tilt may help",
+                after(*cuts)
+            ),
+            Self::Left { cuts, before_mm2, after: left, worst, against } => {
+                write!(f, "{}: {:.1} of {before_mm2:.1} mm2 still need support", after(*cuts), left.area_mm2)?;
+                if let Some(PatchLeft { part, area_mm2, at }) = worst {
+                    let (x, y, z) = (at.x, at.y, at.z);
+                    write!(f, ", most of it {area_mm2:.1} mm2 of part {part} about ({x:.1}, {y:.1}, {z:.1}) mm")?;
+                }
+                match left.beginnings + left.ridges {
+                    0 => {}
+                    1 => write!(f, ", and 1 place begins in the air")?,
+                    begins => write!(f, ", and {begins} places begin in the air")?,
+                }
+                if let Some((against, count, all)) = against {
+                    write!(f, "; of {all} cuts turned down {count} {}", because(*against))?;
+                }
+                let enough = (left.area_mm2 + 0.5).ceil();
+                write!(f, "; allow it (--allow {enough}), stand the model otherwise, or give it supports")
+            }
         }
-        if let Some((against, count)) = refused.iter().max_by_key(|(against, count)| (*count, *against)) {
-            let all: usize = refused.iter().map(|r| r.1).sum();
-            text += &format!("; of {all} cuts turned down {count} {}", because(*against));
-        }
-        let enough = (after.area_mm2 + 0.5).ceil();
-        Some(text + &format!("; allow it (--allow {enough}), stand the model otherwise, or give it supports"))
     }
 }
 

@@ -8,7 +8,7 @@ use super::form::{PROP_STEPS_MM, STEPS_MM};
 use super::holding::{Laid, even_tops, held_mesh, judge, support_solids};
 use super::plan::{Along, planned_along};
 use super::solids::groups;
-use super::{CheckedPlan, Error, Finish, LoadedModel, LoadedProfile, PlanOptions, PlanResult, World};
+use super::{CheckedPlan, Error, Finish, LoadedModel, LoadedProfile, PlanOptions, PlanResult, Refused, World};
 use crate::gcode::round_to;
 use crate::geom::{Angle, Vec3};
 use crate::overhang::{Held, Judged, LayerJudge, Patch, Place, Rule};
@@ -21,8 +21,8 @@ use crate::toolpath::SlotMesh;
 pub struct HeldModel {
     /// The parts that have supports.
     pub parts: Vec<HeldPart>,
-    /// Why there is no plan for the model as it is, in one sentence.
-    pub why: String,
+    /// Why there is no plan for the model as it is.
+    pub why: Refused,
 }
 
 /// The supports of one part.
@@ -111,9 +111,9 @@ const FAR_MM: f64 = 5.0;
 pub(super) fn on_supports(
     model: &LoadedModel,
     machine: &LoadedProfile,
-    (options, holding, why): (&PlanOptions, Holding, &str),
+    (options, holding, why): (&PlanOptions, Holding, &Refused),
     world: &World<'_>,
-) -> Result<(PlanResult, HeldModel), String> {
+) -> Result<(PlanResult, HeldModel), Refused> {
     let parts = &model.model.parts;
     let named = |part: usize| format!("part {part} ({})", parts[part].name);
     let touching = groups(&model.model).iter().any(|group| group.len() > 1);
@@ -127,35 +127,30 @@ pub(super) fn on_supports(
     let upright = [Vec3::z()];
     let along = if touching { Along::Upright(bases) } else { Along::These(&upright) };
     let words = |error: Error| match error {
-        Error::NoPlan(no) if touching => {
-            format!("with supports below what stands on the table: {}; or join the parts (--join)", no.infeasible)
-        }
-        error => error.to_string(),
+        Error::NoPlan(no) if touching => Refused::Touching(no.infeasible),
+        error => error.into(),
     };
     let mut plan = planned_along(along, model.clone(), machine.clone(), &carried, world).map_err(words)?;
     if !touching && plan.plan.plan.slots.len() > 1 {
-        let slots = plan.plan.plan.slots.len();
-        return Err(format!(
-            "supports are made where all is printed in one slot, and here it takes {slots} (--slots together)"
-        ));
+        return Err(Refused::Slots { slots: plan.plan.plan.slots.len() });
     }
     let mut attempts = Vec::new();
     for (_, print) in plan.plan.prints().filter(|(_, print)| theirs(&print.part)) {
-        let about = |why: String| if parts.len() > 1 { format!("{}: {why}", named(print.part)) } else { why };
+        let about = |why: Refused| if parts.len() > 1 { why.of_part(named(print.part)) } else { why };
         attempts.extend(Attempt::best(&plan.plan, print, (options, holding)).map_err(about)?);
     }
     if attempts.is_empty() {
         if touching {
-            return Err("nothing of what stands on the table wants supports".to_owned());
+            return Err(Refused::NothingHangs { on_table: true });
         }
-        return Ok((plan, HeldModel { parts: Vec::new(), why: why.to_owned() }));
+        return Ok((plan, HeldModel { parts: Vec::new(), why: why.clone() }));
     }
     if touching {
         mixed(&plan.plan, &attempts)?;
     } else {
         apart(&plan.plan, &attempts)?;
     }
-    let held = HeldModel { parts: taken(&attempts, &mut plan), why: why.to_owned() };
+    let held = HeldModel { parts: taken(&attempts, &mut plan), why: why.clone() };
     if touching {
         let made = &plan.plan;
         let standing = support_solids(&made.plan, &made.workpiece(), &made.machine.profile);
@@ -183,7 +178,7 @@ impl Attempt {
         plan: &CheckedPlan,
         print: &Print,
         (options, holding): (&PlanOptions, Holding),
-    ) -> Result<Option<Self>, String> {
+    ) -> Result<Option<Self>, Refused> {
         let process = &plan.machine.profile.process;
         let mesh = held_mesh(plan, print);
         let (layer_mm, line_mm) = (process.layer_height_mm, process.line_width_mm);
@@ -194,10 +189,7 @@ impl Attempt {
         let form = &options.form;
         let pitch_mm = form.roof_pitch_mm.unwrap_or(ROOF_WIDTHS * process.line_width_mm);
         if form.roof_mm > 0.0 && pitch_mm < process.line_width_mm {
-            let width = process.line_width_mm;
-            return Err(format!(
-                "--roof-pitch {pitch_mm} mm is less than a line's width, {width} mm; leave it out for twice that"
-            ));
+            return Err(Refused::Roof { pitch_mm, width_mm: process.line_width_mm });
         }
         let roof = (form.roof_mm > 0.0).then_some(SupportRoof { height_mm: form.roof_mm, pitch_mm });
         let brace_mm = (form.brace_mm > 0.0).then_some(form.brace_mm);
@@ -229,9 +221,9 @@ impl Attempt {
         let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
         let columns = |supports: PrintSupports| {
             let laid = Laid::columns(&mesh, &supports, &tops, process);
-            laid.map(|laid| (supports, laid)).map_err(|e| e.to_string())
+            laid.map(|laid| (supports, laid)).map_err(Refused::from)
         };
-        let forms: Vec<Result<(PrintSupports, Laid), String>> =
+        let forms: Vec<Result<(PrintSupports, Laid), Refused>> =
             forms.collect::<Vec<_>>().into_par_iter().map(columns).collect();
         let of = |(supports, columns): &(PrintSupports, Laid)| {
             Self::of(plan, print, (&mesh, supports, columns, &bare), (&judge, &rule))
@@ -241,24 +233,30 @@ impl Attempt {
 
     /// That of the least filament of what `of` makes of some kinds of supports and their columns; else why the finest does not do.
     fn cheapest(
-        forms: &[Result<(PrintSupports, Laid), String>],
-        of: impl Fn(&(PrintSupports, Laid)) -> Result<Self, String> + Sync,
-    ) -> Result<Self, String> {
+        forms: &[Result<(PrintSupports, Laid), Refused>],
+        of: impl Fn(&(PrintSupports, Laid)) -> Result<Self, Refused> + Sync,
+    ) -> Result<Self, Refused> {
         // Props only add to columns: what these cost alone is the least, and what costs more than another is not looked at.
         let price = |supports: &PrintSupports, laid: &Laid| (free_beyond_mm(supports, laid), laid.length_mm());
         let is_less = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).is_lt();
-        let least = |form: &Result<(PrintSupports, Laid), String>| {
+        let least = |form: &Result<(PrintSupports, Laid), Refused>| {
             form.as_ref().map_or((0.0, 0.0), |(supports, columns)| price(supports, columns))
         };
         let mut order: Vec<(usize, (f64, f64))> = forms.iter().map(least).enumerate().collect();
         order.sort_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        // Where the cheapest do not do, the finest of either kind say whether any does.
+        let (cheap, rest) = order.split_at(AT_ONCE.min(order.len()));
+        let is_finest = |form: &usize| [STEPS_MM.len() - 1, forms.len() - 1].contains(form);
+        let (finest, others): (Vec<_>, Vec<_>) = rest.iter().partition(|(form, _)| is_finest(form));
+        let order: Vec<(usize, (f64, f64))> = cheap.iter().copied().chain(finest).chain(others).collect();
         let mut best: Option<((f64, f64), Self)> = None;
-        let mut of_finest = (0, String::new());
+        let mut finest_left = (0..forms.len()).filter(is_finest).count();
+        let mut of_finest = (0, Refused::NothingHangs { on_table: false });
         for some in order.chunks(AT_ONCE) {
             let may_be = |least: &(f64, f64)| best.as_ref().is_none_or(|(price, _)| is_less(least, price));
             let some: Vec<usize> = some.iter().filter(|(_, least)| may_be(least)).map(|(form, _)| *form).collect();
             let made = |form: usize| (form, forms[form].as_ref().map_err(Clone::clone).and_then(&of));
-            let tried: Vec<(usize, Result<Self, String>)> = some.into_par_iter().map(made).collect();
+            let tried: Vec<(usize, Result<Self, Refused>)> = some.into_par_iter().map(made).collect();
             for (form, attempt) in tried {
                 match attempt {
                     Ok(attempt) => {
@@ -270,6 +268,10 @@ impl Attempt {
                     Err(why) if form >= of_finest.0 => of_finest = (form, why),
                     Err(_) => {}
                 }
+                finest_left -= usize::from(is_finest(&form));
+            }
+            if best.is_none() && finest_left == 0 {
+                break;
             }
         }
         best.map(|(_, attempt)| attempt).ok_or(of_finest.1)
@@ -280,7 +282,7 @@ impl Attempt {
         print: &Print,
         (mesh, supports, columns, bare): (&SlotMesh, &PrintSupports, &Laid, &Hanging),
         (judge, rule): (&LayerJudge, &Rule),
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Refused> {
         let process = &plan.machine.profile.process;
         let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
         let (mut supports, mut laid) = (supports.clone(), columns.clone());
@@ -309,16 +311,8 @@ impl Attempt {
         }
         let left = left.unwrap_or_else(|| judge.judged(&laid.held(&supports, rule))).hangs;
         if let Some(patch) = left.first() {
-            let bare: f64 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
-            let reach =
-                if bare > 0.0 { format!("; {bare:.0} mm2 have no straight way to the table") } else { String::new() };
-            return Err(format!(
-                "with supports {:.1} mm2 would still be laid on nothing, {:.1} of it at a height of {:.1} mm: {}{reach}",
-                area_of(&left),
-                patch.area_mm2,
-                patch.at.z,
-                patch.cause
-            ));
+            let bare_mm2 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
+            return Err(Refused::StillHangs { area_mm2: area_of(&left), worst: *patch, bare_mm2 });
         }
         let (contact_mm2, to_machine) = (bare.contact_mm2, mesh.to_machine);
         let attempt = Self { part: print.part, supports, laid, contact_mm2, to_machine };
@@ -327,7 +321,7 @@ impl Attempt {
     }
 
     /// Whether they stand on the table, and within the axes.
-    fn fits(&self, plan: &CheckedPlan, print: &Print) -> Result<(), String> {
+    fn fits(&self, plan: &CheckedPlan, print: &Print) -> Result<(), Refused> {
         let profile = &plan.machine.profile;
         let bounds = self.laid.bounds();
         if bounds.is_empty() {
@@ -335,7 +329,7 @@ impl Attempt {
         }
         let limits = profile.linear_limits();
         if let Some(out) = [bounds.min, bounds.max].iter().find_map(|p| limits.violation(&(p + self.to_machine))) {
-            return Err(format!("its supports leave the axes: {out}"));
+            return Err(Refused::Axes(out.to_string()));
         }
         let motion = profile.kinematics().forward(print.pose(&profile.kinematics())).inverse();
         let half = profile.process.line_width_mm / 2.0;
@@ -346,7 +340,7 @@ impl Attempt {
         });
         let most = beyond.fold(f64::NEG_INFINITY, f64::max);
         if most > 0.0 {
-            return Err(format!("its supports would stand {most:.1} mm beyond the table"));
+            return Err(Refused::BeyondTable { mm: most });
         }
         Ok(())
     }
@@ -409,28 +403,25 @@ fn area_of(patches: &[Patch]) -> f64 {
 }
 
 /// Whether the supports of each part keep clear of the other parts and of their supports.
-fn apart(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), String> {
+fn apart(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), Refused> {
     let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
     for attempt in held {
         if let Some(other) = in_the_way(plan, &attempt.below()) {
-            let (part, other) = (name(attempt.part), name(other));
-            return Err(format!(
-                "the supports of {part} would stand below or beside {other}; give them more room (--gap)"
-            ));
+            return Err(Refused::BesideOther { part: name(attempt.part), other: name(other) });
         }
     }
     mixed(plan, held)
 }
 
 /// Whether the supports of two parts come nearer to each other than two lines, seen from above.
-fn mixed(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), String> {
+fn mixed(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), Refused> {
     let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
     let room_mm = 2.0 * plan.machine.profile.process.line_width_mm;
     for (place, one) in held.iter().enumerate() {
         let there = Segments::new(one.lines().collect());
         let distance = |p: Point| there.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
         if let Some(other) = held[place + 1..].iter().find(|other| other.comes_near(distance, room_mm)) {
-            return Err(format!("the supports of {} and of {} would meet", name(one.part), name(other.part)));
+            return Err(Refused::Meet { part: name(one.part), other: name(other.part) });
         }
     }
     Ok(())

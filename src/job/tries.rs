@@ -10,21 +10,28 @@ use super::supported::on_supports;
 use super::turning::{Poses, may_turn, turned};
 use super::ways::{self, NoWay, TriedWay, WaysOut, as_planned};
 use super::{
-    Error, HeldModel, LoadedModel, PlanOptions, PlanRequest, PlanResult, Silent, Supporting, World, load_profile,
+    Error, HeldModel, LoadedModel, LoadedProfile, MachineSource, PlanOptions, PlanRequest, PlanResult, Refused, Silent,
+    Supporting, World, load_profile,
 };
 use crate::geom::Vec3;
 use crate::mesh::Model;
 use crate::orient::Priced;
-use crate::planning::{Remedy, support_by_hand};
+use crate::planning::{Misplaced, Remedy, centred, support_by_hand};
+use crate::profile::SHIPPED;
 use crate::spelling::counted;
 use crate::split::CutBudget;
 use crate::strategy::{Terms, WISH, Way, Weights};
+
+/// Profiles that are nobody's machine begin so.
+const NOBODYS: [&str; 3] = ["generic-", "linuxcnc-", "grblhal-"];
+/// Steps of the search for a plan on another machine.
+const OTHER_STEPS: u64 = 400_000;
 
 /// Plans.
 ///
 /// # Errors
 ///
-/// [`Error::NoPlan`] with reasons and remedies; [`Error::Infeasible`] and [`Error::Misplaced`] for a model that cannot be
+/// [`Error::NoPlan`] with reasons and remedies; [`Error::Infeasible`], [`Error::Misplaced`] and [`Error::RoomElsewhere`] for a model that cannot be
 /// planned at all; [`Error::Setting`]; what reading model and machine may say.
 pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
     let machine = load_profile(&request.machine, world)?;
@@ -104,9 +111,9 @@ pub(super) fn planned_somehow(
     if drawn && !tries.has_others() && tries.sets.len() == 1 && !tries.may_be_moved() {
         return tries.explained();
     }
-    let mut why = "only this way is wanted".to_owned();
+    let mut why = Refused::Unasked;
     if let Some(lost) = ways.lost.iter().find(|lost| lost.way == Way::AsDrawn) {
-        why = lost.why_not.clone().unwrap_or_default();
+        why = lost.why_not.clone().unwrap_or(Refused::Unasked);
     } else if drawn {
         match tries.as_they_are() {
             Ok(Ok(plan)) => tries.find(Way::AsDrawn, (plan, None, None)),
@@ -116,28 +123,28 @@ pub(super) fn planned_somehow(
                 tries.with_their_gaps();
             }
             // What does not fit as it was drawn may fit otherwise.
-            Err(Error::Infeasible(no)) if tries.allowed(Way::Turned) => why = no.to_string(),
-            Err(Error::Misplaced(no)) if tries.may_be_moved() || tries.allowed(Way::Turned) => {
-                why = no.to_string();
+            Err(Error::Infeasible(no)) if tries.allowed(Way::Turned) => why = Refused::NoPlan(no),
+            Err(error @ Error::Misplaced(_)) if tries.may_be_moved() || tries.allowed(Way::Turned) => {
+                why = error.into();
                 tries.misplaced = true;
                 tries.moved_apart();
             }
             Err(error) => return Err(error),
         }
         if tries.found.is_empty() {
-            tries.tried.push(TriedWay::refused(Way::AsDrawn, &why));
+            tries.tried.push(TriedWay::refused(Way::AsDrawn, why.clone()));
         }
     }
     if tries.found.is_empty() {
         if tries.may_be_moved() {
             tries.each_its_way(&why);
         } else {
-            tries.turned(&why);
+            tries.turned(Some(&why));
         }
         tries.on_supports(&why);
         tries.cut(&why);
     } else if !tries.may_be_moved() && tries.a_turn_may_be_cheaper() {
-        tries.turned("");
+        tries.turned(None);
     }
     tries.cheapest()
 }
@@ -218,7 +225,7 @@ impl Tries<'_> {
     }
 
     /// Each loose solid as it is printed by itself: as it was drawn or turned, and on supports where it must be.
-    fn each_its_way(&mut self, why: &str) {
+    fn each_its_way(&mut self, why: &Refused) {
         if !self.allowed(Way::Turned) && !self.allowed(Way::TurnedSupports) {
             return;
         }
@@ -231,7 +238,7 @@ impl Tries<'_> {
         if self.allowed(Way::Turned) && turned {
             match planned(set.model.clone(), self.models.machine.clone(), &quiet, &silent) {
                 Ok(plan) => self.find(Way::Turned, (plan.of_arranged(set.arranged.clone()), None, None)),
-                Err(no) => self.tried.push(TriedWay::refused(Way::Turned, &no.to_string())),
+                Err(no) => self.tried.push(TriedWay::refused(Way::Turned, no.into())),
             }
         }
         if self.found.is_empty() && self.allowed(Way::TurnedSupports) && turned {
@@ -240,7 +247,7 @@ impl Tries<'_> {
                 Ok((plan, held)) => {
                     self.find(Way::TurnedSupports, (plan.of_arranged(set.arranged), None, Some(held)));
                 }
-                Err(no) => self.tried.push(TriedWay::refused(Way::TurnedSupports, &no)),
+                Err(no) => self.tried.push(TriedWay::refused(Way::TurnedSupports, no)),
             }
         }
         // On supports and in parts they may need the same room.
@@ -255,7 +262,7 @@ impl Tries<'_> {
     }
 
     /// The plan with the least room that does, or why there is none with the least.
-    fn as_they_are(&mut self) -> Result<Result<PlanResult, String>, Error> {
+    fn as_they_are(&mut self) -> Result<Result<PlanResult, Refused>, Error> {
         let quiet = PlanOptions { remedies: false, ..self.options.clone() };
         let hushed = PlanOptions { explain: false, ..quiet.clone() };
         let loose = self.sets[0].model.model.interfaces.is_empty() && quiet.leaves_directions();
@@ -263,7 +270,7 @@ impl Tries<'_> {
             let (model, machine) = (set.model.clone(), self.models.machine.clone());
             match planned_along(along, model, machine, options, self.world) {
                 Ok(plan) => Ok(Ok(plan.of_arranged(set.arranged.clone()))),
-                Err(Error::NoPlan(no)) => Ok(Err(no.infeasible.to_string())),
+                Err(Error::NoPlan(no)) => Ok(Err(Refused::NoPlan(no.infeasible))),
                 Err(error) => Err(error),
             }
         };
@@ -330,7 +337,7 @@ impl Tries<'_> {
     }
 
     /// In other poses: as it is in the first that can be printed so, and on supports in the one that costs the least.
-    fn turned(&mut self, why: &str) {
+    fn turned(&mut self, why: Option<&Refused>) {
         if !self.allowed(Way::Turned) && !self.allowed(Way::TurnedSupports) {
             return;
         }
@@ -348,25 +355,22 @@ impl Tries<'_> {
             match poses.others.iter().find_map(plan) {
                 Some((up, plan)) => self.find_turned(Way::Turned, up, (plan, None)),
                 None => {
-                    let why_not = match poses.others.len() {
-                        0 => "it stands in no other pose".to_owned(),
-                        count => format!("no plan in {}", counted(count, "other pose")),
-                    };
-                    self.tried.push(TriedWay::refused(Way::Turned, &why_not));
+                    let why_not = Refused::Turned { poses: poses.others.len() };
+                    self.tried.push(TriedWay::refused(Way::Turned, why_not));
                 }
             }
         }
-        if !why.is_empty() && self.allowed(Way::TurnedSupports) {
+        if let Some(why) = why.filter(|_| self.allowed(Way::TurnedSupports)) {
             self.turned_on_supports(&poses, why, &silent);
         }
     }
 
     /// On supports in the pose that costs the least with them, where that is another one than it was drawn in.
-    fn turned_on_supports(&mut self, poses: &Poses, why: &str, silent: &World<'_>) {
+    fn turned_on_supports(&mut self, poses: &Poses, why: &Refused, silent: &World<'_>) {
         let pose = if self.misplaced { poses.others.first() } else { poses.cheaper() };
         let Some(pose) = pose else { return };
         let up = <[f64; 3]>::from(pose.up);
-        let held = turned(self.models, up, silent).map_err(|error| error.to_string()).and_then(|set| {
+        let held = turned(self.models, up, silent).map_err(Refused::from).and_then(|set| {
             let (plan, held) =
                 on_supports(&set.model, self.models.machine, (self.options, self.ways.holding, why), silent)?;
             Ok((plan.of_arranged(set.arranged), held))
@@ -375,11 +379,11 @@ impl Tries<'_> {
             // That is the turned one.
             Ok((_, held)) if held.parts.is_empty() => {}
             Ok((plan, held)) => self.find_turned(Way::TurnedSupports, up, (plan, Some(held))),
-            Err(no) => self.tried.push(TriedWay::refused(Way::TurnedSupports, &no)),
+            Err(no) => self.tried.push(TriedWay::refused(Way::TurnedSupports, no)),
         }
     }
 
-    fn on_supports(&mut self, why: &str) {
+    fn on_supports(&mut self, why: &Refused) {
         if !self.allowed(Way::Supports) {
             return;
         }
@@ -391,19 +395,20 @@ impl Tries<'_> {
         match held {
             // As it is sliced nothing of it hangs: that is as it was drawn.
             Ok((plan, held)) if held.parts.is_empty() => {
-                self.tried.push(TriedWay::refused(Way::Supports, "nothing of it wants supports"));
+                let why_not = Refused::NothingHangs { on_table: false };
+                self.tried.push(TriedWay::refused(Way::Supports, why_not));
                 if self.ways.allow(Way::AsDrawn) {
                     self.tried.retain(|tried| tried.way != Way::AsDrawn);
                     self.find(Way::AsDrawn, (plan, None, None));
                 }
             }
             Ok((plan, held)) => self.find(Way::Supports, (plan, None, Some(held))),
-            Err(no) => self.tried.push(TriedWay::refused(Way::Supports, &no)),
+            Err(no) => self.tried.push(TriedWay::refused(Way::Supports, no)),
         }
     }
 
     /// In parts, where that can be cheaper than all that was found.
-    fn cut(&mut self, why: &str) {
+    fn cut(&mut self, why: &Refused) {
         let Cutting::Auto { file } = &self.ways.cutting else { return };
         if !self.allowed(Way::Cut) {
             return;
@@ -423,14 +428,14 @@ impl Tries<'_> {
         let cut = self.first_of(|set| {
             let (mut plan, solids, bytes) =
                 in_pieces(&set.model, machine, (self.options, file, budget), &mut known, self.world)?;
-            let cut = CutModel { solids, bytes, file: file.clone(), why: why.to_owned() };
+            let cut = CutModel { solids, bytes, file: file.clone(), why: why.clone() };
             plan.story = Some(cut.story(plan.best().seconds));
             Ok((plan.of_arranged(set.arranged.clone()), cut))
         });
         self.world.progress.may_end(None);
         match cut {
             Ok((plan, cut)) => self.find(Way::Cut, (plan, Some(cut), None)),
-            Err(no) => self.tried.push(TriedWay::refused(Way::Cut, &no)),
+            Err(no) => self.tried.push(TriedWay::refused(Way::Cut, no)),
         }
     }
 
@@ -459,15 +464,15 @@ impl Tries<'_> {
     }
 
     /// What `way` makes of the set with the least room that it does for, or why it does for none: what it says of the first.
-    fn first_of<T>(&self, mut way: impl FnMut(&SetUp) -> Result<T, String>) -> Result<T, String> {
+    fn first_of<T>(&self, mut way: impl FnMut(&SetUp) -> Result<T, Refused>) -> Result<T, Refused> {
         let mut why = None;
         for set in &self.sets {
             match way(set) {
                 Ok(done) => return Ok(done),
-                Err(text) => why = why.or(Some(text)),
+                Err(no) => why = why.or(Some(no)),
             }
         }
-        Err(why.unwrap_or_default())
+        Err(why.unwrap_or(Refused::Unasked))
     }
 
     fn find(&mut self, way: Way, (plan, cut, held): (PlanResult, Option<CutModel>, Option<HeldModel>)) {
@@ -504,8 +509,12 @@ impl Tries<'_> {
         let touching = groups(&model.model).iter().any(|group| group.len() > 1);
         let why_not = |way: Way| self.tried.iter().find(|tried| tried.way == way)?.why_not.clone();
         let [cut, held] = [Way::Cut, Way::Supports].map(why_not);
+        let misplaced = model.model.clone();
         match planned(model, self.models.machine.clone(), self.options, self.world) {
             Err(Error::NoPlan(mut no)) => {
+                // Where all that stands in the way is support, no machine helps.
+                let (reasons, least) = no.reasons();
+                let machine = !(least && reasons.iter().all(|reason| reason.blocked_by == "support"));
                 if let Some(remedies) = &mut no.remedies {
                     not_what_failed(remedies, &self.tried, &no.model.model);
                     // One that stands on a large face is named already.
@@ -514,10 +523,13 @@ impl Tries<'_> {
                         turned.then(|| turned_over(self.models, &no.model, self.options, self.world)).flatten();
                     let joined = touching.then(|| joined(self.models, self.options, self.world)).flatten();
                     remedies.extend(turned.into_iter().chain(joined));
+                    let other = || other_machine(&no.model, self.models.machine, self.options, self.world);
+                    remedies.extend(machine.then(other).flatten());
                 }
                 (no.cut, no.held, no.ways) = (cut, held, self.tried);
                 Err(Error::NoPlan(no))
             }
+            Err(Error::Misplaced(no)) => Err(with_room(no, &misplaced, self.models.machine, self.world)),
             done => {
                 let mut plan = done?.of_arranged(arranged);
                 let way = TriedWay::priced(Way::AsDrawn, None, as_planned(&plan), &self.weights);
@@ -526,6 +538,42 @@ impl Tries<'_> {
             }
         }
     }
+}
+
+/// The shipped machines that somebody has, but for this one.
+fn others<'a>(than: &'a LoadedProfile) -> impl Iterator<Item = &'static str> + 'a {
+    let owned = |name: &&str| !NOBODYS.iter().any(|start| name.starts_with(start)) && **name != than.name;
+    SHIPPED.iter().map(|(name, ..)| *name).filter(owned)
+}
+
+/// That the model fits on the table of another machine, where it does.
+fn with_room(no: Misplaced, model: &Model, than: &LoadedProfile, world: &World<'_>) -> Error {
+    let fits = |name: &&str| {
+        let machine = load_profile(&MachineSource::Shipped((*name).to_owned()), world);
+        machine.is_ok_and(|machine| centred(model, &machine.profile).is_ok())
+    };
+    match others(than).find(fits) {
+        Some(machine) => Error::RoomElsewhere { source: no, machine },
+        None => no.into(),
+    }
+}
+
+/// The first of the other shipped machines on which the model has a plan as it stands.
+fn other_machine(
+    model: &LoadedModel,
+    than: &LoadedProfile,
+    options: &PlanOptions,
+    world: &World<'_>,
+) -> Option<Remedy> {
+    let silent = World { progress: &Silent, ..*world };
+    let budget = options.budget.min(OTHER_STEPS);
+    let quiet = PlanOptions { remedies: false, explain: false, plans: 1, place: None, budget, ..options.clone() };
+    let has_plan = |name: &&str| {
+        let machine = load_profile(&MachineSource::Shipped((*name).to_owned()), &silent);
+        machine.is_ok_and(|machine| planned(model.clone(), machine, &quiet, &silent).is_ok())
+    };
+    let name = others(than).find(has_plan)?;
+    Some(Remedy { kind: "machine", amount: 0.0, text: format!("another machine has a plan for it: -m {name}") })
 }
 
 /// Leaves out what has just been tried in vain.

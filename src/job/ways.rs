@@ -5,7 +5,7 @@ use std::fmt::{self, Display, Formatter};
 use super::cutting::Cutting;
 use super::orient::process_of;
 use super::supported::Holding;
-use super::{HeldModel, LoadedProfile, PlanResult, Supporting};
+use super::{HeldModel, LoadedProfile, PlanResult, Refused, Supporting};
 use crate::geom::Vec3;
 use crate::mesh::Model;
 use crate::orient::Facets;
@@ -13,7 +13,7 @@ use crate::profile::PriceSettings;
 use crate::strategy::{Terms, Way, Weights};
 
 /// A way that was tried.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct TriedWay {
     /// Which.
     pub way: Way,
@@ -25,19 +25,18 @@ pub struct TriedWay {
     pub terms: Option<Terms>,
     /// Its price, minutes; of a way that was not worked out the least that it can be.
     pub price_min: Option<f64>,
-    /// Why it was not taken, in a sentence.
-    pub why_not: Option<String>,
+    /// Why it was not taken.
+    pub why_not: Option<Refused>,
 }
 
 impl TriedWay {
-    pub(super) fn refused(way: Way, why_not: &str) -> Self {
-        Self { way, up: None, chosen: false, terms: None, price_min: None, why_not: Some(why_not.to_owned()) }
+    pub(super) fn refused(way: Way, why_not: Refused) -> Self {
+        Self { way, up: None, chosen: false, terms: None, price_min: None, why_not: Some(why_not) }
     }
 
     /// One that was not worked out, since it cannot cost less than this.
     pub(super) fn dearer(way: Way, least_min: f64) -> Self {
-        let why_not = format!("at least {least_min:.0} min, which is more");
-        Self { price_min: Some(least_min), ..Self::refused(way, &why_not) }
+        Self { price_min: Some(least_min), ..Self::refused(way, Refused::Dearer { least_min }) }
     }
 
     pub(super) fn priced(way: Way, up: Option<[f64; 3]>, terms: Terms, weights: &Weights) -> Self {
@@ -53,13 +52,13 @@ impl TriedWay {
             return None;
         }
         let price = self.price_min.map(|min| format!("{min:.0} min by one price"));
-        let facts: Vec<String> = price.into_iter().chain(self.why_not.clone()).collect();
+        let facts: Vec<String> = price.into_iter().chain(self.why_not.iter().map(ToString::to_string)).collect();
         (!self.chosen).then(|| format!("not {}: {}", self.way.word(), facts.join("; ")))
     }
 }
 
 /// What may be done with a model beside printing it as it was drawn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct WaysOut {
     /// Whether its solids may be cut.
     pub cutting: Cutting,

@@ -6,6 +6,7 @@ use super::goal::Goal;
 use super::options::Options;
 use super::planner::plan;
 use super::site::Site;
+use super::solid::Solid;
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Bounds, Dir, Object, Rigid, Table, Vec3};
 use crate::mesh::{Model, Part, TriangleMesh, Unit};
@@ -82,6 +83,27 @@ impl<'a> OnePrint<'a> {
         })
     }
 
+    /// Whether the head can lay something at `place`, the lowest of what is printed along `up`, whatever stands: axes, stops, the table
+    /// and the frame. Both are in the model file's frame. What a place is refused, whatever has it is refused, too.
+    pub fn allows_place(&self, place: &Vec3, up: &Vec3) -> bool {
+        let (parts, bounds) = (Vec::new(), Bounds::of(std::iter::once(*place)));
+        let (interfaces, warnings, on_table) = (Vec::new(), Vec::new(), Vec::new());
+        let model = Model { parts, interfaces, on_table, unit: Unit::Millimetre, warnings, bounds };
+        let workpiece = Workpiece::place(&model, &self.placement);
+        let Some(up) = Dir::<Table>::new(workpiece.placed.rotation * up) else { return false };
+        let point = Solid::hull(vec![workpiece.placed.rotation * place + workpiece.placed.translation]);
+        self.with_options(&[], |options| {
+            let mut setups = Setups::of_heads(&self.heads, &workpiece, self.profile, options);
+            setups.solids = vec![point];
+            let objects = |pose: Pose| {
+                let mut objections = Vec::new();
+                setups.machine_objects(0, up, pose, false, &mut objections);
+                !objections.is_empty()
+            };
+            !setups.table.solutions(up, Pose::LEVEL).into_iter().all(objects)
+        })
+    }
+
     /// Whether there is a plan for `model` with each part along its one direction of `ups`, the model file's frame. Parts of
     /// `supported` may overhang. A pedestal is one of its parts, and stands on the table.
     pub fn plans(&self, model: &Model, ups: &[Vec3], supported: &[usize]) -> bool {
@@ -111,5 +133,43 @@ impl<'a> OnePrint<'a> {
             explain: false,
             ..Options::new(&goal, &objective, &search)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::solid_box;
+    use crate::geom::SplitMix64;
+    use crate::planning::centred;
+    use crate::profile::{resolve, shipped};
+
+    /// What is asked of one place must never say no where the piece as a whole is allowed.
+    #[test]
+    fn what_is_refused_for_its_lowest_place_is_refused_whole() {
+        let mut random = SplitMix64::seeded(7);
+        let mut between = move |low: f64, high: f64| low + (high - low) * random.unit();
+        let (mut refused, mut allowed) = (0, 0);
+        for name in ["generic-ac", "open5x-prusa", "penta-trt-bc"] {
+            let (file, text) = shipped(name).unwrap();
+            let (profile, _) = resolve(file, text).unwrap();
+            let model = Model::from_parts(vec![(
+                "whole".to_owned(),
+                solid_box(Vec3::new(-15.0, -15.0, 0.0), Vec3::new(15.0, 15.0, 60.0)),
+            )]);
+            let one = OnePrint::new(&profile, centred(&model, &profile).unwrap(), Angle::from_deg(45.0), 0.5);
+            for _ in 0..120 {
+                let low = Vec3::new(between(-15.0, 5.0), between(-15.0, 5.0), between(0.0, 40.0));
+                let size = Vec3::new(between(1.0, 10.0), between(1.0, 10.0), between(1.0, 20.0));
+                let piece: TriangleMesh<Object> = solid_box(low, low + size);
+                let up = Vec3::new(between(-1.0, 1.0), between(-1.0, 1.0), between(0.0, 1.0)).normalize();
+                let lowest = piece.vertices().iter().min_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
+                let (place, whole) = (one.allows_place(lowest, &up), one.allows(&piece, &up, None));
+                assert!(place || !whole, "{name}: {piece:?} along {up:?}");
+                refused += usize::from(!place);
+                allowed += usize::from(whole);
+            }
+        }
+        assert!(refused > 20 && allowed > 20, "{refused} refused, {allowed} allowed: the pieces say nothing");
     }
 }

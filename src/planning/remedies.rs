@@ -20,9 +20,9 @@ use crate::profile::Profile;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
     /// `tolerate`, `bridge`, `overhang`, `margin`, `table-later`, `tilt`, `height`, `head-width`, `nozzle-length`, `pedestal`, `base`,
-    /// `up`, `split`, `support` or `join`.
+    /// `up`, `split`, `support`, `join` or `machine`.
     pub kind: &'static str,
-    /// How much of it: mm², mm, deg, a share, a part's number, or how many solids, by kind; 0 for a cut and for a turn.
+    /// How much of it: mm², mm, deg, a share, a part's number, or how many solids, by kind; 0 for a cut, a turn and a machine.
     pub amount: f64,
     /// In words.
     pub text: String,

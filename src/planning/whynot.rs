@@ -276,7 +276,11 @@ fn summary(
         0 => "no order prints all parts".to_owned(),
         1 => {
             // No other direction was asked for.
-            let asked = if parts.iter().all(|part| upright(*part)) { "as it stands" } else { "in any orientation" };
+            let asked = if parts.iter().all(|part| upright(*part)) {
+                "as it stands"
+            } else {
+                "in any orientation that was tried"
+            };
             format!("{} cannot be printed {asked}", parts.iter().map(named).collect::<String>())
         }
         _ => format!("no order prints {}", parts.iter().map(named).collect::<Vec<_>>().join(" and ")),

@@ -9,6 +9,12 @@ pub trait CutMachine: Sync {
     /// Whether `up` can be brought upright.
     fn reaches(&self, up: &Vec3) -> bool;
 
+    /// Whether something can be laid at `place`, the lowest of a piece, along `up`, whatever stands. What is no to a place is no to the piece;
+    /// this is only asked since it is the quicker question.
+    fn prints_at(&self, _place: &Vec3, _up: &Vec3) -> bool {
+        true
+    }
+
     /// Whether `piece` can be printed along `up` while `standing` is there; `None` where nothing of it lies beyond the cut.
     fn prints(&self, piece: &TriangleMesh<Object>, up: &Vec3, standing: Option<&TriangleMesh<Object>>) -> bool;
 
@@ -19,6 +25,10 @@ pub trait CutMachine: Sync {
 impl CutMachine for OnePrint<'_> {
     fn reaches(&self, up: &Vec3) -> bool {
         Self::reaches(self, up)
+    }
+
+    fn prints_at(&self, place: &Vec3, up: &Vec3) -> bool {
+        self.allows_place(place, up)
     }
 
     fn prints(&self, piece: &TriangleMesh<Object>, up: &Vec3, standing: Option<&TriangleMesh<Object>>) -> bool {

@@ -379,8 +379,8 @@ fn assembled(
         let cap = cut.map(|k| k as u32 + 1);
         let mut needs = measured.needs(&up, cap, rules);
         // Bridges, roofs of holes, and what is tolerated.
-        if needs.area_mm2 > NOTHING_MM2 && measured.passes(&up, cap, rules) {
-            needs.area_mm2 = 0.0;
+        if (needs.area_mm2 > NOTHING_MM2 || needs.faults() > 0) && measured.passes(&up, cap, rules) {
+            needs = measure::PieceNeeds::default();
         }
         let counts = |f: &usize| measured.is_risky(*f, &up, rules) && !measured.stands(*f, cap);
         let risky = (0..measured.area.len()).filter(|f| needs.area_mm2 > 0.0 && counts(f));

@@ -36,7 +36,7 @@ impl BeamSearch<'_> {
     /// `found`, or what is better and near it; `finished` as in [`BeamSearch::run`].
     pub(super) fn refined(&self, found: SearchFound, finished: &dyn Fn(&SplitState) -> bool) -> SearchFound {
         let allow_mm2 = self.ground.options.allow_mm2;
-        let needs_nothing = |s: &SplitState| s.is_done(allow_mm2) || (s.faults() == 0 && s.passes(&self.ground.rules));
+        let needs_nothing = |s: &SplitState| s.is_done(allow_mm2) || s.passes(&self.ground.rules);
         // The machine has no plan for what needs nothing: a smaller seam does not make one.
         if !found.printable && found.unplanned > 0 && found.state.is_done(allow_mm2) {
             return found;

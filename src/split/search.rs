@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::candidates::{Directions, directions, offsets};
-use super::clip::{Taken, cut};
+use super::clip::{ON_PLANE_MM, Taken, cut};
 use super::machine::CutMachine;
 use super::measure::{MeasureRules, Measured};
 use super::promise::{Known, Promise, STAYS_MM2, choices};
@@ -158,8 +158,7 @@ impl BeamSearch<'_> {
                 unplanned += 1;
             }
             // Nothing more to cut where layers let pass what facets do not.
-            let mut bridged: Vec<&Arc<SplitState>> =
-                beam.iter().filter(|s| s.faults() == 0 && !s.is_done(allow)).collect();
+            let mut bridged: Vec<&Arc<SplitState>> = beam.iter().filter(|s| !s.is_done(allow)).collect();
             bridged.sort_by_key(|s| s.key());
             if let Some(good) = bridged.into_iter().find(|s| s.passes(&self.ground.rules) && finished(s)) {
                 return SearchFound { state: good.clone(), printable: true, unplanned, refused, stopped };
@@ -342,6 +341,7 @@ impl BeamSearch<'_> {
                 child
             }
             Known::Nothing => {
+                self.reached(state, promise).map_err(answer)?;
                 let parts = self.parts(state, promise).inspect_err(|against| promise.refuse(*against))?;
                 self.asked(&parts.pieces, &parts.rest.surface, promise).map_err(answer)?;
                 Arc::new(self.after(state, promise, parts).map_err(answer)?)
@@ -350,6 +350,17 @@ impl BeamSearch<'_> {
         promise.answer(self.number, None);
         promise.keep(&child, child.facets(), &self.ground.kept);
         Ok(child)
+    }
+
+    /// Whether the machine reaches the lowest place of what is taken: a plane that takes a piece which the head cannot print for the table's
+    /// sake need not be cut for that.
+    fn reached(&self, state: &SplitState, promise: &StatePromise) -> Result<(), Against> {
+        let (vertices, plane) = (&state.rest.surface.vertices, &promise.plane);
+        let beyond = || vertices.iter().filter(|v| plane.height(v) > ON_PLANE_MM);
+        let tops = || promise.tops.iter().map(|&v| &vertices[v as usize]);
+        let low = |a: &&Vec3, b: &&Vec3| a.z.total_cmp(&b.z);
+        let lowest = if promise.taken == Taken::All { beyond().min_by(low) } else { tops().min_by(low) };
+        if lowest.is_none_or(|at| self.machine.prints_at(at, &plane.normal)) { Ok(()) } else { Err(Against::Head) }
     }
 
     /// Whether the machine prints the pieces beside what is left.

@@ -152,10 +152,11 @@ impl SplitState {
         *self.passes.get_or_init(|| {
             let pieces = self.steps.iter().enumerate().flat_map(|(k, step)| {
                 let cap = Some(k as u32 + 1);
-                let hangs = step.pieces.iter().zip(&step.needs).filter(|(_, n)| n.area_mm2 > NOTHING_MM2);
+                let needs = |n: &PieceNeeds| n.area_mm2 > NOTHING_MM2 || n.faults() > 0;
+                let hangs = step.pieces.iter().zip(&step.needs).filter(move |(_, n)| needs(n));
                 hangs.map(move |(piece, _)| (Measured::of(piece.clone(), rules), step.plane.normal, cap))
             });
-            let nothing = self.left().area_mm2 <= NOTHING_MM2;
+            let nothing = self.left().area_mm2 <= NOTHING_MM2 && self.left().faults() == 0;
             (nothing || self.rest.passes(&Vec3::z(), None, rules))
                 && pieces.into_iter().all(|(part, up, cap)| part.passes(&up, cap, rules))
         })

@@ -349,7 +349,9 @@ impl Case {
         request.ways = self.ways.clone();
         match prepare(&request, &World::here(&Silent)) {
             Ok(done) => Outcome::Kept(Box::new(done)),
-            Err(error @ (Error::NoPlan(_) | Error::Misplaced(_) | Error::Infeasible(_))) => Outcome::Refused(error),
+            Err(
+                error @ (Error::NoPlan(_) | Error::Misplaced(_) | Error::RoomElsewhere { .. } | Error::Infeasible(_)),
+            ) => Outcome::Refused(error),
             Err(error) => Outcome::Broken(error),
         }
     }

@@ -342,3 +342,27 @@ fn a_budget_ends_the_search_for_cuts() {
     let (code, no, _) = prepared(folder.path(), "plain", &block(20.0, 20.0, 10.0), &["--budget", "0"]);
     assert!(code == Some(1) && no["error"].as_str().unwrap().contains("--budget"), "{no}");
 }
+
+#[test]
+fn a_shipped_machine_that_can_is_named() {
+    let folder = folder();
+    let planned = |model: &Path, machine: &str| {
+        let mut command = trunnion();
+        command.arg("plan").arg(model).args(["--json", "-m", machine, "-o"]).arg(folder.path().join("plan.json"));
+        let done = command.output().unwrap();
+        (done.status.code(), serde_json::from_slice::<Value>(&done.stdout).unwrap())
+    };
+    let named = |text: &str| text.rsplit_once("-m ").map(|(_, name)| name.trim_end_matches(')').to_owned());
+    // Wider than the disc of 70 mm; and parts of which one wants the table tilted by more than 45 degrees.
+    let wide = folder.path().join("wide.stl");
+    std::fs::write(&wide, stl_binary(&block(100.0, 60.0, 10.0).mesh())).unwrap();
+    let (code, no) = planned(&wide, "open5x-prusa");
+    let name = named(no["error"].as_str().unwrap()).unwrap_or_else(|| panic!("{no}"));
+    assert_eq!((code, planned(&wide, &name).0), (Some(2), Some(0)), "{name}");
+    let two = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/two-boxes.stl");
+    let (code, no) = planned(&two, "penta-trt-bc");
+    let remedies = no["remedies"].as_array().unwrap();
+    let machine = remedies.iter().find(|remedy| remedy["kind"] == "machine").unwrap_or_else(|| panic!("{remedies:?}"));
+    let name = named(machine["text"].as_str().unwrap()).unwrap();
+    assert_eq!((code, planned(&two, &name).0), (Some(1), Some(0)), "{name}");
+}

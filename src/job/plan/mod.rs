@@ -11,8 +11,8 @@ use super::load::spanning;
 use super::orient::process_of;
 use super::pictures::{Told, plan_sheet, reasons_sheet};
 use super::{
-    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, TriedWay,
-    World, load_profile,
+    ArrangedModel, Arrangement, CheckedPlan, Error, LoadedModel, LoadedProfile, MachineSource, ModelSource, Refused,
+    TriedWay, World, load_profile,
 };
 use crate::geom::{Angle, Dir, Vec3};
 use crate::orient::{Direction, Facets, Process, recommend};
@@ -115,9 +115,9 @@ pub struct NoPlan {
     /// What would help, each by itself; `None` where it was not looked for.
     pub remedies: Option<Vec<Remedy>>,
     /// Why cutting the model does not help, where that was tried.
-    pub cut: Option<String>,
+    pub cut: Option<Refused>,
     /// Why supports do not help, where they were tried.
-    pub held: Option<String>,
+    pub held: Option<Refused>,
     /// The ways that were tried, with why not.
     pub ways: Vec<TriedWay>,
     /// The model.

@@ -159,6 +159,26 @@ fn what_helps_no_plane_is_not_called_printable() {
     assert!(cut(&whole.mesh(), &steep).printable && cut(&whole.mesh(), &steep).cuts.is_empty());
 }
 
+/// By its facets a ball whose underside is flattened a little hangs all around its foot; its layers, as `prepare` looks at them, only droop.
+#[test]
+fn what_prints_as_it_is_by_its_layers_is_not_cut() {
+    let shape = solids::turned(
+        &(0..=24)
+            .map(|k| f64::from(k) * std::f64::consts::PI / 24.0)
+            .map(|t| [20.0 * t.sin(), 19.0 - 20.0 * t.cos()])
+            .filter(|[r, z]| *z > 0.0 && *r > 1.0)
+            .fold(vec![[6.2, 0.0]], |mut all, point| {
+                all.push(point);
+                all
+            }),
+        64,
+    );
+    let model = shape.mesh();
+    assert!(needs_mm2(&model) > 50.0, "{}", needs_mm2(&model));
+    let found = cut(&model, &Options::default());
+    assert!(found.printable && found.cuts.is_empty() && found.after.area_mm2 == 0.0, "{:?}", found.after);
+}
+
 #[test]
 fn a_pedestal_is_a_part_of_its_own_below_the_model() {
     let model = solids::hook().mesh();
