@@ -6,6 +6,7 @@
 //! use std::path::Path;
 //! use trunnion::job::{self, Error, Outputs, PrepareRequest, Silent, World};
 //! use trunnion::slicing::SlicerChoice;
+//! use trunnion::strategy;
 //!
 //! let model = Path::new("fixtures/two-boxes.stl");
 //! let folder = tempfile::tempdir()?;
@@ -27,7 +28,7 @@
 //!         }
 //!         output.write(done.gcode.program())?;
 //!     }
-//!     Err(Error::NoPlan(no)) => no.remedies.iter().flatten().for_each(|remedy| println!("{}", remedy.text)),
+//!     Err(Error::Strategy(strategy::Error::NoPlan(no))) => no.remedies.iter().flatten().for_each(|remedy| println!("{}", remedy.text)),
 //!     Err(error) => return Err(error.into()),
 //! }
 //! assert!(output.path().is_file());
@@ -47,6 +48,7 @@ pub mod document;
 pub mod fixtures;
 pub mod gcode;
 pub mod geom;
+pub mod input;
 pub mod job;
 pub mod link;
 pub mod mesh;
@@ -54,6 +56,7 @@ pub mod motion;
 pub mod orient;
 pub mod overhang;
 pub mod pack;
+pub(crate) mod pictures;
 pub mod planning;
 pub mod profile;
 pub mod publish;
@@ -67,3 +70,4 @@ pub mod toolpath;
 pub mod trace;
 pub mod verify;
 pub mod view;
+pub mod world;

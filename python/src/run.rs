@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
-use trunnion::job::{Bar, Clock, Installed, Progress, Step, SystemClock, World};
+use trunnion::job::{Bar, Clock, Installed, LoadedModel, PlanResult, Progress, SliceResult, SystemClock, World};
 use trunnion::slicing::Interrupt;
 
 use crate::trouble::Trouble;
@@ -74,11 +74,12 @@ impl<T> Progress for Watch<T> {
         Box::new(Under { watch: self, what, of })
     }
 
-    fn reached(&self, step: Step<'_>) {
-        let name = match step {
-            Step::Read(_) => "read",
-            Step::Planned(_) => "planned",
-            Step::Sliced(_) => "sliced",
+    fn reached(&self, done: &dyn Any) {
+        let name = match () {
+            () if done.is::<LoadedModel>() => "read",
+            () if done.is::<PlanResult>() => "planned",
+            () if done.is::<SliceResult>() => "sliced",
+            () => return,
         };
         self.tell(("reached", name.to_owned(), 0, 0));
     }

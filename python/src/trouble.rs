@@ -5,6 +5,7 @@ use serde_json::Value;
 use trunnion::document;
 use trunnion::job::Error;
 use trunnion::planning::can_be_helped;
+use trunnion::strategy;
 
 /// A failure in values that may go from one thread to another.
 pub(crate) struct Trouble {
@@ -36,12 +37,16 @@ impl Trouble {
     }
 }
 
-impl From<Error> for Trouble {
-    fn from(error: Error) -> Self {
+impl<E> From<E> for Trouble
+where
+    Error: From<E>,
+{
+    fn from(error: E) -> Self {
+        let error = Error::from(error);
         let (text, exit) = (error.to_string(), document::exit_code(&error));
         let document = match &error {
-            Error::NoPlan(no) if can_be_helped(&no.infeasible) => document::no_plan(no),
-            Error::NoWay(no) => document::no_way(no),
+            Error::Strategy(strategy::Error::NoPlan(no)) if can_be_helped(&no.infeasible) => document::no_plan(no),
+            Error::Strategy(strategy::Error::NoWay(no)) => document::no_way(no),
             Error::Rejected(no) => document::rejected(no),
             _ => document::failed(&text, exit),
         };

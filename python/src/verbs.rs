@@ -13,7 +13,9 @@ use trunnion::job::{
     SlicingOptions, SplitOptions, SplitRequest, Standing, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
+use trunnion::strategy;
 use trunnion::strategy::Way;
+use trunnion::world::FileError;
 
 use crate::given::{Given, Named, machine, source};
 use crate::run::run;
@@ -56,7 +58,7 @@ fn read<'a>(models: impl IntoIterator<Item = &'a ModelSource>, machine: Option<&
     Outputs::new(models.chain(machine.and_then(MachineSource::path)))
 }
 
-fn claim(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile>, Error> {
+fn claim(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile>, FileError> {
     path.map(|path| outputs.claim(path)).transpose()
 }
 
@@ -210,9 +212,9 @@ fn parts_file(output: &Path) -> PathBuf {
 }
 
 /// The right to write it; none where the model is such a file itself.
-fn claim_parts(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile>, Error> {
+fn claim_parts(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile>, FileError> {
     match claim(path, outputs) {
-        Err(Error::Twice { .. }) => Ok(None),
+        Err(FileError::Twice { .. }) => Ok(None),
         claimed => claimed,
     }
 }
@@ -222,11 +224,11 @@ fn keep_parts(
     (path, file): (Option<&Path>, Option<&OutputFile>),
     bytes: &[u8],
     made: &mut Vec<(&'static str, Vec<u8>)>,
-) -> Result<(), Error> {
+) -> Result<(), FileError> {
     made.push(("parts", bytes.to_vec()));
     let Some(path) = path else { return Ok(()) };
     let what = "an input, and would be written anew";
-    file.ok_or_else(|| Error::Twice { path: path.to_owned(), what })?.write(bytes)
+    file.ok_or_else(|| FileError::Twice { path: path.to_owned(), what })?.write(bytes)
 }
 
 fn folder_of(file: Option<&Path>) -> Option<PathBuf> {
@@ -269,7 +271,7 @@ pub(crate) fn plan(model: Named, profile: Named, told: Bound<'_, PyAny>, given: 
         let sheet = picture("sheet", sheet.as_deref(), &mut outputs)?;
         let done = job::plan(&request, world);
         before_writing(world);
-        if let (Err(Error::NoPlan(no)), Some(sheet)) = (&done, &sheet) {
+        if let (Err(strategy::Error::NoPlan(no)), Some(sheet)) = (&done, &sheet) {
             no.sheet().map(|drawing| sheet.write(&drawing)).transpose()?;
         }
         let done = done?;
@@ -315,7 +317,7 @@ pub(crate) fn split(model: Named, profile: Named, told: Bound<'_, PyAny>, given:
         before_writing(world);
         let document = document::split(&done);
         if let Some(why) = done.why_not() {
-            return Err(Trouble::with(why, 1, &document));
+            return Err(Trouble::with(why.to_string(), 1, &document));
         }
         let parts = done.threemf();
         file.map(|file| file.write(&parts)).transpose()?;

@@ -1,7 +1,7 @@
 //! Everything that can go wrong, in the command's words, and the exit code that says so.
 
 use crate::document;
-use crate::job::{self, BadSetting, interrupts};
+use crate::job::{self, BadSetting, InputError, interrupts};
 use crate::publish::BadInput;
 
 /// Why a verb did not do its work.
@@ -57,7 +57,7 @@ fn in_flags(error: &job::Error) -> String {
         job::Error::Log { .. } => format!("--{error}"),
         job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
         job::Error::Refused { line } => format!("nothing was moved; --yes continues at line {line} as described above"),
-        job::Error::NoModel { .. } => format!("{error}; say where with --model"),
+        job::Error::Input(InputError::NoModel { .. }) => format!("{error}; say where with --model"),
         other => other.to_string(),
     }
 }

@@ -5,10 +5,10 @@ use std::io::{BufRead, IsTerminal};
 
 use super::{Console, progress};
 use crate::document::{self, Tone};
-use crate::job::interrupts::Interrupts;
 use crate::job::{Answer, At, Desk, Error, Operator, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
+use crate::world::interrupts::Interrupts;
 use crossbeam_channel::{Receiver, TryRecvError, bounded};
 
 pub(super) struct Terminal<'a> {

@@ -6,7 +6,7 @@ use super::args::Plan as Verb;
 use super::requests::{claim_picture, folder_of, outputs, profile_file, supporting};
 use super::{Console, Failure, why};
 use crate::document::{self, text};
-use crate::job::{self, Error, OutputFile, Outputs, PictureFile, PlanRequest, PlanResult};
+use crate::job::{self, Error, FileError, OutputFile, Outputs, PictureFile, PlanRequest, PlanResult, strategy};
 use crate::planning::Slot;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -31,7 +31,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if args.all {
         return list(&request, args.limit, console);
     }
-    let made = explained(job::plan(&request, &console.world()), picture.as_ref(), console)?;
+    let made = explained(job::plan(&request, &console.world()).map_err(Error::from), picture.as_ref(), console)?;
     told(&made, console);
     search(&made, console);
     if let (Some(arranged), Some(path)) = (&made.arranged, parts_file.as_deref()) {
@@ -62,7 +62,7 @@ pub(super) fn parts_file(output: &Path) -> PathBuf {
 /// The right to write it; none where the model is such a file itself.
 pub(super) fn claim_parts(path: &Path, outputs: &mut Outputs) -> Result<Option<OutputFile>, Failure> {
     match outputs.claim(path) {
-        Err(Error::Twice { .. }) => Ok(None),
+        Err(FileError::Twice { .. }) => Ok(None),
         claimed => Ok(Some(claimed?)),
     }
 }
@@ -75,7 +75,7 @@ pub(super) fn write_parts(
     console: &Console,
 ) -> Result<(), Failure> {
     let what = "an input, and would be written anew";
-    file.ok_or_else(|| Error::Twice { path: path.to_owned(), what })?.write(bytes)?;
+    file.ok_or_else(|| FileError::Twice { path: path.to_owned(), what })?.write(bytes)?;
     console.note(&format!("the model as it is printed is in {}", path.display()));
     Ok(())
 }
@@ -91,7 +91,7 @@ pub(super) fn explained<T>(
     picture: Option<&PictureFile>,
     console: &Console,
 ) -> Result<T, Failure> {
-    if let Err(Error::NoPlan(no)) = &done {
+    if let Err(Error::Strategy(strategy::Error::NoPlan(no))) = &done {
         why::explain(no, picture, console)?;
     }
     Ok(done?)

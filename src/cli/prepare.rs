@@ -7,7 +7,7 @@ use super::requests::{claim_picture, folder_of, outputs, profile_file, supportin
 use super::{Console, Failure, plan, preview, send, verify};
 use crate::document::{self, text};
 use crate::job::{
-    self, Cutting, OutputFile, PictureFile, PlanOptions, PrepareRequest, PrepareResult, SendRequest, WaysOut,
+    self, Cutting, OutputFile, PictureFile, PlanOptions, PrepareRequest, PrepareResult, SendRequest, WaysOut, strategy,
 };
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -76,7 +76,7 @@ fn work(
         console.note("--preview VIEW.html shows what the slicer laid there; --slicer builtin lays other lines");
     }
     let done = match done {
-        Err(job::Error::NoPlan(_)) => plan::explained(done, None, console)?,
+        Err(job::Error::Strategy(strategy::Error::NoPlan(_))) => plan::explained(done, None, console)?,
         done => verify::explained(done, console)?,
     };
     // Nothing is written where it cannot be made.

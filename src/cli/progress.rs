@@ -1,5 +1,6 @@
 //! What the user sees while waiting: a bar on a terminal after a second, nothing in a pipe.
 
+use std::any::Any;
 use std::cell::RefCell;
 use std::io::{Error, ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Failure, plan};
 use crate::document::{self, Row, text};
-use crate::job::{Bar, Installed, OutputFile, Progress, Step, World, interrupts};
+use crate::job::{Bar, Installed, LoadedModel, OutputFile, PlanResult, Progress, SliceResult, World, interrupts};
 
 /// The terminal, as the flags have set it.
 pub(crate) struct Console {
@@ -159,15 +160,13 @@ impl Console {
 }
 
 impl Progress for Console {
-    fn reached(&self, step: Step<'_>) {
-        match step {
-            Step::Read(model) => self.note(&text::read(model)),
-            Step::Planned(made) => {
-                plan::told(made, self);
-                plan::search(made, self);
-                self.note(text::planned(made).trim_end());
-            }
-            Step::Sliced(done) => self.note(&text::sliced(done)),
+    fn reached(&self, done: &dyn Any) {
+        done.downcast_ref().into_iter().for_each(|model: &LoadedModel| self.note(&text::read(model)));
+        done.downcast_ref().into_iter().for_each(|sliced: &SliceResult| self.note(&text::sliced(sliced)));
+        if let Some(made) = done.downcast_ref::<PlanResult>() {
+            plan::told(made, self);
+            plan::search(made, self);
+            self.note(text::planned(made).trim_end());
         }
     }
 

@@ -6,7 +6,7 @@ use super::args::Slice as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{self, CheckedPlan, OutputFile, Prints, SliceRequest, Spot};
+use crate::job::{self, CheckedPlan, FileError, OutputFile, Prints, SliceRequest, Spot};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
@@ -70,7 +70,7 @@ impl Places {
         let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
         let mut outputs = outputs([args.plan.as_path()].into_iter().chain(loaded.inputs()).chain(configs));
         outputs.folder(&args.output)?;
-        let mut all = |end: &str| -> Result<Vec<OutputFile>, job::Error> {
+        let mut all = |end: &str| -> Result<Vec<OutputFile>, FileError> {
             names.iter().map(|name| outputs.claim(&args.output.join(format!("{name}.{end}")))).collect()
         };
         let meshes = all("stl")?;

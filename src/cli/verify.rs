@@ -3,7 +3,7 @@
 use super::args::Verify as Verb;
 use super::{Console, Failure};
 use crate::document::{self, text};
-use crate::job::{self, Error, Source, VerifyRequest};
+use crate::job::{self, Error, Source, VerifyRequest, strategy};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
@@ -19,7 +19,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
 
 /// Where the program that was to be written has findings, prints them.
 pub(super) fn explained<T>(done: Result<T, Error>, console: &Console) -> Result<T, Failure> {
-    if let (Err(Error::NoWay(no)), true) = (&done, console.json()) {
+    if let (Err(Error::Strategy(strategy::Error::NoWay(no))), true) = (&done, console.json()) {
         console.document(&document::no_way(no));
     }
     let Err(Error::Rejected(rejected)) = &done else { return Ok(done?) };

@@ -2,9 +2,11 @@
 
 use serde_json::{Value, json};
 
-use crate::job::{Error, interrupts};
+use crate::job::Error;
 use crate::planning::Infeasible;
 use crate::slicing::SliceError;
+use crate::strategy;
+use crate::world::interrupts;
 
 /// Any verb that printed no other document: one sentence, and the exit code.
 pub fn failed(text: &str, exit: u8) -> Value {
@@ -14,12 +16,14 @@ pub fn failed(text: &str, exit: u8) -> Value {
 /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.
 pub fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::Rejected(_) | Error::NoWay(_) | Error::Unfit { .. } | Error::Calibration(_) | Error::NoDryRun { .. } => {
-            1
-        }
+        Error::Rejected(_)
+        | Error::Strategy(strategy::Error::NoWay(_))
+        | Error::Unfit { .. }
+        | Error::Calibration(_)
+        | Error::NoDryRun { .. } => 1,
         Error::Publish(_) | Error::Port(_) | Error::Printer(_) | Error::Refused { .. } => 4,
-        Error::Infeasible(why) => answer_is_no(why),
-        Error::NoPlan(no) => answer_is_no(&no.infeasible),
+        Error::Strategy(strategy::Error::Infeasible(why)) => answer_is_no(why),
+        Error::Strategy(strategy::Error::NoPlan(no)) => answer_is_no(&no.infeasible),
         Error::Slice(SliceError::Interrupted) => interrupts::EXIT_CODE,
         Error::Slice(error) if error.is_slicer_failure() => 3,
         _ => 2,

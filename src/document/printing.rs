@@ -5,9 +5,10 @@ use serde_json::{Value, json};
 use super::model::split;
 use super::planned::{planned, ways};
 use crate::calibrate::ColdPose;
+use crate::input::InputError;
 use crate::job::{
-    At, Bed, CheckedProfile, CutSolid, DryRun, Error, HeldPart, ImportedProfile, LoadedProfile, PrepareResult,
-    Rehearsal, Rejected, Seconds, Sending, SlicerName, Tilted,
+    At, Bed, CheckedProfile, CutSolid, DryRun, HeldPart, ImportedProfile, LoadedProfile, PrepareResult, Rehearsal,
+    Rejected, Seconds, Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
 use crate::profile::{Fact, Place};
@@ -161,7 +162,7 @@ pub fn shipped(loaded: &LoadedProfile) -> Value {
 }
 
 /// `trunnion profile list`: one of the user's own, with its file.
-pub fn own(name: &str, file: &std::path::Path, loaded: &Result<LoadedProfile, Error>) -> Value {
+pub fn own(name: &str, file: &std::path::Path, loaded: &Result<LoadedProfile, InputError>) -> Value {
     let mut row = match loaded {
         Ok(loaded) => shipped(loaded),
         Err(error) => json!({"name": name, "error": error.to_string()}),

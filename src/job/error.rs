@@ -1,92 +1,31 @@
 //! Why a job was not done, with the facts as fields.
 
-use std::io::ErrorKind;
 use std::path::PathBuf;
 
-use super::{BadSetting, BadSimulation, NoPlan, NoWay, Rejected};
-use crate::assembly::FitError;
+use super::{BadSetting, BadSimulation, Rejected};
+use crate::input::InputError;
 use crate::link::serial::PortError;
-use crate::link::{JournalError, ProgramError, Unfit};
-use crate::mesh::{MeshError, UnknownUnit};
-use crate::planning::{Infeasible, Misplaced, PlanError};
+use crate::link::{ProgramError, Unfit};
+use crate::mesh::MeshError;
 use crate::profile::{ImportError, ProfileError};
 use crate::publish::{BadInput, PublishError};
 use crate::slicing::SliceError;
+use crate::strategy;
 use crate::toolpath::{RewriteError, SlicedError, TooLarge};
+use crate::world::{FileError, NoSlicer};
 
 /// Why a job was not done.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A file that cannot be read.
-    #[error("{}: {}", path.display(), in_words(source))]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's words.
-        source: std::io::Error,
-    },
-    /// A file that cannot be written.
-    #[error("{}: cannot be written: {}{}", path.display(), in_words(source), remedy(source))]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The system's words.
-        source: std::io::Error,
-    },
-    /// A pipe or a device might never end.
-    #[error("{} is {kind}; give the name of a file", path.display())]
-    NotAFile {
-        /// What was to be read.
-        path: PathBuf,
-        /// What it is.
-        kind: &'static str,
-    },
-    /// A file that could not be held beside what is made of it.
-    #[error("{}: {bytes} bytes; at most {most} (4 GiB) are read", path.display())]
-    TooLarge {
-        /// The file.
-        path: PathBuf,
-        /// Its size.
-        bytes: u64,
-        /// What is allowed.
-        most: u64,
-    },
-    /// Not UTF-8.
-    #[error("{name}: not a text file")]
-    NotText {
-        /// The file.
-        name: String,
-    },
-    /// An output that is no file.
-    #[error("{} is {kind}; give the name of a file for the output", path.display())]
-    NoOutput {
-        /// What was to be written.
-        path: PathBuf,
-        /// What it is.
-        kind: &'static str,
-    },
-    /// An output in a folder that is not there.
-    #[error("{}: there is no folder {}; make it first", path.display(), folder.display())]
-    NoFolder {
-        /// The output.
-        path: PathBuf,
-        /// Its folder.
-        folder: PathBuf,
-    },
-    /// An output whose owner forbids writing.
-    #[error("{} is protected against writing; allow writing to it, or give the output another name", path.display())]
-    Protected {
-        /// The output.
-        path: PathBuf,
-    },
-    /// An output that the same call reads, or writes otherwise.
-    #[error("{} is also {what}; give the output another name", path.display())]
-    Twice {
-        /// The output.
-        path: PathBuf,
-        /// `an input` or `another output`.
-        what: &'static str,
-    },
+    /// A model, a profile or a plan that is not read.
+    #[error(transparent)]
+    Input(InputError),
+    /// A model that has no way to be printed.
+    #[error(transparent)]
+    Strategy(strategy::Error),
+    /// A file that is not read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// Two prints of one call for the same printer.
     #[error("{port}: two prints cannot go to one port ({} and {}); give each its own", files[0].display(), files[1].display())]
     SamePort {
@@ -94,16 +33,6 @@ pub enum Error {
         port: String,
         /// Their files.
         files: [PathBuf; 2],
-    },
-    /// Profiles that extend each other without end, or one in hand that names a file.
-    #[error("{file}: extends {named}; only files can extend files, {most} at most one over the other, and none itself")]
-    Layers {
-        /// The file.
-        file: String,
-        /// What it extends.
-        named: String,
-        /// How many may be.
-        most: usize,
     },
     /// A finished program where a slicer's file was to be.
     #[error("{file} is a finished program already, by another plan; slice again, or give the plan it was made by")]
@@ -137,22 +66,6 @@ pub enum Error {
     NoMoves {
         /// The file.
         file: String,
-    },
-    /// A plan whose model is neither where it says nor beside it.
-    #[error("{plan}: the model {model} is not there")]
-    NoModel {
-        /// The plan.
-        plan: String,
-        /// The model's file, as the plan names it.
-        model: String,
-    },
-    /// A plan whose model has a unit that nobody knows.
-    #[error("{plan}: {source}")]
-    Unit {
-        /// The plan.
-        plan: String,
-        /// The unit.
-        source: UnknownUnit,
     },
     /// A setting of a request that cannot be.
     #[error(transparent)]
@@ -195,14 +108,6 @@ pub enum Error {
         /// The file.
         path: PathBuf,
     },
-    /// A profile of the user's own that nobody can ask for.
-    #[error("{}: a shipped profile is called {name} too, and goes first; rename the file", path.display())]
-    Hidden {
-        /// The file.
-        path: PathBuf,
-        /// The name.
-        name: String,
-    },
     /// Touches that are none.
     #[error(transparent)]
     Touches(#[from] crate::calibrate::TouchError),
@@ -226,9 +131,6 @@ pub enum Error {
     /// A simulated printer that cannot be.
     #[error(transparent)]
     Simulation(#[from] BadSimulation),
-    /// A model that cannot be read.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
     /// An open surface where an objective is a volume or needs an inside.
     #[error("{source}; {objective} is a volume or needs an inside, so the mesh must be closed")]
     NeedsClosed {
@@ -247,51 +149,6 @@ pub enum Error {
         /// Its facets.
         facets: usize,
     },
-    /// A model of several parts where one solid is cut.
-    #[error(
-        "{file} has {parts} closed parts, and one solid is cut; give one part alone, or plan the parts as they are"
-    )]
-    NotOneSolid {
-        /// The model.
-        file: String,
-        /// How many.
-        parts: usize,
-    },
-    /// A profile with a value that TOML has no words for.
-    #[error("the profile cannot be written as TOML: {why}")]
-    Unwritable {
-        /// The writer's words.
-        why: String,
-    },
-    /// A profile that makes no sense.
-    #[error(transparent)]
-    Profile(#[from] ProfileError),
-    /// A model that does not lie on its table.
-    #[error(transparent)]
-    Misplaced(#[from] Misplaced),
-    /// A model that does not lie on its table, but on that of another shipped machine.
-    #[error("{source}; {machine} has room for it (-m {machine})")]
-    RoomElsewhere {
-        /// Why it does not.
-        source: Misplaced,
-        /// The other machine.
-        machine: &'static str,
-    },
-    /// Parts that cannot be made to meet.
-    #[error(transparent)]
-    Fit(#[from] FitError),
-    /// A plan that is none, or is stale.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// A model that cannot be planned at all, or has no sequence.
-    #[error(transparent)]
-    Infeasible(#[from] Infeasible),
-    /// A model without a plan, with reasons and remedies.
-    #[error("{}", .0.infeasible)]
-    NoPlan(Box<NoPlan>),
-    /// Nothing is left of the ways that were asked for.
-    #[error("{0}")]
-    NoWay(Box<NoWay>),
     /// A print that the slicer's bed does not hold.
     #[error(transparent)]
     OffBed(#[from] TooLarge),
@@ -348,14 +205,6 @@ pub enum Error {
         path: PathBuf,
         /// The program.
         program: PathBuf,
-    },
-    /// A file that is no journal.
-    #[error("{}: {source}", path.display())]
-    Journal {
-        /// The journal.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: JournalError,
     },
     /// A program that is not the one whose print was interrupted.
     #[error(
@@ -431,25 +280,45 @@ pub enum Error {
     Rejected(Box<Rejected>),
 }
 
-/// The system's words without its number, and plainer for what happens every day.
-pub fn in_words(source: &std::io::Error) -> String {
-    match source.kind() {
-        ErrorKind::NotFound => "there is no such file".to_owned(),
-        ErrorKind::PermissionDenied => "access is not allowed".to_owned(),
-        _ => {
-            let words = source.to_string();
-            words.split(" (os error ").next().unwrap_or_default().to_lowercase()
+impl From<InputError> for Error {
+    /// Settings and files are told as the job's own.
+    fn from(error: InputError) -> Self {
+        match error {
+            InputError::Setting(bad) => bad.into(),
+            InputError::File(error) => error.into(),
+            error => Self::Input(error),
         }
     }
 }
 
-/// What can be done where the system's own words do not say; begins with a semicolon, or is empty.
-pub fn remedy(source: &std::io::Error) -> &'static str {
-    match source.kind() {
-        ErrorKind::StorageFull => "; free some room on the disk, or choose another",
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            "; choose another folder, or allow writing there"
+impl From<strategy::Error> for Error {
+    /// The same.
+    fn from(error: strategy::Error) -> Self {
+        match error {
+            strategy::Error::Setting(bad) => bad.into(),
+            strategy::Error::Input(error) => error.into(),
+            error => Self::Strategy(error),
         }
-        _ => "",
+    }
+}
+
+impl From<NoSlicer> for Error {
+    fn from(no: NoSlicer) -> Self {
+        match no {
+            NoSlicer::File(error) => error.into(),
+            NoSlicer::Slice(error) => error.into(),
+        }
+    }
+}
+
+impl From<MeshError> for Error {
+    fn from(error: MeshError) -> Self {
+        InputError::from(error).into()
+    }
+}
+
+impl From<ProfileError> for Error {
+    fn from(error: ProfileError) -> Self {
+        InputError::from(error).into()
     }
 }

@@ -1,19 +1,15 @@
 //! The main job: from a model to a verified program, in memory.
 
-use super::arrange::{Models, SetUp, arranged};
-use super::cutting::{CutModel, Cutting};
-use super::progress::Step;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
-use super::supported::Holding;
-use super::tries::{PlannedSomehow, planned_somehow};
-use super::ways::{TriedWay, WaysOut};
 use super::{
-    Arrangement, Error, HeldModel, MachineSource, ModelSource, PlanOptions, PlanResult, Prints, Refused, Rejected,
-    RewriteResult, Silent, SlicerName, SlicingOptions, Supporting, Verified, World, load_profile,
+    Arrangement, CutModel, Cutting, Error, HeldModel, Holding, MachineSource, ModelSource, PlanOptions, PlanResult,
+    Prints, Refused, Rejected, RewriteResult, Silent, SlicerName, SlicingOptions, Supporting, TriedWay, Verified,
+    WaysOut, World, load_profile,
 };
 use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
 use crate::strategy::Way;
+use crate::strategy::{Models, PlannedSomehow, SetUp, arranged, planned_somehow};
 use crate::toolpath::{Input, Segment, SlicedError};
 
 /// A model and a machine, and how to bring them together.
@@ -165,7 +161,7 @@ impl Proving<'_> {
     ) -> Result<Proved, Error> {
         let world = self.world;
         let done = timed(&mut seconds.slice, world, || slice_by(slicer, prints, &plan.plan, world))?;
-        world.progress.reached(Step::Sliced(&done));
+        world.progress.reached(&done);
         let written = timed(&mut seconds.rewrite, world, || rewrite_all(&done.sliced, prints, plan, world))?;
         let (slicer, flaws) = (done.slicer, done.flaws);
         // Given back before the replay, which needs room of its own.
@@ -185,7 +181,7 @@ impl Proving<'_> {
         let mut somehow = self.planned(models, set, &ways, seconds)?;
         let mut first: Option<Error> = None;
         loop {
-            self.world.progress.reached(Step::Planned(&somehow.plan));
+            self.world.progress.reached(&somehow.plan);
             let failed = match self.proved(&somehow.plan, seconds) {
                 Ok(proved) => return Ok((somehow, proved)),
                 Err(failed) => failed,
@@ -242,7 +238,7 @@ impl Proving<'_> {
         let orient = planned.as_ref().map_or(0.0, |somehow| somehow.plan.orient_seconds);
         seconds.orient += orient;
         seconds.plan += (planning - orient).max(0.0);
-        planned
+        Ok(planned?)
     }
 }
 

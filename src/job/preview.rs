@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::holding::support_solids;
 use super::{
     BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Rejected, Source, TriedWay, World,
     load_plan, load_profile, plan,
@@ -13,6 +12,8 @@ use crate::mesh::TriangleMesh;
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{Plan, Reason, Workpiece};
 use crate::profile::Profile;
+use crate::strategy;
+use crate::strategy::holding::support_solids;
 use crate::trace;
 use crate::verify::{Job, Report, Room, rooms, verify};
 use crate::view::{Machine, Packed, Program, Scene, Shapes};
@@ -109,8 +110,8 @@ pub fn preview(request: &PreviewRequest, world: &World<'_>) -> Result<PreviewRes
         PreviewRequest::Plan(plan) => Ok(of_plan(&plan.plan.name(), &load_plan(plan, world)?, None)),
         PreviewRequest::Model(request) => match plan(request, world) {
             Ok(made) => Ok(PreviewResult { ways: made.ways, ..of_plan(&made.plan.model.file, &made.plan, None) }),
-            Err(Error::NoPlan(no)) => of_no_plan(no, request, world),
-            Err(error) => Err(error),
+            Err(strategy::Error::NoPlan(no)) => of_no_plan(no, request, world),
+            Err(error) => Err(error.into()),
         },
     }
 }

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::gcode::meaning::Firmware;
 use crate::profile::{Fact, Imported, ImportedFile, Place, Profile, ProfileError, Shelf, import, resolve_over};
+use crate::world::FileError;
 
 /// What is asked beside [`QUESTIONS`]: a table that turns the other way round meets the head.
 const DIRECTIONS: [(&str, &str); 2] = [
@@ -94,7 +95,7 @@ struct Beside<'a>(&'a World<'a>);
 impl Shelf for Beside<'_> {
     fn text(&self, path: &Path) -> Result<String, String> {
         let bytes = self.0.files.read(path).map_err(|error| match error {
-            Error::Read { source, .. } => in_words(&source),
+            FileError::Read { source, .. } => in_words(&source),
             other => other.to_string(),
         })?;
         String::from_utf8(bytes).map_err(|_| "it is not a text file".to_owned())

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::holding::{CENTRE_MM, all_supports};
-use super::pictures::thumbnails;
 use super::verify::replayed;
 use super::{CheckedPlan, Error, Prints, Source, Verified, World};
 use crate::gcode::marks::finished_by;
+use crate::pictures::thumbnails;
 use crate::profile::Profile;
+use crate::strategy::holding::{CENTRE_MM, all_supports};
 use crate::toolpath::{
     Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, check_box, find_moved,
     read_sliced, rewrite as rewritten, slot_mesh,

@@ -5,13 +5,14 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use super::{BadSetting, CheckedPlan, Error, World, adhesion};
+use super::{BadSetting, CheckedPlan, Error, World};
 use crate::geom::{Rigid, Vec3};
 use crate::mesh::{stl_binary, threemf_project};
 use crate::planning::Print;
 use crate::slicing::{
     Adhesion, Flaw, SliceJob, Sliced, Slicer, SlicerChoice, WindowBed, below_middles, project_settings,
 };
+use crate::strategy::adhesion;
 use crate::toolpath::{Bed, SlotMesh, Spot, layout, print_name, slot_mesh};
 
 /// How to slice.
@@ -69,7 +70,7 @@ impl SlicingOptions {
         for config in &self.configs {
             world.files.size(config)?;
         }
-        world.slicers.find(&self.slicer, &self.configs, self.timeout)
+        Ok(world.slicers.find(&self.slicer, &self.configs, self.timeout)?)
     }
 }
 

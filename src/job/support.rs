@@ -4,12 +4,13 @@ use std::fmt::Write;
 use std::path::Path;
 use std::str::FromStr;
 
-use super::load::load_aloud;
-use super::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
 use super::{BadSetting, Error, ModelSource, SupportForm, World};
 use crate::geom::{Angle, Bounds, Slot, Vec3, turned_by};
+use crate::input::load_aloud;
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
+use crate::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
 use crate::spelling::{counted, nearest, numbers};
+use crate::strategy::grid::{OUTSIDE_MM, fitting, grid_over};
 use crate::support::{
     Bare, Bars, Braced, Build, Built, Ceiling, Count, Cover, Graph, Grid, Method, Planned, Structure, bare, braced,
     build, cover, longest_free_mm, plan,
@@ -92,10 +93,6 @@ impl Default for SupportOptions {
 const WALL_MM: f64 = 0.4;
 /// From the middle of a roof's bar to that of the next, in thicknesses of a wall.
 const ROOF_WALLS: f64 = 2.0;
-/// Cubes of a grid, at most: with 50 bytes each they fit in 2 GB.
-const MOST_CUBES: f64 = 4e7;
-/// Steps around the model's box where no space is given.
-const AROUND: f64 = 5.0;
 /// Patches that a message names.
 const NAMED: usize = 3;
 
@@ -383,31 +380,3 @@ fn grid(meshes: &[&TriangleMesh<Slot>], options: &SupportOptions) -> Result<Grid
     }
     fitting(origin, space, step)
 }
-
-/// The grid over parts and some steps around them, on the ground at z = 0.
-pub(super) fn grid_over(meshes: &[&TriangleMesh<Slot>], step: f64) -> Result<Grid, BadSetting> {
-    let bounds = meshes.iter().fold(Bounds::EMPTY, |all, mesh| all.union(&mesh.bounds()));
-    let around = Vec3::new(AROUND * step, AROUND * step, 0.0);
-    let origin = Vec3::new(bounds.min.x, bounds.min.y, 0.0) - around;
-    // A level above the top, so that it lies in none of the grid's planes.
-    let size = bounds.max + around + Vec3::z() * step - origin;
-    if bounds.min.z < -OUTSIDE_MM {
-        let (low, high) = (bounds.min.z, bounds.max.z);
-        return Err(BadSetting::OutsideSpace { axis: "z", low, high, space: [0.0, high.max(0.0)] });
-    }
-    fitting(origin, size.into(), step)
-}
-
-/// A grid, where it fits in memory.
-fn fitting(origin: Vec3, space: [f64; 3], step: f64) -> Result<Grid, BadSetting> {
-    let cubes = Grid::cubes_needed(space, step);
-    if cubes > MOST_CUBES {
-        // A little more than the root says, for the cubes that stand out of the space.
-        let fits = step * (cubes / MOST_CUBES).cbrt() * 1.02;
-        return Err(BadSetting::TooFine { step, cubes, most: MOST_CUBES, fits: (fits * 100.0).ceil() / 100.0 });
-    }
-    Ok(Grid::over(origin, space, step))
-}
-
-/// What may stand out of the space: the last digit of a float in a file.
-const OUTSIDE_MM: f64 = 1e-3;

@@ -1,17 +1,21 @@
 //! The jobs as a library's user calls them: in a made-up world, from bytes, step by step.
 
+use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use trunnion::job::{
-    self, Bar, Clock, Error, Files, MachineSource, OwnWeb, PlanRequest, PlanSource, Ports, PrepareRequest, Prints,
-    Progress, RewriteRequest, Silent, SliceRequest, Slicers, Source, Step, VerifyRequest, World,
+    self, Bar, Clock, Error, Files, LoadedModel, MachineSource, OwnWeb, PlanRequest, PlanResult, PlanSource, Ports,
+    PrepareRequest, Prints, Progress, RewriteRequest, Silent, SliceRequest, SliceResult, Slicers, Source,
+    VerifyRequest, World,
 };
 use trunnion::link::serial::{Address, Port, PortError, Server};
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{BuiltIn, Slicer, SlicerChoice};
+use trunnion::strategy;
+use trunnion::world::{FileError, NoSlicer};
 
 use crate::support::root;
 
@@ -19,12 +23,12 @@ use crate::support::root;
 struct Shelf(BTreeMap<PathBuf, Vec<u8>>);
 
 impl Files for Shelf {
-    fn size(&self, path: &Path) -> Result<u64, Error> {
+    fn size(&self, path: &Path) -> Result<u64, FileError> {
         self.read(path).map(|bytes| bytes.len() as u64)
     }
 
-    fn read(&self, path: &Path) -> Result<Vec<u8>, Error> {
-        let missing = || Error::Read { path: path.to_owned(), source: std::io::ErrorKind::NotFound.into() };
+    fn read(&self, path: &Path) -> Result<Vec<u8>, FileError> {
+        let missing = || FileError::Read { path: path.to_owned(), source: std::io::ErrorKind::NotFound.into() };
         self.0.get(path).cloned().ok_or_else(missing)
     }
 
@@ -39,7 +43,7 @@ struct Made {
 }
 
 impl Slicers for Made {
-    fn find(&self, _: &SlicerChoice, _: &[PathBuf], _: Duration) -> Result<Box<dyn Slicer>, Error> {
+    fn find(&self, _: &SlicerChoice, _: &[PathBuf], _: Duration) -> Result<Box<dyn Slicer>, NoSlicer> {
         Ok(Box::new(BuiltIn))
     }
 }
@@ -89,12 +93,13 @@ impl Progress for Seen {
         Box::new(Silent)
     }
 
-    fn reached(&self, step: Step<'_>) {
-        self.0.borrow_mut().push(match step {
-            Step::Read(model) => format!("read {}", model.model.parts.len()),
-            Step::Planned(made) => format!("planned {}", made.best().slots.len()),
-            Step::Sliced(done) => format!("sliced {}", done.sliced.len()),
-        });
+    fn reached(&self, done: &dyn Any) {
+        let read = |model: &LoadedModel| format!("read {}", model.model.parts.len());
+        let planned = |made: &PlanResult| format!("planned {}", made.best().slots.len());
+        let sliced = |done: &SliceResult| format!("sliced {}", done.sliced.len());
+        let told = done.downcast_ref().map(read);
+        let told = told.or_else(|| done.downcast_ref().map(planned)).or_else(|| done.downcast_ref().map(sliced));
+        self.0.borrow_mut().push(told.expect("a model, a plan or slices"));
     }
 }
 
@@ -190,7 +195,7 @@ fn where_there_is_no_plan_the_reasons_come_as_values() {
     let mut request = PlanRequest::new(fixture("caged.stl"), "generic-ac");
     request.options.remedies = false;
     let no = job::plan(&request, &World::here(&Silent)).unwrap_err();
-    let Error::NoPlan(no) = no else { panic!("{no}") };
+    let strategy::Error::NoPlan(no) = no else { panic!("{no}") };
     let (reasons, _) = no.reasons();
     assert!(!reasons.is_empty() && no.remedies.is_none());
     assert!(no.sheet().is_some_and(|sheet| sheet.marks.len() > 20));

@@ -16,6 +16,7 @@ use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::motion::TiltAbout;
 use trunnion::planning::Infeasible;
 use trunnion::slicing::SlicerChoice;
+use trunnion::strategy;
 
 use crate::split::solids;
 use crate::support::{Numbers, every, installed, note, seeds, skip};
@@ -350,7 +351,12 @@ impl Case {
         match prepare(&request, &World::here(&Silent)) {
             Ok(done) => Outcome::Kept(Box::new(done)),
             Err(
-                error @ (Error::NoPlan(_) | Error::Misplaced(_) | Error::RoomElsewhere { .. } | Error::Infeasible(_)),
+                error @ Error::Strategy(
+                    strategy::Error::NoPlan(_)
+                    | strategy::Error::Misplaced(_)
+                    | strategy::Error::RoomElsewhere { .. }
+                    | strategy::Error::Infeasible(_),
+                ),
             ) => Outcome::Refused(error),
             Err(error) => Outcome::Broken(error),
         }
@@ -376,7 +382,7 @@ fn told(error: &Error) -> String {
 /// Whether a refusal says why.
 fn says_why(error: &Error) -> bool {
     match error {
-        Error::NoPlan(no) => match &no.infeasible {
+        Error::Strategy(strategy::Error::NoPlan(no)) => match &no.infeasible {
             Infeasible::NoPlan { summary, reasons, .. } => !summary.is_empty() && !reasons.is_empty(),
             other => !other.to_string().is_empty(),
         },

@@ -2,7 +2,8 @@
 
 use super::{OrientOptions, Oriented, finer};
 use crate::geom::{Angle, Bounds, Vec3};
-use crate::job::{BadSetting, Error, LoadedProfile, World, load_profile};
+use crate::input::process;
+use crate::job::{BadSetting, Error, World, load_profile};
 use crate::orient::{
     Facets, Found, METHODS, Minimum, Objective, PRINTABLE, Printable, Process, Recommendation, Settings, Standing,
     Stop, Tried, method, minima, nearest, objective, proved_standing, recommend, standing, without_ties,
@@ -167,26 +168,6 @@ impl OrientAsked {
 fn own_pose(given: [f64; 3]) -> Result<Vec3, BadSetting> {
     BadSetting::direction("up", given)?;
     Ok(Vec3::from(given).normalize())
-}
-
-/// What a machine's process is for a price, with the overhang that stands by itself everywhere else.
-pub(in crate::job) fn process_of(machine: &LoadedProfile) -> Process {
-    let print = &machine.profile.process;
-    process(print, &Settings { layer_mm: print.layer_height_mm, ..Settings::default() })
-}
-
-/// What of a profile's process a price needs.
-fn process(print: &SliceSettings, settings: &Settings) -> Process {
-    Process {
-        layer_mm: settings.layer_mm,
-        line_mm: print.line_width_mm,
-        walls: print.walls,
-        infill: print.infill,
-        wall_mm_per_s: f64::midpoint(print.outer_wall_mm_per_s, print.inner_wall_mm_per_s),
-        infill_mm_per_s: print.infill_mm_per_s,
-        overhang: settings.overhang,
-        ..Process::default()
-    }
 }
 
 fn settings(options: &OrientOptions, print: Option<&SliceSettings>) -> Result<Settings, BadSetting> {

@@ -5,7 +5,6 @@ mod surfaces;
 
 use std::ops::RangeInclusive;
 
-use super::pictures::{Painted, standing};
 use super::{BadSetting, Error, MachineSource, ModelSource, World};
 use crate::geom::{Object, Slot, Vec3};
 use crate::mesh::{TriangleMesh, stl_binary_parts, threemf};
@@ -13,9 +12,9 @@ use crate::orient::{
     Facets, Footing, Found, Height, Minimum, Objective, PRINTABLE, Process, Recommendation, Settings, Staircase,
     SupportVolumeColumn, overhang_area, to_angles, turned,
 };
+use crate::pictures::{Painted, standing};
 use crate::view::{Dip, Drawing, Landscape};
 use asked::OrientAsked;
-pub(super) use asked::process_of;
 use surfaces::{chosen, meshes};
 
 /// A model, and how to look for orientations of its parts.

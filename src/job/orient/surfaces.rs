@@ -2,7 +2,9 @@
 
 use super::{OrientAsked, OrientRequest, PartChoice};
 use crate::geom::Object;
-use crate::job::{BadSetting, Error, ModelSource, World, load_unposed};
+use crate::input::InputError;
+use crate::input::load_unposed;
+use crate::job::{BadSetting, Error, ModelSource, World};
 use crate::mesh::{Fanned, Fault, MeshError, ReadOptions, TriangleMesh, fanned, read_surface};
 use crate::spelling::counted;
 
@@ -18,8 +20,8 @@ pub(super) fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World
             return Ok(vec![(0, TriangleMesh::joined(loaded.model.parts.iter().map(|part| &part.mesh)))]);
         }
         Ok(loaded) => return Ok(loaded.model.parts.into_iter().map(|part| (part.id, part.mesh)).collect()),
-        Err(Error::Mesh(error)) => error,
-        Err(other) => return Err(other),
+        Err(InputError::Mesh(error)) => error,
+        Err(other) => return Err(other.into()),
     };
     let open = matches!(error.fault, Fault::Open { .. } | Fault::Winding { .. });
     if !open {

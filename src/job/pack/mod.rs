@@ -7,8 +7,8 @@ mod table;
 
 use std::time::Duration;
 
-use super::load::load_unposed;
 use super::{BadSetting, Error, LoadedModel, MachineSource, ModelSource, Source, World, load_profile};
+use crate::input::load_unposed;
 use crate::mesh::is_overlap;
 use crate::pack::{
     Clash, Ended, Fault, Goal, Method, Packed, Room, Solid, Turns, Unpackable, Watch, apart, lift, pack_models,

@@ -34,6 +34,7 @@ impl Plates {
             let bytes = done.threemf(index);
             if index == 0 { self.first.write(&bytes)? } else { outputs.claim(&path(index))?.write(&bytes)? }
         }
-        (done.plates.len()..).map(path).take_while(|path| path.is_file()).map(|path| outputs.claim(&path)).collect()
+        let earlier = (done.plates.len()..).map(path).take_while(|path| path.is_file());
+        Ok(earlier.map(|path| outputs.claim(&path)).collect::<Result<_, _>>()?)
     }
 }

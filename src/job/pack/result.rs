@@ -6,9 +6,9 @@ use std::path::Path;
 use super::boxes::{UNITS, turn_of};
 use super::{Asked, LoadedModel};
 use crate::geom::{Bounds, Slot, Vec3};
-use crate::job::pictures::{self, KINDS, coloured};
 use crate::mesh::{TriangleMesh, threemf};
 use crate::pack::{Answer, Ended, Goal, Instance, Lift, Packed, Put, Room, Solid, axis_and_angle, volume};
+use crate::pictures::{self, KINDS, coloured};
 use crate::spelling::counted;
 use crate::view::Drawing;
 

@@ -4,8 +4,8 @@ use super::result::PackResult;
 use super::{Asked, BadPacking, Error, LoadedModel, World, no_fit, proved, solids};
 use crate::geom::{Mat3, Vec3};
 use crate::job::LoadedProfile;
-use crate::job::arrange::head_reach_mm;
 use crate::pack::{Ended, Goal, Method, Packed, Put, Room, Solid, Turns, on_table};
+use crate::strategy::head_reach_mm;
 
 /// Packs models on the table, run after run: the largest first, as many as stand beside each other.
 pub(super) fn packed(

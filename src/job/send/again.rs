@@ -11,7 +11,6 @@ use std::sync::Arc;
 use super::operator::{Operator, Sending};
 use super::stream::{Connection, Stream};
 use super::{Checked, SendRequest, Wire, checked, ended, go, header, start};
-use crate::job::world::{JournalFile, read_journal};
 use crate::job::{Error, World};
 use crate::link::serial::Port;
 use crate::link::{
@@ -19,6 +18,8 @@ use crate::link::{
     StopReason,
 };
 use crate::planning::sha256_hex;
+use crate::world::FileError;
+use crate::world::{JournalFile, read_journal};
 use choice::Choice;
 
 /// Resumes an interrupted print, as its journal says; one that never began is sent from its first line.
@@ -156,10 +157,10 @@ fn carry_on(
 /// What the journal says, if it is this job's.
 pub(super) fn standing(request: &SendRequest<'_>, path: &Path, blocks: &Program) -> Result<JournalSummary, Error> {
     let standing = read_journal(path).map_err(|error| match error {
-        Error::Read { path, source } if source.kind() == std::io::ErrorKind::NotFound => {
+        FileError::Read { path, source } if source.kind() == std::io::ErrorKind::NotFound => {
             Error::NoJournal { path, program: request.path.to_owned() }
         }
-        other => other,
+        other => other.into(),
     })?;
     let (program, file) = (request.program.program(), request.path.to_owned());
     if standing.header.sha256 != sha256_hex(program) {
@@ -169,7 +170,7 @@ pub(super) fn standing(request: &SendRequest<'_>, path: &Path, blocks: &Program)
     if standing.header.profile_sha256 != request.machine.sha256 {
         return Err(Error::ProfileChanged { profile: request.machine.name.clone() });
     }
-    standing.check(blocks.len()).map_err(|source| Error::Journal { path: path.to_owned(), source })?;
+    standing.check(blocks.len()).map_err(|source| FileError::Journal { path: path.to_owned(), source })?;
     if standing.done {
         return Err(Error::Ended { path: file });
     }

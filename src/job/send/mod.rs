@@ -12,7 +12,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::world::{JournalFile, read_journal};
 use super::{BadSetting, CheckedPlan, Error, LoadedProfile, OutputFile, Verified, World, printer};
 use crate::link::serial::{Address, Port};
 use crate::link::{
@@ -20,6 +19,7 @@ use crate::link::{
 };
 use crate::planning::sha256_hex;
 use crate::profile::check_number;
+use crate::world::{JournalFile, read_journal};
 pub use again::resume;
 pub use desk::Desk;
 use figures::Timing;
@@ -230,7 +230,7 @@ fn header(request: &SendRequest<'_>, place: &Connection, world: &World<'_>) -> H
 /// Puts the journal of an unfinished print aside.
 fn broken_off(kept: &OutputFile) -> Result<Option<PathBuf>, Error> {
     let unfinished = read_journal(kept.path()).is_ok_and(|s| s.began() && !s.done);
-    if unfinished { kept.set_aside() } else { Ok(None) }
+    if unfinished { Ok(kept.set_aside()?) } else { Ok(None) }
 }
 
 fn ended(outcome: Outcome) -> Result<(), Error> {

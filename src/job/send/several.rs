@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::operator::Operator;
 use super::{Checked, SendOptions, SendRequest, Wire, checked, go};
-use crate::job::world::{same_port, side_by_side};
+use crate::job::together::{same_port, side_by_side};
 use crate::job::{CheckedPlan, Error, LoadedProfile, Silent, Verified, World};
 
 /// One of several prints.

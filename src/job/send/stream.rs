@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use super::figures::Timing;
 use super::operator::{Answer, At, Operator, Sending};
-use crate::job::world::JournalFile;
 use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
 use crate::link::{AfterStop, Notice, Outcome, Record, Sender, StopReason, Temperatures, Time};
+use crate::world::JournalFile;
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);

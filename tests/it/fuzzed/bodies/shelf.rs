@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use trunnion::job::{Error, Files, Silent, World};
+use trunnion::job::{FileError, Files, Silent, World};
 
 /// Files that are on no disk.
 pub(super) struct Shelf(pub(super) BTreeMap<PathBuf, Vec<u8>>);
@@ -20,12 +20,12 @@ impl Shelf {
 }
 
 impl Files for Shelf {
-    fn size(&self, path: &Path) -> Result<u64, Error> {
+    fn size(&self, path: &Path) -> Result<u64, FileError> {
         self.read(path).map(|bytes| bytes.len() as u64)
     }
 
-    fn read(&self, path: &Path) -> Result<Vec<u8>, Error> {
-        let missing = || Error::Read { path: path.to_owned(), source: std::io::ErrorKind::NotFound.into() };
+    fn read(&self, path: &Path) -> Result<Vec<u8>, FileError> {
+        let missing = || FileError::Read { path: path.to_owned(), source: std::io::ErrorKind::NotFound.into() };
         self.0.get(path).cloned().ok_or_else(missing)
     }
 

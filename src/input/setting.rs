@@ -1,0 +1,188 @@
+//! Settings of requests that cannot be. Every text begins with the setting's name, so that the command can make a flag of it.
+
+use std::path::PathBuf;
+
+use crate::orient::BadObjective;
+use crate::profile::OutOfRange;
+
+/// A setting of a request that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BadSetting {
+    /// A number out of its range.
+    #[error("{name} {value}{unit} is out of {}..{}", allowed[0], allowed[1])]
+    OutOfRange {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its unit, with a space before it; empty for counts.
+        unit: &'static str,
+        /// The least and the most.
+        allowed: [f64; 2],
+    },
+    /// A number out of the range that profiles have.
+    #[error("{name} {} is out of {}", source.value, source.allowed)]
+    Number {
+        /// The setting.
+        name: &'static str,
+        /// The number and its range.
+        source: OutOfRange,
+    },
+    /// Words that do not say what they should.
+    #[error("{name} {text}: {wanted}")]
+    Words {
+        /// The setting.
+        name: &'static str,
+        /// As it was given.
+        text: String,
+        /// What was expected, with an example.
+        wanted: String,
+    },
+    /// A count of nothing.
+    #[error("{name} 0: allowed is 1 and more")]
+    Zero {
+        /// The setting.
+        name: &'static str,
+    },
+    /// A count that is too low to say anything.
+    #[error("{name} {value} is too few {what}; give at least {least}")]
+    TooFew {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        value: usize,
+        /// The least.
+        least: usize,
+        /// What is counted.
+        what: &'static str,
+    },
+    /// A part that the model does not have.
+    #[error("part {given} is out of range: {model} has parts 0..{last}")]
+    NoSuchPart {
+        /// Its number.
+        given: usize,
+        /// The last part's.
+        last: usize,
+        /// The model.
+        model: String,
+    },
+    /// Several parts where the result is of one.
+    #[error("part: there are {count} parts, and a picture is of one; choose one, or take all as one (whole)")]
+    SeveralParts {
+        /// How many.
+        count: usize,
+    },
+    /// A direction without a length.
+    #[error("{name} {},{},{}: no direction; give three numbers that are not all 0, as 0,0,1", given[0], given[1], given[2])]
+    Direction {
+        /// The setting.
+        name: &'static str,
+        /// As given.
+        given: [f64; 3],
+    },
+    /// A pose to be priced where nothing is.
+    #[error("up: only the objective printable prices a pose, and a comparison shows one; ask for either (compare)")]
+    OwnPose,
+    /// No facet as large as asked for.
+    #[error("contact-area-min {least} mm2: no direction lays so much on the bed; the most is {most:.3} mm2")]
+    NoContact {
+        /// What was asked for, mm².
+        least: f64,
+        /// What there is, mm².
+        most: f64,
+    },
+    /// A model of several parts that is to stand as `orient` recommends.
+    #[error(
+        "up auto: {model} has {parts} parts, and poses are priced for one; say what is up (0,0,1), the part that it stands on, or join them"
+    )]
+    SeveralToStand {
+        /// The model.
+        model: String,
+        /// How many.
+        parts: usize,
+    },
+    /// Boxes of the file's frame for a model that is turned.
+    #[error(
+        "no_cut: boxes are in the file's frame, and up turns the model; give one of them, or turn the model before"
+    )]
+    TurnedBoxes,
+    /// A part that the model cannot stand on.
+    #[error(
+        "base {part}: part {part} ({name}) has no plane face that everything else lies above; give the direction itself as up"
+    )]
+    NoBase {
+        /// The part.
+        part: usize,
+        /// Its name.
+        name: String,
+    },
+    /// A model that is not all in the space for its supports.
+    #[error(
+        "space: the model lies from {low:.3} to {high:.3} mm in {axis}, the space from {:.3} to {:.3}; give a larger space, move the model, \
+         or let it stand on the ground (without --keep-z)", space[0], space[1]
+    )]
+    OutsideSpace {
+        /// `x`, `y` or `z`.
+        axis: &'static str,
+        /// Where the model begins, mm.
+        low: f64,
+        /// Where it ends, mm.
+        high: f64,
+        /// Where the space begins and ends, mm.
+        space: [f64; 2],
+    },
+    /// A file whose name says nothing of its format.
+    #[error("{name} {}: written are {allowed}; end the name so", path.display())]
+    Ending {
+        /// The setting.
+        name: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Endings that say something.
+        allowed: &'static str,
+    },
+    /// A grid that does not fit in memory.
+    #[error("step {step} mm makes {cubes:.3e} cubes, at most {most:.0e} fit in memory; --step {fits} does")]
+    TooFine {
+        /// The step, mm.
+        step: f64,
+        /// Cubes that it makes.
+        cubes: f64,
+        /// Cubes that fit.
+        most: f64,
+        /// A step that fits, mm.
+        fits: f64,
+    },
+    /// An objective that is none.
+    #[error("{name}: {source}")]
+    Objective {
+        /// The setting.
+        name: &'static str,
+        /// What is wrong with it.
+        source: BadObjective,
+    },
+    /// A method that nobody knows.
+    #[error("{name} {given}: not known; did you mean {nearest}?")]
+    Method {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        given: String,
+        /// The nearest that is known.
+        nearest: String,
+    },
+}
+
+impl BadSetting {
+    /// That a direction has a length.
+    pub(crate) fn direction(name: &'static str, given: [f64; 3]) -> Result<(), Self> {
+        let long = given.iter().map(|v| v * v).sum::<f64>().is_normal();
+        if long { Ok(()) } else { Err(Self::Direction { name, given }) }
+    }
+
+    /// That `value` lies in `allowed`.
+    pub(crate) fn within(name: &'static str, value: f64, unit: &'static str, allowed: [f64; 2]) -> Result<(), Self> {
+        let inside = (allowed[0]..=allowed[1]).contains(&value);
+        if inside { Ok(()) } else { Err(Self::OutOfRange { name, value, unit, allowed }) }
+    }
+}

@@ -1,0 +1,111 @@
+//! Where a request's inputs come from: files by name, bytes already in hand, machines by name or value.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use super::InputError;
+use crate::mesh::Unit;
+use crate::profile::Profile;
+use crate::world::{FileError, World};
+
+/// A file, or what would be in one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// To be read.
+    File(PathBuf),
+    /// In hand.
+    Bytes {
+        /// What messages call it; its ending tells the format where the content does not.
+        name: String,
+        /// The content.
+        bytes: Vec<u8>,
+    },
+}
+
+impl Source {
+    /// As messages call it.
+    pub fn name(&self) -> Cow<'_, str> {
+        match self {
+            Self::File(path) => path.to_string_lossy(),
+            Self::Bytes { name, .. } => Cow::Borrowed(name),
+        }
+    }
+
+    /// The file, where it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Bytes { .. } => None,
+        }
+    }
+
+    pub(crate) fn bytes(&self, world: &World<'_>) -> Result<Cow<'_, [u8]>, InputError> {
+        match self {
+            Self::File(path) => Ok(Cow::Owned(world.files.read(path)?)),
+            Self::Bytes { bytes, .. } => Ok(Cow::Borrowed(bytes)),
+        }
+    }
+
+    pub(crate) fn text(&self, world: &World<'_>) -> Result<String, InputError> {
+        let text = String::from_utf8(self.bytes(world)?.into_owned());
+        Ok(text.map_err(|_| FileError::NotText { name: self.name().into_owned() })?)
+    }
+}
+
+impl<P: AsRef<Path> + ?Sized> From<&P> for Source {
+    fn from(path: &P) -> Self {
+        Self::File(path.as_ref().to_owned())
+    }
+}
+
+/// A model, and how to read it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ModelSource {
+    /// STL, OBJ, 3MF or OFF with one or several closed parts.
+    pub source: Source,
+    /// Unit of its numbers; `None` takes the file's own word, else guesses by size.
+    pub unit: Option<Unit>,
+    /// Whether what is safe to mend is mended: flipped facets, doubled facets, plane holes.
+    pub repair: bool,
+}
+
+impl<S: Into<Source>> From<S> for ModelSource {
+    fn from(source: S) -> Self {
+        Self { source: source.into(), unit: None, repair: false }
+    }
+}
+
+/// A machine's profile.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MachineSource {
+    /// Shipped under this name.
+    Shipped(String),
+    /// A TOML file.
+    Toml(Source),
+    /// In hand; held to the ranges of files.
+    Profile(Box<Profile>),
+}
+
+impl MachineSource {
+    /// The file that is read for it.
+    pub fn path(&self) -> Option<&Path> {
+        if let Self::Toml(source) = self { source.path() } else { None }
+    }
+}
+
+impl From<Profile> for MachineSource {
+    fn from(profile: Profile) -> Self {
+        Self::Profile(Box::new(profile))
+    }
+}
+
+impl From<&str> for MachineSource {
+    /// A file where the word looks like a path (or ends with `.toml`), else a shipped name.
+    fn from(word: &str) -> Self {
+        if word.ends_with(".toml") || word.contains(['/', '\\']) {
+            Self::Toml(Source::from(word))
+        } else {
+            Self::Shipped(word.to_owned())
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Pictures as files.
+
+use std::path::Path;
+
+use super::{BadSetting, Error, OutputFile, Outputs};
+use crate::view::{Drawing, Format};
+
+/// A file that a picture may be written to, in the format that its name ends with.
+#[derive(Debug)]
+pub struct PictureFile {
+    file: OutputFile,
+    format: Format,
+}
+
+impl PictureFile {
+    /// The right to write `path`; `name` is the setting's.
+    ///
+    /// # Errors
+    ///
+    /// As [`Outputs::claim`], and [`BadSetting::Ending`] for a name that does not end with `.svg`, `.png` or `.pdf`.
+    pub fn claim(name: &'static str, path: &Path, outputs: &mut Outputs) -> Result<Self, Error> {
+        let file = outputs.claim(path)?;
+        let format = path.extension().and_then(|ending| Format::of_ending(&ending.to_string_lossy()));
+        let allowed = Format::ENDINGS;
+        let format = format.ok_or_else(|| BadSetting::Ending { name, path: path.to_owned(), allowed })?;
+        Ok(Self { file, format })
+    }
+
+    /// Writes a picture.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Write`].
+    pub fn write(&self, drawing: &Drawing) -> Result<(), Error> {
+        Ok(self.file.write(&drawing.bytes(self.format))?)
+    }
+}

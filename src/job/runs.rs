@@ -1,0 +1,252 @@
+//! A batch at work: a process a model, so many at a time, and a document each the moment it is done.
+
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::channel;
+use std::time::Instant;
+
+use super::{Outputs, World};
+use crate::job::batch::{
+    BatchRequest, BatchResult, Batched, Fate, KeyOf, Models, Share, is_model, kept, listed, read_kept,
+};
+use crate::job::{Error, in_words, load_profile};
+use crate::slicing::KEY_VARIABLE;
+use crate::world::FileError;
+
+/// A document of more bytes is none.
+const LARGEST: u64 = 1 << 30;
+/// In the sentence of an output that could not be written ([`Error::Write`]), which another day may be.
+const CANNOT_WRITE: &str = ": cannot be written: ";
+
+/// The models that `path` stands for where one is expected: a folder, or a list, which ends in `.txt`; `None` for a model.
+pub fn models_at(path: &Path) -> Option<Models> {
+    Models::of(path, path.is_dir())
+}
+
+/// Does all models of a batch; `told` hears of each when it is done, `bar` how many are.
+///
+/// # Errors
+///
+/// [`Error::Read`] and [`Error::Write`] for folder, list and output. What fails of a model is in the result.
+pub fn batch(request: &BatchRequest, told: &dyn Fn(&Batched), world: &World<'_>) -> Result<BatchResult, Error> {
+    let begun = Instant::now();
+    let models = models(request)?;
+    Outputs::new([]).folder(&request.into)?;
+    let machine = request.machine.as_ref().map(|machine| load_profile(machine, world)).transpose()?;
+    let mut words = hashed(&request.words)?;
+    words.extend(machine.map(|machine| machine.sha256.into_bytes()));
+    let worker = Worker { request, words, program: program()?, threads: 0 };
+    let jobs = request.jobs.unwrap_or_else(processors).clamp(1, models.len().max(1));
+    let worker = &Worker { threads: (processors() / jobs).max(1), ..worker };
+    let (next, models) = (&AtomicUsize::new(0), &models);
+    let (sender, receiver) = channel();
+    let mut result = BatchResult::default();
+    std::thread::scope(|scope| {
+        for _ in 0..jobs {
+            let sender = sender.clone();
+            scope.spawn(move || {
+                while let Some((place, model)) = take(next, models) {
+                    if sender.send((place, worker.one(model))).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        let bar = world.progress.begin("models", models.len());
+        let mut failed = Vec::new();
+        for (count, (place, one)) in receiver.iter().enumerate() {
+            bar.at(count + 1);
+            told(&one);
+            match one.fate {
+                Fate::Done => result.done += 1,
+                Fate::Skipped => result.skipped += 1,
+                Fate::Failed { why, .. } => failed.push((place, one.model, why)),
+            }
+        }
+        failed.sort();
+        result.failed = failed.into_iter().map(|(_, model, why)| (model, why)).collect();
+    });
+    result.seconds = begun.elapsed().as_secs_f64();
+    Ok(result)
+}
+
+fn take<'a>(next: &AtomicUsize, models: &'a [PathBuf]) -> Option<(usize, &'a Path)> {
+    let place = next.fetch_add(1, Ordering::Relaxed);
+    models.get(place).map(|model| (place, model.as_path()))
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+fn program() -> Result<PathBuf, Error> {
+    let failed = |source| FileError::Read { path: PathBuf::from("trunnion"), source };
+    Ok(std::env::current_exe().map_err(failed)?)
+}
+
+/// The models, in the order of their names or of the list.
+fn models(request: &BatchRequest) -> Result<Vec<PathBuf>, Error> {
+    let all = match &request.models {
+        Models::Folder(folder) => {
+            let mut found = Vec::new();
+            below(folder, &request.into, &mut found)?;
+            found
+        }
+        Models::List(path) => {
+            let text = std::fs::read(path).map_err(|source| FileError::Read { path: path.clone(), source })?;
+            listed(&String::from_utf8(text).map_err(|_| FileError::NotText { name: path.display().to_string() })?)
+        }
+    };
+    if all.is_empty() {
+        let (Models::Folder(path) | Models::List(path)) = &request.models;
+        return Err(Error::NoModels { path: path.clone() });
+    }
+    Ok(match request.share {
+        Some(share) => share.of_all(all),
+        None => Share { from: 0, of: 1 }.of_all(all),
+    })
+}
+
+/// The models in and below `folder`, by name; links to folders are not followed, nor is `but`.
+fn below(folder: &Path, but: &Path, found: &mut Vec<PathBuf>) -> Result<(), Error> {
+    let failed = |source| FileError::Read { path: folder.to_owned(), source };
+    let mut entries = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let entry = entry.map_err(failed)?;
+        entries.push((entry.path(), entry.file_type().map_err(failed)?.is_dir()));
+    }
+    entries.sort();
+    for (path, is_folder) in entries {
+        if !is_folder && is_model(&path) {
+            found.push(path);
+        } else if is_folder && path != but {
+            below(&path, but, found)?;
+        }
+    }
+    Ok(())
+}
+
+/// The words, and the content of every file that one of them names: a profile that was changed gives other results.
+fn hashed(words: &[OsString]) -> Result<Vec<Vec<u8>>, Error> {
+    let mut pieces = Vec::new();
+    for word in words {
+        pieces.push(word.as_encoded_bytes().to_vec());
+        let value =
+            word.to_str().and_then(|word| word.split_once('=')).map_or(word.as_os_str(), |(_, v)| OsStr::new(v));
+        if Path::new(value).is_file() {
+            let read = std::fs::read(value);
+            pieces.push(read.map_err(|source| FileError::Read { path: PathBuf::from(value), source })?);
+        }
+    }
+    Ok(pieces)
+}
+
+struct Worker<'a> {
+    request: &'a BatchRequest,
+    words: Vec<Vec<u8>>,
+    program: PathBuf,
+    /// A process takes so many threads.
+    threads: usize,
+}
+
+impl Worker<'_> {
+    fn one(&self, model: &Path) -> Batched {
+        let begun = Instant::now();
+        let (key, fate) = match self.key(model) {
+            Ok(key) => {
+                let fate = self.fate(model, &key);
+                (Some(key), fate)
+            }
+            Err(source) => (None, failed(in_words(&source), Some(2))),
+        };
+        Batched { model: model.to_owned(), key, fate, seconds: begun.elapsed().as_secs_f64() }
+    }
+
+    /// What the model's result is called.
+    fn key(&self, model: &Path) -> std::io::Result<String> {
+        let mut key = KeyOf::version();
+        self.words.iter().for_each(|piece| key.piece(piece));
+        key.piece(model.extension().unwrap_or_default().as_encoded_bytes());
+        let (mut file, mut buffer) = (File::open(model)?, vec![0; 1 << 20]);
+        key.piece(&file.metadata()?.len().to_le_bytes());
+        loop {
+            match file.read(&mut buffer)? {
+                0 => return Ok(key.done()),
+                count => key.more(&buffer[..count]),
+            }
+        }
+    }
+
+    fn fate(&self, model: &Path, key: &str) -> Fate {
+        // A folder for each first byte: none gets more than some thousand files of a million models.
+        let folder = self.request.into.join(&key[..2]);
+        let file = |end: &str| folder.join(format!("{key}{end}"));
+        if file(".json").is_file() {
+            return Fate::Skipped;
+        }
+        let before = std::fs::read_to_string(file(".failed")).ok().and_then(|text| read_kept(&text));
+        if let Some(before) = before.filter(|_| !self.request.retry) {
+            return before;
+        }
+        let ended = std::fs::create_dir_all(&folder).and_then(|()| self.run(model, &file));
+        let (status, document, said) = match ended {
+            Ok(ended) => ended,
+            Err(source) => return failed(in_words(&source), None),
+        };
+        let (written, fate) = match status.code() {
+            Some(0) => (put(&file(".json"), &document), Fate::Done),
+            // What the same words would say of the same bytes again.
+            Some(exit @ (1 | 2)) if !said.contains(CANNOT_WRITE) => {
+                let why = sentence(&said, status, model);
+                (put(&file(".failed"), &kept(exit, &why, model, &document)), failed(why, Some(exit)))
+            }
+            exit => (Ok(()), failed(sentence(&said, status, model), exit)),
+        };
+        if fate == Fate::Done {
+            let _ = std::fs::remove_file(file(".failed"));
+        }
+        written.map_or_else(|error| failed(error.to_string(), None), |()| fate)
+    }
+
+    /// The process of one model: how it ended, its document, what it said.
+    fn run(&self, model: &Path, file: &dyn Fn(&str) -> PathBuf) -> std::io::Result<(ExitStatus, Vec<u8>, String)> {
+        let mut command = Command::new(&self.program);
+        command.args(&self.request.words).arg("--json").arg("-q").env_remove(KEY_VARIABLE);
+        if self.request.makes_files {
+            command.arg("-o").arg(file(".gcode")).arg("--plan-out").arg(file(".plan.json"));
+        }
+        if std::env::var_os("RAYON_NUM_THREADS").is_none() {
+            command.env("RAYON_NUM_THREADS", self.threads.to_string());
+        }
+        command.arg("--").arg(model).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn()?;
+        let (out, err) = (child.stdout.take(), child.stderr.take());
+        let (mut document, mut said) = (Vec::new(), Vec::new());
+        std::thread::scope(|scope| {
+            scope.spawn(|| err.map(|err| err.take(1 << 20).read_to_end(&mut said)));
+            out.map(|out| out.take(LARGEST).read_to_end(&mut document)).transpose()
+        })?;
+        Ok((child.wait()?, document, String::from_utf8_lossy(&said).into_owned()))
+    }
+}
+
+fn failed(why: String, exit: Option<i32>) -> Fate {
+    Fate::Failed { why, exit, before: false }
+}
+
+/// The last error that it told, without the model's name before it, or how it ended.
+fn sentence(said: &str, status: ExitStatus, model: &Path) -> String {
+    let named = format!("{}: ", model.display());
+    let error = said.lines().rev().find_map(|line| line.strip_prefix("error: "));
+    let error = error.map(|error| error.strip_prefix(&named).unwrap_or(error).to_owned());
+    error.unwrap_or_else(|| format!("the process of this model was ended ({status}); is there enough memory?"))
+}
+
+fn put(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    Ok(Outputs::new([]).claim(path)?.write(bytes)?)
+}

@@ -1,0 +1,48 @@
+//! Ways to print a model that may be taken.
+
+use super::cutting::Cutting;
+use super::plan::Supporting;
+use super::price::Way;
+use super::supported::Holding;
+use super::ways::TriedWay;
+
+/// What may be done with a model beside printing it as it was drawn.
+#[derive(Clone, Debug)]
+pub struct WaysOut {
+    /// Whether its solids may be cut.
+    pub cutting: Cutting,
+    /// Whether they may stand on supports.
+    pub supporting: Supporting,
+    /// Whether it may stand otherwise than it was drawn, where nobody said how.
+    pub turning: bool,
+    /// The only way that is wanted.
+    pub only: Option<Way>,
+    /// What supports hold.
+    pub holding: Holding,
+    /// Ways that came to nothing, and are not tried again.
+    pub lost: Vec<TriedWay>,
+}
+
+impl WaysOut {
+    /// As it was drawn, or not at all.
+    pub const NONE: Self = Self {
+        cutting: Cutting::Never,
+        supporting: Supporting::Never,
+        turning: false,
+        only: None,
+        holding: Holding::Usual,
+        lost: Vec::new(),
+    };
+
+    pub(super) fn allow(&self, way: Way) -> bool {
+        let held = self.supporting == Supporting::Auto;
+        let may = match way {
+            Way::AsDrawn => true,
+            Way::Turned => self.turning,
+            Way::Supports => held,
+            Way::TurnedSupports => self.turning && held,
+            Way::Cut => self.cutting != Cutting::Never,
+        };
+        may && self.only.is_none_or(|only| only.covers(way)) && self.lost.iter().all(|lost| lost.way != way)
+    }
+}

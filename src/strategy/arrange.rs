@@ -1,0 +1,355 @@
+//! A model as it is to be printed: turned, set beside others, its parts made to meet. What was read is never changed: the arranged
+//! model is one of its own, for whoever asked to write beside the output.
+
+use std::f64::consts::PI;
+use std::str::FromStr;
+
+use super::error::Error;
+use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
+use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
+use crate::input::process_of;
+use crate::input::{BadSetting, LoadedModel, LoadedProfile, ModelSource};
+use crate::input::{read_quietly, tell};
+use crate::mesh::{Model, Part, TriangleMesh, is_overlap, threemf};
+use crate::orient::{Facets, recommend};
+use crate::pack::{self, Spot};
+use crate::planning::{Infeasible, MOST_PARTS};
+use crate::spelling::{counted, numbers};
+use crate::world::{Silent, World};
+
+/// Which way a model stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Standing {
+    /// As it was drawn.
+    #[default]
+    AsDrawn,
+    /// With this direction of the file's up; any length but zero.
+    Up([f64; 3]),
+    /// As `orient` recommends; for models of one part.
+    Recommended,
+    /// On the largest face of this part below which there is nothing.
+    On(usize),
+}
+
+impl FromStr for Standing {
+    type Err = &'static str;
+
+    /// `auto`, or a direction.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "auto" => Ok(Self::Recommended),
+            _ => numbers(text).map(Self::Up).ok_or("neither auto nor three numbers; write these with commas, as 0,0,1"),
+        }
+    }
+}
+
+/// How models are set up before they are planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arrangement {
+    /// The widest gap between parts that is closed, mm; 0 leaves gaps and overlaps as they are.
+    pub snap_mm: f64,
+    /// Whether parts that touch or overlap become one solid; gaps then stay.
+    pub join: bool,
+    /// Which way each model stands.
+    pub standing: Standing,
+    /// Copies of the first model.
+    pub copies: usize,
+    /// More models for the same table, each with its copies.
+    pub beside: Vec<(ModelSource, usize)>,
+    /// Room between models, mm; `None` as the head needs it, less where the table is too small for that.
+    pub gap_mm: Option<f64>,
+    /// What the plan calls the file of the arranged model (3MF); `None` for the model's own name with `.parts.3mf` behind it.
+    pub file: Option<String>,
+}
+
+impl Default for Arrangement {
+    fn default() -> Self {
+        let (standing, beside) = (Standing::AsDrawn, Vec::new());
+        Self { snap_mm: SNAP_MM, join: false, standing, copies: 1, beside, gap_mm: None, file: None }
+    }
+}
+
+/// A model that was arranged.
+#[derive(Clone, Debug)]
+pub struct ArrangedModel {
+    /// It, as 3MF, to be written to [`ArrangedModel::file`].
+    pub bytes: Vec<u8>,
+    /// What the plan calls that.
+    pub file: String,
+    /// What was done, one sentence each.
+    pub changes: Vec<String>,
+}
+
+/// Copies of one model, at most, and models in all.
+const MOST_MODELS: usize = 1000;
+/// Room between models, mm, where it is asked for.
+const GAPS_MM: [f64; 2] = [0.5, 500.0];
+/// Room between models that is tried where the head's own does not fit on the table, mm.
+const NARROWER_MM: [f64; 4] = [40.0, 20.0, 10.0, 5.0];
+/// Room that is tried where they have no plan so near to each other, mm.
+const WIDER_MM: [f64; 4] = [20.0, 40.0, 60.0, 90.0];
+
+/// Models as they are to be planned.
+pub(crate) struct SetUp {
+    /// All of them as one.
+    pub(crate) model: LoadedModel,
+    /// What was done to what was read; `None`: nothing.
+    pub(crate) arranged: Option<ArrangedModel>,
+    /// The room between models, mm, where there are several and nobody asked for some.
+    gap_mm: Option<f64>,
+}
+
+impl SetUp {
+    /// A model to which nothing was done.
+    pub(crate) fn as_read(model: LoadedModel) -> Self {
+        Self { model, arranged: None, gap_mm: None }
+    }
+}
+
+/// Where models come from, how they are set up, and for which machine.
+#[derive(Clone, Copy)]
+pub(crate) struct Models<'a> {
+    pub(crate) first: &'a ModelSource,
+    pub(crate) how: &'a Arrangement,
+    pub(crate) machine: &'a LoadedProfile,
+}
+
+impl Models<'_> {
+    /// The models with more room between them than in `set`, ever wider, as far as the table goes.
+    pub(crate) fn wider(&self, set: &SetUp, world: &World<'_>) -> Vec<SetUp> {
+        let world = World { progress: &Silent, ..*world };
+        let again = |mm: f64| {
+            let how = Arrangement { gap_mm: Some(mm), ..self.how.clone() };
+            arranged(&Models { how: &how, ..*self }, &world).ok()
+        };
+        let wider = WIDER_MM.into_iter().filter(|mm| set.gap_mm.is_some_and(|gap| *mm > gap));
+        // What does not fit on the table is refused by the planner at once.
+        wider.filter_map(again).collect()
+    }
+}
+
+/// Reads the models, and arranges them where there is something to arrange; warnings are told.
+pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, Error> {
+    let Models { first, how, machine } = *models;
+    how.check()?;
+    let read = read_quietly(first, world)?;
+    world.progress.reached(&read);
+    if how.is_plain() && how.snap_mm == 0.0 && !how.join {
+        tell(&read.model.warnings, world);
+        return Ok(SetUp::as_read(read));
+    }
+    let mut changes = Vec::new();
+    let stood = if how.is_plain() { None } else { Some(stood(&read, how, machine, &mut changes, world)?) };
+    let gap_mm = stood.as_ref().and_then(|(_, gap_mm)| gap_mm.filter(|_| how.gap_mm.is_none()));
+    let stood = stood.map(|(model, _)| model);
+    let model = stood.as_ref().unwrap_or(&read.model);
+    if !how.join && model.parts.len() > MOST_PARTS {
+        // Whatever becomes of them: no plan is made of as many.
+        return Err(Infeasible::TooManyParts { parts: model.parts.len() }.into());
+    }
+    let fitted = match how {
+        Arrangement { join: true, .. } => join(model)?,
+        Arrangement { snap_mm: 0.0, .. } => None,
+        _ => fit(model, how.snap_mm)?,
+    };
+    let Some(parts) = fitted.as_ref().map_or_else(|| stood.as_ref().map(named), |f| Some(f.parts.clone())) else {
+        tell(&read.model.warnings, world);
+        return Ok(SetUp { model: read, arranged: None, gap_mm });
+    };
+    changes.extend(fitted.iter().flat_map(|f| f.changes.iter().map(|change: &Change| change.told(model))));
+    let set = made_of(parts, &read, changes, &how.file_of(&read))?;
+    tell(&set.model.model.warnings, world);
+    Ok(SetUp { gap_mm, ..set })
+}
+
+/// A model of its own out of what was read.
+pub(crate) fn made_of(
+    parts: Vec<(String, TriangleMesh<Object>)>,
+    read: &LoadedModel,
+    changes: Vec<String>,
+    file: &str,
+) -> Result<SetUp, Error> {
+    let bytes = threemf(&parts.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>());
+    let mut made = LoadedModel::made(file.to_owned(), &bytes)?;
+    // The pose and what overlaps are looked at anew.
+    let about_file = read.model.warnings_in_any_pose().filter(|text| !is_overlap(text));
+    made.model.warnings.splice(0..0, about_file.cloned());
+    Ok(SetUp { model: made, arranged: Some(ArrangedModel { bytes, file: file.to_owned(), changes }), gap_mm: None })
+}
+
+impl Arrangement {
+    fn check(&self) -> Result<(), BadSetting> {
+        BadSetting::within("snap", self.snap_mm, " mm", [0.0, MOST_SNAP_MM])?;
+        if let Some(mm) = self.gap_mm {
+            BadSetting::within("gap", mm, " mm", GAPS_MM)?;
+        }
+        if let Standing::Up(up) = self.standing {
+            BadSetting::direction("up", up)?;
+        }
+        let all = self.copies + self.beside.iter().map(|(_, copies)| copies).sum::<usize>();
+        BadSetting::within("models", all as f64, "", [1.0, MOST_MODELS as f64])
+    }
+
+    /// What the plan calls the file of the arranged model.
+    pub(crate) fn file_of(&self, read: &LoadedModel) -> String {
+        self.file.clone().unwrap_or_else(|| format!("{}.parts.3mf", read.file))
+    }
+
+    /// Whether there is one model, as it was drawn.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.standing == Standing::AsDrawn && self.copies == 1 && self.beside.is_empty()
+    }
+}
+
+/// All models, turned and beside each other, and the room between them where there are several.
+fn stood(
+    first: &LoadedModel,
+    how: &Arrangement,
+    machine: &LoadedProfile,
+    changes: &mut Vec<String>,
+    world: &World<'_>,
+) -> Result<(Model, Option<f64>), Error> {
+    let read = |from: &ModelSource| -> Result<LoadedModel, Error> {
+        let other = read_quietly(from, world)?;
+        world.progress.reached(&other);
+        Ok(other)
+    };
+    let others = how.beside.iter().map(|(from, copies)| Ok((read(from)?, *copies)));
+    let others = others.collect::<Result<Vec<_>, Error>>()?;
+    let all = || std::iter::once((first, how.copies)).chain(others.iter().map(|(model, copies)| (model, *copies)));
+    let turns = all().map(|(model, _)| turn(model, how.standing, machine)).collect::<Result<Vec<_>, Error>>()?;
+    if how.standing != Standing::AsDrawn {
+        let chosen = if how.standing == Standing::Recommended { ", as orient recommends" } else { "" };
+        changes.extend(all().zip(&turns).map(|((model, _), turn)| {
+            let up = turn.rotation.transpose() * Vec3::z();
+            format!("{} stands with ({:.4}, {:.4}, {:.4}) up{chosen}", model.file, up.x + 0.0, up.y + 0.0, up.z + 0.0)
+        }));
+    }
+    let each: Vec<(&LoadedModel, &Rigid<Object, Object>)> =
+        all().zip(&turns).flat_map(|((model, copies), turn)| std::iter::repeat_n((model, turn), copies)).collect();
+    let solids: Vec<(&[Part], &Rigid<Object, Object>)> =
+        each.iter().map(|(model, turn)| (&model.model.parts[..], *turn)).collect();
+    let Laid { moved, gap_mm, .. } = laid_out(&solids, how.gap_mm, machine);
+    if each.len() > 1 {
+        changes.push(format!("{} stand {gap_mm:.1} mm apart", counted(each.len(), "model")));
+    }
+    let mut parts = Vec::new();
+    for (index, ((model, _), meshes)) in each.iter().zip(moved).enumerate() {
+        for (part, mesh) in model.model.parts.iter().zip(meshes) {
+            let name = if each.len() > 1 { format!("{}-{}", index + 1, part.name) } else { part.name.clone() };
+            parts.push((name, mesh));
+        }
+    }
+    Ok((Model::from_parts(parts), (each.len() > 1).then_some(gap_mm)))
+}
+
+/// What was set beside each other.
+pub(crate) struct Laid {
+    /// The meshes of each, in their places.
+    pub(crate) moved: Vec<Vec<TriangleMesh<Object>>>,
+    /// The room between them, mm.
+    pub(crate) gap_mm: f64,
+    /// Whether all of them lie on the table so.
+    pub(crate) fits: bool,
+}
+
+/// Turns each of these, and sets them beside each other on the table; one by itself stays where it is.
+pub(crate) fn laid_out(
+    each: &[(&[Part], &Rigid<Object, Object>)],
+    gap_mm: Option<f64>,
+    machine: &LoadedProfile,
+) -> Laid {
+    let boxes: Vec<Bounds> = each.iter().map(|(parts, turn)| bounds(parts, turn)).collect();
+    let (spots, gap_mm, fits) = on_table(&boxes, gap_mm, machine);
+    let place = |((parts, turn), spot): (&(&[Part], &Rigid<Object, Object>), &Spot)| {
+        let turn = if spot.turned { turn.then(&quarter()) } else { **turn };
+        let own = bounds(parts, &turn);
+        let by = Vec3::new(spot.corner[0] - own.min.x, spot.corner[1] - own.min.y, -own.min.z);
+        let placed = turn.then(&Rigid::shift(if each.len() > 1 { by } else { Vec3::zeros() }));
+        parts.iter().map(|part| part.mesh.moved(&placed)).collect()
+    };
+    Laid { moved: each.iter().zip(&spots).map(place).collect(), gap_mm, fits }
+}
+
+/// How the model is turned.
+fn turn(model: &LoadedModel, standing: Standing, machine: &LoadedProfile) -> Result<Rigid<Object, Object>, Error> {
+    let last = model.model.parts.len() - 1;
+    let up = match standing {
+        Standing::AsDrawn => return Ok(Rigid::shift(Vec3::zeros())),
+        Standing::Up(up) => Vec3::from(up),
+        Standing::Recommended => {
+            let [part] = &model.model.parts[..] else {
+                return Err(BadSetting::SeveralToStand { model: model.file.clone(), parts: last + 1 }.into());
+            };
+            recommend(&Facets::of(&part.mesh), &process_of(machine), None, None).recommended.up
+        }
+        Standing::On(given) if given > last => {
+            return Err(BadSetting::NoSuchPart { given, last, model: model.file.clone() }.into());
+        }
+        Standing::On(part) => {
+            let name = || model.model.parts[part].name.clone();
+            up_on(&model.model, part).ok_or_else(|| BadSetting::NoBase { part, name: name() })?
+        }
+    };
+    Ok(upright(&model.model.parts, up))
+}
+
+fn bounds(parts: &[Part], turn: &Rigid<Object, Object>) -> Bounds {
+    let vertices = parts.iter().flat_map(|part| part.mesh.vertices());
+    Bounds::of(vertices.map(|v| turn.rotation * v))
+}
+
+/// A quarter turn about Z.
+fn quarter() -> Rigid<Object, Object> {
+    Rigid::new(Mat3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0), Vec3::zeros())
+}
+
+/// Where the models stand, and the room between them: what is asked for, or what the head needs, or the most that fits the table; a
+/// model is turned only where there is no room otherwise.
+fn on_table(boxes: &[Bounds], asked_mm: Option<f64>, machine: &LoadedProfile) -> (Vec<Spot>, f64, bool) {
+    let footprints: Vec<[f64; 2]> = boxes.iter().map(|b| [b.size().x, b.size().y]).collect();
+    let highest = boxes.iter().map(|b| b.size().z).fold(0.0, f64::max);
+    let tried = match asked_mm {
+        Some(mm) => vec![mm],
+        None => {
+            let own = head_reach_mm(machine, highest).max(NARROWER_MM[3]);
+            std::iter::once(own).chain(NARROWER_MM.into_iter().filter(|mm| *mm < own)).collect()
+        }
+    };
+    let last = tried[tried.len() - 1];
+    let inside = |[x, y]: [f64; 2]| machine.profile.beyond_table(x, y) <= 0.0;
+    // What covers more than the table fits in no way.
+    let table = &machine.profile.table;
+    let square = table.size_mm.filter(|_| table.radius_mm == 0.0);
+    let table_mm2 = square.map_or_else(|| PI * table.radius_mm * table.radius_mm, |[wide, deep]| wide * deep);
+    let too_many = footprints.iter().map(|[x, y]| x * y).sum::<f64>() > table_mm2;
+    let ways = tried.into_iter().flat_map(|mm| [(mm, false), (mm, true)]);
+    let room = ways
+        .into_iter()
+        .filter(|_| !too_many)
+        .find_map(|(mm, turns)| Some((pack::on_table(&footprints, mm, turns, &inside)?, mm)));
+    // What does not fit at all is refused where every model is held against its table.
+    let rows = || in_rows(&footprints, last).into_iter().map(|corner| Spot { corner, turned: false }).collect();
+    room.map_or_else(|| (rows(), last, false), |(spots, mm)| (spots, mm, true))
+}
+
+/// How far the head reaches sideways from its tip, mm, with what of it is lower than `highest`.
+pub(crate) fn head_reach_mm(machine: &LoadedProfile, highest: f64) -> f64 {
+    let low = machine.profile.head_bodies().into_iter().filter(|body| body.bounds().min.z < highest);
+    low.map(|body| {
+        let b = body.bounds();
+        b.max.x.max(-b.min.x).max(b.max.y).max(-b.min.y)
+    })
+    .fold(0.0, f64::max)
+}
+
+fn named(model: &Model) -> Vec<(String, TriangleMesh<Object>)> {
+    model.parts.iter().map(|part| (part.name.clone(), part.mesh.clone())).collect()
+}
+
+impl ArrangedModel {
+    /// What was done, in one sentence.
+    pub fn story(&self) -> String {
+        self.changes.join("; ")
+    }
+}

@@ -1,0 +1,91 @@
+//! Why there is no way to print a model, with the facts as fields.
+
+use std::sync::Arc;
+
+use super::no_plan::NoPlan;
+use super::refused::Refused;
+use super::ways::NoWay;
+use crate::assembly::FitError;
+use crate::input::{BadSetting, InputError};
+use crate::mesh::MeshError;
+use crate::planning::{Infeasible, Misplaced};
+use crate::profile::ProfileError;
+use crate::world::FileError;
+
+/// Why a model is not planned, cut or set up.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// What is read for it.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A setting of a request that cannot be.
+    #[error(transparent)]
+    Setting(#[from] BadSetting),
+    /// A model that does not lie on its table.
+    #[error(transparent)]
+    Misplaced(#[from] Misplaced),
+    /// A model that does not lie on its table, but on that of another shipped machine.
+    #[error("{source}; {machine} has room for it (-m {machine})")]
+    RoomElsewhere {
+        /// Why it does not.
+        source: Misplaced,
+        /// The other machine.
+        machine: &'static str,
+    },
+    /// Parts that cannot be made to meet.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// A model of several parts where one solid is cut.
+    #[error(
+        "{file} has {parts} closed parts, and one solid is cut; give one part alone, or plan the parts as they are"
+    )]
+    NotOneSolid {
+        /// The model.
+        file: String,
+        /// How many.
+        parts: usize,
+    },
+    /// A model that cannot be planned at all, or has no sequence.
+    #[error(transparent)]
+    Infeasible(#[from] Infeasible),
+    /// A model without a plan, with reasons and remedies.
+    #[error("{}", .0.infeasible)]
+    NoPlan(Box<NoPlan>),
+    /// Nothing is left of the ways that were asked for.
+    #[error("{0}")]
+    NoWay(Box<NoWay>),
+}
+
+impl From<MeshError> for Error {
+    fn from(error: MeshError) -> Self {
+        InputError::from(error).into()
+    }
+}
+
+impl From<ProfileError> for Error {
+    fn from(error: ProfileError) -> Self {
+        InputError::from(error).into()
+    }
+}
+
+impl From<FileError> for Error {
+    fn from(error: FileError) -> Self {
+        InputError::from(error).into()
+    }
+}
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::NoPlan(no) => Self::NoPlan(no.infeasible),
+            Error::Infeasible(no) => Self::NoPlan(no),
+            error => Self::Failed(Arc::new(error)),
+        }
+    }
+}
+
+impl From<InputError> for Refused {
+    fn from(error: InputError) -> Self {
+        Error::from(error).into()
+    }
+}

@@ -1,0 +1,279 @@
+//! Supports in the main job: planned for a part that stands on the level table, and laid at the layers that its own slicer made.
+//!
+//! A plan says of a print that it has supports, and how wide their grid is; what they are is worked out from the part again wherever it is
+//! wanted, the same each time. Planning lays them at the profile's own layers and asks `overhang` what is left; writing the file for
+//! the machine lays them at those of the sliced part.
+
+use super::error::Error;
+use super::grid::grid_over;
+use crate::geom::{Angle, Bounds, Machine, Rigid, Slot, Vec3};
+use crate::input::{BadSetting, CheckedPlan};
+use crate::mesh::TriangleMesh;
+use crate::overhang::{Footing, Ground, Held, LayerJudge, Relief, Rule};
+use crate::planning::{Plan, Print, PrintSupports, PropPlace, Workpiece};
+use crate::profile::{Profile, SliceSettings};
+use crate::slicing::builtin::sheets;
+use crate::support::{
+    Bare, Bars, Build, Ceiling, Flow, Graph, Laying, Method, Prop, Roof, Structure, SupportLayer, bare, braced, build,
+    lines, longest_free_mm, plan, propped,
+};
+use crate::toolpath::{Input, SlicedPrint, SlotMesh, print_name, slot_mesh};
+
+/// Where the middle of a part with supports is put, mm.
+pub(crate) const CENTRE_MM: [f64; 2] = [0.0; 2];
+/// Units that a column carries. Lines of filament are stiff enough for ten cells' tops, and each column fewer saves its whole height.
+const CAPACITY: u16 = 10;
+/// Seed of the search for the least material.
+const SEED: u64 = 1;
+/// Air beside a support, in widths of a line.
+const BESIDE_WIDTHS: f64 = 0.5;
+/// Facets as near to the table lie on it, mm.
+const ON_TABLE_MM: f64 = 0.05;
+/// Heights that differ by less are one layer, mm.
+const SAME_MM: f64 = 1e-3;
+
+/// Supports of one print, as lines.
+#[derive(Clone)]
+pub(crate) struct Laid {
+    /// By layer.
+    pub(crate) layers: Vec<SupportLayer>,
+    /// What has no way to the table, the largest patch first.
+    pub(crate) bare: Vec<Bare>,
+    /// The longest stretch of a column without another beside it, mm.
+    pub(crate) longest_free_mm: f64,
+}
+
+impl Laid {
+    /// No supports at all.
+    pub(crate) fn none() -> Self {
+        Self { layers: Vec::new(), bare: Vec::new(), longest_free_mm: 0.0 }
+    }
+
+    /// Lays supports below `mesh` in layers that go from one of `tops` to the next.
+    ///
+    /// # Errors
+    ///
+    /// [`BadSetting::TooFine`] for a part too large for the grid.
+    pub(crate) fn below(
+        mesh: &SlotMesh,
+        supports: &PrintSupports,
+        tops: &[f64],
+        process: &SliceSettings,
+    ) -> Result<Self, BadSetting> {
+        let mut laid = Self::columns(mesh, supports, tops, process)?;
+        laid.prop(mesh, supports, tops, process);
+        Ok(laid)
+    }
+
+    /// The same without props.
+    pub(crate) fn columns(
+        mesh: &SlotMesh,
+        supports: &PrintSupports,
+        tops: &[f64],
+        process: &SliceSettings,
+    ) -> Result<Self, BadSetting> {
+        if supports.only_props {
+            return Ok(Self::none());
+        }
+        let (graph, flow) = columns(mesh, supports)?;
+        let line_mm = process.line_width_mm;
+        let roof = supports.roof.map(|roof| Roof {
+            layers: (roof.height_mm / process.layer_height_mm - SAME_MM).ceil().max(1.0) as usize,
+            pitch_mm: roof.pitch_mm,
+        });
+        let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm, on_part: true, roof };
+        Ok(Self {
+            layers: lines(&graph, &flow, &[&mesh.mesh], &spans(tops), &how),
+            bare: bare(&graph),
+            longest_free_mm: longest_free_mm(&graph, &flow),
+        })
+    }
+
+    /// Adds the props to columns.
+    pub(crate) fn prop(&mut self, mesh: &SlotMesh, supports: &PrintSupports, tops: &[f64], process: &SliceSettings) {
+        if !supports.props.is_empty() {
+            let line_mm = process.line_width_mm;
+            let (gap_mm, beside_mm) = (supports.gap_mm, BESIDE_WIDTHS * line_mm);
+            let how = Laying { line_mm, gap_mm, beside_mm, on_part: true, roof: None };
+            let there: (&[&TriangleMesh<Slot>], &[[f64; 2]]) = (&[&mesh.mesh], &spans(tops));
+            propped(&mut self.layers, &props(supports), there, (&how, supports.step_mm));
+        }
+    }
+
+    /// The length of all lines, mm.
+    pub(crate) fn length_mm(&self) -> f64 {
+        let lines = self.layers.iter().flat_map(|layer| &layer.lines);
+        lines.map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
+    }
+
+    /// The box of all lines.
+    pub(crate) fn bounds(&self) -> Bounds {
+        let ends = |layer: &SupportLayer| -> Vec<Vec3> {
+            layer.lines.iter().flatten().map(|p| Vec3::new(p[0], p[1], layer.span_mm[1])).collect()
+        };
+        Bounds::of(self.layers.iter().flat_map(ends))
+    }
+
+    /// As a part's layers lie on them.
+    pub(crate) fn held(&self, supports: &PrintSupports, rule: &Rule) -> Held {
+        let layers = self.layers.iter().map(|layer| (layer.span_mm[1], layer.lines.clone())).collect();
+        // Between the diagonals of a cell no place is farther from one than a third of its edge.
+        // A line ends at most as far beyond the last one as it may hang free.
+        let beside_mm = (supports.step_mm / 2.0).min(rule.free_mm() - rule.line_mm / 2.0);
+        Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm, beside_mm }
+    }
+}
+
+/// What says of a part that stands on the table what would be laid on nothing.
+pub(crate) fn judge(mesh: &SlotMesh, rule: &Rule) -> LayerJudge {
+    let mesh = &mesh.mesh;
+    let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
+    let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
+    let footings = vec![Footing { own, below: Vec::new() }];
+    let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
+    let begins_mm = relief.in_the_air(&Vec3::z(), lies, &rule.hang());
+    let ground = Ground { footings, table: true, begins_mm, ..Ground::default() };
+    LayerJudge::of(mesh, &Vec3::z(), &ground, lies, rule)
+}
+
+/// From where to where layers go that end at these heights.
+fn spans(tops: &[f64]) -> Vec<[f64; 2]> {
+    let bottoms = std::iter::once(&0.0).chain(tops);
+    bottoms.zip(tops).map(|(low, high)| [*low, *high]).collect()
+}
+
+/// The places that are propped.
+fn props(supports: &PrintSupports) -> Vec<Prop> {
+    let prop = |place: &PropPlace| Prop { under_mm: place.under_mm, within_mm: place.within_mm, middle: place.middle };
+    supports.props.iter().map(prop).collect()
+}
+
+/// The columns that hold `mesh`, and the struts between them.
+fn columns(mesh: &SlotMesh, supports: &PrintSupports) -> Result<(Graph, Flow), BadSetting> {
+    let meshes = [&mesh.mesh];
+    let graph = Graph::of(grid_over(&meshes, supports.step_mm)?, &meshes, Angle::from_deg(supports.overhang_deg));
+    let planned = plan(&graph, Method::Auto, (CAPACITY, None), SEED, &mut |_| {});
+    let flow = match supports.brace_mm {
+        Some(most_mm) => braced(&graph, &planned.flow, most_mm).flow,
+        None => planned.flow,
+    };
+    Ok((graph, flow))
+}
+
+/// The supports of a plan as solids, sheets as thick as a line, for pictures: the part that each holds, and its surface, machine frame.
+pub(crate) fn support_solids(
+    plan: &Plan,
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+) -> Vec<(usize, TriangleMesh<Machine>)> {
+    let solid = |print: &Print| {
+        let supports = print.supports.as_ref()?;
+        let mesh = slot_mesh(workpiece, &profile.kinematics(), print, CENTRE_MM);
+        let columns = if supports.only_props {
+            TriangleMesh::new(Vec::new(), Vec::new())
+        } else {
+            // A plan's grid was made once already; without it the picture lacks them, and nothing else does.
+            let (graph, flow) = columns(&mesh, supports).ok()?;
+            let roof = supports.roof.map(|roof| Bars { high_mm: roof.height_mm, pitch_mm: roof.pitch_mm });
+            let (wall_mm, gap_mm) = (profile.process.line_width_mm, supports.gap_mm);
+            let how = Build { structure: Structure::X, wall_mm, gap_mm, roof };
+            build(&graph, &flow, &Ceiling::of(&graph, &[&mesh.mesh]), &how).mesh
+        };
+        let all = with_props(columns, (&mesh, supports), &profile.process);
+        Some((print.part, all.moved(&Rigid::shift(mesh.to_machine))))
+    };
+    plan.prints().filter_map(|(_, print)| solid(print)).collect()
+}
+
+/// `columns` with the sheets of props, a box for what of a sheet is the same in layers one above the other.
+fn with_props(
+    columns: TriangleMesh<Slot>,
+    (mesh, supports): (&SlotMesh, &PrintSupports),
+    process: &SliceSettings,
+) -> TriangleMesh<Slot> {
+    if supports.props.is_empty() {
+        return columns;
+    }
+    let line_mm = process.line_width_mm;
+    let mut laid = Laid::none();
+    laid.prop(mesh, supports, &even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z), process);
+    let mut boxes: Vec<Bounds> = Vec::new();
+    // The lines of the layer below, and their boxes.
+    let mut below: Vec<([[f64; 2]; 2], usize)> = Vec::new();
+    for layer in &laid.layers {
+        let [low, high] = layer.span_mm;
+        let goes_on = |line: &[[f64; 2]; 2]| Some(below.iter().find(|(other, _)| other == line)?.1);
+        let mut here = Vec::with_capacity(layer.lines.len());
+        for line in &layer.lines {
+            let place = goes_on(line).unwrap_or_else(|| {
+                let [a, b] = line.map(|[x, y]| Vec3::new(x, y, low));
+                let half = Vec3::ith(usize::from(a.x != b.x), line_mm / 2.0);
+                boxes.push(Bounds { min: a.inf(&b) - half, max: a.sup(&b) + half });
+                boxes.len() - 1
+            });
+            boxes[place].max.z = high;
+            here.push((*line, place));
+        }
+        below = here;
+    }
+    let (mut vertices, mut facets) = (columns.vertices().to_vec(), columns.facets().to_vec());
+    for bounds in &boxes {
+        let (base, one) = (vertices.len() as u32, TriangleMesh::<Slot>::cuboid(bounds));
+        vertices.extend_from_slice(one.vertices());
+        facets.extend(one.facets().iter().map(|f| f.map(|v| v + base)));
+    }
+    TriangleMesh::new(vertices, facets)
+}
+
+/// The tops of layers of `layer_mm` up to `height_mm`.
+pub(crate) fn even_tops(layer_mm: f64, height_mm: f64) -> Vec<f64> {
+    let count = (height_mm / layer_mm).round().max(1.0) as usize;
+    (1..=count).map(|k| k as f64 * layer_mm).collect()
+}
+
+/// The layers of a part, and below its first one more: a part that stands on a point begins where it is as wide as a line.
+fn from_the_table(tops: &[f64], layer_mm: f64) -> Vec<f64> {
+    let first = tops.first().copied().unwrap_or(layer_mm);
+    let count = (first / layer_mm).round().max(1.0);
+    let below = (1..count as usize).map(|k| first * k as f64 / count);
+    below.chain(tops.iter().copied()).collect()
+}
+
+/// The part as its supports are planned, always on the same place: numbers rounded otherwise would make other columns.
+pub(crate) fn held_mesh(plan: &CheckedPlan, print: &Print) -> SlotMesh {
+    slot_mesh(&plan.workpiece(), &plan.machine.profile.kinematics(), print, CENTRE_MM)
+}
+
+/// The supports of `print` as G-code like a slicer's, at the layers of what was `sliced` for it.
+fn sliced_supports(
+    plan: &CheckedPlan,
+    (number, print): (usize, &Print),
+    sliced: &SlicedPrint<'_>,
+) -> Result<Vec<u8>, Error> {
+    let Some(supports) = &print.supports else { return Ok(Vec::new()) };
+    let process = &plan.machine.profile.process;
+    let mesh = held_mesh(plan, print);
+    let mut tops: Vec<f64> = sliced.layers.iter().map(|layer| layer.z).collect();
+    tops.sort_by(f64::total_cmp);
+    tops.dedup_by(|a, b| *a - *b < SAME_MM);
+    let tops = from_the_table(&tops, process.layer_height_mm);
+    let laid = Laid::below(&mesh, supports, &tops, process)?;
+    let name = print_name(number, &format!("supports of {}", plan.model.model.parts[print.part].name));
+    Ok(sheets(&laid.layers, process, &name, sliced.nozzle_c))
+}
+
+/// The supports' prints of a plan: number and G-code, in their own coordinates around [`CENTRE_MM`].
+///
+/// # Errors
+///
+/// As [`Laid::below`].
+pub(crate) fn all_supports(plan: &CheckedPlan, inputs: &[Input<'_>]) -> Result<Vec<(usize, Vec<u8>)>, Error> {
+    let number_of = |held: &Print| plan.prints().position(|(_, print)| std::ptr::eq(print, held));
+    let one = |(number, _, print): (usize, usize, &Print)| {
+        let held = number_of(print)?;
+        // What is missing is named where the file is written.
+        let sliced = inputs.iter().find(|input| input.print == held)?.sliced;
+        Some(sliced_supports(plan, (number, print), sliced).map(|bytes| (number, bytes)))
+    };
+    plan.plan.supports().filter_map(one).collect()
+}

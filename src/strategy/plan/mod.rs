@@ -1,0 +1,319 @@
+//! Orientations and a sequence for a model on a machine, or why there is none and what would help.
+
+mod options;
+
+use std::path::Path;
+
+use crate::geom::{Angle, Dir, Vec3};
+use crate::input::process_of;
+use crate::input::spanning;
+use crate::input::{CheckedPlan, InputError, LoadedModel, LoadedProfile, MachineSource, ModelSource, load_profile};
+use crate::orient::{Direction, Facets, Process, recommend};
+use crate::pictures::{Told, plan_sheet};
+use crate::planning::balance::{Standing, standing};
+use crate::planning::{
+    self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Remedy, Slot, ThreeAxis,
+    Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
+};
+use crate::profile::Profile;
+use crate::strategy::arrange::{ArrangedModel, Arrangement};
+use crate::strategy::arrange::{Models, SetUp, arranged};
+use crate::strategy::error::Error;
+use crate::strategy::holding::support_solids;
+use crate::strategy::no_plan::NoPlan;
+use crate::strategy::ways::TriedWay;
+use crate::view::Drawing;
+use crate::world::World;
+pub(super) use options::Along;
+pub(super) use options::CAREFUL_DEG;
+use options::PlanAsked;
+pub use options::{Finish, PlaceRequest, PlanOptions, Supporting, allowed};
+
+/// A model and a machine, and how to plan.
+#[derive(Clone, Debug)]
+pub struct PlanRequest {
+    /// The model.
+    pub model: ModelSource,
+    /// The machine.
+    pub machine: MachineSource,
+    /// How the model is set up before.
+    pub arrangement: Arrangement,
+    /// How.
+    pub options: PlanOptions,
+    /// Whether one solid may stand on supports.
+    pub supporting: Supporting,
+}
+
+impl PlanRequest {
+    /// As the command does it without flags.
+    pub fn new(model: impl Into<ModelSource>, machine: impl Into<MachineSource>) -> Self {
+        let (arrangement, options) = (Arrangement::default(), PlanOptions::default());
+        let supporting = Supporting::Never;
+        Self { model: model.into(), machine: machine.into(), arrangement, options, supporting }
+    }
+}
+
+/// A plan with what the search says of it.
+#[derive(Clone, Debug)]
+pub struct PlanResult {
+    /// The best plan, with its model and machine.
+    pub plan: CheckedPlan,
+    /// All that were asked for, the best first; at least one.
+    pub plans: Vec<Planned>,
+    /// What was minimised.
+    pub objective: String,
+    /// Printing in three axes on supports, where several plans were asked for.
+    pub three_axes: Option<ThreeAxes>,
+    /// Whether the model stands elsewhere than in the middle, because only there the axes reach.
+    pub moved: bool,
+    /// Of `seconds`, what the search for orientations took.
+    pub orient_seconds: f64,
+    /// What planning took.
+    pub seconds: f64,
+    /// Surfaces up to this angle from the vertical were taken to hold themselves.
+    pub overhang: Angle,
+    /// What is printed, but droops, by part.
+    pub droops: Vec<PartDroop>,
+    /// Where what is printed is held the fewest times over; `None` where nothing tips anything, and for what stands on supports.
+    pub standing: Option<Standing>,
+    /// What was done to the model before, in a sentence; for the picture.
+    pub story: Option<String>,
+    /// The model as it was set up, where that is not as it was read.
+    pub arranged: Option<ArrangedModel>,
+    /// The ways that were tried for the model, the one that was taken first.
+    pub ways: Vec<TriedWay>,
+}
+
+impl PlanResult {
+    /// The best of the plans.
+    pub fn best(&self) -> &Planned {
+        &self.plans[0]
+    }
+
+    /// With what became of the model before.
+    pub(super) fn of_arranged(mut self, arranged: Option<ArrangedModel>) -> Self {
+        let stories = arranged.iter().map(ArrangedModel::story).chain(self.story.take());
+        self.story = Some(stories.collect::<Vec<_>>().join("; ")).filter(|story| !story.is_empty());
+        self.arranged = arranged;
+        self
+    }
+
+    /// The plan as one picture, a frame for each pose; below it what was tried beside.
+    pub fn sheet(&self) -> Drawing {
+        let (workpiece, profile) = (&self.plan.workpiece(), &self.plan.machine.profile);
+        let told = Told { workpiece, profile, overhang: self.overhang };
+        let supports = support_solids(&self.plan.plan, workpiece, profile);
+        let story = self.story.iter().cloned().chain(self.ways.iter().filter_map(TriedWay::beside)).collect();
+        plan_sheet(&self.plan.plan, told, &supports, story).drawing()
+    }
+}
+
+/// Plans what is loaded already: solids by themselves as they are drawn, where that can be printed, since nobody turns a table for nothing.
+pub(super) fn planned(
+    model: LoadedModel,
+    machine: LoadedProfile,
+    options: &PlanOptions,
+    world: &World<'_>,
+) -> Result<PlanResult, Error> {
+    if model.model.interfaces.is_empty() && options.leaves_directions() {
+        let quiet = PlanOptions { remedies: false, ..options.clone() };
+        let drawn = planned_along(Along::These(&[Vec3::z()]), model.clone(), machine.clone(), &quiet, world);
+        if drawn.is_ok() {
+            return drawn;
+        }
+    }
+    planned_along(Along::Any, model, machine, options, world)
+}
+
+/// As [`planned`], along no other directions than these.
+pub(super) fn planned_along(
+    along: Along<'_>,
+    model: LoadedModel,
+    machine: LoadedProfile,
+    options: &PlanOptions,
+    world: &World<'_>,
+) -> Result<PlanResult, Error> {
+    let start = world.clock.now();
+    let seconds = || (world.clock.now() - start).as_secs_f64();
+    // The machine's own values, before this plan's bridges.
+    let machine_values = machine.is_own().then(|| Box::new(machine.profile.clone()));
+    let machine = spanning(machine, options.bridge_mm)?;
+    let asked = PlanAsked::of(options, &machine, &model)?;
+    let together =
+        matches!(along, Along::These([_])) && options.table_first && options.priority != Priority::OnlySingle;
+    let wanted = Options { together, ..asked.options(options) };
+    let (base, profile) = (asked.base, &machine.profile);
+    let workpiece = Workpiece::place(&model.model, &base);
+    let directions = asked.directions(&workpiece, &machine, &wanted, &along)?;
+    let orient_seconds = seconds();
+    let found = if options.place.is_some() {
+        planning::plan(&workpiece, profile, &directions, &wanted).map(|plans| (base, plans))
+    } else {
+        plan_anywhere(&model.model, profile, &base, &directions, &wanted)
+    };
+    let found = found.and_then(|(placement, plans)| {
+        let plan = Plan {
+            machine_values,
+            bridge_mm: options.bridge_mm,
+            ..draft(&model, &machine, placement, &plans[0], (options.kept_in.as_deref(), world))
+        };
+        let standing = standing(&plan, &Workpiece::place(&model.model, &placement), profile);
+        match standing.filter(Standing::falls) {
+            Some(Standing { part, slot, tilt, held }) => {
+                let (name, tilt_deg) = (model.model.parts[part].name.clone(), tilt.deg());
+                Err(Infeasible::Falls { part, name, slot, tilt_deg, factor: held.factor })
+            }
+            None => Ok((placement, plans, plan, standing)),
+        }
+    });
+    let (placement, plans, plan, standing) = match found {
+        Ok(found) => found,
+        Err(infeasible) => {
+            let seek = options.remedies && can_be_helped(&infeasible);
+            let seek = seek.then(|| remedies(&infeasible, (&workpiece, profile), (&directions, &wanted), world));
+            drop(workpiece);
+            return Err(Error::NoPlan(Box::new(NoPlan {
+                infeasible,
+                remedies: seek,
+                cut: None,
+                held: None,
+                ways: Vec::new(),
+                model,
+                machine,
+                base,
+                overhang: wanted.overhang,
+            })));
+        }
+    };
+    let plan = checked(plan, model, machine)?;
+    let up = |print: &Print| Dir::new(print.up.into()).unwrap_or(Dir::z());
+    let prints = plan.prints().map(|(_, print)| (print.part, up(print)));
+    let droops = droops(&plan.workpiece(), &plan.machine.profile, prints, &wanted);
+    let compared = options.plans > 1;
+    let three_axes = compared.then(|| ThreeAxes::of(&plan, wanted.overhang));
+    let (objective, moved) = (asked.goal.text.clone(), placement != base);
+    Ok(PlanResult {
+        plan,
+        plans,
+        objective,
+        three_axes,
+        moved,
+        orient_seconds,
+        seconds: seconds(),
+        overhang: wanted.overhang,
+        droops,
+        standing,
+        story: None,
+        arranged: None,
+        ways: Vec::new(),
+    })
+}
+
+/// What a printer that cannot tilt would take for the same model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThreeAxes {
+    /// In the pose that `orient` recommends for the whole.
+    pub best: ThreeAxis,
+    /// As it stands in its file.
+    pub as_it_stands: ThreeAxis,
+}
+
+impl ThreeAxes {
+    fn of(plan: &CheckedPlan, overhang: Angle) -> Self {
+        let (workpiece, profile) = (plan.workpiece(), &plan.machine.profile);
+        let process = Process { overhang, ..process_of(&plan.machine) };
+        let found = recommend(&Facets::of(&whole(&workpiece)), &process, None, None);
+        let along = |up: Vec3| three_axis(&workpiece, profile, overhang, Dir::new(up).unwrap_or(Dir::z()));
+        Self { best: along(found.recommended.up), as_it_stands: along(Vec3::z()) }
+    }
+}
+
+/// The plan's document, as it is kept in a folder.
+fn draft(
+    model: &LoadedModel,
+    machine: &LoadedProfile,
+    placement: Placement,
+    best: &Planned,
+    (kept_in, world): (Option<&Path>, &World<'_>),
+) -> Plan {
+    Plan {
+        format: Plan::FORMAT.to_owned(),
+        version: Plan::VERSION,
+        made_by: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
+        model: model.reference(kept_in, world),
+        machine: machine.reference(kept_in, world),
+        placement,
+        bridge_mm: None,
+        parts: model.model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
+        slots: best.slots.clone(),
+        machine_values: None,
+    }
+}
+
+/// The plan, held against its model and machine.
+fn checked(plan: Plan, model: LoadedModel, machine: LoadedProfile) -> Result<CheckedPlan, Error> {
+    plan.check(&machine.profile.kinematics(), model.model.parts.len()).map_err(InputError::from)?;
+    Ok(CheckedPlan { sha256: plan.sha256(), plan, model, machine })
+}
+
+/// Kinds of remedies that are tried.
+const KINDS: usize = 13;
+
+fn remedies(
+    no: &Infeasible,
+    (workpiece, profile): (&Workpiece<'_>, &Profile),
+    (directions, options): (&[Vec<Direction>], &Options<'_>),
+    world: &World<'_>,
+) -> Vec<Remedy> {
+    let bar = world.progress.begin("remedies", KINDS);
+    let mut done = 0;
+    // Where every part stands by its facets, layers add nothing but time to each check.
+    let practised = layers_matter(workpiece, profile, directions, options);
+    let options = &Options { practised, ..options.clone() };
+    Wish { workpiece, profile, directions, options, no }.remedies(|_| {
+        done += 1;
+        bar.at(done);
+    })
+}
+
+/// How many sequences were listed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Listed {
+    /// How many.
+    pub count: usize,
+    /// Whether these are all there are.
+    pub complete: bool,
+    /// What listing took.
+    pub seconds: f64,
+}
+
+/// Hands every feasible sequence to `each` as it is found, `most` at most.
+///
+/// # Errors
+///
+/// As [`plan`](super::plan()), but [`Error::Infeasible`] without remedies where there is none.
+pub fn sequences(
+    request: &PlanRequest,
+    most: usize,
+    world: &World<'_>,
+    mut each: impl FnMut(Vec<Slot>),
+) -> Result<Listed, Error> {
+    let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
+    let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
+    let SetUp { model, .. } = arranged(&models, world)?;
+    let start = world.clock.now();
+    let asked = PlanAsked::of(&request.options, &machine, &model)?;
+    let options = asked.options(&request.options);
+    let workpiece = Workpiece::place(&model.model, &asked.base);
+    let directions = asked.directions(&workpiece, &machine, &options, &Along::Any)?;
+    let mut seen = 0;
+    let complete = planning::sequences(&workpiece, &machine.profile, &directions, &options, |slots| {
+        seen += 1;
+        let wanted = seen <= most;
+        if wanted {
+            each(slots);
+        }
+        wanted
+    })?;
+    Ok(Listed { count: seen.min(most), complete, seconds: (world.clock.now() - start).as_secs_f64() })
+}

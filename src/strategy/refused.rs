@@ -1,0 +1,220 @@
+//! Why a way to print a model does not work, with the facts as fields.
+
+use std::error::Error;
+use std::sync::Arc;
+
+use super::uncut::Uncut;
+use crate::input::BadSetting;
+use crate::overhang::Patch;
+use crate::planning::Infeasible;
+use crate::spelling::counted;
+
+/// Why a way does not work.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum Refused {
+    /// Another one was asked for.
+    #[error("only this way is wanted")]
+    Unasked,
+    /// Planning says no.
+    #[error("{0}")]
+    NoPlan(Infeasible),
+    /// Something else came between.
+    #[error("{0}")]
+    Failed(Arc<dyn Error + Send + Sync>),
+    /// The same of several solids on one table.
+    #[error("{0}; print fewer at once, or give them more room (--gap)")]
+    Crowded(Arc<dyn Error + Send + Sync>),
+    /// Parts that touch have no plan with supports below those on the table.
+    #[error("with supports below what stands on the table: {0}; or join the parts (--join)")]
+    Touching(Infeasible),
+    /// Parts that touch have no plan together, and are no one solid that could be cut.
+    #[error(
+        "{first} to {last}, {parts} parts that touch, have no plan together, and only single solids are cut; join them (--join)"
+    )]
+    Several {
+        /// The first of them.
+        first: String,
+        /// The last.
+        last: String,
+        /// How many.
+        parts: usize,
+    },
+    /// Each solid has a plan by itself.
+    #[error("each has a plan by itself, but not beside the others; give them more room (--gap)")]
+    Beside,
+    /// No cut was made.
+    #[error("nothing of it asks for a cut")]
+    Whole,
+    /// Cutting leaves something.
+    #[error("{0}")]
+    Uncut(Uncut),
+    /// A part of several.
+    #[error("{part}: {why}")]
+    Part {
+        /// Which.
+        part: String,
+        /// Why.
+        why: Box<Self>,
+    },
+    /// It stands in no other pose, or in so many without a plan.
+    #[error("{}", no_pose(*.poses))]
+    Turned {
+        /// Poses that were tried.
+        poses: usize,
+    },
+    /// It was not worked out, since it cannot cost less than another.
+    #[error("at least {least_min:.0} min, which is more")]
+    Dearer {
+        /// What it costs at least, minutes.
+        least_min: f64,
+    },
+    /// Nothing hangs.
+    #[error("nothing of {} wants supports", if *.on_table { "what stands on the table" } else { "it" })]
+    NothingHangs {
+        /// Whether only what stands on the table could have had supports.
+        on_table: bool,
+    },
+    /// Supports are made in a plan of one slot.
+    #[error("supports are made where all is printed in one slot, and here it takes {slots} (--slots together)")]
+    Slots {
+        /// How many it takes.
+        slots: usize,
+    },
+    /// A roof whose lines would lie on each other.
+    #[error("--roof-pitch {pitch_mm} mm is less than a line's width, {width_mm} mm; leave it out for twice that")]
+    Roof {
+        /// From line to line, mm.
+        pitch_mm: f64,
+        /// A line's width, mm.
+        width_mm: f64,
+    },
+    /// A grid that cannot be.
+    #[error("{0}")]
+    Grid(Arc<BadSetting>),
+    /// Something hangs in spite of supports.
+    #[error(
+        "with supports {area_mm2:.1} mm2 would still be laid on nothing, {:.1} of it at a height of {:.1} mm: {}{}",
+        .worst.area_mm2, .worst.at.z, .worst.cause, no_way_down(*.bare_mm2)
+    )]
+    StillHangs {
+        /// All of it, mm².
+        area_mm2: f64,
+        /// The largest patch.
+        worst: Patch,
+        /// What columns have no way to the table from, mm².
+        bare_mm2: f64,
+    },
+    /// Supports that the axes do not reach.
+    #[error("its supports leave the axes: {0}")]
+    Axes(String),
+    /// Supports beside the table.
+    #[error("its supports would stand {mm:.1} mm beyond the table")]
+    BeyondTable {
+        /// How far.
+        mm: f64,
+    },
+    /// Supports below or beside another part.
+    #[error("the supports of {part} would stand below or beside {other}; give them more room (--gap)")]
+    BesideOther {
+        /// Whose.
+        part: String,
+        /// Which is in the way.
+        other: String,
+    },
+    /// Supports of two parts in one place.
+    #[error("the supports of {part} and of {other} would meet")]
+    Meet {
+        /// One.
+        part: String,
+        /// The other.
+        other: String,
+    },
+    /// Supports of a part that is printed behind others.
+    #[error("{part}: supports are laid on the empty table, and it is printed behind others")]
+    Late {
+        /// Which.
+        part: String,
+    },
+    /// Supports where another part is.
+    #[error("the supports of {part} would stand where {other} is, or less than a line's width from it")]
+    Within {
+        /// Whose.
+        part: String,
+        /// Which is there.
+        other: String,
+    },
+    /// Supports that a later print's head would meet.
+    #[error("while {printed} is printed, the {piece} would meet the supports of {part}")]
+    Head {
+        /// What is printed then.
+        printed: String,
+        /// The piece of the head.
+        piece: String,
+        /// Whose supports.
+        part: String,
+    },
+    /// Supports that a turn of the table would take into something.
+    #[error("{0}")]
+    Turn(String),
+    /// What was sliced for it is refused.
+    #[error("lays what is refused ({0})")]
+    Laid(String),
+    /// What was sliced for it cannot be used.
+    #[error("wrote what cannot be used ({0})")]
+    Wrote(String),
+    /// The slicer failed.
+    #[error("failed ({0})")]
+    Slicer(String),
+}
+
+fn no_pose(poses: usize) -> String {
+    match poses {
+        0 => "it stands in no other pose".to_owned(),
+        count => format!("no plan in {}", counted(count, "other pose")),
+    }
+}
+
+fn no_way_down(bare_mm2: f64) -> String {
+    if bare_mm2 > 0.0 { format!("; {bare_mm2:.0} mm2 have no straight way to the table") } else { String::new() }
+}
+
+impl Refused {
+    /// Of one part, where there are several.
+    pub(super) fn of_part(self, part: String) -> Self {
+        Self::Part { part, why: Box::new(self) }
+    }
+
+    /// What stands for it in documents, for good.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Unasked => "way/not-asked-for",
+            Self::NoPlan(_) | Self::Touching(_) => "way/no-plan",
+            Self::Failed(_) => "way/failed",
+            Self::Crowded(_) | Self::Beside => "way/too-near",
+            Self::Several { .. } => "way/parts-touch",
+            Self::Whole => "way/nothing-to-cut",
+            Self::Uncut(why) => why.code(),
+            Self::Part { why, .. } => why.code(),
+            Self::Turned { .. } => "way/no-pose",
+            Self::Dearer { .. } => "way/dearer",
+            Self::NothingHangs { .. } => "way/nothing-hangs",
+            Self::Slots { .. } => "way/several-slots",
+            Self::Roof { .. } => "way/roof-pitch",
+            Self::Grid(_) => "way/grid",
+            Self::StillHangs { .. } => "way/still-hangs",
+            Self::Axes(_) | Self::BeyondTable { .. } => "way/supports-beyond-table",
+            Self::BesideOther { .. } | Self::Meet { .. } | Self::Within { .. } => "way/supports-meet-part",
+            Self::Late { .. } => "way/supports-too-late",
+            Self::Head { .. } | Self::Turn(_) => "way/supports-meet-head",
+            Self::Laid(_) => "way/rejected",
+            Self::Wrote(_) => "way/unusable",
+            Self::Slicer(_) => "way/slicer",
+        }
+    }
+}
+
+impl From<BadSetting> for Refused {
+    fn from(bad: BadSetting) -> Self {
+        Self::Grid(Arc::new(bad))
+    }
+}

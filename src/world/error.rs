@@ -1,0 +1,124 @@
+//! Why a file cannot be read or written, with the facts as fields.
+
+use std::io::ErrorKind;
+use std::path::PathBuf;
+
+use crate::link::JournalError;
+use crate::slicing::SliceError;
+
+/// Why a file was not read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// A file that cannot be read.
+    #[error("{}: {}", path.display(), in_words(source))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A file that cannot be written.
+    #[error("{}: cannot be written: {}{}", path.display(), in_words(source), remedy(source))]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A pipe or a device might never end.
+    #[error("{} is {kind}; give the name of a file", path.display())]
+    NotAFile {
+        /// What was to be read.
+        path: PathBuf,
+        /// What it is.
+        kind: &'static str,
+    },
+    /// A file that could not be held beside what is made of it.
+    #[error("{}: {bytes} bytes; at most {most} (4 GiB) are read", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its size.
+        bytes: u64,
+        /// What is allowed.
+        most: u64,
+    },
+    /// Not UTF-8.
+    #[error("{name}: not a text file")]
+    NotText {
+        /// The file.
+        name: String,
+    },
+    /// An output that is no file.
+    #[error("{} is {kind}; give the name of a file for the output", path.display())]
+    NoOutput {
+        /// What was to be written.
+        path: PathBuf,
+        /// What it is.
+        kind: &'static str,
+    },
+    /// An output in a folder that is not there.
+    #[error("{}: there is no folder {}; make it first", path.display(), folder.display())]
+    NoFolder {
+        /// The output.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// An output whose owner forbids writing.
+    #[error("{} is protected against writing; allow writing to it, or give the output another name", path.display())]
+    Protected {
+        /// The output.
+        path: PathBuf,
+    },
+    /// An output that the same call reads, or writes otherwise.
+    #[error("{} is also {what}; give the output another name", path.display())]
+    Twice {
+        /// The output.
+        path: PathBuf,
+        /// `an input` or `another output`.
+        what: &'static str,
+    },
+    /// A file that is no journal.
+    #[error("{}: {source}", path.display())]
+    Journal {
+        /// The journal.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: JournalError,
+    },
+}
+
+/// Why a slicer was not found.
+#[derive(Debug, thiserror::Error)]
+pub enum NoSlicer {
+    /// Its folder cannot be made.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// There is none, or not that one.
+    #[error(transparent)]
+    Slice(#[from] SliceError),
+}
+
+/// The system's words without its number, and plainer for what happens every day.
+pub fn in_words(source: &std::io::Error) -> String {
+    match source.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::PermissionDenied => "access is not allowed".to_owned(),
+        _ => {
+            let words = source.to_string();
+            words.split(" (os error ").next().unwrap_or_default().to_lowercase()
+        }
+    }
+}
+
+/// What can be done where the system's own words do not say; begins with a semicolon, or is empty.
+pub fn remedy(source: &std::io::Error) -> &'static str {
+    match source.kind() {
+        ErrorKind::StorageFull => "; free some room on the disk, or choose another",
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "; choose another folder, or allow writing there"
+        }
+        _ => "",
+    }
+}

@@ -1,0 +1,198 @@
+//! What a job touches beyond its own values, as traits, and the real thing: this computer. It must not know models, plans or jobs.
+
+mod disk;
+mod error;
+pub(crate) mod interrupts;
+mod journal;
+mod leftovers;
+mod outputs;
+#[cfg(feature = "tls")]
+mod pinned;
+mod progress;
+mod slicers;
+mod web;
+
+use std::hash::{BuildHasher, RandomState};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use crate::link::serial::{self, Address, Port, PortError, Server};
+use crate::publish::Web;
+use crate::slicing::{Interrupt, Slicer, SlicerChoice};
+pub use disk::{Disk, with_suffix};
+pub use error::{FileError, NoSlicer, in_words, remedy};
+pub(crate) use journal::{JournalFile, read as read_journal};
+pub use outputs::{OutputFile, Outputs};
+pub use progress::{Bar, Progress, Silent};
+pub use slicers::Installed;
+pub use web::{OwnWeb, key_from_environment};
+
+/// What a job touches beyond its own values.
+#[derive(Clone, Copy)]
+pub struct World<'a> {
+    /// What can be read.
+    pub files: &'a dyn Files,
+    /// What can slice.
+    pub slicers: &'a dyn Slicers,
+    /// What leads to printers.
+    pub ports: &'a dyn Ports,
+    /// What leads to servers.
+    pub web: &'a dyn Web,
+    /// The time.
+    pub clock: &'a dyn Clock,
+    /// Whoever watches.
+    pub progress: &'a dyn Progress,
+}
+
+/// Files as jobs read them.
+pub trait Files {
+    /// The size of a file that can be read, bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`FileError::Read`], and what cannot be read whole: [`FileError::NotAFile`], [`FileError::TooLarge`].
+    fn size(&self, path: &Path) -> Result<u64, FileError>;
+
+    /// The whole of a file.
+    ///
+    /// # Errors
+    ///
+    /// As [`Files::size`].
+    fn read(&self, path: &Path) -> Result<Vec<u8>, FileError>;
+
+    /// Whether there is anything of this name.
+    fn exists(&self, path: &Path) -> bool;
+
+    /// The folder with the user's own profiles, where there can be one.
+    fn own_profiles(&self) -> Option<PathBuf> {
+        None
+    }
+
+    /// The TOML files of a folder, by name; none where it is not there.
+    fn toml_files(&self, folder: &Path) -> Vec<PathBuf> {
+        let _ = folder;
+        Vec::new()
+    }
+
+    /// The names of all files of a folder, in order; none where it is not there.
+    fn names_in(&self, folder: &Path) -> Vec<String> {
+        let _ = folder;
+        Vec::new()
+    }
+
+    /// The path of `file` as seen from `folder`; as it is where that cannot be told.
+    fn seen_from(&self, file: &Path, folder: &Path) -> PathBuf {
+        let _ = folder;
+        file.to_owned()
+    }
+}
+
+/// Slicers as jobs ask for them.
+pub trait Slicers {
+    /// The slicer of `choice`, over whose settings the user's own `configs` go, in rising order of precedence; it is given
+    /// up after `timeout` for one print.
+    ///
+    /// # Errors
+    ///
+    /// [`NoSlicer`] where there is none that can be driven.
+    fn find(&self, choice: &SlicerChoice, configs: &[PathBuf], timeout: Duration) -> Result<Box<dyn Slicer>, NoSlicer>;
+}
+
+/// The time, from any moment on.
+pub trait Clock {
+    /// Now; never less than before.
+    fn now(&self) -> Duration;
+
+    /// Returns after `time`.
+    fn sleep(&self, time: Duration);
+
+    /// What tells this run of the operating system from any other; empty where nobody knows.
+    fn boot(&self) -> String;
+
+    /// A number that no other run has had.
+    fn nonce(&self) -> u64 {
+        // Its keys are the system's random numbers.
+        RandomState::new().hash_one(self.now())
+    }
+}
+
+/// Ports as jobs ask for them.
+pub trait Ports {
+    /// The port at `address`, at `baud` bits a second.
+    ///
+    /// # Errors
+    ///
+    /// [`PortError`] where it is not there, or cannot be had.
+    fn open(&self, address: &Address, baud: u32) -> Result<Port, PortError>;
+
+    /// A place where hosts can connect to a simulated printer: a link to be made to a pseudo-terminal, `tcp:PORT`, or
+    /// `tcp:host:port`.
+    ///
+    /// # Errors
+    ///
+    /// [`PortError`] where it cannot be had.
+    fn serve(&self, place: &str) -> Result<Server, PortError>;
+
+    /// The name that a device keeps wherever it is plugged in, from the folder of such names.
+    fn identity(&self, device: &Path, folder: &Path) -> Option<String>;
+
+    /// Where the device of `identity` is now.
+    fn find_again(&self, address: &Address, identity: Option<&str>, folder: &Path) -> Address;
+}
+
+/// This computer's ports.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OwnPorts;
+
+impl Ports for OwnPorts {
+    fn open(&self, address: &Address, baud: u32) -> Result<Port, PortError> {
+        Port::open(address, baud)
+    }
+
+    fn serve(&self, place: &str) -> Result<Server, PortError> {
+        Server::open(place)
+    }
+
+    fn identity(&self, device: &Path, folder: &Path) -> Option<String> {
+        serial::identity(device, folder)
+    }
+
+    fn find_again(&self, address: &Address, identity: Option<&str>, folder: &Path) -> Address {
+        serial::find_again(address, identity, folder)
+    }
+}
+
+/// This computer's clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SystemClock;
+
+impl Clock for SystemClock {
+    fn now(&self) -> Duration {
+        // The zero of the system's one clock: whoever prints counts from it, and nothing changes it.
+        static START: OnceLock<Instant> = OnceLock::new();
+        START.get_or_init(Instant::now).elapsed()
+    }
+
+    fn sleep(&self, time: Duration) {
+        std::thread::sleep(time);
+    }
+
+    fn boot(&self) -> String {
+        std::fs::read_to_string("/proc/sys/kernel/random/boot_id").map(|id| id.trim().to_owned()).unwrap_or_default()
+    }
+}
+
+impl<'a> World<'a> {
+    /// This computer, with `progress` watching.
+    pub fn here(progress: &'a dyn Progress) -> Self {
+        Self {
+            files: &Disk,
+            slicers: &Installed { interrupt: |_| Interrupt::default() },
+            ports: &OwnPorts,
+            web: &OwnWeb,
+            clock: &SystemClock,
+            progress,
+        }
+    }
+}
