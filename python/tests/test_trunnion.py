@@ -165,7 +165,7 @@ class Documents(Folder):
             ("plan", tree, {"method": "grid", "orient_by": "staircase"}, ["--method", "grid", "--orient-by", "staircase"]),
             ("plan", tree, {"slots": "only-single"}, ["--slots", "only-single"]),
             ("plan", tree, {"unit": "cm"}, ["--unit", "cm"]),
-            ("plan", tree, {"repair": True}, ["--repair"]),
+            ("plan", tree, {"repair": False}, ["--no-repair"]),
             ("plan", cube, {"up": "auto"}, ["--up", "auto"]),
             ("plan", cube, {"up": (1, 2, 2)}, ["--up", "1,2,2"]),
             ("plan", hook, {"supports": "auto"}, ["--supports", "auto"]),

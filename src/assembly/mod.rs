@@ -6,7 +6,9 @@
 //!
 //! Lengths mm, frame [`Object`]. It must not know machines, poses or files.
 //!
-//! - **Gap** (`gaps.rs`): faces that look at each other across more than the interfaces' gap and at most `snap_mm`. The part whose
+//! - **Gap** (`gaps.rs`): faces that look at each other across more than the interfaces' gap and at most `snap_mm`, where one of the
+//!   parts would hang in the air otherwise: parts that each stand by themselves are apart on purpose, as bearings, hinges and chains are that
+//!   are printed in place. The part whose
 //!   face lies more wholly before the other one is drawn out: a plane face up to the other's plane, a curved one a little
 //!   into the other part, which is then cut off like any overlap.
 //! - **Overlap** (`solid.rs`): what two parts both fill goes to the earlier one; the later is cut along its surface. Where the later
@@ -27,15 +29,18 @@ mod tests;
 pub use away::cut_away;
 pub use standing::{in_rows, up_on, upright};
 
+use std::collections::BTreeSet;
+
 use crate::geom::{Object, Sets};
 use crate::mesh::{BoxTree, Model, Part, TriangleMesh, may_overlap, seen_to_overlap};
 
-/// Gaps that are closed where nothing else is asked for, mm: CAD clearances for parts that belong together. Hinges printed in
-/// place keep 0.3 mm and more.
+/// Gaps that are closed where nothing else is asked for, mm: CAD clearances for parts that belong together.
 pub const SNAP_MM: f64 = 0.2;
 /// The widest gap that may be asked for, mm: about two lines; beyond it two parts are simply apart.
 pub const MOST_SNAP_MM: f64 = 1.0;
 
+/// A face that is drawn out may reach so far below the table, mm: rounding.
+const BELOW_MM: f64 = 1e-6;
 /// Overlaps thinner than this on the mean touch, mm: what the interfaces' own gap takes in.
 const OVERLAP_MM: f64 = crate::mesh::INTERFACE_GAP_MM;
 
@@ -84,7 +89,11 @@ impl Change {
         let named = |id: usize| format!("part {id} ({})", model.parts[id].name);
         match *self {
             Self::Closed { part, other, gap_mm } => {
-                format!("the gap of {gap_mm:.2} mm between {} and {} was closed", named(part), named(other))
+                format!(
+                    "the gap of {gap_mm:.2} mm between {} and {} was closed (--snap 0 leaves it)",
+                    named(part),
+                    named(other)
+                )
             }
             Self::Cut { part, other, volume_mm3 } => {
                 format!("{} overlaps {}: {volume_mm3:.2} mm3 were cut off from it", named(part), named(other))
@@ -95,7 +104,8 @@ impl Change {
 }
 
 /// Parts that cannot be made to meet.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "assembly/")]
 pub enum FitError {
     /// Neither can give way.
     #[error(
@@ -153,7 +163,8 @@ pub enum FitError {
 
 /// The model with its small gaps closed and its overlaps cut off; `None` where there are none.
 ///
-/// `snap_mm` is the widest gap that is closed.
+/// `snap_mm` is the widest gap that is closed, which it is beside a part that stands neither on the table nor on one that does; never so
+/// that a part would reach below the model's lowest place.
 ///
 /// # Errors
 ///
@@ -165,10 +176,14 @@ pub fn fit(model: &Model, snap_mm: f64) -> Result<Option<Fitted>, FitError> {
     let touch = |a: usize, b: usize| model.interfaces.iter().find(|one| (one.a, one.b) == (a, b));
     let pairs = || (0..model.parts.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
     let mut reaching = Vec::new();
-    for (a, b) in pairs() {
+    let stands = standing(model);
+    for (a, b) in pairs().filter(|&(a, b)| !(stands[a] && stands[b])) {
         let shared = touch(a, b).map_or(0.0, |one| one.area_mm2);
         let Some(gap) = gaps::widest([&parts[a], &parts[b]], [&trees[a], &trees[b]], snap_mm, shared) else { continue };
         let (part, other) = if gap.first_moves { (a, b) } else { (b, a) };
+        if gap.closed.bounds().min.z < model.bounds.min.z - BELOW_MM {
+            continue;
+        }
         parts[part].mesh = gap.closed;
         trees[part] = BoxTree::new(&parts[part].mesh);
         if gap.reaches {
@@ -190,6 +205,13 @@ pub fn fit(model: &Model, snap_mm: f64) -> Result<Option<Fitted>, FitError> {
         return Ok(None);
     }
     Ok(Some(Fitted { parts: parts.into_iter().map(|part| (part.name, part.mesh)).collect(), changes }))
+}
+
+/// Whether each part stands on the table, or on parts that do.
+fn standing(model: &Model) -> Vec<bool> {
+    let bodies = model.bodies();
+    let on_table: BTreeSet<usize> = model.on_table.iter().map(|&part| bodies[part]).collect();
+    bodies.iter().map(|body| on_table.contains(body)).collect()
 }
 
 /// The model with all parts that touch or overlap joined into solids, each under its first part's name, and what was joined to what;

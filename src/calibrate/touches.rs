@@ -154,7 +154,8 @@ pub struct Touches {
 }
 
 /// Why touches cannot be used.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "touches/")]
 pub enum TouchError {
     /// Not TOML, or a key or a type that is none of ours.
     #[error("{file}{}: {message}", line.map_or_else(String::new, |line| format!(":{line}")))]

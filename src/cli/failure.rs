@@ -1,8 +1,8 @@
 //! Everything that can go wrong, in the command's words, and the exit code that says so.
 
+use super::args::in_flags;
 use crate::document;
-use crate::job::{self, BadSetting, InputError, interrupts};
-use crate::publish::BadInput;
+use crate::job::{self, interrupts};
 
 /// Why a verb did not do its work.
 #[derive(Debug, thiserror::Error)]
@@ -40,29 +40,19 @@ impl<E: Into<job::Error>> From<E> for Failure {
     }
 }
 
-/// A job's error, with the flag that is its remedy.
-fn in_flags(error: &job::Error) -> String {
-    match error {
-        job::Error::Setting(BadSetting::SeveralParts { count }) => format!(
-            "--landscape and --view are of one part, and there are {count}; choose one with --part N, or take all as one with \
-             --whole"
-        ),
-        job::Error::Setting(BadSetting::OutOfRange { name: "models", value, allowed, .. }) => {
-            format!("{value} models are out of {}..{}; MODEL*3 means three of one", allowed[0], allowed[1])
-        }
-        job::Error::Setting(bad) => format!("--{bad}"),
-        job::Error::PublishInput(bad @ (BadInput::Key { .. } | BadInput::Name { .. })) => bad.to_string(),
-        job::Error::PublishInput(bad) => format!("--{bad}"),
-        job::Error::Simulation(bad) => format!("--{bad}"),
-        job::Error::Log { .. } => format!("--{error}"),
-        job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
-        job::Error::Refused { line } => format!("nothing was moved; --yes continues at line {line} as described above"),
-        job::Error::Input(InputError::NoModel { .. }) => format!("{error}; say where with --model"),
-        other => other.to_string(),
-    }
-}
-
 impl Failure {
+    /// What stands for it in documents.
+    pub(crate) fn code(&self) -> &'static str {
+        match self {
+            Self::Job(error) => error.code(),
+            Self::Stdout { .. } => "command/stdout",
+            Self::Usage(_) => "command/usage",
+            Self::Findings(_) => "command/no",
+            Self::Prints { .. } => "send/prints",
+            Self::Interrupted => "command/interrupted",
+        }
+    }
+
     /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {

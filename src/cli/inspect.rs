@@ -1,6 +1,6 @@
-//! `trunnion inspect`
+//! `trunnion inspect` and `trunnion explain`
 
-use super::args::Inspect;
+use super::args::{Explain, Inspect};
 use super::{Console, Failure};
 use crate::document::{self, text};
 use crate::job;
@@ -11,6 +11,16 @@ pub(super) fn run(args: &Inspect, console: &Console) -> Result<(), Failure> {
         console.document(&document::inspected(&loaded.model));
     } else {
         console.result(&text::inspected(&loaded.model));
+    }
+    Ok(())
+}
+
+pub(super) fn explain(args: &Explain, console: &Console) -> Result<(), Failure> {
+    let entry = document::explained(&args.code).map_err(|near| Failure::Usage(text::no_such_code(&args.code, near)))?;
+    if console.json() {
+        console.document(&entry);
+    } else {
+        console.result(&text::entry(&entry));
     }
     Ok(())
 }

@@ -58,6 +58,7 @@ pub fn run() -> ExitCode {
     let done = many.unwrap_or_else(|| match args.verb {
         Verb::Prepare(verb) => prepare::run(&verb, &console),
         Verb::Inspect(verb) => inspect::run(&verb, &console),
+        Verb::Explain(verb) => inspect::explain(&verb, &console),
         Verb::Orient(verb) => orient::run(&verb, &console),
         Verb::Split(verb) => split::run(&verb, &console),
         Verb::Support(verb) => support::run(&verb, &console),

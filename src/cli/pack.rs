@@ -35,7 +35,7 @@ impl Verb {
         let unit = unit.map_err(|e: crate::mesh::UnknownUnit| Failure::Usage(e.to_string()))?;
         let model = |word: &PathBuf| {
             let (name, count) = copies(word);
-            (ModelSource { source: Source::from(name), unit, repair: self.repair }, count)
+            (ModelSource { source: Source::from(name), unit, repair: !self.no_repair }, count)
         };
         let models = || Contents::Models(self.models.iter().map(model).collect());
         let table = || PackInto::Table(MachineSource::from(self.profile.as_deref().unwrap_or_default()));

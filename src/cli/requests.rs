@@ -27,7 +27,7 @@ impl ReadArgs {
     pub(super) fn source(&self, model: &Path) -> Result<ModelSource, Failure> {
         let unit = self.unit.as_deref().map(str::parse::<Unit>).transpose();
         let unit = unit.map_err(|e| Failure::Usage(e.to_string()))?;
-        Ok(ModelSource { source: Source::from(model), unit, repair: self.repair })
+        Ok(ModelSource { source: Source::from(model), unit, repair: !self.no_repair })
     }
 }
 

@@ -8,9 +8,9 @@ use crate::slicing::SliceError;
 use crate::strategy;
 use crate::world::interrupts;
 
-/// Any verb that printed no other document: one sentence, and the exit code.
-pub fn failed(text: &str, exit: u8) -> Value {
-    json!({"error": text, "exit": exit})
+/// Any verb that printed no other document: what stands for the case, one sentence, and the exit code.
+pub fn failed(code: &str, text: &str, exit: u8) -> Value {
+    json!({"error": text, "exit": exit, "code": code})
 }
 
 /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.

@@ -10,6 +10,7 @@
 
 mod batched;
 mod calibrated;
+mod explained;
 mod failed;
 mod model;
 mod oriented;
@@ -28,6 +29,7 @@ mod visible;
 
 pub use batched::{batch, batched};
 pub use calibrated::{calibrated, poses};
+pub use explained::explained;
 pub use failed::{exit_code, failed};
 pub use model::{inspected, split};
 pub use oriented::{figures, orientations, oriented};

@@ -99,7 +99,7 @@ pub fn sequences(listed: &[Vec<Slot>], done: &Listed) -> Value {
 
 /// No way of those that were asked for: the sentence, and all that were tried.
 pub fn no_way(no: &NoWay) -> Value {
-    json!({"error": no.to_string(), "exit": 1, "way": no.only.map(Way::word), "ways": ways(&no.ways)})
+    json!({"error": no.to_string(), "exit": 1, "code": "strategy/no-way", "way": no.only.map(Way::word), "ways": ways(&no.ways)})
 }
 
 /// No plan: reasons, whether each is needed, checked remedies.
@@ -114,6 +114,7 @@ pub fn no_plan(no: &NoPlan) -> Value {
     };
     json!({
         "feasible": false,
+        "code": <&str>::from(&no.infeasible),
         "summary": no.infeasible.to_string(),
         "reasons": reasons.iter().map(reason).collect::<Vec<_>>(),
         "least": least,

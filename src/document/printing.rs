@@ -35,6 +35,7 @@ pub fn left_alone() -> Value {
 /// A program that was not written, with its findings; where several ways came to nothing, those.
 pub fn rejected(rejected: &Rejected) -> Value {
     let mut document = rewritten(&rejected.report, rejected.seconds);
+    document["code"] = "verify/findings".into();
     if !rejected.ways.is_empty() {
         document["ways"] = ways(&rejected.ways);
     }

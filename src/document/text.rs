@@ -310,3 +310,15 @@ pub fn machine(loaded: &LoadedProfile) -> String {
     };
     format!("{}; tested on: {tested}", machine.about)
 }
+
+/// `trunnion explain`: an entry of the list of messages.
+pub fn entry(entry: &serde_json::Value) -> String {
+    let words = |of: &serde_json::Value| of.as_str().unwrap_or_default().to_owned();
+    let says = entry["says"].as_array().into_iter().flatten().map(|text| format!("  it says: {}\n", words(text)));
+    format!("{}: {}\n{}", words(&entry["code"]), words(&entry["meaning"]), says.collect::<String>())
+}
+
+/// `trunnion explain` of something else.
+pub fn no_such_code(given: &str, near: &str) -> String {
+    format!("{given}: there is no such code; the nearest is {near}")
+}

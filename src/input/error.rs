@@ -9,7 +9,8 @@ use crate::profile::ProfileError;
 use crate::world::FileError;
 
 /// Why a model, a profile or a plan is not read.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "input/")]
 pub enum InputError {
     /// A file that is not read.
     #[error(transparent)]
@@ -72,4 +73,20 @@ pub enum InputError {
     /// A plan that is none, or is stale.
     #[error(transparent)]
     Plan(#[from] PlanError),
+}
+
+impl InputError {
+    /// What stands for it in documents, for good, as `mesh/open`.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::File(error) => error.into(),
+            Self::Fit(error) => error.into(),
+            Self::Setting(error) => error.into(),
+            Self::Mesh(error) => (&error.fault).into(),
+            Self::Profile(error) => error.into(),
+            Self::Misplaced(error) => error.into(),
+            Self::Plan(error) => error.into(),
+            own => own.into(),
+        }
+    }
 }

@@ -6,7 +6,8 @@ use crate::orient::BadObjective;
 use crate::profile::OutOfRange;
 
 /// A setting of a request that cannot be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "setting/")]
 pub enum BadSetting {
     /// A number out of its range.
     #[error("{name} {value}{unit} is out of {}..{}", allowed[0], allowed[1])]

@@ -65,13 +65,13 @@ pub struct ModelSource {
     pub source: Source,
     /// Unit of its numbers; `None` takes the file's own word, else guesses by size.
     pub unit: Option<Unit>,
-    /// Whether what is safe to mend is mended: flipped facets, doubled facets, plane holes.
+    /// Whether what is safe to mend is mended, and said: flipped and doubled facets, sides that others' corners lie on, plane holes.
     pub repair: bool,
 }
 
 impl<S: Into<Source>> From<S> for ModelSource {
     fn from(source: S) -> Self {
-        Self { source: source.into(), unit: None, repair: false }
+        Self { source: source.into(), unit: None, repair: true }
     }
 }
 

@@ -15,7 +15,8 @@ use crate::toolpath::{RewriteError, SlicedError, TooLarge};
 use crate::world::{FileError, NoSlicer};
 
 /// Why a job was not done.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "job/")]
 pub enum Error {
     /// A model, a profile or a plan that is not read.
     #[error(transparent)]
@@ -150,7 +151,7 @@ pub enum Error {
         facets: usize,
     },
     /// A print that the slicer's bed does not hold.
-    #[error(transparent)]
+    #[error("{0}")]
     OffBed(#[from] TooLarge),
     /// The slicer failed.
     #[error(transparent)]
@@ -278,6 +279,31 @@ pub enum Error {
     /// The program was made, and has findings.
     #[error("{0}")]
     Rejected(Box<Rejected>),
+}
+
+impl Error {
+    /// What stands for it in documents, for good, as `slice/timeout`: `trunnion explain` says what each means.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Input(error) => error.code(),
+            Self::Strategy(error) => error.code(),
+            Self::File(error) => error.into(),
+            Self::Setting(error) => error.into(),
+            Self::Packing(error) => error.into(),
+            Self::Import(error) => error.into(),
+            Self::Touches(error) => error.into(),
+            Self::Simulation(error) => error.into(),
+            Self::Slice(error) => error.into(),
+            Self::Sliced(error) | Self::Rewrite(RewriteError::Sliced(error)) => error.into(),
+            Self::Rewrite(error) => error.into(),
+            Self::Program { source, .. } => source.into(),
+            Self::Unfit { unfit, .. } => unfit.into(),
+            Self::Port(error) => error.into(),
+            Self::PublishInput(error) => error.into(),
+            Self::Publish(error) => (&error.fault).into(),
+            own => own.into(),
+        }
+    }
 }
 
 impl From<InputError> for Error {

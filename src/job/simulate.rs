@@ -25,7 +25,8 @@ impl Default for SimulateRequest {
 }
 
 /// A word of a request that means nothing.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "simulate/")]
 pub enum BadSimulation {
     /// A quirk that is none.
     #[error("quirk {given}: known are {}", QUIRKS.map(|(name, _)| name).join(", "))]

@@ -117,7 +117,8 @@ pub struct JournalSummary {
 }
 
 /// Why a journal cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "journal/")]
 pub enum JournalError {
     /// Not one of ours.
     #[error("not a journal of trunnion send (its first line should be \"trunnion-journal 1\")")]

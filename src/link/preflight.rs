@@ -27,7 +27,8 @@ pub struct Abilities {
 }
 
 /// What it cannot.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "printer/")]
 pub enum Unfit {
     /// A target outside.
     #[error("line {line}: {axis} {target} lies beyond the machine's {low} .. {high}")]

@@ -57,7 +57,8 @@ impl fmt::Display for Place {
 pub const MAX_COORDINATE: f64 = 1e7;
 
 /// What is wrong; every variant carries the facts of its text.
-#[derive(Clone, Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "mesh/")]
 pub enum Fault {
     /// A file of no bytes.
     #[error("the file is empty (0 bytes); export the model again")]

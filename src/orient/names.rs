@@ -66,7 +66,8 @@ impl Default for Settings {
 }
 
 /// An objective that cannot be made from its text.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "objective/")]
 pub enum BadObjective {
     /// No objective has this name.
     #[error("objective `{name}` is unknown; did you mean {nearest}? known are {}", [&[PRINTABLE], &OBJECTIVES[..]].concat().join(", "))]

@@ -10,6 +10,7 @@
 
 mod anneal;
 mod apart;
+mod askew;
 mod bound;
 mod check;
 mod composite;
@@ -34,6 +35,7 @@ mod voxels;
 mod watch;
 
 pub use apart::{Clash, ROUNDING_MM, apart};
+pub use askew::Askew;
 pub use bound::{fewest_runs, most_value};
 pub use check::{Fault, check};
 pub use instance::{Answer, Ended, Goal, Instance, Item, LONGEST, Placed, Triple, Turns, volume};

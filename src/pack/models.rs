@@ -1,12 +1,13 @@
 //! Models packed: by their boxes first, then, where that can gain something, by their cells.
 
 use super::anneal::annealed;
+use super::askew::Askew;
 use super::bound::most_value;
 use super::composite::by_coverings;
 use super::instance::{Ended, Goal, Instance, Item, Triple, Turns};
 use super::method::{Method, Unpackable, pack};
 use super::nest::Nest;
-use super::solid::{Put, Room, Solid};
+use super::solid::{Put, Room, Solid, cube_turns};
 use super::watch::Watch;
 use crate::geom::{Mat3, Vec3};
 
@@ -132,6 +133,7 @@ struct Boxed {
 impl Boxed {
     fn of(solids: &[Solid], room: &Room) -> Self {
         let up = |mm: f64| (mm * UNITS - OFF).ceil() as i64;
+        let space = room.space_mm.map(|mm| (mm * UNITS + OFF).floor() as i64);
         // About Z only the snuggest angle and its quarter turns: a box turned askew is only a larger one.
         let turns: Vec<Vec<(Mat3, Triple)>> = solids
             .iter()
@@ -142,7 +144,19 @@ impl Boxed {
                 let sized: Vec<(Mat3, Triple)> = all.iter().map(|turn| (*turn, size(turn))).collect();
                 let least = sized.iter().map(area).fold(f64::INFINITY, f64::min);
                 let snug = |t: &&(Mat3, Triple)| room.turns != Turns::Z || area(t) <= least * (1.0 + 1e-6);
-                sized.iter().filter(snug).copied().collect()
+                let snug: Vec<(Mat3, Triple)> = sized.iter().filter(snug).copied().collect();
+                let fits = |t: &(Mat3, Triple)| (0..3).all(|k| t.1[k] <= space[k]);
+                if snug.iter().any(fits) {
+                    return snug;
+                }
+                // The snuggest box does not go in; another one may.
+                match solid.askew(room) {
+                    Askew::Fits(turn) => {
+                        let turns = cube_turns().into_iter().filter(|q| room.turns == Turns::Any || q[(2, 2)] == 1.0);
+                        turns.map(|quarter| quarter * turn).map(|turn| (turn, size(&turn))).collect()
+                    }
+                    Askew::Never | Askew::Unknown => snug,
+                }
             })
             .collect();
         let (mut items, mut pieces) = (Vec::new(), Vec::new());
@@ -152,7 +166,6 @@ impl Boxed {
                 pieces.push((model, copy));
             }
         }
-        let space = room.space_mm.map(|mm| (mm * UNITS + OFF).floor() as i64);
         Self { instance: Instance { space, gap: up(room.gap_mm), turns: room.turns, items }, pieces, turns }
     }
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
+use super::askew::{Askew, about_z as about_z_into, in_every_way};
 use super::instance::Turns;
 use crate::geom::{Bounds, Mat3, Object, Vec3, convex_outline};
 use crate::mesh::TriangleMesh;
@@ -90,6 +91,18 @@ impl Solid {
         }
     }
 
+    /// Whether it goes into a space along none of [`Solid::turns`], but askew: about Z exactly, in every way where that can be settled.
+    pub fn askew(&self, room: &Room) -> Askew {
+        let points: Vec<Vec3> = self.facets.iter().flatten().copied().collect();
+        let [wide, deep, high] = room.space_mm;
+        match room.turns {
+            Turns::None | Turns::Z90 => Askew::Never,
+            Turns::Z if self.bounds(&Mat3::identity()).size().z > high + OFF_MM => Askew::Never,
+            Turns::Z => about_z_into(&points, [wide, deep]).map_or(Askew::Never, |angle| Askew::Fits(about_z(angle))),
+            Turns::Any => in_every_way(&points, room.space_mm),
+        }
+    }
+
     /// The angle about Z at which the box around its outline is smallest: along one of the convex outline's edges.
     pub fn snug_angle(&self) -> f64 {
         let ring = convex_outline(self.facets.iter().flatten().map(|p| [p.x, p.y]).collect(), 0.0);
@@ -108,6 +121,9 @@ impl Solid {
     }
 }
 
+/// Heights that differ by less are one, mm.
+const OFF_MM: f64 = 1e-6;
+
 fn about_z(angle: f64) -> Mat3 {
     let quarter = (angle / FRAC_PI_2).round();
     // Quarter turns without a rounding error, so that plane faces stay in their planes.
@@ -120,7 +136,7 @@ fn about_z(angle: f64) -> Mat3 {
 }
 
 /// The turns that take a cube to itself, the identity first.
-fn cube_turns() -> Vec<Mat3> {
+pub(super) fn cube_turns() -> Vec<Mat3> {
     let axes = [0, 1, 2].map(|k| Vec3::ith(k, 1.0));
     let mut turns = Vec::new();
     for (i, j) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {

@@ -58,7 +58,8 @@ impl Near {
 }
 
 /// No sequence was found.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "plan/")]
 pub enum Infeasible {
     /// More parts than the search takes on.
     #[error(

@@ -155,7 +155,8 @@ pub struct SupportRoof {
 }
 
 /// A plan that cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "plan-file/")]
 pub enum PlanError {
     /// Not JSON, or not of this shape.
     #[error("{file}: not a plan: {message}")]

@@ -20,7 +20,8 @@ pub struct Workpiece<'a> {
 const STANDS_MM: f64 = 0.01;
 
 /// The model does not lie on the table.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "table/")]
 pub enum Misplaced {
     /// A part stands over the rim.
     #[error(

@@ -69,7 +69,8 @@ const BODY_KEYS: [&str; 8] = ["name", "moves", "kind", "z_mm", "r_mm", "min_mm",
 pub type Origin = BTreeMap<String, String>;
 
 /// Why a profile cannot be used.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "profile/")]
 pub enum ProfileError {
     /// No shipped profile of that name.
     #[error("{name:?} is neither a file nor a shipped profile; {}shipped are: {}{}", nearest.as_ref().map(|n| format!("did you mean {n:?}? ")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]

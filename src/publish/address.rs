@@ -63,7 +63,8 @@ impl fmt::Display for Kind {
 }
 
 /// What was given and cannot be.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "publish/")]
 pub enum BadInput {
     /// No server of ours.
     #[error(

@@ -23,7 +23,8 @@ impl PublishError {
 }
 
 /// What went wrong.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "server/")]
 pub enum Fault {
     /// Nobody is there.
     #[error("nobody answers: {why}; is it switched on, and are host and port right?")]

@@ -8,7 +8,8 @@ use crate::profile::OutOfRange;
 use crate::spelling::counted;
 
 /// Why a slot could not be sliced.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "slice/")]
 pub enum SliceError {
     /// A setting lies outside its range.
     #[error("setting {0}")]

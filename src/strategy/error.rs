@@ -13,7 +13,8 @@ use crate::profile::ProfileError;
 use crate::world::FileError;
 
 /// Why a model is not planned, cut or set up.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "strategy/")]
 pub enum Error {
     /// What is read for it.
     #[error(transparent)]
@@ -54,6 +55,21 @@ pub enum Error {
     /// Nothing is left of the ways that were asked for.
     #[error("{0}")]
     NoWay(Box<NoWay>),
+}
+
+impl Error {
+    /// What stands for it in documents, for good, as `plan/no-plan`.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Input(error) => error.code(),
+            Self::Setting(error) => error.into(),
+            Self::Misplaced(error) => error.into(),
+            Self::Fit(error) => error.into(),
+            Self::Infeasible(error) => error.into(),
+            Self::NoPlan(no) => (&no.infeasible).into(),
+            own => own.into(),
+        }
+    }
 }
 
 impl From<MeshError> for Error {

@@ -43,7 +43,8 @@ pub struct Rewritten {
 }
 
 /// Why there is no file for the machine.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "rewrite/")]
 pub enum RewriteError {
     /// What is written to takes no more.
     #[error("the rewritten file cannot be written: {0}")]

@@ -23,7 +23,8 @@ impl std::fmt::Debug for SlicedSource<'_> {
 }
 
 /// Why a sliced file cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "sliced/")]
 pub enum SlicedError {
     /// Binary G-code.
     #[error(

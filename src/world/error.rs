@@ -7,7 +7,8 @@ use crate::link::JournalError;
 use crate::slicing::SliceError;
 
 /// Why a file was not read or written.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "file/")]
 pub enum FileError {
     /// A file that cannot be read.
     #[error("{}: {}", path.display(), in_words(source))]

@@ -73,8 +73,8 @@ fn numbers_that_are_none_and_surfaces_that_do_not_close() {
     assert!(refused(&file(folder.path(), "nan.stl", &stl(&facets)), 2, &[]).contains("NaN"));
     let mut open = cuboid([0.0; 3], [10.0; 3]);
     open.remove(5);
-    let text = refused(&file(folder.path(), "open.stl", &stl(&open)), 2, &[]);
-    assert!(text.contains('3') && text.contains("open edges") && text.contains("--repair"), "{text}");
+    let text = refused(&file(folder.path(), "open.stl", &stl(&open)), 2, &["--no-repair"]);
+    assert!(text.contains('3') && text.contains("open edges") && text.contains("--no-repair"), "{text}");
     let flat =
         [[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 10.0, 0.0], [10.0, 0.0, 0.0]]];
     refused(&file(folder.path(), "flat.stl", &stl(&flat)), 2, &[]);
@@ -86,7 +86,7 @@ fn a_mended_model_is_printed() {
     let mut open = cuboid([0.0; 3], [10.0; 3]);
     open.remove(5);
     let model = file(folder.path(), "open.stl", &stl(&open));
-    prepare(&model, "generic-ac", "builtin", &folder.path().join("x.gcode"), &["--repair"]);
+    prepare(&model, "generic-ac", "builtin", &folder.path().join("x.gcode"), &[]);
 }
 
 #[test]

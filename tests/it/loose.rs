@@ -70,6 +70,39 @@ fn gaps_and_overlaps_go_to_a_verified_file() {
     }
 }
 
+/// Two blocks that stand beside each other, printed together: their lines keep the gap that was drawn.
+#[test]
+fn what_stands_by_itself_is_printed_with_its_gap() {
+    let folder = new_folder();
+    let here = folder.path();
+    for gap in [0.1, 0.2] {
+        written(
+            here,
+            "joint.stl",
+            &[boxed([0.0; 3], [10.0, 10.0, 2.0]), boxed([10.0 + gap, 0.0, 0.0], [20.0, 10.0, 2.0])],
+        );
+        let done = prepared(here, "joint.stl", &[]);
+        let told = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success() && !told.contains("was closed"), "{gap}: {told}");
+        assert!(!here.join("out.parts.3mf").exists(), "{gap}");
+        let (mut print, mut x, mut reach) = (0, 0.0_f64, [f64::NEG_INFINITY, f64::INFINITY]);
+        for line in fs::read_to_string(here.join("out.gcode")).unwrap().lines() {
+            if let Some(number) = line.strip_prefix(";TRUNNION print=") {
+                print = number.split(' ').next().unwrap().parse().unwrap();
+            }
+            let word = |letter: char| line.split(' ').find_map(|w| w.strip_prefix(letter)?.parse::<f64>().ok());
+            let before = x;
+            x = word('X').unwrap_or(x);
+            if line.starts_with("G1 ") && word('E').is_some() && (word('X').is_some() || word('Y').is_some()) {
+                let ends = [before, x];
+                reach[print] = ends.into_iter().fold(reach[print], if print == 0 { f64::max } else { f64::min });
+            }
+        }
+        let left = reach[1] - reach[0] - 0.45;
+        assert!((left - gap).abs() < 0.06, "{gap}: {left} mm between the lines");
+    }
+}
+
 #[test]
 fn what_is_too_far_apart_is_told_with_its_distance() {
     let folder = new_folder();

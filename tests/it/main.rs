@@ -33,6 +33,7 @@ mod linuxcnc_print;
 mod loose;
 mod machines;
 mod memory;
+mod messages;
 mod misaligned;
 mod mutants;
 mod mutated_slices;

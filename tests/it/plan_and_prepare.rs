@@ -429,13 +429,13 @@ fn through(slicer: &SlicerChoice, of: fn(u64) -> Case, seeds: std::ops::Range<u6
 
 #[test]
 fn what_is_planned_is_kept_with_the_builtin_slicer() {
-    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::of, seeds(24, 300));
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::of, seeds(16, 300));
     assert!(kept > 0 && refused > 0, "{kept} kept, {refused} refused: the objects say nothing");
 }
 
 #[test]
 fn what_is_planned_for_leaning_axes_is_kept() {
-    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::leaning, seeds(16, 150));
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::leaning, seeds(10, 150));
     assert!(kept > 3 && refused > 0, "{kept} kept, {refused} refused: the objects say nothing");
 }
 
@@ -443,7 +443,7 @@ fn what_is_planned_for_leaning_axes_is_kept() {
 fn what_is_planned_is_kept_with_ordinary_slicers() {
     for (program, choice) in [("prusa-slicer", SlicerChoice::PrusaSlicer), ("slic3r", SlicerChoice::Slic3r)] {
         if installed(program) {
-            through(&choice, Case::of, seeds(6, 60));
+            through(&choice, Case::of, seeds(4, 60));
         } else {
             skip(&format!("{program} is not installed"));
         }
@@ -452,10 +452,10 @@ fn what_is_planned_is_kept_with_ordinary_slicers() {
 
 #[test]
 fn holes_notches_and_bridges_that_are_planned_are_kept() {
-    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::pierced, seeds(16, 200));
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::pierced, seeds(10, 200));
     assert!(kept > refused, "{kept} kept, {refused} refused: the objects say nothing");
     if installed("prusa-slicer") {
-        through(&SlicerChoice::PrusaSlicer, Case::pierced, seeds(5, 100));
+        through(&SlicerChoice::PrusaSlicer, Case::pierced, seeds(3, 100));
     } else {
         skip("prusa-slicer is not installed");
     }
@@ -480,7 +480,7 @@ fn solids_that_are_cut_are_kept() {
 
 #[test]
 fn solids_whose_files_have_facets_without_area_are_kept() {
-    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::slivered, seeds(6, 60));
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::slivered, seeds(4, 60));
     assert!(kept > refused, "{kept} kept, {refused} refused");
 }
 
@@ -536,7 +536,7 @@ impl Progress for Heard {
 
 #[test]
 fn solids_on_supports_are_kept() {
-    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::held, seeds(8, 100));
+    let [kept, refused] = through(&SlicerChoice::BuiltIn, Case::held, seeds(5, 100));
     assert!(kept > refused, "{kept} kept, {refused} refused");
     if installed("prusa-slicer") {
         through(&SlicerChoice::PrusaSlicer, Case::held, seeds(2, 50));

@@ -5,6 +5,8 @@ use std::io::Write;
 use clap::error::{ContextKind, ContextValue};
 
 use crate::document::{failed, visible};
+use crate::job::{self, BadSetting, InputError};
+use crate::publish::BadInput;
 
 /// How Rust's parsers refuse a number, and how a person would.
 const REFUSED: [(&str, &str); 4] = [
@@ -53,9 +55,31 @@ pub(in crate::cli) fn told(error: &mut clap::Error) -> std::io::Result<()> {
     let text = error.render().to_string();
     let ours = REFUSED.iter().fold(text.clone(), |text, (words, ours)| text.replace(words, ours));
     if std::env::args_os().any(|word| word == "--json") {
-        writeln!(std::io::stdout(), "{}", visible(&failed(&sentence(&ours), 2).to_string()))?;
+        writeln!(std::io::stdout(), "{}", visible(&failed("command/usage", &sentence(&ours), 2).to_string()))?;
     }
     // With colours where nothing is changed.
     let shown = visible(&ours);
     if shown == text { error.print() } else { std::io::stderr().write_all(shown.as_bytes()) }
+}
+
+/// A job's error, with the flag that is its remedy.
+pub(in crate::cli) fn in_flags(error: &job::Error) -> String {
+    match error {
+        job::Error::Setting(BadSetting::SeveralParts { count }) => format!(
+            "--landscape and --view are of one part, and there are {count}; choose one with --part N, or take all as one with \
+             --whole"
+        ),
+        job::Error::Setting(BadSetting::OutOfRange { name: "models", value, allowed, .. }) => {
+            format!("{value} models are out of {}..{}; MODEL*3 means three of one", allowed[0], allowed[1])
+        }
+        job::Error::Setting(bad) => format!("--{bad}"),
+        job::Error::PublishInput(bad @ (BadInput::Key { .. } | BadInput::Name { .. })) => bad.to_string(),
+        job::Error::PublishInput(bad) => format!("--{bad}"),
+        job::Error::Simulation(bad) => format!("--{bad}"),
+        job::Error::Log { .. } => format!("--{error}"),
+        job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
+        job::Error::Refused { line } => format!("nothing was moved; --yes continues at line {line} as described above"),
+        job::Error::Input(InputError::NoModel { .. }) => format!("{error}; say where with --model"),
+        other => other.to_string(),
+    }
 }

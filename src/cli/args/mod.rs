@@ -15,10 +15,10 @@ use crate::job::{Arrangement, Finish, PlanOptions, SlicingOptions, Standing, Sup
 
 pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
-pub(in crate::cli) use mistake::told;
+pub(in crate::cli) use mistake::{in_flags, told};
 pub(in crate::cli) use print::{Plan, Prepare, Preview, Rewrite, Slice, Verify};
 pub(in crate::cli) use profile::{Answers, Calibrate, CheckProfile, Import, New, Profile};
-pub(in crate::cli) use shape::{Inspect, Orient, Pack, Split, Support};
+pub(in crate::cli) use shape::{Explain, Inspect, Orient, Pack, Split, Support};
 
 /// From a model of several closed parts to a verified G-code file for a printer whose table tilts and turns.
 #[derive(Parser)]
@@ -56,6 +56,8 @@ pub(in crate::cli) enum Verb {
     Prepare(Box<Prepare>),
     /// Say what a model is made of: parts, volumes, interfaces, unit
     Inspect(Inspect),
+    /// Say what a code of a JSON document means
+    Explain(Explain),
     /// Find the best build directions of each part, with a proof where there is one
     Orient(Orient),
     /// Cut one solid into parts that print without supports, each along its own direction
@@ -100,8 +102,11 @@ pub(in crate::cli) struct ReadArgs {
     /// Unit of the file's numbers: um, mm, cm, in, ft or m [default: the file's own, else guessed]
     #[arg(long)]
     pub(in crate::cli) unit: Option<String>,
-    /// Mend what is safe to mend: flipped facets, doubled facets, plane holes
-    #[arg(long)]
+    /// Refuse what is not closed, and mend nothing [default: flipped and doubled facets, corners on sides and plane holes are mended, and said]
+    #[arg(long, conflicts_with = "repair")]
+    pub(in crate::cli) no_repair: bool,
+    /// The same as without it
+    #[arg(long, hide = true)]
     pub(in crate::cli) repair: bool,
 }
 

@@ -9,6 +9,13 @@ use crate::job::{PackOptions, SplitOptions, Standing, SupportOptions, Triple};
 use crate::orient::PRINTABLE;
 
 #[derive(ClapArgs)]
+pub(in crate::cli) struct Explain {
+    /// The code, as JSON documents have it: mesh/open
+    #[arg(value_name = "CODE")]
+    pub(in crate::cli) code: String,
+}
+
+#[derive(ClapArgs)]
 pub(in crate::cli) struct Inspect {
     #[command(flatten)]
     pub(in crate::cli) model: ModelArgs,
@@ -129,8 +136,11 @@ pub(in crate::cli) struct Pack {
     /// Unit of the files' numbers: um, mm, cm, in, ft or m [default: each file's own, else guessed]
     #[arg(long)]
     pub(in crate::cli) unit: Option<String>,
-    /// Mend what is safe to mend: flipped facets, doubled facets, plane holes
-    #[arg(long)]
+    /// Refuse what is not closed, and mend nothing [default: flipped and doubled facets, corners on sides and plane holes are mended, and said]
+    #[arg(long, conflicts_with = "repair")]
+    pub(in crate::cli) no_repair: bool,
+    /// The same as without it
+    #[arg(long, hide = true)]
     pub(in crate::cli) repair: bool,
     /// The space of each run
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]

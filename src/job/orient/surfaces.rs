@@ -20,7 +20,11 @@ pub(super) fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World
             return Ok(vec![(0, TriangleMesh::joined(loaded.model.parts.iter().map(|part| &part.mesh)))]);
         }
         Ok(loaded) => return Ok(loaded.model.parts.into_iter().map(|part| (part.id, part.mesh)).collect()),
-        Err(InputError::Mesh(error)) => error,
+        // What it is as it was read: a plane surface that was closed by its own shadow encloses nothing.
+        Err(InputError::Mesh(error)) => {
+            let as_read = ModelSource { repair: false, ..request.model.clone() };
+            if let Err(InputError::Mesh(error)) = load_unposed(&as_read, world) { error } else { error }
+        }
         Err(other) => return Err(other.into()),
     };
     let open = matches!(error.fault, Fault::Open { .. } | Fault::Winding { .. });

@@ -23,6 +23,11 @@ fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
         if said.is_empty() {
             continue;
         }
+        let words: Vec<&str> = said.split_whitespace().collect();
+        let decimal = |word: &&&str| matches!(word.split(',').collect::<Vec<_>>()[..], [a, b] if [a, b].iter().all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit())));
+        if let Some(word) = words.iter().find(decimal).filter(|_| words.len() > 1) {
+            return Err(BadPacking::Comma { name: name.to_owned(), line: index + 1, text: (*word).to_owned() });
+        }
         let bad = || BadPacking::Line { name: name.to_owned(), line: index + 1, text: said.to_owned() };
         let numbers: Option<Vec<f64>> =
             said.split([' ', '\t', ',']).filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect();
@@ -72,7 +77,7 @@ pub(super) fn packed(
     let answer = asked.watched(stop, world, |watch| pack(&instance, goal, asked.method, seed, watch));
     let no_fit = |item: usize| {
         let line = &lines[of[item]];
-        BadPacking::NoFit { name: line.name.clone(), size: line.size, space: space_mm, turn: asked.turns }
+        BadPacking::NoFit { name: line.name.clone(), size: line.size, space: space_mm, turn: asked.turns, proved: true }
     };
     let answer = answer.map_err(|why| asked.unpackable(why, no_fit))?;
     check(&instance, &answer.placed, goal == Goal::Runs).map_err(BadPacking::from)?;
@@ -114,6 +119,7 @@ mod tests {
             ("1 2 3 4 5 6", "line 1"),
             ("1 2 inf", "line 1"),
             ("1 2 3.0001", "line 1"),
+            ("1 2 3\n10,5 10 10", "10,5"),
             ("1 2 3 1 0", "line 1"),
             ("1 2 3 0", "count of 0 is out of 1..5000"),
             ("1 2 3 10000", "count of 10000"),

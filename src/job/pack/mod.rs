@@ -11,7 +11,7 @@ use super::{BadSetting, Error, LoadedModel, MachineSource, ModelSource, Source, 
 use crate::input::load_unposed;
 use crate::mesh::is_overlap;
 use crate::pack::{
-    Clash, Ended, Fault, Goal, Method, Packed, Room, Solid, Turns, Unpackable, Watch, apart, lift, pack_models,
+    Askew, Clash, Ended, Fault, Goal, Method, Packed, Room, Solid, Turns, Unpackable, Watch, apart, lift, pack_models,
 };
 use crate::spelling::nearest;
 pub use plates::Plates;
@@ -81,7 +81,8 @@ impl Default for PackOptions {
 }
 
 /// Why something cannot be packed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "pack/")]
 pub enum BadPacking {
     /// A count that is none, or too large.
     #[error("{name}: a count of {count} is out of 1..{MOST_PIECES}; write MODEL*3 for three of one")]
@@ -99,8 +100,9 @@ pub enum BadPacking {
     },
     /// A model or box that does not go in.
     #[error(
-        "{name}: {} mm does not fit in the space of {} mm {}; give a larger space, other turns (--turn any), or cut it (trunnion split)",
-        sizes(size), sizes(space), turned(*turn)
+        "{name}: {} mm {} in the space of {} mm {}; give a larger space{}, or cut it (trunnion split)",
+        sizes(size), if *proved { "does not fit" } else { "was not found to fit" }, sizes(space), turned(*turn),
+        if *turn == Turns::Any { "" } else { ", other turns (--turn any)" }
     )]
     NoFit {
         /// The model or line.
@@ -111,10 +113,13 @@ pub enum BadPacking {
         space: [f64; 3],
         /// How it may be turned.
         turn: Turns,
+        /// Whether that is sure: turned in every way, it may not be settled.
+        proved: bool,
     },
     /// A line that says no box.
     #[error(
-        "{name}, line {line}: {text:?} is no box; write width, depth and height in mm, then how many and a value, as 20 30 15 4 1.5"
+        "{name}, line {line}: {text:?} is no box; write width, depth and height in mm, with three decimals at most, then how many and a value, as \
+         20 30 15.5 4 1.5"
     )]
     Line {
         /// The file.
@@ -122,6 +127,16 @@ pub enum BadPacking {
         /// The line, from 1.
         line: usize,
         /// What it says.
+        text: String,
+    },
+    /// A number with a comma in it, where others are parted by blanks.
+    #[error("{name}, line {line}: is {text:?} one number or two? write {} for one, or a blank behind the comma for two", text.replace(',', "."))]
+    Comma {
+        /// The file.
+        name: String,
+        /// The line, from 1.
+        line: usize,
+        /// The word.
         text: String,
     },
     /// A file without boxes.
@@ -340,7 +355,8 @@ fn in_space(
 
 fn no_fit(models: &[(LoadedModel, usize)], solids: &[Solid], model: usize, room: &Room) -> BadPacking {
     let size = solids[model].bounds(&crate::geom::Mat3::identity()).size().into();
-    BadPacking::NoFit { name: models[model].0.file.clone(), size, space: room.space_mm, turn: room.turns }
+    let proved = solids[model].askew(room) == Askew::Never;
+    BadPacking::NoFit { name: models[model].0.file.clone(), size, space: room.space_mm, turn: room.turns, proved }
 }
 
 /// The packing as a result, once the independent test has passed it.

@@ -72,7 +72,8 @@ pub struct Program {
 }
 
 /// Why a file cannot be sent.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "program/")]
 pub enum ProgramError {
     /// Bytes that are no G-code.
     #[error("line {line}: {why}; the file is damaged or not G-code")]

@@ -59,7 +59,8 @@ impl std::fmt::Display for Address {
 }
 
 /// Why a port cannot be opened.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "port/")]
 pub enum PortError {
     /// No such device.
     #[error("{}: no such port; is the printer switched on and plugged in? ports now: {}", path.display(), list(ports))]

@@ -58,7 +58,8 @@ impl Shell {
 
     /// What is wrong with it; `None` for a sound shell.
     fn fault(&self, vertices: &[Vec3], repaired: bool) -> Option<Fault> {
-        let remedy = if repaired { "--repair could not mend it: mend it where it was made" } else { "try --repair" };
+        let remedy =
+            if repaired { "it could not be mended: mend it where it was made" } else { "leave out --no-repair" };
         if let Some([a, b]) = self.open.first() {
             let at = (vertices[*a as usize] + vertices[*b as usize]) * 0.5;
             return Some(Fault::Open { edges: self.open.len(), at, remedy });
@@ -187,7 +188,7 @@ mod tests {
         let (shell, fault) = closed_shells(&corner(), surface(&TETRA[..3]), false, &mut Vec::new()).unwrap_err();
         assert_eq!(shell, 0);
         let at = Vec3::new(0.5, 0.5, 0.0);
-        assert_eq!(fault, Fault::Open { edges: 3, at, remedy: "try --repair" });
+        assert_eq!(fault, Fault::Open { edges: 3, at, remedy: "leave out --no-repair" });
     }
 
     #[test]
@@ -195,6 +196,6 @@ mod tests {
         let mut facets = TETRA;
         facets[1].swap(0, 1);
         let (_, fault) = closed_shells(&corner(), surface(&facets), false, &mut Vec::new()).unwrap_err();
-        assert_eq!(fault, Fault::Winding { edges: 3, remedy: "try --repair" });
+        assert_eq!(fault, Fault::Winding { edges: 3, remedy: "leave out --no-repair" });
     }
 }

@@ -1,13 +1,19 @@
-//! What `--repair` may do, and no more: merge border vertices, drop repeats, turn facets over, fill flat holes.
+//! What mending may do, and no more: merge border vertices, drop repeats and what has no area, part sides at corners that lie on them, turn facets
+//! over, fill flat holes.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::{Shell, Surface, holes, pairing, shells};
 use crate::geom::{Bounds, Vec3};
+use crate::mesh::box_tree::BoxTree;
 
 /// Border vertices nearer than this share of the open shells' diagonal are one: it spans the last digits in which
 /// exporters disagree, and lies far below a nozzle's width.
 const MERGE_WITHIN: f64 = 1e-5;
+/// A facet whose height is less than this share of its sides has no area.
+const BARE: f64 = 1e-9;
+/// A facet may have corners on each of its sides.
+const ROUNDS: usize = 4;
 
 /// Mends what it can; whether it sufficed is for the caller to see.
 pub(super) fn mend(vertices: &[Vec3], surface: &mut Surface, warnings: &mut Vec<String>) {
@@ -18,8 +24,10 @@ pub(super) fn mend(vertices: &[Vec3], surface: &mut Surface, warnings: &mut Vec<
     };
     let (merged, within) = merge_border(vertices, surface);
     say(merged, format!("{merged} border vertices merged with others within {within:.3e} file units"));
-    let dropped = drop_repeats(surface);
+    let dropped = drop_repeats(surface) + drop_bare(vertices, surface);
     say(dropped, format!("{dropped} collapsed or repeated facets dropped"));
+    let parted = part_sides(vertices, surface, within);
+    say(parted, format!("{parted} sides of facets parted at corners that lie on them"));
     let turned = turn_facets(vertices, surface);
     say(turned, format!("{turned} facets turned over to agree with their neighbours"));
     let (filled, facets) = fill(vertices, surface);
@@ -83,6 +91,75 @@ fn drop_repeats(surface: &mut Surface) -> usize {
         a != b && b != c && c != a && seen.insert(turned)
     });
     given - surface.facets.len()
+}
+
+/// Drops shells that are not closed and whose facets have no area; returns how many facets went. What of a closed shell has no area may be what
+/// closes it.
+fn drop_bare(vertices: &[Vec3], surface: &mut Surface) -> usize {
+    let thin = |&facet: &u32| {
+        let [a, b, c] = surface.facets[facet as usize].map(|index| vertices[index as usize]);
+        let (u, v) = (b - a, c - a);
+        u.cross(&v).norm() <= BARE * (u.norm_squared() + v.norm_squared())
+    };
+    let bare: HashSet<[u32; 3]> = shells(vertices, &surface.facets)
+        .iter()
+        .filter(|shell| !shell.open.is_empty() && shell.facets.iter().all(thin))
+        .flat_map(|shell| shell.facets.iter().map(|&facet| surface.facets[facet as usize]))
+        .collect();
+    let given = surface.facets.len();
+    surface.retain(|facet| !bare.contains(facet));
+    given - surface.facets.len()
+}
+
+/// Parts open sides at corners of other open sides that lie on them, as programs leave them that put solids together; returns how many.
+fn part_sides(vertices: &[Vec3], surface: &mut Surface, within: f64) -> usize {
+    let mut parted = 0;
+    for _ in 0..ROUNDS {
+        let open: Vec<[u32; 2]> = shells(vertices, &surface.facets).into_iter().flat_map(|shell| shell.open).collect();
+        let border: Vec<u32> = open.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
+        let points = border.iter().map(|&index| Bounds::of(std::iter::once(vertices[index as usize]))).collect();
+        let tree = BoxTree::of_boxes(points);
+        let corners_on = |side: [u32; 2]| -> Vec<u32> {
+            let [a, b] = side.map(|index| vertices[index as usize]);
+            let along = b - a;
+            let length = along.norm();
+            let mut on: Vec<(f64, u32)> = Vec::new();
+            tree.visit(&Bounds::of([a, b].into_iter()).inflated(within), |place| {
+                let at = vertices[border[place] as usize] - a;
+                let t = at.dot(&along) / length;
+                let beside = (at - along * (t / length)).norm();
+                if t > within && t < length - within && beside <= within && !side.contains(&border[place]) {
+                    on.push((t, border[place]));
+                }
+            });
+            on.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            on.dedup_by_key(|(_, index)| *index);
+            on.into_iter().map(|(_, index)| index).collect()
+        };
+        let chains: HashMap<[u32; 2], Vec<u32>> =
+            open.into_iter().map(|side| (side, corners_on(side))).filter(|(_, on)| !on.is_empty()).collect();
+        if chains.is_empty() {
+            break;
+        }
+        let given = std::mem::take(surface);
+        for (facet, source) in given.facets.into_iter().zip(given.source) {
+            let side = (0..3).find_map(|k| Some((k, chains.get(&[facet[k], facet[(k + 1) % 3]])?)));
+            let Some((k, on)) = side.filter(|(k, on)| !on.contains(&facet[(k + 2) % 3])) else {
+                surface.facets.push(facet);
+                surface.source.push(source);
+                continue;
+            };
+            parted += 1;
+            let apex = facet[(k + 2) % 3];
+            let stops: Vec<u32> =
+                [facet[k]].into_iter().chain(on.iter().copied()).chain([facet[(k + 1) % 3]]).collect();
+            for pair in stops.windows(2) {
+                surface.facets.push([pair[0], pair[1], apex]);
+                surface.source.push(source);
+            }
+        }
+    }
+    parted
 }
 
 /// Makes each shell agree with its first facet, going from neighbour to neighbour; returns how many were turned over.
@@ -199,6 +276,46 @@ mod tests {
     }
 
     #[test]
+    fn sides_are_parted_at_corners_that_lie_on_them() {
+        // A cube whose top is cut into `n` strips, each by its own corners, which its walls and its bottom know nothing of.
+        for n in [2_u32, 3, 7, 40] {
+            let corner = |k: u32| Vec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)) * 10.0;
+            let mut vertices: Vec<Vec3> = (0..8).map(corner).collect();
+            let walls = [[0, 2, 3, 1], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+            let mut facets: Vec<[u32; 3]> =
+                walls.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+            let inner = |k: u32, y: f64| Vec3::new(10.0 * f64::from(k) / f64::from(n), y, 10.0);
+            let mut line = |k: u32| match k {
+                0 => [4, 6],
+                k if k == n => [5, 7],
+                k => {
+                    vertices.extend([inner(k, 0.0), inner(k, 10.0)]);
+                    [vertices.len() as u32 - 2, vertices.len() as u32 - 1]
+                }
+            };
+            let lines: Vec<[u32; 2]> = (0..=n).map(&mut line).collect();
+            facets.extend(lines.windows(2).flat_map(|two| {
+                let [[a, d], [b, c]] = [two[0], two[1]];
+                [[a, b, c], [a, c, d]]
+            }));
+            let surface = Surface { source: vec![0; facets.len()], facets };
+            let (closed, said) = mended(&vertices, surface);
+            assert_eq!(closed, Ok(1), "{n}: {said:?}");
+            assert!(said.iter().any(|text| text.contains("sides of facets parted")), "{said:?}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_area_beside_a_solid_goes() {
+        let (mut vertices, mut surface) = tetra();
+        vertices.push(Vec3::new(0.5, 0.0, 0.0));
+        surface.facets.push([0, 4, 1]);
+        surface.source.push(4);
+        let (closed, said) = mended(&vertices, surface);
+        assert_eq!((closed, said), (Ok(1), vec!["repair: 1 collapsed or repeated facets dropped".to_owned()]));
+    }
+
+    #[test]
     fn a_hole_that_is_not_flat_is_refused() {
         let at = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1]];
         let mut vertices: Vec<Vec3> = at.iter().map(|p| Vec3::from(p.map(f64::from))).collect();
@@ -207,6 +324,6 @@ mod tests {
         assert_eq!(mended(&vertices, surface.clone()).0, Ok(1));
         vertices[2].z = 0.1;
         let error = mended(&vertices, surface).0.unwrap_err();
-        assert!(error.starts_with("4 open edges") && error.contains("--repair could not"), "{error}");
+        assert!(error.starts_with("4 open edges") && error.contains("could not be mended"), "{error}");
     }
 }

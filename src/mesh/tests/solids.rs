@@ -172,7 +172,7 @@ fn a_cube_with_a_facet_missing_is_refused_and_mended() {
     let error = read(&bytes, "x.stl").unwrap_err();
     assert_eq!(error.place, Place::Part(1));
     assert!(error.to_string().starts_with("x.stl: part 1: 3 open edges (a solid has 0), one at ("), "{error}");
-    assert!(error.to_string().ends_with("try --repair"), "{error}");
+    assert!(error.to_string().ends_with("leave out --no-repair"), "{error}");
     let mended = read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: true }).unwrap();
     assert_volumes(&mended, &[8.0, 8.0]);
     assert_eq!(mended.warnings, ["repair: 1 flat holes filled with 1 facets"]);
@@ -183,7 +183,7 @@ fn a_cube_with_a_facet_turned_over_is_refused_and_mended() {
     let mut facets = cube([0.0; 3], 2.0, false).facets().to_vec();
     facets[0].swap(0, 1);
     let twisted = Mesh::new(cube([0.0; 3], 2.0, false).vertices().to_vec(), facets);
-    assert_eq!(fault(&[&twisted]), Fault::Winding { edges: 3, remedy: "try --repair" });
+    assert_eq!(fault(&[&twisted]), Fault::Winding { edges: 3, remedy: "leave out --no-repair" });
     let repair = ReadOptions { unit: None, repair: true };
     let mended = read_model(&stl_binary(&twisted), "x.stl", &repair).unwrap();
     assert_volumes(&mended, &[8.0]);

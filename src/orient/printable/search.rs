@@ -7,6 +7,7 @@ use super::candidates::{Candidates, candidates};
 use super::coarse::coarse;
 use super::price::Priced;
 use super::process::{MINUTES_PER_GRAM, Process};
+use super::resting::flats;
 use super::{FINE, columns};
 use crate::geom::Vec3;
 
@@ -131,7 +132,11 @@ pub fn recommend(facets: &Facets, process: &Process, own: Option<Vec3>, budget: 
     let fine = |up: &Vec3| process.price(facets, facets.mass(), up, columns(facets, FINE));
     let measured: Vec<Priced> = chosen(&found, facets).par_iter().map(fine).collect();
     let mut poses = distinct(measured, found.exact.iter().map(|p| p.up).collect());
-    let best = best(&poses);
+    let leaning = best(&poses);
+    let best = leveled(leaning, facets, fine);
+    if best.up != leaning.up {
+        poses.retain(|p| p.up != leaning.up);
+    }
     first(&mut poses, best);
     let runners = Role::ALL.into_iter().map(|role| Runner { role, pose: runner(role, &poses, facets) }).collect();
     let least = found.height.lower_bound.unwrap_or(0.0).max(0.0);
@@ -190,8 +195,41 @@ fn distinct(mut poses: Vec<Priced>, exact: Vec<Vec3>) -> Vec<Priced> {
     kept
 }
 
+/// A pose that leans by no more than this from a level one, as a cosine (3 degrees), is meant to be that one ..
+const LEVEL_COSINE: f64 = 0.9986;
+/// .. where it costs no more than this beside, relative.
+const LEVEL: f64 = 0.03;
+/// So much more support is none, mm³.
+const MORE_MM3: f64 = 1.0;
+/// The share of the surface that is a face by which people see what is level.
+const FACE: f64 = 0.02;
+
+/// Normals nearer than this, as a cosine (0.08 degrees), are of one face.
+const FACE_COSINE: f64 = 0.999_999;
+/// So many of the largest faces are asked.
+const FACES: usize = 6;
+
+/// `best`, or the level pose beside it: with an axis of the file or a large flat face of the part upright, and no more support. A face that is a
+/// little crowned leans what rests on it, and nobody wants its axis to lean with it.
+fn leveled(best: Priced, facets: &Facets, fine: impl Fn(&Vec3) -> Priced) -> Priced {
+    let area = |up: &Vec3| -> f64 {
+        let of = facets.each.iter().map(|facet| (facet.area, facet.area.norm()));
+        of.filter(|(area, size)| area.dot(up).abs() >= FACE_COSINE * size).map(|(_, size)| size).sum()
+    };
+    let whole: f64 = facets.each.iter().map(|facet| facet.area.norm()).sum();
+    let axes = (0..3).flat_map(|k| [Vec3::ith(k, 1.0), -Vec3::ith(k, 1.0)]);
+    let faces = flats(facets, FACES).into_iter().filter(|up| area(up) >= FACE * whole);
+    let near = axes.chain(faces).filter(|up| up.dot(&best.up) >= LEVEL_COSINE);
+    let as_good = |p: &Priced| {
+        let cheap = p.price_min <= best.price_min * (1.0 + LEVEL);
+        cheap && p.support_mm3 <= best.support_mm3 + MORE_MM3 && (p.stands || !best.stands)
+    };
+    let level = near.map(|up| fine(&up)).filter(as_good);
+    level.min_by(|a, b| a.price_min.total_cmp(&b.price_min)).unwrap_or(best)
+}
+
 /// A pose that stands by itself may cost so much more than one that does not, relative.
-const STANDING: f64 = 0.03;
+const STANDING: f64 = 0.07;
 
 /// The cheapest of those that stand by themselves, unless one that does not is cheaper still. Of those that tie the one that lies on
 /// the most, then the lowest, then the one of the best surface, then the one nearest to how the part lies.

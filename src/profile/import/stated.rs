@@ -27,7 +27,8 @@ impl std::fmt::Display for Place {
 }
 
 /// Why files describe no machine.
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "import/")]
 pub enum ImportError {
     /// A line that cannot be taken as it stands.
     #[error("{place}: {why}")]

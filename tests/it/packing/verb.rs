@@ -194,7 +194,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
             &["cube.stl: 20 x 30 x 40 mm does not fit", "25 x 25 x 100", "--turn any"],
         ),
         (&["cube.stl", "--space", "25,35,35", "--turn", "z"], &["however it is turned about Z"]),
-        (&["open.stl", space[0], space[1]], &["open.stl", "open edges", "--repair"]),
+        (&["open.stl", "--no-repair", space[0], space[1]], &["open.stl", "open edges", "--no-repair"]),
         (&["cube.stl*0", space[0], space[1]], &["cube.stl: a count of 0", "1..5000"]),
         (&["cube.stl*10000", space[0], space[1]], &["cube.stl: a count of 10000", "1..5000"]),
         (&["cube.stl*3000", "cube.stl*3000", space[0], space[1]], &["6000 pieces are too many", "5000"]),

@@ -38,6 +38,19 @@ fn anyhow(mesh: &Mesh, numbers: &mut Numbers) -> (Mesh, nalgebra::UnitQuaternion
 /// Parts lie flat to this, degrees: single precision of a part of 100 mm turns a face of 10 mm by less.
 const FLAT_DEG: f64 = 0.01;
 
+/// A flange whose face is crowned by so much rests on its rim as well, leaning; nobody wants its axis to lean.
+#[test]
+fn a_crowned_face_does_not_lean_the_axis() {
+    let mut numbers = Numbers::seeded(17);
+    for crown in [0.0, 0.1, 0.3, 0.5, 1.0] {
+        let flange = shapes::turned_body(&[[4.0, 0.0], [30.0, crown], [30.0, 3.0], [12.0, 6.0], [10.0, 40.0]]);
+        let (mesh, turn) = anyhow(&flange, &mut numbers);
+        let best = recommended(&mesh).recommended;
+        let off = (turn * Vec3::z()).angle(&best.up).to_degrees();
+        assert!(off < FLAT_DEG, "{crown} mm: {off} degrees off");
+    }
+}
+
 #[test]
 fn solids_lie_as_a_person_would_lay_them_however_they_come() {
     let mut numbers = Numbers::seeded(16);

@@ -21,8 +21,9 @@ use crate::support::{folder, said, trunnion};
 const SHARED: [&str; 3] = ["common.json", "plan-file.json", "batch.json"];
 
 /// The calls: exit code and words.
-const CALLS: [(i32, &str); 40] = [
+const CALLS: [(i32, &str); 41] = [
     (0, "inspect two-boxes.stl"),
+    (0, "explain mesh/open"),
     (0, "orient two-boxes.stl --objective height --compare"),
     (0, "orient cube.stl --up 1,0,0"),
     (0, "orient cube.stl --objective overhang-angle --method nelder-mead"),

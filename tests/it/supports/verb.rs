@@ -150,7 +150,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
     let name = |ending: &str| folder.path().join(ending).display().to_string();
     let (text, stl) = (name("supports.txt"), name("supports.stl"));
     let cases: [(&Path, &[&str], &[&str]); 19] = [
-        (&open_file, &["-o", &stl], &["open.stl", "3 open edges", "--repair"]),
+        (&open_file, &["-o", &stl, "--no-repair"], &["open.stl", "3 open edges", "--no-repair"]),
         (&ring, &["--step", "0"], &["--step 0 mm", "0.05..100"]),
         (&ring, &["--step", "-2"], &["--step -2 mm", "0.05..100"]),
         (&ring, &["--step", "0.5", "--wall", "0.6"], &["--wall 0.6 mm", "0.01..0.5"]),
