@@ -63,6 +63,9 @@ pub enum Misreading {
     /// `E1:2` in a move.
     #[error("reads a list of numbers as several motors; write one number")]
     List,
+    /// `G3 .. P1`.
+    #[error("makes full circles before an arc with a P word, or passes it over; write the circles out")]
+    Circles,
     /// A carriage return in the middle.
     #[error("may end the line at a carriage return; remove it")]
     CarriageReturn,
@@ -238,6 +241,10 @@ impl LineRules {
         let moves = parsed.commands.iter().any(is_move);
         if has(b':') && (moves || parsed.commands.is_empty()) {
             return Some(Misreading::List);
+        }
+        let arc = |command: &Command| command.letter == b'G' && [2, 3].contains(&command.number);
+        if self.firmware != Firmware::LinuxCnc && parsed.has(b'P') && parsed.commands.iter().any(arc) {
+            return Some(Misreading::Circles);
         }
         self.command_spelling(&code[parsed.code.start.min(code.len())..], parsed)
     }

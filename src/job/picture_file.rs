@@ -30,7 +30,7 @@ impl PictureFile {
     ///
     /// # Errors
     ///
-    /// [`Error::Write`].
+    /// [`FileError::Write`](super::FileError::Write).
     pub fn write(&self, drawing: &Drawing) -> Result<(), Error> {
         Ok(self.file.write(&drawing.bytes(self.format))?)
     }

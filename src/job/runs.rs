@@ -31,7 +31,7 @@ pub fn models_at(path: &Path) -> Option<Models> {
 ///
 /// # Errors
 ///
-/// [`Error::Read`] and [`Error::Write`] for folder, list and output. What fails of a model is in the result.
+/// [`FileError::Read`] and [`FileError::Write`] for folder, list and output. What fails of a model is in the result.
 pub fn batch(request: &BatchRequest, told: &dyn Fn(&Batched), world: &World<'_>) -> Result<BatchResult, Error> {
     let begun = Instant::now();
     let models = models(request)?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::policy::{CommandPolicy, Stage, keeps_comment, policy};
+use super::policy::{CommandPolicy, Stage, keeps_comment, policy, takes_a_picture};
 use super::source::{SlicedError, SlicedSource};
 use super::turn::Turn;
 use crate::gcode::meaning::Effect;
@@ -185,6 +185,9 @@ impl<'a> Walk<'a> {
             let comment = &text[parsed.comment.clone()];
             return Ok((!comment.is_empty() && keeps_comment(comment)).then_some(Item::Keep(whole)));
         }
+        if takes_a_picture(parsed) && !allows(parsed, source.allow) {
+            return Ok(None);
+        }
         let step = place.controller.step(parsed);
         let effect = match step.map_err(|source| SlicedError::Replay { file: file.to_owned(), line, source })? {
             Step::Nothing | Step::ExtruderSet(_) => return Ok(None),
@@ -211,11 +214,16 @@ pub(super) fn comment_at(parsed: &ParsedLine, start: usize, length: usize) -> Ra
 
 /// What becomes of a line outside and within a print; `allow` are the commands that the profile lets pass.
 pub(super) fn policies(effect: Effect, parsed: &ParsedLine, allow: &[String]) -> [CommandPolicy; 2] {
-    let allowed = !allow.is_empty() && {
+    let allowed = allows(parsed, allow);
+    [Stage::Outside, Stage::Within].map(|stage| policy(effect, stage, allowed))
+}
+
+/// Whether the profile lets the command of a line pass, by its name.
+pub(super) fn allows(parsed: &ParsedLine, allow: &[String]) -> bool {
+    !allow.is_empty() && {
         let name = command_name(parsed);
         allow.iter().any(|a| a.eq_ignore_ascii_case(&name))
-    };
-    [Stage::Outside, Stage::Within].map(|stage| policy(effect, stage, allowed))
+    }
 }
 
 /// The command that a line begins with, by its name: `M42`, `SET_PIN`.

@@ -3,6 +3,7 @@
 //! Decided from what the line does (`gcode::meaning`) and where it stands; no command is named here.
 
 use crate::gcode::meaning::{Effect, Hazard};
+use crate::gcode::{LineKind, ParsedLine};
 
 /// What to do with a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +63,12 @@ pub(super) fn picture(comment: &[u8]) -> Option<bool> {
 /// Whether a comment may be passed on: neither one of our marks, which carry meaning, nor one that would be false.
 pub(super) fn keeps_comment(comment: &[u8]) -> bool {
     crate::gcode::marks::mark(comment).is_none() && !FALSE_COMMENTS.iter().any(|c| comment.starts_with(c))
+}
+
+/// Whether a line has a picture taken for a film of the print (Moonraker's time-lapse): with parking it drives the head away.
+pub(super) fn takes_a_picture(parsed: &ParsedLine) -> bool {
+    let name = parsed.text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+    parsed.kind == LineKind::Macro && name.eq_ignore_ascii_case(b"TIMELAPSE_TAKE_FRAME")
 }
 
 /// What becomes of a line with this effect; `allowed` where the profile names its command in `[dialect] allow`.

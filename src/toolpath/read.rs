@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use super::filament::{Filament, Stated};
-use super::items::{Place, Step3, command_name, comment_at, policies, refused};
+use super::items::{Place, Step3, allows, command_name, comment_at, policies, refused};
 use super::joint::Said;
-use super::policy::{self, CommandPolicy, keeps_comment};
+use super::policy::{self, CommandPolicy, keeps_comment, takes_a_picture};
 use super::sliced::{InputWords, Layer, Segment, SlicedPrint};
 use super::source::{SlicedError, SlicedSource};
 use super::stated;
@@ -106,6 +106,7 @@ struct Open {
     adhesion: Option<u32>,
     /// Whether objects are named to the firmware.
     labelled: bool,
+    pictures: bool,
 }
 
 impl Open {
@@ -123,6 +124,7 @@ impl Open {
             heat: [None; 2],
             adhesion: None,
             labelled: false,
+            pictures: false,
         }
     }
 }
@@ -235,6 +237,10 @@ impl<'a> Reader<'a> {
         let before = self.print.layers.is_empty().then(|| self.place.controller.clone());
         let (file, line) = (self.source.file, self.place.line);
         let source = |source| SlicedError::Replay { file: file.to_owned(), line, source };
+        if takes_a_picture(parsed) && !allows(parsed, self.source.allow) {
+            self.print.pictures = true;
+            return Ok(());
+        }
         let step = self.place.controller.step(parsed).map_err(source)?;
         if self.pending.last().is_none_or(|p| p.comment) && self.print.layers.is_empty() {
             // Marks the end of the file's head even where the line itself leaves nothing behind.
@@ -264,7 +270,9 @@ impl<'a> Reader<'a> {
     fn by_policy(&mut self, effect: Effect, parsed: &ParsedLine, whole: Range<usize>) {
         use CommandPolicy::{Drop, Keep, Pause, Refuse, Replace};
         let policies = policies(effect, parsed, self.source.allow);
-        if policies[0] == Replace && self.pending.iter().all(|p| !p.suspect) {
+        // What waits for a person between extrusions is made there.
+        let left_out = policies[0] == Replace && (policies[1] != Pause || self.print.layers.is_empty());
+        if left_out && self.pending.iter().all(|p| !p.suspect) {
             self.replaced(&command_name(parsed));
         }
         let none = Pending::NOTHING;
@@ -513,6 +521,7 @@ impl<'a> Reader<'a> {
             heights_mm: settings.heights_mm().filter(|_| !stated::says_each_height(self.source.bytes)),
             adhesion: print.adhesion,
             labelled: print.labelled,
+            pictures: print.pictures,
             nozzle_c: print.heat[0].or_else(|| celsius([Setting::FirstNozzleHeat, Setting::NozzleHeat])),
             bed_c: print.heat[1].or_else(|| celsius([Setting::FirstBedHeat, Setting::BedHeat])),
             settings: settings.clone(),

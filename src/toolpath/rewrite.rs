@@ -64,6 +64,12 @@ fn left_out(entries: &[Entry<'_>]) -> Vec<String> {
             replaced.join(", ")
         ));
     }
+    if entries.iter().any(|entry| entry.input.sliced.pictures) {
+        warnings.push(
+            "pictures for a film (TIMELAPSE_TAKE_FRAME) are left out: they may drive the head away; [dialect] allow keeps them"
+                .to_owned(),
+        );
+    }
     if entries.iter().any(|entry| entry.input.sliced.labelled) {
         warnings.push(
             "object labels (M486, EXCLUDE_OBJECT) are left out: whoever cancels a part would have what stands on it printed on air"

@@ -60,6 +60,8 @@ pub struct SlicedPrint<'a> {
     pub settings: Settings,
     /// Whether its lines name objects to the firmware (M486, EXCLUDE_OBJECT); they are left out.
     pub labelled: bool,
+    /// Whether pictures for a film are asked for, which are left out.
+    pub pictures: bool,
     /// The first line of a skirt or brim, where the slicer names one.
     pub adhesion: Option<u32>,
     /// Nozzle temperature set before the first extrusion.

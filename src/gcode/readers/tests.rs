@@ -48,6 +48,8 @@ fn each_firmware_has_its_own_oddities() {
         ("G 1 X5", "-xx--"),
         ("N5 G1 X5", "-----"),
         ("G1 X5 E1:2", "xxxxx"),
+        ("G3 Z.6 I1 J0 P1", "xxxx-"),
+        ("G2 X5 I1 J0", "-----"),
         ("M208 U-200:200 X1", "-----"),
         ("G90 G1 X5", "-----"),
         ("G1 X5 G91", "-x---"),

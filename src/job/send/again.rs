@@ -29,7 +29,7 @@ use choice::Choice;
 ///
 /// # Errors
 ///
-/// As [`send`](super::send()); [`Error::NoJournal`], [`Error::Journal`], [`Error::ProgramChanged`], [`Error::ProfileChanged`] and
+/// As [`send`](super::send()); [`Error::NoJournal`], [`FileError::Journal`], [`Error::ProgramChanged`], [`Error::ProfileChanged`] and
 /// [`Error::Ended`] for a journal that does not lead on; [`Error::Refused`] where the operator does not agree.
 pub fn resume(
     request: &SendRequest<'_>,

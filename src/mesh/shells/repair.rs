@@ -124,7 +124,7 @@ fn part_sides(vertices: &[Vec3], surface: &mut Surface, within: f64) -> usize {
             let along = b - a;
             let length = along.norm();
             let mut on: Vec<(f64, u32)> = Vec::new();
-            tree.visit(&Bounds::of([a, b].into_iter()).inflated(within), |place| {
+            tree.visit(&Bounds::of([a, b]).inflated(within), |place| {
                 let at = vertices[border[place] as usize] - a;
                 let t = at.dot(&along) / length;
                 let beside = (at - along * (t / length)).norm();

@@ -28,8 +28,9 @@ pub(super) fn arc(clockwise: bool, line: &ParsedLine, firmware: Firmware) -> Res
         return Err(ReplayError::ArcCentre);
     }
     let to_centre = [word(b'I')?.unwrap_or(0.0), word(b'J')?.unwrap_or(0.0)];
-    // Marlin makes so many circles first, others pass it over.
-    if line.has(b'P') && firmware != Firmware::LinuxCnc {
+    // Marlin makes so many circles first, others pass it over; a circle that ends where it began is one circle to whoever wrote P1.
+    let one_circle = line.value(b'P') == Some(1.0) && by_radius.is_none() && !line.has(b'X') && !line.has(b'Y');
+    if line.has(b'P') && firmware != Firmware::LinuxCnc && !one_circle {
         return Err(ReplayError::StrayWord('P'));
     }
     let turns = line.value(b'P').unwrap_or(1.0);

@@ -38,6 +38,16 @@ fn what_cannot_be_rewritten_is_named_with_its_line() {
     assert!(refused(&body("G28")).contains("t.gcode:5: \"G28\" cannot be rewritten safely"));
     assert_eq!(one(&body("M600")).layers.len(), 1);
     assert_eq!(one(&body("PAUSE")).layers.len(), 1);
+    // What a person is waited for with is carried out, and not left out of any start code.
+    assert!(one(&body("M600")).replaced.is_empty() && !one(&format!("M600\n{TWO_LAYERS}")).replaced.is_empty());
+    // OrcaSlicer and Bambu Studio lift so: one turn, and the same without P. A picture for a film is left out, and that is said.
+    for turn in ["G3 Z.6 I1.217 J0 P1 F60000", "G3 Z.6 I1.217 J0 F60000"] {
+        assert_eq!(one(&body(&format!("G17\n{turn}\nG1 Z.2"))).layers.len(), 1, "{turn}");
+    }
+    assert!(
+        refused(&body("G3 X5 I1.2 J0 P1")).contains("P word") && refused(&body("G3 Z.6 I1.2 P2")).contains("P word")
+    );
+    assert!(one(&body("TIMELAPSE_TAKE_FRAME")).pictures && !one(&body("M600")).pictures);
     for line in ["M206 Z5", "M428", "M290 Z-2", "M92 E90", "M221 S95", "T1", "M84", "M112", "G10 P0 Z5", "M104 S0\nM81"]
     {
         assert!(refused(&body(line)).contains("t.gcode:"), "{line}");

@@ -11,7 +11,7 @@ mod tweaker;
 
 use trunnion::geom::Vec3;
 use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_surface};
-use trunnion::orient::{Facets, Mass, Priced, Process, Recommendation, recommend};
+use trunnion::orient::{Facets, Mass, Priced, Process, Recommendation, STANDS_DEG, recommend};
 
 use crate::orient::meshes;
 use crate::orient_sample::anywhere;
@@ -150,6 +150,11 @@ fn it_needs_no_more_support_than_tweaker_on_made_shapes() {
     no_worse_than_tweaker(&made.chain(lumps).collect::<Vec<_>>(), false);
 }
 
+/// What stands may have a hundredth more of them than what does not.
+fn steadier(best: &rays::Seen, other: &rays::Seen) -> bool {
+    best.tipping_deg > STANDS_DEG && other.tipping_deg < STANDS_DEG && best.support_mm3 <= 1.01 * other.support_mm3
+}
+
 /// No more support, and where it is asked for no smaller tipping angle; the geometric mean of the supports over the least known.
 fn no_worse_than_tweaker(meshes: &[(String, Mesh)], tipping: bool) -> f64 {
     let (mut sum, count) = (0.0, meshes.len() as f64);
@@ -162,7 +167,7 @@ fn no_worse_than_tweaker(meshes: &[(String, Mesh)], tipping: bool) -> f64 {
             let other = look(mesh, &choice(mesh, Mode { extended, volume }), LAYER_MM);
             least = least.min(other.support_mm3);
             assert!(
-                best.support_mm3 <= other.support_mm3 + tie,
+                best.support_mm3 <= other.support_mm3 + tie || steadier(&best, &other),
                 "{name}: {best:?}, Tweaker ({extended}, {volume}) {other:?}"
             );
             assert!(
