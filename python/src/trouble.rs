@@ -25,7 +25,7 @@ impl Trouble {
 
     /// What was given cannot be.
     pub(crate) fn input(text: String) -> Self {
-        let document = document::failed("command/usage", &text, 2);
+        let document = document::failed("command/usage", &text, 2, None);
         Self::with(text, 2, &document)
     }
 
@@ -48,7 +48,7 @@ where
             Error::Strategy(strategy::Error::NoPlan(no)) if can_be_helped(&no.infeasible) => document::no_plan(no),
             Error::Strategy(strategy::Error::NoWay(no)) => document::no_way(no),
             Error::Rejected(no) => document::rejected(no),
-            _ => document::failed(error.code(), &text, exit),
+            _ => document::failed(error.code(), &text, exit, None),
         };
         Self::with(text, exit, &document)
     }

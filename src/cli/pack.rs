@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::args::Pack as Verb;
-use super::requests::{claim_picture, copies, outputs};
+use super::args::{Pack as Verb, copies};
+use super::requests::{claim_picture, outputs};
 use super::{Console, Failure};
 use crate::document;
 use crate::job::{self, Contents, MachineSource, ModelSource, PackInto, PackOptions, PackRequest, Source, interrupts};

@@ -16,21 +16,21 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let models = args.arrange.files(&args.model.model);
     let read = models.iter().map(PathBuf::as_path).chain(profile.as_deref());
     let mut outputs = outputs(read.chain(configs));
-    let output = outputs.claim(&args.output)?;
+    let output = outputs.claim(&args.output(&console.world())?)?;
     let plan = args.plan_out.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let journal = args.port.as_ref().map(|_| outputs.claim(&args.stream.journal(&args.output))).transpose()?;
+    let journal = args.port.as_ref().map(|_| outputs.claim(&args.stream.journal(output.path()))).transpose()?;
     let sheet = claim_picture("sheet", args.sheet.as_deref(), &mut outputs)?;
     args.preview.as_deref().map(|path| job::is_page("preview", path)).transpose()?;
     let page = args.preview.as_deref().map(|path| outputs.claim(path)).transpose()?;
     let dry_run = args.dry_run.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let parts = plan::claim_parts(&plan::parts_file(&args.output), &mut outputs)?;
+    let parts = plan::claim_parts(&plan::parts_file(output.path()), &mut outputs)?;
     let done = work(args, &output, ([plan, parts, dry_run], sheet, page.as_ref()), console);
     if done.is_err() {
         console.set_aside(&output)?;
     }
     let done = done?;
     if let (Some(page), Some(report)) = (page, done.gcode.report()) {
-        let (name, plan) = (args.output.display().to_string(), &done.planned.plan);
+        let (name, plan) = (output.path().display().to_string(), &done.planned.plan);
         let mut shown = job::show(&name, done.gcode.program(), plan, report, &console.world())?;
         shown.ways.clone_from(&done.planned.ways);
         preview::write(&shown, &page, args.open, console)?;
@@ -38,7 +38,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let (Some(port), Some(journal)) = (&args.port, journal) else { return Ok(()) };
     // A file that is proved stays, whatever becomes of the printer.
     let plan = &done.planned.plan;
-    let (path, program, machine, options) = (&args.output, &done.gcode, &plan.machine, &args.stream.options());
+    let (path, program, machine, options) = (output.path(), &done.gcode, &plan.machine, &args.stream.options());
     let request = SendRequest { path, program, machine, plan: Some(plan), options };
     send::stream(&request, (port, &journal), &args.stream, console)
 }
@@ -49,7 +49,7 @@ fn work(
     ([plan_out, parts, dry_run], sheet, page): ([Option<OutputFile>; 3], Option<PictureFile>, Option<&OutputFile>),
     console: &Console,
 ) -> Result<PrepareResult, Failure> {
-    let parts_file = plan::parts_file(&args.output);
+    let parts_file = plan::parts_file(output.path());
     let (model, arrangement) = args.arrange.request(&args.model.model, &args.model.read, Some(&parts_file))?;
     let may_cut = parts.is_some() && args.split != "never";
     let file = parts_file.display().to_string();
@@ -69,7 +69,7 @@ fn work(
     };
     let done = job::prepare(&request, &console.world());
     if let (Err(job::Error::Rejected(no)), Some(page)) = (&done, page) {
-        let shown = job::show_rejected(&args.output.display().to_string(), no, &console.world())?;
+        let shown = job::show_rejected(&output.path().display().to_string(), no, &console.world())?;
         shown.map(|shown| preview::write(&shown, page, args.open, console)).transpose()?;
     }
     if matches!(done, Err(job::Error::Rejected(_))) && !["auto", "builtin"].contains(&args.slicing.slicer.as_str()) {
@@ -104,16 +104,16 @@ fn work(
     if let Some(report) = done.gcode.report() {
         // What the plan knew it has said itself.
         let unsteady = text::unsteady(report).filter(|_| done.planned.standing.is_none());
-        unsteady.iter().for_each(|text| console.note(text));
+        unsteady.iter().chain(&text::joints(report)).for_each(|text| console.note(text));
         console.note(&format!(
             "{}: {} lines, verified; about {:.0} min, clearance {:.2} mm",
-            args.output.display(),
+            output.path().display(),
             done.gcode.program().iter().filter(|b| **b == b'\n').count(),
             report.seconds_print / 60.0,
             report.clearance_mm,
         ));
         if console.json() {
-            let mut document = document::prepared(&args.output.display().to_string(), &done, report);
+            let mut document = document::prepared(&output.path().display().to_string(), &done, report);
             document["dry_run"] = rehearsal.as_ref().map(document::cold).into();
             console.document(&document);
         }

@@ -113,7 +113,7 @@ impl Console {
     /// Why a verb did not do its work: on stdout too where scripts read that and have read nothing yet.
     pub(super) fn failed(&self, failure: &Failure) {
         if self.json && !self.spoke.load(Ordering::Relaxed) {
-            self.result(&document::failed(failure.code(), &failure.to_string(), failure.exit_code()).to_string());
+            self.result(&document::failed(failure.code(), &failure.to_string(), failure.exit_code(), None).to_string());
         }
     }
 

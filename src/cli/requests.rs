@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::Failure;
 use super::args::{
-    ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, Preview, ReadArgs, SliceArgs,
+    ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, Preview, ReadArgs, SliceArgs, copies,
 };
 use crate::job::{
     self, Arrangement, Error, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest, PlanOptions, PlanRequest,
@@ -66,12 +66,6 @@ impl ArrangeArgs {
     pub(super) fn files(&self, model: &Path) -> Vec<PathBuf> {
         std::iter::once(model).chain(self.more.iter().map(|w| &**w)).map(|w| copies(w).0.to_owned()).collect()
     }
-}
-
-/// `A.stl*3`: the file and how many; one where nothing is said, or where that is the file's own name.
-pub(super) fn copies(word: &Path) -> (&Path, usize) {
-    let said = word.to_str().and_then(|word| word.rsplit_once('*')).filter(|_| !word.exists());
-    said.and_then(|(name, count)| Some((Path::new(name), count.parse().ok()?))).unwrap_or((word, 1))
 }
 
 impl MachineArgs {

@@ -8,9 +8,10 @@ use crate::slicing::SliceError;
 use crate::strategy;
 use crate::world::interrupts;
 
-/// Any verb that printed no other document: what stands for the case, one sentence, and the exit code.
-pub fn failed(code: &str, text: &str, exit: u8) -> Value {
-    json!({"error": text, "exit": exit, "code": code})
+/// Any verb that printed no other document: what stands for the case, one sentence, the exit code, and what to type next, where the words on
+/// the command line are at fault.
+pub fn failed(code: &str, text: &str, exit: u8, help: Option<&str>) -> Value {
+    json!({"error": text, "exit": exit, "code": code, "help": help})
 }
 
 /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.

@@ -17,7 +17,7 @@ use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::planning::balance::DOUBTFUL;
 use crate::publish::Figures;
 use crate::spelling::counted;
-use crate::verify::{Report, Standing};
+use crate::verify::{JointRoom, Report, Standing};
 
 /// A search that may be ended early.
 pub fn searching(known: &str) -> String {
@@ -91,6 +91,7 @@ pub fn verified(report: &Report) -> String {
         }
     }
     unsteady(report).iter().for_each(|text| _ = writeln!(out, "{text}"));
+    joints(report).iter().for_each(|text| _ = writeln!(out, "{text}"));
     let minutes = report.seconds_print / 60.0;
     let _ = writeln!(
         out,
@@ -103,6 +104,17 @@ pub fn verified(report: &Report) -> String {
         counted(report.count(), "finding")
     );
     out
+}
+
+/// Parts that never touch, and how near their lines come, in a sentence.
+pub fn joints(report: &Report) -> Option<String> {
+    let JointRoom { parts: [a, b], gap_mm, line, .. } = report.joints.first()?;
+    let fused = if *gap_mm <= 0.0 { "; they fuse there" } else { "" };
+    let more = match report.joints.len() {
+        1 => String::new(),
+        pairs => format!(", the nearest of {pairs} pairs that never touch"),
+    };
+    Some(format!("parts {a} and {b}{more}: {gap_mm:.2} mm between their lines (line {line}){fused}"))
 }
 
 /// What stands, but not well, in a sentence.

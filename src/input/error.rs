@@ -15,6 +15,20 @@ pub enum InputError {
     /// A file that is not read.
     #[error(transparent)]
     File(#[from] FileError),
+    /// No file of that name; its folder may have one that is called nearly so.
+    #[error("{file}: there is no such file{}", near.as_ref().map_or(String::new(), |near| format!("; did you mean {near}?")))]
+    Absent {
+        /// As asked for.
+        file: String,
+        /// The name that may be meant.
+        near: Option<String>,
+    },
+    /// A web address; nothing is fetched.
+    #[error("{address}: a web address, and files are read from this computer alone; download it, and give the file")]
+    Address {
+        /// As given.
+        address: String,
+    },
     /// Negative volumes that leave nothing, or that cannot be cut away.
     #[error(transparent)]
     Fit(#[from] FitError),

@@ -15,4 +15,5 @@ pub use load::{
 pub(crate) use load::{load_aloud, load_unposed, read_quietly, spanning, tell};
 pub(crate) use process::{process, process_of};
 pub use setting::BadSetting;
+pub(crate) use source::missing;
 pub use source::{MachineSource, ModelSource, Source};

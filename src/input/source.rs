@@ -1,11 +1,13 @@
 //! Where a request's inputs come from: files by name, bytes already in hand, machines by name or value.
 
 use std::borrow::Cow;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::InputError;
 use crate::mesh::Unit;
 use crate::profile::Profile;
+use crate::spelling::nearest;
 use crate::world::{FileError, World};
 
 /// A file, or what would be in one.
@@ -41,7 +43,7 @@ impl Source {
 
     pub(crate) fn bytes(&self, world: &World<'_>) -> Result<Cow<'_, [u8]>, InputError> {
         match self {
-            Self::File(path) => Ok(Cow::Owned(world.files.read(path)?)),
+            Self::File(path) => Ok(Cow::Owned(world.files.read(path).map_err(|error| missing(path, error, world))?)),
             Self::Bytes { bytes, .. } => Ok(Cow::Borrowed(bytes)),
         }
     }
@@ -50,6 +52,26 @@ impl Source {
         let text = String::from_utf8(self.bytes(world)?.into_owned());
         Ok(text.map_err(|_| FileError::NotText { name: self.name().into_owned() })?)
     }
+}
+
+/// Most letters by which a name that is there differs from the one that was meant.
+const MOST_EDITS: usize = 2;
+
+/// Why a file is not read: for one that is not there, with the name that may be meant.
+pub(crate) fn missing(path: &Path, error: FileError, world: &World<'_>) -> InputError {
+    let FileError::Read { source, .. } = &error else { return error.into() };
+    if source.kind() != ErrorKind::NotFound {
+        return error.into();
+    }
+    let file = path.to_string_lossy().into_owned();
+    if file.split_once("://").is_some_and(|(scheme, _)| ["http", "https", "ftp", "file"].contains(&scheme)) {
+        return InputError::Address { address: file };
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let names = world.files.names_in(folder);
+    let wanted = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let near = nearest(&wanted, names.iter().map(String::as_str)).filter(|(edits, _)| *edits <= MOST_EDITS);
+    InputError::Absent { file, near: near.map(|(_, name)| path.with_file_name(name).to_string_lossy().into_owned()) }
 }
 
 impl<P: AsRef<Path> + ?Sized> From<&P> for Source {

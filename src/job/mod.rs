@@ -48,6 +48,7 @@ mod support;
 mod together;
 mod verify;
 
+pub(crate) use crate::input::missing;
 pub use crate::input::{
     BadSetting, CheckedPlan, InputError, LoadedModel, LoadedProfile, MachineSource, ModelSource, PlanSource, Source,
     load_model, load_plan, load_profile, own_profiles,

@@ -1,6 +1,7 @@
 //! A program replayed against its plan, and the type that only such a replay gives: [`Verified`].
 
 use super::{CheckedPlan, Error, Source, TriedWay, World};
+use crate::gcode::marks::made_by;
 use crate::spelling::counted;
 use crate::verify::{Job, Report, verify as replay};
 
@@ -43,10 +44,19 @@ impl VerifyResult {
 ///
 /// # Errors
 ///
-/// What keeps the program from being read.
+/// What keeps the program from being read; [`Error::MadeByAnother`] where there are findings, and the program names another plan at its
+/// head: they would all be of the wrong part. A name is no proof, so that a program without findings is verified whatever it says.
 pub fn verify(request: &VerifyRequest<'_>, world: &World<'_>) -> Result<VerifyResult, Error> {
     let program = request.program.bytes(world)?.into_owned();
-    Ok(replayed(program, request.plan, world))
+    let done = replayed(program, request.plan, world);
+    let given = &request.plan.sha256;
+    match made_by(&done.program).filter(|made_by| made_by != given && !done.report.is_clean()) {
+        None => Ok(done),
+        Some(made_by) => {
+            let file = request.program.name().into_owned();
+            Err(Error::MadeByAnother { file, made_by, given: given.clone() })
+        }
+    }
 }
 
 /// The replay of bytes in hand.

@@ -66,6 +66,17 @@ pub enum Fault {
     /// Neither the content nor the name tells the format.
     #[error("not a format trunnion reads (binary or ascii stl, obj, off, 3mf); export the model as one of these")]
     UnknownFormat,
+    /// A part as a CAD program keeps it: surfaces, and no facets.
+    #[error(
+        "{kind} describes surfaces, and a printer needs facets; open it in the CAD program and export STL, 3MF or OBJ"
+    )]
+    Surfaces {
+        /// STEP or IGES.
+        kind: &'static str,
+    },
+    /// What a slicer has made already.
+    #[error("this is G-code, made from a model; give the model itself")]
+    Program,
     /// What a browser shows.
     #[error("this is a web page and no model; download the model itself")]
     WebPage,

@@ -62,6 +62,9 @@ const MANY_LINES: [&str; 5] =
 /// The largest profile: some hundred times the longest that is shipped. What is parsed takes forty times as much.
 const MOST_BYTES: usize = 1 << 20;
 
+/// A beginning of fewer letters could be that of any name.
+const LEAST_BEGINNING: usize = 3;
+
 /// Keys of a `[[head.body]]` or `[[fixed.body]]`.
 const BODY_KEYS: [&str; 8] = ["name", "moves", "kind", "z_mm", "r_mm", "min_mm", "max_mm", "points_mm"];
 
@@ -73,7 +76,7 @@ pub type Origin = BTreeMap<String, String>;
 #[strum(serialize_all = "kebab-case", prefix = "profile/")]
 pub enum ProfileError {
     /// No shipped profile of that name.
-    #[error("{name:?} is neither a file nor a shipped profile; {}shipped are: {}{}", nearest.as_ref().map(|n| format!("did you mean {n:?}? ")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]
+    #[error("{name:?} is neither a shipped profile nor a TOML file; {}shipped are: {}{}", nearest.as_ref().map(|n| format!("did you mean {n:?}? ")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]
     NoSuchProfile {
         /// The user's own.
         own: Vec<String>,
@@ -406,8 +409,16 @@ fn key_lines(text: &str) -> BTreeMap<String, usize> {
     lines
 }
 
-/// The name nearest to `wanted` by edits, where it is near at all.
+/// The name that begins with `wanted` or has it as one of its words, else the nearest by edits, where it is near at all.
 pub(crate) fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let names: Vec<&str> = names.into_iter().collect();
+    let wanted_low = wanted.to_lowercase();
+    let begins = |name: &&&str| name.to_lowercase().starts_with(&wanted_low);
+    let has = |name: &&&str| name.to_lowercase().split('-').any(|word| word.starts_with(&wanted_low));
+    let long = wanted.len() >= LEAST_BEGINNING;
+    if let Some(name) = names.iter().find(begins).or_else(|| names.iter().find(has)).filter(|_| long) {
+        return Some((*name).to_owned());
+    }
     let (distance, name) = spelling::nearest(wanted, names)?;
     (distance <= wanted.len().max(name.len()) / 2).then(|| name.to_owned())
 }

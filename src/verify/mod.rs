@@ -31,6 +31,7 @@ mod heaters;
 mod holding;
 mod homing;
 mod hull;
+mod joints;
 mod layers;
 mod ledges;
 mod line;
@@ -54,7 +55,7 @@ mod turn_lines;
 mod turning;
 mod walk;
 
-pub use report::{CLEARANCE_CAP_MM, Finding, KEPT_PER_RULE, Nearest, Report, Rule, Standing};
+pub use report::{CLEARANCE_CAP_MM, Finding, JointRoom, KEPT_PER_RULE, Nearest, Report, Rule, Standing};
 pub use survey::{Room, SURVEYED_MM};
 
 use crate::geom::Vec3;
@@ -121,6 +122,7 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
         clearance_line: walked.clearance_line,
         clearance_at: walked.clearance_at,
         standing,
+        joints: joints::rooms(&printed, job),
         moves: trace.len(),
         slots: checked.tally.slots(&planned),
         filament_mm: checked.tally.filament,

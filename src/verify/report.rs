@@ -98,6 +98,9 @@ pub struct Report {
     pub clearance_at: Option<Nearest>,
     /// Where what is printed is held the fewest times over; `None` where nothing tips anything, and where nothing lies on the table.
     pub standing: Option<Standing>,
+    /// Parts that lie beside each other and never touch, as joints do that are printed in place: how near their lines come, the narrowest
+    /// first; those that stay 1 mm apart are not among them.
+    pub joints: Vec<JointRoom>,
     /// Moves of any axis.
     pub moves: usize,
     /// Slots in which something was printed.
@@ -121,6 +124,19 @@ pub struct Nearest {
     pub other_mm: [f64; 3],
     /// How much of the line's move is done then, from 0 to 1.
     pub share: f64,
+}
+
+/// The least room between the lines of two parts, seen from above.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JointRoom {
+    /// The parts.
+    pub parts: [usize; 2],
+    /// From the edge of one's line to that of the other's, mm; negative where they lie over each other, and fuse.
+    pub gap_mm: f64,
+    /// The later line of the two.
+    pub line: u32,
+    /// The tip's height there, machine coordinates, mm.
+    pub z_mm: f64,
 }
 
 /// How many times over something is held on the table, by what of its first layer lies there, at the worst of all poses.

@@ -85,6 +85,11 @@ fn what_stands_by_itself_is_printed_with_its_gap() {
         let told = String::from_utf8_lossy(&done.stderr);
         assert!(done.status.success() && !told.contains("was closed"), "{gap}: {told}");
         assert!(!here.join("out.parts.3mf").exists(), "{gap}");
+        let document: Value = serde_json::from_slice(&done.stdout).unwrap();
+        let joints = document["verify"]["joints"].as_array().unwrap();
+        assert_eq!(joints.len(), 1, "{joints:?}");
+        assert_eq!(joints[0]["parts"], serde_json::json!([0, 1]));
+        let said = joints[0]["gap_mm"].as_f64().unwrap();
         let (mut print, mut x, mut reach) = (0, 0.0_f64, [f64::NEG_INFINITY, f64::INFINITY]);
         for line in fs::read_to_string(here.join("out.gcode")).unwrap().lines() {
             if let Some(number) = line.strip_prefix(";TRUNNION print=") {
@@ -100,6 +105,8 @@ fn what_stands_by_itself_is_printed_with_its_gap() {
         }
         let left = reach[1] - reach[0] - 0.45;
         assert!((left - gap).abs() < 0.06, "{gap}: {left} mm between the lines");
+        // Widths follow from what is extruded; the file's own comment says 0.45.
+        assert!((said - left).abs() < 0.02, "{gap}: {said} mm said, {left} mm measured");
     }
 }
 

@@ -35,6 +35,7 @@ mod machines;
 mod memory;
 mod messages;
 mod misaligned;
+mod mistakes;
 mod mutants;
 mod mutated_slices;
 mod oracle;

@@ -165,10 +165,10 @@ fn first_mistakes_have_codes_that_are_explained() {
     let [out, bad, open, step, gone, empty] =
         ["out.gcode", "bad.toml", "open.off", "part.step", "gone.stl", "empty"].map(at);
     let cases: [(&[&str], i32, &str); 11] = [
-        (&["prepare", &gone, "-m", "generic-ac", "-o", &out], 2, "file/read"),
+        (&["prepare", &gone, "-m", "generic-ac", "-o", &out], 2, "input/absent"),
         (&["prepare", &cube, "-m", "open5", "-o", &out], 2, "profile/no-such-profile"),
         (&["prepare", &cube, "-m", &bad, "-o", &out], 2, "profile/"),
-        (&["prepare", &cube, "-m", "generic-ac"], 2, "command/usage"),
+        (&["prepare", &cube], 2, "command/usage"),
         (&["prepare", &cube, "-m", "generic-ac", "-o", &out, "--wya", "cut"], 2, "command/usage"),
         (&["prepare", &open, "-m", "generic-ac", "-o", &out], 2, "mesh/open"),
         (&["prepare", &step, "-m", "generic-ac", "-o", &out], 2, "mesh/"),

@@ -138,7 +138,8 @@ pub(crate) fn words(code: &str, word: &str) -> Vec<usize> {
 /// What follows each `prefix::` in `code`: the next name, or the first names of a `{..}` group; with their places.
 pub(crate) fn names_after(code: &str, prefix: &str) -> Vec<(String, usize)> {
     let mut found = Vec::new();
-    for at in words(code, prefix) {
+    // `super::super::a` names nothing that `super::` does.
+    for at in words(code, prefix).into_iter().filter(|at| !code[..*at].trim_end().ends_with("::")) {
         let rest = &code[at + prefix.len()..];
         let Some(tail) = rest.trim_start().strip_prefix("::") else { continue };
         let tail = tail.trim_start();

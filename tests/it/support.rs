@@ -74,7 +74,9 @@ pub(crate) fn root() -> &'static Path {
 
 /// The built command, ready for arguments.
 pub(crate) fn trunnion() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_trunnion"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
+    command.process.env_remove("TRUNNION_MACHINE");
+    command
 }
 
 /// A process as the standard library starts it; what our own command prints with `--json` is held against its schema.

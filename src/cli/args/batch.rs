@@ -9,16 +9,16 @@ use super::{Args, Verb};
 
 /// Many models at once: MODEL is a folder, or a list of models, one a line, that ends in .txt, and -o a folder for the results.
 #[derive(ClapArgs)]
-#[command(next_help_heading = "With a folder or a list of models")]
+#[command(next_help_heading = "Many models (a folder, or a list)")]
 pub(in crate::cli) struct BatchArgs {
-    /// So many models at a time [default: one a processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Models at a time [default: one a processor]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(in crate::cli) jobs: Option<u16>,
     /// Only every N-th model from the I-th on, I from 0: for N machines and one folder of results
-    #[arg(long, value_name = "I/N")]
+    #[arg(long, value_name = "I/N", hide_short_help = true)]
     pub(in crate::cli) share: Option<String>,
     /// Also what has failed before
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub(in crate::cli) retry: bool,
 }
 
@@ -43,7 +43,7 @@ impl Args {
         let (model, machine, output, flags) = match &self.verb {
             Verb::Orient(v) => (&v.model.model, v.profile.as_deref(), v.output.as_deref(), &v.batch),
             Verb::Plan(v) => (&v.model.model, Some(&*v.machine.profile), v.output.as_deref(), &v.batch),
-            Verb::Prepare(v) => (&v.model.model, Some(&*v.machine.profile), Some(&*v.output), &v.batch),
+            Verb::Prepare(v) => (&v.model.model, Some(&*v.machine.profile), v.output.as_deref(), &v.batch),
             _ => return None,
         };
         Some(OfMany { model, machine, output, flags })

@@ -2,8 +2,10 @@
 
 use std::io::Write;
 
-use clap::error::{ContextKind, ContextValue};
+use clap::CommandFactory;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
+use super::Args;
 use crate::document::{failed, visible};
 use crate::job::{self, BadSetting, InputError};
 use crate::publish::BadInput;
@@ -46,20 +48,54 @@ fn sentence(text: &str) -> String {
     whole.strip_prefix("error: ").map_or(whole.clone(), str::to_owned)
 }
 
+/// What may have been meant, the likeliest; clap puts it last.
+fn meant(error: &clap::Error) -> Option<String> {
+    let suggested = [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg, ContextKind::SuggestedValue];
+    let found = suggested.iter().find_map(|kind| error.get(*kind))?;
+    let word = match found {
+        ContextValue::String(word) => word,
+        ContextValue::Strings(words) => words.last()?,
+        _ => return None,
+    };
+    Some(format!("did you mean '{word}'?"))
+}
+
+/// Where to look: the help of the verb that was asked for, and what stands in for a machine that was not named.
+fn help(error: &clap::Error) -> String {
+    let is_verb = |word: &String| Args::command().get_subcommands().any(|verb| verb.get_name() == word);
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let verb = words.take_while(|word| word != "--").find(is_verb).map(|verb| format!(" {verb}")).unwrap_or_default();
+    let lacks = |flag: &str| match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::Strings(names)) if error.kind() == ErrorKind::MissingRequiredArgument => {
+            names.iter().any(|name| name.starts_with(flag))
+        }
+        _ => false,
+    };
+    match lacks("--machine") {
+        true => "trunnion profile list names machines for -m; trunnion profile new NAME describes yours".to_owned(),
+        false => format!("trunnion{verb} --help"),
+    }
+}
+
 /// Prints what is wrong with the arguments, or the help that was asked for.
 pub(in crate::cli) fn told(error: &mut clap::Error) -> std::io::Result<()> {
     if !error.use_stderr() {
         return error.print();
     }
     of_those_given(error);
-    let text = error.render().to_string();
-    let ours = REFUSED.iter().fold(text.clone(), |text, (words, ours)| text.replace(words, ours));
-    if std::env::args_os().any(|word| word == "--json") {
-        writeln!(std::io::stdout(), "{}", visible(&failed("command/usage", &sentence(&ours), 2).to_string()))?;
+    // Without arguments the help is printed, which is what clap calls an error.
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return error.print();
     }
-    // With colours where nothing is changed.
-    let shown = visible(&ours);
-    if shown == text { error.print() } else { std::io::stderr().write_all(shown.as_bytes()) }
+    let text = error.render().to_string();
+    let ours = REFUSED.iter().fold(sentence(&text), |text, (words, ours)| text.replace(words, ours));
+    let meant = meant(error).map(|word| format!("; {word}")).unwrap_or_default();
+    let (text, help) = (format!("{ours}{meant}"), help(error));
+    if std::env::args_os().any(|word| word == "--json") {
+        let document = failed("command/usage", &text, 2, Some(&help));
+        writeln!(std::io::stdout(), "{}", visible(&document.to_string()))?;
+    }
+    std::io::stderr().write_all(visible(&format!("error: {text}\nhelp: {help}\n")).as_bytes())
 }
 
 /// A job's error, with the flag that is its remedy.

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 
 use super::{
-    ArrangeArgs, BatchArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, ReadArgs, SliceArgs,
-    StreamArgs,
+    ArrangeArgs, BatchArgs, BedArgs, MachineArgs, ModelArgs, OUTPUT, PLANNING, PRINTING, PassArgs, PlanArgs, PlanRef,
+    ReadArgs, SUPPORTS, SliceArgs, StreamArgs, copies,
 };
 use crate::cli::Failure;
+use crate::gcode::marks::made_by;
+use crate::job::{World, missing};
 use crate::strategy::Way;
 
 #[derive(ClapArgs)]
@@ -19,9 +21,11 @@ pub(in crate::cli) struct Prepare {
     pub(in crate::cli) arrange: ArrangeArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
-    /// The file for the machine; written only if nothing is found wrong with it
-    #[arg(short, long, value_name = "OUT.gcode")]
-    pub(in crate::cli) output: PathBuf,
+    /// The file for the machine [default: MODEL.gcode]
+    ///
+    /// Beside the model; written only if nothing is found wrong with it. Without -o a file that something else has made is not replaced.
+    #[arg(short, long, value_name = "OUT.gcode", help_heading = OUTPUT)]
+    pub(in crate::cli) output: Option<PathBuf>,
     #[command(flatten)]
     pub(in crate::cli) plan: PlanArgs,
     #[command(flatten)]
@@ -31,32 +35,35 @@ pub(in crate::cli) struct Prepare {
     #[command(flatten)]
     pub(in crate::cli) bed: BedArgs,
     /// Keep the plan
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub(in crate::cli) plan_out: Option<PathBuf>,
     /// The plan as one picture, a frame for each pose
-    #[arg(long, value_name = "SHEET.svg|.png|.pdf")]
+    #[arg(long, value_name = "SHEET.svg|.png|.pdf", help_heading = OUTPUT)]
     pub(in crate::cli) sheet: Option<PathBuf>,
-    /// The file as one page for the browser, to be seen before it is printed
-    #[arg(long, value_name = "VIEW.html")]
+    /// The file as one page for the browser, to look at before
+    #[arg(long, value_name = "VIEW.html", help_heading = OUTPUT)]
     pub(in crate::cli) preview: Option<PathBuf>,
     /// Open that page
-    #[arg(long, requires = "preview")]
+    #[arg(long, requires = "preview", help_heading = OUTPUT, hide_short_help = true)]
     pub(in crate::cli) open: bool,
-    /// Also a file to rehearse the print with on the machine itself: cold and slowly to each pose and its outermost places, 20 mm above
-    /// them, with a stop at each pose
-    #[arg(long, value_name = "DRY.gcode")]
+    /// A file to rehearse the print with on the machine, cold
+    ///
+    /// Slowly to each pose and its outermost places, 20 mm above them, with a stop at each pose.
+    #[arg(long, value_name = "DRY.gcode", help_heading = OUTPUT)]
     pub(in crate::cli) dry_run: Option<PathBuf>,
-    /// How to print: as-drawn, turned (another side down), supports, cut; or auto, the cheapest that works by the profile's [price]
-    #[arg(long, value_name = "WAY", value_parser = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"], default_value = "auto")]
+    /// as-drawn, turned, supports, cut or auto
+    ///
+    /// auto: the cheapest that works, by the profile's [price]; turned: another side down; turned-supports: on supports, as turned
+    #[arg(long, value_name = "WAY", help_heading = PLANNING, hide_possible_values = true, value_parser = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"], default_value = "auto")]
     pub(in crate::cli) way: String,
     /// Cut solids by planes where there is no plan for them as they are; the parts are written beside the output as OUT.parts.3mf
-    #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
+    #[arg(long, value_parser = ["auto", "never"], default_value = "auto", help_heading = PLANNING, hide_short_help = true)]
     pub(in crate::cli) split: String,
     /// Print solids upright on supports where there is no plan for them as they are, and no cheaper cut
-    #[arg(long, value_parser = ["auto", "never"], default_value = "auto")]
+    #[arg(long, value_parser = ["auto", "never"], default_value = "auto", help_heading = SUPPORTS, hide_short_help = true)]
     pub(in crate::cli) supports: String,
     /// Go on and print: a serial device, or tcp:host:port
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", help_heading = PRINTING)]
     pub(in crate::cli) port: Option<String>,
     #[command(flatten)]
     pub(in crate::cli) stream: StreamArgs,
@@ -65,6 +72,25 @@ pub(in crate::cli) struct Prepare {
 }
 
 impl Prepare {
+    /// The file it writes: the one that is named, else MODEL.gcode beside the model, where no stranger's stands there.
+    pub(in crate::cli) fn output(&self, world: &World<'_>) -> Result<PathBuf, Failure> {
+        if let Some(output) = &self.output {
+            return Ok(output.clone());
+        }
+        let model = copies(&self.model.model).0;
+        // Whoever misspells the model is told of that, not of a file beside it.
+        world.files.size(model).map_err(|error| missing(model, error, world))?;
+        let output = model.with_extension("gcode");
+        let strange = world.files.read(&output).is_ok_and(|bytes| made_by(&bytes).is_none());
+        match strange {
+            false => Ok(output),
+            true => Err(Failure::Usage(format!(
+                "{} is there already, and trunnion has not made it; name another file with -o",
+                output.display()
+            ))),
+        }
+    }
+
     /// The one way that is wanted.
     pub(in crate::cli) fn only(&self) -> Result<Option<Way>, Failure> {
         let only = self.way.parse::<Way>().ok();
@@ -88,22 +114,22 @@ pub(in crate::cli) struct Plan {
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
     /// The plan file
-    #[arg(short, long, value_name = "PLAN.json")]
+    #[arg(short, long, value_name = "PLAN.json", help_heading = OUTPUT)]
     pub(in crate::cli) output: Option<PathBuf>,
     /// The plan as one picture, a frame for each pose
-    #[arg(long, value_name = "SHEET.svg|.png|.pdf")]
+    #[arg(long, value_name = "SHEET.svg|.png|.pdf", help_heading = OUTPUT)]
     pub(in crate::cli) sheet: Option<PathBuf>,
     /// Compare the best so many distinct plans with each other, and with printing in three axes on supports
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", help_heading = PLANNING)]
     pub(in crate::cli) top: Option<usize>,
     /// List every feasible sequence, one a line, instead of planning
-    #[arg(long, conflicts_with_all = ["top", "output", "sheet"])]
+    #[arg(long, conflicts_with_all = ["top", "output", "sheet"], help_heading = PLANNING)]
     pub(in crate::cli) all: bool,
     /// Most sequences that --all lists
-    #[arg(long, default_value_t = 1000, value_name = "N", requires = "all")]
+    #[arg(long, default_value_t = 1000, value_name = "N", requires = "all", help_heading = PLANNING)]
     pub(in crate::cli) limit: usize,
     /// Print solids upright on supports where there is no plan for them as they are
-    #[arg(long, value_parser = ["auto", "never"], default_value = "never")]
+    #[arg(long, value_parser = ["auto", "never"], default_value = "never", help_heading = SUPPORTS)]
     pub(in crate::cli) supports: String,
     #[command(flatten)]
     pub(in crate::cli) plan: PlanArgs,
@@ -185,15 +211,15 @@ pub(in crate::cli) struct Preview {
     pub(in crate::cli) open: bool,
     #[command(flatten)]
     pub(in crate::cli) plan_ref: PlanRef,
-    #[command(flatten, next_help_heading = "How a model is planned")]
+    #[command(flatten)]
     pub(in crate::cli) read: ReadArgs,
-    #[command(flatten, next_help_heading = "How a model is planned")]
+    #[command(flatten)]
     pub(in crate::cli) arrange: ArrangeArgs,
-    #[command(flatten, next_help_heading = "How a model is planned")]
+    #[command(flatten)]
     pub(in crate::cli) planning: PlanArgs,
-    #[command(flatten, next_help_heading = "How a model is planned")]
+    #[command(flatten)]
     pub(in crate::cli) pass: PassArgs,
     /// Print solids upright on supports where there is no plan for them as they are
-    #[arg(long, value_parser = ["auto", "never"], default_value = "never", help_heading = "How a model is planned")]
+    #[arg(long, value_parser = ["auto", "never"], default_value = "never", help_heading = SUPPORTS)]
     pub(in crate::cli) supports: String,
 }

@@ -1,11 +1,8 @@
 //! Boxes from a text, a line each.
 
-use super::result::{self, PackResult};
+use super::result::{self, PackResult, UNITS};
 use super::{Asked, BadPacking, Error, MOST_PIECES, Source, World, counted};
 use crate::pack::{Goal, Instance, Item, check, pack};
-
-/// Units of a length in a millimetre: micrometres.
-pub(super) const UNITS: f64 = 1000.0;
 
 /// A line of the text.
 struct Line {
@@ -85,27 +82,9 @@ pub(super) fn packed(
     Ok(result::of_boxes(&instance, &names, &of, &answer, space_mm, asked))
 }
 
-/// The turn that gives a box of `size` the lengths `turned`, as the one about an axis by so many degrees.
-pub(super) fn turn_of(size: [i64; 3], turned: [i64; 3]) -> ([f64; 3], f64) {
-    let [w, d, h] = size;
-    let third = 1.0 / 3.0_f64.sqrt();
-    let turns: [([i64; 3], [f64; 3], f64); 6] = [
-        (size, [0.0, 0.0, 1.0], 0.0),
-        ([d, w, h], [0.0, 0.0, 1.0], 90.0),
-        ([w, h, d], [1.0, 0.0, 0.0], 90.0),
-        ([h, d, w], [0.0, 1.0, 0.0], 90.0),
-        ([h, w, d], [third; 3], 120.0),
-        ([d, h, w], [third; 3], -120.0),
-    ];
-    let found = turns.iter().find(|(lengths, ..)| *lengths == turned);
-    found.map_or(([0.0, 0.0, 1.0], 0.0), |(_, axis, degrees)| (*axis, *degrees))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Vec3;
-    use crate::pack::Turns;
 
     #[test]
     fn lines_are_read_or_refused_by_number() {
@@ -129,17 +108,6 @@ mod tests {
         ] {
             let told = lines("b.txt", text).err().map(|e| e.to_string()).unwrap();
             assert!(told.contains(wanted) && told.contains("b.txt") != wanted.contains("pieces"), "{text}: {told}");
-        }
-    }
-
-    #[test]
-    fn a_turn_gives_the_lengths_that_it_says() {
-        let size = [2, 3, 5];
-        for turned in Turns::Any.sizes(size) {
-            let (axis, degrees) = turn_of(size, turned);
-            let turn = nalgebra::Rotation3::new(Vec3::from(axis) * f64::to_radians(degrees));
-            let got = (turn * Vec3::new(2.0, 3.0, 5.0)).map(|v| v.abs().round() as i64);
-            assert_eq!(<[i64; 3]>::from(got), turned);
         }
     }
 }

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::boxes::{UNITS, turn_of};
 use super::{Asked, LoadedModel};
 use crate::geom::{Bounds, Slot, Vec3};
 use crate::mesh::{TriangleMesh, threemf};
@@ -11,6 +10,9 @@ use crate::pack::{Answer, Ended, Goal, Instance, Lift, Packed, Put, Room, Solid,
 use crate::pictures::{self, KINDS, coloured};
 use crate::spelling::counted;
 use crate::view::Drawing;
+
+/// Units of a length in a millimetre: micrometres.
+pub(super) const UNITS: f64 = 1000.0;
 
 /// A packing that passed the independent test.
 #[derive(Clone, Debug)]
@@ -264,6 +266,39 @@ impl PackResult {
             Ended::Steps => "the best that was found in the steps allowed",
             Ended::Time => "the best that was found in the time allowed",
             Ended::Interrupted => "interrupted: the best so far",
+        }
+    }
+}
+
+/// The turn that gives a box of `size` the lengths `turned`, as the one about an axis by so many degrees.
+fn turn_of(size: [i64; 3], turned: [i64; 3]) -> ([f64; 3], f64) {
+    let [w, d, h] = size;
+    let third = 1.0 / 3.0_f64.sqrt();
+    let turns: [([i64; 3], [f64; 3], f64); 6] = [
+        (size, [0.0, 0.0, 1.0], 0.0),
+        ([d, w, h], [0.0, 0.0, 1.0], 90.0),
+        ([w, h, d], [1.0, 0.0, 0.0], 90.0),
+        ([h, d, w], [0.0, 1.0, 0.0], 90.0),
+        ([h, w, d], [third; 3], 120.0),
+        ([d, h, w], [third; 3], -120.0),
+    ];
+    let found = turns.iter().find(|(lengths, ..)| *lengths == turned);
+    found.map_or(([0.0, 0.0, 1.0], 0.0), |(_, axis, degrees)| (*axis, *degrees))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pack::Turns;
+
+    #[test]
+    fn a_turn_gives_the_lengths_that_it_says() {
+        let size = [2, 3, 5];
+        for turned in Turns::Any.sizes(size) {
+            let (axis, degrees) = turn_of(size, turned);
+            let turn = nalgebra::Rotation3::new(Vec3::from(axis) * f64::to_radians(degrees));
+            let got = (turn * Vec3::new(2.0, 3.0, 5.0)).map(|v| v.abs().round() as i64);
+            assert_eq!(<[i64; 3]>::from(got), turned);
         }
     }
 }

@@ -28,6 +28,7 @@ mod locate;
 mod notice;
 mod obey;
 mod outbox;
+mod outcome;
 mod phase;
 mod probe;
 mod stop;
@@ -38,7 +39,7 @@ use std::time::Duration;
 
 pub use aftermath::{AfterStop, StopWatch};
 pub use notice::{Counts, Notice};
-pub use stop::{Outcome, StopReason};
+pub use outcome::{Outcome, StopReason};
 
 use super::Time;
 use super::journal::JournalSummary;

@@ -11,7 +11,7 @@
 
 use std::time::Duration;
 
-use super::stop::Outcome;
+use super::outcome::Outcome;
 use crate::link::Time;
 
 /// Nothing is asked before no answer has come for this long.

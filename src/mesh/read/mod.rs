@@ -1,5 +1,6 @@
 //! Model files, recognised by content first and by name second.
 
+mod attributes;
 mod meter;
 mod obj;
 mod off;
@@ -80,7 +81,7 @@ fn read(bytes: &[u8], name: &str) -> Result<Soup, Located> {
     if is_web_page(bytes) {
         return Err(Fault::WebPage.at(Place::File));
     }
-    let soup = match format_of(bytes, name).ok_or(Fault::UnknownFormat.at(Place::File))? {
+    let soup = match format_of(bytes, name).ok_or_else(|| stranger(bytes, name).at(Place::File))? {
         Format::StlBinary => stl_binary::read(bytes)?,
         Format::StlAscii => stl_ascii::read(bytes)?,
         Format::Obj => obj::read(bytes)?,
@@ -88,6 +89,18 @@ fn read(bytes: &[u8], name: &str) -> Result<Soup, Located> {
         Format::ThreeMf => threemf::read(bytes)?,
     };
     if soup.facets.is_empty() { Err(Fault::NoFacets.at(Place::File)) } else { Ok(soup) }
+}
+
+/// What a file is that holds no facets, by how it begins; by its name where that says nothing.
+fn stranger(bytes: &[u8], name: &str) -> Fault {
+    let extension = name.rsplit_once('.').map(|(_, end)| end.to_ascii_lowercase()).unwrap_or_default();
+    let is_iges = || bytes.get(72..80).is_some_and(|word| word == b"S      1");
+    match &*extension {
+        _ if bytes.starts_with(b"ISO-10303-21") => Fault::Surfaces { kind: "STEP" },
+        "igs" | "iges" if is_iges() => Fault::Surfaces { kind: "IGES" },
+        "gcode" | "gco" | "g" | "nc" | "ngc" => Fault::Program,
+        _ => Fault::UnknownFormat,
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,7 +16,7 @@ use std::ops::Range;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use super::threemf_xml::attribute;
+use super::attributes::attribute;
 use crate::mesh::error::Fault;
 
 /// What a volume is for.

@@ -3,7 +3,6 @@
 use super::super::Facets;
 use super::super::facets::tangential;
 use super::super::sphere::tangents;
-use super::volume::quadratic;
 use super::{Cap, Local, Minorant};
 use crate::geom::{Mat3, Vec3};
 
@@ -65,8 +64,21 @@ pub(super) fn cubic(once: &Mat3, size: f64, cap: &Cap) -> Minorant {
     Minorant { value, slope: tangential(at * 3.0, c), curve }
 }
 
+/// The minorant of `d'Bd` on a cap, for any square `B`.
+pub(crate) fn quadratic(b: &Mat3, cap: &Cap) -> Minorant {
+    let c = &cap.centre;
+    let symmetric = (b + b.transpose()) * 0.5;
+    let at = symmetric * c;
+    let value = at.dot(c);
+    // Two eigenvalues differ by this at most, since their distances from the mean of all have no more squares than it.
+    let mean = symmetric.trace() / 3.0;
+    let spread = std::f64::consts::SQRT_2 * (symmetric - Mat3::identity() * mean).norm();
+    let here = 2.0 * (value - least_across(&symmetric, c));
+    Minorant { value, slope: tangential(at * 2.0, c), curve: (2.0 * spread).min(here + 4.0 * spread * cap.radius) }
+}
+
 /// The least `t'Mt` of a symmetric `M` over unit `t` at right angles to `c`.
-pub(super) fn least_across(m: &Mat3, c: &Vec3) -> f64 {
+fn least_across(m: &Mat3, c: &Vec3) -> f64 {
     let [e1, e2] = tangents(c);
     let (m1, m2) = (m * e1, m * e2);
     let (a, b, d) = (m1.dot(&e1), m1.dot(&e2), m2.dot(&e2));

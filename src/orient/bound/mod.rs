@@ -20,11 +20,11 @@ mod zonotope;
 
 pub(super) use angle::Leaning;
 pub(super) use contact::Lying;
-pub(super) use extent::{Extent, Heights, Quadratic};
+pub(super) use extent::{Extent, Heights, Quadratic, quadratic};
 pub(super) use negated::{MinusLeaning, MinusShadow, SomeArea};
 pub(super) use negated_heights::{MinusColumns, MinusHeight, MinusHeights};
 pub(super) use tanh::HangingTerm;
-pub(super) use volume::{Columns, quadratic};
+pub(super) use volume::Columns;
 pub(super) use zonotope::Shadow;
 
 use super::sphere::tangents;

@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use super::super::Facets;
 use super::super::facets::Normals;
-use super::extent::cubic;
-use super::volume::quadratic;
+use super::extent::{cubic, quadratic};
 use super::{Cap, Local, Minorant};
 use crate::geom::{Angle, Mat3, Vec3};
 

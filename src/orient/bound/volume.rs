@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::super::Facets;
-use super::super::facets::{Normals, tangential};
-use super::extent::least_across;
+use super::super::facets::Normals;
+use super::extent::quadratic;
 use super::{Cap, Local, Minorant};
 use crate::geom::{Angle, Mat3, Vec3};
 
@@ -54,19 +54,6 @@ impl<'a> Columns<'a> {
         }
         Self { cap: *cap, form, area, open: Arc::new(open), ..*self }
     }
-}
-
-/// The minorant of `d'Bd` on a cap, for any square `B`.
-pub(crate) fn quadratic(b: &Mat3, cap: &Cap) -> Minorant {
-    let c = &cap.centre;
-    let symmetric = (b + b.transpose()) * 0.5;
-    let at = symmetric * c;
-    let value = at.dot(c);
-    // Two eigenvalues differ by this at most, since their distances from the mean of all have no more squares than it.
-    let mean = symmetric.trace() / 3.0;
-    let spread = std::f64::consts::SQRT_2 * (symmetric - Mat3::identity() * mean).norm();
-    let here = 2.0 * (value - least_across(&symmetric, c));
-    Minorant { value, slope: tangential(at * 2.0, c), curve: (2.0 * spread).min(here + 4.0 * spread * cap.radius) }
 }
 
 impl<'a> Local<'a> for Columns<'a> {

@@ -228,20 +228,26 @@ fn leveled(best: Priced, facets: &Facets, fine: impl Fn(&Vec3) -> Priced) -> Pri
     level.min_by(|a, b| a.price_min.total_cmp(&b.price_min)).unwrap_or(best)
 }
 
-/// A pose that stands by itself may cost so much more than one that does not, relative.
-const STANDING: f64 = 0.07;
+/// A pose that stands by itself may cost so much more than one that does not, relative ..
+const STANDING: f64 = 0.03;
+/// .. or so much, where it needs no more support than that one.
+const STANDING_AS_FREE: f64 = 0.07;
+/// Support volumes nearer than this are the same, relative.
+const SAME_SUPPORT: f64 = 0.01;
 
 /// The cheapest of those that stand by themselves, unless one that does not is cheaper still. Of those that tie the one that lies on
 /// the most, then the lowest, then the one of the best surface, then the one nearest to how the part lies.
 fn best(poses: &[Priced]) -> Priced {
-    let least = |stands: bool| {
-        let those = poses.iter().filter(|p| p.stands || !stands);
-        those.map(|p| p.price_min).fold(f64::INFINITY, f64::min)
+    let cheapest =
+        |of: &dyn Fn(&&Priced) -> bool| poses.iter().filter(of).min_by(|a, b| a.price_min.total_cmp(&b.price_min));
+    let any = cheapest(&|_| true).unwrap_or(&poses[0]);
+    let as_good = |p: &&Priced| {
+        let as_free = p.support_mm3 <= any.support_mm3 * (1.0 + SAME_SUPPORT) + MORE_MM3;
+        p.stands && p.price_min <= any.price_min * (1.0 + if as_free { STANDING_AS_FREE } else { STANDING })
     };
-    let (any, standing) = (least(false), least(true));
-    let stands = standing <= any * (1.0 + STANDING);
-    let least = if stands { standing } else { any };
-    let fits = |p: &&Priced| p.price_min <= least * (1.0 + TIE) && (p.stands || !stands);
+    let standing = cheapest(&as_good);
+    let least = standing.unwrap_or(any).price_min;
+    let fits = |p: &&Priced| p.price_min <= least * (1.0 + TIE) && (p.stands || standing.is_none());
     let mut tied: Vec<&Priced> = poses.iter().filter(fits).collect();
     let figures: [fn(&Priced) -> f64; 4] = [|p| -p.footprint_mm2, |p| p.height_mm, |p| p.stepped_mm2, |p| -p.up.z];
     for figure in figures {

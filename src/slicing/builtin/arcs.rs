@@ -4,8 +4,10 @@
 //! is truly made of few straight sides stays what it is, and the plastic lies where it would. A file of a round part has a tenth of the lines,
 //! which matters where they go over a serial line.
 
-use super::emit::{Micrometres, distance_mm};
 use super::region::length;
+
+/// A position in micrometres, the last printed digit.
+pub(super) type Micrometres = [i64; 2];
 
 /// How far corners and the middles of lines may lie off the circle, micrometres: as far as contours are thinned.
 const OFF_UM: f64 = 12.0;
@@ -104,6 +106,10 @@ fn centre_of(a: Micrometres, b: Micrometres, c: Micrometres) -> Option<[f64; 2]>
     let (b2, c2) = (bx * bx + by * by, cx * cx + cy * cy);
     let centre = [(cy * b2 - by * c2) / twice, (bx * c2 - cx * b2) / twice];
     Some([centre[0] + a[0] as f64, centre[1] + a[1] as f64])
+}
+
+pub(super) fn distance_mm(a: Micrometres, b: Micrometres) -> f64 {
+    length([b[0] - a[0], b[1] - a[1]].map(|v| v as f64)) / 1000.0
 }
 
 #[cfg(test)]

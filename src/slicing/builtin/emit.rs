@@ -3,15 +3,12 @@
 use std::collections::VecDeque;
 use std::f64::consts::PI;
 
-use super::arcs::{self, Arc, Piece};
+use super::arcs::{self, Arc, Micrometres, Piece, distance_mm};
 use super::plan::{Feature, Path};
-use super::region::{Point, UNITS_PER_MM, length};
+use super::region::{Point, UNITS_PER_MM};
 use super::{Line, Lines};
 use crate::gcode::push_units;
 use crate::slicing::SliceSettings;
-
-/// A position in micrometres, the last printed digit.
-pub(super) type Micrometres = [i64; 2];
 
 /// A place of the filament is pulled back and forth at most so often within so many of E's last digits (5 mm): more, and the gear
 /// grinds it. Slicers leave that to the user; printing guides say 10 to 15.
@@ -344,8 +341,4 @@ fn name(feature: Feature) -> &'static str {
 fn micrometres(p: Point) -> Micrometres {
     const UNITS: i64 = UNITS_PER_MM as i64 / 1000;
     [p.x, p.y].map(i64::from).map(|c| (c + c.signum() * (UNITS / 2)) / UNITS)
-}
-
-pub(super) fn distance_mm(a: Micrometres, b: Micrometres) -> f64 {
-    length([b[0] - a[0], b[1] - a[1]].map(|v| v as f64)) / 1000.0
 }

@@ -1,0 +1,204 @@
+//! Every way a print ends, in words.
+
+/// Why the sender stopped by itself.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StopReason {
+    /// A greeting, and a counter that began anew.
+    #[error(
+        "the printer was reset during the print ({greeting}), so the position of its axes is unknown. Look at the part, \
+         then run trunnion send --resume"
+    )]
+    Reset {
+        /// How it was noticed.
+        greeting: String,
+    },
+    /// The counter is not where it can be.
+    #[error(
+        "the printer's line counter is at {found}, but lines up to {proven} were accepted and {last} were sent: it was \
+         reset, or another program is talking to it; end that one, look at the part, then run trunnion send --resume"
+    )]
+    Counter {
+        /// The printer's last line.
+        found: i64,
+        /// Known to be accepted.
+        proven: i64,
+        /// Ever sent.
+        last: i64,
+    },
+    /// The journal does not speak of a single line, but the printer has taken some.
+    #[error(
+        "the journal has no record of a line, but the printer has accepted {found}: a part of the print may be on the table. Look at \
+         it, and where the table is empty run trunnion send without --resume"
+    )]
+    Unrecorded {
+        /// The printer's last line.
+        found: i64,
+    },
+    /// One line refused again and again.
+    #[error("line {line} of the file was refused {times} times; check the cable and the baud rate")]
+    EndlessResend {
+        /// Of the file.
+        line: u32,
+        /// How often.
+        times: u32,
+    },
+    /// No answer.
+    #[error(
+        "the printer has not answered for {seconds:.0} s, nor any of {questions} questions{}; its heaters may still be on",
+        strange(said)
+    )]
+    Mute {
+        /// Since its last word.
+        seconds: f64,
+        /// Asked in vain.
+        questions: u32,
+        /// The last that it said and nobody understands.
+        said: Option<String>,
+    },
+    /// It answers, but nothing gets on.
+    #[error("the printer responds, but has accepted no line for {seconds:.0} s, at line {line} of the file")]
+    NoProgress {
+        /// Since the last line was taken.
+        seconds: f64,
+        /// Of the file.
+        line: u32,
+    },
+    /// Bytes, but no words.
+    #[error("only unreadable bytes arrive: the baud rate is wrong, or this is no printer")]
+    Noise,
+    /// `Error:`, `!!`, `ALARM:` that ends everything.
+    #[error("the printer has stopped: {text}; remove the cause, then {}", again(text))]
+    Fatal {
+        /// Its own words.
+        text: String,
+    },
+    /// An error that no rule calls harmless.
+    #[error("at line {line} of the file the printer says: {text}")]
+    Error {
+        /// Its own words.
+        text: String,
+        /// Of the file.
+        line: u32,
+    },
+    /// Grbl refused a line.
+    #[error("line {line} of the file was refused: error:{code} ({meaning}); the machine is in feed hold")]
+    Refused {
+        /// Of the file.
+        line: u32,
+        /// Grbl's number.
+        code: u32,
+        /// In words.
+        meaning: &'static str,
+    },
+    /// Answers are missing or there is one too many, and the protocol has no counter to ask.
+    #[error(
+        "{lines} lines between lines {first} and {last} of the file were not answered, and this protocol cannot tell whether \
+         they were executed; nothing was sent twice"
+    )]
+    Unaccounted {
+        /// How many.
+        lines: i64,
+        /// Of the file.
+        first: u32,
+        /// Of the file.
+        last: u32,
+    },
+    /// Its M114 is not where the file has brought it.
+    #[error(
+        "the printer reports {axis} at {found:.2}, but after line {line} of the file it should be at {believed:.2}: a move was \
+         cut short, or something else moved the axis; the head is above the part"
+    )]
+    Elsewhere {
+        /// The axis' letter.
+        axis: char,
+        /// The printer's word, mm or degrees.
+        found: f64,
+        /// Ours.
+        believed: f64,
+        /// Of the file.
+        line: u32,
+    },
+    /// The bed has cooled since the print was broken off.
+    #[error(
+        "the bed is at {is_c:.0} C, and the print was on {was_c:.0} C: what cools comes loose; nothing was moved; look whether the part still \
+         holds, then --resume --yes"
+    )]
+    Cooled {
+        /// What it is.
+        is_c: f64,
+        /// What it was to be.
+        was_c: f64,
+    },
+    /// It stands where the print cannot have left it.
+    #[error("the printer is at {said}, where the print cannot have left it: it was reset, or something else moved it")]
+    Misplaced {
+        /// Its own words.
+        said: String,
+    },
+    /// Another printer, or another firmware.
+    #[error("the printer identifies itself as {found:?}, expected {wanted:?}: wrong port, or wrong profile")]
+    OtherPrinter {
+        /// Its own words.
+        found: String,
+        /// What it should be.
+        wanted: String,
+    },
+    /// It cannot begin.
+    #[error("the printer is not ready: {state}")]
+    NotReady {
+        /// What it says, and what to do.
+        state: String,
+        /// Whether it is locked until it is homed: it has lost its position.
+        locked: bool,
+    },
+}
+
+fn strange(said: &Option<String>) -> String {
+    said.as_ref().map_or(String::new(), |said| format!("; the last it said, {said:?}, is not understood"))
+}
+
+/// What makes a printer listen again that has said `text` and stopped.
+pub(super) fn again(text: &str) -> &'static str {
+    let klipper = text.contains("Klipper") || text.to_ascii_lowercase().contains("shutdown");
+    if klipper { "send FIRMWARE_RESTART, behind which it must be homed" } else { "reset the printer" }
+}
+
+impl StopReason {
+    /// Whether a machine that can be held is to be.
+    pub(super) fn holds(&self) -> bool {
+        !matches!(
+            self,
+            Self::NotReady { .. } | Self::OtherPrinter { .. } | Self::Misplaced { .. } | Self::Cooled { .. }
+        )
+    }
+
+    /// Whether anything that is sent now could be heard and obeyed in a known way.
+    pub(super) fn answers(&self) -> bool {
+        !matches!(
+            self,
+            Self::Reset { .. }
+                | Self::Counter { .. }
+                | Self::Unrecorded { .. }
+                | Self::Mute { .. }
+                | Self::Noise
+                | Self::Fatal { .. }
+                | Self::OtherPrinter { .. }
+                | Self::NotReady { .. }
+                | Self::Misplaced { .. }
+                | Self::Cooled { .. }
+        )
+    }
+}
+
+/// How a print ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// Every line executed.
+    Done,
+    /// Cancelled: the head is away, heaters by policy.
+    Cancelled,
+    /// Emergency stop.
+    EmergencyStopped,
+    /// By the sender, with the reason.
+    Stopped(StopReason),
+}

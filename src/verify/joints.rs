@@ -1,0 +1,146 @@
+//! Parts that lie beside each other and never touch, as hinges, bearings and chains do that are printed in place: how near their lines come.
+//!
+//! Lines of two prints of one setup are held against each other where they lie at one height: from the middle of one to the middle of the
+//! other, seen from above, less half of each one's width. Two stretches that do not cross are nearest at an end of one, so the figure is exact.
+
+use super::Job;
+use super::prints::{Level, PrintedPart};
+use super::report::JointRoom;
+use crate::geom::Bounds;
+use crate::section::{Point, Segment};
+
+/// Parts that are no nearer than this, mm, are simply beside each other.
+const NEAR_MM: f64 = 1.0;
+/// Layers lie at one height where they share so much of the lower one.
+const SHARED: f64 = 0.1;
+
+/// By pair of parts the least room between their lines, for those that come nearer than [`NEAR_MM`]; the narrowest first.
+pub(super) fn rooms(printed: &[Option<PrintedPart<'_>>], job: &Job<'_>) -> Vec<JointRoom> {
+    let touch = |a: usize, b: usize| {
+        let two = [a.min(b), a.max(b)];
+        job.workpiece.model.interfaces.iter().any(|one| [one.a, one.b] == two)
+    };
+    let table = job.profile.kinematics();
+    let boxed = |print| {
+        let PrintedPart { planned, .. }: &PrintedPart<'_> = print;
+        job.workpiece.parts[planned.part].moved(&table.forward(planned.pose)).bounds().inflated(NEAR_MM / 2.0)
+    };
+    let all: Vec<(&PrintedPart<'_>, Bounds)> = printed.iter().flatten().map(|print| (print, boxed(print))).collect();
+    let mut found: Vec<JointRoom> = Vec::new();
+    for (place, (one, bounds)) in all.iter().enumerate() {
+        for (other, other_bounds) in &all[place + 1..] {
+            let (a, b) = (one.planned, other.planned);
+            let beside = a.part != b.part && a.setup == b.setup && bounds.meets(other_bounds);
+            if beside && !touch(a.part, b.part) {
+                found.extend(room((one, bounds), (other, other_bounds)));
+            }
+        }
+    }
+    found.sort_by(|a, b| a.gap_mm.total_cmp(&b.gap_mm).then(a.parts.cmp(&b.parts)));
+    found
+}
+
+/// A line: its middle seen from above, half its width, where it stands in the file.
+struct Stretch {
+    axis: Segment,
+    half: f64,
+    line: u32,
+    /// Its least and greatest X.
+    reach: [f64; 2],
+}
+
+/// What of a level lies within reach of a box, by its least X.
+fn stretches(print: &PrintedPart<'_>, level: &Level, within: &Bounds) -> Vec<Stretch> {
+    let of = |&index: &u32| {
+        let m = print.bead(index);
+        let [from, to] = m.ends()?;
+        let half = print.laid_width(&m, level) / 2.0;
+        let axis = [[from.x, from.y], [to.x, to.y]];
+        let outside = |k: usize| {
+            let (low, high) = (axis[0][k].min(axis[1][k]), axis[0][k].max(axis[1][k]));
+            low > within.max[k] + NEAR_MM || high < within.min[k] - NEAR_MM
+        };
+        let reach = [from.x.min(to.x), from.x.max(to.x)];
+        (!outside(0) && !outside(1)).then_some(Stretch { axis, half, line: m.line, reach })
+    };
+    let mut all: Vec<Stretch> = level.beads.iter().filter_map(of).collect();
+    all.sort_by(|a, b| a.reach[0].total_cmp(&b.reach[0]));
+    all
+}
+
+/// The least room between two prints of one setup, each with its part's box.
+fn room(
+    (one, of_one): (&PrintedPart<'_>, &Bounds),
+    (other, of_other): (&PrintedPart<'_>, &Bounds),
+) -> Option<JointRoom> {
+    let mut best: Option<JointRoom> = None;
+    let mut first = 0;
+    for level in &one.levels {
+        let span = [level.z - level.height(), level.z];
+        let passed = |lower: &&Level| lower.z <= span[0];
+        first += other.levels[first..].iter().take_while(passed).count();
+        let beside = other.levels[first..].iter().take_while(|upper| upper.z - upper.height() < span[1]);
+        let beside = beside.filter(|upper| {
+            let shared = span[1].min(upper.z) - span[0].max(upper.z - upper.height());
+            shared > SHARED * level.height().min(upper.height())
+        });
+        let mut own: Option<Vec<Stretch>> = None;
+        for upper in beside {
+            let own = own.get_or_insert_with(|| stretches(one, level, of_other));
+            let theirs = stretches(other, upper, of_one);
+            let widest = theirs.iter().map(|stretch| stretch.reach[1] - stretch.reach[0]).fold(0.0, f64::max);
+            for stretch in own.iter() {
+                let far = best.as_ref().map_or(NEAR_MM, |best| best.gap_mm.min(NEAR_MM)) + 2.0 * stretch.half;
+                let [low, high] = [stretch.reach[0] - far - widest, stretch.reach[1] + far];
+                let from = theirs.partition_point(|other| other.reach[0] < low);
+                for other_one in theirs[from..].iter().take_while(|other| other.reach[0] <= high) {
+                    let gap_mm = apart(stretch.axis, other_one.axis) - stretch.half - other_one.half;
+                    if gap_mm < best.as_ref().map_or(NEAR_MM, |best| best.gap_mm) {
+                        let lines = [stretch.line, other_one.line];
+                        let parts = [one.planned.part, other.planned.part];
+                        best = Some(JointRoom { parts, gap_mm, line: lines[0].max(lines[1]), z_mm: level.z });
+                    }
+                }
+            }
+        }
+    }
+    best
+}
+
+/// How far two stretches are from each other.
+fn apart(a: Segment, b: Segment) -> f64 {
+    let side = |[p, q]: Segment, r: Point| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let parted = |by: Segment, of: Segment| side(by, of[0]) * side(by, of[1]) < 0.0;
+    if parted(a, b) && parted(b, a) {
+        return 0.0;
+    }
+    let ends = [(a[0], b), (a[1], b), (b[0], a), (b[1], a)];
+    ends.into_iter().map(|(p, of)| from_end(p, of)).fold(f64::INFINITY, f64::min)
+}
+
+fn from_end(p: Point, [a, b]: Segment) -> f64 {
+    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+    let square = along[0] * along[0] + along[1] * along[1];
+    let share = if square > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (to[0] - share * along[0]).hypot(to[1] - share * along[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_are_as_far_apart_as_their_nearest_points() {
+        let a: Segment = [[0.0, 0.0], [10.0, 0.0]];
+        for (b, wanted) in [
+            ([[0.0, 2.0], [10.0, 2.0]], 2.0),
+            ([[5.0, -1.0], [5.0, 1.0]], 0.0),
+            ([[12.0, 0.0], [20.0, 5.0]], 2.0),
+            ([[13.0, 4.0], [13.0, 9.0]], 5.0),
+            ([[5.0, 1.0], [5.0, 9.0]], 1.0),
+            ([[3.0, 0.5], [3.0, 0.5]], 0.5),
+        ] {
+            assert!((apart(a, b) - wanted).abs() < 1e-12 && (apart(b, a) - wanted).abs() < 1e-12, "{b:?}");
+        }
+    }
+}

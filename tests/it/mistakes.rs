@@ -1,0 +1,137 @@
+//! A stranger's first mistakes: each gets its code, what is wrong, and what helps, in at most three lines, and leaves no file. And what the
+//! command does by itself, so that fewer can be made.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::pipeline::fixture;
+use crate::support::{folder as new_folder, said, trunnion};
+
+/// What is typed, the code, and what has to be in the words that answer.
+const MISTAKES: [(&str, &str, &str); 23] = [
+    ("prepre a.stl", "command/usage", "'prepare'"),
+    ("prepare a.stl --machin generic-ac", "command/usage", "'--machine'"),
+    ("prepare a.stl -m generic-ac --way uncut -o x.gcode", "command/usage", "cut"),
+    ("prepare a.slt -m generic-ac", "input/absent", "a.stl"),
+    ("prepare a.stl -m generic-ca", "profile/no-such-profile", "generic-ac"),
+    ("prepare a.stl -m open5x", "profile/no-such-profile", "open5x-prusa"),
+    ("prepare a.stl -m prusa", "profile/no-such-profile", "open5x-prusa"),
+    ("prepare a.stl -m voron0", "profile/no-such-profile", "open5x-voron0"),
+    ("prepare a.stl -m bad.toml", "profile/unknown-key", "process.layer_height_mm"),
+    ("prepare a.stl", "command/usage", "profile list"),
+    ("plan a.stl", "command/usage", "profile new"),
+    ("prepare generic-ac -m a.stl", "input/absent", "generic-ac"),
+    ("prepare a.stl -m b.stl", "profile/no-such-profile", "TOML"),
+    ("prepare nothing -m generic-ac -o x.gcode", "job/no-models", "no model in it"),
+    ("prepare https://example.org/a.stl -m generic-ac", "input/address", "download"),
+    ("prepare part.step -m generic-ac", "mesh/surfaces", "export"),
+    ("prepare made.gcode -m generic-ac -o x.gcode", "mesh/program", "model itself"),
+    ("prepare a.stl -m generic-ac --up z", "command/usage", "0,0,1"),
+    ("prepare a.stl -m generic-ac --unit inch", "command/usage", "in"),
+    ("verify made.gcode --plan other.json", "job/made-by-another", "give the plan"),
+    ("verify plan.json --plan made.gcode", "plan-file/syntax", "not a plan"),
+    ("send made.gcode --plan other.json --port tcp:localhost:1", "job/made-by-another", "give the plan"),
+    ("orient", "command/usage", "MODEL"),
+];
+
+fn prepared(folder: &Path) {
+    let at = |name: &str| folder.join(name);
+    fs::copy(fixture("cube"), at("a.stl")).unwrap();
+    fs::copy(fixture("two-boxes"), at("b.stl")).unwrap();
+    fs::write(at("part.step"), "ISO-10303-21;\nHEADER;\n").unwrap();
+    fs::write(at("bad.toml"), "extends = \"generic-ac\"\nlayer_height_mm = 0.3\n").unwrap();
+    fs::create_dir(at("nothing")).unwrap();
+    let made = ["prepare", "a.stl", "-m", "generic-ac", "--slicer", "builtin", "-q", "-o", "made.gcode", "--plan-out"];
+    let run = trunnion().current_dir(folder).args(made).arg("plan.json").output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    let run =
+        trunnion().current_dir(folder).args(["plan", "b.stl", "-m", "generic-ac", "-q", "-o", "other.json"]).output();
+    assert!(run.unwrap().status.success());
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut all: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn a_strangers_first_mistakes_are_answered_in_three_lines() {
+    let folder = new_folder();
+    let here = folder.path();
+    prepared(here);
+    let before = names(here);
+    let mut wrong = Vec::new();
+    for (typed, code, helps) in MISTAKES {
+        let words: Vec<&str> = typed.split(' ').collect();
+        let run = trunnion().current_dir(here).args(&words).output().unwrap();
+        let text = String::from_utf8_lossy(&run.stderr).into_owned();
+        // What is read first says what it is, before a mistake that comes after it.
+        let answer: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("error: ")).collect();
+        let document = trunnion().current_dir(here).args(&words).arg("--json").output().unwrap();
+        let document: Value = serde_json::from_slice(&document.stdout).unwrap_or_default();
+        let exits = run.status.code() == Some(2) && document["exit"] == 2;
+        if !exits || document["code"] != code || !text.contains(helps) || !(1..=3).contains(&answer.len()) {
+            wrong.push(format!("{typed}\n  {:?} {} {}\n{text}", run.status.code(), document["code"], document["exit"]));
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), MISTAKES.len(), wrong.join("\n"));
+    assert_eq!(names(here), before, "something was left behind");
+}
+
+/// -h shows what is used every day on one screen; --help shows every flag, under headings.
+#[test]
+fn help_has_a_short_form_and_a_long_one() {
+    let help = |words: &[&str]| {
+        let run = trunnion().args(words).env("COLUMNS", "100").output().unwrap();
+        assert!(run.status.success() && run.stderr.is_empty(), "{}", said(&run));
+        String::from_utf8(run.stdout).unwrap()
+    };
+    let (short, long) = (help(&["prepare", "-h"]), help(&["prepare", "--help"]));
+    assert!(short.lines().count() <= 40, "{} lines:\n{short}", short.lines().count());
+    for verb in ["plan", "split", "orient", "verify", "send", "preview"] {
+        let text = help(&[verb, "-h"]);
+        assert!(text.lines().count() <= 60, "{verb}: {} lines:\n{text}", text.lines().count());
+    }
+    for heading in ["Model", "Machine", "Planning", "Slicing", "Supports", "Output", "Printing", "General"] {
+        assert!(long.lines().any(|line| line == format!("{heading}:")), "{heading} is no heading:\n{long}");
+    }
+    for flag in ["--machine", "--output", "--preview", "--port", "--json"] {
+        assert!(short.contains(flag), "{flag}:\n{short}");
+    }
+    for flag in ["--margin", "--no-repair", "--brace", "--jobs", "--slicer-timeout", "--tolerate"] {
+        assert!(!short.contains(flag) && long.contains(flag), "{flag}");
+    }
+}
+
+/// The machine may stand in the environment, and the file beside the model; what somebody else made there stays.
+#[test]
+fn what_is_not_named_has_a_place_of_its_own() {
+    let folder = new_folder();
+    let here = folder.path();
+    fs::copy(fixture("cube"), here.join("cube.stl")).unwrap();
+    let run = |more: &[&str]| {
+        let mut run = trunnion();
+        run.current_dir(here)
+            .env("TRUNNION_MACHINE", "generic-ac")
+            .args(["prepare", "cube.stl", "--slicer", "builtin"]);
+        run.args(more).output().unwrap()
+    };
+    let first = run(&[]);
+    assert!(first.status.success(), "{}", said(&first));
+    let made = fs::read(here.join("cube.gcode")).unwrap();
+    // Its own file is made anew, and -m goes before the environment.
+    let again = run(&["-m", "trident-5-axis"]);
+    assert!(again.status.success(), "{}", said(&again));
+    assert_ne!(fs::read(here.join("cube.gcode")).unwrap(), made);
+    fs::write(here.join("cube.gcode"), "; of a slicer\nG28\n").unwrap();
+    let refused = run(&[]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("-o"), "{}", said(&refused));
+    assert_eq!(fs::read_to_string(here.join("cube.gcode")).unwrap(), "; of a slicer\nG28\n");
+    assert!(run(&["-o", "cube.gcode"]).status.success(), "whoever names it has it replaced");
+    assert_eq!(names(here), ["cube.gcode", "cube.stl"]);
+}
