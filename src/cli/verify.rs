@@ -4,15 +4,21 @@ use super::args::Verify as Verb;
 use super::{Console, Failure};
 use crate::document::{self, text};
 use crate::job::{self, Error, Source, VerifyRequest, strategy};
+use crate::spelling::counted;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
     let plan = job::load_plan(&args.plan_ref.source(&args.plan), &world)?;
     let done = job::verify(&VerifyRequest { program: &Source::from(&args.gcode), plan: &plan }, &world)?;
+    let other = done.of_another(&args.gcode.display().to_string(), &plan);
     if console.json() {
         console.document(&document::verified(&done.report, done.seconds));
-    } else {
+    } else if other.is_none() {
         console.result(&text::verified(&done.report));
+    }
+    if let Some(other) = other {
+        let findings = counted(done.report.count(), "finding");
+        return Err(Failure::Findings(format!("{other}; {findings} by this one, which --json lists")));
     }
     done.verified().map(drop).map_err(Failure::from)
 }

@@ -25,6 +25,13 @@ pub struct VerifyResult {
 }
 
 impl VerifyResult {
+    /// [`Error::MadeByAnother`] where there are findings, and the program names another plan than `plan` at its head: they may all be of the
+    /// wrong part. A name is no proof, so that a program without findings is verified whatever it says.
+    pub fn of_another(&self, file: &str, plan: &CheckedPlan) -> Option<Error> {
+        let made_by = made_by(&self.program).filter(|by| *by != plan.sha256 && !self.report.is_clean())?;
+        Some(Error::MadeByAnother { file: file.to_owned(), made_by, given: plan.sha256.clone() })
+    }
+
     /// The program, if nothing was found wrong with it.
     ///
     /// # Errors
@@ -44,19 +51,10 @@ impl VerifyResult {
 ///
 /// # Errors
 ///
-/// What keeps the program from being read; [`Error::MadeByAnother`] where there are findings, and the program names another plan at its
-/// head: they would all be of the wrong part. A name is no proof, so that a program without findings is verified whatever it says.
+/// What keeps the program from being read.
 pub fn verify(request: &VerifyRequest<'_>, world: &World<'_>) -> Result<VerifyResult, Error> {
     let program = request.program.bytes(world)?.into_owned();
-    let done = replayed(program, request.plan, world);
-    let given = &request.plan.sha256;
-    match made_by(&done.program).filter(|made_by| made_by != given && !done.report.is_clean()) {
-        None => Ok(done),
-        Some(made_by) => {
-            let file = request.program.name().into_owned();
-            Err(Error::MadeByAnother { file, made_by, given: given.clone() })
-        }
-    }
+    Ok(replayed(program, request.plan, world))
 }
 
 /// The replay of bytes in hand.

@@ -209,6 +209,13 @@ const FACE_COSINE: f64 = 0.999_999;
 /// So many of the largest faces are asked.
 const FACES: usize = 6;
 
+/// A pose that leans by less than this from an axis of the file, as a cosine (0.2 degrees), is that one.
+const DRAWN_COSINE: f64 = 0.999_993_9;
+
+fn is_axis(up: &Vec3) -> bool {
+    up.iter().filter(|v| **v != 0.0).count() == 1
+}
+
 /// `best`, or the level pose beside it: with an axis of the file or a large flat face of the part upright, and no more support. A face that is a
 /// little crowned leans what rests on it, and nobody wants its axis to lean with it.
 fn leveled(best: Priced, facets: &Facets, fine: impl Fn(&Vec3) -> Priced) -> Priced {
@@ -224,8 +231,12 @@ fn leveled(best: Priced, facets: &Facets, fine: impl Fn(&Vec3) -> Priced) -> Pri
         let cheap = p.price_min <= best.price_min * (1.0 + LEVEL);
         cheap && p.support_mm3 <= best.support_mm3 + MORE_MM3 && (p.stands || !best.stands)
     };
-    let level = near.map(|up| fine(&up)).filter(as_good);
-    level.min_by(|a, b| a.price_min.total_cmp(&b.price_min)).unwrap_or(best)
+    let mut level: Vec<Priced> = near.map(|up| fine(&up)).filter(as_good).collect();
+    // What leans from an axis of the file by less than a mesh is exact to is drawn upright.
+    if let Some(drawn) = level.iter().position(|p| is_axis(&p.up) && p.up.dot(&best.up) >= DRAWN_COSINE) {
+        return level.swap_remove(drawn);
+    }
+    level.into_iter().min_by(|a, b| a.price_min.total_cmp(&b.price_min)).unwrap_or(best)
 }
 
 /// A pose that stands by itself may cost so much more than one that does not, relative ..
