@@ -231,12 +231,17 @@ fn leveled(best: Priced, facets: &Facets, fine: impl Fn(&Vec3) -> Priced) -> Pri
         let cheap = p.price_min <= best.price_min * (1.0 + LEVEL);
         cheap && p.support_mm3 <= best.support_mm3 + MORE_MM3 && (p.stands || !best.stands)
     };
-    let mut level: Vec<Priced> = near.map(|up| fine(&up)).filter(as_good).collect();
-    // What leans from an axis of the file by less than a mesh is exact to is drawn upright.
-    if let Some(drawn) = level.iter().position(|p| is_axis(&p.up) && p.up.dot(&best.up) >= DRAWN_COSINE) {
-        return level.swap_remove(drawn);
+    let level: Vec<Priced> = near.map(|up| fine(&up)).collect();
+    // What leans from an axis of the file by less than a mesh is exact to is drawn upright; columns gain and lose support by that little.
+    let drawn = |p: &&Priced| {
+        let upright = is_axis(&p.up) && p.up.dot(&best.up) >= DRAWN_COSINE;
+        upright && p.price_min <= best.price_min * (1.0 + LEVEL) && (p.stands || !best.stands)
+    };
+    if let Some(drawn) = level.iter().find(drawn) {
+        return *drawn;
     }
-    level.into_iter().min_by(|a, b| a.price_min.total_cmp(&b.price_min)).unwrap_or(best)
+    let level = level.into_iter().filter(as_good);
+    level.min_by(|a, b| a.price_min.total_cmp(&b.price_min)).unwrap_or(best)
 }
 
 /// A pose that stands by itself may cost so much more than one that does not, relative ..
