@@ -8,8 +8,7 @@ use super::{
     WaysOut, World, load_profile,
 };
 use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
-use crate::strategy::Way;
-use crate::strategy::{Models, PlannedSomehow, SetUp, arranged, planned_somehow};
+use crate::strategy::{Models, PlannedSomehow, SetUp, Way, arranged, planned_somehow};
 use crate::toolpath::{Input, Segment, SlicedError};
 
 /// A model and a machine, and how to bring them together.

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use super::plan::{Along, planned_along};
-use super::plan::{PlanOptions, PlanResult};
+use super::plan::{Along, PlanOptions, PlanResult, planned_along};
 use super::refused::Refused;
 use super::solids::{CutSolid, Known, Pieces, in_parts};
 use crate::input::{LoadedModel, LoadedProfile};

@@ -11,6 +11,7 @@ pub(crate) const OUTSIDE_MM: f64 = 1e-3;
 const AROUND: f64 = 5.0;
 /// Cubes of a grid, at most: with 50 bytes each they fit in 2 GB.
 const MOST_CUBES: f64 = 4e7;
+
 /// The grid over parts and some steps around them, on the ground at z = 0.
 pub(crate) fn grid_over(meshes: &[&TriangleMesh<Slot>], step: f64) -> Result<Grid, BadSetting> {
     let bounds = meshes.iter().fold(Bounds::EMPTY, |all, mesh| all.union(&mesh.bounds()));

@@ -7,8 +7,7 @@ use std::cell::OnceCell;
 
 use super::arrange::{Laid, SetUp, laid_out, made_of};
 use super::error::Error;
-use super::plan::PlanOptions;
-use super::plan::{Along, planned_along};
+use super::plan::{Along, PlanOptions, planned_along};
 use super::solids::{copied, groups};
 use super::turning::Poses;
 use crate::assembly::upright;

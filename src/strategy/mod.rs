@@ -26,6 +26,7 @@ mod no_plan;
 mod plan;
 mod price;
 mod refused;
+mod remedies;
 mod solids;
 mod split;
 mod supported;

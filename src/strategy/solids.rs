@@ -2,14 +2,11 @@
 //! cut, copies once.
 
 use super::error::Error;
-use super::plan::{Along, planned, planned_along};
-use super::plan::{PlanOptions, PlanResult};
+use super::plan::{Along, PlanOptions, PlanResult, planned, planned_along};
 use super::refused::Refused;
-use super::split::cut_up;
-use super::split::{SplitOptions, SplitResult};
+use super::split::{SplitOptions, SplitResult, cut_up};
 use crate::geom::{Object, Rigid, Vec3};
-use crate::input::spanning;
-use crate::input::{CheckedPlan, LoadedModel, LoadedProfile};
+use crate::input::{CheckedPlan, LoadedModel, LoadedProfile, spanning};
 use crate::mesh::{Model, TriangleMesh, threemf};
 use crate::split::CutBudget;
 use crate::world::World;

@@ -2,15 +2,14 @@
 
 use std::fmt::Write;
 
-use super::arrange::{Arrangement, Standing};
-use super::arrange::{Models, arranged};
+use super::arrange::{Arrangement, Models, Standing, arranged};
 use super::error::Error;
-use super::plan::CAREFUL_DEG;
-use super::plan::{Finish, PlanOptions};
+use super::plan::{CAREFUL_DEG, Finish, PlanOptions};
 use super::uncut::Uncut;
 use crate::geom::{Angle, Bounds, Vec3};
-use crate::input::{BadSetting, LoadedModel, LoadedProfile, MachineSource, ModelSource, load_profile};
-use crate::input::{load_aloud, spanning};
+use crate::input::{
+    BadSetting, LoadedModel, LoadedProfile, MachineSource, ModelSource, load_aloud, load_profile, spanning,
+};
 use crate::mesh::threemf;
 use crate::overhang::TOLERATE_MM2;
 use crate::pictures;

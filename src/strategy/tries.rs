@@ -7,29 +7,21 @@ use super::costs::{self, as_planned};
 use super::cutting::{CutModel, Cutting, in_pieces};
 use super::error::Error;
 use super::loose::{Cluster, each_by_itself, spread};
-use super::plan::{Along, planned, planned_along};
-use super::plan::{PlanOptions, PlanRequest, PlanResult, Supporting};
+use super::plan::{Along, PlanOptions, PlanRequest, PlanResult, Supporting, planned, planned_along};
 use super::price::{Terms, WISH, Way, Weights};
 use super::refused::Refused;
+use super::remedies::{not_what_failed, other_machine, turned_over, with_room};
 use super::solids::{Known, groups};
-use super::supported::HeldModel;
-use super::supported::on_supports;
+use super::supported::{HeldModel, on_supports};
 use super::turning::{Poses, may_turn, turned};
 use super::ways::{NoWay, TriedWay};
 use crate::geom::Vec3;
-use crate::input::{LoadedModel, LoadedProfile, MachineSource, load_profile};
-use crate::mesh::Model;
+use crate::input::load_profile;
 use crate::orient::Priced;
-use crate::planning::{Misplaced, Remedy, centred, support_by_hand};
-use crate::profile::SHIPPED;
+use crate::planning::Remedy;
 use crate::spelling::counted;
 use crate::split::CutBudget;
 use crate::world::{Silent, World};
-
-/// Profiles that are nobody's machine begin so.
-const NOBODYS: [&str; 3] = ["generic-", "linuxcnc-", "grblhal-"];
-/// Steps of the search for a plan on another machine.
-const OTHER_STEPS: u64 = 400_000;
 
 /// Plans.
 ///
@@ -542,71 +534,6 @@ impl Tries<'_> {
             }
         }
     }
-}
-
-/// The shipped machines that somebody has, but for this one.
-fn others<'a>(than: &'a LoadedProfile) -> impl Iterator<Item = &'static str> + 'a {
-    let owned = |name: &&str| !NOBODYS.iter().any(|start| name.starts_with(start)) && **name != than.name;
-    SHIPPED.iter().map(|(name, ..)| *name).filter(owned)
-}
-
-/// That the model fits on the table of another machine, where it does.
-fn with_room(no: Misplaced, model: &Model, than: &LoadedProfile, world: &World<'_>) -> Error {
-    let fits = |name: &&str| {
-        let machine = load_profile(&MachineSource::Shipped((*name).to_owned()), world);
-        machine.is_ok_and(|machine| centred(model, &machine.profile).is_ok())
-    };
-    match others(than).find(fits) {
-        Some(machine) => Error::RoomElsewhere { source: no, machine },
-        None => no.into(),
-    }
-}
-
-/// The first of the other shipped machines on which the model has a plan as it stands.
-fn other_machine(
-    model: &LoadedModel,
-    than: &LoadedProfile,
-    options: &PlanOptions,
-    world: &World<'_>,
-) -> Option<Remedy> {
-    let silent = World { progress: &Silent, ..*world };
-    let budget = options.budget.min(OTHER_STEPS);
-    let quiet = PlanOptions { remedies: false, explain: false, plans: 1, place: None, budget, ..options.clone() };
-    let has_plan = |name: &&str| {
-        let machine = load_profile(&MachineSource::Shipped((*name).to_owned()), &silent);
-        machine.is_ok_and(|machine| planned(model.clone(), machine, &quiet, &silent).is_ok())
-    };
-    let name = others(than).find(has_plan)?;
-    Some(Remedy { kind: "machine", amount: 0.0, text: format!("another machine has a plan for it: -m {name}") })
-}
-
-/// Leaves out what has just been tried in vain.
-fn not_what_failed(remedies: &mut Vec<Remedy>, tried: &[TriedWay], model: &Model) {
-    let failed = |way: Way| tried.iter().any(|tried| tried.way == way && tried.terms.is_none());
-    if failed(Way::Cut) {
-        remedies.retain(|remedy| remedy.kind != "split");
-    }
-    if failed(Way::Supports) {
-        for remedy in remedies.iter_mut().filter(|remedy| remedy.kind == "support") {
-            let part = remedy.amount as usize;
-            remedy.text = support_by_hand(part, &model.parts[part].name);
-        }
-    }
-}
-
-/// The first pose of `orient` in which there is a plan, where nobody said how the model is to stand.
-fn turned_over(models: &Models<'_>, model: &LoadedModel, options: &PlanOptions, world: &World<'_>) -> Option<Remedy> {
-    let silent = World { progress: &Silent, ..*world };
-    let quiet = PlanOptions { remedies: false, explain: false, plans: 1, ..options.clone() };
-    let poses = Poses::of(&model.model.parts[0].mesh, models.machine);
-    let up = poses.others.iter().map(|pose| <[f64; 3]>::from(pose.up)).find(|up| {
-        let set = turned(models, *up, &silent);
-        let plan =
-            |set: SetUp| planned_along(Along::These(&[Vec3::z()]), set.model, models.machine.clone(), &quiet, &silent);
-        set.and_then(plan).is_ok()
-    })?;
-    let [x, y, z] = up.map(|v| (v * 1e4).round() / 1e4 + 0.0);
-    Some(Remedy { kind: "up", amount: 0.0, text: format!("turned over it has a plan: --up {x},{y},{z}") })
 }
 
 /// Whether there is a plan where parts that touch are one solid, as it is or on supports.

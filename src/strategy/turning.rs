@@ -1,12 +1,10 @@
 //! Poses in which a model may stand otherwise than it was drawn: what `orient` measured, by its price.
 
-use super::arrange::Arrangement;
-use super::arrange::{Models, SetUp, Standing, arranged};
+use super::arrange::{Arrangement, Models, SetUp, Standing, arranged};
 use super::error::Error;
 use super::price::WISH;
 use crate::geom::Object;
-use crate::input::LoadedProfile;
-use crate::input::process_of;
+use crate::input::{LoadedProfile, process_of};
 use crate::mesh::TriangleMesh;
 use crate::orient::{Facets, Priced, recommend};
 use crate::world::{Silent, World};

@@ -58,7 +58,7 @@ fn stretches(print: &PrintedPart<'_>, level: &Level, within: &Bounds) -> Vec<Str
         let axis = [[from.x, from.y], [to.x, to.y]];
         let outside = |k: usize| {
             let (low, high) = (axis[0][k].min(axis[1][k]), axis[0][k].max(axis[1][k]));
-            low > within.max[k] + NEAR_MM || high < within.min[k] - NEAR_MM
+            low > within.max[k] + NEAR_MM + half || high < within.min[k] - NEAR_MM - half
         };
         let reach = [from.x.min(to.x), from.x.max(to.x)];
         (!outside(0) && !outside(1)).then_some(Stretch { axis, half, line: m.line, reach })
@@ -88,19 +88,28 @@ fn room(
         for upper in beside {
             let own = own.get_or_insert_with(|| stretches(one, level, of_other));
             let theirs = stretches(other, upper, of_one);
-            let widest = theirs.iter().map(|stretch| stretch.reach[1] - stretch.reach[0]).fold(0.0, f64::max);
-            for stretch in own.iter() {
-                let far = best.as_ref().map_or(NEAR_MM, |best| best.gap_mm.min(NEAR_MM)) + 2.0 * stretch.half;
-                let [low, high] = [stretch.reach[0] - far - widest, stretch.reach[1] + far];
-                let from = theirs.partition_point(|other| other.reach[0] < low);
-                for other_one in theirs[from..].iter().take_while(|other| other.reach[0] <= high) {
-                    let gap_mm = apart(stretch.axis, other_one.axis) - stretch.half - other_one.half;
-                    if gap_mm < best.as_ref().map_or(NEAR_MM, |best| best.gap_mm) {
-                        let lines = [stretch.line, other_one.line];
-                        let parts = [one.planned.part, other.planned.part];
-                        best = Some(JointRoom { parts, gap_mm, line: lines[0].max(lines[1]), z_mm: level.z });
-                    }
-                }
+            let below_mm = best.as_ref().map_or(NEAR_MM, |best| best.gap_mm);
+            if let Some((gap_mm, line)) = nearest(own, &theirs, below_mm) {
+                best = Some(JointRoom { parts: [one.planned.part, other.planned.part], gap_mm, line, z_mm: level.z });
+            }
+        }
+    }
+    best
+}
+
+/// The least room between stretches of two, mm, and the later line of the two; `None` where it is `below_mm` or more. Both are by least X.
+fn nearest(own: &[Stretch], theirs: &[Stretch], below_mm: f64) -> Option<(f64, u32)> {
+    let longest = theirs.iter().map(|stretch| stretch.reach[1] - stretch.reach[0]).fold(0.0, f64::max);
+    let thickest = theirs.iter().map(|stretch| stretch.half).fold(0.0, f64::max);
+    let (mut best, mut least) = (None, below_mm);
+    for stretch in own {
+        let far = least.max(0.0) + stretch.half + thickest;
+        let [low, high] = [stretch.reach[0] - far - longest, stretch.reach[1] + far];
+        let from = theirs.partition_point(|other| other.reach[0] < low);
+        for other in theirs[from..].iter().take_while(|other| other.reach[0] <= high) {
+            let gap_mm = apart(stretch.axis, other.axis) - stretch.half - other.half;
+            if gap_mm < least {
+                (best, least) = (Some((gap_mm, stretch.line.max(other.line))), gap_mm);
             }
         }
     }
@@ -128,6 +137,35 @@ fn from_end(p: Point, [a, b]: Segment) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::SplitMix64;
+
+    /// The window that is searched leaves out nothing: thin and thick lines, short and long ones, against every pair.
+    #[test]
+    fn the_nearest_two_are_those_of_all_pairs() {
+        let mut random = SplitMix64::seeded(11);
+        let mut between = move |low: f64, high: f64| low + (high - low) * random.unit();
+        let mut near = 0;
+        for round in 0..400 {
+            let mut some = |count: u32, left: f64| {
+                let mut all: Vec<Stretch> = (0..count)
+                    .map(|line| {
+                        let from = [left + between(0.0, 10.0), between(0.0, 20.0)];
+                        let to = [from[0] + between(-8.0, 8.0), from[1] + between(-8.0, 8.0)];
+                        let reach = [from[0].min(to[0]), from[0].max(to[0])];
+                        Stretch { axis: [from, to], half: between(0.1, 1.5), line, reach }
+                    })
+                    .collect();
+                all.sort_by(|a, b| a.reach[0].total_cmp(&b.reach[0]));
+                all
+            };
+            let (own, theirs) = (some(12, 0.0), some(9, f64::from(round % 30)));
+            let pairs = own.iter().flat_map(|a| theirs.iter().map(move |b| apart(a.axis, b.axis) - a.half - b.half));
+            let wanted = Some(pairs.fold(f64::INFINITY, f64::min)).filter(|least| *least < NEAR_MM);
+            assert_eq!(nearest(&own, &theirs, NEAR_MM).map(|(gap_mm, _)| gap_mm), wanted);
+            near += usize::from(wanted.is_some_and(|least| least > -0.5));
+        }
+        assert!(near > 20, "{near} cases say something");
+    }
 
     #[test]
     fn stretches_are_as_far_apart_as_their_nearest_points() {

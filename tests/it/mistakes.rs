@@ -13,7 +13,7 @@ use crate::support::{folder as new_folder, said, trunnion};
 const MISTAKES: [(&str, &str, &str); 21] = [
     ("prepre a.stl", "command/usage", "'prepare'"),
     ("prepare a.stl --machin generic-ac", "command/usage", "'--machine'"),
-    ("prepare a.stl -m generic-ac --way uncut -o x.gcode", "command/usage", "cut"),
+    ("prepare a.stl -m generic-ac --way uncut -o x.gcode", "command/usage", "turned-supports"),
     ("prepare a.slt -m generic-ac", "input/absent", "a.stl"),
     ("prepare a.stl -m generic-ca", "profile/no-such-profile", "generic-ac"),
     ("prepare a.stl -m open5x", "profile/no-such-profile", "open5x-prusa"),
@@ -29,7 +29,7 @@ const MISTAKES: [(&str, &str, &str); 21] = [
     ("prepare part.step -m generic-ac", "mesh/surfaces", "export"),
     ("prepare made.gcode -m generic-ac -o x.gcode", "mesh/program", "model itself"),
     ("prepare a.stl -m generic-ac --up z", "command/usage", "0,0,1"),
-    ("prepare a.stl -m generic-ac --unit inch", "command/usage", "in"),
+    ("prepare a.stl -m generic-ac --unit inch", "command/usage", "um, mm, cm, in, ft or m"),
     ("verify plan.json --plan made.gcode", "plan-file/syntax", "not a plan"),
     ("orient", "command/usage", "MODEL"),
 ];
@@ -106,6 +106,16 @@ fn help_has_a_short_form_and_a_long_one() {
     for heading in ["Model", "Machine", "Planning", "Slicing", "Supports", "Output", "Printing", "General"] {
         assert!(long.lines().any(|line| line == format!("{heading}:")), "{heading} is no heading:\n{long}");
     }
+    // A heading is that of its own flags alone.
+    let under = |text: &str, heading: &str| -> Vec<String> {
+        let rest = text.lines().skip_while(|line| *line != format!("{heading}:")).skip(1);
+        let flags = rest.take_while(|line| line.is_empty() || line.starts_with(' ')).filter(|line| line.contains("--"));
+        let flag = |line: &str| line.split_whitespace().find(|word| word.starts_with("--")).map(str::to_owned);
+        flags.filter_map(flag).collect()
+    };
+    for verb in ["prepare", "plan", "split"] {
+        assert_eq!(under(&help(&[verb, "-h"]), "Machine"), ["--machine"], "{verb}");
+    }
     for flag in ["--machine", "--output", "--preview", "--port", "--json"] {
         assert!(short.contains(flag), "{flag}:\n{short}");
     }
@@ -127,6 +137,11 @@ fn what_is_not_named_has_a_place_of_its_own() {
             .args(["prepare", "cube.stl", "--slicer", "builtin"]);
         run.args(more).output().unwrap()
     };
+    let mut empty = trunnion();
+    empty.current_dir(here).env("TRUNNION_MACHINE", "").args(["prepare", "cube.stl"]);
+    let empty = empty.output().unwrap();
+    let told = String::from_utf8_lossy(&empty.stderr).into_owned();
+    assert!(empty.status.code() == Some(2) && told.contains("--machine") && !told.contains("\"\""), "{told}");
     let first = run(&[]);
     assert!(first.status.success(), "{}", said(&first));
     let made = fs::read(here.join("cube.gcode")).unwrap();

@@ -9,16 +9,15 @@ use super::{Args, Verb};
 
 /// Many models at once: MODEL is a folder, or a list of models, one a line, that ends in .txt, and -o a folder for the results.
 #[derive(ClapArgs)]
-#[command(next_help_heading = "Many models (a folder, or a list)")]
 pub(in crate::cli) struct BatchArgs {
     /// Models at a time [default: one a processor]
-    #[arg(long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(help_heading = "Many models (a folder, or a list)", long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(in crate::cli) jobs: Option<u16>,
     /// Only every N-th model from the I-th on, I from 0: for N machines and one folder of results
-    #[arg(long, value_name = "I/N", hide_short_help = true)]
+    #[arg(help_heading = "Many models (a folder, or a list)", long, value_name = "I/N", hide_short_help = true)]
     pub(in crate::cli) share: Option<String>,
     /// Also what has failed before
-    #[arg(long, hide_short_help = true)]
+    #[arg(help_heading = "Many models (a folder, or a list)", long, hide_short_help = true)]
     pub(in crate::cli) retry: bool,
 }
 

@@ -11,31 +11,30 @@ use crate::publish::Fingerprint;
 
 /// How to stream.
 #[derive(ClapArgs)]
-#[command(next_help_heading = PRINTING)]
 pub(in crate::cli) struct StreamArgs {
     /// Resume an interrupted print by its journal
     ///
     /// At the printer's own line counter or position, or after a reset at a line that is proved to lie on what is there and to be reached
     /// without a collision.
-    #[arg(long)]
+    #[arg(help_heading = PRINTING, long)]
     pub(in crate::cli) resume: bool,
     /// With --resume after a reset: the first line of the file that is to be printed, from a look at the part
-    #[arg(long, value_name = "LINE", requires = "resume", hide_short_help = true)]
+    #[arg(help_heading = PRINTING, long, value_name = "LINE", requires = "resume", hide_short_help = true)]
     pub(in crate::cli) from: Option<u32>,
     /// Do not ask before the machine homes and moves for --resume, and go on though the bed has cooled: the part still holds
-    #[arg(long, hide_short_help = true)]
+    #[arg(help_heading = PRINTING, long, hide_short_help = true)]
     pub(in crate::cli) yes: bool,
     /// Where the journal is kept [default: OUT.gcode.journal]
-    #[arg(long, value_name = "FILE", hide_short_help = true)]
+    #[arg(help_heading = PRINTING, long, value_name = "FILE", hide_short_help = true)]
     pub(in crate::cli) journal: Option<PathBuf>,
     /// Bits a second [default: the profile's]
-    #[arg(long, hide_short_help = true)]
+    #[arg(help_heading = PRINTING, long, hide_short_help = true)]
     pub(in crate::cli) baud: Option<u32>,
     /// Wait this long for a device that has disappeared, before giving up
-    #[arg(long, default_value_t = 600, value_name = "SECONDS", hide_short_help = true)]
+    #[arg(help_heading = PRINTING, long, default_value_t = 600, value_name = "SECONDS", hide_short_help = true)]
     pub(in crate::cli) wait: u64,
     /// Where devices stand under their own names
-    #[arg(long, default_value = "/dev/serial/by-id", value_name = "DIR", hide = true)]
+    #[arg(help_heading = PRINTING, long, default_value = "/dev/serial/by-id", value_name = "DIR", hide = true)]
     pub(in crate::cli) devices: PathBuf,
 }
 

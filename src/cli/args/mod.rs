@@ -9,6 +9,7 @@ mod shape;
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::NonEmptyStringValueParser;
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
 use crate::job::{Arrangement, Finish, PlanOptions, SlicingOptions, Standing, SupportForm};
@@ -111,26 +112,24 @@ pub(in crate::cli) struct ModelArgs {
 
 /// How to read it.
 #[derive(ClapArgs)]
-#[command(next_help_heading = MODEL)]
 pub(in crate::cli) struct ReadArgs {
     /// Unit of the file's numbers: um, mm, cm, in, ft or m
     ///
     /// [default: the file's own, else guessed]
-    #[arg(long)]
+    #[arg(help_heading = MODEL, long)]
     pub(in crate::cli) unit: Option<String>,
     /// Refuse what is not closed, and mend nothing
     ///
     /// [default: flipped and doubled facets, corners on sides and plane holes are mended, and said]
-    #[arg(long, conflicts_with = "repair", hide_short_help = true)]
+    #[arg(help_heading = MODEL, long, conflicts_with = "repair", hide_short_help = true)]
     pub(in crate::cli) no_repair: bool,
     /// The same as without it
-    #[arg(long, hide = true)]
+    #[arg(help_heading = MODEL, long, hide = true)]
     pub(in crate::cli) repair: bool,
 }
 
 /// How models are set up before they are planned.
 #[derive(ClapArgs)]
-#[command(next_help_heading = MODEL)]
 pub(in crate::cli) struct ArrangeArgs {
     /// More models for the same table; MODEL*3 for three of one
     #[arg(value_name = "MODEL[*COUNT]", help_heading = None::<&'static str>)]
@@ -138,19 +137,19 @@ pub(in crate::cli) struct ArrangeArgs {
     /// Direction of the file that is up, or auto [default: as drawn]
     ///
     /// auto: as `trunnion orient` recommends for printing whole, on supports
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
+    #[arg(help_heading = MODEL, long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
     pub(in crate::cli) up: Option<Standing>,
     /// Stand the model on this part's largest face below which there is nothing
-    #[arg(long, value_name = "PART", conflicts_with = "more", hide_short_help = true)]
+    #[arg(help_heading = MODEL, long, value_name = "PART", conflicts_with = "more", hide_short_help = true)]
     pub(in crate::cli) base: Option<usize>,
     /// Close gaps between parts up to this width, and cut overlapping parts along each other; 0 leaves both
-    #[arg(long, default_value_t = Arrangement::default().snap_mm, value_name = "MM", hide_short_help = true)]
+    #[arg(help_heading = MODEL, long, default_value_t = Arrangement::default().snap_mm, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) snap: f64,
     /// Make one solid of parts that touch or overlap; it is cut again where it has no plan (prepare)
-    #[arg(long, conflicts_with = "snap", hide_short_help = true)]
+    #[arg(help_heading = MODEL, long, conflicts_with = "snap", hide_short_help = true)]
     pub(in crate::cli) join: bool,
     /// Room between models [default: as far as the head reaches sideways; less where the table is too small]
-    #[arg(long, value_name = "MM", hide_short_help = true)]
+    #[arg(help_heading = MODEL, long, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) gap: Option<f64>,
 }
 
@@ -162,73 +161,70 @@ pub(in crate::cli) fn copies(word: &Path) -> (&Path, usize) {
 
 /// The machine.
 #[derive(ClapArgs)]
-#[command(next_help_heading = MACHINE)]
 pub(in crate::cli) struct MachineArgs {
     /// A shipped profile's name, or a TOML file
     ///
     /// `trunnion profile list` names them; `trunnion profile new` makes one of your machine.
-    #[arg(short = 'm', long = "machine", value_name = "PROFILE", env = "TRUNNION_MACHINE", hide_env_values = true)]
+    #[arg(help_heading = MACHINE, short = 'm', long = "machine", value_name = "PROFILE", env = "TRUNNION_MACHINE", hide_env_values = true, value_parser = NonEmptyStringValueParser::new())]
     pub(in crate::cli) profile: String,
 }
 
 /// What is let pass of what hangs.
 #[derive(ClapArgs)]
-#[command(next_help_heading = PLANNING)]
 pub(in crate::cli) struct PassArgs {
     /// What a line may span between two ends on material, for planning and verification [default: the profile's process.bridge_mm]
-    #[arg(long, value_name = "MM", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) bridge: Option<f64>,
     /// What a connected patch may have that nothing carries, as in engraved text; verification still holds each line to --bridge
-    #[arg(long, default_value_t = PlanOptions::default().tolerate_mm2, value_name = "MM2", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().tolerate_mm2, value_name = "MM2", hide_short_help = true)]
     pub(in crate::cli) tolerate: f64,
     /// practised: what is printed everywhere may droop a little; fine: nothing may [default: practised]
-    #[arg(long, value_name = "HOW", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "HOW", hide_short_help = true)]
     pub(in crate::cli) finish: Option<Finish>,
 }
 
 /// How to plan. Nothing is flattened in it, so that `conflicts_with` may name it.
 #[derive(ClapArgs)]
-#[command(next_help_heading = PLANNING)]
 pub(in crate::cli) struct PlanArgs {
     /// What the plan minimises: bss, time, setups or slots
     ///
     /// bss (sum of the parts' slot numbers), time, setups, slots, any objective of `trunnion orient` summed over the parts, or a sum such
     /// as 1*bss+0.01*staircase
-    #[arg(long, default_value_t = PlanOptions::default().objective)]
+    #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().objective)]
     pub(in crate::cli) objective: String,
     /// What the search for orientations minimises; decides where the plan's own objective does not look at orientations
     /// [default: the plan's objective where it is one of parts, else staircase]
-    #[arg(long, value_name = "NAME", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "NAME", hide_short_help = true)]
     pub(in crate::cli) orient_by: Option<String>,
     /// The search for orientations, any of `trunnion orient` [default: a multistart of quick descents]
-    #[arg(long, value_name = "METHOD", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "METHOD", hide_short_help = true)]
     pub(in crate::cli) method: Option<String>,
     /// Most evaluations of that search, for one part and objective [default: the method's own]
-    #[arg(long, value_name = "N", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "N", hide_short_help = true)]
     pub(in crate::cli) orient_budget: Option<usize>,
     /// Slopes up to this angle from the vertical need no support (90: everything) [default: what the profile's lines and layers carry]
-    #[arg(long, value_name = "DEG", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "DEG", hide_short_help = true)]
     pub(in crate::cli) overhang: Option<f64>,
     /// Let a part overhang by so much, or, without MM2, by whatever something else carries; may be given several times
-    #[arg(long, value_name = "PART[:MM2]", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "PART[:MM2]", hide_short_help = true)]
     pub(in crate::cli) allow: Vec<String>,
     /// Room the head keeps from parts it does not print on
-    #[arg(long, default_value_t = PlanOptions::default().margin_mm, value_name = "MM", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().margin_mm, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) margin: f64,
     /// As many parts in a slot as can be, one after the other where possible, or never two
-    #[arg(long, value_parser = ["together", "single", "only-single"], default_value = "together", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_parser = ["together", "single", "only-single"], default_value = "together", hide_short_help = true)]
     pub(in crate::cli) slots: String,
     /// Let parts that stand on the table wait for later slots
-    #[arg(long, hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, hide_short_help = true)]
     pub(in crate::cli) table_later: bool,
     /// Seed of the orientation search
-    #[arg(long, default_value_t = PlanOptions::default().seed, hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().seed, hide_short_help = true)]
     pub(in crate::cli) seed: u64,
     /// Where the file's origin comes to lie on the table [default: the model centred; elsewhere if the axes do not reach]
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "X,Y", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) origin: Option<String>,
     /// Turn of the model about the table's normal, about its own middle unless --origin says where it lies
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true, hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, value_name = "DEG", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) turn: Option<f64>,
     /// Height of a denser roof of supports, right below what they hold, in whole layers [0: none]
     #[arg(long, default_value_t = SupportForm::PRINTED.roof_mm, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
@@ -240,38 +236,36 @@ pub(in crate::cli) struct PlanArgs {
     #[arg(long, default_value_t = SupportForm::PRINTED.brace_mm, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) brace: f64,
     /// Do not look for what would help where there is no plan
-    #[arg(long, hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, hide_short_help = true)]
     pub(in crate::cli) no_remedies: bool,
     /// Most steps of the sequence search, and most cuts that are tried
-    #[arg(long, default_value_t = PlanOptions::default().budget, value_name = "STEPS", hide_short_help = true)]
+    #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().budget, value_name = "STEPS", hide_short_help = true)]
     pub(in crate::cli) budget: u64,
 }
 
 /// How to slice.
 #[derive(ClapArgs)]
-#[command(next_help_heading = SLICING)]
 pub(in crate::cli) struct SliceArgs {
     /// auto, builtin, prusa-slicer, slic3r, cura, or a path
     ///
     /// cura is its engine, CuraEngine; a path is that of any of them.
-    #[arg(long, default_value_t = SlicingOptions::default().slicer.to_string())]
+    #[arg(help_heading = SLICING, long, default_value_t = SlicingOptions::default().slicer.to_string())]
     pub(in crate::cli) slicer: String,
     /// The slicer's own configuration, over the profile's [process]
     ///
     /// May be given several times.
-    #[arg(long = "slicer-config", value_name = "FILE")]
+    #[arg(help_heading = SLICING, long = "slicer-config", value_name = "FILE")]
     pub(in crate::cli) slicer_config: Vec<PathBuf>,
     /// Give the slicer up after this long for one print
-    #[arg(long, default_value_t = SlicingOptions::default().timeout.as_secs(), value_name = "SECONDS", hide_short_help = true)]
+    #[arg(help_heading = SLICING, long, default_value_t = SlicingOptions::default().timeout.as_secs(), value_name = "SECONDS", hide_short_help = true)]
     pub(in crate::cli) slicer_timeout: u64,
 }
 
 /// The slicer's bed, on whose centre each single print is put.
 #[derive(ClapArgs)]
-#[command(next_help_heading = SLICING)]
 pub(in crate::cli) struct BedArgs {
     /// The slicer's bed, on whose middle each print stands: 250x210, or from where to where, -125..125x-105..105
-    #[arg(long, default_value = "250x250", value_name = "XxY", allow_hyphen_values = true, hide_short_help = true)]
+    #[arg(help_heading = SLICING, long, default_value = "250x250", value_name = "XxY", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) bed: String,
 }
 

@@ -2,8 +2,7 @@
 
 use super::{OrientAsked, OrientRequest, PartChoice};
 use crate::geom::Object;
-use crate::input::InputError;
-use crate::input::load_unposed;
+use crate::input::{InputError, load_unposed};
 use crate::job::{BadSetting, Error, ModelSource, World};
 use crate::mesh::{Fanned, Fault, MeshError, ReadOptions, TriangleMesh, fanned, read_surface};
 use crate::spelling::counted;

@@ -12,6 +12,12 @@ struct Line {
     value: f64,
 }
 
+/// Whether a word between blanks is a number as half the world writes it, `10,5`: here it would be two.
+fn has_decimal_comma(word: &str) -> bool {
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    word.split_once(',').is_some_and(|(whole, rest)| digits(whole) && digits(rest))
+}
+
 /// `w d h [count [value]]`, mm; empty lines and what follows a `#` say nothing.
 fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
     let mut lines = Vec::new();
@@ -21,8 +27,7 @@ fn lines(name: &str, text: &str) -> Result<Vec<Line>, BadPacking> {
             continue;
         }
         let words: Vec<&str> = said.split_whitespace().collect();
-        let decimal = |word: &&&str| matches!(word.split(',').collect::<Vec<_>>()[..], [a, b] if [a, b].iter().all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit())));
-        if let Some(word) = words.iter().find(decimal).filter(|_| words.len() > 1) {
+        if let Some(word) = words.iter().find(|word| has_decimal_comma(word)).filter(|_| words.len() > 1) {
             return Err(BadPacking::Comma { name: name.to_owned(), line: index + 1, text: (*word).to_owned() });
         }
         let bad = || BadPacking::Line { name: name.to_owned(), line: index + 1, text: said.to_owned() };

@@ -227,20 +227,14 @@ fn leveled(best: Priced, facets: &Facets, fine: impl Fn(&Vec3) -> Priced) -> Pri
     let axes = (0..3).flat_map(|k| [Vec3::ith(k, 1.0), -Vec3::ith(k, 1.0)]);
     let faces = flats(facets, FACES).into_iter().filter(|up| area(up) >= FACE * whole);
     let near = axes.chain(faces).filter(|up| up.dot(&best.up) >= LEVEL_COSINE);
-    let as_good = |p: &Priced| {
-        let cheap = p.price_min <= best.price_min * (1.0 + LEVEL);
-        cheap && p.support_mm3 <= best.support_mm3 + MORE_MM3 && (p.stands || !best.stands)
-    };
-    let level: Vec<Priced> = near.map(|up| fine(&up)).collect();
+    let cheap = |p: &Priced| p.price_min <= best.price_min * (1.0 + LEVEL) && (p.stands || !best.stands);
+    let level: Vec<Priced> = near.map(|up| fine(&up)).filter(cheap).collect();
     // What leans from an axis of the file by less than a mesh is exact to is drawn upright; columns gain and lose support by that little.
-    let drawn = |p: &&Priced| {
-        let upright = is_axis(&p.up) && p.up.dot(&best.up) >= DRAWN_COSINE;
-        upright && p.price_min <= best.price_min * (1.0 + LEVEL) && (p.stands || !best.stands)
-    };
+    let drawn = |p: &&Priced| is_axis(&p.up) && p.up.dot(&best.up) >= DRAWN_COSINE;
     if let Some(drawn) = level.iter().find(drawn) {
         return *drawn;
     }
-    let level = level.into_iter().filter(as_good);
+    let level = level.into_iter().filter(|p| p.support_mm3 <= best.support_mm3 + MORE_MM3);
     level.min_by(|a, b| a.price_min.total_cmp(&b.price_min)).unwrap_or(best)
 }
 

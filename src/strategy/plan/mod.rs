@@ -5,9 +5,9 @@ mod options;
 use std::path::Path;
 
 use crate::geom::{Angle, Dir, Vec3};
-use crate::input::process_of;
-use crate::input::spanning;
-use crate::input::{CheckedPlan, InputError, LoadedModel, LoadedProfile, MachineSource, ModelSource, load_profile};
+use crate::input::{
+    CheckedPlan, InputError, LoadedModel, LoadedProfile, MachineSource, ModelSource, load_profile, process_of, spanning,
+};
 use crate::orient::{Direction, Facets, Process, recommend};
 use crate::pictures::{Told, plan_sheet};
 use crate::planning::balance::{Standing, standing};
@@ -16,17 +16,15 @@ use crate::planning::{
     Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
 };
 use crate::profile::Profile;
-use crate::strategy::arrange::{ArrangedModel, Arrangement};
-use crate::strategy::arrange::{Models, SetUp, arranged};
+use crate::strategy::arrange::{ArrangedModel, Arrangement, Models, SetUp, arranged};
 use crate::strategy::error::Error;
 use crate::strategy::holding::support_solids;
 use crate::strategy::no_plan::NoPlan;
 use crate::strategy::ways::TriedWay;
 use crate::view::Drawing;
 use crate::world::World;
-pub(super) use options::Along;
-pub(super) use options::CAREFUL_DEG;
 use options::PlanAsked;
+pub(super) use options::{Along, CAREFUL_DEG};
 pub use options::{Finish, PlaceRequest, PlanOptions, Supporting, allowed};
 
 /// A model and a machine, and how to plan.

@@ -12,8 +12,7 @@ use crate::planning::{
     Goal, Options, Placement, PrintSupports, Priority, Workpiece, centred, centred_and_turned, orientations, plannable,
 };
 use crate::strategy::error::Error;
-use crate::strategy::form::STEPS_MM;
-use crate::strategy::form::SupportForm;
+use crate::strategy::form::{STEPS_MM, SupportForm};
 
 /// How to plan; the default is what the command does without flags.
 #[derive(Clone, Debug, PartialEq)]

@@ -51,6 +51,19 @@ fn a_crowned_face_does_not_lean_the_axis() {
     }
 }
 
+/// A face that single precision leans by hundredths of a degree is drawn flat: the file's axis is recommended, to the bit.
+#[test]
+fn what_is_drawn_upright_but_for_rounding_stays_upright() {
+    for lean_deg in [0.0_f64, 0.003, 0.02, 0.08, 0.15] {
+        let rise = 60.0 * lean_deg.to_radians().tan();
+        let flange = shapes::turned_body(&[[30.0, 0.0], [30.0, 4.0], [12.0, 6.0], [10.0, 30.0]]);
+        let lean = |v: &Vec3| Vec3::new(v.x, v.y, if v.z == 0.0 { rise * (v.x + 30.0) / 60.0 } else { v.z });
+        let mesh = TriangleMesh::new(flange.vertices().iter().map(lean).collect(), flange.facets().to_vec());
+        let up = recommended(&mesh).recommended.up;
+        assert!(up.x == 0.0 && up.y == 0.0 && up.z == 1.0, "{lean_deg} degrees: {up:?}");
+    }
+}
+
 #[test]
 fn solids_lie_as_a_person_would_lay_them_however_they_come() {
     let mut numbers = Numbers::seeded(16);
