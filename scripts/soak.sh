@@ -77,7 +77,7 @@ else
     step "static binary" static_binary
 fi
 
-# Guided by what the code does with the bytes: docs/fuzzing.md.
+# Guided by what the code does with the bytes: docs/explanation/fuzzing.md.
 fuzzing() {
     local one code=0
     TRUNNION_CORPUS=fuzz/corpus nextest_of fuzzed::every_target_has_seeds || return 1
@@ -90,7 +90,7 @@ fuzzing() {
 if cargo +nightly fuzz --version >/dev/null 2>&1; then
     step "fuzzing" fuzzing
 else
-    skip "nothing was fuzzed: cargo-fuzz or a nightly toolchain is not there (docs/fuzzing.md)"
+    skip "nothing was fuzzed: cargo-fuzz or a nightly toolchain is not there (docs/explanation/fuzzing.md)"
 fi
 
 say "summary"

@@ -61,8 +61,8 @@ start_beside "lints and documentation" lints_and_documentation
 
 # With the Python package, of which nothing is built here, what both need has the features of both: the wheel is built from the same library.
 features=(--locked --all-features --package trunnion --package trunnion-python)
-# Half of the tests' time is waiting for printers and servers: twice as many as processors keep these busy.
-export NEXTEST_TEST_THREADS=${NEXTEST_TEST_THREADS:-$(($(nproc 2>/dev/null || echo 2) * 2))}
+# Half of the tests' time is waiting for printers and servers: four times as many as processors keep these busy.
+export NEXTEST_TEST_THREADS=${NEXTEST_TEST_THREADS:-$(($(nproc 2>/dev/null || echo 2) * 4))}
 documents="$target/documents"
 rm -rf "$documents"
 export TRUNNION_DOCUMENTS=$documents

@@ -73,6 +73,13 @@ pub fn hook() -> Fixture {
     Fixture { file: "hook.stl", parts: named([("hook", hook)]) }
 }
 
+/// One solid as it comes out of CAD, a post with an arm of 44 mm that every printer of three axes must support; the pages of `docs/` print it.
+pub fn bracket() -> Fixture {
+    let grid = [vec![-8.0, 8.0, 52.0], vec![-8.0, 8.0], vec![0.0, 22.0, 30.0]];
+    let bracket = cells(&grid, |[x, _, z]| x == 0 || z == 1);
+    Fixture { file: "bracket.stl", parts: named([("bracket", bracket)]) }
+}
+
 /// A low block 100 mm behind a post: far from the nozzle's block, but below a gantry beam of 40 mm height.
 pub fn under_the_gantry() -> Fixture {
     let post = solid_box(Vec3::new(-5.0, -50.0, 8.0), Vec3::new(5.0, -40.0, 68.0));
@@ -351,7 +358,7 @@ fn tube(low: &[Vec3], high: &[Vec3], centred: bool) -> TriangleMesh<Object> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Fixture, all, candelabrum, cube, ding, tricks, two_boxes, y_tree};
+    use super::{Fixture, all, bracket, candelabrum, cube, ding, tricks, two_boxes, y_tree};
     use crate::geom::Vec3;
     use crate::mesh::{Model, ReadOptions, read_model};
 
@@ -389,9 +396,16 @@ mod tests {
     }
 
     #[test]
+    fn the_bracket_is_one_closed_solid() {
+        let model = model(&bracket());
+        let volume = 16.0 * 16.0 * 30.0 + 44.0 * 16.0 * 8.0;
+        assert!(model.parts.len() == 1 && (model.parts[0].mesh.volume() - volume).abs() < 1e-6);
+    }
+
+    #[test]
     fn committed_files_are_the_generated_bytes() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
-        for fixture in all().into_iter().chain(tricks()) {
+        for fixture in all().into_iter().chain(tricks()).chain([bracket()]) {
             let path = folder.join(fixture.file);
             if std::env::var_os("UPDATE_FIXTURES").is_some() {
                 std::fs::write(&path, fixture.stl()).unwrap();

@@ -90,7 +90,7 @@ class Trunnion(Script):
         if not os.path.isfile(plan):
             raise Refused("no plan file %r; give its full path in the script's settings" % plan)
         if number and not number.isdigit():
-            raise Refused("print number %r is no whole number; leave it empty or count from 0" % number)
+            raise Refused("print number %r is not a whole number; leave it empty or count from 0" % number)
         folder = tempfile.mkdtemp(prefix="trunnion-")
         try:
             path = os.path.join(folder, "cura.gcode")

@@ -309,7 +309,7 @@ class Failures(Folder):
     def refused(self, *words):
         run = subprocess.run([COMMAND, *map(str, words), "--json"], capture_output=True, text=True)
         document = json.loads(run.stdout)
-        self.assertEqual((document["exit"], f"error: {document['error']}"), (run.returncode, run.stderr.strip().splitlines()[-1]))
+        self.assertEqual((document["exit"], f"error[{document['code']}]: {document['error']}"), (run.returncode, run.stderr.strip().splitlines()[-1]))
         return document
 
     def test_a_model_that_is_not_there(self):
@@ -330,7 +330,7 @@ class Failures(Folder):
 
     def test_settings(self):
         for keyword, value, said in [
-            ("overhang_deg", 100, "overhang 100 deg is out of 0..90"),
+            ("overhang_deg", 100, "overhang 100 deg: must be 0..90"),
             ("overhang_deg", float("nan"), "overhang_deg nan is not a finite number"),
             ("overhang_deg", "steep", "overhang_deg 'steep' is not a finite number"),
             ("margin_mm", True, "margin_mm True is not a finite number"),
@@ -338,14 +338,14 @@ class Failures(Folder):
             ("slots", "two", "slots 'two' is not one of together, single, only-single"),
             ("origin_mm", (1, 2, 3), "origin_mm (1, 2, 3) is not 2 finite numbers"),
             ("up", "sideways", "up 'sideways' is not 3 finite numbers"),
-            ("up", (0, 0, 0), "up 0,0,0: no direction"),
+            ("up", (0, 0, 0), "up 0,0,0 has no direction"),
             ("objective", "bsss", "objective: "),
             ("objective", 3, "objective 3 is not a text"),
-            ("allow", {9: 1}, "part 9 is out of range"),
+            ("allow", {9: 1}, "part 9 does not exist"),
             ("allow", {"x": 1}, "beside and allow"),
             ("beside", 3, "beside and allow"),
-            ("top", 0, "top 0 is out of 1..100"),
-            ("output", self.folder / "none" / "plan.json", "there is no folder"),
+            ("top", 0, "top 0: must be 1..100"),
+            ("output", self.folder / "none" / "plan.json", "does not exist"),
             ("output", 3, "int is not a path"),
             ("sheet", self.folder / "plan.doc", "sheet "),
             ("unit", "inch", "inch"),
@@ -363,7 +363,7 @@ class Failures(Folder):
             trunnion.plan(fixture("cube"), "generic-ac", overhangs=3)
 
     def test_machines(self):
-        for machine, said in [("generic-a", 'did you mean "generic-ac"'), (str(self.folder / "m.toml"), "no such file"), (3, "int is not a machine")]:
+        for machine, said in [("generic-a", 'did you mean "generic-ac"'), (str(self.folder / "m.toml"), "file not found"), (3, "int is not a machine")]:
             with self.subTest(machine=machine), self.assertRaises(trunnion.InputError) as caught:
                 trunnion.plan(fixture("cube"), machine)
             self.assertIn(said, str(caught.exception))

@@ -107,7 +107,7 @@ def orient(
     Raises:
         InputError: a model that cannot be read, a setting out of its range, an unknown objective or method.
 
-    The default objective is this project's price in minutes; the others and their sources are in ``docs/orientation.md``.
+    The default objective is this project's price in minutes; the others and their sources are in ``docs/explanation/orientation.md``.
     """
     if whole and parts is not None:
         raise InputError("parts and whole cannot both be given")

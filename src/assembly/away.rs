@@ -21,7 +21,7 @@ pub fn cut_away(model: Model, away: &[Away]) -> Result<Model, FitError> {
             for (name, mesh) in std::mem::take(&mut parts[id]) {
                 let (pieces, volume_mm3) = solid::without(&mesh, &one.mesh).map_err(failed)?;
                 if volume_mm3 > 0.0 {
-                    told.push(format!("{volume_mm3:.2} mm3 of {name} are cut away by {}", one.name));
+                    told.push(format!("{volume_mm3:.2} mm3 of {name} are removed by {}", one.name));
                 }
                 let named = |(i, piece)| (if i == 0 { name.clone() } else { format!("{name} {}", i + 1) }, piece);
                 left.extend(pieces.into_iter().enumerate().map(named));

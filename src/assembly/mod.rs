@@ -90,13 +90,13 @@ impl Change {
         match *self {
             Self::Closed { part, other, gap_mm } => {
                 format!(
-                    "the gap of {gap_mm:.2} mm between {} and {} was closed (--snap 0 leaves it)",
+                    "the gap of {gap_mm:.2} mm between {} and {} was closed (--snap 0 keeps it)",
                     named(part),
                     named(other)
                 )
             }
             Self::Cut { part, other, volume_mm3 } => {
-                format!("{} overlaps {}: {volume_mm3:.2} mm3 were cut off from it", named(part), named(other))
+                format!("{} overlaps {}: {volume_mm3:.2} mm3 were removed from it", named(part), named(other))
             }
             Self::Joined { part, other } => format!("{} was joined to {}", named(part), named(other)),
         }
@@ -107,10 +107,10 @@ impl Change {
 #[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "assembly/")]
 pub enum FitError {
-    /// Neither can give way.
+    /// Overlapping parts of which neither can be cut.
     #[error(
-        "parts {a} ({name_a}) and {b} ({name_b}) overlap by {volume_mm3:.2} mm3, and neither stays one piece without it; \
-         cut one from the other where they were drawn, or join them"
+        "parts {a} ({name_a}) and {b} ({name_b}) overlap by {volume_mm3:.2} mm3, and neither stays in one piece without it; cut one from the \
+         other in CAD, or join them"
     )]
     Pieces {
         /// The earlier part.
@@ -124,8 +124,10 @@ pub enum FitError {
         /// What both fill, mm³.
         volume_mm3: f64,
     },
-    /// A volume that is to be cut away cannot be.
-    #[error("part {part} ({name}): {away} could not be cut away from it ({why}); cut it in the program that made it")]
+    /// A negative volume that cannot be subtracted.
+    #[error(
+        "part {part} ({name}): {away} cannot be subtracted ({why}); subtract it in the program that made the model"
+    )]
     Away {
         /// The part.
         part: usize,
@@ -136,16 +138,15 @@ pub enum FitError {
         /// What went wrong.
         why: String,
     },
-    /// All is cut away.
-    #[error("nothing is left of the model without {away}")]
+    /// A model of which subtraction leaves nothing.
+    #[error("subtracting {away} leaves nothing of the model")]
     Nothing {
         /// What was cut away.
         away: String,
     },
     /// The boolean failed.
     #[error(
-        "parts {a} ({name_a}) and {b} ({name_b}) overlap and could not be cut along each other ({why}); cut one from the \
-         other where they were drawn"
+        "parts {a} ({name_a}) and {b} ({name_b}) overlap and cannot be separated ({why}); cut one from the other in CAD"
     )]
     Failed {
         /// The earlier part.

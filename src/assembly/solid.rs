@@ -44,7 +44,7 @@ pub(super) fn less(a: &Mesh, b: &Mesh, common: &Common) -> Result<Option<Mesh>, 
     let left = boolean(a, b, &OpType::Subtract)?;
     let off = (left.volume() + common.volume_mm3 - a.volume()).abs();
     if off > EXACT * a.volume() {
-        return Err(format!("volumes are off by {off:.4} mm3"));
+        return Err(format!("the volumes differ by {off:.4} mm3"));
     }
     let crumb = CRUMB_MM3.min(CRUMB_SHARE * a.volume());
     let (mut whole, crumbs): (Vec<Shell>, Vec<Shell>) =
@@ -66,7 +66,7 @@ pub(super) fn without(a: &Mesh, b: &Mesh) -> Result<(Vec<Mesh>, f64), String> {
     let left = boolean(a, b, &OpType::Subtract)?;
     let off = (left.volume() + lost - a.volume()).abs();
     if off > EXACT * a.volume() {
-        return Err(format!("volumes are off by {off:.4} mm3"));
+        return Err(format!("the volumes differ by {off:.4} mm3"));
     }
     let (mut outer, inner): (Vec<Shell>, Vec<Shell>) =
         shells(&left).into_iter().partition(|shell| shell.volume_mm3 > 0.0);
@@ -75,7 +75,7 @@ pub(super) fn without(a: &Mesh, b: &Mesh) -> Result<(Vec<Mesh>, f64), String> {
     let pieces = match (outer.len(), inner.is_empty()) {
         (1, _) => vec![kept(&left, &outer.into_iter().chain(inner).collect::<Vec<_>>())],
         (_, true) => outer.into_iter().map(|shell| kept(&left, &[shell])).collect(),
-        _ => return Err("it falls to pieces, with a cavity in one of them".to_owned()),
+        _ => return Err("the result has several pieces, one of them with a cavity".to_owned()),
     };
     Ok((pieces, lost))
 }
@@ -131,7 +131,7 @@ pub(super) fn joined_with(a: &Mesh, b: &Mesh) -> Result<Mesh, String> {
     let both = boolean(a, b, &OpType::Add)?;
     let common = common(a, b)?.volume_mm3;
     let off = (both.volume() + common - a.volume() - b.volume()).abs();
-    if off > EXACT * (a.volume() + b.volume()) { Err(format!("volumes are off by {off:.4} mm3")) } else { Ok(both) }
+    if off > EXACT * (a.volume() + b.volume()) { Err(format!("the volumes differ by {off:.4} mm3")) } else { Ok(both) }
 }
 
 fn boolean(a: &Mesh, b: &Mesh, what: &OpType) -> Result<Mesh, String> {
@@ -142,7 +142,7 @@ fn boolean(a: &Mesh, b: &Mesh, what: &OpType) -> Result<Mesh, String> {
     };
     // A library of somebody else's: whatever it makes of odd meshes, the job ends with a sentence.
     let done = catch_unwind(AssertUnwindSafe(|| compute_boolean(&manifold(a)?, &manifold(b)?, what)));
-    let done = match done.map_err(|_| "the boolean gave up".to_owned())? {
+    let done = match done.map_err(|_| "the boolean operation failed".to_owned())? {
         Err(why) if why == NOTHING => return Ok(Mesh::new(Vec::new(), Vec::new())),
         done => done?,
     };

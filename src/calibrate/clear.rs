@@ -110,7 +110,7 @@ impl Clear {
         if words_deg.windows(2).all(|two| self.turns(two[0], two[1], tip)) {
             return Ok(());
         }
-        let room = "the head and the frame are not proved clear of the table while it turns there";
+        let room = "cannot prove that head and frame clear the table while it turns there";
         Err(format!("{room}, the tip at X{:.1} Y{:.1} Z{:.1}", tip.x, tip.y, tip.z))
     }
 

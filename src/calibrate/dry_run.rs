@@ -53,7 +53,7 @@ pub fn dry_run(profile: &Profile, poses: &[ColdPose]) -> Result<Visit, NoVisit> 
         for place in &pose.places {
             let (above, hover) = (high(place), place + Vec3::z() * HOVER_MM.min(height - place.z));
             if !clear.passes(pose.words_deg, &from, &above) || !clear.touchable(pose.words_deg, &hover, height) {
-                return Err(stop(format!("the way to X{:.1} Y{:.1} is not proved clear", place.x, place.y)));
+                return Err(stop(format!("cannot prove that the path to X{:.1} Y{:.1} is clear", place.x, place.y)));
             }
             writer.over(&above, &hover);
             writer.up(None);
@@ -62,7 +62,7 @@ pub fn dry_run(profile: &Profile, poses: &[ColdPose]) -> Result<Visit, NoVisit> 
         (words, at) = (pose.words_deg, Some(from));
     }
     if let Some(at) = &at {
-        let stop = |why: String| NoVisit { number: poses.len(), why: format!("on the way back, {why}") };
+        let stop = |why: String| NoVisit { number: poses.len(), why: format!("on the return path, {why}") };
         clear.turns_through([words, [words[0], level[1]], level], at).map_err(stop)?;
     }
     Ok(writer.end(level, at))

@@ -9,7 +9,7 @@ pub fn form(tip: &Tip, features: &[Feature], poses: &[Candidate], [tilt, rotatio
     let shape = if tip.shape == TipShape::Flat { "flat" } else { "ball" };
     let mut out = format!(
         "# Touches to be made. At each: turn the table to the angles, lower the tip onto what is named, the paper between them, and write what\n\
-         # the machine shows as X, Y, Z into at_mm. Touches without at_mm are left out. What each key means: docs/machine.md.\n\
+         # the machine shows as X, Y, Z into at_mm. Touches without at_mm are left out. What each key means: docs/how-to/machine.md.\n\
          \n[tip]\n# \"flat\": a nozzle's end; \"ball\": a probe's ball. paper_mm: what is between tip and table. repeats_to_mm: how well one touch repeats.\n\
          shape = {shape:?}\nradius_mm = {:?}\npaper_mm = {:?}\nrepeats_to_mm = {:?}\noffset_mm = {:?}\n",
         tip.radius_mm, tip.paper_mm, tip.repeats_to_mm, tip.offset_mm

@@ -116,10 +116,10 @@ impl<'a> Problem<'a> {
                     let centre = placed.point(&Vec3::new(state[base], state[base + 1], state[base + 2]));
                     let beside = self.touches.tip.shape == TipShape::Flat && touch.at.z - centre.z < 0.5 * radius;
                     beside.then_some(
-                        "a flat tip met the ball from beside, where the nozzle's own form counts; touch it from above, or with a ball tip",
+                        "a flat tip touched the ball from the side, where the nozzle's own shape matters; touch it from above, or use a ball tip",
                     )
                 }
-                _ => steep.then_some("the table stands steeper than 85 deg from level there; a tip from above cannot touch it"),
+                _ => steep.then_some("the table is more than 85 deg from level there, and a tip from above cannot touch it"),
             };
             why.map(|why: &str| (index, why.to_owned()))
         })

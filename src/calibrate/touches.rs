@@ -157,7 +157,7 @@ pub struct Touches {
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "touches/")]
 pub enum TouchError {
-    /// Not TOML, or a key or a type that is none of ours.
+    /// Not TOML, or an unknown key or type.
     #[error("{file}{}: {message}", line.map_or_else(String::new, |line| format!(":{line}")))]
     Syntax {
         /// The file.
@@ -248,7 +248,7 @@ impl Touches {
         }
         if touches.len() + empty.len() > MOST_TOUCHES {
             let count = touches.len() + empty.len();
-            let message = format!("{count} touches are more than {MOST_TOUCHES}");
+            let message = format!("{count} touches; at most {MOST_TOUCHES} are supported");
             return Err(TouchError::Syntax { file: file.to_owned(), line: None, message });
         }
         Ok(Self { tip, features, touches, empty })
@@ -285,7 +285,7 @@ impl Reader<'_> {
         if (low..=high).contains(&value) {
             return Ok(());
         }
-        Err(self.wrong(at, format!("{name} = {value} is out of {low}..{high} {unit}")))
+        Err(self.wrong(at, format!("{name} = {value}: must be {low}..{high} {unit}")))
     }
 
     fn tip(&self, spec: &Spanned<Tip>) -> Result<Tip, TouchError> {
@@ -304,18 +304,18 @@ impl Reader<'_> {
         let mut named = |feature: Feature, wrong: &dyn Fn(String) -> TouchError| {
             if feature.name == "table" || feature.name.trim().is_empty() || feature.name.contains(char::is_control) {
                 return Err(wrong(format!(
-                    "name = {:?}; a feature needs a name of one line, other than \"table\"",
+                    "name = {:?} is not valid; use one line other than \"table\"",
                     feature.name
                 )));
             }
             if all.iter().any(|other| other.name == feature.name) {
                 return Err(wrong(format!(
-                    "name = {:?} is there twice; give each mark and ball a name of its own",
+                    "name = {:?} is used twice; give each mark and ball its own name",
                     feature.name
                 )));
             }
             if all.len() == MOST_FEATURES {
-                return Err(wrong(format!("there are more than {MOST_FEATURES} marks and balls")));
+                return Err(wrong(format!("more than {MOST_FEATURES} marks and balls")));
             }
             all.push(feature);
             Ok(())
@@ -354,7 +354,7 @@ impl Reader<'_> {
             None => {
                 let near = nearest(&touch.of, names()).map_or("table", |(_, name)| name);
                 let known: Vec<&str> = names().collect();
-                let why = format!("of = {:?} is none of {}; is {near:?} meant?", touch.of, known.join(", "));
+                let why = format!("of = {:?} is not one of {}; did you mean {near:?}?", touch.of, known.join(", "));
                 return Err(self.wrong(spec, why));
             }
         };
@@ -364,10 +364,8 @@ impl Reader<'_> {
             [] => return Ok(None),
             [x, y, z] => [x, y, z],
             _ => {
-                let why = format!(
-                    "at_mm has {} numbers; write X, Y and Z, or nothing between the brackets",
-                    touch.at_mm.len()
-                );
+                let why =
+                    format!("at_mm has {} numbers; write X, Y and Z, or leave the brackets empty", touch.at_mm.len());
                 return Err(self.wrong(spec, why));
             }
         };

@@ -74,7 +74,7 @@ pub fn visit(profile: &Profile, poses: &[Candidate], names: &[String]) -> Result
         let between = [words[0], pose.words_deg[1]];
         clear.turns_through([words, between, pose.words_deg], &waits).map_err(stop)?;
         if !clear.passes(pose.words_deg, &waits, &above) || !clear.touchable(pose.words_deg, &pose.tip, height) {
-            return Err(stop(format!("the way to X{:.1} Y{:.1} is not proved clear", pose.tip.x, pose.tip.y)));
+            return Err(stop(format!("cannot prove that the path to X{:.1} Y{:.1} is clear", pose.tip.x, pose.tip.y)));
         }
         let [x, y, z] = [pose.tip.x, pose.tip.y, pose.tip.z].map(|v| (v * 10.0).round() / 10.0 + 0.0);
         writer.says(&format!("{} of {}: touch {name}, near X{x:.1} Y{y:.1} Z{z:.1}", index + 1, poses.len()));
@@ -85,7 +85,7 @@ pub fn visit(profile: &Profile, poses: &[Candidate], names: &[String]) -> Result
         (words, at) = (pose.words_deg, Some(above));
     }
     if let Some(at) = &at {
-        let stop = |why: String| NoVisit { number: poses.len(), why: format!("on the way back, {why}") };
+        let stop = |why: String| NoVisit { number: poses.len(), why: format!("on the return path, {why}") };
         clear.turns_through([words, [words[0], level[1]], level], at).map_err(stop)?;
     }
     Ok(writer.end(level, at))
@@ -97,7 +97,8 @@ pub(super) fn turning_height(profile: &Profile, clear: &Clear) -> Result<f64, No
     if clear.passes_anywhere(height) {
         return Ok(height);
     }
-    let why = format!("with the tip at the end of Z ({height:.1} mm) the head is not proved clear of the level table");
+    let why =
+        format!("with the tip at the end of Z ({height:.1} mm), cannot prove that the head clears the level table");
     Err(NoVisit { number: 1, why })
 }
 

@@ -9,16 +9,16 @@ use crate::job::{self, interrupts};
 pub(crate) enum Failure {
     #[error("{}", in_flags(.0))]
     Job(job::Error),
-    /// A result that did not arrive.
-    #[error("the result cannot be written to stdout: {}{}", job::in_words(source), job::remedy(source))]
+    /// A result that could not be written.
+    #[error("cannot write the result to stdout: {}{}", job::in_words(source), job::remedy(source))]
     Stdout {
         /// The system's words.
         source: std::io::Error,
     },
-    /// Bad words on the command line that clap cannot know of.
+    /// Arguments that are wrong in a way that clap cannot see.
     #[error("{0}")]
     Usage(String),
-    /// The work was done and says no.
+    /// The work was done, and its answer is no.
     #[error("{0}")]
     Findings(String),
     /// Of several prints some have failed.

@@ -49,7 +49,7 @@ pub fn run() -> ExitCode {
                 rewrite::spoil_unparsed(std::env::args_os().skip(1));
             }
             let lost = args::told(&mut error).err().filter(|e| e.kind() != std::io::ErrorKind::BrokenPipe);
-            let lost = lost.map(|source| progress::error(&Failure::Stdout { source }.to_string()));
+            let lost = lost.map(|source| progress::error(&Failure::Stdout { source }));
             return ExitCode::from(if error.use_stderr() || lost.is_some() { 2 } else { 0 });
         }
     };
@@ -76,6 +76,6 @@ pub fn run() -> ExitCode {
     done.as_ref().err().into_iter().for_each(|failure| console.failed(failure));
     // What the verb itself says comes first.
     let failures = [done, console.end()].map(Result::err);
-    failures.iter().flatten().for_each(|failure| progress::error(&failure.to_string()));
+    failures.iter().flatten().for_each(progress::error);
     failures.iter().flatten().next().map_or(ExitCode::SUCCESS, |first| ExitCode::from(first.exit_code()))
 }

@@ -135,7 +135,7 @@ impl Operator for Terminal<'_> {
         if self.desk.is_some() || !std::io::stdin().is_terminal() {
             return false;
         }
-        self.console.note("type yes to do so:");
+        self.console.note("type yes to confirm:");
         let mut text = String::new();
         let read = std::io::stdin().lock().read_line(&mut text);
         read.is_ok() && text.trim() == "yes"

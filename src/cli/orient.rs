@@ -58,7 +58,7 @@ fn chosen(args: &Verb) -> Result<PartChoice, Failure> {
     for word in text.split(',').map(str::trim).filter(|word| !word.is_empty()) {
         let (first, last) = word.split_once('-').unwrap_or((word, word));
         let number =
-            |t: &str| t.trim().parse::<usize>().map_err(|_| bad(&format!("{word:?} is no part; write 0,3,5-7")));
+            |t: &str| t.trim().parse::<usize>().map_err(|_| bad(&format!("{word:?} is not a part; write 0,3,5-7")));
         wanted.push(number(first)?..=number(last)?);
     }
     if wanted.iter().all(RangeInclusive::is_empty) {

@@ -74,9 +74,9 @@ pub(super) fn write_parts(
     bytes: &[u8],
     console: &Console,
 ) -> Result<(), Failure> {
-    let what = "an input, and would be written anew";
+    let what = "an input, and would be overwritten";
     file.ok_or_else(|| FileError::Twice { path: path.to_owned(), what })?.write(bytes)?;
-    console.note(&format!("the model as it is printed is in {}", path.display()));
+    console.note(&format!("the model as printed is in {}", path.display()));
     Ok(())
 }
 
@@ -102,11 +102,11 @@ pub(super) fn search(made: &PlanResult, console: &Console) {
     if made.moved {
         let placement = &made.plan.plan.placement;
         let [x, y, _] = placement.origin_mm;
-        console.note(&format!("moved to {x} {y} mm, turned {} deg: there the axes reach", placement.turn_deg));
+        console.note(&format!("moved to {x} {y} mm, turned {} deg: there the axes reach it", placement.turn_deg));
     }
     let best = made.best();
     console.detail(&format!(
-        "{} directions tried, {} orientations kept, {} steps of the search",
+        "{} directions tried, {} orientations kept, {} search steps",
         best.tried, best.candidates, best.steps
     ));
 }

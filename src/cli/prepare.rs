@@ -73,7 +73,7 @@ fn work(
         shown.map(|shown| preview::write(&shown, page, args.open, console)).transpose()?;
     }
     if matches!(done, Err(job::Error::Rejected(_))) && !["auto", "builtin"].contains(&args.slicing.slicer.as_str()) {
-        console.note("--preview VIEW.html shows what the slicer laid there; --slicer builtin lays other lines");
+        console.note("use --preview VIEW.html to inspect the slicer's output, or try --slicer builtin");
     }
     let done = match done {
         Err(job::Error::Strategy(strategy::Error::NoPlan(_))) => plan::explained(done, None, console)?,

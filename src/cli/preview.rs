@@ -53,7 +53,7 @@ pub(super) fn write(
     console: &Console,
 ) -> Result<usize, Failure> {
     if !shown.packed.has_text && shown.scene.program.is_some() {
-        console.warning("the file's own lines would make the page too large, so they are not in it");
+        console.warning("the G-code lines are left out, since they would make the page too large");
     }
     put(&document::page(shown), output, open, console)
 }
@@ -62,7 +62,7 @@ fn put(page: &str, output: &OutputFile, open: bool, console: &Console) -> Result
     output.write(page.as_bytes())?;
     console.note(&format!("{}: {:.2} MB, open it in a browser", output.path().display(), page.len() as f64 / 1e6));
     if open && !opened(output.path()) {
-        console.warning("no browser could be started; open the page yourself");
+        console.warning("cannot start a browser; open the page yourself");
     }
     Ok(page.len())
 }

@@ -87,7 +87,7 @@ fn told(place: &Path, console: &Console, document: impl FnOnce() -> serde_json::
     if console.json() {
         console.document(&document());
     } else {
-        console.result(&format!("{}\nnext: trunnion profile check, and docs/machine.md", place.display()));
+        console.result(&format!("{}\nnext: trunnion profile check, and docs/how-to/machine.md", place.display()));
     }
 }
 
@@ -134,8 +134,7 @@ fn poses(args: &Calibrate, form: &Path, console: &Console) -> Result<(), Failure
         let visit = done.visit.as_ref().map_err(|why| Failure::Findings(format!("no G-code was written: {why}")))?;
         let left = visit.left_out.join(", ");
         if !left.is_empty() {
-            console
-                .warning(&format!("start lines that heat, move or are not known are left out of the G-code: {left}"));
+            console.warning(&format!("start lines that heat, move or are unknown are omitted from the G-code: {left}"));
         }
         gcode.write(visit.gcode.as_bytes())?;
     }

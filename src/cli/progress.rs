@@ -148,7 +148,7 @@ impl Console {
     /// Puts what an earlier run left in the place of `output` aside, and says so.
     pub(super) fn set_aside(&self, output: &OutputFile) -> Result<(), Failure> {
         if let Some(aside) = output.set_aside()? {
-            self.warning(&format!("the file of an earlier run is now {}", aside.display()));
+            self.warning(&format!("renamed the file of an earlier run to {}", aside.display()));
         }
         Ok(())
     }
@@ -190,9 +190,10 @@ impl Progress for Console {
     }
 }
 
-/// Why it failed.
-pub(super) fn error(text: &str) {
-    say(&format!("error: {text}"));
+/// Why it failed, with the code that `trunnion explain` takes; what is wrong on the command line itself says so without one.
+pub(super) fn error(failure: &Failure) {
+    let code = Some(failure.code()).filter(|code| !code.starts_with("command/"));
+    say(&format!("error{}: {failure}", code.map_or_else(String::new, |code| format!("[{code}]"))));
 }
 
 /// Somebody has typed a line: `wrong` where it means nothing. Where the screen has `rows`, they are counted from the cursor, which it has moved.
@@ -200,7 +201,7 @@ pub(super) fn typed(wrong: Option<&str>, rows: Option<usize>) {
     put(rows.map_or("", |_| document::TYPED));
     match (wrong, rows) {
         (Some(text), Some(rows)) => put(&document::above(text, rows, size()[0])),
-        (Some(text), None) => error(text),
+        (Some(text), None) => say(&format!("error: {text}")),
         (None, _) => {}
     }
 }

@@ -110,7 +110,7 @@ impl PlanArgs {
     /// The place that `--origin` and `--turn` ask for.
     fn place(&self) -> Result<Option<PlaceRequest>, Failure> {
         let bad =
-            |text| Failure::Usage(format!("--origin {text}: not two numbers of millimetres; write --origin 12.5,-30"));
+            |text| Failure::Usage(format!("--origin {text}: must be two numbers in mm, for example --origin 12.5,-30"));
         let origin = self.origin.as_deref();
         let origin_mm = origin.map(|text| numbers(text).ok_or_else(|| bad(text))).transpose()?;
         let asked = origin_mm.is_some() || self.turn.is_some();
@@ -169,7 +169,7 @@ pub(super) fn supporting(word: &str, plan: &PlanArgs) -> Result<Supporting, Fail
         None if word == "never" => Ok(Supporting::Never),
         None => Ok(Supporting::Auto),
         Some(name) => Err(Failure::Usage(format!(
-            "--{name} shapes supports, and --supports never makes none; write --supports auto"
+            "--{name} shapes supports, but --supports never makes none; use --supports auto"
         ))),
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if let (true, Ok(loaded)) = (args.in_place, &loaded) {
         // The slicer's window may call its scripts for a file of an earlier call; what is finished is left as it is either way.
         if job::is_finished(&Source::from(&args.files[0]), loaded, &console.world())? {
-            console.note(&format!("{}: finished already by this plan; left as it is", args.files[0].display()));
+            console.note(&format!("{}: already rewritten by this plan; left unchanged", args.files[0].display()));
             if console.json() {
                 console.document(&document::left_alone());
             }
@@ -71,7 +71,7 @@ pub(super) fn spoil_unparsed(words: impl Iterator<Item = OsString>) {
     let finished = std::fs::read(file).is_ok_and(|bytes| finished_by(&bytes).is_some());
     let is_sliced = !["json", "toml"].iter().any(|end| file.extension().is_some_and(|e| e.eq_ignore_ascii_case(end)));
     if is_sliced && !finished {
-        let failure = Failure::Usage("the script's line cannot be understood".to_owned());
+        let failure = Failure::Usage("the script's command line cannot be parsed".to_owned());
         let _ = outputs([]).claim(file).and_then(|target| target.spoil(unprintable(&failure).as_bytes()));
     }
 }

@@ -33,8 +33,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     }
 }
 
-const UNPROVED: &str = "only a file that verifies is sent: give its plan with --plan PLAN.json; or, without any check for collisions, \
-                        --unverified with -m PROFILE";
+const UNPROVED: &str = "only a verified file is sent; pass its plan with --plan PLAN.json, or skip all collision checks with --unverified -m PROFILE";
 
 /// A file and what it was made by; verified, if it is to be.
 fn load(
@@ -55,11 +54,8 @@ fn load(
         return Ok(Loaded { program, plan: Some(plan), profile: None });
     }
     let Some(profile) = args.plan_ref.profile.as_deref().filter(|_| args.unverified) else {
-        let missing = if args.unverified {
-            "--unverified has no plan that names the machine: give it with -m PROFILE"
-        } else {
-            UNPROVED
-        };
+        let missing =
+            if args.unverified { "--unverified has no plan that names the machine; pass -m PROFILE" } else { UNPROVED };
         return Err(Failure::Usage(missing.to_owned()));
     };
     let program = Verified::unverified(world.files.read(path)?);

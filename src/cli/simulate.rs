@@ -38,5 +38,5 @@ fn speed(text: &str) -> Result<Option<f64>, Failure> {
         return Ok(None);
     }
     let parsed = text.parse::<f64>().ok().filter(|v| *v > 0.0 && v.is_finite());
-    parsed.map(Some).ok_or_else(|| Failure::Usage(format!("--speed {text}: give a factor above 0, or max")))
+    parsed.map(Some).ok_or_else(|| Failure::Usage(format!("--speed {text}: must be a factor above 0, or max")))
 }

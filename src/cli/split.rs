@@ -57,6 +57,6 @@ impl Verb {
 /// The box of `--no-cut`.
 fn corners(text: &str) -> Result<[[f64; 3]; 2], Failure> {
     let corners = numbers(text).map(|[a, b, c, d, e, f]| [[a, b, c], [d, e, f]]);
-    let how = "not six numbers of millimetres; write two corners, as --no-cut -5,-5,0,5,5,20";
+    let how = "must be six numbers in mm, two corners, for example --no-cut -5,-5,0,5,5,20";
     corners.ok_or_else(|| Failure::Usage(format!("--no-cut {text}: {how}")))
 }

@@ -17,7 +17,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if let Some(output) = output.filter(|_| !done.graph.red.is_empty()) {
         output.write(&done.file(output.path())?)?;
     } else if args.output.is_some() && why_not.is_none() {
-        console.note("nothing overhangs, so no file of supports was written");
+        console.note("nothing overhangs, so no support file was written");
     }
     if let Some(viewed) = viewed {
         viewed.write(&done.view())?;
@@ -27,7 +27,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     } else {
         console.summary(&done.text(), args.output.is_some());
     }
-    why_not.map_or(Ok(()), |why| Err(Failure::Findings(format!("{why}; no file of supports was written"))))
+    why_not.map_or(Ok(()), |why| Err(Failure::Findings(format!("{why}; no support file was written"))))
 }
 
 impl Verb {

@@ -18,7 +18,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     }
     if let Some(other) = other {
         let findings = counted(done.report.count(), "finding");
-        return Err(Failure::Findings(format!("{other}; {findings} by this one, which --json lists")));
+        return Err(Failure::Findings(format!("{other}; {findings} against this plan, which --json lists")));
     }
     done.verified().map(drop).map_err(Failure::from)
 }

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::spelling::nearest;
 
 /// The list, which a test makes of the sources: a heading a code, what it means, and what is said.
-const MESSAGES: &str = include_str!("messages.md");
+const MESSAGES: &str = include_str!("../../docs/reference/messages.md");
 
 /// An entry: its code, what it means, and what is said, a sentence with the facts' names in braces.
 struct Entry<'a> {

@@ -42,14 +42,15 @@ pub fn planned(made: &PlanResult) -> String {
         let [x, y, z] = at_mm.map(|v| round_to(v, 1) + 0.0);
         let _ = writeln!(
             out,
-            "part {part} droops by up to {droop_mm:.1} mm over {area_mm2:.0} mm2, most of it about ({x}, {y}, {z}) mm (--finish fine lets nothing droop)"
+            "part {part} droops by up to {droop_mm:.1} mm over {area_mm2:.0} mm2, mostly near ({x}, {y}, {z}) mm (--finish fine allows no droop)"
         );
     }
     if let Some(Standing { part, slot, tilt, held }) = made.standing.filter(|one| one.held.pushed < DOUBTFUL) {
         let (times, tilt) = (held.pushed, tilt.deg());
         let _ = writeln!(
             out,
-            "in slot {slot}, with the table at {tilt:.0} deg, the first layer below part {part} holds what stands there {times:.1} times over; a larger foot holds more, and so does a brim, which is not counted"
+            "slot {slot}, table at {tilt:.0} deg: the first layer of part {part} holds it {times:.1} times over; a larger footprint or a brim \
+             (not counted) holds more"
         );
     }
     let best = made.best();
@@ -57,14 +58,14 @@ pub fn planned(made: &PlanResult) -> String {
         let (minutes, by_layer) = (w.seconds / 60.0, w.seconds_layer_by_layer / 60.0);
         let _ = writeln!(
             out,
-            "slot {}, pose by pose: {}, {minutes:.1} min; layer by layer it would be {}, {by_layer:.0} min",
+            "slot {}, pose by pose: {}, {minutes:.1} min; layer by layer: {}, {by_layer:.0} min",
             w.slot,
             counted(w.turns, "turn"),
             counted(w.turns_layer_by_layer, "turn")
         );
     }
     let name = if made.objective == "bss" { "building sequence size" } else { &made.objective };
-    let proof = if best.value <= best.lower_bound { "the least possible" } else { "not proved least" };
+    let proof = if best.value <= best.lower_bound { "proved minimal" } else { "not proved minimal" };
     let _ = writeln!(
         out,
         "{name} {} (at least {}: {proof}), {}, planned clearance {:.2} mm, {:.2} s",
@@ -130,7 +131,7 @@ pub fn comparison(made: &PlanResult) -> String {
         let [x, y, z] = <[f64; 3]>::from(both.best.up).map(|v| (v * 1000.0).round() / 1000.0 + 0.0);
         let _ = writeln!(
             out,
-            "3 axes: without tilting, as it stands, on supports; turned: the same along {x} {y} {z}, the pose that orient recommends"
+            "3 axes: without tilting, as drawn, on supports; turned: the same with {x} {y} {z} up, the pose that orient recommends"
         );
     }
     out
@@ -146,7 +147,7 @@ pub fn no_plan(no: &NoPlan) -> String {
     let mut out = String::new();
     let hindrances = no.hindrances();
     if no.reasons().1 && !hindrances.is_empty() {
-        let _ = writeln!(out, "each of these is needed to rule a plan out:");
+        let _ = writeln!(out, "reasons, all needed to rule a plan out:");
     }
     let mut last = None;
     for Hindrance { part, orientations, nearest } in hindrances {
@@ -164,10 +165,10 @@ pub fn no_plan(no: &NoPlan) -> String {
     let Some(remedies) = &no.remedies else { return out };
     if remedies.is_empty() {
         out.push_str(
-            "none of the remedies that were tried helps: tolerance, bridges, tilt, height, head, nozzle, pedestal, margin, support, base, join\n",
+            "none of the remedies tried helps: tolerance, bridges, tilt, height, head, nozzle, pedestal, margin, support, base, join\n",
         );
     } else {
-        out.push_str("remedies, each by itself, all but cuts checked by planning:\n");
+        out.push_str("remedies, each by itself; all but cuts were checked by planning:\n");
         remedies.iter().for_each(|r| _ = writeln!(out, "  {}", r.text));
     }
     out

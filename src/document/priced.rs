@@ -60,7 +60,7 @@ pub fn reasons(made: &Recommendation) -> Vec<String> {
     let best = &made.recommended;
     let mut all = vec![standing(best), supports(best)];
     let differs = |other: &Priced| (other.up - best.up).norm() > SAME;
-    let mut others: Vec<(String, &Priced)> = vec![("as it lies in the file".to_owned(), &made.as_it_lies)];
+    let mut others: Vec<(String, &Priced)> = vec![("as in the file".to_owned(), &made.as_it_lies)];
     others.extend(made.own.iter().map(|own| ("your own pose".to_owned(), own)));
     others.extend(made.runners.iter().map(|r| (pose_of(r.role).to_owned(), &r.pose)));
     let mut told: Vec<&Priced> = Vec::new();
@@ -71,7 +71,7 @@ pub fn reasons(made: &Recommendation) -> Vec<String> {
         }
     }
     if !differs(&made.as_it_lies) {
-        all.push("it is how the part lies in its file".to_owned());
+        all.push("it is the pose of the file".to_owned());
     }
     all
 }
@@ -89,10 +89,10 @@ fn standing(pose: &Priced) -> String {
     let (area, tipping) = (pose.footprint_mm2, pose.tipping_deg);
     if pose.stands {
         return format!(
-            "it stands by itself: {area:.1} mm2 in the first layer, and it falls over only beyond {tipping:.1} degrees"
+            "it stands by itself: {area:.1} mm2 in the first layer, and it tips over only beyond {tipping:.1} degrees"
         );
     }
-    let why = if tipping <= 0.0 { "falls over".to_owned() } else { format!("falls over beyond {tipping:.1} degrees") };
+    let why = if tipping <= 0.0 { "falls over".to_owned() } else { format!("tips over beyond {tipping:.1} degrees") };
     let held =
         if pose.support_mm3 > 0.0 { format!(", beyond {:.1} with its supports", pose.held_deg) } else { String::new() };
     format!(
@@ -102,7 +102,7 @@ fn standing(pose: &Priced) -> String {
 
 fn supports(pose: &Priced) -> String {
     if pose.support_mm3 <= 0.0 {
-        return "it needs no support".to_owned();
+        return "it needs no supports".to_owned();
     }
     let (grams, minutes) = (pose.supports.grams, pose.supports.minutes);
     let on_part = match pose.on_part_mm3 {
@@ -119,17 +119,20 @@ fn against(name: &str, best: &Priced, other: &Priced) -> String {
     let support = |p: &Priced| p.supports.minutes + p.supports.grams;
     let differences = [
         (support(other) - support(best), "for supports"),
-        (other.scar_min - best.scar_min, "for cleaning what supports touch"),
-        (other.risk_min - best.risk_min, "for the risk that it comes loose"),
-        (other.steps_min - best.steps_min, "for steps on its slopes"),
+        (other.scar_min - best.scar_min, "for cleaning supported areas"),
+        (other.risk_min - best.risk_min, "for the risk of coming loose"),
+        (other.steps_min - best.steps_min, "for layer steps on its slopes"),
         (part(other) - part(best), "for its height"),
     ];
     let (most, of) = differences.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, ""));
     if more.abs() < 0.005 * best.price_min {
-        return format!("{name} costs as much within half a percent, and lies on {:.1} mm2", other.footprint_mm2);
+        return format!(
+            "{name} costs the same within half a percent, and has {:.1} mm2 of bed contact",
+            other.footprint_mm2
+        );
     }
     if more < 0.0 {
-        return format!("{name} would cost {:.1} min less, but was not allowed", -more);
+        return format!("{name} would cost {:.1} min less, but is excluded", -more);
     }
     format!("{name} would cost {more:.1} min more: {most:.1} min {of}")
 }

@@ -11,9 +11,7 @@ pub const TYPED: &str = "\x1b[1A\r\x1b[K";
 
 /// That a terminal has too few lines for one of each of `of` prints.
 pub fn too_low(lines: usize, of: usize) -> String {
-    format!(
-        "the terminal has {lines} lines, too few for one of each of {of} prints: what happens is told, how far they are is not"
-    )
+    format!("terminal too short ({lines} lines) to show progress for {of} prints; events are still printed")
 }
 
 /// As many of `text`'s words, between commas, as a terminal of `columns` takes in one line.

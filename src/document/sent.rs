@@ -21,42 +21,42 @@ pub enum Tone {
 pub fn said(what: &Sending<'_>, at: At, print: Option<usize>) -> Option<(Tone, String)> {
     let (tone, text) = match what {
         Sending::Printer(name) => (Tone::Note, format!("printer: {}", called(name))),
-        Sending::Resend { number, why, .. } => (Tone::Detail, format!("wire line {number} is sent again ({why})")),
+        Sending::Resend { number, why, .. } => (Tone::Detail, format!("resending wire line {number} ({why})")),
         Sending::UserWait => (Tone::Note, "the printer is waiting for a person".to_owned()),
         Sending::Note(text) => (Tone::Note, (*text).to_owned()),
         Sending::Progress(figures) => (Tone::Status, status(figures, at)),
         Sending::Pausing { waits_for } => {
             let waits = |what: &str| format!("{what}, which the printer waits for");
-            let first = waits_for.map_or("the moves under way".to_owned(), waits);
+            let first = waits_for.map_or("moves in progress".to_owned(), waits);
             let stop = print.map_or("Ctrl-C again is an emergency stop".to_owned(), |print| {
                 format!("s {} is its emergency stop, Ctrl-C twice that of all", print + 1)
             });
             (Tone::Note, format!("pausing after {first}; {stop}"))
         }
         Sending::Trouble { file_line, text } => {
-            let text = format!("line {file_line} was not carried out as it is written; the printer says: {text}");
+            let text = format!("the printer did not execute line {file_line} as written: {text}");
             (Tone::Warning, text)
         }
-        Sending::Resumed => (Tone::Note, "the print goes on".to_owned()),
+        Sending::Resumed => (Tone::Note, "the print continues".to_owned()),
         Sending::Done { resends } => {
-            (Tone::Note, format!("the print is complete: {} lines, {resends} of them sent again", at.of))
+            (Tone::Note, format!("the print is complete: {} lines, {resends} of them resent", at.of))
         }
         Sending::Short { journal } => {
-            (Tone::Warning, format!("{journal}: no room left on the disk for the journal; pausing"))
+            (Tone::Warning, format!("{journal}: no disk space left for the journal; pausing"))
         }
-        Sending::StillShort => (Tone::Warning, "there is still no room on the disk for the journal".to_owned()),
+        Sending::StillShort => (Tone::Warning, "there is still no disk space for the journal".to_owned()),
         Sending::Full { journal } => {
-            (Tone::Warning, format!("{journal}: cannot be written any more; nothing is sent until it can"))
+            (Tone::Warning, format!("{journal}: cannot be written; sending continues when it can"))
         }
         Sending::Lost { why, wait } => {
             let wait = wait.as_secs();
             (Tone::Warning, format!("connection lost ({why}); waiting up to {wait} s for the same device"))
         }
         Sending::Aside { journal } => {
-            (Tone::Warning, format!("the journal of an interrupted print is now {}", journal.display()))
+            (Tone::Warning, format!("renamed the journal of an interrupted print to {}", journal.display()))
         }
         Sending::UnprovedReentry => {
-            (Tone::Warning, "without --plan there is no proof that the path of the re-entry is clear".to_owned())
+            (Tone::Warning, "without --plan the re-entry path is not checked for collisions".to_owned())
         }
         _ => return None,
     };
@@ -126,12 +126,12 @@ pub fn rehearsal(done: &Rehearsal) -> String {
 /// What a rehearsed printer would not have done; `None` where it did all.
 pub fn undone(done: &Rehearsal) -> Option<String> {
     if done.clamped > 0 {
-        return Some(format!("{} targets lie beyond an axis of the profile", done.clamped));
+        return Some(format!("{} targets are beyond an axis of the profile", done.clamped));
     }
     let first = done.troubles.first()?;
     let more = done.troubles.len() - 1;
     let more = if more > 0 { format!(", and {more} more") } else { String::new() };
-    Some(format!("the simulated printer did not carry out {first}{more}; the real one would pause there"))
+    Some(format!("the simulated printer did not execute {first}{more}; the real one would pause there"))
 }
 
 /// `trunnion send` to several printers: the last line, with port, file and, where it failed, the reason of each print.

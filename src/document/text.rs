@@ -21,7 +21,7 @@ use crate::verify::{JointRoom, Report, Standing};
 
 /// A search that may be ended early.
 pub fn searching(known: &str) -> String {
-    format!("looking for cuts that cost less; Ctrl-C takes {known}")
+    format!("searching for cheaper cuts; Ctrl-C takes {known}")
 }
 
 /// What was read: the file, its parts and its size, so that a wrong unit is seen at once.
@@ -62,7 +62,7 @@ pub fn inspected(model: &Model) -> String {
         let _ = writeln!(out, "parts {} and {} share {:.2} mm2", i.a, i.b, i.area_mm2);
     }
     if !model.floating().is_empty() {
-        let _ = writeln!(out, "touching nothing that stands: {}", list(&model.floating()));
+        let _ = writeln!(out, "touching nothing on the table: {}", list(&model.floating()));
     }
     for (part, (other, mm)) in apart(model) {
         let _ = writeln!(out, "part {part} is {mm:.2} mm away from part {other}");
@@ -112,7 +112,7 @@ pub fn joints(report: &Report) -> Option<String> {
     let fused = if *gap_mm <= 0.0 { "; they fuse there" } else { "" };
     let more = match report.joints.len() {
         1 => String::new(),
-        pairs => format!(", the nearest of {pairs} pairs that never touch"),
+        pairs => format!(", the narrowest of {pairs} pairs that never touch"),
     };
     Some(format!("parts {a} and {b}{more}: {gap_mm:.2} mm between their lines (line {line}){fused}"))
 }
@@ -124,7 +124,8 @@ pub fn unsteady(report: &Report) -> Option<String> {
         if *tilt_deg > 0.0 { format!(", with the table tilted by {tilt_deg:.0} degrees") } else { String::new() };
     (*pushed_factor < DOUBTFUL).then(|| {
         format!(
-            "after line {line} {grams:.1} g stand on a first layer that holds them {pushed_factor:.1} times over{tilt}; a larger foot holds more, and so does a brim, which is not counted"
+            "after line {line} the first layer holds {grams:.1} g {pushed_factor:.1} times over{tilt}; a larger footprint or a brim (not counted) \
+             holds more"
         )
     })
 }
@@ -166,7 +167,7 @@ fn result_text(result: &Oriented, out: &mut String) {
         let _ = writeln!(out, "    {:<17.9e} {up:30} {alpha:8.3} {beta:8.3}  {}", m.value + 0.0, result.kind(m));
     }
     if let Some(value) = result.finer {
-        let _ = writeln!(out, "    the best by columns four times finer: {value:.3}");
+        let _ = writeln!(out, "    the best with columns four times finer: {value:.3}");
     }
     if found.minima.len() > SHOWN {
         let _ = writeln!(out, "    and {} more; --json lists them", found.minima.len() - SHOWN);
@@ -199,14 +200,14 @@ fn recommended(result: &Oriented, made: &Recommendation, process: &Process, out:
     };
     row("recommended", &made.recommended);
     made.runners.iter().for_each(|runner| row(runner.role.name(), &runner.pose));
-    row("as it lies", &made.as_it_lies);
+    row("as in the file", &made.as_it_lies);
     made.own.iter().for_each(|own| row("yours", own));
     let gap = 100.0 * (1.0 - made.at_least_min / made.recommended.price_min);
     let _ = writeln!(
         out,
         "    proved: no pose costs less than {:.1} min (the part alone at the least height), {gap:.1} % below the recommended one{}",
         made.at_least_min,
-        if result.is_proved() { "" } else { "; that it is the best is not proved" }
+        if result.is_proved() { "" } else { "; not proved to be the best" }
     );
 }
 
@@ -214,7 +215,7 @@ fn recommended(result: &Oriented, made: &Recommendation, process: &Process, out:
 fn gap(result: &Oriented, bound: f64) -> String {
     let best = result.best().value;
     let gap = if best == bound { 0.0 } else { (best - bound) / best.abs() };
-    let end = if result.found.stop == Stop::Budget { ", where the budget ended" } else { "" };
+    let end = if result.found.stop == Stop::Budget { ", budget exhausted" } else { "" };
     if gap.is_finite() && bound != 0.0 {
         format!(" (gap {gap:.1e}{end})")
     } else {
@@ -234,16 +235,16 @@ fn table(rows: &[Compared], out: &mut String) {
 }
 
 /// Why a file without its plan is not published.
-pub const ONLY_VERIFIED_IS_PUBLISHED: &str = "only a file that verifies is published: give its plan with --plan PLAN.json; or, without any check for collisions, --unverified";
+pub const ONLY_VERIFIED_IS_PUBLISHED: &str = "only a verified file is published; pass its plan with --plan PLAN.json, or skip all collision checks with --unverified";
 
 /// What is said of a file that goes to a server unverified.
-pub const PUBLISHED_UNVERIFIED: &str = "the file is not verified: the head may hit the part, the table or the frame, and nobody has looked whether the server's printer runs the firmware that it is written for";
+pub const PUBLISHED_UNVERIFIED: &str = "the file is not verified: the head may hit the part, the table or the frame, and the server's firmware was not compared with the file's";
 
 /// A file on the server of a printer.
 pub fn published(done: &PublishResult) -> String {
     let PublishResult { to, name, bytes, sha256, delivered, stated, .. } = done;
     let how = if delivered.uploads == 0 { "was there already" } else { "uploaded" };
-    let started = if delivered.started { "; its print has begun" } else { "" };
+    let started = if delivered.started { "; its print has started" } else { "" };
     let mut out =
         format!("{}: {name} {how}, {bytes} bytes, the same as here (sha256 {sha256:.12}..){started}\n", to.kind);
     for (who, figures) in [("stated", stated), ("shown there", &delivered.shown)] {
@@ -255,7 +256,7 @@ pub fn published(done: &PublishResult) -> String {
         ];
         let known: Vec<String> = known.into_iter().flatten().collect();
         let all = if known.is_empty() {
-            "nothing yet; it looks through a file when it has time".to_owned()
+            "not scanned yet (the server scans files in the background)".to_owned()
         } else {
             known.join(", ")
         };
@@ -265,7 +266,8 @@ pub fn published(done: &PublishResult) -> String {
 }
 
 /// Flags of many models, given one.
-pub const BATCH_FLAGS: &str = "--jobs, --share and --retry are for many models: give a folder, or a list of models, one a line, that ends in .txt";
+pub const BATCH_FLAGS: &str =
+    "--jobs, --share and --retry are for many models; give a folder, or a .txt list with one model a line";
 
 /// Many models without a place for their results.
 pub fn batch_output(models: &Models) -> String {
@@ -274,9 +276,7 @@ pub fn batch_output(models: &Models) -> String {
         Models::List(path) => (path, "a list of models"),
     };
     let path = path.display();
-    format!(
-        "{path} is {what}; give the name of a file, or, for all models in it, a folder for their results with -o DIR"
-    )
+    format!("{path} is {what}; give a file name, or -o DIR for the results of all its models")
 }
 
 /// What became of one model of many.
@@ -284,7 +284,7 @@ pub fn batched(one: &Batched) -> String {
     let model = one.model.display();
     match &one.fate {
         Fate::Done => format!("{model}: done in {:.1} s", one.seconds),
-        Fate::Skipped => format!("{model}: was done before"),
+        Fate::Skipped => format!("{model}: already done"),
         Fate::Failed { why, .. } => format!("{model}: {why}"),
     }
 }
@@ -292,13 +292,13 @@ pub fn batched(one: &Batched) -> String {
 /// Many models.
 pub fn batch(done: &BatchResult) -> String {
     let BatchResult { done, skipped, failed, seconds } = done;
-    format!("{done} done, {skipped} done before, {} failed, {seconds:.1} s", failed.len())
+    format!("{done} done, {skipped} already done, {} failed, {seconds:.1} s", failed.len())
 }
 
 /// The end of a batch in which some failed.
 pub fn batch_failed(done: &BatchResult) -> String {
     format!(
-        "{} failed, listed above; the same command with --retry does them again",
+        "{} failed, listed above; repeat the command with --retry to try them again",
         counted(done.failed.len(), "model")
     )
 }
@@ -307,9 +307,9 @@ pub fn batch_failed(done: &BatchResult) -> String {
 pub fn listed(done: &Listed) -> String {
     let Listed { count, complete, seconds, .. } = done;
     if *complete {
-        format!("{count} sequences, all there are, {seconds:.2} s")
+        format!("{count} sequences, which are all, {seconds:.2} s")
     } else {
-        format!("{count} sequences and more; --limit and --budget say how many, {seconds:.2} s")
+        format!("{count} sequences, and more exist; raise --limit or --budget, {seconds:.2} s")
     }
 }
 
@@ -332,5 +332,5 @@ pub fn entry(entry: &serde_json::Value) -> String {
 
 /// `trunnion explain` of something else.
 pub fn no_such_code(given: &str, near: &str) -> String {
-    format!("{given}: there is no such code; the nearest is {near}")
+    format!("{given}: unknown code; the nearest is {near}")
 }

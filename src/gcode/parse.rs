@@ -77,7 +77,7 @@ pub enum ParseError {
         column: usize,
     },
     /// The checksum behind `*` is not that of the line: the file is damaged.
-    #[error("checksum *{stated} does not fit the line, which sums to {actual}: the file is damaged")]
+    #[error("checksum *{stated} does not match the line (computed {actual}); the file is damaged")]
     Checksum {
         /// As written.
         stated: u32,

@@ -29,10 +29,10 @@ use super::{Command, LineKind, ParsedLine};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Misreading {
     /// `(Z-5)` where parentheses hold no comment.
-    #[error("reads what is in parentheses; write comments behind ';'")]
+    #[error("reads what is in parentheses; write comments after ';'")]
     Parentheses,
     /// More bytes than are read.
-    #[error("reads {most} bytes of a line, and this one has {bytes}; shorten it")]
+    #[error("reads at most {most} bytes of a line, and this one has {bytes}; shorten it")]
     Long {
         /// As the firmware counts them.
         bytes: usize,
@@ -40,13 +40,13 @@ pub enum Misreading {
         most: usize,
     },
     /// A letter twice.
-    #[error("does not take the last of two {0} words; write each letter once")]
+    #[error("does not use the last of two {0} words; write each letter once")]
     Repeated(char),
     /// `X1E5` as a number.
-    #[error("reads E right behind a number as an exponent; write a blank before E")]
+    #[error("reads E right after a number as an exponent; write a space before E")]
     Exponent,
     /// A letter that is not a capital.
-    #[error("does not read small letters; write capitals")]
+    #[error("does not read lowercase letters; write capitals")]
     SmallLetters,
     /// Words and no command.
     #[error("does not read words without a command; write G1 before them")]
@@ -55,16 +55,16 @@ pub enum Misreading {
     #[error("reads an O word as a subroutine, loop or condition; write out what it does")]
     ControlFlow,
     /// `G01`, `G1.0`, `G 1`.
-    #[error("does not know a command that is written so; write it as {0}")]
+    #[error("does not recognize a command written this way; write it as {0}")]
     Spelling(Command),
     /// Several commands of which not all that is meant is done.
-    #[error("carries out {0} commands in an order of its own; write each on a line of its own")]
+    #[error("executes {0} commands in its own order; write each on its own line")]
     Several(usize),
     /// `E1:2` in a move.
     #[error("reads a list of numbers as several motors; write one number")]
     List,
     /// `G3 .. P1`.
-    #[error("makes full circles before an arc with a P word, or passes it over; write the circles out")]
+    #[error("makes full circles before an arc with a P word, or ignores it; write the circles out")]
     Circles,
     /// A carriage return in the middle.
     #[error("may end the line at a carriage return; remove it")]
@@ -73,10 +73,10 @@ pub enum Misreading {
     #[error("does not read checksums; remove '*' and what follows")]
     Checksum,
     /// A comment that is carried out.
-    #[error("carries out a comment that begins so; remove it")]
+    #[error("executes a comment that begins this way; remove it")]
     ActiveComment,
     /// A command in what is read as text.
-    #[error("reads a further command in the text; quote it")]
+    #[error("reads another command in the text; quote it")]
     CommandInText,
 }
 

@@ -16,7 +16,7 @@ pub enum InputError {
     #[error(transparent)]
     File(#[from] FileError),
     /// No file of that name; its folder may have one that is called nearly so.
-    #[error("{file}: there is no such file{}", near.as_ref().map_or(String::new(), |near| format!("; did you mean {near}?")))]
+    #[error("{file}: file not found{}", near.as_ref().map_or(String::new(), |near| format!("; did you mean {near}?")))]
     Absent {
         /// As asked for.
         file: String,
@@ -24,7 +24,7 @@ pub enum InputError {
         near: Option<String>,
     },
     /// A web address; nothing is fetched.
-    #[error("{address}: a web address, and files are read from this computer alone; download it, and give the file")]
+    #[error("{address}: web addresses are not fetched; download it and give the file")]
     Address {
         /// As given.
         address: String,
@@ -36,7 +36,7 @@ pub enum InputError {
     #[error(transparent)]
     Setting(#[from] super::BadSetting),
     /// Profiles that extend each other without end, or one in hand that names a file.
-    #[error("{file}: extends {named}; only files can extend files, {most} at most one over the other, and none itself")]
+    #[error("{file}: extends {named}; only files can extend files, at most {most} levels deep, and never themselves")]
     Layers {
         /// The file.
         file: String,
@@ -46,14 +46,14 @@ pub enum InputError {
         most: usize,
     },
     /// A plan whose model is neither where it says nor beside it.
-    #[error("{plan}: the model {model} is not there")]
+    #[error("{plan}: model {model} not found")]
     NoModel {
         /// The plan.
         plan: String,
         /// The model's file, as the plan names it.
         model: String,
     },
-    /// A plan whose model has a unit that nobody knows.
+    /// A plan whose model has an unknown unit.
     #[error("{plan}: {source}")]
     Unit {
         /// The plan.
@@ -61,8 +61,8 @@ pub enum InputError {
         /// The unit.
         source: UnknownUnit,
     },
-    /// A profile of the user's own that nobody can ask for.
-    #[error("{}: a shipped profile is called {name} too, and goes first; rename the file", path.display())]
+    /// A user's profile hidden by a shipped one of the same name.
+    #[error("{}: {name} is also a shipped profile, which takes precedence; rename the file", path.display())]
     Hidden {
         /// The file.
         path: PathBuf,
@@ -72,7 +72,7 @@ pub enum InputError {
     /// A model that cannot be read.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A profile with a value that TOML has no words for.
+    /// A profile with a value that TOML cannot express.
     #[error("the profile cannot be written as TOML: {why}")]
     Unwritable {
         /// The writer's words.

@@ -10,7 +10,7 @@ use crate::profile::OutOfRange;
 #[strum(serialize_all = "kebab-case", prefix = "setting/")]
 pub enum BadSetting {
     /// A number out of its range.
-    #[error("{name} {value}{unit} is out of {}..{}", allowed[0], allowed[1])]
+    #[error("{name} {value}{unit}: must be {}..{}", allowed[0], allowed[1])]
     OutOfRange {
         /// The setting.
         name: &'static str,
@@ -22,7 +22,7 @@ pub enum BadSetting {
         allowed: [f64; 2],
     },
     /// A number out of the range that profiles have.
-    #[error("{name} {} is out of {}", source.value, source.allowed)]
+    #[error("{name} {}: must be {}", source.value, source.allowed)]
     Number {
         /// The setting.
         name: &'static str,
@@ -40,7 +40,7 @@ pub enum BadSetting {
         wanted: String,
     },
     /// A count of nothing.
-    #[error("{name} 0: allowed is 1 and more")]
+    #[error("{name} must be at least 1, got 0")]
     Zero {
         /// The setting.
         name: &'static str,
@@ -58,7 +58,7 @@ pub enum BadSetting {
         what: &'static str,
     },
     /// A part that the model does not have.
-    #[error("part {given} is out of range: {model} has parts 0..{last}")]
+    #[error("part {given} does not exist; {model} has parts 0..{last}")]
     NoSuchPart {
         /// Its number.
         given: usize,
@@ -68,13 +68,13 @@ pub enum BadSetting {
         model: String,
     },
     /// Several parts where the result is of one.
-    #[error("part: there are {count} parts, and a picture is of one; choose one, or take all as one (whole)")]
+    #[error("part: the model has {count} parts, and a picture shows one; choose one, or treat all as one (whole)")]
     SeveralParts {
         /// How many.
         count: usize,
     },
     /// A direction without a length.
-    #[error("{name} {},{},{}: no direction; give three numbers that are not all 0, as 0,0,1", given[0], given[1], given[2])]
+    #[error("{name} {},{},{} has no direction; give three numbers that are not all 0, for example 0,0,1", given[0], given[1], given[2])]
     Direction {
         /// The setting.
         name: &'static str,
@@ -82,10 +82,10 @@ pub enum BadSetting {
         given: [f64; 3],
     },
     /// A pose to be priced where nothing is.
-    #[error("up: only the objective printable prices a pose, and a comparison shows one; ask for either (compare)")]
+    #[error("up: only the objective printable prices a pose, and only compare shows one; choose one of them")]
     OwnPose,
     /// No facet as large as asked for.
-    #[error("contact-area-min {least} mm2: no direction lays so much on the bed; the most is {most:.3} mm2")]
+    #[error("contact-area-min {least} mm2: no orientation has that much bed contact; the largest is {most:.3} mm2")]
     NoContact {
         /// What was asked for, mm².
         least: f64,
@@ -94,7 +94,7 @@ pub enum BadSetting {
     },
     /// A model of several parts that is to stand as `orient` recommends.
     #[error(
-        "up auto: {model} has {parts} parts, and poses are priced for one; say what is up (0,0,1), the part that it stands on, or join them"
+        "up auto: {model} has {parts} parts, and poses are priced for one; give a direction (0,0,1) or a base part, or join the parts"
     )]
     SeveralToStand {
         /// The model.
@@ -103,13 +103,11 @@ pub enum BadSetting {
         parts: usize,
     },
     /// Boxes of the file's frame for a model that is turned.
-    #[error(
-        "no_cut: boxes are in the file's frame, and up turns the model; give one of them, or turn the model before"
-    )]
+    #[error("no-cut: boxes use the file's coordinates and cannot be combined with up; rotate the model first")]
     TurnedBoxes,
     /// A part that the model cannot stand on.
     #[error(
-        "base {part}: part {part} ({name}) has no plane face that everything else lies above; give the direction itself as up"
+        "base {part}: part {part} ({name}) has no flat face that everything else is above; give the direction with up"
     )]
     NoBase {
         /// The part.
@@ -119,8 +117,8 @@ pub enum BadSetting {
     },
     /// A model that is not all in the space for its supports.
     #[error(
-        "space: the model lies from {low:.3} to {high:.3} mm in {axis}, the space from {:.3} to {:.3}; give a larger space, move the model, \
-         or let it stand on the ground (without --keep-z)", space[0], space[1]
+        "space: the model reaches from {low:.3} to {high:.3} mm in {axis}, the space from {:.3} to {:.3}; enlarge the space, move the model, or \
+         stand it on the ground (without --keep-z)", space[0], space[1]
     )]
     OutsideSpace {
         /// `x`, `y` or `z`.
@@ -132,8 +130,8 @@ pub enum BadSetting {
         /// Where the space begins and ends, mm.
         space: [f64; 2],
     },
-    /// A file whose name says nothing of its format.
-    #[error("{name} {}: written are {allowed}; end the name so", path.display())]
+    /// A file type that is not supported.
+    #[error("{name} {}: unsupported file type; use {allowed}", path.display())]
     Ending {
         /// The setting.
         name: &'static str,
@@ -143,7 +141,7 @@ pub enum BadSetting {
         allowed: &'static str,
     },
     /// A grid that does not fit in memory.
-    #[error("step {step} mm makes {cubes:.3e} cubes, at most {most:.0e} fit in memory; --step {fits} does")]
+    #[error("step {step} mm makes {cubes:.3e} cubes, and at most {most:.0e} fit in memory; use --step {fits}")]
     TooFine {
         /// The step, mm.
         step: f64,
@@ -154,7 +152,7 @@ pub enum BadSetting {
         /// A step that fits, mm.
         fits: f64,
     },
-    /// An objective that is none.
+    /// An invalid objective.
     #[error("{name}: {source}")]
     Objective {
         /// The setting.
@@ -162,8 +160,8 @@ pub enum BadSetting {
         /// What is wrong with it.
         source: BadObjective,
     },
-    /// A method that nobody knows.
-    #[error("{name} {given}: not known; did you mean {nearest}?")]
+    /// An unknown method.
+    #[error("{name} {given} is unknown; did you mean {nearest}?")]
     Method {
         /// The setting.
         name: &'static str,

@@ -65,7 +65,7 @@ impl Share {
         match two {
             Some((from, of)) if from < of => Ok(Self { from, of }),
             _ => {
-                let wanted = "not I/N with I from 0 to N-1; write for example 0/4".to_owned();
+                let wanted = "must be I/N with I from 0 to N-1, for example 0/4".to_owned();
                 Err(BadSetting::Words { name: "share", text: text.to_owned(), wanted }.into())
             }
         }

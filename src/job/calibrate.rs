@@ -148,21 +148,18 @@ impl CalibrateResult {
                     format!("touch {} ({}:{}) by {:.3} mm", o.number, self.file, o.line, o.off_mm.abs())
                 };
                 let all: Vec<String> = self.fit.outliers.iter().map(of).collect();
-                format!(
-                    "against all others these are off: {}; touch them again, or take them out of the file",
-                    all.join(", ")
-                )
+                format!("outliers: {}; measure them again or remove them", all.join(", "))
             }
             Refusal::Scattered { rms_mm, noise_mm } => format!(
-                "the touches scatter by {rms_mm:.3} mm, and one is to repeat to {noise_mm} mm (repeats_to_mm); something gives or slips, or \
-                 the tip is another than [tip] says; where touches are that rough, say so there"
+                "the touches scatter by {rms_mm:.3} mm, but each should repeat to {noise_mm} mm (repeats_to_mm); something slips, or [tip] is \
+                 wrong; raise repeats_to_mm if touches are that rough"
             ),
             Refusal::Sloped { mm, allowed_mm } => {
                 let k = &self.machine.profile.kinematics;
                 let along = if k.tilt.about == TiltAxisName::X { 'X' } else { 'Y' };
                 format!(
-                    "the table is not level along {along} where {} and {} are zero, and no angle makes it so: its rim is off by {mm:.3} mm \
-                     ({allowed_mm} mm is allowed); level it on its axis, or raise --tolerance",
+                    "the table is not level along {along} where {} and {} are zero, and no angle levels it: its rim is off by {mm:.3} mm (allowed \
+                     {allowed_mm} mm); level it on its axis, or raise --tolerance",
                     k.tilt.letter, k.rotation.letter
                 )
             }
@@ -174,7 +171,7 @@ impl CalibrateResult {
         let fit = &self.fit;
         let mut out = format!("{}: {} used", self.file, count(fit.deviations.len()));
         if !self.touches.empty.is_empty() {
-            let _ = write!(out, ", {} without at_mm left out", self.touches.empty.len());
+            let _ = write!(out, ", {} without at_mm ignored", self.touches.empty.len());
         }
         let _ = writeln!(out, "; {} more numbers than unknowns", fit.freedom);
         let _ = writeln!(out, "\n{:54} differs from {} by      known to (95 %)", "", self.machine.name);
@@ -191,14 +188,14 @@ impl CalibrateResult {
             let _ = match fit.misaligned {
                 true => writeln!(
                     out,
-                    "\nthe axes are not where {} has them: without their directions (along) a point on or over the table would be off by up \
-                     to {mm:.3} mm",
+                    "\nthe axes differ from {}: without their measured directions (along), points on or over the table would be off by up to \
+                     {mm:.3} mm",
                     self.machine.name
                 ),
                 false => writeln!(
                     out,
-                    "\nthe axes are where {} has them: with the directions found a point on or over the table would come {mm:.3} mm \
-                     elsewhere, and less than {allowed} mm (--tolerance) is not written",
+                    "\nthe axes agree with {}: the measured directions move points on or over the table by {mm:.3} mm; changes below {allowed} mm \
+                     (--tolerance) are not written",
                     self.machine.name
                 ),
             };
@@ -207,7 +204,7 @@ impl CalibrateResult {
         for (name, [x, y, z]) in &fit.places {
             let _ = writeln!(out, "{name}: on the table at X {x:.3} Y {y:.3} Z {z:.3}");
         }
-        let _ = writeln!(out, "\none number scatters by {:.4} mm; the touches that are farthest off:", fit.rms_mm);
+        let _ = writeln!(out, "\none number scatters by {:.4} mm; the largest deviations:", fit.rms_mm);
         let mut worst: Vec<_> = fit.deviations.iter().collect();
         worst.sort_by(|a, b| b.off_mm.abs().total_cmp(&a.off_mm.abs()));
         for d in worst.iter().take(5) {
@@ -246,7 +243,7 @@ impl std::fmt::Display for Uncalibrated {
             NoFit::Touch(number, line, why) => write!(f, "{}:{line}: touch {number}: {why}", self.file),
             NoFit::Unsettled => write!(
                 f,
-                "{}: no machine fits these touches; look for a mark under a wrong name, or for X, Y, Z or angles of another touch",
+                "{}: no machine fits these touches; check for a mark under a wrong name, or swapped X, Y, Z or angles",
                 self.file
             ),
             NoFit::Undetermined(what) => self.undetermined(what, f),
@@ -262,7 +259,7 @@ impl Uncalibrated {
             format!("{name} ({to})")
         };
         let unknowns: Vec<String> = what.unknowns.iter().map(told).collect();
-        write!(f, "{}: the touches do not tell {}", self.file, unknowns.join(", "))?;
+        write!(f, "{}: the touches do not determine {}", self.file, unknowns.join(", "))?;
         if let Some([x, y]) = what.new_mark {
             write!(f, "; draw a mark on the table near X{x} Y{y} of it and touch that")?;
         }
@@ -361,11 +358,11 @@ impl PosesResult {
             );
         }
         let wanted = if self.choice.enough {
-            "they will tell"
+            "they determine"
         } else {
-            "these are as many as were asked for (--most), or as the head reaches; they will tell"
+            "these are as many as were asked for (--most), or as the head reaches; they determine"
         };
-        let _ = writeln!(out, "{wanted}, if touches repeat as said (standard errors):");
+        let _ = writeln!(out, "{wanted}, if touches repeat as stated (standard errors):");
         for (name, error, angle) in &self.choice.errors {
             let _ = writeln!(out, "  {name:54} {error:.4} {}", if *angle { "deg" } else { "mm" });
         }

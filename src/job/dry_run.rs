@@ -28,7 +28,7 @@ impl DryRun {
         let places = self.poses.iter().map(|pose| pose.places.len()).sum();
         let left_out = match &self.left_out[..] {
             [] => String::new(),
-            lines => format!("; of the start lines these are not in it: {}", lines.join(", ")),
+            lines => format!("; omitted start-code lines: {}", lines.join(", ")),
         };
         let (poses, places) = (counted(self.poses.len(), "pose"), counted(places, "place"));
         format!("cold, {poses} with a stop at each, {places} from 20 mm above{left_out}")

@@ -28,7 +28,7 @@ pub enum Error {
     #[error(transparent)]
     File(#[from] FileError),
     /// Two prints of one call for the same printer.
-    #[error("{port}: two prints cannot go to one port ({} and {}); give each its own", files[0].display(), files[1].display())]
+    #[error("{port}: two prints cannot use one port ({} and {}); give each its own", files[0].display(), files[1].display())]
     SamePort {
         /// The port.
         port: String,
@@ -36,23 +36,22 @@ pub enum Error {
         files: [PathBuf; 2],
     },
     /// A finished program where a slicer's file was to be.
-    #[error("{file} is a finished program already, by another plan; slice again, or give the plan it was made by")]
+    #[error("{file} is already a finished program of another plan; slice again, or pass the plan that made it")]
     OtherPlan {
         /// The file.
         file: String,
     },
-    /// A file to be looked at that is no finished program.
+    /// A file that is not a finished program.
     #[error(
-        "{file} has no ;TRUNNION mark with a plan at its head, so neither prepare nor rewrite has written it; a slicer's own file must be \
-         rewritten first"
+        "{file} was not written by prepare or rewrite (no ;TRUNNION mark with a plan at its head); rewrite the slicer's file first"
     )]
     NotOurs {
         /// The file.
         file: String,
     },
-    /// A file to be looked at that another plan made.
+    /// A file that another plan made.
     #[error(
-        "{file} was made by the plan with hash {made_by:.12}.., this one has {given:.12}..; give the plan it was made by"
+        "{file} was made from the plan with hash {made_by:.12}.., and this one has {given:.12}..; pass the plan that made it"
     )]
     MadeByAnother {
         /// The file.
@@ -63,7 +62,7 @@ pub enum Error {
         given: String,
     },
     /// A program in which nothing moves.
-    #[error("{file} has no moves, so there is nothing to see; was it cut short?")]
+    #[error("{file} has no moves, so there is nothing to see; check that it is complete")]
     NoMoves {
         /// The file.
         file: String,
@@ -74,7 +73,7 @@ pub enum Error {
     /// What cannot be packed.
     #[error(transparent)]
     Packing(#[from] super::BadPacking),
-    /// An answer about a new machine that is none.
+    /// An invalid answer about a new machine.
     #[error("{what}: {why}")]
     Answer {
         /// The answer, or its file.
@@ -82,17 +81,17 @@ pub enum Error {
         /// What is wrong with it.
         why: String,
     },
-    /// A machine of which too little is told.
+    /// A machine with unanswered questions.
     #[error(
-        "not answered: {keys}; give each as --set KEY=VALUE or in --answers FILE, or take the rest as it is in the other profile with --keep-rest"
+        "not answered: {keys}; pass --set KEY=VALUE or --answers FILE, or keep the other profile's values with --keep-rest"
     )]
     Unanswered {
         /// The keys.
         keys: String,
     },
-    /// A machine of which its firmware's files say too little.
+    /// A machine that its firmware's files do not describe completely.
     #[error(
-        "not in these files: {keys}; give each as --set KEY=VALUE or in --answers FILE, or take the rest as it is in {like} with --keep-rest"
+        "not in these files: {keys}; pass --set KEY=VALUE or --answers FILE, or keep the values of {like} with --keep-rest"
     )]
     Untold {
         /// The keys, each with what is asked.
@@ -103,8 +102,8 @@ pub enum Error {
     /// Files of a firmware that describe no machine.
     #[error(transparent)]
     Import(#[from] ImportError),
-    /// A file that is not written over.
-    #[error("{} is there already, and is not written over; give another name, or take it away first", path.display())]
+    /// An existing file, which is never overwritten.
+    #[error("{} already exists and is never overwritten; choose another name or delete it", path.display())]
     There {
         /// The file.
         path: PathBuf,
@@ -112,7 +111,7 @@ pub enum Error {
     /// Touches that are none.
     #[error(transparent)]
     Touches(#[from] crate::calibrate::TouchError),
-    /// Touches that do not tell everything about a machine.
+    /// Touches that do not determine the machine.
     #[error("{0}")]
     Calibration(Box<super::Uncalibrated>),
     /// A rehearsal on the machine that is not proved clear.
@@ -123,7 +122,7 @@ pub enum Error {
     },
     /// A machine whose table no tip can touch.
     #[error(
-        "profile {profile}: the head reaches the table in no pose within its limits; hold limits, pivot_mm and offset_mm against the machine"
+        "profile {profile}: no pose within the axis limits lets the nozzle reach the table; check limits, pivot_mm and offset_mm"
     )]
     NoTouches {
         /// The profile.
@@ -133,7 +132,7 @@ pub enum Error {
     #[error(transparent)]
     Simulation(#[from] BadSimulation),
     /// An open surface where an objective is a volume or needs an inside.
-    #[error("{source}; {objective} is a volume or needs an inside, so the mesh must be closed")]
+    #[error("{source}; {objective} needs a volume or an inside, so the mesh must be closed")]
     NeedsClosed {
         /// Where it is open.
         source: Box<MeshError>,
@@ -142,7 +141,7 @@ pub enum Error {
     },
     /// A part of which no direction is better than another.
     #[error(
-        "part {part}: none of its {facets} facets has an area, so no direction is better than another; export the model again"
+        "part {part}: none of its {facets} facets has an area, so all directions are equal; export the model again"
     )]
     NoArea {
         /// The part.
@@ -163,7 +162,7 @@ pub enum Error {
     #[error(transparent)]
     Rewrite(#[from] RewriteError),
     /// A sliced file that could be any print of the plan.
-    #[error("{file}: which print is it? name the file print-NN.., label objects in the slicer")]
+    #[error("{file}: cannot tell which print this is; name the file print-NN.., or label objects in the slicer")]
     WhichPrint {
         /// The file.
         file: String,
@@ -176,7 +175,7 @@ pub enum Error {
         /// Why.
         source: ProgramError,
     },
-    /// A program that the printer cannot do.
+    /// A program that the printer cannot execute.
     #[error("{}: {unfit}; nothing was sent", path.display())]
     Unfit {
         /// The program.
@@ -184,10 +183,8 @@ pub enum Error {
         /// What it cannot.
         unfit: Unfit,
     },
-    /// A profile whose printer nobody can stream to.
-    #[error(
-        "profile {profile}: [link] protocol is {protocol:?}, which cannot be streamed to; known are marlin, rrf, klipper and grbl"
-    )]
+    /// A profile whose printer cannot be streamed to.
+    #[error("profile {profile}: [link] protocol {protocol:?} cannot be streamed; use marlin, rrf, klipper or grbl")]
     Protocol {
         /// The profile.
         profile: String,
@@ -196,8 +193,7 @@ pub enum Error {
     },
     /// No journal where one is looked for.
     #[error(
-        "{}: there is no such journal, without which nobody knows how far the print of {} has come; it was looked for there only: give the one \
-         that send has written with --journal FILE, or print from the start without --resume",
+        "{}: journal not found, so the progress of {} is unknown; pass its path with --journal FILE, or print from the start without --resume",
         path.display(),
         program.display()
     )]
@@ -209,8 +205,7 @@ pub enum Error {
     },
     /// A program that is not the one whose print was interrupted.
     #[error(
-        "{}: the file has changed since the print began, or the journal is another's (it is of {of}, {then} bytes; this one has {now}); what was \
-         printed cannot be matched to it",
+        "{}: the file changed after the print started, or the journal belongs to another file ({of}, {then} bytes; this one has {now})",
         path.display()
     )]
     ProgramChanged {
@@ -224,22 +219,19 @@ pub enum Error {
         now: u64,
     },
     /// A machine that is not the one whose print was interrupted.
-    #[error("profile {profile} has changed since the print began; give the same one")]
+    #[error("profile {profile} changed after the print started; use the same one")]
     ProfileChanged {
         /// The profile.
         profile: String,
     },
     /// A print that is complete.
-    #[error("{}: this print is complete; there is nothing to resume", path.display())]
+    #[error("{}: this print is complete; nothing to resume", path.display())]
     Ended {
         /// The program.
         path: PathBuf,
     },
-    /// The operator does not want the machine to move.
-    #[error(
-        "nothing was moved; the print would continue at line {line}, in the way that is told above: agree to it by typing yes at a terminal, or by \
-         --yes"
-    )]
+    /// The operator did not confirm the move.
+    #[error("nothing was moved; to continue at line {line} as described above, type yes at a terminal or pass --yes")]
     Refused {
         /// The line of the program.
         line: u32,
@@ -252,7 +244,7 @@ pub enum Error {
         /// The system's words.
         source: std::io::Error,
     },
-    /// A simulated printer's log that takes nothing.
+    /// A simulated printer's log that cannot be written.
     #[error("log: {source}")]
     Log {
         /// The system's words.
@@ -262,7 +254,7 @@ pub enum Error {
     #[error(transparent)]
     Port(#[from] PortError),
     /// A folder or a list without a model.
-    #[error("{}: there is no model in it; a model ends in .stl, .obj, .3mf or .off", path.display())]
+    #[error("{}: no models found; a model ends in .stl, .obj, .3mf or .off", path.display())]
     NoModels {
         /// The folder or list.
         path: PathBuf,

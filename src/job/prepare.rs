@@ -144,7 +144,7 @@ impl Proving<'_> {
         match first.as_ref().err().and_then(|failed| unfit(&failed.error)) {
             Some(why) if !named && self.slicer.name() != BuiltIn.name() => {
                 let name = self.slicer.name();
-                self.world.progress.warning(&format!("{name} {why}; sliced by the built-in slicer instead"));
+                self.world.progress.warning(&format!("{name} {why}; using the built-in slicer instead"));
                 by(&BuiltIn)
             }
             _ => first,

@@ -189,16 +189,16 @@ fn refusals(profile: &Profile, tilts: &[Tilted]) -> Vec<String> {
     let cone = matches!(&profile.head.body[..], [one] if one.kind == BodyKind::Frustum);
     if cone && !profile.head.bare_cone {
         all.push(
-            "the head is one bare cone, so nothing above the nozzle would ever collide; measure heater block, fan and carriage and give each \
-             a [[head.body]], or say [head] bare_cone = true where there is nothing else"
+            "the head is one bare cone, so nothing above the nozzle would ever collide; add heater block, fan and carriage as [[head.body]], or \
+             set [head] bare_cone = true"
                 .to_owned(),
         );
     }
     if tilts[0].reached_mm.is_none() {
         let [x, y, z] = tilts[0].centre_mm.map(plain);
         all.push(format!(
-            "the tip reaches no place on the line through the level table's middle (X {x} Y {y} Z {z}); hold [limits], pivot_mm, offset_mm and \
-             the bodies of head and frame against the machine"
+            "the tip cannot reach the line through the level table's middle (X {x} Y {y} Z {z}); check [limits], pivot_mm, offset_mm and the \
+             bodies of head and frame"
         ));
     }
     all
@@ -218,14 +218,14 @@ impl CheckedProfile {
     pub fn text(&self) -> String {
         let profile = &self.machine.profile;
         let letter = profile.kinematics.tilt.letter;
-        let fine = if self.refusals.is_empty() { "fine" } else { "not to be used as it is" };
+        let fine = if self.refusals.is_empty() { "fine" } else { "not usable as it is" };
         let mut out = format!("{}: {fine}\n\n", self.machine.name);
         for at in &self.tilts {
             let [x, y, z] = at.centre_mm.map(plain);
             let beyond = if at.within { "" } else { ", which is beyond the axes" };
             let _ = writeln!(
                 out,
-                "{letter}{:.2}: the middle of the table comes to X {x} Y {y} Z {z}{beyond}, its highest point to Z {:.1}; the tip may go {:.1} mm \
+                "{letter}{:.2}: the middle of the table moves to X {x} Y {y} Z {z}{beyond}, its highest point to Z {:.1}; the tip may go {:.1} mm \
                  above that; on the bare table the head reaches {}",
                 at.tilt_deg,
                 at.top_mm,
@@ -236,7 +236,7 @@ impl CheckedProfile {
         let [wide, high] = self.largest_level_mm;
         let _ = writeln!(out, "\nlargest object on the level table: {wide:.1} mm across, {high:.1} mm high");
         let _ = match self.largest_any_mm {
-            mm if mm < 1.0 => writeln!(out, "no object in the middle of the table is within the axes at every tilt"),
+            mm if mm < 1.0 => writeln!(out, "no object in the middle of the table stays within the axes at every tilt"),
             mm => writeln!(out, "largest object within the axes at every tilt: {mm:.1} mm across and as high"),
         };
         let top = profile.limits.z_mm[1];
@@ -265,7 +265,7 @@ impl CheckedProfile {
                  rises and falls by up to {rim:.2} mm as {turn} turns"
             );
         }
-        out.push_str("hold these against the machine: tilt the table to each, and touch its middle with the nozzle");
+        out.push_str("compare these with the machine: tilt the table to each, and touch its middle with the nozzle");
         out
     }
 
@@ -323,9 +323,13 @@ mod tests {
     #[test]
     fn a_table_that_is_never_level_or_never_reached_is_refused() {
         let never = check("[kinematics.tilt]\nmin_deg = 10.0\n").unwrap_err();
-        assert!(never.contains("kinematics.tilt.min_deg = 10..90 is out of a range that holds level"), "{never}");
+        assert!(never.contains("kinematics.tilt.min_deg = 10..90: must be a range that includes level"), "{never}");
         assert!(check("[kinematics.tilt]\nmin_deg = 10.0\nzero_deg = 20.0\n").is_ok());
         let far = check("[kinematics]\npivot_mm = [0.0, 900.0, 0.0]\n").unwrap();
-        assert!(far.refusal().unwrap().contains("the tip reaches no place"), "{:?}", far.refusals);
+        assert!(
+            far.refusal().unwrap().contains("the tip cannot reach the line through the level table's middle"),
+            "{:?}",
+            far.refusals
+        );
     }
 }

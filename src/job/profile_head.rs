@@ -125,7 +125,7 @@ impl Measures {
     fn span(&self, key: &str, low: f64) -> Result<Option<[f64; 2]>, Error> {
         match self.numbers::<2>(key, low)? {
             Some([from, to]) if from >= to => {
-                wrong(key, self.value(key), "the first is not below the second; were they exchanged?")
+                wrong(key, self.value(key), "the first must be below the second; they may be swapped")
             }
             other => Ok(other),
         }
@@ -144,12 +144,12 @@ impl Measures {
             return wrong(
                 "head.nozzle_tip_mm, head.cone_mm",
                 None,
-                "the profile that yours is like has no nozzle that begins at the tip; give both",
+                "the --like profile has no nozzle that begins at the tip; give both",
             );
         };
         if tip <= 0.0 || length <= 0.0 || widest < tip {
             let why = format!(
-                "from {tip} mm across the tip to {widest} mm over a length of {length} mm: no nozzle grows narrower upward"
+                "{tip} mm across the tip and {widest} mm over a length of {length} mm: a nozzle cannot grow narrower upward"
             );
             return wrong("head.cone_mm", self.value("head.cone_mm"), &why);
         }
@@ -168,11 +168,11 @@ impl Measures {
         let sides = sides.or(there.map(|(min, max)| [-min[0], max[0], -min[1], max[1]]));
         let heights = heights.or(there.map(|(min, max)| [min[2], max[2]]));
         let (Some([left, right, front, back]), Some([low, high])) = (sides, heights) else {
-            let why = format!("the profile that yours is like has no {name}; give both");
+            let why = format!("the --like profile has no {name}; give both");
             return wrong(&keys.join(", "), None, &why);
         };
         if left + right <= 0.0 || front + back <= 0.0 {
-            return wrong(keys[0], self.value(keys[0]), "left and right, and front and back, are more than 0 together");
+            return wrong(keys[0], self.value(keys[0]), "left plus right, and front plus back, must be above 0");
         }
         *slot = Some(cuboid(name, "XYZ", [-left, -front, low], [right, back, high]));
         Ok(())
@@ -192,21 +192,21 @@ impl Measures {
             None => there.map(|body| body.moves.clone()),
             Some(value) => match value.as_str() {
                 Some("none") if faces.is_some() || heights.is_some() => {
-                    return wrong(keys[0], Some(value), "a beam that is not there has no measures");
+                    return wrong(keys[0], Some(value), "a beam of none has no measures");
                 }
                 Some("none") => {
                     roles.gantry = None;
                     return Ok(());
                 }
                 Some(text @ ("YZ" | "XZ")) => Some(text.to_owned()),
-                _ => return wrong(keys[0], Some(value), "give YZ, XZ or none"),
+                _ => return wrong(keys[0], Some(value), "must be YZ, XZ or none"),
             },
         };
         let across = usize::from(moves.as_deref() != Some("XZ"));
         let faces = faces.or(box_of.map(|(min, max)| [min[across], max[across]]));
         let heights = heights.or(box_of.map(|(min, max)| [min[2], max[2]]));
         let (Some(moves), Some([front, rear]), Some([low, high])) = (moves, faces, heights) else {
-            return wrong(&keys.join(", "), None, "the profile that yours is like has no such beam; give all three");
+            return wrong(&keys.join(", "), None, "the --like profile has no such beam; give all three");
         };
         // As long as the tip goes, and a bit more, in the machine's own coordinates.
         let [from, to] = reach[1 - across];
@@ -261,11 +261,11 @@ pub(super) fn measured(answers: &mut Table, like: &Profile) -> Result<(), Error>
         if !names.contains(&key.as_str()) {
             let near = nearest(key, names.into_iter().chain(own)).filter(|(edits, _)| *edits <= MOST_EDITS);
             let meant = near.map_or_else(String::new, |(_, name)| format!("; did you mean \"head.{name}\"?"));
-            return wrong(&format!("head.{key}"), None, &format!("no measure and no key of a head{meant}"));
+            return wrong(&format!("head.{key}"), None, &format!("not a measure and not a key of a head{meant}"));
         }
     }
     if head.contains_key("body") {
-        return wrong("head.body", None, "it is the whole head; give either that or measures");
+        return wrong("head.body", None, "this is the whole head; give either it or measures");
     }
     let measures = Measures(given.iter().filter_map(|key| Some((key.clone(), head.remove(key)?))).collect());
     let reach = [("x_mm", like.limits.x_mm), ("y_mm", like.limits.y_mm)].map(|(key, was)| {

@@ -98,7 +98,7 @@ impl Shelf for Beside<'_> {
             FileError::Read { source, .. } => in_words(&source),
             other => other.to_string(),
         })?;
-        String::from_utf8(bytes).map_err(|_| "it is not a text file".to_owned())
+        String::from_utf8(bytes).map_err(|_| "not a text file".to_owned())
     }
 
     fn names(&self, folder: &Path) -> Vec<String> {
@@ -195,7 +195,7 @@ impl Known {
         let theirs = &self.like.profile.dialect.firmware;
         if Firmware::named(self.imported.firmware).is_some() && theirs != self.imported.firmware {
             notes.push(format!(
-                "{} speaks {theirs}'s words and this machine {}'s: hold [dialect] and [link] against it, or leave out --like",
+                "{} is for {theirs} and this machine runs {}; check [dialect] and [link], or leave out --like",
                 self.like.name, self.imported.firmware
             ));
         }
@@ -352,7 +352,7 @@ impl ImportedProfile {
     pub fn text(&self, kept_in: Option<&Path>, world: &World<'_>) -> String {
         let like = &self.like.name;
         let mut heading = format!(
-            "{}: described by trunnion profile import from {} ({}), like {like}.\nBehind # stands where each key comes from.\n",
+            "{}: described by trunnion profile import from {} ({}), like {like}.\nComments after # say where each key comes from.\n",
             self.name, self.files, self.firmware
         );
         if !self.unanswered.is_empty() {
@@ -362,11 +362,11 @@ impl ImportedProfile {
             if self.facts.iter().any(|fact| fact.key == "table.thickness_mm") { "" } else { "table.thickness_mm, " };
         let _ = writeln!(
             heading,
-            "No such file states {thick}dialect.start, dialect.end and link.rehome: hold them against the machine."
+            "Such files never state {thick}dialect.start, dialect.end and link.rehome: check them on the machine."
         );
         let _ = writeln!(
             heading,
-            "Every other key, speeds and [link] among them, is as in {like}: trunnion profile show has them all."
+            "All other keys, such as speeds and [link], are as in {like}: trunnion profile show lists them."
         );
         if self.profile.head == self.like.profile.head {
             heading += SAME_HEAD;
@@ -374,7 +374,7 @@ impl ImportedProfile {
         for note in &self.notes {
             let _ = writeln!(heading, "{}", one_line(note));
         }
-        heading += "Then: trunnion profile check, and trunnion profile calibrate (docs/machine.md).";
+        heading += "Then: trunnion profile check, and trunnion profile calibrate (docs/how-to/machine.md).";
         let mut out = String::new();
         for line in heading.lines() {
             let _ = writeln!(out, "# {line}");

@@ -103,8 +103,7 @@ impl Answers {
         show: &impl Fn(&str, &str),
     ) -> Result<(), Error> {
         show(key, question);
-        let ended =
-            || Error::Answer { what: key.to_owned(), why: "there is no answer; nothing was written".to_owned() };
+        let ended = || Error::Answer { what: key.to_owned(), why: "no answer; nothing was written".to_owned() };
         let line = lines.next().and_then(Result::ok).ok_or_else(ended)?;
         if !line.trim().is_empty() {
             self.set.push((key.to_owned(), line.trim().to_owned()));
@@ -120,13 +119,11 @@ impl Answers {
             let wrong = |why: String| Error::Answer { what: file.clone().into_owned(), why };
             all = text.parse().map_err(|e: toml::de::Error| wrong(e.message().replace('\n', " ")))?;
             if all.contains_key("extends") {
-                return Err(wrong(
-                    "answers extend nothing; give the profile that yours is like with --like".to_owned(),
-                ));
+                return Err(wrong("answers cannot extend a profile; name a similar profile with --like".to_owned()));
             }
         }
         for (key, value) in &self.set {
-            let why = || "a key is made of names with dots between, as kinematics.tilt.max_deg".to_owned();
+            let why = || "a key is made of names separated by dots, for example kinematics.tilt.max_deg".to_owned();
             let wrong = || Error::Answer { what: format!("{key}={value}"), why: why() };
             insert(&mut all, key, answer(value)).ok_or_else(wrong)?;
         }
@@ -157,7 +154,8 @@ pub fn keep_profile(
     let own = || -> Result<PathBuf, Error> {
         let folder = world.files.own_profiles().ok_or_else(|| Error::Answer {
             what: name.to_owned(),
-            why: "neither XDG_CONFIG_HOME nor HOME says where profiles are kept; give a file with -o".to_owned(),
+            why: "XDG_CONFIG_HOME and HOME are not set, so there is no folder for profiles; give a file with -o"
+                .to_owned(),
         })?;
         outputs.folder(&folder)?;
         Ok(folder.join(format!("{name}.toml")))
@@ -187,7 +185,7 @@ fn insert(into: &mut Table, key: &str, value: Value) -> Option<()> {
 
 /// Said at the head of a profile whose head is another's.
 pub(super) const SAME_HEAD: &str =
-    "The head ([[head.body]]) is that one's too: measure yours, or nothing proves that it does not collide.\n";
+    "The head ([[head.body]]) is that profile's: measure yours, or collisions cannot be ruled out.\n";
 
 /// What names of own profiles are made of.
 pub(super) fn may_be_named(c: char) -> bool {
@@ -197,7 +195,7 @@ pub(super) fn may_be_named(c: char) -> bool {
 /// Refuses a name that no own profile may have.
 pub(super) fn fit_name(name: &str) -> Result<(), Error> {
     if name.is_empty() || !name.chars().all(may_be_named) || shipped(name).is_ok() {
-        let why = "a name is made of letters, digits, - and _, and is none of the shipped profiles'".to_owned();
+        let why = "a name is made of letters, digits, - and _, and must not be a shipped profile's".to_owned();
         return Err(Error::Answer { what: name.to_owned(), why });
     }
     Ok(())
@@ -225,12 +223,12 @@ pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfil
     let (profile, _) = crate::profile::resolve_over(&layers)?;
     let mut heading = format!("{name}: described by trunnion profile new, like {}.\n", base.name);
     if !unanswered.is_empty() {
-        heading += &format!("Not answered, so as there: {}.\n", unanswered.join(", "));
+        heading += &format!("Not answered, so copied from there: {}.\n", unanswered.join(", "));
     }
     if profile.head == base.profile.head {
         heading += SAME_HEAD;
     }
-    heading += "Then: trunnion profile check, and trunnion profile calibrate (docs/machine.md).";
+    heading += "Then: trunnion profile check, and trunnion profile calibrate (docs/how-to/machine.md).";
     let text = profile.complete(&heading);
     Ok(MadeProfile { profile, text, unanswered })
 }

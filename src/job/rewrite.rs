@@ -228,7 +228,7 @@ fn tell_moved(assigned: &[Assigned<'_>], placed: &[Placed<'_>], world: &World<'_
     };
     let all: Vec<String> = assigned.iter().zip(placed).filter_map(one).collect();
     if !all.is_empty() {
-        world.progress.warning(&format!("moved in the slicer, and taken where they are: {}", all.join(", ")));
+        world.progress.warning(&format!("moved in the slicer, and printed where they are now: {}", all.join(", ")));
     }
 }
 

@@ -242,9 +242,15 @@ fn failed(why: String, exit: Option<i32>) -> Fate {
 /// The last error that it told, without the model's name before it, or how it ended.
 fn sentence(said: &str, status: ExitStatus, model: &Path) -> String {
     let named = format!("{}: ", model.display());
-    let error = said.lines().rev().find_map(|line| line.strip_prefix("error: "));
+    let error = said.lines().rev().find_map(without_code);
     let error = error.map(|error| error.strip_prefix(&named).unwrap_or(error).to_owned());
-    error.unwrap_or_else(|| format!("the process of this model was ended ({status}); is there enough memory?"))
+    error.unwrap_or_else(|| format!("the process of this model was killed ({status}), perhaps for lack of memory"))
+}
+
+/// What stands behind `error: ` or `error[CODE]: `.
+fn without_code(line: &str) -> Option<&str> {
+    let rest = line.strip_prefix("error")?;
+    rest.strip_prefix(": ").or_else(|| Some(rest.strip_prefix('[')?.split_once("]: ")?.1))
 }
 
 fn put(path: &Path, bytes: &[u8]) -> Result<(), Error> {

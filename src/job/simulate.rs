@@ -28,15 +28,15 @@ impl Default for SimulateRequest {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "simulate/")]
 pub enum BadSimulation {
-    /// A quirk that is none.
-    #[error("quirk {given}: known are {}", QUIRKS.map(|(name, _)| name).join(", "))]
+    /// An unknown quirk.
+    #[error("quirk {given} is unknown; known are {}", QUIRKS.map(|(name, _)| name).join(", "))]
     Quirk {
         /// As given.
         given: String,
     },
-    /// A fault that is none.
+    /// An unknown fault.
     #[error(
-        "fault {given}: give NAME@LINE, NAME:PROBABILITY or random:PROBABILITY; names: {}",
+        "fault {given}: must be NAME@LINE, NAME:PROBABILITY or random:PROBABILITY; names: {}",
         NAMES.map(|(name, _)| name).join(", ")
     )]
     Fault {

@@ -56,7 +56,7 @@ pub fn bed(text: &str) -> Result<Bed, Error> {
     let parsed = text.split_once(['x', 'X', ',']).and_then(|(x, y)| side(x).zip(side(y)));
     let Some(((x0, x1), (y0, y1))) = parsed else {
         let wanted = format!(
-            "give width x depth in mm up to {LARGEST_BED_MM}, for example 250x210, or from where to where, -125..125x-105..105"
+            "must be width x depth in mm up to {LARGEST_BED_MM}, for example 250x210, or ranges such as -125..125x-105..105"
         );
         return Err(BadSetting::Words { name: "bed", text: text.to_owned(), wanted }.into());
     };

@@ -34,7 +34,7 @@ impl FromStr for Triple {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        numbers(text).map(Self).ok_or("not three numbers; write them with commas, as 0,0,1")
+        numbers(text).map(Self).ok_or("must be three numbers separated by commas, for example 0,0,1")
     }
 }
 
@@ -174,7 +174,7 @@ impl SupportResult {
         let more = if self.bare.len() > NAMED { " and elsewhere" } else { "" };
         let has = if first.squares == 1 && squares == 1 { "has" } else { "have" };
         format!(
-            "{} ({area:.1} mm2) that want support {has} no way to the ground, about {} mm{more}",
+            "{} ({area:.1} mm2) that need support {has} no path to the ground, near {} mm{more}",
             counted(squares, "square"),
             places.join(", ")
         )
@@ -197,7 +197,7 @@ impl SupportResult {
         let [nx, ny, nz] = self.graph.grid.size;
         let _ = writeln!(
             out,
-            "grid {nx} x {ny} x {nz}: {} nodes, {} arcs, {} squares want support, {} can stand",
+            "grid {nx} x {ny} x {nz}: {} nodes, {} arcs, {} squares need support, {} can be feet",
             count.nodes, count.arcs, count.red, count.green
         );
         let _ = writeln!(
@@ -214,7 +214,8 @@ impl SupportResult {
         );
         let _ = writeln!(
             out,
-            "{:.1} mm3 of support{}, {:.1} % of {:.1} mm2 held, contact {:.1} mm2, on the ground {:.1} mm2, longest free column {:.1} mm; {:.2} s",
+            "{:.1} mm3 of support{}, {:.1} % of {:.1} mm2 supported, contact {:.1} mm2, on the ground {:.1} mm2, longest free column {:.1} mm; \
+             {:.2} s",
             built.volume_mm3,
             self.beside_columns(),
             100.0 * cover.share(),
@@ -278,12 +279,12 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
         parts,
     };
     if !done.bare.is_empty() && done.why_not().is_none() {
-        world.progress.warning(&format!("{}; they stay bare", done.unreached()));
+        world.progress.warning(&format!("{}; they stay unsupported", done.unreached()));
     }
     if done.unbraced > 0 {
         let (free, most) = (done.longest_free_mm, options.form.brace_mm);
         world.progress.warning(&format!(
-            "{} over more than {most} mm, the longest over {free:.1} mm, since nothing leads aside from there; a finer --step finds more ways",
+            "{} over more than {most} mm, the longest over {free:.1} mm, since no path leads aside there; a finer --step finds more",
             if done.unbraced == 1 { "1 column stands free".to_owned() } else { format!("{} columns stand free", done.unbraced) }
         ));
     }
@@ -291,7 +292,7 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
     if over > 0 {
         let limit = options.capacity;
         world.progress.warning(&format!(
-            "{over} arcs and nodes carry more than allowed ({limit} on an arc), without which something would stay bare"
+            "{over} arcs and nodes carry more than the limit ({limit} on an arc), without which something would stay unsupported"
         ));
     }
     Ok(done)

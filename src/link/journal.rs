@@ -121,7 +121,7 @@ pub struct JournalSummary {
 #[strum(serialize_all = "kebab-case", prefix = "journal/")]
 pub enum JournalError {
     /// Not one of ours.
-    #[error("not a journal of trunnion send (its first line should be \"trunnion-journal 1\")")]
+    #[error("not a journal of trunnion send (its first line must be \"trunnion-journal 1\")")]
     Foreign,
     /// A line that no version of ours writes.
     #[error("line {line} of the journal cannot be read: {text:?}")]
@@ -132,10 +132,7 @@ pub enum JournalError {
         text: String,
     },
     /// A journal that is damaged, or of another program.
-    #[error(
-        "the journal speaks of block {block} of a program that has {blocks}: it is damaged, and does not say where the print stands; start \
-         the print again"
-    )]
+    #[error("the journal names block {block}, but the program has {blocks}, so it is damaged; start the print again")]
     Beyond {
         /// From 0.
         block: u32,

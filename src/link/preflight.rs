@@ -31,7 +31,7 @@ pub struct Abilities {
 #[strum(serialize_all = "kebab-case", prefix = "printer/")]
 pub enum Unfit {
     /// A target outside.
-    #[error("line {line}: {axis} {target} lies beyond the machine's {low} .. {high}")]
+    #[error("line {line}: {axis} {target} is beyond the machine's {low} .. {high}")]
     Beyond {
         /// Of the file.
         line: u32,
@@ -45,7 +45,7 @@ pub enum Unfit {
         high: f64,
     },
     /// Too hot.
-    #[error("line {line}: {target} C for the {heater}; the profile allows {allowed} C ([link] {key})")]
+    #[error("line {line}: {target} C for the {heater}, but the profile allows {allowed} C ([link] {key})")]
     TooHot {
         /// Of the file.
         line: u32,
@@ -140,9 +140,9 @@ mod tests {
     #[test]
     fn what_lies_beyond_an_axis_is_named_with_its_line() {
         let said = |text: &str| lacking(text).unwrap_or_default();
-        assert_eq!(said("G28\nG1 X100 F600\nG1 X100.5\n"), "line 3: X 100.5 lies beyond the machine's -100 .. 100");
-        assert_eq!(said("G28\nG91\nG1 Z5 F600\nG90\nG1 Z-.1\n"), "line 5: Z -0.1 lies beyond the machine's 0 .. 200");
-        assert_eq!(said("G28\nG1 A-20 F600\n"), "line 2: A -20 lies beyond the machine's -15 .. 90");
+        assert_eq!(said("G28\nG1 X100 F600\nG1 X100.5\n"), "line 3: X 100.5 is beyond the machine's -100 .. 100");
+        assert_eq!(said("G28\nG91\nG1 Z5 F600\nG90\nG1 Z-.1\n"), "line 5: Z -0.1 is beyond the machine's 0 .. 200");
+        assert_eq!(said("G28\nG1 A-20 F600\n"), "line 2: A -20 is beyond the machine's -15 .. 90");
         assert_eq!(lacking("G28\nG1 X-100 Y100 Z200 A90 C7200 F600\n"), None);
     }
 
@@ -151,7 +151,7 @@ mod tests {
         let said = |text: &str| lacking(text).unwrap_or_default();
         assert_eq!(
             said("M104 S260\nM109 R261\n"),
-            "line 2: 261 C for the nozzle; the profile allows 260 C ([link] max_nozzle_c)"
+            "line 2: 261 C for the nozzle, but the profile allows 260 C ([link] max_nozzle_c)"
         );
         assert!(said("M140 S141").contains("for the bed") && said("M190 S141").contains("max_bed_c"));
         assert_eq!(lacking("M104 S260\nM140 S140\nM106 S255\n"), None);

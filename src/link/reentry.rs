@@ -49,8 +49,8 @@ pub struct Reentry {
 pub enum ReentryError {
     /// Nobody can be asked, and nothing says what was printed.
     #[error(
-        "the host ended without a word, and {protocol} has no line counter to ask: nobody knows which lines were printed since line \
-         {line} of the file; look at the part and give --from LINE, the first line that is to be printed"
+        "the host stopped unexpectedly and {protocol} has no line counter, so what was printed after line {line} of the file is unknown; inspect \
+         the part and pass --from LINE, the first line to print"
     )]
     Uncounted {
         /// The protocol's name.
@@ -60,20 +60,20 @@ pub enum ReentryError {
     },
     /// Homing could hit the part.
     #[error(
-        "[link] rehome is empty: the profile does not say how to home with a part on the table, and homing as usual could \
-         drive the nozzle into the print; where Z homes upward, write rehome = \"G28\" into the profile"
+        "[link] rehome is empty, so how to home with a part on the table is unknown, and normal homing could drive the nozzle into the print; if \
+         Z homes upward, set rehome = \"G28\" in the profile"
     )]
     NoHoming,
     /// Nothing to begin at.
     #[error(
-        "at line {line}, the last that is known to be executed, the axes had no known place yet; start the print again"
+        "at line {line}, the last that is known to be executed, the axes had no known position yet; start the print again"
     )]
     NoPlace {
         /// Of the file.
         line: u32,
     },
     /// The replay cannot follow.
-    #[error("the state of the machine at line {line} cannot be worked out: {why}")]
+    #[error("the state of the machine at line {line} is unknown: {why}")]
     Unknown {
         /// Of the file.
         line: u32,
@@ -81,9 +81,7 @@ pub enum ReentryError {
         why: String,
     },
     /// A line that is not among those in doubt.
-    #[error(
-        "--from {line}: nobody doubts this line; between {first} and {last} is where the print can have been interrupted"
-    )]
+    #[error("--from {line} is outside the uncertain range {first} to {last}")]
     NotInDoubt {
         /// As given, of the file.
         line: u32,
@@ -242,7 +240,7 @@ impl Reentry {
         let known = match self.doubtful.is_empty() {
             true => format!("the file is executed up to line {}, and no further", line(self.doubtful.start)),
             false => format!(
-                "the file is known to be executed up to line {}; nobody knows of lines {} to {}",
+                "the file is known to be executed up to line {}; lines {} to {} are uncertain",
                 line(self.doubtful.start),
                 program.file_line(self.doubtful.start),
                 line(self.doubtful.end)
@@ -258,20 +256,21 @@ impl Reentry {
                 format!("home with: {home}")
             },
             if heat {
-                format!("go up to Z {top}, heat the nozzle to {:.0} C, turn the table: {turns}", state.nozzle_c)
+                format!("move up to Z {top}, heat the nozzle to {:.0} C, turn the table: {turns}", state.nozzle_c)
             } else {
-                format!("go up to Z {top}, turn the table: {turns}")
+                format!("move up to Z {top}, turn the table: {turns}")
             },
             format!("travel to X {x} Y {y}, straight down to Z {z}, prime {} mm", number(retreat.retract_mm)),
             format!("continue at line {}, {}; {}", self.file_line, self.whereabouts(program), self.owed(program)),
         ];
         if heat && state.bed_c > 0.0 {
-            words.push("a bed that has cooled lets go of the part: look whether it still holds".to_owned());
+            words.push("a bed that has cooled may release the part: check that it still holds".to_owned());
         }
         if self.missing_mm.max(self.twice_mm) >= UNSAID_MM {
             let [first, last] = [program.file_line(self.doubtful.start), program.file_line(self.doubtful.end)];
             words.push(format!(
-                "or, from a look at the part, with --from LINE: the first of lines {first} to {last} that is not on it; then neither is so"
+                "or inspect the part and pass --from LINE, the first of lines {first} to {last} that is missing from it; then nothing is missing \
+                 or doubled"
             ));
         }
         words
@@ -302,7 +301,7 @@ impl Reentry {
             false => format!("at most {mm:.1} mm of lines{}", layers(program, &blocks)),
         };
         format!(
-            "{} can be missing, {} is laid twice",
+            "{} can be missing, {} is printed twice",
             said(self.missing_mm, self.doubtful.start..self.block),
             said(self.twice_mm, self.block..self.doubtful.end)
         )

@@ -63,13 +63,11 @@ pub enum Fault {
     /// A file of no bytes.
     #[error("the file is empty (0 bytes); export the model again")]
     Empty,
-    /// Neither the content nor the name tells the format.
+    /// An unknown file format.
     #[error("not a format trunnion reads (binary or ascii stl, obj, off, 3mf); export the model as one of these")]
     UnknownFormat,
     /// A part as a CAD program keeps it: surfaces, and no facets.
-    #[error(
-        "{kind} describes surfaces, and a printer needs facets; open it in the CAD program and export STL, 3MF or OBJ"
-    )]
+    #[error("{kind} stores surfaces, and a printer needs facets; export STL, 3MF or OBJ from the CAD program")]
     Surfaces {
         /// STEP or IGES.
         kind: &'static str,
@@ -78,12 +76,10 @@ pub enum Fault {
     #[error("this is G-code, made from a model; give the model itself")]
     Program,
     /// What a browser shows.
-    #[error("this is a web page and no model; download the model itself")]
+    #[error("this is a web page, not a model; download the model itself")]
     WebPage,
     /// A binary STL that ends before its last facet.
-    #[error(
-        "{have} bytes are there, {need} are needed for {facets} facets; the file is cut short: copy or export it again"
-    )]
+    #[error("the file has {have} bytes, but {facets} facets need {need}, so it is cut short; copy or export it again")]
     Truncated {
         /// Bytes in the file.
         have: u64,
@@ -95,16 +91,15 @@ pub enum Fault {
     /// A well-formed file with nothing in it.
     #[error("no facets (at least 4 are needed for a solid); export the model again with its solids selected")]
     NoFacets,
-    /// Nothing is left of it.
+    /// A mesh of which no facet is left.
     #[error(
-        "all {facets} facets name one vertex twice or repeat others, and enclose nothing; export the model again, in a unit in which its \
-         numbers tell its corners apart"
+        "all {facets} facets repeat others or use one vertex twice, and enclose nothing; export the model again, in a smaller unit"
     )]
     Collapsed {
         /// Facets in the file.
         facets: usize,
     },
-    /// More facets than this library takes on.
+    /// More facets than the limit.
     #[error("more than {limit} facets; simplify the model, or remove components that repeat others")]
     TooManyFacets {
         /// The most it takes.
@@ -133,7 +128,7 @@ pub enum Fault {
         first: u8,
     },
     /// Text that does not follow the format.
-    #[error("found `{found}` where {expected} should be; export the model again")]
+    #[error("expected {expected}, found `{found}`; export the model again")]
     Syntax {
         /// What stands there.
         found: String,
@@ -152,7 +147,7 @@ pub enum Fault {
         /// The parser's words.
         reason: String,
     },
-    /// A 3MF reference that leads nowhere or round in a circle.
+    /// A 3MF reference to a missing object or in a circle.
     #[error("object {id} {trouble}; save the model again in the program that made it")]
     Object {
         /// The object's id in the file.
@@ -160,10 +155,8 @@ pub enum Fault {
         /// What is wrong with it.
         trouble: &'static str,
     },
-    /// A volume of a project that is for something that nobody here knows.
-    #[error(
-        "{name} has the role {role:?}, which is not known; make it a part in the program that made it, or remove it"
-    )]
+    /// A project volume with an unknown role.
+    #[error("{name} has the unknown role {role:?}; make it a part in the program that made it, or remove it")]
     Role {
         /// Its name.
         name: String,
@@ -171,31 +164,31 @@ pub enum Fault {
         role: String,
     },
     /// A volume that its slicer cuts away.
-    #[error("{name} is to be cut away from the parts, which is not done here; cut it in the program that made it")]
+    #[error("{name} is a negative volume, which is not subtracted here; subtract it in the program that made it")]
     Negative {
         /// Its name.
         name: String,
     },
     /// Nothing of a project is printed.
-    #[error("nothing in it is printed: {first}{}", if *others > 0 { format!(", and {others} others are not printed either") } else { String::new() })]
+    #[error("the project prints nothing: {first}{}", if *others > 0 { format!(", and {others} others are not printed either") } else { String::new() })]
     NothingPrinted {
         /// What is said of the first volume.
         first: String,
         /// How many more there are.
         others: usize,
     },
-    /// A 3MF whose shape is told by an extension that is not read.
+    /// A 3MF that needs an unsupported extension.
     #[error(
-        "the 3mf extension {name} is not read, and part of the model is in it; export the model as a mesh of triangles"
+        "the 3mf extension {name} is not supported, and part of the model uses it; export the model as a triangle mesh"
     )]
     Extension {
         /// Its prefix and namespace, or the element that holds the shape.
         name: String,
     },
-    /// A 3MF that unpacks to far more than a model would.
+    /// A 3MF that unpacks to an implausible size.
     #[error(
-        "{packed} bytes that unpack to more than {} MiB, or hold a tag or text of more than 16 MiB (allowed: 200 times \
-         their size, 64 MiB at least, 4096 MiB at most); this is no model, or save it again in the program that made it",
+        "{packed} bytes unpack to more than {} MiB, or have a tag or text of more than 16 MiB (allowed: 200 times their size, 64 MiB at least, \
+         4096 MiB at most); save it again in the program that made it",
         allowed >> 20
     )]
     Unpacked {
@@ -204,14 +197,14 @@ pub enum Fault {
         /// What it may unpack to, bytes.
         allowed: u64,
     },
-    /// More objects than this library takes on.
+    /// More objects than the limit.
     #[error("more than {limit} objects, items and components; simplify the model")]
     TooManyObjects {
         /// The most it takes.
         limit: usize,
     },
-    /// More placed objects than this library takes on.
-    #[error("items and components place more than {limit} objects; leave copies out, and print them in several runs")]
+    /// More placed objects than the limit.
+    #[error("items and components place more than {limit} objects; remove copies, and print them in several runs")]
     TooManyBodies {
         /// The most it takes.
         limit: usize,

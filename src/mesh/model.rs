@@ -76,7 +76,7 @@ impl Model {
         let facets = soup.facets.len();
         let dropped = soup.weld();
         if dropped > 0 {
-            soup.warnings.push(format!("{dropped} facets that name one vertex twice were dropped"));
+            soup.warnings.push(format!("{dropped} facets that use one vertex twice were removed"));
         }
         let unit = choose_unit(&mut soup, options.unit);
         let surfaces = parts::parts(&mut soup, options.repair)?;
@@ -86,7 +86,7 @@ impl Model {
         let label = |surface: &Surface| &soup.names[soup.labels[surface.source[0] as usize] as usize];
         let (away, surfaces): (Vec<Surface>, Vec<Surface>) = surfaces.into_iter().partition(|one| label(one).away);
         if surfaces.is_empty() {
-            let first = format!("{} is cut away", label(&away[0]).away_called());
+            let first = format!("{} is subtracted", label(&away[0]).away_called());
             return Err(Fault::NothingPrinted { first, others: away.len() - 1 }.at(Place::File));
         }
         let named = surfaces.iter().enumerate().map(|(id, surface)| {
@@ -107,7 +107,7 @@ impl Model {
         let more = model.warnings.len().saturating_sub(MOST_WARNINGS);
         if more > 0 {
             model.warnings.truncate(MOST_WARNINGS);
-            model.warnings.push(format!("{more} more warnings are left out"));
+            model.warnings.push(format!("{more} more warnings are not shown"));
         }
         Ok((model, away))
     }
@@ -196,7 +196,7 @@ fn has_foot(mesh: &TriangleMesh<Object>, low: f64) -> bool {
 fn choose_unit(soup: &mut Soup, given: Option<Unit>) -> Unit {
     match (given, soup.unit) {
         (Some(given), Some(stated)) if given != stated => {
-            soup.warnings.push(format!("the file states {stated}: read as {given}, as asked"));
+            soup.warnings.push(format!("the file states {stated}; read as {given}, as requested"));
             given
         }
         (Some(unit), _) | (None, Some(unit)) => unit,

@@ -57,7 +57,7 @@ pub(super) fn parts(soup: &mut Soup, repair: bool) -> Result<Vec<Surface>, Locat
             } else {
                 format!("{surfaces} surfaces that enclose")
             };
-            warnings.push(format!("{what} nothing, {facets} facets, the first of them facet {first}: dropped"));
+            warnings.push(format!("{what} nothing, {facets} facets, the first of them facet {first}: removed"));
         }
         None => {}
     }
@@ -108,7 +108,7 @@ fn nest(vertices: &[Vec3], mut shells: Vec<Shell>, warnings: &mut Vec<String>) -
         if cavity == (shell.volume > 0.0) {
             let (what, which) = if cavity { ("cavity", "into its material") } else { ("part", "inward") };
             let first = shell.surface.source[0];
-            warnings.push(format!("the {what} that begins at facet {first} faces {which}: turned over"));
+            warnings.push(format!("the {what} that begins at facet {first} faces {which}: flipped"));
             shell.surface.turn_over();
         }
     }

@@ -93,7 +93,8 @@ pub fn guess_unit(longest: f64) -> (Unit, Option<String>) {
         _ => return (Unit::Millimetre, None),
     };
     let mm = longest * unit.millimetres();
-    let text = format!("{longest} long in file units: read as {} = {mm:.1} mm; --unit mm to keep", unit.plural());
+    let text =
+        format!("{longest} long in file units: read as {} = {mm:.1} mm; use --unit mm to keep mm", unit.plural());
     (unit, Some(text))
 }
 
@@ -118,7 +119,7 @@ mod tests {
     fn guesses_metres_and_microns_with_a_warning_and_mm_without() {
         let (unit, warning) = guess_unit(0.036);
         assert_eq!(unit, Unit::Metre);
-        let wanted = "0.036 long in file units: read as metres = 36.0 mm; --unit mm to keep";
+        let wanted = "0.036 long in file units: read as metres = 36.0 mm; use --unit mm to keep mm";
         assert_eq!(warning.as_deref(), Some(wanted));
         assert_eq!(guess_unit(1.0), (Unit::Millimetre, None));
         assert_eq!(guess_unit(5000.0), (Unit::Millimetre, None));

@@ -32,7 +32,7 @@ const OVERLAP_DEPTH_MM: f64 = 0.1;
 const PROBES: usize = 24;
 
 /// What tells such a warning from all others.
-const OVERLAP: &str = " overlap: what both fill would be printed twice";
+const OVERLAP: &str = " overlap, and what both fill would be printed twice";
 
 /// Whether a model's warning is about parts that overlap.
 pub fn is_overlap(warning: &str) -> bool {

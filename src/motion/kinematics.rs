@@ -93,8 +93,8 @@ impl fmt::Display for Unreachable {
         if self.short_deg > 0.0 {
             return write!(
                 f,
-                "stays {:.2} deg from upright at every angle: this table's axes are not square ([kinematics.tilt] and \
-                 [kinematics.rotation] along)",
+                "stays {:.2} deg from upright at every angle, since this table's axes are not square ([kinematics.tilt] and [kinematics.rotation] \
+                 along)",
                 self.short_deg
             );
         }

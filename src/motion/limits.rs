@@ -25,7 +25,7 @@ pub struct OutOfLimits {
 impl std::fmt::Display for OutOfLimits {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (low, high) = self.range;
-        write!(f, "{} {:.3} mm is beyond the axis, which reaches {low}..{high}", self.axis, self.value)
+        write!(f, "{} {:.3} mm is beyond the axis range {low}..{high}", self.axis, self.value)
     }
 }
 
@@ -52,6 +52,6 @@ mod tests {
         let limits = LinearLimits { min: Vec3::new(0.0, 0.0, 0.0), max: Vec3::new(10.0, 20.0, 30.0) };
         assert_eq!(limits.violation(&Vec3::new(10.0004, 0.0, 30.0)), None);
         let out = limits.violation(&Vec3::new(5.0, 20.6, 30.0)).unwrap();
-        assert_eq!(out.to_string(), "Y 20.600 mm is beyond the axis, which reaches 0..20");
+        assert_eq!(out.to_string(), "Y 20.600 mm is beyond the axis range 0..20");
     }
 }

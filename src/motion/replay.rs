@@ -129,7 +129,7 @@ pub enum ReplayError {
     #[error("G20 switches to inches; slice in millimetres (G21)")]
     Inches,
     /// G18, G19.
-    #[error("G{0} takes arcs out of the XY plane; switch arc fitting off in the slicer")]
+    #[error("G{0} draws arcs outside the XY plane; switch off arc fitting in the slicer")]
     Plane(u32),
     /// A rotary word where none belongs.
     #[error(
@@ -144,13 +144,13 @@ pub enum ReplayError {
     ShiftedAxes,
     /// A word that no move has: `G1 R2` (from a stored place) and `G1 H2` (motors without limits) on RepRapFirmware, P of an arc on all but
     /// LinuxCNC.
-    #[error("{0} word in a move: firmwares differ in what it does; remove it")]
+    #[error("{0} word in a move: firmwares interpret it differently; remove it")]
     StrayWord(char),
     /// Several commands on a line.
-    #[error("{0} and {1} on one line: this firmware carries out only the first; write each on a line of its own")]
+    #[error("{0} and {1} on one line: this firmware executes only the first; write each on its own line")]
     SeveralCommands(Command, Command),
     /// A mode that this firmware does not have.
-    #[error("{0} is not known to this firmware, which would go on in the mode before")]
+    #[error("{0} is unknown to this firmware, which would stay in the mode before")]
     UnknownMode(Command),
     /// An arc without a centre.
     #[error("arc without I, J or R")]
@@ -162,12 +162,10 @@ pub enum ReplayError {
     #[error("{0}{1} is beyond any machine; the file is damaged")]
     Absurd(char, f64),
     /// An arc that goes round and round, or in parts of turns.
-    #[error(
-        "an arc of P{0} turns; an arc goes round a whole number of times up to {MOST_TURNS}: write each turn on a line of its own"
-    )]
+    #[error("an arc of P{0} turns; the number must be whole and at most {MOST_TURNS}: write each turn on its own line")]
     ArcTurns(f64),
     /// An arc to where no axis reaches.
-    #[error("an arc goes out to {farthest:.0} mm; arcs must stay within {reach_mm:.0} mm of zero")]
+    #[error("an arc reaches {farthest:.0} mm; arcs must stay within {reach_mm:.0} mm of zero")]
     ArcBeyond {
         /// The greatest X or Y of either sign on the way, mm.
         farthest: f64,
@@ -180,7 +178,7 @@ pub enum ReplayError {
     )]
     ManyChords(usize),
     /// G4 for longer than any print.
-    #[error("a wait of {0} s is longer than any print (up to {LONGEST_WAIT_S} s); the file is damaged")]
+    #[error("a dwell of {0} s is longer than any print (at most {LONGEST_WAIT_S} s); the file is damaged")]
     Endless(f64),
 }
 

@@ -77,7 +77,7 @@ pub enum BadObjective {
         /// The known name nearest to it by edits.
         nearest: &'static str,
     },
-    /// A weight that is no number, or not finite.
+    /// A weight that is not a finite number.
     #[error("weight `{weight}` of `{name}` is not a finite number; write sums as 0.7*staircase+0.3*height")]
     Weight {
         /// As given.

@@ -11,7 +11,7 @@
 //!
 //! Source: PrusaSlicer 2.9, `SupportSpotsGenerator.cpp` (`check_extrusion_entity_stability`, `gather_issues`), which works along lines:
 //! its points lie as far apart as a line spans freely, and at corners, so that sides longer than that count more. How much more, and that it
-//! takes five points, is fitted to what it says of shapes: `docs/deciding.md`.
+//! takes five points, is fitted to what it says of shapes: `docs/explanation/deciding.md`.
 
 use super::region::{Corners, Region, Shape, and, grown, longest_side_mm, minus};
 

@@ -15,7 +15,7 @@
 //! that goes out by no more than 0.8 w still rests on the one below: that is fine without end. What goes out farther is printed
 //! everywhere, for a few layers in a row, and droops.
 //! Sources: PrusaSlicer's stability analysis (0.8 and 1.2 w, its memory) and what it says of 388 shapes, OrcaSlicer (bridges of 10 mm);
-//! `docs/deciding.md` has the table.
+//! `docs/explanation/deciding.md` has the table.
 //!
 //! Lengths mm, areas mm², angles from the vertical: a wall is 0, a ceiling 90. This room must not know machines or plans.
 

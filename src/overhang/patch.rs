@@ -41,11 +41,11 @@ pub enum Cause {
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Island => write!(f, "it begins in the air"),
+            Self::Island => write!(f, "it begins in mid-air"),
             Self::Ceiling { size_mm: [long, wide], bridge_mm } => {
                 write!(
                     f,
-                    "ceiling {long:.1} x {wide:.1} mm, a bridge may span {bridge_mm} mm between two ends on material"
+                    "ceiling {long:.1} x {wide:.1} mm; a bridge may span {bridge_mm} mm between two supported ends"
                 )
             }
             Self::Slope { high_mm, most_deg } => {

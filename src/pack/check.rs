@@ -8,7 +8,7 @@ use super::instance::{Instance, Placed};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
     /// A box that there is not.
-    #[error("box {0} is placed, and there is none of this number")]
+    #[error("box {0} is placed but does not exist")]
     Unknown(usize),
     /// A box in two places.
     #[error("box {0} is placed twice")]

@@ -100,7 +100,7 @@ pub enum Ended {
     Steps,
     /// So much time was allowed.
     Time,
-    /// Somebody asked for an end.
+    /// An interrupt.
     Interrupted,
 }
 

@@ -72,7 +72,7 @@ pub(crate) fn reasons_sheet(reasons: &[Reason], told: Told<'_>) -> Sheet {
         }
     }
     let legend = vec![
-        (NEW, "cannot be printed so"),
+        (NEW, "cannot be printed this way"),
         (STRUCK, "is in the way"),
         (BEFORE, "other parts"),
         (OVERHANG, "overhangs more than allowed"),

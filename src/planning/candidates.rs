@@ -292,7 +292,7 @@ impl<'a> Setups<'a> {
         let depth_mm = self.head.depth(motion, solid, &self.slab, &owed);
         let text = if offence.mm > 0.0 {
             format!(
-                "the {} would pass the table at {:.1} mm (wanted: {:.1} mm)",
+                "the {} would clear the table by only {:.1} mm (required: {:.1} mm)",
                 offence.piece, offence.mm, owed.rest.mm
             )
         } else {

@@ -53,7 +53,7 @@ impl Near {
     }
 
     fn remedy(&self) -> &'static str {
-        if self.mm < MOST_SNAP_MM { ", or give --snap more than that" } else { "" }
+        if self.mm < MOST_SNAP_MM { ", or raise --snap above that" } else { "" }
     }
 }
 
@@ -61,16 +61,13 @@ impl Near {
 #[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "plan/")]
 pub enum Infeasible {
-    /// More parts than the search takes on.
-    #[error(
-        "{parts} parts are too many; this version plans up to {}; join parts that can be printed as one",
-        MOST_PARTS
-    )]
+    /// More parts than the search's limit.
+    #[error("{parts} parts are too many; at most {} can be planned; join parts that can be printed as one", MOST_PARTS)]
     TooManyParts {
         /// How many.
         parts: usize,
     },
-    /// Parts that hang together with nothing.
+    /// Parts that touch nothing.
     #[error(
         "part {part} ({name}) touches neither the table nor another part that does{}; move it, or join the parts{}",
         nearest.as_ref().map_or_else(String::new, Near::told), nearest.as_ref().map_or("", Near::remedy)
@@ -83,7 +80,7 @@ pub enum Infeasible {
         /// What is nearest to it; `None` for the only part.
         nearest: Option<Near>,
     },
-    /// No place on the table lets every part within the machine's axes.
+    /// No position on the table keeps every part within the axes.
     #[error("{summary}")]
     NoPlace {
         /// One sentence.
@@ -99,9 +96,10 @@ pub enum Infeasible {
         /// Whether that was proved; otherwise the set may hold more than it need.
         least: bool,
     },
-    /// There is a plan, but what it prints would not stay standing.
+    /// A plan whose print would not stay standing.
     #[error(
-        "part {part} ({name}) would fall over or come off: in slot {slot}, with the table tilted by {tilt_deg:.0} deg, what stands there is held {factor:.2} times over by its first layer, and must be at least 1; give it a larger foot, print it upright, or raise [process] adhesion_mpa where the plate holds better"
+        "part {part} ({name}) would fall over or come off: in slot {slot}, at a tilt of {tilt_deg:.0} deg, its first layer holds it {factor:.2} \
+         times over (minimum 1); give it a larger footprint, print it upright, or raise [process] adhesion_mpa if the plate holds better"
     )]
     Falls {
         /// The part printed then.

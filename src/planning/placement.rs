@@ -186,13 +186,13 @@ fn nowhere(workpiece: &Workpiece<'_>, part: usize, alone: bool) -> String {
     let name = &workpiece.model.parts[part].name;
     if alone {
         format!(
-            "no place on the table lets part {part} ({name}) and the parts before it all stay within X, Y and Z (eight turns \
-             of the model tried); give a smaller model or a machine that reaches farther"
+            "no place on the table keeps part {part} ({name}) and the parts before it within X, Y and Z (eight turns of the model tried); use a \
+             smaller model or a machine with more travel"
         )
     } else {
         format!(
-            "part {part} ({name}) leaves X, Y or Z wherever the model stands, in every orientation in which it would stand \
-             and that the tilt reaches (eight turns of the model tried)"
+            "part {part} ({name}) leaves X, Y or Z wherever the model is placed, in every orientation that the tilt reaches (eight turns of the \
+             model tried)"
         )
     }
 }

@@ -186,8 +186,8 @@ pub enum PlanError {
         /// Now.
         actual: String,
     },
-    /// Its angles do not bring its direction upright.
-    #[error("slot {slot}, part {part}: tilt {tilt_deg} and rotation {rotation_deg} do not bring up {up:?} upright")]
+    /// Angles that do not turn the direction upright.
+    #[error("slot {slot}, part {part}: tilt {tilt_deg} and rotation {rotation_deg} do not turn {up:?} upright")]
     Angles {
         /// The slot.
         slot: usize,
@@ -201,7 +201,7 @@ pub enum PlanError {
         up: [f64; 3],
     },
     /// Its list of parts is not the model's.
-    #[error("parts: the plan lists {listed}, by ids that must be 0 to {last} in order, and the model has {parts}; plan again", last = parts - 1)]
+    #[error("parts: the plan lists {listed}, by ids that must be 0 to {last} in order, but the model has {parts}; plan again", last = parts - 1)]
     PartList {
         /// How many it lists.
         listed: usize,
@@ -209,7 +209,7 @@ pub enum PlanError {
         parts: usize,
     },
     /// A part that the model does not have.
-    #[error("slot {slot}: the model has no part {part}, its parts are 0..{last}; plan again", last = parts - 1)]
+    #[error("slot {slot}: part {part} does not exist, the model has parts 0..{last}; plan again", last = parts - 1)]
     NoSuchPart {
         /// The slot.
         slot: usize,
@@ -219,7 +219,7 @@ pub enum PlanError {
         parts: usize,
     },
     /// A pose that the table cannot take.
-    #[error("slot {slot}, part {part}: {letter}{word} is beyond the axis, which reaches {low}..{high} deg; plan again")]
+    #[error("slot {slot}, part {part}: {letter}{word} is beyond the axis range {low}..{high} deg; plan again")]
     Reach {
         /// The slot.
         slot: usize,
@@ -245,7 +245,7 @@ pub enum PlanError {
         problem: &'static str,
     },
     /// A part is missing or doubled.
-    #[error("part {part} is printed {times} times; every part of the model is printed once")]
+    #[error("part {part} is printed {times} times; every part of the model must be printed once")]
     Count {
         /// The part.
         part: usize,
@@ -376,22 +376,22 @@ impl PrintSupports {
     fn problem(&self, up: [f64; 3]) -> Option<&'static str> {
         let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
         if !within(self.step_mm, Self::STEPS_MM) {
-            return Some("the supports' step_mm is not within 1..20 mm");
+            return Some("the supports' step_mm must be between 1 and 20 mm");
         }
         if !within(self.gap_mm, Self::GAPS_MM) {
-            return Some("the supports' gap_mm is not within 0..2 mm");
+            return Some("the supports' gap_mm must be between 0 and 2 mm");
         }
         if !within(self.overhang_deg, [1.0, 89.0]) {
-            return Some("the supports' overhang_deg is not within 1..89 deg");
+            return Some("the supports' overhang_deg must be between 1 and 89 deg");
         }
         if self.roof.is_some_and(|roof| !within(roof.height_mm, Self::ROOFS_MM)) {
-            return Some("the roof's height_mm is not within 0.01..5 mm");
+            return Some("the roof's height_mm must be between 0.01 and 5 mm");
         }
         if self.roof.is_some_and(|roof| !within(roof.pitch_mm, Self::PITCHES_MM)) {
-            return Some("the roof's pitch_mm is not within 0.1..10 mm");
+            return Some("the roof's pitch_mm must be between 0.1 and 10 mm");
         }
         if self.brace_mm.is_some_and(|brace| !within(brace, Self::BRACES_MM)) {
-            return Some("the supports' brace_mm is not within 2..1000 mm");
+            return Some("the supports' brace_mm must be between 2 and 1000 mm");
         }
         if self.props.len() > Self::MOST_PROPS {
             return Some("the supports have more than 10000 props");
@@ -402,10 +402,10 @@ impl PrintSupports {
             far && prop.under_mm > 0.0 && low[0] <= high[0] && low[1] <= high[1]
         };
         if !self.props.iter().all(there) {
-            return Some("a prop's place is not a box above the table");
+            return Some("a prop's place must be a box above the table");
         }
         // They stand on the table.
-        (Vec3::from(up).angle(&Vec3::z()) > UPRIGHT).then_some("supports stand on the table, and this pose tilts it")
+        (Vec3::from(up).angle(&Vec3::z()) > UPRIGHT).then_some("supports need a level table, and this pose tilts it")
     }
 }
 

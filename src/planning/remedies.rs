@@ -56,7 +56,7 @@ const STEPS: u64 = 400_000;
 
 /// That support which somebody makes by hand would do below a part.
 pub fn support_by_hand(part: usize, name: &str) -> String {
-    format!("support below part {part} ({name}) would do: made by hand, and --allow {part}")
+    format!("support part {part} ({name}) by hand, and pass --allow {part}")
 }
 
 impl Wish<'_> {
@@ -130,9 +130,8 @@ impl Wish<'_> {
             })
         };
         let Some(reach) = least(1.0, 180.0, 1.0, helps) else { return Vec::new() };
-        let text = format!(
-            "a table that tilts to {reach:.0} deg either way (this one: {low}..{high}) would do, if X, Y and Z stay as they are"
-        );
+        let text =
+            format!("a table that tilts {reach:.0} deg either way (yours: {low}..{high}), with the same X, Y and Z");
         vec![Remedy { kind: "tilt", amount: reach, text }]
     }
 
@@ -141,7 +140,7 @@ impl Wish<'_> {
         let helps = |more: f64| self.with_profile(|p| p.limits.z_mm[1] = top + more);
         let Some(more) = least(1.0, 256.0, 1.0, helps) else { return Vec::new() };
         let amount = top + more;
-        let text = format!("Z that reaches {amount:.0} mm (this one: {top}) would do");
+        let text = format!("a machine with Z up to {amount:.0} mm (yours: {top})");
         vec![Remedy { kind: "height", amount, text }]
     }
 
@@ -150,14 +149,14 @@ impl Wish<'_> {
         let helps = |narrowing: f64| self.with_profile(|p| heads::scaled(p, 1.0 - narrowing / 100.0));
         let Some(narrowing) = least(1.0, 95.0, 1.0, helps) else { return Vec::new() };
         let share = 100.0 - narrowing;
-        let text = format!("a head {share:.0} % as wide would do");
+        let text = format!("a print head {share:.0} % as wide");
         vec![Remedy { kind: "head-width", amount: share / 100.0, text }]
     }
 
     fn longer_nozzle(&self) -> Vec<Remedy> {
         let helps = |more: f64| self.with_profile(|p| heads::raised(p, more));
         let Some(more) = least(1.0, 64.0, 0.5, helps) else { return Vec::new() };
-        let text = format!("a nozzle {more:.1} mm longer, as wide as its tip, would do");
+        let text = format!("a nozzle {more:.1} mm longer, as wide as its tip");
         vec![Remedy { kind: "nozzle-length", amount: more, text }]
     }
 
@@ -168,7 +167,7 @@ impl Wish<'_> {
             self.helps(&profile, |o| o.pedestal_mm += height)
         };
         let Some(height) = least(1.0, 128.0, 0.5, helps) else { return Vec::new() };
-        let text = format!("lifting the model by {height:.1} mm, on a pedestal of its own footprint, would do");
+        let text = format!("raise the model {height:.1} mm on a pedestal with its own footprint");
         vec![Remedy { kind: "pedestal", amount: height, text }]
     }
 
@@ -180,7 +179,7 @@ impl Wish<'_> {
         vec![Remedy {
             kind: "margin",
             amount: left,
-            text: format!("--margin {left:.2} would do (asked for: {margin} mm)"),
+            text: format!("lower --margin to {left:.2} (currently {margin} mm)"),
         }]
     }
 
@@ -191,7 +190,7 @@ impl Wish<'_> {
         let Some(more) = least(1.0, MOST_TOLERATED_MM2 - asked, 1.0, helps) else { return Vec::new() };
         let amount = asked + more;
         let text = format!(
-            "--tolerate {amount:.0} would do, if so much may sag in one place (asked for: {asked} mm2 a patch)"
+            "raise --tolerate to {amount:.0} if that much sagging is acceptable (currently {asked} mm2 a patch)"
         );
         vec![Remedy { kind: "tolerate", amount, text }]
     }
@@ -202,7 +201,7 @@ impl Wish<'_> {
         let helps = |more: f64| self.with_profile(|p| p.process.bridge_mm = asked + more);
         let Some(more) = least(1.0, MOST_BRIDGE_MM - asked, 1.0, helps) else { return Vec::new() };
         let amount = asked + more;
-        let text = format!("--bridge {amount:.0} would do, if the material spans that (asked for: {asked} mm)");
+        let text = format!("raise --bridge to {amount:.0} if the material spans that (currently {asked} mm)");
         vec![Remedy { kind: "bridge", amount, text }]
     }
 
@@ -214,7 +213,7 @@ impl Wish<'_> {
         };
         let Some(more) = least(1.0, MOST_OVERHANG_DEG - asked, 1.0, helps) else { return Vec::new() };
         let angle = asked + more;
-        let text = format!("--overhang {angle:.0} would do, if the material bridges that (now: {asked:.0} deg)");
+        let text = format!("raise --overhang to {angle:.0} if the material bridges that (currently {asked:.0} deg)");
         vec![Remedy { kind: "overhang", amount: angle, text }]
     }
 
@@ -223,7 +222,7 @@ impl Wish<'_> {
         if self.workpiece.parts.len() > 1 {
             return Vec::new();
         }
-        let text = "cutting it into parts may do: trunnion split MODEL -m PROFILE -o PARTS.3mf".to_owned();
+        let text = "try cutting it into parts: trunnion split MODEL -m PROFILE -o PARTS.3mf".to_owned();
         vec![Remedy { kind: "split", amount: 0.0, text }]
     }
 
@@ -233,9 +232,7 @@ impl Wish<'_> {
         let remedy = |part: usize| {
             let name = &self.workpiece.model.parts[part].name;
             let text = match self.workpiece.parts.len() {
-                1 => format!(
-                    "support below part {part} ({name}) would do: --supports auto, or made by hand and --allow {part}"
-                ),
+                1 => format!("support part {part} ({name}): --supports auto, or by hand with --allow {part}"),
                 _ => support_by_hand(part, name),
             };
             Remedy { kind: "support", amount: part as f64, text }
@@ -245,7 +242,7 @@ impl Wish<'_> {
 
     fn table_later(&self) -> Vec<Remedy> {
         let helps = self.options.table_first && self.helps(self.profile, |o| o.table_first = false);
-        let text = "--table-later would do: parts that stand on the table wait for later slots".to_owned();
+        let text = "use --table-later: parts on the table may wait for later slots".to_owned();
         if helps { vec![Remedy { kind: "table-later", amount: 0.0, text }] } else { Vec::new() }
     }
 
@@ -266,7 +263,7 @@ impl Wish<'_> {
                 let name = &model.parts[part].name;
                 let [x, y, z] = [normal.x, normal.y, normal.z].map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
                 let up = [x, y, z].map(|v| format!("{}", (-v * 1e4).round() / 1e4 + 0.0)).join(",");
-                let text = format!("standing the model on part {part} ({name}), --up {up}, would do");
+                let text = format!("stand the model on part {part} ({name}): --up {up}");
                 found.push(Remedy { kind: "base", amount: part as f64, text });
                 break;
             }

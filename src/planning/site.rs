@@ -93,12 +93,12 @@ impl<'a> Site<'a> {
     /// What reaches into `other`, and how deep, mm; for explanations.
     pub(super) fn intrusion(&self, part: usize, other: usize, setup: usize) -> (String, f64) {
         let Some(Clearance { mm, piece }) = self.offence(part, other, setup) else {
-            return (format!("part {other} would come too near to the machine's frame"), 0.0);
+            return (format!("part {other} would come too close to the machine's frame"), 0.0);
         };
         let (solids, owed) = (&self.setups.solids, self.owed(part, other));
         if mm > 0.0 && !self.near[part].has(other) {
             return (
-                format!("the {piece} would pass part {other} at {mm:.1} mm (wanted: {:.1} mm)", owed.rest.mm),
+                format!("the {piece} would clear part {other} by only {mm:.1} mm (required: {:.1} mm)", owed.rest.mm),
                 0.0,
             );
         }

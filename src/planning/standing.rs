@@ -122,7 +122,7 @@ impl Setups<'_> {
     pub(super) fn hanging(&self, needs: &Needs) -> String {
         let missing = needs.missing(&self.everyone());
         if missing == 0.0 {
-            return "it would begin in the air".to_owned();
+            return "it would begin in mid-air".to_owned();
         }
         let Some(patch) = needs.left.first() else {
             return format!(
@@ -132,6 +132,6 @@ impl Setups<'_> {
         };
         let [x, y, z] = self.in_the_file(&patch.at).map(|v| crate::gcode::round_to(v, 1) + 0.0);
         let (area, cause) = (patch.area_mm2, patch.cause);
-        format!("{missing:.1} mm2 would be laid on nothing, {area:.1} of it about ({x}, {y}, {z}) mm: {cause}")
+        format!("{missing:.1} mm2 would be printed in mid-air, {area:.1} of it near ({x}, {y}, {z}) mm: {cause}")
     }
 }

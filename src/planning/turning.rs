@@ -26,7 +26,7 @@ const ROOM_MM: f64 = 0.15;
 const LEAST_STEP_MM: f64 = 0.05;
 
 /// What helps where a turn is not clear.
-pub(super) const REMEDY: &str = "give [limits] z_mm more room where the machine has it, [transition] park_mm beside the table, or another place (--origin)";
+pub(super) const REMEDY: &str = "give [limits] z_mm more range if the machine has it, [transition] park_mm beside the table, or another position (--origin)";
 
 /// A turn that is not clear.
 #[derive(Clone, Debug, PartialEq)]
@@ -183,8 +183,7 @@ impl<'a> Turns<'a> {
     fn first_turn(&self, standing: &Standing<'_>, above: bool) -> String {
         let (top, ball) = (self.profile.limits.z_mm[1], self.ball(standing.printed));
         if above {
-            return "the first turn starts from an unknown angle, and the table could meet the machine's frame; give the table or \
-                    the frame ([[fixed.body]]) as it is"
+            return "the first turn starts from an unknown angle, and the table could meet the machine's frame; describe the table or the frame ([[fixed.body]]) exactly"
                 .to_owned();
         }
         format!(
@@ -211,7 +210,7 @@ impl<'a> Turns<'a> {
                 let what = what.map_or("the table".to_owned(), Stands::named);
                 let axis = if from.tilt == to.tilt { &self.table.rotation } else { &self.table.tilt };
                 let text = format!(
-                    "while {} turns, at Z {:.1} mm, the {piece} is not proved clear of {what}",
+                    "cannot prove that the {piece} clears {what} while {} turns at Z {:.1} mm",
                     char::from(axis.letter),
                     standing.height
                 );
@@ -263,7 +262,7 @@ impl<'a> Turns<'a> {
             let solid = Solid::hull(points.iter().map(|&p| motion.point(p.into()).at).collect());
             let offence = self.head.offence(&still, &way, &solid, &owed, 0.0)?;
             let text = format!(
-                "on the way across at Z {:.1} mm, where [limits] z_mm ends or the ball of the table does, the {} would meet {}",
+                "while travelling at Z {:.1} mm, where [limits] z_mm or the ball of the table ends, the {} would meet {}",
                 standing.height,
                 offence.piece,
                 stands.named()

@@ -71,8 +71,9 @@ pub(super) fn explain(
         directions.iter().enumerate().map(|(p, tried)| nearest_misses(&setups, p, tried)).collect();
     if let Some(part) = ways.iter().position(Vec::is_empty) {
         let name = &workpiece.model.parts[part].name;
-        let summary =
-            format!("part {part} ({name}) has no orientation to try; give --method and --orient-budget others");
+        let summary = format!(
+            "part {part} ({name}) has no candidate orientation; try another --method or a larger --orient-budget"
+        );
         return Infeasible::NoPlan { summary, reasons: Vec::new(), least: true };
     }
     let mut candidates: Vec<Vec<Candidate>> = Vec::new();
@@ -256,7 +257,7 @@ impl Case<'_> {
         let carriers = way.needs.carriers();
         if reasons.is_empty() && kept.contains(&Constraint::Own(part, Barrier::Support)) && !carriers.is_empty() {
             let names: Vec<String> = carriers.iter().map(ToString::to_string).collect();
-            let text = format!("it would hang in the air until parts {} stand", names.join(", "));
+            let text = format!("it would be in mid-air until parts {} are printed", names.join(", "));
             reasons.push(reason("support", (text, 0.0), None));
         }
         reasons
@@ -276,11 +277,8 @@ fn summary(
         0 => "no order prints all parts".to_owned(),
         1 => {
             // No other direction was asked for.
-            let asked = if parts.iter().all(|part| upright(*part)) {
-                "as it stands"
-            } else {
-                "in any orientation that was tried"
-            };
+            let asked =
+                if parts.iter().all(|part| upright(*part)) { "as drawn" } else { "in any orientation that was tried" };
             format!("{} cannot be printed {asked}", parts.iter().map(named).collect::<String>())
         }
         _ => format!("no order prints {}", parts.iter().map(named).collect::<Vec<_>>().join(" and ")),

@@ -25,7 +25,7 @@ const STANDS_MM: f64 = 0.01;
 pub enum Misplaced {
     /// A part stands over the rim.
     #[error(
-        "part {part} ({name}) stands {beyond_mm:.1} mm over the rim of the table's {extent}; {}scale the model, choose another machine, or split it",
+        "part {part} ({name}) reaches {beyond_mm:.1} mm over the rim of the table's {extent}; {}scale the model, choose another machine, or split it",
         if *parts > 1 { "print fewer of its parts at once, " } else { "" }
     )]
     OverRim {
@@ -42,14 +42,14 @@ pub enum Misplaced {
     },
     /// The placement leaves it in the air, or sinks it.
     #[error(
-        "the model's lowest point lies {above_mm:.2} mm above the table (below where negative), allowed is {STANDS_MM} mm either way; plan again"
+        "the model's lowest point is {above_mm:.2} mm above the table (negative: below; allowed {STANDS_MM} mm either way); plan again"
     )]
     NotOnTable {
         /// How far.
         above_mm: f64,
     },
     /// The model is higher than the machine.
-    #[error("the model is {height_mm:.1} mm high; this machine's Z reaches {reach_mm:.1} mm above its table")]
+    #[error("the model is {height_mm:.1} mm high, but this machine's Z reaches only {reach_mm:.1} mm above its table")]
     TooHigh {
         /// The model's height.
         height_mm: f64,

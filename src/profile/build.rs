@@ -189,7 +189,7 @@ impl Profile {
         let firmware = &self.dialect.firmware;
         let known = Firmware::NAMES.map(|(name, _)| name).join(", ");
         let near = nearest(firmware, Firmware::NAMES.map(|(name, _)| name)).filter(|(edits, _)| *edits <= MOST_EDITS);
-        let meant = near.map_or_else(String::new, |(_, name)| format!(" (is {name} meant?)"));
+        let meant = near.map_or_else(String::new, |(_, name)| format!("; did you mean {name}?"));
         let allowed = format!("one of {known}{meant}");
         check("dialect.firmware", Firmware::named(firmware).is_some(), firmware.clone(), &allowed)?;
         let (tilt, rotation) = (&self.kinematics.tilt, &self.kinematics.rotation);
@@ -204,10 +204,8 @@ impl Profile {
         check("kinematics.tilt.max_deg", tilt.min_deg <= tilt.max_deg, range, "min_deg..max_deg, ordered")?;
         let level = self.kinematics().tilt.admits(Angle::ZERO);
         let range = format!("{}..{}", tilt.min_deg, tilt.max_deg);
-        let holds = format!(
-            "a range that holds level (zero_deg = {}): a table that is never level begins no print; widen it if the axis goes there",
-            tilt.zero_deg
-        );
+        let holds =
+            format!("a range that includes level (zero_deg = {}): printing starts with a level table", tilt.zero_deg);
         check("kinematics.tilt.min_deg", level, range, &holds)?;
         self.check_directions(origin)?;
         self.check_steppers(origin)?;
@@ -233,13 +231,13 @@ impl Profile {
         if let Some([x, y]) = self.transition.park_mm {
             let within = |v: f64, [low, high]: [f64; 2]| (low..=high).contains(&v);
             let inside = within(x, self.limits.x_mm) && within(y, self.limits.y_mm);
-            check("transition.park_mm", inside, format!("{:?}", [x, y]), "limits.x_mm, limits.y_mm")?;
+            check("transition.park_mm", inside, format!("{:?}", [x, y]), "within limits.x_mm, limits.y_mm")?;
         }
         // Without a head nothing would ever collide.
         check("head.body", !self.head.body.is_empty(), "[]".to_owned(), "at least one body")?;
         let extent = self.table.radius_mm > 0.0 || self.table.size_mm.is_some();
         check("table.radius_mm", extent, self.table.radius_mm.to_string(), "> 0, or 0 with size_mm")?;
-        check("dialect.rtcp", !self.dialect.rtcp, "true".to_owned(), "false: this version works the poses out itself")?;
+        check("dialect.rtcp", !self.dialect.rtcp, "true".to_owned(), "false: trunnion computes the poses itself")?;
         let letters = [tilt.letter, rotation.letter, self.dialect.extruder];
         let distinct = letters[0] != letters[1] && letters[1] != letters[2] && letters[0] != letters[2];
         let capital = letters.iter().all(|l| l.is_ascii_uppercase() && !"FGMNTXYZIJKR".contains(*l));

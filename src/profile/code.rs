@@ -48,19 +48,19 @@ impl Profile {
         })?;
         let why = if !self.starts_hot() {
             format!(
-                "no line of it waits for the nozzle, so that a print would begin below min_extrude_c ({:.0} C); add M109 S{{nozzle_c}}",
+                "no line waits for the nozzle, so a print would begin below min_extrude_c ({:.0} C); add M109 S{{nozzle_c}}",
                 self.limits.min_extrude_c
             )
         } else if let Some(name) = self.registered() {
             format!(
-                "it makes {name} an axis of moves (GCODE_AXIS), and Klipper refuses MANUAL_STEPPER MOVE of such a one; take these lines out, or \
+                "it makes {name} an axis of moves (GCODE_AXIS), and Klipper refuses MANUAL_STEPPER MOVE for it; remove these lines, or \
                  kinematics.tilt.stepper and kinematics.rotation.stepper"
             )
         } else if let Some(letter) = self.unregistered() {
             format!(
-                "no line of it registers axis {letter}, and Klipper drops the words of an axis that it does not know without a word of its own: \
-                 the table would stand still; add MANUAL_STEPPER STEPPER=name GCODE_AXIS= (so that a second print can begin) and, \
-                 behind G28, MANUAL_STEPPER STEPPER=name GCODE_AXIS={letter}; where a macro does, say so: ; GCODE_AXIS={letter}"
+                "no line registers axis {letter}, and Klipper ignores words of an unknown axis: the table would stand still; add MANUAL_STEPPER \
+                 STEPPER=name GCODE_AXIS= (so that a second print can begin) and, after G28, MANUAL_STEPPER STEPPER=name GCODE_AXIS={letter}; if \
+                 a macro does this, add the comment ; GCODE_AXIS={letter}"
             )
         } else {
             return Ok(());
@@ -86,7 +86,7 @@ impl Profile {
     /// Why a line may not stand beside a turn: there the head waits above all that is printed, and everything must be afterwards as it
     /// was before, but for pins and settings.
     fn beside_a_turn(&self, line: &str) -> Option<String> {
-        const ALLOWED: &str = "beside a turn stand waits, pins, settings and moves of what is no axis; take it out, or put it into dialect.start";
+        const ALLOWED: &str = "beside a turn only waits, pins, settings and moves of other steppers are allowed; remove it, or move it to dialect.start";
         let mut parsed = ParsedLine::default();
         if let Err(why) = parsed.read(line.as_bytes()) {
             return Some(why.to_string());
@@ -101,7 +101,7 @@ impl Profile {
             | Effect::Progress
             | Effect::Hazard(Hazard::Output) => return None,
             Effect::Hazard(Hazard::Stepper) if self.moves_no_axis(line) => return None,
-            Effect::Hazard(Hazard::Stepper) => "moves an axis of the table, or nobody knows what",
+            Effect::Hazard(Hazard::Stepper) => "may move an axis of the table",
             Effect::Hazard(Hazard::Unknown)
                 if self.dialect.allow.iter().any(|known| known.eq_ignore_ascii_case(name)) =>
             {
@@ -109,7 +109,7 @@ impl Profile {
             }
             Effect::Hazard(Hazard::Unknown) => {
                 return Some(format!(
-                    "what {name} does is not known to this firmware's table; name it in dialect.allow if it moves no axis"
+                    "what {name} does is unknown for this firmware; add it to dialect.allow if it moves no axis"
                 ));
             }
             Effect::Hazard(hazard) => hazard.does(),
@@ -149,7 +149,7 @@ impl Profile {
         let firmware = self.firmware();
         let unsure = self.link.identity.contains("PENTA_AXIS") && !code.trim().is_empty();
         let off = if firmware == Firmware::LinuxCnc { "M429" } else { "G49" };
-        let twice = "the poses, which are worked out here, would be turned a second time, through the part";
+        let twice = "the firmware would apply the poses, which are computed here, a second time, through the part";
         let (mut sure, mut follows) = (!unsure, None);
         let mut parsed = ParsedLine::default();
         for line in filled(code).lines().map(str::trim) {
@@ -177,7 +177,7 @@ impl Profile {
         match follows {
             Some(line) => Err((
                 line,
-                format!("it has the firmware follow the tip, and {twice}; leave it out or put {off} behind it"),
+                format!("it makes the firmware follow the tip, and {twice}; remove it or put {off} after it"),
             )),
             None if !sure => Err((
                 String::new(),
@@ -215,7 +215,7 @@ impl Profile {
             if trace.turns(m) && trace.state_before(m).pose().is_none() && low {
                 let at = m.from[2].map_or("an unknown height".to_owned(), |z| format!("Z {z}"));
                 return Some(format!(
-                    "the table turns from an unknown angle with the tip at {at}, and may sweep up to Z {top:.1}; go above that before it"
+                    "the table turns from an unknown angle with the tip at {at}, and may sweep up to Z {top:.1}; raise the tip above that first"
                 ));
             }
             m.prints().then(|| prime(m, &trace, self).err()).flatten()
@@ -280,7 +280,7 @@ mod tests {
             ("M112", "stops or resets"),
             ("M28 x.g", "another file"),
             ("G28\nM104 S{nozzle_c}", "waits for the nozzle"),
-            ("G93", "not known to this firmware"),
+            ("G93", "is unknown to this firmware"),
         ] {
             let text = with("start", code);
             assert!(
@@ -311,12 +311,12 @@ mod tests {
         };
         let start = |base: &str, code: &str| with(base, "dialect", "start", code);
         for (base, code, said) in [
-            ("generic-bc", "G43.4\nG28\nM109 S{nozzle_c}", "\"G43.4\": it has the firmware follow the tip"),
-            ("generic-bc", "G49\nG43.4\nG28\nM109 S{nozzle_c}", "put G49 behind it"),
+            ("generic-bc", "G43.4\nG28\nM109 S{nozzle_c}", "\"G43.4\": it makes the firmware follow the tip"),
+            ("generic-bc", "G49\nG43.4\nG28\nM109 S{nozzle_c}", "put G49 after it"),
             ("hendrikjan-5d", "G28\nG49\nM109 S{nozzle_c}", "\"G28\": a firmware with PENTA_AXIS may follow"),
             ("penta-trt-bc", "G1 Z-1 F60\nG49\nM109 S{nozzle_c}", "put G49 before it"),
             ("penta-trt-bc", "G90\nM109 S{nozzle_c}", "begin with G49"),
-            ("linuxcnc-xyzbc-trt", "G21\nM428", "put M429 behind it"),
+            ("linuxcnc-xyzbc-trt", "G21\nM428", "put M429 after it"),
         ] {
             let text = start(base, code);
             assert!(text.contains(said) && text.contains("mine.toml:3: dialect.start"), "{base}, {code}: {text}");

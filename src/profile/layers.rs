@@ -76,7 +76,7 @@ pub type Origin = BTreeMap<String, String>;
 #[strum(serialize_all = "kebab-case", prefix = "profile/")]
 pub enum ProfileError {
     /// No shipped profile of that name.
-    #[error("{name:?} is neither a shipped profile nor a TOML file; {}shipped are: {}{}", nearest.as_ref().map(|n| format!("did you mean {n:?}? ")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]
+    #[error("{name:?} is not a shipped profile or a TOML file; {}shipped are: {}{}", nearest.as_ref().map(|n| format!("did you mean {n:?}? ")).unwrap_or_default(), SHIPPED.map(|s| s.0).join(", "), if own.is_empty() { String::new() } else { format!("; your own are: {}", own.join(", ")) })]
     NoSuchProfile {
         /// The user's own.
         own: Vec<String>,
@@ -94,7 +94,7 @@ pub enum ProfileError {
         message: String,
     },
     /// A key that no version knows.
-    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; trunnion profile show generic-ac prints all there are".to_owned(), |n| format!("; did you mean {n:?}?")))]
+    #[error("{place}: unknown key {key:?}{}", nearest.as_ref().map_or("; trunnion profile show generic-ac lists all keys".to_owned(), |n| format!("; did you mean {n:?}?")))]
     UnknownKey {
         /// `file:line`.
         place: String,
@@ -111,7 +111,7 @@ pub enum ProfileError {
         /// The deserialiser's words.
         message: String,
     },
-    /// A line of the machine's own code that cannot be carried out.
+    /// A line of the machine's own code that cannot be executed.
     #[error("{place}: {key}{}: {why}", if line.is_empty() { String::new() } else { format!(": {line:?}") })]
     Code {
         /// `file:line`.
@@ -124,7 +124,7 @@ pub enum ProfileError {
         why: String,
     },
     /// A value that no machine can have.
-    #[error("{place}: {key} = {value} is out of {allowed}")]
+    #[error("{place}: {key} = {value}: must be {allowed}")]
     Range {
         /// `file:line`.
         place: String,
@@ -189,7 +189,7 @@ impl Base {
             Some(base) => {
                 let place = key_lines(text).get("extends").map_or(file.to_owned(), |line| format!("{file}:{line}"));
                 let message = format!(
-                    "extends = {base} is no name; give a shipped profile's, for example \"generic-ac\", or a file's, \"base.toml\""
+                    "extends = {base} is not a profile name; use a shipped profile, for example \"generic-ac\", or a file, \"base.toml\""
                 );
                 Err(ProfileError::Type { place, message })
             }
@@ -460,8 +460,8 @@ mod tests {
         for (text, right) in [
             ("layer_height_mm = 0.3", "did you mean \"process.layer_height_mm\"?"),
             ("[limits]\nlayer_height_mm = 0.3", "did you mean \"process.layer_height_mm\"?"),
-            ("max_deg = 80.0", "prints all there are"),
-            ("colour_of_the_machine = \"red\"", "prints all there are"),
+            ("max_deg = 80.0", "lists all keys"),
+            ("colour_of_the_machine = \"red\"", "lists all keys"),
         ] {
             let error = resolve("m.toml", &format!("{text}\n")).unwrap_err().to_string();
             assert!(error.ends_with(right), "{error}");
@@ -476,41 +476,44 @@ mod tests {
         let cases = [
             ("[kinematics]\npivot_mm = [nan, 0.0, 0.0]", "m.toml:2: kinematics.pivot_mm"),
             ("[process]\nlayer_height_mm = inf", "m.toml:2: process.layer_height_mm"),
-            ("[table]\nthickness_mm = -3.0", "m.toml:2: table.thickness_mm = -3.0 is out of 0..1000 mm"),
-            ("[transition]\nretract_mm = -2.0", "m.toml:2: transition.retract_mm = -2.0 is out of 0..100 mm"),
+            ("[table]\nthickness_mm = -3.0", "m.toml:2: table.thickness_mm = -3.0: must be 0..1000 mm"),
+            ("[transition]\nretract_mm = -2.0", "m.toml:2: transition.retract_mm = -2.0: must be 0..100 mm"),
             (
                 "[transition]\nretract_mm_per_s = 0.0",
-                "m.toml:2: transition.retract_mm_per_s = 0.0 is out of 0.1..2000 mm/s",
+                "m.toml:2: transition.retract_mm_per_s = 0.0: must be 0.1..2000 mm/s",
             ),
             ("[transition]\nclearance_mm = -1.0", "m.toml:2: transition.clearance_mm"),
-            ("[transition]\n\npark_mm = [900.0, 0.0]", "m.toml:3: transition.park_mm = [900.0, 0.0] is out of limits"),
-            ("[head]\nbody = []", "m.toml:2: head.body = [] is out of at least one body"),
+            (
+                "[transition]\n\npark_mm = [900.0, 0.0]",
+                "m.toml:3: transition.park_mm = [900.0, 0.0]: must be within limits",
+            ),
+            ("[head]\nbody = []", "m.toml:2: head.body = []: must be at least one body"),
             ("[machine]\nname = \"a\\nG28\"", "m.toml:2: machine.name"),
             (
                 "[[head.body]]\nname = \"n\"\nkind = \"box\"\nmin_mm = [0, 0, nan]\nmax_mm = [1, 1, 1]",
                 "m.toml:1: head.body",
             ),
-            ("[process]\nnozzle_mm = -3", "m.toml:2: process.nozzle_mm = -3 is out of 0.1..2 mm"),
-            ("[process]\ninfill = 7", "m.toml:2: process.infill = 7 is out of 0..1"),
-            ("[process]\nwalls = 0", "m.toml:2: process.walls = 0 is out of 1..100"),
-            ("[process]\nwalls = -1", "m.toml:2: process.walls = -1 is out of 1..100"),
-            ("[process]\nfan = nan", "m.toml:2: process.fan = nan is out of 0..1"),
-            ("[process]\ntravel_mm_per_s = 0.0", "m.toml:2: process.travel_mm_per_s = 0.0 is out of 0.1..2000 mm/s"),
-            ("[process]\nnozzle_c = 2100.0", "m.toml:2: process.nozzle_c = 2100.0 is out of 0..500 deg C"),
+            ("[process]\nnozzle_mm = -3", "m.toml:2: process.nozzle_mm = -3: must be 0.1..2 mm"),
+            ("[process]\ninfill = 7", "m.toml:2: process.infill = 7: must be 0..1"),
+            ("[process]\nwalls = 0", "m.toml:2: process.walls = 0: must be 1..100"),
+            ("[process]\nwalls = -1", "m.toml:2: process.walls = -1: must be 1..100"),
+            ("[process]\nfan = nan", "m.toml:2: process.fan = nan: must be 0..1"),
+            ("[process]\ntravel_mm_per_s = 0.0", "m.toml:2: process.travel_mm_per_s = 0.0: must be 0.1..2000 mm/s"),
+            ("[process]\nnozzle_c = 2100.0", "m.toml:2: process.nozzle_c = 2100.0: must be 0..500 deg C"),
             (
                 "[process]\nlayer_height_mm = 0.6",
-                "m.toml:2: process.layer_height_mm = 0.6 is out of 0..0.4 mm: no layer",
+                "m.toml:2: process.layer_height_mm = 0.6: must be 0..0.4 mm: no layer",
             ),
-            ("[process]\nline_width_mm = 0.15", "m.toml:2: process.line_width_mm = 0.15 is out of 0.2..1.6 mm: half"),
-            ("[link]\nbaud = 0", "m.toml:2: link.baud = 0 is out of 300..12000000"),
-            ("[link]\nlift_mm = -20", "m.toml:2: link.lift_mm = -20 is out of 0..1000 mm"),
-            ("[limits]\nx_mm = [0.0, inf]", "m.toml:2: limits.x_mm = inf is out of -10000..10000 mm"),
-            ("[kinematics.tilt]\ndirection = 0", "m.toml:2: kinematics.tilt.direction = 0 is out of 1 or -1"),
+            ("[process]\nline_width_mm = 0.15", "m.toml:2: process.line_width_mm = 0.15: must be 0.2..1.6 mm: half"),
+            ("[link]\nbaud = 0", "m.toml:2: link.baud = 0: must be 300..12000000"),
+            ("[link]\nlift_mm = -20", "m.toml:2: link.lift_mm = -20: must be 0..1000 mm"),
+            ("[limits]\nx_mm = [0.0, inf]", "m.toml:2: limits.x_mm = inf: must be -10000..10000 mm"),
+            ("[kinematics.tilt]\ndirection = 0", "m.toml:2: kinematics.tilt.direction = 0: must be 1 or -1"),
             (
                 "[fixed]\nbody = [{ name = \"n\", kind = \"frustum\", z_mm = [0, 1], r_mm = [-1, 1] }]",
-                "m.toml:2: fixed.body.r_mm = -1 is out of 0..10000 mm",
+                "m.toml:2: fixed.body.r_mm = -1: must be 0..10000 mm",
             ),
-            ("extends = 5", "m.toml:1: extends = 5 is no name"),
+            ("extends = 5", "m.toml:1: extends = 5 is not a profile name"),
             ("[kinematics.tilt]\nmax_deg = \"ninety\"", "m.toml:2: invalid type: string \"ninety\""),
             ("[[head.body]]\nname = \"n\"\nkind = \"cone\"", "m.toml:3: unknown variant `cone`"),
         ];
@@ -561,6 +564,6 @@ mod tests {
     fn out_of_range_names_place_value_and_range() {
         let text = "[kinematics.tilt]\ndirection = 2\n";
         let error = resolve("mine.toml", text).unwrap_err().to_string();
-        assert_eq!(error, "mine.toml:2: kinematics.tilt.direction = 2 is out of 1 or -1");
+        assert_eq!(error, "mine.toml:2: kinematics.tilt.direction = 2: must be 1 or -1");
     }
 }

@@ -38,19 +38,18 @@ pub struct Prime {
 /// Why it may not be laid, with what to do.
 pub fn prime(m: &Move, trace: &Trace, profile: &Profile) -> Result<Prime, String> {
     let (Some(pose), Some(ends)) = (trace.state(m).pose(), m.ends()) else {
-        return Err("a prime line is laid while the tip's place or the table's pose is unknown; before it, raise Z above all that \
-                    turns and turn both axes of the table to 0"
+        return Err("a prime line is printed while the tip's position or the table's pose is unknown; first raise Z above all that turns and turn both table axes to 0"
             .to_owned());
     };
     if pose.tilt.rad().abs() > LEVEL_RAD {
-        return Err(format!("a prime line is laid at a tilt of {:.3} deg; level the table before it", pose.tilt.deg()));
+        return Err(format!("a prime line is printed at a tilt of {:.3} deg; level the table first", pose.tilt.deg()));
     }
     let back = profile.kinematics().forward(pose).inverse();
     let ends = ends.map(|p| back.point(p.into()).at);
     let (height, bore) = (ends[1].z, profile.process.nozzle_mm);
     if (ends[0].z - height).abs() > FLAT_MM || !(LOWEST_MM..=bore).contains(&height) {
         return Err(format!(
-            "a prime line is laid {height:.2} mm above the table; {LOWEST_MM}..{bore} mm (process.nozzle_mm) is right, without a slope"
+            "a prime line is printed {height:.2} mm above the table; it must be level, at {LOWEST_MM}..{bore} mm (process.nozzle_mm)"
         ));
     }
     let length = (ends[1] - ends[0]).norm();
@@ -58,7 +57,7 @@ pub fn prime(m: &Move, trace: &Trace, profile: &Profile) -> Result<Prime, String
     let width = (area / height + height * (1.0 - FRAC_PI_4)).max(height);
     if width > WIDEST * bore {
         return Err(format!(
-            "a prime line of {width:.2} mm width at {height:.2} mm height; at most {:.2} mm: push less, or go farther",
+            "a prime line is {width:.2} mm wide at {height:.2} mm height; at most {:.2} mm: extrude less, or move farther",
             WIDEST * bore
         ));
     }

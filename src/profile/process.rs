@@ -171,7 +171,7 @@ impl SliceSettings {
     ///
     /// # Errors
     ///
-    /// The first setting that is out of its range, or does not fit to the nozzle.
+    /// The first setting that: must be its range, or does not fit to the nozzle.
     pub fn check(&self) -> Result<(), OutOfRange> {
         let unreadable = |error: toml::ser::Error| OutOfRange {
             key: "process".to_owned(),

@@ -8,7 +8,7 @@ use toml::Value;
 
 /// A number that no machine can have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{key} = {value} is out of {allowed}")]
+#[error("{key} = {value}: must be {allowed}")]
 pub struct OutOfRange {
     /// The key's whole path.
     pub key: String,
@@ -163,7 +163,7 @@ pub fn check_number(key: &str, number: f64) -> Result<(), OutOfRange> {
     check(key, &if whole { Value::Integer(number as i64) } else { Value::Float(number) })
 }
 
-/// Refuses the first number in `value`, which stands at `key`, that is out of its range, or none at all.
+/// Refuses the first number in `value`, which stands at `key`, that: must be its range, or none at all.
 pub(super) fn check(key: &str, value: &Value) -> Result<(), OutOfRange> {
     let number = match value {
         Value::Integer(number) => *number as f64,

@@ -66,14 +66,12 @@ impl fmt::Display for Kind {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "publish/")]
 pub enum BadInput {
-    /// No server of ours.
-    #[error(
-        "to: it begins with none of octoprint:, moonraker: and duet:; write for example octoprint:http://printer.local"
-    )]
+    /// A server of an unsupported kind.
+    #[error("to: must begin with octoprint:, moonraker: or duet:, for example octoprint:http://printer.local")]
     Server,
     /// Not http or https, or no host.
     #[error(
-        "to: {kind}: is followed by no http:// or https:// address; write for example {kind}:http://printer.local:5000"
+        "to: {kind}: must be followed by an http:// or https:// address, for example {kind}:http://printer.local:5000"
     )]
     Url {
         /// The server's word.
@@ -81,7 +79,7 @@ pub enum BadInput {
     },
     /// A password or a query in an address would end in shells' histories and servers' logs.
     #[error(
-        "to: the address may hold neither a name, a password, a question mark nor a hash; the key belongs in --key-file or TRUNNION_KEY"
+        "to: the address must not have a user name, a password, a query or a fragment; pass the key with --key-file or TRUNNION_KEY"
     )]
     Secret,
     /// `https://`, and the build has no TLS.
@@ -89,7 +87,7 @@ pub enum BadInput {
         "to: this build of trunnion cannot use https://; use the server's http:// address, or build with: cargo build --release --features tls"
     )]
     NoTls,
-    /// A program for another firmware: its words for the table would be dropped, and tilted parts printed on a level table.
+    /// A program for another firmware, which would ignore the table's words and print tilted parts on a level table.
     #[error(
         "to: a {kind} drives {drives}, but the file is written for {firmware} (profile {profile}); prepare it with a profile whose \
          [dialect] firmware is {drives:?}, such as {example}"
@@ -107,7 +105,7 @@ pub enum BadInput {
         example: &'static str,
     },
     /// A key that no header can carry.
-    #[error("the key in {place} {why}; give one line with the key alone")]
+    #[error("the key in {place} {why}; give one line with the key only")]
     Key {
         /// Where it was found.
         place: String,
@@ -116,7 +114,7 @@ pub enum BadInput {
     },
     /// A name that a server would change.
     #[error(
-        "name: {name:?} {why}; servers write names differently beyond letters of ASCII, digits, '.', '_' and '-' up to 80, and take .gcode, .gco and .g; give one with --name"
+        "name: {name:?} {why}; use up to 80 of ASCII letters, digits, '.', '_' and '-', ending in .gcode, .gco or .g; pass another with --name"
     )]
     Name {
         /// The name.
@@ -195,7 +193,7 @@ impl Key {
             () if key.is_empty() => "is empty",
             () if key.len() > 512 => "is longer than 512 bytes",
             () if !key.chars().all(|c| c.is_ascii_graphic() || c == ' ') => {
-                "has more than one line of plain characters"
+                "has more than one line of printable characters"
             }
             () => return Ok(Self(key.to_owned())),
         };

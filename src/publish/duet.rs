@@ -28,11 +28,11 @@ impl Duet<'_> {
 
     /// A part of the board's own description.
     fn model(&self, key: &str) -> Result<Value, Fault> {
-        Ok(self.0.read("a look at the board", &format!("/rr_model?key={key}&flags=d3"))?["result"].clone())
+        Ok(self.0.read("the request for the board", &format!("/rr_model?key={key}&flags=d3"))?["result"].clone())
     }
 
     fn info(&self) -> Result<Option<Value>, Fault> {
-        let info = self.0.look("a look at the file", &self.path("rr_fileinfo"))?;
+        let info = self.0.look("the request for the file", &self.path("rr_fileinfo"))?;
         Ok(info.filter(|info| info["err"].as_i64() == Some(0)))
     }
 }

@@ -62,18 +62,18 @@ impl Api for Moonraker<'_> {
     }
 
     fn state(&self) -> Result<State, Fault> {
-        let what = "a look at the printer";
+        let what = "the request for the printer";
         let answer = self.0.once(Question::get("/printer/info".to_owned()), &|_| {})?;
         if answer.status == 503 {
             return Ok(State::NotReady(
-                "Klipper does not run behind it, or has not connected: start its service there".to_owned(),
+                "Klipper is not running behind it, or has not connected: start its service there".to_owned(),
             ));
         }
         let info = self.0.value(what, &self.0.good(what, answer)?)?;
         if info["state"].as_str() != Some("ready") {
             let why = info["state_message"].as_str().or_else(|| info["state"].as_str());
             return Ok(State::NotReady(
-                why.unwrap_or("it does not say why").lines().next().unwrap_or_default().to_owned(),
+                why.unwrap_or("it gives no reason").lines().next().unwrap_or_default().to_owned(),
             ));
         }
         let stats = self.0.read(what, "/printer/objects/query?print_stats")?["status"]["print_stats"].clone();

@@ -39,7 +39,7 @@ impl Api for OctoPrint<'_> {
 
     /// As its connection's M115 has it; only a key with the right to see the system is told.
     fn firmware(&self) -> Option<String> {
-        let info = self.0.look("a look at the system", "/api/system/info").ok()??;
+        let info = self.0.look("the request for the system", "/api/system/info").ok()??;
         info["systeminfo"]["printer.firmware"].as_str().map(str::to_owned)
     }
 
@@ -48,7 +48,7 @@ impl Api for OctoPrint<'_> {
     }
 
     fn kept(&self) -> Result<Option<Kept>, Fault> {
-        let Some(file) = self.0.look("a look at the file", &self.file())? else { return Ok(None) };
+        let Some(file) = self.0.look("the request for the file", &self.file())? else { return Ok(None) };
         let bytes = file["size"].as_u64().unwrap_or_default();
         Ok(Some(Kept { bytes, sha1: file["hash"].as_str().map(str::to_ascii_lowercase) }))
     }
@@ -81,7 +81,7 @@ impl Api for OctoPrint<'_> {
     }
 
     fn state(&self) -> Result<State, Fault> {
-        let what = "a look at the printer";
+        let what = "the request for the printer";
         let answer = self.0.once(Question::get("/api/printer?exclude=temperature,sd".to_owned()), &|_| {})?;
         if answer.status == 409 {
             return Ok(State::NotReady("it is not connected to one".to_owned()));
@@ -90,13 +90,13 @@ impl Api for OctoPrint<'_> {
         let state = self.0.value(what, &answer)?["state"].clone();
         let is = |flag: &str| state["flags"][flag].as_bool().unwrap_or_default();
         if ["printing", "paused", "pausing", "resuming", "cancelling", "finishing"].into_iter().any(is) {
-            let job = self.0.read("a look at the job", "/api/job")?;
+            let job = self.0.read("the request for the job", "/api/job")?;
             return Ok(State::Printing(job["job"]["file"]["path"].as_str().map(str::to_owned)));
         }
         if is("ready") && is("operational") {
             return Ok(State::Ready);
         }
-        Ok(State::NotReady(state["text"].as_str().unwrap_or("it does not say why").to_owned()))
+        Ok(State::NotReady(state["text"].as_str().unwrap_or("it gives no reason").to_owned()))
     }
 
     fn start(&self) -> Result<(), Fault> {
@@ -106,7 +106,7 @@ impl Api for OctoPrint<'_> {
     }
 
     fn shown(&self) -> Result<Figures, Fault> {
-        let file = self.0.look("a look at the file", &self.file())?.unwrap_or(Value::Null);
+        let file = self.0.look("the request for the file", &self.file())?.unwrap_or(Value::Null);
         let analysis = &file["gcodeAnalysis"];
         let tools = analysis["filament"].as_object();
         let lengths = tools.map(|tools| tools.values().filter_map(|tool| tool["length"].as_f64()).sum());

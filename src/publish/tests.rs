@@ -101,7 +101,6 @@ fn what_may_pass_is_tried_again_and_nothing_else() {
     assert!(refused(503).may_pass() && !refused(500).may_pass() && !Fault::NoKey.may_pass());
     let address = Address::parse("duet:http://d").unwrap();
     let told = PublishError::new(&address, Fault::Full { free: Some(5), needs: 9 }, true).to_string();
-    let wanted = "Duet at http://d: its disk is full: 5 bytes are free, the file needs 9 bytes; delete old files there; a part of \
-                  the file may be left there";
+    let wanted = "Duet at http://d: its disk is full: 5 bytes are free, the file needs 9 bytes; delete old files there; part of the file may be left there";
     assert_eq!(told, wanted);
 }

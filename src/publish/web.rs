@@ -49,12 +49,12 @@ pub struct Answer {
 /// Why there was no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// Nobody is there.
+    /// No connection.
     Away {
         /// The system's words.
         why: String,
     },
-    /// Somebody is there and says nothing.
+    /// A connection without an answer.
     Silent,
     /// The connection ended before the answer did.
     Closed,

@@ -68,7 +68,7 @@ pub enum SliceError {
         name: String,
     },
     /// Too much of the part is too narrow to print.
-    #[error("of `{name}` {left}, at most {} % may be missing; {KEEPS}", .most * 100.0)]
+    #[error("`{name}`: {left}; at most {} % may be missing; {KEEPS}", .most * 100.0)]
     LeftOut {
         /// The job's name.
         name: String,
@@ -77,9 +77,9 @@ pub enum SliceError {
         /// How much of the volume may be, 0 to 1.
         most: f64,
     },
-    /// Between two layers there is one of which nothing can be printed.
+    /// A layer that is too narrow to print between two that are not.
     #[error(
-        "`{name}` is narrower than {thinnest_mm:.3} mm at Z {z_mm:.2}: {} would be missing there, and what stands above be printed on air; \
+        "`{name}` is narrower than {thinnest_mm:.3} mm at Z {z_mm:.2}: {} would be missing there, and what is above would be printed in mid-air; \
          {KEEPS}",
         counted(*.layers, "layer")
     )]
@@ -101,8 +101,8 @@ pub enum SliceError {
         /// The program names that were tried.
         looked_for: Vec<String>,
     },
-    /// Neither a slicer's name nor a program.
-    #[error("there is no slicer {given:?}; did you mean {nearest}? ({known}, or the path of one)")]
+    /// An unknown slicer.
+    #[error("{given:?} is not a slicer; did you mean {nearest}? ({known}, or the path of one)")]
     UnknownSlicer {
         /// The word.
         given: String,
@@ -111,7 +111,7 @@ pub enum SliceError {
         /// All names.
         known: String,
     },
-    /// This version has no recipe for that slicer's command line.
+    /// A slicer whose command line is not supported.
     #[error("this version of trunnion cannot drive {slicer}; {remedy}")]
     NotDriven {
         /// The slicer's name.
@@ -121,8 +121,7 @@ pub enum SliceError {
     },
     /// CuraEngine without the definitions of its settings.
     #[error(
-        "{} needs {file} and does not find it; install Cura's resources (Debian: the package cura), or name the folders in \
-         CURA_ENGINE_SEARCH_PATH", .program.display()
+        "{} needs {file}, which was not found; install Cura's resources (Debian: the package cura), or name the folders in CURA_ENGINE_SEARCH_PATH", .program.display()
     )]
     NoDefinitions {
         /// The program.
@@ -130,7 +129,7 @@ pub enum SliceError {
         /// What it needs.
         file: &'static str,
     },
-    /// The given program is none of the slicers this version can drive.
+    /// A program that is not a supported slicer.
     #[error("{} is not PrusaSlicer, Slic3r or CuraEngine: its --help begins with `{text}`; give the path of one of them, or use --slicer builtin", .path.display())]
     NotASlicer {
         /// The program.
@@ -148,7 +147,7 @@ pub enum SliceError {
         /// The time allowed, s.
         seconds: f64,
     },
-    /// A program that should say what it is says nothing.
+    /// A program that does not answer --help.
     #[error("{} did not answer --help within {seconds:.1} s; give another program, or use --slicer builtin", .path.display())]
     Silent {
         /// The program.
@@ -158,7 +157,7 @@ pub enum SliceError {
     },
     /// The slicer wrote more than any print needs.
     #[error(
-        "{slicer} wrote {bytes} bytes for `{name}`, allowed are {allowed}; simplify the mesh, or take larger layers"
+        "{slicer} wrote {bytes} bytes for `{name}`, allowed are {allowed}; simplify the mesh, or use thicker layers"
     )]
     TooBig {
         /// The slicer's name.
@@ -170,7 +169,7 @@ pub enum SliceError {
         /// The largest that is read.
         allowed: u64,
     },
-    /// Somebody asked for an end.
+    /// An interrupt.
     #[error("interrupted; the slicer was stopped and nothing was written")]
     Interrupted,
     /// The slicer ended with an error.

@@ -97,11 +97,11 @@ impl fmt::Display for Lessened {
             ),
             Self::Unmarked { slicer } => write!(
                 f,
-                "no brim and no skirt (process.brim_mm): {slicer} does not mark their lines, and they would be taken for lines outside the part; \
-                 --slicer builtin or prusa-slicer lay them"
+                "no brim and no skirt (process.brim_mm): {slicer} does not mark their lines, which would count as lines outside the part; use \
+                 --slicer builtin or prusa-slicer"
             ),
             Self::ForSupports => {
-                write!(f, "no brim and no skirt (process.brim_mm): the feet of its supports stand there")
+                write!(f, "no brim and no skirt (process.brim_mm): the supports stand there")
             }
         }
     }
@@ -142,19 +142,19 @@ impl fmt::Display for Flaw {
             Self::LeftOut(left) => write!(f, "{left} and were left out; {KEEPS}"),
             Self::Instead { slicer } => write!(
                 f,
-                "begins in a point or an edge, of which {slicer} prints no first layer; sliced by the built-in slicer instead"
+                "begins in a point or an edge, of which {slicer} prints no first layer; using the built-in slicer instead"
             ),
             Self::Lessened(lessened) => write!(f, "{lessened}"),
             Self::Unheeded(keys) => write!(
                 f,
-                "it has nothing for {} of the keys in --slicer-config, which count for nothing: {}",
+                "{} of the keys in --slicer-config are unknown to it and ignored: {}",
                 keys.len(),
                 keys.join(", ")
             ),
             Self::Replaced(settings) => write!(
                 f,
-                "not as in --slicer-config: {}; each print is sliced without them, since it stands on others or on a table that turns, \
-                 and its layers are level and of one height (supports: --supports auto; a skirt or brim: process.skirt_loops and process.brim_mm of the profile)",
+                "not as in --slicer-config: {}; prints are sliced without them, since each stands on others or on a turning table and needs level \
+                 layers of one height (supports: --supports auto; a skirt or brim: process.skirt_loops and process.brim_mm of the profile)",
                 settings.join(", ")
             ),
         }

@@ -36,7 +36,9 @@ impl FromStr for Standing {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         match text {
             "auto" => Ok(Self::Recommended),
-            _ => numbers(text).map(Self::Up).ok_or("neither auto nor three numbers; write these with commas, as 0,0,1"),
+            _ => numbers(text)
+                .map(Self::Up)
+                .ok_or("must be auto or three numbers separated by commas, for example 0,0,1"),
         }
     }
 }

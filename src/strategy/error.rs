@@ -38,7 +38,7 @@ pub enum Error {
     Fit(#[from] FitError),
     /// A model of several parts where one solid is cut.
     #[error(
-        "{file} has {parts} closed parts, and one solid is cut; give one part alone, or plan the parts as they are"
+        "{file} has {parts} closed parts, and only one solid can be cut; give one part alone, or plan the parts as they are"
     )]
     NotOneSolid {
         /// The model.

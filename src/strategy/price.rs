@@ -64,7 +64,7 @@ impl FromStr for Way {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let known = Self::ALL.into_iter().find(|way| way.word() == text);
-        known.ok_or("none of auto, as-drawn, turned, supports, turned-supports, cut")
+        known.ok_or("must be auto, as-drawn, turned, supports, turned-supports or cut")
     }
 }
 

@@ -12,17 +12,17 @@ use crate::spelling::counted;
 /// Why a way does not work.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum Refused {
-    /// Another one was asked for.
-    #[error("only this way is wanted")]
+    /// A way that was not requested.
+    #[error("another way was requested (--way)")]
     Unasked,
     /// Planning says no.
     #[error("{0}")]
     NoPlan(Infeasible),
-    /// Something else came between.
+    /// Another failure of a way.
     #[error("{0}")]
     Failed(Arc<dyn Error + Send + Sync>),
     /// The same of several solids on one table.
-    #[error("{0}; print fewer at once, or give them more room (--gap)")]
+    #[error("{0}; print fewer at once, or place them farther apart (--gap)")]
     Crowded(Arc<dyn Error + Send + Sync>),
     /// Parts that touch have no plan with supports below those on the table.
     #[error("with supports below what stands on the table: {0}; or join the parts (--join)")]
@@ -40,10 +40,10 @@ pub enum Refused {
         parts: usize,
     },
     /// Each solid has a plan by itself.
-    #[error("each has a plan by itself, but not beside the others; give them more room (--gap)")]
+    #[error("each has a plan by itself, but not beside the others; place them farther apart (--gap)")]
     Beside,
     /// No cut was made.
-    #[error("nothing of it asks for a cut")]
+    #[error("nothing of it needs a cut")]
     Whole,
     /// Cutting leaves something.
     #[error("{0}")]
@@ -56,32 +56,34 @@ pub enum Refused {
         /// Why.
         why: Box<Self>,
     },
-    /// It stands in no other pose, or in so many without a plan.
+    /// A model without another stable pose that has a plan.
     #[error("{}", no_pose(*.poses))]
     Turned {
         /// Poses that were tried.
         poses: usize,
     },
-    /// It was not worked out, since it cannot cost less than another.
+    /// A way that was skipped, since it cannot cost less than another.
     #[error("at least {least_min:.0} min, which is more")]
     Dearer {
         /// What it costs at least, minutes.
         least_min: f64,
     },
     /// Nothing hangs.
-    #[error("nothing of {} wants supports", if *.on_table { "what stands on the table" } else { "it" })]
+    #[error("nothing of {} needs supports", if *.on_table { "what stands on the table" } else { "it" })]
     NothingHangs {
         /// Whether only what stands on the table could have had supports.
         on_table: bool,
     },
     /// Supports are made in a plan of one slot.
-    #[error("supports are made where all is printed in one slot, and here it takes {slots} (--slots together)")]
+    #[error("supports need a plan of one slot, and this one has {slots} (--slots together)")]
     Slots {
         /// How many it takes.
         slots: usize,
     },
     /// A roof whose lines would lie on each other.
-    #[error("--roof-pitch {pitch_mm} mm is less than a line's width, {width_mm} mm; leave it out for twice that")]
+    #[error(
+        "--roof-pitch must be at least the line width ({width_mm} mm), got {pitch_mm} mm; the default is twice the line width"
+    )]
     Roof {
         /// From line to line, mm.
         pitch_mm: f64,
@@ -91,9 +93,9 @@ pub enum Refused {
     /// A grid that cannot be.
     #[error("{0}")]
     Grid(Arc<BadSetting>),
-    /// Something hangs in spite of supports.
+    /// Overhangs that supports cannot reach.
     #[error(
-        "with supports {area_mm2:.1} mm2 would still be laid on nothing, {:.1} of it at a height of {:.1} mm: {}{}",
+        "even with supports {area_mm2:.1} mm2 would be printed in mid-air, {:.1} of it at Z {:.1} mm: {}{}",
         .worst.area_mm2, .worst.at.z, .worst.cause, no_way_down(*.bare_mm2)
     )]
     StillHangs {
@@ -105,7 +107,7 @@ pub enum Refused {
         bare_mm2: f64,
     },
     /// Supports that the axes do not reach.
-    #[error("its supports leave the axes: {0}")]
+    #[error("its supports are beyond the axes: {0}")]
     Axes(String),
     /// Supports beside the table.
     #[error("its supports would stand {mm:.1} mm beyond the table")]
@@ -114,7 +116,7 @@ pub enum Refused {
         mm: f64,
     },
     /// Supports below or beside another part.
-    #[error("the supports of {part} would stand below or beside {other}; give them more room (--gap)")]
+    #[error("the supports of {part} would stand below or beside {other}; place them farther apart (--gap)")]
     BesideOther {
         /// Whose.
         part: String,
@@ -130,7 +132,7 @@ pub enum Refused {
         other: String,
     },
     /// Supports of a part that is printed behind others.
-    #[error("{part}: supports are laid on the empty table, and it is printed behind others")]
+    #[error("{part}: supports need an empty table, and other parts are printed before it")]
     Late {
         /// Which.
         part: String,
@@ -156,11 +158,11 @@ pub enum Refused {
     /// Supports that a turn of the table would take into something.
     #[error("{0}")]
     Turn(String),
-    /// What was sliced for it is refused.
-    #[error("lays what is refused ({0})")]
+    /// A way whose G-code `verify` refuses.
+    #[error("makes G-code that verify refuses ({0})")]
     Laid(String),
-    /// What was sliced for it cannot be used.
-    #[error("wrote what cannot be used ({0})")]
+    /// A way whose G-code is unusable.
+    #[error("makes unusable G-code ({0})")]
     Wrote(String),
     /// The slicer failed.
     #[error("failed ({0})")]

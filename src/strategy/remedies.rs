@@ -51,7 +51,7 @@ pub(super) fn other_machine(
         machine.is_ok_and(|machine| planned(model.clone(), machine, &quiet, &silent).is_ok())
     };
     let name = others(than).find(has_plan)?;
-    Some(Remedy { kind: "machine", amount: 0.0, text: format!("another machine has a plan for it: -m {name}") })
+    Some(Remedy { kind: "machine", amount: 0.0, text: format!("another machine can print it: -m {name}") })
 }
 
 /// Leaves out what has just been tried in vain.
@@ -85,5 +85,5 @@ pub(super) fn turned_over(
         set.and_then(plan).is_ok()
     })?;
     let [x, y, z] = up.map(|v| (v * 1e4).round() / 1e4 + 0.0);
-    Some(Remedy { kind: "up", amount: 0.0, text: format!("turned over it has a plan: --up {x},{y},{z}") })
+    Some(Remedy { kind: "up", amount: 0.0, text: format!("turned over it can be printed: --up {x},{y},{z}") })
 }

@@ -242,15 +242,13 @@ pub(super) fn cut_up(
     let seek = !split.printable && split.stopped.is_none() && options.pedestal_mm.is_none() && low;
     if let Some((mm, better)) = seek.then(|| on_a_pedestal(&split, attempt)).flatten() {
         (pedestal_mm, split) = (mm, better);
-        world
-            .progress
-            .warning(&format!("the model stands on a pedestal of {mm} mm, without which the head does not reach"));
+        world.progress.warning(&format!("the model stands on a pedestal of {mm} mm, which the head needs to reach it"));
     }
     if split.crumbs_mm3 > 0.0 {
         let crumbs = split.crumbs_mm3;
         world
             .progress
-            .warning(&format!("pieces of {crumbs:.4} mm3 together were left out: they are below what prints"));
+            .warning(&format!("pieces of {crumbs:.4} mm3 together were left out, since they are too small to print"));
     }
     let seconds = (world.clock.now() - start).as_secs_f64();
     Ok(SplitResult { split, stood: None, pedestal_mm, overhang_deg, seconds, model })

@@ -55,7 +55,7 @@ impl Display for Uncut {
         match self {
             Self::Stopped { tried } => write!(
                 f,
-                "stopped after {} that were tried, before it could be printed in parts; let it go on, or raise --budget",
+                "stopped after {} tried, before it could be printed in parts; let it continue, or raise --budget",
                 counted(*tried as usize, "cut")
             ),
             Self::Unplanned { cuts, parts } => write!(
@@ -72,14 +72,14 @@ impl Display for Uncut {
                 }
                 match left.beginnings + left.ridges {
                     0 => {}
-                    1 => write!(f, ", and 1 place begins in the air")?,
-                    begins => write!(f, ", and {begins} places begin in the air")?,
+                    1 => write!(f, ", and 1 place begins in mid-air")?,
+                    begins => write!(f, ", and {begins} places begin in mid-air")?,
                 }
                 if let Some((against, count, all)) = against {
-                    write!(f, "; of {all} cuts turned down {count} {}", because(*against))?;
+                    write!(f, "; rejected {count} of {all} candidate cuts: {}", because(*against))?;
                 }
                 let enough = (left.area_mm2 + 0.5).ceil();
-                write!(f, "; allow it (--allow {enough}), stand the model otherwise, or give it supports")
+                write!(f, "; allow it (--allow {enough}), turn the model, or use supports")
             }
         }
     }
@@ -89,10 +89,10 @@ fn because(against: Against) -> &'static str {
     match against {
         Against::Crossing => "met a surface that crosses itself",
         Against::Small => "would leave pieces or seams too small to print",
-        Against::Footing => "would leave something that stands on nothing",
+        Against::Footing => "would leave something that rests on nothing",
         Against::Thin => "would leave a plate or an edge too thin to print",
         Against::Unwanted => "would put the seam where none is wanted",
-        Against::Beginning => "would let a piece begin in the air",
+        Against::Beginning => "would let a piece begin in mid-air",
         Against::Head => "would bring the head into what is left, the table or an axis to its stop",
         Against::Gain => "would gain nothing",
         Against::Budget => "would cost more than another way to print it",

@@ -66,6 +66,6 @@ impl Display for NoWay {
             self.ways.iter().filter_map(|tried| Some(format!("{}: {}", tried.way.word(), tried.why_not.as_ref()?)));
         let whys: Vec<String> = whys.collect();
         let whys = if whys.is_empty() { "it does not apply to this model".to_owned() } else { whys.join("; ") };
-        write!(f, "the model cannot be printed by --way {asked}: {whys}; --way auto takes the cheapest way that works")
+        write!(f, "--way {asked} cannot print the model: {whys}; --way auto takes the cheapest way that works")
     }
 }

@@ -40,7 +40,7 @@ pub(super) fn check(input: &Input<'_>, profile: &Profile) -> Result<Vec<String>,
         }
         if off > SAME_FILAMENT_MM {
             notes.push(format!(
-                "sliced for filament of {mm} mm, and the profile's process.filament_mm is {usual}: lines are held against {mm} mm"
+                "sliced for filament of {mm} mm, but process.filament_mm is {usual}; lines are checked with {mm} mm"
             ));
         }
     }

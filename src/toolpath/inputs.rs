@@ -46,7 +46,7 @@ pub struct Rewritten {
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "rewrite/")]
 pub enum RewriteError {
-    /// What is written to takes no more.
+    /// The output cannot be written.
     #[error("the rewritten file cannot be written: {0}")]
     Write(#[source] std::io::Error),
     /// A line that had been read as one that can be rewritten.
@@ -86,7 +86,7 @@ pub enum RewriteError {
         /// The numbers.
         source: BoxMismatch,
     },
-    /// A skirt or brim where nothing bears it.
+    /// A skirt or brim with nothing below it.
     #[error(
         "{file}:{line}: the slicer prints a skirt or brim for print {print} (part {part}), which is not printed first on the table; switch \
          it off and slice again"
@@ -103,8 +103,8 @@ pub enum RewriteError {
     },
     /// Sliced for another nozzle or another filament.
     #[error(
-        "{file}: sliced for {what} of {sliced_mm} mm, and the profile's process.{key} is {profile_mm}; slice for what is in the machine, or \
-         set process.{key} = {sliced_mm} in the profile and plan again"
+        "{file}: sliced for {what} of {sliced_mm} mm, but process.{key} of the profile is {profile_mm}; slice for what is in the machine, or set \
+         process.{key} = {sliced_mm} in the profile and plan again"
     )]
     OtherMachine {
         /// The file.
@@ -120,8 +120,8 @@ pub enum RewriteError {
     },
     /// An overlap that leaves the nozzle too little room.
     #[error(
-        "{file}: print {print} (part {part}) begins with a layer that has {room_mm:.3} mm of room, and [joint] overlap_mm = {overlap_mm} \
-         takes more than half of it; set it to {:.3} or less, or slice with layers that divide the height of what carries the part",
+        "{file}: the first layer of print {print} (part {part}) has {room_mm:.3} mm of height, and [joint] overlap_mm = {overlap_mm} takes more \
+         than half of it; set it to {:.3} or less, or slice with layers that divide the height of what carries the part",
         (room_mm / 2.0).max(0.0)
     )]
     Pressed {

@@ -40,7 +40,7 @@ pub struct Spot {
 /// A print that does not fit on the bed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "print {print} is {:.1} x {:.1} mm, and the slicer's bed is {} x {} mm; give a larger one with --bed", .size_mm[0], .size_mm[1],
+    "print {print} is {:.1} x {:.1} mm, but the slicer's bed is {} x {} mm; pass a larger --bed", .size_mm[0], .size_mm[1],
     .bed_mm[0], .bed_mm[1]
 )]
 pub struct TooLarge {
@@ -172,9 +172,6 @@ mod tests {
             }
         }
         let wrong = layout(&[[10.0, 10.0], [10.0, 300.0]], &Bed::from([250.0, 210.0])).unwrap_err().to_string();
-        assert_eq!(
-            wrong,
-            "print 1 is 10.0 x 300.0 mm, and the slicer's bed is 250 x 210 mm; give a larger one with --bed"
-        );
+        assert_eq!(wrong, "print 1 is 10.0 x 300.0 mm, but the slicer's bed is 250 x 210 mm; pass a larger --bed");
     }
 }

@@ -60,19 +60,19 @@ fn left_out(entries: &[Entry<'_>]) -> Vec<String> {
     replaced.dedup();
     if !replaced.is_empty() {
         warnings.push(format!(
-            "{} of the slicer's own start or end code are left out: the profile's [dialect] start and end take their place",
+            "{} of the slicer's own start or end code are omitted: the profile's [dialect] start and end replace them",
             replaced.join(", ")
         ));
     }
     if entries.iter().any(|entry| entry.input.sliced.pictures) {
         warnings.push(
-            "pictures for a film (TIMELAPSE_TAKE_FRAME) are left out: they may drive the head away; [dialect] allow keeps them"
+            "pictures for a film (TIMELAPSE_TAKE_FRAME) are omitted: they may drive the head away; [dialect] allow keeps them"
                 .to_owned(),
         );
     }
     if entries.iter().any(|entry| entry.input.sliced.labelled) {
         warnings.push(
-            "object labels (M486, EXCLUDE_OBJECT) are left out: whoever cancels a part would have what stands on it printed on air"
+            "object labels (M486, EXCLUDE_OBJECT) are omitted: cancelling a part would leave what is on it in mid-air"
                 .to_owned(),
         );
     }

@@ -54,7 +54,7 @@ pub enum SlicedError {
         /// What is wrong.
         source: ReplayError,
     },
-    /// A command whose effect at a tilt nobody knows.
+    /// A command whose effect at a tilt is unknown.
     #[error("{file}:{line}: {text:?} cannot be rewritten safely; remove it from the slicer's custom G-code")]
     Command {
         /// The file.
@@ -93,7 +93,9 @@ pub enum SlicedError {
         label: String,
     },
     /// Supports, a raft or a wipe tower.
-    #[error("{file}:{line}: the slicer prints {what}, for which the plan has no room; switch it off and slice again")]
+    #[error(
+        "{file}:{line}: the slicer prints {what}, which the plan does not allow for; switch it off and slice again"
+    )]
     Extra {
         /// The file.
         file: String,
@@ -113,26 +115,26 @@ pub enum SlicedError {
     },
     /// One line that rises all the way.
     #[error(
-        "{file}: sliced as a spiral (spiral vase): its one wall rises all the way round, so there are no layers that could be checked or \
-         begun anew at another pose; switch the spiral off and slice again"
+        "{file}: sliced as a spiral (spiral vase): its one wall rises all the way round, so there are no layers to check or to start at another \
+         pose; switch the spiral off and slice again"
     )]
     Spiral {
         /// The file.
         file: String,
     },
-    /// Walls that leave the outline on purpose.
+    /// A fuzzy skin, whose walls leave the outline.
     #[error(
-        "{file}: sliced with a fuzzy skin: its outer walls leave the part's outline on purpose, so that they cannot be held against it; \
-         switch the fuzzy skin off and slice again"
+        "{file}: sliced with a fuzzy skin: its outer walls leave the part's outline on purpose and cannot be checked; switch the fuzzy skin off \
+         and slice again"
     )]
     Fuzzy {
         /// The file.
         file: String,
     },
-    /// Not what the slicer says it laid.
+    /// A file whose filament differs from the slicer's figure.
     #[error(
-        "{file}: {counted_mm:.2} mm of filament are laid down, and the file says that {stated_mm:.2} mm are used; it was changed after \
-         slicing, or is damaged; slice again"
+        "{file}: {counted_mm:.2} mm of filament are extruded, but the file states {stated_mm:.2} mm; it was changed after slicing, or is damaged; \
+         slice again"
     )]
     Filament {
         /// The file.
@@ -144,8 +146,8 @@ pub enum SlicedError {
     },
     /// Not what the built-in slicer wrote.
     #[error(
-        "{file}: was changed after the built-in slicer wrote it (its crc32 does not fit); slice again, or take out its last line if the \
-         change is meant"
+        "{file} was changed after the built-in slicer wrote it (its crc32 does not match); slice again, or remove its last line if the change is \
+         intended"
     )]
     Changed {
         /// The file.
@@ -153,7 +155,7 @@ pub enum SlicedError {
     },
     /// The end is missing.
     #[error(
-        "{file}: the slicer's own closing comments are missing (\"filament used\"): the file was cut short; slice again"
+        "{file}: the slicer's own closing comments are missing (\"filament used\"), so the file was cut short; slice again"
     )]
     Torn {
         /// The file.

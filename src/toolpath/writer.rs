@@ -105,13 +105,13 @@ impl<'a> Writer<'a> {
         self.hand_over(0)?;
         if self.pauses > 0 {
             self.warnings.push(format!(
-                "pauses for a person (M600, M0 or the like; {} in all) are made above all that stands, with the filament pulled back",
+                "pauses for a person (M600, M0 or similar; {} in all) happen above everything printed, with the filament retracted",
                 self.pauses
             ));
         }
         if self.waits_s > 0.0 {
             self.warnings.push(format!(
-                "waits of the sliced files (G4; {:.0} s in all) are made beside the part, above all that stands, with the filament pulled back",
+                "dwells of the sliced files (G4; {:.0} s in all) happen beside the part, above everything printed, with the filament retracted",
                 self.waits_s
             ));
         }
@@ -167,8 +167,8 @@ impl<'a> Writer<'a> {
         }
         if profile.dialect.commands == Commands::Rs274 {
             self.warnings.push(format!(
-                "this file neither heats nor cools: M104, M106 and the like are comments for {}; have the nozzle at {nozzle} C and the bed at {bed} C \
-                 before its first line is laid",
+                "this file does not control heat: M104, M106 and similar are comments for {}; have the nozzle at {nozzle} C and the bed at {bed} \
+                 C before its first line is printed",
                 profile.dialect.firmware
             ));
         }
@@ -418,7 +418,7 @@ impl<'a> Writer<'a> {
                 if self.untranslated.insert(name.clone()) {
                     let (from, to) = (firmware.name(), self.out.firmware().name());
                     self.warnings
-                        .push(format!("{name} of the sliced file ({from}) has no counterpart on {to} and is left out"));
+                        .push(format!("{name} of the sliced file ({from}) has no counterpart on {to} and is omitted"));
                 }
             }
         }

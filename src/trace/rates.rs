@@ -103,7 +103,7 @@ impl Rates {
         // From an unknown place the tip may take the whole of F.
         let speed = if shared && extent.length > 0.0 { extent.length / seconds * 60.0 } else { value };
         let allowed = self.max_feed;
-        let text = || format!("F asks for {speed:.0} mm/min; this machine goes up to {allowed:.0}");
+        let text = || format!("F asks for {speed:.0} mm/min; this machine allows {allowed:.0}");
         (speed > allowed * (1.0 + RATE_SLACK)).then(|| TooFast { measured: speed, allowed, text: text() })
     }
 
@@ -112,7 +112,7 @@ impl Rates {
             let (letter, allowed) = self.axes[i];
             // From an unknown angle the axis may take the whole of F.
             let speed = extent.turns[i].map_or(value / 60.0, |turned| turned / seconds);
-            let text = || format!("{letter} would turn at {speed:.1} deg/s; this axis turns at up to {allowed:.1}");
+            let text = || format!("{letter} would turn at {speed:.1} deg/s; this axis allows {allowed:.1}");
             (speed > allowed * (1.0 + RATE_SLACK)).then(|| TooFast { measured: speed, allowed, text: text() })
         })
     }

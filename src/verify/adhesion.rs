@@ -59,12 +59,12 @@ fn objection(print: &PrintedPart<'_>, m: &Move, standing: &[(usize, Section)]) -
     let part = print.planned.part;
     let first_slot = print.job.plan.slots.first().is_some_and(|slot| slot.id == print.planned.slot);
     if !(first_slot && is_on_table(print)) {
-        return Some(format!("is laid for part {part}, which is not printed first on the table; switch it off"));
+        return Some(format!("is printed for part {part}, which is not printed first on the table; switch it off"));
     }
     let [from, to] = m.ends()?;
     let level = print.levels.first()?;
     if [from, to].iter().any(|p| (p.z - level.z).abs() > LEVEL_MM) {
-        return Some(format!("of part {part} is laid at Z {:.2}, above the first layer; switch that off", to.z));
+        return Some(format!("of part {part} is printed at Z {:.2}, above the first layer; switch that off", to.z));
     }
     let (width, length) = (print.width(m, level), (to - from).norm());
     let count = (length / SPACING_MM).ceil().max(1.0) as usize;
@@ -81,7 +81,7 @@ fn objection(print: &PrintedPart<'_>, m: &Move, standing: &[(usize, Section)]) -
             let distance = section.signed_distance([p.x, p.y]);
             if distance < least {
                 return Some(format!(
-                    "of part {part} lies {distance:.2} mm from the outline of part {other}, at least {least:.2} mm is right; make it smaller"
+                    "of part {part} is {distance:.2} mm from the outline of part {other} (minimum {least:.2} mm); make it smaller"
                 ));
             }
         }
@@ -89,7 +89,7 @@ fn objection(print: &PrintedPart<'_>, m: &Move, standing: &[(usize, Section)]) -
     let ratio =
         m.e * print.filament_mm2 / (print.flow.bead.area(width, level.height()) * length * print.flow.multiplier);
     if length > SHORT_MM && !(FLOW[0]..=FLOW[1]).contains(&ratio) {
-        return Some(format!("of part {part} takes {ratio:.2} of the filament that its width and height hold"));
+        return Some(format!("of part {part} uses {ratio:.2} times the filament that its width and height need"));
     }
     None
 }

@@ -137,7 +137,7 @@ impl Balance<'_> {
             if held.factor < FALLS && pose.tilt_deg > 0.0 {
                 findings.add(Rule::Standing, at, [held.factor, FALLS], || {
                     format!(
-                        "with the table tilted by {:.1} degrees what stands there weighs {:.1} g and is held {:.2} times over; at least {FALLS}",
+                        "at a tilt of {:.1} degrees the {:.1} g on the table are held {:.2} times over (minimum {FALLS})",
                         pose.tilt_deg,
                         body.weight.grams(),
                         held.factor

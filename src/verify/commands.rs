@@ -75,10 +75,10 @@ impl<'a> Permitted<'a> {
         }
         let place = match zone {
             Zone::Start => "and is not in the profile's [dialect] start",
-            Zone::Prints => "and stands among the prints",
+            Zone::Prints => "and is among the prints",
             Zone::End => "and is not in the profile's [dialect] end",
         };
-        Some(format!("{name} {does}, {place}; take it out, or name it in [dialect] allow"))
+        Some(format!("{name} {does}, {place}; remove it, or add it to [dialect] allow"))
     }
 }
 

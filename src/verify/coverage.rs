@@ -66,15 +66,14 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, section: &Section,
         let Bare { length, at: [x, y] } = bare;
         findings.add(Rule::Registration, at, [length, MOST_BARE_MM], || {
             format!(
-                "{length:.1} mm of the outline of part {part} at Z {:.2} have no wall beside them, at X {x:.2} Y {y:.2} for one; at \
-                 most {MOST_BARE_MM} mm",
+                "{length:.1} mm of the outline of part {part} at Z {:.2} have no wall, for example at X {x:.2} Y {y:.2} (maximum {MOST_BARE_MM} mm)",
                 level.z
             )
         });
     }
     if let Some([x, y]) = island_left_out(printed, level, section, &alone, width + off) {
         findings.add(Rule::Complete, at, [0.0, 1.0], || {
-            format!("an island of part {part} is left out of the layer at Z {:.2}, at X {x:.2} Y {y:.2}", level.z)
+            format!("an island of part {part} is missing from the layer at Z {:.2}, at X {x:.2} Y {y:.2}", level.z)
         });
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
         findings.add(Rule::Flow, at, [doubled.length, MOST_MM], || {
             let other = lines[doubled.other].m.line;
             format!(
-                "{:.2} mm of line are laid on top of other lines of the layer at Z {:.2}, for one of line {other}; at most {MOST_MM} mm",
+                "{:.2} mm of line are printed on top of other lines of the layer at Z {:.2}, for example of line {other} (maximum {MOST_MM} mm)",
                 doubled.length, level.z
             )
         });

@@ -47,7 +47,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     if !(low..=high).contains(&printed.flow.multiplier) {
         findings.add(Rule::Flow, at(line), [printed.flow.multiplier, high], || {
             format!(
-                "part {part} was sliced with an extrusion multiplier of {}; {low} to {high} are taken",
+                "part {part} was sliced with an extrusion multiplier of {}, outside {low} to {high}",
                 printed.flow.multiplier
             )
         });
@@ -74,7 +74,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     for (role, &ratio) in by_role.iter().filter(|(_, ratio)| (*ratio - 1.0).abs() > ONE_ROLE) {
         findings.add(Rule::Flow, at(line), [ratio, 1.0 + ONE_ROLE], || {
             format!(
-                "the lines that the slicer calls {role:?} in part {part} take {ratio:.3} of the filament that they hold; {:.2} to {:.2} is right",
+                "{role:?} lines of part {part} use {ratio:.3} times the filament that their volume needs (allowed {:.2} to {:.2})",
                 1.0 - ONE_ROLE,
                 1.0 + ONE_ROLE
             )
@@ -86,8 +86,8 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
         if (ratio - 1.0).abs() > most {
             findings.add(Rule::Flow, at(line), [ratio, 1.0 + most], || {
                 format!(
-                    "the lines of part {part} take {ratio:.3} of the filament that their width and height hold; {:.2} to {:.2} is right \
-                     (check {}the filament's diameter, the extrusion multiplier, and that E counts mm)",
+                    "the lines of part {part} use {ratio:.3} times the filament that their width and height need (allowed {:.2} to {:.2}; check \
+                     {}the filament's diameter, the extrusion multiplier, and that E counts mm)",
                     1.0 - most,
                     1.0 + most,
                     assumed_width(printed)
@@ -104,7 +104,7 @@ fn assumed_width(printed: &PrintedPart<'_>) -> String {
         return String::new();
     }
     let width = printed.job.profile.process.line_width_mm;
-    format!("the width of the lines, which the file does not state and process.line_width_mm says is {width} mm, ")
+    format!("the width of the lines, which the file does not state and process.line_width_mm gives as {width} mm, ")
 }
 
 /// The median, so that a few wrong lines do not pass for the rule; 1 where there are too few to tell.
@@ -171,7 +171,7 @@ fn one(printed: &PrintedPart<'_>, line: &Line, usual: f64, findings: &mut Findin
         findings.add(Rule::Flow, at, [ratio, if ratio < low { low } else { high }], || {
             let Line { length, width, height, .. } = line;
             format!(
-                "{length:.2} mm of line take {ratio:.3} of the filament that {width:.2} x {height:.2} mm hold; {low:.2} to {high:.2} is right"
+                "{length:.2} mm of line use {ratio:.3} times the filament that {width:.2} x {height:.2} mm need (allowed {low:.2} to {high:.2})"
             )
         });
     }
@@ -184,7 +184,9 @@ fn melts(printed: &PrintedPart<'_>, m: &Move, findings: &mut Findings) {
     if m.seconds > 0.0 && rate > most * (1.0 + RATE_SLACK) {
         let at = FindingPlace { line: m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [rate, most], || {
-            format!("{rate:.1} mm3/s of filament; the hot end melts at most {most:.1} ([limits] max_flow_mm3_per_s)")
+            format!(
+                "{rate:.1} mm3/s of filament is more than the hot end melts, {most:.1} ([limits] max_flow_mm3_per_s)"
+            )
         });
     }
 }

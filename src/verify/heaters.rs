@@ -54,7 +54,7 @@ impl Heaters {
         self.told = false;
         let Effect::Heat { target_c: Some(target), .. } = effect else { return None };
         (zone == Zone::End && target > 0.0 && !own).then(|| {
-            ([target, 0.0], format!("a heater is set to {target} C behind the end of the print; remove the line"))
+            ([target, 0.0], format!("a heater is set to {target} C after the end of the print; remove the line"))
         })
     }
 
@@ -82,11 +82,11 @@ impl Heaters {
         let wrong = if first && !self.waited && (self.waits || self.highest_c > 0.0) {
             Some((
                 [0.0, 1.0],
-                "filament is laid before the bed was waited for; add M190 with its temperature".to_owned(),
+                "filament is extruded before the bed was waited for; add M190 with its temperature".to_owned(),
             ))
         } else if now < least {
             let text =
-                format!("filament is laid with the bed set to {now} C; at least {least:.0} C, half of what it was");
+                format!("filament is extruded with the bed set to {now} C (minimum {least:.0} C, half of what it was)");
             Some(([now, least], text))
         } else {
             None

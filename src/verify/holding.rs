@@ -98,11 +98,11 @@ impl<'a> Supports<'a> {
     fn objection(&self, m: &Move, sections: &[Section]) -> Option<String> {
         let Self { part, .. } = self;
         if m.role != Role::Support {
-            return Some(format!("a line among the supports of part {part} is none; only supports are laid there"));
+            return Some(format!("a line among the supports of part {part} is not support"));
         }
         let [from, to] = m.ends()?;
         if (to.z - from.z).abs() > SAME_MM {
-            return Some(format!("a support of part {part} rises by {:.2} mm while it is laid", to.z - from.z));
+            return Some(format!("a support of part {part} rises by {:.2} mm while it is printed", to.z - from.z));
         }
         let (width, length) = (self.width(m), (to - from).norm());
         let least = width / 2.0 - NEARER_MM;
@@ -116,7 +116,7 @@ impl<'a> Supports<'a> {
             let (other, _) = nearest([p.x, p.y]);
             let distance = room + least;
             return Some(format!(
-                "a support of part {part} lies {distance:.2} mm from part {other}, at least {least:.2} mm is right"
+                "a support of part {part} is {distance:.2} mm from part {other} (minimum {least:.2} mm)"
             ));
         }
         let held = self.flow.bead.area(width, self.height(m)) * length * self.flow.multiplier;
@@ -125,11 +125,11 @@ impl<'a> Supports<'a> {
         if rate > self.most_flow * (1.0 + RATE_SLACK) {
             let most = self.most_flow;
             return Some(format!(
-                "a support of part {part} takes {rate:.1} mm3/s of filament; the hot end melts at most {most:.1} ([limits] max_flow_mm3_per_s)"
+                "a support of part {part} needs {rate:.1} mm3/s of filament, more than the hot end melts, {most:.1} ([limits] max_flow_mm3_per_s)"
             ));
         }
         (length > SHORT_MM && !(FLOW[0]..=FLOW[1]).contains(&ratio)).then(|| {
-            format!("a support of part {part} takes {ratio:.2} of the filament that its width and height hold")
+            format!("a support of part {part} uses {ratio:.2} times the filament that its width and height need")
         })
     }
 }

@@ -47,7 +47,7 @@ fn begins(printed: &PrintedPart<'_>, first: &Level, usual: f64, findings: &mut F
         if let Some(z) = printable_between(printed, bottom, first.z - height, usual) {
             findings.add(Rule::Complete, place(printed, first.line), [off, usual / 2.0], || {
                 format!(
-                    "part {} is printed from {off:.2} mm above its lowest point on; the layer at Z {z:.2} is not there",
+                    "part {} starts {off:.2} mm above its lowest point; the layer at Z {z:.2} is missing",
                     printed.planned.part
                 )
             });
@@ -55,7 +55,7 @@ fn begins(printed: &PrintedPart<'_>, first: &Level, usual: f64, findings: &mut F
     } else if off.abs() > most && (first.stated.is_some() || !holds_its_height(printed, first)) {
         findings.add(Rule::LayerHeight, place(printed, first.line), [off, most], || {
             let (part, which) = (printed.planned.part, if off > 0.0 { "high" } else { "low" });
-            format!("the first layer of part {part} lies {:.3} mm too {which} for its height of {height:.2} mm{}; at most {most} mm", off.abs(), pressed(printed))
+            format!("the first layer of part {part} is {:.3} mm too {which} for its height of {height:.2} mm{} (maximum {most} mm)", off.abs(), pressed(printed))
         });
     }
 }
@@ -79,7 +79,7 @@ fn follows(printed: &PrintedPart<'_>, below: &Level, level: &Level, usual: f64, 
     {
         findings.add(Rule::Complete, place(printed, level.line), [off, HEIGHT_MM], || {
             format!(
-                "{off:.2} mm of part {} are left out below this layer; there is none at Z {z:.2}",
+                "{off:.2} mm of part {} are missing below this layer; there is none at Z {z:.2}",
                 printed.planned.part
             )
         });
@@ -88,7 +88,7 @@ fn follows(printed: &PrintedPart<'_>, below: &Level, level: &Level, usual: f64, 
     if level.stated.map_or_else(|| !holds_its_height(printed, level), |_| off <= usual / 2.0) {
         findings.add(Rule::LayerHeight, place(printed, level.line), [level.gap, height], || {
             format!(
-                "the tip is {:.3} mm above the layer below, and the beads are {height:.3} mm high (to {HEIGHT_MM} mm)",
+                "the tip is {:.3} mm above the layer below, but the lines are {height:.3} mm high (tolerance {HEIGHT_MM} mm)",
                 level.gap
             )
         });
@@ -123,7 +123,7 @@ fn ends(printed: &PrintedPart<'_>, last: &Level, usual: f64, findings: &mut Find
     if over > usual + HEIGHT_MM {
         findings.add(Rule::LayerHeight, place(printed, last.line), [over, usual], || {
             format!(
-                "part {} is printed {over:.2} mm higher than it is; at most a layer, {usual:.2} mm",
+                "part {} is printed {over:.2} mm higher than it is (maximum one layer, {usual:.2} mm)",
                 printed.planned.part
             )
         });
@@ -133,7 +133,7 @@ fn ends(printed: &PrintedPart<'_>, last: &Level, usual: f64, findings: &mut Find
     {
         findings.add(Rule::Complete, place(printed, last.line), [-over, usual], || {
             format!(
-                "part {} ends {:.2} mm below its top; the layer at Z {z:.2} is not there",
+                "part {} stops {:.2} mm short of its top; the layer at Z {z:.2} is missing",
                 printed.planned.part, -over
             )
         });

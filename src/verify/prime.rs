@@ -24,7 +24,7 @@ pub(super) fn check(trace: &Trace, job: &Job<'_>, findings: &mut Findings) {
     primes.iter().filter_map(|prime| touched(prime, trace, job)).for_each(|(prime, [room, least], by)| {
         let at = FindingPlace { line: prime.line, slot: None, part: None };
         findings.add(Rule::OutsidePart, at, [room, least], || {
-            format!("the prime line lies {room:.2} mm from line {by} of a print, at least {least:.2} mm is right; move it in dialect.start")
+            format!("the prime line is {room:.2} mm from the print at line {by} (minimum {least:.2} mm); move it in dialect.start")
         });
     });
 }

@@ -23,7 +23,7 @@ use crate::trace::{Event, Move, State, Trace, What, Zone};
 const PAUSE_SLACK_MM: f64 = 0.01;
 
 /// What to do about a setting.
-const REMOVE_OR_ALLOW: &str = "remove the line, or name its command in [dialect] allow";
+const REMOVE_OR_ALLOW: &str = "remove the line, or add its command to [dialect] allow";
 /// Slower than this nothing is printed, pulled or moved, mm/s, but where the profile asks for it.
 const SLOWEST_MM_PER_S: f64 = 0.5;
 
@@ -146,7 +146,7 @@ impl<'a> Checker<'a> {
         self.line = event.line;
         match &event.what {
             What::Mark(mark) => self.mark(mark),
-            What::BrokenMark(text) => self.say(Rule::Syntax, [0.0; 2], || format!("mark {text:?} cannot be read")),
+            What::BrokenMark(text) => self.say(Rule::Syntax, [0.0; 2], || format!("mark {text:?} is malformed")),
             What::Refused(text) => self.say(Rule::Syntax, [0.0; 2], || text.clone()),
             What::TooFast(fast) => self.say(Rule::AxisRate, [fast.measured, fast.allowed], || fast.text.clone()),
             What::Effect(effect, span) => self.effect(*effect, span.clone()),
@@ -174,7 +174,7 @@ impl<'a> Checker<'a> {
         if self.slot != Some(slot) {
             let marked = self.slot.map_or("no slot".to_owned(), |s| format!("slot {s}"));
             self.say(Rule::Sequence, [slot as f64, self.slot.map_or(-1.0, |s| s as f64)], || {
-                format!("print {print} belongs to slot {slot}, and {marked} is marked")
+                format!("print {print} belongs to slot {slot}, but {marked} is marked")
             });
         }
     }
@@ -281,7 +281,7 @@ impl<'a> Checker<'a> {
         };
         if target > most {
             self.say(Rule::Heat, [target, most], || {
-                format!("{target} C for the {name}; at most {most} C ([link] {key})")
+                format!("{target} C for the {name} is above the maximum of {most} C ([link] {key})")
             });
         }
     }
@@ -307,7 +307,7 @@ impl<'a> Checker<'a> {
         let turns = self.trace.turns(m);
         if turns && m.e > 0.0 {
             self.say(Rule::TurnWhileExtruding, [m.e, 0.0], || {
-                format!("the table turns while {:.3} mm of filament are pushed", m.e)
+                format!("the table turns while {:.3} mm of filament are extruded", m.e)
             });
         }
         if turns {
@@ -359,7 +359,7 @@ impl<'a> Checker<'a> {
                 let (word, low, high) = (axis.word_of(angle).deg(), low.deg(), high.deg());
                 self.say(Rule::AxisLimit, [word, if word < low { low } else { high }], || {
                     let letter = char::from(axis.letter);
-                    format!("{letter} {word:.3} deg is beyond the axis, which reaches {low:.3}..{high:.3}")
+                    format!("{letter} {word:.3} deg is beyond the axis range {low:.3}..{high:.3}")
                 });
             }
         }
@@ -369,7 +369,7 @@ impl<'a> Checker<'a> {
         let sideways = m.wrote(0) || m.wrote(1);
         let unknown = m.ends().is_none() || self.trace.state(m).pose().is_none();
         let text = if prints && unknown {
-            "filament is laid while the tip's place or the table's pose is unknown"
+            "filament is extruded while the tip's position or the table's pose is unknown"
         } else if sideways && m.to[2].is_none() {
             "the head moves sideways at an unknown height"
         } else if sideways && unknown && self.tally.started() {
@@ -389,9 +389,9 @@ impl<'a> Checker<'a> {
         }
         self.say(Rule::Heat, [now, least], || {
             if now > 0.0 {
-                format!("filament is pushed at {now:.0} C; at least {least:.0} C ([limits] min_extrude_c)")
+                format!("filament is extruded at {now:.0} C (minimum {least:.0} C, [limits] min_extrude_c)")
             } else {
-                format!("filament is pushed before the nozzle was heated and waited for (M109), or after it was switched off; at least {least:.0} C")
+                format!("filament is extruded before the nozzle was heated and waited for (M109), or after it was switched off; at least {least:.0} C")
             }
         });
     }
@@ -414,7 +414,7 @@ impl<'a> Checker<'a> {
         let (speed, least) = (way / m.seconds, self.slowest);
         if way > 0.0 && m.seconds > 0.0 && speed < least {
             self.say(Rule::AxisRate, [speed * 60.0, least * 60.0], || {
-                format!("a move at {:.2} mm/min as good as stands; at least {:.0} mm/min", speed * 60.0, least * 60.0)
+                format!("a move at {:.2} mm/min is too slow (minimum {:.0} mm/min)", speed * 60.0, least * 60.0)
             });
         }
     }
@@ -433,7 +433,10 @@ impl<'a> Checker<'a> {
         let longest = axes.iter().map(|(turned, rate)| turned / (rate * SLOWEST_TURN)).fold(0.0, f64::max);
         if longest > 0.0 && m.seconds > longest.max(LEAST_TURN_S) {
             self.say(Rule::AxisRate, [m.seconds, longest], || {
-                format!("a turn takes {:.0} s; at most {longest:.0} s, at {SLOWEST_TURN} of the axes' speed", m.seconds)
+                format!(
+                    "a turn takes {:.0} s (maximum {longest:.0} s, at {SLOWEST_TURN} of the axes' speed)",
+                    m.seconds
+                )
             });
         }
     }
@@ -476,15 +479,15 @@ impl<'a> Checker<'a> {
             if self.zone == Zone::Start {
                 return None;
             }
-            return Some((0.0, "filament is laid before any print is marked".to_owned()));
+            return Some((0.0, "filament is extruded before any print is marked".to_owned()));
         };
         let pose = state.pose()?;
         let PoseError { axis_deg, lean_deg } = pose_error(&self.table, plan, pose)?;
         let word = |axis: &AxisRange, angle| format!("{}{:.3}", char::from(axis.letter), axis.word_of(angle).deg());
         let words = |p: Pose| [word(&self.table.tilt, p.tilt), word(&self.table.rotation, p.rotation)].join(" ");
         let text = format!(
-            "part {} is printed at {}, {lean_deg:.3} deg from upright; the plan says {} (to {POSE_DEG} deg); \
-             collisions and support are not checked there",
+            "part {} is printed at {}, {lean_deg:.3} deg from upright, but the plan has {} (tolerance {POSE_DEG} deg); collisions and support are \
+             not checked there",
             plan.part,
             words(pose),
             words(plan.pose)
@@ -503,11 +506,13 @@ impl<'a> Checker<'a> {
             self.say(Rule::Heat, numbers, || why);
         }
         if !self.ended {
-            self.say(Rule::Complete, [0.0, 1.0], || "the file ends before its last mark: it was cut short".to_owned());
+            self.say(Rule::Complete, [0.0, 1.0], || {
+                "the file ends before its last mark, so it was cut short".to_owned()
+            });
         } else if let Some(missing) = self.missing_end() {
             let missing = missing.to_owned();
             self.say(Rule::Complete, [0.0, 1.0], || {
-                format!("the end code's {missing:?} is not there: heaters or motors may stay on")
+                format!("the end code's {missing:?} is missing: heaters or motors may stay on")
             });
         }
         Checked { findings: self.findings, tally: self.tally }

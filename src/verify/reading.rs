@@ -68,7 +68,7 @@ impl<'a> Reader<'a> {
         if first.is_some() && parsed.kind != LineKind::Empty {
             let firmware = self.firmware.name();
             self.say(Rule::Reading, 1, [0.0; 2], || {
-                format!("{firmware} does not know a command behind a byte-order mark; remove the mark")
+                format!("{firmware} does not recognize a command after a byte-order mark; remove the mark")
             });
         }
     }
@@ -92,7 +92,7 @@ impl<'a> Reader<'a> {
         }
         if self.zone == Zone::End && moves(parsed) && !self.permitted.owns(Zone::End, text) {
             self.say(Rule::Command, line.number, [0.0; 2], || {
-                "the head moves behind the end of the print; remove the line, or add it to [dialect] end".to_owned()
+                "the head moves after the end of the print; remove the line, or add it to [dialect] end".to_owned()
             });
         }
     }

@@ -63,8 +63,8 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
     if outline > 0.0 && share < LEAST_COVERED {
         findings.add(Rule::Registration, place(printed), [share, LEAST_COVERED], || {
             format!(
-                "only {:.0} % of the outline of part {} have an outer wall beside them; it was moved, scaled or cut in the slicer, or is \
-                 too thin for whole lines",
+                "only {:.0} % of the outline of part {} has an outer wall beside it; the part was moved, scaled or cut in the slicer, or is too \
+                 thin for whole lines",
                 share * 100.0,
                 printed.planned.part
             )
@@ -189,7 +189,7 @@ fn registration(printed: &PrintedPart<'_>, fit: &Fit, samples: &[Sample], findin
         if mm > MOST_MM {
             fine = false;
             findings
-                .add(Rule::Registration, at, [mm, MOST_MM], || format!("part {part} is {text}; at most {MOST_MM} mm"));
+                .add(Rule::Registration, at, [mm, MOST_MM], || format!("part {part} is {text} (maximum {MOST_MM} mm)"));
         }
     }
     // Of a square or round part nobody can tell a scale from an offset: so all that is explained counts together.
@@ -205,7 +205,7 @@ fn registration(printed: &PrintedPart<'_>, fit: &Fit, samples: &[Sample], findin
         fine = false;
         findings.add(Rule::Registration, at, [out, most], || {
             let side = if out > 0.0 { "outside" } else { "inside" };
-            format!("the outer walls of part {part} lie up to {:.2} mm too far {side}; at most {most} mm", out.abs())
+            format!("the outer walls of part {part} are up to {:.2} mm too far {side} (maximum {most} mm)", out.abs())
         });
     }
     fine
@@ -226,10 +226,10 @@ impl Stray {
         let at = FindingPlace { line, slot: Some(printed.planned.slot), part: Some(part) };
         findings.add(rule, at, [mm, most_mm], || match rule {
             Rule::OutsidePart => {
-                format!("a line's edge lies {mm:.3} mm outside part {part}; at most {most_mm:.2} mm")
+                format!("a line's edge is {mm:.3} mm outside part {part} (maximum {most_mm:.2} mm)")
             }
             _ => {
-                format!("an outer wall lies {mm:.3} mm too far inside the outline of part {part}; at most {most_mm} mm")
+                format!("an outer wall is {mm:.3} mm too far inside the outline of part {part} (maximum {most_mm} mm)")
             }
         });
     }

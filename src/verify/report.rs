@@ -13,45 +13,45 @@ pub enum Rule {
     Syntax,
     /// The profile's firmware reads every line as it is read here.
     Reading,
-    /// What every command does is known, and harmless where it stands.
+    /// Every command is known, and harmless where it is.
     Command,
-    /// What stays in force is within reach of the profile, and the same through a print.
+    /// Settings are within the profile's range, and constant through a print.
     Setting,
     /// No axis is sent beyond its stops.
     AxisLimit,
-    /// No axis is sent faster than it can go, or so slowly that it as good as stands.
+    /// No axis is sent faster than its limit, or implausibly slowly.
     AxisRate,
-    /// The table stands still while filament is pushed.
+    /// The table does not turn while filament is extruded.
     TurnWhileExtruding,
     /// Each print is made at the plan's pose.
     Pose,
-    /// Filament is laid only inside the part being printed.
+    /// Filament is printed only inside the part being printed.
     OutsidePart,
-    /// Filament is laid on or against something.
+    /// Filament is printed on or against something.
     InAir,
-    /// The head keeps out of the table and of everything printed.
+    /// The head keeps clear of the table and of everything printed.
     HeadCollision,
-    /// So it does while the table turns, and the frame always.
+    /// The head keeps clear while the table turns, and of the frame always.
     TurnCollision,
-    /// As much filament is laid down as was sliced.
+    /// The filament extruded is the filament sliced.
     Filament,
-    /// Each line takes the filament that its width and height hold, no faster than the nozzle melts it.
+    /// Each line uses the filament that its width and height need, no faster than the nozzle melts it.
     Flow,
-    /// Nothing is pushed through a cold nozzle or onto a cold bed, nothing is asked to become too hot, and at the end all is off.
+    /// Nothing is extruded through a cold nozzle or onto a cold bed, nothing is heated too far, and all heaters are off at the end.
     Heat,
-    /// Layers follow each other at the height that they are laid with, the first one on what carries it.
+    /// Layers follow each other at the height of their lines, the first one on what carries it.
     LayerHeight,
     /// Each print lies where its part is: not moved, turned, scaled.
     Registration,
     /// Every layer of every part is there, and the machine's own end.
     Complete,
-    /// What is pulled back is pushed again before printing goes on.
+    /// Retracted filament is primed again before printing continues.
     Retract,
-    /// Nothing is printed or passed over before the machine's place is known.
+    /// Nothing is printed or passed over before the machine's position is known.
     UnknownPosition,
     /// The prints come in the plan's order, each once.
     Sequence,
-    /// What is printed neither falls over nor comes off where the table is tilted.
+    /// The print neither falls over nor comes off at any tilt.
     Standing,
 }
 
@@ -110,7 +110,7 @@ pub struct Report {
     /// Time of all moves and waits as [`trace::Clock`](crate::trace::Clock) has it: with accelerations, without homing and heating.
     pub seconds_print: f64,
     /// What the replay has cost: places of the head that were held against what stands, and what was looked at for distances. The same
-    /// on every computer; see `docs/costs.md`.
+    /// on every computer; see `docs/explanation/costs.md`.
     #[serde(skip)]
     pub steps: u64,
 }

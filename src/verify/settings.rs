@@ -113,9 +113,9 @@ impl Settings {
         let (name, unit) = (name(setting), unit(setting));
         let text = |range: String| format!("{name} is set to {value} {unit}; {range}");
         if value < low {
-            Some(([value, low], text(format!("at least {low:.2} {unit} is right for this profile"))))
+            Some(([value, low], text(format!("the minimum for this profile is {low:.2} {unit}"))))
         } else if value > high {
-            Some(([value, high], text(format!("at most {high:.2} {unit} is right for this profile"))))
+            Some(([value, high], text(format!("the maximum for this profile is {high:.2} {unit}"))))
         } else {
             None
         }

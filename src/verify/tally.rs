@@ -93,7 +93,7 @@ impl Tally {
         let pulled = -self.balance;
         if self.started && !self.firmware_pulled && pulled < least {
             findings.add(Rule::Retract, at, [pulled, least], || {
-                format!("the table turns with {pulled:.2} mm of filament pulled back; at least {least:.2} mm")
+                format!("only {pulled:.2} mm of filament is retracted before the table turns (minimum {least:.2} mm)")
             });
         }
     }
@@ -134,7 +134,7 @@ impl Tally {
             let (balance, word) = (off, if off < 0.0 { "missing" } else { "too much" });
             findings.add(Rule::Retract, at, [balance.abs(), RETRACT_SLACK_MM], || {
                 format!(
-                    "printing starts with {:.3} mm of filament {word}; at most {RETRACT_SLACK_MM} mm",
+                    "printing starts with {:.3} mm of filament {word} (maximum {RETRACT_SLACK_MM} mm)",
                     balance.abs()
                 )
             });
@@ -173,14 +173,14 @@ impl Tally {
             }
             let Some(expected) = laid.expected else {
                 findings.add(Rule::Sequence, at, [0.0, 1.0], || {
-                    format!("the header does not say how much filament print {index} takes")
+                    format!("the header does not state the filament of print {index}")
                 });
                 continue;
             };
             if (laid.filament - expected).abs() > FILAMENT_SLACK_MM {
                 findings.add(Rule::Filament, at, [laid.filament, expected], || {
                     let filament = laid.filament;
-                    format!("print {index} lays {filament:.3} mm of filament; {expected:.3} mm were sliced (to {FILAMENT_SLACK_MM} mm)")
+                    format!("print {index} extrudes {filament:.3} mm of filament, but {expected:.3} mm were sliced (tolerance {FILAMENT_SLACK_MM} mm)")
                 });
             }
         }

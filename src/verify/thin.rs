@@ -58,8 +58,8 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
         let at = FindingPlace { line: line.m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [length, MOST_MM], || {
             format!(
-                "{length:.2} mm of line in the layer at Z {:.2} are of no width that the slicer states or other lines have, and fill no gap: \
-                 one of {:.2} mm takes {:.3} of the filament that {:.2} x {:.2} mm hold",
+                "{length:.2} mm of line in the layer at Z {:.2} have a width that neither the slicer states nor other lines have, and fill no \
+                 gap: one of {:.2} mm uses {:.3} times the filament that {:.2} x {:.2} mm need",
                 level.z,
                 line.length,
                 line.ratio(),

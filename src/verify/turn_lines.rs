@@ -50,7 +50,7 @@ impl<'a> TurnLines<'a> {
             let (lines, others) = rest.split_at(self.after.len().min(rest.len()));
             rest = others;
             if !are(&self.after, lines) {
-                return Some((None, missing("after_turn", "behind the turn before this", &self.after)));
+                return Some((None, missing("after_turn", "after the turn before this", &self.after)));
             }
         }
         if turns && !turned {
@@ -61,7 +61,7 @@ impl<'a> TurnLines<'a> {
             }
         }
         let (line, text) = rest.iter().find(|(_, text)| self.has(text) && self.switches(text))?;
-        let elsewhere = "stands where the table does not turn";
+        let elsewhere = "is where the table does not turn";
         Some((Some(*line), format!("{text:?} of [transition] before_turn or after_turn {elsewhere}")))
     }
 
@@ -77,5 +77,5 @@ fn are(own: &[&str], lines: &[(u32, &str)]) -> bool {
 }
 
 fn missing(key: &str, place: &str, own: &[&str]) -> String {
-    format!("the lines of [transition] {key} ({}) do not stand right {place}", own.join(", "))
+    format!("the [transition] {key} commands ({}) are missing {place}", own.join(", "))
 }

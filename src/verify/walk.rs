@@ -245,7 +245,7 @@ impl Walker<'_> {
         }
         let (at, what) = (self.place(stroke.line), if setup.level { "tip" } else { "rim of the nozzle" });
         self.walked.findings.add(Rule::HeadCollision, at, [deepest, INTO_TABLE_MM], || {
-            format!("the {what} is {deepest:.3} mm inside the table; at most {INTO_TABLE_MM} mm")
+            format!("the {what} is {deepest:.3} mm inside the table (maximum {INTO_TABLE_MM} mm)")
         });
     }
 
@@ -315,7 +315,7 @@ impl Walker<'_> {
         let at = FindingPlace { line: turn.line, slot: turn.slot, part: None };
         let Some(passage) = passage else {
             self.walked.findings.add(Rule::TurnCollision, at, [0.0, ROOM_MM], || {
-                "the table turns from an unknown angle, or with the head at an unknown height, and the head is not proved to be above all it sweeps".to_owned()
+                "the table turns from an unknown angle, or with the head at an unknown height, so the head cannot be shown to clear all it sweeps".to_owned()
             });
             return;
         };
@@ -323,7 +323,7 @@ impl Walker<'_> {
         if passage.room < ROOM_MM {
             let (piece, room) = (passage.piece, passage.room);
             self.walked.findings.add(Rule::TurnCollision, at, [room, ROOM_MM], || {
-                format!("while the table turns, {piece} comes within {room:.2} mm of the table or what is printed; at least {ROOM_MM} mm")
+                format!("while the table turns, {piece} comes within {room:.2} mm of the table or the print (minimum {ROOM_MM} mm)")
             });
         }
     }
@@ -353,7 +353,7 @@ impl Walker<'_> {
         if passage.room < ROOM_MM {
             let (at, room) = (self.place(line), passage.room);
             self.walked.findings.add(Rule::TurnCollision, at, [room, ROOM_MM], || {
-                format!("{} stands within {room:.2} mm of what is printed; at least {ROOM_MM} mm", passage.piece)
+                format!("{} is within {room:.2} mm of the print (minimum {ROOM_MM} mm)", passage.piece)
             });
         }
     }
@@ -431,7 +431,7 @@ impl Walker<'_> {
                     [false, false] => "with neither end on material",
                     _ => "with one end in the air",
                 };
-                format!("{:.2} mm of line are laid on nothing; {held} at most {:.1} mm", gap.length, gap.allowed)
+                format!("{:.2} mm of line are printed in mid-air; {held} at most {:.1} mm", gap.length, gap.allowed)
             });
         }
     }
@@ -575,7 +575,7 @@ impl Walker<'_> {
         let (at, name) = (self.place(line), &hull.name);
         self.strikes += 1;
         self.walked.findings.add(Rule::HeadCollision, at, [deep, most], || {
-            format!("{name} reaches {deep:.2} mm into the table or what is printed; at most {most:.3} mm")
+            format!("{name} reaches {deep:.2} mm into the table or the print (maximum {most:.3} mm)")
         });
     }
 }

@@ -51,7 +51,7 @@ pub enum FileError {
         name: String,
     },
     /// An output that is no file.
-    #[error("{} is {kind}; give the name of a file for the output", path.display())]
+    #[error("{} is {kind}; give a file name for the output", path.display())]
     NoOutput {
         /// What was to be written.
         path: PathBuf,
@@ -59,7 +59,7 @@ pub enum FileError {
         kind: &'static str,
     },
     /// An output in a folder that is not there.
-    #[error("{}: there is no folder {}; make it first", path.display(), folder.display())]
+    #[error("{}: folder {} does not exist; create it", path.display(), folder.display())]
     NoFolder {
         /// The output.
         path: PathBuf,
@@ -67,13 +67,13 @@ pub enum FileError {
         folder: PathBuf,
     },
     /// An output whose owner forbids writing.
-    #[error("{} is protected against writing; allow writing to it, or give the output another name", path.display())]
+    #[error("{} is read-only; change its permissions, or choose another output", path.display())]
     Protected {
         /// The output.
         path: PathBuf,
     },
     /// An output that the same call reads, or writes otherwise.
-    #[error("{} is also {what}; give the output another name", path.display())]
+    #[error("{} is also {what}; choose another output", path.display())]
     Twice {
         /// The output.
         path: PathBuf,
@@ -104,8 +104,8 @@ pub enum NoSlicer {
 /// The system's words without its number, and plainer for what happens every day.
 pub fn in_words(source: &std::io::Error) -> String {
     match source.kind() {
-        ErrorKind::NotFound => "there is no such file".to_owned(),
-        ErrorKind::PermissionDenied => "access is not allowed".to_owned(),
+        ErrorKind::NotFound => "file not found".to_owned(),
+        ErrorKind::PermissionDenied => "permission denied".to_owned(),
         _ => {
             let words = source.to_string();
             words.split(" (os error ").next().unwrap_or_default().to_lowercase()
@@ -116,9 +116,9 @@ pub fn in_words(source: &std::io::Error) -> String {
 /// What can be done where the system's own words do not say; begins with a semicolon, or is empty.
 pub fn remedy(source: &std::io::Error) -> &'static str {
     match source.kind() {
-        ErrorKind::StorageFull => "; free some room on the disk, or choose another",
+        ErrorKind::StorageFull => "; free some disk space, or choose another disk",
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            "; choose another folder, or allow writing there"
+            "; choose another folder, or change its permissions"
         }
         _ => "",
     }

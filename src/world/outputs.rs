@@ -76,7 +76,7 @@ impl Outputs {
     pub fn folder(&self, path: &Path) -> Result<(), FileError> {
         let failed = |source| FileError::Write { path: path.to_owned(), source };
         if path.is_file() {
-            return Err(failed(std::io::Error::other("it is a file, and a folder is wanted; give another name")));
+            return Err(failed(std::io::Error::other("it is a file, not a folder; choose another name")));
         }
         std::fs::create_dir_all(path).map_err(failed)
     }

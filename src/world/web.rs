@@ -143,7 +143,7 @@ fn garbled(error: &dyn std::fmt::Display) -> Trouble {
 fn trouble(error: ureq::Error) -> Trouble {
     use ureq::{Error, Timeout};
     match error {
-        Error::HostNotFound => Trouble::Away { why: "there is no host of that name".to_owned() },
+        Error::HostNotFound => Trouble::Away { why: "host not found".to_owned() },
         Error::Timeout(Timeout::Resolve | Timeout::Connect) => {
             Trouble::Away { why: format!("no answer within {} s", CONNECT.as_secs()) }
         }

@@ -219,7 +219,7 @@ fn a_list_is_prepared_and_what_has_no_plan_is_told_with_its_reasons() {
     );
     let of = |name: &str| told.iter().find(|line| line["model"].as_str().unwrap().ends_with(name)).unwrap();
     assert_eq!((&of("hanging.stl")["exit"], &of("gone.stl")["key"]), (&1.into(), &Value::Null));
-    assert!(of("gone.stl")["error"].as_str().unwrap().contains("there is no such file"), "{told:?}");
+    assert!(of("gone.stl")["error"].as_str().unwrap().contains("file not found"), "{told:?}");
     let key = of("hanging.stl")["key"].as_str().unwrap();
     let kept = std::fs::read_to_string(into.join(&key[..2]).join(format!("{key}.failed"))).unwrap();
     assert!(kept.starts_with("1\n") && kept.contains("\"reasons\""), "{kept}");
@@ -245,23 +245,23 @@ fn batches_that_cannot_be_are_sentences() {
         assert!(run.status.code() == Some(2) && said(&run).contains(wanted), "{:?} {}", run.status, said(&run));
     };
     let (cube, empty) = (fixture("cube"), empty.to_str().unwrap());
-    fails(&[empty, "-o", "OUT"], "there is no model in it; a model ends in .stl");
-    fails(&[empty], "is a folder; give the name of a file, or, for all models in it, a folder for their results");
-    fails(&["no/such/list.txt", "-o", "OUT"], "there is no such file");
+    fails(&[empty, "-o", "OUT"], "a model ends in .stl");
+    fails(&[empty], "is a folder");
+    fails(&["no/such/list.txt", "-o", "OUT"], "file not found");
     fails(&[&cube, "--jobs", "2"], "--jobs, --share and --retry are for many models");
-    fails(&[empty, "-o", "OUT", "--share", "4/4"], "--share 4/4: not I/N");
+    fails(&[empty, "-o", "OUT", "--share", "4/4"], "--share 4/4: must be I/N");
     fails(&[empty, "-o", "OUT", "--jobs", "0"], "invalid value '0'");
-    fails(&[empty, "-o", "OUT", "--view", "x.svg"], "--view is of one model");
+    fails(&[empty, "-o", "OUT", "--view", "x.svg"], "--view applies to one model");
     let full = folder.path().join("full");
     std::fs::create_dir(&full).unwrap();
     std::fs::copy(&cube, full.join("cube.stl")).unwrap();
     fails(&[full.to_str().unwrap(), "-o", &cube], "cannot be written");
 }
 
-/// The script of `docs/batches.md`, two tasks of it one after the other, and the eye of shellcheck where it is there.
+/// The script of `docs/how-to/batches.md`, two tasks of it one after the other, and the eye of shellcheck where it is there.
 #[test]
 fn the_array_script_of_the_docs_does_every_model_once() {
-    let text = std::fs::read_to_string(root().join("docs/batches.md")).unwrap();
+    let text = std::fs::read_to_string(root().join("docs/how-to/batches.md")).unwrap();
     let script = text.split("```bash\n").nth(1).unwrap().split("```").next().unwrap();
     assert!(script.starts_with("#!/bin/bash\n#SBATCH"), "{script}");
     let folder = folder();
@@ -270,7 +270,7 @@ fn the_array_script_of_the_docs_does_every_model_once() {
         let run = Command::new("shellcheck").arg(folder.path().join("array.sh")).output().unwrap();
         assert!(run.status.success(), "{}", said(&run));
     } else {
-        skip("shellcheck is not installed: the script of docs/batches.md is run, but not looked at");
+        skip("shellcheck is not installed: the script of docs/how-to/batches.md is run, but not looked at");
     }
     let models = folder.path().join("models");
     std::fs::create_dir(&models).unwrap();

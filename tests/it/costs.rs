@@ -1,4 +1,4 @@
-//! What a byte may cost (`docs/costs.md`): steps are counted, which every computer has alike, and never seconds.
+//! What a byte may cost (`docs/explanation/costs.md`): steps are counted, which every computer has alike, and never seconds.
 
 use trunnion::job::{self, CheckedPlan, PlanSource, Silent, Source, VerifyRequest, World};
 use trunnion::verify::Report;

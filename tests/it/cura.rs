@@ -130,7 +130,7 @@ fn a_command_that_fails_hangs_or_does_nothing_saves_a_file_that_cannot_print() {
         ("hang", &["timeout_s=1"], "no answer from trunnion within 1 s"),
         ("refuse", &["--no-messages"], "cannot be rewritten safely"),
         ("edit", &["--forget=timeout_s"], "KeyError: 'timeout_s'"),
-        ("edit", &["print_number=-1"], "is no whole number"),
+        ("edit", &["print_number=-1"], "is not a whole number"),
         ("edit", &["binary=no-such-program"], "cannot start 'no-such-program'"),
         ("edit", &["plan=no-such-plan.json"], "no plan file 'no-such-plan.json'"),
         ("edit", &["plan="], "no plan file ''"),

@@ -41,9 +41,7 @@ fn its_prints_are_clean_at_every_layer_height() {
             let document = prepare(&fixture(model), "generic-ac", "cura", &output, &["--slicer-config", &config_text]);
             assert_eq!(document["verify"]["findings"], serde_json::json!([]), "{model} at {height}");
             assert_eq!(document["slicer"]["name"], "CuraEngine");
-            let warned = document["warnings"]
-                .to_string()
-                .contains("not as in --slicer-config: adhesion_type = skirt; each print");
+            let warned = document["warnings"].to_string().contains("not as in --slicer-config: adhesion_type = skirt");
             assert!(warned, "{}", document["warnings"]);
         }
     }
@@ -141,7 +139,9 @@ fn what_it_gives_to_others_is_clean_or_refused_for_the_true_cause() {
     // Lines of 0.4 mm, which the file does not say.
     let run = rewrite(&sliced(&["layer_height=0.2", "layer_height_0=0.2"]), &plan, &[]);
     assert!(
-        said(&run).contains("which the file does not state and process.line_width_mm says is 0.45 mm"),
+        said(&run).contains(
+            "the width of the lines, which the file does not state and process.line_width_mm gives as 0.45 mm"
+        ),
         "{}",
         said(&run)
     );

@@ -103,12 +103,12 @@ fn a_rehearsal_that_is_not_clear_is_refused() {
     assert_eq!(visited(&profile, &made.gcode).stops, [[0.0, 0.0], [60.0, 0.0]]);
     // Below the rim of the tilted table: 20 mm above it the block is still in the table.
     let low = dry_run(&profile, &[pose(60.0, Vec3::new(0.0, 30.0, -40.0))]).unwrap_err();
-    assert!(low.to_string().contains("pose 1: the way to X0.0 Y30.0 is not proved clear"), "{low}");
+    assert!(low.to_string().contains("pose 1: cannot prove that the path to X0.0 Y30.0 is clear"), "{low}");
     // Z ends below the ball that the table sweeps, and the head hangs over it when the rim comes up.
     profile.limits.z_mm[1] = 30.0;
     let over = Vec3::new(0.0, 60.0, 5.0);
     let short = dry_run(&profile, &[pose(0.0, over), pose(60.0, place)]).unwrap_err();
-    assert!(short.to_string().contains("pose 2: the head and the frame are not proved clear"), "{short}");
+    assert!(short.to_string().contains("pose 2: cannot prove that head and frame clear"), "{short}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::bad_input::{cuboid, stl};
 use crate::pipeline::fixture;
-use crate::support::{Command, PATIENCE, SmallDisk, folder, said, skip, trunnion};
+use crate::support::{Command, PATIENCE, SmallDisk, first_error, folder, said, skip, trunnion};
 
 /// Runs `command`, which must end by itself: what hangs is a failure, not a test without end.
 #[track_caller]
@@ -35,7 +35,7 @@ fn refused(folder: &Path, args: &[&str]) -> String {
     assert_eq!(run.status.code(), Some(2), "{args:?}: {}", said(&run));
     let text = String::from_utf8(run.stderr).unwrap();
     assert!(!text.contains("panicked"), "{text}");
-    text.lines().find_map(|l| l.strip_prefix("error: ")).unwrap_or_else(|| panic!("no error line: {text}")).to_owned()
+    first_error(&text).1.to_owned()
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -77,7 +77,7 @@ fn no_verb_writes_onto_what_is_no_file() {
     let folder = no_files();
     let before = names(folder.path());
     for kind in KINDS {
-        let wanted = format!("{kind} is {}; give the name of a file", kind.replace('-', " "));
+        let wanted = format!("{kind} is {}", kind.replace('-', " "));
         for args in OUTPUTS {
             let text = refused(folder.path(), &[args, &[kind]].concat());
             assert!(text.starts_with(&wanted), "{args:?}: {text}");
@@ -87,7 +87,7 @@ fn no_verb_writes_onto_what_is_no_file() {
     }
     for device in ["/dev/null", "/dev/stdout"] {
         let text = refused(folder.path(), &["plan", &fixture("cube"), "-m", "generic-ac", "-o", device]);
-        assert!(text.starts_with(device) && text.contains("give the name of a file"), "{text}");
+        assert!(text.starts_with(device) && text.contains("give a file name for the output"), "{text}");
     }
     assert!(std::fs::metadata("/dev/null").unwrap().file_type().is_char_device());
     assert_eq!(names(folder.path()), before);
@@ -99,7 +99,7 @@ fn no_verb_reads_what_is_no_file() {
     let plan = folder.path().join("plan.json").display().to_string();
     assert!(trunnion().args(["plan", &fixture("cube"), "-m", "generic-ac", "-o", &plan]).status().unwrap().success());
     for kind in KINDS {
-        let wanted = format!("{kind} is {}; give the name of a file", kind.replace('-', " "));
+        let wanted = format!("{kind} is {}", kind.replace('-', " "));
         let profile = format!("./{kind}");
         let cube = fixture("cube");
         let calls: [&[&str]; 9] = [
@@ -140,7 +140,7 @@ fn an_output_is_never_an_input_or_another_output_of_the_call() {
             &["orient", "model.stl", "--view"],
         ] {
             let text = refused(&[args, &[other]].concat());
-            assert_eq!(text, format!("{other} is also an input; give the output another name"), "{args:?}");
+            assert_eq!(text, format!("{other} is also an input; choose another output"), "{args:?}");
         }
     }
     let twice: [&[&str]; 5] = [
@@ -218,7 +218,7 @@ fn what_may_not_be_written_stays_as_it_was() {
     std::fs::write(&old, "old").unwrap();
     std::fs::set_permissions(&old, std::fs::Permissions::from_mode(0o444)).unwrap();
     let text = refused(folder.path(), &["plan", "gone.stl", "-m", "generic-ac", "-o", "old.json"]);
-    assert_eq!(text, "old.json is protected against writing; allow writing to it, or give the output another name");
+    assert_eq!(text, "old.json is read-only; change its permissions, or choose another output");
     assert_eq!((std::fs::read_to_string(&old).unwrap().as_str(), names(folder.path()).len()), ("old", 1));
     if cfg!(target_os = "linux") {
         let text = refused(folder.path(), &["plan", "gone.stl", "-m", "generic-ac", "-o", "/proc/plan.json"]);
@@ -238,7 +238,7 @@ fn a_full_disk_leaves_the_old_file_and_nothing_else() {
     let _ = std::fs::write(disk.0.join("filler"), [1; 70_000]);
     let (cube, plan) = (fixture("cube"), disk.0.join("plan.json").display().to_string());
     let text = refused(folder.path(), &["plan", &cube, "-m", "generic-ac", "-o", &plan]);
-    assert!(text.contains("plan.json: cannot be written: ") && text.contains("free some room"), "{text}");
+    assert!(text.contains("plan.json: cannot be written: ") && text.contains("free some disk space"), "{text}");
     assert_eq!(std::fs::read_to_string(&plan).unwrap(), "old");
     let upright = disk.0.join("upright.gcode").display().to_string();
     refused(folder.path(), &["rewrite", "--in-place", "--plan", &plan, &upright]);
@@ -254,7 +254,7 @@ fn a_result_that_does_not_arrive_is_said_and_a_reader_that_leaves_is_none() {
             let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
             let run = trunnion().args(args).stdout(full).output().unwrap();
             assert_eq!(run.status.code(), Some(2), "{args:?}: {}", said(&run));
-            assert!(said(&run).contains("error: the result cannot be written to stdout: "), "{}", said(&run));
+            assert!(said(&run).contains("error: cannot write the result to stdout: "), "{}", said(&run));
         }
     } else {
         skip("a result onto a full device: this system has none");

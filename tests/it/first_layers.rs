@@ -216,19 +216,19 @@ fn what_cannot_be_is_refused_in_words() {
         said(&run)
     };
     for (keys, words) in [
-        ("[joint]\noverlap_mm = 0.2", "joint.overlap_mm = 0.2 is out of 0..0.1 mm"),
+        ("[joint]\noverlap_mm = 0.2", "joint.overlap_mm = 0.2: must be 0..0.1 mm"),
         (
             "[joint]\noverlap_mm = 0.1\n[process]\nlayer_height_mm = 0.15",
-            "joint.overlap_mm = 0.1 is out of 0..0.075 mm, half of process.layer_height_mm",
+            "joint.overlap_mm = 0.1: must be 0..0.075 mm, half of process.layer_height_mm",
         ),
         (
             "[joint]\nnozzle_c = 300.0",
-            "joint.nozzle_c = 300 is out of 170..260 deg C (limits.min_extrude_c, link.max_nozzle_c)",
+            "joint.nozzle_c = 300: must be 170..260 deg C (limits.min_extrude_c, link.max_nozzle_c)",
         ),
-        ("[joint]\nnozzle_c = 20.0", "joint.nozzle_c = 20 is out of 170..260 deg C"),
-        ("[joint]\nfan = 50.0", "joint.fan = 50.0 is out of 0..1"),
-        ("[joint]\nlayers = 0", "joint.layers = 0 is out of 1..20"),
-        ("[joint]\nmm_per_s = 0.0", "joint.mm_per_s = 0.0 is out of 0.1..2000 mm/s"),
+        ("[joint]\nnozzle_c = 20.0", "joint.nozzle_c = 20: must be 170..260 deg C"),
+        ("[joint]\nfan = 50.0", "joint.fan = 50.0: must be 0..1"),
+        ("[joint]\nlayers = 0", "joint.layers = 0: must be 1..20"),
+        ("[joint]\nmm_per_s = 0.0", "joint.mm_per_s = 0.0: must be 0.1..2000 mm/s"),
         ("[joint]\noverlap = 0.1", "joint.overlap_mm"),
     ] {
         assert!(refused(keys).contains(words), "{keys}: {}", refused(keys));

@@ -336,13 +336,13 @@ fn what_is_finished_is_left_as_it_is() {
     assert!(run(&plan).status.success());
     let finished = std::fs::read(&file).unwrap();
     let again = run(&plan);
-    assert!(again.status.success() && said(&again).contains("finished already"), "{}", said(&again));
+    assert!(again.status.success() && said(&again).contains("already rewritten by this plan"), "{}", said(&again));
     assert_eq!(std::fs::read(&file).unwrap(), finished);
     // By another plan it is another program; it stays too.
     let other = planned(folder.path(), "cube");
     let again = run(&other);
     assert_eq!(again.status.code(), Some(2));
-    assert!(said(&again).contains("by another plan"), "{}", said(&again));
+    assert!(said(&again).contains("is already a finished program of another plan"), "{}", said(&again));
     assert_eq!(std::fs::read(&file).unwrap(), finished);
     // Torn off it is no finished program, and cannot be one any more.
     std::fs::write(&file, &finished[..finished.len() / 2]).unwrap();

@@ -61,7 +61,7 @@ fn gaps_and_overlaps_go_to_a_verified_file() {
             let model = read_model(&parts, "out.parts.3mf", &ReadOptions::default()).unwrap();
             assert_eq!(model.interfaces.len(), 2, "{gap}");
             assert_eq!(document["plan"]["model"]["file"], "out.parts.3mf");
-            assert!(told.contains(if gap > 0.0 { "was closed" } else { "were cut off" }), "{told}");
+            assert!(told.contains(if gap > 0.0 { "was closed" } else { "mm3 were removed from it" }), "{told}");
             let verify = run(here, &["verify", "out.gcode", "--plan", "out.json"]);
             assert!(verify.status.success(), "by the plan and the model beside it: {verify:?}");
         }
@@ -136,7 +136,7 @@ fn what_is_too_far_apart_is_told_with_its_distance() {
         &[boxed([-20.0, -3.0, 0.0], [20.0, 3.0, 6.0]), boxed([-3.0, -20.0, 0.0], [3.0, 20.0, 6.0])],
     );
     let done = prepared(here, "cross.stl", &[]);
-    assert!(String::from_utf8_lossy(&done.stderr).contains("neither stays one piece"), "{done:?}");
+    assert!(String::from_utf8_lossy(&done.stderr).contains("and neither stays in one piece without it"), "{done:?}");
 }
 
 /// A pipe along z and a round arm drawn into it, leaning by so much from the upright.
@@ -184,9 +184,9 @@ fn models_are_turned_and_stand_beside_each_other() {
     let model = read_model(&fs::read(here.join("tee.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
     assert!((model.parts[0].mesh.bounds().size().z - 50.0).abs() < 1e-9);
     for (more, says) in [
-        (["--up", "0,0,0"], "no direction"),
+        (["--up", "0,0,0"], "has no direction"),
         (["--up", "0,0"], "three numbers"),
-        (["--up", "best"], "neither auto nor three numbers"),
+        (["--up", "best"], "must be auto or three numbers separated by commas"),
         (["--base", "3"], "parts 0..0"),
         (["--gap", "0"], "0.5..500"),
     ] {
@@ -221,7 +221,7 @@ fn models_are_turned_and_stand_beside_each_other() {
     let model = read_model(&fs::read(here.join("all.parts.3mf")).unwrap(), "x.3mf", &ReadOptions::default()).unwrap();
     assert_eq!((model.parts.len(), model.on_table.len()), (4, 4));
     let twice = run(here, &["prepare", "cube.stl*0", "-m", "generic-ac", "-o", "none.gcode"]);
-    assert!(String::from_utf8_lossy(&twice.stderr).contains("1..1000"), "{twice:?}");
+    assert!(String::from_utf8_lossy(&twice.stderr).contains("between 1 and 1000"), "{twice:?}");
     let many = run(here, &["prepare", "cube.stl*400", "-m", "generic-ac", "-o", "none.gcode"]);
     assert!(!many.status.success() && !here.join("none.gcode").exists());
 }

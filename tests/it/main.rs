@@ -58,6 +58,7 @@ mod primed;
 mod printable;
 mod projects;
 mod publish;
+mod readable;
 mod recipes;
 mod respelt;
 mod rewriting;

@@ -1,4 +1,4 @@
-//! The list of all messages (`src/document/messages.md`) is made of the sources: each case's code, what its documentation says of it, and
+//! The list of all messages (`docs/reference/messages.md`) is made of the sources: each case's code, what its documentation says of it, and
 //! its sentence. UPDATE_FIXTURES=1 writes it anew: read the difference before it is committed, since codes are promised to scripts.
 
 use std::collections::BTreeMap;
@@ -142,7 +142,7 @@ fn the_list_of_messages_is_that_of_the_sources() {
         }
         says.iter().for_each(|text| _ = writeln!(made, "> {}", text.replace('\n', " ")));
     }
-    let path = root().join("src/document/messages.md");
+    let path = root().join("docs/reference/messages.md");
     if std::env::var_os("UPDATE_FIXTURES").is_some() {
         std::fs::write(&path, &made).unwrap();
     }

@@ -156,14 +156,14 @@ fn directions_that_no_axis_has_are_refused() {
         ),
         (
             "[kinematics.tilt]\nalong = [-1.0, 0.0, 0.0]",
-            "kinematics.tilt.along = [-1.0, 0.0, 0.0] is out of 0..5 deg from +X",
+            "kinematics.tilt.along = [-1.0, 0.0, 0.0]: must be 0..5 deg from +X",
         ),
-        ("[kinematics.rotation]\nalong = [0.1, 0.0, 1.0]", "is out of 0..5 deg from +Z, and leans 5.71 deg"),
+        ("[kinematics.rotation]\nalong = [0.1, 0.0, 1.0]", "must be 0..5 deg from +Z, and leans 5.71 deg"),
         (
             "[kinematics.rotation]\nalong = [0.0, 0.0, 0.0]",
-            "kinematics.rotation.along = [0.0, 0.0, 0.0] is out of a vector of length 1",
+            "kinematics.rotation.along = [0.0, 0.0, 0.0]: must be a vector of length 1",
         ),
-        ("[kinematics.rotation]\nalong = [0.0, nan, 1.0]", "kinematics.rotation.along = nan is out of -2..2"),
+        ("[kinematics.rotation]\nalong = [0.0, nan, 1.0]", "kinematics.rotation.along = nan: must be -2..2"),
         ("[kinematics.rotation]\nalong = [0.0, 1.0]", "along"),
         ("[kinematics.rotation]\nalnog = [0.0, 0.0, 1.0]", "did you mean \"kinematics.rotation.along\"?"),
     ] {

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::pipeline::fixture;
-use crate::support::{folder as new_folder, said, trunnion};
+use crate::support::{error_in, folder as new_folder, said, trunnion};
 
 /// What is typed, the code, and what has to be in the words that answer.
 const MISTAKES: [(&str, &str, &str); 21] = [
@@ -24,7 +24,7 @@ const MISTAKES: [(&str, &str, &str); 21] = [
     ("plan a.stl", "command/usage", "profile new"),
     ("prepare generic-ac -m a.stl", "input/absent", "generic-ac"),
     ("prepare a.stl -m b.stl", "profile/no-such-profile", "TOML"),
-    ("prepare nothing -m generic-ac -o x.gcode", "job/no-models", "no model in it"),
+    ("prepare nothing -m generic-ac -o x.gcode", "job/no-models", "a model ends in .stl"),
     ("prepare https://example.org/a.stl -m generic-ac", "input/address", "download"),
     ("prepare part.step -m generic-ac", "mesh/surfaces", "export"),
     ("prepare made.gcode -m generic-ac -o x.gcode", "mesh/program", "model itself"),
@@ -68,7 +68,7 @@ fn a_strangers_first_mistakes_are_answered_in_three_lines() {
         let run = trunnion().current_dir(here).args(&words).output().unwrap();
         let text = String::from_utf8_lossy(&run.stderr).into_owned();
         // What is read first says what it is, before a mistake that comes after it.
-        let answer: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("error: ")).collect();
+        let answer: Vec<&str> = text.lines().skip_while(|line| error_in(line).is_none()).collect();
         let document = trunnion().current_dir(here).args(&words).arg("--json").output().unwrap();
         let document: Value = serde_json::from_slice(&document.stdout).unwrap_or_default();
         let exits = run.status.code() == Some(2) && document["exit"] == 2;
@@ -81,7 +81,7 @@ fn a_strangers_first_mistakes_are_answered_in_three_lines() {
     let run = trunnion().current_dir(here).args(verify).output().unwrap();
     assert!(run.status.code() == Some(1) && run.stdout.is_empty(), "{}", said(&run));
     let text = String::from_utf8_lossy(&run.stderr).into_owned();
-    assert!(text.lines().count() == 1 && text.contains("give the plan it was made by"), "{text}");
+    assert!(text.lines().count() == 1 && text.contains("pass the plan that made it"), "{text}");
     let document = trunnion().current_dir(here).args(verify).arg("--json").output().unwrap();
     let document: Value = serde_json::from_slice(&document.stdout).unwrap();
     assert!(!document["findings"].as_array().unwrap().is_empty());

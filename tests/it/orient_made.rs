@@ -113,7 +113,7 @@ fn tanh_overhang_reaches_numpys_values() {
         let large = lump(rings, kind);
         let small = large.vertices().iter().map(|v| v * 0.05).collect();
         let part = Facets::of(&TriangleMesh::<Object>::new(small, large.facets().to_vec()));
-        near(f.value(&part, &Vec3::z()), lies, 1e-9, "as it lies");
+        near(f.value(&part, &Vec3::z()), lies, 1e-9, "as in the file");
         near(NelderMead::default().search(&f, &part).minima[0].value, least, PURI_KINK, "least");
     }
 }

@@ -84,7 +84,7 @@ fn slic3rs_own_heights_are_taken_from_its_settings() {
             std::fs::write(&cut, without_filament(&format!("{}{}", &text[..start], &text[end..]))).unwrap();
             let run = rewrite(&[cut, sliced[1].clone()], &plan, &[]);
             assert_eq!(run.status.code(), Some(1), "{heights}: {}", said(&run));
-            assert!(said(&run).contains("from 0."), "{heights}: {}", said(&run));
+            assert!(said(&run).contains("above its lowest point"), "{heights}: {}", said(&run));
         }
     }
 }
@@ -122,8 +122,8 @@ fn a_file_for_another_nozzle_or_filament_is_refused_with_both_values() {
     };
     assert!(run(&text).status.success());
     for (key, value, wanted) in [
-        ("nozzle_diameter", "0.6", "sliced for a nozzle of 0.6 mm, and the profile's process.nozzle_mm is 0.4"),
-        ("filament_diameter", "2.85", "sliced for filament of 2.85 mm, and the profile's process.filament_mm is 1.75"),
+        ("nozzle_diameter", "0.6", ": sliced for a nozzle of 0.6 mm, but process.nozzle_mm of the profile is 0.4"),
+        ("filament_diameter", "2.85", "sliced for filament of 2.85 mm, but process.filament_mm of the profile is 1.75"),
         ("filament_diameter", "1.69", "set process.filament_mm = 1.69 in the profile"),
         ("gcode_flavor", "marlin\n; use_volumetric_e = 1", "volumetric E"),
         ("gcode_flavor", "marlin\n; spiral_vase = 1", "sliced as a spiral"),
@@ -139,7 +139,7 @@ fn a_file_for_another_nozzle_or_filament_is_refused_with_both_values() {
     let scaled: Vec<String> = with("filament_diameter", "1.71").lines().map(|line| thicker(line, share)).collect();
     let run = run(&without_filament(&scaled.join("\n")));
     assert!(run.status.success(), "{}", said(&run));
-    assert!(said(&run).contains("lines are held against 1.71 mm"), "{}", said(&run));
+    assert!(said(&run).contains("; lines are checked with 1.71 mm"), "{}", said(&run));
     assert!(std::fs::read_to_string(folder.path().join("out.gcode")).unwrap().contains(" diameter_mm=1.71"));
 }
 

@@ -119,7 +119,7 @@ fn a_picture_is_what_its_name_ends_with() {
             let run = trunnion().args(args).arg(at(name)).current_dir(folder.path()).output().unwrap();
             assert_eq!(run.status.code(), Some(2), "{args:?} {name}: {}", said(&run));
             let text = String::from_utf8_lossy(&run.stderr);
-            assert!(text.contains("written are .svg, .png, .pdf; end the name so"), "{args:?} {name}: {text}");
+            assert!(text.contains(": unsupported file type; use .svg, .png, .pdf"), "{args:?} {name}: {text}");
             assert!(!at(name).exists() && !at("x.gcode").exists(), "{args:?} {name}");
         }
     }

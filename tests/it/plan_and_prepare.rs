@@ -587,7 +587,7 @@ fn a_turn_below_what_it_sweeps_is_proved_or_refused() {
     // The post's top stands 1 mm below the end of Z, and the head above it, unless it waits beside the table.
     let limits = "[limits]\nz_mm = [-80.0, 111.0]\n";
     let above = refusal(&post_and_beam(110.0, limits));
-    assert!(above.contains("the nozzle is not proved clear of part 0"), "{above}");
+    assert!(above.contains("cannot prove that the nozzle clears part 0"), "{above}");
     let beside = post_and_beam(110.0, &format!("{limits}[transition]\npark_mm = [0.0, 170.0]\n"));
     assert!(matches!(beside, Outcome::Kept(_)), "{}", refusal(&beside));
 }

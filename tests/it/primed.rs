@@ -84,14 +84,14 @@ fn a_prime_line_on_the_table_is_printed_and_what_is_wrong_with_one_is_found() {
         assert_eq!(with(y, z, e), Vec::<String>::new(), "Y {y}, Z {z}, E {e}");
     }
     for z in [0.02, -0.2, 0.45, 1.0, 30.0] {
-        outside(-70.0, z, 8.0, "above the table; 0.05..0.4 mm");
+        outside(-70.0, z, 8.0, "above the table; it must be level, at 0.05..0.4 mm");
     }
     for e in [24.0, 100.0] {
         outside(-70.0, 0.3, e, "at most 1.60 mm");
     }
     // Half of 0.7 and the nozzle's half of 0.5 or so from the wall's middle, 9.8 from the trunk's.
     for y in [-10.6, -10.0, -5.0, 0.0] {
-        outside(y, 0.3, 8.0, "of a print, at least");
+        outside(y, 0.3, 8.0, "mm from the print at line");
     }
     for y in [-85.0, -120.0] {
         outside(y, 0.3, 8.0, "beyond the table");
@@ -111,7 +111,10 @@ fn a_prime_line_on_the_table_is_printed_and_what_is_wrong_with_one_is_found() {
 fn what_the_start_code_may_not_lay_is_said_before_anything_is_sliced() {
     assert_eq!(checked(&machine(-70.0, 0.3, 8.0)), "");
     for (text, words) in [
-        (machine(-70.0, 0.3, 8.0).replace("G1 A0 C0 F1200\n", ""), "turn both axes of the table to 0"),
+        (
+            machine(-70.0, 0.3, 8.0).replace("G1 A0 C0 F1200\n", ""),
+            "first raise Z above all that turns and turn both table axes to 0",
+        ),
         (
             machine(-70.0, 0.3, 8.0).replace("G1 Z150 F900\n", ""),
             "with the tip at an unknown height, and may sweep up to Z 100.",
@@ -121,8 +124,8 @@ fn what_the_start_code_may_not_lay_is_said_before_anything_is_sliced() {
             "with the tip at Z 99, and may sweep up to Z 100.",
         ),
         (machine(-70.0, 0.3, 8.0).replace("G1 A0 C0", "G1 A5 C0"), "at a tilt of 5.000 deg; level the table"),
-        (machine(-70.0, 0.6, 8.0), "0.60 mm above the table; 0.05..0.4 mm (process.nozzle_mm)"),
-        (machine(-70.0, 0.3, 40.0), "push less, or go farther"),
+        (machine(-70.0, 0.6, 8.0), "0.60 mm above the table; it must be level, at 0.05..0.4 mm (process.nozzle_mm)"),
+        (machine(-70.0, 0.3, 40.0), "or move farther"),
         (machine(-99.0, 0.3, 8.0), "beyond the table"),
     ] {
         let said = checked(&text);
@@ -143,7 +146,7 @@ fn a_brim_that_comes_upon_the_prime_line_is_found() {
         run.args(["prepare", &fixture("y-tree"), "--slicer", "builtin", "-m"]).arg(path("machine.toml"));
         let run = run.arg("-o").arg(path("out.gcode")).output().unwrap();
         assert_eq!(run.status.success(), clean, "{y}: {}", said(&run));
-        assert!(clean || said(&run).contains("the prime line lies"), "{}", said(&run));
+        assert!(clean || said(&run).contains("the prime line is"), "{}", said(&run));
     }
 }
 

@@ -241,20 +241,20 @@ fn what_is_not_known_or_leaves_nothing_is_refused_by_name() {
     let one = "<item objectid=\"3\"/>";
     let notch = [[30.0, 5.0, 0.0], [40.0, 15.0, 10.0]];
     prusa(&path, "millimeter", notch, "FuzzySkin", one);
-    refused(&path, "the FuzzySkin has the role \"FuzzySkin\", which is not known");
+    refused(&path, "the FuzzySkin has the unknown role \"FuzzySkin\"");
     bambu(&path, "millimeter", notch, "magic_part", one);
-    refused(&path, "the magic_part has the role \"magic_part\", which is not known");
+    refused(&path, "the magic_part has the unknown role \"magic_part\"");
     core(&path, "millimeter", notch, "ghost", one);
-    refused(&path, "\"ghost\", which is not known");
+    refused(&path, "\"ghost\"");
     // All of it is cut away.
     prusa(&path, "millimeter", [[-1.0; 3], [50.0; 3]], "NegativeVolume", one);
-    refused(&path, "nothing is left of the model without the NegativeVolume");
+    refused(&path, "subtracting the NegativeVolume leaves nothing of the model");
     // Nothing is placed that is printed.
     prusa(&path, "millimeter", notch, "ModelPart", "<item objectid=\"3\" printable=\"0\"/>");
-    refused(&path, "nothing in it is printed");
+    refused(&path, "the project prints nothing");
     let alone = format!("<object id=\"3\" type=\"support\" name=\"a prop\">{}</object>", mesh(&[BODY]));
     package(&path, "millimeter", &alone, one, &[]);
-    refused(&path, "nothing in it is printed: a prop is a support of the file's own");
+    refused(&path, "the project prints nothing: a prop is a support of the file's own");
     // What says so is broken.
     let whole = format!("<object id=\"3\" type=\"model\">{}</object>", mesh(&[BODY]));
     for (name, text) in [

@@ -139,5 +139,5 @@ fn what_stands_in_the_way_of_the_others_is_told() {
     // More room is given by itself, but not where somebody said how much.
     files(here);
     let said = refusal(here, &["tee.stl*2", "block.stl", "--gap", "10", "--supports", "never"]);
-    assert!(said.contains("give them more room (--gap)"), "{said}");
+    assert!(said.contains("place them farther apart"), "{said}");
 }

@@ -24,7 +24,7 @@ pub(crate) fn unpack(name: &str) -> Option<Vec<u8>> {
     match Command::new("xz").arg("-dc").arg(&path).output() {
         Ok(run) if run.status.success() => Some(run.stdout),
         _ => {
-            skip("xz is not installed, or the file is not there");
+            skip("xz is not installed, or the file not found");
             None
         }
     }

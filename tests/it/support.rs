@@ -194,6 +194,18 @@ pub(crate) fn said(output: &Output) -> String {
     format!("{}\n{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
+/// Code and sentence of a line `error: ..` or `error[CODE]: ..`.
+pub(crate) fn error_in(line: &str) -> Option<(&str, &str)> {
+    let rest = line.strip_prefix("error")?;
+    let coded = || rest.strip_prefix('[')?.split_once("]: ");
+    rest.strip_prefix(": ").map(|text| ("", text)).or_else(coded)
+}
+
+/// The first error of a text, as [`error_in`].
+pub(crate) fn first_error(text: &str) -> (&str, &str) {
+    text.lines().find_map(error_in).unwrap_or_else(|| panic!("no error line: {text}"))
+}
+
 /// Numbers that are the same on every machine, so that a failure can be repeated from its seed.
 pub(crate) struct Numbers(SplitMix64);
 

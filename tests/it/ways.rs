@@ -60,7 +60,10 @@ fn a_knob_is_turned_over_and_all_that_it_costs_is_told() {
     assert!((price(taken) - sum).abs() < 1e-9, "{taken}");
     assert!(price(row(&done, "supports").unwrap()) > price(taken), "{}", done["ways"]);
     let drawn = row(&done, "as-drawn").unwrap();
-    assert!(drawn["price_min"].is_null() && drawn["why_not"].as_str().unwrap().contains("laid on nothing"), "{drawn}");
+    assert!(
+        drawn["price_min"].is_null() && drawn["why_not"].as_str().unwrap().contains("mm2 would be printed in mid-air"),
+        "{drawn}"
+    );
     assert_eq!(done["ways"], done["plan"]["ways"]);
     // For people, with the size of what was read first.
     let first = said.lines().next().unwrap();
@@ -81,7 +84,7 @@ fn each_way_by_itself() {
     // As drawn it has no plan, with the reasons; what needs no cut and no supports says so.
     let (code, no, _) = prepared(folder.path(), "drawn", &knob(), &["--way", "as-drawn"]);
     assert_eq!((code, &no["feasible"]), (Some(1), &Value::from(false)));
-    for (way, words) in [("cut", "nothing of it asks for a cut"), ("supports", "nothing of it wants supports")] {
+    for (way, words) in [("cut", "nothing of it needs a cut"), ("supports", "nothing of it needs supports")] {
         let (code, no, _) = prepared(folder.path(), "plain", &block(20.0, 20.0, 10.0), &["--way", way]);
         assert_eq!((code, no["exit"].as_i64()), (Some(1), Some(1)), "{way}: {no}");
         let why = row(&no, way).unwrap()["why_not"].as_str().unwrap();
@@ -290,7 +293,7 @@ fn what_hangs_over_the_part_is_propped_from_two_layers_of_air_on() {
             // Less than a layer of air is none.
             assert_eq!(code, Some(1), "{air_mm} mm: {said}");
             let why = row(&done, "supports").unwrap()["why_not"].as_str().unwrap();
-            assert!(why.contains("nothing of it wants supports"), "{air_mm} mm: {why}");
+            assert!(why.contains("nothing of it needs supports"), "{air_mm} mm: {why}");
         }
     }
 }

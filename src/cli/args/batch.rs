@@ -10,13 +10,13 @@ use super::{Args, Verb};
 /// Many models at once: MODEL is a folder, or a list of models, one a line, that ends in .txt, and -o a folder for the results.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct BatchArgs {
-    /// Models at a time [default: one a processor]
+    /// Number of models to process in parallel [default: number of processors]
     #[arg(help_heading = "Many models (a folder, or a list)", long, hide_short_help = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(in crate::cli) jobs: Option<u16>,
     /// Only every N-th model from the I-th on, I from 0: for N machines and one folder of results
     #[arg(help_heading = "Many models (a folder, or a list)", long, value_name = "I/N", hide_short_help = true)]
     pub(in crate::cli) share: Option<String>,
-    /// Also what has failed before
+    /// Retry models that failed before
     #[arg(help_heading = "Many models (a folder, or a list)", long, hide_short_help = true)]
     pub(in crate::cli) retry: bool,
 }
@@ -64,7 +64,7 @@ pub(in crate::cli) fn words_of_one(all: impl Iterator<Item = OsString>, model: &
         let text = word.to_string_lossy().into_owned();
         let name = text.split('=').next().unwrap_or_default();
         if let Some(one) = OF_ONE.iter().find(|one| **one == name) {
-            return Err(format!("{one} is of one model, and this is a folder or a list of them; leave it out"));
+            return Err(format!("{one} applies to one model, and this is a folder or a list of models; remove it"));
         }
         if WITH_VALUE.contains(&name) {
             if name == text {
@@ -82,7 +82,7 @@ pub(in crate::cli) fn words_of_one(all: impl Iterator<Item = OsString>, model: &
     let again = again.chain(["--json", "-q", "-o", "x", "--", "a.stl"].map(OsStr::new));
     match Args::try_parse_from(again).as_ref().ok().and_then(Args::of_many) {
         Some(one) if one.model == Path::new("a.stl") => Ok(left),
-        _ => Err("its words cannot be told apart; name one folder or list alone, and if a flag has its name too, as ./FOLDER".to_owned()),
+        _ => Err("the arguments are ambiguous; give one folder or list only, and write a name that looks like a flag as ./FOLDER".to_owned()),
     }
 }
 
@@ -102,11 +102,17 @@ mod tests {
         assert_eq!(one("--json plan -m generic-ac -oout models --share=0/2 --retry"), "plan -m generic-ac");
         assert_eq!(one("prepare -m generic-ac --output=out -- models"), "prepare -m generic-ac");
         assert!(
-            words("prepare models -m generic-ac -o out --port tcp:x").unwrap_err().contains("--port is of one model")
+            words("prepare models -m generic-ac -o out --port tcp:x")
+                .unwrap_err()
+                .contains("--port applies to one model")
         );
         assert!(words("orient models --sheet=x.svg -o out").unwrap_err().contains("--sheet"));
         // A profile that is called as the folder is: one of the two is left, whichever.
         assert_eq!(one("plan -m models models -o out"), "plan -m models");
-        assert!(words("plan models other.stl -m generic-ac -o out").unwrap_err().contains("cannot be told apart"));
+        assert!(
+            words("plan models other.stl -m generic-ac -o out")
+                .unwrap_err()
+                .contains("and write a name that looks like a flag as ./FOLDER")
+        );
     }
 }

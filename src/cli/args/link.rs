@@ -12,25 +12,25 @@ use crate::publish::Fingerprint;
 /// How to stream.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct StreamArgs {
-    /// Resume an interrupted print by its journal
+    /// Resume an interrupted print from its journal
     ///
     /// At the printer's own line counter or position, or after a reset at a line that is proved to lie on what is there and to be reached
     /// without a collision.
     #[arg(help_heading = PRINTING, long)]
     pub(in crate::cli) resume: bool,
-    /// With --resume after a reset: the first line of the file that is to be printed, from a look at the part
+    /// With --resume after a reset: the first line to print, found by inspecting the part
     #[arg(help_heading = PRINTING, long, value_name = "LINE", requires = "resume", hide_short_help = true)]
     pub(in crate::cli) from: Option<u32>,
-    /// Do not ask before the machine homes and moves for --resume, and go on though the bed has cooled: the part still holds
+    /// With --resume, home and move without asking, even if the bed has cooled
     #[arg(help_heading = PRINTING, long, hide_short_help = true)]
     pub(in crate::cli) yes: bool,
-    /// Where the journal is kept [default: OUT.gcode.journal]
+    /// Journal file [default: OUT.gcode.journal]
     #[arg(help_heading = PRINTING, long, value_name = "FILE", hide_short_help = true)]
     pub(in crate::cli) journal: Option<PathBuf>,
-    /// Bits a second [default: the profile's]
+    /// Baud rate [default: the profile's]
     #[arg(help_heading = PRINTING, long, hide_short_help = true)]
     pub(in crate::cli) baud: Option<u32>,
-    /// Wait this long for a device that has disappeared, before giving up
+    /// Time to wait for a disconnected device
     #[arg(help_heading = PRINTING, long, default_value_t = 600, value_name = "SECONDS", hide_short_help = true)]
     pub(in crate::cli) wait: u64,
     /// Where devices stand under their own names
@@ -65,7 +65,7 @@ pub(in crate::cli) struct Send {
     /// A serial device, or tcp:host:port; one for each file
     #[arg(long, value_name = "PATH", required_unless_present = "dry_run")]
     pub(in crate::cli) port: Vec<String>,
-    /// The plan it was made by: the file is verified against it first; one for each file
+    /// The plan that made it, against which it is verified first; one for each file
     #[arg(long, value_name = "PLAN.json")]
     pub(in crate::cli) plan: Vec<PathBuf>,
     #[command(flatten)]
@@ -91,10 +91,7 @@ impl Send {
         let counted = |n: usize, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };
         let (given, has) = (counted(files, "file"), if files == 1 { "has" } else { "have" });
         if several && self.dry_run {
-            return Err(format!(
-                "--dry-run rehearses one file, and {given} and {} are given",
-                counted(ports, "--port")
-            ));
+            return Err(format!("--dry-run takes one file, got {given} and {}", counted(ports, "--port")));
         }
         if !self.dry_run && ports != files {
             return Err(format!(
@@ -111,7 +108,7 @@ impl Send {
         let one = [("--journal", self.stream.journal.is_some()), ("--from", self.stream.from.is_some())];
         let model = [("--model", self.plan_ref.model.is_some())];
         if let Some((flag, _)) = one.into_iter().chain(model).find(|(_, given)| several && *given) {
-            return Err(format!("{flag} is of one print, and there are {files}; send that one alone"));
+            return Err(format!("{flag} applies to one print, got {files}; send that file alone"));
         }
         let each = self.gcode.iter().enumerate();
         let port = |i: usize| self.port.get(i).map(String::as_str).filter(|_| !self.dry_run);
@@ -120,19 +117,17 @@ impl Send {
 }
 
 #[derive(ClapArgs)]
-#[command(
-    after_help = "The key is taken from --key-file or from the environment's TRUNNION_KEY, never from the command line."
-)]
+#[command(after_help = "The key is read from --key-file or TRUNNION_KEY, never from the command line.")]
 pub(in crate::cli) struct Publish {
     /// The file to print
     pub(in crate::cli) gcode: PathBuf,
     /// The server: octoprint:URL, moonraker:URL or duet:URL, for example `octoprint:http://printer.local`
     #[arg(long, value_name = "SERVER:URL")]
     pub(in crate::cli) to: String,
-    /// A file with the server's key (a Duet's password) and nothing else [default: TRUNNION_KEY of the environment]
+    /// A file with the server's key (a Duet's password) and nothing else [default: the environment variable TRUNNION_KEY]
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) key_file: Option<PathBuf>,
-    /// The plan it was made by: the file is verified against it first
+    /// The plan that made it, against which it is verified first
     #[arg(long, value_name = "PLAN.json")]
     pub(in crate::cli) plan: Option<PathBuf>,
     #[command(flatten)]
@@ -140,19 +135,19 @@ pub(in crate::cli) struct Publish {
     /// Publish a file without verifying it
     #[arg(long, conflicts_with = "plan")]
     pub(in crate::cli) unverified: bool,
-    /// The SHA-256 fingerprint of the server's certificate, where nobody vouches for it: no other is taken
+    /// SHA-256 fingerprint of a self-signed server certificate; no other certificate is accepted
     #[arg(long, value_name = "SHA256")]
     pub(in crate::cli) fingerprint: Option<Fingerprint>,
-    /// What it is called there [default: the file's own name]
+    /// Name on the server [default: the file's own name]
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) name: Option<String>,
-    /// Replace another file of this name there
+    /// Replace a different file of that name
     #[arg(long)]
     pub(in crate::cli) replace: bool,
-    /// Print it, if the server says that its printer stands idle
+    /// Start the print if the server's printer is idle
     #[arg(long)]
     pub(in crate::cli) start: bool,
-    /// How long the server may say nothing before it is given up
+    /// Time limit for each answer of the server
     #[arg(long, default_value_t = 30, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(in crate::cli) timeout: u64,
 }
@@ -161,16 +156,16 @@ pub(in crate::cli) struct Publish {
 pub(in crate::cli) struct Simulate {
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
-    /// Where to make a link to the pseudo-terminal; or tcp:PORT (this machine only), or tcp:host:port
+    /// Path of a link to the pseudo-terminal; or tcp:PORT (this computer only), or tcp:host:port
     #[arg(long, value_name = "PATH")]
     pub(in crate::cli) link: String,
     /// Simulated seconds per second, or max: no waiting at all
     #[arg(long, default_value = "1", value_name = "FACTOR")]
     pub(in crate::cli) speed: String,
-    /// Heaters this many times as fast as real ones
+    /// Speed of the heaters, as a multiple of real ones
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
     pub(in crate::cli) heat: f64,
-    /// A fault: NAME@LINE, NAME:PROBABILITY or random:PROBABILITY; may be given several times
+    /// Inject a fault: NAME@LINE, NAME:PROBABILITY or random:PROBABILITY; may be repeated
     #[arg(long, value_name = "FAULT")]
     pub(in crate::cli) fault: Vec<String>,
     /// Seed of random faults
@@ -179,10 +174,10 @@ pub(in crate::cli) struct Simulate {
     /// advanced-ok, no-ok-after-resend, refuses-doubles, no-emergency-parser, no-busy, repetier-errors, sprinter-errors, smoothie-resends, blank-behind-slash, latches-errors, three-axes, marlin-1.0, marlin-1.1, prusa, rrf-2 or fluidnc
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) quirk: Vec<String>,
-    /// Bits a second of the simulated wire [default: no limit]
+    /// Baud rate of the simulated wire [default: no limit]
     #[arg(long)]
     pub(in crate::cli) baud: Option<u32>,
-    /// Write every accepted line and the pose after every move
+    /// Log every accepted line and the pose after every move
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) log: Option<PathBuf>,
 }

@@ -102,11 +102,13 @@ pub(in crate::cli) fn told(error: &mut clap::Error) -> std::io::Result<()> {
 pub(in crate::cli) fn in_flags(error: &job::Error) -> String {
     match error {
         job::Error::Setting(BadSetting::SeveralParts { count }) => format!(
-            "--landscape and --view are of one part, and there are {count}; choose one with --part N, or take all as one with \
-             --whole"
+            "--landscape and --view show one part, and the model has {count}; choose one with --part N, or treat all as one with --whole"
         ),
         job::Error::Setting(BadSetting::OutOfRange { name: "models", value, allowed, .. }) => {
-            format!("{value} models are out of {}..{}; MODEL*3 means three of one", allowed[0], allowed[1])
+            format!(
+                "the number of models must be between {} and {}, got {value}; MODEL*3 means three copies",
+                allowed[0], allowed[1]
+            )
         }
         job::Error::Setting(bad) => format!("--{bad}"),
         job::Error::PublishInput(bad @ (BadInput::Key { .. } | BadInput::Name { .. })) => bad.to_string(),
@@ -114,8 +116,10 @@ pub(in crate::cli) fn in_flags(error: &job::Error) -> String {
         job::Error::Simulation(bad) => format!("--{bad}"),
         job::Error::Log { .. } => format!("--{error}"),
         job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
-        job::Error::Refused { line } => format!("nothing was moved; --yes continues at line {line} as described above"),
-        job::Error::Input(InputError::NoModel { .. }) => format!("{error}; say where with --model"),
+        job::Error::Refused { line } => {
+            format!("nothing was moved; pass --yes to continue at line {line} as described above")
+        }
+        job::Error::Input(InputError::NoModel { .. }) => format!("{error}; pass its path with --model"),
         other => other.to_string(),
     }
 }

@@ -40,10 +40,10 @@ pub(in crate::cli) struct Args {
     /// Print one JSON document on stdout; messages stay on stderr
     #[arg(long, global = true, help_heading = GENERAL)]
     pub(in crate::cli) json: bool,
-    /// Say nothing but warnings and errors
+    /// Print only warnings and errors
     #[arg(short, long, global = true, help_heading = GENERAL)]
     pub(in crate::cli) quiet: bool,
-    /// Say more
+    /// Print more
     #[arg(short, long, global = true, help_heading = GENERAL)]
     pub(in crate::cli) verbose: bool,
     /// Print help: -h what is used every day, --help everything
@@ -56,7 +56,7 @@ Lengths are millimetres, angles degrees, speeds as each profile key says.
 
 The usual way:
   trunnion prepare model.stl -m generic-ac -o model.gcode
-The way from inside a slicer's window:
+From inside a slicer's window:
   trunnion plan model.stl -m machine.toml -o plan.json
   trunnion slice plan.json -o slots      (then open slots/project.3mf, print objects one by one)
   post-processing script:  trunnion rewrite --in-place --plan /path/plan.json
@@ -66,25 +66,25 @@ Exit codes: 0 done; 1 done, and the answer is no (findings, no plan); 2 usage or
 
 #[derive(Subcommand)]
 pub(in crate::cli) enum Verb {
-    /// Do everything: from a model to a verified file
+    /// Do everything, from a model to a verified file
     Prepare(Box<Prepare>),
-    /// Say what a model is made of: parts, volumes, interfaces, unit
+    /// List a model's parts, volumes, interfaces and unit
     Inspect(Inspect),
-    /// Say what a code of a JSON document means
+    /// Explain the code of an error or a finding
     Explain(Explain),
     /// Find the best build directions of each part, with a proof where there is one
     Orient(Orient),
     /// Cut one solid into parts that print without supports, each along its own direction
     Split(Split),
-    /// Plan supports for what overhangs, with the least material, and write them as a mesh
+    /// Plan supports with the least material, and write them as a mesh
     Support(Support),
-    /// Pack models or boxes into as few runs as there must be, or the most value into one
+    /// Pack models or boxes into the fewest runs, or the most value into one
     Pack(Pack),
-    /// Find orientations and a sequence of time slots, or say why there is none
+    /// Find orientations and a sequence of time slots, or explain why there is none
     Plan(Plan),
     /// Write each print's mesh, a project with all of them, and sliced files
     Slice(Slice),
-    /// Turn sliced files into one for the machine (also as a post-processing script)
+    /// Rewrite sliced files into one for the machine (also as a post-processing script)
     Rewrite(Rewrite),
     /// Replay a finished file on the machine model and report what is wrong with it
     Verify(Verify),
@@ -92,9 +92,9 @@ pub(in crate::cli) enum Verb {
     Preview(Preview),
     /// Stream a verified file to a printer: every line once, in order, or stop safely
     Send(Send),
-    /// Bring a verified file to the server that drives a printer: OctoPrint, Moonraker or a Duet
+    /// Upload a verified file to a printer's server: OctoPrint, Moonraker or a Duet
     Publish(Publish),
-    /// Be a printer: on a pseudo-terminal or a TCP address, with motion, heat, and faults on purpose
+    /// Simulate a printer on a pseudo-terminal or TCP port, with motion, heat and injected faults
     Simulate(Simulate),
     /// List, show, check and calibrate machine profiles
     #[command(subcommand)]
@@ -118,9 +118,9 @@ pub(in crate::cli) struct ReadArgs {
     /// [default: the file's own, else guessed]
     #[arg(help_heading = MODEL, long)]
     pub(in crate::cli) unit: Option<String>,
-    /// Refuse what is not closed, and mend nothing
+    /// Refuse open meshes, and repair nothing
     ///
-    /// [default: flipped and doubled facets, corners on sides and plane holes are mended, and said]
+    /// [default: flipped and doubled facets, vertices on edges and flat holes are repaired, with a warning]
     #[arg(help_heading = MODEL, long, conflicts_with = "repair", hide_short_help = true)]
     pub(in crate::cli) no_repair: bool,
     /// The same as without it
@@ -139,16 +139,16 @@ pub(in crate::cli) struct ArrangeArgs {
     /// auto: as `trunnion orient` recommends for printing whole, on supports
     #[arg(help_heading = MODEL, long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
     pub(in crate::cli) up: Option<Standing>,
-    /// Stand the model on this part's largest face below which there is nothing
+    /// Stand the model on this part's largest face that has nothing below it
     #[arg(help_heading = MODEL, long, value_name = "PART", conflicts_with = "more", hide_short_help = true)]
     pub(in crate::cli) base: Option<usize>,
-    /// Close gaps between parts up to this width, and cut overlapping parts along each other; 0 leaves both
+    /// Close gaps between parts up to this width, and cut overlapping parts along each other; 0 disables both
     #[arg(help_heading = MODEL, long, default_value_t = Arrangement::default().snap_mm, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) snap: f64,
-    /// Make one solid of parts that touch or overlap; it is cut again where it has no plan (prepare)
+    /// Join parts that touch or overlap into one solid, which prepare may cut again
     #[arg(help_heading = MODEL, long, conflicts_with = "snap", hide_short_help = true)]
     pub(in crate::cli) join: bool,
-    /// Room between models [default: as far as the head reaches sideways; less where the table is too small]
+    /// Distance between models [default: as far as the head reaches sideways; less if the table is too small]
     #[arg(help_heading = MODEL, long, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) gap: Option<f64>,
 }
@@ -164,7 +164,7 @@ pub(in crate::cli) fn copies(word: &Path) -> (&Path, usize) {
 pub(in crate::cli) struct MachineArgs {
     /// A shipped profile's name, or a TOML file
     ///
-    /// `trunnion profile list` names them; `trunnion profile new` makes one of your machine.
+    /// `trunnion profile list` lists them; `trunnion profile new` creates one for your machine.
     #[arg(help_heading = MACHINE, short = 'm', long = "machine", value_name = "PROFILE", env = "TRUNNION_MACHINE", hide_env_values = true, value_parser = NonEmptyStringValueParser::new())]
     pub(in crate::cli) profile: String,
 }
@@ -172,13 +172,13 @@ pub(in crate::cli) struct MachineArgs {
 /// What is let pass of what hangs.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct PassArgs {
-    /// What a line may span between two ends on material, for planning and verification [default: the profile's process.bridge_mm]
+    /// Longest bridge between two supported ends, for planning and verification [default: the profile's process.bridge_mm]
     #[arg(help_heading = PLANNING, long, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) bridge: Option<f64>,
-    /// What a connected patch may have that nothing carries, as in engraved text; verification still holds each line to --bridge
+    /// Largest unsupported patch, for example in engraved text; verification still limits each line to --bridge
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().tolerate_mm2, value_name = "MM2", hide_short_help = true)]
     pub(in crate::cli) tolerate: f64,
-    /// practised: what is printed everywhere may droop a little; fine: nothing may [default: practised]
+    /// practised: small droops are allowed; fine: none are [default: practised]
     #[arg(help_heading = PLANNING, long, value_name = "HOW", hide_short_help = true)]
     pub(in crate::cli) finish: Option<Finish>,
 }
@@ -192,53 +192,53 @@ pub(in crate::cli) struct PlanArgs {
     /// as 1*bss+0.01*staircase
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().objective)]
     pub(in crate::cli) objective: String,
-    /// What the search for orientations minimises; decides where the plan's own objective does not look at orientations
+    /// What the orientation search minimises, if the plan's own objective does not depend on orientations
     /// [default: the plan's objective where it is one of parts, else staircase]
     #[arg(help_heading = PLANNING, long, value_name = "NAME", hide_short_help = true)]
     pub(in crate::cli) orient_by: Option<String>,
-    /// The search for orientations, any of `trunnion orient` [default: a multistart of quick descents]
+    /// Orientation search, any method of `trunnion orient` [default: a multistart of quick descents]
     #[arg(help_heading = PLANNING, long, value_name = "METHOD", hide_short_help = true)]
     pub(in crate::cli) method: Option<String>,
-    /// Most evaluations of that search, for one part and objective [default: the method's own]
+    /// Maximum evaluations of that search for one part and objective [default: the method's own]
     #[arg(help_heading = PLANNING, long, value_name = "N", hide_short_help = true)]
     pub(in crate::cli) orient_budget: Option<usize>,
     /// Slopes up to this angle from the vertical need no support (90: everything) [default: what the profile's lines and layers carry]
     #[arg(help_heading = PLANNING, long, value_name = "DEG", hide_short_help = true)]
     pub(in crate::cli) overhang: Option<f64>,
-    /// Let a part overhang by so much, or, without MM2, by whatever something else carries; may be given several times
+    /// Allow a part this much overhang, or any amount without MM2; may be repeated
     #[arg(help_heading = PLANNING, long, value_name = "PART[:MM2]", hide_short_help = true)]
     pub(in crate::cli) allow: Vec<String>,
-    /// Room the head keeps from parts it does not print on
+    /// Clearance of the head from parts it does not print on
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().margin_mm, value_name = "MM", hide_short_help = true)]
     pub(in crate::cli) margin: f64,
-    /// As many parts in a slot as can be, one after the other where possible, or never two
+    /// Parts in a slot: as many as possible, single where possible, or only single
     #[arg(help_heading = PLANNING, long, value_parser = ["together", "single", "only-single"], default_value = "together", hide_short_help = true)]
     pub(in crate::cli) slots: String,
-    /// Let parts that stand on the table wait for later slots
+    /// Allow parts on the table to wait for later slots
     #[arg(help_heading = PLANNING, long, hide_short_help = true)]
     pub(in crate::cli) table_later: bool,
     /// Seed of the orientation search
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().seed, hide_short_help = true)]
     pub(in crate::cli) seed: u64,
-    /// Where the file's origin comes to lie on the table [default: the model centred; elsewhere if the axes do not reach]
+    /// Position of the file's origin on the table [default: the model centred; elsewhere if the axes do not reach]
     #[arg(help_heading = PLANNING, long, value_name = "X,Y", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) origin: Option<String>,
-    /// Turn of the model about the table's normal, about its own middle unless --origin says where it lies
+    /// Rotation of the model about the table's normal, about its own centre unless --origin is given
     #[arg(help_heading = PLANNING, long, value_name = "DEG", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) turn: Option<f64>,
-    /// Height of a denser roof of supports, right below what they hold, in whole layers [0: none]
+    /// Height of a denser roof on top of supports, in whole layers [0: none]
     #[arg(long, default_value_t = SupportForm::PRINTED.roof_mm, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) roof: f64,
-    /// Distance between the lines of that roof [default: two widths of a line]
+    /// Line spacing of that roof [default: two line widths]
     #[arg(long, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) roof_pitch: Option<f64>,
-    /// Tie columns of supports together that stand free over more than this [0: none]
+    /// Brace support columns that are free over more than this length [0: none]
     #[arg(long, default_value_t = SupportForm::PRINTED.brace_mm, help_heading = SUPPORTS, value_name = "MM", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) brace: f64,
-    /// Do not look for what would help where there is no plan
+    /// Do not search for remedies if there is no plan
     #[arg(help_heading = PLANNING, long, hide_short_help = true)]
     pub(in crate::cli) no_remedies: bool,
-    /// Most steps of the sequence search, and most cuts that are tried
+    /// Maximum steps of the sequence search, and maximum cuts tried
     #[arg(help_heading = PLANNING, long, default_value_t = PlanOptions::default().budget, value_name = "STEPS", hide_short_help = true)]
     pub(in crate::cli) budget: u64,
 }
@@ -251,12 +251,12 @@ pub(in crate::cli) struct SliceArgs {
     /// cura is its engine, CuraEngine; a path is that of any of them.
     #[arg(help_heading = SLICING, long, default_value_t = SlicingOptions::default().slicer.to_string())]
     pub(in crate::cli) slicer: String,
-    /// The slicer's own configuration, over the profile's [process]
+    /// Slicer configuration that overrides the profile's [process]
     ///
-    /// May be given several times.
+    /// May be repeated.
     #[arg(help_heading = SLICING, long = "slicer-config", value_name = "FILE")]
     pub(in crate::cli) slicer_config: Vec<PathBuf>,
-    /// Give the slicer up after this long for one print
+    /// Time limit of the slicer for one print
     #[arg(help_heading = SLICING, long, default_value_t = SlicingOptions::default().timeout.as_secs(), value_name = "SECONDS", hide_short_help = true)]
     pub(in crate::cli) slicer_timeout: u64,
 }
@@ -264,7 +264,7 @@ pub(in crate::cli) struct SliceArgs {
 /// The slicer's bed, on whose centre each single print is put.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct BedArgs {
-    /// The slicer's bed, on whose middle each print stands: 250x210, or from where to where, -125..125x-105..105
+    /// The slicer's bed, on whose centre each print is placed: 250x210, or -125..125x-105..105
     #[arg(help_heading = SLICING, long, default_value = "250x250", value_name = "XxY", allow_hyphen_values = true, hide_short_help = true)]
     pub(in crate::cli) bed: String,
 }
@@ -272,10 +272,10 @@ pub(in crate::cli) struct BedArgs {
 /// A plan and what it was made for.
 #[derive(ClapArgs)]
 pub(in crate::cli) struct PlanRef {
-    /// The model, where it is no longer where the plan says
+    /// The model, if it is no longer where the plan says
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) model: Option<PathBuf>,
-    /// The profile, where it is no longer where the plan says
+    /// The profile, if it is no longer where the plan says
     #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
     pub(in crate::cli) profile: Option<String>,
 }

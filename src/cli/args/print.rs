@@ -21,9 +21,9 @@ pub(in crate::cli) struct Prepare {
     pub(in crate::cli) arrange: ArrangeArgs,
     #[command(flatten)]
     pub(in crate::cli) machine: MachineArgs,
-    /// The file for the machine [default: MODEL.gcode]
+    /// Output G-code [default: MODEL.gcode]
     ///
-    /// Beside the model; written only if nothing is found wrong with it. Without -o a file that something else has made is not replaced.
+    /// Beside the model. Written only if verification finds nothing; without -o, files of other programs are not replaced.
     #[arg(short, long, value_name = "OUT.gcode", help_heading = OUTPUT)]
     pub(in crate::cli) output: Option<PathBuf>,
     #[command(flatten)]
@@ -34,21 +34,21 @@ pub(in crate::cli) struct Prepare {
     pub(in crate::cli) slicing: SliceArgs,
     #[command(flatten)]
     pub(in crate::cli) bed: BedArgs,
-    /// Keep the plan
+    /// Write the plan
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub(in crate::cli) plan_out: Option<PathBuf>,
-    /// The plan as one picture, a frame for each pose
+    /// Write the plan as one picture, a frame for each pose
     #[arg(long, value_name = "SHEET.svg|.png|.pdf", help_heading = OUTPUT)]
     pub(in crate::cli) sheet: Option<PathBuf>,
-    /// The file as one page for the browser, to look at before
+    /// Write a 3D preview page for the browser
     #[arg(long, value_name = "VIEW.html", help_heading = OUTPUT)]
     pub(in crate::cli) preview: Option<PathBuf>,
-    /// Open that page
+    /// Open the preview page
     #[arg(long, requires = "preview", help_heading = OUTPUT, hide_short_help = true)]
     pub(in crate::cli) open: bool,
-    /// A file to rehearse the print with on the machine, cold
+    /// Write a cold rehearsal for the machine
     ///
-    /// Slowly to each pose and its outermost places, 20 mm above them, with a stop at each pose.
+    /// It moves slowly to each pose and its outermost points, 20 mm above them, and stops at each pose.
     #[arg(long, value_name = "DRY.gcode", help_heading = OUTPUT)]
     pub(in crate::cli) dry_run: Option<PathBuf>,
     /// as-drawn, turned, supports, cut or auto
@@ -56,13 +56,13 @@ pub(in crate::cli) struct Prepare {
     /// auto: the cheapest that works, by the profile's [price]; turned: another side down; turned-supports: on supports, as turned
     #[arg(long, value_name = "WAY", help_heading = PLANNING, hide_possible_values = true, value_parser = ["auto", "as-drawn", "turned", "supports", "turned-supports", "cut"], default_value = "auto")]
     pub(in crate::cli) way: String,
-    /// Cut solids by planes where there is no plan for them as they are; the parts are written beside the output as OUT.parts.3mf
+    /// Cut solids that have no plan as drawn; the parts are written to OUT.parts.3mf
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto", help_heading = PLANNING, hide_short_help = true)]
     pub(in crate::cli) split: String,
-    /// Print solids upright on supports where there is no plan for them as they are, and no cheaper cut
+    /// Print solids on supports if they have no plan as drawn and no cheaper cut
     #[arg(long, value_parser = ["auto", "never"], default_value = "auto", help_heading = SUPPORTS, hide_short_help = true)]
     pub(in crate::cli) supports: String,
-    /// Go on and print: a serial device, or tcp:host:port
+    /// Print afterwards: a serial device, or tcp:host:port
     #[arg(long, value_name = "PATH", help_heading = PRINTING)]
     pub(in crate::cli) port: Option<String>,
     #[command(flatten)]
@@ -85,7 +85,7 @@ impl Prepare {
         match strange {
             false => Ok(output),
             true => Err(Failure::Usage(format!(
-                "{} is there already, and trunnion has not made it; name another file with -o",
+                "{} already exists, and trunnion has not made it; name another file with -o",
                 output.display()
             ))),
         }
@@ -98,7 +98,7 @@ impl Prepare {
         let flags = [("split", &self.split, only == Some(Way::Cut)), ("supports", &self.supports, held)];
         match flags.into_iter().find(|(_, word, wanted)| *wanted && *word == "never") {
             Some((flag, ..)) => {
-                Err(Failure::Usage(format!("--way {} and --{flag} never cannot both be; leave one out", self.way)))
+                Err(Failure::Usage(format!("--way {} contradicts --{flag} never; remove one of them", self.way)))
             }
             None => Ok(only),
         }
@@ -116,19 +116,19 @@ pub(in crate::cli) struct Plan {
     /// The plan file
     #[arg(short, long, value_name = "PLAN.json", help_heading = OUTPUT)]
     pub(in crate::cli) output: Option<PathBuf>,
-    /// The plan as one picture, a frame for each pose
+    /// Write the plan as one picture, a frame for each pose
     #[arg(long, value_name = "SHEET.svg|.png|.pdf", help_heading = OUTPUT)]
     pub(in crate::cli) sheet: Option<PathBuf>,
-    /// Compare the best so many distinct plans with each other, and with printing in three axes on supports
+    /// Compare the K best plans, and printing in three axes on supports
     #[arg(long, value_name = "K", help_heading = PLANNING)]
     pub(in crate::cli) top: Option<usize>,
     /// List every feasible sequence, one a line, instead of planning
     #[arg(long, conflicts_with_all = ["top", "output", "sheet"], help_heading = PLANNING)]
     pub(in crate::cli) all: bool,
-    /// Most sequences that --all lists
+    /// Maximum number of sequences that --all lists
     #[arg(long, default_value_t = 1000, value_name = "N", requires = "all", help_heading = PLANNING)]
     pub(in crate::cli) limit: usize,
-    /// Print solids upright on supports where there is no plan for them as they are
+    /// Print solids upright on supports if they have no plan as drawn
     #[arg(long, value_parser = ["auto", "never"], default_value = "never", help_heading = SUPPORTS)]
     pub(in crate::cli) supports: String,
     #[command(flatten)]
@@ -143,7 +143,7 @@ pub(in crate::cli) struct Plan {
 pub(in crate::cli) struct Slice {
     /// The plan
     pub(in crate::cli) plan: PathBuf,
-    /// Where the meshes, the project and the sliced files go
+    /// Folder for the meshes, the project and the sliced files
     #[arg(short, long, value_name = "DIR")]
     pub(in crate::cli) output: PathBuf,
     #[command(flatten)]
@@ -152,7 +152,7 @@ pub(in crate::cli) struct Slice {
     pub(in crate::cli) slicing: SliceArgs,
     #[command(flatten)]
     pub(in crate::cli) bed: BedArgs,
-    /// Only the meshes and the project, nothing sliced
+    /// Write the meshes and the project only, without slicing
     #[arg(long)]
     pub(in crate::cli) meshes_only: bool,
 }
@@ -165,10 +165,10 @@ pub(in crate::cli) struct Rewrite {
     /// The plan
     #[arg(long, value_name = "PLAN.json")]
     pub(in crate::cli) plan: PathBuf,
-    /// The file for the machine
+    /// Output G-code
     #[arg(short, long, value_name = "OUT.gcode", required_unless_present = "in_place")]
     pub(in crate::cli) output: Option<PathBuf>,
-    /// Put the result in the file's place: the way of a slicer's post-processing script
+    /// Overwrite the input file, as a slicer's post-processing script does
     #[arg(long, conflicts_with = "output")]
     pub(in crate::cli) in_place: bool,
     /// Which print of the plan an unlabelled file is
@@ -182,9 +182,9 @@ pub(in crate::cli) struct Rewrite {
 
 #[derive(ClapArgs)]
 pub(in crate::cli) struct Verify {
-    /// The file to replay
+    /// The G-code file to verify
     pub(in crate::cli) gcode: PathBuf,
-    /// The plan it was made by
+    /// The plan that made it
     #[arg(long, value_name = "PLAN.json")]
     pub(in crate::cli) plan: PathBuf,
     #[command(flatten)]
@@ -196,11 +196,11 @@ pub(in crate::cli) struct Preview {
     /// The finished file; without it the plan alone is shown. Or a model, which is planned for the machine first
     #[arg(required_unless_present_any = ["plan", "compare"])]
     pub(in crate::cli) file: Option<PathBuf>,
-    /// The plan it was made by
+    /// The plan that made it
     #[arg(long, value_name = "PLAN.json", required_unless_present_any = ["profile", "compare"],
         conflicts_with_all = ["ReadArgs", "ArrangeArgs", "PlanArgs", "PassArgs", "supports"])]
     pub(in crate::cli) plan: Option<PathBuf>,
-    /// Two side by side: plans, or finished files with theirs, as OUT.gcode=PLAN.json
+    /// Show two side by side: plans, or finished files with their plans as OUT.gcode=PLAN.json
     #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["file", "plan", "ReadArgs", "ArrangeArgs", "PlanArgs", "PassArgs", "supports"])]
     pub(in crate::cli) compare: Vec<String>,
     /// The page
@@ -219,7 +219,7 @@ pub(in crate::cli) struct Preview {
     pub(in crate::cli) planning: PlanArgs,
     #[command(flatten)]
     pub(in crate::cli) pass: PassArgs,
-    /// Print solids upright on supports where there is no plan for them as they are
+    /// Print solids upright on supports if they have no plan as drawn
     #[arg(long, value_parser = ["auto", "never"], default_value = "never", help_heading = SUPPORTS)]
     pub(in crate::cli) supports: String,
 }

@@ -215,7 +215,7 @@ impl Hazard {
             Self::Output => "switches a pin, spindle or coolant",
             Self::Skips => "leaves out an object, so that what is on it is printed in mid-air",
             Self::Blend => "changes how far the machine may leave its path",
-            Self::Unknown => "has no meaning that trunnion knows for this firmware",
+            Self::Unknown => "is unknown for this firmware",
         }
     }
 }

@@ -108,7 +108,7 @@ impl OrientAsked {
         let minima = poses.iter().map(|p| Minimum { up: p.up, value: p.price_min }).collect();
         let (evaluations, lower_bound) = (*evaluations, Some(*at_least_min));
         let found = Found { minima, evaluations, lower_bound, stop: Stop::Converged, history: Vec::new() };
-        let unproved = "the bound is the part alone at the least height: supports, steps and risk are 0 in it";
+        let unproved = "the bound is the part alone at the least height, without supports, steps or risk";
         Ok(Oriented {
             objective: PRINTABLE.to_owned(),
             method: "candidates",
@@ -155,7 +155,7 @@ impl OrientAsked {
         let unproved = match (found.lower_bound, search.name()) {
             (Some(_), _) => None,
             (None, "certified") => Some(f.unproved(facets).unwrap_or_else(|| "no bound was reached".to_owned())),
-            (None, name) => Some(format!("{name} proves nothing; --method certified does")),
+            (None, name) => Some(format!("{name} proves no bound; use --method certified")),
         };
         let (objective, method) = (f.name().to_owned(), search.name());
         let columns = finer(&self.settings(facets));

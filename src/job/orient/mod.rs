@@ -309,7 +309,7 @@ fn compared(facets: &Facets, results: &[Oriented], asked: &OrientAsked) -> Vec<C
         }
     };
     let best = results.iter().map(|result| (result.objective.clone(), result.best().up));
-    let given = [("as it lies".to_owned(), Some(Vec3::z())), ("yours".to_owned(), asked.up)];
+    let given = [("as in the file".to_owned(), Some(Vec3::z())), ("yours".to_owned(), asked.up)];
     let given = given.into_iter().filter_map(|(name, up)| Some((name, up?)));
     given.chain(best).map(row).collect()
 }

@@ -38,14 +38,14 @@ pub(super) fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World
         let share = |closed: &Fanned<Object>| closed.area_mm2 / closed.mesh.area();
         let Some(closed) = closed.filter(|closed| share(closed) <= SMALL_HOLES) else { return Err(needed(error)) };
         world.progress.warning(&format!(
-            "{error}: {} closed by fans for this answer, {:.2} mm2, {:.2} % of the surface; the model stays as it is",
+            "{error}: {} closed with triangle fans for this answer, {:.2} mm2, {:.2} % of the surface; the model is not changed",
             counted(closed.holes, "hole"),
             closed.area_mm2,
             100.0 * share(&closed)
         ));
         return Ok(vec![(0, closed.mesh)]);
     }
-    world.progress.warning(&format!("{error}: taken as one surface, since no volume is asked for"));
+    world.progress.warning(&format!("{error}: treated as one surface, since no volume is needed"));
     surface(&request.model, world).map(|mesh| vec![(0, mesh)])
 }
 

@@ -84,8 +84,8 @@ impl Default for PackOptions {
 #[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "pack/")]
 pub enum BadPacking {
-    /// A count that is none, or too large.
-    #[error("{name}: a count of {count} is out of 1..{MOST_PIECES}; write MODEL*3 for three of one")]
+    /// A count of zero, or one that is too large.
+    #[error("{name}: the count must be between 1 and {MOST_PIECES}, got {count}; MODEL*3 means three copies")]
     Count {
         /// The model or line.
         name: String,
@@ -93,14 +93,14 @@ pub enum BadPacking {
         count: f64,
     },
     /// Too many pieces together.
-    #[error("{pieces} pieces are too many: at most {MOST_PIECES} are packed together")]
+    #[error("{pieces} pieces are too many; at most {MOST_PIECES} are packed together")]
     TooMany {
         /// How many.
         pieces: usize,
     },
-    /// A model or box that does not go in.
+    /// A model or box that does not fit.
     #[error(
-        "{name}: {} mm {} in the space of {} mm {}; give a larger space{}, or cut it (trunnion split)",
+        "{name}: {} mm {} in the space of {} mm {}; enlarge the space{}, or cut it (trunnion split)",
         sizes(size), if *proved { "does not fit" } else { "was not found to fit" }, sizes(space), turned(*turn),
         if *turn == Turns::Any { "" } else { ", other turns (--turn any)" }
     )]
@@ -116,10 +116,10 @@ pub enum BadPacking {
         /// Whether that is sure: turned in every way, it may not be settled.
         proved: bool,
     },
-    /// A line that says no box.
+    /// A line that is not a box.
     #[error(
-        "{name}, line {line}: {text:?} is no box; write width, depth and height in mm, with three decimals at most, then how many and a value, as \
-         20 30 15.5 4 1.5"
+        "{name}, line {line}: {text:?} is not a box; write width, depth and height in mm, with three decimals at most, then count and value, for \
+         example 20 30 15.5 4 1.5"
     )]
     Line {
         /// The file.
@@ -130,7 +130,7 @@ pub enum BadPacking {
         text: String,
     },
     /// A number with a comma in it, where others are parted by blanks.
-    #[error("{name}, line {line}: is {text:?} one number or two? write {} for one, or a blank behind the comma for two", text.replace(',', "."))]
+    #[error("{name}, line {line}: {text:?} may be one number or two; write {} for one, or a space after the comma for two", text.replace(',', "."))]
     Comma {
         /// The file.
         name: String,
@@ -140,11 +140,11 @@ pub enum BadPacking {
         text: String,
     },
     /// A file without boxes.
-    #[error("{0} has no boxes; write one a line, width, depth and height in mm, as 20 30 15")]
+    #[error("{0} has no boxes; write one a line: width, depth and height in mm, for example 20 30 15")]
     NoBoxes(String),
     /// Values that do not go with the models.
     #[error(
-        "fill {given}: not `volume`, `file`, or {wanted} numbers above 0 with commas between them, one for each model or line"
+        "fill {given}: must be `volume`, `file`, or {wanted} numbers above 0 with commas between them, one for each model or line"
     )]
     Values {
         /// As given.
@@ -152,16 +152,16 @@ pub enum BadPacking {
         /// How many there should be.
         wanted: usize,
     },
-    /// A method that does not do this.
-    #[error("method {method}: {why}; take --method auto")]
+    /// A method that does not apply.
+    #[error("method {method}: {why}; use --method auto")]
     Method {
         /// The method.
         method: String,
         /// Why not.
         why: String,
     },
-    /// A packing that does not hold what it says: a fault of this program, never a result.
-    #[error("the packing that was found does not hold ({0}); nothing was written; please report this")]
+    /// An invalid packing: a fault of this program, never a result.
+    #[error("the packing found is not valid ({0}); nothing was written; please report this")]
     Unproved(String),
 }
 
@@ -182,8 +182,8 @@ fn turned(turn: Turns) -> &'static str {
     match turn {
         Turns::None => "as it is",
         Turns::Z90 => "by any quarter turn about Z",
-        Turns::Z => "however it is turned about Z",
-        Turns::Any => "however it is turned",
+        Turns::Z => "at any angle about Z",
+        Turns::Any => "in any orientation",
     }
 }
 
@@ -198,7 +198,8 @@ pub fn pack(request: &PackRequest, stop: &dyn Fn() -> bool, world: &World<'_>) -
     let mut done = match (&request.contents, &request.into) {
         (Contents::Boxes(source), Into::Space(space)) => boxes::packed(source, *space, &asked, stop, world)?,
         (Contents::Boxes(source), Into::Table(_)) => {
-            let why = format!("{} are boxes, which go into a space (--space X,Y,Z), not on a table", source.name());
+            let why =
+                format!("{} are boxes, which are packed into a space (--space X,Y,Z), not on a table", source.name());
             return Err(BadPacking::Method { method: asked.name.to_owned(), why }.into());
         }
         (Contents::Models(models), Into::Space(space)) => {
@@ -370,7 +371,7 @@ fn proved(
     let clearance = apart(solids, room, &packed.put).map_err(|clash: Clash| BadPacking::Unproved(clash.to_string()))?;
     let lifts = lift(solids, room, &packed.put);
     if room.liftable && lifts.iter().any(|lift| !lift.locked.is_empty()) {
-        return Err(BadPacking::Unproved("pieces hold each other".to_owned()).into());
+        return Err(BadPacking::Unproved("the pieces interlock".to_owned()).into());
     }
     Ok(result::of_models(models, solids, room, &packed, lifts, clearance, asked))
 }

@@ -263,8 +263,8 @@ impl PackResult {
     pub fn end(&self) -> &'static str {
         match self.ended {
             Ended::Proved => "proved best",
-            Ended::Steps => "the best that was found in the steps allowed",
-            Ended::Time => "the best that was found in the time allowed",
+            Ended::Steps => "the best found within the step limit",
+            Ended::Time => "the best found within the time limit",
             Ended::Interrupted => "interrupted: the best so far",
         }
     }

@@ -17,15 +17,18 @@ pub(super) fn packed(
 ) -> Result<PackResult, Error> {
     let refused = |why: &str| BadPacking::Method { method: asked.name.to_owned(), why: why.to_owned() };
     if asked.method != Method::Auto {
-        return Err(refused("on a table models stand side by side in one layer, which has one method").into());
-    }
-    if asked.goal() == Goal::Filling {
         return Err(
-            refused("a table takes all models in as few runs as it can; --fill is for a space (--space)").into()
+            refused("on a table models are placed side by side in one layer, and only one method does that").into()
         );
     }
+    if asked.goal() == Goal::Filling {
+        return Err(refused(
+            "on a table all models are placed in as few runs as possible; --fill needs a space (--space)",
+        )
+        .into());
+    }
     if asked.turns == Turns::Any {
-        return Err(refused("on a table models stand as they were drawn; --turn none, z90 or z").into());
+        return Err(refused("on a table models keep their drawn orientation; use --turn none, z90 or z").into());
     }
     let solids = solids(models, asked)?;
     let poses: Vec<Mat3> = solids.iter().map(|solid| snug(solid, asked.turns)).collect();

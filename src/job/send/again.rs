@@ -49,7 +49,7 @@ pub(super) fn ask_first(
 ) -> Result<(), Error> {
     let (world, operator) = told;
     let Checked { program, settings, place, standing: Some(standing) } = checked else { return Ok(()) };
-    let text = "the journal has no record of a line: asking the printer whether it has accepted any";
+    let text = "the journal has no record of a line; asking the printer whether it accepted any";
     operator.told(&Sending::Note(text), start(&program));
     // From here on it is a journal of this run of the operating system.
     let journal = JournalFile::create(wire.journal, &header(request, &place, world))?;
@@ -141,7 +141,7 @@ fn carry_on(
     (world, operator): (&World<'_>, &dyn Operator),
 ) -> Result<Option<Outcome>, Error> {
     let note = |text: &str| operator.told(&Sending::Note(text), start(program));
-    note("asking the printer whether it has kept its line counter and its position");
+    note("asking the printer whether it kept its line counter and its position");
     let outcome = Stream::new(sender, port, place, journal, (world, operator)).run()?;
     let lost = |why: &StopReason| {
         matches!(why, StopReason::Reset { .. } | StopReason::Counter { .. } | StopReason::Misplaced { .. })

@@ -45,7 +45,7 @@ impl Desk {
         let mut prints = self.prints();
         let of = prints.len();
         let number = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=of).contains(n)).map(|n| n - 1);
-        let wrong = || format!("{:?} is none of the orders: {WORDS}; prints are 1 to {of}", line.trim());
+        let wrong = || format!("unknown command {:?}; {WORDS}; prints are 1 to {of}", line.trim());
         let (order, print) = match words.as_slice() {
             [] => {
                 prints.iter_mut().filter(|p| p.paused).for_each(|p| p.answer = Some(Answer::Continue));
@@ -60,7 +60,9 @@ impl Desk {
             "" | "c" if !asked.paused => return Err(format!("print {} is not paused", print + 1)),
             "" => asked.answer = Some(Answer::Continue),
             "c" => asked.answer = Some(Answer::Cancel),
-            "p" if asked.interrupts > 0 || asked.paused => return Err(format!("print {} pauses already", print + 1)),
+            "p" if asked.interrupts > 0 || asked.paused => {
+                return Err(format!("print {} is already pausing", print + 1));
+            }
             "p" => asked.interrupts = 1,
             // As Ctrl-C twice.
             "s" => asked.interrupts += 2,

@@ -54,7 +54,7 @@ pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsa
             troubles: link.events().iter().filter_map(trouble).collect(),
         }),
         Some(Outcome::Stopped(why)) => Err(Error::Printer(format!("rehearsal: {why}"))),
-        _ => Err(Error::Printer("rehearsal: it did not end".to_owned())),
+        _ => Err(Error::Printer("the rehearsal did not finish".to_owned())),
     }
 }
 

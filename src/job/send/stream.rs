@@ -188,7 +188,7 @@ impl<'a> Stream<'a> {
         let since = self.lost_at.map_or(Duration::ZERO, |at| self.now().saturating_sub(at));
         if since > self.place.wait {
             let text = format!(
-                "the device has not come back within {} s; continue with trunnion send --resume",
+                "the device did not come back within {} s; continue with trunnion send --resume",
                 self.place.wait.as_secs()
             );
             self.tell(&Sending::Stopped { reason: &text });
@@ -217,7 +217,7 @@ impl<'a> Stream<'a> {
         let first = self.interrupts == 0 && count == 1 && !self.paused;
         self.interrupts = count;
         if first && !self.sender.has_begun() {
-            let text = "stopped before anything that moves or heats was sent: the printer is as it was";
+            let text = "stopped before anything moved or heated: the printer is unchanged";
             return Err(Error::Printer(text.to_owned()));
         }
         if first && self.sender.progress().sent > 0 {
@@ -228,7 +228,9 @@ impl<'a> Stream<'a> {
         self.sender.emergency_stop();
         self.operator.last_words(None);
         let Some(port) = &mut self.port else {
-            return Err(Error::Printer("emergency stop, but the link is gone: switch the printer off".to_owned()));
+            return Err(Error::Printer(
+                "emergency stop, but the connection is lost: switch the printer off".to_owned(),
+            ));
         };
         // Before the journal, the screen, or anything else that could hang.
         let count = port.write(self.sender.pending());
@@ -254,7 +256,7 @@ impl<'a> Stream<'a> {
                 Notice::UserWait => self.tell(&Sending::UserWait),
                 Notice::Trouble { line, text } => {
                     self.tell(&Sending::Trouble { file_line: line, text: &text });
-                    self.trouble = Some(format!("at line {line} of the file the printer says: {text}; "));
+                    self.trouble = Some(format!("at line {line} of the file the printer reports: {text}; "));
                 }
                 Notice::Note(text) => self.tell(&Sending::Note(&text)),
                 Notice::Paused => self.pause(),
@@ -295,7 +297,7 @@ impl<'a> Stream<'a> {
     fn paused_for_good(&mut self) -> Error {
         let line = self.line();
         let why = match self.short {
-            true => format!("{}: no room left on the disk: ", self.journal.path().display()),
+            true => format!("{}: no disk space left: ", self.journal.path().display()),
             false => self.trouble.take().unwrap_or_default(),
         };
         let first = if self.short { "free some, then " } else { "" };
@@ -353,10 +355,11 @@ impl<'a> Stream<'a> {
                 return Ok(Outcome::EmergencyStopped);
             }
             AfterStop::Silent => {
-                "emergency stop sent, and the printer has said nothing since: look whether it has stopped, otherwise switch it off".to_owned()
+                "emergency stop sent, but the printer has not answered since: check that it stopped, or switch it off"
+                    .to_owned()
             }
             AfterStop::GoesOn(said) => {
-                format!("emergency stop sent, but the printer has NOT stopped (it says {said:?}): switch it off")
+                format!("emergency stop sent, but the printer has NOT stopped (it reports {said:?}): switch it off")
             }
         };
         self.tell(&Sending::Stopped { reason: &text });
@@ -400,7 +403,7 @@ impl<'a> Stream<'a> {
             }
             _ => "emergency stop".to_owned(),
         };
-        let text = format!("{why}; but the port does not even take the stop command: switch the printer off");
+        let text = format!("{why}; the port does not even accept the stop command: switch the printer off");
         self.tell(&Sending::Stopped { reason: &text });
         Error::Printer(text)
     }

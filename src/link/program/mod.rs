@@ -75,7 +75,7 @@ pub struct Program {
 #[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "program/")]
 pub enum ProgramError {
-    /// Bytes that are no G-code.
+    /// Bytes that are not G-code.
     #[error("line {line}: {why}; the file is damaged or not G-code")]
     Damaged {
         /// In the file, from 1.
@@ -93,10 +93,9 @@ pub enum ProgramError {
         /// What it would do.
         why: &'static str,
     },
-    /// Behind it nobody knows where the head is: a pause could not lift it off the part, and nothing could go on.
+    /// A line after which the head's position is unknown, so that no pause or resume is possible.
     #[error(
-        "line {line}: {why}; behind it nobody could tell where the head is, so that a pause could not lift it off the part; write it in \
-         moves whose end is known"
+        "line {line}: {why}; after it the head's position is unknown, so that a pause could not lift it off the part; write moves with a known end"
     )]
     Unfollowed {
         /// In the file, from 1.
@@ -105,7 +104,7 @@ pub enum ProgramError {
         why: String,
     },
     /// More bytes than the firmware's line holds.
-    #[error("line {line} is {bytes} bytes on the wire; {protocol} takes {allowed}; shorten the text or macro")]
+    #[error("line {line} is {bytes} bytes on the wire; {protocol} accepts {allowed}; shorten the text or macro")]
     TooLong {
         /// In the file, from 1.
         line: u32,
@@ -117,10 +116,10 @@ pub enum ProgramError {
         protocol: &'static str,
     },
     /// Nothing to send.
-    #[error("the file holds no command")]
+    #[error("the file has no commands")]
     Empty,
     /// More than one job can be.
-    #[error("the file has {bytes} bytes; up to {allowed} (1 GiB) are sent as one job; split it at a slot")]
+    #[error("the file has {bytes} bytes; at most {allowed} (1 GiB) are sent as one job; split it at a slot")]
     TooBig {
         /// The file's size.
         bytes: u64,

@@ -21,7 +21,7 @@ pub(super) fn refused(block: &[u8], parsed: &ParsedLine, protocol: Protocol) -> 
         let text = String::from_utf8_lossy(&block[4..]).to_ascii_lowercase();
         let said = text.trim_start().trim_start_matches("e1").trim_start();
         if HOST_WORDS.iter().any(|word| said.starts_with(word)) {
-            return Some(("M118".to_owned(), "would print a line that looks like the printer's own answer"));
+            return Some(("M118".to_owned(), "would print a line that looks like an answer of the printer"));
         }
     }
     if memchr::memmem::find(block, b"M110").is_some() {
@@ -39,14 +39,14 @@ fn not_grbl(block: &[u8], parsed: &ParsedLine) -> Option<(String, &'static str)>
     // A G-code that it does not know it answers with an error itself, and the print stops there.
     if not_g && effect(Firmware::Grbl, parsed) == Effect::Hazard(Hazard::Unknown) {
         let name = parsed.commands.first().map_or_else(|| first_word(block), ToString::to_string);
-        return Some((name, "is not known to Grbl (error:20); use a profile whose dialect is rs274"));
+        return Some((name, "is unknown to Grbl (error:20); use a profile whose dialect is rs274"));
     }
     if parsed.has(b'E') {
         return Some((
             "an E word".to_owned(),
-            "is not known to Grbl (error:20); give the profile a spare axis as extruder",
+            "is unknown to Grbl (error:20); give the profile a spare axis as extruder",
         ));
     }
     let real_time = block.iter().any(|b| matches!(b, b'?' | b'!' | b'~' | 0x18 | 0x80..));
-    real_time.then(|| ("a real-time character".to_owned(), "would act at once, whatever stands around it"))
+    real_time.then(|| ("a real-time character".to_owned(), "would act at once, wherever it is"))
 }

@@ -61,16 +61,16 @@ fn what_is_missing_and_what_is_twice_is_told_in_mm_and_layers() {
     assert_eq!((missing, twice), (20.0, 20.0));
     assert_eq!(
         said,
-        "at most 20.0 mm of lines (50 % of layer 1) can be missing, at most 20.0 mm of lines (25 % of layer 1, 50 % of layer 2) is laid twice"
+        "at most 20.0 mm of lines (50 % of layer 1) can be missing, at most 20.0 mm of lines (25 % of layer 1, 50 % of layer 2) is printed twice"
     );
     // Of block 7's 10 mm and what follows up to block 16: 7, 11, 13 and 15.
     assert_eq!(
         owed(7..16, 7).2,
-        "nothing can be missing, at most 40.0 mm of lines (75 % of layer 1, 50 % of layer 2) is laid twice"
+        "nothing can be missing, at most 40.0 mm of lines (75 % of layer 1, 50 % of layer 2) is printed twice"
     );
     assert_eq!(
         owed(7..16, 16).2,
-        "at most 40.0 mm of lines (75 % of layer 1, 50 % of layer 2) can be missing, nothing is laid twice"
+        "at most 40.0 mm of lines (75 % of layer 1, 50 % of layer 2) can be missing, nothing is printed twice"
     );
     // Of many layers the first and the last, of a share its next whole percent.
     let layers: String =
@@ -91,8 +91,8 @@ fn where_it_goes_on_is_told_by_what_begins_there() {
     assert_eq!(place(14), "continue at line 18, the start of layer 2");
     assert_eq!(at(4..6, 5).words[4].split("; ").next(), Some("continue at line 6, before the first layer"));
     let known = |doubtful: Range<u32>| at(doubtful.clone(), doubtful.start).words[0].clone();
-    assert_eq!(known(7..15), "the file is known to be executed up to line 9; nobody knows of lines 10 to 18");
-    let hint = "or, from a look at the part, with --from LINE: the first of lines 10 to 19 that is not on it; then neither is so";
+    assert_eq!(known(7..15), "the file is known to be executed up to line 9; lines 10 to 18 are uncertain");
+    let hint = "or inspect the part and pass --from LINE, the first of lines 10 to 19 that is missing from it; then nothing is missing or doubled";
     assert_eq!(at(7..15, 15).words.get(5).map(String::as_str), Some(hint));
     // Where nothing is missing and nothing is twice nobody need look.
     assert_eq!(at(8..10, 9).words.len(), 5);

@@ -114,7 +114,7 @@ impl Brake {
         } else {
             format!("its queue of {} commands{used}: a firmware with a larger BUFSIZE helps", wire.window_lines)
         };
-        Some(format!("the printer's planner ran dry {} times; what held the lines back is {what}", self.times()))
+        Some(format!("the printer's planner buffer ran empty {} times; bottleneck: {what}", self.times()))
     }
 }
 

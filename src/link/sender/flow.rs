@@ -178,7 +178,7 @@ impl Sender {
         if lines > 1 && lines != self.settings.window_lines && self.traits().queues && self.settings.window_lines > 1 {
             let said = self.settings.window_lines;
             self.note(format!(
-                "the printer queues {lines} commands (BUFSIZE), not {said} as the profile says ([link] commands)"
+                "the printer queues {lines} commands (BUFSIZE), not {said} as in the profile ([link] commands)"
             ));
             self.settings.window_lines = lines;
         }
@@ -258,7 +258,7 @@ impl Sender {
     /// Goes back to `number`, which the printer has not taken.
     pub(super) fn rewind(&mut self, number: i64, why: &'static str) {
         if self.flows_freely() {
-            self.note("a line has to go out again; from now on no more goes ahead than the receive buffer holds ([link] reads_ms)");
+            self.note("a line had to be resent; from now on no more is sent ahead than the receive buffer holds ([link] reads_ms)");
         }
         self.lengthen();
         self.resends += 1;

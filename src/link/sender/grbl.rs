@@ -166,10 +166,10 @@ fn meaning(code: u32) -> &'static str {
         9 => "locked: home or unlock it",
         11 => "the line is too long",
         15 => "beyond the machine's travel",
-        20 => "a command it does not know",
+        20 => "an unknown command",
         22 => "no feed rate",
         24 => "two commands want the same axis words",
-        33 => "an arc that cannot be",
+        33 => "an impossible arc",
         _ => "see the firmware's list",
     }
 }

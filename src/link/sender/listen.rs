@@ -261,10 +261,10 @@ impl Sender {
                 self.unknown.push(command.to_owned());
             }
             if self.matters(next) {
-                self.trouble(format!("it does not know {command:?} and did nothing"));
+                self.trouble(format!("the printer rejected unknown command {command:?}"));
             } else {
                 let line = self.line_of(next);
-                self.note(format!("line {line}: the printer does not know {command:?} and ignored it"));
+                self.note(format!("line {line}: the printer ignored unknown command {command:?}"));
             }
         } else if !own && self.traits().accounting == Accounting::Counter && self.dialog.own_ok == OwnOk::None {
             self.dialog.own_ok = OwnOk::Expected;

@@ -11,7 +11,7 @@ impl Sender {
         let prints = matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) && !self.phase.is_fresh();
         match action {
             Action::Shown => self.note(format!("the printer's display: {text}")),
-            Action::Unknown => self.note(format!("the printer asks for {text:?}, which is not known; nothing is done")),
+            Action::Unknown => self.note(format!("the printer asks for {text:?}, which is unknown and ignored")),
             _ if !prints => self.note(format!("the printer asks for {text:?}, but nothing is being printed")),
             Action::Pause | Action::Leave => self.pause_as_asked(text),
             Action::Cancel => {
@@ -20,7 +20,7 @@ impl Sender {
             }
             Action::Resume => self.resume(),
             Action::Paused => {
-                self.note(format!("the printer has paused by itself ({text}), and is waited for"));
+                self.note(format!("the printer paused by itself ({text}); waiting for it"));
                 self.paused_itself = true;
             }
             Action::Resumed => self.goes_on(now),

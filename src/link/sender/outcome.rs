@@ -5,8 +5,8 @@
 pub enum StopReason {
     /// A greeting, and a counter that began anew.
     #[error(
-        "the printer was reset during the print ({greeting}), so the position of its axes is unknown. Look at the part, \
-         then run trunnion send --resume"
+        "the printer was reset during the print ({greeting}), so the position of its axes is unknown. Inspect the part, then run trunnion send \
+         --resume"
     )]
     Reset {
         /// How it was noticed.
@@ -14,8 +14,8 @@ pub enum StopReason {
     },
     /// The counter is not where it can be.
     #[error(
-        "the printer's line counter is at {found}, but lines up to {proven} were accepted and {last} were sent: it was \
-         reset, or another program is talking to it; end that one, look at the part, then run trunnion send --resume"
+        "the printer's line counter is at {found}, but lines up to {proven} were accepted and {last} were sent: it was reset, or another program \
+         is talking to it; stop that program, inspect the part, then run trunnion send --resume"
     )]
     Counter {
         /// The printer's last line.
@@ -27,8 +27,8 @@ pub enum StopReason {
     },
     /// The journal does not speak of a single line, but the printer has taken some.
     #[error(
-        "the journal has no record of a line, but the printer has accepted {found}: a part of the print may be on the table. Look at \
-         it, and where the table is empty run trunnion send without --resume"
+        "the journal has no record of a line, but the printer has accepted {found}: part of the print may be on the table. If the table is empty, \
+         run trunnion send without --resume"
     )]
     Unrecorded {
         /// The printer's last line.
@@ -73,7 +73,7 @@ pub enum StopReason {
         text: String,
     },
     /// An error that no rule calls harmless.
-    #[error("at line {line} of the file the printer says: {text}")]
+    #[error("at line {line} of the file the printer reports: {text}")]
     Error {
         /// Its own words.
         text: String,
@@ -120,8 +120,8 @@ pub enum StopReason {
     },
     /// The bed has cooled since the print was broken off.
     #[error(
-        "the bed is at {is_c:.0} C, and the print was on {was_c:.0} C: what cools comes loose; nothing was moved; look whether the part still \
-         holds, then --resume --yes"
+        "the bed is at {is_c:.0} C, and the print was on {was_c:.0} C: a cooled print may come loose; nothing was moved; check that the part \
+         still holds, then use --resume --yes"
     )]
     Cooled {
         /// What it is.
@@ -154,13 +154,13 @@ pub enum StopReason {
 }
 
 fn strange(said: &Option<String>) -> String {
-    said.as_ref().map_or(String::new(), |said| format!("; the last it said, {said:?}, is not understood"))
+    said.as_ref().map_or(String::new(), |said| format!("; its last answer, {said:?}, is not understood"))
 }
 
 /// What makes a printer listen again that has said `text` and stopped.
 pub(super) fn again(text: &str) -> &'static str {
     let klipper = text.contains("Klipper") || text.to_ascii_lowercase().contains("shutdown");
-    if klipper { "send FIRMWARE_RESTART, behind which it must be homed" } else { "reset the printer" }
+    if klipper { "send FIRMWARE_RESTART, then home it again" } else { "reset the printer" }
 }
 
 impl StopReason {

@@ -62,7 +62,7 @@ impl std::fmt::Display for Address {
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "port/")]
 pub enum PortError {
-    /// No such device.
+    /// A device that does not exist.
     #[error("{}: no such port; is the printer switched on and plugged in? ports now: {}", path.display(), list(ports))]
     Missing {
         /// As asked for.
@@ -93,7 +93,7 @@ pub enum PortError {
         /// The system's words.
         why: String,
     },
-    /// Nobody listens.
+    /// Nothing listens at the address.
     #[error("tcp:{address}: {why}")]
     Tcp {
         /// As asked for.

@@ -169,7 +169,7 @@ mod tests {
         for page in ["<!DOCTYPE html><title>Log in</title>", "\n <HTML>", "<!doctype HTML"] {
             for name in ["x.stl", "x.3mf", "x"] {
                 let error = read_model(page.as_bytes(), name, &ReadOptions::default()).unwrap_err().to_string();
-                assert_eq!(error, format!("{name}: this is a web page and no model; download the model itself"));
+                assert_eq!(error, format!("{name}: this is a web page, not a model; download the model itself"));
             }
         }
     }

@@ -50,12 +50,14 @@ impl Aside {
 
     fn words(self) -> &'static str {
         match self {
-            Self::Modifier => "is a modifier: it is not printed, and its settings are not used",
+            Self::Modifier => "is a modifier: it is not printed, and its settings are ignored",
             Self::Blocker => {
-                "is a support blocker: it is not printed, and supports stand where they are needed all the same"
+                "is a support blocker: it is not printed, and supports are still placed where they are needed"
             }
-            Self::Enforcer => "is a support enforcer: it is not printed, and supports stand only where they are needed",
-            Self::Support => "is a support of the file's own: it is not printed; --supports makes others",
+            Self::Enforcer => {
+                "is a support enforcer: it is not printed, and supports are placed only where they are needed"
+            }
+            Self::Support => "is a support of the file's own: it is not printed; --supports makes new ones",
             Self::Other => "is of a type that is not printed (3MF: other, surface)",
             Self::Unprinted => "is marked as not to be printed, and is left out",
         }

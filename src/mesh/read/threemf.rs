@@ -482,7 +482,7 @@ mod tests {
         let declared = format!(r#"xmlns:b="{}""#, space("beamlattice/2017/02"));
         let fault = text(&declared, beams).unwrap_err().fault;
         assert_eq!(fault, Fault::Extension { name: "beamlattice".to_owned() });
-        assert!(fault.to_string().contains("export the model as a mesh of triangles"), "{fault}");
+        assert!(fault.to_string().contains("export the model as a triangle mesh"), "{fault}");
     }
 
     #[test]

@@ -58,8 +58,11 @@ impl Shell {
 
     /// What is wrong with it; `None` for a sound shell.
     fn fault(&self, vertices: &[Vec3], repaired: bool) -> Option<Fault> {
-        let remedy =
-            if repaired { "it could not be mended: mend it where it was made" } else { "leave out --no-repair" };
+        let remedy = if repaired {
+            "it could not be repaired; repair it in the program that made it"
+        } else {
+            "leave out --no-repair"
+        };
         if let Some([a, b]) = self.open.first() {
             let at = (vertices[*a as usize] + vertices[*b as usize]) * 0.5;
             return Some(Fault::Open { edges: self.open.len(), at, remedy });

@@ -25,11 +25,11 @@ pub(super) fn mend(vertices: &[Vec3], surface: &mut Surface, warnings: &mut Vec<
     let (merged, within) = merge_border(vertices, surface);
     say(merged, format!("{merged} border vertices merged with others within {within:.3e} file units"));
     let dropped = drop_repeats(surface) + drop_bare(vertices, surface);
-    say(dropped, format!("{dropped} collapsed or repeated facets dropped"));
+    say(dropped, format!("{dropped} collapsed or repeated facets removed"));
     let parted = part_sides(vertices, surface, within);
-    say(parted, format!("{parted} sides of facets parted at corners that lie on them"));
+    say(parted, format!("{parted} sides of facets split at vertices that lie on them"));
     let turned = turn_facets(vertices, surface);
-    say(turned, format!("{turned} facets turned over to agree with their neighbours"));
+    say(turned, format!("{turned} facets flipped to agree with their neighbours"));
     let (filled, facets) = fill(vertices, surface);
     say(filled, format!("{filled} flat holes filled with {facets} facets"));
 }
@@ -266,12 +266,12 @@ mod tests {
         surface.source.push(4);
         assert_eq!(
             mended(&vertices, surface.clone()),
-            (Ok(1), vec!["repair: 1 collapsed or repeated facets dropped".to_owned()])
+            (Ok(1), vec!["repair: 1 collapsed or repeated facets removed".to_owned()])
         );
         surface.facets.pop();
         surface.source.pop();
         surface.facets[2].swap(0, 1);
-        let wanted = "repair: 1 facets turned over to agree with their neighbours".to_owned();
+        let wanted = "repair: 1 facets flipped to agree with their neighbours".to_owned();
         assert_eq!(mended(&vertices, surface), (Ok(1), vec![wanted]));
     }
 
@@ -301,7 +301,10 @@ mod tests {
             let surface = Surface { source: vec![0; facets.len()], facets };
             let (closed, said) = mended(&vertices, surface);
             assert_eq!(closed, Ok(1), "{n}: {said:?}");
-            assert!(said.iter().any(|text| text.contains("sides of facets parted")), "{said:?}");
+            assert!(
+                said.iter().any(|text| text.contains("sides of facets split at vertices that lie on them")),
+                "{said:?}"
+            );
         }
     }
 
@@ -312,7 +315,7 @@ mod tests {
         surface.facets.push([0, 4, 1]);
         surface.source.push(4);
         let (closed, said) = mended(&vertices, surface);
-        assert_eq!((closed, said), (Ok(1), vec!["repair: 1 collapsed or repeated facets dropped".to_owned()]));
+        assert_eq!((closed, said), (Ok(1), vec!["repair: 1 collapsed or repeated facets removed".to_owned()]));
     }
 
     #[test]
@@ -324,6 +327,6 @@ mod tests {
         assert_eq!(mended(&vertices, surface.clone()).0, Ok(1));
         vertices[2].z = 0.1;
         let error = mended(&vertices, surface).0.unwrap_err();
-        assert!(error.starts_with("4 open edges") && error.contains("could not be mended"), "{error}");
+        assert!(error.starts_with("4 open edges") && error.contains("it could not be repaired"), "{error}");
     }
 }

@@ -111,7 +111,7 @@ fn a_shell_within_a_part_is_its_cavity() {
     assert_eq!(hollow.parts[0].mesh.facets().len(), 24);
     let flipped = model(&[&outer, &inner]);
     assert_volumes(&flipped, &[936.0]);
-    assert_eq!(flipped.warnings, ["the cavity that begins at facet 12 faces into its material: turned over"]);
+    assert_eq!(flipped.warnings, ["the cavity that begins at facet 12 faces into its material: flipped"]);
     let before = model(&[&inside_out(&inner), &outer]);
     assert_volumes(&before, &[936.0]);
     let nested = model(&[&outer, &inside_out(&inner), &cube([4.0; 3], 2.0, false)]);
@@ -137,7 +137,7 @@ fn objects_of_a_3mf_stay_parts_wherever_they_lie() {
     let model = read(&threemf(&[("b".to_owned(), &outer), ("a".to_owned(), &inner)]), "x.3mf").unwrap();
     assert_volumes(&model, &[1000.0, 64.0]);
     assert_eq!(model.parts[1].name, "a");
-    let wanted = "parts 0 (b) and 1 (a) overlap: what both fill would be printed twice; cut one from the other";
+    let wanted = "parts 0 (b) and 1 (a) overlap, and what both fill would be printed twice; cut one from the other";
     assert_eq!(model.warnings, [wanted]);
 }
 
@@ -161,7 +161,7 @@ fn parts_that_reach_into_each_other_are_warned_about() {
 fn an_inside_out_cube_is_turned_over() {
     let model = model(&[&inside_out(&cube([0.0; 3], 2.0, false))]);
     assert_volumes(&model, &[8.0]);
-    assert_eq!(model.warnings, ["the part that begins at facet 0 faces inward: turned over"]);
+    assert_eq!(model.warnings, ["the part that begins at facet 0 faces inward: flipped"]);
 }
 
 #[test]

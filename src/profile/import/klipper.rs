@@ -87,7 +87,7 @@ impl Config {
             vec![pattern]
         };
         for name in names {
-            let inner = open.named(folder.join(name), place, "put it where the line says, or take the line out")?;
+            let inner = open.named(folder.join(name), place, "put it where the line says, or remove the line")?;
             self.file(&inner, open)?;
             open.leave();
         }
@@ -112,8 +112,7 @@ impl Config {
         for (limit, name) in limits.iter_mut().zip(["LIMIT_VELOCITY", "LIMIT_ACCEL"]) {
             match get(name) {
                 Some(text) if text.contains('{') => {
-                    self.notes
-                        .push(format!("{place}: {name}={} is worked out by Klipper, and is not read", shown(text)));
+                    self.notes.push(format!("{place}: {name}={} is computed by Klipper, and is not read", shown(text)));
                 }
                 Some(text) => *limit = Some(Stated { value: number(name, text, place)?, from: vec![place.clone()] }),
                 None => {}
@@ -126,7 +125,7 @@ impl Config {
             }
             _ => self
                 .notes
-                .push(format!("{place}: {} is not read: its stepper or its axis is no plain name", shown(line))),
+                .push(format!("{place}: {} is not read: its stepper or its axis is not a plain name", shown(line))),
         }
         Ok(())
     }
@@ -158,8 +157,7 @@ impl Config {
         let rotary = self.rotary()?;
         let Some(kinematics) = self.one("printer", "kinematics")? else {
             let file = rotary[0].from.file.clone();
-            let why = "[printer] has no kinematics, so that this is not the whole of a printer.cfg; give that first"
-                .to_owned();
+            let why = "[printer] has no kinematics, so this is not a whole printer.cfg; give that first".to_owned();
             return Err(ImportError::File { file, why });
         };
         let (name, place) = (kinematics.value.clone(), kinematics.place.clone());
@@ -169,13 +167,13 @@ impl Config {
                 facts.extend(self.limits(axis, key)?);
             }
         } else if ROUND.contains(&&*name) {
-            let why = "has no stops of X, Y and Z that could be read";
+            let why = "has no readable limits of X, Y and Z";
             self.notes.push(format!(
-                "{place}: kinematics {name} {why}; give limits.x_mm, y_mm and z_mm as the tip reaches on every height"
+                "{place}: kinematics {name} {why}; give limits.x_mm, y_mm and z_mm as the tip reaches at every height"
             ));
         } else {
             let why = format!(
-                "kinematics {} is not known, so that nobody can say what it makes of the table's words; known are {}, {}",
+                "kinematics {} is unknown, so its effect on the table is unknown; known are {}, {}",
                 shown(&name),
                 STRAIGHT.join(", "),
                 ROUND.join(", ")
@@ -192,7 +190,7 @@ impl Config {
         let section = format!("stepper_{axis}");
         let Some(high) = self.number(&section, "position_max")? else { return Ok(None) };
         let low = self.number(&section, "position_min")?;
-        let how = if low.is_none() { "position_min is not given, which Klipper takes as 0" } else { "" };
+        let how = if low.is_none() { "position_min is not set; Klipper's default is 0" } else { "" };
         let low = low.unwrap_or(Stated { value: 0.0, from: Vec::new() });
         span(key, &axis.to_uppercase(), &low, &high, how).map(Some)
     }
@@ -211,7 +209,7 @@ impl Config {
         let Some(all) = get("max_accel")? else { return Ok(most) };
         facts.push(Fact::number("limits.acceleration_mm_per_s2", &all, ""));
         let z = get("max_z_accel")?;
-        let how = if z.is_none() { "max_z_accel is not given, which Klipper takes as max_accel" } else { "" };
+        let how = if z.is_none() { "max_z_accel is not set; Klipper's default is max_accel" } else { "" };
         facts.push(Fact::number(
             "limits.z_acceleration_mm_per_s2",
             &least([z.as_ref(), Some(&all)]).unwrap_or(all.clone()),
@@ -220,14 +218,14 @@ impl Config {
         let corner = get("square_corner_velocity")?;
         let how = match &corner {
             Some(_) => "square_corner_velocity squared * 0.414 / max_accel",
-            None => "square_corner_velocity is not given, which Klipper takes as 5: its square * 0.414 / max_accel",
+            None => "square_corner_velocity is not set; Klipper's default is 5: its square * 0.414 / max_accel",
         };
         let speed = corner.as_ref().map_or(5.0, |corner| corner.value);
         let from = corner.map_or_else(Vec::new, |corner| corner.from).into_iter().chain(all.from.clone()).collect();
         let junction = Stated { value: speed * speed * CORNER / all.value, from };
         match check_number("limits.junction_mm", junction.value) {
             Ok(()) => facts.push(Fact::number("limits.junction_mm", &junction, how)),
-            Err(out) => self.notes.push(format!("{}: {out}, and is left as it is ({how})", junction.place())),
+            Err(out) => self.notes.push(format!("{}: {out}, and is left unchanged ({how})", junction.place())),
         }
         Ok(most)
     }
@@ -245,7 +243,7 @@ impl Config {
         }
         if !self.sections.iter().any(|(name, _)| name == "heater_bed") {
             self.notes.push(
-                "there is no [heater_bed]: Klipper does not know M140 and M190 then; take them out of dialect.start and dialect.end".to_owned(),
+                "there is no [heater_bed], and Klipper then rejects M140 and M190; remove them from dialect.start and dialect.end".to_owned(),
             );
         }
         Ok(())
@@ -278,9 +276,9 @@ impl Config {
                 steppers.iter().filter(|(name, _)| !rotary.iter().any(|axis| axis.motor == *name)).collect();
             let (name, place) = without[0];
             let why = format!(
-                "[manual_stepper {name}] has no letter: no line says MANUAL_STEPPER STEPPER={name} GCODE_AXIS=.., and Klipper drops the words of an \
-                 axis that it was not told of; write such a line for the tilt and one for the rotation into a macro, or into a file of their own that \
-                 is given as well; a Klipper that knows no GCODE_AXIS (before 2025) is described by hand: docs/machine.md, Turns as commands"
+                "[manual_stepper {name}] has no letter: no line says MANUAL_STEPPER STEPPER={name} GCODE_AXIS=.., and Klipper ignores words of an \
+                 unknown axis; add such a line for the tilt and one for the rotation to a macro or an extra file; for Klipper before 2025, \
+                 without GCODE_AXIS, see docs/how-to/machine.md, Turns as commands"
             );
             return Err(ImportError::At { place: (*place).clone(), why });
         }

@@ -41,12 +41,12 @@ pub(super) fn read(files: &[File]) -> Result<Imported, ImportError> {
         *of = Some(document);
     }
     let Some(machine) = machine else {
-        let why = "pieces alone (collision.json) do not say how far the axes go; give machine.json too".to_owned();
+        let why = "pieces alone (collision.json) do not give the axis limits; add machine.json".to_owned();
         return Err(ImportError::File { file: files.first().map_or_else(String::new, |f| f.name.clone()), why });
     };
     let version = machine.needed("_version")?;
     if version.value != 1.0 {
-        let why = format!("_version is {}, and 1 is the only one that is known", version.value);
+        let why = format!("_version is {}, and only 1 is known", version.value);
         return Err(ImportError::At { place: version.place(), why });
     }
     let tree = Tree::of(&machine)?;
@@ -142,7 +142,8 @@ impl<'a> Reader<'a> {
         } else {
             let at = self.machine.place("machineOffset");
             self.notes.push(format!(
-                "{at}: machineOffset is not 0, so that the program turns its picture about another point than its paths: where the tilt axis lies is not told"
+                "{at}: machineOffset is not 0, so the program turns its picture about another point than its paths: the position of the tilt axis \
+                 is unknown"
             ));
         }
         match self.tree.right_handed {
@@ -165,7 +166,7 @@ impl<'a> Reader<'a> {
             let part = document.text(&format!("{path}.part"))?;
             let tree: &'a Tree = self.tree;
             let Some(part) = tree.name_of(&part) else {
-                return wrong("part", format!("there is no part {part:?}; there are {}", self.tree.names()));
+                return wrong("part", format!("there is no part {part:?}; parts are {}", self.tree.names()));
             };
             let size = |name: &str| -> Result<f64, ImportError> {
                 let stated = document.needed(&format!("{path}.{name}"))?;
@@ -193,7 +194,10 @@ impl<'a> Reader<'a> {
                     [0, 1, 2].map(|k| tidy(p[k] + shift[k]))
                 })?),
                 other => {
-                    return wrong("type", format!("{other:?} is no piece; known are box, cylinder, sphere and hull"));
+                    return wrong(
+                        "type",
+                        format!("{other:?} is not a piece; known are box, cylinder, sphere and hull"),
+                    );
                 }
             };
             let label = document.has(&format!("{path}.label")).then(|| document.text(&format!("{path}.label")));
@@ -225,7 +229,7 @@ impl<'a> Reader<'a> {
             }
             if max[2] > 0.0 {
                 self.notes.push(format!(
-                    "{}: {} reaches {:.2} mm above the plate and turns with it, which no profile can say: nothing keeps the head away from it",
+                    "{}: {} reaches {:.2} mm above the plate and turns with it, which a profile cannot describe: nothing keeps the head away from it",
                     piece.from, piece.name, max[2]
                 ));
             }
@@ -255,7 +259,7 @@ impl<'a> Reader<'a> {
             match self.tree.role(piece.part) {
                 Role::Table => {}
                 Role::Cradle => self.notes.push(format!(
-                    "{}: {} tilts with the table and does not turn with it, which no profile can say: nothing keeps the head away from it",
+                    "{}: {} tilts with the table and does not turn with it, which a profile cannot describe: nothing keeps the head away from it",
                     piece.from, piece.name
                 )),
                 Role::Follows(moves) if moves.is_empty() => {
@@ -266,7 +270,7 @@ impl<'a> Reader<'a> {
                     let low = piece.shape.extent()[0][2];
                     if piece.part == self.tree.tool() && low < 0.0 {
                         let why = format!(
-                            "{} reaches {:.2} mm below the nozzle's tip: no print could be made with it; is oy too low?",
+                            "{} reaches {:.2} mm below the nozzle's tip, so nothing could be printed; check oy",
                             piece.name, -low
                         );
                         return Err(ImportError::At { place: piece.from.clone(), why });
@@ -289,7 +293,7 @@ impl<'a> Reader<'a> {
             ));
         } else {
             self.notes.push(format!(
-                "no piece belongs to part {}, which carries the nozzle: the head's shape is not told",
+                "no piece belongs to part {}, which carries the nozzle: the head's shape is unknown",
                 self.tree.tool()
             ));
         }
@@ -315,10 +319,13 @@ impl<'a> Reader<'a> {
             );
         }
         if angle.value <= 0.0 || angle.value >= 90.0 {
-            return wrong(&angle, format!("the cone's half angle is {}; it is between 0 and 90 degrees", angle.value));
+            return wrong(
+                &angle,
+                format!("the cone's half angle is {}; it must be between 0 and 90 degrees", angle.value),
+            );
         }
         if length.value < 0.0 {
-            return wrong(&length, format!("the shaft is {} mm long; it is 0 or longer", length.value));
+            return wrong(&length, format!("the shaft is {} mm long; it must be 0 or longer", length.value));
         }
         let [tip_r, base_r] = [tip.value / 2.0, base.value / 2.0];
         let top = (base_r - tip_r) / angle.value.to_radians().tan();

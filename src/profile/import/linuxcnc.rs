@@ -30,7 +30,7 @@ const ANGLES: [(&str, f64); 6] = [
 pub(super) fn read(inis: &[&File], hals: &[&File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
     let [file] = inis else {
         let (file, first) = (inis[1].name.clone(), &inis[0].name);
-        return Err(ImportError::File { file, why: format!("{first} is an ini too; give that of one machine") });
+        return Err(ImportError::File { file, why: format!("{first} is also an ini; give that of one machine") });
     };
     let ini = Ini::read(file, shelf)?;
     let hal = Hal::read(file, hals, &ini, shelf)?;
@@ -61,7 +61,7 @@ impl<'a> Reader<'a> {
             None => {
                 let tables = TABLES.map(|(table, _, _)| table).join(", ");
                 let why = format!(
-                    "kinematics {} is none of a table that tilts and turns as a profile has it; known are trivkins, {}, {tables}",
+                    "kinematics {} is not a table that tilts and turns; known are trivkins, {}, {tables}",
                     shown(&name),
                     OTHER_JOINTS.join(", ")
                 );
@@ -100,7 +100,7 @@ impl<'a> Reader<'a> {
             self.table(hal, *beside, &mut facts, &mut notes)?;
             if !self.kinematics.value.contains("identityfirst") {
                 notes.push(format!(
-                    "{}: {} is in force when LinuxCNC starts (no sparm=identityfirst), and would turn the poses a second time: each program must \
+                    "{}: {} is active when LinuxCNC starts (no sparm=identityfirst), and would turn the poses a second time: each program must \
                      begin with the identity kinematics (M429 where the sample configurations' remaps are used); see dialect.start",
                     self.kinematics.place, self.name
                 ));
@@ -109,8 +109,8 @@ impl<'a> Reader<'a> {
         let remaps = self.ini.every("RS274NGC", "REMAP");
         if !remaps.iter().any(|entry| entry.value.trim_start().starts_with("M429")) {
             notes.push(format!(
-                "{}: no REMAP makes M429 a command, with which dialect.start chooses the identity kinematics: LinuxCNC refuses it there; add the remap of \
-                 the sample configurations, or leave M429 out where no other kinematics can be in force",
+                "{}: no REMAP defines M429, with which dialect.start chooses the identity kinematics, so LinuxCNC refuses it; add the remap of \
+                 the sample configurations, or remove M429 if no other kinematics can be active",
                 self.kinematics.place
             ));
         }
@@ -122,8 +122,8 @@ impl<'a> Reader<'a> {
         }
         if !self.letters.iter().any(|letter| "UVW".contains(*letter)) {
             notes.push(format!(
-                "{}: [TRAJ] COORDINATES = {} has no U, V or W that could push filament: LinuxCNC refuses the words of an axis that it does not have; \
-                 add one, and name it by --set dialect.extruder=LETTER",
+                "{}: [TRAJ] COORDINATES = {} has no U, V or W that could push filament, and LinuxCNC refuses words of missing axes; add one, and \
+                 name it with --set dialect.extruder=LETTER",
                 coordinates.place, coordinates.value
             ));
         }
@@ -174,8 +174,8 @@ impl<'a> Reader<'a> {
             && !matches!(wrapped.bare(), "0" | "NO" | "FALSE")
         {
             let why = format!(
-                "[{section}] WRAPPED_ROTARY: words of {letter} count within one turn, and their sign says which way round; no profile can say that; \
-                 take the line out"
+                "[{section}] WRAPPED_ROTARY: words of {letter} count within one turn, and their sign gives the direction, which no profile can \
+                 describe; remove the line"
             );
             return Err(ImportError::At { place: wrapped.place.clone(), why });
         }
@@ -221,10 +221,8 @@ impl<'a> Reader<'a> {
         let pin = |name: &str| hal.pin(&format!("{}.{name}", self.name));
         let (across, up) = (pin(if beside == 0 { "x-offset" } else { "y-offset" })?, pin("z-offset")?);
         if let Some(tool) = pin("tool-offset")?.filter(|tool| tool.value != 0.0) {
-            let why = format!(
-                "{}.tool-offset is set to {}, and a profile has no such offset; set it to 0",
-                self.name, tool.value
-            );
+            let why =
+                format!("{}.tool-offset is {}, and a profile has no such offset; set it to 0", self.name, tool.value);
             return Err(ImportError::At { place: tool.place(), why });
         }
         let conventional = pin("conventional-directions")?;
@@ -239,7 +237,7 @@ impl<'a> Reader<'a> {
         }
         let (Some(across), Some(up)) = (across, up) else {
             notes.push(format!(
-                "{}: no line sets {}.{}-offset and z-offset, so that the files do not say where the tilt axis lies",
+                "{}: no line sets {}.{}-offset and z-offset, so the position of the tilt axis is unknown",
                 self.kinematics.place,
                 self.name,
                 ["x", "y"][beside]
@@ -262,7 +260,7 @@ impl<'a> Reader<'a> {
                 from.extend(point.from);
             }
         }
-        let how = "the point of rotation and the offsets from it; what no line sets begins at 0";
+        let how = "the point of rotation and the offsets from it; unset ones are 0";
         facts.extend([Fact::new("kinematics.pivot_mm", list(pivot), from, how), offset]);
         Ok(())
     }
@@ -276,7 +274,7 @@ fn unit(entry: &Entry, known: &[(&str, f64)]) -> Result<f64, ImportError> {
     let word = entry.bare().to_ascii_lowercase();
     known.iter().find(|(name, _)| *name == word).map(|(_, factor)| *factor).ok_or_else(|| {
         let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        let why = format!("{} = {} is no unit; known are {}", entry.key, shown(&entry.value), names.join(", "));
+        let why = format!("{} = {} is not a unit; known are {}", entry.key, shown(&entry.value), names.join(", "));
         ImportError::At { place: entry.place.clone(), why }
     })
 }

@@ -55,7 +55,7 @@ impl Reader {
         let defined = self.defines.get(name)?.clone();
         if !defined.certain {
             let note = format!(
-                "{}: {name} stands under a condition that these files do not tell, and is not read",
+                "{}: {name} is under a condition that these files do not decide, and is not read",
                 defined.place
             );
             if !self.notes.contains(&note) {
@@ -73,7 +73,7 @@ impl Reader {
     fn machine(mut self) -> Result<Imported, ImportError> {
         for name in OTHERS {
             if let Some(defined) = self.defines.get(name).filter(|defined| defined.certain) {
-                let why = format!("{name} is no table that tilts and turns as a profile has it");
+                let why = format!("{name} is not a table that tilts and turns");
                 return Err(ImportError::At { place: defined.place.clone(), why });
             }
         }
@@ -124,7 +124,7 @@ impl Reader {
     fn limits(&mut self, facts: &mut Vec<Fact>) -> Result<(), ImportError> {
         if let Some(round) = ROUND.into_iter().find(|name| self.enabled(name)) {
             self.notes.push(format!(
-                "{round} has no stops of X, Y and Z that could be read; give limits.x_mm, y_mm and z_mm as the tip reaches at every height"
+                "{round} has no readable limits of X, Y and Z; give limits.x_mm, y_mm and z_mm as the tip reaches at every height"
             ));
             return Ok(());
         }
@@ -167,7 +167,7 @@ impl Reader {
 
     fn rest(&mut self, facts: &mut Vec<Fact>) -> Result<(), ImportError> {
         if self.enabled("CLASSIC_JERK") {
-            self.notes.push("CLASSIC_JERK counts corners otherwise: limits.junction_mm is not told".to_owned());
+            self.notes.push("CLASSIC_JERK counts corners otherwise: limits.junction_mm is unknown".to_owned());
         } else {
             facts.extend(self.get("JUNCTION_DEVIATION_MM")?.map(|v| Fact::number("limits.junction_mm", &v, "")));
         }
@@ -196,7 +196,7 @@ impl Reader {
         ] {
             if let Some(stated) = self.get(name)? {
                 if stated.value.fract() != 0.0 || stated.value.abs() > 1e9 {
-                    let why = format!("{name} is {}, which is no whole number", stated.value);
+                    let why = format!("{name} is {}, which is not a whole number", stated.value);
                     return Err(ImportError::At { place: stated.place(), why });
                 }
                 facts.push(Fact::new(key, stated.value as i64, stated.from, ""));
@@ -223,7 +223,7 @@ impl Reader {
         let ([x, y, z], Some(across), Some(up)) = (&zero[..], across, up) else {
             let why =
                 "of DEFAULT_MRZP_OFFSET_X, _Y, _Z and DEFAULT_ROTATIONAL_JOINT_OFFSET_X, _Y, _Z not all are there";
-            self.notes.push(format!("{}: {why}, so that the files do not say where the tilt axis lies", of.place));
+            self.notes.push(format!("{}: {why}, so the position of the tilt axis is unknown", of.place));
             return Ok(());
         };
         let mut d = [0.0, 0.0, up.value];

@@ -47,9 +47,7 @@ enum Kind {
     Koala,
 }
 
-const LOOKED_FOR: &str = "looked for were the sections [KINS], [TRAJ] or [EMC] (LinuxCNC's ini), [printer], [stepper_x] or [manual_stepper ..] (Klipper's printer.cfg), \
-     lines of M584, M208 or M669 (RepRapFirmware's config.g), #define X_DRIVER_TYPE or X_BED_SIZE (Marlin's Configuration.h), and {\"_version\": .., \"limits\": ..} (the \
-     machine.json of Koala's simulator)";
+const LOOKED_FOR: &str = "searched for the sections [KINS], [TRAJ] or [EMC] (LinuxCNC's ini), [printer], [stepper_x] or [manual_stepper ..] (Klipper's printer.cfg), lines of M584, M208 or M669 (RepRapFirmware's config.g), #define X_DRIVER_TYPE or X_BED_SIZE (Marlin's Configuration.h), and {\"_version\": .., \"limits\": ..} (the machine.json of Koala's simulator)";
 
 /// Whether a line is one of those that every Marlin has in the one or the other of its two files.
 fn defines(line: &str) -> bool {
@@ -125,7 +123,7 @@ pub fn import(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError
             return Err(wrong("the file is empty".to_owned()));
         }
         let kind = Kind::of(&file.text)
-            .ok_or_else(|| wrong(format!("the configuration of no firmware that is known; {LOOKED_FOR}")))?;
+            .ok_or_else(|| wrong(format!("not the configuration of a known firmware; {LOOKED_FOR}")))?;
         if let Some(first) = kinds.first().filter(|first| first.name() != kind.name()) {
             let (one, other) = (kind.name(), first.name());
             return Err(wrong(format!("it is {one}, and {} is {other}; give the files of one machine", files[0].name)));
@@ -143,7 +141,7 @@ pub fn import(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError
         Some(Kind::Marlin) => marlin::read(files, shelf),
         Some(Kind::Koala) => koala::read(files),
         _ => {
-            let why = "HAL files alone do not say how far the axes go; give the ini that names them".to_owned();
+            let why = "HAL files alone do not give the axis limits; give the ini that names them".to_owned();
             Err(ImportError::File { file: files.first().map_or_else(String::new, |f| f.name.clone()), why })
         }
     }
@@ -264,8 +262,7 @@ impl Imported {
         for fact in &facts {
             check(fact.key, &fact.value).map_err(|out| {
                 let place = fact.from.first().cloned().unwrap_or(Place { file: String::new(), line: 0 });
-                let why =
-                    format!("{out}; where the machine does not do that, give what it does by --set {}=VALUE", fact.key);
+                let why = format!("{out}; if the machine does otherwise, pass --set {}=VALUE", fact.key);
                 ImportError::At { place, why }
             })?;
         }
@@ -302,7 +299,7 @@ fn stops(
         && !answered(highest)
     {
         let why = format!(
-            "{} has a stop on one side only, and a profile knows two or none; give the other, or both by --set {lowest}=.. and --set {highest}=..",
+            "{} has a limit on one side only; give the other, or both with --set {lowest}=.. and --set {highest}=..",
             axis.letter
         );
         return Err(ImportError::At { place: one.place(), why });

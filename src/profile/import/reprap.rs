@@ -74,12 +74,12 @@ impl Config {
                 self.command(&command, &place, file, open)?;
             } else if READ.contains(&&*command.code) {
                 let why = format!(
-                    "{} stands under a condition, which is not worked out here; give a copy in which it stands alone, or not at all",
+                    "{} is under a condition, which is not evaluated; give a copy with it alone, or without it",
                     command.code
                 );
                 return Err(ImportError::At { place, why });
             } else if command.code == "M98" {
-                self.notes.push(format!("{place}: what M98 calls under a condition is not read"));
+                self.notes.push(format!("{place}: a conditional M98 is not followed"));
             }
             self.last = Some(place);
         }
@@ -123,7 +123,7 @@ impl Config {
             }
             "M98" => self.call(command, place, file, open),
             "G20" => {
-                let why = "G20: inches from here on; only millimetres are read".to_owned();
+                let why = "G20 switches to inches; only millimetres are read".to_owned();
                 Err(ImportError::At { place: place.clone(), why })
             }
             _ => Ok(()),
@@ -132,7 +132,7 @@ impl Config {
 
     fn call(&mut self, command: &Command, place: &Place, file: &File, open: &mut Open<'_>) -> Result<(), ImportError> {
         let Some(named) = command.text('P') else {
-            self.notes.push(format!("{place}: the file that M98 calls has no plain name, and is not read"));
+            self.notes.push(format!("{place}: the file name of M98 is not plain, and is not read"));
             return Ok(());
         };
         // config.g lies in /sys of the card.
@@ -142,7 +142,7 @@ impl Config {
             None => PathBuf::from(plain),
         };
         let path = file.beside(&path.to_string_lossy());
-        let inner = open.named(path, place, "copy it from the board, to where it lies there from this file")?;
+        let inner = open.named(path, place, "copy it from the board, to the same place beside this file")?;
         self.file(&inner, open)?;
         open.leave();
         Ok(())
@@ -219,8 +219,8 @@ impl Config {
         }
         if let Some(kind) = self.numbers.get("M669 K").filter(|kind| !STRAIGHT.contains(&kind.value)) {
             self.notes.push(format!(
-                "{}: M669 K{} is no plain kinematics of RepRapFirmware's own: hold the limits of X, Y and Z against where the tip gets, and see that \
-                 the words of the table's axes turn the table alone",
+                "{}: M669 K{} is not one of RepRapFirmware's plain kinematics: check the limits of X, Y and Z against where the tip reaches, and \
+                 that the words of the table's axes turn the table alone",
                 kind.place(),
                 kind.value
             ));
@@ -284,7 +284,7 @@ impl Config {
             let how = "right for corners of 90 degrees: the jerk of M566, mm/s, squared * 0.414 / the acceleration";
             match check_number("limits.junction_mm", value) {
                 Ok(()) => facts.push(Fact::number("limits.junction_mm", &junction, how)),
-                Err(out) => self.notes.push(format!("{}: {out}, and is left as it is ({how})", junction.place())),
+                Err(out) => self.notes.push(format!("{}: {out}, and is left unchanged ({how})", junction.place())),
             }
         }
         most
@@ -303,7 +303,7 @@ impl Config {
         }
         if let Some(none) = self.numbers.get("M140 H").filter(|heater| heater.value < 0.0) {
             self.notes.push(format!(
-                "{}: there is no bed heater (M140 H-1), and M190 would wait for ever: take M140 and M190 out of dialect.start and dialect.end",
+                "{}: there is no bed heater (M140 H-1), and M190 would wait for ever: remove M140 and M190 from dialect.start and dialect.end",
                 none.place()
             ));
         }
@@ -321,6 +321,6 @@ fn put(what: &str, stated: Stated, to: &mut Option<Stated>) -> Result<(), Import
 
 /// Refuses a word that the firmware would work out.
 fn worked_out(what: &str, text: &str, place: &Place) -> ImportError {
-    let why = format!("{what} is {}, which the firmware works out; write the number", shown(text));
+    let why = format!("{what} is {}, which the firmware computes; write the number", shown(text));
     ImportError::At { place: place.clone(), why }
 }

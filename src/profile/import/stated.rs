@@ -39,7 +39,7 @@ pub enum ImportError {
         why: String,
     },
     /// Two lines of which only one can be right.
-    #[error("{}: {} is {} here, but {} in {}; take one of the two lines out", .0.second, .0.what, .0.other, .0.one, .0.first)]
+    #[error("{}: {} is {} here, but {} in {}; remove one of the two lines", .0.second, .0.what, .0.other, .0.one, .0.first)]
     Contradiction(Box<Contradiction>),
     /// A file of another kind, or files of several machines.
     #[error("{file}: {why}")]
@@ -209,7 +209,10 @@ impl<'a> Open<'a> {
         self.count += 1;
         let path = plain(&path);
         if self.stack.contains(&path) {
-            return Err(wrong(format!("{} is read already: the files name each other in a circle", path.display())));
+            return Err(wrong(format!(
+                "{} was read already: the files include each other in a circle",
+                path.display()
+            )));
         }
         if self.count > MOST_FILES {
             return Err(wrong(format!("more than {MOST_FILES} files are named; give those that describe the axes")));
@@ -251,9 +254,10 @@ pub(super) fn shown(text: &str) -> String {
 pub(super) fn number(what: &str, text: &str, place: &Place) -> Result<f64, ImportError> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => {
-            Err(ImportError::At { place: place.clone(), why: format!("{what} is {}, which is no number", shown(text)) })
-        }
+        _ => Err(ImportError::At {
+            place: place.clone(),
+            why: format!("{what} is {}, which is not a number", shown(text)),
+        }),
     }
 }
 
@@ -290,7 +294,7 @@ pub(super) fn ordered(axis: &str, low: &Stated, high: &Stated) -> Result<(), Imp
         return Ok(());
     }
     let why = format!(
-        "{axis} goes from {} ({}) to {}: the lowest end is not below the highest; were they exchanged?",
+        "{axis} goes from {} ({}) to {}: the lowest end must be below the highest; they may be swapped",
         low.value,
         low.place(),
         high.value

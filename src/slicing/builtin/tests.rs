@@ -220,7 +220,7 @@ fn what_cannot_be_sliced_says_why() {
     let empty = TriangleMesh::new(vec![Vec3::zeros()], vec![]);
     assert!(refused(&empty, &settings).contains("no facets"));
     let tall = SliceSettings { layer_height_mm: 0.5, ..settings };
-    assert!(refused(&good, &tall).contains("process.layer_height_mm = 0.5 is out of 0..0.4 mm"));
+    assert!(refused(&good, &tall).contains("process.layer_height_mm = 0.5: must be 0..0.4 mm"));
 }
 
 #[test]

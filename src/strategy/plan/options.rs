@@ -78,7 +78,7 @@ impl FromStr for Finish {
         match text {
             "practised" => Ok(Self::Practised),
             "fine" => Ok(Self::Fine),
-            _ => Err("neither practised nor fine"),
+            _ => Err("must be practised or fine"),
         }
     }
 }
@@ -132,7 +132,7 @@ pub fn allowed(text: &str) -> Result<(usize, Option<f64>), Error> {
         (Some(part), None) => Ok((part, None)),
         (Some(part), Some(Some(area))) => Ok((part, Some(area))),
         _ => {
-            let wanted = "not a part's number, or that and mm2; write --allow 0:40".to_owned();
+            let wanted = "must be a part number, or a part number and mm2, for example --allow 0:40".to_owned();
             Err(BadSetting::Words { name: "allow", text: text.to_owned(), wanted }.into())
         }
     }

@@ -165,10 +165,10 @@ fn settings_that_are_none_are_refused_with_what_is_allowed() {
     let folder = folder();
     let block = solids::block(10.0, 10.0, 3.0);
     for (process, says) in [
-        ("brim_mm = -1.0\n", "brim_mm = -1.0 is out of 0..100 mm"),
-        ("brim_mm = 101.0\n", "brim_mm = 101.0 is out of 0..100 mm"),
-        ("skirt_loops = 21\n", "skirt_loops = 21 is out of 0..20"),
-        ("skirt_distance_mm = 200.0\n", "skirt_distance_mm = 200.0 is out of 0..100 mm"),
+        ("brim_mm = -1.0\n", "brim_mm = -1.0: must be 0..100 mm"),
+        ("brim_mm = 101.0\n", "brim_mm = 101.0: must be 0..100 mm"),
+        ("skirt_loops = 21\n", "skirt_loops = 21: must be 0..20"),
+        ("skirt_distance_mm = 200.0\n", "skirt_distance_mm = 200.0: must be 0..100 mm"),
         ("seam = \"left\"\n", "left"),
         ("wait_beside = 3\n", "wait_beside"),
         ("brim_m = 3.0\n", "brim_mm"),

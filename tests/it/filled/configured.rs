@@ -42,9 +42,9 @@ fn a_configuration_is_obeyed_and_what_it_cannot_have_is_named_once() {
 fn a_configuration_that_cannot_be_printed_is_refused_with_its_key() {
     let folder = folder();
     for (ini, said_so) in [
-        ("layer_height = thick\n", "layer_height = `thick` is out of a number"),
-        ("layer_height = 0.9\n", "process.layer_height_mm = 0.9 is out of 0..0.4 mm"),
-        ("fill_density = 140%\n", "process.infill = 1.4 is out of 0..1"),
+        ("layer_height = thick\n", "layer_height = `thick`: must be a number"),
+        ("layer_height = 0.9\n", "process.layer_height_mm = 0.9: must be 0..0.4 mm"),
+        ("fill_density = 140%\n", "process.infill = 1.4: must be 0..1"),
     ] {
         let (done, text) = prepared(folder.path(), ini);
         assert!(said(&done).contains(said_so) && text.is_empty(), "{ini}: {}", said(&done));

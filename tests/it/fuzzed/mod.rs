@@ -1,4 +1,4 @@
-//! A short turn of each fuzz target (`fuzz/`, docs/fuzzing.md) with changes that are the same on every machine: nothing panics, overflows or
+//! A short turn of each fuzz target (`fuzz/`, docs/explanation/fuzzing.md) with changes that are the same on every machine: nothing panics, overflows or
 //! hangs, and what the targets promise holds.
 
 mod bodies;

@@ -103,7 +103,10 @@ fn all_that_the_file_says_is_in_the_profile_and_what_it_does_not_say_is_asked() 
     assert_eq!(done.refusals, Vec::<String>::new());
     // The head is measured: nothing says any more that it is another's.
     let text = done.text(None, &trunnion::job::World::here(&trunnion::job::Silent));
-    assert!(!text.contains("that one's too") && text.contains("dialect.start, dialect.end and link.rehome"), "{text}");
+    assert!(
+        !text.contains("is that profile's") && text.contains("dialect.start, dialect.end and link.rehome"),
+        "{text}"
+    );
     assert!(!text.contains("table.thickness_mm, dialect") && text.contains("\n    { kind = \"box\", max_mm"), "{text}");
     // A line of the file for each.
     let line = |key: &str| done.facts.iter().find(|fact| fact.key == key).unwrap().from[0].line;
@@ -261,12 +264,12 @@ fn what_no_profile_can_say_is_a_note_and_the_rest_is_conservative() {
     note(&of(vec![piece("C", 3.0, 4.0)]), "reaches 5.00 mm above the plate and turns with it");
     note(&of(vec![piece("B", -30.0, 4.0)]), "tilts with the table and does not turn with it");
     let bare = told(&lengthened(machine(), vec![piece("Y", 52.0, 200.0)])).unwrap();
-    note(&bare, "no piece belongs to part X, which carries the nozzle: the head's shape is not told");
+    note(&bare, "no piece belongs to part X, which carries the nozzle: the head's shape is unknown");
     assert!(stated(&bare, "head.body").is_none());
     // Both versions of the file that comes with the program are like this; they do not agree on the tilt.
     for (tilt, beds, wanted) in [
         (false, [([0, 0, -1], false), ([0, 1, 0], false)], None),
-        (true, [([0, 0, 1], false), ([0, 1, 0], true)], Some("which way the table turns is not told")),
+        (true, [([0, 0, 1], false), ([0, 1, 0], true)], Some("the table's direction is unknown")),
         (true, [([0, 0, -1], false), ([0, 1, 0], false)], Some("(part B)")),
         (false, [([0, 0, -1], false), ([0, -1, 0], false)], Some("(bedRotAxes)")),
     ] {
@@ -280,7 +283,7 @@ fn what_no_profile_can_say_is_a_note_and_the_rest_is_conservative() {
     let mut moved = machine();
     moved["machineOffset"]["y"] = json!(4.0);
     let moved = told(&moved).unwrap();
-    note(&moved, "where the tilt axis lies is not told");
+    note(&moved, "the position of the tilt axis is unknown");
     assert!(stated(&moved, "kinematics.pivot_mm").is_none());
     assert_eq!(moved.profile.head.body[2].min_mm, Some([-100.0, 24.0, 42.0]));
     let mut stops = machine();
@@ -297,7 +300,7 @@ fn the_pieces_of_collision_json_go_over_those_of_the_machine() {
     assert_eq!(done.profile.head.body.len(), 3);
     assert!(done.notes.len() == 1 && done.notes[0].contains("collision.json count"), "{:?}", done.notes);
     let alone = with_rest(folder.path(), &["collision.json"], &[]).unwrap_err();
-    assert!(alone.contains("give machine.json too"), "{alone}");
+    assert!(alone.contains("add machine.json"), "{alone}");
     let twice = with_rest(folder.path(), &["machine.json", "machine.json"], &[]).unwrap_err();
     assert!(twice.contains("the same of another machine"), "{twice}");
 }
@@ -312,27 +315,27 @@ fn what_makes_no_machine_is_refused_with_its_line() {
         with_rest(folder.path(), &["m.json"], &[]).expect_err(text)
     };
     for (from, to, wanted) in [
-        ("\"_version\": 1", "\"_version\": 2", "_version is 2, and 1 is the only one that is known"),
+        ("\"_version\": 1", "\"_version\": 2", "_version is 2, and only 1 is known"),
         (
             "\"nozzleDiameter\": 0.5",
             "\"nozzleDiameter\": null",
             "nozzleDiameter is \"null\" (the program's word for a field left empty)",
         ),
-        ("\"nozzleDiameter\": 0.5", "\"nozzleDiameter\": \"fine\"", "and a number is wanted"),
+        ("\"nozzleDiameter\": 0.5", "\"nozzleDiameter\": \"fine\"", "expected a number"),
         ("\"min\": -45", "\"min\": 60", "Y goes from 60"),
-        ("\"angle\": 45", "\"angle\": 90", "the cone's half angle is 90; it is between 0 and 90 degrees"),
+        ("\"angle\": 45", "\"angle\": 90", "the cone's half angle is 90; it must be between 0 and 90 degrees"),
         ("\"base\": 8", "\"base\": 0.5", "the base is wider than the tip"),
         ("\"length\": 10", "\"length\": -1", "the shaft is -1 mm long"),
         (
             "\"type\": \"cylinder\"",
             "\"type\": \"cone\"",
-            "\"cone\" is no piece; known are box, cylinder, sphere and hull",
+            "\"cone\" is not a piece; known are box, cylinder, sphere and hull",
         ),
-        ("\"part\": \"Y\"", "\"part\": \"Q\"", "there is no part \"Q\"; there are Frame, Z, B, C, Y, X"),
+        ("\"part\": \"Y\"", "\"part\": \"Q\"", "there is no part \"Q\"; parts are Frame, Z, B, C, Y, X"),
         ("\"sx\": 35", "\"sx\": 0", "sx is 0, and a piece has a size above 0"),
         ("\"oy\": 7,", "\"oy\": 2,", "X cylinder 3 reaches 1.00 mm below the nozzle's tip"),
         ("\"type\": \"cylinder\"", "\"type\": \"hull\"", "add it to hullPoints"),
-        ("\"d\": 80", "\"w\": 80", "buildplate.w stands here a second time"),
+        ("\"d\": 80", "\"w\": 80", "buildplate.w is given twice"),
     ] {
         assert!(text.contains(from), "{from} is not in {text}");
         let said = says(&text.replacen(from, to, 1));
@@ -340,9 +343,9 @@ fn what_makes_no_machine_is_refused_with_its_line() {
     }
     let said = says(&text.replacen("\"nozzleDiameter\": 0.5", "\"nozzleDiameter\": null", 1));
     assert!(said.contains(&format!("m.json:{}: ", line("nozzleDiameter"))), "{said}");
-    assert!(says(&text[..text.len() / 2]).contains("this is no JSON"));
-    assert!(says("{\"a\": 1}").contains("the configuration of no firmware that is known"));
-    assert!(says(&format!("{{\"limits\": {}{}}}", "[".repeat(5000), "]".repeat(5000))).contains("this is no JSON"));
+    assert!(says(&text[..text.len() / 2]).contains("not JSON"));
+    assert!(says("{\"a\": 1}").contains("not the configuration of a known firmware"));
+    assert!(says(&format!("{{\"limits\": {}{}}}", "[".repeat(5000), "]".repeat(5000))).contains("not JSON"));
     // Trees that are none of such a table.
     let fine = [([0, 0, -1], false), ([0, 1, 0], false)];
     for (part, key, value, wanted) in [
@@ -355,9 +358,9 @@ fn what_makes_no_machine_is_refused_with_its_line() {
         (5, "parent", json!("B"), "which carries the nozzle, tilts or turns"),
         (5, "parent", json!("Frame"), "neither bed nor nozzle moves along Y"),
         (5, "parent", json!("W"), "there is no part \"W\""),
-        (5, "name", json!("Y"), "part \"Y\" stands here a second time"),
-        (4, "threeAxis", json!([0, 0]), "three numbers are wanted"),
-        (4, "invert", json!("no"), "true or false is wanted"),
+        (5, "name", json!("Y"), "part \"Y\" is given twice"),
+        (4, "threeAxis", json!([0, 0]), "expected three numbers"),
+        (4, "invert", json!("no"), "expected true or false"),
     ] {
         let mut machine = machine();
         machine["kinematics"] = tree(false, fine);

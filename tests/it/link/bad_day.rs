@@ -27,7 +27,7 @@ fn a_disk_that_runs_full_in_mid_print_is_a_pause_and_the_print_goes_on_when_ther
     let paused = output(send(&gcode, &profile, &link).arg("--journal").arg(&journal));
     assert_eq!(paused.status.code(), Some(4), "{}", said(&paused));
     let words = said(&paused);
-    assert!(words.contains("no room left on the disk: paused at line") && words.contains("free some"), "{words}");
+    assert!(words.contains("no disk space left: paused at line") && words.contains("free some"), "{words}");
     let lines = executed(&log);
     let up = lines.iter().rev().find(|l| l.starts_with("G1Z")).unwrap();
     assert!(lines.last() == Some(up), "the head has left the part last of all: {:?}", &lines[lines.len() - 5..]);
@@ -65,7 +65,7 @@ fn in_a_pause_from_a_full_disk_one_ctrl_c_is_an_emergency_stop() {
     let mut host = Running(host);
     let words = listened(&mut host.0);
     wait_for("the pause", || words.lock().unwrap().contains("Ctrl-C is an emergency stop"));
-    assert!(words.lock().unwrap().contains("no room left on the disk") && !killed(&log));
+    assert!(words.lock().unwrap().contains("no disk space left for the journal") && !killed(&log));
     interrupt(&host.0);
     wait_for("the emergency stop", || killed(&log));
     assert_eq!(host.0.wait().unwrap().code(), Some(4), "{}", words.lock().unwrap());
@@ -80,7 +80,7 @@ fn a_link_that_opens_and_closes_again_and_again_is_given_up() {
     std::thread::spawn(move || listener.incoming().for_each(drop));
     let given_up = output(send(&gcode, &profile, Path::new(&port)).args(["--wait", "2"]));
     assert_eq!(given_up.status.code(), Some(4), "{}", said(&given_up));
-    assert!(said(&given_up).contains("has not come back within 2 s"), "{}", said(&given_up));
+    assert!(said(&given_up).contains("the device did not come back within 2 s"), "{}", said(&given_up));
 }
 
 #[test]
@@ -142,10 +142,10 @@ fn more_heat_or_travel_than_the_machine_has_is_refused_before_the_first_byte() {
     };
     let hot = "G28\nM109 S300\nG1 X1 F600\n";
     for (text, words) in [
-        (hot, "line 2: 300 C for the nozzle; the profile allows 260 C ([link] max_nozzle_c); nothing was sent"),
+        (hot, "line 2: 300 C for the nozzle, but the profile allows 260 C ([link] max_nozzle_c); nothing was sent"),
         ("G28\nM190 S200\n", "line 2: 200 C for the bed"),
-        ("G28\nG1 X5 F600\nG1 X9999\n", "line 3: X 9999 lies beyond the machine's"),
-        ("G28\nG1 A120 F600\n", "line 2: A 120 lies beyond the machine's"),
+        ("G28\nG1 X5 F600\nG1 X9999\n", "line 3: X 9999 is beyond the machine's"),
+        ("G28\nG1 A120 F600\n", "line 2: A 120 is beyond the machine's"),
     ] {
         let done = ask(text, &profile);
         assert!(done.status.code() == Some(1) && said(&done).contains(words), "{:?} {}", done.status, said(&done));

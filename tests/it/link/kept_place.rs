@@ -247,9 +247,9 @@ fn a_killed_host_of_a_machine_that_counts_nothing_asks_for_a_look_at_the_part() 
     let standing = JournalSummary::parse(&format!("{}run 1 0\nack 90 90\n", Header::default().to_text())).unwrap();
     let ask = |from| trunnion::link::Reentry::doubt(&program, &home(Protocol::Grbl), &standing, true, from);
     let said = ask(None).unwrap_err().to_string();
-    assert!(said.contains("give --from LINE") && said.contains("grbl"), "{said}");
+    assert!(said.contains("inspect the part and pass --from LINE") && said.contains("grbl"), "{said}");
     let line = program.file_line(120);
     assert_eq!(ask(Some(line)), Ok(120..120));
     let said = ask(Some(2)).unwrap_err().to_string();
-    assert!(said.contains("--from 2: nobody doubts this line; between"), "{said}");
+    assert!(said.contains("--from 2 is outside the uncertain range"), "{said}");
 }

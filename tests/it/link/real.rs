@@ -377,7 +377,7 @@ fn files_that_changed_are_too_big_unverified_or_forbidden_are_sentences() {
         let done = output(command);
         assert!(done.status.code() == Some(code) && said(&done).contains(words), "{:?} {}", done.status, said(&done));
     };
-    fails(trunnion().arg("send").arg(&gcode).arg("--port").arg(&link), 2, "only a file that verifies is sent");
+    fails(trunnion().arg("send").arg(&gcode).arg("--port").arg(&link), 2, "only a verified file is sent");
     let big = dir.path().join("big.gcode");
     std::fs::File::create(&big).unwrap().set_len((1 << 30) + 1).unwrap();
     fails(&mut send(&big, &profile, &link), 2, "1 GiB");
@@ -394,7 +394,7 @@ fn files_that_changed_are_too_big_unverified_or_forbidden_are_sentences() {
     std::fs::write(&gcode, "G28\n").unwrap();
     assert!(host.0.wait().unwrap().success());
     assert_same(&all, &executed(&log));
-    fails(send(&gcode, &profile, &link).arg("--resume"), 2, "has changed since the print began");
+    fails(send(&gcode, &profile, &link).arg("--resume"), 2, "changed after the print started");
 }
 
 #[test]
@@ -494,7 +494,7 @@ fn ctrl_c_before_anything_moves_or_heats_leaves_the_printer_as_it_is() {
     interrupt(&host.0);
     let _ = silent.read_to_end(&mut heard);
     assert_eq!(host.0.wait().unwrap().code(), Some(4));
-    wait_for("its word", || words.lock().unwrap().contains("the printer is as it was"));
+    wait_for("its word", || words.lock().unwrap().contains("the printer is unchanged"));
     let heard = String::from_utf8_lossy(&heard);
     assert!(!heard.contains("M112"), "{heard}");
 }

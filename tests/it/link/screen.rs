@@ -58,16 +58,16 @@ fn what_a_person_sees_from_the_first_line_to_the_last() {
     wait_for("two statuses", || screen.lock().unwrap().statuses > before + 1);
     keys.write_all(b"\n").unwrap();
     // End.
-    says(&screen, "the print is complete: # lines, # of them sent again");
+    says(&screen, "the print is complete: # lines, # of them resent");
     assert!(host.0.wait().unwrap().success());
     let screen = screen.lock().unwrap();
     let golden = [
         "warning: part.gcode is not verified: the head may hit the part, the table or the frame",
         "printer: bench, Marlin bugfix-#.#.x (Nov # #)",
-        "pausing after the moves under way; Ctrl-C again is an emergency stop",
+        "pausing after moves in progress; Ctrl-C again is an emergency stop",
         "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop",
-        "the print goes on",
-        "the print is complete: # lines, # of them sent again",
+        "the print continues",
+        "the print is complete: # lines, # of them resent",
     ];
     assert_eq!(screen.whole(), golden);
     assert!(screen.wrapped.iter().all(|line| !line.contains(" min left")), "{:?}", screen.wrapped);
@@ -81,7 +81,7 @@ fn a_narrow_terminal_has_the_beginning_of_a_status_in_one_line() {
     let (mut host, _keys, screen) = connected(&mut send(&part, &machine, &link), 40);
     shows(&screen, "# %, waits for the bed's heat");
     shows(&screen, "# %, # min left, layer # of #");
-    says(&screen, "the print is complete: # lines, # of them sent again");
+    says(&screen, "the print is complete: # lines, # of them resent");
     assert!(host.0.wait().unwrap().success());
     let screen = screen.lock().unwrap();
     let whole = screen.whole();
@@ -118,7 +118,7 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
         both_say("# %, # min left, layer # of #, #/# C, bed #/#", "# %, # min left, layer # of #");
         // What was typed wrongly is told above, and moves nothing; one is asked to pause while the other goes on.
         keys.write_all(b"p 7\n").unwrap();
-        let wrong = "\"p #\" is none of the orders: N continues a paused print, Enter all of them, p N pauses, c N cancels a paused one, s N is the \
+        let wrong = "unknown command \"p #\"; N continues a paused print, Enter all of them, p N pauses, c N cancels a paused one, s N is the \
                      emergency stop of print N; prints are # to #";
         says(&screen, wrong);
         keys.write_all(b"p 2\n").unwrap();
@@ -131,7 +131,7 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
         keys.write_all(b"2\n").unwrap();
         // End.
         assert_eq!(host.0.wait().unwrap().code(), Some(4));
-        let error = format!("error: # of # prints failed; tty#: one/part.gcode: {fault}");
+        let error = format!("error[send/prints]: # of # prints failed; tty#: one/part.gcode: {fault}");
         says(&screen, &error);
         let mut found = screen.lock().unwrap().sentences();
         let last = found.split_off(found.len() - 3);
@@ -143,17 +143,21 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
             "# tty#: printer: bench, Marlin bugfix-#.#.x (Nov # #)",
             "# tty#: printer: bench, Marlin bugfix-#.#.x (Nov # #)",
             wrong,
-            "# tty#: pausing after the moves under way; s # is its emergency stop, Ctrl-C twice that of all",
+            "# tty#: pausing after moves in progress; s # is its emergency stop, Ctrl-C twice that of all",
             paused,
             &format!("# tty#: warning: {fault}"),
-            "# tty#: the print goes on",
-            "# tty#: the print is complete: # lines, # of them sent again",
+            "# tty#: the print continues",
+            "# tty#: the print is complete: # lines, # of them resent",
         ];
         golden.sort_unstable();
         assert_eq!(found, golden, "{columns} columns");
         // No line of the screen was broken by the terminal but those of the beginning and the end, which stand alone.
-        let alone =
-            |line: &String| line.starts_with("warning: ") || line.starts_with("error: ") || !line.contains("tty");
+        let alone = |line: &String| {
+            line.starts_with("warning: ")
+                || line.starts_with("error[")
+                || line.starts_with("; tty")
+                || !line.contains("tty")
+        };
         assert!(screen.lock().unwrap().wrapped.iter().all(alone), "{:?}", screen.lock().unwrap().wrapped);
     }
 }
@@ -216,7 +220,7 @@ fn a_printer_that_fails_is_quoted_in_one_sentence() {
     let (mut host, _keys, screen) = at_a_terminal(&part, &machine, &link);
     shows(
         &screen,
-        "error: the printer has stopped: Thermal Runaway, system stopped! Heater_ID: #; remove the cause, then reset the printer",
+        "error[job/printer]: the printer has stopped: Thermal Runaway, system stopped! Heater_ID: #; remove the cause, then reset the printer",
     );
     assert_eq!(host.0.wait().unwrap().code(), Some(4));
 }

@@ -101,8 +101,8 @@ fn what_does_not_belong_together_begins_nothing() {
         assert!(files.iter().all(|f| journal(f).is_empty()), "a journal was begun");
     };
     let [one, two] = [&*files[0], &*files[1]];
-    refused(&mut send(&[(&port, one), (&port, two)], &machine), 2, "two prints cannot go to one port");
-    refused(&mut send(&[(&port, one), (&other, two)], &machine), 2, "two prints cannot go to one port");
+    refused(&mut send(&[(&port, one), (&port, two)], &machine), 2, "two prints cannot use one port");
+    refused(&mut send(&[(&port, one), (&other, two)], &machine), 2, "two prints cannot use one port");
     refused(&mut send(&[(&port, one), (&nowhere, &gone)], &machine), 2, "gone.gcode");
     refused(&mut send(&[(&port, one), (&nowhere, two)], &machine), 4, "no such port");
     refused(&mut send(&[(&port, one), (&nowhere, one)], &machine), 2, "is also another output");
@@ -111,9 +111,9 @@ fn what_does_not_belong_together_begins_nothing() {
     refused(
         send(&[(&port, one), (&nowhere, two)], &machine).arg("--journal").arg(at("j")),
         2,
-        "--journal is of one print",
+        "--journal applies to one print",
     );
-    refused(send(&[(&port, one), (&nowhere, two)], &machine).arg("--dry-run"), 2, "--dry-run rehearses one file");
+    refused(send(&[(&port, one), (&nowhere, two)], &machine).arg("--dry-run"), 2, "--dry-run takes one file");
     let mut plans = trunnion();
     plans
         .arg("send")

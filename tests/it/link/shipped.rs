@@ -161,7 +161,7 @@ fn a_machine_without_heaters_waits_for_somebody_and_says_for_what() {
     let mut prepare = trunnion();
     prepare.args(["prepare", "--slicer", "builtin", "-m", "grblhal-ac"]).arg(root().join("fixtures/two-boxes.stl"));
     let done = output(prepare.arg("-o").arg(dir.path().join("out.gcode")));
-    let words = "this file neither heats nor cools: M104, M106 and the like are comments for grbl; have the nozzle at 210 C and the bed at 60 C";
+    let words = "this file does not control heat: M104, M106 and similar are comments for grbl; have the nozzle at 210 C and the bed at 60 C before its first line is printed";
     assert!(done.status.success() && said(&done).contains(words), "{}", said(&done));
     let text = std::fs::read_to_string(dir.path().join("out.gcode")).unwrap();
     let lines: Vec<&str> =
@@ -190,11 +190,11 @@ fn a_file_of_the_fork_goes_to_the_fork_alone() {
 /// A profile that cannot home with a part on its table says why, and the page about sending names it.
 #[test]
 fn a_shipped_profile_homes_with_a_part_on_its_table_or_says_why_not() {
-    let page = std::fs::read_to_string(root().join("docs/send.md")).unwrap();
+    let page = std::fs::read_to_string(root().join("docs/how-to/send.md")).unwrap();
     for (name, file, text) in SHIPPED {
         let profile = resolve(file, text).unwrap().0;
         let reason = text.lines().any(|l| l.starts_with('#') && l.contains("rehome stays empty: "));
         assert_eq!(profile.link.rehome.is_empty(), reason, "{name}");
-        assert!(!reason || page.contains(&format!("`{name}`")), "docs/send.md does not name {name}");
+        assert!(!reason || page.contains(&format!("`{name}`")), "docs/how-to/send.md does not name {name}");
     }
 }

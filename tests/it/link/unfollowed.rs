@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::real::{gcode, output, profile, send, simulate};
-use crate::support::{folder, said, trunnion};
+use crate::support::{error_in, folder, said, trunnion};
 
 /// What is wrong with a line, and how it is told.
 const LINES: [(&str, &str); 3] = [
@@ -38,8 +38,7 @@ fn a_file_that_cannot_be_followed_is_refused_by_its_line_and_nothing_is_sent() {
     for (line, why) in LINES {
         let file = broken(dir.path(), line);
         let sentence = format!("{}: line 20: {why}", file.display());
-        let hint = "; behind it nobody could tell where the head is, so that a pause could not lift it off the part; write it in moves whose \
-                    end is known";
+        let hint = "write moves with a known end";
         let mut alone = send(&file, &machine, &link);
         let mut again = send(&file, &machine, &link);
         let mut nowhere = send(&file, &machine, &at("nothing"));
@@ -52,7 +51,7 @@ fn a_file_that_cannot_be_followed_is_refused_by_its_line_and_nothing_is_sent() {
             let out = output(command);
             let text = String::from_utf8(out.stderr.clone()).unwrap();
             assert_eq!(out.status.code(), Some(2), "{line}: {}", said(&out));
-            let told = text.lines().filter(|l| l.starts_with("error: ")).collect::<Vec<_>>();
+            let told = text.lines().filter(|l| error_in(l).is_some()).collect::<Vec<_>>();
             assert!(told.len() == 1 && told[0].contains(&sentence) && told[0].ends_with(hint), "{line}: {text}");
             assert_eq!(journals(dir.path()), Vec::<PathBuf>::new(), "{line}");
         }

@@ -177,7 +177,7 @@ fn what_holds_a_print_back_is_said() {
     let text = text(5, 1500);
     let says = |quirks: Quirks, settings: SenderSettings, words: &str| {
         let notes = used(&text, quirks, settings).notes;
-        assert!(notes.iter().any(|n| n.contains("ran dry") && n.contains(words)), "{words}: {notes:?}");
+        assert!(notes.iter().any(|n| n.contains("ran empty") && n.contains(words)), "{words}: {notes:?}");
     };
     says(board(true, 0.5, 4.0), wired(), "receive buffer of 126 bytes");
     says(board(true, 0.5, 0.2), wired(), "the link");
@@ -187,7 +187,7 @@ fn what_holds_a_print_back_is_said() {
     // A planner that is never dry has nothing to say.
     let slow = "G28\nG1 X0 Y0 Z20 F600\n".to_owned() + &"G1 X20 Y1\nG1 X0 Y0\n".repeat(60);
     let notes = used(&slow, board(true, 0.5, 1.0), wired()).notes;
-    assert!(!notes.iter().any(|n| n.contains("ran dry")), "{notes:?}");
+    assert!(!notes.iter().any(|n| n.contains("ran empty")), "{notes:?}");
 }
 
 /// `B` tells BUFSIZE: a profile that states less or more is put right.

@@ -9,7 +9,7 @@ use trunnion::pack::Method;
 
 use super::mpv;
 use super::shapes::{block, boat};
-use crate::support::{catches_interrupts, folder, processor_s, said, skip, trunnion, wait_for};
+use crate::support::{catches_interrupts, first_error, folder, processor_s, said, skip, trunnion, wait_for};
 
 fn write(folder: &Path, name: &str, meshes: &[TriangleMesh]) -> PathBuf {
     let path = folder.join(name);
@@ -34,7 +34,7 @@ fn refused(folder: &Path, words: &[&str]) -> String {
     assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{}", said(&output));
     let text = String::from_utf8(output.stderr).unwrap();
     assert!(!text.contains("panicked"), "{text}");
-    text.lines().find_map(|line| line.strip_prefix("error: ")).unwrap_or_else(|| panic!("{text}")).to_owned()
+    first_error(&text).1.to_owned()
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -193,10 +193,10 @@ fn what_cannot_be_is_refused_in_a_sentence() {
             &["cube.stl", "--space", "25,25,100"],
             &["cube.stl: 20 x 30 x 40 mm does not fit", "25 x 25 x 100", "--turn any"],
         ),
-        (&["cube.stl", "--space", "25,35,35", "--turn", "z"], &["however it is turned about Z"]),
+        (&["cube.stl", "--space", "25,35,35", "--turn", "z"], &["at any angle about Z"]),
         (&["open.stl", "--no-repair", space[0], space[1]], &["open.stl", "open edges", "--no-repair"]),
-        (&["cube.stl*0", space[0], space[1]], &["cube.stl: a count of 0", "1..5000"]),
-        (&["cube.stl*10000", space[0], space[1]], &["cube.stl: a count of 10000", "1..5000"]),
+        (&["cube.stl*0", space[0], space[1]], &["cube.stl: the count must be between 1 and", "5000"]),
+        (&["cube.stl*10000", space[0], space[1]], &["cube.stl: the count must be between 1 and", "5000"]),
         (&["cube.stl*3000", "cube.stl*3000", space[0], space[1]], &["6000 pieces are too many", "5000"]),
         (&["cube.stl", space[0], space[1], "--gap", "0"], &["--gap 0 mm", "0.01..500"]),
         (&["cube.stl", space[0], space[1], "--gap", "-1"], &["--gap -1 mm", "0.01..500"]),

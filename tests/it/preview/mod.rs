@@ -361,7 +361,7 @@ fn two_are_shown_side_by_side() {
         assert!(said(&run).contains(wanted), "{}", said(&run));
     };
     refused(&["a.json"], "--compare");
-    refused(&["gone.json", "gone.json"], "there is no such file");
+    refused(&["gone.json", "gone.json"], "file not found");
     refused(&["a.json", "b.json", "--plan", "c.json"], "cannot be used with");
 }
 
@@ -456,18 +456,18 @@ fn what_cannot_be_shown_is_refused_with_a_reason() {
         assert!(!page.is_file(), "{} was written", page.display());
     };
     let (program, plan) = (&shown.program, &shown.plan);
-    refused(program, plan, "view.png", "written are .html; end the name so");
-    refused(program, plan, "no/view.html", "there is no folder");
-    refused(&path("gone.gcode"), plan, "x.html", "there is no such file");
-    refused(plan, plan, "x.html", "has no ;TRUNNION mark with a plan at its head");
+    refused(program, plan, "view.png", ": unsupported file type; use .html");
+    refused(program, plan, "no/view.html", "does not exist");
+    refused(&path("gone.gcode"), plan, "x.html", "file not found");
+    refused(plan, plan, "x.html", "no ;TRUNNION mark with a plan at its head");
     let foreign = path("sliced.gcode");
     std::fs::write(&foreign, "G28\nG1 X1 Y1 E1\n").unwrap();
-    refused(&foreign, plan, "x.html", "a slicer's own file must be rewritten first");
+    refused(&foreign, plan, "x.html", "rewrite the slicer's file first");
     let other = path("other.json");
     let made =
         trunnion().args(["plan", &fixture("ding"), "-m", "generic-ac", "-q", "-o"]).arg(&other).output().unwrap();
     assert!(made.status.success(), "{}", said(&made));
-    refused(program, &other, "x.html", "give the plan it was made by");
+    refused(program, &other, "x.html", "pass the plan that made it");
     let still = path("still.gcode");
     let first = std::fs::read_to_string(program).unwrap().lines().take(3).collect::<Vec<_>>().join("\n");
     std::fs::write(&still, first).unwrap();

@@ -52,7 +52,7 @@ fn a_plate_lies_flat_and_the_document_says_why() {
     assert_eq!(roles, ["least support", "flattest", "lowest", "best surface"]);
     let reasons = made["reasons"].to_string();
     assert!(
-        reasons.contains("it stands by itself: 6000.0 mm2") && reasons.contains("it needs no support"),
+        reasons.contains("it stands by itself: 6000.0 mm2") && reasons.contains("it needs no supports"),
         "{reasons}"
     );
     assert!(reasons.contains("your own pose would cost"), "{reasons}");
@@ -63,7 +63,7 @@ fn a_plate_lies_flat_and_the_document_says_why() {
         "- it stands by itself",
         "recommended",
         "best surface",
-        "as it lies",
+        "as in the file",
         "yours",
         "proved: no pose costs less than",
     ] {
@@ -93,9 +93,9 @@ fn a_machine_and_a_layer_change_the_price() {
 fn bad_words_are_refused_with_a_remedy() {
     let cube = fixture("cube");
     let cases: [(&[&str], &str); 6] = [
-        (&[&cube, "--up", "0,0"], "not three numbers"),
+        (&[&cube, "--up", "0,0"], "must be three numbers separated by commas"),
         (&[&cube, "--up", "0,0,0"], "no direction; give three numbers that are not all 0"),
-        (&[&cube, "--up", "nan,0,1"], "not three numbers"),
+        (&[&cube, "--up", "nan,0,1"], "must be three numbers separated by commas"),
         (&[&cube, "--up", "0,0,1", "--objective", "height"], "only the objective printable prices a pose"),
         (&[&cube, "-m", "generic-xyz"], "generic-xyz"),
         (&[&cube, "--objective", "printabel"], "did you mean printable?"),
@@ -159,7 +159,7 @@ fn a_scan_with_a_small_hole_gets_an_answer_with_a_warning() {
     std::fs::write(&file, stl_binary(&open)).unwrap();
     let (code, out, said) = run(&[file.to_str().unwrap(), "--unit", "mm", "--json"]);
     assert_eq!(code, 0, "{said}");
-    assert!(said.contains("open edges") && said.contains("1 hole closed by fans for this answer"), "{said}");
+    assert!(said.contains("open edges") && said.contains("1 hole closed with triangle fans for this answer"), "{said}");
     let document: Value = serde_json::from_str(&out).unwrap();
     let best = &document["parts"][0]["results"][0]["recommended"];
     let off = best["price_min"].as_f64().unwrap() / whole.price_min;

@@ -180,14 +180,14 @@ fn nothing_half_is_left_where_it_cannot_be_finished() {
         for hitch in [Hitch::Cut(10_000), Hitch::HalfKept(80_000)] {
             let server = locked(kind);
             server.inside().hitches = vec![hitch; 9].into();
-            fails(&mut publish(&server.to(), &[]), 4, "closes the connection half way");
+            fails(&mut publish(&server.to(), &[]), 4, "it closed the connection half way");
             assert!(server.inside().files.is_empty(), "{kind} {hitch:?}");
             assert_eq!(server.inside().hitches.len(), 6, "three times, and no more");
         }
         for (hitch, words) in [
             (Hitch::Full, "its disk is full"),
             (Hitch::FullInItsWay, "its disk is full: 10 bytes are free"),
-            (Hitch::Forbidden, "it refuses the key"),
+            (Hitch::Forbidden, "it rejects the key"),
         ] {
             let server = locked(kind);
             server.inside().hitches = vec![hitch].into();
@@ -204,7 +204,7 @@ fn nothing_half_is_left_where_it_cannot_be_finished() {
     // The others compare checksums themselves, and are sent it again.
     let server = locked(Kind::OctoPrint);
     server.inside().hitches = vec![Hitch::Spoilt].into();
-    fails(&mut publish(&server.to(), &[]), 4, "what arrived is not what was sent");
+    fails(&mut publish(&server.to(), &[]), 4, "bytes sent");
     assert!(server.inside().files.is_empty());
     for kind in [Kind::Moonraker, Kind::Duet] {
         let server = locked(kind);
@@ -268,13 +268,13 @@ fn a_print_starts_when_asked_and_never_beside_another() {
 fn doors_that_are_shut_are_sentences() {
     for kind in KINDS {
         let server = locked(kind);
-        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "it refuses the key");
-        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it wants a key; give it with --key-file FILE");
+        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "it rejects the key");
+        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it requires a key");
         for (door, words) in [
             (Door::Page, "with a web page or other text instead of data"),
-            (Door::Login, "something before it asks for a login (Basic realm=\"workshop\")"),
-            (Door::Moved, "it sends to http://elsewhere.local/login; the key is not sent along"),
-            (Door::Mute, "it has said nothing for 1 s"),
+            (Door::Login, "a proxy in front of it asks for a login (Basic realm=\"workshop\")"),
+            (Door::Moved, "it redirects to http://elsewhere.local/login"),
+            (Door::Mute, "no answer for 1 s"),
             (Door::Garbled, "it does not speak HTTP"),
         ] {
             server.inside().door = door;
@@ -284,10 +284,10 @@ fn doors_that_are_shut_are_sentences() {
         }
         // Another server's answers.
         let other = Server::of(if kind == Kind::Duet { Kind::Moonraker } else { Kind::Duet });
-        fails(&mut publish(&format!("{}:{}", kind.word(), other.url()), &[]), 4, &format!("is it {kind},"));
+        fails(&mut publish(&format!("{}:{}", kind.word(), other.url()), &[]), 4, &format!("check that it is {kind} "));
     }
     let gone = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-    fails(&mut publish(&format!("octoprint:http://{gone}"), &[]), 4, "nobody answers: connection refused");
+    fails(&mut publish(&format!("octoprint:http://{gone}"), &[]), 4, "no response (connection refused");
 }
 
 #[test]
@@ -302,9 +302,13 @@ fn a_key_comes_from_a_file_or_the_environment() {
     fails(&mut publish(&server.to(), &key_file), 2, "octo.key has more than one line");
     std::fs::write(&file, "").unwrap();
     fails(&mut publish(&server.to(), &key_file), 2, "octo.key is empty");
-    fails(&mut publish(&server.to(), &["--key-file", "no/such.key"]), 2, "no/such.key: there is no such file");
-    fails(&mut publish("octoprint:http://me:SECRET@printer.local", &[]), 2, "the key belongs in --key-file");
-    fails(&mut publish("http://printer.local", &[]), 2, "--to: it begins with none of octoprint:");
+    fails(&mut publish(&server.to(), &["--key-file", "no/such.key"]), 2, "no/such.key: file not found");
+    fails(
+        &mut publish("octoprint:http://me:SECRET@printer.local", &[]),
+        2,
+        "pass the key with --key-file or TRUNNION_KEY",
+    );
+    fails(&mut publish("http://printer.local", &[]), 2, "--to: must begin with octoprint:");
     fails(&mut publish(&server.to(), &["--name", "my part.gcode"]), 2, "has other characters");
 }
 
@@ -329,7 +333,7 @@ fn a_file_for_another_firmware_goes_to_no_server_that_drives_one() {
 #[test]
 fn only_what_is_proved_is_published() {
     let (made, server) = (prepared(), locked(Kind::OctoPrint));
-    fails(&mut of(&made.gcode, &server.to(), &[]), 2, "only a file that verifies is published");
+    fails(&mut of(&made.gcode, &server.to(), &[]), 2, "only a verified file is published");
     let folder = folder();
     let changed = folder.path().join("changed.gcode");
     let text = String::from_utf8(made.bytes.clone()).unwrap().replacen("\nG1 A", "\nG1 A1", 1);
@@ -362,11 +366,7 @@ fn what_an_octoprint_says_of_its_printer_is_held_against_the_file() {
         if goes {
             done(&mut host);
         } else {
-            fails(
-                &mut host,
-                4,
-                &format!("its printer says that it runs {}, but the file is written for marlin", says.unwrap()),
-            );
+            fails(&mut host, 4, &format!("its printer runs {}, but the file is written for marlin", says.unwrap()));
         }
         assert_eq!(server.inside().files.len(), usize::from(goes), "{says:?}");
         // Of a file that nobody has proved nobody knows the firmware, and it is said so.
@@ -408,7 +408,7 @@ fn a_certificate_of_ones_own_is_taken_by_its_fingerprint_and_no_other_is() {
     };
     let (own, other) = (print("own.pem"), print("server.pem"));
     let server = with_certificate("own.pem", "own.key.pem");
-    fails(&mut publish(&server.to(), &[]), 4, "give its fingerprint with --fingerprint");
+    fails(&mut publish(&server.to(), &[]), 4, "for your own certificate pass its fingerprint with --fingerprint");
     fails(&mut publish(&server.to(), &["--fingerprint", &other]), 4, &format!("its fingerprint is {own}"));
     fails(&mut publish(&server.to(), &["--fingerprint", "AB:CD"]), 2, "64 hexadecimal digits");
     assert!(server.inside().asked.is_empty(), "the key is not shown to a stranger");
@@ -431,7 +431,7 @@ fn tls_holds_certificates_against_this_computers_authorities() {
     }
     let server = with_tls();
     assert!(server.to().starts_with("moonraker:https://localhost:"));
-    fails(&mut publish(&server.to(), &[]), 4, "its certificate does not hold");
+    fails(&mut publish(&server.to(), &[]), 4, "its certificate is not trusted");
     done(publish(&server.to(), &[]).env("SSL_CERT_FILE", certificate("authority.pem")));
     assert_eq!(server.inside().files.len(), 1);
     // Not the name in the certificate.

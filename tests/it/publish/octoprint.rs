@@ -173,8 +173,8 @@ fn real(test: impl FnOnce(&OctoPrint)) {
 fn the_real_octoprint_has_the_same_bytes_shows_our_filament_and_prints_when_asked() {
     real(|server| {
         let made = prepared();
-        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "it refuses the key");
-        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it wants a key");
+        fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "it rejects the key");
+        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it requires a key");
         server.holds(&[]);
         cut(server);
         let first = done(&mut publish(&server.to(), &[]));
@@ -197,7 +197,7 @@ fn cut(server: &OctoPrint) {
     assert_eq!(sent["uploads"], 2);
     server.holds(&["cut.gcode"]);
     let always = format!("octoprint:http://{}", scissors(server.address, 60_000, 99));
-    fails(&mut publish(&always, &["--name", "never.gcode"]), 4, "closes the connection half way");
+    fails(&mut publish(&always, &["--name", "never.gcode"]), 4, "it closed the connection half way");
     server.holds(&["cut.gcode"]);
     assert_eq!(server.ask("DELETE", "/api/files/local/cut.gcode", "").0, 204);
 }

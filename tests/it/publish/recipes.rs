@@ -1,4 +1,4 @@
-//! The recipes of `docs/publish.md`, run as they are printed, with a small server at each address.
+//! The recipes of `docs/how-to/publish.md`, run as they are printed, with a small server at each address.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,12 +6,11 @@ use std::process::Command;
 use trunnion::publish::Kind;
 
 use super::server::Server;
-use crate::pipeline::fixture;
 use crate::support::{folder, root, said};
 
 #[test]
 fn of_publishing() {
-    let text = std::fs::read_to_string(root().join("docs/publish.md")).unwrap();
+    let text = std::fs::read_to_string(root().join("docs/how-to/publish.md")).unwrap();
     let blocks: Vec<&str> = text.split("```sh\n").skip(1).map(|piece| piece.split("```").next().unwrap()).collect();
     assert!(blocks.len() >= 3, "{} blocks", blocks.len());
     let own = Path::new(env!("CARGO_BIN_EXE_trunnion")).parent().unwrap();
@@ -29,7 +28,7 @@ fn of_publishing() {
             here = here.replace(printed, &server.url());
         }
         let folder = folder();
-        std::fs::copy(fixture("y-tree"), folder.path().join("tree.stl")).unwrap();
+        std::os::unix::fs::symlink(root().join("fixtures"), folder.path().join("fixtures")).unwrap();
         std::fs::write(folder.path().join("printer.key"), "0123456789\n").unwrap();
         let mut shell = Command::new("sh");
         let run = shell.args(["-e", "-c", &here]).current_dir(folder.path()).env("PATH", &path).output().unwrap();

@@ -87,7 +87,7 @@ impl Check<'_> {
             "$ref" => self.referred(value.as_str().unwrap(), at, document),
             "type" => wrong(!of_type(value, document), "is not of type"),
             "const" => wrong(document != value, "is not"),
-            "enum" => wrong(!value.as_array().unwrap().contains(document), "is none of"),
+            "enum" => wrong(!value.as_array().unwrap().contains(document), "is not a table that tilts and turns"),
             "minimum" => number(|a, b| a >= b, "is below"),
             "maximum" => number(|a, b| a <= b, "is above"),
             "exclusiveMinimum" => number(|a, b| a > b, "is not above"),

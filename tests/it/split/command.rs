@@ -6,7 +6,7 @@ use serde_json::Value;
 use trunnion::mesh::stl_binary;
 
 use super::solids::{self, Shape};
-use crate::support::{folder, said, trunnion};
+use crate::support::{first_error, folder, said, trunnion};
 
 fn written(folder: &Path, name: &str, shape: &Shape) -> String {
     let path = folder.join(name);
@@ -115,22 +115,22 @@ fn what_cannot_be_cut_is_told_in_a_sentence_and_nothing_is_written() {
     let tee = written(folder.path(), "tee.stl", &solids::tee());
     let refused = |model: &str, more: &[&str], wanted: i32, words: &[&str]| {
         let (code, _, err) = run(model, &output, more);
-        let error = err.lines().find_map(|l| l.strip_prefix("error: ")).unwrap_or_else(|| panic!("no error: {err}"));
+        let error = first_error(&err).1;
         assert_eq!(code, Some(wanted), "{err}");
         words.iter().for_each(|word| assert!(error.contains(word), "{word:?} not in {error:?}"));
         assert!(!output.exists() && !error.ends_with('.'), "{error}");
     };
     refused(&tee, &["--max-cuts", "1"], 1, &["after 1 cut:", "of 500.0 mm2", "--allow", "no parts were written"]);
     refused(&tee, &["--max-cuts", "0"], 1, &["no cut helps", "500.0 of 500.0 mm2"]);
-    refused(&tee, &["--max-cuts", "101"], 2, &["--max-cuts 101 is out of 0..100"]);
-    refused(&tee, &["--allow=-1"], 2, &["--allow -1 mm2 is out of 0..1000000"]);
-    refused(&tee, &["--pedestal", "900"], 2, &["--pedestal 900 mm is out of 0..200"]);
-    refused(&tee, &["--overhang", "90"], 2, &["--overhang 90 deg is out of 1..89"]);
+    refused(&tee, &["--max-cuts", "101"], 2, &["--max-cuts 101: must be 0..100"]);
+    refused(&tee, &["--allow=-1"], 2, &["--allow -1 mm2: must be 0..1000000"]);
+    refused(&tee, &["--pedestal", "900"], 2, &["--pedestal 900 mm: must be 0..200"]);
+    refused(&tee, &["--overhang", "90"], 2, &["--overhang 90 deg: must be 1..89"]);
     refused(&tee, &["--no-cut", "1,2,3"], 2, &["--no-cut 1,2,3", "six numbers"]);
     refused(&tee, &["--no-cut", "1,2,3,4,5,x"], 2, &["six numbers"]);
     let two = folder.path().join("two.stl");
     std::fs::write(&two, trunnion::fixtures::two_boxes().stl()).unwrap();
-    refused(&two.display().to_string(), &[], 2, &["two.stl has 2 closed parts", "one solid is cut"]);
+    refused(&two.display().to_string(), &[], 2, &["two.stl has 2 closed parts", "and only one solid can be cut"]);
     let wide = written(folder.path(), "wide.stl", &solids::block(300.0, 20.0, 10.0));
     refused(&wide, &[], 2, &["over the rim"]);
     refused("no-such.stl", &[], 2, &["no-such.stl"]);

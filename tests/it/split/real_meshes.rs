@@ -3,7 +3,7 @@
 use trunnion::geom::Object;
 use trunnion::mesh::{ReadOptions, TriangleMesh, read_model, stl_binary};
 
-use crate::support::{folder, installed, note, root, said, skip, trunnion};
+use crate::support::{first_error, folder, installed, note, root, said, skip, trunnion};
 
 /// File, and its longest edge, mm; those that take more than a few seconds (arm, bunny, horse, max) are looked at by hand.
 const MESHES: [(&str, f64); 11] = [
@@ -30,7 +30,7 @@ fn scaled(mesh: &TriangleMesh<Object>, longest: f64) -> TriangleMesh<Object> {
 fn what_is_called_printable_is_printed_and_the_rest_refused_by_name() {
     let meshes = root().join("../shared/data/meshes");
     if !meshes.exists() {
-        skip("../shared/data is not there");
+        skip("../shared/data not found");
         return;
     }
     let slicers = ["builtin", "prusa-slicer"].into_iter().filter(|slicer| *slicer == "builtin" || installed(slicer));
@@ -57,7 +57,7 @@ fn what_is_called_printable_is_printed_and_the_rest_refused_by_name() {
             printed += 1;
         } else {
             let words = said(&split);
-            let why = words.lines().find(|line| line.starts_with("error: ")).unwrap_or_default();
+            let why = first_error(&words).1;
             assert!(split.status.code() == Some(1) && why.contains("mm2 still need support"), "{file}: {words}");
             assert!(why.contains("--allow") && !path("parts.3mf").exists(), "{file}: {words}");
             note(&format!("{file}: {why}"));

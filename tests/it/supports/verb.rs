@@ -8,7 +8,7 @@ use trunnion::geom::{Slot, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model, stl_binary, stl_binary_parts};
 
 use super::{reference, scenes};
-use crate::support::{folder, said, trunnion};
+use crate::support::{first_error, folder, said, trunnion};
 
 fn write(folder: &Path, name: &str, meshes: &[TriangleMesh<Slot>]) -> PathBuf {
     let path = folder.join(name);
@@ -33,7 +33,7 @@ fn refused(model: &Path, more: &[&str]) -> String {
     let output = run(model, more);
     assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{}", said(&output));
     let text = String::from_utf8(output.stderr).unwrap();
-    let error = text.lines().find_map(|line| line.strip_prefix("error: ")).unwrap_or_else(|| panic!("{text}"));
+    let error = first_error(&text).1;
     assert!(!error.ends_with('.') && !text.contains("panicked"), "{text}");
     error.to_owned()
 }
@@ -156,8 +156,8 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         (&ring, &["--step", "0.5", "--wall", "0.6"], &["--wall 0.6 mm", "0.01..0.5"]),
         (&ring, &["--step", "0.06"], &["--step 0.06 mm makes", "cubes", "--step 0."]),
         (&ring, &["--space", "90,90"], &["--space", "90,90", "three numbers"]),
-        (&ring, &["--space", "60,90,50"], &["--space", "in x", "60.000", "larger space"]),
-        (&ring, &["--up", "0,0,0"], &["no direction"]),
+        (&ring, &["--space", "60,90,50"], &["--space", "in x", "60.000", "enlarge the space"]),
+        (&ring, &["--up", "0,0,0"], &["has no direction"]),
         (&ring, &["--up", "a,0,1"], &["--up", "a,0,1", "three numbers"]),
         (&ring, &["--method", "mincost"], &["--method mincost", "min-cost"]),
         (&ring, &["--structure", "trees"], &["--structure trees", "tree"]),
@@ -189,7 +189,7 @@ fn a_part_without_a_way_to_the_ground_is_a_no_with_its_place() {
     let no = run(&model, &["--space", "60,60,40", "-o", &named, "--json"]);
     assert_eq!(no.status.code(), Some(1), "{}", said(&no));
     let text = String::from_utf8_lossy(&no.stderr).into_owned();
-    assert!(text.contains("no way to the ground") && text.contains("mm2") && text.contains("--up"), "{text}");
+    assert!(text.contains("no path to the ground") && text.contains("mm2") && text.contains("--up"), "{text}");
     let done: Value = serde_json::from_slice(&no.stdout).unwrap();
     assert!(done["red"] == 0 && done["unreachable"].as_u64().unwrap() > 10 && !target.exists(), "{done}");
     assert!(done["unreachable_patches"][0]["area_mm2"].as_f64().unwrap() > 40.0);

@@ -105,8 +105,8 @@ impl Choice<'_> {
             lines => format!(" (layers begin at {})", lines.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
         };
         format!(
-            "the path of the re-entry is not clear: {why}, should lines {first} to {last} be printed already; should they not, a later place \
-             leaves lines in the air. Look at the part and give --from LINE, the first line that is to be printed{layers}"
+            "the path of the re-entry is not clear: {why}, if lines {first} to {last} are printed already; if not, a later start leaves lines in \
+             mid-air. Inspect the part and pass --from LINE, the first line to print{layers}"
         )
     }
 }

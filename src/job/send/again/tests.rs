@@ -74,7 +74,7 @@ fn the_way_from_home_to_the_first_point_is_judged() {
     // At Z 50 the way from where the print was interrupted is free; from anywhere it leads through the upright table.
     let low = case.with(rising_to("G1Z50F900"));
     let said = case.proved(&low).unwrap_err();
-    assert!(said.contains("the table or what is printed"), "{said}");
+    assert!(said.contains("mm into the table or the print"), "{said}");
 }
 
 #[test]

@@ -91,10 +91,12 @@ fn behind_an_emergency_stop_the_host_stays_and_says_whether_the_printer_has_stop
     let (folder, world) = (tempfile::tempdir().unwrap(), World::here(&Silent));
     for (words, said) in [
         ("Error:Printer halted. kill() called!\n", None),
-        ("", Some("has said nothing since")),
+        ("", Some("but the printer has not answered since")),
         (
             " T:180.0 /210.0 B:60.0 /60.0 @:127\n",
-            Some("has NOT stopped (it says \" T:180.0 /210.0 B:60.0 /60.0 @:127\"): switch it off"),
+            Some(
+                "emergency stop sent, but the printer has NOT stopped (it reports \" T:180.0 /210.0 B:60.0 /60.0 @:127\")",
+            ),
         ),
     ] {
         let (mut stream, mut far) = begun(folder.path(), &world);
@@ -136,7 +138,7 @@ fn last_words_that_the_port_does_not_take_are_said_to_be_unsaid() {
     stream.sender.emergency_stop();
     let said = stream.close(Outcome::EmergencyStopped).unwrap_err().to_string();
     assert!(
-        said.contains("the port does not even take the stop command") && said.contains("switch the printer off"),
+        said.contains("the port does not even accept the stop command") && said.contains("switch the printer off"),
         "{said}"
     );
 }

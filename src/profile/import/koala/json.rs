@@ -20,13 +20,13 @@ impl<'a> Document<'a> {
     /// [`ImportError`] for what is no JSON, with the line, and for a key that stands twice.
     pub(super) fn read(file: &'a File) -> Result<Self, ImportError> {
         let value: Value = serde_json::from_str(&file.text).map_err(|error| {
-            let why = format!("this is no JSON (column {}); has it been cut off or changed by hand?", error.column());
+            let why = format!("not JSON (column {}); it may be cut off or edited by hand", error.column());
             ImportError::At { place: file.place(error.line()), why }
         })?;
         let mut scan = Scan { text: file.text.as_bytes(), at: 0, line: 1, lines: BTreeMap::new(), twice: None };
         scan.value("");
         if let Some((path, line)) = scan.twice {
-            let why = format!("{path} stands here a second time; the first is in line {}", scan.lines[&path]);
+            let why = format!("{path} is given twice; the first is in line {}", scan.lines[&path]);
             return Err(ImportError::At { place: file.place(line), why });
         }
         Ok(Self { file, value, lines: scan.lines })
@@ -68,7 +68,7 @@ impl<'a> Document<'a> {
         let found = self.at(path).map_or_else(|| "missing".to_owned(), |value| shown(&value.to_string()));
         let empty =
             if self.at(path) == Some(&Value::Null) { " (the program's word for a field left empty)" } else { "" };
-        Err(ImportError::At { place: self.place(path), why: format!("{path} is {found}{empty}, and {wanted}") })
+        Err(ImportError::At { place: self.place(path), why: format!("{path} is {found}{empty}; {wanted}") })
     }
 
     /// A number, `None` where there is none.
@@ -77,20 +77,20 @@ impl<'a> Document<'a> {
             None => Ok(None),
             Some(value) => match value.as_f64().filter(|v| v.is_finite()) {
                 Some(value) => Ok(Some(Stated { value, from: vec![self.place(path)] })),
-                None => self.wrong(path, "a number is wanted"),
+                None => self.wrong(path, "expected a number"),
             },
         }
     }
 
     /// A number that must be there.
     pub(super) fn needed(&self, path: &str) -> Result<Stated, ImportError> {
-        self.number(path)?.map_or_else(|| self.wrong(path, "a number is wanted"), Ok)
+        self.number(path)?.map_or_else(|| self.wrong(path, "expected a number"), Ok)
     }
 
     pub(super) fn text(&self, path: &str) -> Result<String, ImportError> {
         match self.at(path).and_then(Value::as_str) {
             Some(text) => Ok(text.to_owned()),
-            None => self.wrong(path, "a text is wanted"),
+            None => self.wrong(path, "expected a text"),
         }
     }
 
@@ -99,14 +99,14 @@ impl<'a> Document<'a> {
         match self.at(path) {
             None => Ok(false),
             Some(Value::Bool(on)) => Ok(*on),
-            Some(_) => self.wrong(path, "true or false is wanted"),
+            Some(_) => self.wrong(path, "expected true or false"),
         }
     }
 
     /// Three numbers.
     pub(super) fn triple(&self, path: &str) -> Result<[f64; 3], ImportError> {
         if self.count(path) != 3 {
-            return self.wrong(path, "three numbers are wanted");
+            return self.wrong(path, "expected three numbers");
         }
         let of = |i: usize| self.needed(&format!("{path}.{i}")).map(|stated| stated.value);
         Ok([of(0)?, of(1)?, of(2)?])
@@ -116,7 +116,7 @@ impl<'a> Document<'a> {
     pub(super) fn points(&self, path: &str, each: impl Fn([f64; 3]) -> [f64; 3]) -> Result<Vec<[f64; 3]>, ImportError> {
         let count = self.count(path);
         if count < 4 {
-            return self.wrong(path, "a hull has four corners or more");
+            return self.wrong(path, "a hull needs four corners or more");
         }
         (0..count).map(|i| Ok(each(self.triple(&format!("{path}.{i}"))?))).collect()
     }

@@ -91,7 +91,7 @@ impl Tree {
             .collect::<Result<Vec<_>, _>>()?;
         let find = |path: &str| -> Result<usize, ImportError> {
             let name = machine.text(path)?;
-            let why = format!("there is no part {name:?}; there are {}", names.join(", "));
+            let why = format!("there is no part {name:?}; parts are {}", names.join(", "));
             names.iter().position(|n| *n == name).ok_or_else(|| ImportError::At { place: machine.place(path), why })
         };
         let mut parts: Vec<Part> = Vec::new();
@@ -100,7 +100,7 @@ impl Tree {
             let place = machine.place(&format!("{list}.{i}"));
             let wrong = |of: &str, why: String| Err(ImportError::At { place: machine.place(&path(of)), why });
             if names[..i].contains(name) {
-                return wrong("name", format!("part {name:?} stands here a second time"));
+                return wrong("name", format!("part {name:?} is given twice"));
             }
             let orphan = machine.at(&path("parent")).is_none_or(serde_json::Value::is_null);
             let parent = if orphan { None } else { Some(find(&path("parent"))?) };
@@ -160,7 +160,8 @@ impl Tree {
             return wrong(
                 place,
                 format!(
-                    "part {name}, which carries the nozzle, tilts or turns: this is no machine with a table that tilts and turns below an upright head"
+                    "part {name}, which carries the nozzle, tilts or turns: this is not a machine with a tilting, turning table below an upright \
+                     head"
                 ),
             );
         }
@@ -186,7 +187,7 @@ impl Tree {
             let wanted = if self.bed_axes[i] { -1.0 } else { 1.0 };
             if let Some(part) = self.parts.iter().find(|part| part.axis == Axis::Linear(i) && part.sense != wanted) {
                 let why = format!(
-                    "part {} moves so that the nozzle goes towards lower {axis} on the plate where the word grows; is invert wrong?",
+                    "part {} moves so that the nozzle goes towards lower {axis} on the plate where the word grows; check invert",
                     part.name
                 );
                 return wrong(&part.place, why);
@@ -220,7 +221,7 @@ impl Tree {
             Ok(())
         } else {
             Err(format!(
-                "{}: turned against the program's own paths, right-handed about +Y and +Z; which way the table turns is not told: look at it",
+                "{}: turned against the program's own paths, right-handed about +Y and +Z; the table's direction is unknown: check it",
                 against.join(", ")
             ))
         })

@@ -35,9 +35,9 @@ impl Hal {
             } else if name.starts_with("LIB:") || name.ends_with(".tcl") {
                 let what = if name.ends_with(".tcl") { "a program" } else { "part of LinuxCNC" };
                 hal.unread
-                    .push(format!("{}: {name} is {what}, and is not read: what it sets is not known", entry.place));
+                    .push(format!("{}: {name} is {what} and is not read, so its settings are unknown", entry.place));
             } else {
-                let missing = "put it beside the ini, or write LIB: before it where it is LinuxCNC's own";
+                let missing = "put it beside the ini, or write LIB: before it if it is LinuxCNC's own";
                 let inner = open.named(beside(name), &entry.place, missing)?;
                 hal.file(&inner, &mut open, ini, &beside)?;
                 open.leave();

@@ -70,7 +70,7 @@ impl Ini {
 
     pub(super) fn wanted(&self, section: &str, key: &str) -> Result<&Entry, ImportError> {
         self.one(section, key)?.ok_or_else(|| {
-            let why = format!("[{section}] has no {key}, without which nothing can be told of the machine's axes");
+            let why = format!("[{section}] has no {key}, without which the machine's axes are unknown");
             ImportError::File { file: self.file.clone(), why }
         })
     }

@@ -163,7 +163,7 @@ impl Defines {
     }
 
     fn no_number(defined: &Defined, text: &str) -> ImportError {
-        let why = format!("{} is {}, which is no number that these files tell", defined.name, shown(text));
+        let why = format!("{} is {}, which is not a number in these files", defined.name, shown(text));
         ImportError::At { place: defined.place.clone(), why }
     }
 
@@ -184,7 +184,7 @@ impl Defines {
         match (letters.next(), letters.next()) {
             (Some(letter), None) if letter.is_ascii_uppercase() => Ok(letter),
             _ => {
-                let why = format!("{} is {}, which is no letter", defined.name, shown(&defined.text));
+                let why = format!("{} is {}, which is not a letter", defined.name, shown(&defined.text));
                 Err(ImportError::At { place: defined.place.clone(), why })
             }
         }

@@ -77,7 +77,7 @@ fn what_is_too_thin_for_any_bead_is_told_and_too_much_of_it_refused() {
     let glass =
         together(&[frustum(&square(2.0), &square(0.05), 0.0, 10.0), frustum(&square(0.05), &square(2.0), 10.0, 20.0)]);
     let text = refused(&glass).to_string();
-    assert!(text.contains("at Z 9.80: 4 layers would be missing") && text.contains("on air"), "{text}");
+    assert!(text.contains("at Z 9.80: 4 layers would be missing") && text.contains("in mid-air"), "{text}");
     // With a head of 0.53 mm3 it ends below the neck, and that is told.
     let bottom = frustum(&square(2.0), &square(0.05), 0.0, 10.0);
     let crumb = together(&[bottom.clone(), frustum(&square(0.05), &square(0.6), 10.0, 11.0)]);

@@ -1,0 +1,152 @@
+//! How the project speaks: pages for users have short sentences, and neither they nor messages nor help use words that only this project has.
+
+use regex_lite::Regex;
+
+use crate::support::{root, trunnion};
+
+/// Pages that people read first.
+const PAGES: [&str; 12] = [
+    "README.md",
+    "CONTRIBUTING.md",
+    "docs/README.md",
+    "docs/tutorial.md",
+    "docs/how-to/models.md",
+    "docs/how-to/troubleshooting.md",
+    "docs/reference/command-line.md",
+    "docs/reference/glossary.md",
+    "docs/reference/machines.md",
+    "docs/explanation/limits.md",
+    "docs/explanation/sources.md",
+    "docs/explanation/verified.md",
+];
+
+/// A phrase of our own, and what to write instead.
+const OURS: [(&str, &str); 14] = [
+    (r"\b(laid|laying) (on|down)\b", "printed, printed in mid-air"),
+    (r"\bhold (\S+ )+against\b|\bheld (\S+ )?against\b", "compare with, check"),
+    (r"\bis out of\b [^r]", "must be between"),
+    (r"\bwould do\b", "use .., is enough"),
+    (r"\bis none of\b", "is not a .., not found"),
+    (r"\btake (it |them |the \S+ )?(out|away)\b", "remove"),
+    (r"\bso many\b", "N, the K best"),
+    (r"\b(is|are) told\b", "is reported, is shown"),
+    (r"\bhaste\b|\bmind\b", "speed, check"),
+    (r"\bgone (back )?to\b|\bbrought\b", "moved to, returned to"),
+    (r"\bwhat (hangs|is held)\b", "overhangs, supported areas"),
+    (r"\bnobody\b", "is unknown"),
+    (r"\bno such [^p]", "not found"),
+    (r"\bgoes on\b|\bgo on\b", "continues"),
+];
+
+fn lines_of_prose(text: &str) -> Vec<String> {
+    let mut prose = Vec::new();
+    let mut paragraph = String::new();
+    let mut is_code = false;
+    for line in text.lines() {
+        if line.starts_with("```") {
+            is_code = !is_code;
+        }
+        let is_prose = !is_code && !line.starts_with(['|', '#', '!']) && !line.starts_with("```");
+        let begins = line.starts_with("- ") || line.trim().is_empty() || !is_prose;
+        if begins && !paragraph.is_empty() {
+            prose.push(std::mem::take(&mut paragraph));
+        }
+        if is_prose && !line.trim().is_empty() {
+            paragraph += &format!(" {}", line.trim_start_matches("- ").trim());
+        }
+    }
+    prose.extend(Some(paragraph).filter(|left| !left.is_empty()));
+    prose
+}
+
+fn sentences(text: &str) -> Vec<String> {
+    let end = Regex::new(r"[.!?](\s|$)").unwrap();
+    let whole = lines_of_prose(text);
+    let split = whole.iter().flat_map(|paragraph| {
+        let mut from = 0;
+        let mut found = Vec::new();
+        for cut in end.find_iter(paragraph) {
+            found.push(paragraph[from..cut.end()].trim().to_owned());
+            from = cut.end();
+        }
+        found.push(paragraph[from..].trim().to_owned());
+        found
+    });
+    split.filter(|sentence| !sentence.is_empty()).collect()
+}
+
+fn words(sentence: &str) -> usize {
+    sentence.split_whitespace().filter(|word| word.chars().any(char::is_alphanumeric)).count()
+}
+
+#[test]
+fn pages_have_short_sentences() {
+    let mut long = Vec::new();
+    for page in PAGES {
+        let all = sentences(&std::fs::read_to_string(root().join(page)).unwrap());
+        let counts: Vec<usize> = all.iter().map(|sentence| words(sentence)).collect();
+        let mean = counts.iter().sum::<usize>() as f64 / counts.len().max(1) as f64;
+        if mean > 18.0 {
+            long.push(format!("{page}: {mean:.1} words on the mean"));
+        }
+        let over = all.iter().zip(&counts).filter(|(_, count)| **count > 35);
+        long.extend(over.map(|(sentence, count)| format!("{page}: {count} words: {sentence}")));
+    }
+    assert_eq!(long, Vec::<String>::new());
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(readme.split_whitespace().count() < 600, "{} words", readme.split_whitespace().count());
+}
+
+/// In all pages for users, in every message and in the help of every verb.
+#[test]
+fn no_word_is_ours_alone() {
+    let ours: Vec<(Regex, &str)> = OURS.iter().map(|(ours, better)| (Regex::new(ours).unwrap(), *better)).collect();
+    let mut found = Vec::new();
+    for page in PAGES.into_iter().chain(["docs/reference/messages.md"]) {
+        let text = std::fs::read_to_string(root().join(page)).unwrap();
+        for line in text.lines() {
+            let found_in = |(pattern, _): &&(Regex, &str)| pattern.is_match(&line.to_lowercase());
+            found.extend(ours.iter().filter(found_in).map(|(_, better)| format!("{page}: {line} ({better})")));
+        }
+    }
+    assert_eq!(found, Vec::<String>::new());
+}
+
+/// `docs/reference/command-line.md` is what `--help` prints. UPDATE_FIXTURES=1 writes it anew.
+#[test]
+fn the_command_line_is_documented_as_it_is() {
+    let help = |words: &[&str]| {
+        let out = trunnion().args(words).arg("--help").output().unwrap();
+        assert!(out.status.success(), "{words:?}");
+        let text = String::from_utf8(out.stdout).unwrap();
+        text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+    };
+    let listed = |text: &str| -> Vec<String> {
+        let commands = text.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
+        let names = commands.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+        names
+            .filter_map(|line| line.split_whitespace().next().map(str::to_owned))
+            .filter(|name| name != "help")
+            .collect()
+    };
+    let top = help(&[]);
+    let mut page =
+        format!("# Command line\n\nThis is what `--help` prints.\n\n## trunnion\n\n```text\n{}\n```\n", top.trim());
+    for verb in listed(&top) {
+        let text = help(&[&verb]);
+        page += &format!("\n## trunnion {verb}\n\n```text\n{}\n```\n", text.trim());
+        if text.contains("Commands:\n") {
+            for inner in listed(&text) {
+                let text = help(&[&verb, &inner]);
+                page += &format!("\n### trunnion {verb} {inner}\n\n```text\n{}\n```\n", text.trim());
+            }
+        }
+    }
+    let path = root().join("docs/reference/command-line.md");
+    if std::env::var_os("UPDATE_FIXTURES").is_some() {
+        std::fs::write(&path, &page).unwrap();
+    }
+    let kept = std::fs::read_to_string(&path).unwrap_or_default();
+    let differs = kept.lines().zip(page.lines()).find(|(kept, made)| kept != made);
+    assert!(kept == page, "command-line.md is not of this version: {differs:?}; UPDATE_FIXTURES=1 writes it");
+}
