@@ -9,6 +9,11 @@ use crate::mesh::{TABLE_GAP_MM, TriangleMesh};
 const MOST_NORMALS: usize = 100;
 /// Evaluations of each sense: there, and on four sides.
 const EACH: usize = 5;
+/// How far around a minimum it is looked for something lower, radians (0.02 and 0.1 degrees), and in how many directions.
+const AROUND: [f64; 2] = [3.5e-4, 1.75e-3];
+const TURNS: usize = 18;
+/// Lower is what is so by more than this share.
+const LOWER: f64 = 1e-6;
 /// A dip is lower than its neighbourhood so far away, radians: beyond the 0.1 degree within which a facet is flat.
 const BESIDE: f64 = 0.004;
 
@@ -30,11 +35,31 @@ impl Found {
                 let value = objective.value(facets, &up);
                 self.evaluations += EACH;
                 if beside(&up).iter().all(|d| objective.value(facets, d) > value) {
-                    minima.push(Minimum { up, value });
+                    minima.push(Minimum { up, value, ended: true });
                 }
             }
         }
         Self { minima: distinct(minima), ..self }
+    }
+}
+
+impl Found {
+    /// With [`Minimum::ended`] looked at: a minimum beside which something is lower, by more than a tie of the objective or rounding, is none, whatever
+    /// its search says of itself. At most `most` evaluations, counted; what they do not reach stays as it is.
+    #[must_use]
+    pub fn looked_around(mut self, objective: &dyn Objective, facets: &Facets, most: usize) -> Self {
+        let rounding = |value: f64| objective.tie(facets).max(LOWER * value.abs()).max(f64::MIN_POSITIVE);
+        for minimum in self.minima.iter_mut().take(most / AROUND.len() / TURNS) {
+            let [e1, e2] = tangents(&minimum.up);
+            let ring = AROUND.iter().flat_map(|angle| (0..TURNS).map(move |k| (angle, k)));
+            let mut lower = ring.map(|(angle, k)| {
+                let (s, c) = (std::f64::consts::TAU * k as f64 / TURNS as f64).sin_cos();
+                objective.value(facets, &(minimum.up + (e1 * c + e2 * s) * angle.tan()).normalize())
+            });
+            minimum.ended &= !lower.any(|value| value < minimum.value - rounding(minimum.value));
+            self.evaluations += AROUND.len() * TURNS;
+        }
+        self
     }
 }
 
@@ -58,7 +83,7 @@ pub fn laid(facets: &Facets, least_mm2: f64, objective: &dyn Objective) -> Vec<M
     ups.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     ups.dedup_by(|a, b| (*a - *b).norm() < 1e-9);
     let enough = |up: &Vec3| 0.0 - ContactArea.value(facets, up) >= least_mm2;
-    let all = ups.into_iter().filter(enough).map(|up| Minimum { up, value: objective.value(facets, &up) });
+    let all = ups.into_iter().filter(enough).map(|up| Minimum { up, value: objective.value(facets, &up), ended: true });
     distinct(all.collect())
 }
 

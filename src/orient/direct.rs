@@ -61,7 +61,7 @@ impl Search for Direct {
             }
         }
         let best = all.iter().min_by(|a, b| a.value.total_cmp(&b.value));
-        let minima = best.map(|r| Minimum { up: r.up(), value: r.value }).into_iter().collect();
+        let minima = best.map(|r| Minimum { up: r.up(), value: r.value, ended: true }).into_iter().collect();
         trial.found(minima, None, stop)
     }
 }

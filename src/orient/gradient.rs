@@ -151,7 +151,7 @@ pub(super) fn follow(trial: &mut Trial<'_>, method: Method, start: Vec3, budget:
             }
         }
     };
-    (Minimum { up: at.up, value: at.value }, stop)
+    (Minimum { up: at.up, value: at.value, ended: true }, stop)
 }
 
 /// What a descent remembers of its steps.

@@ -59,9 +59,14 @@ pub fn method(name: &str, objective: &dyn Objective, budget: Option<usize>, seed
     })
 }
 
+/// Evaluations around minima: of twenty.
+const LOOKS: usize = 720;
+
 /// All distinct local and global minima of `objective` that `search` finds, best first, and the dips at the largest facet
 /// normals, which no descent finds; directions are in the frame of the part's mesh. The dips take up to 1000 evaluations;
 /// the history is the search's alone.
+///
+/// Around the best of them it is looked whether something is lower ([`Found::looked_around`]; up to 720 evaluations more).
 ///
 /// Minima within half a degree of a better one are left out. A part without facets has one minimum somewhere, of value 0.
 /// The lower bound, where `search` proves one, holds for the dips as well.
@@ -71,10 +76,13 @@ pub fn minima(facets: &Facets, objective: &dyn Objective, search: &dyn Search, b
     let found = search.search(objective, facets);
     match budget {
         Some(budget) => {
-            let left = budget.saturating_sub(found.evaluations);
-            found.with_dips_within(objective, facets, left)
+            let left = |found: &Found| budget.saturating_sub(found.evaluations);
+            let most = left(&found);
+            let found = found.with_dips_within(objective, facets, most);
+            let most = left(&found);
+            found.looked_around(objective, facets, most)
         }
-        None => found.with_dips(objective, facets),
+        None => found.with_dips(objective, facets).looked_around(objective, facets, LOOKS),
     }
 }
 
@@ -83,6 +91,31 @@ mod tests {
     use super::*;
     use crate::fixtures::candelabrum;
     use crate::orient::{Height, Stop};
+
+    /// Where the budget ends a search, or a run of it is stuck, what it lists is no minimum, and says so; of all others nothing around is lower.
+    #[test]
+    fn what_a_search_was_stopped_at_is_no_minimum() {
+        let facets = Facets::of(&candelabrum().parts[1].1);
+        let f = crate::orient::Staircase { layer_mm: 0.2 };
+        let (mut rested, mut stopped) = (0, 0);
+        for seed in 1..=3 {
+            let found = minima(&facets, &f, &*method("mmls", &f, None, seed).unwrap(), None);
+            for minimum in &found.minima {
+                let [e1, e2] = crate::orient::sphere::tangents(&minimum.up);
+                let around = (0..160).map(|k| {
+                    let (s, c) = (std::f64::consts::TAU * f64::from(k) / 160.0).sin_cos();
+                    let far = (0.02 + 0.02 * f64::from(k % 5)).to_radians();
+                    f.value(&facets, &(minimum.up + (e1 * c + e2 * s) * far).normalize())
+                });
+                let least = around.fold(f64::INFINITY, f64::min);
+                let is_beaten = least < minimum.value * (1.0 - 1e-4);
+                assert!(!minimum.ended || !is_beaten, "seed {seed}: {minimum:?} and {least} beside it");
+                rested += usize::from(minimum.ended);
+                stopped += usize::from(!minimum.ended && is_beaten);
+            }
+        }
+        assert!(rested > 0 && stopped > 0, "{rested} at rest, {stopped} stopped");
+    }
 
     #[test]
     fn every_method_is_there_keeps_to_its_budget_and_finds_the_least_height_of_an_arm() {

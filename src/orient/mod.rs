@@ -85,6 +85,8 @@ pub struct Minimum {
     pub up: Vec3,
     /// The objective there.
     pub value: f64,
+    /// Whether its search came to rest there and nothing beside it is lower; `false` where the budget ended it on its way down, or it got stuck.
+    pub ended: bool,
 }
 
 /// What a search answers with.

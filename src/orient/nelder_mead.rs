@@ -91,7 +91,7 @@ fn collapse(trial: &mut Trial<'_>, best: &mut Minimum, [edge, last]: [f64; 2], u
         left -= step(&mut corners, &mut at);
     }
     if corners[0].1 < best.value {
-        *best = Minimum { up: up(corners[0].0), value: corners[0].1 };
+        *best = Minimum { up: up(corners[0].0), value: corners[0].1, ended: true };
     }
 }
 

@@ -45,7 +45,7 @@ pub fn without_ties(mut found: Found, f: &dyn Objective, facets: &Facets, layer_
         found.evaluations += 1;
         let value = f.value(facets, &lying.up);
         if value <= best + tie {
-            found.minima.push(Minimum { up: lying.up, value });
+            found.minima.push(Minimum { up: lying.up, value, ended: true });
         }
     }
     found.minima.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -102,14 +102,15 @@ pub fn standing(f: &dyn Objective, facets: &Facets, known: &[Minimum], least_mm2
     all.extend(largest.into_iter().map(|up| Lying { up, area_mm2: footprint(facets, &up, layer_mm) }));
     let most_mm2 = all.iter().map(|l| l.area_mm2).fold(0.0, f64::max);
     all.retain(|l| l.area_mm2 >= least_mm2);
-    let mut minima: Vec<Minimum> = all.iter().map(|l| Minimum { up: l.up, value: f.value(facets, &l.up) }).collect();
+    let mut minima: Vec<Minimum> =
+        all.iter().map(|l| Minimum { up: l.up, value: f.value(facets, &l.up), ended: true }).collect();
     minima.sort_by(|a, b| a.value.total_cmp(&b.value));
     let held = Held { f, least_mm2, layer_mm };
     let between: Vec<Vec3> = minima.iter().take(WALKS).map(|m| walked(&held, &m.up)).collect();
     let walks = between.len();
     for up in between {
         if footprint(facets, &up, layer_mm) >= least_mm2 {
-            minima.push(Minimum { up, value: f.value(facets, &up) });
+            minima.push(Minimum { up, value: f.value(facets, &up), ended: true });
         }
     }
     let evaluations = minima.len() + walks * STEPS;
@@ -174,7 +175,7 @@ mod tests {
         // On an edge at just 45 degrees nothing hangs either.
         let edge = Vec3::new(1.0, 0.0, 1.0).normalize();
         let only = Found {
-            minima: vec![Minimum { up: edge, value: f.value(&facets, &edge) }],
+            minima: vec![Minimum { up: edge, value: f.value(&facets, &edge), ended: true }],
             evaluations: 1,
             lower_bound: None,
             stop: Stop::Converged,

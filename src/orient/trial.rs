@@ -36,7 +36,7 @@ impl<'a> Trial<'a> {
 
     /// The place with its value; one evaluation.
     pub(super) fn at(&mut self, up: Vec3) -> Minimum {
-        Minimum { up, value: self.value(&up) }
+        Minimum { up, value: self.value(&up), ended: true }
     }
 
     /// Value and gradient; one evaluation, since they share their work.

@@ -17,8 +17,6 @@
 //!
 //! Lengths mm.
 
-use std::cmp::Ordering;
-
 use crate::geom::Vec3;
 
 /// Facets less high than this have no normal that means anything, mm.
@@ -43,7 +41,10 @@ impl Given<'_> {
         let key = |turned: &[u32; 3]| {
             (self.length([turned[0], turned[1]]), turned[0].min(turned[1]), turned[0].max(turned[1]))
         };
-        let longer = |x: &[u32; 3], y: &[u32; 3]| key(x).partial_cmp(&key(y)).unwrap_or(Ordering::Equal);
+        let longer = |x: &[u32; 3], y: &[u32; 3]| {
+            let ((a, from, to), (b, other_from, other_to)) = (key(x), key(y));
+            a.total_cmp(&b).then((from, to).cmp(&(other_from, other_to)))
+        };
         [[a, b, c], [b, c, a], [c, a, b]].into_iter().max_by(longer).unwrap_or([a, b, c])
     }
 

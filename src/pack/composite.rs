@@ -30,13 +30,18 @@ pub(super) fn by_coverings(
 ) -> Option<Vec<Put>> {
     let gap = (room.gap_mm * UNITS).ceil() as i64;
     let space = room.space_mm.map(|mm| (mm * UNITS + 1e-3).floor() as i64 + gap);
-    let shapes: Vec<Vec<Shape>> = solids
-        .iter()
-        .map(|solid| {
-            let made = solid.turns(room.turns).into_iter().map(|turn| shape(solid, turn, gap, seed));
-            made.filter(|s| (0..3).all(|k| s.size[k] <= space[k])).collect()
-        })
-        .collect();
+    let mut shapes: Vec<Vec<Shape>> = Vec::new();
+    for solid in solids {
+        let mut turned = Vec::new();
+        // To cover one takes long: who asks for an end is not kept waiting by the next.
+        for turn in solid.turns(room.turns) {
+            if !watch.goes_on() {
+                return None;
+            }
+            turned.extend(Some(shape(solid, turn, gap, seed)).filter(|s| (0..3).all(|k| s.size[k] <= space[k])));
+        }
+        shapes.push(turned);
+    }
     let mut order: Vec<(usize, usize)> =
         (0..solids.len()).flat_map(|model| (0..solids[model].copies).map(move |copy| (model, copy))).collect();
     let key = |(model, _): &(usize, usize)| match goal {

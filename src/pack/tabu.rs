@@ -111,9 +111,9 @@ impl Search<'_> {
                     return true;
                 }
                 let known = least.as_ref().map_or(f64::INFINITY, |l| l.0);
-                if let Some((penalty, packed)) =
-                    self.penalty(runs, target, object, packed, watch).filter(|p| p.0 < known)
-                {
+                let one_more = (packed.len() == taken.len() + 1).then_some(packed);
+                let priced = one_more.and_then(|packed| self.penalty(runs, target, object, packed, watch));
+                if let Some((penalty, packed)) = priced.filter(|p| p.0 < known) {
                     least = Some((penalty, object, taken, packed));
                 }
                 if !following(&mut chosen, others.len()) {
@@ -130,7 +130,7 @@ impl Search<'_> {
         true
     }
 
-    /// For one run too many: how full its emptiest is, if that goes into one run with what is left of the target; and the runs with that one
+    /// For exactly one run too many: how full its emptiest is, if that goes into one run with what is left of the target; and the runs with that one
     /// last, packed so. `None` where it does not, or where this is forbidden.
     fn penalty(
         &self,

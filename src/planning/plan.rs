@@ -349,9 +349,27 @@ impl Plan {
         supported.enumerate().map(|(k, (slot, print))| (self.prints().count() + k, slot, print))
     }
 
-    /// The number of the supports' print of `print`, where it has some.
-    pub fn supports_of(&self, print: &Print) -> Option<usize> {
-        self.supports().find(|(_, _, held)| std::ptr::eq(*held, print)).map(|(number, _, _)| number)
+    /// The number of the supports' print of print `number` ([`Self::prints`]), where that has some.
+    pub fn supports_of(&self, number: usize) -> Option<usize> {
+        self.held().position(|held| held == number).map(|k| self.prints().count() + k)
+    }
+
+    /// The numbers of the prints that have supports, in the order of [`Self::supports`].
+    pub fn held(&self) -> impl Iterator<Item = usize> {
+        self.prints().enumerate().filter(|(_, (_, print))| print.supports.is_some()).map(|(number, _)| number)
+    }
+
+    /// All prints in the order in which they are made, setup by setup: slot, number of the print ([`Self::prints`]), print.
+    pub fn as_made(&self) -> impl Iterator<Item = (usize, usize, &Print)> {
+        let mut before = 0;
+        self.slots.iter().flat_map(move |slot| {
+            let setups = slot.setup_of_each();
+            let mut order: Vec<usize> = (0..slot.prints.len()).collect();
+            order.sort_by_key(|&index| setups[index]);
+            let first = before;
+            before += slot.prints.len();
+            order.into_iter().map(move |index| (slot.id, first + index, &slot.prints[index]))
+        })
     }
 }
 
@@ -413,16 +431,25 @@ impl Slot {
     /// The prints grouped by pose, in the order in which they are made.
     pub fn setups(&self) -> Vec<Vec<&Print>> {
         let mut groups: Vec<Vec<&Print>> = Vec::new();
-        for print in &self.prints {
-            let same = |g: &&mut Vec<&Print>| {
-                g[0].tilt_deg == print.tilt_deg && g[0].rotation_deg == print.rotation_deg && g[0].up == print.up
-            };
-            match groups.iter_mut().find(same) {
-                Some(group) => group.push(print),
-                None => groups.push(vec![print]),
-            }
+        for (print, setup) in self.prints.iter().zip(self.setup_of_each()) {
+            groups.resize_with(groups.len().max(setup + 1), Vec::new);
+            groups[setup].push(print);
         }
         groups
+    }
+
+    /// Of each print the number of its setup within the slot: prints of one pose share one, counted in the order of their first prints.
+    pub fn setup_of_each(&self) -> Vec<usize> {
+        let mut poses: Vec<&Print> = Vec::new();
+        let pose = |print: &Print| (print.tilt_deg, print.rotation_deg, print.up);
+        let mut number = |print| {
+            let known = poses.iter().position(|known| pose(known) == pose(print));
+            known.unwrap_or_else(|| {
+                poses.push(print);
+                poses.len() - 1
+            })
+        };
+        self.prints.iter().map(&mut number).collect()
     }
 }
 

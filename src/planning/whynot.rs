@@ -97,7 +97,10 @@ fn nearest_misses(setups: &Setups<'_>, part: usize, tried: &[Direction]) -> Vec<
     let mut ways = setups.ways(part, tried, Told::All);
     let everyone = set_of(setups.workpiece.parts.len(), 0..setups.workpiece.parts.len());
     let lost = |way: &PrintWay| (way.objections.len(), way.needs.rank(&everyone));
-    ways.sort_by(|a, b| lost(a).partial_cmp(&lost(b)).unwrap_or(std::cmp::Ordering::Equal));
+    ways.sort_by(|a, b| {
+        let ((count, (rough, area)), (other_count, (other_rough, other_area))) = (lost(a), lost(b));
+        count.cmp(&other_count).then(rough.cmp(&other_rough)).then(area.total_cmp(&other_area))
+    });
     ways.truncate(MOST_WAYS);
     ways
 }

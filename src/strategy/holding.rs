@@ -268,12 +268,10 @@ fn sliced_supports(
 ///
 /// As [`Laid::below`].
 pub(crate) fn all_supports(plan: &CheckedPlan, inputs: &[Input<'_>]) -> Result<Vec<(usize, Vec<u8>)>, Error> {
-    let number_of = |held: &Print| plan.prints().position(|(_, print)| std::ptr::eq(print, held));
-    let one = |(number, _, print): (usize, usize, &Print)| {
-        let held = number_of(print)?;
+    let one = |((number, _, print), held): ((usize, usize, &Print), usize)| {
         // What is missing is named where the file is written.
         let sliced = inputs.iter().find(|input| input.print == held)?.sliced;
         Some(sliced_supports(plan, (number, print), sliced).map(|bytes| (number, bytes)))
     };
-    plan.plan.supports().filter_map(one).collect()
+    plan.plan.supports().zip(plan.plan.held()).filter_map(one).collect()
 }

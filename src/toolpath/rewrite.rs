@@ -99,44 +99,41 @@ fn entries<'a>(
     }
     let mut entries = Vec::new();
     let mut printed: Vec<Printed> = Vec::new();
-    for slot in &job.plan.slots {
-        for print in slot.setups().into_iter().flatten() {
-            let index = prints.iter().position(|(_, p)| std::ptr::eq(*p, print)).unwrap_or_default();
-            let Some(input) = inputs.iter().find(|i| i.print == index) else {
-                return Err(RewriteError::Missing { print: index, slot: slot.id, part: print.part });
-            };
-            if let Some(number) = job.plan.supports_of(print) {
-                let missing = || RewriteError::Missing { print: number, slot: slot.id, part: print.part };
-                let input = inputs.iter().find(|i| i.print == number).ok_or_else(missing)?;
-                let mesh = slot_mesh(job.workpiece, table, print, input.centre_mm);
-                entries.push(Entry { input, print, slot: slot.id, mesh, joint: Joint::default(), holds: true });
-            }
+    for (slot, index, print) in job.plan.as_made() {
+        let Some(input) = inputs.iter().find(|i| i.print == index) else {
+            return Err(RewriteError::Missing { print: index, slot, part: print.part });
+        };
+        if let Some(number) = job.plan.supports_of(index) {
+            let missing = || RewriteError::Missing { print: number, slot, part: print.part };
+            let input = inputs.iter().find(|i| i.print == number).ok_or_else(missing)?;
             let mesh = slot_mesh(job.workpiece, table, print, input.centre_mm);
-            check_box(&mesh, input.sliced, job.profile).map_err(|source| RewriteError::Box {
-                file: input.file.to_owned(),
-                print: index,
-                part: print.part,
-                source,
-            })?;
-            let first = job.plan.slots.first().is_some_and(|first| first.id == slot.id);
-            if let (Some(line), false) = (input.sliced.adhesion, mesh.on_table && first) {
-                let (file, part) = (input.file.to_owned(), print.part);
-                return Err(RewriteError::Adhesion { file, line, print: index, part });
-            }
-            let up = Vec3::from(print.up);
-            let gap = joint_gap_mm(job.workpiece, print.part, up, &printed);
-            let mut joint = Joint::over(gap, input.sliced, job.profile);
-            if !job.workpiece.model.on_table.contains(&print.part) {
-                joint = joint.settled(gap, input.sliced, job.profile).map_err(|pressed| {
-                    let (file, part) = (input.file.to_owned(), print.part);
-                    let Pressed { overlap_mm, room_mm } = pressed;
-                    RewriteError::Pressed { file, print: index, part, overlap_mm, room_mm }
-                })?;
-            }
-            let lower = if input.sliced.layers.len() == 1 { joint.lower_mm } else { 0.0 };
-            printed.push(Printed { part: print.part, up, height_mm: input.sliced.extrusion.max.z - lower });
-            entries.push(Entry { input, print, slot: slot.id, mesh, joint, holds: false });
+            entries.push(Entry { input, print, slot, mesh, joint: Joint::default(), holds: true });
         }
+        let mesh = slot_mesh(job.workpiece, table, print, input.centre_mm);
+        check_box(&mesh, input.sliced, job.profile).map_err(|source| RewriteError::Box {
+            file: input.file.to_owned(),
+            print: index,
+            part: print.part,
+            source,
+        })?;
+        let first = job.plan.slots.first().is_some_and(|first| first.id == slot);
+        if let (Some(line), false) = (input.sliced.adhesion, mesh.on_table && first) {
+            let (file, part) = (input.file.to_owned(), print.part);
+            return Err(RewriteError::Adhesion { file, line, print: index, part });
+        }
+        let up = Vec3::from(print.up);
+        let gap = joint_gap_mm(job.workpiece, print.part, up, &printed);
+        let mut joint = Joint::over(gap, input.sliced, job.profile);
+        if !job.workpiece.model.on_table.contains(&print.part) {
+            joint = joint.settled(gap, input.sliced, job.profile).map_err(|pressed| {
+                let (file, part) = (input.file.to_owned(), print.part);
+                let Pressed { overlap_mm, room_mm } = pressed;
+                RewriteError::Pressed { file, print: index, part, overlap_mm, room_mm }
+            })?;
+        }
+        let lower = if input.sliced.layers.len() == 1 { joint.lower_mm } else { 0.0 };
+        printed.push(Printed { part: print.part, up, height_mm: input.sliced.extrusion.max.z - lower });
+        entries.push(Entry { input, print, slot, mesh, joint, holds: false });
     }
     Ok(entries)
 }

@@ -77,9 +77,10 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
             by_direction.push((direction, Seen::new(index, axis, origin, direction, width)))
         });
     }
-    let least = |seen: &Seen| seen.across[0].min(seen.across[1]);
+    // Minus nothing is nothing.
+    let least = |seen: &Seen| seen.across[0].min(seen.across[1]) + 0.0;
     by_direction.sort_unstable_by(|(a, one), (b, other)| {
-        (a, least(one), one.index).partial_cmp(&(b, least(other), other.index)).unwrap_or(std::cmp::Ordering::Equal)
+        a.cmp(b).then(least(one).total_cmp(&least(other))).then(one.index.cmp(&other.index))
     });
     let widest = by_direction.iter().map(|(_, seen)| seen.width).fold(0.0, f64::max);
     let mut pairs: Vec<Pair> = Vec::new();

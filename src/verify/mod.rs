@@ -144,13 +144,12 @@ fn planned(job: &Job<'_>) -> Vec<Planned> {
     let mut before = 0;
     let mut all = Vec::new();
     for slot in &job.plan.slots {
-        let setups = slot.setups();
-        for print in &slot.prints {
-            let own = setups.iter().position(|s| s.iter().any(|p| std::ptr::eq(*p, print))).unwrap_or_default();
+        let setups = slot.setup_of_each();
+        for (print, own) in slot.prints.iter().zip(&setups) {
             let (setup, up) = (before + own, Vec3::from(print.up));
             all.push(Planned { slot: slot.id, part: print.part, setup, pose: print.pose(&table), up, gap_mm: None });
         }
-        before += setups.len();
+        before += setups.iter().max().map_or(0, |last| last + 1);
     }
     let supports = job.plan.prints().zip(all.clone()).filter_map(|((_, print), held)| {
         let supports = print.supports.as_ref()?;

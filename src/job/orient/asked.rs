@@ -105,7 +105,7 @@ impl OrientAsked {
             }
         }
         let Recommendation { poses, at_least_min, evaluations, .. } = &made;
-        let minima = poses.iter().map(|p| Minimum { up: p.up, value: p.price_min }).collect();
+        let minima = poses.iter().map(|p| Minimum { up: p.up, value: p.price_min, ended: true }).collect();
         let (evaluations, lower_bound) = (*evaluations, Some(*at_least_min));
         let found = Found { minima, evaluations, lower_bound, stop: Stop::Converged, history: Vec::new() };
         let unproved = "the bound is the part alone at the least height, without supports, steps or risk";

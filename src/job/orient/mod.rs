@@ -130,9 +130,13 @@ impl Oriented {
         self.found.lower_bound.is_some_and(|bound| best - bound <= (PROVED * best.abs()).max(self.tie))
     }
 
-    /// `global` for a best minimum of which a lower bound proves it, else `local`.
+    /// `global` for a best minimum of which a lower bound proves it, `stopped` for one whose search ended before it came to rest, else `local`.
     pub fn kind(&self, minimum: &Minimum) -> &'static str {
-        if self.is_proved() && self.is_best(minimum) { "global" } else { "local" }
+        match minimum.ended {
+            _ if self.is_proved() && self.is_best(minimum) => "global",
+            true => "local",
+            false => "stopped",
+        }
     }
 }
 

@@ -118,7 +118,7 @@ impl Search for Mmls {
         let mut state = State { search: self, trial, random, history: Vec::new(), runs: Vec::new() };
         state.begin();
         let stop = state.iterate();
-        let minimum = |run: &Run| Minimum { up: up(run.at), value: run.value };
+        let minimum = |run: &Run| Minimum { up: up(run.at), value: run.value, ended: run.step < self.steps_deg[1] };
         let minima = state.runs.iter().map(minimum).collect();
         state.trial.found(minima, None, stop)
     }

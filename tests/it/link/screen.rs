@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 
-use super::real::{Running, gcode, interrupt, killed, profile, send, simulate, wait_for};
+use super::real::{Running, executed, gcode, interrupt, killed, profile, send, simulate, wait_for};
 use super::terminal::{Terminal, ended_with, opened, says, shows};
 use crate::support::{Command, folder, trunnion};
 
@@ -39,18 +39,25 @@ fn heated(dir: &Path, moves: u32) -> std::path::PathBuf {
     part
 }
 
+/// Waits until the printer of this log has been given a line with filament.
+fn prints(log: &Path) {
+    wait_for("a line of the print", || executed(log).iter().any(|line| line.contains('E')));
+}
+
 #[test]
 fn what_a_person_sees_from_the_first_line_to_the_last() {
     let dir = folder();
     let (machine, _, link) = (profile(dir.path()), heated(dir.path(), 1500), dir.path().join("tty"));
-    let _printer = slow_printer(&link, &machine, &["--speed", "12"]);
+    let log = dir.path().join("sim.log");
+    let _printer = slow_printer(&link, &machine, &["--speed", "12", "--log", log.to_str().unwrap()]);
     let mut host = send(Path::new("part.gcode"), &machine, &link);
     let (mut host, mut keys, screen) = connected(host.current_dir(dir.path()), 80);
     // Start.
     shows(&screen, "# %, waits for the bed's heat, bed #/#, # min left, layer # of #, #/# C");
     // Middle.
     shows(&screen, "# %, # min left, layer # of #, #/# C, bed #/#");
-    // Pause.
+    // Pause, once it waits for no heat.
+    prints(&log);
     interrupt(&host.0);
     shows(&screen, "paused above the part: Enter continues, c and Enter cancels, Ctrl-C is an emergency stop");
     // A status comes in between; the typed line is not left behind with it.
@@ -100,7 +107,9 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
             format!("{name}/part.gcode")
         });
         let at = |name: &str| dir.path().join(name);
-        let (slow, fails) = (["--speed", "12"], ["--speed", "12", "--fault", "fatal@800"]);
+        let log = at("two.log");
+        let slow = ["--speed", "12", "--log", log.to_str().unwrap()];
+        let fails = ["--speed", "12", "--fault", "fatal@800"];
         let _printers = [slow_printer(&at("tty1"), &machine, &fails), slow_printer(&at("tty2"), &machine, &slow)];
         let mut host = trunnion();
         host.current_dir(dir.path()).args(["send", "--unverified", "-m"]).arg(&machine);
@@ -121,6 +130,7 @@ fn what_a_person_sees_of_two_printers_from_the_first_line_to_the_last() {
         let wrong = "unknown command \"p #\"; N continues a paused print, Enter all of them, p N pauses, c N cancels a paused one, s N is the \
                      emergency stop of print N; prints are # to #";
         says(&screen, wrong);
+        prints(&log);
         keys.write_all(b"p 2\n").unwrap();
         let paused = "# tty#: paused above the part: # continues it, c # cancels it, s # is its emergency stop; Enter continues all, Ctrl-C twice \
                       stops all";
