@@ -59,7 +59,7 @@ def tests(paths, rooms, about, imported):
         elif module and module[1] in about:
             modules.add(module[1])
         elif path.startswith(("docs/", "README")):
-            modules |= {"recipes", "schemas", "packages", "architecture"}
+            modules |= {"recipes", "readable", "messages", "schemas", "packages", "architecture"}
         elif not path.startswith(("scripts/", ".ci/", "CHANGELOG", "benches/", "fuzz/", "python/", ".config/")):
             return "all()"
     named = [f"(binary(trunnion) & test(/^({'|'.join(sorted(units))})::/))"] if units else []

@@ -4,7 +4,7 @@ use std::cell::{OnceCell, RefCell};
 use std::io::{BufRead, IsTerminal};
 
 use super::{Console, progress};
-use crate::document::{self, Tone};
+use crate::document::{self, Lines, Tone};
 use crate::job::{Answer, At, Desk, Error, Operator, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
@@ -50,7 +50,7 @@ impl<'a> Terminal<'a> {
             let mut text = String::new();
             // The end of input is no Enter.
             if std::io::stdin().read_line(&mut text).is_ok_and(|n| n > 0) {
-                progress::typed(None, draws.then_some(0));
+                progress::typed(None, draws.then(|| Lines::new(0, true)).as_deref());
                 let _ = typed.send(text);
             }
         });

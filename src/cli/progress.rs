@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Failure, plan};
-use crate::document::{self, Row, text};
+use crate::document::{self, Lines, Row, text};
 use crate::job::{Bar, Installed, LoadedModel, OutputFile, PlanResult, Progress, SliceResult, World, interrupts};
 
 /// The terminal, as the flags have set it.
@@ -46,7 +46,7 @@ impl Console {
     }
 
     /// Makes room for the lines of `of` such things; whether they are there: where a person looks on, and the terminal is high enough.
-    pub(super) fn rows(&self, of: usize) -> bool {
+    pub(super) fn rows(&self, of: usize) -> Arc<Lines> {
         let lines = size()[1];
         let high = of + 2 <= lines;
         match (self.draws(), high) {
@@ -54,7 +54,7 @@ impl Console {
             (true, false) => self.note(&document::too_low(lines, of)),
             _ => {}
         }
-        high && self.draws()
+        Lines::new(of, high && self.draws())
     }
 
     /// Whether there is a status.
@@ -64,7 +64,7 @@ impl Console {
 
     fn say(&self, text: &str) {
         match &self.row {
-            Some(row) if row.drawn => put(&row.above(text, size()[0])),
+            Some(row) if row.lines.are_drawn() => row.above(text, size()[0], put),
             Some(row) => say(&format!("{}: {text}", row.name)),
             None => say(text),
         }
@@ -134,7 +134,7 @@ impl Console {
     /// Where a long job is: in one place of a terminal, nowhere else.
     pub(crate) fn status(&self, text: &str) {
         match &self.row {
-            Some(row) if row.drawn => put(&row.over(text, size()[0])),
+            Some(row) if row.lines.are_drawn() => row.over(text, size()[0], put),
             None if self.draws() => put(&format!("\r{}\x1b[K\r", document::fitting(text, size()[0]))),
             _ => {}
         }
@@ -196,13 +196,12 @@ pub(super) fn error(failure: &Failure) {
     say(&format!("error{}: {failure}", code.map_or_else(String::new, |code| format!("[{code}]"))));
 }
 
-/// Somebody has typed a line: `wrong` where it means nothing. Where the screen has `rows`, they are counted from the cursor, which it has moved.
-pub(super) fn typed(wrong: Option<&str>, rows: Option<usize>) {
-    put(rows.map_or("", |_| document::TYPED));
-    match (wrong, rows) {
-        (Some(text), Some(rows)) => put(&document::above(text, rows, size()[0])),
+/// Somebody has typed a line, which has moved the cursor behind the screen's `lines`: `wrong` where it means nothing.
+pub(super) fn typed(wrong: Option<&str>, lines: Option<&Lines>) {
+    match (wrong, lines) {
+        (_, Some(lines)) => lines.typed(wrong, size()[0], put),
         (Some(text), None) => say(&format!("error: {text}")),
-        (None, _) => {}
+        (None, None) => {}
     }
 }
 

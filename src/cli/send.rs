@@ -77,9 +77,12 @@ fn several(
     let wires = addresses.iter().zip(journals).map(|(address, journal)| Wire { address, journal });
     let prints: Vec<Print<'_>> = requests.iter().zip(wires).map(|(&request, wire)| Print { request, wire }).collect();
     let of = prints.len();
-    let drawn = console.rows(of);
-    let desk = &*job::desk(of, move |wrong| progress::typed(wrong, drawn.then_some(of)));
-    let row = |(row, port): (usize, &&str)| console.row(Row { name: format!("{} {port}", row + 1), row, of, drawn });
+    let lines = console.rows(of);
+    let shown = lines.clone();
+    let desk = &*job::desk(of, move |wrong| progress::typed(wrong, Some(&*shown).filter(|shown| shown.are_drawn())));
+    let row = |(row, port): (usize, &&str)| {
+        console.row(Row { name: format!("{} {port}", row + 1), row, lines: lines.clone() })
+    };
     let consoles: Vec<Console> = ports.iter().enumerate().map(row).collect();
     let operator =
         |index: usize| -> Box<dyn Operator> { Box::new(Terminal::new(&consoles[index], args.yes).at(desk, index)) };

@@ -41,7 +41,7 @@ pub use printing::{
     shipped, sliced, verified,
 };
 pub use published::published;
-pub use row::{Row, TYPED, above, fitting, too_low};
+pub use row::{Lines, Row, fitting, too_low};
 pub use sent::{Tone, ended, failures, paused, rehearsal, said, undone};
 pub use supported::supported;
 pub use viewed::{compared, page, page_of_two, previewed};

@@ -12,7 +12,7 @@ const ELSEWHERE: [(&str, &str); 2] =
     [("how-to/publish.md", "run beside servers by publish::recipes"), ("how-to/send.md", "needs two printers")];
 
 /// All pages, by their path below `docs`.
-fn pages() -> Vec<String> {
+pub(crate) fn pages() -> Vec<String> {
     let mut found = Vec::new();
     for below in ["", "how-to", "reference", "explanation"] {
         for entry in std::fs::read_dir(root().join("docs").join(below)).unwrap() {
