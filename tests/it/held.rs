@@ -111,7 +111,7 @@ fn solids_go_to_a_verified_file_on_supports() {
 fn real_meshes_go_to_a_verified_file_on_supports() {
     let meshes = root().join("../shared/data/meshes");
     if !meshes.exists() {
-        skip("../shared/data not found");
+        skip("../shared/data is not there");
         return;
     }
     let folder = new_folder();

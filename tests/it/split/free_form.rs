@@ -28,7 +28,7 @@ fn bunny() -> Option<TriangleMesh<Object>> {
 #[test]
 fn of_the_bunny_only_the_rim_at_the_table_stays_bare() {
     let Some(mesh) = bunny() else {
-        skip("../shared/data not found");
+        skip("../shared/data is not there");
         return;
     };
     let none = NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };

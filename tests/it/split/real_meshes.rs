@@ -30,7 +30,7 @@ fn scaled(mesh: &TriangleMesh<Object>, longest: f64) -> TriangleMesh<Object> {
 fn what_is_called_printable_is_printed_and_the_rest_refused_by_name() {
     let meshes = root().join("../shared/data/meshes");
     if !meshes.exists() {
-        skip("../shared/data not found");
+        skip("../shared/data is not there");
         return;
     }
     let slicers = ["builtin", "prusa-slicer"].into_iter().filter(|slicer| *slicer == "builtin" || installed(slicer));

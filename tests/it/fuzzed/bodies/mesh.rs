@@ -48,7 +48,7 @@ fn whole<F>(mesh: &TriangleMesh<F>) {
     let reach = MAX_COORDINATE * 1000.0;
     assert!(mesh.vertices().iter().flatten().all(|v| v.is_finite() && v.abs() <= reach), "a vertex beyond reach");
     let count = mesh.vertices().len() as u32;
-    assert!(mesh.facets().iter().flatten().all(|&corner| corner < count), "a corner that not found");
+    assert!(mesh.facets().iter().flatten().all(|&corner| corner < count), "a corner that is not there");
 }
 
 /// A 3MF whose model is `xml`.
