@@ -27,7 +27,7 @@ pub enum FileError {
         source: std::io::Error,
     },
     /// A pipe or a device might never end.
-    #[error("{} is {kind}; give the name of a file", path.display())]
+    #[error("{} is {kind}; give a file name", path.display())]
     NotAFile {
         /// What was to be read.
         path: PathBuf,

@@ -511,7 +511,7 @@ fn two_sided_facets_are_dropped_beside_a_solid() {
     let done = trunnion().args(["inspect", &model]).output().unwrap();
     assert!(done.status.success(), "{}", said(&done));
     let text = said(&done);
-    assert!(text.contains("nothing, 2 facets, the first of them facet 12"), "{text}");
+    assert!(text.contains("nothing, 2 facets, the first of them facet 12: removed"), "{text}");
     let out = folder.path().join("sheet.gcode");
     let done = trunnion().args(["prepare", &model, "-m", "generic-ac", "--slicer", "builtin", "-o"]).arg(&out).output();
     assert!(done.unwrap().status.success() && out.exists());

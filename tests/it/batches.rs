@@ -245,8 +245,8 @@ fn batches_that_cannot_be_are_sentences() {
         assert!(run.status.code() == Some(2) && said(&run).contains(wanted), "{:?} {}", run.status, said(&run));
     };
     let (cube, empty) = (fixture("cube"), empty.to_str().unwrap());
-    fails(&[empty, "-o", "OUT"], "a model ends in .stl");
-    fails(&[empty], "is a folder");
+    fails(&[empty, "-o", "OUT"], "no models found; a model ends in .stl");
+    fails(&[empty], "is a folder; give a file name, or -o DIR for the results of all its models");
     fails(&["no/such/list.txt", "-o", "OUT"], "file not found");
     fails(&[&cube, "--jobs", "2"], "--jobs, --share and --retry are for many models");
     fails(&[empty, "-o", "OUT", "--share", "4/4"], "--share 4/4: must be I/N");

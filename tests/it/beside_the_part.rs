@@ -112,7 +112,7 @@ fn what_the_plan_has_no_room_for_is_refused_for_what_it_is() {
             "a skirt or brim of more than one layer, or a draft shield",
         ),
         ("skirts = 1\ndraft_shield = enabled\nskirt_distance = 4\n", "or a draft shield"),
-        ("raft_layers = 2\n", "supports or a raft"),
+        ("raft_layers = 2\n", "supports or a raft, which the plan does not allow for"),
         ("spiral_vase = 1\nperimeters = 1\nfill_density = 0\ntop_solid_layers = 0\n", "sliced as a spiral"),
         ("use_relative_e_distances = 0\nlayer_gcode = \nuse_volumetric_e = 1\n", "volumetric E"),
     ] {

@@ -41,7 +41,9 @@ fn its_prints_are_clean_at_every_layer_height() {
             let document = prepare(&fixture(model), "generic-ac", "cura", &output, &["--slicer-config", &config_text]);
             assert_eq!(document["verify"]["findings"], serde_json::json!([]), "{model} at {height}");
             assert_eq!(document["slicer"]["name"], "CuraEngine");
-            let warned = document["warnings"].to_string().contains("not as in --slicer-config: adhesion_type = skirt");
+            let warned = document["warnings"]
+                .to_string()
+                .contains("not as in --slicer-config: adhesion_type = skirt; prints are sliced without them");
             assert!(warned, "{}", document["warnings"]);
         }
     }

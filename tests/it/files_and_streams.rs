@@ -77,7 +77,7 @@ fn no_verb_writes_onto_what_is_no_file() {
     let folder = no_files();
     let before = names(folder.path());
     for kind in KINDS {
-        let wanted = format!("{kind} is {}", kind.replace('-', " "));
+        let wanted = format!("{kind} is {}; give a file name for the output", kind.replace('-', " "));
         for args in OUTPUTS {
             let text = refused(folder.path(), &[args, &[kind]].concat());
             assert!(text.starts_with(&wanted), "{args:?}: {text}");
@@ -99,7 +99,7 @@ fn no_verb_reads_what_is_no_file() {
     let plan = folder.path().join("plan.json").display().to_string();
     assert!(trunnion().args(["plan", &fixture("cube"), "-m", "generic-ac", "-o", &plan]).status().unwrap().success());
     for kind in KINDS {
-        let wanted = format!("{kind} is {}", kind.replace('-', " "));
+        let wanted = format!("{kind} is {}; give a file name", kind.replace('-', " "));
         let profile = format!("./{kind}");
         let cube = fixture("cube");
         let calls: [&[&str]; 9] = [

@@ -153,7 +153,10 @@ fn a_machine_is_described_by_answers() {
             && text.contains("# Not answered, so copied from there: "),
         "{text}"
     );
-    assert!(text.contains("The head") && text.contains("# Stops, as words."), "{text}");
+    assert!(
+        text.contains("The head ([[head.body]]) is that profile's") && text.contains("# Stops, as words."),
+        "{text}"
+    );
     let shown = run(&["show", "mine", "--json"]);
     let shown: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
     assert_eq!(
@@ -171,7 +174,7 @@ fn a_machine_is_described_by_answers() {
     );
     assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
     for (args, words) in [
-        (&["new", "fibr3d", "--keep-rest"][..], "a name is made of letters"),
+        (&["new", "fibr3d", "--keep-rest"][..], "must not be a shipped profile's"),
         (&["new", "../x", "--keep-rest"], "made of letters"),
         (&["new", "x", "--keep-rest", "--set", "limits.x"], "give KEY=VALUE"),
         (&["new", "x", "--keep-rest", "--set", "limits.x_m=[0,1]"], "did you mean \"limits.x_mm\"?"),
@@ -266,7 +269,7 @@ fn a_head_is_measured_by_callipers() {
         ("generic-ac", &[("head.blok_mm", "[1, 2, 3, 4]")][..], "did you mean \"head.block_mm\"?"),
         ("generic-ac", &[("head.block_mm", "[1, 2, 3]")], "head.block_mm=[1, 2, 3]: give 4 numbers of 0..1000 mm"),
         ("generic-ac", &[("head.block_mm", "[-1, 2, 3, 4]")], "give 4 numbers of 0..1000 mm"),
-        ("generic-ac", &[("head.block_mm", "[0, 0, 3, 4]")], "must be above 0"),
+        ("generic-ac", &[("head.block_mm", "[0, 0, 3, 4]")], "left plus right, and front plus back, must be above 0"),
         ("generic-ac", &[("head.nozzle_tip_mm", "fine")], "head.nozzle_tip_mm=\"fine\": give one number of 0..1000 mm"),
         ("generic-ac", &[("head.nozzle_tip_mm", "0")], "a nozzle cannot grow narrower upward"),
         ("generic-ac", &[("head.cone_mm", "[8, 0.5]")], "1 mm across the tip and 0.5 mm over a length of 8 mm"),

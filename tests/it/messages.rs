@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use regex_lite::Regex;
 
-use crate::support::{folder, root, said, trunnion};
+use crate::support::{folder, is_kept, root, said, trunnion};
 
 /// What is said of a code.
 #[derive(Default)]
@@ -142,13 +142,7 @@ fn the_list_of_messages_is_that_of_the_sources() {
         }
         says.iter().for_each(|text| _ = writeln!(made, "> {}", text.replace('\n', " ")));
     }
-    let path = root().join("docs/reference/messages.md");
-    if std::env::var_os("UPDATE_FIXTURES").is_some() {
-        std::fs::write(&path, &made).unwrap();
-    }
-    let kept = std::fs::read_to_string(&path).unwrap();
-    let differs = kept.lines().zip(made.lines()).find(|(a, b)| a != b);
-    assert!(kept == made, "messages.md is not of these sources: {differs:?}; UPDATE_FIXTURES=1 writes it");
+    is_kept("docs/reference/messages.md", &made);
 }
 
 /// A stranger's first mistakes: each has a code that is explained.

@@ -24,7 +24,7 @@ const MISTAKES: [(&str, &str, &str); 21] = [
     ("plan a.stl", "command/usage", "profile new"),
     ("prepare generic-ac -m a.stl", "input/absent", "generic-ac"),
     ("prepare a.stl -m b.stl", "profile/no-such-profile", "TOML"),
-    ("prepare nothing -m generic-ac -o x.gcode", "job/no-models", "a model ends in .stl"),
+    ("prepare nothing -m generic-ac -o x.gcode", "job/no-models", "no models found"),
     ("prepare https://example.org/a.stl -m generic-ac", "input/address", "download"),
     ("prepare part.step -m generic-ac", "mesh/surfaces", "export"),
     ("prepare made.gcode -m generic-ac -o x.gcode", "mesh/program", "model itself"),

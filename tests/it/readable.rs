@@ -2,7 +2,7 @@
 
 use regex_lite::Regex;
 
-use crate::support::{root, trunnion};
+use crate::support::{is_kept, root, trunnion};
 
 /// Pages of the project's own people, whose sentences may be longer.
 const FOR_DEVELOPERS: [&str; 3] =
@@ -141,11 +141,5 @@ fn the_command_line_is_documented_as_it_is() {
             }
         }
     }
-    let path = root().join("docs/reference/command-line.md");
-    if std::env::var_os("UPDATE_FIXTURES").is_some() {
-        std::fs::write(&path, &page).unwrap();
-    }
-    let kept = std::fs::read_to_string(&path).unwrap_or_default();
-    let differs = kept.lines().zip(page.lines()).find(|(kept, made)| kept != made);
-    assert!(kept == page, "command-line.md is not of this version: {differs:?}; UPDATE_FIXTURES=1 writes it");
+    is_kept("docs/reference/command-line.md", &page);
 }

@@ -194,6 +194,17 @@ pub(crate) fn said(output: &Output) -> String {
     format!("{}\n{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
+/// Whether the page at `path` is `made`, which the sources say it is. UPDATE_FIXTURES=1 writes it anew.
+pub(crate) fn is_kept(path: &str, made: &str) {
+    let path = root().join(path);
+    if std::env::var_os("UPDATE_FIXTURES").is_some() {
+        std::fs::write(&path, made).unwrap();
+    }
+    let kept = std::fs::read_to_string(&path).unwrap();
+    let differs = kept.lines().zip(made.lines()).find(|(kept, made)| kept != made);
+    assert!(kept == made, "{}: not of these sources: {differs:?}; UPDATE_FIXTURES=1 writes it", path.display());
+}
+
 /// Code and sentence of a line `error: ..` or `error[CODE]: ..`.
 pub(crate) fn error_in(line: &str) -> Option<(&str, &str)> {
     let rest = line.strip_prefix("error")?;

@@ -37,7 +37,7 @@ fn a_machine_is_described_by_its_ini() {
         "# my machine.ini:22\nmin_deg = -100.0\n",
         "# your answer\nradius_mm = 75\n",
         "# your answer\nx_mm = [-150, 150]\n",
-        "The head",
+        "The head ([[head.body]]) is that profile's",
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }

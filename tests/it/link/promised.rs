@@ -80,7 +80,7 @@ fn a_resume_without_a_journal_says_where_it_looked() {
     let journal = dir.path().join("part.gcode.journal");
     assert!(
         lost.status.code() == Some(2)
-            && words.contains(&format!("{}", journal.display()))
+            && words.contains(&format!("{}: journal not found", journal.display()))
             && words.contains("--journal FILE"),
         "{:?} {words}",
         lost.status

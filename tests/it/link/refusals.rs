@@ -117,5 +117,5 @@ fn what_is_not_understood_is_quoted_and_cannot_move_a_cursor() {
             other => panic!("{other:?}"),
         }
     );
-    assert!(said.contains("; its last answer, \"oui ?[2J\""), "{said}");
+    assert!(said.contains("; its last answer, \"oui ?[2J\", is not understood"), "{said}");
 }

@@ -204,7 +204,7 @@ fn nothing_half_is_left_where_it_cannot_be_finished() {
     // The others compare checksums themselves, and are sent it again.
     let server = locked(Kind::OctoPrint);
     server.inside().hitches = vec![Hitch::Spoilt].into();
-    fails(&mut publish(&server.to(), &[]), 4, "bytes sent");
+    fails(&mut publish(&server.to(), &[]), 4, "upload corrupted (");
     assert!(server.inside().files.is_empty());
     for kind in [Kind::Moonraker, Kind::Duet] {
         let server = locked(kind);
@@ -269,11 +269,11 @@ fn doors_that_are_shut_are_sentences() {
     for kind in KINDS {
         let server = locked(kind);
         fails(publish(&server.to(), &[]).env("TRUNNION_KEY", "SECRET"), 4, "it rejects the key");
-        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it requires a key");
+        fails(publish(&server.to(), &[]).env_remove("TRUNNION_KEY"), 4, "it requires a key; pass --key-file FILE");
         for (door, words) in [
             (Door::Page, "with a web page or other text instead of data"),
             (Door::Login, "a proxy in front of it asks for a login (Basic realm=\"workshop\")"),
-            (Door::Moved, "it redirects to http://elsewhere.local/login"),
+            (Door::Moved, "it redirects to http://elsewhere.local/login; the key was not sent there"),
             (Door::Mute, "no answer for 1 s"),
             (Door::Garbled, "it does not speak HTTP"),
         ] {
