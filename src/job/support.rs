@@ -12,8 +12,8 @@ use crate::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
 use crate::spelling::{counted, nearest, numbers};
 use crate::strategy::grid::{OUTSIDE_MM, fitting, grid_over};
 use crate::support::{
-    Bare, Bars, Braced, Build, Built, Ceiling, Count, Cover, Graph, Grid, Method, Planned, Structure, bare, braced,
-    build, cover, longest_free_mm, plan,
+    Bare, Bars, Braced, Build, Built, Ceiling, Clear, Count, Cover, Flow, Graph, Grid, Laying, Method, Planned, Roof,
+    Structure, bare, braced, build, held, lines, longest_free_mm, plan, sheets,
 };
 use crate::view::Drawing;
 
@@ -93,6 +93,9 @@ impl Default for SupportOptions {
 const WALL_MM: f64 = 0.4;
 /// From the middle of a roof's bar to that of the next, in thicknesses of a wall.
 const ROOF_WALLS: f64 = 2.0;
+/// Sheets follow the part in steps of about this height, mm, and of no less than this share of the gap.
+const LAYER_MM: f64 = 0.1;
+const MOST_IN_GAP: f64 = 8.0;
 /// Patches that a message names.
 const NAMED: usize = 3;
 
@@ -251,18 +254,14 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
         plan(&graph, method, (options.capacity, options.node_capacity), options.seed, &mut |done| bar.at(done));
     drop(bar);
     let seconds_plan = (world.clock.now() - planning).as_secs_f64();
-    let wall_mm = wall_mm(options);
-    let SupportForm { roof_mm, roof_pitch_mm, brace_mm } = options.form;
-    let pitch_mm = roof_pitch_mm.unwrap_or(ROOF_WALLS * wall_mm);
-    let roof = (roof_mm > 0.0).then_some(Bars { high_mm: roof_mm, pitch_mm });
-    let how = Build { structure, wall_mm, gap_mm: options.gap_mm, roof };
+    let brace_mm = options.form.brace_mm;
     let stiff = if brace_mm > 0.0 {
         braced(&graph, &planned.flow, brace_mm)
     } else {
         Braced { flow: planned.flow.clone(), struts: 0, unbraced: 0 }
     };
-    let built = build(&graph, &stiff.flow, &Ceiling::of(&graph, &meshes), &how);
-    let cover = cover(&graph, &planned.flow, &meshes, overhang);
+    let built = built(structure, (&graph, &stiff.flow), &meshes, options);
+    let cover = held(&built.mesh, &graph, &meshes, overhang, options.gap_mm);
     let done = SupportResult {
         count: graph.count(),
         method: name,
@@ -296,6 +295,44 @@ pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportRes
         ));
     }
     Ok(done)
+}
+
+/// The supports as closed meshes: sheets keep the gap on all sides and lean out beside walls; what else stands there follows its arcs.
+fn built(
+    structure: Structure,
+    (graph, flow): (&Graph, &Flow),
+    meshes: &[&TriangleMesh<Slot>],
+    options: &SupportOptions,
+) -> Built {
+    let wall_mm = wall_mm(options);
+    let SupportForm { roof_mm, roof_pitch_mm, .. } = options.form;
+    let pitch_mm = roof_pitch_mm.unwrap_or(ROOF_WALLS * wall_mm);
+    if structure != Structure::X {
+        let roof = (roof_mm > 0.0).then_some(Bars { high_mm: roof_mm, pitch_mm });
+        let how = Build { structure, wall_mm, gap_mm: options.gap_mm, roof };
+        return build(graph, flow, &Ceiling::of(graph, meshes), &how);
+    }
+    let layer_mm = layer_mm(options.gap_mm);
+    let layers = (roof_mm / layer_mm - 1e-6).ceil() as usize;
+    let roof = (roof_mm > 0.0).then_some(Roof { layers, pitch_mm });
+    let how = Laying { line_mm: wall_mm, gap_mm: options.gap_mm, clear: Clear::Around, on_part: false, roof };
+    let (low, top) = (graph.grid.origin.z, meshes.iter().map(|mesh| mesh.bounds().max.z).fold(0.0, f64::max));
+    let edge = |k: usize| low + k as f64 * layer_mm;
+    let spans: Vec<[f64; 2]> = (0..((top - low) / layer_mm).ceil() as usize).map(|k| [edge(k), edge(k + 1)]).collect();
+    let sheets = sheets(&lines(graph, flow, meshes, &spans, &how), wall_mm);
+    Built {
+        volume_mm3: sheets.mesh.volume(),
+        mesh: sheets.mesh,
+        chains: sheets.count - sheets.bars,
+        bars: sheets.bars,
+        plate_mm2: sheets.plate_mm2,
+        contact_mm2: sheets.contact_mm2,
+    }
+}
+
+/// The height in which sheets follow the part, mm: some of them fit into the gap.
+fn layer_mm(gap_mm: f64) -> f64 {
+    if gap_mm < 0.5 * LAYER_MM { LAYER_MM } else { gap_mm / (gap_mm / LAYER_MM).round().min(MOST_IN_GAP) }
 }
 
 fn checked(options: &SupportOptions) -> Result<(Method, &'static str), BadSetting> {

@@ -28,7 +28,7 @@ impl BoxTree {
     }
 
     /// Of any boxes: what it says of facets, it then says of these.
-    pub(super) fn of_boxes(boxes: Vec<Bounds>) -> Self {
+    pub(crate) fn of_boxes(boxes: Vec<Bounds>) -> Self {
         let order = (0..boxes.len() as u32).collect();
         let mut tree = Self { nodes: Vec::with_capacity(boxes.len() / 2 + 1), order, boxes };
         if !tree.boxes.is_empty() {
@@ -71,7 +71,7 @@ impl BoxTree {
     }
 
     /// Calls `visit` for every facet whose box meets `bounds`, in no particular order.
-    pub(super) fn visit(&self, bounds: &Bounds, mut visit: impl FnMut(usize)) {
+    pub(crate) fn visit(&self, bounds: &Bounds, mut visit: impl FnMut(usize)) {
         let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0] };
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at];

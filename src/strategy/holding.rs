@@ -14,8 +14,8 @@ use crate::planning::{Plan, Print, PrintSupports, PropPlace, Workpiece};
 use crate::profile::{Profile, SliceSettings};
 use crate::slicing::builtin::sheets;
 use crate::support::{
-    Bare, Bars, Build, Ceiling, Flow, Graph, Laying, Method, Prop, Roof, Structure, SupportLayer, bare, braced, build,
-    lines, longest_free_mm, plan, propped,
+    Bare, Bars, Build, Ceiling, Clear, Flow, Graph, Laying, Method, Prop, Roof, Structure, SupportLayer, bare, braced,
+    build, lines, longest_free_mm, plan, propped,
 };
 use crate::toolpath::{Input, SlicedPrint, SlotMesh, print_name, slot_mesh};
 
@@ -81,7 +81,13 @@ impl Laid {
             layers: (roof.height_mm / process.layer_height_mm - SAME_MM).ceil().max(1.0) as usize,
             pitch_mm: roof.pitch_mm,
         });
-        let how = Laying { line_mm, gap_mm: supports.gap_mm, beside_mm: BESIDE_WIDTHS * line_mm, on_part: true, roof };
+        let how = Laying {
+            line_mm,
+            gap_mm: supports.gap_mm,
+            clear: Clear::Layers { beside_mm: BESIDE_WIDTHS * line_mm },
+            on_part: true,
+            roof,
+        };
         Ok(Self {
             layers: lines(&graph, &flow, &[&mesh.mesh], &spans(tops), &how),
             bare: bare(&graph),
@@ -93,8 +99,8 @@ impl Laid {
     pub(crate) fn prop(&mut self, mesh: &SlotMesh, supports: &PrintSupports, tops: &[f64], process: &SliceSettings) {
         if !supports.props.is_empty() {
             let line_mm = process.line_width_mm;
-            let (gap_mm, beside_mm) = (supports.gap_mm, BESIDE_WIDTHS * line_mm);
-            let how = Laying { line_mm, gap_mm, beside_mm, on_part: true, roof: None };
+            let (gap_mm, clear) = (supports.gap_mm, Clear::Layers { beside_mm: BESIDE_WIDTHS * line_mm });
+            let how = Laying { line_mm, gap_mm, clear, on_part: true, roof: None };
             let there: (&[&TriangleMesh<Slot>], &[[f64; 2]]) = (&[&mesh.mesh], &spans(tops));
             propped(&mut self.layers, &props(supports), there, (&how, supports.step_mm));
         }

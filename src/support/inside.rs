@@ -38,6 +38,41 @@ pub(super) fn inside(grid: &Grid, meshes: &[&TriangleMesh<Slot>], squares: &[u32
     turns.into_iter().map(|turns| turns > 0).collect()
 }
 
+/// Which places lie on another part.
+pub(super) struct Parts<'a> {
+    grid: &'a Grid,
+    meshes: &'a [&'a TriangleMesh<Slot>],
+    /// The facets over each column of cubes, each with its mesh.
+    by_column: HashMap<usize, Vec<(usize, usize)>>,
+}
+
+impl<'a> Parts<'a> {
+    pub(super) fn of(grid: &'a Grid, meshes: &'a [&'a TriangleMesh<Slot>]) -> Self {
+        let mut by_column: HashMap<usize, Vec<(usize, usize)>> = HashMap::new();
+        for (part, mesh) in meshes.iter().enumerate().filter(|_| meshes.len() > 1) {
+            for facet in 0..mesh.facets().len() {
+                columns(grid, &mesh.corners(facet))
+                    .for_each(|column| by_column.entry(column).or_default().push((part, facet)));
+            }
+        }
+        Self { grid, meshes, by_column }
+    }
+
+    /// Whether `depth_mm` below a place of part `own` another part has material.
+    pub(super) fn carry(&self, own: usize, at: &Vec3, depth_mm: f64) -> bool {
+        let steps = self.grid.in_steps(at);
+        let column = steps[0] as usize + self.grid.size[0] * steps[1] as usize;
+        let facets = self.by_column.get(&column).map_or(&[][..], Vec::as_slice);
+        let mut turns = vec![0; self.meshes.len()];
+        for &(part, facet) in facets.iter().filter(|(part, _)| *part != own) {
+            if let Some((height, sense)) = crossing(&self.meshes[part].corners(facet), at) {
+                turns[part] += if height > at.z - depth_mm { sense } else { 0 };
+            }
+        }
+        turns.into_iter().any(|turns| turns > 0)
+    }
+}
+
 /// The columns of cubes over which a facet may lie.
 fn columns(grid: &Grid, corners: &[Vec3; 3]) -> impl Iterator<Item = usize> {
     let steps = corners.map(|corner| grid.in_steps(&corner));

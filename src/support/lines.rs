@@ -22,13 +22,14 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::clear::{Clear, Cuts, Keeps};
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
 use super::roof::{Roof, Under};
 use super::spans::{Line, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::section::{Section, Sections, Segments};
+use crate::section::{Section, Segments};
 
 /// How supports are laid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,8 +38,8 @@ pub struct Laying {
     pub line_mm: f64,
     /// Air between a support and what it holds, mm, at least.
     pub gap_mm: f64,
-    /// Air between a support and the part beside it, mm.
-    pub beside_mm: f64,
+    /// From what that air is kept, and what beside.
+    pub clear: Clear,
     /// Whether what has no way to the ground stands on the part.
     pub on_part: bool,
     /// The roof below what is held; `None`: sheets alone hold it.
@@ -54,8 +55,6 @@ pub struct SupportLayer {
     pub lines: Vec<Line>,
 }
 
-/// Heights that differ by less are the same, mm.
-const SAME_MM: f64 = 1e-6;
 /// Above its red square a sheet ends at the latest after so many steps: the surface is within the cube above.
 const ABOVE: f64 = 2.0;
 
@@ -88,9 +87,7 @@ pub fn lines(
     layers: &[[f64; 2]],
     how: &Laying,
 ) -> Vec<SupportLayer> {
-    let sections: Vec<Sections> = meshes.iter().map(|mesh| Sections::of(mesh)).collect();
-    let cuts: Vec<Vec<Section>> =
-        layers.iter().map(|[low, high]| sections.iter().map(|s| s.at((low + high) / 2.0)).collect()).collect();
+    let cuts = Cuts::of(meshes, layers, how);
     let columns = if how.on_part { columns(graph) } else { Vec::new() };
     let mut by_level = by_level(graph, flow);
     for &node in columns.iter().flat_map(|column| &column[..column.len() - 1]) {
@@ -102,8 +99,8 @@ pub fn lines(
     let held = |&node: &usize| {
         let low = graph.grid.middle(node).z;
         let within = |span: &[f64; 2]| span[1] > low && span[0] < low + ABOVE * graph.grid.step_mm;
-        let near: Vec<&[Section]> =
-            layers.iter().zip(&cuts).filter(|(span, _)| within(span)).map(|(_, cut)| cut.as_slice()).collect();
+        let near = (0..layers.len()).filter(|&k| within(&layers[k]));
+        let near: Vec<&[Section]> = near.map(|k| cuts.layer(k)).collect();
         (node, shadow(graph, node, &near, (FARTHEST, how.line_mm)))
     };
     let tops: HashMap<usize, [Spans; 2]> = tops.par_iter().map(held).collect();
@@ -111,22 +108,21 @@ pub fn lines(
     let low = (0..graph.grid.level()).filter(|&cube| graph.is_black(cube) && graph.wants(cube));
     let shadow_mm = graph.grid.origin.z + BELOW * graph.grid.step_mm;
     let near = layers.iter().take_while(|span| span[1] <= shadow_mm).count();
-    let near: Vec<&[Section]> = cuts[..near].iter().map(Vec::as_slice).collect();
+    let near: Vec<&[Section]> = cuts.layers(0, near).iter().map(Vec::as_slice).collect();
     let low: Vec<(usize, [Spans; 2])> = low.map(|cube| (cube, shadow(graph, cube, &near, (1.0, 0.0)))).collect();
     let mut rising = Rising { graph, how, by_level, tops, feet, low, there: HashMap::new() };
     let mut all = Vec::with_capacity(layers.len());
     for (k, span_mm) in layers.iter().enumerate() {
-        // Layers that begin less than the gap above this one's top.
-        let over = layers.iter().skip(k + 1).take_while(|above| above[0] < span_mm[1] + how.gap_mm - SAME_MM).count();
-        let under = k.checked_sub(1).map_or(&[][..], |below| &cuts[below]);
-        let mut air = Air { own: &cuts[k], over: &cuts[k + 1..=k + over], under, how, roof: Segments::new(Vec::new()) };
+        let under = k.checked_sub(1).map_or(&[][..], |below| cuts.layer(below));
+        let mut air = Air { keeps: cuts.around(k), under, how, roof: Segments::new(Vec::new()) };
         if let (Some(roof), Some(below)) = (&how.roof, all.last()) {
-            let held = &cuts[(k + 1 + over).min(cuts.len())..(k + 1 + over + roof.layers).min(cuts.len())];
+            let held = cuts.layers(k + 1 + cuts.over(k), roof.layers);
             air.roof = Segments::new(rising.roof(roof, (*span_mm, below), &air, held));
         }
         let mut lines = rising.layer(*span_mm, &air);
         lines.extend(air.roof.all());
-        if k == 0 {
+        // A mesh has no first layer that would be thick enough for them.
+        if k == 0 && how.clear != Clear::Around {
             lines.extend(rising.feet(&air));
         }
         all.push(SupportLayer { span_mm: *span_mm, lines });
@@ -171,11 +167,9 @@ fn shadow(graph: &Graph, cube: usize, cuts: &[&[Section]], (times, beside): (f64
 
 /// What is free around one layer.
 pub(super) struct Air<'a> {
-    /// What the part has in this layer, ..
-    pub(super) own: &'a [Section],
-    /// .. in those above it up to the gap, ..
-    pub(super) over: &'a [Vec<Section>],
-    /// .. and in the one below.
+    /// What a line keeps from.
+    pub(super) keeps: Keeps<'a>,
+    /// What the part has in the layer below.
     pub(super) under: &'a [Section],
     pub(super) how: &'a Laying,
     /// The roof of this layer, whose lines take the place of sheets.
@@ -185,14 +179,12 @@ pub(super) struct Air<'a> {
 impl Air<'_> {
     /// How far `p` is from where no line's middle may be, mm; below 0 where it may not be. A step of so much crosses no border.
     pub(super) fn room(&self, p: [f64; 2]) -> f64 {
-        let half = self.how.line_mm / 2.0;
-        let away = |sections: &[Section], from: f64| {
+        let away = |(sections, from): &(&[Section], f64)| {
             let nearest = sections.iter().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
             nearest - from
         };
-        let over = self.over.iter().map(|sections| away(sections, half)).fold(f64::INFINITY, f64::min);
         let roof = self.roof.nearest(p, ROOF_MM, None).map_or(ROOF_MM, |nearest| nearest.distance);
-        away(self.own, half + self.how.beside_mm).min(over).min(roof - self.how.line_mm)
+        self.keeps.iter().map(away).fold(roof - self.how.line_mm, f64::min)
     }
 
     /// How far `p` is from where the part no longer carries a line, mm; below 0 there.

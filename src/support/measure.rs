@@ -1,14 +1,25 @@
 //! What supports are worth: how much of the overhanging area they hold, what they leave, how slender they are.
 
+use rayon::prelude::*;
+
 use super::brace::free_levels;
 use super::demand::Demand;
 use super::flow::Flow;
 use super::graph::Graph;
+use super::inside::Parts;
 use crate::geom::{Angle, Slot, Vec3};
 use crate::mesh::TriangleMesh;
+use crate::section::{Sections, Segments};
 
 /// Distance between samples of an overhanging area, mm.
 pub const SAMPLE_MM: f64 = 0.5;
+
+/// The gap is kept straight from the surface, which leans: upright it is at most so much more.
+const STEEPEST: f64 = 1.5;
+/// What has another part so far below it, mm, lies on that.
+const CARRIED_MM: f64 = 0.05;
+/// Supports that are measured are cut as often, mm.
+const LEVEL_MM: f64 = 0.25;
 
 /// How much of the overhanging area above the lowest level is held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,6 +56,56 @@ pub fn cover(graph: &Graph, flow: &Flow, meshes: &[&TriangleMesh<Slot>], overhan
         }
     }
     cover
+}
+
+/// Samples the overhanging facets every half millimetre. A sample is held where the mesh of supports has a side at most half a step
+/// aside, within half a step and the gap below it. What lies on another part asks for nothing.
+pub fn held(
+    supports: &TriangleMesh<Slot>,
+    graph: &Graph,
+    meshes: &[&TriangleMesh<Slot>],
+    overhang: Angle,
+    gap_mm: f64,
+) -> Cover {
+    let levels = Levels::of(supports);
+    let near_mm = 0.5 * graph.grid.step_mm;
+    let parts = Parts::of(&graph.grid, meshes);
+    let of_facet = |part: usize, facet: usize| -> Cover {
+        let area = meshes[part].facet_area(facet);
+        let samples = samples(&meshes[part].corners(facet), area);
+        let each = area / samples.len() as f64;
+        let is_above = |at: &Vec3| cube_of(graph, at).is_some_and(|cube| cube >= graph.grid.level());
+        let above = |at: &&Vec3| is_above(at) && !parts.carry(part, at, CARRIED_MM);
+        let asked: Vec<&Vec3> = samples.iter().filter(above).collect();
+        let held = asked.iter().filter(|at| levels.come_near(at, near_mm, near_mm + STEEPEST * gap_mm)).count();
+        Cover { area_mm2: each * asked.len() as f64, covered_mm2: each * held as f64 }
+    };
+    let of_part = |part: usize| -> Vec<Cover> {
+        Demand::of(meshes[part], overhang).facets.into_par_iter().map(|facet| of_facet(part, facet)).collect()
+    };
+    (0..meshes.len()).flat_map(of_part).fold(Cover::default(), |sum, one| Cover {
+        area_mm2: sum.area_mm2 + one.area_mm2,
+        covered_mm2: sum.covered_mm2 + one.covered_mm2,
+    })
+}
+
+/// A mesh of supports cut every quarter millimetre.
+struct Levels(Vec<Segments>);
+
+impl Levels {
+    fn of(supports: &TriangleMesh<Slot>) -> Self {
+        let sections = Sections::of(supports);
+        let count = (supports.bounds().max.z.max(0.0) / LEVEL_MM).ceil() as usize;
+        let at = |k: usize| Segments::new(sections.segments_at((k as f64 + 0.5) * LEVEL_MM));
+        Self((0..count).into_par_iter().map(at).collect())
+    }
+
+    /// Whether it comes so near to a place: aside, and below it.
+    fn come_near(&self, at: &Vec3, aside_mm: f64, below_mm: f64) -> bool {
+        let level = |z: f64| ((z / LEVEL_MM).floor().max(0.0) as usize).min(self.0.len());
+        let near = |segments: &Segments| segments.nearest([at.x, at.y], aside_mm, None).is_some();
+        self.0[level(at.z - below_mm)..level(at.z + LEVEL_MM)].iter().rev().any(near)
+    }
 }
 
 /// Points evenly over a triangle, at least one, each for the same share of it.

@@ -20,6 +20,7 @@
 mod auto;
 mod brace;
 mod cheapest;
+mod clear;
 mod demand;
 mod flow;
 mod graph;
@@ -42,16 +43,17 @@ mod ways;
 
 pub use auto::{Effort, least_material};
 pub use brace::{Braced, braced};
+pub use clear::Clear;
 pub use demand::Demand;
 pub use flow::{Flow, Limits, Tally};
 pub use graph::{ARCS, COSTS, Count, Graph};
 pub use grid::Grid;
 pub use lines::{Laying, SupportLayer, lines};
-pub use measure::{Bare, Cover, SAMPLE_MM, bare, cover, longest_free_mm};
+pub use measure::{Bare, Cover, SAMPLE_MM, bare, cover, held, longest_free_mm};
 pub use min_cost::{min_cost, unlimited_cost};
 pub use plan::{Method, Planned, plan};
 pub use preflow::push_relabel;
 pub use props::{Prop, propped};
 pub use roof::Roof;
 pub use shortest_paths::{Drawing, shortest_paths};
-pub use structure::{Bars, Build, Built, Ceiling, Outline, Structure, build};
+pub use structure::{Bars, Build, Built, Ceiling, Outline, Sheets, Structure, build, sheets};

@@ -5,11 +5,12 @@
 //! Where it is said of a place, one goes through its middle, too. In each layer a sheet has what it has room for beside the part, a gap below what it holds, and what
 //! stands in the layer below, on the table or on the part. So nothing of it begins in the air, and two layers of air are enough for one.
 
+use super::clear::{Cuts, SAME_MM};
 use super::lines::{Air, Laying, SupportLayer};
 use super::spans::{SHORTEST_WIDTHS, Spans, joined, shared, where_above};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
-use crate::section::{Section, Sections, Segments};
+use crate::section::{Section, Segments};
 
 /// A place that is held from straight below.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +29,6 @@ const ACROSS: f64 = 2.0;
 const BEYOND_WIDTHS: f64 = 1.6;
 /// On the table a sheet has lines beside it, so far from its own, in widths: one alone sticks too little.
 const FEET_WIDTHS: f64 = 1.0;
-/// Heights that differ by less are the same, mm.
-const SAME_MM: f64 = 1e-6;
 
 /// A sheet: the axis that it goes along, and where across it stands.
 struct Sheet {
@@ -50,16 +49,12 @@ pub fn propped(
 ) {
     let highest = props.iter().map(|prop| prop.under_mm).fold(f64::NEG_INFINITY, f64::max);
     let within = spans.iter().take_while(|span| span[0] <= highest + how.gap_mm + SAME_MM).count();
-    let sections: Vec<Sections> = meshes.iter().map(|mesh| Sections::of(mesh)).collect();
-    let cut = |[low, high]: &[f64; 2]| -> Vec<Section> { sections.iter().map(|s| s.at((low + high) / 2.0)).collect() };
-    let cuts: Vec<Vec<Section>> = spans[..within].iter().map(cut).collect();
-    let mut sheets = sheets(props, &(spans, &cuts), how, pitch_mm);
+    let cuts = Cuts::of(meshes, &spans[..within], how);
+    let mut sheets = sheets(props, (&spans[..within], cuts.layers(0, within)), how, pitch_mm);
     let shortest = SHORTEST_WIDTHS * how.line_mm;
     for (k, span_mm) in spans[..within].iter().enumerate() {
-        let over = spans[..within].iter().skip(k + 1);
-        let over = over.take_while(|above| above[0] < span_mm[1] + how.gap_mm - SAME_MM).count();
-        let under = k.checked_sub(1).map_or(&[][..], |below| &cuts[below]);
-        let air = Air { own: &cuts[k], over: &cuts[k + 1..=k + over], under, how, roof: Segments::new(Vec::new()) };
+        let under = k.checked_sub(1).map_or(&[][..], |below| cuts.layer(below));
+        let air = Air { keeps: cuts.around(k), under, how, roof: Segments::new(Vec::new()) };
         let mut lines = Vec::new();
         for sheet in &mut sheets {
             let asked = sheet.asked.iter().filter(|(top, _)| span_mm[1] <= top + SAME_MM);
@@ -95,11 +90,11 @@ pub fn propped(
 }
 
 /// The sheets below some places.
-fn sheets(props: &[Prop], (spans, cuts): &(&[[f64; 2]], &[Vec<Section>]), how: &Laying, pitch_mm: f64) -> Vec<Sheet> {
+fn sheets(props: &[Prop], (spans, cuts): (&[[f64; 2]], &[Vec<Section>]), how: &Laying, pitch_mm: f64) -> Vec<Sheet> {
     let mut sheets: Vec<Sheet> = Vec::new();
     for prop in props {
         // The layer whose underside it is.
-        let layer = spans[..cuts.len()].partition_point(|span| (span[0] + span[1]) / 2.0 < prop.under_mm);
+        let layer = spans.partition_point(|span| (span[0] + span[1]) / 2.0 < prop.under_mm);
         let Some(held) = cuts.get(layer) else { continue };
         let [low, high] = prop.within_mm;
         let longer = usize::from(high[1] - low[1] > high[0] - low[0]);
@@ -156,6 +151,7 @@ mod tests {
     use super::*;
     use crate::fixtures::solid_box;
     use crate::geom::{Rigid, Vec3};
+    use crate::support::clear::Clear;
 
     /// A plate, and `air_mm` above it a shelf that a post at one end holds.
     fn shelf(air_mm: f64) -> TriangleMesh<Slot> {
@@ -174,7 +170,8 @@ mod tests {
         TriangleMesh::new(vertices, facets)
     }
 
-    const HOW: Laying = Laying { line_mm: 0.45, gap_mm: 0.2, beside_mm: 0.225, on_part: true, roof: None };
+    const HOW: Laying =
+        Laying { line_mm: 0.45, gap_mm: 0.2, clear: Clear::Layers { beside_mm: 0.225 }, on_part: true, roof: None };
 
     fn even(count: usize) -> Vec<[f64; 2]> {
         (0..count).map(|k| [0.2, 0.2].map(|h| h * k as f64)).map(|[a, b]| [a, b + 0.2]).collect()

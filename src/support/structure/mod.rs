@@ -7,6 +7,7 @@
 mod bars;
 mod chain;
 mod outline;
+mod sheets;
 mod top;
 
 use super::flow::Flow;
@@ -17,6 +18,7 @@ pub use bars::Bars;
 use bars::Beam;
 use chain::chains;
 pub use outline::{Outline, Structure};
+pub use sheets::{Sheets, sheets};
 pub use top::Ceiling;
 
 /// How the arcs are built.

@@ -7,7 +7,7 @@ use trunnion::geom::{Angle, Bounds, Slot, Vec3};
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::slicing::SliceSettings;
 use trunnion::slicing::builtin::sheets;
-use trunnion::support::{Graph, Grid, Laying, Method, lines, plan};
+use trunnion::support::{Clear, Graph, Grid, Laying, Method, lines, plan};
 
 use super::judge::{Measures, Ruler, Triangle, supports};
 use super::{reference, rivals, scenes};
@@ -45,7 +45,7 @@ fn ours(meshes: &[TriangleMesh<Slot>]) -> (String, f64) {
     let how = Laying {
         line_mm: RULER.line_mm,
         gap_mm: RULER.layer_mm,
-        beside_mm: RULER.line_mm / 2.0,
+        clear: Clear::Layers { beside_mm: RULER.line_mm / 2.0 },
         on_part: false,
         roof: None,
     };

@@ -12,4 +12,5 @@ mod random;
 mod reference;
 mod rivals;
 mod scenes;
+mod sheets;
 mod verb;

@@ -1,0 +1,94 @@
+//! What keeps a line clear of the part: its sections around a layer, and how far the middle of a line stays from each.
+//!
+//! Slot frame, mm. A slicer knows its layers by their middles, and so do supports that are printed with them ([`Clear::Layers`]). Supports
+//! that are a mesh are sliced at heights unknown here, so they keep their gap from the surface itself ([`Clear::Around`]): the part is cut
+//! just below and just above each layer's edges, and what it has between two cuts lies within one of them.
+
+use rayon::prelude::*;
+
+use super::lines::Laying;
+use crate::geom::Slot;
+use crate::mesh::TriangleMesh;
+use crate::section::{Section, Sections};
+
+/// From what supports keep their gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clear {
+    /// The layers of the part, cut in their middles: the gap from those above, `beside_mm` from their own.
+    Layers {
+        /// Air between a support and the part beside it, mm.
+        beside_mm: f64,
+    },
+    /// The part's surface: the gap on all sides, measured straight.
+    Around,
+}
+
+/// Heights that differ by less are the same, mm.
+pub(super) const SAME_MM: f64 = 1e-6;
+/// So far below and above an edge of layers the part is cut, mm: a level face there is in one of the two.
+const HAIR_MM: f64 = 1e-4;
+/// What the sides of a mesh may lie beside the lines it is made from, mm: sheets overlap, and their edges are straightened.
+pub(super) const BESIDE_LINES_MM: f64 = 0.08;
+
+/// Sections of some meshes around layers.
+pub(super) struct Cuts<'a> {
+    layers: &'a [[f64; 2]],
+    how: &'a Laying,
+    /// In the middle of each layer; or just below its upper edge.
+    own: Vec<Vec<Section>>,
+    /// Just above the lower edge of each layer, where the gap is kept from the surface.
+    lower: Vec<Vec<Section>>,
+}
+
+/// Sections, and how far from them the middle of a line stays, mm.
+pub(super) type Keeps<'a> = Vec<(&'a [Section], f64)>;
+
+impl<'a> Cuts<'a> {
+    pub(super) fn of(meshes: &[&TriangleMesh<Slot>], layers: &'a [[f64; 2]], how: &'a Laying) -> Self {
+        let sections: Vec<Sections> = meshes.iter().map(|mesh| Sections::of(mesh)).collect();
+        let at = |z: f64| -> Vec<Section> { sections.iter().map(|s| s.at(z)).collect() };
+        let all = |height: fn(&[f64; 2]) -> f64| layers.par_iter().map(|span| at(height(span))).collect();
+        let (own, lower) = match how.clear {
+            Clear::Layers { .. } => (all(|[low, high]| (low + high) / 2.0), Vec::new()),
+            Clear::Around => (all(|[_, high]| high - HAIR_MM), all(|[low, _]| low + HAIR_MM)),
+        };
+        Self { layers, how, own, lower }
+    }
+
+    /// What the part has in a layer.
+    pub(super) fn layer(&self, k: usize) -> &[Section] {
+        &self.own[k]
+    }
+
+    /// What it has in each of some layers, as far as there are so many.
+    pub(super) fn layers(&self, from: usize, count: usize) -> &[Vec<Section>] {
+        let end = self.own.len();
+        &self.own[from.min(end)..(from + count).min(end)]
+    }
+
+    /// The layers that begin less than the gap above the top of layer `k`.
+    pub(super) fn over(&self, k: usize) -> usize {
+        let top = self.layers[k][1];
+        self.layers[k + 1..].iter().take_while(|above| above[0] < top + self.how.gap_mm - SAME_MM).count()
+    }
+
+    /// What a line in layer `k` keeps from.
+    pub(super) fn around(&self, k: usize) -> Keeps<'_> {
+        let half = self.how.line_mm / 2.0;
+        let over = k + 1..=k + self.over(k);
+        let Clear::Layers { beside_mm } = self.how.clear else { return self.surface_around(k, half + BESIDE_LINES_MM) };
+        let own = (self.layer(k), half + beside_mm);
+        std::iter::once(own).chain(over.map(|above| (self.layer(above), half))).collect()
+    }
+
+    /// The same from the surface: what lies `up` mm above or below a line may be as near as leaves the gap between them.
+    fn surface_around(&self, k: usize, half: f64) -> Keeps<'_> {
+        let ([low, high], gap) = (self.layers[k], self.how.gap_mm);
+        let near = |up: f64| half + (gap * gap - up * up).max(0.0).sqrt();
+        let own = [&self.own[k], &self.lower[k]].map(|cut| (cut.as_slice(), half + gap));
+        let above = (k + 1..=k + self.over(k)).map(|j| (self.layer(j), near(self.layers[j][0] - high)));
+        let under = (0..k).rev().take_while(|&j| self.layers[j][1] > low - gap + SAME_MM);
+        let under = under.map(|j| (self.lower[j].as_slice(), near(low - self.layers[j][1])));
+        own.into_iter().chain(above).chain(under).collect()
+    }
+}
