@@ -82,14 +82,22 @@ impl FromStr for Unit {
 
 /// A model shorter than this in file units is taken to be in metres: no one prints a part below 1 mm.
 pub const METRES_BELOW: f64 = 1.0;
+/// A model shorter than this may be in inches: PrusaSlicer asks so, too, below 9 mm3. It is read in mm, and said.
+pub const INCHES_BELOW: f64 = 4.0;
 /// A model longer than this in file units is taken to be in microns: no printer holds a part of 5 m.
 pub const MICRONS_ABOVE: f64 = 5000.0;
 
-/// The likely unit of a model whose box is `longest` file units long, and a warning where it is not mm.
+/// The likely unit of a model whose box is `longest` file units long, and a warning where it is not surely mm.
 pub fn guess_unit(longest: f64) -> (Unit, Option<String>) {
     let unit = match longest {
         l if l < METRES_BELOW => Unit::Metre,
         l if l > MICRONS_ABOVE => Unit::Micron,
+        l if l < INCHES_BELOW => {
+            let mm = longest * Unit::Inch.millimetres();
+            let text =
+                format!("{longest} long in file units: read in mm; if these are inches, use --unit in ({mm:.1} mm)");
+            return (Unit::Millimetre, Some(text));
+        }
         _ => return (Unit::Millimetre, None),
     };
     let mm = longest * unit.millimetres();
@@ -100,7 +108,7 @@ pub fn guess_unit(longest: f64) -> (Unit, Option<String>) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Unit, UnknownUnit, guess_unit};
+    use super::{INCHES_BELOW, Unit, UnknownUnit, guess_unit};
 
     #[test]
     fn names_go_there_and_back() {
@@ -121,7 +129,10 @@ mod tests {
         assert_eq!(unit, Unit::Metre);
         let wanted = "0.036 long in file units: read as metres = 36.0 mm; use --unit mm to keep mm";
         assert_eq!(warning.as_deref(), Some(wanted));
-        assert_eq!(guess_unit(1.0), (Unit::Millimetre, None));
+        assert_eq!(guess_unit(INCHES_BELOW), (Unit::Millimetre, None));
+        let (unit, said) = guess_unit(2.95);
+        assert_eq!(unit, Unit::Millimetre);
+        assert!(said.is_some_and(|said| said.contains("--unit in (74.9 mm)")));
         assert_eq!(guess_unit(5000.0), (Unit::Millimetre, None));
         assert_eq!(guess_unit(5000.5).0, Unit::Micron);
     }

@@ -212,11 +212,11 @@ impl Stack {
         enclosed(&self.sections.segments_at(self.middle(Some(i))))
     }
 
-    /// What grows beside it one layer of air below layer `i`, or nearer.
+    /// What grows beside it less than two layers of air below layer `i`: a support and the air above it would need these.
     fn nearly_below(&self, i: usize) -> Region {
         let Some(others) = &self.others else { return Region::new() };
-        let at = |back: usize| i.checked_sub(back).map(|k| enclosed(&others.segments_at(self.middle(Some(k)))));
-        [1, 2].into_iter().filter_map(at).reduce(|a, b| or(&a, &b)).unwrap_or_default()
+        let at = |layers: f64| enclosed(&others.segments_at(self.middle(Some(i)) - layers * self.rule.layer_mm));
+        [1.0, 2.0, 2.5 - NEAR_LAYERS].map(at).into_iter().reduce(|a, b| or(&a, &b)).unwrap_or_default()
     }
 
     /// What is there below layer `i`: what of the layer below is `carried`, and whatever else.

@@ -4,11 +4,14 @@
 //! wanted, the same each time. Planning lays them at the profile's own layers and asks `overhang` what is left; writing the file for
 //! the machine lays them at those of the sliced part.
 
+use std::sync::Arc;
+
 use super::error::Error;
 use super::grid::grid_over;
-use crate::geom::{Angle, Bounds, Machine, Rigid, Slot, Vec3};
+use crate::geom::{Angle, Bounds, Machine, Mat3, Rigid, Slot, Vec3};
 use crate::input::{BadSetting, CheckedPlan};
 use crate::mesh::TriangleMesh;
+use crate::motion::TableKinematics;
 use crate::overhang::{Footing, Ground, Held, LayerJudge, Relief, Rule};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Workpiece};
 use crate::profile::{Profile, SliceSettings};
@@ -27,10 +30,40 @@ const CAPACITY: u16 = 10;
 const SEED: u64 = 1;
 /// Air beside a support, in widths of a line.
 const BESIDE_WIDTHS: f64 = 0.5;
+/// Supports go no farther aside from their part, mm: their grid ends there.
+const NEAR_MM: f64 = 30.0;
 /// Facets as near to the table lie on it, mm.
 const ON_TABLE_MM: f64 = 0.05;
 /// Heights that differ by less are one layer, mm.
 const SAME_MM: f64 = 1e-3;
+
+/// A part as its supports are planned, always on the same place: numbers rounded otherwise would make other columns.
+pub(crate) struct HeldMesh {
+    /// The part.
+    pub(crate) slot: SlotMesh,
+    /// The parts that grow beside it, near enough to be in its supports' way, or to carry them; slot frame.
+    others: Vec<TriangleMesh<Slot>>,
+}
+
+impl HeldMesh {
+    /// The part of a print of `plan`.
+    pub(crate) fn of(plan: &Plan, workpiece: &Workpiece<'_>, table: &TableKinematics, print: &Print) -> Self {
+        let slot = slot_mesh(workpiece, table, print, CENTRE_MM);
+        let setups = plan.slots.iter().flat_map(|slot| slot.setups());
+        let setup = setups.into_iter().find(|setup| setup.iter().any(|one| one.part == print.part)).unwrap_or_default();
+        let motion = table.forward(print.pose(table));
+        let to_slot = Rigid::<Machine, Slot>::new(Mat3::identity(), -slot.to_machine);
+        let near = slot.mesh.bounds().inflated(NEAR_MM);
+        let others = setup.iter().filter(|one| one.part != print.part);
+        let others = others.map(|one| workpiece.parts[one.part].moved(&motion).moved(&to_slot));
+        Self { others: others.filter(|mesh| mesh.bounds().meets(&near)).collect(), slot }
+    }
+
+    /// The part and what grows beside it.
+    fn all(&self) -> Vec<&TriangleMesh<Slot>> {
+        std::iter::once(&self.slot.mesh).chain(&self.others).collect()
+    }
+}
 
 /// Supports of one print, as lines.
 #[derive(Clone)]
@@ -55,19 +88,19 @@ impl Laid {
     ///
     /// [`BadSetting::TooFine`] for a part too large for the grid.
     pub(crate) fn below(
-        mesh: &SlotMesh,
+        held: &HeldMesh,
         supports: &PrintSupports,
         tops: &[f64],
         process: &SliceSettings,
     ) -> Result<Self, BadSetting> {
-        let mut laid = Self::columns(mesh, supports, tops, process)?;
-        laid.prop(mesh, supports, tops, process);
+        let mut laid = Self::columns(held, supports, tops, process)?;
+        laid.prop(held, supports, tops, process);
         Ok(laid)
     }
 
     /// The same without props.
     pub(crate) fn columns(
-        mesh: &SlotMesh,
+        held: &HeldMesh,
         supports: &PrintSupports,
         tops: &[f64],
         process: &SliceSettings,
@@ -75,7 +108,7 @@ impl Laid {
         if supports.only_props {
             return Ok(Self::none());
         }
-        let (graph, flow) = columns(mesh, supports)?;
+        let (graph, flow) = columns(held, supports)?;
         let line_mm = process.line_width_mm;
         let roof = supports.roof.map(|roof| Roof {
             layers: (roof.height_mm / process.layer_height_mm - SAME_MM).ceil().max(1.0) as usize,
@@ -89,19 +122,19 @@ impl Laid {
             roof,
         };
         Ok(Self {
-            layers: lines(&graph, &flow, &[&mesh.mesh], &spans(tops), &how),
+            layers: lines(&graph, &flow, &held.all(), &spans(tops), &how),
             bare: bare(&graph),
             longest_free_mm: longest_free_mm(&graph, &flow),
         })
     }
 
     /// Adds the props to columns.
-    pub(crate) fn prop(&mut self, mesh: &SlotMesh, supports: &PrintSupports, tops: &[f64], process: &SliceSettings) {
+    pub(crate) fn prop(&mut self, held: &HeldMesh, supports: &PrintSupports, tops: &[f64], process: &SliceSettings) {
         if !supports.props.is_empty() {
             let line_mm = process.line_width_mm;
             let (gap_mm, clear) = (supports.gap_mm, Clear::Layers { beside_mm: BESIDE_WIDTHS * line_mm });
             let how = Laying { line_mm, gap_mm, clear, on_part: true, roof: None };
-            let there: (&[&TriangleMesh<Slot>], &[[f64; 2]]) = (&[&mesh.mesh], &spans(tops));
+            let there: (&[&TriangleMesh<Slot>], &[[f64; 2]]) = (&held.all(), &spans(tops));
             propped(&mut self.layers, &props(supports), there, (&how, supports.step_mm));
         }
     }
@@ -131,14 +164,15 @@ impl Laid {
 }
 
 /// What says of a part that stands on the table what would be laid on nothing.
-pub(crate) fn judge(mesh: &SlotMesh, rule: &Rule) -> LayerJudge {
-    let mesh = &mesh.mesh;
+pub(crate) fn judge(held: &HeldMesh, rule: &Rule) -> LayerJudge {
+    let mesh = &held.slot.mesh;
     let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
     let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
     let footings = vec![Footing { own, below: Vec::new() }];
     let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
     let begins_mm = relief.in_the_air(&Vec3::z(), lies, &rule.hang());
-    let ground = Ground { footings, table: true, begins_mm, ..Ground::default() };
+    let others = (!held.others.is_empty()).then(|| Arc::new(TriangleMesh::joined(held.others.iter())));
+    let ground = Ground { footings, table: true, begins_mm, others, ..Ground::default() };
     LayerJudge::of(mesh, &Vec3::z(), &ground, lies, rule)
 }
 
@@ -155,9 +189,10 @@ fn props(supports: &PrintSupports) -> Vec<Prop> {
 }
 
 /// The columns that hold `mesh`, and the struts between them.
-fn columns(mesh: &SlotMesh, supports: &PrintSupports) -> Result<(Graph, Flow), BadSetting> {
-    let meshes = [&mesh.mesh];
-    let graph = Graph::of(grid_over(&meshes, supports.step_mm)?, &meshes, Angle::from_deg(supports.overhang_deg));
+fn columns(held: &HeldMesh, supports: &PrintSupports) -> Result<(Graph, Flow), BadSetting> {
+    let (meshes, others): ([_; 1], Vec<_>) = ([&held.slot.mesh], held.others.iter().collect());
+    let grid = grid_over(&meshes, supports.step_mm)?;
+    let graph = Graph::among(grid, &meshes, &others, Angle::from_deg(supports.overhang_deg));
     let planned = plan(&graph, Method::Auto, (CAPACITY, None), SEED, &mut |_| {});
     let flow = match supports.brace_mm {
         Some(most_mm) => braced(&graph, &planned.flow, most_mm).flow,
@@ -174,19 +209,19 @@ pub(crate) fn support_solids(
 ) -> Vec<(usize, TriangleMesh<Machine>)> {
     let solid = |print: &Print| {
         let supports = print.supports.as_ref()?;
-        let mesh = slot_mesh(workpiece, &profile.kinematics(), print, CENTRE_MM);
+        let held = HeldMesh::of(plan, workpiece, &profile.kinematics(), print);
         let columns = if supports.only_props {
             TriangleMesh::new(Vec::new(), Vec::new())
         } else {
             // A plan's grid was made once already; without it the picture lacks them, and nothing else does.
-            let (graph, flow) = columns(&mesh, supports).ok()?;
+            let (graph, flow) = columns(&held, supports).ok()?;
             let roof = supports.roof.map(|roof| Bars { high_mm: roof.height_mm, pitch_mm: roof.pitch_mm });
             let (wall_mm, gap_mm) = (profile.process.line_width_mm, supports.gap_mm);
             let how = Build { structure: Structure::X, wall_mm, gap_mm, roof };
-            build(&graph, &flow, &Ceiling::of(&graph, &[&mesh.mesh]), &how).mesh
+            build(&graph, &flow, &Ceiling::of(&graph, &[&held.slot.mesh]), &how).mesh
         };
-        let all = with_props(columns, (&mesh, supports), &profile.process);
-        Some((print.part, all.moved(&Rigid::shift(mesh.to_machine))))
+        let all = with_props(columns, (&held, supports), &profile.process);
+        Some((print.part, all.moved(&Rigid::shift(held.slot.to_machine))))
     };
     plan.prints().filter_map(|(_, print)| solid(print)).collect()
 }
@@ -194,7 +229,7 @@ pub(crate) fn support_solids(
 /// `columns` with the sheets of props, a box for what of a sheet is the same in layers one above the other.
 fn with_props(
     columns: TriangleMesh<Slot>,
-    (mesh, supports): (&SlotMesh, &PrintSupports),
+    (held, supports): (&HeldMesh, &PrintSupports),
     process: &SliceSettings,
 ) -> TriangleMesh<Slot> {
     if supports.props.is_empty() {
@@ -202,7 +237,7 @@ fn with_props(
     }
     let line_mm = process.line_width_mm;
     let mut laid = Laid::none();
-    laid.prop(mesh, supports, &even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z), process);
+    laid.prop(held, supports, &even_tops(process.layer_height_mm, held.slot.mesh.bounds().max.z), process);
     let mut boxes: Vec<Bounds> = Vec::new();
     // The lines of the layer below, and their boxes.
     let mut below: Vec<([[f64; 2]; 2], usize)> = Vec::new();
@@ -245,11 +280,6 @@ fn from_the_table(tops: &[f64], layer_mm: f64) -> Vec<f64> {
     below.chain(tops.iter().copied()).collect()
 }
 
-/// The part as its supports are planned, always on the same place: numbers rounded otherwise would make other columns.
-pub(crate) fn held_mesh(plan: &CheckedPlan, print: &Print) -> SlotMesh {
-    slot_mesh(&plan.workpiece(), &plan.machine.profile.kinematics(), print, CENTRE_MM)
-}
-
 /// The supports of `print` as G-code like a slicer's, at the layers of what was `sliced` for it.
 fn sliced_supports(
     plan: &CheckedPlan,
@@ -258,12 +288,12 @@ fn sliced_supports(
 ) -> Result<Vec<u8>, Error> {
     let Some(supports) = &print.supports else { return Ok(Vec::new()) };
     let process = &plan.machine.profile.process;
-    let mesh = held_mesh(plan, print);
+    let held = HeldMesh::of(&plan.plan, &plan.workpiece(), &plan.machine.profile.kinematics(), print);
     let mut tops: Vec<f64> = sliced.layers.iter().map(|layer| layer.z).collect();
     tops.sort_by(f64::total_cmp);
     tops.dedup_by(|a, b| *a - *b < SAME_MM);
     let tops = from_the_table(&tops, process.layer_height_mm);
-    let laid = Laid::below(&mesh, supports, &tops, process)?;
+    let laid = Laid::below(&held, supports, &tops, process)?;
     let name = print_name(number, &format!("supports of {}", plan.model.model.parts[print.part].name));
     Ok(sheets(&laid.layers, process, &name, sliced.nozzle_c))
 }

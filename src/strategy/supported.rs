@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::below::{Below, in_the_way, stand_alone};
 use super::error::Error;
 use super::form::{PROP_STEPS_MM, STEPS_MM};
-use super::holding::{Laid, even_tops, held_mesh, judge, support_solids};
+use super::holding::{HeldMesh, Laid, even_tops, judge, support_solids};
 use super::plan::{Along, Finish, PlanOptions, PlanResult, planned_along};
 use super::refused::Refused;
 use super::solids::groups;
@@ -16,7 +16,6 @@ use crate::input::{CheckedPlan, LoadedModel, LoadedProfile};
 use crate::overhang::{Held, Judged, LayerJudge, Patch, Place, Rule};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Slot, SupportRoof};
 use crate::section::{Point, Segment, Segments, march};
-use crate::toolpath::SlotMesh;
 use crate::world::World;
 
 /// What became of a model that is printed on supports.
@@ -183,7 +182,7 @@ impl Attempt {
         (options, holding): (&PlanOptions, Holding),
     ) -> Result<Option<Self>, Refused> {
         let process = &plan.machine.profile.process;
-        let mesh = held_mesh(plan, print);
+        let mesh = HeldMesh::of(&plan.plan, &plan.workpiece(), &plan.machine.profile.kinematics(), print);
         let (layer_mm, line_mm) = (process.layer_height_mm, process.line_width_mm);
         let overhang = options.overhang_deg.map_or_else(|| Rule::practised(layer_mm, line_mm), Angle::from_deg);
         let (bridge_mm, droops) = (process.bridge_mm, options.finish == Finish::Practised);
@@ -221,7 +220,7 @@ impl Attempt {
         // Whoever wants a roof has one below what columns hold.
         let sheets = PROP_STEPS_MM.map(|step_mm| PrintSupports { only_props: true, ..of_step(step_mm) });
         let forms = STEPS_MM.map(of_step).into_iter().chain(sheets.into_iter().filter(|_| roof.is_none()));
-        let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
+        let tops = even_tops(process.layer_height_mm, mesh.slot.mesh.bounds().max.z);
         let columns = |supports: PrintSupports| {
             let laid = Laid::columns(&mesh, &supports, &tops, process);
             laid.map(|laid| (supports, laid)).map_err(Refused::from)
@@ -283,11 +282,11 @@ impl Attempt {
     fn of(
         plan: &CheckedPlan,
         print: &Print,
-        (mesh, supports, columns, bare): (&SlotMesh, &PrintSupports, &Laid, &Hanging),
+        (mesh, supports, columns, bare): (&HeldMesh, &PrintSupports, &Laid, &Hanging),
         (judge, rule): (&LayerJudge, &Rule),
     ) -> Result<Self, Refused> {
         let process = &plan.machine.profile.process;
-        let tops = even_tops(process.layer_height_mm, mesh.mesh.bounds().max.z);
+        let tops = even_tops(process.layer_height_mm, mesh.slot.mesh.bounds().max.z);
         let (mut supports, mut laid) = (supports.clone(), columns.clone());
         // Where something hangs, what droops is held as well: a slicer's lines lie there as they come. What is propped may leave something in
         // other layers, and at first such sheets do as many places share.
@@ -317,7 +316,7 @@ impl Attempt {
             let bare_mm2 = laid.bare.iter().map(|bare| bare.area_mm2).sum();
             return Err(Refused::StillHangs { area_mm2: area_of(&left), worst: *patch, bare_mm2 });
         }
-        let (contact_mm2, to_machine) = (bare.contact_mm2, mesh.to_machine);
+        let (contact_mm2, to_machine) = (bare.contact_mm2, mesh.slot.to_machine);
         let attempt = Self { part: print.part, supports, laid, contact_mm2, to_machine };
         attempt.fits(plan, print)?;
         Ok(attempt)

@@ -65,7 +65,17 @@ pub struct Count {
 impl Graph {
     /// The graph of closed meshes in `grid`; what lies outside the grid is not seen.
     pub fn of(grid: Grid, meshes: &[&TriangleMesh<Slot>], overhang: Angle) -> Self {
+        Self::among(grid, meshes, &[], overhang)
+    }
+
+    /// The same where `others` are in the way, closed meshes that want no support themselves.
+    pub fn among(grid: Grid, meshes: &[&TriangleMesh<Slot>], others: &[&TriangleMesh<Slot>], overhang: Angle) -> Self {
         let mut cubes = vec![0_u8; grid.len()];
+        for other in others {
+            for facet in 0..other.facets().len() {
+                grid.touching(&other.corners(facet), |cube| cubes[cube] |= BLACK);
+            }
+        }
         for mesh in meshes {
             let demand = Demand::of(mesh, overhang);
             let mut wants = vec![false; mesh.facets().len()];
@@ -80,7 +90,8 @@ impl Graph {
             edges.chain(points).for_each(|place: [Vec3; 3]| grid.touching(&place, |cube| cubes[cube] |= BLACK | WANTS));
         }
         let mut graph = Self::of_cubes(grid, cubes);
-        let held = inside(&graph.grid, meshes, &graph.unreachable);
+        let all: Vec<&TriangleMesh<Slot>> = meshes.iter().chain(others).copied().collect();
+        let held = inside(&graph.grid, &all, &graph.unreachable);
         let mut held = held.into_iter();
         graph.unreachable.retain(|_| !held.next().unwrap_or(false));
         graph

@@ -23,6 +23,8 @@ use crate::planning::FREE_SPAN_MM;
 
 /// The part of a layer by which the support below may fall short of the bead's underside.
 const SQUEEZE: f64 = 0.35;
+/// So many layers of air may be between a part and another body below it.
+const OTHERS_LAYERS: f64 = 2.0;
 /// Spacing of the places looked at along a line, mm.
 const SAMPLE_MM: f64 = 0.3;
 /// A span is straight that is no longer than so many times the way between its ends, and a line's width.
@@ -100,8 +102,8 @@ impl Laying {
             let air = (self.gap_mm / height - 1e-6).ceil().max(0.0) * height;
             // A support's first layer lies on the table itself.
             let earlier = if self.holds { under } else { under - height };
-            // What another body ends with may be a designer's own support, with a layer of air above.
-            let other = self.body.map(|body| (body, under - height));
+            // What another body ends with may be a designer's own support, with a layer of air above; or it is so near that no support fits between.
+            let other = self.body.map(|body| (body, under - OTHERS_LAYERS * height));
             let below = Below { height: under, earlier, held: under - air, other };
             if field.stands([p.x, p.y], width, below) {
                 self.end_gap(self.travelled + length * (i as f64) / count, found);

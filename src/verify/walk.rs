@@ -111,13 +111,16 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
     walker.walked
 }
 
-/// For each print, the others that its part shares no face with.
+/// For each print, the others that its part shares no face with; supports stand on what grows beside them, and close to it.
 pub(super) fn strangers(job: &Job<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
     let apart = |a: usize, b: usize| {
         let joined = |(x, y)| x == a && y == b || x == b && y == a;
         a != b && !job.workpiece.model.interfaces.iter().any(|one| joined((one.a, one.b)))
     };
-    planned.iter().map(|one| planned.iter().map(|other| apart(one.part, other.part)).collect()).collect()
+    let holds =
+        |one: &Planned, other: &Planned| one.setup == other.setup && (one.gap_mm.is_some() || other.gap_mm.is_some());
+    let is_strange = |one: &Planned, other: &Planned| apart(one.part, other.part) && !holds(one, other);
+    planned.iter().map(|one| planned.iter().map(|other| is_strange(one, other)).collect()).collect()
 }
 
 /// The bodies of several; none where all are one.

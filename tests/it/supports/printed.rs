@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Output;
 
 use serde_json::Value;
-use trunnion::mesh::stl_binary;
+use trunnion::mesh::{stl_binary, stl_binary_parts};
 
 use super::judge::{Layer, Measures, Ruler, Triangle, lines_of, supports};
 use super::rivals::FILAMENT_MM;
@@ -94,6 +94,44 @@ fn roof_and_struts_are_what_the_judge_sees() {
         let most = pitch.parse::<f64>().unwrap() / 2.0 + 0.5;
         assert!(roofed.widest_mm < most && most < plain.widest_mm, "{pitch}: {roofed:?}, {plain:?}");
         assert!(roofed.covered > 0.99, "{pitch}: {roofed:?}");
+    }
+}
+
+/// Supports go around a loose part that grows beside theirs, and stand on it; where they do not fit between the two it carries by itself.
+#[test]
+fn supports_stand_on_a_part_of_its_own_below() {
+    let folder = folder();
+    let here = folder.path();
+    // A post of 40 mm with an arm, whose underside is at 39 mm; and a loose post below the arm, 25 to 35 mm from where that begins.
+    let (shape, under, [near, far]) = (gallows(), 39.0, [25.0, 35.0]);
+    for gap in [0.3, 0.4, 0.75, 1.5, 8.0] {
+        let post = block(far - near, 10.0, under - gap).at(near, 0.0, 0.0);
+        fs::write(here.join("solid.stl"), stl_binary_parts(&[&shape.mesh(), &post.mesh()])).unwrap();
+        let done = prepared(here, &["--snap", "0"]);
+        assert!(done.status.success(), "{gap}: {}", said(&done));
+        let text = fs::read_to_string(here.join("out.gcode")).unwrap();
+        fs::remove_file(here.join("out.gcode")).unwrap();
+        let (box_of, post) = (shape.mesh().bounds(), post.mesh().bounds());
+        // The file's first outer wall is that of the table's lowest parts: all of them, whose box is known.
+        let walls = lines_of(&text, FILAMENT_MM, &|role| role == "External perimeter");
+        let ends = walls.iter().flat_map(|layer| &layer.lines).flat_map(|line| [line.from, line.to]);
+        let [low, high] = ends.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], p| {
+            [[0, 1].map(|k| low[k].min(p[k])), [0, 1].map(|k| high[k].max(p[k]))]
+        });
+        let all = box_of.union(&post);
+        let shift = [0, 1].map(|k| (all.min[k] + all.max[k] - low[k] - high[k]) / 2.0);
+        let (lift, mut on_it) = (LAYER_MM - walls[0].top_mm, 0.0);
+        for layer in supports(&text, FILAMENT_MM) {
+            let top = layer.top_mm + lift;
+            for line in &layer.lines {
+                let middle = [0, 1].map(|k| (line.from[k] + line.to[k]) / 2.0 + shift[k]);
+                let inside = (0..2).all(|k| (post.min[k]..post.max[k]).contains(&middle[k]));
+                assert!(!inside || top > under - gap + 0.5 * LAYER_MM, "{gap}: within the post at {top}");
+                on_it += if inside { line.mm3 } else { 0.0 };
+            }
+        }
+        note(&format!("a post {gap} mm below an arm: {on_it:.2} mm3 of supports on it"));
+        assert_eq!(on_it > 0.0, gap >= 2.0 * LAYER_MM, "{gap}: {on_it} mm3 stand on the post");
     }
 }
 

@@ -18,7 +18,7 @@ const STEP_MM: f64 = 2.0;
 const LAYER_MM: f64 = 0.2;
 const RULER: Ruler = Ruler { pitch_mm: STEP_MM, line_mm: 0.4, layer_mm: LAYER_MM, overhang_deg: 45.0 };
 
-/// A prism over a polygon in x and z, from `y` to `y`: counter-clockwise with z to the left of x.
+/// A prism over a polygon in x and z that is seen whole from its first corner, from `y` to `y`: counter-clockwise with z to the left of x.
 fn prism(outline: &[[f64; 2]], y: [f64; 2]) -> TriangleMesh<Slot> {
     let n = outline.len() as u32;
     let vertices = y.iter().flat_map(|&y| outline.iter().map(move |&[x, z]| Vec3::new(x, y, z))).collect();
@@ -37,7 +37,7 @@ fn prism(outline: &[[f64; 2]], y: [f64; 2]) -> TriangleMesh<Slot> {
 
 /// A post from which an arm goes out, whose underside rises by `rise` over 20 mm and ends at no multiple of a step.
 fn arm(rise: f64) -> TriangleMesh<Slot> {
-    let outline = [[0.0, 0.0], [7.3, 0.0], [7.3, 15.1], [27.9, 15.1 + rise], [27.9, 40.0], [0.0, 40.0]];
+    let outline = [[7.3, 15.1], [27.9, 15.1 + rise], [27.9, 40.0], [0.0, 40.0], [0.0, 0.0], [7.3, 0.0]];
     prism(&outline, [-5.3, 6.1])
 }
 
