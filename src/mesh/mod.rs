@@ -43,7 +43,7 @@ pub use neighbours::Neighbours;
 pub use pieces::{Piece, pieces};
 pub use read::{ReadOptions, read_model, read_project, read_surface};
 pub use triangle_mesh::TriangleMesh;
-pub use unit::{METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
+pub use unit::{INCHES_BELOW, METRES_BELOW, MICRONS_ABOVE, Unit, UnknownUnit, guess_unit};
 pub(crate) use weld::first_of_equals;
 pub use winding::{is_overlap, seen_to_overlap};
 pub use write::{stl_binary, stl_binary_parts, threemf, threemf_project};

@@ -58,7 +58,7 @@ pub(super) fn stand_alone(
 }
 
 /// The part, other than its own, that a line of supports comes upon.
-pub(super) fn in_the_way(plan: &CheckedPlan, below: &Below<'_>) -> Option<usize> {
+fn in_the_way(plan: &CheckedPlan, below: &Below<'_>) -> Option<usize> {
     let table = plan.machine.profile.kinematics();
     let (workpiece, room_mm) = (plan.workpiece(), plan.machine.profile.process.line_width_mm);
     let (_, print) = plan.prints().find(|(_, print)| print.part == below.part)?;

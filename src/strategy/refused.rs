@@ -115,14 +115,6 @@ pub enum Refused {
         /// How far.
         mm: f64,
     },
-    /// Supports below or beside another part.
-    #[error("the supports of {part} would stand below or beside {other}; place them farther apart (--gap)")]
-    BesideOther {
-        /// Whose.
-        part: String,
-        /// Which is in the way.
-        other: String,
-    },
     /// Supports of two parts in one place.
     #[error("the supports of {part} and of {other} would meet")]
     Meet {
@@ -205,7 +197,7 @@ impl Refused {
             Self::Grid(_) => "way/grid",
             Self::StillHangs { .. } => "way/still-hangs",
             Self::Axes(_) | Self::BeyondTable { .. } => "way/supports-beyond-table",
-            Self::BesideOther { .. } | Self::Meet { .. } | Self::Within { .. } => "way/supports-meet-part",
+            Self::Meet { .. } | Self::Within { .. } => "way/supports-meet-part",
             Self::Late { .. } => "way/supports-too-late",
             Self::Head { .. } | Self::Turn(_) => "way/supports-meet-head",
             Self::Laid(_) => "way/rejected",

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::below::{Below, in_the_way, stand_alone};
+use super::below::{Below, stand_alone};
 use super::error::Error;
 use super::form::{PROP_STEPS_MM, STEPS_MM};
 use super::holding::{HeldMesh, Laid, even_tops, judge, support_solids};
@@ -147,11 +147,7 @@ pub(super) fn on_supports(
         }
         return Ok((plan, HeldModel { parts: Vec::new(), why: why.clone() }));
     }
-    if touching {
-        mixed(&plan.plan, &attempts)?;
-    } else {
-        apart(&plan.plan, &attempts)?;
-    }
+    mixed(&plan.plan, &attempts)?;
     let held = HeldModel { parts: taken(&attempts, &mut plan), why: why.clone() };
     if touching {
         let made = &plan.plan;
@@ -402,17 +398,6 @@ fn prop_place(place: &Place, layer_mm: f64, middle: bool) -> PropPlace {
 
 fn area_of(patches: &[Patch]) -> f64 {
     patches.iter().map(|patch| patch.area_mm2).sum()
-}
-
-/// Whether the supports of each part keep clear of the other parts and of their supports.
-fn apart(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), Refused> {
-    let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
-    for attempt in held {
-        if let Some(other) = in_the_way(plan, &attempt.below()) {
-            return Err(Refused::BesideOther { part: name(attempt.part), other: name(other) });
-        }
-    }
-    mixed(plan, held)
 }
 
 /// Whether the supports of two parts come nearer to each other than two lines, seen from above.

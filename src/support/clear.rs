@@ -6,22 +6,10 @@
 
 use rayon::prelude::*;
 
-use super::lines::Laying;
+use super::laying::{Clear, Laying};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::section::{Section, Sections};
-
-/// From what supports keep their gap.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Clear {
-    /// The layers of the part, cut in their middles: the gap from those above, `beside_mm` from their own.
-    Layers {
-        /// Air between a support and the part beside it, mm.
-        beside_mm: f64,
-    },
-    /// The part's surface: the gap on all sides, measured straight.
-    Around,
-}
 
 /// Heights that differ by less are the same, mm.
 pub(super) const SAME_MM: f64 = 1e-6;

@@ -22,29 +22,15 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::clear::{Clear, Cuts, Keeps};
+use super::clear::{Cuts, Keeps};
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
+use super::laying::{Clear, Laying};
 use super::roof::{Roof, Under};
 use super::spans::{Line, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::section::{Section, Segments};
-
-/// How supports are laid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Laying {
-    /// Width of a line, mm.
-    pub line_mm: f64,
-    /// Air between a support and what it holds, mm, at least.
-    pub gap_mm: f64,
-    /// From what that air is kept, and what beside.
-    pub clear: Clear,
-    /// Whether what has no way to the ground stands on the part.
-    pub on_part: bool,
-    /// The roof below what is held; `None`: sheets alone hold it.
-    pub roof: Option<Roof>,
-}
 
 /// One layer of supports.
 #[derive(Clone, Debug, PartialEq)]

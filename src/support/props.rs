@@ -6,7 +6,8 @@
 //! stands in the layer below, on the table or on the part. So nothing of it begins in the air, and two layers of air are enough for one.
 
 use super::clear::{Cuts, SAME_MM};
-use super::lines::{Air, Laying, SupportLayer};
+use super::laying::Laying;
+use super::lines::{Air, SupportLayer};
 use super::spans::{SHORTEST_WIDTHS, Spans, joined, shared, where_above};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
@@ -151,7 +152,7 @@ mod tests {
     use super::*;
     use crate::fixtures::solid_box;
     use crate::geom::{Rigid, Vec3};
-    use crate::support::clear::Clear;
+    use crate::support::laying::Clear;
 
     /// A plate, and `air_mm` above it a shelf that a post at one end holds.
     fn shelf(air_mm: f64) -> TriangleMesh<Slot> {

@@ -54,18 +54,37 @@ pub(super) struct Material {
     /// The farthest of everything from the table's origin, and from its axis.
     pub(super) reach: f64,
     pub(super) reach_sideways: f64,
+    /// Of each print whether something of it has been laid; and whether something of none has.
+    laid: Vec<bool>,
+    strays: bool,
 }
 
 impl Material {
     pub(super) fn new(slab: Vec<Vec3>) -> Self {
         let reach = slab.iter().map(|p| p.norm()).fold(0.0, f64::max);
         let reach_sideways = slab.iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max);
-        Self { beads: Vec::new(), slab, cubes: Vec::new(), gathered: 0, thickest: 0.0, reach, reach_sideways }
+        Self {
+            beads: Vec::new(),
+            slab,
+            cubes: Vec::new(),
+            gathered: 0,
+            thickest: 0.0,
+            reach,
+            reach_sideways,
+            laid: Vec::new(),
+            strays: false,
+        }
     }
 
     /// The table's slab, table frame.
     pub(super) fn slab(&self) -> &[Vec3] {
         &self.slab
+    }
+
+    /// Whether something has been laid of one of the prints that `counts` names, or of none.
+    pub(super) fn has_any(&self, counts: impl Fn(Option<u32>) -> bool) -> bool {
+        let laid = (0..).zip(&self.laid).filter(|(_, laid)| **laid);
+        self.strays && counts(None) || laid.map(|(print, _)| print).any(|print| counts(Some(print)))
     }
 
     /// All beads, in the order in which they were laid, table frame.
@@ -87,6 +106,14 @@ impl Material {
             self.reach_sideways = self.reach_sideways.max((end.x * end.x + end.y * end.y).sqrt() + radius);
         }
         let half_up = back.rotation * down;
+        match stroke.print {
+            None => self.strays = true,
+            Some(print) => {
+                let print = print as usize;
+                self.laid.resize(self.laid.len().max(print + 1), false);
+                self.laid[print] = true;
+            }
+        }
         self.beads.push(LaidBead { ends, radius, half_up, half_width: width / 2.0, print: stroke.print });
     }
 

@@ -509,13 +509,21 @@ impl Near {
         mm: f64,
         strangers: &Strangers<'_>,
     ) -> bool {
-        self.file(material);
-        let swept = Swept::new(hull, way, &self.looked_at);
         let counts = |print: Option<u32>| strangers.counts(print);
+        // A print that is alone is asked about at each move, and its beads need not be filed for that.
+        let laid = material.has_any(counts);
+        if laid {
+            self.file(material);
+        }
+        let swept = Swept::new(hull, way, &self.looked_at);
+        if strangers.table && swept.to_slab(&self.slab, mm) < mm {
+            return true;
+        }
+        if !laid {
+            return false;
+        }
         let own = strangers.laid.saturating_sub(self.earlier_beads);
-        (strangers.table && swept.to_slab(&self.slab, mm) < mm)
-            || self.earlier.is_nearer(&swept, mm, usize::MAX, counts)
-            || self.own.is_nearer(&swept, mm, own, counts)
+        self.earlier.is_nearer(&swept, mm, usize::MAX, counts) || self.own.is_nearer(&swept, mm, own, counts)
     }
 
     fn file(&mut self, material: &Material) {

@@ -1,0 +1,30 @@
+//! How supports are laid as lines.
+
+use super::roof::Roof;
+
+/// How supports are laid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Laying {
+    /// Width of a line, mm.
+    pub line_mm: f64,
+    /// Air between a support and what it holds, mm, at least.
+    pub gap_mm: f64,
+    /// From what that air is kept, and what beside.
+    pub clear: Clear,
+    /// Whether what has no way to the ground stands on the part.
+    pub on_part: bool,
+    /// The roof below what is held; `None`: sheets alone hold it.
+    pub roof: Option<Roof>,
+}
+
+/// From what supports keep their gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clear {
+    /// The layers of the part, cut in their middles: the gap from those above, `beside_mm` from their own.
+    Layers {
+        /// Air between a support and the part beside it, mm.
+        beside_mm: f64,
+    },
+    /// The part's surface: the gap on all sides, measured straight.
+    Around,
+}
