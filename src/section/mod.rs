@@ -122,6 +122,27 @@ impl Sections {
         }
         segments
     }
+
+    /// The same cut, with what the outline moves outward there per mm of height.
+    pub fn sloped_segments_at(&self, z: f64) -> Vec<(Segment, f64)> {
+        let mut segments = Vec::new();
+        if z >= self.range[0] && z <= self.range[1] {
+            let bin = self.bin(z);
+            let members = &self.members[self.starts[bin] as usize..self.starts[bin + 1] as usize];
+            let one = |&i: &u32| {
+                let facet = &self.facets[i as usize];
+                Some((cut(facet, z)?, outward(facet)))
+            };
+            segments.extend(members.iter().filter_map(one));
+        }
+        segments
+    }
+}
+
+/// What a cut through a facet moves outward per mm of height.
+fn outward([a, b, c]: &[Vec3; 3]) -> f64 {
+    let normal = (b - a).cross(&(c - a));
+    -normal.z / normal.x.hypot(normal.y)
 }
 
 /// Where the plane at `z` cuts a facet, from the edge that goes down through it to the one that comes up: with the normal

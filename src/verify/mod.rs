@@ -6,7 +6,7 @@
 //!                              -> walk          (in air? head, turning, frame against what this very file lays down:
 //!                                               `field` bounds from above, `near` the distance itself)
 //!                              -> balance       (standing: its weight against what sticks to the table)
-//!                              -> shape         (layer-height, complete; registration, coverage, outside-part; flow: by layer, with the part's sections)
+//!                              -> shape         (layer-height, complete; registration, coverage, outside-part; flow; fill: by layer, with the part's sections)
 //! ```
 //!
 //! The file is judged by its last bytes alone: nothing is taken from the rewriter but the marks that name prints, and
@@ -25,6 +25,7 @@ mod commands;
 mod coverage;
 mod doubled;
 mod field;
+mod fill;
 mod floor;
 mod flow;
 mod heaters;

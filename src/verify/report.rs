@@ -37,6 +37,8 @@ pub enum Rule {
     Filament,
     /// Each line uses the filament that its width and height need, no faster than the nozzle melts it.
     Flow,
+    /// Surfaces are full, walls are whole, and infill goes on.
+    Fill,
     /// Nothing is extruded through a cold nozzle or onto a cold bed, nothing is heated too far, and all heaters are off at the end.
     Heat,
     /// Layers follow each other at the height of their lines, the first one on what carries it.

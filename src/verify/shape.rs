@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::prints::PrintedPart;
 use super::report::Findings;
-use super::{flow, layers, registration};
+use super::{fill, flow, layers, registration};
 
 /// Findings of all rules of shape.
 pub(super) fn check(printed: &[Option<PrintedPart<'_>>]) -> Findings {
@@ -13,6 +13,7 @@ pub(super) fn check(printed: &[Option<PrintedPart<'_>>]) -> Findings {
         layers::check(printed, &mut findings);
         registration::check(printed, &mut findings);
         flow::check(printed, &mut findings);
+        fill::check(printed, &mut findings);
         findings
     });
     let found: Vec<Findings> = each.collect();

@@ -6,6 +6,9 @@ use super::report::{FindingPlace, Findings, Rule};
 /// Pulled filament that may still be missing, or pushed that may be over, when printing starts, mm: the restart
 /// allowances that slicers add on purpose.
 const RETRACT_SLACK_MM: f64 = 0.3;
+/// What all such allowances of a program may add up to, as a part of its filament, and mm that are too few to tell.
+const MOST_STRAYED: f64 = 0.03;
+const FEW_MM: f64 = 3.0;
 /// What the sums may differ by, mm: the last digits of both, since the writer carries the remainder of its roundings on
 /// from move to move. The shortest line a slicer writes takes about as much, so a line lost or doubled is seen.
 const FILAMENT_SLACK_MM: f64 = 1e-3;
@@ -30,6 +33,8 @@ pub(super) struct Tally {
     /// What is pushed beyond what was pulled where a print goes on behind a turn, mm; and whether the table has turned since.
     prime: f64,
     turned: bool,
+    /// What was missing where printing went on, and what was too much, mm in all.
+    strayed: [f64; 2],
     /// Whether filament moved since printing last went on.
     disturbed: bool,
     /// The print that last laid filament.
@@ -48,6 +53,7 @@ impl Tally {
             firmware_pulled: false,
             prime,
             turned: false,
+            strayed: [0.0; 2],
             disturbed: false,
             printing: None,
             filament: 0.0,
@@ -139,6 +145,9 @@ impl Tally {
                 )
             });
         }
+        if !purge {
+            self.strayed[usize::from(off > 0.0)] += off.abs();
+        }
         if self.firmware_pulled {
             findings.add(Rule::Retract, at, [1.0, 0.0], || "printing starts between G10 and G11".to_owned());
         }
@@ -161,8 +170,22 @@ impl Tally {
         used.map(|(_, p)| p.slot).collect::<std::collections::BTreeSet<_>>().len()
     }
 
+    /// What was missing or too much each time printing went on must be little in all.
+    fn check_strayed(&self, line: u32, findings: &mut Findings) {
+        let most = FEW_MM.max(MOST_STRAYED * self.filament);
+        for (mm, word) in self.strayed.iter().zip(["missing", "too much"]) {
+            if *mm > most {
+                let at = FindingPlace { line, slot: None, part: None };
+                findings.add(Rule::Retract, at, [*mm, most], || {
+                    format!("{mm:.1} mm of filament are {word} in all where printing goes on (maximum {most:.1} mm)")
+                });
+            }
+        }
+    }
+
     /// The file ends: each print must have been made, with the filament that was sliced.
     pub(super) fn finish(&self, planned: &[Planned], last: u32, findings: &mut Findings) {
+        self.check_strayed(last, findings);
         for (index, (laid, print)) in self.prints.iter().zip(planned).enumerate() {
             let line = if laid.moves > 0 { laid.last } else { last };
             let at = FindingPlace { line, slot: Some(print.slot), part: Some(print.part) };

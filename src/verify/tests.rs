@@ -24,6 +24,8 @@ const LAYER: f64 = 0.4;
 const WIDTH: f64 = 0.8;
 /// Filament per mm of line: 0.4 x (0.8 - 0.4) + pi/4 0.4^2 mm2 of bead over pi/4 1.75^2 mm2 of filament.
 const FLOW: f64 = 0.118_764;
+/// How far the zigzag's lines go on into the loop around it, mm.
+const REACH: f64 = 0.2;
 
 fn profile() -> Profile {
     let (file, text) = shipped("generic-ac").unwrap();
@@ -77,11 +79,12 @@ fn layer(text: &mut String, corner: [f64; 3], wide: f64) -> f64 {
     text.push_str(&format!(";TYPE:External perimeter\nG1 Z{:.3} F900\n", corner[2]));
     let mut filament = line(text, &ring);
     let (near, far) = (1.2, wide - 1.2);
-    let gaps = ((far - near) / 0.76).round();
+    let gaps = ((far - near) / 0.76 - 0.01).ceil();
     let zigzag: Vec<[f64; 2]> = (0..=gaps as usize)
         .flat_map(|i| {
             let x = near + (far - near) * i as f64 / gaps;
-            let ends = [at(x, near), at(x, far)];
+            // The lines' ends reach into the loop.
+            let ends = [at(x, near - REACH), at(x, far + REACH)];
             if i % 2 == 0 { ends } else { [ends[1], ends[0]] }
         })
         .collect();
@@ -383,7 +386,8 @@ fn outside_part() {
         &text[..last],
         &text[text[last..].find(" F1800").unwrap() + last..]
     );
-    let report = breaks(&text, &[Rule::OutsidePart, Rule::Filament]);
+    // Where it was there is a gap.
+    let report = breaks(&text, &[Rule::OutsidePart, Rule::Filament, Rule::Fill]);
     assert!((report.findings[0].measured - 1.6).abs() < 1e-4, "{:?}", report.findings[0]);
     assert_eq!((report.findings[0].slot, report.findings[0].part), (Some(1), Some(1)));
 }

@@ -16,6 +16,7 @@ mod cura_engine;
 mod dry_run;
 mod faults;
 mod files_and_streams;
+mod fill;
 mod filled;
 mod first_layers;
 mod fuzzed;

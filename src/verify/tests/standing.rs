@@ -1,11 +1,11 @@
 //! The post and the beam on a table that stands upright, held by more adhesion or by less: against statics by hand.
 
-use super::{FLOW, Job, LAYER, Rule, WIDTH, model, plan, profile, program, verify};
+use super::{FLOW, Job, LAYER, REACH, Rule, WIDTH, model, plan, profile, program, verify};
 use crate::planning::Workpiece;
 use crate::verify::Report;
 
 /// Of one square layer of ten: the loop, eleven lines of the zigzag and the ten steps between them, mm.
-const LINE_MM: f64 = 4.0 * 9.2 + 11.0 * 7.6 + 7.6;
+const LINE_MM: f64 = 4.0 * 9.2 + 11.0 * (7.6 + 2.0 * REACH) + 7.6;
 
 fn held_by(adhesion_mpa: f64) -> Report {
     let (mut profile, plan, model) = (profile(), plan(), model());

@@ -1,0 +1,223 @@
+//! Rule `fill`: the made body against the design, from filament and sections alone.
+//!
+//! ```text
+//! sections --Mask--> where the part is, a little below and above the middle of each layer   (cells of a quarter of a millimetre)
+//! lines ----Plastic-> what lies there, as a share of the layer's height
+//!                     -> skins    surfaces and first layers are full; nowhere is too much
+//!                     -> walls    no slit through outer walls, layer upon layer; walls as thick as in the other layers
+//!                     -> sparse   infill does not stop and go on
+//! ```
+//!
+//! No comment is believed: neither widths nor roles nor heights are asked for where lines themselves tell. Layers are looked at in
+//! runs, so that four are held at a time.
+
+mod map;
+mod skins;
+mod sparse;
+mod walls;
+
+use rayon::prelude::*;
+
+use super::prints::{Level, PrintedPart};
+use super::report::{FindingPlace, Findings, Rule};
+use crate::section::Segment;
+use map::{Mask, Plastic};
+
+/// How far below and above its middle a layer is cut, mm: a face within belongs to neither side.
+const EITHER_WAY_MM: f64 = 0.02;
+/// Layers that are looked at in one run.
+const RUN: usize = 16;
+/// Lines with less plastic than one of this width, mm, smooth what is there (ironing).
+const THIN_MM: f64 = 0.12;
+/// How much higher than its neighbours' usual distance a layer may be for its distance to be its height.
+const HIGHER: f64 = 1.6;
+/// Layers that differ by less are alike, mm, and this part of all is nearly all.
+const SAME_MM: f64 = 2e-3;
+const NEARLY_ALL: f64 = 0.8;
+/// What a stated height may be off the distance from the layer below, mm; see `layers`.
+const HEIGHT_MM: f64 = 0.05;
+/// How far the slicer's own factor on all flow is believed.
+const MULTIPLIER: [f64; 2] = [0.9, 1.1];
+
+/// One layer with what lies in it.
+struct Layer<'a> {
+    level: &'a Level,
+    mask: Mask,
+    plastic: Plastic,
+    /// Of thin lines, where there are some.
+    thin: Option<Plastic>,
+    /// The upper of both cuts, each segment with what the outline moves outward per mm of height.
+    outline: Vec<(Segment, f64)>,
+}
+
+/// What one layer tells of itself to be compared with others.
+struct Told {
+    z: f64,
+    line: u32,
+    height: f64,
+    walls: walls::Seen,
+    tiles: Vec<sparse::Tile>,
+}
+
+/// Holds one print's layers against what the design wants in them.
+pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
+    let usual = Usual::of(&printed.levels);
+    let starts: Vec<usize> = (0..printed.levels.len()).step_by(RUN).collect();
+    let runs: Vec<(Vec<Told>, Findings)> = starts.into_par_iter().map(|start| run(printed, start, usual)).collect();
+    let mut all = Vec::with_capacity(printed.levels.len());
+    for (told, found) in runs {
+        all.extend(told);
+        findings.absorb(found);
+    }
+    walls::check(printed, &all, findings);
+    sparse::check(printed, &all, findings);
+}
+
+/// What most layers of a print lie over each other, and whether nearly all do.
+#[derive(Clone, Copy)]
+struct Usual {
+    gap_mm: f64,
+    is_same: bool,
+}
+
+impl Usual {
+    fn of(levels: &[Level]) -> Self {
+        let mut gaps: Vec<f64> = levels.iter().map(|level| level.gap).collect();
+        gaps.sort_by(f64::total_cmp);
+        let gap_mm = gaps.get(gaps.len() / 2).copied().unwrap_or(0.0);
+        let same = gaps.iter().filter(|gap| (*gap - gap_mm).abs() <= SAME_MM).count();
+        Self { gap_mm, is_same: same as f64 >= NEARLY_ALL * gaps.len() as f64 }
+    }
+
+    /// How high a layer's lines are, mm: as far as it lies over the one below, unless something too narrow to print is between. Where all
+    /// layers are alike, and one is stated to be so too, what the rule `layer-height` lets it be off is no other height.
+    fn height(&self, printed: &PrintedPart<'_>, index: usize) -> Option<f64> {
+        let level = printed.levels.get(index)?;
+        let gap = Some(level.gap).filter(|mm| *mm > 0.0);
+        let is_near = |a: f64, b: f64, mm: f64| (a - b).abs() <= mm;
+        match level.stated.or(level.nominal).filter(|mm| *mm > 0.0) {
+            Some(mm) if level.gap > mm + HEIGHT_MM => Some(mm),
+            Some(mm) if self.is_same && is_near(mm, self.gap_mm, SAME_MM) && is_near(mm, level.gap, HEIGHT_MM) => {
+                Some(mm)
+            }
+            None if level.gap > HIGHER * self.gap_mm => None,
+            _ => gap,
+        }
+    }
+}
+
+/// The layers from `start` on.
+fn run(printed: &PrintedPart<'_>, start: usize, usual: Usual) -> (Vec<Told>, Findings) {
+    let mut findings = Findings::default();
+    let end = (start + RUN).min(printed.levels.len());
+    let layer = |index: usize| Layer::of(printed, printed.levels.get(index)?, usual.height(printed, index)?);
+    let mut told = Vec::new();
+    let mut lower = start.checked_sub(2).and_then(layer).map(Full::of);
+    let mut below = start.checked_sub(1).and_then(layer).map(Full::of);
+    let mut here = layer(start).map(Full::of);
+    for index in start..end {
+        let above = layer(index + 1).map(Full::of);
+        if let Some(full) = &here {
+            let first = index == 0;
+            let last = index + 1 == printed.levels.len();
+            // Beside a layer that cannot be looked at nothing is known to be a surface.
+            let known = (first || below.is_some(), last || above.is_some());
+            let around = Around {
+                lower: lower.as_ref(),
+                below: below.as_ref(),
+                here: full,
+                above: above.as_ref(),
+                first,
+                second: index == 1,
+                known,
+            };
+            skins::check(printed, &around, &mut findings);
+            told.push(Told {
+                z: full.layer.level.z,
+                line: full.layer.level.line,
+                height: full.layer.height(),
+                walls: walls::Seen::of(&full.layer),
+                tiles: sparse::tiles(&around),
+            });
+        }
+        lower = below;
+        below = here;
+        here = above;
+    }
+    (told, findings)
+}
+
+/// A layer with the sums of what is in it.
+struct Full<'a> {
+    layer: Layer<'a>,
+    plastic: map::Sums,
+    solid: map::Sums,
+}
+
+impl<'a> Full<'a> {
+    fn of(layer: Layer<'a>) -> Self {
+        let frame = layer.mask.frame;
+        let plastic = map::Sums::of(&frame, layer.plastic.cells.iter().map(|v| f64::from(*v)));
+        let solid = map::Sums::of(&frame, layer.mask.cells.iter().map(|c| f64::from(u8::from(*c == map::SOLID))));
+        Self { layer, plastic, solid }
+    }
+}
+
+/// A layer between its neighbours.
+struct Around<'a> {
+    /// Two layers down.
+    lower: Option<&'a Full<'a>>,
+    below: Option<&'a Full<'a>>,
+    here: &'a Full<'a>,
+    above: Option<&'a Full<'a>>,
+    first: bool,
+    second: bool,
+    /// Whether what is below and above is known.
+    known: (bool, bool),
+}
+
+impl<'a> Layer<'a> {
+    fn of(printed: &PrintedPart<'_>, level: &'a Level, height: f64) -> Option<Self> {
+        let middle = level.z - height / 2.0 + level.lowered;
+        let [low, high] = printed.sections.range();
+        let within = |z: f64| z.clamp(low + EITHER_WAY_MM / 2.0, high - EITHER_WAY_MM / 2.0);
+        let lower = printed.sections.segments_at(within(middle - EITHER_WAY_MM));
+        let outline = printed.sections.sloped_segments_at(within(middle + EITHER_WAY_MM));
+        let upper: Vec<Segment> = outline.iter().map(|(segment, _)| *segment).collect();
+        let mask = Mask::of([&lower, &upper])?;
+        let mut plastic = Plastic::none(mask.frame, height);
+        let mut thin = None;
+        for m in level.beads.iter().map(|&index| printed.bead(index)) {
+            let Some([from, to]) = m.ends() else { continue };
+            let (axis, mm3) = ([[from.x, from.y], [to.x, to.y]], m.e * printed.filament_mm2);
+            let is_thin = mm3 < THIN_MM * height * (to.x - from.x).hypot(to.y - from.y);
+            let onto =
+                if is_thin { thin.get_or_insert_with(|| Plastic::none(mask.frame, height)) } else { &mut plastic };
+            onto.lay(axis, mm3);
+        }
+        Some(Self { level, mask, plastic, thin, outline })
+    }
+
+    fn height(&self) -> f64 {
+        self.plastic.height_mm()
+    }
+}
+
+fn place(printed: &PrintedPart<'_>, line: u32) -> FindingPlace {
+    FindingPlace { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) }
+}
+
+/// The share that a full layer has: the slicer's factor, as far as it is believed.
+fn full_share(printed: &PrintedPart<'_>) -> f64 {
+    printed.flow.multiplier.clamp(MULTIPLIER[0], MULTIPLIER[1])
+}
+
+fn add(
+    printed: &PrintedPart<'_>,
+    line: u32,
+    numbers: [f64; 2],
+    findings: &mut Findings,
+    text: impl FnOnce() -> String,
+) {
+    findings.add(Rule::Fill, place(printed, line), numbers, text);
+}
