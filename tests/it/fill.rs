@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{folder, installed, note, said, skip, trunnion};
+use crate::support::{folder, installed, note, said, skip, soak, trunnion};
 
 /// What a line is for, of the words of all slicers.
 #[derive(Clone, Copy, PartialEq)]
@@ -129,7 +129,11 @@ impl Made {
         changed: impl Fn(f64) -> Vec<String>,
     ) -> String {
         let mut from = None;
-        for &size in sizes {
+        // In the suite the least that must be found and the grossest; all in a soak.
+        let least = sizes.iter().copied().filter(|size| *size >= must).fold(f64::INFINITY, f64::min);
+        let grossest = sizes.iter().copied().fold(0.0, f64::max);
+        let asked = |size: &f64| soak().is_some() || *size == least || *size == grossest;
+        for size in sizes.iter().copied().filter(asked) {
             let lines = changed(size);
             assert_ne!(lines, self.lines, "{what}, {size}: nothing was changed");
             let found = self.findings(&lines, rule);
@@ -283,6 +287,20 @@ fn infill_that_stops_for_some_layers() {
         made.scaled(|line| if line.kind == Kind::Sparse && within(line) { 0.1 } else { 1.0 })
     });
     note(&text);
+}
+
+/// Who wants no tops says so in the profile; the finding tells how.
+#[test]
+fn tops_that_are_left_out_are_found_with_the_way_to_have_none() {
+    let made = Made::of("two-boxes", "builtin");
+    let is_top = |line: &Line| line.kind == Kind::Solid && line.from_top == 0;
+    let found = made.findings(&made.scaled(|line| if is_top(line) { 0.0 } else { 1.0 }), "fill");
+    assert!(found.iter().any(|text| text.contains("[process] top_layers = 0")), "{found:?}");
+    let profile = made.folder.path().join("open.toml");
+    std::fs::write(&profile, "extends = \"generic-ac\"\n[process]\ntop_layers = 0\n").unwrap();
+    let out = made.folder.path().join("open.gcode");
+    let document = prepare(&fixture("two-boxes"), &profile.display().to_string(), "builtin", &out, &[]);
+    assert_eq!(document["verify"]["findings"], serde_json::json!([]));
 }
 
 /// What is pushed while the nozzle stands, and what primes lack: no single one is too much, and together they are.

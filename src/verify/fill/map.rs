@@ -193,25 +193,31 @@ impl Plastic {
 }
 
 /// Sums over squares of cells.
+///
+/// Four bytes a cell: values are counted in whole parts, and sums wrap around. The difference of two is right all the same, since no square of
+/// cells holds as much as would wrap.
 pub(super) struct Sums {
     columns: usize,
-    sums: Vec<f64>,
+    sums: Vec<u32>,
 }
 
+/// Parts of 1 in which values are counted.
+const PARTS: f64 = 4096.0;
+
 impl Sums {
-    /// Of one value a cell, row by row.
+    /// Of one value a cell, row by row; none is below 0.
     pub(super) fn of(frame: &Frame, values: impl Iterator<Item = f64>) -> Self {
         let columns = frame.size[0] + 1;
-        let mut sums = vec![0.0; columns];
-        sums.reserve(columns * frame.size[1]);
-        let mut row = 0.0;
+        let mut sums = vec![0; columns];
+        sums.reserve_exact(columns * frame.size[1]);
+        let mut row = 0_u32;
         for (index, value) in values.enumerate() {
             if index % frame.size[0] == 0 {
-                row = 0.0;
-                sums.push(0.0);
+                row = 0;
+                sums.push(0);
             }
-            row += value;
-            sums.push(row + sums[sums.len() - columns]);
+            row = row.wrapping_add((value * PARTS).round() as u32);
+            sums.push(row.wrapping_add(sums[sums.len() - columns]));
         }
         Self { columns, sums }
     }
@@ -219,6 +225,32 @@ impl Sums {
     /// Over the square of `cells` whose lowest cell is `at`; it must lie within the frame.
     pub(super) fn square(&self, [column, row]: [usize; 2], cells: usize) -> f64 {
         let [low, high] = [row, row + cells].map(|row| row * self.columns + column);
-        self.sums[high + cells] - self.sums[high] - self.sums[low + cells] + self.sums[low]
+        let upper = self.sums[high + cells].wrapping_sub(self.sums[high]);
+        f64::from(upper.wrapping_sub(self.sums[low + cells].wrapping_sub(self.sums[low]))) / PARTS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::SplitMix64;
+
+    /// Against adding up cell by cell; the values wrap around many times.
+    #[test]
+    fn sums_of_squares_are_right_though_they_wrap() {
+        let mut numbers = SplitMix64::seeded(3);
+        let frame = Frame { low: [-3, 7], size: [90, 70] };
+        let values: Vec<f64> = (0..frame.size[0] * frame.size[1]).map(|_| 900.0 * numbers.unit()).collect();
+        assert!(values.iter().sum::<f64>() * PARTS > 2.0 * f64::from(u32::MAX));
+        let sums = Sums::of(&frame, values.iter().copied());
+        for _ in 0..500 {
+            let cells = 1 + numbers.below(16);
+            let at = [numbers.below(frame.size[0] - cells), numbers.below(frame.size[1] - cells)];
+            let rows = at[1]..at[1] + cells;
+            let of_row = |row: usize| -> f64 { values[row * frame.size[0] + at[0]..][..cells].iter().sum() };
+            let wanted: f64 = rows.map(of_row).sum();
+            let found = sums.square(at, cells);
+            assert!((found - wanted).abs() <= 0.5 * (cells * cells) as f64 / PARTS, "{found} for {wanted}");
+        }
     }
 }

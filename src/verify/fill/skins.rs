@@ -51,7 +51,19 @@ impl Kind {
             Self::OverAir => "a bottom surface",
         }
     }
+
+    /// What to do where such surfaces are left out on purpose.
+    fn remedy(self, share: f64) -> &'static str {
+        match self {
+            _ if share >= NONE => "",
+            Self::Top => "; for prints without tops set [process] top_layers = 0",
+            Self::First | Self::OverAir => "; for prints without bottoms set [process] bottom_layers = 0",
+        }
+    }
 }
+
+/// Less than this is meant, or gone altogether.
+const NONE: f64 = 0.5;
 
 /// What the windows of a region hold.
 #[derive(Clone, Copy)]
@@ -141,10 +153,10 @@ fn full(printed: &PrintedPart<'_>, around: &Around<'_>, kind: Kind, region: &Sum
     });
     let limits = if kind == Kind::OverAir { [OVER_AIR; 2] } else { LEAST };
     if let Some(short) = least.beyond(limits, |share, limit| share < limit) {
-        say(printed, around, (kind.words(), least), short, findings);
+        say(printed, around, (kind.words(), least, kind.remedy(short[0])), short, findings);
     }
     if let Some(over) = most.beyond(MOST, |share, limit| share > limit) {
-        say(printed, around, (kind.words(), most), over, findings);
+        say(printed, around, (kind.words(), most, ""), over, findings);
     }
 }
 
@@ -160,7 +172,7 @@ fn too_full(printed: &PrintedPart<'_>, around: &Around<'_>, findings: &mut Findi
         }
     });
     if let Some(over) = held.beyond(MOST, |share, limit| share > limit) {
-        say(printed, around, ("a layer", held), over, findings);
+        say(printed, around, ("a layer", held, ""), over, findings);
     }
     smoothed(printed, around, findings);
 }
@@ -215,7 +227,7 @@ fn smoothed(printed: &PrintedPart<'_>, around: &Around<'_>, findings: &mut Findi
         held.take(sums.square(at, WINDOW) / (WINDOW * WINDOW) as f64, at, |one, other| one > other);
     });
     if held.count > 0 && held.worst > MOST_THIN {
-        say(printed, around, ("by thin lines alone a layer", held), [held.worst, MOST_THIN], findings);
+        say(printed, around, ("by thin lines alone a layer", held, ""), [held.worst, MOST_THIN], findings);
     }
 }
 
@@ -223,7 +235,7 @@ fn smoothed(printed: &PrintedPart<'_>, around: &Around<'_>, findings: &mut Findi
 fn say(
     printed: &PrintedPart<'_>,
     around: &Around<'_>,
-    (what, held): (&str, Held),
+    (what, held, remedy): (&str, Held, &str),
     [share, limit]: [f64; 2],
     findings: &mut Findings,
 ) {
@@ -235,7 +247,7 @@ fn say(
             if share == held.worst { format!(" over {mm} x {mm} mm") } else { " on the mean, the worst".to_owned() };
         let bound = if share < limit { "minimum" } else { "maximum" };
         format!(
-            "{what} of part {part} at Z {:.2} is {:.0} % full{over} at X {x:.1} Y {y:.1} ({bound} {:.0} %)",
+            "{what} of part {part} at Z {:.2} is {:.0} % full{over} at X {x:.1} Y {y:.1} ({bound} {:.0} %{remedy})",
             level.z,
             share * 100.0,
             limit * 100.0
