@@ -201,8 +201,10 @@ pub(super) struct Sums {
     sums: Vec<u32>,
 }
 
-/// Parts of 1 in which values are counted.
+/// Parts of 1 in which values are counted, and the most that one is taken for: far beyond what any layer holds, and squares of 1,000 cells
+/// do not wrap.
 const PARTS: f64 = 4096.0;
+const MOST: f64 = 1000.0;
 
 impl Sums {
     /// Of one value a cell, row by row; none is below 0.
@@ -216,7 +218,7 @@ impl Sums {
                 row = 0;
                 sums.push(0);
             }
-            row = row.wrapping_add((value * PARTS).round() as u32);
+            row = row.wrapping_add((value.min(MOST) * PARTS).round() as u32);
             sums.push(row.wrapping_add(sums[sums.len() - columns]));
         }
         Self { columns, sums }
