@@ -37,7 +37,7 @@ pub enum Rule {
     Filament,
     /// Each line uses the filament that its width and height need, no faster than the nozzle melts it.
     Flow,
-    /// Surfaces are full, walls are whole, and infill goes on.
+    /// Surfaces are full, walls are whole, and infill does not stop.
     Fill,
     /// Nothing is extruded through a cold nozzle or onto a cold bed, nothing is heated too far, and all heaters are off at the end.
     Heat,

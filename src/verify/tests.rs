@@ -386,8 +386,7 @@ fn outside_part() {
         &text[..last],
         &text[text[last..].find(" F1800").unwrap() + last..]
     );
-    // Where it was there is a gap.
-    let report = breaks(&text, &[Rule::OutsidePart, Rule::Filament, Rule::Fill]);
+    let report = breaks(&text, &[Rule::OutsidePart, Rule::Filament]);
     assert!((report.findings[0].measured - 1.6).abs() < 1e-4, "{:?}", report.findings[0]);
     assert_eq!((report.findings[0].slot, report.findings[0].part), (Some(1), Some(1)));
 }

