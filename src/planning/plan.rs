@@ -359,6 +359,12 @@ impl Plan {
         self.prints().enumerate().filter(|(_, (_, print))| print.supports.is_some()).map(|(number, _)| number)
     }
 
+    /// The prints that are made together with that of a part, its own among them; none for a part that is not printed.
+    pub fn setup_of(&self, part: usize) -> Vec<&Print> {
+        let has = |setup: &Vec<&Print>| setup.iter().any(|print| print.part == part);
+        self.slots.iter().flat_map(Slot::setups).find(has).unwrap_or_default()
+    }
+
     /// All prints in the order in which they are made, setup by setup: slot, number of the print ([`Self::prints`]), print.
     pub fn as_made(&self) -> impl Iterator<Item = (usize, usize, &Print)> {
         let mut before = 0;

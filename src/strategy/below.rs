@@ -64,8 +64,7 @@ fn in_the_way(plan: &CheckedPlan, below: &Below<'_>) -> Option<usize> {
     let (_, print) = plan.prints().find(|(_, print)| print.part == below.part)?;
     let motion = table.forward(print.pose(&table));
     // What grows beside them they were laid around.
-    let setups = plan.plan.slots.iter().flat_map(|slot| slot.setups());
-    let own = setups.into_iter().find(|setup| setup.iter().any(|one| one.part == below.part)).unwrap_or_default();
+    let own = plan.plan.setup_of(below.part);
     let beside = |part: usize| own.iter().any(|one| one.part == part);
     (0..workpiece.parts.len()).filter(|&other| !beside(other)).find(|&other| {
         let there = Rigid::<Machine, Machine>::shift(-below.to_machine);

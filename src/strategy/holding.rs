@@ -30,7 +30,7 @@ const CAPACITY: u16 = 10;
 const SEED: u64 = 1;
 /// Air beside a support, in widths of a line.
 const BESIDE_WIDTHS: f64 = 0.5;
-/// Supports go no farther aside from their part, mm: their grid ends there.
+/// What is farther away stands in no support's way, mm: the widest grid ends five steps of 5 mm beside its part.
 const NEAR_MM: f64 = 30.0;
 /// Facets as near to the table lie on it, mm.
 const ON_TABLE_MM: f64 = 0.05;
@@ -49,8 +49,7 @@ impl HeldMesh {
     /// The part of a print of `plan`.
     pub(crate) fn of(plan: &Plan, workpiece: &Workpiece<'_>, table: &TableKinematics, print: &Print) -> Self {
         let slot = slot_mesh(workpiece, table, print, CENTRE_MM);
-        let setups = plan.slots.iter().flat_map(|slot| slot.setups());
-        let setup = setups.into_iter().find(|setup| setup.iter().any(|one| one.part == print.part)).unwrap_or_default();
+        let setup = plan.setup_of(print.part);
         let motion = table.forward(print.pose(table));
         let to_slot = Rigid::<Machine, Slot>::new(Mat3::identity(), -slot.to_machine);
         let near = slot.mesh.bounds().inflated(NEAR_MM);

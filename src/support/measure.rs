@@ -42,20 +42,7 @@ impl Cover {
 pub fn cover(graph: &Graph, flow: &Flow, meshes: &[&TriangleMesh<Slot>], overhang: Angle) -> Cover {
     let mut held = vec![false; graph.squares()];
     graph.red.iter().filter(|&&red| flow.out(red as usize) > 0).for_each(|&red| held[red as usize] = true);
-    let mut cover = Cover::default();
-    for mesh in meshes {
-        for facet in Demand::of(mesh, overhang).facets {
-            let area = mesh.facet_area(facet);
-            let samples = samples(&mesh.corners(facet), area);
-            let each = area / samples.len() as f64;
-            for at in samples {
-                let Some(cube) = cube_of(graph, &at).filter(|&cube| cube >= graph.grid.level()) else { continue };
-                cover.area_mm2 += each;
-                cover.covered_mm2 += if is_held(graph, &held, cube) { each } else { 0.0 };
-            }
-        }
-    }
-    cover
+    sampled(graph, meshes, overhang, |_, _, cube| Some(is_held(graph, &held, cube)))
 }
 
 /// Samples the overhanging facets every half millimetre. A sample is held where the mesh of supports has a side at most half a step
@@ -67,18 +54,34 @@ pub fn held(
     overhang: Angle,
     gap_mm: f64,
 ) -> Cover {
-    let levels = Levels::of(supports);
+    let (levels, parts) = (Levels::of(supports), Parts::of(&graph.grid, meshes));
     let near_mm = 0.5 * graph.grid.step_mm;
-    let parts = Parts::of(&graph.grid, meshes);
+    let below_mm = near_mm + STEEPEST * gap_mm;
+    sampled(graph, meshes, overhang, |part, at, _| {
+        (!parts.carry(part, at, CARRIED_MM)).then(|| levels.come_near(at, near_mm, below_mm))
+    })
+}
+
+/// What of the samples above the lowest level is held: `is_held` is asked with the part, the place and the cube that it is in, and answers
+/// nothing where no support is asked for.
+fn sampled(
+    graph: &Graph,
+    meshes: &[&TriangleMesh<Slot>],
+    overhang: Angle,
+    is_held: impl Fn(usize, &Vec3, usize) -> Option<bool> + Sync,
+) -> Cover {
     let of_facet = |part: usize, facet: usize| -> Cover {
         let area = meshes[part].facet_area(facet);
         let samples = samples(&meshes[part].corners(facet), area);
         let each = area / samples.len() as f64;
-        let is_above = |at: &Vec3| cube_of(graph, at).is_some_and(|cube| cube >= graph.grid.level());
-        let above = |at: &&Vec3| is_above(at) && !parts.carry(part, at, CARRIED_MM);
-        let asked: Vec<&Vec3> = samples.iter().filter(above).collect();
-        let held = asked.iter().filter(|at| levels.come_near(at, near_mm, near_mm + STEEPEST * gap_mm)).count();
-        Cover { area_mm2: each * asked.len() as f64, covered_mm2: each * held as f64 }
+        let mut cover = Cover::default();
+        for at in &samples {
+            let Some(cube) = cube_of(graph, at).filter(|&cube| cube >= graph.grid.level()) else { continue };
+            let Some(held) = is_held(part, at, cube) else { continue };
+            cover.area_mm2 += each;
+            cover.covered_mm2 += if held { each } else { 0.0 };
+        }
+        cover
     };
     let of_part = |part: usize| -> Vec<Cover> {
         Demand::of(meshes[part], overhang).facets.into_par_iter().map(|facet| of_facet(part, facet)).collect()

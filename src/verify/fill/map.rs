@@ -89,20 +89,23 @@ impl Mask {
 
     /// Calls with each cell's place and what another mask has there.
     pub(super) fn each_with(&self, other: Option<&Self>, mut visit: impl FnMut(usize, u8, u8)) {
-        let [columns, rows] = self.frame.size;
-        for row in 0..rows {
-            for column in 0..columns {
-                let index = row * columns + column;
-                let here = self.cells[index];
-                let there = match other {
-                    Some(other) if here != 0 => {
-                        other.at([self.frame.low[0] + column as i64, self.frame.low[1] + row as i64])
-                    }
-                    _ => 0,
-                };
-                visit(index, here, there);
+        let columns = self.frame.size[0];
+        for (row, cells) in self.cells.chunks_exact(columns).enumerate() {
+            let there = other.map_or(&[][..], |other| other.row(self.frame.low[1] + row as i64));
+            let shift = other.map_or(0, |other| self.frame.low[0] - other.frame.low[0]);
+            for (column, here) in cells.iter().enumerate() {
+                let at = usize::try_from(column as i64 + shift).ok();
+                let there = at.and_then(|at| there.get(at)).copied().unwrap_or(0);
+                visit(row * columns + column, *here, there);
             }
         }
+    }
+
+    /// The cells of a row, counted from the machine's origin; none beyond the frame.
+    fn row(&self, row: i64) -> &[u8] {
+        let columns = self.frame.size[0];
+        let row = usize::try_from(row - self.frame.low[1]).ok().filter(|row| *row < self.frame.size[1]);
+        row.map_or(&[], |row| &self.cells[row * columns..(row + 1) * columns])
     }
 }
 
@@ -218,7 +221,7 @@ impl Sums {
                 row = 0;
                 sums.push(0);
             }
-            row = row.wrapping_add((value.min(MOST) * PARTS).round() as u32);
+            row = row.wrapping_add((value.min(MOST) * PARTS + 0.5) as u32);
             sums.push(row.wrapping_add(sums[sums.len() - columns]));
         }
         Self { columns, sums }

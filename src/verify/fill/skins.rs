@@ -2,8 +2,9 @@
 //!
 //! Every slicer closes what is seen from above and below: of a layer, all over which the part does not go on, all below which it does not
 //! begin, and all of the first layer. A window of 2 x 2 mm in such a region, clear of its border, has about the plastic that fills it, and
-//! all windows together have it more closely.
-//! What is too much is not told here: slicers lay threads half as thick again over whole regions.
+//! all windows together have it more closely. What is too much is not told here: slicers lay threads a third thicker over whole regions.
+//!
+//! Shares of a layer that is full to its height; lengths in cells.
 
 use super::super::prints::PrintedPart;
 use super::super::report::Findings;
@@ -21,6 +22,9 @@ const LEAST: [f64; 2] = [0.7, 0.85];
 const SEVERAL: usize = 50;
 /// What threads over air fill at least, which each slicer draws as it likes.
 const OVER_AIR: f64 = 0.35;
+/// Less than this is meant, or gone altogether.
+const NONE: f64 = 0.5;
+
 /// What a region is.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -47,9 +51,6 @@ impl Kind {
         }
     }
 }
-
-/// Less than this is meant, or gone altogether.
-const NONE: f64 = 0.5;
 
 /// What the windows of a region hold.
 #[derive(Clone, Copy)]

@@ -112,7 +112,7 @@ fn supports_stand_on_a_part_of_its_own_below() {
         let text = fs::read_to_string(here.join("out.gcode")).unwrap();
         fs::remove_file(here.join("out.gcode")).unwrap();
         let (box_of, post) = (shape.mesh().bounds(), post.mesh().bounds());
-        // The file's first outer wall is that of the table's lowest parts: all of them, whose box is known.
+        // All outer walls together have the box of both parts.
         let walls = lines_of(&text, FILAMENT_MM, &|role| role == "External perimeter");
         let ends = walls.iter().flat_map(|layer| &layer.lines).flat_map(|line| [line.from, line.to]);
         let [low, high] = ends.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], p| {
