@@ -86,16 +86,17 @@ pub fn ways(tried: &[TriedWay]) -> String {
     }
     let _ = writeln!(
         out,
-        "{:<15} {:>9} {:>7} {:>8} {:>9} {:>9} {:>6} {:>5}",
-        "way", "price min", "print", "filament", "supports", "seams", "setups", "parts"
+        "{:<15} {:>9} {:>7} {:>8} {:>9} {:>9} {:>6} {:>5} {:>6}",
+        "way", "price min", "print", "filament", "supports", "seams", "setups", "parts", "stands"
     );
     for TriedWay { way, chosen, terms, price_min, why_not, .. } in tried {
         let price = price_min.map_or("-".to_owned(), |min| format!("{min:.1}"));
         let _ = write!(out, "{:<15} {price:>9}", way.word());
-        if let Some(Terms { minutes, grams, support_g, seam_mm2, setups, parts, .. }) = terms {
+        if let Some(Terms { minutes, grams, support_g, seam_mm2, setups, parts, stands, .. }) = terms {
+            let stands = stands.map_or("-".to_owned(), |times| format!("{times:.1}x"));
             let _ = write!(
                 out,
-                " {minutes:>3.0} min {grams:>6.1} g {support_g:>7.1} g {seam_mm2:>5.0} mm2 {setups:>6} {parts:>5}"
+                " {minutes:>3.0} min {grams:>6.1} g {support_g:>7.1} g {seam_mm2:>5.0} mm2 {setups:>6} {parts:>5} {stands:>6}"
             );
         }
         let why_not = why_not.as_ref().map_or(String::new(), |why| format!(" not: {why}"));

@@ -79,7 +79,8 @@ pub(super) fn ways(tried: &[TriedWay]) -> Value {
         json!({
             "way": tried.way.word(), "up": tried.up, "chosen": tried.chosen, "minutes": number(|t| t.minutes), "grams": number(|t| t.grams),
             "support_g": number(|t| t.support_g), "contact_mm2": number(|t| t.contact_mm2), "seam_mm2": number(|t| t.seam_mm2),
-            "setups": terms.map(|t| t.setups), "parts": terms.map(|t| t.parts), "droop_mm3": number(|t| t.droop_mm3), "steps_min": number(|t| t.steps_min), "risk_min": number(|t| t.risk_min),
+            "setups": terms.map(|t| t.setups), "parts": terms.map(|t| t.parts), "droop_mm2": number(|t| t.droop_mm2),
+            "droop_mm3": number(|t| t.droop_mm3), "stands": terms.and_then(|t| t.stands), "steps_min": number(|t| t.steps_min), "risk_min": number(|t| t.risk_min),
             "price_min": tried.price_min, "why_not": words(tried.why_not.as_ref()),
             "code": tried.why_not.as_ref().map(Refused::code),
         })

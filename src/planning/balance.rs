@@ -182,27 +182,32 @@ impl Standing {
 }
 
 /// The worst of all states of a plan, at the beginning and at the end of each print; parts count as solid, so that sparse infill is on the safe side.
-/// What stands on supports is left to the finished file, whose lines tell where these stand. `None` where nothing tips anything.
-pub fn standing(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile) -> Option<Standing> {
+/// What stands on supports of which nothing is said in `feet` (by part, what its supports press on the table) is left to the finished file, whose
+/// lines tell where these stand. `None` where nothing tips anything.
+pub fn standing(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile, feet: &[(usize, Foot)]) -> Option<Standing> {
     let (body, kinematics) = (workpiece.model.bodies(), profile.kinematics());
     let layer_mm = profile.process.layer_height_mm;
     let parts: Vec<(Weight, Foot, Vec<Vec3>)> =
         workpiece.parts.iter().map(|part| (weight(part), foot(part, layer_mm), corners(part))).collect();
     let mut stands: Vec<Option<(Weight, Foot)>> = vec![None; parts.len()];
-    let on_supports: Vec<usize> =
-        plan.prints().filter(|(_, print)| print.supports.is_some()).map(|(_, print)| body[print.part]).collect();
+    let own_feet = |part: usize| feet.iter().find(|(of, _)| *of == part).map(|(_, foot)| foot);
+    let untold = plan.prints().filter(|(_, print)| print.supports.is_some() && own_feet(print.part).is_none());
+    let untold: Vec<usize> = untold.map(|(_, print)| body[print.part]).collect();
     let mut worst: Option<Standing> = None;
     for slot in &plan.slots {
         for print in &slot.prints {
             let (part, of) = (print.part, body[print.part]);
-            if on_supports.contains(&of) {
+            if untold.contains(&of) {
                 continue;
             }
             let down = down(&kinematics.forward(print.pose(&kinematics)).inverse());
             let tilt = tilt(&down);
             let (weight, foot, tips) = &parts[part];
             let before = stands[of].take().unwrap_or_default();
-            let after = (before.0.and(weight), before.1.and(foot));
+            let mut after = (before.0.and(weight), before.1.and(foot));
+            if let Some(feet) = own_feet(part) {
+                after.1 = after.1.and(feet);
+            }
             for (weight, foot) in [&before, &after] {
                 let Some(held) = held(weight, foot, &down, tips, profile.process.adhesion_mpa) else { continue };
                 let one = Standing { part, slot: slot.id, tilt, held };

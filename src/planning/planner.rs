@@ -1,7 +1,7 @@
 //! Model and profile to a plan, or to the reasons why there is none.
 
 use super::best::{SearchLimits, Tariff, best};
-use super::candidates::{Candidate, Setups, Sifted, all_directions};
+use super::candidates::{Candidate, Setups, Sifted, all_directions, fan};
 use super::infeasible::{Infeasible, MOST_PARTS, Near, Reason};
 use super::options::{Options, Priority};
 use super::part_set::PartSet;
@@ -76,6 +76,15 @@ pub fn plannable(workpiece: &Workpiece<'_>) -> Result<(), Infeasible> {
 /// The directions to try for each part, best first by `options`' objective, table frame.
 pub fn orientations(workpiece: &Workpiece<'_>, options: &Options<'_>) -> Vec<Vec<Direction>> {
     all_directions(workpiece, options.objective, options.search)
+}
+
+/// More directions for each part that touches another, beside those that were `found`: for where these give no plan.
+pub fn more_orientations(
+    workpiece: &Workpiece<'_>,
+    options: &Options<'_>,
+    found: &[Vec<Direction>],
+) -> Vec<Vec<Direction>> {
+    fan(workpiece, options.objective, found)
 }
 
 /// The best plans of `workpiece` where it stands, on the machine of `profile`, with the `directions` of

@@ -34,9 +34,11 @@ pub(super) fn as_planned(plan: &PlanResult) -> Terms {
         grams: grams(model, &plan.plan.machine),
         setups: plan.best().pose_changes.max(1),
         parts: model.parts.len(),
-        droop_mm3: plan.droops.iter().map(|droop| droop.area_mm2 * droop.droop_mm).sum(),
+        droop_mm2: plan.droops.iter().map(|droop| droop.area_mm2).sum::<f64>() + 0.0,
+        droop_mm3: plan.droops.iter().map(|droop| droop.area_mm2 * droop.droop_mm).sum::<f64>() + 0.0,
         steps_min,
         risk_min,
+        stands: plan.standing.map(|one| one.held.pushed).filter(|times| times.is_finite()),
         ..Terms::default()
     }
 }

@@ -85,12 +85,17 @@ pub struct Terms {
     pub setups: usize,
     /// Parts that are printed.
     pub parts: usize,
-    /// What droops, mm² times mm.
+    /// What droops, mm².
+    pub droop_mm2: f64,
+    /// The same times how far, mm³.
     pub droop_mm3: f64,
     /// What the steps on its slopes are worth, minutes.
     pub steps_min: f64,
     /// What is lost by the odds that it comes loose, minutes.
     pub risk_min: f64,
+    /// How many times over it is held on the table where it is held least, the nozzle pushing; `None` where nothing tips anything. Not priced:
+    /// `risk_min` is.
+    pub stands: Option<f64>,
 }
 
 /// What each of them is worth, minutes.
@@ -172,9 +177,11 @@ mod tests {
             seam_mm2: 50.0,
             setups: 3,
             parts: 2,
+            droop_mm2: 50.0,
             droop_mm3: 10.0,
             steps_min: 1.5,
             risk_min: 0.25,
+            stands: Some(2.0),
         };
         let wanted = 40.0 + 10.0 + 4.0 + (0.5 + 0.2) + 0.5 + 0.2 + 1.75;
         assert!((Weights::default().price(&terms) - wanted).abs() < 1e-12);

@@ -14,7 +14,9 @@ use crate::gcode::round_to;
 use crate::geom::{Angle, Vec3};
 use crate::input::{CheckedPlan, LoadedModel, LoadedProfile};
 use crate::overhang::{Held, Judged, LayerJudge, Patch, Place, Rule};
+use crate::planning::balance::{Foot, standing};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Slot, SupportRoof};
+use crate::profile::Profile;
 use crate::section::{Point, Segment, Segments, march};
 use crate::world::World;
 
@@ -105,6 +107,8 @@ const ROUNDS: usize = 4;
 const ABOUT_MM: f64 = 0.5;
 /// Boxes of places are multiples of this, mm.
 const PLACE_MM: f64 = 0.01;
+/// What begins below stands on the table, mm.
+const ON_TABLE_MM: f64 = 0.05;
 /// Supports and what is beside them are told apart up to this, mm.
 const FAR_MM: f64 = 5.0;
 
@@ -329,18 +333,35 @@ impl Attempt {
         if let Some(out) = [bounds.min, bounds.max].iter().find_map(|p| limits.violation(&(p + self.to_machine))) {
             return Err(Refused::Axes(out.to_string()));
         }
-        let motion = profile.kinematics().forward(print.pose(&profile.kinematics())).inverse();
         let half = profile.process.line_width_mm / 2.0;
-        let feet = self.laid.layers.first().into_iter().flat_map(|layer| layer.lines.iter().flatten());
-        let beyond = feet.map(|p| {
-            let at = motion.point((Vec3::new(p[0], p[1], 0.0) + self.to_machine).into()).at;
-            profile.beyond_table(at.x, at.y) + half
-        });
+        let beyond = self.feet(profile, print).map(|[x, y]| profile.beyond_table(x, y) + half);
         let most = beyond.fold(f64::NEG_INFINITY, f64::max);
         if most > 0.0 {
             return Err(Refused::BeyondTable { mm: most });
         }
         Ok(())
+    }
+
+    /// Ends of the lines of their lowest layer, table frame.
+    fn feet(&self, profile: &Profile, print: &Print) -> impl Iterator<Item = Point> {
+        let motion = profile.kinematics().forward(print.pose(&profile.kinematics())).inverse();
+        let ends = self.laid.layers.first().into_iter().flat_map(|layer| layer.lines.iter().flatten());
+        ends.map(move |p| {
+            let at = motion.point((Vec3::new(p[0], p[1], 0.0) + self.to_machine).into()).at;
+            [at.x, at.y]
+        })
+    }
+
+    /// What they press on the table; nothing where all of them stand on the part.
+    fn foot(&self, plan: &CheckedPlan) -> Foot {
+        let mut foot = Foot::default();
+        let on_table = self.laid.layers.first().is_some_and(|layer| layer.span_mm[0] < ON_TABLE_MM);
+        let mut prints = plan.plan.prints().filter(|(_, print)| print.part == self.part && on_table);
+        if let Some((_, print)) = prints.next() {
+            self.feet(&plan.machine.profile, print).for_each(|at| foot.touches(at));
+            foot.settle();
+        }
+        foot
     }
 
     fn below(&self) -> Below<'_> {
@@ -431,6 +452,8 @@ fn taken(held: &[Attempt], plan: &mut PlanResult) -> Vec<HeldPart> {
         () => Plan::WITH_SUPPORTS,
     };
     plan.plan.sha256 = plan.plan.plan.sha256();
+    let feet: Vec<(usize, Foot)> = held.iter().map(|attempt| (attempt.part, attempt.foot(&plan.plan))).collect();
+    plan.standing = standing(&plan.plan.plan, &plan.plan.workpiece(), &plan.plan.machine.profile, &feet);
     let process = &plan.plan.machine.profile.process;
     let section_mm2 = process.line_width_mm * process.layer_height_mm;
     let cost = |attempt: &Attempt| {

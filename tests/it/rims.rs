@@ -79,7 +79,41 @@ fn no_branch_is_printed_with_the_rim_below_the_table() {
         }
     }
     note(&told.join("\n"));
-    assert!(made > 3 && refused >= 3, "{made} tilted, {refused} refused\n{}", told.join("\n"));
+    // Where the branch's own axis does not do, the table is tilted less.
+    assert!(made >= 20 && refused == 0, "{made} tilted, {refused} refused\n{}", told.join("\n"));
+}
+
+/// A post and a branch of 8 mm on its side that leans by this angle from the vertical: they touch in the post's wall, which rises beside the
+/// branch's first lines at whatever angle the table stands.
+fn on_a_wall(angle_deg: f64) -> Vec<TriangleMesh<Object>> {
+    let (s, c) = angle_deg.to_radians().sin_cos();
+    // A side of the branch, by how far it lies above its axis: where it leaves the wall, and its end.
+    let side = |above: f64| {
+        let along = |far: f64| [far * s - above * c, 22.0 + far * c + above * s];
+        [along((6.0 + above * c) / s), along(40.0)]
+    };
+    let ([from, to], [back, end]) = (side(-4.0), side(4.0));
+    let post = [[-6.0, 0.0], [6.0, 0.0], [6.0, 50.0], [-6.0, 50.0]];
+    vec![prism(&post, [-6.0, 6.0]), prism(&[from, to, end, back], [-4.0, 4.0])]
+}
+
+/// Along its own axis the canonical branch of 45 degrees has the nozzle's rim in the post: it is printed with the table tilted otherwise.
+#[test]
+fn a_branch_on_a_wall_is_printed_at_every_lean() {
+    let folder = folder();
+    let (model, out) = (folder.path().join("branch.stl"), folder.path().join("out.gcode"));
+    let mut told = Vec::new();
+    for angle in [35.0, 40.0, 45.0, 50.0, 60.0, 75.0, 90.0] {
+        fs::write(&model, stl_binary_parts(&on_a_wall(angle).iter().collect::<Vec<_>>())).unwrap();
+        let _ = fs::remove_file(&out);
+        let args = ["-m", "generic-ac", "--slicer", "builtin", "--way", "as-drawn", "--no-remedies", "-o"];
+        let done = trunnion().arg("prepare").arg(&model).args(args).arg(&out).output().unwrap();
+        assert!(done.status.success(), "{angle} deg: {}", said(&done));
+        let (low, tilted) = lowest_rim(&out, 0.5);
+        told.push(format!("{angle} deg: {low:.3} mm at up to {tilted} deg"));
+        assert!(low >= -0.005 && tilted > 20.0, "{}", told.join("\n"));
+    }
+    note(&told.join("\n"));
 }
 
 #[test]

@@ -119,3 +119,22 @@ fn a_post_that_ends_a_layer_below_a_ceiling_holds_it() {
     let (_, done, said) = asked(folder.path(), "prepare", &[table], &[]);
     assert_ne!(way(&done), "as-drawn", "{said}");
 }
+
+/// What the plan says of a part on supports is what the finished file says, whose lines tell where they stand: by them a post that carries a long
+/// bar does not tip, and the way that was priced tells the same.
+#[test]
+fn on_supports_the_plan_and_the_finished_file_agree_how_firmly_it_stands() {
+    let folder = folder();
+    for (side, long) in [(6.0, 40.0), (10.0, 60.0), (16.0, 30.0)] {
+        let post = block(side, side, 25.0).and(&block(long, side, 5.0).at(0.0, 0.0, 24.0));
+        let (code, done, said) = asked(folder.path(), "prepare", &[post], &["--way", "supports"]);
+        assert_eq!(code, Some(0), "{side}: {said}");
+        let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{side}: {value} {said}"));
+        let planned = number(&done["plan"]["standing"]["pushed_factor"]);
+        let read = number(&done["verify"]["standing"]["pushed_factor"]);
+        // Solid as it is planned, a little lighter as it is sliced; the lines' own width is not the plan's.
+        assert!(planned <= read * 1.05 && planned >= read * 0.7, "{side}: planned {planned}, read {read}");
+        let taken = done["ways"].as_array().unwrap().iter().find(|way| way["chosen"] == true).unwrap();
+        assert_eq!(number(&taken["stands"]), planned, "{taken}");
+    }
+}

@@ -72,7 +72,7 @@ pub struct PlanResult {
     pub overhang: Angle,
     /// What is printed, but droops, by part.
     pub droops: Vec<PartDroop>,
-    /// Where what is printed is held the fewest times over; `None` where nothing tips anything, and for what stands on supports.
+    /// Where what is printed is held the fewest times over, by its supports too; `None` where nothing tips anything.
     pub standing: Option<Standing>,
     /// What was done to the model before, in a sentence; for the picture.
     pub story: Option<String>,
@@ -142,20 +142,26 @@ pub(super) fn planned_along(
     let wanted = Options { together, ..asked.options(options) };
     let (base, profile) = (asked.base, &machine.profile);
     let workpiece = Workpiece::place(&model.model, &base);
-    let directions = asked.directions(&workpiece, &machine, &wanted, &along)?;
+    let mut directions = asked.directions(&workpiece, &machine, &wanted, &along)?;
     let orient_seconds = seconds();
-    let found = if options.place.is_some() {
-        planning::plan(&workpiece, profile, &directions, &wanted).map(|plans| (base, plans))
-    } else {
-        plan_anywhere(&model.model, profile, &base, &directions, &wanted)
+    let among = |directions: &[Vec<Direction>], wanted: &Options<'_>| match options.place {
+        Some(_) => planning::plan(&workpiece, profile, directions, wanted).map(|plans| (base, plans)),
+        None => plan_anywhere(&model.model, profile, &base, directions, wanted),
     };
+    // Where no natural direction does, what lies between them; why not is told of all.
+    let explain = wanted.explain && model.model.interfaces.is_empty();
+    let mut found = among(&directions, &Options { explain, ..wanted.clone() });
+    if matches!(found, Err(Infeasible::NoPlan { .. })) && !model.model.interfaces.is_empty() {
+        directions = asked.more_directions(&workpiece, &wanted, &along, directions);
+        found = among(&directions, &wanted);
+    }
     let found = found.and_then(|(placement, plans)| {
         let plan = Plan {
             machine_values,
             bridge_mm: options.bridge_mm,
             ..draft(&model, &machine, placement, &plans[0], (options.kept_in.as_deref(), world))
         };
-        let standing = standing(&plan, &Workpiece::place(&model.model, &placement), profile);
+        let standing = standing(&plan, &Workpiece::place(&model.model, &placement), profile, &[]);
         match standing.filter(Standing::falls) {
             Some(Standing { part, slot, tilt, held }) => {
                 let (name, tilt_deg) = (model.model.parts[part].name.clone(), tilt.deg());

@@ -9,7 +9,8 @@ use crate::mesh::Model;
 use crate::orient::{Direction, Facets, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{
-    Goal, Options, Placement, PrintSupports, Priority, Workpiece, centred, centred_and_turned, orientations, plannable,
+    Goal, Options, Placement, PrintSupports, Priority, Workpiece, centred, centred_and_turned, more_orientations,
+    orientations, plannable,
 };
 use crate::strategy::error::Error;
 use crate::strategy::form::{STEPS_MM, SupportForm};
@@ -261,6 +262,26 @@ impl PlanAsked {
                 all
             }
         })
+    }
+
+    /// Those that were `found` and, where parts touch, what lies between them.
+    pub(super) fn more_directions(
+        &self,
+        workpiece: &Workpiece<'_>,
+        options: &Options<'_>,
+        along: &Along<'_>,
+        mut found: Vec<Vec<Direction>>,
+    ) -> Vec<Vec<Direction>> {
+        let fixed = match *along {
+            Along::Any => &[],
+            Along::These(_) => return found,
+            Along::Upright(parts) => parts,
+        };
+        let more = more_orientations(workpiece, options, &found);
+        for (part, more) in more.into_iter().enumerate().filter(|(part, _)| !fixed.contains(part)) {
+            found[part].extend(more);
+        }
+        found
     }
 }
 
