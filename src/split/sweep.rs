@@ -274,12 +274,13 @@ pub(super) fn footing(part: &Measured, up: &Vec3, heights: &[f64], offsets: &[f6
         let below = |v: u32| heights[v as usize] < c - ON_PLANE_MM;
         let new = order.at(offsets.len() - 1 - i);
         for &v in new {
+            let mut own = sets.root(v);
             for &w in part.around(v as usize).iter().filter(|w| below(**w)) {
-                let (a, b) = (sets.root(v), sets.root(w));
-                if a != b {
-                    let stands = standing[a as usize] || standing[b as usize];
-                    let root = sets.join(a, b);
-                    standing[root as usize] = stands;
+                let other = sets.root(w);
+                if own != other {
+                    let stands = standing[own as usize] || standing[other as usize];
+                    own = sets.join(own, other);
+                    standing[own as usize] = stands;
                 }
             }
         }
