@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use crate::gcode::round_to;
 use crate::job::{Hindrance, NoPlan, PlanResult, TriedWay};
-use crate::planning::balance::{DOUBTFUL, Standing};
 use crate::planning::{PartDroop, Print, Slot};
 use crate::spelling::counted;
 use crate::strategy::{Terms, Way};
@@ -45,13 +44,8 @@ pub fn planned(made: &PlanResult) -> String {
             "part {part} droops by up to {droop_mm:.1} mm over {area_mm2:.0} mm2, mostly near ({x}, {y}, {z}) mm (--finish fine allows no droop)"
         );
     }
-    if let Some(Standing { part, slot, tilt, held }) = made.standing.filter(|one| one.held.pushed < DOUBTFUL) {
-        let (times, tilt) = (held.pushed, tilt.deg());
-        let _ = writeln!(
-            out,
-            "slot {slot}, table at {tilt:.0} deg: the first layer of part {part} holds it {times:.1} times over; a larger footprint or a brim \
-             (not counted) holds more"
-        );
+    if let Some(said) = made.unsteady() {
+        let _ = writeln!(out, "{said}");
     }
     let best = made.best();
     for w in &best.within_slots {

@@ -10,7 +10,7 @@ use crate::input::{
 };
 use crate::orient::{Direction, Facets, Process, recommend};
 use crate::pictures::{Told, plan_sheet};
-use crate::planning::balance::{Standing, standing};
+use crate::planning::balance::{DOUBTFUL, Standing, standing};
 use crate::planning::{
     self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Remedy, Slot, ThreeAxis,
     Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
@@ -96,12 +96,23 @@ impl PlanResult {
         self
     }
 
+    /// What stands, but not well, in a sentence.
+    pub fn unsteady(&self) -> Option<String> {
+        let Standing { part, slot, tilt, held } = self.standing.filter(|one| one.held.pushed < DOUBTFUL)?;
+        let (tilt, times) = (tilt.deg(), held.pushed);
+        Some(format!(
+            "slot {slot}, table at {tilt:.0} deg: the first layer of part {part} holds it {times:.1} times over; a larger footprint or a brim \
+             (not counted) holds more"
+        ))
+    }
+
     /// The plan as one picture, a frame for each pose; below it what was tried beside.
     pub fn sheet(&self) -> Drawing {
         let (workpiece, profile) = (&self.plan.workpiece(), &self.plan.machine.profile);
         let told = Told { workpiece, profile, overhang: self.overhang };
         let supports = support_solids(&self.plan.plan, workpiece, profile);
-        let story = self.story.iter().cloned().chain(self.ways.iter().filter_map(TriedWay::beside)).collect();
+        let beside = self.ways.iter().filter_map(TriedWay::beside);
+        let story = self.story.iter().cloned().chain(self.unsteady()).chain(beside).collect();
         plan_sheet(&self.plan.plan, told, &supports, story).drawing()
     }
 }

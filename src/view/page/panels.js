@@ -106,17 +106,17 @@ function waysTable() {
     byId('ways').append(line);
     return line;
   };
-  row('th', ['way', 'price', 'print', 'filament', 'supports', 'seams', 'setups']);
+  row('th', ['way', 'price', 'print', 'filament', 'supports', 'seams', 'setups', 'stands']);
   for (const way of facts.ways) {
     const told = (value, digits, unit) => (value === null ? '' : `${Math.max(0, value).toFixed(digits)} ${unit}`);
     const line = row('td', [
       way.way, told(way.price_min, 0, 'min'), told(way.minutes, 0, 'min'), told(way.grams, 1, 'g'), told(way.support_g, 1, 'g'), told(way.seam_mm2, 0, 'mm²'),
-      way.setups === null ? '' : String(way.setups),
+      way.setups === null ? '' : String(way.setups), way.stands === null ? '' : `${way.stands.toFixed(1)} times`,
     ]);
     if (way.chosen) line.setAttribute('aria-current', 'true');
     if (way.why_not) {
       const why = element('td', way.why_not, 'why');
-      why.colSpan = 7;
+      why.colSpan = 8;
       const below = element('tr');
       below.append(why);
       byId('ways').append(below);
