@@ -18,7 +18,7 @@ use super::ways::{NoWay, TriedWay};
 use crate::geom::Vec3;
 use crate::input::load_profile;
 use crate::orient::Priced;
-use crate::planning::Remedy;
+use crate::planning::{Remedy, centred};
 use crate::spelling::counted;
 use crate::split::CutBudget;
 use crate::world::{Silent, World};
@@ -337,9 +337,14 @@ impl Tries<'_> {
         if !self.allowed(Way::Turned) && !self.allowed(Way::TurnedSupports) {
             return;
         }
-        let poses = Poses::of(&self.sets[0].model.model.parts[0].mesh, self.models.machine);
         let quiet = PlanOptions { remedies: false, explain: false, ..self.options.clone() };
         let silent = World { progress: &Silent, ..*self.world };
+        let (solid, machine) = (&self.sets[0].model.model.parts[0].mesh, self.models.machine);
+        let fits = |pose: &Priced| {
+            turned(self.models, pose.up.into(), &silent)
+                .is_ok_and(|set| centred(&set.model.model, &machine.profile).is_ok())
+        };
+        let poses = if self.misplaced { Poses::that_fit(solid, machine, fits) } else { Poses::of(solid, machine) };
         let upright = Along::These(&[Vec3::z()]);
         if self.allowed(Way::Turned) {
             let plan = |pose: &Priced| {
@@ -361,22 +366,27 @@ impl Tries<'_> {
         }
     }
 
-    /// On supports in the pose that costs the least with them, where that is another one than it was drawn in.
+    /// On supports in the pose that costs the least with them, where that is another one than it was drawn in; of what does not fit on the table
+    /// as it was drawn, in the first that can be printed so.
     fn turned_on_supports(&mut self, poses: &Poses, why: &Refused, silent: &World<'_>) {
-        let pose = if self.misplaced { poses.others.first() } else { poses.cheaper() };
-        let Some(pose) = pose else { return };
-        let up = <[f64; 3]>::from(pose.up);
-        let held = turned(self.models, up, silent).map_err(Refused::from).and_then(|set| {
+        let held = |pose: &Priced| {
+            let set = turned(self.models, pose.up.into(), silent)?;
             let (plan, held) =
                 on_supports(&set.model, self.models.machine, (self.options, self.ways.holding, why), silent)?;
-            Ok((plan.of_arranged(set.arranged), held))
-        });
-        match held {
-            // That is the turned one.
-            Ok((_, held)) if held.parts.is_empty() => {}
-            Ok((plan, held)) => self.find_turned(Way::TurnedSupports, up, (plan, Some(held))),
-            Err(no) => self.tried.push(TriedWay::refused(Way::TurnedSupports, no)),
+            Ok((pose.up.into(), plan.of_arranged(set.arranged), held))
+        };
+        let some =
+            if self.misplaced { &poses.others[..] } else { poses.cheaper().map_or(&[][..], std::slice::from_ref) };
+        let mut first: Option<Refused> = None;
+        for pose in some {
+            match held(pose) {
+                // That is the turned one.
+                Ok((_, _, held)) if held.parts.is_empty() => return,
+                Ok((up, plan, held)) => return self.find_turned(Way::TurnedSupports, up, (plan, Some(held))),
+                Err(no) => drop(first.get_or_insert(no)),
+            }
         }
+        self.tried.extend(first.map(|no| TriedWay::refused(Way::TurnedSupports, no)));
     }
 
     fn on_supports(&mut self, why: &Refused) {

@@ -31,9 +31,18 @@ pub(super) fn may_turn(models: &Models<'_>, set: &SetUp) -> bool {
 impl Poses {
     /// Those that `orient` finds for a solid.
     pub(super) fn of(solid: &TriangleMesh<Object>, machine: &LoadedProfile) -> Self {
+        Self::that_fit(solid, machine, |_| true)
+    }
+
+    /// The same among those that `fit` on the table.
+    pub(super) fn that_fit(
+        solid: &TriangleMesh<Object>,
+        machine: &LoadedProfile,
+        fit: impl Fn(&Priced) -> bool,
+    ) -> Self {
         let found = recommend(&Facets::of(solid), &process_of(machine), None, None);
         let mut others = found.poses;
-        others.retain(|pose| pose.stands && pose.up.z < SAME_POSE);
+        others.retain(|pose| pose.stands && pose.up.z < SAME_POSE && fit(pose));
         others.sort_by(|a, b| a.price_min.total_cmp(&b.price_min));
         others.truncate(PLANNED);
         Self { drawn: found.as_it_lies, others }

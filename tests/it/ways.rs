@@ -275,6 +275,10 @@ fn what_does_not_fit_as_drawn_is_turned() {
         let drawn = row(&done, "as-drawn").map(|row| row["why_not"].as_str().unwrap().contains("over the rim"));
         assert_eq!(drawn, (way == "auto").then_some(true), "{way}: {}", done["ways"]);
     }
+    // It may lie on each of eight sides, all of them cheaper and none of them within the rim.
+    let bar = rod(20.0, 206.0, 8).about_z(22.5).about_y(90.0).at(0.0, 0.0, 20.0);
+    let (code, done, said) = prepared(folder.path(), "bar", &bar, &[]);
+    assert_eq!((code, &chosen(&done)["way"]), (Some(0), &Value::from("turned")), "{said}");
     let (code, no, said) = prepared(folder.path(), "tall", &block(206.0, 40.0, 40.0), &["--way", "as-drawn"]);
     assert!(code == Some(2) && no["error"].as_str().unwrap().contains("over the rim"), "{said}");
 }
