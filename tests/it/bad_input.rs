@@ -103,16 +103,16 @@ fn parts_that_float_stand_over_the_rim_or_are_higher_than_the_machine() {
 
 #[test]
 fn an_object_without_a_plan_says_why_with_numbers() {
-    let text = refused(&fixture("two-boxes"), 1, &["-m", "open5x-prusa", "--origin=-15,0"]);
+    let text = refused(&fixture("two-boxes"), 1, &["-m", "fibr3d", "--origin=-60,0"]);
     assert!(text.contains("part 1") && text.contains("mm"), "{text}");
-    let args = ["plan", &fixture("two-boxes"), "-m", "open5x-prusa", "--origin=-15,0", "--json"];
+    let args = ["plan", &fixture("two-boxes"), "-m", "fibr3d", "--origin=-60,0", "--json"];
     let run = trunnion().args(args).output().unwrap();
     assert_eq!(run.status.code(), Some(1));
     let document: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     for key in ["part", "orientation", "blocked_by", "depth_mm"] {
         assert!(!document["reasons"][0][key].is_null(), "{key}");
     }
-    let reach = |r: &serde_json::Value| r["text"].as_str().unwrap().contains("range -1..125");
+    let reach = |r: &serde_json::Value| r["text"].as_str().unwrap().contains("range -50..285");
     assert!(document["reasons"].as_array().unwrap().iter().any(reach), "{document}");
 }
 
