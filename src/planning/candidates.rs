@@ -125,40 +125,36 @@ const FAN_DEG: usize = 5;
 /// Of a part's own directions so many give a heading to [`fan`].
 const FAN_OWN: usize = 4;
 
-/// Directions of every part that touches another, beside those that were `found` for it: the table tilted by each multiple of 5 degrees towards
-/// each of its seams and its best directions, or away from them. Between two minima of an objective lies what neither of them gives: a branch
-/// that leans by 45 degrees has the nozzle's rim in its post along its own axis, and is printed well 10 degrees beside it.
-pub(super) fn fan(workpiece: &Workpiece<'_>, f: &dyn Objective, found: &[Vec<Direction>]) -> Vec<Vec<Direction>> {
-    use rayon::prelude::*;
-    let of_part = |part: usize| {
-        let seams = workpiece.model.interfaces.iter().filter(|seam| seam.a == part || seam.b == part);
-        let seams: Vec<Vec3> = seams.map(|seam| workpiece.placed.rotation * seam.normal).collect();
-        if seams.is_empty() {
-            return Vec::new();
-        }
-        let own = found[part].iter().take(FAN_OWN).map(|direction| direction.up);
-        let mut headings: Vec<[f64; 2]> = Vec::new();
-        for along in seams.into_iter().chain(own) {
-            let level = along.x.hypot(along.y);
-            if level < 1e-6 {
-                continue;
-            }
-            for [x, y] in [[along.x / level, along.y / level], [-along.x / level, -along.y / level]] {
-                if headings.iter().all(|known| known[0] * x + known[1] * y < SAME_HEADING) {
-                    headings.push([x, y]);
-                }
-            }
-        }
-        let tilts = (FAN_DEG..=90).step_by(FAN_DEG).map(|deg| (deg as f64).to_radians().sin_cos());
-        let facets = Facets::of(&workpiece.parts[part]);
-        let all = tilts.flat_map(|(s, c)| headings.iter().map(move |[x, y]| Vec3::new(s * x, s * y, c)));
-        all.map(|up| Direction { up, value: f.value(&facets, &up) }).collect()
-    };
-    (0..workpiece.parts.len()).into_par_iter().map(of_part).collect()
-}
-
 /// The cosine of 2 degrees: headings nearer than that are one.
 const SAME_HEADING: f64 = 0.9994;
+
+/// Directions of a part that touches another, beside those that were `found` for it: the table tilted by each multiple of 5 degrees towards each
+/// of its seams and its best directions, or away from them. Between two minima of an objective lies what neither of them gives: a branch that
+/// leans by 45 degrees has the nozzle's rim in its post along its own axis, and is printed well 15 degrees beside it.
+pub(super) fn fan(workpiece: &Workpiece<'_>, part: usize, f: &dyn Objective, found: &[Direction]) -> Vec<Direction> {
+    let seams = workpiece.model.interfaces.iter().filter(|seam| seam.a == part || seam.b == part);
+    let seams: Vec<Vec3> = seams.map(|seam| workpiece.placed.rotation * seam.normal).collect();
+    if seams.is_empty() {
+        return Vec::new();
+    }
+    let own = found.iter().take(FAN_OWN).map(|direction| direction.up);
+    let mut headings: Vec<[f64; 2]> = Vec::new();
+    for along in seams.into_iter().chain(own) {
+        let level = along.x.hypot(along.y);
+        if level < 1e-6 {
+            continue;
+        }
+        for [x, y] in [[along.x / level, along.y / level], [-along.x / level, -along.y / level]] {
+            if headings.iter().all(|known| known[0] * x + known[1] * y < SAME_HEADING) {
+                headings.push([x, y]);
+            }
+        }
+    }
+    let tilts = (FAN_DEG..=90).step_by(FAN_DEG).map(|deg| (deg as f64).to_radians().sin_cos());
+    let facets = Facets::of(&workpiece.parts[part]);
+    let all = tilts.flat_map(|(s, c)| headings.iter().map(move |[x, y]| Vec3::new(s * x, s * y, c)));
+    all.map(|up| Direction { up, value: f.value(&facets, &up) }).collect()
+}
 
 /// A machine's head with its upward reach and without, for whoever asks more than once.
 #[derive(Clone, Debug)]

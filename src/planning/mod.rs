@@ -54,7 +54,7 @@ pub use plan::{
     MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, PrintSupports, PropPlace, Slot, SupportRoof,
     sha256_hex,
 };
-pub use planner::{Planned, more_orientations, orientations, plan, plannable, sequences};
+pub use planner::{Planned, orientations, plan, plannable, sequences, widening};
 pub use pricing::WithinSlot;
 pub use remedies::{Remedy, Wish, can_be_helped, support_by_hand};
 pub use sequence::Sequence;

@@ -78,13 +78,38 @@ pub fn orientations(workpiece: &Workpiece<'_>, options: &Options<'_>) -> Vec<Vec
     all_directions(workpiece, options.objective, options.search)
 }
 
-/// More directions for each part that touches another, beside those that were `found`: for where these give no plan.
-pub fn more_orientations(
+/// What `among` makes of `directions`, and where that is no plan, of more of them for the parts that its reasons name: what lies between the minima
+/// that [`orientations`] gives. More for any other part would leave the reasons as they are. Ends when these name no other part that touches
+/// one and is not `fixed`; `directions` are then those of the answer.
+///
+/// # Errors
+///
+/// The last of `among`.
+pub fn widening<T>(
     workpiece: &Workpiece<'_>,
     options: &Options<'_>,
-    found: &[Vec<Direction>],
-) -> Vec<Vec<Direction>> {
-    fan(workpiece, options.objective, found)
+    fixed: &[usize],
+    directions: &mut [Vec<Direction>],
+    among: impl Fn(&[Vec<Direction>]) -> Result<T, Infeasible>,
+) -> Result<T, Infeasible> {
+    let mut done = fixed.to_vec();
+    loop {
+        let found = among(directions);
+        let Err(Infeasible::NoPlan { reasons, .. }) = &found else { return found };
+        let mut any = false;
+        for part in reasons.iter().map(|reason| reason.part) {
+            if done.contains(&part) {
+                continue;
+            }
+            done.push(part);
+            let more = fan(workpiece, part, options.objective, &directions[part]);
+            any |= !more.is_empty();
+            directions[part].extend(more);
+        }
+        if !any {
+            return found;
+        }
+    }
 }
 
 /// The best plans of `workpiece` where it stands, on the machine of `profile`, with the `directions` of

@@ -59,7 +59,8 @@ impl Alone {
             Self {
                 options: PlanOptions {
                     remedies: false,
-                    explain: false,
+                    // Of parts that touch, the reasons say which want other directions.
+                    explain: group.len() > 1,
                     place: None,
                     plans: 1,
                     allow,

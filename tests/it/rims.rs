@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use serde_json::Value;
 use trunnion::fixtures::prism;
 use trunnion::geom::Object;
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
@@ -112,6 +113,10 @@ fn a_branch_on_a_wall_is_printed_at_every_lean() {
         let (low, tilted) = lowest_rim(&out, 0.5);
         told.push(format!("{angle} deg: {low:.3} mm at up to {tilted} deg"));
         assert!(low >= -0.005 && tilted > 20.0, "{}", told.join("\n"));
+        // What is listed is what is planned.
+        let listed = trunnion().arg("plan").arg(&model).args(["-m", "generic-ac", "--all", "--json"]).output().unwrap();
+        let listed: Value = serde_json::from_slice(&listed.stdout).unwrap();
+        assert!(listed["count"].as_u64().is_some_and(|count| count > 0), "{angle} deg: {listed}");
     }
     note(&told.join("\n"));
 }

@@ -155,17 +155,15 @@ pub(super) fn planned_along(
     let workpiece = Workpiece::place(&model.model, &base);
     let mut directions = asked.directions(&workpiece, &machine, &wanted, &along)?;
     let orient_seconds = seconds();
-    let among = |directions: &[Vec<Direction>], wanted: &Options<'_>| match options.place {
-        Some(_) => planning::plan(&workpiece, profile, directions, wanted).map(|plans| (base, plans)),
-        None => plan_anywhere(&model.model, profile, &base, directions, wanted),
+    let among = |directions: &[Vec<Direction>]| match options.place {
+        Some(_) => planning::plan(&workpiece, profile, directions, &wanted).map(|plans| (base, plans)),
+        None => plan_anywhere(&model.model, profile, &base, directions, &wanted),
     };
-    // Where no natural direction does, what lies between them; why not is told of all.
-    let explain = wanted.explain && model.model.interfaces.is_empty();
-    let mut found = among(&directions, &Options { explain, ..wanted.clone() });
-    if matches!(found, Err(Infeasible::NoPlan { .. })) && !model.model.interfaces.is_empty() {
-        directions = asked.more_directions(&workpiece, &wanted, &along, directions);
-        found = among(&directions, &wanted);
-    }
+    let found = match along {
+        Along::Any => planning::widening(&workpiece, &wanted, &[], &mut directions, among),
+        Along::Upright(parts) => planning::widening(&workpiece, &wanted, parts, &mut directions, among),
+        Along::These(_) => among(&directions),
+    };
     let found = found.and_then(|(placement, plans)| {
         let plan = Plan {
             machine_values,
@@ -320,7 +318,12 @@ pub fn sequences(
     let asked = PlanAsked::of(&request.options, &machine, &model)?;
     let options = asked.options(&request.options);
     let workpiece = Workpiece::place(&model.model, &asked.base);
-    let directions = asked.directions(&workpiece, &machine, &options, &Along::Any)?;
+    let mut directions = asked.directions(&workpiece, &machine, &options, &Along::Any)?;
+    // Those of a plan; a budget that ends its search ends only that.
+    let plan = |directions: &[Vec<Direction>]| planning::plan(&workpiece, &machine.profile, directions, &options);
+    if let Err(no @ Infeasible::NoPlan { .. }) = planning::widening(&workpiece, &options, &[], &mut directions, plan) {
+        return Err(no.into());
+    }
     let mut seen = 0;
     let complete = planning::sequences(&workpiece, &machine.profile, &directions, &options, |slots| {
         seen += 1;

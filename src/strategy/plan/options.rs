@@ -9,8 +9,7 @@ use crate::mesh::Model;
 use crate::orient::{Direction, Facets, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{
-    Goal, Options, Placement, PrintSupports, Priority, Workpiece, centred, centred_and_turned, more_orientations,
-    orientations, plannable,
+    Goal, Options, Placement, PrintSupports, Priority, Workpiece, centred, centred_and_turned, orientations, plannable,
 };
 use crate::strategy::error::Error;
 use crate::strategy::form::{STEPS_MM, SupportForm};
@@ -50,7 +49,8 @@ pub struct PlanOptions {
     pub place: Option<PlaceRequest>,
     /// Whether to look for what would help where there is no plan.
     pub remedies: bool,
-    /// Whether it is said why, where there is no plan: that may take longer than to find that there is none.
+    /// Whether it is said why, where there is no plan: that may take longer than to find that there is none. Parts that touch are tried along more
+    /// directions only then, those that the reasons name.
     pub explain: bool,
     /// What supports have beside their columns, where there are any.
     pub form: SupportForm,
@@ -262,26 +262,6 @@ impl PlanAsked {
                 all
             }
         })
-    }
-
-    /// Those that were `found` and, where parts touch, what lies between them.
-    pub(super) fn more_directions(
-        &self,
-        workpiece: &Workpiece<'_>,
-        options: &Options<'_>,
-        along: &Along<'_>,
-        mut found: Vec<Vec<Direction>>,
-    ) -> Vec<Vec<Direction>> {
-        let fixed = match *along {
-            Along::Any => &[],
-            Along::These(_) => return found,
-            Along::Upright(parts) => parts,
-        };
-        let more = more_orientations(workpiece, options, &found);
-        for (part, more) in more.into_iter().enumerate().filter(|(part, _)| !fixed.contains(part)) {
-            found[part].extend(more);
-        }
-        found
     }
 }
 
