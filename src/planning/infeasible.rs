@@ -98,7 +98,7 @@ pub enum Infeasible {
     },
     /// A plan whose print would not stay standing.
     #[error(
-        "part {part} ({name}) would fall over or come off: in slot {slot}, at a tilt of {tilt_deg:.0} deg, its first layer holds it {factor:.2} \
+        "part {part} ({name}) would fall over or come off: in slot {slot}, at a tilt of {tilt_deg:.0} deg, the first layer on the table holds {factor:.2} \
          times over (minimum 1); give it a larger footprint, print it upright, or raise [process] adhesion_mpa if the plate holds better"
     )]
     Falls {

@@ -101,8 +101,8 @@ impl PlanResult {
         let Standing { part, slot, tilt, held } = self.standing.filter(|one| one.held.pushed < DOUBTFUL)?;
         let (tilt, times) = (tilt.deg(), held.pushed);
         Some(format!(
-            "slot {slot}, table at {tilt:.0} deg: the first layer of part {part} holds it {times:.1} times over; a larger footprint or a brim \
-             (not counted) holds more"
+            "slot {slot}, table at {tilt:.0} deg: while part {part} is printed, the first layer on the table holds {times:.1} times over; a larger \
+             footprint or a brim (not counted) holds more"
         ))
     }
 
