@@ -134,6 +134,8 @@ struct Stack {
     others: Option<Sections>,
     /// By layer what of it is not fine without supports, once that is known.
     beyond: Vec<OnceLock<Region>>,
+    /// By layer whether something of it is an island without supports, once that is known.
+    has_islands: Vec<OnceLock<bool>>,
 }
 
 impl Stack {
@@ -154,9 +156,11 @@ impl Stack {
             Sections::of(&TriangleMesh::<Slot>::new(turned, mesh.facets().to_vec()))
         });
         let (rule, table) = (*rule, ground.table);
-        let mut stack = Self { rule, upright, sections, low, high, footings, table, others, beyond: Vec::new() };
+        let (beyond, has_islands) = (Vec::new(), Vec::new());
+        let mut stack = Self { rule, upright, sections, low, high, footings, table, others, beyond, has_islands };
         let layers = if low.is_finite() && high.is_finite() { stack.number(high) + 1 } else { 0 };
         stack.beyond.resize_with(layers, OnceLock::new);
+        stack.has_islands.resize_with(layers, OnceLock::new);
         stack
     }
 
@@ -250,20 +254,30 @@ impl Stack {
                 let bare = bare.insert(self.without_supports(i, &mut layers));
                 bare.beyond(&layers.at(i, self), rule)
             });
-            let begins = begins.contains(&i);
+            // Supports only add to what islands lie on: where there is none without them there is none.
+            let begins = begins.contains(&i)
+                && *self.has_islands[i].get_or_init(|| {
+                    let bare = bare.get_or_insert_with(|| self.without_supports(i, &mut layers));
+                    Step::has_islands(&layers.at(i, self), (bare, &self.near(i, &mut layers)), rule)
+                });
             if beyond.is_empty() && !begins {
                 // Whatever supports there are make no difference.
                 memory = Memory::default();
                 continue;
             }
             let layer = layers.at(i, self);
-            let near = match i {
-                1 if self.table => layer.clone(),
-                _ => i.checked_sub(2).map(|i| layers.at(i, self)).unwrap_or_default(),
-            };
+            let near = self.near(i, &mut layers);
             let within = (!begins).then(|| self.reached(beyond));
             let supports = held.under(self.low + i as f64 * rule.layer_mm, rule.layer_mm, within.as_deref());
             let others = self.nearly_below(i);
+            if !begins
+                && others.is_empty()
+                && !supports.is_empty()
+                && Step::holds(&supports, beyond, held.beside_mm, rule)
+            {
+                memory = Memory::default();
+                continue;
+            }
             let below = if supports.is_empty() && others.is_empty() {
                 bare.unwrap_or_else(|| self.without_supports(i, &mut layers))
             } else {
@@ -286,6 +300,14 @@ impl Stack {
             }
         }
         frame.judged(&pieces)
+    }
+
+    /// What lies one layer of air below layer `i`; the table does below the second one.
+    fn near(&self, i: usize, layers: &mut Recent) -> Arc<Region> {
+        match i {
+            1 if self.table => layers.at(i, self),
+            _ => i.checked_sub(2).map(|i| layers.at(i, self)).unwrap_or_default(),
+        }
     }
 
     /// What is below layer `i` where there are no supports.

@@ -97,6 +97,17 @@ fn is_nothing(region: &Region) -> bool {
 }
 
 impl Step<'_> {
+    /// Whether supports hold all that is not fine without them: then nothing else of the layer need be known.
+    pub(super) fn holds(supports: &Region, beyond: &Region, beside_mm: f64, rule: &Rule) -> bool {
+        is_nothing(&Self::left_by(supports, beyond, beside_mm, rule))
+    }
+
+    /// What of `beyond` lies neither on supports nor so near to them that it is fine.
+    fn left_by(supports: &Region, beyond: &Region, beside_mm: f64, rule: &Rule) -> Region {
+        let fine_mm = rule.fine_mm() + STEP_SLACK_MM;
+        minus(beyond, &grown(supports, fine_mm.max(beside_mm), Corners::Sharp))
+    }
+
     /// What hangs and droops goes to `pieces`; what is to be remembered of it comes back.
     pub(super) fn judged(&self, memory: &Memory, pieces: &mut Vec<Piece>) -> Memory {
         let mut next = Memory::default();
@@ -113,7 +124,7 @@ impl Step<'_> {
             None => minus(&over, &self.below.grown(fine_mm, Corners::Sharp)),
         };
         if !self.supports.is_empty() && !is_nothing(&beyond) {
-            beyond = minus(&beyond, &grown(self.supports, fine_mm.max(self.beside_mm), Corners::Sharp));
+            beyond = Self::left_by(self.supports, &beyond, self.beside_mm, rule);
         }
         if is_nothing(&beyond) {
             return next;
@@ -136,10 +147,20 @@ impl Step<'_> {
         if !self.begins {
             return (Region::new(), self.layer.clone());
         }
-        let near = grown(self.near, fine_mm, Corners::Sharp);
-        let below = self.below.grown(fine_mm, Corners::Sharp);
+        let is_island = Self::islands((self.below, self.near), fine_mm);
+        self.layer.iter().cloned().partition(is_island)
+    }
+
+    /// Whether a piece lies on nothing and beside nothing.
+    fn islands((below, near): (&Below, &Region), fine_mm: f64) -> impl Fn(&Shape) -> bool {
+        let (below, near) = (below.grown(fine_mm, Corners::Sharp), grown(near, fine_mm, Corners::Sharp));
         let is_apart = |one: &Shape, from: &Region| and(&vec![one.clone()], from).is_empty();
-        self.layer.iter().cloned().partition(|one| is_apart(one, &below) && is_apart(one, &near))
+        move |one| is_apart(one, &below) && is_apart(one, &near)
+    }
+
+    /// Whether one of a layer's pieces does, on what is `below` it and `near` to it.
+    pub(super) fn has_islands(layer: &Region, on: (&Below, &Region), rule: &Rule) -> bool {
+        layer.iter().any(Self::islands(on, rule.fine_mm() + STEP_SLACK_MM))
     }
 
     /// One connected stretch that is not fine.

@@ -37,10 +37,13 @@ impl PartSet {
 
     /// The parts, ascending.
     pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
-        self.0
-            .iter()
-            .enumerate()
-            .flat_map(|(word, &bits)| (0..64).filter(move |bit| bits >> bit & 1 == 1).map(move |bit| word * 64 + bit))
+        self.0.iter().enumerate().flat_map(|(word, &bits)| bits_of(bits).map(move |bit| word * 64 + bit))
+    }
+
+    /// The parts of both, ascending.
+    pub fn shared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = usize> + 'a {
+        let words = self.0.iter().zip(&other.0).enumerate();
+        words.flat_map(|(word, (a, b))| bits_of(a & b).map(move |bit| word * 64 + bit))
     }
 
     /// How many there are.
@@ -59,6 +62,13 @@ impl PartSet {
     }
 }
 
+/// The places of the bits that are set, ascending.
+fn bits_of(bits: u64) -> impl Iterator<Item = usize> {
+    let left = |bits: &u64| Some(*bits).filter(|bits| *bits != 0);
+    std::iter::successors(left(&bits), move |bits| left(&(bits & (bits - 1))))
+        .map(|bits| bits.trailing_zeros() as usize)
+}
+
 #[cfg(test)]
 mod tests {
     use super::PartSet;
@@ -70,6 +80,9 @@ mod tests {
             set.insert(part);
         }
         assert_eq!(set.iter().collect::<Vec<_>>(), vec![0, 63, 64, 129]);
+        let mut other = PartSet::new(130);
+        [1, 63, 100, 129].into_iter().for_each(|part| other.insert(part));
+        assert_eq!(set.shared(&other).collect::<Vec<_>>(), vec![63, 129]);
         set.remove(64);
         assert!(!set.has(64) && set.has(129) && set.len() == 3);
     }

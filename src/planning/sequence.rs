@@ -9,8 +9,12 @@
 //! - A part that every earlier *slot* leaves no way to print ends the branch at once, since more parts only block
 //!   more; the search jumps back to the end of the slot that took the last way (also to the first: the base is no
 //!   exception). To the slot's end and not to the part itself: the blocked part may still join that slot.
+//! - What can follow closed slots depends on the parts in them alone: a set of parts that no sequence was found behind is not entered again,
+//!   in whatever order its parts come.
 //! - Orientations are tried best first. A printed part's own orientation blocks nobody, so an order that fails with one
 //!   fails with all.
+
+use std::collections::HashSet;
 
 use super::candidates::Candidate;
 use super::options::Priority;
@@ -77,7 +81,14 @@ struct Search<'a, F> {
     steps: u64,
     budget: u64,
     farthest: PartSet,
+    /// Sequences that were found.
+    count: u64,
+    /// Sets of parts in closed slots behind which there is none.
+    hopeless: HashSet<PartSet>,
 }
+
+/// So many sets are remembered: some 100 MB.
+const MOST_HOPELESS: usize = 1_000_000;
 
 /// Calls `found` for every feasible sequence until it returns `false` or `budget` steps are spent.
 pub(super) fn enumerate(problem: &Problem<'_>, budget: u64, found: impl FnMut(&Sequence) -> bool) -> SequenceOutcome {
@@ -94,6 +105,8 @@ pub(super) fn enumerate(problem: &Problem<'_>, budget: u64, found: impl FnMut(&S
         steps: 0,
         budget,
         farthest: PartSet::new(parts),
+        count: 0,
+        hopeless: HashSet::new(),
     };
     let end = match search.level() {
         Next::Stop(end) => end,
@@ -106,14 +119,31 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
     /// Algorithm 3.
     fn level(&mut self) -> Next {
         if self.depth == self.placed_at.len() {
-            let go_on = !self.current.is_empty() || (self.found)(&self.closed);
-            return if go_on { Next::Go } else { Next::Stop(End::Stopped) };
+            if !self.current.is_empty() {
+                return Next::Go;
+            }
+            self.count += 1;
+            return if (self.found)(&self.closed) { Next::Go } else { Next::Stop(End::Stopped) };
         }
-        if self.current.is_empty()
-            && let Some(depth) = self.dead_end()
-        {
+        if !self.current.is_empty() {
+            return self.choices();
+        }
+        if self.hopeless.contains(&self.printed) {
+            return Next::Go;
+        }
+        if let Some(depth) = self.dead_end() {
             return Next::BackTo(depth);
         }
+        let before = self.count;
+        let next = self.choices();
+        if self.count == before && !matches!(next, Next::Stop(_)) && self.hopeless.len() < MOST_HOPELESS {
+            self.hopeless.insert(self.printed.clone());
+        }
+        next
+    }
+
+    /// Each part that may come next.
+    fn choices(&mut self) -> Next {
         for choice in self.connected() {
             self.steps += 1;
             if self.steps > self.budget {
@@ -240,7 +270,7 @@ impl<F: FnMut(&Sequence) -> bool> Search<'_, F> {
             }
             // To free a way, no blocker may be there before: the first slot with one must change. The ways differ; the
             // one whose slot comes last is the least jump.
-            let earliest = |b: &PartSet| b.iter().filter(|&q| self.printed.has(q)).map(|q| self.slot_end[q]).min();
+            let earliest = |b: &PartSet| b.shared(&self.printed).map(|q| self.slot_end[q]).min();
             return Some(ways.iter().filter_map(earliest).max().unwrap_or(0));
         }
         None

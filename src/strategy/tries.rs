@@ -375,8 +375,11 @@ impl Tries<'_> {
                 on_supports(&set.model, self.models.machine, (self.options, self.ways.holding, why), silent)?;
             Ok((pose.up.into(), plan.of_arranged(set.arranged), held))
         };
-        let some =
-            if self.misplaced { &poses.others[..] } else { poses.cheaper().map_or(&[][..], std::slice::from_ref) };
+        let some: Vec<&Priced> = if self.misplaced {
+            poses.others.iter().chain(&poses.shaky).collect()
+        } else {
+            poses.cheaper().into_iter().collect()
+        };
         let mut first: Option<Refused> = None;
         for pose in some {
             match held(pose) {

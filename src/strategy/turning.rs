@@ -20,6 +20,8 @@ pub(super) struct Poses {
     pub(super) drawn: Priced,
     /// Those in which it stands by itself.
     pub(super) others: Vec<Priced>,
+    /// Those in which it does not, and may do so on supports.
+    pub(super) shaky: Vec<Priced>,
 }
 
 /// Whether a model may be turned: one solid, with its copies, of which nobody said how it is to stand.
@@ -41,11 +43,13 @@ impl Poses {
         fit: impl Fn(&Priced) -> bool,
     ) -> Self {
         let found = recommend(&Facets::of(solid), &process_of(machine), None, None);
-        let mut others = found.poses;
-        others.retain(|pose| pose.stands && pose.up.z < SAME_POSE && fit(pose));
-        others.sort_by(|a, b| a.price_min.total_cmp(&b.price_min));
+        let mut all = found.poses;
+        all.retain(|pose| pose.up.z < SAME_POSE && fit(pose));
+        all.sort_by(|a, b| a.price_min.total_cmp(&b.price_min));
+        let (mut others, mut shaky): (Vec<_>, Vec<_>) = all.into_iter().partition(|pose| pose.stands);
         others.truncate(PLANNED);
-        Self { drawn: found.as_it_lies, others }
+        shaky.truncate(PLANNED);
+        Self { drawn: found.as_it_lies, others, shaky }
     }
 
     /// The one that costs the least, where that is less than a twentieth below what the drawn one does.

@@ -13,6 +13,9 @@ use crate::section::{Section, Sections};
 
 /// Heights that differ by less are the same, mm.
 pub(super) const SAME_MM: f64 = 1e-6;
+/// What the part has so many layers below a line carries it: on a slope a line begins on a strip of the layer below, and goes on over air of
+/// less than these, on which it sags.
+const CARRYING_LAYERS: usize = 3;
 /// So far below and above an edge of layers the part is cut, mm: a level face there is in one of the two.
 const HAIR_MM: f64 = 1e-4;
 /// What the sides of a mesh may lie beside the lines it is made from, mm: sheets overlap, and their edges are straightened.
@@ -52,6 +55,11 @@ impl<'a> Cuts<'a> {
     pub(super) fn layers(&self, from: usize, count: usize) -> &[Vec<Section>] {
         let end = self.own.len();
         &self.own[from.min(end)..(from + count).min(end)]
+    }
+
+    /// What it has in the layers below layer `k` on which that may lie: a line sags by the air of all but the last of them.
+    pub(super) fn under(&self, k: usize) -> &[Vec<Section>] {
+        &self.own[k.saturating_sub(CARRYING_LAYERS)..k]
     }
 
     /// The layers that begin less than the gap above the top of layer `k`.

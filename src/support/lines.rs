@@ -27,7 +27,7 @@ use super::flow::Flow;
 use super::graph::{ARCS, Graph};
 use super::laying::{Clear, Laying};
 use super::roof::{Roof, Under};
-use super::spans::{Line, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
+use super::spans::{Line, SHORTEST_ON_PART_WIDTHS, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
 use crate::section::{Section, Segments};
@@ -99,8 +99,7 @@ pub fn lines(
     let mut rising = Rising { graph, how, by_level, tops, feet, low, there: HashMap::new() };
     let mut all = Vec::with_capacity(layers.len());
     for (k, span_mm) in layers.iter().enumerate() {
-        let under = k.checked_sub(1).map_or(&[][..], |below| cuts.layer(below));
-        let mut air = Air { keeps: cuts.around(k), under, how, roof: Segments::new(Vec::new()) };
+        let mut air = Air { keeps: cuts.around(k), under: cuts.under(k), how, roof: Segments::new(Vec::new()) };
         if let (Some(roof), Some(below)) = (&how.roof, all.last()) {
             let held = cuts.layers(k + 1 + cuts.over(k), roof.layers);
             air.roof = Segments::new(rising.roof(roof, (*span_mm, below), &air, held));
@@ -155,8 +154,8 @@ fn shadow(graph: &Graph, cube: usize, cuts: &[&[Section]], (times, beside): (f64
 pub(super) struct Air<'a> {
     /// What a line keeps from.
     pub(super) keeps: Keeps<'a>,
-    /// What the part has in the layer below.
-    pub(super) under: &'a [Section],
+    /// What the part has in the layers just below, so many as a line sags by.
+    pub(super) under: &'a [Vec<Section>],
     pub(super) how: &'a Laying,
     /// The roof of this layer, whose lines take the place of sheets.
     pub(super) roof: Segments,
@@ -175,7 +174,7 @@ impl Air<'_> {
 
     /// How far `p` is from where the part no longer carries a line, mm; below 0 there.
     pub(super) fn carried(&self, p: [f64; 2]) -> f64 {
-        let nearest = self.under.iter().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+        let nearest = self.under.iter().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
         ASIDE * self.how.line_mm - nearest
     }
 
@@ -234,10 +233,16 @@ impl Rising<'_> {
                     below = std::array::from_fn(|diagonal| shared(&below[diagonal], &held[diagonal]));
                 }
             }
-            let spans: [Spans; 2] =
-                std::array::from_fn(|diagonal| self.stands(&below[diagonal], centre, diagonal, air));
+            let on_part = place.1 == ON_PART;
+            let shortest_mm = self.how.line_mm * if on_part { SHORTEST_ON_PART_WIDTHS } else { SHORTEST_WIDTHS };
+            let spans: [Spans; 2] = std::array::from_fn(|diagonal| {
+                let mut spans = self.stands(&below[diagonal], (centre, diagonal), air);
+                // On a slope what is too short to be laid grows with the next layers.
+                spans.retain(|[a, b]| on_part || b - a >= shortest_mm);
+                spans
+            });
             for (diagonal, spans) in spans.iter().enumerate() {
-                spans.iter().for_each(|span| laid.add(centre, diagonal, *span));
+                spans.iter().for_each(|span| laid.add((centre, diagonal), *span, shortest_mm));
             }
             now.push((place, spans));
         }
@@ -352,14 +357,13 @@ impl Rising<'_> {
     }
 
     /// What of a sheet stands in this layer.
-    fn stands(&self, below: &Spans, centre: [f64; 2], diagonal: usize, air: &Air<'_>) -> Spans {
+    fn stands(&self, below: &Spans, (centre, diagonal): ([f64; 2], usize), air: &Air<'_>) -> Spans {
         let (Some([from, _]), Some([_, to])) = (below.first().copied(), below.last().copied()) else {
             return Spans::new();
         };
         let free = air.free([from, to].map(|t| along(centre, diagonal, t)));
         let free: Spans = free.into_iter().map(|[a, b]| [a + from, b + from]).collect();
-        let shortest = SHORTEST_WIDTHS * self.how.line_mm;
-        shared(below, &free).into_iter().filter(|[a, b]| b - a >= shortest).collect()
+        shared(below, &free)
     }
 
     /// The edges of the cells on the ground, each once: a cross alone sticks too little.
@@ -399,8 +403,8 @@ struct Laid {
 }
 
 impl Laid {
-    /// Lays what of a span no line lies on yet.
-    fn add(&mut self, centre: [f64; 2], diagonal: usize, span: [f64; 2]) {
+    /// Lays what of a span no line lies on yet, in lines no shorter than `shortest_mm`.
+    fn add(&mut self, (centre, diagonal): ([f64; 2], usize), span: [f64; 2], shortest_mm: f64) {
         let (across, middle) = turned(diagonal, centre);
         let mut left = vec![span.map(|t| middle + t)];
         for &(other, at, [from, to]) in &self.lines {
@@ -412,8 +416,7 @@ impl Laid {
                     .collect();
             }
         }
-        let shortest = SHORTEST_WIDTHS * self.line_mm;
-        let left = left.into_iter().filter(|[a, b]| b - a >= shortest);
+        let left = left.into_iter().filter(|[a, b]| b - a >= shortest_mm);
         self.lines.extend(left.map(|span| (diagonal, across, span)));
     }
 }

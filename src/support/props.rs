@@ -8,7 +8,7 @@
 use super::clear::{Cuts, SAME_MM};
 use super::laying::Laying;
 use super::lines::{Air, SupportLayer};
-use super::spans::{SHORTEST_WIDTHS, Spans, joined, shared, where_above};
+use super::spans::{SHORTEST_ON_PART_WIDTHS, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::section::{Section, Segments};
@@ -52,10 +52,9 @@ pub fn propped(
     let within = spans.iter().take_while(|span| span[0] <= highest + how.gap_mm + SAME_MM).count();
     let cuts = Cuts::of(meshes, &spans[..within], how);
     let mut sheets = sheets(props, (&spans[..within], cuts.layers(0, within)), how, pitch_mm);
-    let shortest = SHORTEST_WIDTHS * how.line_mm;
     for (k, span_mm) in spans[..within].iter().enumerate() {
-        let under = k.checked_sub(1).map_or(&[][..], |below| cuts.layer(below));
-        let air = Air { keeps: cuts.around(k), under, how, roof: Segments::new(Vec::new()) };
+        let air = Air { keeps: cuts.around(k), under: cuts.under(k), how, roof: Segments::new(Vec::new()) };
+        let shortest = how.line_mm * if k == 0 { SHORTEST_WIDTHS } else { SHORTEST_ON_PART_WIDTHS };
         let mut lines = Vec::new();
         for sheet in &mut sheets {
             let asked = sheet.asked.iter().filter(|(top, _)| span_mm[1] <= top + SAME_MM);
@@ -69,8 +68,10 @@ pub fn propped(
                     shared(&free, &joined(below))
                 }
             };
-            sheet.there = stands.into_iter().filter(|[a, b]| b - a >= shortest).collect();
-            lines.extend(sheet.there.iter().map(|span| span.map(|t| sheet.point(t))));
+            // On a slope what is too short to be laid grows with the next layers.
+            let is_laid = |span: &&[f64; 2]| span[1] - span[0] >= shortest;
+            sheet.there = stands.iter().filter(|span| k > 0 || is_laid(span)).copied().collect();
+            lines.extend(stands.iter().filter(is_laid).map(|span| span.map(|t| sheet.point(t))));
             if k == 0 {
                 for side in [-FEET_WIDTHS, FEET_WIDTHS].map(|widths| widths * how.line_mm) {
                     let foot = Sheet { axis: sheet.axis, at: sheet.at + side, asked: Vec::new(), there: Vec::new() };
@@ -150,7 +151,7 @@ impl Sheet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::solid_box;
+    use crate::fixtures::{prism, solid_box};
     use crate::geom::{Rigid, Vec3};
     use crate::support::laying::Clear;
 
@@ -202,6 +203,39 @@ mod tests {
         let prop = Prop { under_mm: 2.2, within_mm: [[-7.0, -5.0], [10.0, 5.0]], middle: true };
         propped(&mut none, &[prop], (&[&shelf(0.2)], &even(60)), (&HOW, 2.5));
         assert!(none.is_empty());
+    }
+
+    #[test]
+    fn sheets_stand_on_slopes_of_the_part() {
+        for rises_deg in [0.0_f64, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0] {
+            // A floor that rises along x, and a shelf over it.
+            let rise = 20.0 * rises_deg.to_radians().tan();
+            let under_mm = (0.2 * ((rise + 6.0) / 0.2).round()).max(0.2);
+            let floor = prism(&[[-10.0, 0.0], [10.0, 0.0], [10.0, 1.0 + rise], [-10.0, 1.0]], [-5.0, 5.0]);
+            let shelf = solid_box(Vec3::new(-10.0, -5.0, under_mm), Vec3::new(10.0, 5.0, under_mm + 2.0));
+            let [floor, shelf] = [floor, shelf].map(|one| one.moved::<Slot>(&Rigid::shift(Vec3::zeros())));
+            let prop = Prop { under_mm, within_mm: [[-10.0, -5.0], [10.0, 5.0]], middle: false };
+            let mut laid = Vec::new();
+            propped(&mut laid, &[prop], (&[&floor, &shelf], &even(240)), (&HOW, 2.5));
+            let along = |layer: &SupportLayer| -> f64 {
+                layer.lines.iter().filter(|[a, b]| a[1] == b[1] && a[1] == 0.0).map(|[a, b]| (b[0] - a[0]).abs()).sum()
+            };
+            let top = laid.last().map_or(0.0, along);
+            assert!(top > 20.0, "{rises_deg}: {top} mm of a sheet are a gap below the shelf");
+            // No line begins higher above the floor than that rises along it, and than a line sags by.
+            let begun = |x: f64| {
+                laid.iter()
+                    .find(|layer| layer.lines.iter().any(|[a, b]| a[1] == 0.0 && b[1] == 0.0 && a[0] <= x && x <= b[0]))
+            };
+            for x in [-9.0, -5.0, 0.0, 5.0, 9.0] {
+                let floor_mm = 1.0 + (x + 10.0) * rises_deg.to_radians().tan();
+                let at = begun(x).map_or(f64::INFINITY, |layer| layer.span_mm[0]);
+                assert!(
+                    at - floor_mm < 3.0 * 0.2 + 2.0 * 0.45 * rises_deg.to_radians().tan(),
+                    "{rises_deg}: at x {x} it begins at {at} mm, over {floor_mm} mm"
+                );
+            }
+        }
     }
 
     #[test]

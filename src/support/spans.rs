@@ -10,6 +10,8 @@ pub(super) type Spans = Vec<[f64; 2]>;
 
 /// Shorter lines are left out, in widths: they would not stick.
 pub(super) const SHORTEST_WIDTHS: f64 = 3.0;
+/// The same for what stands on the part, in whose slopes each layer has no more than a strip.
+pub(super) const SHORTEST_ON_PART_WIDTHS: f64 = 2.0;
 
 /// Where on the way from `a` to `b` a measure is not below 0, as lengths from `a`; it changes by no more than the way does.
 pub(super) fn where_above([a, b]: [[f64; 2]; 2], measure: impl Fn([f64; 2]) -> f64) -> Spans {

@@ -106,6 +106,29 @@ fn solids_go_to_a_verified_file_on_supports() {
     }
 }
 
+/// A block with a chamber, open to one side, whose floor rises by so much and whose ceiling is level and too wide for a bridge.
+fn chamber(rises_deg: f64) -> Shape {
+    let (long, rise) = (20.0, 20.0 * rises_deg.to_radians().tan());
+    let below_floor = block(100.0, 100.0, 100.0).at(-50.0, -50.0, -100.0).about_y(-rises_deg).at(-1.0, 0.0, 4.0);
+    let chamber = block(long + 1.0, 20.0, rise + 8.0).at(-1.0, 3.0, 3.0).less(&below_floor);
+    block(long + 4.0, 26.0, rise + 14.0).less(&chamber)
+}
+
+#[test]
+fn what_hangs_over_a_slope_of_the_part_is_held_from_there() {
+    let folder = new_folder();
+    let here = folder.path();
+    for rises_deg in
+        [0.0, 25.0, 45.0, 10.0, 20.0, 30.0, 35.0, 40.0, 50.0, 60.0].into_iter().take(if every(2) == 1 { 10 } else { 3 })
+    {
+        written(here, &chamber(rises_deg));
+        let done = prepared(here, "builtin", &["--way", "supports"]);
+        assert!(done.status.success(), "{rises_deg}: {}", told(&done));
+        let verify = run(here, &["verify", "out.gcode", "--plan", "out.json"]);
+        assert!(verify.status.success(), "{rises_deg}: {}", told(&verify));
+    }
+}
+
 /// Real meshes, scaled to a height, as they stand.
 #[test]
 fn real_meshes_go_to_a_verified_file_on_supports() {

@@ -14,7 +14,7 @@ use trunnion::trace::{self, Trace};
 use trunnion::view::{Machine, Program, Scene, Shapes};
 
 use crate::pipeline::{fixture, prepare};
-use crate::support::{Numbers, folder, said, trunnion};
+use crate::support::{Numbers, every, folder, said, trunnion};
 use decoder::Page;
 
 /// A prepared file with its plan and its page.
@@ -387,7 +387,7 @@ fn what_prepare_rejects_is_shown_and_not_written() {
 /// The line between the two nearest places is as long as the clearance, one end on the table or in what was laid.
 #[test]
 fn the_least_clearance_has_its_two_places() {
-    for name in ["y-tree", "candelabrum"] {
+    for name in ["y-tree", "candelabrum"].into_iter().step_by(every(2)) {
         let shown = Shown::of(name);
         let facts = shown.read().facts;
         let verify = &facts["verify"];
