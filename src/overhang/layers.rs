@@ -270,11 +270,9 @@ impl Stack {
             let within = (!begins).then(|| self.reached(beyond));
             let supports = held.under(self.low + i as f64 * rule.layer_mm, rule.layer_mm, within.as_deref());
             let others = self.nearly_below(i);
-            if !begins
-                && others.is_empty()
-                && !supports.is_empty()
-                && Step::holds(&supports, beyond, held.beside_mm, rule)
-            {
+            // What is left of it on these supports; where nothing is, no more of the layer need be known.
+            let left = (!begins && others.is_empty()).then(|| Step::left_by(&supports, beyond, held.beside_mm, rule));
+            if left.as_ref().is_some_and(Region::is_empty) {
                 memory = Memory::default();
                 continue;
             }
@@ -289,8 +287,18 @@ impl Stack {
             let above = || self.layer(i + 1);
             let (layer, near, beside_mm) = (&layer, &near, held.beside_mm);
             let (below, supports) = (&below, &supports);
-            let beyond = (!begins && others.is_empty()).then_some(beyond);
-            let step = Step { number: i, layer, below, beyond, near, above: &above, begins, supports, beside_mm, rule };
+            let step = Step {
+                number: i,
+                layer,
+                below,
+                left: left.as_ref(),
+                near,
+                above: &above,
+                begins,
+                supports,
+                beside_mm,
+                rule,
+            };
             memory = step.judged(&memory, &mut pieces);
             if enough && pieces[count..].iter().any(Piece::hangs) {
                 let found = frame.judged(&pieces);

@@ -46,8 +46,8 @@ pub(super) struct Step<'a> {
     pub(super) layer: &'a Region,
     /// What it lies on.
     pub(super) below: &'a Below,
-    /// What of the layer is not fine without supports and all else that is no part of the body, where that is known.
-    pub(super) beyond: Option<&'a Region>,
+    /// What of the layer is not fine on the body alone and [left by](Self::left_by) the supports, where that is known.
+    pub(super) left: Option<&'a Region>,
     /// What is one layer of air lower, or of which no slicer leaves any air.
     pub(super) near: &'a Region,
     /// The layer above it.
@@ -97,15 +97,14 @@ fn is_nothing(region: &Region) -> bool {
 }
 
 impl Step<'_> {
-    /// Whether supports hold all that is not fine without them: then nothing else of the layer need be known.
-    pub(super) fn holds(supports: &Region, beyond: &Region, beside_mm: f64, rule: &Rule) -> bool {
-        is_nothing(&Self::left_by(supports, beyond, beside_mm, rule))
-    }
-
-    /// What of `beyond` lies neither on supports nor so near to them that it is fine.
-    fn left_by(supports: &Region, beyond: &Region, beside_mm: f64, rule: &Rule) -> Region {
+    /// What of `beyond` lies neither on supports nor so near to them that it is fine; empty for what is rounding.
+    pub(super) fn left_by(supports: &Region, beyond: &Region, beside_mm: f64, rule: &Rule) -> Region {
+        if supports.is_empty() {
+            return beyond.clone();
+        }
         let fine_mm = rule.fine_mm() + STEP_SLACK_MM;
-        minus(beyond, &grown(supports, fine_mm.max(beside_mm), Corners::Sharp))
+        let left = minus(beyond, &grown(supports, fine_mm.max(beside_mm), Corners::Sharp));
+        if is_nothing(&left) { Region::new() } else { left }
     }
 
     /// What hangs and droops goes to `pieces`; what is to be remembered of it comes back.
@@ -119,13 +118,13 @@ impl Step<'_> {
         if is_nothing(&over) {
             return next;
         }
-        let mut beyond = match self.beyond {
-            Some(beyond) => minus(beyond, &self.below.region),
-            None => minus(&over, &self.below.grown(fine_mm, Corners::Sharp)),
+        let mut beyond = match self.left {
+            Some(left) => minus(left, &self.below.region),
+            None => {
+                let beyond = minus(&over, &self.below.grown(fine_mm, Corners::Sharp));
+                Self::left_by(self.supports, &beyond, self.beside_mm, rule)
+            }
         };
-        if !self.supports.is_empty() && !is_nothing(&beyond) {
-            beyond = Self::left_by(self.supports, &beyond, self.beside_mm, rule);
-        }
         if is_nothing(&beyond) {
             return next;
         }

@@ -373,7 +373,11 @@ impl Tries<'_> {
             let set = turned(self.models, pose.up.into(), silent)?;
             let (plan, held) =
                 on_supports(&set.model, self.models.machine, (self.options, self.ways.holding, why), silent)?;
-            Ok((pose.up.into(), plan.of_arranged(set.arranged), held))
+            // Nobody asked for a pose in which it does not stand by itself: supports have to hold it there.
+            match plan.pushed_over().filter(|_| !pose.stands) {
+                Some(no) => Err(Refused::NoPlan(no)),
+                None => Ok((pose.up.into(), plan.of_arranged(set.arranged), held)),
+            }
         };
         let some: Vec<&Priced> = if self.misplaced {
             poses.others.iter().chain(&poses.shaky).collect()

@@ -13,8 +13,8 @@ use crate::section::{Section, Sections};
 
 /// Heights that differ by less are the same, mm.
 pub(super) const SAME_MM: f64 = 1e-6;
-/// What the part has so many layers below a line carries it: on a slope a line begins on a strip of the layer below, and goes on over air of
-/// less than these, on which it sags.
+/// What the part has so many layers below a line still carries it: over a slope it begins on the layer below, and sags by up to two layers
+/// onto what lies deeper.
 const CARRYING_LAYERS: usize = 3;
 /// So far below and above an edge of layers the part is cut, mm: a level face there is in one of the two.
 const HAIR_MM: f64 = 1e-4;
@@ -57,7 +57,7 @@ impl<'a> Cuts<'a> {
         &self.own[from.min(end)..(from + count).min(end)]
     }
 
-    /// What it has in the layers below layer `k` on which that may lie: a line sags by the air of all but the last of them.
+    /// What it has in the layers below layer `k` that carry a line there.
     pub(super) fn under(&self, k: usize) -> &[Vec<Section>] {
         &self.own[k.saturating_sub(CARRYING_LAYERS)..k]
     }

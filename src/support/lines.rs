@@ -12,7 +12,7 @@
 //! its own, under the part's shadow.
 //!
 //! What has no way to the ground may stand on the part: a straight column down to the surface below, where its sheets begin, layer by
-//! layer, on what the part has there.
+//! layer, on what the part has there or up to three layers deeper. On a slope they grow from a strip, and are laid once they are long enough.
 //!
 //! A roof ([`Roof`]) lies in the last layers below the gap, in the place of sheets.
 //!
@@ -154,7 +154,7 @@ fn shadow(graph: &Graph, cube: usize, cuts: &[&[Section]], (times, beside): (f64
 pub(super) struct Air<'a> {
     /// What a line keeps from.
     pub(super) keeps: Keeps<'a>,
-    /// What the part has in the layers just below, so many as a line sags by.
+    /// What the part has in the layers just below: a line sags onto the deepest of them.
     pub(super) under: &'a [Vec<Section>],
     pub(super) how: &'a Laying,
     /// The roof of this layer, whose lines take the place of sheets.

@@ -3,7 +3,8 @@
 //! Slot frame, mm. A place is a box in one layer. Below it stand upright sheets one line wide: along its longer side at the pitch, and
 //! across, to keep those upright and to hold what lies along them, at twice that; all at whole multiples of it, so that those of neighbouring places are the same ones.
 //! Where it is said of a place, one goes through its middle, too. In each layer a sheet has what it has room for beside the part, a gap below what it holds, and what
-//! stands in the layer below, on the table or on the part. So nothing of it begins in the air, and two layers of air are enough for one.
+//! stands in the layer below, on the table or on the part, which may lie up to three layers deeper: on a slope each layer has no more than a strip, and
+//! what is too short to be laid grows with the next ones. So no more than a line's least length begins over air, and two layers of air are enough for one.
 
 use super::clear::{Cuts, SAME_MM};
 use super::laying::Laying;
@@ -68,7 +69,7 @@ pub fn propped(
                     shared(&free, &joined(below))
                 }
             };
-            // On a slope what is too short to be laid grows with the next layers.
+            // What is too short to be laid is kept: it grows where the part has a slope. On the table nothing grows.
             let is_laid = |span: &&[f64; 2]| span[1] - span[0] >= shortest;
             sheet.there = stands.iter().filter(|span| k > 0 || is_laid(span)).copied().collect();
             lines.extend(stands.iter().filter(is_laid).map(|span| span.map(|t| sheet.point(t))));
@@ -210,7 +211,7 @@ mod tests {
         for rises_deg in [0.0_f64, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0] {
             // A floor that rises along x, and a shelf over it.
             let rise = 20.0 * rises_deg.to_radians().tan();
-            let under_mm = (0.2 * ((rise + 6.0) / 0.2).round()).max(0.2);
+            let under_mm = 0.2 * ((rise + 6.0) / 0.2).round();
             let floor = prism(&[[-10.0, 0.0], [10.0, 0.0], [10.0, 1.0 + rise], [-10.0, 1.0]], [-5.0, 5.0]);
             let shelf = solid_box(Vec3::new(-10.0, -5.0, under_mm), Vec3::new(10.0, 5.0, under_mm + 2.0));
             let [floor, shelf] = [floor, shelf].map(|one| one.moved::<Slot>(&Rigid::shift(Vec3::zeros())));

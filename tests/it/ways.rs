@@ -279,6 +279,16 @@ fn what_does_not_fit_as_drawn_is_turned() {
     let bar = rod(20.0, 206.0, 8).about_z(22.5).about_y(90.0).at(0.0, 0.0, 20.0);
     let (code, done, said) = prepared(folder.path(), "bar", &bar, &[]);
     assert_eq!((code, &chosen(&done)["way"]), (Some(0), &Value::from("turned")), "{said}");
+    // On a round end it stands on supports alone. On the edge of a disc supports are too narrow: nobody is given what the nozzle pushes over.
+    let round = rod(25.0, 50.0, 48)
+        .and(&rod(25.0, 50.0, 48).at(156.0, 0.0, 0.0))
+        .and(&block(156.0, 50.0, 50.0).at(0.0, -25.0, 0.0));
+    let (code, done, said) = prepared(folder.path(), "round", &round, &[]);
+    assert_eq!((code, &chosen(&done)["way"]), (Some(0), &Value::from("turned-supports")), "{said}");
+    assert!(chosen(&done)["stands"].as_f64().unwrap() >= 1.0, "{}", done["ways"]);
+    let disc = rod(103.0, 3.0, 96);
+    let (code, no, said) = prepared(folder.path(), "disc", &disc, &[]);
+    assert!(code == Some(2) && no["error"].as_str().unwrap().contains("over the rim"), "{said}");
     let (code, no, said) = prepared(folder.path(), "tall", &block(206.0, 40.0, 40.0), &["--way", "as-drawn"]);
     assert!(code == Some(2) && no["error"].as_str().unwrap().contains("over the rim"), "{said}");
 }

@@ -8,9 +8,10 @@ use crate::geom::{Angle, Dir, Vec3};
 use crate::input::{
     CheckedPlan, InputError, LoadedModel, LoadedProfile, MachineSource, ModelSource, load_profile, process_of, spanning,
 };
+use crate::mesh::Model;
 use crate::orient::{Direction, Facets, Process, recommend};
 use crate::pictures::{Told, plan_sheet};
-use crate::planning::balance::{DOUBTFUL, Standing, standing};
+use crate::planning::balance::{DOUBTFUL, FALLS, Held, Standing, standing};
 use crate::planning::{
     self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Remedy, Slot, ThreeAxis,
     Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
@@ -106,6 +107,15 @@ impl PlanResult {
         ))
     }
 
+    /// Why it falls over if the nozzle pushes: for a pose that nobody asked for. What touches the table in a line is held by nothing.
+    pub(super) fn pushed_over(&self) -> Option<Infeasible> {
+        let worst = self.standing.map(|one| (one, one.held.pushed));
+        let nothing = Held { factor: 0.0, pushed: 0.0 };
+        let on_a_line = (Standing { part: 0, slot: 0, tilt: Angle::ZERO, held: nothing }, 0.0);
+        let (one, factor) = worst.unwrap_or(on_a_line);
+        (factor < FALLS).then(|| falls(&self.plan.model.model, &one, factor))
+    }
+
     /// The plan as one picture, a frame for each pose; below it what was tried beside.
     pub fn sheet(&self) -> Drawing {
         let (workpiece, profile) = (&self.plan.workpiece(), &self.plan.machine.profile);
@@ -115,6 +125,11 @@ impl PlanResult {
         let story = self.story.iter().cloned().chain(self.unsteady()).chain(beside).collect();
         plan_sheet(&self.plan.plan, told, &supports, story).drawing()
     }
+}
+
+fn falls(model: &Model, one: &Standing, factor: f64) -> Infeasible {
+    let &Standing { part, slot, tilt, .. } = one;
+    Infeasible::Falls { part, name: model.parts[part].name.clone(), slot, tilt_deg: tilt.deg(), factor }
 }
 
 /// Plans what is loaded already: solids by themselves as they are drawn, where that can be printed, since nobody turns a table for nothing.
@@ -172,10 +187,7 @@ pub(super) fn planned_along(
         };
         let standing = standing(&plan, &Workpiece::place(&model.model, &placement), profile, &[]);
         match standing.filter(Standing::falls) {
-            Some(Standing { part, slot, tilt, held }) => {
-                let (name, tilt_deg) = (model.model.parts[part].name.clone(), tilt.deg());
-                Err(Infeasible::Falls { part, name, slot, tilt_deg, factor: held.factor })
-            }
+            Some(one) => Err(falls(&model.model, &one, one.held.factor)),
             None => Ok((placement, plans, plan, standing)),
         }
     });
