@@ -7,7 +7,7 @@ use super::{CheckedPlan, Error, Prints, Source, Verified, World};
 use crate::gcode::marks::finished_by;
 use crate::pictures::thumbnails;
 use crate::profile::Profile;
-use crate::strategy::holding::{CENTRE_MM, all_supports};
+use crate::strategy::holding::{CENTRE_MM, LayError, all_supports};
 use crate::toolpath::{
     Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, check_box, find_moved,
     read_sliced, rewrite as rewritten, slot_mesh,
@@ -114,7 +114,10 @@ impl Written {
         plan: &CheckedPlan,
         world: &World<'_>,
     ) -> Result<Self, Error> {
-        let supports = all_supports(plan, inputs)?;
+        let supports = all_supports(plan, inputs).map_err(|error| match error {
+            LayError::Setting(error) => Error::from(error),
+            LayError::Sliced(error) => error.into(),
+        })?;
         let words = InputWords { supports: true, ..InputWords::default() };
         let mut read: Vec<(usize, SlicedPrint<'_>)> = Vec::new();
         for (number, bytes) in &supports {

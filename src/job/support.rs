@@ -8,12 +8,13 @@ use super::{BadSetting, Error, ModelSource, SupportForm, World};
 use crate::geom::{Angle, Bounds, Slot, Vec3, turned_by};
 use crate::input::load_aloud;
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
+use crate::overhang::Keels;
 use crate::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
 use crate::spelling::{counted, nearest, numbers};
 use crate::strategy::grid::{OUTSIDE_MM, fitting, grid_over};
 use crate::support::{
-    Bare, Bars, Braced, Build, Built, Ceiling, Clear, Count, Cover, Flow, Graph, Grid, Laying, Method, Planned, Roof,
-    Structure, bare, braced, build, held, lines, longest_free_mm, plan, sheets,
+    Around, Bare, Bars, Braced, Build, Built, Ceiling, Clear, Count, Cover, Flow, Graph, Grid, Laying, Method, Planned,
+    Roof, Structure, bare, braced, build, held, lines, longest_free_mm, plan, sheets,
 };
 use crate::view::Drawing;
 
@@ -319,7 +320,8 @@ fn built(
     let (low, top) = (graph.grid.origin.z, meshes.iter().map(|mesh| mesh.bounds().max.z).fold(0.0, f64::max));
     let edge = |k: usize| low + k as f64 * layer_mm;
     let spans: Vec<[f64; 2]> = (0..((top - low) / layer_mm).ceil() as usize).map(|k| [edge(k), edge(k + 1)]).collect();
-    let sheets = sheets(&lines(graph, flow, meshes, &spans, &how), wall_mm);
+    let around = Around { meshes, keels: &Keels::default() };
+    let sheets = sheets(&lines(graph, flow, &around, &spans, &how), wall_mm);
     Built {
         volume_mm3: sheets.mesh.volume(),
         mesh: sheets.mesh,

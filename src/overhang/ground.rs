@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::region::{Region, strips};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::TriangleMesh;
 
@@ -49,11 +48,8 @@ pub struct Held {
 }
 
 impl Held {
-    /// What holds a layer that goes from `under` up by `high`: what ends in the air below it, of lines that come into one of the boxes `within`.
-    pub(super) fn under(&self, under: f64, high: f64, within: Option<&[[[f64; 2]; 2]]>) -> Region {
-        if self.layers.is_empty() {
-            return Region::new();
-        }
+    /// What holds a layer that goes from `under` up by `high`: the lines that end in the air below it and come into one of the boxes `within`.
+    pub(super) fn under(&self, under: f64, high: f64, within: Option<&[[[f64; 2]; 2]]>) -> Vec<[[f64; 2]; 2]> {
         let air = (self.gap_mm / high - SAME_LAYER).ceil().max(0.0) * high;
         let near = SAME_LAYER * high;
         let below = self.layers.iter().filter(|(top, _)| (under - air - near..=under + near).contains(top));
@@ -63,6 +59,6 @@ impl Held {
             };
             within.is_none_or(|boxes| boxes.iter().any(comes_into))
         };
-        strips(below.flat_map(|(_, lines)| lines).filter(counts), self.line_mm)
+        below.flat_map(|(_, lines)| lines).filter(counts).copied().collect()
     }
 }

@@ -19,10 +19,12 @@ use std::ops::RangeInclusive;
 use std::sync::{Arc, OnceLock};
 
 use super::Rule;
+use super::answers::{Answer, Answers, Question};
 use super::ground::{Footing, Ground, Held};
+use super::keels::Keels;
 use super::memory::Memory;
 use super::patch::{Frame, Judged, Patch, Piece};
-use super::region::{Region, and, bounds, covered, enclosed, or, with_few_points};
+use super::region::{Region, and, bounds, covered, enclosed, or, strips, with_few_points};
 use super::step::{Below, Step};
 use crate::geom::{Mat3, Slot, Vec3};
 use crate::mesh::TriangleMesh;
@@ -91,6 +93,25 @@ impl LayerJudge {
         Self { stack, begins, runs }
     }
 
+    /// The same for whoever means to hold it: what slicers leave out where something [begins](Keels) is not there.
+    pub fn of_what_is_laid<F>(
+        mesh: &TriangleMesh<F>,
+        up: &Vec3,
+        ground: &Ground,
+        stands: impl Fn(usize) -> bool,
+        rule: &Rule,
+    ) -> Self {
+        let mut stack = Stack::of(mesh, up, ground, rule);
+        let middles: Vec<f64> = (0..stack.answers.len()).map(|i| stack.middle(Some(i))).collect();
+        let lines = (rule.line_mm, rule.fine_mm());
+        stack.keels = Keels::of(&stack.sections, &middles, &ground.begins_mm, lines);
+        let mut begins = stack.beginnings(&ground.begins_mm);
+        // Above a keel something begins as well.
+        begins.extend(stack.keels.layers().map(|i| i + 1).filter(|i| *i < middles.len()));
+        let runs = if rule.fine_mm().is_infinite() { Vec::new() } else { stack.steep(mesh, up, stands, &begins) };
+        Self { stack, begins, runs }
+    }
+
     /// What hangs and droops on such supports.
     pub fn judged(&self, held: &Held) -> Judged {
         self.by(&self.stack.rule, held, false)
@@ -132,10 +153,14 @@ struct Stack {
     table: bool,
     /// Of what grows beside it.
     others: Option<Sections>,
+    /// What of it is not there.
+    keels: Keels,
     /// By layer what of it is not fine without supports, once that is known.
     beyond: Vec<OnceLock<Region>>,
     /// By layer whether something of it is an island without supports, once that is known.
     has_islands: Vec<OnceLock<bool>>,
+    /// By layer what was asked of it last, and answered.
+    answers: Vec<Answers>,
 }
 
 impl Stack {
@@ -156,11 +181,13 @@ impl Stack {
             Sections::of(&TriangleMesh::<Slot>::new(turned, mesh.facets().to_vec()))
         });
         let (rule, table) = (*rule, ground.table);
-        let (beyond, has_islands) = (Vec::new(), Vec::new());
-        let mut stack = Self { rule, upright, sections, low, high, footings, table, others, beyond, has_islands };
+        let (keels, beyond, has_islands, answers) = Default::default();
+        let mut stack =
+            Self { rule, upright, sections, low, high, footings, table, others, keels, beyond, has_islands, answers };
         let layers = if low.is_finite() && high.is_finite() { stack.number(high) + 1 } else { 0 };
         stack.beyond.resize_with(layers, OnceLock::new);
         stack.has_islands.resize_with(layers, OnceLock::new);
+        stack.answers.resize_with(layers, Answers::default);
         stack
     }
 
@@ -213,7 +240,7 @@ impl Stack {
     }
 
     fn layer(&self, i: usize) -> Region {
-        enclosed(&self.sections.segments_at(self.middle(Some(i))))
+        self.keels.rest(i, enclosed(&self.sections.segments_at(self.middle(Some(i)))))
     }
 
     /// What grows beside it less than two layers of air below layer `i`: a support and the air above it would need these.
@@ -249,58 +276,11 @@ impl Stack {
             if i == 0 && self.table {
                 continue;
             }
-            let mut bare = None;
-            let beyond = self.beyond[i].get_or_init(|| {
-                let bare = bare.insert(self.without_supports(i, &mut layers));
-                bare.beyond(&layers.at(i, self), rule)
-            });
-            // Supports only add to what islands lie on: where there is none without them there is none.
-            let begins = begins.contains(&i)
-                && *self.has_islands[i].get_or_init(|| {
-                    let bare = bare.get_or_insert_with(|| self.without_supports(i, &mut layers));
-                    Step::has_islands(&layers.at(i, self), (bare, &self.near(i, &mut layers)), rule)
-                });
-            if beyond.is_empty() && !begins {
-                // Whatever supports there are make no difference.
-                memory = Memory::default();
-                continue;
-            }
-            let layer = layers.at(i, self);
-            let near = self.near(i, &mut layers);
-            let within = (!begins).then(|| self.reached(beyond));
-            let supports = held.under(self.low + i as f64 * rule.layer_mm, rule.layer_mm, within.as_deref());
-            let others = self.nearly_below(i);
-            // What is left of it on these supports; where nothing is, no more of the layer need be known.
-            let left = (!begins && others.is_empty()).then(|| Step::left_by(&supports, beyond, held.beside_mm, rule));
-            if left.as_ref().is_some_and(Region::is_empty) {
-                memory = Memory::default();
-                continue;
-            }
-            let below = if supports.is_empty() && others.is_empty() {
-                bare.unwrap_or_else(|| self.without_supports(i, &mut layers))
-            } else {
-                let last = i.checked_sub(1).map(|i| layers.at(i, self)).unwrap_or_default();
-                let held = if others.is_empty() { Region::clone(&last) } else { or(&last, &others) };
-                Below::of(with_few_points(&self.below(i, held, &supports)))
-            };
-            let count = pieces.len();
-            let above = || self.layer(i + 1);
-            let (layer, near, beside_mm) = (&layer, &near, held.beside_mm);
-            let (below, supports) = (&below, &supports);
-            let step = Step {
-                number: i,
-                layer,
-                below,
-                left: left.as_ref(),
-                near,
-                above: &above,
-                begins,
-                supports,
-                beside_mm,
-                rule,
-            };
-            memory = step.judged(&memory, &mut pieces);
-            if enough && pieces[count..].iter().any(Piece::hangs) {
+            let answer = self.answer((i, begins.contains(&i)), (rule, held), memory, &mut layers);
+            memory = answer.memory;
+            let hangs = answer.pieces.iter().any(Piece::hangs);
+            pieces.extend(answer.pieces);
+            if enough && hangs {
                 let found = frame.judged(&pieces);
                 if !found.hangs.is_empty() {
                     return found;
@@ -308,6 +288,66 @@ impl Stack {
             }
         }
         frame.judged(&pieces)
+    }
+
+    /// What of layer `i` hangs and droops on such supports, and what is to be remembered of it.
+    fn answer(
+        &self,
+        (i, begins): (usize, bool),
+        (rule, held): (&Rule, &Held),
+        memory: Memory,
+        layers: &mut Recent,
+    ) -> Answer {
+        let mut bare = None;
+        let beyond = self.beyond[i].get_or_init(|| {
+            let bare = bare.insert(self.without_supports(i, layers));
+            bare.beyond(&layers.at(i, self), rule)
+        });
+        // Supports only add to what islands lie on: where there is none without them there is none.
+        let begins = begins
+            && *self.has_islands[i].get_or_init(|| {
+                let bare = bare.get_or_insert_with(|| self.without_supports(i, layers));
+                Step::has_islands(&layers.at(i, self), (bare, &self.near(i, layers)), rule)
+            });
+        if beyond.is_empty() && !begins {
+            // Whatever supports there are make no difference.
+            return Answer::default();
+        }
+        let within = (!begins).then(|| self.reached(beyond));
+        let lines = held.under(self.low + i as f64 * rule.layer_mm, rule.layer_mm, within.as_deref());
+        let fresh = |memory: &Memory| {
+            let supports = strips(lines.iter(), held.line_mm);
+            let others = self.nearly_below(i);
+            // What is left of it on these supports; where nothing is, no more of the layer need be known.
+            let left = (!begins && others.is_empty()).then(|| Step::left_by(&supports, beyond, held.beside_mm, rule));
+            if left.as_ref().is_some_and(Region::is_empty) {
+                return Answer::default();
+            }
+            let below = if supports.is_empty() && others.is_empty() {
+                bare.unwrap_or_else(|| self.without_supports(i, layers))
+            } else {
+                let last = i.checked_sub(1).map(|i| layers.at(i, self)).unwrap_or_default();
+                let held = if others.is_empty() { Region::clone(&last) } else { or(&last, &others) };
+                Below::of(with_few_points(&self.below(i, held, &supports)))
+            };
+            let above = || self.layer(i + 1);
+            let step = Step {
+                number: i,
+                layer: &layers.at(i, self),
+                below: &below,
+                left: left.as_ref(),
+                near: &self.near(i, layers),
+                above: &above,
+                begins,
+                supports: &supports,
+                beside_mm: held.beside_mm,
+                rule,
+            };
+            let mut pieces = Vec::new();
+            let memory = step.judged(memory, &mut pieces);
+            Answer { pieces, memory }
+        };
+        self.answers[i].of(Question::of(rule, (&lines, held), memory), fresh)
     }
 
     /// What lies one layer of air below layer `i`; the table does below the second one.

@@ -64,7 +64,7 @@ impl Mark {
 }
 
 /// What the last layer's stretches have behind them.
-#[derive(Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Memory(Vec<(Mark, Region)>);
 
 impl Memory {

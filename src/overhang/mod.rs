@@ -7,8 +7,10 @@
 //!   one layer                                                  step.rs
 //!   bridges: chords between ends on what is below              chords.rs
 //!   layers that droop in a row                                 memory.rs
+//!   layers that were judged before                             answers.rs
 //!   pieces of layers, put together                             patch.rs
 //!   what the part stands on                                    ground.rs
+//! what a slicer lays nothing of, though something wider follows keels.rs     for whoever holds it
 //! ```
 //!
 //! `h` is the layer height, `w` the width of a line. A line's middle lies half a width inside the outline, so that most of a line
@@ -19,8 +21,10 @@
 //!
 //! Lengths mm, areas mm², angles from the vertical: a wall is 0, a ceiling 90. This room must not know machines or plans.
 
+mod answers;
 mod chords;
 mod ground;
+mod keels;
 mod layers;
 mod memory;
 mod patch;
@@ -30,6 +34,7 @@ mod slivers;
 mod step;
 
 pub use ground::{Footing, Ground, Held};
+pub use keels::{Keels, laid_of};
 pub use layers::{LayerJudge, judged, unsupported};
 pub use patch::{Cause, Droop, Judged, Patch, Place};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};

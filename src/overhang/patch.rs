@@ -94,6 +94,7 @@ const TOGETHER_MM: f64 = 0.5;
 const CEILING_LAYERS: usize = 2;
 
 /// What hangs or droops in one layer, connected.
+#[derive(Clone, Debug)]
 pub(super) struct Piece {
     pub(super) layer: usize,
     pub(super) area_mm2: f64,

@@ -198,7 +198,10 @@ impl Step<'_> {
             if !rule.droops || !little && (long || !is_nothing(&farther(most_mm))) {
                 let (middle, bounds) = (loose.middle, loose.bounds);
                 let is = State::Hangs;
-                pieces.push(Piece { layer: self.number, area_mm2: loose_mm2, middle, bounds, is });
+                // Beside supports it hangs from these on.
+                let beside = |mm: f64| and(over, &grown(&own, mm, Corners::Round)).iter().map(area_mm2).sum::<f64>();
+                let area_mm2 = if self.supports.is_empty() { area } else { beside(self.beside_mm).max(area) };
+                pieces.push(Piece { layer: self.number, area_mm2: area_mm2 * loose.share, middle, bounds, is });
                 return;
             }
         }

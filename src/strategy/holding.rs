@@ -6,21 +6,21 @@
 
 use std::sync::Arc;
 
-use super::error::Error;
 use super::grid::grid_over;
 use crate::geom::{Angle, Bounds, Machine, Mat3, Rigid, Slot, Vec3};
 use crate::input::{BadSetting, CheckedPlan};
 use crate::mesh::TriangleMesh;
 use crate::motion::TableKinematics;
-use crate::overhang::{Footing, Ground, Held, LayerJudge, Relief, Rule};
+use crate::overhang::{Footing, Ground, Held, Keels, LayerJudge, Relief, Rule};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Workpiece};
 use crate::profile::{Profile, SliceSettings};
+use crate::section::Sections;
 use crate::slicing::builtin::sheets;
 use crate::support::{
-    Bare, Bars, Build, Ceiling, Clear, Flow, Graph, Laying, Method, Prop, Roof, Structure, SupportLayer, bare, braced,
-    build, lines, longest_free_mm, plan, propped,
+    Around, Bare, Bars, Build, Ceiling, Clear, Flow, Graph, Laying, Method, Prop, Roof, Structure, SupportLayer, bare,
+    braced, build, lines, longest_free_mm, plan, propped,
 };
-use crate::toolpath::{Input, SlicedPrint, SlotMesh, print_name, slot_mesh};
+use crate::toolpath::{Input, SlicedError, SlicedPrint, SlotMesh, print_name, slot_mesh};
 
 /// Where the middle of a part with supports is put, mm.
 pub(crate) const CENTRE_MM: [f64; 2] = [0.0; 2];
@@ -36,6 +36,17 @@ const NEAR_MM: f64 = 30.0;
 const ON_TABLE_MM: f64 = 0.05;
 /// Heights that differ by less are one layer, mm.
 const SAME_MM: f64 = 1e-3;
+
+/// Why supports cannot be laid.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum LayError {
+    /// They want a grid that there cannot be.
+    #[error(transparent)]
+    Setting(#[from] BadSetting),
+    /// What they hold cannot be read.
+    #[error(transparent)]
+    Sliced(#[from] SlicedError),
+}
 
 /// A part as its supports are planned, always on the same place: numbers rounded otherwise would make other columns.
 pub(crate) struct HeldMesh {
@@ -56,6 +67,25 @@ impl HeldMesh {
         let others = setup.iter().filter(|one| one.part != print.part);
         let others = others.map(|one| workpiece.parts[one.part].moved(&motion).moved(&to_slot));
         Self { others: others.filter(|mesh| mesh.bounds().meets(&near)).collect(), slot }
+    }
+
+    /// Whether a facet lies on the table.
+    fn lies(&self, facet: usize) -> bool {
+        self.slot.mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM)
+    }
+
+    /// Where something of the part begins in the air, mm.
+    fn begins_mm(&self, rule: &Rule) -> Vec<f64> {
+        let mesh = &self.slot.mesh;
+        let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
+        relief.in_the_air(&Vec3::z(), |facet| self.lies(facet), &rule.hang())
+    }
+
+    /// What of the part no slicer is sure to lay, in layers that end at these heights.
+    pub(crate) fn keels(&self, rule: &Rule, tops: &[f64]) -> Keels {
+        let middles: Vec<f64> = spans(tops).iter().map(|[low, high]| f64::midpoint(*low, *high)).collect();
+        let lines = (rule.line_mm, rule.fine_mm());
+        Keels::of(&Sections::of(&self.slot.mesh), &middles, &self.begins_mm(rule), lines)
     }
 
     /// The part and what grows beside it.
@@ -81,25 +111,25 @@ impl Laid {
         Self { layers: Vec::new(), bare: Vec::new(), longest_free_mm: 0.0 }
     }
 
-    /// Lays supports below `mesh` in layers that go from one of `tops` to the next.
+    /// Lays supports below a part in layers that go from one of `tops` to the next; what is a keel is not there.
     ///
     /// # Errors
     ///
     /// [`BadSetting::TooFine`] for a part too large for the grid.
     pub(crate) fn below(
-        held: &HeldMesh,
+        (held, keels): (&HeldMesh, &Keels),
         supports: &PrintSupports,
         tops: &[f64],
         process: &SliceSettings,
     ) -> Result<Self, BadSetting> {
-        let mut laid = Self::columns(held, supports, tops, process)?;
-        laid.prop(held, supports, tops, process);
+        let mut laid = Self::columns((held, keels), supports, tops, process)?;
+        laid.prop((held, keels), supports, tops, process);
         Ok(laid)
     }
 
     /// The same without props.
     pub(crate) fn columns(
-        held: &HeldMesh,
+        (held, keels): (&HeldMesh, &Keels),
         supports: &PrintSupports,
         tops: &[f64],
         process: &SliceSettings,
@@ -121,20 +151,26 @@ impl Laid {
             roof,
         };
         Ok(Self {
-            layers: lines(&graph, &flow, &held.all(), &spans(tops), &how),
+            layers: lines(&graph, &flow, &Around { meshes: &held.all(), keels }, &spans(tops), &how),
             bare: bare(&graph),
             longest_free_mm: longest_free_mm(&graph, &flow),
         })
     }
 
     /// Adds the props to columns.
-    pub(crate) fn prop(&mut self, held: &HeldMesh, supports: &PrintSupports, tops: &[f64], process: &SliceSettings) {
+    pub(crate) fn prop(
+        &mut self,
+        (held, keels): (&HeldMesh, &Keels),
+        supports: &PrintSupports,
+        tops: &[f64],
+        process: &SliceSettings,
+    ) {
         if !supports.props.is_empty() {
             let line_mm = process.line_width_mm;
             let (gap_mm, clear) = (supports.gap_mm, Clear::Layers { beside_mm: BESIDE_WIDTHS * line_mm });
             let how = Laying { line_mm, gap_mm, clear, on_part: true, roof: None };
-            let there: (&[&TriangleMesh<Slot>], &[[f64; 2]]) = (&held.all(), &spans(tops));
-            propped(&mut self.layers, &props(supports), there, (&how, supports.step_mm));
+            let around = Around { meshes: &held.all(), keels };
+            propped(&mut self.layers, &props(supports), (&around, &spans(tops)), (&how, supports.step_mm));
         }
     }
 
@@ -165,14 +201,25 @@ impl Laid {
 /// What says of a part that stands on the table what would be laid on nothing.
 pub(crate) fn judge(held: &HeldMesh, rule: &Rule) -> LayerJudge {
     let mesh = &held.slot.mesh;
-    let lies = |facet: usize| mesh.corners(facet).iter().all(|corner| corner.z < ON_TABLE_MM);
+    let lies = |facet: usize| held.lies(facet);
     let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
     let footings = vec![Footing { own, below: Vec::new() }];
-    let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
-    let begins_mm = relief.in_the_air(&Vec3::z(), lies, &rule.hang());
+    let begins_mm = held.begins_mm(rule);
     let others = (!held.others.is_empty()).then(|| Arc::new(TriangleMesh::joined(held.others.iter())));
     let ground = Ground { footings, table: true, begins_mm, others, ..Ground::default() };
-    LayerJudge::of(mesh, &Vec3::z(), &ground, lies, rule)
+    LayerJudge::of_what_is_laid(mesh, &Vec3::z(), &ground, lies, rule)
+}
+
+/// The rule of a part with supports, where what droops counts; what these are laid to depends on no more of it.
+fn rule(supports: &PrintSupports, process: &SliceSettings) -> Rule {
+    Rule {
+        overhang: Angle::from_deg(supports.overhang_deg),
+        layer_mm: process.layer_height_mm,
+        line_mm: process.line_width_mm,
+        bridge_mm: process.bridge_mm,
+        tolerate_mm2: 0.0,
+        droops: false,
+    }
 }
 
 /// From where to where layers go that end at these heights.
@@ -236,7 +283,8 @@ fn with_props(
     }
     let line_mm = process.line_width_mm;
     let mut laid = Laid::none();
-    laid.prop(held, supports, &even_tops(process.layer_height_mm, held.slot.mesh.bounds().max.z), process);
+    let tops = even_tops(process.layer_height_mm, held.slot.mesh.bounds().max.z);
+    laid.prop((held, &held.keels(&rule(supports, process), &tops)), supports, &tops, process);
     let mut boxes: Vec<Bounds> = Vec::new();
     // The lines of the layer below, and their boxes.
     let mut below: Vec<([[f64; 2]; 2], usize)> = Vec::new();
@@ -283,8 +331,8 @@ fn from_the_table(tops: &[f64], layer_mm: f64) -> Vec<f64> {
 fn sliced_supports(
     plan: &CheckedPlan,
     (number, print): (usize, &Print),
-    sliced: &SlicedPrint<'_>,
-) -> Result<Vec<u8>, Error> {
+    (sliced, centre_mm): (&SlicedPrint<'_>, [f64; 2]),
+) -> Result<Vec<u8>, LayError> {
     let Some(supports) = &print.supports else { return Ok(Vec::new()) };
     let process = &plan.machine.profile.process;
     let held = HeldMesh::of(&plan.plan, &plan.workpiece(), &plan.machine.profile.kinematics(), print);
@@ -292,7 +340,15 @@ fn sliced_supports(
     tops.sort_by(f64::total_cmp);
     tops.dedup_by(|a, b| *a - *b < SAME_MM);
     let tops = from_the_table(&tops, process.layer_height_mm);
-    let laid = Laid::below(&held, supports, &tops, process)?;
+    let mut keels = held.keels(&rule(supports, process), &tops);
+    if !keels.is_empty() {
+        let here = |p: [f64; 2]| [0, 1].map(|i| p[i] - centre_mm[i] + CENTRE_MM[i]);
+        for (layer, mut lines) in sliced.layers.iter().zip(sliced.lines_by_layer()?) {
+            lines.iter_mut().for_each(|line| *line = line.map(here));
+            keels.laid(tops.partition_point(|top| *top < layer.z - SAME_MM), &lines);
+        }
+    }
+    let laid = Laid::below((&held, &keels), supports, &tops, process)?;
     let name = print_name(number, &format!("supports of {}", plan.model.model.parts[print.part].name));
     Ok(sheets(&laid.layers, process, &name, sliced.nozzle_c))
 }
@@ -301,11 +357,12 @@ fn sliced_supports(
 ///
 /// # Errors
 ///
-/// As [`Laid::below`].
-pub(crate) fn all_supports(plan: &CheckedPlan, inputs: &[Input<'_>]) -> Result<Vec<(usize, Vec<u8>)>, Error> {
+/// As [`Laid::below`], and what cannot be read of a sliced file.
+pub(crate) fn all_supports(plan: &CheckedPlan, inputs: &[Input<'_>]) -> Result<Vec<(usize, Vec<u8>)>, LayError> {
     let one = |((number, _, print), held): ((usize, usize, &Print), usize)| {
         // What is missing is named where the file is written.
-        let sliced = inputs.iter().find(|input| input.print == held)?.sliced;
+        let input = inputs.iter().find(|input| input.print == held)?;
+        let sliced = (input.sliced, input.centre_mm);
         Some(sliced_supports(plan, (number, print), sliced).map(|bytes| (number, bytes)))
     };
     plan.plan.supports().zip(plan.plan.held()).filter_map(one).collect()

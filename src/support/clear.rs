@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::laying::{Clear, Laying};
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
+use crate::overhang::Keels;
 use crate::section::{Section, Sections};
 
 /// Heights that differ by less are the same, mm.
@@ -20,6 +21,15 @@ const CARRYING_LAYERS: usize = 3;
 const HAIR_MM: f64 = 1e-4;
 /// What the sides of a mesh may lie beside the lines it is made from, mm: sheets overlap, and their edges are straightened.
 pub(super) const BESIDE_LINES_MM: f64 = 0.08;
+
+/// What supports keep clear of.
+#[derive(Clone, Copy)]
+pub struct Around<'a> {
+    /// The part that they hold, and what grows beside it.
+    pub meshes: &'a [&'a TriangleMesh<Slot>],
+    /// What of the part nobody lays: they may reach through it.
+    pub keels: &'a Keels,
+}
 
 /// Sections of some meshes around layers.
 pub(super) struct Cuts<'a> {
@@ -35,10 +45,18 @@ pub(super) struct Cuts<'a> {
 pub(super) type Keeps<'a> = Vec<(&'a [Section], f64)>;
 
 impl<'a> Cuts<'a> {
-    pub(super) fn of(meshes: &[&TriangleMesh<Slot>], layers: &'a [[f64; 2]], how: &'a Laying) -> Self {
-        let sections: Vec<Sections> = meshes.iter().map(|mesh| Sections::of(mesh)).collect();
-        let at = |z: f64| -> Vec<Section> { sections.iter().map(|s| s.at(z)).collect() };
-        let all = |height: fn(&[f64; 2]) -> f64| layers.par_iter().map(|span| at(height(span))).collect();
+    pub(super) fn of(around: &Around<'_>, layers: &'a [[f64; 2]], how: &'a Laying) -> Self {
+        let sections: Vec<Sections> = around.meshes.iter().map(|mesh| Sections::of(mesh)).collect();
+        let at = |(k, z): (usize, f64)| -> Vec<Section> {
+            let cut = |(place, sections): (usize, &Sections)| match place {
+                0 => around.keels.without(k, sections.at(z)),
+                _ => sections.at(z),
+            };
+            sections.iter().enumerate().map(cut).collect()
+        };
+        let all = |height: fn(&[f64; 2]) -> f64| {
+            layers.par_iter().enumerate().map(|(k, span)| at((k, height(span)))).collect()
+        };
         let (own, lower) = match how.clear {
             Clear::Layers { .. } => (all(|[low, high]| (low + high) / 2.0), Vec::new()),
             Clear::Around => (all(|[_, high]| high - HAIR_MM), all(|[low, _]| low + HAIR_MM)),

@@ -22,14 +22,13 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::clear::{Cuts, Keeps};
+use super::clear::{Around, Cuts, Keeps};
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
 use super::laying::{Clear, Laying};
 use super::roof::{Roof, Under};
 use super::spans::{Line, SHORTEST_ON_PART_WIDTHS, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
-use crate::geom::{Slot, Vec3};
-use crate::mesh::TriangleMesh;
+use crate::geom::Vec3;
 use crate::section::{Section, Segments};
 
 /// One layer of supports.
@@ -65,15 +64,9 @@ const LOW: usize = ARCS + 2;
 /// a cube on the ground (`LOW`): the node above (of the last the cube's own), and the arc.
 type Place = (usize, usize);
 
-/// The lines of `flow`'s supports in `layers` (from, to; upward), clear of `meshes`.
-pub fn lines(
-    graph: &Graph,
-    flow: &Flow,
-    meshes: &[&TriangleMesh<Slot>],
-    layers: &[[f64; 2]],
-    how: &Laying,
-) -> Vec<SupportLayer> {
-    let cuts = Cuts::of(meshes, layers, how);
+/// The lines of `flow`'s supports in `layers` (from, to; upward), clear of what is `around`.
+pub fn lines(graph: &Graph, flow: &Flow, around: &Around<'_>, layers: &[[f64; 2]], how: &Laying) -> Vec<SupportLayer> {
+    let cuts = Cuts::of(around, layers, how);
     let columns = if how.on_part { columns(graph) } else { Vec::new() };
     let mut by_level = by_level(graph, flow);
     for &node in columns.iter().flat_map(|column| &column[..column.len() - 1]) {

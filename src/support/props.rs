@@ -6,12 +6,10 @@
 //! stands in the layer below, on the table or on the part, which may lie up to three layers deeper: on a slope each layer has no more than a strip, and
 //! what is too short to be laid grows with the next ones. So no more than a line's least length begins over air, and two layers of air are enough for one.
 
-use super::clear::{Cuts, SAME_MM};
+use super::clear::{Around, Cuts, SAME_MM};
 use super::laying::Laying;
 use super::lines::{Air, SupportLayer};
 use super::spans::{SHORTEST_ON_PART_WIDTHS, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
-use crate::geom::Slot;
-use crate::mesh::TriangleMesh;
 use crate::section::{Section, Segments};
 
 /// A place that is held from straight below.
@@ -42,16 +40,16 @@ struct Sheet {
     there: Spans,
 }
 
-/// Adds the sheets below `props` to the lines of `layers`, which lie in `spans` (from, to; upward); clear of `meshes`.
+/// Adds the sheets below `props` to the lines of `layers`, which lie in `spans` (from, to; upward); clear of what is `around`.
 pub fn propped(
     layers: &mut Vec<SupportLayer>,
     props: &[Prop],
-    (meshes, spans): (&[&TriangleMesh<Slot>], &[[f64; 2]]),
+    (around, spans): (&Around<'_>, &[[f64; 2]]),
     (how, pitch_mm): (&Laying, f64),
 ) {
     let highest = props.iter().map(|prop| prop.under_mm).fold(f64::NEG_INFINITY, f64::max);
     let within = spans.iter().take_while(|span| span[0] <= highest + how.gap_mm + SAME_MM).count();
-    let cuts = Cuts::of(meshes, &spans[..within], how);
+    let cuts = Cuts::of(around, &spans[..within], how);
     let mut sheets = sheets(props, (&spans[..within], cuts.layers(0, within)), how, pitch_mm);
     for (k, span_mm) in spans[..within].iter().enumerate() {
         let air = Air { keeps: cuts.around(k), under: cuts.under(k), how, roof: Segments::new(Vec::new()) };
@@ -153,7 +151,9 @@ impl Sheet {
 mod tests {
     use super::*;
     use crate::fixtures::{prism, solid_box};
-    use crate::geom::{Rigid, Vec3};
+    use crate::geom::{Rigid, Slot, Vec3};
+    use crate::mesh::TriangleMesh;
+    use crate::overhang::Keels;
     use crate::support::laying::Clear;
 
     /// A plate, and `air_mm` above it a shelf that a post at one end holds.
@@ -171,6 +171,15 @@ mod tests {
             facets.extend(one.facets().iter().map(|f: &[u32; 3]| f.map(|v| v + base)));
         }
         TriangleMesh::new(vertices, facets)
+    }
+
+    fn propped(
+        layers: &mut Vec<SupportLayer>,
+        props: &[Prop],
+        (meshes, spans): (&[&TriangleMesh<Slot>], &[[f64; 2]]),
+        how: (&Laying, f64),
+    ) {
+        super::propped(layers, props, (&Around { meshes, keels: &Keels::default() }, spans), how);
     }
 
     const HOW: Laying =

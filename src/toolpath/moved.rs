@@ -117,6 +117,40 @@ impl SlicedPrint<'_> {
         Ok(new)
     }
 
+    /// By layer, the chords of what is laid there, mm, as the file has them; skirts and brims are not of it.
+    ///
+    /// # Errors
+    ///
+    /// What [`read_sliced`](super::read_sliced) says of lines.
+    pub fn lines_by_layer(&self) -> Result<Vec<Vec<[[f64; 2]; 2]>>, SlicedError> {
+        let mut walk = self.walk();
+        let mut role = self.first_role();
+        let mut all = Vec::with_capacity(self.layers.len());
+        for layer in &self.layers {
+            let mut lines = Vec::new();
+            while let Some(item) = walk.next(layer.end)? {
+                match item {
+                    Item::Keep(span) => {
+                        if let Some(Hint::Role(said)) = self.said(&span) {
+                            role = said;
+                        }
+                    }
+                    Item::Step(step) if step.prints() && role != Role::Adhesion => {
+                        let mut from = step.from;
+                        let arc = step.arc.iter().flat_map(|arc| flatten(step.from, step.to, arc, CHORD_MM));
+                        for to in arc.chain([step.to]) {
+                            lines.push([[from.x, from.y], [to.x, to.y]]);
+                            from = to;
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            all.push(lines);
+        }
+        Ok(all)
+    }
+
     /// What a comment says of the lines after it.
     fn said(&self, span: &Range<usize>) -> Option<Hint> {
         self.text(span).strip_prefix(b";").and_then(hint)

@@ -5,6 +5,9 @@
 //! part, at the height of its middle, and takes the filament that its width and height hold. So nothing of a part passes as a support,
 //! and no support grows into a part.
 //!
+//! Where a part is narrower than a line its slicer may lay nothing, and supports reach up through that to what it does lay: it counts no more than
+//! what is not there.
+//!
 //! A line is gone along by steps as long as the distance from the part, which pass over nothing.
 
 use std::f64::consts::PI;
@@ -15,6 +18,7 @@ use super::flow::RATE_SLACK;
 use super::report::{FindingPlace, Findings, Rule};
 use super::{Job, Planned, prints};
 use crate::gcode::marks::{Expect, Role};
+use crate::overhang::laid_of;
 use crate::section::{Point, Section, Sections, march};
 use crate::trace::{Move, Trace};
 
@@ -35,7 +39,8 @@ pub(super) fn check(trace: &Trace, job: &Job<'_>, planned: &[Planned], findings:
         trace.moves().filter(its).collect()
     };
     for (number, print) in planned.iter().enumerate().filter(|(_, print)| print.gap_mm.is_some()) {
-        let supports = Supports::of(job, print, &flows[number]);
+        let held = planned.iter().position(|other| other.part == print.part && other.gap_mm.is_none());
+        let supports = Supports::of(job, print, &flows[number], held.map(of).unwrap_or_default());
         for (m, text) in supports.objections(of(number)) {
             let at = FindingPlace { line: m.line, slot: Some(print.slot), part: Some(print.part) };
             findings.add(Rule::OutsidePart, at, [0.0, 0.0], || text);
@@ -46,6 +51,8 @@ pub(super) fn check(trace: &Trace, job: &Job<'_>, planned: &[Planned], findings:
 /// The supports of one part.
 struct Supports<'a> {
     part: usize,
+    /// The lines of what they hold.
+    held: Vec<Move>,
     /// Every part at the pose, machine coordinates.
     parts: Vec<Sections>,
     flow: &'a Expect,
@@ -57,11 +64,12 @@ struct Supports<'a> {
 }
 
 impl<'a> Supports<'a> {
-    fn of(job: &Job<'_>, print: &Planned, flow: &'a Expect) -> Self {
+    fn of(job: &Job<'_>, print: &Planned, flow: &'a Expect, held: Vec<Move>) -> Self {
         let motion = job.profile.kinematics().forward(print.pose);
         let process = &job.profile.process;
         Self {
             part: print.part,
+            held,
             parts: job.workpiece.parts.iter().map(|part| Sections::of(&part.moved(&motion))).collect(),
             flow,
             filament_mm2: PI / 4.0 * flow.diameter_mm.unwrap_or(process.filament_mm).powi(2),
@@ -76,10 +84,25 @@ impl<'a> Supports<'a> {
         lines.sort_by(|a, b| self.middle(a).total_cmp(&self.middle(b)));
         let layers: Vec<&[Move]> = lines.chunk_by(|a, b| self.middle(b) - self.middle(a) < SAME_MM).collect();
         let layer = |layer: &&[Move]| -> Vec<(Move, String)> {
-            let sections: Vec<Section> = self.parts.iter().map(|part| part.at(self.middle(&layer[0]))).collect();
-            layer.iter().filter_map(|m| Some((*m, self.objection(m, &sections)?))).collect()
+            let middle = self.middle(&layer[0]);
+            let mut sections: Vec<Section> = self.parts.iter().map(|part| part.at(middle)).collect();
+            let all = |sections: &[Section]| -> Vec<(Move, String)> {
+                layer.iter().filter_map(|m| Some((*m, self.objection(m, sections)?))).collect()
+            };
+            let objections = all(&sections);
+            if objections.is_empty() {
+                return objections;
+            }
+            sections[self.part] = laid_of(&sections[self.part], &self.laid_at(middle), self.line_mm);
+            all(&sections)
         };
         layers.par_iter().map(layer).collect::<Vec<_>>().concat()
+    }
+
+    /// The lines of what they hold that go through a height.
+    fn laid_at(&self, z: f64) -> Vec<[Point; 2]> {
+        let here = |m: &&Move| (self.middle(m) - z).abs() < self.height(m) / 2.0;
+        self.held.iter().filter(here).filter_map(|m| Some(m.ends()?.map(|p| [p.x, p.y]))).collect()
     }
 
     fn width(&self, m: &Move) -> f64 {

@@ -129,6 +129,39 @@ fn what_hangs_over_a_slope_of_the_part_is_held_from_there() {
     }
 }
 
+/// A plate on two walls, and below it a keel 30 mm long: its sides lean by so many degrees, its edge is 12 mm up and turned about z.
+fn hull(half_deg: f64, turned_deg: f64) -> Shape {
+    let half = 10.0 * half_deg.to_radians().tan();
+    let wide = (half + 6.0).max(20.0);
+    let wall = |x: f64| block(4.0, 30.0, 26.0).at(x, -15.0, 0.0);
+    let left = block(60.0, 60.0, 60.0).at(-60.0, -30.0, 0.0).about_y(-half_deg);
+    let keel = block(2.0 * half + 20.0, 30.0, 10.5).at(-half - 10.0, -15.0, 0.0).less(&left).less(&left.about_z(180.0));
+    let plate = block(2.0 * wide + 8.0, 30.0, 4.0).at(-wide - 4.0, -15.0, 22.0);
+    wall(-wide - 4.0).and(&wall(wide)).and(&plate).and(&keel.at(0.0, 0.0, 12.0)).about_z(turned_deg)
+}
+
+/// The lowest layers of a keel are narrower than any line: slicers lay nothing there, each a little more or less of it.
+#[test]
+fn a_sharp_edge_below_is_held_where_slicers_begin_to_lay_it() {
+    let folder = new_folder();
+    let here = folder.path();
+    let all = [(20.0, 33.0), (5.0, 33.0), (40.0, 33.0), (30.0, 0.0), (10.0, 0.0), (50.0, 33.0), (10.0, 33.0)];
+    for (place, (half_deg, turned_deg)) in all.into_iter().take(if every(2) == 1 { 7 } else { 2 }).enumerate() {
+        written(here, &hull(half_deg, turned_deg));
+        for slicer in ["builtin", "prusa-slicer", "slic3r"] {
+            if slicer != "builtin" && (place > 0 && every(2) > 1 || !installed(slicer)) {
+                continue;
+            }
+            let done = prepared(here, slicer, &["--way", "supports"]);
+            let words = told(&done);
+            assert!(done.status.success(), "{slicer}, {half_deg}, {turned_deg}: {words}");
+            assert!(!words.contains("refuses"), "{slicer}, {half_deg}, {turned_deg}: the first file does: {words}");
+            let verify = run(here, &["verify", "out.gcode", "--plan", "out.json"]);
+            assert!(verify.status.success(), "{slicer}, {half_deg}, {turned_deg}: {}", told(&verify));
+        }
+    }
+}
+
 /// Real meshes, scaled to a height, as they stand.
 #[test]
 fn real_meshes_go_to_a_verified_file_on_supports() {

@@ -258,3 +258,20 @@ fn supports_are_judged_one_after_the_other_as_each_by_itself() {
     // From line to line: 14.8 mm are no bridge, 13.6 are.
     assert_eq!(held, [false, false, false, true, false, true, false]);
 }
+
+/// A bar of so many mm along x, 10 mm up, on sheets across it at each 5 mm of its first 20.
+fn on_sheets(long: f64, wide: f64) -> Judged {
+    let bar: TriangleMesh<Object> =
+        prism(&[[0.0, 10.0], [long, 10.0], [long, 14.0], [0.0, 14.0]], [-wide / 2.0, wide / 2.0]);
+    let ground = Ground { begins_mm: vec![10.0], ..Ground::default() };
+    let judge = LayerJudge::of(&bar, &Vec3::z(), &ground, |_| false, &rule());
+    let across = (0..5).map(|k| 5.0 * f64::from(k)).map(|x| [[x, -3.0], [x, 3.0]]).collect();
+    judge.judged(&Held { layers: vec![(9.8, across)], line_mm: 0.45, gap_mm: 0.2, beside_mm: 1.775 })
+}
+
+#[test]
+fn a_narrow_end_beyond_supports_hangs_from_where_it_is_longer_than_a_line_hangs() {
+    // From the last sheet's edge on, at 20.225 mm.
+    let hangs = |out: f64| on_sheets(20.225 + out, 0.5).hangs.len();
+    assert_eq!([1.5, 2.5, 2.95, 3.2, 4.0, 4.8, 8.0].map(hangs), [0, 0, 0, 1, 1, 1, 1]);
+}

@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use trunnion::geom::{Angle, Bounds, Slot, Vec3};
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
+use trunnion::overhang::Keels;
 use trunnion::slicing::SliceSettings;
 use trunnion::slicing::builtin::sheets;
-use trunnion::support::{Clear, Graph, Grid, Laying, Method, lines, plan};
+use trunnion::support::{Around, Clear, Graph, Grid, Laying, Method, lines, plan};
 
 use super::judge::{Measures, Ruler, Triangle, supports};
 use super::{reference, rivals, scenes};
@@ -49,7 +50,8 @@ fn ours(meshes: &[TriangleMesh<Slot>]) -> (String, f64) {
         on_part: false,
         roof: None,
     };
-    let laid = lines(&graph, &planned.flow, &all, &spans, &how);
+    let around = Around { meshes: &all, keels: &Keels::default() };
+    let laid = lines(&graph, &planned.flow, &around, &spans, &how);
     let settings =
         SliceSettings { line_width_mm: RULER.line_mm, layer_height_mm: RULER.layer_mm, ..SliceSettings::default() };
     assert_eq!(settings.filament_mm, rivals::FILAMENT_MM);
