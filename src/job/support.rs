@@ -13,8 +13,8 @@ use crate::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
 use crate::spelling::{counted, nearest, numbers};
 use crate::strategy::grid::{OUTSIDE_MM, fitting, grid_over};
 use crate::support::{
-    Around, Bare, Bars, Braced, Build, Built, Ceiling, Clear, Count, Cover, Flow, Graph, Grid, Laying, Method, Planned,
-    Roof, Structure, bare, braced, build, held, lines, longest_free_mm, plan, sheets,
+    Around, Bare, Bars, Braced, Build, Built, Ceiling, Clear, Clearance, Count, Cover, Cuts, Flow, Graph, Grid, Laying,
+    Method, Planned, Roof, Structure, bare, braced, build, held, lines, longest_free_mm, plan, sheets,
 };
 use crate::view::Drawing;
 
@@ -316,12 +316,12 @@ fn built(
     let layer_mm = layer_mm(options.gap_mm);
     let layers = (roof_mm / layer_mm - 1e-6).ceil() as usize;
     let roof = (roof_mm > 0.0).then_some(Roof { layers, pitch_mm });
-    let how = Laying { line_mm: wall_mm, gap_mm: options.gap_mm, clear: Clear::Around, on_part: false, roof };
+    let clearance = Clearance { line_mm: wall_mm, gap_mm: options.gap_mm, clear: Clear::Around };
     let (low, top) = (graph.grid.origin.z, meshes.iter().map(|mesh| mesh.bounds().max.z).fold(0.0, f64::max));
     let edge = |k: usize| low + k as f64 * layer_mm;
     let spans: Vec<[f64; 2]> = (0..((top - low) / layer_mm).ceil() as usize).map(|k| [edge(k), edge(k + 1)]).collect();
-    let around = Around { meshes, keels: &Keels::default() };
-    let sheets = sheets(&lines(graph, flow, &around, &spans, &how), wall_mm);
+    let cuts = Cuts::of(&Around { meshes, keels: &Keels::default() }, spans, clearance);
+    let sheets = sheets(&lines(graph, flow, &cuts, &Laying { on_part: false, roof }), wall_mm);
     Built {
         volume_mm3: sheets.mesh.volume(),
         mesh: sheets.mesh,

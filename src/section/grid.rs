@@ -1,7 +1,10 @@
 //! Segments of a plane, filed by square cells: which of them is nearest to a point.
 
-/// Edge of a cell, mm.
+/// Edge of a cell, mm, at least.
 const CELL_MM: f64 = 1.0;
+/// So many cells for each segment, and for so many at least: the thin outline of something wide leaves nearly all of them empty.
+const CELLS_EACH: f64 = 16.0;
+const FEWEST: usize = 256;
 /// Cells at most along one side; what is very large gets larger cells.
 const MOST_CELLS: f64 = 1000.0;
 /// How near to a segment's end the nearest point may lie to be taken for a corner, as a part of its length.
@@ -57,7 +60,8 @@ impl Segments {
         }
         let low = if all.is_empty() { [0.0; 2] } else { bounds[0] };
         let size = if all.is_empty() { [0.0; 2] } else { [0, 1].map(|a| bounds[1][a] - bounds[0][a]) };
-        let cell = CELL_MM.max(size[0].max(size[1]) / MOST_CELLS);
+        let sparse = (size[0] * size[1] / (CELLS_EACH * all.len().max(FEWEST) as f64)).sqrt();
+        let cell = CELL_MM.max(size[0].max(size[1]) / MOST_CELLS).max(sparse);
         let count = size.map(|s| (s / cell) as usize + 1);
         let cells = count[0] * count[1];
         let (starts, empty_rings) = (vec![0; cells + 1], Vec::new());

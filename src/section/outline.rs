@@ -21,7 +21,7 @@ pub struct Section {
 impl Section {
     pub(crate) fn new(segments: Vec<Segment>) -> Self {
         let section = Self::of(segments);
-        let overlaps = section.winding.iter().any(|turns| *turns > 1) || overlap::cross(&section.segments);
+        let overlaps = section.overlaps() || overlap::cross(&section.segments);
         // Curves that are not closed are told as they are.
         overlaps.then(|| overlap::enclosed(section.segments.all())).flatten().map_or(section, Self::of)
     }
@@ -117,9 +117,24 @@ impl Section {
         OutlineSearch { section: self, last: None }
     }
 
-    /// Whether `p` lies inside, by the winding number of its cell's centre and what lies between.
+    /// Whether a segment has more than one shell to its left, asked beside its middle: then shells overlap, and the nearest segment to a point does
+    /// not tell its side. Those that only touch do not.
+    fn overlaps(&self) -> bool {
+        self.segments().iter().any(|[a, b]| {
+            let along = [b[0] - a[0], b[1] - a[1]];
+            let share = UNSURE_MM / along[0].hypot(along[1]).max(UNSURE_MM);
+            self.turns([(a[0] + b[0]) / 2.0 - along[1] * share, (a[1] + b[1]) / 2.0 + along[0] * share]) > 1
+        })
+    }
+
+    /// Whether `p` lies inside.
     pub fn is_inside(&self, p: Point) -> bool {
-        let Some(cell) = self.segments.cell_of(p) else { return false };
+        self.turns(p) > 0
+    }
+
+    /// The winding number of `p`, by that of its cell's centre and what lies between.
+    fn turns(&self, p: Point) -> i32 {
+        let Some(cell) = self.segments.cell_of(p) else { return 0 };
         let columns = self.segments.count()[0];
         let centre = self.segments.centre([cell % columns, cell / columns]);
         // Along x to the centre's column at p's height, then along y: both stay in this cell.
@@ -129,7 +144,7 @@ impl Section {
             winding -= crossings_upward(segment, corner, centre[1]);
             winding -= crossings_rightward(segment, p, corner[0]);
         }
-        winding > 0
+        winding
     }
 
     /// The winding number at each cell's centre, from what crosses its row's middle line, left to right.

@@ -107,6 +107,17 @@ mod tests {
             let area_mm2 = if second[0][0] > 9.0 { 160.0 } else { 100.0 };
             assert!((both.area() - area_mm2).abs() < 1e-2, "{}", both.area());
         }
+        // One within the other that is smaller than a cell of the grid, and touches it at a point.
+        for size in [0.05, 0.3, 0.9] {
+            let large = [[0.0, 0.0], [10.0, 0.0], [10.0, 5.0], [10.0, 10.0], [0.0, 10.0]];
+            let small = [[10.0, 5.0], [10.0 - size, 5.0 + size / 3.0], [10.0 - size, 5.0 - size / 3.0]];
+            let ring = |points: &[Point]| -> Vec<Segment> {
+                (0..points.len()).map(|k| [points[k], points[(k + 1) % points.len()]]).collect()
+            };
+            let both = Section::new([ring(&large), ring(&small)].concat());
+            let found = both.signed_distance([10.0 - size - 0.1, 5.0]);
+            assert!((found + size + 0.1).abs() < 1e-3, "{size}: {found}");
+        }
         // What only touches stays as it is, to the bit.
         let apart = [rectangle([0.0; 2], [10.0; 2]), rectangle([10.0, 0.0], [20.0, 10.0])].concat();
         assert_eq!(Section::new(apart.clone()).segments(), apart);

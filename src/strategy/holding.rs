@@ -17,8 +17,8 @@ use crate::profile::{Profile, SliceSettings};
 use crate::section::Sections;
 use crate::slicing::builtin::sheets;
 use crate::support::{
-    Around, Bare, Bars, Build, Ceiling, Clear, Flow, Graph, Laying, Method, Prop, Roof, Structure, SupportLayer, bare,
-    braced, build, lines, longest_free_mm, plan, propped,
+    Around, Bare, Bars, Build, Ceiling, Clear, Clearance, Cuts, Flow, Graph, Laying, Method, Prop, Roof, Structure,
+    SupportLayer, bare, braced, build, lines, longest_free_mm, plan, propped,
 };
 use crate::toolpath::{Input, SlicedError, SlicedPrint, SlotMesh, print_name, slot_mesh};
 
@@ -88,6 +88,13 @@ impl HeldMesh {
         Keels::of(&Sections::of(&self.slot.mesh), &middles, &self.begins_mm(rule), lines)
     }
 
+    /// What supports keep clear of, in layers that go from one of `tops` to the next.
+    pub(crate) fn cuts(&self, keels: &Keels, tops: &[f64], gap_mm: f64, process: &SliceSettings) -> Cuts {
+        let line_mm = process.line_width_mm;
+        let clear = Clear::Layers { beside_mm: BESIDE_WIDTHS * line_mm };
+        Cuts::of(&Around { meshes: &self.all(), keels }, spans(tops), Clearance { line_mm, gap_mm, clear })
+    }
+
     /// The part and what grows beside it.
     fn all(&self) -> Vec<&TriangleMesh<Slot>> {
         std::iter::once(&self.slot.mesh).chain(&self.others).collect()
@@ -111,66 +118,48 @@ impl Laid {
         Self { layers: Vec::new(), bare: Vec::new(), longest_free_mm: 0.0 }
     }
 
-    /// Lays supports below a part in layers that go from one of `tops` to the next; what is a keel is not there.
+    /// Lays supports below a part, in the layers of its `cuts`.
     ///
     /// # Errors
     ///
     /// [`BadSetting::TooFine`] for a part too large for the grid.
     pub(crate) fn below(
-        (held, keels): (&HeldMesh, &Keels),
+        held: &HeldMesh,
+        cuts: &Cuts,
         supports: &PrintSupports,
-        tops: &[f64],
         process: &SliceSettings,
     ) -> Result<Self, BadSetting> {
-        let mut laid = Self::columns((held, keels), supports, tops, process)?;
-        laid.prop((held, keels), supports, tops, process);
+        let mut laid = Self::columns(held, cuts, supports, process)?;
+        laid.prop(cuts, supports);
         Ok(laid)
     }
 
     /// The same without props.
     pub(crate) fn columns(
-        (held, keels): (&HeldMesh, &Keels),
+        held: &HeldMesh,
+        cuts: &Cuts,
         supports: &PrintSupports,
-        tops: &[f64],
         process: &SliceSettings,
     ) -> Result<Self, BadSetting> {
         if supports.only_props {
             return Ok(Self::none());
         }
         let (graph, flow) = columns(held, supports)?;
-        let line_mm = process.line_width_mm;
         let roof = supports.roof.map(|roof| Roof {
             layers: (roof.height_mm / process.layer_height_mm - SAME_MM).ceil().max(1.0) as usize,
             pitch_mm: roof.pitch_mm,
         });
-        let how = Laying {
-            line_mm,
-            gap_mm: supports.gap_mm,
-            clear: Clear::Layers { beside_mm: BESIDE_WIDTHS * line_mm },
-            on_part: true,
-            roof,
-        };
         Ok(Self {
-            layers: lines(&graph, &flow, &Around { meshes: &held.all(), keels }, &spans(tops), &how),
+            layers: lines(&graph, &flow, cuts, &Laying { on_part: true, roof }),
             bare: bare(&graph),
             longest_free_mm: longest_free_mm(&graph, &flow),
         })
     }
 
     /// Adds the props to columns.
-    pub(crate) fn prop(
-        &mut self,
-        (held, keels): (&HeldMesh, &Keels),
-        supports: &PrintSupports,
-        tops: &[f64],
-        process: &SliceSettings,
-    ) {
+    pub(crate) fn prop(&mut self, cuts: &Cuts, supports: &PrintSupports) {
         if !supports.props.is_empty() {
-            let line_mm = process.line_width_mm;
-            let (gap_mm, clear) = (supports.gap_mm, Clear::Layers { beside_mm: BESIDE_WIDTHS * line_mm });
-            let how = Laying { line_mm, gap_mm, clear, on_part: true, roof: None };
-            let around = Around { meshes: &held.all(), keels };
-            propped(&mut self.layers, &props(supports), (&around, &spans(tops)), (&how, supports.step_mm));
+            propped(&mut self.layers, &props(supports), cuts, supports.step_mm);
         }
     }
 
@@ -284,7 +273,8 @@ fn with_props(
     let line_mm = process.line_width_mm;
     let mut laid = Laid::none();
     let tops = even_tops(process.layer_height_mm, held.slot.mesh.bounds().max.z);
-    laid.prop((held, &held.keels(&rule(supports, process), &tops)), supports, &tops, process);
+    let keels = held.keels(&rule(supports, process), &tops);
+    laid.prop(&held.cuts(&keels, &tops, supports.gap_mm, process), supports);
     let mut boxes: Vec<Bounds> = Vec::new();
     // The lines of the layer below, and their boxes.
     let mut below: Vec<([[f64; 2]; 2], usize)> = Vec::new();
@@ -348,7 +338,7 @@ fn sliced_supports(
             keels.laid(tops.partition_point(|top| *top < layer.z - SAME_MM), &lines);
         }
     }
-    let laid = Laid::below((&held, &keels), supports, &tops, process)?;
+    let laid = Laid::below(&held, &held.cuts(&keels, &tops, supports.gap_mm, process), supports, process)?;
     let name = print_name(number, &format!("supports of {}", plan.model.model.parts[print.part].name));
     Ok(sheets(&laid.layers, process, &name, sliced.nozzle_c))
 }

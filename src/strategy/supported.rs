@@ -13,11 +13,12 @@ use super::solids::groups;
 use crate::gcode::round_to;
 use crate::geom::{Angle, Vec3};
 use crate::input::{CheckedPlan, LoadedModel, LoadedProfile};
-use crate::overhang::{Held, Judged, Keels, LayerJudge, Patch, Place, Rule};
+use crate::overhang::{Held, Judged, LayerJudge, Patch, Place, Rule};
 use crate::planning::balance::{Foot, standing};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Slot, SupportRoof};
 use crate::profile::Profile;
 use crate::section::{Point, Segment, Segments, march};
+use crate::support::Cuts;
 use crate::world::World;
 
 /// What became of a model that is printed on supports.
@@ -221,15 +222,15 @@ impl Attempt {
         let sheets = PROP_STEPS_MM.map(|step_mm| PrintSupports { only_props: true, ..of_step(step_mm) });
         let forms = STEPS_MM.map(of_step).into_iter().chain(sheets.into_iter().filter(|_| roof.is_none()));
         let tops = even_tops(process.layer_height_mm, mesh.slot.mesh.bounds().max.z);
-        let keels = mesh.keels(&rule, &tops);
+        let cuts = mesh.cuts(&mesh.keels(&rule, &tops), &tops, gap_mm, process);
         let columns = |supports: PrintSupports| {
-            let laid = Laid::columns((&mesh, &keels), &supports, &tops, process);
+            let laid = Laid::columns(&mesh, &cuts, &supports, process);
             laid.map(|laid| (supports, laid)).map_err(Refused::from)
         };
         let forms: Vec<Result<(PrintSupports, Laid), Refused>> =
             forms.collect::<Vec<_>>().into_par_iter().map(columns).collect();
         let of = |(supports, columns): &(PrintSupports, Laid)| {
-            Self::of(plan, print, ((&mesh, &keels), supports, columns, &bare), (&judge, &rule))
+            Self::of(plan, print, ((&mesh, &cuts), supports, columns, &bare), (&judge, &rule))
         };
         Self::cheapest(&forms, of).map(Some)
     }
@@ -283,11 +284,10 @@ impl Attempt {
     fn of(
         plan: &CheckedPlan,
         print: &Print,
-        ((mesh, keels), supports, columns, bare): ((&HeldMesh, &Keels), &PrintSupports, &Laid, &Hanging),
+        ((mesh, cuts), supports, columns, bare): ((&HeldMesh, &Cuts), &PrintSupports, &Laid, &Hanging),
         (judge, rule): (&LayerJudge, &Rule),
     ) -> Result<Self, Refused> {
         let process = &plan.machine.profile.process;
-        let tops = even_tops(process.layer_height_mm, mesh.slot.mesh.bounds().max.z);
         let (mut supports, mut laid) = (supports.clone(), columns.clone());
         // Where something hangs, what droops is held as well: a slicer's lines lie there as they come. What is propped may leave something in
         // other layers, and at first such sheets do as many places share.
@@ -309,7 +309,7 @@ impl Attempt {
             }
             supports.props.extend(new);
             laid = columns.clone();
-            laid.prop((mesh, keels), &supports, &tops, process);
+            laid.prop(cuts, &supports);
             left = None;
         }
         let left = left.unwrap_or_else(|| judge.judged(&laid.held(&supports, rule))).hangs;

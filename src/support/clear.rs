@@ -4,9 +4,11 @@
 //! that are a mesh are sliced at heights unknown here, so they keep their gap from the surface itself ([`Clear::Around`]): the part is cut
 //! just below and just above each layer's edges, and what it has between two cuts lies within one of them.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
-use super::laying::{Clear, Laying};
+use super::laying::Clear;
 use crate::geom::Slot;
 use crate::mesh::TriangleMesh;
 use crate::overhang::Keels;
@@ -31,53 +33,76 @@ pub struct Around<'a> {
     pub keels: &'a Keels,
 }
 
-/// Sections of some meshes around layers.
-pub(super) struct Cuts<'a> {
-    layers: &'a [[f64; 2]],
-    how: &'a Laying,
+/// How supports keep clear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// Width of a line, mm.
+    pub line_mm: f64,
+    /// Air between a support and what it holds, mm, at least.
+    pub gap_mm: f64,
+    /// From what that air is kept, and what beside.
+    pub clear: Clear,
+}
+
+/// What supports keep clear of, layer by layer, each cut where it is asked for first: supports of several kinds share it.
+pub struct Cuts {
+    sections: Vec<Sections>,
+    keels: Keels,
+    layers: Vec<[f64; 2]>,
+    pub(super) how: Clearance,
     /// In the middle of each layer; or just below its upper edge.
-    own: Vec<Vec<Section>>,
+    own: Vec<OnceLock<Vec<Section>>>,
     /// Just above the lower edge of each layer, where the gap is kept from the surface.
-    lower: Vec<Vec<Section>>,
+    lower: Vec<OnceLock<Vec<Section>>>,
 }
 
 /// Sections, and how far from them the middle of a line stays, mm.
 pub(super) type Keeps<'a> = Vec<(&'a [Section], f64)>;
 
-impl<'a> Cuts<'a> {
-    pub(super) fn of(around: &Around<'_>, layers: &'a [[f64; 2]], how: &'a Laying) -> Self {
-        let sections: Vec<Sections> = around.meshes.iter().map(|mesh| Sections::of(mesh)).collect();
-        let at = |(k, z): (usize, f64)| -> Vec<Section> {
-            let cut = |(place, sections): (usize, &Sections)| match place {
-                0 => around.keels.without(k, sections.at(z)),
-                _ => sections.at(z),
-            };
-            sections.iter().enumerate().map(cut).collect()
+impl Cuts {
+    /// Of what is `around` supports in `layers` (from, to; upward).
+    pub fn of(around: &Around<'_>, layers: Vec<[f64; 2]>, how: Clearance) -> Self {
+        let sections = around.meshes.iter().map(|mesh| Sections::of(mesh)).collect();
+        let [own, lower] = [0, 1].map(|_| std::iter::repeat_with(OnceLock::new).take(layers.len()).collect());
+        Self { sections, keels: around.keels.clone(), layers, how, own, lower }
+    }
+
+    /// The layers.
+    pub(super) fn spans(&self) -> &[[f64; 2]] {
+        &self.layers
+    }
+
+    fn at(&self, k: usize, z: f64) -> Vec<Section> {
+        let cut = |(place, sections): (usize, &Sections)| match place {
+            0 => self.keels.without(k, sections.at(z)),
+            _ => sections.at(z),
         };
-        let all = |height: fn(&[f64; 2]) -> f64| {
-            layers.par_iter().enumerate().map(|(k, span)| at((k, height(span)))).collect()
-        };
-        let (own, lower) = match how.clear {
-            Clear::Layers { .. } => (all(|[low, high]| (low + high) / 2.0), Vec::new()),
-            Clear::Around => (all(|[_, high]| high - HAIR_MM), all(|[low, _]| low + HAIR_MM)),
-        };
-        Self { layers, how, own, lower }
+        self.sections.iter().enumerate().map(cut).collect()
     }
 
     /// What the part has in a layer.
     pub(super) fn layer(&self, k: usize) -> &[Section] {
-        &self.own[k]
+        let [low, high] = self.layers[k];
+        let z = match self.how.clear {
+            Clear::Layers { .. } => (low + high) / 2.0,
+            Clear::Around => high - HAIR_MM,
+        };
+        self.own[k].get_or_init(|| self.at(k, z))
+    }
+
+    fn lower(&self, k: usize) -> &[Section] {
+        self.lower[k].get_or_init(|| self.at(k, self.layers[k][0] + HAIR_MM))
     }
 
     /// What it has in each of some layers, as far as there are so many.
-    pub(super) fn layers(&self, from: usize, count: usize) -> &[Vec<Section>] {
+    pub(super) fn layers(&self, from: usize, count: usize) -> Vec<&[Section]> {
         let end = self.own.len();
-        &self.own[from.min(end)..(from + count).min(end)]
+        (from.min(end)..(from + count).min(end)).map(|k| self.layer(k)).collect()
     }
 
     /// What it has in the layers below layer `k` that carry a line there.
-    pub(super) fn under(&self, k: usize) -> &[Vec<Section>] {
-        &self.own[k.saturating_sub(CARRYING_LAYERS)..k]
+    pub(super) fn under(&self, k: usize) -> Vec<&[Section]> {
+        (k.saturating_sub(CARRYING_LAYERS)..k).map(|k| self.layer(k)).collect()
     }
 
     /// The layers that begin less than the gap above the top of layer `k`.
@@ -99,10 +124,17 @@ impl<'a> Cuts<'a> {
     fn surface_around(&self, k: usize, half: f64) -> Keeps<'_> {
         let ([low, high], gap) = (self.layers[k], self.how.gap_mm);
         let near = |up: f64| half + (gap * gap - up * up).max(0.0).sqrt();
-        let own = [&self.own[k], &self.lower[k]].map(|cut| (cut.as_slice(), half + gap));
+        let own = [self.layer(k), self.lower(k)].map(|cut| (cut, half + gap));
         let above = (k + 1..=k + self.over(k)).map(|j| (self.layer(j), near(self.layers[j][0] - high)));
         let under = (0..k).rev().take_while(|&j| self.layers[j][1] > low - gap + SAME_MM);
-        let under = under.map(|j| (self.lower[j].as_slice(), near(low - self.layers[j][1])));
+        let under = under.map(|j| (self.lower(j), near(low - self.layers[j][1])));
         own.into_iter().chain(above).chain(under).collect()
+    }
+
+    /// Cuts all layers at once.
+    pub(super) fn all(&self) {
+        (0..self.layers.len()).into_par_iter().for_each(|k| {
+            self.layer(k);
+        });
     }
 }

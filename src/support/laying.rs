@@ -5,12 +5,6 @@ use super::roof::Roof;
 /// How supports are laid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Laying {
-    /// Width of a line, mm.
-    pub line_mm: f64,
-    /// Air between a support and what it holds, mm, at least.
-    pub gap_mm: f64,
-    /// From what that air is kept, and what beside.
-    pub clear: Clear,
     /// Whether what has no way to the ground stands on the part.
     pub on_part: bool,
     /// The roof below what is held; `None`: sheets alone hold it.

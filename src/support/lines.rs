@@ -22,7 +22,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::clear::{Around, Cuts, Keeps};
+use super::clear::{Clearance, Cuts, Keeps};
 use super::flow::Flow;
 use super::graph::{ARCS, Graph};
 use super::laying::{Clear, Laying};
@@ -64,10 +64,11 @@ const LOW: usize = ARCS + 2;
 /// a cube on the ground (`LOW`): the node above (of the last the cube's own), and the arc.
 type Place = (usize, usize);
 
-/// The lines of `flow`'s supports in `layers` (from, to; upward), clear of what is `around`.
-pub fn lines(graph: &Graph, flow: &Flow, around: &Around<'_>, layers: &[[f64; 2]], how: &Laying) -> Vec<SupportLayer> {
-    let cuts = Cuts::of(around, layers, how);
-    let columns = if how.on_part { columns(graph) } else { Vec::new() };
+/// The lines of `flow`'s supports in the layers of `cuts`, clear of what these have.
+pub fn lines(graph: &Graph, flow: &Flow, cuts: &Cuts, laying: &Laying) -> Vec<SupportLayer> {
+    cuts.all();
+    let (layers, how) = (cuts.spans(), &cuts.how);
+    let columns = if laying.on_part { columns(graph) } else { Vec::new() };
     let mut by_level = by_level(graph, flow);
     for &node in columns.iter().flat_map(|column| &column[..column.len() - 1]) {
         by_level[node / graph.grid.level()].push((node, 0));
@@ -87,15 +88,15 @@ pub fn lines(graph: &Graph, flow: &Flow, around: &Around<'_>, layers: &[[f64; 2]
     let low = (0..graph.grid.level()).filter(|&cube| graph.is_black(cube) && graph.wants(cube));
     let shadow_mm = graph.grid.origin.z + BELOW * graph.grid.step_mm;
     let near = layers.iter().take_while(|span| span[1] <= shadow_mm).count();
-    let near: Vec<&[Section]> = cuts.layers(0, near).iter().map(Vec::as_slice).collect();
+    let near: Vec<&[Section]> = cuts.layers(0, near);
     let low: Vec<(usize, [Spans; 2])> = low.map(|cube| (cube, shadow(graph, cube, &near, (1.0, 0.0)))).collect();
     let mut rising = Rising { graph, how, by_level, tops, feet, low, there: HashMap::new() };
     let mut all = Vec::with_capacity(layers.len());
     for (k, span_mm) in layers.iter().enumerate() {
         let mut air = Air { keeps: cuts.around(k), under: cuts.under(k), how, roof: Segments::new(Vec::new()) };
-        if let (Some(roof), Some(below)) = (&how.roof, all.last()) {
+        if let (Some(roof), Some(below)) = (&laying.roof, all.last()) {
             let held = cuts.layers(k + 1 + cuts.over(k), roof.layers);
-            air.roof = Segments::new(rising.roof(roof, (*span_mm, below), &air, held));
+            air.roof = Segments::new(rising.roof(roof, (*span_mm, below), &air, &held));
         }
         let mut lines = rising.layer(*span_mm, &air);
         lines.extend(air.roof.all());
@@ -148,8 +149,8 @@ pub(super) struct Air<'a> {
     /// What a line keeps from.
     pub(super) keeps: Keeps<'a>,
     /// What the part has in the layers just below: a line sags onto the deepest of them.
-    pub(super) under: &'a [Vec<Section>],
-    pub(super) how: &'a Laying,
+    pub(super) under: Vec<&'a [Section]>,
+    pub(super) how: &'a Clearance,
     /// The roof of this layer, whose lines take the place of sheets.
     pub(super) roof: Segments,
 }
@@ -167,7 +168,7 @@ impl Air<'_> {
 
     /// How far `p` is from where the part no longer carries a line, mm; below 0 there.
     pub(super) fn carried(&self, p: [f64; 2]) -> f64 {
-        let nearest = self.under.iter().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+        let nearest = self.under.iter().copied().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
         ASIDE * self.how.line_mm - nearest
     }
 
@@ -180,7 +181,7 @@ impl Air<'_> {
 /// Supports that grow from the ground up.
 struct Rising<'a> {
     graph: &'a Graph,
-    how: &'a Laying,
+    how: &'a Clearance,
     by_level: Vec<Vec<Place>>,
     /// Squares at which columns end, and what of their sheets, drawn out, lies below what they hold.
     tops: HashMap<usize, [Spans; 2]>,
@@ -249,7 +250,7 @@ impl Rising<'_> {
         roof: &Roof,
         (span_mm, below): ([f64; 2], &SupportLayer),
         air: &Air<'_>,
-        held: &[Vec<Section>],
+        held: &[&[Section]],
     ) -> Vec<Line> {
         let grid = &self.graph.grid;
         let (step_mm, line_mm) = (grid.step_mm, self.how.line_mm);
@@ -262,7 +263,7 @@ impl Rising<'_> {
         let cells: Vec<[[f64; 2]; 2]> = tops.filter(|at| near(at.z)).map(|at| [around(at.x), around(at.y)]).collect();
         let below = Segments::new(below.lines.clone());
         let room = |p: [f64; 2]| {
-            let nearest = held.iter().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
+            let nearest = held.iter().copied().flatten().map(|s| s.signed_distance(p)).fold(f64::INFINITY, f64::min);
             air.room(p).min(-nearest)
         };
         roof.lines(&Under { cells: &cells, below: &below, line_mm, step_mm }, &room)

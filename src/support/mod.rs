@@ -44,7 +44,7 @@ mod ways;
 
 pub use auto::{Effort, least_material};
 pub use brace::{Braced, braced};
-pub use clear::Around;
+pub use clear::{Around, Clearance, Cuts};
 pub use demand::Demand;
 pub use flow::{Flow, Limits, Tally};
 pub use graph::{ARCS, COSTS, Count, Graph};

@@ -6,11 +6,10 @@
 //! stands in the layer below, on the table or on the part, which may lie up to three layers deeper: on a slope each layer has no more than a strip, and
 //! what is too short to be laid grows with the next ones. So no more than a line's least length begins over air, and two layers of air are enough for one.
 
-use super::clear::{Around, Cuts, SAME_MM};
-use super::laying::Laying;
+use super::clear::{Cuts, SAME_MM};
 use super::lines::{Air, SupportLayer};
 use super::spans::{SHORTEST_ON_PART_WIDTHS, SHORTEST_WIDTHS, Spans, joined, shared, where_above};
-use crate::section::{Section, Segments};
+use crate::section::Segments;
 
 /// A place that is held from straight below.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,17 +39,12 @@ struct Sheet {
     there: Spans,
 }
 
-/// Adds the sheets below `props` to the lines of `layers`, which lie in `spans` (from, to; upward); clear of what is `around`.
-pub fn propped(
-    layers: &mut Vec<SupportLayer>,
-    props: &[Prop],
-    (around, spans): (&Around<'_>, &[[f64; 2]]),
-    (how, pitch_mm): (&Laying, f64),
-) {
+/// Adds the sheets below `props` to the lines of `layers`, which are those of `cuts`; clear of what these have.
+pub fn propped(layers: &mut Vec<SupportLayer>, props: &[Prop], cuts: &Cuts, pitch_mm: f64) {
+    let (spans, how) = (cuts.spans(), &cuts.how);
     let highest = props.iter().map(|prop| prop.under_mm).fold(f64::NEG_INFINITY, f64::max);
     let within = spans.iter().take_while(|span| span[0] <= highest + how.gap_mm + SAME_MM).count();
-    let cuts = Cuts::of(around, &spans[..within], how);
-    let mut sheets = sheets(props, (&spans[..within], cuts.layers(0, within)), how, pitch_mm);
+    let mut sheets = sheets(props, cuts, pitch_mm);
     for (k, span_mm) in spans[..within].iter().enumerate() {
         let air = Air { keeps: cuts.around(k), under: cuts.under(k), how, roof: Segments::new(Vec::new()) };
         let shortest = how.line_mm * if k == 0 { SHORTEST_WIDTHS } else { SHORTEST_ON_PART_WIDTHS };
@@ -91,12 +85,16 @@ pub fn propped(
 }
 
 /// The sheets below some places.
-fn sheets(props: &[Prop], (spans, cuts): (&[[f64; 2]], &[Vec<Section>]), how: &Laying, pitch_mm: f64) -> Vec<Sheet> {
+fn sheets(props: &[Prop], cuts: &Cuts, pitch_mm: f64) -> Vec<Sheet> {
+    let (spans, how) = (cuts.spans(), &cuts.how);
     let mut sheets: Vec<Sheet> = Vec::new();
     for prop in props {
         // The layer whose underside it is.
         let layer = spans.partition_point(|span| (span[0] + span[1]) / 2.0 < prop.under_mm);
-        let Some(held) = cuts.get(layer) else { continue };
+        if layer >= spans.len() {
+            continue;
+        }
+        let held = cuts.layer(layer);
         let [low, high] = prop.within_mm;
         let longer = usize::from(high[1] - low[1] > high[0] - low[0]);
         let at = |axis: usize, every: f64| {
@@ -154,6 +152,7 @@ mod tests {
     use crate::geom::{Rigid, Slot, Vec3};
     use crate::mesh::TriangleMesh;
     use crate::overhang::Keels;
+    use crate::support::clear::{Around, Clearance};
     use crate::support::laying::Clear;
 
     /// A plate, and `air_mm` above it a shelf that a post at one end holds.
@@ -176,14 +175,14 @@ mod tests {
     fn propped(
         layers: &mut Vec<SupportLayer>,
         props: &[Prop],
-        (meshes, spans): (&[&TriangleMesh<Slot>], &[[f64; 2]]),
-        how: (&Laying, f64),
+        (meshes, spans): (&[&TriangleMesh<Slot>], Vec<[f64; 2]>),
+        pitch_mm: f64,
     ) {
-        super::propped(layers, props, (&Around { meshes, keels: &Keels::default() }, spans), how);
+        let around = Around { meshes, keels: &Keels::default() };
+        super::propped(layers, props, &Cuts::of(&around, spans, HOW), pitch_mm);
     }
 
-    const HOW: Laying =
-        Laying { line_mm: 0.45, gap_mm: 0.2, clear: Clear::Layers { beside_mm: 0.225 }, on_part: true, roof: None };
+    const HOW: Clearance = Clearance { line_mm: 0.45, gap_mm: 0.2, clear: Clear::Layers { beside_mm: 0.225 } };
 
     fn even(count: usize) -> Vec<[f64; 2]> {
         (0..count).map(|k| [0.2, 0.2].map(|h| h * k as f64)).map(|[a, b]| [a, b + 0.2]).collect()
@@ -196,7 +195,7 @@ mod tests {
             let mesh = shelf(air_mm);
             let prop = Prop { under_mm: 2.0 + air_mm, within_mm: [[-7.0, -5.0], [10.0, 5.0]], middle: false };
             let mut laid = Vec::new();
-            propped(&mut laid, &[prop], (&[&mesh], &even(60)), (&HOW, 2.5));
+            propped(&mut laid, &[prop], (&[&mesh], even(60)), 2.5);
             let with: Vec<usize> = (0..laid.len()).filter(|&k| !laid[k].lines.is_empty()).collect();
             // From the plate's top to a gap of one layer below the shelf.
             assert_eq!(with, (10..10 + layers as usize - 1).collect::<Vec<_>>(), "{layers}");
@@ -211,7 +210,7 @@ mod tests {
         // One layer of air is no place for a sheet and its gap.
         let mut none = Vec::new();
         let prop = Prop { under_mm: 2.2, within_mm: [[-7.0, -5.0], [10.0, 5.0]], middle: true };
-        propped(&mut none, &[prop], (&[&shelf(0.2)], &even(60)), (&HOW, 2.5));
+        propped(&mut none, &[prop], (&[&shelf(0.2)], even(60)), 2.5);
         assert!(none.is_empty());
     }
 
@@ -226,7 +225,7 @@ mod tests {
             let [floor, shelf] = [floor, shelf].map(|one| one.moved::<Slot>(&Rigid::shift(Vec3::zeros())));
             let prop = Prop { under_mm, within_mm: [[-10.0, -5.0], [10.0, 5.0]], middle: false };
             let mut laid = Vec::new();
-            propped(&mut laid, &[prop], (&[&floor, &shelf], &even(240)), (&HOW, 2.5));
+            propped(&mut laid, &[prop], (&[&floor, &shelf], even(240)), 2.5);
             let along = |layer: &SupportLayer| -> f64 {
                 layer.lines.iter().filter(|[a, b]| a[1] == b[1] && a[1] == 0.0).map(|[a, b]| (b[0] - a[0]).abs()).sum()
             };
@@ -255,7 +254,7 @@ mod tests {
         let laid = |middle: bool| {
             let prop = Prop { under_mm: 6.0, within_mm: [[1.0, 1.0], [2.0, 1.6]], middle };
             let mut laid = Vec::new();
-            propped(&mut laid, &[prop], (&[&lug], &even(40)), (&HOW, 2.5));
+            propped(&mut laid, &[prop], (&[&lug], even(40)), 2.5);
             laid
         };
         assert!(laid(false).is_empty());

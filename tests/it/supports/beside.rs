@@ -8,7 +8,7 @@ use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::overhang::Keels;
 use trunnion::slicing::SliceSettings;
 use trunnion::slicing::builtin::sheets;
-use trunnion::support::{Around, Clear, Graph, Grid, Laying, Method, lines, plan};
+use trunnion::support::{Around, Clear, Clearance, Cuts, Graph, Grid, Laying, Method, lines, plan};
 
 use super::judge::{Measures, Ruler, Triangle, supports};
 use super::{reference, rivals, scenes};
@@ -43,15 +43,14 @@ fn ours(meshes: &[TriangleMesh<Slot>]) -> (String, f64) {
     assert_eq!(planned.tally.over_capacity, 0);
     let count = (bounds.max.z / RULER.layer_mm).round() as usize;
     let spans: Vec<[f64; 2]> = (0..count).map(|k| [k, k + 1].map(|k| k as f64 * RULER.layer_mm)).collect();
-    let how = Laying {
+    let clearance = Clearance {
         line_mm: RULER.line_mm,
         gap_mm: RULER.layer_mm,
         clear: Clear::Layers { beside_mm: RULER.line_mm / 2.0 },
-        on_part: false,
-        roof: None,
     };
+    let how = Laying { on_part: false, roof: None };
     let around = Around { meshes: &all, keels: &Keels::default() };
-    let laid = lines(&graph, &planned.flow, &around, &spans, &how);
+    let laid = lines(&graph, &planned.flow, &Cuts::of(&around, spans, clearance), &how);
     let settings =
         SliceSettings { line_width_mm: RULER.line_mm, layer_height_mm: RULER.layer_mm, ..SliceSettings::default() };
     assert_eq!(settings.filament_mm, rivals::FILAMENT_MM);
