@@ -6,7 +6,7 @@ use crate::gcode::round_to;
 use crate::job::{Hindrance, NoPlan, PlanResult, TriedWay};
 use crate::planning::{PartDroop, Print, Slot};
 use crate::spelling::counted;
-use crate::strategy::{Terms, Way};
+use crate::strategy::{Terms, WISH, Way};
 
 /// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
 pub fn sequence(slots: &[Slot]) -> String {
@@ -95,6 +95,20 @@ pub fn ways(tried: &[TriedWay]) -> String {
         }
         let why_not = why_not.as_ref().map_or(String::new(), |why| format!(" not: {why}"));
         let _ = writeln!(out, "{}{why_not}", if *chosen { " taken" } else { "" });
+    }
+    let taken = tried.iter().find(|way| way.chosen);
+    let costs_less = |way: &&TriedWay| {
+        way.terms.is_some() && way.why_not.is_none() && taken.is_some_and(|taken| way.price_min < taken.price_min)
+    };
+    let cheaper: Vec<&str> = tried.iter().filter(costs_less).map(|way| way.way.word()).collect();
+    if let (Some(taken), false) = (taken, cheaper.is_empty()) {
+        let _ = writeln!(
+            out,
+            "{} is taken although {} costs less: another pose or a cut has to save {:.0} %; --way takes it",
+            taken.way.word(),
+            cheaper.join(" or "),
+            100.0 * (1.0 - WISH)
+        );
     }
     out
 }

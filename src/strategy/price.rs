@@ -48,9 +48,9 @@ impl Way {
         }
     }
 
-    /// Whether the model stands as in its file.
+    /// Whether the model stands as in its file, in one piece.
     pub fn wished(self) -> bool {
-        matches!(self, Self::AsDrawn | Self::Supports | Self::Cut)
+        matches!(self, Self::AsDrawn | Self::Supports)
     }
 
     /// Whether who asks for this way has `other` meant, too: supports, in whatever pose.
@@ -149,13 +149,13 @@ impl Weights {
         self.price(&Terms { minutes: (whole.minutes - layers_min).max(0.0), ..bare(whole) })
     }
 
-    /// What counts where ways are compared: its price, a twentieth more for what does not stand as it was drawn.
+    /// What counts where ways are compared: its price, a twentieth more for what does not stand as it was drawn, in one piece.
     pub fn rank(&self, way: Way, terms: &Terms) -> f64 {
         self.price(terms) * if way.wished() { 1.0 } else { 1.0 / WISH }
     }
 }
 
-/// Standing otherwise than the file has it is worth while below this share of the price.
+/// Standing otherwise than the file has it, or being cut, is worth while below this share of the price.
 pub const WISH: f64 = 0.95;
 
 /// Without what only some poses have.

@@ -427,7 +427,7 @@ impl Tries<'_> {
             return;
         }
         let least = self.least_of_a_cut();
-        if self.found.iter().any(|found| found.rank <= least) {
+        if self.found.iter().any(|found| WISH * found.rank <= least) {
             self.tried.push(TriedWay::dearer(Way::Cut, least));
             return;
         }
@@ -457,7 +457,7 @@ impl Tries<'_> {
         let incumbent = self.found.iter().map(|found| found.rank).reduce(f64::min)?;
         let Weights { setup, seam_mm2, .. } = self.weights;
         let whole = self.least_of_a_cut() - self.weights.least_of_a_cut(&Terms::default());
-        Some(CutBudget { setup_min: setup, seam_min_per_mm2: seam_mm2, most_min: incumbent - whole })
+        Some(CutBudget { setup_min: setup, seam_min_per_mm2: seam_mm2, most_min: WISH * incumbent - whole })
     }
 
     /// What cut parts cost at least: as much as the model does on supports, without these; 0 where nothing is known of it.
