@@ -19,6 +19,16 @@ pub fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
+/// "part 3 (arm)"; "part 3" alone where the file names none, and it is called by its number.
+pub fn part_named(part: usize, name: &str) -> String {
+    if name == unnamed(part) { format!("part {part}") } else { format!("part {part} ({name})") }
+}
+
+/// What a part is called to which its file gives no name.
+pub fn unnamed(part: usize) -> String {
+    format!("part-{part}")
+}
+
 fn edits(a: &str, b: &str) -> usize {
     let mut row: Vec<usize> = (0..=b.chars().count()).collect();
     for (i, one) in a.chars().enumerate() {
@@ -40,6 +50,12 @@ mod tests {
     fn so_many_numbers_or_none() {
         assert_eq!(numbers(" 12.5, -30"), Some([12.5, -30.0]));
         assert_eq!(["1", "1,2,3", "1,", "1,x", "1,inf", ""].map(numbers::<2>), [None; 6]);
+    }
+
+    #[test]
+    fn parts_have_a_name_of_their_own_or_none() {
+        let named = |name| part_named(3, name);
+        assert_eq!([named("arm"), named("part-3"), named("part-4")], ["part 3 (arm)", "part 3", "part 3 (part-4)"]);
     }
 
     #[test]

@@ -33,6 +33,7 @@ use std::collections::BTreeSet;
 
 use crate::geom::{Object, Sets};
 use crate::mesh::{BoxTree, Model, Part, TriangleMesh, may_overlap, seen_to_overlap};
+use crate::spelling::part_named;
 
 /// Gaps that are closed where nothing else is asked for, mm: CAD clearances for parts that belong together.
 pub const SNAP_MM: f64 = 0.2;
@@ -86,7 +87,7 @@ pub enum Change {
 impl Change {
     /// In a sentence; numbers and names are those of the model before.
     pub fn told(&self, model: &Model) -> String {
-        let named = |id: usize| format!("part {id} ({})", model.parts[id].name);
+        let named = |id: usize| part_named(id, &model.parts[id].name);
         match *self {
             Self::Closed { part, other, gap_mm } => {
                 format!(
@@ -126,7 +127,8 @@ pub enum FitError {
     },
     /// A negative volume that cannot be subtracted.
     #[error(
-        "part {part} ({name}): {away} cannot be subtracted ({why}); subtract it in the program that made the model"
+        "{}: {away} cannot be subtracted ({why}); subtract it in the program that made the model",
+        part_named(*part, name)
     )]
     Away {
         /// The part.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::gcode::round_to;
 use crate::job::{Hindrance, NoPlan, PlanResult, TriedWay};
 use crate::planning::{PartDroop, Print, Slot};
-use crate::spelling::counted;
+use crate::spelling::{counted, part_named};
 use crate::strategy::{Terms, WISH, Way};
 
 /// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
@@ -161,7 +161,7 @@ pub fn no_plan(no: &NoPlan) -> String {
     let mut last = None;
     for Hindrance { part, orientations, nearest } in hindrances {
         if last.replace(part) != Some(part) {
-            let _ = writeln!(out, "  part {part} ({})", no.model.model.parts[part].name);
+            let _ = writeln!(out, "  {}", part_named(part, &no.model.model.parts[part].name));
         }
         let [x, y, z] = nearest.up.map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
         let by = &nearest.blocked_by;

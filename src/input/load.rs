@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use super::source::{MachineSource, ModelSource, Source};
 use super::{BadSetting, InputError};
 use crate::assembly::cut_away;
-use crate::mesh::{Model, ReadOptions, Unit, read_model, read_project, unnamed};
+use crate::mesh::{Model, ReadOptions, Unit, read_model, read_project};
 use crate::planning::{MachineRef, ModelRef, Plan, PlanError, Print, Workpiece, sha256_hex};
 use crate::profile::{Base, Origin, Profile, check_number, resolve, resolve_over, shipped};
+use crate::spelling::unnamed;
 use crate::world::World;
 
 /// What the names of model files end in.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::orient::BadObjective;
 use crate::profile::OutOfRange;
+use crate::spelling::part_named;
 
 /// A setting of a request that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
@@ -107,7 +108,8 @@ pub enum BadSetting {
     TurnedBoxes,
     /// A part that the model cannot stand on.
     #[error(
-        "base {part}: part {part} ({name}) has no flat face that everything else is above; give the direction with up"
+        "base {part}: {} has no flat face that everything else is above; give the direction with up",
+        part_named(*part, name)
     )]
     NoBase {
         /// The part.

@@ -38,7 +38,7 @@ pub use containing::{Containing, containing};
 pub use error::{Fault, MAX_COORDINATE, MeshError, Place};
 pub use fans::{Fanned, fanned};
 pub use interface::{Facing, INTERFACE_ANGLE_DEG, INTERFACE_AREA_MM2, INTERFACE_GAP_MM, Interface, facing_across};
-pub use model::{Away, Model, Part, TABLE_GAP_MM, unnamed};
+pub use model::{Away, Model, Part, TABLE_GAP_MM};
 pub use neighbours::Neighbours;
 pub use pieces::{Piece, pieces};
 pub use read::{ReadOptions, read_model, read_project, read_surface};

@@ -8,6 +8,7 @@ use super::shells::Surface;
 use super::soup::Soup;
 use super::{ReadOptions, TriangleMesh, Unit, guess_unit, parts, winding};
 use crate::geom::{Bounds, Object, Vec3};
+use crate::spelling::{part_named, unnamed};
 
 /// A part stands on the table up to this height above the model's lowest point, mm.
 pub const TABLE_GAP_MM: f64 = 0.05;
@@ -181,7 +182,7 @@ fn hold(id: usize, beside: &[Vec<usize>], held: &mut [bool]) {
 }
 
 fn on_a_tip(part: &Part) -> String {
-    format!("part {} ({}) touches the table at an edge or corner only: 0 mm2 of contact", part.id, part.name)
+    format!("{} touches the table at an edge or corner only: 0 mm2 of contact", part_named(part.id, &part.name))
 }
 
 /// Whether a facet below `low` faces down.
@@ -242,8 +243,4 @@ fn unique(names: &mut HashMap<String, u32>, name: String) -> String {
     names.insert(name, number);
     names.insert(free.clone(), 1);
     free
-}
-/// What a part is called for which its file has no name.
-pub fn unnamed(part: usize) -> String {
-    format!("part-{part}")
 }

@@ -2,6 +2,7 @@
 
 use crate::assembly::MOST_SNAP_MM;
 use crate::motion::Pose;
+use crate::spelling::part_named;
 
 /// What a part would lay on nothing at an orientation.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +50,7 @@ pub struct Near {
 
 impl Near {
     fn told(&self) -> String {
-        format!("; the nearest is part {} ({}), {:.2} mm away", self.part, self.name, self.mm)
+        format!("; the nearest is {}, {:.2} mm away", part_named(self.part, &self.name), self.mm)
     }
 
     fn remedy(&self) -> &'static str {
@@ -69,8 +70,8 @@ pub enum Infeasible {
     },
     /// Parts that touch nothing.
     #[error(
-        "part {part} ({name}) touches neither the table nor another part that does{}; move it, or join the parts{}",
-        nearest.as_ref().map_or_else(String::new, Near::told), nearest.as_ref().map_or("", Near::remedy)
+        "{} touches neither the table nor another part that does{}; move it, or join the parts{}",
+        part_named(*part, name), nearest.as_ref().map_or_else(String::new, Near::told), nearest.as_ref().map_or("", Near::remedy)
     )]
     Floating {
         /// The first of them.
@@ -98,8 +99,9 @@ pub enum Infeasible {
     },
     /// A plan whose print would not stay standing.
     #[error(
-        "part {part} ({name}) would fall over or come off: in slot {slot}, at a tilt of {tilt_deg:.0} deg, the first layer on the table holds {factor:.2} \
-         times over (minimum 1); give it a larger footprint, print it upright, or raise [process] adhesion_mpa if the plate holds better"
+        "{} would fall over or come off: in slot {slot}, at a tilt of {tilt_deg:.0} deg, the first layer on the table holds {factor:.2} \
+         times over (minimum 1); give it a larger footprint, print it upright, or raise [process] adhesion_mpa if the plate holds better",
+        part_named(*part, name)
     )]
     Falls {
         /// The part printed then.

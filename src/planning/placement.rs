@@ -19,6 +19,7 @@ use crate::mesh::Model;
 use crate::motion::rotation_z;
 use crate::orient::Direction;
 use crate::profile::Profile;
+use crate::spelling::part_named;
 
 /// Turns of the model that are tried, degrees. Where the table turns without end only level parts care.
 const TURNS: [f64; 8] = [0.0, 90.0, 45.0, 135.0, 180.0, 270.0, 225.0, 315.0];
@@ -183,15 +184,15 @@ fn places(
 }
 
 fn nowhere(workpiece: &Workpiece<'_>, part: usize, alone: bool) -> String {
-    let name = &workpiece.model.parts[part].name;
+    let part = part_named(part, &workpiece.model.parts[part].name);
     if alone {
         format!(
-            "no place on the table keeps part {part} ({name}) and the parts before it within X, Y and Z (eight turns of the model tried); use a \
+            "no place on the table keeps {part} and the parts before it within X, Y and Z (eight turns of the model tried); use a \
              smaller model or a machine with more travel"
         )
     } else {
         format!(
-            "part {part} ({name}) leaves X, Y or Z wherever the model is placed, in every orientation that the tilt reaches (eight turns of the \
+            "{part} leaves X, Y or Z wherever the model is placed, in every orientation that the tilt reaches (eight turns of the \
              model tried)"
         )
     }

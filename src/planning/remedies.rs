@@ -15,6 +15,7 @@ use crate::geom::{Angle, Object, Rigid, Vec3};
 use crate::mesh::{Model, TriangleMesh};
 use crate::orient::Direction;
 use crate::profile::Profile;
+use crate::spelling::part_named;
 
 /// Something that would give a plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,7 +57,7 @@ const STEPS: u64 = 400_000;
 
 /// That support which somebody makes by hand would do below a part.
 pub fn support_by_hand(part: usize, name: &str) -> String {
-    format!("support part {part} ({name}) by hand, and pass --allow {part}")
+    format!("support {} by hand, and pass --allow {part}", part_named(part, name))
 }
 
 impl Wish<'_> {
@@ -232,7 +233,7 @@ impl Wish<'_> {
         let remedy = |part: usize| {
             let name = &self.workpiece.model.parts[part].name;
             let text = match self.workpiece.parts.len() {
-                1 => format!("support part {part} ({name}): --supports auto, or by hand with --allow {part}"),
+                1 => format!("support {}: --supports auto, or by hand with --allow {part}", part_named(part, name)),
                 _ => support_by_hand(part, name),
             };
             Remedy { kind: "support", amount: part as f64, text }
@@ -263,7 +264,7 @@ impl Wish<'_> {
                 let name = &model.parts[part].name;
                 let [x, y, z] = [normal.x, normal.y, normal.z].map(|v| if v.abs() < 5e-4 { 0.0 } else { v });
                 let up = [x, y, z].map(|v| format!("{}", (-v * 1e4).round() / 1e4 + 0.0)).join(",");
-                let text = format!("stand the model on part {part} ({name}): --up {up}");
+                let text = format!("stand the model on {}: --up {up}", part_named(part, name));
                 found.push(Remedy { kind: "base", amount: part as f64, text });
                 break;
             }

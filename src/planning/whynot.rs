@@ -23,6 +23,7 @@ use super::workpiece::Workpiece;
 use crate::geom::Vec3;
 use crate::orient::Direction;
 use crate::profile::Profile;
+use crate::spelling::part_named;
 
 /// Something that could be lifted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -70,10 +71,8 @@ pub(super) fn explain(
     let ways: Vec<Vec<PrintWay>> =
         directions.iter().enumerate().map(|(p, tried)| nearest_misses(&setups, p, tried)).collect();
     if let Some(part) = ways.iter().position(Vec::is_empty) {
-        let name = &workpiece.model.parts[part].name;
-        let summary = format!(
-            "part {part} ({name}) has no candidate orientation; try another --method or a larger --orient-budget"
-        );
+        let part = part_named(part, &workpiece.model.parts[part].name);
+        let summary = format!("{part} has no candidate orientation; try another --method or a larger --orient-budget");
         return Infeasible::NoPlan { summary, reasons: Vec::new(), least: true };
     }
     let mut candidates: Vec<Vec<Candidate>> = Vec::new();
@@ -275,7 +274,7 @@ fn summary(
     upright: impl Fn(usize) -> bool,
 ) -> String {
     let parts: BTreeSet<usize> = kept.iter().map(|c| c.part()).collect();
-    let named = |part: &usize| format!("part {part} ({})", workpiece.model.parts[*part].name);
+    let named = |part: &usize| part_named(*part, &workpiece.model.parts[*part].name);
     let mut text = match parts.len() {
         0 => "no order prints all parts".to_owned(),
         1 => {

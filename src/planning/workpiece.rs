@@ -5,6 +5,7 @@ use crate::mesh::{Model, TriangleMesh};
 use crate::motion::Pose;
 use crate::planning::plan::Placement;
 use crate::profile::Profile;
+use crate::spelling::part_named;
 
 /// The model's parts in the table's frame.
 pub struct Workpiece<'a> {
@@ -25,8 +26,8 @@ const STANDS_MM: f64 = 0.01;
 pub enum Misplaced {
     /// A part stands over the rim.
     #[error(
-        "part {part} ({name}) reaches {beyond_mm:.1} mm over the rim of the table's {extent}; {}scale the model, choose another machine, or split it",
-        if *parts > 1 { "print fewer of its parts at once, " } else { "" }
+        "{} reaches {beyond_mm:.1} mm over the rim of the table's {extent}; {}scale the model, choose another machine, or split it",
+        part_named(*part, name), if *parts > 1 { "print fewer of its parts at once, " } else { "" }
     )]
     OverRim {
         /// The part.

@@ -7,6 +7,7 @@ use crate::input::CheckedPlan;
 use crate::mesh::TriangleMesh;
 use crate::planning::{Obstacle, Print, turn_struck};
 use crate::section::{Section, Sections, Segment, march};
+use crate::spelling::part_named;
 
 /// Supports of one part as they are laid.
 pub(super) struct Below<'a> {
@@ -27,7 +28,7 @@ pub(super) fn stand_alone(
     standing: &[(usize, TriangleMesh<Machine>)],
     margin_mm: f64,
 ) -> Result<(), Refused> {
-    let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
+    let name = |part: usize| part_named(part, &plan.model.model.parts[part].name);
     let setups: Vec<Vec<&Print>> = plan.plan.slots.iter().flat_map(|slot| slot.setups()).collect();
     let Some((first, later)) = setups.split_first() else { return Ok(()) };
     for below in held {

@@ -15,7 +15,7 @@ use crate::geom::{Bounds, Object, Rigid, Vec3};
 use crate::input::{LoadedModel, LoadedProfile};
 use crate::mesh::{Model, Part, TriangleMesh};
 use crate::section::polygons::{Point, Region, and, or, units, wound};
-use crate::spelling::counted;
+use crate::spelling::{counted, part_named};
 use crate::world::World;
 
 /// Solids that stay together.
@@ -112,7 +112,13 @@ pub(super) fn spread(
     changes.extend(clusters.iter().zip(ups).filter_map(|(cluster, up)| {
         let (first, up) = (cluster.parts[0], (*up)?);
         let name = &model.parts[first].name;
-        Some(format!("part {first} ({name}) stands with ({:.4}, {:.4}, {:.4}) up", up.x + 0.0, up.y + 0.0, up.z + 0.0))
+        Some(format!(
+            "{} stands with ({:.4}, {:.4}, {:.4}) up",
+            part_named(first, name),
+            up.x + 0.0,
+            up.y + 0.0,
+            up.z + 0.0
+        ))
     }));
     let earlier = set.arranged.iter().flat_map(|arranged| arranged.changes.clone());
     let changes = earlier.chain(changes).collect();

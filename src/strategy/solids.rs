@@ -8,6 +8,7 @@ use super::split::{SplitOptions, SplitResult, cut_up};
 use crate::geom::{Object, Rigid, Vec3};
 use crate::input::{CheckedPlan, LoadedModel, LoadedProfile, spanning};
 use crate::mesh::{Model, TriangleMesh, threemf};
+use crate::spelling::part_named;
 use crate::split::CutBudget;
 use crate::world::World;
 
@@ -172,7 +173,7 @@ impl Pieces {
         let mut pieces = Self::default();
         let mut cut: Vec<(usize, Vec<usize>)> = Vec::new();
         for Alone { group, options } in &Alone::all(&model.model, options) {
-            let named = |part: usize| format!("part {part} ({})", model.model.parts[part].name);
+            let named = |part: usize| part_named(part, &model.model.parts[part].name);
             let parts = model.only(group);
             let [part] = group[..] else {
                 let Some(ups) = whole(&parts, (machine, options), world)? else {

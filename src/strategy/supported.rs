@@ -18,6 +18,7 @@ use crate::planning::balance::{Foot, standing};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Slot, SupportRoof};
 use crate::profile::Profile;
 use crate::section::{Point, Segment, Segments, march};
+use crate::spelling::part_named;
 use crate::support::Cuts;
 use crate::world::World;
 
@@ -122,7 +123,7 @@ pub(super) fn on_supports(
     world: &World<'_>,
 ) -> Result<(PlanResult, HeldModel), Refused> {
     let parts = &model.model.parts;
-    let named = |part: usize| format!("part {part} ({})", parts[part].name);
+    let named = |part: usize| part_named(part, &parts[part].name);
     let touching = groups(&model.model).iter().any(|group| group.len() > 1);
     let all: Vec<usize> = (0..parts.len()).collect();
     let bases = if touching { &model.model.on_table } else { &all };
@@ -424,7 +425,7 @@ fn area_of(patches: &[Patch]) -> f64 {
 
 /// Whether the supports of two parts come nearer to each other than two lines, seen from above.
 fn mixed(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), Refused> {
-    let name = |part: usize| format!("part {part} ({})", plan.model.model.parts[part].name);
+    let name = |part: usize| part_named(part, &plan.model.model.parts[part].name);
     let room_mm = 2.0 * plan.machine.profile.process.line_width_mm;
     for (place, one) in held.iter().enumerate() {
         let there = Segments::new(one.lines().collect());
