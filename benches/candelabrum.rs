@@ -5,11 +5,11 @@
 
 use divan::Bencher;
 use trunnion::mesh::{Model, ReadOptions, read_model};
-use trunnion::orient::{Multistart, Settings, Staircase};
+use trunnion::orient::{Multistart, ObjectiveSettings, Staircase};
 use trunnion::planning::{Goal, MachineRef, ModelRef, Options, PartRef, Plan, Planned, Workpiece, orientations, plan};
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, Slicer};
-use trunnion::toolpath::{Input, InputWords, Job, Segment, print_name, read_sliced, rewrite, slot_mesh};
+use trunnion::toolpath::{Input, InputWords, LabelledPrint, RewriteJob, print_name, read_sliced, rewrite, slot_mesh};
 use trunnion::trace;
 use trunnion::verify;
 use trunnion::view::{Machine, Program, Scene, Shapes};
@@ -34,8 +34,11 @@ fn model() -> Model {
 }
 
 fn planned(model: &Model, profile: &Profile) -> Planned {
-    let (goal, objective, search) =
-        (Goal::parse("bss", &Settings::default()).expect("a goal"), Staircase { layer_mm: 0.2 }, Multistart::default());
+    let (goal, objective, search) = (
+        Goal::parse("bss", &ObjectiveSettings::default()).expect("a goal"),
+        Staircase { layer_mm: 0.2 },
+        Multistart::default(),
+    );
     let options = Options::new(&goal, &objective, &search);
     let workpiece = Workpiece::place(model, &Workpiece::centred(model));
     let directions = orientations(&workpiece, &options);
@@ -95,7 +98,7 @@ impl Made {
 
     fn rewritten(&self) -> Vec<u8> {
         let workpiece = self.workpiece();
-        let segments: Vec<Segment<'_>> = self
+        let segments: Vec<LabelledPrint<'_>> = self
             .sliced
             .iter()
             .map(|bytes| read_sliced(bytes, "bench", InputWords::default()).expect("reads").remove(0))
@@ -110,7 +113,8 @@ impl Made {
                 sliced: &segment.sliced,
             })
             .collect();
-        let job = Job { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece, head: "" };
+        let job =
+            RewriteJob { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece, head: "" };
         let mut gcode = Vec::new();
         rewrite(&inputs, &job, &mut gcode).expect("rewrites");
         gcode
@@ -146,7 +150,7 @@ fn d_rewrite(bencher: Bencher<'_, '_>) {
 fn e_verify(bencher: Bencher<'_, '_>) {
     let made = Made::new();
     let (bytes, workpiece) = (made.rewritten(), made.workpiece());
-    let job = verify::Job { profile: &made.profile, plan: &made.plan, workpiece: &workpiece };
+    let job = verify::ReplayJob { profile: &made.profile, plan: &made.plan, workpiece: &workpiece };
     bencher
         .counter(divan::counter::BytesCount::new(bytes.len()))
         .bench(|| assert!(verify::verify(&bytes, &job).is_clean()));

@@ -13,7 +13,7 @@ use trunnion::mesh::{Model, ReadOptions, read_model};
 use trunnion::planning::{MachineRef, ModelRef, PartRef, Plan, Print, Slot, Workpiece};
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, Slicer};
-use trunnion::toolpath::{Input, InputWords, Job, read_sliced, rewrite, slot_mesh};
+use trunnion::toolpath::{Input, InputWords, RewriteJob, read_sliced, rewrite, slot_mesh};
 
 const BED: [f64; 2] = [250.0, 250.0];
 const MIDDLE: [f64; 2] = [BED[0] / 2.0, BED[1] / 2.0];
@@ -132,7 +132,8 @@ impl Made {
         let workpiece = Workpiece::place(&self.model, &self.plan.placement);
         let sliced = read_sliced(&self.sliced, "bench", InputWords::default()).expect("reads").remove(0).sliced;
         let input = Input { print: 0, centre_mm: MIDDLE, file: "bench", sliced: &sliced };
-        let job = Job { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece, head: "" };
+        let job =
+            RewriteJob { plan: &self.plan, plan_sha256: "", profile: &self.profile, workpiece: &workpiece, head: "" };
         rewrite(&[input], &job, sink).expect("rewrites").bytes
     }
 }

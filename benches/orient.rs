@@ -7,7 +7,7 @@
 use divan::Bencher;
 use trunnion::geom::{Object, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_surface};
-use trunnion::orient::{Certified, Facets, Found, Process, Search, Settings, objective, recommend};
+use trunnion::orient::{Certified, Facets, Found, ObjectiveSettings, Process, Search, objective, recommend};
 
 fn main() {
     if std::env::var_os("TRUNNION_MESHES").is_none() {
@@ -53,7 +53,7 @@ fn part(name: &str) -> Option<TriangleMesh<Object>> {
 }
 
 fn proved(mesh: &TriangleMesh<Object>, name: &str) -> Found {
-    let f = objective(name, &Settings::default()).expect("known");
+    let f = objective(name, &ObjectiveSettings::default()).expect("known");
     Certified { gap: goal(name), ..Certified::default() }.search(f.as_ref(), &Facets::of(mesh))
 }
 
@@ -162,7 +162,7 @@ fn support_volume_column(bencher: Bencher<'_, '_>, name: &str) {
     let scale = if name.starts_with("lump") { 1.0 } else { 100.0 };
     let points = mesh.vertices().iter().map(|v| v * scale).collect();
     let facets = Facets::of(&TriangleMesh::<Object>::new(points, mesh.facets().to_vec()));
-    let f = objective("support-volume-column", &Settings::default()).expect("known");
+    let f = objective("support-volume-column", &ObjectiveSettings::default()).expect("known");
     let up = Vec3::new(0.3, -0.4, 0.8).normalize();
     eprintln!("  {name}: {}", f.value(&facets, &up));
     bencher.bench(|| f.value(&facets, &up));
@@ -174,7 +174,7 @@ fn connectivity_ten_thousand(bencher: Bencher<'_, '_>) {
     let mesh = lump(71);
     bencher.bench(|| {
         let facets = Facets::of(&mesh);
-        let f = objective("support-volume", &Settings::default()).expect("known");
+        let f = objective("support-volume", &ObjectiveSettings::default()).expect("known");
         f.gradient(&facets, &Vec3::z())
     });
 }
@@ -183,7 +183,7 @@ fn connectivity_ten_thousand(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn support_volume_hundred_thousand(bencher: Bencher<'_, '_>) {
     let facets = Facets::of(&lump(224));
-    let settings = Settings { overhang: trunnion::geom::Angle::from_deg(0.0), ..Settings::default() };
+    let settings = ObjectiveSettings { overhang: trunnion::geom::Angle::from_deg(0.0), ..ObjectiveSettings::default() };
     let [f, yardstick] = ["support-volume", "support-volume-column"].map(|n| objective(n, &settings).expect("known"));
     for up in [Vec3::z(), Vec3::x(), Vec3::new(0.3, -0.5, 0.8).normalize(), Vec3::new(-0.6, 0.0, -0.8)] {
         let (value, wanted) = (f.value(&facets, &up), yardstick.value(&facets, &up));

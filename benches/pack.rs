@@ -17,7 +17,7 @@ use std::time::Instant;
 
 use divan::Bencher;
 use trunnion::pack::{
-    Answer, Ended, Goal, Instance, Method, Packed, Room, Solid, Turns, Watch, apart, check, fewest_runs, pack,
+    Answer, Ended, Instance, Method, PackGoal, PackSolid, Packed, Room, Turns, Watch, apart, check, fewest_runs, pack,
     pack_models,
 };
 
@@ -61,7 +61,7 @@ fn main() {
 fn timed(instance: &Instance, seconds: f64) -> Answer {
     let began = Instant::now();
     let mut asked = |_| (began.elapsed().as_secs_f64() > seconds).then_some(Ended::Time);
-    pack(instance, Goal::Runs, Method::Auto, 1, &mut Watch::new(u64::MAX, &mut asked)).expect("boxes that fit")
+    pack(instance, PackGoal::Runs, Method::Auto, 1, &mut Watch::new(u64::MAX, &mut asked)).expect("boxes that fit")
 }
 
 fn written(instance: &Instance, class: i64, boxes: usize, which: u64) {
@@ -71,18 +71,18 @@ fn written(instance: &Instance, class: i64, boxes: usize, which: u64) {
     std::fs::write(std::path::Path::new(&folder).join(name), lines.join("\n") + "\n").expect("a folder");
 }
 
-fn boats() -> [Solid; 1] {
-    [Solid::of(shapes::boat().iter(), 1.0, 200)]
+fn boats() -> [PackSolid; 1] {
+    [PackSolid::of(shapes::boat().iter(), 1.0, 200)]
 }
 
 fn bin(turns: Turns, liftable: bool) -> Room {
     Room { space_mm: [165.0, 165.0, 320.0], gap_mm: 1.0, turns, liftable }
 }
 
-fn in_the_bin(solids: &[Solid], room: &Room, steps: u64) -> Packed {
+fn in_the_bin(solids: &[PackSolid], room: &Room, steps: u64) -> Packed {
     let mut asked = |_| None;
     let mut watch = Watch::new(steps, &mut asked);
-    pack_models(solids, room, Goal::Filling, Method::Auto, true, 1, &mut watch).expect("boats that fit")
+    pack_models(solids, room, PackGoal::Filling, Method::Auto, true, 1, &mut watch).expect("boats that fit")
 }
 
 #[divan::bench(args = CLASSES, sample_count = 5)]
@@ -96,7 +96,7 @@ fn a_million_steps(bencher: Bencher<'_, '_>, class: i64) {
     let instance = generator::instance(class, 100, 1);
     bencher.bench_local(|| {
         let mut asked = |_| None;
-        pack(&instance, Goal::Runs, Method::Auto, 1, &mut Watch::new(1_000_000, &mut asked))
+        pack(&instance, PackGoal::Runs, Method::Auto, 1, &mut Watch::new(1_000_000, &mut asked))
     });
 }
 

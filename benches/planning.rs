@@ -12,7 +12,7 @@ use trunnion::fixtures::solid_box;
 use trunnion::geom::{Angle, Dir, Machine, Object, Rigid, Table, Vec3};
 use trunnion::mesh::{Model, TriangleMesh};
 use trunnion::motion::Pose;
-use trunnion::orient::{Multistart, Settings, Staircase};
+use trunnion::orient::{Multistart, ObjectiveSettings, Staircase};
 use trunnion::planning::{Goal, Head, Options, Planned, Solid, Workpiece, orientations, plan};
 use trunnion::profile::{Profile, resolve, shipped};
 
@@ -112,8 +112,11 @@ fn printable(new: &[[f64; 3]; 2], axis: usize, sign: i32, before: &[[[f64; 3]; 2
 }
 
 fn planned(model: &Model, goal: &str) -> Result<Planned, trunnion::planning::Infeasible> {
-    let (goal, objective, search) =
-        (Goal::parse(goal, &Settings::default()).expect("a goal"), Staircase { layer_mm: 0.2 }, Multistart::default());
+    let (goal, objective, search) = (
+        Goal::parse(goal, &ObjectiveSettings::default()).expect("a goal"),
+        Staircase { layer_mm: 0.2 },
+        Multistart::default(),
+    );
     let options = Options { explain: false, ..Options::new(&goal, &objective, &search) };
     let workpiece = Workpiece::place(model, &Workpiece::centred(model));
     let directions = orientations(&workpiece, &options);

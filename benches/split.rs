@@ -14,7 +14,7 @@ use trunnion::geom::{Angle, Object};
 use trunnion::mesh::{Model, TriangleMesh};
 use trunnion::planning::{OnePrint, centred};
 use trunnion::profile::{resolve, shipped};
-use trunnion::split::{Options, Split, split};
+use trunnion::split::{CutOptions, Split, split};
 
 const NAMES: [&str; 8] = ["tee", "mushroom", "hook", "bracket", "wye", "tee-pipe", "wye-pipe", "menorah"];
 
@@ -47,7 +47,7 @@ fn cut(mesh: &TriangleMesh<Object>) -> Split {
     let placement = centred(&model, &profile).expect("it stands on the table");
     let overhang = Angle::from_deg(45.0);
     let head = OnePrint::new(&profile, placement, overhang, 0.5);
-    split(mesh, &head, &Options::default(), &mut |_| true)
+    split(mesh, &head, &CutOptions::default(), &mut |_| true)
 }
 
 #[divan::bench(args = NAMES, sample_count = 3, sample_size = 1)]

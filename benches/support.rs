@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use divan::Bencher;
-use trunnion::support::{COSTS, Graph, Limits, Method, Planned, min_cost, plan};
+use trunnion::support::{COSTS, FlowLimits, FlowMethod, Graph, PlannedFlow, min_cost, plan};
 
 const NAMES: [&str; 4] = ["ring", "balls", "knot", "rings"];
 /// Units on an arc.
@@ -31,7 +31,7 @@ fn main() {
     for name in NAMES {
         let graph = graph(name);
         let _ = writeln!(said, "{name}: {:?}, {} unreachable", graph.count(), graph.unreachable.len());
-        for (method, kind) in Method::NAMED {
+        for (method, kind) in FlowMethod::NAMED {
             let began = Instant::now();
             let planned = planned(graph, kind);
             let tally = &planned.tally;
@@ -48,7 +48,7 @@ fn main() {
             );
         }
         let began = Instant::now();
-        let one = min_cost(graph, Limits::new(1, None), &mut |_| {}).0.tally(graph, 1, None).cost;
+        let one = min_cost(graph, FlowLimits::new(1, None), &mut |_| {}).0.tally(graph, 1, None).cost;
         let _ = writeln!(said, "  min-cost, capacity 1: cost {one}, {:.3} s", began.elapsed().as_secs_f64());
         if let Some(folder) = std::env::var_os("TRUNNION_ARCS") {
             let path = std::path::Path::new(&folder).join(format!("{name}.txt"));
@@ -82,7 +82,7 @@ fn memory() -> String {
     line.map_or_else(|| "unknown".to_owned(), |kilobytes| kilobytes.trim().to_owned())
 }
 
-fn planned(graph: &Graph, method: Method) -> Planned {
+fn planned(graph: &Graph, method: FlowMethod) -> PlannedFlow {
     plan(graph, method, (CAPACITY, None), 1, &mut |_| {})
 }
 
@@ -98,20 +98,20 @@ fn squares(bencher: Bencher<'_, '_>, name: &str) {
 
 #[divan::bench(args = NAMES, sample_count = 3, sample_size = 1)]
 fn push_relabel(bencher: Bencher<'_, '_>, name: &str) {
-    bencher.bench_local(|| planned(graph(name), Method::PushRelabel));
+    bencher.bench_local(|| planned(graph(name), FlowMethod::PushRelabel));
 }
 
 #[divan::bench(args = NAMES, sample_count = 3, sample_size = 1)]
 fn cheapest(bencher: Bencher<'_, '_>, name: &str) {
-    bencher.bench_local(|| planned(graph(name), Method::MinCost));
+    bencher.bench_local(|| planned(graph(name), FlowMethod::MinCost));
 }
 
 #[divan::bench(args = NAMES, sample_count = 3, sample_size = 1)]
 fn shortest_paths(bencher: Bencher<'_, '_>, name: &str) {
-    bencher.bench_local(|| planned(graph(name), Method::ShortestPaths));
+    bencher.bench_local(|| planned(graph(name), FlowMethod::ShortestPaths));
 }
 
 #[divan::bench(args = ["ring", "balls", "knot"], sample_count = 1, sample_size = 1)]
 fn auto(bencher: Bencher<'_, '_>, name: &str) {
-    bencher.bench_local(|| planned(graph(name), Method::Auto));
+    bencher.bench_local(|| planned(graph(name), FlowMethod::Auto));
 }

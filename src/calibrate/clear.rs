@@ -18,7 +18,7 @@ const ROOM_MM: f64 = 3.0;
 const STEP_DEG: f64 = 1.0;
 
 /// A profile's head, frame and bare table.
-pub struct Clear {
+pub struct ClearWay {
     table: TableKinematics,
     limits: LinearLimits,
     head: Vec<Body>,
@@ -27,7 +27,7 @@ pub struct Clear {
     reach: f64,
 }
 
-impl Clear {
+impl ClearWay {
     /// Of `profile`.
     pub fn of(profile: &Profile) -> Self {
         let slab = profile.table_slab();
@@ -151,8 +151,8 @@ mod tests {
     use super::*;
     use crate::profile::resolve;
 
-    fn clear(text: &str) -> Clear {
-        Clear::of(&resolve("m.toml", text).unwrap().0)
+    fn clear(text: &str) -> ClearWay {
+        ClearWay::of(&resolve("m.toml", text).unwrap().0)
     }
 
     #[test]

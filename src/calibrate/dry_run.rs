@@ -4,7 +4,7 @@
 //! The table is bare and the ways are looked at before they are written, as in [`visit`](super::visit): up to where the table can turn,
 //! rotation alone, tilt alone, a stop, then across and down to each place and up again.
 
-use super::clear::Clear;
+use super::clear::ClearWay;
 use super::visit::{HOVER_MM, NoVisit, Visit, Writer, turning_height};
 use crate::geom::Vec3;
 use crate::profile::Profile;
@@ -31,7 +31,7 @@ const HEAD: &str = "\
 ///
 /// [`NoVisit`] with the pose that cannot be come to without the head, the table or the frame meeting.
 pub fn dry_run(profile: &Profile, poses: &[ColdPose]) -> Result<Visit, NoVisit> {
-    let clear = Clear::of(profile);
+    let clear = ClearWay::of(profile);
     // A print may be higher than the ball that the bare table sweeps.
     let highest = poses.iter().flat_map(|pose| &pose.places).map(|place| place.z).fold(f64::NEG_INFINITY, f64::max);
     let height = turning_height(profile, &clear)?.max((highest + HOVER_MM).min(profile.limits.z_mm[1]));

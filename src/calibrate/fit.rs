@@ -2,13 +2,13 @@
 //! from one that a profile can hold.
 
 use super::chain::{UNKNOWNS, Unknown};
-use super::found::{Fit, FitOptions};
+use super::found::{ChainFit, FitOptions};
 use super::information::{Information, WORST_DEG, WORST_MM};
 use super::outliers::{settled, without_outliers};
 use super::poses;
 use super::report::Report;
 use super::solve::{Problem, units};
-use super::touches::{Candidate, Of, Shape, Touches};
+use super::touches::{ChainCandidate, Of, TouchShape, Touches};
 use crate::profile::Profile;
 
 /// What the touches do not tell.
@@ -17,7 +17,7 @@ pub struct Undetermined {
     /// Name, standard error (mm or degrees), and whether it is an angle.
     pub unknowns: Vec<(String, f64, bool)>,
     /// What to touch next, the first helping most.
-    pub next: Vec<Candidate>,
+    pub next: Vec<ChainCandidate>,
     /// A mark that is not in the file, at this place of the table's frame, which `next` needs.
     pub new_mark: Option<[f64; 2]>,
 }
@@ -38,7 +38,7 @@ pub enum NoFit {
 /// # Errors
 ///
 /// [`NoFit`].
-pub fn fit(profile: &Profile, touches: &Touches, options: &FitOptions) -> Result<Fit, NoFit> {
+pub fn fit(profile: &Profile, touches: &Touches, options: &FitOptions) -> Result<ChainFit, NoFit> {
     let nominal = profile.kinematics();
     let problem = Problem::new(&nominal, touches);
     let lever = poses::lever(profile);
@@ -66,7 +66,7 @@ fn possible(problem: &Problem<'_>, state: &[f64], settled: bool) -> Result<(), N
 /// What can be looked for: the rotation's zero only where a mark's place is known.
 fn free(problem: &Problem<'_>, start: &[f64], square: bool) -> Vec<usize> {
     let touches = problem.touches;
-    let known = |of: Of| matches!(of, Of::Feature(i) if matches!(touches.features[i].shape, Shape::Mark { known: Some(at), .. } if at[0].hypot(at[1]) > 1.0));
+    let known = |of: Of| matches!(of, Of::Feature(i) if matches!(touches.features[i].shape, TouchShape::Mark { known: Some(at), .. } if at[0].hypot(at[1]) > 1.0));
     let zero = touches.touches.iter().any(|touch| known(touch.of));
     let asked = |i: &usize| match Unknown::ALL.get(*i) {
         Some(Unknown::RotationZero) => zero,

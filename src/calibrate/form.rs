@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::touches::{Candidate, Feature, Of, Shape, Tip, TipShape};
+use super::touches::{ChainCandidate, Feature, Of, Tip, TipShape, TouchShape};
 
 /// A file to be filled in: the `tip`, the `features` and, for each of `poses`, a touch without its `at_mm`.
-pub fn form(tip: &Tip, features: &[Feature], poses: &[Candidate], [tilt, rotation]: [char; 2]) -> String {
+pub fn form(tip: &Tip, features: &[Feature], poses: &[ChainCandidate], [tilt, rotation]: [char; 2]) -> String {
     let shape = if tip.shape == TipShape::Flat { "flat" } else { "ball" };
     let mut out = format!(
         "# Touches to be made. At each: turn the table to the angles, lower the tip onto what is named, the paper between them, and write what\n\
@@ -16,11 +16,11 @@ pub fn form(tip: &Tip, features: &[Feature], poses: &[Candidate], [tilt, rotatio
     );
     for feature in features {
         let _ = match feature.shape {
-            Shape::Mark { height, known } => {
+            TouchShape::Mark { height, known } => {
                 let known = known.map_or_else(String::new, |at| format!("table_mm = {at:?}\n"));
                 write!(out, "\n[[mark]]\nname = {:?}\nheight_mm = {height:?}\n{known}", feature.name)
             }
-            Shape::Ball { radius } => {
+            TouchShape::Ball { radius } => {
                 write!(out, "\n[[ball]]\nname = {:?}\ndiameter_mm = {:?}\n", feature.name, radius * 2.0)
             }
         };

@@ -90,7 +90,7 @@ pub enum Refusal {
 
 /// The result.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub struct ChainFit {
     /// The machine with all that was looked for.
     pub chain: Chain,
     /// What is written: the best machine whose axes are where the profile has them, or the one with axes as measured.

@@ -31,12 +31,12 @@ mod touches;
 mod visit;
 
 pub use chain::{Chain, UNKNOWNS, Unknown};
-pub use clear::Clear;
+pub use clear::ClearWay;
 pub use dry_run::{ColdPose, dry_run, outermost};
 pub use fit::{NoFit, Undetermined, fit};
 pub use form::form;
-pub use found::{Bend, Deviation, Estimate, Fit, FitOptions, Outlier, Refusal};
+pub use found::{Bend, ChainFit, Deviation, Estimate, FitOptions, Outlier, Refusal};
 pub use poses::{Choice, choose};
 pub use solve::residuals;
-pub use touches::{Candidate, Feature, Of, Shape, Tip, TipShape, Touch, TouchError, Touches};
+pub use touches::{ChainCandidate, Feature, Of, Tip, TipShape, Touch, TouchError, TouchShape, Touches};
 pub use visit::{NoVisit, Visit, visit};

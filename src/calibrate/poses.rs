@@ -4,10 +4,10 @@
 //! Atkinson and A. N. Donev, *Optimum Experimental Designs*, 1992). Machine coordinates unless a name says table, mm.
 
 use super::chain::{UNKNOWNS, Unknown};
-use super::clear::Clear;
+use super::clear::ClearWay;
 use super::information::{Information, WORST_DEG, WORST_MM};
 use super::solve::{Problem, units};
-use super::touches::{Candidate, Feature, Of, Shape, Tip, TipShape, Touch, Touches};
+use super::touches::{ChainCandidate, Feature, Of, Tip, TipShape, Touch, TouchShape, Touches};
 use crate::geom::{Angle, Vec3};
 use crate::profile::Profile;
 
@@ -30,7 +30,7 @@ const TOLD: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// In the order in which they are best made.
-    pub poses: Vec<Candidate>,
+    pub poses: Vec<ChainCandidate>,
     /// The marks that they need: name and place in the table's frame, mm.
     pub marks: Vec<(String, [f64; 2])>,
     /// The standard errors that they will leave: name, mm or degrees, whether it is an angle.
@@ -41,7 +41,7 @@ pub struct Choice {
 
 /// The length, mm, at which an angle counts as much as a length: to what stands at the rim as high as that is from the middle.
 pub(super) fn lever(profile: &Profile) -> f64 {
-    std::f64::consts::SQRT_2 * Clear::of(profile).reach().max(10.0)
+    std::f64::consts::SQRT_2 * ClearWay::of(profile).reach().max(10.0)
 }
 
 /// How far from the table's middle a place is that lies `from_edge` mm inside its edge, along the table's X and Y.
@@ -83,7 +83,7 @@ pub(super) fn all_words(profile: &Profile) -> Vec<[f64; 2]> {
 
 /// Everything that can be touched on one machine.
 struct Reachable<'a> {
-    clear: Clear,
+    clear: ClearWay,
     problem: &'a Problem<'a>,
     state: &'a [f64],
     spots: Vec<[f64; 2]>,
@@ -91,7 +91,7 @@ struct Reachable<'a> {
 
 impl<'a> Reachable<'a> {
     fn of(profile: &Profile, problem: &'a Problem<'a>, state: &'a [f64]) -> Self {
-        let clear = Clear::of(profile);
+        let clear = ClearWay::of(profile);
         let half = inside(profile, RIM_MM);
         let spots = (0..16).map(|i| (std::f64::consts::FRAC_PI_8 * f64::from(i)).sin_cos());
         let spots = spots.map(|(s, c)| [half[0] * c, half[1] * s]).chain([[0.0, 0.0]]).collect();
@@ -99,14 +99,14 @@ impl<'a> Reachable<'a> {
     }
 
     /// All candidates that the head can make.
-    fn all(&self, words: &[[f64; 2]]) -> Vec<Candidate> {
+    fn all(&self, words: &[[f64; 2]]) -> Vec<ChainCandidate> {
         let top = self.clear.ball_top();
         let standing = words.iter().filter(|words| self.clear.stands(**words));
         let of_pose = |&words_deg: &[f64; 2]| {
             let tips = self.tips(words_deg);
-            tips.into_iter().map(move |(of, tip)| Candidate { of, words_deg, tip })
+            tips.into_iter().map(move |(of, tip)| ChainCandidate { of, words_deg, tip })
         };
-        let fits = |one: &Candidate| self.clear.touchable(one.words_deg, &one.tip, top.max(one.tip.z + 1.0));
+        let fits = |one: &ChainCandidate| self.clear.touchable(one.words_deg, &one.tip, top.max(one.tip.z + 1.0));
         standing.flat_map(of_pose).filter(fits).collect()
     }
 
@@ -128,11 +128,11 @@ impl<'a> Reachable<'a> {
         let mut next = || rest.next().copied().unwrap_or_default();
         for (index, feature) in self.problem.touches.features.iter().enumerate() {
             match feature.shape {
-                Shape::Mark { height, known } => {
+                TouchShape::Mark { height, known } => {
                     let [x, y] = known.unwrap_or_else(|| [next(), next()]);
                     all.push((Of::Feature(index), over(x, y, height)));
                 }
-                Shape::Ball { radius } => {
+                TouchShape::Ball { radius } => {
                     let centre = placed.point(&Vec3::new(next(), next(), next()));
                     all.extend(around(tip, radius).map(|arm| (Of::Feature(index), centre + arm)));
                 }
@@ -157,7 +157,7 @@ fn around(tip: &Tip, radius: f64) -> impl Iterator<Item = Vec3> {
 }
 
 /// The touch that a candidate would be.
-fn made(one: &Candidate) -> Touch {
+fn made(one: &ChainCandidate) -> Touch {
     Touch { number: 0, line: 0, of: one.of, words_deg: one.words_deg, at: one.tip }
 }
 
@@ -174,7 +174,7 @@ pub(super) fn next(
     information: &Information,
     state: &[f64],
     free: &[usize],
-) -> (Vec<Candidate>, Option<[f64; 2]>) {
+) -> (Vec<ChainCandidate>, Option<[f64; 2]>) {
     let unit = units(problem.length, lever(profile));
     let weight = weights(problem, &unit, |unknown| if unknown.is_angle() { WORST_DEG.to_radians() } else { WORST_MM });
     let all = Reachable::of(profile, problem, state).all(&all_words(profile));
@@ -185,7 +185,7 @@ pub(super) fn next(
     // Nothing on the table helps: a mark of its own does.
     let place = [inside(profile, MARK_MM)[0].round(), 0.0];
     let mut touches = problem.touches.clone();
-    touches.features.push(Feature { name: "new".to_owned(), shape: Shape::Mark { height: 0.0, known: None } });
+    touches.features.push(Feature { name: "new".to_owned(), shape: TouchShape::Mark { height: 0.0, known: None } });
     let with = Problem::new(problem.nominal, &touches);
     let state = [state, &place[..]].concat();
     let unit = units(with.length, lever(profile));
@@ -207,11 +207,11 @@ fn greedy(
     problem: &Problem<'_>,
     mut information: Information,
     state: &[f64],
-    all: &[Candidate],
+    all: &[ChainCandidate],
     weight: &[f64],
     most: usize,
     enough: impl Fn(&Information) -> bool,
-) -> (Vec<Candidate>, Information) {
+) -> (Vec<ChainCandidate>, Information) {
     let rows: Vec<_> = all.iter().map(|one| problem.rows(&made(one), state)).collect();
     let mut chosen: Vec<usize> = Vec::new();
     while chosen.len() < most && !enough(&information) {
@@ -236,7 +236,7 @@ pub fn choose(profile: &Profile, tip: &Tip, aim_mm: f64, most: usize, square: bo
     let [x, y] = inside(profile, MARK_MM);
     let marks = [("mark-x", [x, 0.0]), ("mark-y", [0.0, y])];
     let marks = marks.map(|(name, at)| (name.to_owned(), at.map(|v| v.round()))).to_vec();
-    let shape = Shape::Mark { height: 0.0, known: None };
+    let shape = TouchShape::Mark { height: 0.0, known: None };
     let features = marks.iter().map(|(name, _)| Feature { name: name.clone(), shape }).collect();
     let touches = Touches { tip: tip.clone(), features, touches: Vec::new(), empty: Vec::new() };
     let problem = Problem::new(&nominal, &touches);
@@ -263,8 +263,8 @@ pub fn choose(profile: &Profile, tip: &Tip, aim_mm: f64, most: usize, square: bo
 }
 
 /// Those of `marks` that are touched; the touches name them by their new places.
-fn used(poses: &mut [Candidate], marks: Vec<(String, [f64; 2])>) -> Vec<(String, [f64; 2])> {
-    let touched = |i: usize, poses: &[Candidate]| poses.iter().any(|one| one.of == Of::Feature(i));
+fn used(poses: &mut [ChainCandidate], marks: Vec<(String, [f64; 2])>) -> Vec<(String, [f64; 2])> {
+    let touched = |i: usize, poses: &[ChainCandidate]| poses.iter().any(|one| one.of == Of::Feature(i));
     let kept: Vec<usize> = (0..marks.len()).filter(|&i| touched(i, poses)).collect();
     for one in poses.iter_mut() {
         if let Of::Feature(i) = one.of {
@@ -275,8 +275,8 @@ fn used(poses: &mut [Candidate], marks: Vec<(String, [f64; 2])>) -> Vec<(String,
 }
 
 /// From level outward, tilt by tilt, the rotation going to and fro.
-fn in_order(poses: &mut [Candidate], level: f64) {
-    let from_level = |one: &Candidate| ((one.words_deg[0] - level).abs(), one.words_deg[0]);
+fn in_order(poses: &mut [ChainCandidate], level: f64) {
+    let from_level = |one: &ChainCandidate| ((one.words_deg[0] - level).abs(), one.words_deg[0]);
     poses.sort_by(|a, b| {
         let ((a0, a1), (b0, b1)) = (from_level(a), from_level(b));
         a0.total_cmp(&b0).then(a1.total_cmp(&b1)).then(a.words_deg[1].total_cmp(&b.words_deg[1]))

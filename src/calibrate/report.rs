@@ -1,11 +1,11 @@
 //! A settled state in words and numbers: errors, deviations, how far the axes are from the profile's, and what stands against writing it.
 
 use super::chain::{Chain, UNKNOWNS, Unknown};
-use super::found::{Bend, Deviation, Estimate, Fit, FitOptions, Outlier, Refusal};
+use super::found::{Bend, ChainFit, Deviation, Estimate, FitOptions, Outlier, Refusal};
 use super::outliers::{LeftOut, Linear};
 use super::poses;
 use super::solve::{Problem, Row, units};
-use super::touches::Shape;
+use super::touches::TouchShape;
 use crate::geom::{Angle, Vec3};
 use crate::motion::{Pose, TableKinematics};
 use crate::profile::Profile;
@@ -29,7 +29,7 @@ pub(super) struct Report<'a> {
 
 impl Report<'_> {
     /// The result of the state with all unknowns, and of the one whose axes are the profile's.
-    pub(super) fn of(self, state: &[f64], free: &[usize], square: &[f64], stiff: &[usize]) -> Fit {
+    pub(super) fn of(self, state: &[f64], free: &[usize], square: &[f64], stiff: &[usize]) -> ChainFit {
         let touches = self.problem.touches;
         let chain = self.problem.chain(state);
         let as_it_was = self.problem.chain(square).table();
@@ -52,7 +52,7 @@ impl Report<'_> {
             .collect();
         let refusals = self.refusals(&outliers, rms_mm, freedom, bend.as_ref());
         let places = self.places(state);
-        Fit { chain, table, misaligned, estimates, deviations, outliers, places, rms_mm, freedom, bend, refusals }
+        ChainFit { chain, table, misaligned, estimates, deviations, outliers, places, rms_mm, freedom, bend, refusals }
     }
 
     /// The unknowns with their errors, the scatter, the freedom and the deviations of one state.
@@ -114,12 +114,12 @@ impl Report<'_> {
     fn places(&self, state: &[f64]) -> Vec<(String, [f64; 3])> {
         let mut rest = state[UNKNOWNS..].iter();
         let mut next = || rest.next().copied().unwrap_or_default();
-        let mut place = |shape: Shape| match shape {
-            Shape::Mark { height, known } => {
+        let mut place = |shape: TouchShape| match shape {
+            TouchShape::Mark { height, known } => {
                 let [x, y] = known.unwrap_or_else(|| [next(), next()]);
                 [x, y, height]
             }
-            Shape::Ball { .. } => [next(), next(), next()],
+            TouchShape::Ball { .. } => [next(), next(), next()],
         };
         self.problem.touches.features.iter().map(|f| (f.name.clone(), place(f.shape))).collect()
     }

@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::chain::{Chain, Placed, UNKNOWNS};
-use super::touches::{Of, Shape, TipShape, Touch, Touches};
+use super::touches::{Of, TipShape, Touch, TouchShape, Touches};
 use crate::geom::{Angle, Vec3};
 use crate::motion::TableKinematics;
 
@@ -35,9 +35,9 @@ impl<'a> Problem<'a> {
         for feature in &touches.features {
             bases.push(length);
             length += match feature.shape {
-                Shape::Mark { known: Some(_), .. } => 0,
-                Shape::Mark { known: None, .. } => 2,
-                Shape::Ball { .. } => 3,
+                TouchShape::Mark { known: Some(_), .. } => 0,
+                TouchShape::Mark { known: None, .. } => 2,
+                TouchShape::Ball { .. } => 3,
             };
         }
         Self { nominal, touches, bases, length }
@@ -57,15 +57,15 @@ impl<'a> Problem<'a> {
             let of: Vec<&Touch> = self.touches.touches.iter().filter(|t| t.of == Of::Feature(index)).collect();
             let lift = |radius: f64| Vec3::z() * radius;
             let at = |touch: &&Touch| {
-                let below = if let Shape::Ball { radius } = feature.shape { lift(radius) } else { Vec3::zeros() };
+                let below = if let TouchShape::Ball { radius } = feature.shape { lift(radius) } else { Vec3::zeros() };
                 placed(&chain, touch.words_deg).on_table(&(touch.at - below))
             };
             let sum: Vec3 = of.iter().map(at).sum();
             let mean = sum / of.len().max(1) as f64;
             match feature.shape {
-                Shape::Mark { known: Some(_), .. } => {}
-                Shape::Mark { .. } => state[base..base + 2].copy_from_slice(&mean.as_slice()[..2]),
-                Shape::Ball { .. } => state[base..base + 3].copy_from_slice(mean.as_slice()),
+                TouchShape::Mark { known: Some(_), .. } => {}
+                TouchShape::Mark { .. } => state[base..base + 2].copy_from_slice(&mean.as_slice()[..2]),
+                TouchShape::Ball { .. } => state[base..base + 3].copy_from_slice(mean.as_slice()),
             }
         }
         state
@@ -82,8 +82,8 @@ impl<'a> Problem<'a> {
         match touch.of {
             Of::Table => vec![of.table()],
             Of::Feature(index) => match self.touches.features[index].shape {
-                Shape::Mark { height, known } => of.mark(index, height, known),
-                Shape::Ball { radius } => vec![of.ball(index, radius)],
+                TouchShape::Mark { height, known } => of.mark(index, height, known),
+                TouchShape::Ball { radius } => vec![of.ball(index, radius)],
             },
         }
     }
@@ -110,8 +110,8 @@ impl<'a> Problem<'a> {
                 Of::Table => None,
             };
             let why = match feature {
-                Some((_, Shape::Ball { .. })) if !settled => None,
-                Some((index, Shape::Ball { radius })) => {
+                Some((_, TouchShape::Ball { .. })) if !settled => None,
+                Some((index, TouchShape::Ball { radius })) => {
                     let base = self.bases[index];
                     let centre = placed.point(&Vec3::new(state[base], state[base + 1], state[base + 2]));
                     let beside = self.touches.tip.shape == TipShape::Flat && touch.at.z - centre.z < 0.5 * radius;
@@ -306,8 +306,8 @@ mod tests {
         const STEP: f64 = 1e-5;
         let mut numbers = SplitMix64::seeded(5);
         let mut near = |reach: f64| (2.0 * numbers.unit() - 1.0) * reach;
-        let mark = |known| Shape::Mark { height: 2.0, known };
-        let shapes = [mark(None), mark(Some([30.0, -20.0])), Shape::Ball { radius: 6.0 }];
+        let mark = |known| TouchShape::Mark { height: 2.0, known };
+        let shapes = [mark(None), mark(Some([30.0, -20.0])), TouchShape::Ball { radius: 6.0 }];
         let features: Vec<Feature> =
             shapes.iter().enumerate().map(|(i, &shape)| Feature { name: i.to_string(), shape }).collect();
         for name in ["generic-ac", "fibr3d"] {

@@ -81,7 +81,7 @@ impl Default for Tip {
 
 /// What a feature is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum TouchShape {
     /// A place on a surface parallel to the table's.
     Mark {
         /// Over the table's surface, mm.
@@ -102,7 +102,7 @@ pub struct Feature {
     /// Its name.
     pub name: String,
     /// What it is.
-    pub shape: Shape,
+    pub shape: TouchShape,
 }
 
 /// What was touched.
@@ -131,7 +131,7 @@ pub struct Touch {
 
 /// A touch that could be made.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Candidate {
+pub struct ChainCandidate {
     /// Of what.
     pub of: Of,
     /// The words of tilt and rotation, degrees.
@@ -326,13 +326,13 @@ impl Reader<'_> {
             for value in mark.table_mm.into_iter().flatten() {
                 self.range(spec, "table_mm", value, [-1e4, 1e4], "mm")?;
             }
-            let shape = Shape::Mark { height: mark.height_mm, known: mark.table_mm };
+            let shape = TouchShape::Mark { height: mark.height_mm, known: mark.table_mm };
             named(Feature { name: mark.name.clone(), shape }, &|why| self.wrong(spec, why))?;
         }
         for spec in balls {
             let ball = spec.get_ref();
             self.range(spec, "diameter_mm", ball.diameter_mm, [0.5, 200.0], "mm")?;
-            let shape = Shape::Ball { radius: ball.diameter_mm / 2.0 };
+            let shape = TouchShape::Ball { radius: ball.diameter_mm / 2.0 };
             named(Feature { name: ball.name.clone(), shape }, &|why| self.wrong(spec, why))?;
         }
         Ok(all)

@@ -1,13 +1,13 @@
 //! A G-code file that goes to each chosen pose, cold and slowly, and stops there above the place to be touched.
 //!
 //! Up to where the table can turn, rotation alone, tilt alone, across, straight down to [`HOVER_MM`] above the touch; then a stop, a
-//! person lowers the tip by hand. Every way and every turn is looked at before it is written ([`Clear`]). Heat, fans and filament are
+//! person lowers the tip by hand. Every way and every turn is looked at before it is written ([`ClearWay`]). Heat, fans and filament are
 //! left out; of the machine's own start lines those stay that only home and set modes.
 
 use std::fmt::Write as _;
 
-use super::clear::Clear;
-use super::touches::Candidate;
+use super::clear::ClearWay;
+use super::touches::ChainCandidate;
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Firmware, ManualStepper};
 use crate::geom::Vec3;
@@ -53,8 +53,8 @@ impl std::fmt::Display for NoVisit {
 /// # Errors
 ///
 /// [`NoVisit`] with the pose that cannot be come to without the head, the table or the frame meeting.
-pub fn visit(profile: &Profile, poses: &[Candidate], names: &[String]) -> Result<Visit, NoVisit> {
-    let clear = Clear::of(profile);
+pub fn visit(profile: &Profile, poses: &[ChainCandidate], names: &[String]) -> Result<Visit, NoVisit> {
+    let clear = ClearWay::of(profile);
     let height = turning_height(profile, &clear)?;
     let (tilt, rotation) = (profile.kinematics.tilt.letter, profile.kinematics.rotation.letter);
     let head = format!(
@@ -92,7 +92,7 @@ pub fn visit(profile: &Profile, poses: &[Candidate], names: &[String]) -> Result
 }
 
 /// The height of the tip at which the table may turn, mm.
-pub(super) fn turning_height(profile: &Profile, clear: &Clear) -> Result<f64, NoVisit> {
+pub(super) fn turning_height(profile: &Profile, clear: &ClearWay) -> Result<f64, NoVisit> {
     let height = (clear.ball_top() + HOVER_MM + profile.transition.clearance_mm).min(profile.limits.z_mm[1]);
     if clear.passes_anywhere(height) {
         return Ok(height);

@@ -6,7 +6,7 @@ use super::args::Slice as Verb;
 use super::requests::outputs;
 use super::{Console, Failure};
 use crate::document;
-use crate::job::{self, CheckedPlan, FileError, OutputFile, Prints, SliceRequest, Spot};
+use crate::job::{self, CheckedPlan, FileError, OutputFile, Prints, ProjectSpot, SliceRequest};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let world = console.world();
@@ -65,7 +65,7 @@ impl Places {
     fn claim(
         args: &Verb,
         loaded: &CheckedPlan,
-        (names, spots, projects): (&[String], &[Spot], usize),
+        (names, spots, projects): (&[String], &[ProjectSpot], usize),
     ) -> Result<Self, Failure> {
         let configs = args.slicing.slicer_config.iter().map(PathBuf::as_path);
         let mut outputs = outputs([args.plan.as_path()].into_iter().chain(loaded.inputs()).chain(configs));

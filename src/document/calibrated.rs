@@ -40,7 +40,7 @@ pub fn poses(done: &PosesResult) -> Value {
         crate::calibrate::Of::Table => "table",
         crate::calibrate::Of::Feature(index) => &*done.choice.marks[index].0,
     };
-    let pose = |one: &crate::calibrate::Candidate| {
+    let pose = |one: &crate::calibrate::ChainCandidate| {
         json!({
             "of": of(one.of), "tilt_deg": one.words_deg[0], "rotation_deg": one.words_deg[1],
             "near_mm": one.tip.as_slice(),

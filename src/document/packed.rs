@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::job::{PackResult, Piece, Plate};
-use crate::pack::{Ended, Goal};
+use crate::pack::{Ended, PackGoal};
 
 /// `trunnion pack`. `origin_mm` is where the file's origin comes, or a box's low corner, turned by `turn_deg` about `axis`;
 /// `lift_order` and `locked` are places in `items`.
@@ -31,13 +31,13 @@ pub fn packed(done: &PackResult) -> Value {
     let left = |(name, count): &(String, usize)| json!({"model": name, "copies": count});
     let mut all = json!({
         "plates": done.plates.iter().enumerate().map(plate).collect::<Vec<_>>(),
-        "runs": done.plates.len(), "lower_bound": if done.goal == Goal::Runs { done.bound as u64 } else { 1 },
-        "goal": if done.goal == Goal::Runs { "runs" } else { "filling" },
+        "runs": done.plates.len(), "lower_bound": if done.goal == PackGoal::Runs { done.bound as u64 } else { 1 },
+        "goal": if done.goal == PackGoal::Runs { "runs" } else { "filling" },
         "ended": ended, "interrupted": done.interrupted(), "method": done.method,
         "space_mm": done.space_mm, "gap_mm": done.gap_mm, "clearance_mm": done.clearance_mm,
         "left_out": done.left_out.iter().map(left).collect::<Vec<_>>(), "seconds": done.seconds,
     });
-    if done.goal == Goal::Filling {
+    if done.goal == PackGoal::Filling {
         all["value"] = json!(done.value);
         all["value_upper_bound"] = json!(done.bound);
     }

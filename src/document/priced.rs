@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::geom::Vec3;
-use crate::orient::{Priced, Process, Recommendation, Role, Runner, to_angles};
+use crate::orient::{PoseRole, Priced, Process, Recommendation, Runner, to_angles};
 
 /// Adds the recommendation to a result's document.
 pub(super) fn recommendation(made: &Recommendation, process: &Process, document: &mut Value) {
@@ -76,12 +76,12 @@ pub fn reasons(made: &Recommendation) -> Vec<String> {
     all
 }
 
-fn pose_of(role: Role) -> &'static str {
+fn pose_of(role: PoseRole) -> &'static str {
     match role {
-        Role::LeastSupport => "the pose with the least support",
-        Role::Flattest => "the flattest pose",
-        Role::Lowest => "the lowest pose",
-        Role::BestSurface => "the pose with the best surface",
+        PoseRole::LeastSupport => "the pose with the least support",
+        PoseRole::Flattest => "the flattest pose",
+        PoseRole::Lowest => "the lowest pose",
+        PoseRole::BestSurface => "the pose with the best surface",
     }
 }
 

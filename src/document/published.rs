@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::job::PublishResult;
-use crate::publish::Figures;
+use crate::publish::UploadFigures;
 
 /// `trunnion publish`: what is there, what we say of it and what the server shows by now. No key is in it.
 pub fn published(done: &PublishResult) -> Value {
@@ -14,6 +14,6 @@ pub fn published(done: &PublishResult) -> Value {
     })
 }
 
-fn figures(of: &Figures) -> Value {
+fn figures(of: &UploadFigures) -> Value {
     json!({"seconds_print": of.seconds, "filament_mm": of.filament_mm, "layers": of.layers})
 }

@@ -15,7 +15,7 @@ use crate::job::{
 use crate::mesh::Model;
 use crate::orient::{Priced, Process, Recommendation, Stop, to_angles};
 use crate::planning::balance::DOUBTFUL;
-use crate::publish::Figures;
+use crate::publish::UploadFigures;
 use crate::spelling::counted;
 use crate::verify::{JointRoom, Report, Standing};
 
@@ -248,7 +248,7 @@ pub fn published(done: &PublishResult) -> String {
     let mut out =
         format!("{}: {name} {how}, {bytes} bytes, the same as here (sha256 {sha256:.12}..){started}\n", to.kind);
     for (who, figures) in [("stated", stated), ("shown there", &delivered.shown)] {
-        let Figures { seconds, filament_mm, layers } = figures;
+        let UploadFigures { seconds, filament_mm, layers } = figures;
         let known = [
             seconds.map(|s| format!("about {:.0} min", s / 60.0)),
             filament_mm.map(|mm| format!("{:.2} m of filament", mm / 1000.0)),

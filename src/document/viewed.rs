@@ -11,7 +11,7 @@ use crate::motion::AxisRange;
 use crate::planning::Plan;
 use crate::trace::Zone;
 use crate::verify::SURVEYED_MM;
-use crate::view::{self, Hull, Piece, Place, Program};
+use crate::view::{self, DrawnPose, Hull, Piece, Program};
 
 /// The page that shows `of`, complete.
 pub fn page(of: &PreviewResult) -> String {
@@ -158,7 +158,7 @@ fn prints(plan: &Plan) -> Vec<Value> {
     plan.prints().chain(supports).map(|(slot, print)| json!([print.part, slot])).collect()
 }
 
-fn place(place: &Place) -> Value {
+fn place(place: &DrawnPose) -> Value {
     let state = &place.state;
     let zone = match state.zone {
         Zone::Start => "start",

@@ -1,17 +1,17 @@
 //! What of a profile a price needs.
 
 use super::LoadedProfile;
-use crate::orient::{Process, Settings};
+use crate::orient::{ObjectiveSettings, Process};
 use crate::profile::SliceSettings;
 
 /// What a machine's process is for a price, with the overhang that stands by itself everywhere else.
 pub(crate) fn process_of(machine: &LoadedProfile) -> Process {
     let print = &machine.profile.process;
-    process(print, &Settings { layer_mm: print.layer_height_mm, ..Settings::default() })
+    process(print, &ObjectiveSettings { layer_mm: print.layer_height_mm, ..ObjectiveSettings::default() })
 }
 
 /// What of a profile's process a price needs.
-pub(crate) fn process(print: &SliceSettings, settings: &Settings) -> Process {
+pub(crate) fn process(print: &SliceSettings, settings: &ObjectiveSettings) -> Process {
     Process {
         layer_mm: settings.layer_mm,
         line_mm: print.line_width_mm,

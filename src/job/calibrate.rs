@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::{BadSetting, Error, LoadedProfile, MachineSource, Source, World, load_profile};
 use crate::calibrate::{
-    Choice, Feature, Fit, FitOptions, NoFit, Of, Refusal, Shape, Tip, TipShape, Touches, Undetermined, Unknown, Visit,
-    choose, fit, form, visit,
+    ChainFit, Choice, Feature, FitOptions, NoFit, Of, Refusal, Tip, TipShape, TouchShape, Touches, Undetermined,
+    Unknown, Visit, choose, fit, form, visit,
 };
 use crate::profile::{Profile, TiltAxisName};
 
@@ -31,7 +31,7 @@ pub struct CalibrateResult {
     /// Their file, as given.
     pub file: String,
     /// The fit.
-    pub fit: Fit,
+    pub fit: ChainFit,
     /// By how much axes may be elsewhere before they are written, mm.
     allowed_mm: f64,
     /// Why no profile can hold the result, if none can.
@@ -337,7 +337,7 @@ pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, E
     if choice.poses.is_empty() {
         return Err(Error::NoTouches { profile: machine.name.clone() });
     }
-    let shape = Shape::Mark { height: 0.0, known: None };
+    let shape = TouchShape::Mark { height: 0.0, known: None };
     let features: Vec<Feature> = choice.marks.iter().map(|(name, _)| Feature { name: name.clone(), shape }).collect();
     let letters = [profile.kinematics.tilt.letter, profile.kinematics.rotation.letter];
     let form = form(&tip, &features, &choice.poses, letters);

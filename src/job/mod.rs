@@ -58,7 +58,7 @@ pub use crate::strategy::{
     Listed, NoPlan, NoWay, PlaceRequest, PlanOptions, PlanRequest, PlanResult, Refused, SplitOptions, SplitRequest,
     SplitResult, Standing, SupportForm, Supporting, TriedWay, Uncut, WaysOut, allowed, plan, sequences, split,
 };
-pub use crate::toolpath::{Bed, Spot};
+pub use crate::toolpath::{Bed, ProjectSpot};
 pub(crate) use crate::world::interrupts;
 pub use crate::world::{
     Bar, Clock, Disk, FileError, Files, Installed, NoSlicer, OutputFile, Outputs, OwnPorts, OwnWeb, Ports, Progress,

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
 use crate::strategy::{Models, PlannedSomehow, SetUp, Way, arranged, planned_somehow};
-use crate::toolpath::{Input, Segment, SlicedError};
+use crate::toolpath::{Input, LabelledPrint, SlicedError};
 
 /// A model and a machine, and how to bring them together.
 #[derive(Clone, Debug)]
@@ -264,7 +264,7 @@ fn timed<T>(seconds: &mut f64, world: &World<'_>, act: impl FnOnce() -> T) -> T 
 
 /// One print a file.
 fn rewrite_all(sliced: &[Vec<u8>], prints: &Prints, plan: &PlanResult, world: &World<'_>) -> Result<Written, Error> {
-    let mut segments: Vec<Segment<'_>> = Vec::new();
+    let mut segments: Vec<LabelledPrint<'_>> = Vec::new();
     for (bytes, name) in sliced.iter().zip(&prints.names) {
         let found = read_prints(bytes, name, &plan.plan.machine.profile)?;
         segments.push(found.into_iter().next().ok_or_else(|| SlicedError::NoExtrusion { file: name.clone() })?);

@@ -15,8 +15,8 @@ use crate::profile::Profile;
 use crate::strategy;
 use crate::strategy::holding::support_solids;
 use crate::trace;
-use crate::verify::{Job, Report, Room, rooms, verify};
-use crate::view::{Machine, Packed, Program, Scene, Shapes};
+use crate::verify::{HeadRoom, ReplayJob, Report, rooms, verify};
+use crate::view::{Machine, PackedScene, Program, Scene, Shapes};
 
 /// What is to be looked at.
 #[derive(Clone, Debug)]
@@ -76,11 +76,11 @@ pub struct PreviewResult {
     /// What verification says of the program.
     pub report: Option<Report>,
     /// What room the head has to what it does not print on, by runs of moves; empty without a program, and for one of very many moves.
-    pub rooms: Vec<Room>,
+    pub rooms: Vec<HeadRoom>,
     /// What is drawn.
     pub scene: Scene,
     /// The same, compressed.
-    pub packed: Packed,
+    pub packed: PackedScene,
     /// What verification took.
     pub seconds_verify: f64,
     /// What the scene took.
@@ -129,7 +129,7 @@ fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<Pre
     let bar = world.progress.begin("verifying", 2);
     let start = world.clock.now();
     let workpiece = plan.workpiece();
-    let job = Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece };
+    let job = ReplayJob { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece };
     let report = verify(&bytes, &job);
     let seconds_verify = (world.clock.now() - start).as_secs_f64();
     bar.at(1);
@@ -161,7 +161,7 @@ pub fn show(
         return Err(Error::NoMoves { file: file.to_owned() });
     }
     let workpiece = plan.workpiece();
-    let job = Job { profile, plan: &plan.plan, workpiece: &workpiece };
+    let job = ReplayJob { profile, plan: &plan.plan, workpiece: &workpiece };
     let pack = || Program::of(&trace, program, &profile.kinematics(), profile.dialect.extruder);
     let looked_at = trace.len() <= MOST_LOOKED_AT;
     let (packed, rooms) = rayon::join(pack, || if looked_at { rooms(&trace, &job) } else { Vec::new() });

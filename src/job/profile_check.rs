@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use super::{Error, LoadedProfile, MachineSource, World, load_profile};
-use crate::calibrate::Clear;
+use crate::calibrate::ClearWay;
 use crate::geom::{Angle, Vec3};
 use crate::motion::{Pose, TableKinematics, TiltAbout};
 use crate::profile::{BodyKind, Profile};
@@ -64,7 +64,7 @@ pub struct CheckedProfile {
 pub fn check_profile(from: &MachineSource, world: &World<'_>) -> Result<CheckedProfile, Error> {
     let machine = load_profile(from, world)?;
     let profile = &machine.profile;
-    let clear = Clear::of(profile);
+    let clear = ClearWay::of(profile);
     let tilts: Vec<Tilted> = words(profile).into_iter().map(|word| tilted(profile, &clear, word)).collect();
     let half_mm = half(profile);
     let (largest_level_mm, largest_any_mm) = (level(profile, half_mm), any(profile, half_mm));
@@ -118,7 +118,7 @@ fn half(profile: &Profile) -> f64 {
     (half - table.keep_out_mm).max(0.0)
 }
 
-fn tilted(profile: &Profile, clear: &Clear, word: f64) -> Tilted {
+fn tilted(profile: &Profile, clear: &ClearWay, word: f64) -> Tilted {
     let table = profile.kinematics();
     let motion = table.forward(pose(profile, word));
     let at = |q: &Vec3| motion.rotation * q + motion.translation;

@@ -8,7 +8,8 @@ use super::{Error, LoadedProfile, Verified, World};
 use crate::gcode::marks::{Hint, hint};
 use crate::planning::sha256_hex;
 use crate::publish::{
-    Address, Answer, Ask, Delivered, Delivery, Figures, Fingerprint, Key, Trouble, Web, deliver, file_name,
+    Ask, Delivered, Delivery, Fingerprint, Key, ServerAddress, ServerAnswer, Trouble, UploadFigures, Web, deliver,
+    file_name,
 };
 
 /// A program and where it goes.
@@ -21,7 +22,7 @@ pub struct PublishRequest<'a> {
     /// The machine that it was proved for; `None` for an unverified program, whose firmware nobody knows.
     pub machine: Option<&'a LoadedProfile>,
     /// The server.
-    pub to: &'a Address,
+    pub to: &'a ServerAddress,
     /// What opens it.
     pub key: Option<&'a Key>,
     /// What the file is called there; `None`: as here.
@@ -40,7 +41,7 @@ pub struct PublishRequest<'a> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PublishResult {
     /// The server.
-    pub to: Address,
+    pub to: ServerAddress,
     /// The file's name there.
     pub name: String,
     /// Its size.
@@ -50,7 +51,7 @@ pub struct PublishResult {
     /// Whether a replay has proved it.
     pub verified: bool,
     /// What we say that it takes; nothing but layers where there was no replay.
-    pub stated: Figures,
+    pub stated: UploadFigures,
     /// What became of it.
     pub delivered: Delivered,
     /// What that took, s.
@@ -73,7 +74,7 @@ pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<Publis
     file_name(&name)?;
     let (file, report) = (request.program.program(), request.program.report());
     let is_layer = |line: &&[u8]| line.strip_prefix(b";").and_then(hint) == Some(Hint::Layer);
-    let stated = Figures {
+    let stated = UploadFigures {
         seconds: report.map(|report| report.seconds_print),
         filament_mm: report.map(|report| report.filament_mm),
         layers: Some(file.split(|b| *b == b'\n').filter(is_layer).count() as u64),
@@ -113,8 +114,8 @@ pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<Publis
 /// # Errors
 ///
 /// [`Error::PublishInput`].
-pub fn server_address(text: &str, world: &World<'_>) -> Result<Address, Error> {
-    Ok(Address::parse(text)?.reached_by(world.web)?)
+pub fn server_address(text: &str, world: &World<'_>) -> Result<ServerAddress, Error> {
+    Ok(ServerAddress::parse(text)?.reached_by(world.web)?)
 }
 
 fn sha1_hex(bytes: &[u8]) -> String {
@@ -140,7 +141,7 @@ pub fn server_key(file: Option<&Path>, environment: Option<&str>, world: &World<
 struct Waiting<'a>(&'a World<'a>);
 
 impl Web for Waiting<'_> {
-    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<Answer, Trouble> {
+    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<ServerAnswer, Trouble> {
         self.0.web.ask(ask, sent)
     }
 

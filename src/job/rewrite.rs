@@ -9,8 +9,8 @@ use crate::pictures::thumbnails;
 use crate::profile::Profile;
 use crate::strategy::holding::{CENTRE_MM, LayError, all_supports};
 use crate::toolpath::{
-    Bed, BoxMismatch, Input, InputWords, Job, Moved, RewriteError, Segment, SlicedPrint, Spot, check_box, find_moved,
-    read_sliced, rewrite as rewritten, slot_mesh,
+    Bed, BoxMismatch, Input, InputWords, LabelledPrint, Moved, ProjectSpot, RewriteError, RewriteJob, SlicedPrint,
+    check_box, find_moved, read_sliced, rewrite as rewritten, slot_mesh,
 };
 use crate::trace::totals;
 
@@ -95,7 +95,11 @@ pub fn is_finished(file: &Source, plan: &CheckedPlan, world: &World<'_>) -> Resu
 }
 
 /// The prints of a sliced file.
-pub(super) fn read_prints<'a>(bytes: &'a [u8], file: &'a str, profile: &'a Profile) -> Result<Vec<Segment<'a>>, Error> {
+pub(super) fn read_prints<'a>(
+    bytes: &'a [u8],
+    file: &'a str,
+    profile: &'a Profile,
+) -> Result<Vec<LabelledPrint<'a>>, Error> {
     let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow, supports: false };
     Ok(read_sliced(bytes, file, words)?)
 }
@@ -131,7 +135,7 @@ impl Written {
         let workpiece = plan.workpiece();
         let (profile, plan_sha256) = (&plan.machine.profile, &plan.sha256);
         let pictures = if profile.dialect.thumbnails { thumbnails(&workpiece) } else { String::new() };
-        let job = Job { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece, head: &pictures };
+        let job = RewriteJob { plan: &plan.plan, plan_sha256, profile, workpiece: &workpiece, head: &pictures };
         // An eighth more than was read: a buffer that grows by copies would need room for two of itself.
         let mut gcode = Vec::with_capacity(expected + expected / 8);
         let made = rewritten(&inputs, &job, &mut gcode)?;
@@ -153,7 +157,7 @@ impl Written {
 struct Assigned<'a> {
     print: usize,
     source: usize,
-    segment: &'a Segment<'a>,
+    segment: &'a LabelledPrint<'a>,
     /// Whether it comes from a project with all prints side by side.
     in_project: bool,
 }
@@ -187,7 +191,7 @@ impl<'a> Assigned<'a> {
     fn placed(
         &self,
         request: &RewriteRequest<'_>,
-        (prints, spots): (&Prints, Option<&[Spot]>),
+        (prints, spots): (&Prints, Option<&[ProjectSpot]>),
         file: &str,
     ) -> Result<Placed<'a>, Error> {
         let (plan, bed) = (request.plan, &request.bed);
@@ -235,7 +239,7 @@ fn tell_moved(assigned: &[Assigned<'_>], placed: &[Placed<'_>], world: &World<'_
     }
 }
 
-fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<Segment<'a>>]) -> Result<Vec<Assigned<'a>>, Error> {
+fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<LabelledPrint<'a>>]) -> Result<Vec<Assigned<'a>>, Error> {
     let only = request.plan.prints().count() == 1;
     let mut found = Vec::new();
     for (source, segments) in all.iter().enumerate() {

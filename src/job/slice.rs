@@ -13,7 +13,7 @@ use crate::slicing::{
     Adhesion, Flaw, SliceJob, Sliced, Slicer, SlicerChoice, WindowBed, below_middles, project_settings,
 };
 use crate::strategy::adhesion;
-use crate::toolpath::{Bed, SlotMesh, Spot, layout, print_name, slot_mesh};
+use crate::toolpath::{Bed, ProjectSpot, SlotMesh, layout, print_name, slot_mesh};
 
 /// How to slice.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,7 +109,7 @@ impl Prints {
     /// # Errors
     ///
     /// [`Error::OffBed`] for a print that the bed does not hold, and [`Error::Setting`] for a bed that cannot be.
-    pub fn spots(&self) -> Result<Vec<Spot>, Error> {
+    pub fn spots(&self) -> Result<Vec<ProjectSpot>, Error> {
         check_bed(&self.bed)?;
         Ok(layout(&sizes(&self.meshes), &self.bed)?)
     }
@@ -117,7 +117,12 @@ impl Prints {
     /// The projects for PrusaSlicer's window that these spots make, each made when it is asked for: an object a print, to be printed
     /// one by one, with all settings. Where there is only one, `script` (the whole line, without the file) is run over what the slicer
     /// makes of it.
-    pub fn projects(&self, plan: &CheckedPlan, spots: &[Spot], script: &str) -> impl ExactSizeIterator<Item = Vec<u8>> {
+    pub fn projects(
+        &self,
+        plan: &CheckedPlan,
+        spots: &[ProjectSpot],
+        script: &str,
+    ) -> impl ExactSizeIterator<Item = Vec<u8>> {
         let (table, workpiece) = (plan.machine.profile.kinematics(), plan.workpiece());
         let prints: Vec<&Print> = plan.prints().map(|(_, print)| print).collect();
         let tallest = self.meshes.iter().map(|m| m.mesh.bounds().max.z).fold(0.0, f64::max);

@@ -13,8 +13,8 @@ use crate::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
 use crate::spelling::{counted, nearest, numbers};
 use crate::strategy::grid::{OUTSIDE_MM, fitting, grid_over};
 use crate::support::{
-    Around, Bare, Bars, Braced, Build, Built, Ceiling, Clear, Clearance, Count, Cover, Cuts, Flow, Graph, Grid, Laying,
-    Method, Planned, Roof, Structure, bare, braced, build, held, lines, longest_free_mm, plan, sheets,
+    Around, Bare, Bars, Braced, Build, Built, Ceiling, Clear, Clearance, Count, Cover, Cuts, Flow, FlowMethod, Graph,
+    Grid, Laying, PlannedFlow, Roof, Structure, bare, braced, build, held, lines, longest_free_mm, plan, sheets,
 };
 use crate::view::Drawing;
 
@@ -112,7 +112,7 @@ pub struct SupportResult {
     /// The method.
     pub method: &'static str,
     /// The flow.
-    pub planned: Planned,
+    pub planned: PlannedFlow,
     /// The supports.
     pub built: Built,
     /// What of the overhanging area they hold.
@@ -337,7 +337,7 @@ fn layer_mm(gap_mm: f64) -> f64 {
     if gap_mm < 0.5 * LAYER_MM { LAYER_MM } else { gap_mm / (gap_mm / LAYER_MM).round().min(MOST_IN_GAP) }
 }
 
-fn checked(options: &SupportOptions) -> Result<(Method, &'static str), BadSetting> {
+fn checked(options: &SupportOptions) -> Result<(FlowMethod, &'static str), BadSetting> {
     BadSetting::within("step", options.step_mm, " mm", [0.05, 100.0])?;
     BadSetting::within("overhang", options.overhang_deg, " deg", [1.0, 89.0])?;
     BadSetting::within("capacity", f64::from(options.capacity), "", [1.0, 1000.0])?;
@@ -357,7 +357,7 @@ fn checked(options: &SupportOptions) -> Result<(Method, &'static str), BadSettin
         BadSetting::within("space", length, " mm", [options.step_mm, 1e5])?;
     }
     BadSetting::direction("up", options.up.into())?;
-    named("method", &options.method, &Method::NAMED)
+    named("method", &options.method, &FlowMethod::NAMED)
 }
 
 /// Whether model and supports go into a file of this name, or supports alone.

@@ -3,7 +3,7 @@
 use super::{CheckedPlan, Error, Source, TriedWay, World};
 use crate::gcode::marks::made_by;
 use crate::spelling::counted;
-use crate::verify::{Job, Report, verify as replay};
+use crate::verify::{ReplayJob, Report, verify as replay};
 
 /// A finished program and the plan it was made by.
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +61,8 @@ pub fn verify(request: &VerifyRequest<'_>, world: &World<'_>) -> Result<VerifyRe
 pub(super) fn replayed(program: Vec<u8>, plan: &CheckedPlan, world: &World<'_>) -> VerifyResult {
     let start = world.clock.now();
     let workpiece = plan.workpiece();
-    let report = replay(&program, &Job { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
+    let report =
+        replay(&program, &ReplayJob { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
     VerifyResult { report, seconds: (world.clock.now() - start).as_secs_f64(), program }
 }
 

@@ -47,7 +47,7 @@ pub use program::{Boundary, BoundaryKind, LARGEST_FILE, Program, ProgramError, P
 pub(crate) use protocol::Accounting;
 pub use protocol::Protocol;
 pub use reentry::{Reentry, ReentryError};
-pub use reply::{Busy, Reply, Room, Status, Temperatures, Wording};
+pub use reply::{BufferRoom, Busy, Reply, Status, Temperatures, Wording};
 pub use retreat::{Heaters, Retreat, Turning};
 pub use sender::{AfterStop, Counts, Notice, Outcome, Sender, StopReason, StopWatch};
 pub use settings::SenderSettings;

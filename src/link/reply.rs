@@ -49,7 +49,7 @@ pub struct Status {
 
 /// `P15 B3` of Marlin's ADVANCED_OK, true at the moment in which the `ok` was said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Room {
+pub struct BufferRoom {
     /// Blocks that the planner still takes.
     pub planner: usize,
     /// Commands that the queue still takes; the one that is answered is still in it.
@@ -66,7 +66,7 @@ pub enum Reply {
         /// Whether it carries temperatures, as only the answer to M105 does.
         report: Option<Temperatures>,
         /// `P` and `B`.
-        room: Option<Room>,
+        room: Option<BufferRoom>,
     },
     /// An `ok` that carries the answer to M115, as Klipper's does.
     OkIdentity(String),
@@ -171,7 +171,7 @@ fn printer(text: &str) -> Reply {
         }
         let number = word(rest, 'N');
         let count = |letter| word(rest, letter).and_then(|n| usize::try_from(n).ok());
-        let room = count('P').zip(count('B')).map(|(planner, commands)| Room { planner, commands });
+        let room = count('P').zip(count('B')).map(|(planner, commands)| BufferRoom { planner, commands });
         return Reply::Ok { number, report: temperatures(rest), room };
     }
     if let Some(rest) = text.strip_prefix("Resend:").or_else(|| text.strip_prefix("rs ")) {

@@ -233,7 +233,7 @@ fn cap(face: usize, middle: [f64; 2], half: f64) -> Cap {
 mod tests {
     use super::*;
     use crate::orient::sphere::lattice;
-    use crate::orient::{Height, Settings, Staircase, objective};
+    use crate::orient::{Height, ObjectiveSettings, Staircase, objective};
 
     #[test]
     fn cells_cover_the_sphere_and_lie_in_their_caps() {
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn what_has_no_bound_gets_none() {
         let facets = Facets::with(vec![Vec3::z()], vec![1.0], vec![Vec3::zeros()]);
-        let negative = objective("2*height+-1*alexander", &Settings::default()).unwrap();
+        let negative = objective("2*height+-1*alexander", &ObjectiveSettings::default()).unwrap();
         assert_eq!(Certified::default().search(negative.as_ref(), &facets).lower_bound, None);
     }
 }

@@ -165,7 +165,7 @@ mod tests {
     use crate::geom::SplitMix64;
     use crate::orient::sphere::lattice;
     use crate::orient::ties::standing;
-    use crate::orient::{Search, Settings, objective};
+    use crate::orient::{ObjectiveSettings, Search, objective};
 
     const LAYER: f64 = 0.2;
 
@@ -226,7 +226,8 @@ mod tests {
         let mut numbers = Numbers(SplitMix64::seeded(17));
         for (facets, least) in solids().iter().zip([700.0, 79.0, 150.0]) {
             for name in ["-1*height", "height", "staircase"] {
-                let f = objective(name, &Settings { layer_mm: LAYER, ..Settings::default() }).unwrap();
+                let f =
+                    objective(name, &ObjectiveSettings { layer_mm: LAYER, ..ObjectiveSettings::default() }).unwrap();
                 let anywhere = Certified::of(f.as_ref()).search(f.as_ref(), facets);
                 let known = standing(f.as_ref(), facets, &anywhere.minima, least, LAYER);
                 let best = known.minima[0];
@@ -249,7 +250,7 @@ mod tests {
             }
         }
         // What would be best anywhere stands on nothing.
-        let (facets, f) = (&solids()[0], objective("-1*height", &Settings::default()).unwrap());
+        let (facets, f) = (&solids()[0], objective("-1*height", &ObjectiveSettings::default()).unwrap());
         let best = standing(f.as_ref(), facets, &[], 700.0, LAYER).minima[0];
         let bound = proved_standing(f.as_ref(), facets, &best, (700.0, LAYER), 400_000).lower_bound.unwrap();
         assert!((-31.5..=-30.0).contains(&bound), "a box of 20 x 30 x 60 on its sides: {bound}");

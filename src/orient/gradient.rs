@@ -11,7 +11,7 @@ use crate::geom::Vec3;
 
 /// Which descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub enum GradientMethod {
     /// Quasi-Newton after Broyden, Fletcher, Goldfarb and Shanno; an update that would lose convexity is left out.
     Bfgs,
     /// Conjugate gradients after Polak and Ribiere, never negative.
@@ -24,7 +24,7 @@ pub enum Method {
 #[derive(Clone, Copy, Debug)]
 pub struct Descent {
     /// Which descent.
-    pub method: Method,
+    pub method: GradientMethod,
     /// From here; the best of 32 even directions where none is given.
     pub start: Option<Vec3>,
     /// Evaluations at most; value and gradient at one place count as one.
@@ -33,7 +33,7 @@ pub struct Descent {
 
 impl Descent {
     /// A descent by `method` with its usual budget, its start chosen.
-    pub fn by(method: Method) -> Self {
+    pub fn by(method: GradientMethod) -> Self {
         Self { method, start: None, budget: 2000 }
     }
 }
@@ -54,9 +54,9 @@ const TRIED: usize = 32;
 impl Search for Descent {
     fn name(&self) -> &'static str {
         match self.method {
-            Method::Bfgs => "bfgs",
-            Method::ConjugateGradient => "cg",
-            Method::NewtonCg => "newton-cg",
+            GradientMethod::Bfgs => "bfgs",
+            GradientMethod::ConjugateGradient => "cg",
+            GradientMethod::NewtonCg => "newton-cg",
         }
     }
 
@@ -78,7 +78,7 @@ type M2 = nalgebra::Matrix2<f64>;
 
 /// A place in the touching plane with its value and gradient there.
 #[derive(Clone, Copy)]
-struct Footing {
+struct FirstLayer {
     x: V2,
     up: Vec3,
     value: f64,
@@ -95,14 +95,14 @@ impl Plane {
         Self { centre, axes: tangents(&centre) }
     }
 
-    fn look(&self, trial: &mut Trial<'_>, x: V2) -> Footing {
+    fn look(&self, trial: &mut Trial<'_>, x: V2) -> FirstLayer {
         let far = self.centre + self.axes[0] * x.x + self.axes[1] * x.y;
         let length = far.norm();
         let up = far / length;
         let (value, gradient) = trial.both(&up);
         let gradient = gradient.unwrap_or_else(|| differences(trial, &up));
         let gradient = V2::new(gradient.dot(&self.axes[0]), gradient.dot(&self.axes[1])) / length;
-        Footing { x, up, value, gradient }
+        FirstLayer { x, up, value, gradient }
     }
 }
 
@@ -115,7 +115,7 @@ fn differences(trial: &mut Trial<'_>, up: &Vec3) -> Vec3 {
 }
 
 /// Descends from `start` with at most about `budget` evaluations; where it ended, and why.
-pub(super) fn follow(trial: &mut Trial<'_>, method: Method, start: Vec3, budget: usize) -> (Minimum, Stop) {
+pub(super) fn follow(trial: &mut Trial<'_>, method: GradientMethod, start: Vec3, budget: usize) -> (Minimum, Stop) {
     let until = trial.spent() + budget;
     let mut plane = Plane::at(start.normalize());
     let mut at = plane.look(trial, V2::zeros());
@@ -162,17 +162,17 @@ struct Memory {
 }
 
 impl Memory {
-    fn direction(&mut self, method: Method, plane: &Plane, trial: &mut Trial<'_>, at: &Footing) -> V2 {
+    fn direction(&mut self, method: GradientMethod, plane: &Plane, trial: &mut Trial<'_>, at: &FirstLayer) -> V2 {
         let down = -at.gradient;
         let plain = down * (FIRST_STEP / at.gradient.norm());
         let step = match method {
-            Method::Bfgs => self.inverse.map(|h| h * down),
-            Method::ConjugateGradient => self.last.map(|(gradient, step)| {
+            GradientMethod::Bfgs => self.inverse.map(|h| h * down),
+            GradientMethod::ConjugateGradient => self.last.map(|(gradient, step)| {
                 let beta = at.gradient.dot(&(at.gradient - gradient)) / gradient.norm_squared();
                 let turned = down + step * beta.max(0.0);
                 turned * (self.inverse.map_or(1.0, |h| h.trace() / 2.0))
             }),
-            Method::NewtonCg => newton(plane, trial, at),
+            GradientMethod::NewtonCg => newton(plane, trial, at),
         };
         let step = step.filter(|s| s.dot(&at.gradient) < -1e-6 * s.norm() * at.gradient.norm()).unwrap_or(plain);
         self.last =
@@ -181,7 +181,7 @@ impl Memory {
     }
 
     /// The BFGS update of the inverse.
-    fn learn(&mut self, from: &Footing, to: &Footing) {
+    fn learn(&mut self, from: &FirstLayer, to: &FirstLayer) {
         let (s, y) = (to.x - from.x, to.gradient - from.gradient);
         let sy = s.dot(&y);
         if sy <= 1e-12 * s.norm() * y.norm() {
@@ -194,7 +194,7 @@ impl Memory {
 }
 
 /// Newton's step, curvatures by forward differences of the gradient; `None` where the surface is not convex.
-fn newton(plane: &Plane, trial: &mut Trial<'_>, at: &Footing) -> Option<V2> {
+fn newton(plane: &Plane, trial: &mut Trial<'_>, at: &FirstLayer) -> Option<V2> {
     let mut column = |e: V2| (plane.look(trial, at.x + e * DIFFERENCE).gradient - at.gradient) / DIFFERENCE;
     let (a, b) = (column(V2::x()), column(V2::y()));
     let hessian = M2::new(a.x, 0.5 * (a.y + b.x), 0.5 * (a.y + b.x), b.y);
@@ -205,10 +205,10 @@ fn newton(plane: &Plane, trial: &mut Trial<'_>, at: &Footing) -> Option<V2> {
 
 /// A step that falls enough and does not end where it still falls steeply (Wolfe's conditions, 1e-4 and 0.9), by halving
 /// at the parabola's bottom and by doubling. `None` where no step falls.
-fn search(trial: &mut Trial<'_>, plane: &Plane, at: &Footing, step: V2, until: usize) -> Option<Footing> {
+fn search(trial: &mut Trial<'_>, plane: &Plane, at: &FirstLayer, step: V2, until: usize) -> Option<FirstLayer> {
     let slope = at.gradient.dot(&step);
     let (mut low, mut high, mut share) = (0.0f64, f64::INFINITY, 1.0f64);
-    let mut best: Option<Footing> = None;
+    let mut best: Option<FirstLayer> = None;
     while trial.spent() < until && share * step.norm() > LAST_STEP {
         let tried = plane.look(trial, at.x + step * share);
         if tried.value > at.value + 1e-4 * share * slope {
@@ -243,7 +243,8 @@ mod tests {
     use crate::mesh::TriangleMesh;
     use crate::orient::{Cost, NormalZ, Smoothing, Supported};
 
-    const ALL: [Method; 3] = [Method::Bfgs, Method::ConjugateGradient, Method::NewtonCg];
+    const ALL: [GradientMethod; 3] =
+        [GradientMethod::Bfgs, GradientMethod::ConjugateGradient, GradientMethod::NewtonCg];
 
     #[test]
     fn each_finds_the_smallest_eigenvector_in_few_evaluations() {

@@ -1,6 +1,6 @@
 //! Searches by name, and all minima of an objective by any of them.
 
-use super::gradient::Method;
+use super::gradient::GradientMethod;
 use super::{
     Certified, Descent, DifferentialEvolution, Direct, Facets, Found, Grid, Mmls, Multistart, NelderMead, Objective,
     Search, Starts,
@@ -24,7 +24,7 @@ pub const METHODS: [&str; 10] = [
 /// and `seed` for those that draw; `None` for a name that is none of [`METHODS`].
 pub fn method(name: &str, objective: &dyn Objective, budget: Option<usize>, seed: u64) -> Option<Box<dyn Search>> {
     let or = |own: usize| budget.unwrap_or(own);
-    let descent = |method: Method| {
+    let descent = |method: GradientMethod| {
         let usual = Descent::by(method);
         Box::new(Descent { budget: or(usual.budget), ..usual })
     };
@@ -38,13 +38,17 @@ pub fn method(name: &str, objective: &dyn Objective, budget: Option<usize>, seed
             Box::new(Mmls { budget: or(usual.budget), seed, ..usual })
         }
         "multistart" => {
-            let usual =
-                Multistart { from: Starts::LatinHypercube, descent: Some(Method::Bfgs), seed, ..Multistart::default() };
+            let usual = Multistart {
+                from: Starts::LatinHypercube,
+                descent: Some(GradientMethod::Bfgs),
+                seed,
+                ..Multistart::default()
+            };
             Box::new(Multistart { budget: (or(usual.budget * usual.starts) / usual.starts).max(3), ..usual })
         }
-        "bfgs" => descent(Method::Bfgs),
-        "cg" => descent(Method::ConjugateGradient),
-        "newton-cg" => descent(Method::NewtonCg),
+        "bfgs" => descent(GradientMethod::Bfgs),
+        "cg" => descent(GradientMethod::ConjugateGradient),
+        "newton-cg" => descent(GradientMethod::NewtonCg),
         "nelder-mead" => {
             let usual = NelderMead::default();
             Box::new(NelderMead { budget: or(usual.budget), ..usual })

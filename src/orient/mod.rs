@@ -58,17 +58,18 @@ pub use directions::{Direction, directions};
 pub use enough::proved_standing;
 pub use evolution::DifferentialEvolution;
 pub use facets::{Facet, Facets, Mass, Normals};
-pub use gradient::{Descent, Method};
+pub use gradient::{Descent, GradientMethod};
 pub use grid::Grid;
 pub use methods::{METHODS, method, minima};
 pub use mmls::Mmls;
 pub use multistart::{Multistart, Starts};
-pub use names::{BadObjective, OBJECTIVES, Settings, named, nearest, objective};
+pub use names::{BadObjective, OBJECTIVES, ObjectiveSettings, named, nearest, objective};
 pub use nelder_mead::NelderMead;
 pub use normals::{NormalZ, OverhangAngle};
 pub use objective::{Height, Objective, Proof, Staircase, SupportArea};
 pub use printable::{
-    Footing, Laid, PRINTABLE, Priced, Printable, Process, Recommendation, Role, Runner, STANDS_DEG, Supports, recommend,
+    FirstLayer, Laid, PRINTABLE, PoseRole, Priced, Printable, Process, Recommendation, Runner, STANDS_DEG, Supports,
+    recommend,
 };
 pub use sight::{Alexander, Cost, FIELD_FACETS, Smoothing, Supported};
 pub use sphere::{from_angles, to_angles};

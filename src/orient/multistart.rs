@@ -8,7 +8,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::evolution::latin;
-use super::gradient::{Method, follow};
+use super::gradient::{GradientMethod, follow};
 use super::nelder_mead::descend;
 use super::sphere::{from_angles, lattice, tangents};
 use super::trial::Trial;
@@ -27,7 +27,7 @@ pub struct Multistart {
     /// Where they start.
     pub from: Starts,
     /// Down the gradient, and by a simplex where a kink ends that; a direct search where there is none.
-    pub descent: Option<Method>,
+    pub descent: Option<GradientMethod>,
 }
 
 /// Where a multistart starts.
@@ -91,7 +91,7 @@ impl Search for Multistart {
 
 impl Multistart {
     /// Down the gradient, the last part by a simplex.
-    fn descend(&self, trial: &mut Trial<'_>, method: Method, start: Vec3) -> (Minimum, Stop) {
+    fn descend(&self, trial: &mut Trial<'_>, method: GradientMethod, start: Vec3) -> (Minimum, Stop) {
         let before = trial.spent();
         let (low, stop) = follow(trial, method, start, self.budget * 2 / 3);
         let left = self.budget.saturating_sub(trial.spent() - before);

@@ -28,7 +28,7 @@ pub const OBJECTIVES: [&str; 14] = [
 
 /// What the named objectives are set to.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings {
+pub struct ObjectiveSettings {
     /// Layer height of `staircase`, mm.
     pub layer_mm: f64,
     /// Overhangs up to this angle from the vertical cost nothing in `overhang-angle` and `support-volume-convex`.
@@ -49,7 +49,7 @@ pub struct Settings {
     pub penalty_mm: f64,
 }
 
-impl Default for Settings {
+impl Default for ObjectiveSettings {
     fn default() -> Self {
         Self {
             layer_mm: 0.2,
@@ -99,7 +99,7 @@ pub enum BadObjective {
 ///
 /// [`BadObjective`] for an unknown name (with the nearest), a weight that is not a finite number, and weights that sum
 /// to 0.
-pub fn objective(text: &str, settings: &Settings) -> Result<Box<dyn Objective>, BadObjective> {
+pub fn objective(text: &str, settings: &ObjectiveSettings) -> Result<Box<dyn Objective>, BadObjective> {
     let words: Vec<&str> = text.split('+').map(str::trim).collect();
     if let [word] = words[..]
         && !word.contains('*')
@@ -120,7 +120,7 @@ pub fn objective(text: &str, settings: &Settings) -> Result<Box<dyn Objective>, 
     Ok(Box::new(WeightedSum { text: text.to_owned(), terms }))
 }
 
-fn plain(name: &str, settings: &Settings) -> Result<Box<dyn Objective>, BadObjective> {
+fn plain(name: &str, settings: &ObjectiveSettings) -> Result<Box<dyn Objective>, BadObjective> {
     let smoothing =
         Smoothing { overhang: settings.overhang, carrying: settings.carrying, k: settings.k, w: settings.w };
     let supported = |cost| Box::new(Supported { cost, smoothing, resolution_mm: settings.resolution_mm });
@@ -161,7 +161,7 @@ fn plain(name: &str, settings: &Settings) -> Result<Box<dyn Objective>, BadObjec
 
 /// The objective called `name`, overhangs at 45 degrees; `None` for a name that this version does not know.
 pub fn named(name: &str, layer_mm: f64) -> Option<Box<dyn Objective>> {
-    plain(name, &Settings { layer_mm, ..Settings::default() }).ok()
+    plain(name, &ObjectiveSettings { layer_mm, ..ObjectiveSettings::default() }).ok()
 }
 
 /// The one of `known` nearest to `wanted` by edits (Levenshtein), the earlier of two as near; empty for none.
@@ -176,13 +176,13 @@ mod tests {
     #[test]
     fn every_name_makes_its_objective() {
         for name in OBJECTIVES {
-            assert_eq!(objective(name, &Settings::default()).unwrap().name(), name);
+            assert_eq!(objective(name, &ObjectiveSettings::default()).unwrap().name(), name);
         }
     }
 
     #[test]
     fn bad_words_are_named_with_a_remedy() {
-        let text = |word: &str| objective(word, &Settings::default()).err().unwrap().to_string();
+        let text = |word: &str| objective(word, &ObjectiveSettings::default()).err().unwrap().to_string();
         assert!(text("staircas").starts_with("objective `staircas` is unknown; did you mean staircase? known are "));
         assert!(text("weighted-normal").contains("did you mean weighted-normal-z?"));
         assert_eq!(

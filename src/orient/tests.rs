@@ -65,7 +65,7 @@ fn gradients_agree_with_central_differences() {
     const STEP: f64 = 1e-5;
     let facets = stone();
     for name in OBJECTIVES.into_iter().chain(["0.7*height+2*normal-z"]) {
-        let f = objective(name, &Settings::default()).unwrap();
+        let f = objective(name, &ObjectiveSettings::default()).unwrap();
         if f.gradient(&facets, &Vec3::z()).is_none() {
             assert!(matches!(name, "contact-area" | "support-volume-column"), "{name}");
             continue;

@@ -3,7 +3,7 @@
 
 use super::printable::planes;
 use super::trial::Trial;
-use super::{Facets, Footing, Found, Minimum, Objective, SAME_MINIMUM, Staircase, distinct, nelder_mead};
+use super::{Facets, FirstLayer, Found, Minimum, Objective, SAME_MINIMUM, Staircase, distinct, nelder_mead};
 use crate::geom::Vec3;
 
 /// Of the planes on which a part lies so many are tried, those with the largest footprint first.
@@ -30,7 +30,7 @@ fn lying(facets: &Facets, layer_mm: f64) -> Vec<Lying> {
 
 /// The area of the part's footprint, mm².
 pub(super) fn footprint(facets: &Facets, up: &Vec3, layer_mm: f64) -> f64 {
-    Footing::of(facets, facets.mass(), up, layer_mm).area_mm2
+    FirstLayer::of(facets, facets.mass(), up, layer_mm).area_mm2
 }
 
 /// `found` with the one first that a person would take of all that tie with the best ([`Objective::tie`]): with the largest footprint

@@ -81,13 +81,13 @@ impl<'a> Local<'a> for LocalSum<'a> {
 mod tests {
     use super::*;
     use crate::fixtures::hook;
-    use crate::orient::{Certified, Search, Settings, objective};
+    use crate::orient::{Certified, ObjectiveSettings, Search, objective};
 
     #[test]
     fn a_sum_adds_raw_values_and_gradients() {
         let facets = Facets::with(vec![Vec3::x(), -Vec3::x()], vec![2.0, 3.0], vec![Vec3::zeros(), Vec3::x() * 4.0]);
         let up = Vec3::new(0.6, 0.0, 0.8);
-        let sum = objective("2*height + 0.5*normal-z", &Settings::default()).unwrap();
+        let sum = objective("2*height + 0.5*normal-z", &ObjectiveSettings::default()).unwrap();
         assert!((sum.value(&facets, &up) - (2.0 * 4.0 * 0.6 + 0.5 * 2.0 * 0.36)).abs() < 1e-12);
         let wanted = (Vec3::x() * 8.0 + Vec3::x() * (0.5 * 4.0 * 0.6)).dot(&Vec3::new(0.8, 0.0, -0.6));
         let got = sum.gradient(&facets, &up).unwrap();
@@ -99,7 +99,7 @@ mod tests {
     fn a_negative_weight_has_a_bound_and_the_gap_closes() {
         let facets = Facets::of(&hook().parts[0].1);
         let diagonal = Vec3::new(40.0, 10.0, 60.0).norm();
-        let highest = objective("-1*height", &Settings::default()).unwrap();
+        let highest = objective("-1*height", &ObjectiveSettings::default()).unwrap();
         let found = Certified::default().search(highest.as_ref(), &facets);
         assert!((found.minima[0].value + diagonal).abs() < 1e-9 * diagonal, "{:?}", found.minima[0]);
         let lower = found.lower_bound.unwrap();
@@ -109,10 +109,10 @@ mod tests {
     #[test]
     fn what_has_no_upper_bound_is_named() {
         let facets = Facets::of(&hook().parts[0].1);
-        let sum = objective("2*height+-1*support-volume-column", &Settings::default()).unwrap();
+        let sum = objective("2*height+-1*support-volume-column", &ObjectiveSettings::default()).unwrap();
         assert!(sum.local(&facets).is_none());
         let why = sum.unproved(&facets).unwrap();
         assert!(why.starts_with("support-volume-column has no upper bound in this version"), "{why}");
-        assert_eq!(objective("height+-0.1*staircase", &Settings::default()).unwrap().unproved(&facets), None);
+        assert_eq!(objective("height+-0.1*staircase", &ObjectiveSettings::default()).unwrap().unproved(&facets), None);
     }
 }

@@ -7,7 +7,7 @@
 
 use super::instance::Turns;
 use super::obb::{ObbTree, Pose, turned_about};
-use super::solid::{Put, Room, Solid};
+use super::solid::{PackSolid, Put, Room};
 use super::watch::Watch;
 use crate::geom::{Bounds, Mat3, SplitMix64, Vec3};
 
@@ -27,14 +27,14 @@ struct Piece {
 }
 
 struct Scene<'a> {
-    solids: &'a [Solid],
+    solids: &'a [PackSolid],
     room: &'a Room,
     trees: Vec<ObbTree>,
     pieces: Vec<Piece>,
 }
 
 /// `start`, all of one run, with as many more pieces in it as find a way.
-pub(super) fn annealed(solids: &[Solid], room: &Room, start: &[Put], seed: u64, watch: &mut Watch<'_>) -> Vec<Put> {
+pub(super) fn annealed(solids: &[PackSolid], room: &Room, start: &[Put], seed: u64, watch: &mut Watch<'_>) -> Vec<Put> {
     let mut scene = Scene::of(solids, room, start);
     let mut numbers = SplitMix64::seeded(seed);
     let mut best = scene.value();
@@ -54,7 +54,7 @@ pub(super) fn annealed(solids: &[Solid], room: &Room, start: &[Put], seed: u64, 
 }
 
 impl<'a> Scene<'a> {
-    fn of(solids: &'a [Solid], room: &'a Room, start: &[Put]) -> Self {
+    fn of(solids: &'a [PackSolid], room: &'a Room, start: &[Put]) -> Self {
         let trees = solids.iter().map(|solid| ObbTree::of(&solid.facets)).collect();
         let mut scene = Self { solids, room, trees, pieces: Vec::new() };
         let [x, y, z] = room.space_mm;

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use super::solid::{Put, Room, Solid};
+use super::solid::{PackSolid, Put, Room};
 use crate::geom::{Bounds, Vec3};
 
 /// What distances may fall short by, mm: rounding of coordinates, far below any print.
@@ -38,7 +38,7 @@ pub enum Clash {
 /// # Errors
 ///
 /// The first [`Clash`].
-pub fn apart(solids: &[Solid], room: &Room, put: &[Put]) -> Result<Option<f64>, Clash> {
+pub fn apart(solids: &[PackSolid], room: &Room, put: &[Put]) -> Result<Option<f64>, Clash> {
     let mut bodies: Vec<Body> = Vec::new();
     let mut known: HashMap<(usize, [u64; 9]), usize> = HashMap::new();
     let mut least = f64::INFINITY;
@@ -256,8 +256,8 @@ mod tests {
 
     #[test]
     fn what_is_near_outside_or_inside_is_found() {
-        let cube = Solid::of([&solid_box(Vec3::zeros(), Vec3::repeat(10.0))], 1.0, 2);
-        let small = Solid::of([&solid_box(Vec3::zeros(), Vec3::repeat(1.0))], 1.0, 1);
+        let cube = PackSolid::of([&solid_box(Vec3::zeros(), Vec3::repeat(10.0))], 1.0, 2);
+        let small = PackSolid::of([&solid_box(Vec3::zeros(), Vec3::repeat(1.0))], 1.0, 1);
         let room = Room { space_mm: [40.0; 3], gap_mm: 1.0, turns: Turns::None, liftable: false };
         let at =
             |model, x: f64, y: f64| Put { run: 0, model, copy: 0, turn: Mat3::identity(), shift: Vec3::new(x, y, 0.0) };

@@ -6,7 +6,7 @@ use super::instance::{Instance, Placed};
 
 /// What is wrong with a packing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Fault {
+pub enum PackFault {
     /// A box that there is not.
     #[error("box {0} is placed but does not exist")]
     Unknown(usize),
@@ -32,28 +32,28 @@ pub enum Fault {
 /// # Errors
 ///
 /// The fault.
-pub fn check(instance: &Instance, placed: &[Placed], all: bool) -> Result<(), Fault> {
+pub fn check(instance: &Instance, placed: &[Placed], all: bool) -> Result<(), PackFault> {
     let mut seen = vec![false; instance.items.len()];
     for p in placed {
-        let known = seen.get_mut(p.item).ok_or(Fault::Unknown(p.item))?;
+        let known = seen.get_mut(p.item).ok_or(PackFault::Unknown(p.item))?;
         if std::mem::replace(known, true) {
-            return Err(Fault::Twice(p.item));
+            return Err(PackFault::Twice(p.item));
         }
         if !instance.turns.sizes(instance.items[p.item].size).contains(&p.size) {
-            return Err(Fault::Size(p.item));
+            return Err(PackFault::Size(p.item));
         }
         if (0..3).any(|k| p.at[k] < 0 || p.at[k] + p.size[k] > instance.space[k]) {
-            return Err(Fault::Outside(p.item));
+            return Err(PackFault::Outside(p.item));
         }
     }
     if let Some(missing) = seen.iter().position(|&seen| !seen).filter(|_| all) {
-        return Err(Fault::Missing(missing));
+        return Err(PackFault::Missing(missing));
     }
     for (i, a) in placed.iter().enumerate() {
         for b in placed[..i].iter().filter(|b| b.run == a.run) {
             let before = |a: &Placed, b: &Placed, k: usize| a.at[k] + a.size[k] + instance.gap <= b.at[k];
             if !(0..3).any(|k| before(a, b, k) || before(b, a, k)) {
-                return Err(Fault::Near(b.item, a.item));
+                return Err(PackFault::Near(b.item, a.item));
             }
         }
     }

@@ -2,8 +2,8 @@
 //! its boxes comes to a corner of those that lie there, sunk from there as far as it goes.
 
 use super::covering::covering;
-use super::instance::{Goal, Triple};
-use super::solid::{Put, Room, Solid};
+use super::instance::{PackGoal, Triple};
+use super::solid::{PackSolid, Put, Room};
 use super::watch::Watch;
 use crate::geom::{Mat3, Vec3};
 
@@ -22,9 +22,9 @@ struct Shape {
 
 /// All models in runs, or one run with what fits of them by falling value.
 pub(super) fn by_coverings(
-    solids: &[Solid],
+    solids: &[PackSolid],
     room: &Room,
-    goal: Goal,
+    goal: PackGoal,
     seed: u64,
     watch: &mut Watch<'_>,
 ) -> Option<Vec<Put>> {
@@ -45,8 +45,8 @@ pub(super) fn by_coverings(
     let mut order: Vec<(usize, usize)> =
         (0..solids.len()).flat_map(|model| (0..solids[model].copies).map(move |copy| (model, copy))).collect();
     let key = |(model, _): &(usize, usize)| match goal {
-        Goal::Runs => solids[*model].volume_mm3,
-        Goal::Filling => solids[*model].value / solids[*model].volume_mm3,
+        PackGoal::Runs => solids[*model].volume_mm3,
+        PackGoal::Filling => solids[*model].value / solids[*model].volume_mm3,
     };
     order.sort_by(|a, b| key(b).total_cmp(&key(a)).then(a.cmp(b)));
     let mut put = Vec::new();
@@ -56,7 +56,7 @@ pub(super) fn by_coverings(
         for (model, copy) in order {
             let place = if full[model] { None } else { best_place(&shapes[model], &lying, &space, watch) };
             if watch.ended_early() {
-                return (goal == Goal::Filling).then_some(put);
+                return (goal == PackGoal::Filling).then_some(put);
             }
             let Some((index, at)) = place else {
                 full[model] = true;
@@ -68,7 +68,7 @@ pub(super) fn by_coverings(
             let corner = Vec3::from(at.map(|units| units as f64 / UNITS));
             put.push(Put { run, model, copy, turn: shape.turn, shift: corner - shape.low });
         }
-        if left.is_empty() || goal == Goal::Filling {
+        if left.is_empty() || goal == PackGoal::Filling {
             break;
         }
         if put.len() == before {
@@ -79,7 +79,7 @@ pub(super) fn by_coverings(
     Some(put)
 }
 
-fn shape(solid: &Solid, turn: Mat3, gap: i64, seed: u64) -> Shape {
+fn shape(solid: &PackSolid, turn: Mat3, gap: i64, seed: u64) -> Shape {
     let facets = solid.turned(&turn);
     let bounds = solid.bounds(&turn);
     let up = |mm: f64| (mm * UNITS - 1e-3).ceil() as i64;

@@ -158,12 +158,12 @@ fn clustered(cells: &[[i32; 3]], boxes: &[CellBox]) -> Vec<CellBox> {
 mod tests {
     use super::*;
     use crate::fixtures::solid_box;
-    use crate::pack::Solid;
+    use crate::pack::PackSolid;
 
     fn ell() -> Vec<[Vec3; 3]> {
         let long = solid_box(Vec3::zeros(), Vec3::new(40.0, 10.0, 10.0));
         let high = solid_box(Vec3::zeros(), Vec3::new(10.0, 10.0, 40.0));
-        Solid::of([&long, &high], 1.0, 1).facets
+        PackSolid::of([&long, &high], 1.0, 1).facets
     }
 
     #[test]

@@ -84,7 +84,7 @@ pub struct Placed {
 
 /// What is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Goal {
+pub enum PackGoal {
     /// All boxes in the least number of runs.
     Runs,
     /// The most value in one run.
@@ -111,7 +111,7 @@ pub struct Answer {
     pub placed: Vec<Placed>,
     /// Runs that have something in them.
     pub runs: usize,
-    /// [`Goal::Runs`]: no packing has fewer runs. [`Goal::Filling`]: none has more value.
+    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value.
     pub bound: f64,
     /// Why the search ended.
     pub ended: Ended,

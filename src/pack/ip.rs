@@ -12,7 +12,7 @@ use microlp::{
 };
 
 use super::check::check;
-use super::instance::{Goal, Instance, Placed, Triple};
+use super::instance::{Instance, PackGoal, Placed, Triple};
 use super::watch::Watch;
 
 /// Nodes of the solver's tree between two questions whether to go on.
@@ -44,7 +44,7 @@ pub(super) struct Solved {
 /// The program of one instance (drawn out, every box fits).
 struct Model<'a> {
     instance: &'a Instance,
-    goal: Goal,
+    goal: PackGoal,
     sizes: Vec<Vec<Triple>>,
     /// Runs beside each other, in the model of the least number.
     runs: usize,
@@ -62,7 +62,7 @@ struct Model<'a> {
 /// Looks for something better than `start`, near it or everywhere.
 pub(super) fn solve(
     instance: &Instance,
-    goal: Goal,
+    goal: PackGoal,
     start: &[Placed],
     bound: f64,
     near: Option<Near>,
@@ -98,13 +98,13 @@ pub(super) fn solve(
 }
 
 impl<'a> Model<'a> {
-    fn of(instance: &'a Instance, goal: Goal, runs: usize, bound: f64) -> Self {
+    fn of(instance: &'a Instance, goal: PackGoal, runs: usize, bound: f64) -> Self {
         let direction = match goal {
-            Goal::Runs => OptimizationDirection::Minimize,
-            Goal::Filling => OptimizationDirection::Maximize,
+            PackGoal::Runs => OptimizationDirection::Minimize,
+            PackGoal::Filling => OptimizationDirection::Maximize,
         };
         let mut problem = Problem::new(direction);
-        let filling = goal == Goal::Filling;
+        let filling = goal == PackGoal::Filling;
         let sizes = instance.sizes();
         let most = instance.items.iter().map(|item| item.value).fold(f64::MIN_POSITIVE, f64::max);
         let at = sizes.iter().map(|_| [(); 3].map(|()| problem.add_var(0.0, (0.0, 1.0)))).collect();
@@ -287,15 +287,15 @@ impl<'a> Model<'a> {
     fn read(&self, outcome: &SolveOutcome, start: &[Placed]) -> Solved {
         let proved = outcome.is_optimal();
         let most = self.instance.items.iter().map(|item| item.value).fold(f64::MIN_POSITIVE, f64::max);
-        let scale = if self.goal == Goal::Filling { most } else { 1.0 };
+        let scale = if self.goal == PackGoal::Filling { most } else { 1.0 };
         let bound = outcome.stats().best_bound.map(|bound| bound * scale);
         let packing = outcome.solution().and_then(|solution| {
             let values: Vec<f64> = solution.iter().map(|(_, value)| value).collect();
             self.packing(&values)
         });
         let better = packing.filter(|placed| match self.goal {
-            Goal::Filling => self.instance.value(placed) > self.instance.value(start) * (1.0 + 1e-12),
-            Goal::Runs => runs(placed) < runs(start),
+            PackGoal::Filling => self.instance.value(placed) > self.instance.value(start) * (1.0 + 1e-12),
+            PackGoal::Runs => runs(placed) < runs(start),
         });
         Solved { better, bound, proved }
     }
@@ -329,7 +329,7 @@ impl<'a> Model<'a> {
                 }
             }
         }
-        check(self.instance, &placed, self.goal == Goal::Runs).is_ok().then_some(placed)
+        check(self.instance, &placed, self.goal == PackGoal::Runs).is_ok().then_some(placed)
     }
 }
 

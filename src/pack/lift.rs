@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use super::solid::{Put, Room, Solid};
+use super::solid::{PackSolid, Put, Room};
 use super::voxels::{reach, slabs};
 use crate::geom::Vec3;
 
@@ -22,12 +22,12 @@ pub struct Lift {
 const MOST_COLUMNS: f64 = 2000.0;
 
 /// The order for each run.
-pub fn lift(solids: &[Solid], room: &Room, put: &[Put]) -> Vec<Lift> {
+pub fn lift(solids: &[PackSolid], room: &Room, put: &[Put]) -> Vec<Lift> {
     let runs = put.iter().map(|p| p.run + 1).max().unwrap_or(0);
     (0..runs).map(|run| of_run(solids, room, put, run)).collect()
 }
 
-fn of_run(solids: &[Solid], room: &Room, put: &[Put], run: usize) -> Lift {
+fn of_run(solids: &[PackSolid], room: &Room, put: &[Put], run: usize) -> Lift {
     let step = (room.gap_mm / 2.0).max(room.space_mm[0].max(room.space_mm[1]) / MOST_COLUMNS);
     let own: Vec<usize> = (0..put.len()).filter(|&i| put[i].run == run).collect();
     let mut columns: HashMap<[i32; 2], Vec<(usize, f64, f64)>> = HashMap::new();
@@ -52,7 +52,7 @@ fn of_run(solids: &[Solid], room: &Room, put: &[Put], run: usize) -> Lift {
 }
 
 /// The lowest and highest of a piece over each column that it reaches into, mm.
-fn silhouette(solids: &[Solid], put: &Put, step: f64) -> HashMap<[i32; 2], [f64; 2]> {
+fn silhouette(solids: &[PackSolid], put: &Put, step: f64) -> HashMap<[i32; 2], [f64; 2]> {
     let mut found: HashMap<[i32; 2], [f64; 2]> = HashMap::new();
     for corners in solids[put.model].turned(&put.turn) {
         let moved: Vec<Vec3> = corners.iter().map(|p| (p + put.shift) / step).collect();

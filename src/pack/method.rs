@@ -4,7 +4,7 @@ use super::bound::{fewest_runs, most_value};
 use super::empty::fewer;
 use super::fill::{Ready, first_fit};
 use super::filling::fullest;
-use super::instance::{Answer, Ended, Goal, Instance, Placed};
+use super::instance::{Answer, Ended, Instance, PackGoal, Placed};
 #[cfg(feature = "integer-program")]
 use super::ip::{Near, solve};
 use super::tabu::tabu;
@@ -96,7 +96,7 @@ const NEIGHBOURHOODS: [Near; 3] =
 /// [`Unpackable`]; where a run is filled, boxes that do not fit are left out instead.
 pub fn pack(
     instance: &Instance,
-    goal: Goal,
+    goal: PackGoal,
     method: Method,
     seed: u64,
     watch: &mut Watch<'_>,
@@ -107,7 +107,7 @@ pub fn pack(
     let drawn = instance.drawn();
     let sizes = drawn.sizes();
     let fits: Vec<usize> = (0..sizes.len()).filter(|&item| !sizes[item].is_empty()).collect();
-    if goal == Goal::Runs
+    if goal == PackGoal::Runs
         && let Some(large) = (0..sizes.len()).find(|&item| sizes[item].is_empty())
     {
         return Err(Unpackable::TooLarge(large));
@@ -119,7 +119,7 @@ pub fn pack(
     if by_program && fits.len() > MOST_BOXES {
         return Err(Unpackable::TooMany { boxes: fits.len() });
     }
-    if method == Method::Tabu && goal == Goal::Filling {
+    if method == Method::Tabu && goal == PackGoal::Filling {
         return Err(Unpackable::NoFilling);
     }
     let drawn = Instance { items: fits.iter().map(|&item| drawn.items[item]).collect(), ..drawn };
@@ -138,15 +138,15 @@ pub fn pack(
 struct Search<'a> {
     /// Drawn out, and every box fits.
     instance: &'a Instance,
-    goal: Goal,
+    goal: PackGoal,
     seed: u64,
 }
 
 impl Search<'_> {
     fn by(&self, method: Method, watch: &mut Watch<'_>) -> Answer {
         let bound = match self.goal {
-            Goal::Runs => fewest_runs(self.instance) as f64,
-            Goal::Filling => most_value(self.instance),
+            PackGoal::Runs => fewest_runs(self.instance) as f64,
+            PackGoal::Filling => most_value(self.instance),
         };
         let ready = Ready::of(self.instance);
         match method {
@@ -168,8 +168,8 @@ impl Search<'_> {
 
     fn start(&self, ready: &Ready, bound: f64, watch: &mut Watch<'_>) -> Vec<Placed> {
         match self.goal {
-            Goal::Runs => flat(&fewer(ready, first_fit(ready, watch), bound as usize, self.seed, watch)),
-            Goal::Filling => fullest(ready, bound, self.seed, watch),
+            PackGoal::Runs => flat(&fewer(ready, first_fit(ready, watch), bound as usize, self.seed, watch)),
+            PackGoal::Filling => fullest(ready, bound, self.seed, watch),
         }
     }
 
@@ -179,8 +179,8 @@ impl Search<'_> {
         let told = solved.bound.unwrap_or(bound);
         let bound = match self.goal {
             // Runs are whole; a solver's number is a little off.
-            Goal::Runs => bound.max((told - 1e-6).ceil()),
-            Goal::Filling => bound.min(told * (1.0 + 1e-9)),
+            PackGoal::Runs => bound.max((told - 1e-6).ceil()),
+            PackGoal::Filling => bound.min(told * (1.0 + 1e-9)),
         };
         let placed = solved.better.unwrap_or(start);
         self.answer(placed, bound, solved.proved, watch)
@@ -201,8 +201,8 @@ impl Search<'_> {
 
     fn meets(&self, placed: &[Placed], bound: f64) -> bool {
         match self.goal {
-            Goal::Runs => placed.iter().map(|p| p.run + 1).max().unwrap_or(0) as f64 <= bound,
-            Goal::Filling => self.instance.value(placed) >= bound * (1.0 - 1e-8),
+            PackGoal::Runs => placed.iter().map(|p| p.run + 1).max().unwrap_or(0) as f64 <= bound,
+            PackGoal::Filling => self.instance.value(placed) >= bound * (1.0 - 1e-8),
         }
     }
 
@@ -210,8 +210,8 @@ impl Search<'_> {
         let met = proved || self.meets(&placed, bound);
         let made = Answer::of(placed, bound, if met { Ended::Proved } else { watch.ended() });
         match self.goal {
-            Goal::Runs if proved => Answer { bound: made.runs as f64, ..made },
-            Goal::Filling if proved => Answer { bound: self.instance.value(&made.placed), ..made },
+            PackGoal::Runs if proved => Answer { bound: made.runs as f64, ..made },
+            PackGoal::Filling if proved => Answer { bound: self.instance.value(&made.placed), ..made },
             _ => made,
         }
     }

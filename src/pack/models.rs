@@ -4,10 +4,10 @@ use super::anneal::annealed;
 use super::askew::Askew;
 use super::bound::most_value;
 use super::composite::by_coverings;
-use super::instance::{Ended, Goal, Instance, Item, Triple, Turns};
+use super::instance::{Ended, Instance, Item, PackGoal, Triple, Turns};
 use super::method::{Method, Unpackable, pack};
 use super::nest::Nest;
-use super::solid::{Put, Room, Solid, cube_turns};
+use super::solid::{PackSolid, Put, Room, cube_turns};
 use super::watch::Watch;
 use crate::geom::{Mat3, Vec3};
 
@@ -23,11 +23,11 @@ pub struct Packed {
     pub put: Vec<Put>,
     /// Runs.
     pub runs: usize,
-    /// [`Goal::Runs`]: no packing has fewer runs. [`Goal::Filling`]: none has more value.
+    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value.
     pub bound: f64,
     /// Why the search ended.
     pub ended: Ended,
-    /// How many runs the models' boxes take ([`Goal::Runs`]), or which value one holds of them.
+    /// How many runs the models' boxes take ([`PackGoal::Runs`]), or which value one holds of them.
     pub boxes: f64,
 }
 
@@ -37,15 +37,15 @@ pub struct Packed {
 ///
 /// [`Unpackable`]; its number is the model's.
 pub fn pack_models(
-    solids: &[Solid],
+    solids: &[PackSolid],
     room: &Room,
-    goal: Goal,
+    goal: PackGoal,
     method: Method,
     shapes: bool,
     seed: u64,
     watch: &mut Watch<'_>,
 ) -> Result<Packed, Unpackable> {
-    if method == Method::Anneal && goal == Goal::Runs {
+    if method == Method::Anneal && goal == PackGoal::Runs {
         return Err(Unpackable::OnlyFilling);
     }
     let bound = bound(solids, room, goal);
@@ -63,10 +63,10 @@ pub fn pack_models(
     })?;
     let put: Vec<Put> = answer.placed.iter().map(|p| boxed.put(solids, p.run, p.item, p.at, p.size)).collect();
     let value = |put: &[Put]| put.iter().map(|p| solids[p.model].value).sum::<f64>();
-    let boxes = if goal == Goal::Runs { answer.runs as f64 } else { value(&put) };
+    let boxes = if goal == PackGoal::Runs { answer.runs as f64 } else { value(&put) };
     let met = |put: &[Put], runs: usize| match goal {
-        Goal::Runs => runs as f64 <= bound,
-        Goal::Filling => value(put) >= bound * (1.0 - 1e-8),
+        PackGoal::Runs => runs as f64 <= bound,
+        PackGoal::Filling => value(put) >= bound * (1.0 - 1e-8),
     };
     let mut best = Packed { runs: answer.runs, put, bound, ended: answer.ended, boxes };
     let more = shapes || method.of_shapes();
@@ -79,8 +79,8 @@ pub fn pack_models(
         if let Some(nested) = nested {
             let runs = nested.iter().map(|p| p.run + 1).max().unwrap_or(0);
             let better = match goal {
-                Goal::Runs => runs < best.runs,
-                Goal::Filling => value(&nested) > value(&best.put),
+                PackGoal::Runs => runs < best.runs,
+                PackGoal::Filling => value(&nested) > value(&best.put),
             };
             if better {
                 (best.put, best.runs) = (nested, runs);
@@ -100,21 +100,21 @@ const BOX_STEPS: u64 = 2_000_000;
 
 /// What no packing of the models themselves can beat: each grown by half the gap still lies within the space grown so, and they do not overlap
 /// then. A body's grown volume is at least a ball's of its volume (Brunn and Minkowski).
-fn bound(solids: &[Solid], room: &Room, goal: Goal) -> f64 {
+fn bound(solids: &[PackSolid], room: &Room, goal: PackGoal) -> f64 {
     use std::f64::consts::PI;
     let r = room.gap_mm / 2.0;
     let [a, b, c] = room.space_mm;
     let space = a * b * c + 2.0 * r * (a * b + b * c + c * a) + PI * r * r * (a + b + c) + 4.0 / 3.0 * PI * r.powi(3);
     let ball = (4.0 / 3.0 * PI).cbrt();
-    let grown = |solid: &Solid| (solid.volume_mm3.max(0.0).cbrt() + ball * r).powi(3);
+    let grown = |solid: &PackSolid| (solid.volume_mm3.max(0.0).cbrt() + ball * r).powi(3);
     match goal {
-        Goal::Runs => {
+        PackGoal::Runs => {
             let all: f64 = solids.iter().map(|solid| grown(solid) * solid.copies as f64).sum();
             (all / space * (1.0 - 1e-9)).ceil().max(f64::from(u8::from(!solids.is_empty())))
         }
-        Goal::Filling => {
-            let unit = |solid: &Solid| ((grown(solid) / space * 1e6).floor() as i64).clamp(1, 1_000_000);
-            let one = |solid: &Solid| Item { size: [unit(solid), 1, 1], value: solid.value };
+        PackGoal::Filling => {
+            let unit = |solid: &PackSolid| ((grown(solid) / space * 1e6).floor() as i64).clamp(1, 1_000_000);
+            let one = |solid: &PackSolid| Item { size: [unit(solid), 1, 1], value: solid.value };
             let items = solids.iter().flat_map(|solid| std::iter::repeat_n(one(solid), solid.copies)).collect();
             most_value(&Instance { space: [1_000_000, 1, 1], gap: 0, turns: Turns::None, items })
         }
@@ -131,7 +131,7 @@ struct Boxed {
 }
 
 impl Boxed {
-    fn of(solids: &[Solid], room: &Room) -> Self {
+    fn of(solids: &[PackSolid], room: &Room) -> Self {
         let up = |mm: f64| (mm * UNITS - OFF).ceil() as i64;
         let space = room.space_mm.map(|mm| (mm * UNITS + OFF).floor() as i64);
         // About Z only the snuggest angle and its quarter turns: a box turned askew is only a larger one.
@@ -170,7 +170,7 @@ impl Boxed {
     }
 
     /// A box in its place as the model in it.
-    fn put(&self, solids: &[Solid], run: usize, item: usize, at: Triple, size: Triple) -> Put {
+    fn put(&self, solids: &[PackSolid], run: usize, item: usize, at: Triple, size: Triple) -> Put {
         let (model, copy) = self.pieces[item];
         let turns = &self.turns[model];
         // Rounding may make sizes of one turn differ from those of another by a unit: the nearest is meant.

@@ -2,8 +2,8 @@
 //! likes best; again and again in other orders and by other rules, the best packing kept.
 
 use super::grid::{Grid, MOST_X, Rows};
-use super::instance::Goal;
-use super::solid::{Put, Room, Solid};
+use super::instance::PackGoal;
+use super::solid::{PackSolid, Put, Room};
 use super::voxels::{Span, voxels};
 use super::watch::Watch;
 use crate::geom::{Mat3, SplitMix64, Vec3};
@@ -40,7 +40,7 @@ const RULES: [Rule; 5] = [
 
 /// The shapes of all models, made once.
 pub(super) struct Nest<'a> {
-    solids: &'a [Solid],
+    solids: &'a [PackSolid],
     room: &'a Room,
     step: f64,
     size: [i32; 3],
@@ -56,14 +56,14 @@ struct Found {
 
 impl<'a> Nest<'a> {
     /// Of models that fit; `None` where the space is too long for the grid or a cell would be too coarse to say anything.
-    pub(super) fn of(solids: &'a [Solid], room: &'a Room) -> Option<Self> {
+    pub(super) fn of(solids: &'a [PackSolid], room: &'a Room) -> Option<Self> {
         let turns: Vec<Vec<Mat3>> = solids.iter().map(|solid| solid.turns(room.turns)).collect();
         let step = step_mm(solids, room, &turns);
         let size = room.space_mm.map(|length| (length / step + 1e-7).floor() as i32);
         if size.iter().any(|&s| s < 1) || size[0] as usize > MOST_X {
             return None;
         }
-        let shape = |solid: &Solid, turn: &Mat3| {
+        let shape = |solid: &PackSolid, turn: &Mat3| {
             let facets = solid.turned(turn);
             let cells = voxels(&facets, step);
             let low = solid.bounds(turn).min;
@@ -79,8 +79,8 @@ impl<'a> Nest<'a> {
     }
 
     /// The best packing that is found; `None` where some model fits in no turn as cells.
-    pub(super) fn pack(&self, goal: Goal, bound: f64, seed: u64, watch: &mut Watch<'_>) -> Option<Vec<Put>> {
-        if goal == Goal::Runs && self.shapes.iter().any(Vec::is_empty) {
+    pub(super) fn pack(&self, goal: PackGoal, bound: f64, seed: u64, watch: &mut Watch<'_>) -> Option<Vec<Put>> {
+        if goal == PackGoal::Runs && self.shapes.iter().any(Vec::is_empty) {
             return None;
         }
         let mut numbers = SplitMix64::seeded(seed);
@@ -103,8 +103,8 @@ impl<'a> Nest<'a> {
                 best = Some(found);
             }
             let met = best.as_ref().is_some_and(|b| match goal {
-                Goal::Runs => -b.worth[0] <= bound,
-                Goal::Filling => b.worth[0] >= bound * (1.0 - 1e-8),
+                PackGoal::Runs => -b.worth[0] <= bound,
+                PackGoal::Filling => b.worth[0] >= bound * (1.0 - 1e-8),
             });
             if met || !watch.goes_on() {
                 break;
@@ -114,14 +114,14 @@ impl<'a> Nest<'a> {
     }
 
     /// All copies by falling volume or value; later somewhat shuffled.
-    fn order(&self, goal: Goal, attempt: usize, numbers: &mut SplitMix64) -> Vec<(usize, usize)> {
+    fn order(&self, goal: PackGoal, attempt: usize, numbers: &mut SplitMix64) -> Vec<(usize, usize)> {
         let spread = if attempt < RULES.len() { 0.0 } else { [0.0, 0.3, 1.0][numbers.below(3)] };
         let mut keyed: Vec<(f64, (usize, usize))> = Vec::new();
         for (model, solid) in self.solids.iter().enumerate() {
             let own = match goal {
-                Goal::Runs => solid.volume_mm3,
-                Goal::Filling if attempt.is_multiple_of(2) => solid.value / solid.volume_mm3,
-                Goal::Filling => solid.value,
+                PackGoal::Runs => solid.volume_mm3,
+                PackGoal::Filling if attempt.is_multiple_of(2) => solid.value / solid.volume_mm3,
+                PackGoal::Filling => solid.value,
             };
             for copy in 0..solid.copies {
                 keyed.push((own.max(1e-12).ln() + spread * (2.0 * numbers.unit() - 1.0), (model, copy)));
@@ -134,7 +134,7 @@ impl<'a> Nest<'a> {
     /// One packing; `None` where the watch ended on the way.
     fn attempt(
         &self,
-        goal: Goal,
+        goal: PackGoal,
         mut order: Vec<(usize, usize)>,
         rule: Rule,
         allowed: &[Vec<bool>],
@@ -164,7 +164,7 @@ impl<'a> Nest<'a> {
                 let corner = Vec3::from(at.map(f64::from)) * self.step;
                 put.push(Put { run, model, copy, turn: shape.turn, shift: corner - shape.low });
             }
-            if left.is_empty() || goal == Goal::Filling {
+            if left.is_empty() || goal == PackGoal::Filling {
                 break;
             }
             if put.len() == before {
@@ -173,8 +173,8 @@ impl<'a> Nest<'a> {
             order = left;
         }
         let worth = match goal {
-            Goal::Filling => [put.iter().map(|p| self.solids[p.model].value).sum(), 0.0],
-            Goal::Runs => {
+            PackGoal::Filling => [put.iter().map(|p| self.solids[p.model].value).sum(), 0.0],
+            PackGoal::Runs => {
                 let last = put.iter().map(|p| p.run).max().unwrap_or(0);
                 let in_last = put.iter().filter(|p| p.run == last).map(|p| self.solids[p.model].volume_mm3);
                 [-(last as f64 + 1.0), -in_last.sum::<f64>()]
@@ -213,10 +213,10 @@ impl<'a> Nest<'a> {
 }
 
 /// The edge of a cell: the gap, halved as long as run and shapes stay small, or more where they would not.
-fn step_mm(solids: &[Solid], room: &Room, turns: &[Vec<Mat3>]) -> f64 {
+fn step_mm(solids: &[PackSolid], room: &Room, turns: &[Vec<Mat3>]) -> f64 {
     let [x, y, z] = room.space_mm;
     let least = (x * y * z / MOST_CELLS).cbrt().max(x / MOST_X as f64);
-    let box_mm3 = |solid: &Solid| solid.bounds(&Mat3::identity()).size().product();
+    let box_mm3 = |solid: &PackSolid| solid.bounds(&Mat3::identity()).size().product();
     let shapes: f64 = solids.iter().zip(turns).map(|(solid, turns)| box_mm3(solid) * turns.len() as f64).sum();
     let least = least.max((shapes / MOST_SHAPE_CELLS).cbrt());
     let whole = (room.gap_mm / least).floor();

@@ -338,14 +338,14 @@ mod tests {
     use super::*;
     use crate::fixtures::solid_box;
     use crate::geom::SplitMix64;
-    use crate::pack::Solid;
+    use crate::pack::PackSolid;
 
     fn at(x: f64, y: f64, z: f64) -> Pose {
         Pose { turn: Mat3::identity(), shift: Vec3::new(x, y, z) }
     }
 
     fn tree(size: Vec3) -> ObbTree {
-        ObbTree::of(&Solid::of([&solid_box(Vec3::zeros(), size)], 1.0, 1).facets)
+        ObbTree::of(&PackSolid::of([&solid_box(Vec3::zeros(), size)], 1.0, 1).facets)
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::mesh::TriangleMesh;
 
 /// A model: closed surfaces that move as one, the file's frame, mm.
 #[derive(Clone, Debug)]
-pub struct Solid {
+pub struct PackSolid {
     /// Its facets' corners.
     pub facets: Vec<[Vec3; 3]>,
     /// What it encloses, mm³.
@@ -48,7 +48,7 @@ pub struct Put {
     pub shift: Vec3,
 }
 
-impl Solid {
+impl PackSolid {
     /// Of a model's parts; an overlap of parts counts twice in its volume.
     pub fn of<'a>(parts: impl IntoIterator<Item = &'a TriangleMesh<Object>>, value: f64, copies: usize) -> Self {
         let (mut facets, mut volume_mm3) = (Vec::new(), 0.0);
@@ -91,7 +91,7 @@ impl Solid {
         }
     }
 
-    /// Whether it goes into a space along none of [`Solid::turns`], but askew: about Z exactly, in every way where that can be settled.
+    /// Whether it goes into a space along none of [`PackSolid::turns`], but askew: about Z exactly, in every way where that can be settled.
     pub fn askew(&self, room: &Room) -> Askew {
         let points: Vec<Vec3> = self.facets.iter().flatten().copied().collect();
         let [wide, deep, high] = room.space_mm;
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn turns_are_turns_and_differ() {
-        let plate = Solid::of([&solid_box(Vec3::new(1.0, 2.0, 3.0), Vec3::new(5.0, 4.0, 9.0))], 1.0, 1);
+        let plate = PackSolid::of([&solid_box(Vec3::new(1.0, 2.0, 3.0), Vec3::new(5.0, 4.0, 9.0))], 1.0, 1);
         for (allowed, count) in [(Turns::None, 1), (Turns::Z90, 4), (Turns::Z, 16), (Turns::Any, 24)] {
             let turns = plate.turns(allowed);
             assert_eq!((turns.len(), turns[0]), (count, Mat3::identity()));
@@ -187,8 +187,12 @@ mod tests {
     fn a_plate_that_was_drawn_askew_is_brought_straight() {
         let flat = solid_box(Vec3::zeros(), Vec3::new(40.0, 10.0, 2.0));
         let turn = about_z(0.3);
-        let askew =
-            Solid { facets: Solid::of([&flat], 1.0, 1).turned(&turn), volume_mm3: 800.0, value: 1.0, copies: 1 };
+        let askew = PackSolid {
+            facets: PackSolid::of([&flat], 1.0, 1).turned(&turn),
+            volume_mm3: 800.0,
+            value: 1.0,
+            copies: 1,
+        };
         let size = askew.bounds(&about_z(askew.snug_angle())).size();
         assert!((size.x * size.y - 400.0).abs() < 1e-6, "{size}");
         assert!(askew.turns(Turns::Z).len() == 20);

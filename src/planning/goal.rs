@@ -10,7 +10,7 @@
 //!
 //! Prices come from `orient`'s objectives (their own units: mm³, mm², mm ..) or are seconds of an estimate.
 
-use crate::orient::{BadObjective, Objective, Settings, nearest, objective};
+use crate::orient::{BadObjective, Objective, ObjectiveSettings, nearest, objective};
 
 /// What a plan minimises.
 pub struct Goal {
@@ -49,7 +49,7 @@ impl Goal {
     ///
     /// [`BadObjective`]: an unknown name with the nearest known, a weight that is not a finite number or is negative
     /// where the term has a lower bound of its own, weights that sum to 0.
-    pub fn parse(text: &str, settings: &Settings) -> Result<Self, BadObjective> {
+    pub fn parse(text: &str, settings: &ObjectiveSettings) -> Result<Self, BadObjective> {
         let mut terms = Vec::new();
         for word in text.split('+').map(str::trim) {
             let (weight, name) = word.split_once('*').unwrap_or(("1", word));

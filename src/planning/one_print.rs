@@ -11,7 +11,7 @@ use super::workpiece::Workpiece;
 use crate::geom::{Angle, Bounds, Dir, Object, Rigid, Table, Vec3};
 use crate::mesh::{Model, Part, TriangleMesh, Unit};
 use crate::motion::Pose;
-use crate::orient::{Direction, Multistart, Settings, Staircase};
+use crate::orient::{Direction, Multistart, ObjectiveSettings, Staircase};
 use crate::planning::plan::Placement;
 use crate::profile::Profile;
 
@@ -120,7 +120,7 @@ impl<'a> OnePrint<'a> {
 
     fn with_options<T>(&self, supported: &[usize], work: impl FnOnce(&Options<'_>) -> T) -> T {
         let layer_mm = self.profile.process.layer_height_mm;
-        let settings = Settings { layer_mm, ..Settings::default() };
+        let settings = ObjectiveSettings { layer_mm, ..ObjectiveSettings::default() };
         let (objective, search) = (Staircase { layer_mm }, Multistart::default());
         let goal = Goal::parse("bss", &settings).expect("the usual goal");
         work(&Options {

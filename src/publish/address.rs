@@ -126,14 +126,14 @@ pub enum BadInput {
 
 /// A server's place.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Address {
+pub struct ServerAddress {
     /// What it is.
     pub kind: Kind,
     /// `http://host[:port][/path]`, without a slash at its end.
     url: String,
 }
 
-impl Address {
+impl ServerAddress {
     /// Reads `octoprint:URL`, `moonraker:URL` or `duet:URL`.
     ///
     /// # Errors

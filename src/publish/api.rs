@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
-use super::Figures;
-use super::address::{Address, Key};
-use super::fault::Fault;
+use super::UploadFigures;
+use super::address::{Key, ServerAddress};
+use super::fault::ServerFault;
 use super::fingerprint::Fingerprint;
 use crate::gcode::meaning::Firmware;
 
 /// A file on its way.
 pub struct Delivery<'a> {
     /// Where it goes.
-    pub address: Address,
+    pub address: ServerAddress,
     /// What opens the server.
     pub key: Option<Key>,
     /// What it is called there; see [`file_name`](super::file_name).
@@ -25,7 +25,7 @@ pub struct Delivery<'a> {
     /// Whether a replay has proved it.
     pub verified: bool,
     /// What we say of it.
-    pub stated: Figures,
+    pub stated: UploadFigures,
     /// Whether another file of this name is replaced.
     pub replace: bool,
     /// Whether it is printed.
@@ -46,7 +46,7 @@ pub struct Delivered {
     /// Whether its print was started.
     pub started: bool,
     /// What the server shows of it by now.
-    pub shown: Figures,
+    pub shown: UploadFigures,
 }
 
 /// What a server has under the file's name.
@@ -69,19 +69,19 @@ pub(super) enum State {
 /// What all servers can.
 pub(super) trait Api {
     /// Who is there, and whether the key is right.
-    fn enter(&mut self) -> Result<(), Fault>;
+    fn enter(&mut self) -> Result<(), ServerFault>;
     /// What the printer behind it calls its firmware, where the server tells.
     fn firmware(&self) -> Option<String> {
         None
     }
     /// Bytes that are free.
-    fn free(&self) -> Result<Option<u64>, Fault>;
-    fn kept(&self) -> Result<Option<Kept>, Fault>;
-    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), Fault>;
-    fn fetch(&self) -> Result<Vec<u8>, Fault>;
-    fn remove(&self) -> Result<(), Fault>;
-    fn state(&self) -> Result<State, Fault>;
-    fn start(&self) -> Result<(), Fault>;
-    fn shown(&self) -> Result<Figures, Fault>;
+    fn free(&self) -> Result<Option<u64>, ServerFault>;
+    fn kept(&self) -> Result<Option<Kept>, ServerFault>;
+    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), ServerFault>;
+    fn fetch(&self) -> Result<Vec<u8>, ServerFault>;
+    fn remove(&self) -> Result<(), ServerFault>;
+    fn state(&self) -> Result<State, ServerFault>;
+    fn start(&self) -> Result<(), ServerFault>;
+    fn shown(&self) -> Result<UploadFigures, ServerFault>;
     fn leave(&self) {}
 }

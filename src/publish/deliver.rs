@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::address::Kind;
 use super::api::{Api, Delivered, Delivery, Kept, State};
 use super::duet::Duet;
-use super::fault::{Fault, PublishError};
+use super::fault::{PublishError, ServerFault};
 use super::line::{Line, plain};
 use super::moonraker::Moonraker;
 use super::octoprint::OctoPrint;
@@ -60,7 +60,7 @@ struct Way<'a> {
 }
 
 impl Way<'_> {
-    fn go(&self, sent: &dyn Fn(usize), left: &mut bool) -> Result<Delivered, Fault> {
+    fn go(&self, sent: &dyn Fn(usize), left: &mut bool) -> Result<Delivered, ServerFault> {
         self.same_firmware()?;
         if self.job.start {
             self.ready(false)?;
@@ -77,24 +77,24 @@ impl Way<'_> {
     }
 
     /// That the printer behind it understands the file, as far as the server tells.
-    fn same_firmware(&self) -> Result<(), Fault> {
+    fn same_firmware(&self) -> Result<(), ServerFault> {
         let Some(firmware) = self.job.firmware else { return Ok(()) };
         let Some(says) = self.api.firmware() else { return Ok(()) };
         let other = named(&says).filter(|named| *named != firmware);
-        other.map_or(Ok(()), |_| Err(Fault::OtherFirmware { says: plain(&says), firmware: firmware.name() }))
+        other.map_or(Ok(()), |_| Err(ServerFault::OtherFirmware { says: plain(&says), firmware: firmware.name() }))
     }
 
     /// That a print may begin.
-    fn ready(&self, uploaded: bool) -> Result<(), Fault> {
+    fn ready(&self, uploaded: bool) -> Result<(), ServerFault> {
         match self.api.state()? {
             State::Ready => Ok(()),
-            State::Printing(file) => Err(Fault::Printing { file, uploaded }),
-            State::NotReady(why) => Err(Fault::NotReady { why, uploaded }),
+            State::Printing(file) => Err(ServerFault::Printing { file, uploaded }),
+            State::NotReady(why) => Err(ServerFault::NotReady { why, uploaded }),
         }
     }
 
     /// Whether what it has is our file.
-    fn same(&self, kept: &Kept) -> Result<bool, Fault> {
+    fn same(&self, kept: &Kept) -> Result<bool, ServerFault> {
         if kept.bytes != self.job.file.len() as u64 {
             return Ok(false);
         }
@@ -105,13 +105,13 @@ impl Way<'_> {
     }
 
     /// Sends it until it is there; how often that was.
-    fn upload(&self, before: Option<&Kept>, sent: &dyn Fn(usize), left: &mut bool) -> Result<u32, Fault> {
+    fn upload(&self, before: Option<&Kept>, sent: &dyn Fn(usize), left: &mut bool) -> Result<u32, ServerFault> {
         let needs = self.job.file.len() as u64;
         if let (Some(kept), false) = (before, self.job.replace) {
-            return Err(Fault::Another { name: self.job.name.clone(), bytes: kept.bytes });
+            return Err(ServerFault::Another { name: self.job.name.clone(), bytes: kept.bytes });
         }
         if let Some(free) = self.api.free()?.filter(|free| *free < needs) {
-            return Err(Fault::Full { free: Some(free), needs });
+            return Err(ServerFault::Full { free: Some(free), needs });
         }
         let mut tried = 0;
         loop {
@@ -133,7 +133,7 @@ impl Way<'_> {
             if now.is_some() && now.as_ref() != before {
                 *left = self.api.remove().is_err();
             }
-            let fault = fault.unwrap_or(Fault::Differs { sent: needs, there });
+            let fault = fault.unwrap_or(ServerFault::Differs { sent: needs, there });
             if !fault.may_pass() || tried == UPLOADS || *left {
                 return Err(self.fuller(fault));
             }
@@ -142,23 +142,23 @@ impl Way<'_> {
     }
 
     /// A disk that has become full meanwhile says so in many ways.
-    fn fuller(&self, fault: Fault) -> Fault {
+    fn fuller(&self, fault: ServerFault) -> ServerFault {
         let needs = self.job.file.len() as u64;
         match (&fault, self.api.free()) {
-            (Fault::Full { .. }, Ok(free)) => Fault::Full { free, needs },
-            (Fault::Refused { status: 500.., .. } | Fault::Closed, Ok(Some(free))) if free < needs => {
-                Fault::Full { free: Some(free), needs }
+            (ServerFault::Full { .. }, Ok(free)) => ServerFault::Full { free, needs },
+            (ServerFault::Refused { status: 500.., .. } | ServerFault::Closed, Ok(Some(free))) if free < needs => {
+                ServerFault::Full { free: Some(free), needs }
             }
             _ => fault,
         }
     }
 
     /// Starts it, once: whoever asks twice may print twice.
-    fn start(&self) -> Result<(), Fault> {
+    fn start(&self) -> Result<(), ServerFault> {
         match self.api.start() {
             Err(fault) if fault.may_pass() => match self.api.state() {
                 Ok(State::Printing(Some(file))) if file == self.job.name => Ok(()),
-                _ => Err(Fault::Unclear),
+                _ => Err(ServerFault::Unclear),
             },
             done => done,
         }

@@ -5,10 +5,10 @@
 
 use serde_json::Value;
 
-use super::Figures;
+use super::UploadFigures;
 use super::address::Key;
 use super::api::{Api, Kept, State};
-use super::fault::Fault;
+use super::fault::ServerFault;
 use super::line::{Line, Question, escaped};
 
 pub(super) struct Duet<'a>(pub(super) Line<'a>);
@@ -27,60 +27,60 @@ impl Duet<'_> {
     }
 
     /// A part of the board's own description.
-    fn model(&self, key: &str) -> Result<Value, Fault> {
+    fn model(&self, key: &str) -> Result<Value, ServerFault> {
         Ok(self.0.read("the request for the board", &format!("/rr_model?key={key}&flags=d3"))?["result"].clone())
     }
 
-    fn info(&self) -> Result<Option<Value>, Fault> {
+    fn info(&self) -> Result<Option<Value>, ServerFault> {
         let info = self.0.look("the request for the file", &self.path("rr_fileinfo"))?;
         Ok(info.filter(|info| info["err"].as_i64() == Some(0)))
     }
 }
 
 impl Api for Duet<'_> {
-    fn enter(&mut self) -> Result<(), Fault> {
+    fn enter(&mut self) -> Result<(), ServerFault> {
         let key = self.0.job.key.as_ref();
         let password = key.map_or(NO_PASSWORD, Key::secret);
         let answer = self.0.read("/rr_connect", &format!("/rr_connect?password={}", escaped(password)))?;
         match answer["err"].as_i64() {
             Some(0) => Ok(()),
-            Some(1) if key.is_none() => Err(Fault::NoKey),
-            Some(1) => Err(Fault::WrongKey { start: self.0.job.start }),
-            Some(2) => Err(Fault::Busy),
-            _ => Err(Fault::Page { what: "/rr_connect", kind: self.0.job.address.kind }),
+            Some(1) if key.is_none() => Err(ServerFault::NoKey),
+            Some(1) => Err(ServerFault::WrongKey { start: self.0.job.start }),
+            Some(2) => Err(ServerFault::Busy),
+            _ => Err(ServerFault::Page { what: "/rr_connect", kind: self.0.job.address.kind }),
         }
     }
 
-    fn free(&self) -> Result<Option<u64>, Fault> {
+    fn free(&self) -> Result<Option<u64>, ServerFault> {
         Ok(self.model("volumes")?[0]["freeSpace"].as_u64())
     }
 
-    fn kept(&self) -> Result<Option<Kept>, Fault> {
+    fn kept(&self) -> Result<Option<Kept>, ServerFault> {
         Ok(self.info()?.map(|info| Kept { bytes: info["size"].as_u64().unwrap_or_default(), sha1: None }))
     }
 
-    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), Fault> {
+    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), ServerFault> {
         let (what, job) = ("the upload", self.0.job);
         let path = format!("{}&crc32={:08x}", self.path("rr_upload"), crc32fast::hash(job.file));
         let question = Question::post(path, "application/octet-stream", vec![job.file]);
         let answer = self.0.good(what, self.0.once(question, sent)?)?;
         // Another checksum, or a card that takes no more.
-        if self.0.value(what, &answer)?["err"].as_i64() == Some(0) { Ok(()) } else { Err(Fault::Closed) }
+        if self.0.value(what, &answer)?["err"].as_i64() == Some(0) { Ok(()) } else { Err(ServerFault::Closed) }
     }
 
-    fn fetch(&self) -> Result<Vec<u8>, Fault> {
+    fn fetch(&self) -> Result<Vec<u8>, ServerFault> {
         self.0.fetch(&self.path("rr_download"))
     }
 
-    fn remove(&self) -> Result<(), Fault> {
+    fn remove(&self) -> Result<(), ServerFault> {
         let what = "to delete the file";
         match self.0.read(what, &self.path("rr_delete"))?["err"].as_i64() {
             Some(0) => Ok(()),
-            _ => Err(Fault::Refused { what, status: 200, words: String::new() }),
+            _ => Err(ServerFault::Refused { what, status: 200, words: String::new() }),
         }
     }
 
-    fn state(&self) -> Result<State, Fault> {
+    fn state(&self) -> Result<State, ServerFault> {
         let state = self.model("state")?;
         match state["status"].as_str() {
             Some("idle") => Ok(State::Ready),
@@ -92,16 +92,20 @@ impl Api for Duet<'_> {
         }
     }
 
-    fn start(&self) -> Result<(), Fault> {
+    fn start(&self) -> Result<(), ServerFault> {
         let (what, code) = ("to start the print", format!("M32 \"{}\"", self.file()));
         let path = format!("/rr_gcode?gcode={}", escaped(&code));
         self.0.good(what, self.0.once(Question::get(path), &|_| {})?).map(drop)
     }
 
-    fn shown(&self) -> Result<Figures, Fault> {
+    fn shown(&self) -> Result<UploadFigures, ServerFault> {
         let info = self.info()?.unwrap_or(Value::Null);
         let filament = info["filament"].as_array().map(|all| all.iter().filter_map(Value::as_f64).sum());
-        Ok(Figures { seconds: info["printTime"].as_f64(), filament_mm: filament, layers: info["numLayers"].as_u64() })
+        Ok(UploadFigures {
+            seconds: info["printTime"].as_f64(),
+            filament_mm: filament,
+            layers: info["numLayers"].as_u64(),
+        })
     }
 
     fn leave(&self) {

@@ -1,6 +1,6 @@
 //! Why a file is not where it was to go, each in a sentence that says what can be done and holds no key.
 
-use super::{Address, Kind};
+use super::{Kind, ServerAddress};
 
 /// Why a file is not published, and by which server.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -11,13 +11,13 @@ pub struct PublishError {
     /// Its address.
     pub url: String,
     /// What went wrong.
-    pub fault: Fault,
+    pub fault: ServerFault,
     /// Whether a part of the file is left there.
     pub left: bool,
 }
 
 impl PublishError {
-    pub(super) fn new(address: &Address, fault: Fault, left: bool) -> Self {
+    pub(super) fn new(address: &ServerAddress, fault: ServerFault, left: bool) -> Self {
         Self { kind: address.kind, url: address.url().to_owned(), fault, left }
     }
 }
@@ -25,7 +25,7 @@ impl PublishError {
 /// What went wrong.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "server/")]
-pub enum Fault {
+pub enum ServerFault {
     /// No connection.
     #[error("no response ({why}); check that the server is on and that host and port are right")]
     Away {
@@ -168,7 +168,7 @@ pub enum Fault {
     },
 }
 
-impl Fault {
+impl ServerFault {
     /// Whether it may pass by itself.
     pub(super) fn may_pass(&self) -> bool {
         match self {

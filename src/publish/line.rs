@@ -1,4 +1,4 @@
-//! The line to one server: addresses and keys put on requests, answers read and every kind of no turned into its [`Fault`].
+//! The line to one server: addresses and keys put on requests, answers read and every kind of no turned into its [`ServerFault`].
 
 use std::time::Duration;
 
@@ -6,8 +6,8 @@ use serde_json::Value;
 
 use super::address::{Key, Kind};
 use super::api::Delivery;
-use super::fault::Fault;
-use super::web::{Answer, Ask, Method, Trouble, Web};
+use super::fault::ServerFault;
+use super::web::{Ask, HttpMethod, ServerAnswer, Trouble, Web};
 
 /// More than this no answer has that is not a file.
 const LARGEST_ANSWER: u64 = 16 << 20;
@@ -24,7 +24,7 @@ pub(super) struct Line<'a> {
 
 /// A request of ours.
 pub(super) struct Question<'a> {
-    pub(super) method: Method,
+    pub(super) method: HttpMethod,
     /// Behind the server's address.
     pub(super) path: String,
     pub(super) headers: Vec<(&'static str, String)>,
@@ -35,19 +35,19 @@ pub(super) struct Question<'a> {
 impl<'a> Question<'a> {
     /// One that reads.
     pub(super) fn get(path: String) -> Self {
-        Self { method: Method::Get, path, headers: Vec::new(), body: None, most: LARGEST_ANSWER }
+        Self { method: HttpMethod::Get, path, headers: Vec::new(), body: None, most: LARGEST_ANSWER }
     }
 
     /// One that changes something.
     pub(super) fn post(path: String, kind: &str, body: Vec<&'a [u8]>) -> Self {
         let headers = vec![("Content-Type", kind.to_owned())];
-        Self { method: Method::Post, headers, body: Some(body), ..Self::get(path) }
+        Self { method: HttpMethod::Post, headers, body: Some(body), ..Self::get(path) }
     }
 }
 
 impl Line<'_> {
     /// Asks once; whatever is said is an answer, but what only says that we are at the wrong door.
-    pub(super) fn once(&self, question: Question<'_>, sent: &dyn Fn(usize)) -> Result<Answer, Fault> {
+    pub(super) fn once(&self, question: Question<'_>, sent: &dyn Fn(usize)) -> Result<ServerAnswer, ServerFault> {
         let mut headers = question.headers;
         if let Some(key) = self.header_key() {
             headers.push(("X-Api-Key", key.to_owned()));
@@ -58,19 +58,19 @@ impl Line<'_> {
         let ask = Ask { method, url, headers, body, most, silence, fingerprint };
         let answer = self.web.ask(&ask, sent).map_err(|trouble| self.fault(trouble))?;
         match answer.status {
-            300..=399 => Err(Fault::Moved { to: elsewhere(answer.location.as_deref()) }),
+            300..=399 => Err(ServerFault::Moved { to: elsewhere(answer.location.as_deref()) }),
             // None of the three asks so: what stands before it does.
-            401 if let Some(login) = &answer.challenge => Err(Fault::Login { login: plain(login) }),
-            401 | 403 if self.job.key.is_none() => Err(Fault::NoKey),
-            401 | 403 => Err(Fault::WrongKey { start: self.job.start }),
-            413 => Err(Fault::TooLarge { bytes: self.job.file.len() as u64 }),
-            507 => Err(Fault::Full { free: None, needs: self.job.file.len() as u64 }),
+            401 if let Some(login) = &answer.challenge => Err(ServerFault::Login { login: plain(login) }),
+            401 | 403 if self.job.key.is_none() => Err(ServerFault::NoKey),
+            401 | 403 => Err(ServerFault::WrongKey { start: self.job.start }),
+            413 => Err(ServerFault::TooLarge { bytes: self.job.file.len() as u64 }),
+            507 => Err(ServerFault::Full { free: None, needs: self.job.file.len() as u64 }),
             _ => Ok(answer),
         }
     }
 
     /// Reads; asked again where that may help. `None` where there is no such thing.
-    pub(super) fn look(&self, what: &'static str, path: &str) -> Result<Option<Value>, Fault> {
+    pub(super) fn look(&self, what: &'static str, path: &str) -> Result<Option<Value>, ServerFault> {
         let answer = self.patiently(|| {
             let answer = self.once(Question::get(path.to_owned()), &|_| {})?;
             if answer.status == 404 { Ok(answer) } else { self.good(what, answer) }
@@ -79,19 +79,19 @@ impl Line<'_> {
     }
 
     /// Reads what must be there.
-    pub(super) fn read(&self, what: &'static str, path: &str) -> Result<Value, Fault> {
-        self.look(what, path)?.ok_or(Fault::Page { what, kind: self.job.address.kind })
+    pub(super) fn read(&self, what: &'static str, path: &str) -> Result<Value, ServerFault> {
+        self.look(what, path)?.ok_or(ServerFault::Page { what, kind: self.job.address.kind })
     }
 
     /// The bytes of a file as large as ours.
-    pub(super) fn fetch(&self, path: &str) -> Result<Vec<u8>, Fault> {
+    pub(super) fn fetch(&self, path: &str) -> Result<Vec<u8>, ServerFault> {
         let (what, most) = ("a download", self.job.file.len() as u64 + 1);
         let get = || Question { most, ..Question::get(path.to_owned()) };
         Ok(self.patiently(|| self.good(what, self.once(get(), &|_| {})?))?.body)
     }
 
     /// `ask`, and again after a while where what went wrong may pass.
-    fn patiently(&self, ask: impl Fn() -> Result<Answer, Fault>) -> Result<Answer, Fault> {
+    fn patiently(&self, ask: impl Fn() -> Result<ServerAnswer, ServerFault>) -> Result<ServerAnswer, ServerFault> {
         for pause in PAUSES {
             match ask() {
                 Err(fault) if fault.may_pass() => self.web.wait(pause),
@@ -102,16 +102,16 @@ impl Line<'_> {
     }
 
     /// An answer that says yes.
-    pub(super) fn good(&self, what: &'static str, answer: Answer) -> Result<Answer, Fault> {
+    pub(super) fn good(&self, what: &'static str, answer: ServerAnswer) -> Result<ServerAnswer, ServerFault> {
         match answer.status {
             200..=299 => Ok(answer),
-            status => Err(Fault::Refused { what, status, words: self.words(&answer) }),
+            status => Err(ServerFault::Refused { what, status, words: self.words(&answer) }),
         }
     }
 
     /// The data of an answer; Moonraker wraps it.
-    pub(super) fn value(&self, what: &'static str, answer: &Answer) -> Result<Value, Fault> {
-        let page = Fault::Page { what, kind: self.job.address.kind };
+    pub(super) fn value(&self, what: &'static str, answer: &ServerAnswer) -> Result<Value, ServerFault> {
+        let page = ServerFault::Page { what, kind: self.job.address.kind };
         let value: Value = serde_json::from_slice(&answer.body).map_err(|_| page.clone())?;
         match value {
             Value::Object(mut all) if self.job.address.kind == Kind::Moonraker => {
@@ -123,7 +123,7 @@ impl Line<'_> {
     }
 
     /// Why a server says no, in its words, without the key.
-    pub(super) fn words(&self, answer: &Answer) -> String {
+    pub(super) fn words(&self, answer: &ServerAnswer) -> String {
         let value: Value = serde_json::from_slice(&answer.body).unwrap_or_default();
         let error = &value["error"];
         let said = error["message"].as_str().or_else(|| error.as_str());
@@ -143,15 +143,15 @@ impl Line<'_> {
         self.job.key.as_ref().filter(|_| takes).map(Key::secret)
     }
 
-    fn fault(&self, trouble: Trouble) -> Fault {
+    fn fault(&self, trouble: Trouble) -> ServerFault {
         match trouble {
-            Trouble::Away { why } => Fault::Away { why },
-            Trouble::Silent => Fault::Silent { seconds: self.job.silence.as_secs() },
-            Trouble::Closed => Fault::Closed,
-            Trouble::Tls { why } => Fault::Tls { why },
-            Trouble::Plain => Fault::Plain,
-            Trouble::Garbled { why } => Fault::Garbled { why },
-            Trouble::TooMuch => Fault::Page { what: "a question", kind: self.job.address.kind },
+            Trouble::Away { why } => ServerFault::Away { why },
+            Trouble::Silent => ServerFault::Silent { seconds: self.job.silence.as_secs() },
+            Trouble::Closed => ServerFault::Closed,
+            Trouble::Tls { why } => ServerFault::Tls { why },
+            Trouble::Plain => ServerFault::Plain,
+            Trouble::Garbled { why } => ServerFault::Garbled { why },
+            Trouble::TooMuch => ServerFault::Page { what: "a question", kind: self.job.address.kind },
         }
     }
 }

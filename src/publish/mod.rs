@@ -30,16 +30,16 @@ mod octoprint;
 mod tests;
 mod web;
 
-pub use address::{Address, BadInput, Key, Kind, file_name};
+pub use address::{BadInput, Key, Kind, ServerAddress, file_name};
 pub use api::{Delivered, Delivery};
 pub use deliver::deliver;
-pub use fault::{Fault, PublishError};
+pub use fault::{PublishError, ServerFault};
 pub use fingerprint::Fingerprint;
-pub use web::{Answer, Ask, Method, Trouble, Web};
+pub use web::{Ask, HttpMethod, ServerAnswer, Trouble, Web};
 
 /// What a file takes: as we state it, or as a server shows it; `None` where nobody says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Figures {
+pub struct UploadFigures {
     /// Time to print, s.
     pub seconds: Option<f64>,
     /// Filament, mm.

@@ -3,12 +3,12 @@
 //! An upload is compared by the server with its SHA-256 before it takes its place. What the server shows it reads from comments in the
 //! file, of slicers that it knows: `gcode::marks::Totals` writes them.
 
-use super::Figures;
+use super::UploadFigures;
 use super::api::{Api, Kept, State};
-use super::fault::Fault;
+use super::fault::ServerFault;
 use super::form::Form;
 use super::line::{Line, Question};
-use super::web::Method;
+use super::web::HttpMethod;
 
 pub(super) struct Moonraker<'a>(pub(super) Line<'a>);
 
@@ -17,51 +17,51 @@ impl Moonraker<'_> {
         format!("/server/files/gcodes/{}", self.0.job.name)
     }
 
-    fn folder(&self) -> Result<serde_json::Value, Fault> {
+    fn folder(&self) -> Result<serde_json::Value, ServerFault> {
         self.0.read("a list of files", "/server/files/directory?path=gcodes")
     }
 }
 
 impl Api for Moonraker<'_> {
-    fn enter(&mut self) -> Result<(), Fault> {
+    fn enter(&mut self) -> Result<(), ServerFault> {
         let info = self.0.read("/server/info", "/server/info")?;
         let named = info.get("klippy_state").is_some() || info.get("moonraker_version").is_some();
-        if named { Ok(()) } else { Err(Fault::Page { what: "/server/info", kind: self.0.job.address.kind }) }
+        if named { Ok(()) } else { Err(ServerFault::Page { what: "/server/info", kind: self.0.job.address.kind }) }
     }
 
-    fn free(&self) -> Result<Option<u64>, Fault> {
+    fn free(&self) -> Result<Option<u64>, ServerFault> {
         Ok(self.folder()?["disk_usage"]["free"].as_u64())
     }
 
-    fn kept(&self) -> Result<Option<Kept>, Fault> {
+    fn kept(&self) -> Result<Option<Kept>, ServerFault> {
         let folder = self.folder()?;
         let named = |file: &&serde_json::Value| file["filename"].as_str() == Some(&self.0.job.name);
         let file = folder["files"].as_array().into_iter().flatten().find(named);
         Ok(file.map(|file| Kept { bytes: file["size"].as_u64().unwrap_or_default(), sha1: None }))
     }
 
-    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), Fault> {
+    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), ServerFault> {
         let (what, job) = ("the upload", self.0.job);
         let form = Form::of(&[("root", "gcodes"), ("checksum", &job.sha256)], &job.name, &job.sha256);
         let question = Question::post("/server/files/upload".to_owned(), &form.kind(), form.body(job.file));
         let answer = self.0.once(question, sent)?;
         if answer.status == 422 {
             // Its own checksum was another; it keeps nothing then.
-            return Err(Fault::Closed);
+            return Err(ServerFault::Closed);
         }
         self.0.good(what, answer).map(drop)
     }
 
-    fn fetch(&self) -> Result<Vec<u8>, Fault> {
+    fn fetch(&self) -> Result<Vec<u8>, ServerFault> {
         self.0.fetch(&self.file())
     }
 
-    fn remove(&self) -> Result<(), Fault> {
-        let question = Question { method: Method::Delete, ..Question::get(self.file()) };
+    fn remove(&self) -> Result<(), ServerFault> {
+        let question = Question { method: HttpMethod::Delete, ..Question::get(self.file()) };
         self.0.good("to delete the file", self.0.once(question, &|_| {})?).map(drop)
     }
 
-    fn state(&self) -> Result<State, Fault> {
+    fn state(&self) -> Result<State, ServerFault> {
         let what = "the request for the printer";
         let answer = self.0.once(Question::get("/printer/info".to_owned()), &|_| {})?;
         if answer.status == 503 {
@@ -84,16 +84,16 @@ impl Api for Moonraker<'_> {
         }
     }
 
-    fn start(&self) -> Result<(), Fault> {
+    fn start(&self) -> Result<(), ServerFault> {
         let what = "to start the print";
         let path = format!("/printer/print/start?filename={}", self.0.job.name);
         self.0.good(what, self.0.once(Question::post(path, "application/json", Vec::new()), &|_| {})?).map(drop)
     }
 
-    fn shown(&self) -> Result<Figures, Fault> {
+    fn shown(&self) -> Result<UploadFigures, ServerFault> {
         let path = format!("/server/files/metadata?filename={}", self.0.job.name);
-        let Some(file) = self.0.look("the file's metadata", &path)? else { return Ok(Figures::default()) };
-        Ok(Figures {
+        let Some(file) = self.0.look("the file's metadata", &path)? else { return Ok(UploadFigures::default()) };
+        Ok(UploadFigures {
             seconds: file["estimated_time"].as_f64(),
             filament_mm: file["filament_total"].as_f64(),
             layers: file["layer_count"].as_u64(),

@@ -5,12 +5,12 @@
 
 use serde_json::{Value, json};
 
-use super::Figures;
+use super::UploadFigures;
 use super::api::{Api, Kept, State};
-use super::fault::Fault;
+use super::fault::ServerFault;
 use super::form::Form;
 use super::line::{Line, Question};
-use super::web::Method;
+use super::web::HttpMethod;
 
 pub(super) struct OctoPrint<'a>(pub(super) Line<'a>);
 
@@ -31,10 +31,10 @@ impl OctoPrint<'_> {
 }
 
 impl Api for OctoPrint<'_> {
-    fn enter(&mut self) -> Result<(), Fault> {
+    fn enter(&mut self) -> Result<(), ServerFault> {
         let version = self.0.read("/api/version", "/api/version")?;
         let named = version["text"].as_str().is_some_and(|text| text.starts_with("OctoPrint"));
-        if named { Ok(()) } else { Err(Fault::Page { what: "/api/version", kind: self.0.job.address.kind }) }
+        if named { Ok(()) } else { Err(ServerFault::Page { what: "/api/version", kind: self.0.job.address.kind }) }
     }
 
     /// As its connection's M115 has it; only a key with the right to see the system is told.
@@ -43,17 +43,17 @@ impl Api for OctoPrint<'_> {
         info["systeminfo"]["printer.firmware"].as_str().map(str::to_owned)
     }
 
-    fn free(&self) -> Result<Option<u64>, Fault> {
+    fn free(&self) -> Result<Option<u64>, ServerFault> {
         Ok(self.0.read("a list of files", "/api/files/local?recursive=false")?["free"].as_u64())
     }
 
-    fn kept(&self) -> Result<Option<Kept>, Fault> {
+    fn kept(&self) -> Result<Option<Kept>, ServerFault> {
         let Some(file) = self.0.look("the request for the file", &self.file())? else { return Ok(None) };
         let bytes = file["size"].as_u64().unwrap_or_default();
         Ok(Some(Kept { bytes, sha1: file["hash"].as_str().map(str::to_ascii_lowercase) }))
     }
 
-    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), Fault> {
+    fn upload(&self, sent: &dyn Fn(usize)) -> Result<(), ServerFault> {
         let (job, userdata) = (self.0.job, self.userdata());
         let once = if job.replace { "false" } else { "true" };
         let form = Form::of(&[("noOverwrite", once), ("userdata", &userdata)], &job.name, &job.sha256);
@@ -63,7 +63,7 @@ impl Api for OctoPrint<'_> {
         let path = self.0.value(what, &answer)?["files"]["local"]["path"].clone();
         match path.as_str() {
             Some(path) if path == job.name => Ok(()),
-            other => Err(Fault::Refused {
+            other => Err(ServerFault::Refused {
                 what: "the file's name",
                 status: answer.status,
                 words: format!("it would be called {}", other.unwrap_or("otherwise")),
@@ -71,16 +71,16 @@ impl Api for OctoPrint<'_> {
         }
     }
 
-    fn fetch(&self) -> Result<Vec<u8>, Fault> {
+    fn fetch(&self) -> Result<Vec<u8>, ServerFault> {
         self.0.fetch(&format!("/downloads/files/local/{}", self.0.job.name))
     }
 
-    fn remove(&self) -> Result<(), Fault> {
-        let question = Question { method: Method::Delete, ..Question::get(self.file()) };
+    fn remove(&self) -> Result<(), ServerFault> {
+        let question = Question { method: HttpMethod::Delete, ..Question::get(self.file()) };
         self.0.good("to delete the file", self.0.once(question, &|_| {})?).map(drop)
     }
 
-    fn state(&self) -> Result<State, Fault> {
+    fn state(&self) -> Result<State, ServerFault> {
         let what = "the request for the printer";
         let answer = self.0.once(Question::get("/api/printer?exclude=temperature,sd".to_owned()), &|_| {})?;
         if answer.status == 409 {
@@ -99,17 +99,17 @@ impl Api for OctoPrint<'_> {
         Ok(State::NotReady(state["text"].as_str().unwrap_or("it gives no reason").to_owned()))
     }
 
-    fn start(&self) -> Result<(), Fault> {
+    fn start(&self) -> Result<(), ServerFault> {
         let (what, command) = ("to start the print", json!({"command": "select", "print": true}).to_string());
         let question = Question::post(self.file(), "application/json", vec![command.as_bytes()]);
         self.0.good(what, self.0.once(question, &|_| {})?).map(drop)
     }
 
-    fn shown(&self) -> Result<Figures, Fault> {
+    fn shown(&self) -> Result<UploadFigures, ServerFault> {
         let file = self.0.look("the request for the file", &self.file())?.unwrap_or(Value::Null);
         let analysis = &file["gcodeAnalysis"];
         let tools = analysis["filament"].as_object();
         let lengths = tools.map(|tools| tools.values().filter_map(|tool| tool["length"].as_f64()).sum());
-        Ok(Figures { seconds: analysis["estimatedPrintTime"].as_f64(), filament_mm: lengths, layers: None })
+        Ok(UploadFigures { seconds: analysis["estimatedPrintTime"].as_f64(), filament_mm: lengths, layers: None })
     }
 }

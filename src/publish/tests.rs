@@ -2,17 +2,17 @@
 
 use std::time::Duration;
 
-use super::address::{Address, BadInput, Key, Kind, file_name};
+use super::address::{BadInput, Key, Kind, ServerAddress, file_name};
 use super::form::Form;
 use super::line::escaped;
-use super::web::{Answer, Ask, Trouble, Web};
-use super::{Fault, PublishError};
+use super::web::{Ask, ServerAnswer, Trouble, Web};
+use super::{PublishError, ServerFault};
 
 #[test]
 fn addresses_are_read_and_repeated_nowhere_when_they_hold_a_secret() {
-    let good = Address::parse("octoprint:http://printer.local:5000/").unwrap();
+    let good = ServerAddress::parse("octoprint:http://printer.local:5000/").unwrap();
     assert_eq!((good.kind, good.url()), (Kind::OctoPrint, "http://printer.local:5000"));
-    let behind = Address::parse("moonraker:https://[fe80::1]:7125/printer/2").unwrap();
+    let behind = ServerAddress::parse("moonraker:https://[fe80::1]:7125/printer/2").unwrap();
     assert_eq!((behind.kind, behind.url()), (Kind::Moonraker, "https://[fe80::1]:7125/printer/2"));
     for (text, wanted) in [
         ("http://printer.local", BadInput::Server),
@@ -24,7 +24,7 @@ fn addresses_are_read_and_repeated_nowhere_when_they_hold_a_secret() {
         ("duet:http://me:SECRET@printer.local", BadInput::Secret),
         ("octoprint:http://printer.local/?apikey=SECRET", BadInput::Secret),
     ] {
-        let error = Address::parse(text).unwrap_err();
+        let error = ServerAddress::parse(text).unwrap_err();
         assert_eq!(error, wanted, "{text}");
         assert!(!error.to_string().contains("SECRET"), "{error}");
     }
@@ -36,7 +36,7 @@ struct NoSockets {
 }
 
 impl Web for NoSockets {
-    fn ask(&self, _: &Ask<'_>, _: &dyn Fn(usize)) -> Result<Answer, Trouble> {
+    fn ask(&self, _: &Ask<'_>, _: &dyn Fn(usize)) -> Result<ServerAnswer, Trouble> {
         Err(Trouble::Closed)
     }
 
@@ -49,7 +49,7 @@ impl Web for NoSockets {
 
 #[test]
 fn https_is_refused_before_anything_is_sent_where_there_is_no_tls() {
-    let reached = |url: &str, tls| Address::parse(url).unwrap().reached_by(&NoSockets { tls });
+    let reached = |url: &str, tls| ServerAddress::parse(url).unwrap().reached_by(&NoSockets { tls });
     assert_eq!(reached("duet:https://d", false), Err(BadInput::NoTls));
     assert!(BadInput::NoTls.to_string().contains("http://") && BadInput::NoTls.to_string().contains("--features tls"));
     for (url, tls) in [("duet:https://d", true), ("duet:http://d", false), ("duet:http://d", true)] {
@@ -96,11 +96,11 @@ fn what_goes_into_an_address_is_escaped() {
 
 #[test]
 fn what_may_pass_is_tried_again_and_nothing_else() {
-    assert!(Fault::Closed.may_pass() && Fault::Silent { seconds: 1 }.may_pass());
-    let refused = |status| Fault::Refused { what: "the upload", status, words: String::new() };
-    assert!(refused(503).may_pass() && !refused(500).may_pass() && !Fault::NoKey.may_pass());
-    let address = Address::parse("duet:http://d").unwrap();
-    let told = PublishError::new(&address, Fault::Full { free: Some(5), needs: 9 }, true).to_string();
+    assert!(ServerFault::Closed.may_pass() && ServerFault::Silent { seconds: 1 }.may_pass());
+    let refused = |status| ServerFault::Refused { what: "the upload", status, words: String::new() };
+    assert!(refused(503).may_pass() && !refused(500).may_pass() && !ServerFault::NoKey.may_pass());
+    let address = ServerAddress::parse("duet:http://d").unwrap();
+    let told = PublishError::new(&address, ServerFault::Full { free: Some(5), needs: 9 }, true).to_string();
     let wanted = "Duet at http://d: its disk is full: 5 bytes are free, the file needs 9 bytes; delete old files there; part of the file may be left there";
     assert_eq!(told, wanted);
 }

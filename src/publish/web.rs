@@ -6,7 +6,7 @@ use super::fingerprint::Fingerprint;
 
 /// What is done with a place on a server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub enum HttpMethod {
     /// Read.
     Get,
     /// Written.
@@ -18,7 +18,7 @@ pub enum Method {
 /// A request. Its address and headers may hold the key, so it cannot be printed.
 pub struct Ask<'a> {
     /// What is done.
-    pub method: Method,
+    pub method: HttpMethod,
     /// The whole address.
     pub url: String,
     /// Headers besides host and length.
@@ -35,7 +35,7 @@ pub struct Ask<'a> {
 
 /// What a server said.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Answer {
+pub struct ServerAnswer {
     /// HTTP's number.
     pub status: u16,
     /// Where it says the place is now.
@@ -82,7 +82,7 @@ pub trait Web {
     /// # Errors
     ///
     /// [`Trouble`]; whether the server has done what it was asked is not known then.
-    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<Answer, Trouble>;
+    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<ServerAnswer, Trouble>;
 
     /// Returns after `time`.
     fn wait(&self, time: Duration);

@@ -43,7 +43,7 @@ use surface::Surface;
 
 /// How to cut.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct CutOptions {
     /// Facets up to this angle from the vertical need no support, whatever layers say.
     pub overhang: Angle,
     /// Slopes up to this angle are fine in layers; `None`: as lines of that width and layers are ([`Rule::practised`]).
@@ -81,7 +81,7 @@ pub struct Options {
     pub only_facets: bool,
 }
 
-impl Default for Options {
+impl Default for CutOptions {
     fn default() -> Self {
         Self {
             overhang: Angle::from_deg(45.0),
@@ -283,7 +283,7 @@ pub fn parted(model: &TriangleMesh<Object>, plane: &Plane) -> Option<Parted> {
 }
 
 /// Told again and again how many cuts deep a search is; says whether it goes on, or is to end with the best so far.
-pub type Watch<'a> = dyn FnMut(usize) -> bool + 'a;
+pub type CutWatch<'a> = dyn FnMut(usize) -> bool + 'a;
 
 /// Cuts `model`, one closed solid, until nothing needs support on `machine`, or as well as `options` and `watch` allow.
 ///
@@ -291,8 +291,8 @@ pub type Watch<'a> = dyn FnMut(usize) -> bool + 'a;
 pub fn split(
     model: &TriangleMesh<Object>,
     machine: &dyn CutMachine,
-    options: &Options,
-    watch: &mut Watch<'_>,
+    options: &CutOptions,
+    watch: &mut CutWatch<'_>,
 ) -> Split {
     Splitter::new(model, |up| machine.reaches(up), options.clone()).split(machine, options.pedestal_mm, watch)
 }
@@ -308,7 +308,7 @@ pub struct Splitter {
 impl Splitter {
     /// `model` is one closed solid, `reaches` says whether the machine's axes bring a direction upright; the pedestal of `options`
     /// does not count.
-    pub fn new(model: &TriangleMesh<Object>, reaches: impl Fn(&Vec3) -> bool, options: Options) -> Self {
+    pub fn new(model: &TriangleMesh<Object>, reaches: impl Fn(&Vec3) -> bool, options: CutOptions) -> Self {
         let rules = MeasureRules {
             sine: options.overhang.rad().sin(),
             layer_mm: options.layer_mm,
@@ -330,7 +330,7 @@ impl Splitter {
 
     /// As [`split`], on a pedestal of this height, mm, or on none: `machine` knows how high the model stands, and differs in nothing
     /// else from call to call.
-    pub fn split(&mut self, machine: &dyn CutMachine, pedestal_mm: f64, watch: &mut Watch<'_>) -> Split {
+    pub fn split(&mut self, machine: &dyn CutMachine, pedestal_mm: f64, watch: &mut CutWatch<'_>) -> Split {
         let place = self.tried.iter().position(|mm| mm.to_bits() == pedestal_mm.to_bits());
         let number = place.unwrap_or(self.tried.len());
         if place.is_none() {

@@ -19,7 +19,7 @@ use super::rules::{Against, CutParts, THICK_MM, kept};
 use super::state::{CutStep, FAULT_MM2, NOTHING_MM2, SAME_MM2, SplitState, StatePromise, whole};
 use super::surface::{Plane, Surface};
 use super::sweep::{Sweep, footing, seam_mm2};
-use super::{Options, Watch};
+use super::{CutOptions, CutWatch};
 use crate::geom::{Object, Vec3};
 use crate::mesh::TriangleMesh;
 
@@ -58,7 +58,7 @@ pub(super) struct SearchFound {
 
 /// What the searches over one model share: whatever the machine, states and promises are the same.
 pub(super) struct SearchGround {
-    pub(super) options: Options,
+    pub(super) options: CutOptions,
     pub(super) rules: MeasureRules,
     directions: Directions,
     first: Arc<SplitState>,
@@ -73,7 +73,7 @@ impl SearchGround {
     pub(super) fn new(
         model: &TriangleMesh<Object>,
         reaches: impl Fn(&Vec3) -> bool,
-        options: Options,
+        options: CutOptions,
         rules: MeasureRules,
     ) -> Self {
         let directions = directions(model, reaches);
@@ -109,14 +109,14 @@ pub(super) struct BeamSearch<'a> {
 impl BeamSearch<'_> {
     /// The best way to cut that is found, refined. `finished` says whether a state that needs nothing really is good; `watch` is told
     /// again and again how many cuts deep the search is, and says whether it goes on.
-    pub(super) fn run(&self, finished: &dyn Fn(&SplitState) -> bool, watch: &mut Watch<'_>) -> SearchFound {
+    pub(super) fn run(&self, finished: &dyn Fn(&SplitState) -> bool, watch: &mut CutWatch<'_>) -> SearchFound {
         let found = self.searched(finished, watch);
         if found.stopped { found } else { self.refined(found, finished) }
     }
 
     /// Plain directions come first: what they do with as few cuts has its faces along the layers and smaller seams, though a
     /// slanting cut would take more at once.
-    fn searched(&self, finished: &dyn Fn(&SplitState) -> bool, watch: &mut Watch<'_>) -> SearchFound {
+    fn searched(&self, finished: &dyn Fn(&SplitState) -> bool, watch: &mut CutWatch<'_>) -> SearchFound {
         let most = self.ground.options.max_cuts;
         let few = most.min(PLAIN_CUTS);
         let usual = self.ground.options.beam;
@@ -141,7 +141,7 @@ impl BeamSearch<'_> {
         &self,
         (directions, most, width): (usize, usize, usize),
         finished: &dyn Fn(&SplitState) -> bool,
-        watch: &mut Watch<'_>,
+        watch: &mut CutWatch<'_>,
     ) -> SearchFound {
         let allow = self.ground.options.allow_mm2;
         let mut best = self.ground.first.clone();

@@ -170,7 +170,7 @@ fn cuts_that_cost_more_than_another_way_are_not_searched() {
         super::split(
             &arm,
             &super::NoHead { most_tilt: std::f64::consts::FRAC_PI_2 },
-            &super::Options { budget, ..super::Options::default() },
+            &super::CutOptions { budget, ..super::CutOptions::default() },
             &mut |_| true,
         )
     };
@@ -190,9 +190,9 @@ fn a_search_that_is_stopped_ends_with_the_best_so_far() {
     let outline =
         [[0.0, 0.0], [10.0, 0.0], [10.0, 30.0], [40.0, 30.0], [40.0, 40.0], [-30.0, 40.0], [-30.0, 30.0], [0.0, 30.0]];
     let tee = prism(&outline, [0.0, 10.0]);
-    let within = |tries: u64, watch: &mut super::Watch<'_>| {
+    let within = |tries: u64, watch: &mut super::CutWatch<'_>| {
         let machine = super::NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };
-        super::split(&tee, &machine, &super::Options { tries, ..super::Options::default() }, watch)
+        super::split(&tee, &machine, &super::CutOptions { tries, ..super::CutOptions::default() }, watch)
     };
     let mut asked = 0;
     let whole = within(u64::MAX, &mut |_| {

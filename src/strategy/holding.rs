@@ -17,7 +17,7 @@ use crate::profile::{Profile, SliceSettings};
 use crate::section::Sections;
 use crate::slicing::builtin::sheets;
 use crate::support::{
-    Around, Bare, Bars, Build, Ceiling, Clear, Clearance, Cuts, Flow, Graph, Laying, Method, Prop, Roof, Structure,
+    Around, Bare, Bars, Build, Ceiling, Clear, Clearance, Cuts, Flow, FlowMethod, Graph, Laying, Prop, Roof, Structure,
     SupportLayer, bare, braced, build, lines, longest_free_mm, plan, propped,
 };
 use crate::toolpath::{Input, SlicedError, SlicedPrint, SlotMesh, print_name, slot_mesh};
@@ -228,7 +228,7 @@ fn columns(held: &HeldMesh, supports: &PrintSupports) -> Result<(Graph, Flow), B
     let (meshes, others): ([_; 1], Vec<_>) = ([&held.slot.mesh], held.others.iter().collect());
     let grid = grid_over(&meshes, supports.step_mm)?;
     let graph = Graph::among(grid, &meshes, &others, Angle::from_deg(supports.overhang_deg));
-    let planned = plan(&graph, Method::Auto, (CAPACITY, None), SEED, &mut |_| {});
+    let planned = plan(&graph, FlowMethod::Auto, (CAPACITY, None), SEED, &mut |_| {});
     let flow = match supports.brace_mm {
         Some(most_mm) => braced(&graph, &planned.flow, most_mm).flow,
         None => planned.flow,

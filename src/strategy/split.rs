@@ -15,7 +15,7 @@ use crate::overhang::TOLERATE_MM2;
 use crate::pictures;
 use crate::planning::{FREE_SPAN_MM, OnePrint, centred};
 use crate::spelling::counted;
-use crate::split::{Against, CutBudget, Options, Split, Splitter};
+use crate::split::{Against, CutBudget, CutOptions, Split, Splitter};
 use crate::view::Drawing;
 use crate::world::World;
 
@@ -207,7 +207,7 @@ pub(super) fn cut_up(
     let process = &machine.profile.process;
     let overhang_deg = options.overhang_deg.unwrap_or(CAREFUL_DEG);
     let overhang = Angle::from_deg(overhang_deg);
-    let wanted = Options {
+    let wanted = CutOptions {
         overhang,
         steepest: options.overhang_deg.map(Angle::from_deg),
         droops: options.finish == Finish::Practised,
@@ -222,7 +222,7 @@ pub(super) fn cut_up(
         budget: options.budget,
         tries: options.tries,
         no_cut: options.no_cut.iter().map(|b| Bounds::of(b.map(Vec3::from))).collect(),
-        ..Options::default()
+        ..CutOptions::default()
     };
     let mut head = OnePrint::new(&machine.profile, placement, overhang, options.margin_mm);
     (head.steepest, head.droops) = (wanted.steepest, wanted.droops);

@@ -10,10 +10,10 @@
 //! is ever laid on a full arc or through a full node.
 
 use super::cheapest::{Cheapest, Descent, FULL, Window};
-use super::flow::{Flow, Limits};
+use super::flow::{Flow, FlowLimits};
 use super::graph::{ARCS, Graph};
 use super::min_cost::min_cost;
-use super::shortest_paths::{Drawing, shortest_paths};
+use super::shortest_paths::{PathDrawing, shortest_paths};
 use super::ways::Load;
 use crate::geom::SplitMix64;
 
@@ -42,16 +42,16 @@ const FEW: usize = 2000;
 /// many turns are done.
 pub fn least_material(
     graph: &Graph,
-    limits: Limits,
+    limits: FlowLimits,
     effort: &Effort,
     at: &mut dyn FnMut(usize, usize),
-) -> (Flow, Limits, u64) {
+) -> (Flow, FlowLimits, u64) {
     let (cheapest, limits) = min_cost(graph, limits, &mut |_| {});
     let bound = cheapest.tally(graph, limits.arc, limits.node).cost;
     if graph.red.is_empty() {
         return (cheapest, limits, bound);
     }
-    let drawing = Drawing { seed: effort.seed, ..Drawing::default() };
+    let drawing = PathDrawing { seed: effort.seed, ..PathDrawing::default() };
     let (shared, _) = shortest_paths(graph, limits.clone(), &drawing, &mut |_| {});
     let mut begins = vec![shared, cheapest];
     begins.sort_by_key(|flow| material(graph, flow));
@@ -100,7 +100,7 @@ const WARM: f64 = 64.0;
 type Way = (u32, Vec<u8>);
 
 struct Search<'a> {
-    limits: &'a Limits,
+    limits: &'a FlowLimits,
     load: Load<'a>,
     cheapest: Cheapest,
     descent: Descent,
@@ -109,7 +109,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(graph: &'a Graph, limits: &'a Limits, flow: Flow, seed: u64) -> Self {
+    fn new(graph: &'a Graph, limits: &'a FlowLimits, flow: Flow, seed: u64) -> Self {
         let (cheapest, descent) = (Cheapest::none(graph), Descent::of(graph));
         let (load, numbers) = (Load::of(graph, flow), SplitMix64::seeded(seed));
         Self { limits, load, cheapest, descent, numbers, warm: 0 }
@@ -210,7 +210,7 @@ impl<'a> Search<'a> {
     }
 }
 
-fn prices(load: &Load<'_>, limits: &Limits, node: usize, at: [usize; 2]) -> [u32; ARCS] {
+fn prices(load: &Load<'_>, limits: &FlowLimits, node: usize, at: [usize; 2]) -> [u32; ARCS] {
     let less = BESIDE * u32::from(load.has_neighbour(node, at));
     if load.through[node] == 0 {
         return NEW.map(|price| price - less);
@@ -224,7 +224,7 @@ fn prices(load: &Load<'_>, limits: &Limits, node: usize, at: [usize; 2]) -> [u32
 }
 
 /// The same within a window.
-fn inside(load: &Load<'_>, limits: &Limits, window: &Window, node: usize, at: [usize; 2]) -> [u32; ARCS] {
+fn inside(load: &Load<'_>, limits: &FlowLimits, window: &Window, node: usize, at: [usize; 2]) -> [u32; ARCS] {
     let (mut prices, out) = (prices(load, limits, node, at), window.leading_out(at));
     (0..ARCS).filter(|arc| out & (1 << arc) != 0).for_each(|arc| prices[arc] = FULL);
     prices

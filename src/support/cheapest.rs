@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use super::flow::Limits;
+use super::flow::FlowLimits;
 use super::graph::{ALL_ARCS, ARCS, COSTS, Graph};
 use super::ways::{BUSY, Load};
 
@@ -252,7 +252,7 @@ impl Descent {
     pub(super) fn find(
         &mut self,
         load: &Load<'_>,
-        limits: &Limits,
+        limits: &FlowLimits,
         cheapest: &Cheapest,
         prices: &impl Fn(usize, [usize; 2]) -> [u32; ARCS],
         red: u32,

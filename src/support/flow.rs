@@ -8,7 +8,7 @@ use super::graph::{ARCS, COSTS, Graph};
 
 /// How much an arc and a node may carry.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct FlowLimits {
     /// Each arc.
     pub arc: u16,
     /// All that passes a node; `None`: as much as its arcs.
@@ -19,7 +19,7 @@ pub struct Limits {
     pub raised_nodes: BTreeMap<u32, u16>,
 }
 
-impl Limits {
+impl FlowLimits {
     /// `arc` on every arc, `node` through every node.
     pub fn new(arc: u16, node: Option<u16>) -> Self {
         Self { arc, node, raised_arcs: BTreeMap::new(), raised_nodes: BTreeMap::new() }

@@ -6,7 +6,7 @@
 //! from all of them at once; costs are small integers, so a list for each distance is the queue), and they go on. All reduced
 //! costs stay at 0 or above on what can be pushed, which proves the flow the cheapest.
 
-use super::flow::{Flow, Limits};
+use super::flow::{Flow, FlowLimits};
 use super::graph::{ARCS, COSTS, Graph};
 use super::preflow::push_relabel;
 use super::residual::{Residual, Step, VERTICAL_FIRST};
@@ -30,7 +30,7 @@ pub fn unlimited_cost(graph: &Graph) -> u64 {
 
 /// The cheapest flow from every red square, with the limits that it needed: where `limits` hold some back, they are raised as
 /// [`push_relabel`] raises them. `at` hears how many units have arrived.
-pub fn min_cost(graph: &Graph, limits: Limits, at: &mut dyn FnMut(usize)) -> (Flow, Limits) {
+pub fn min_cost(graph: &Graph, limits: FlowLimits, at: &mut dyn FnMut(usize)) -> (Flow, FlowLimits) {
     if let Some(flow) = Search::new(graph, limits.clone()).run(at) {
         return (flow, limits);
     }
@@ -54,7 +54,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(graph: &'a Graph, limits: Limits) -> Self {
+    fn new(graph: &'a Graph, limits: FlowLimits) -> Self {
         let residual = Residual::new(graph, limits, VERTICAL_FIRST);
         let costs = distances(graph);
         let states = residual.states();

@@ -10,7 +10,7 @@
 //! Planned --build--> Built{mesh, volume}                         closed solids along the arcs with flow
 //! ```
 //!
-//! Four methods ([`Method`]): [`push_relabel`] is the fastest, [`min_cost`] the cheapest by straight and oblique arcs, proved;
+//! Four methods ([`FlowMethod`]): [`push_relabel`] is the fastest, [`min_cost`] the cheapest by straight and oblique arcs, proved;
 //! [`shortest_paths`] lets columns join, [`least_material`] is the one to use: it takes the least material of all, with no arc above
 //! its limit. Nothing that can be held stays bare: where the limits would leave it so they are raised, one arc by one, and the
 //! [`Tally`] counts them. What cannot be held whatever the limits is in [`Graph::unreachable`], by patches in [`bare`].
@@ -46,16 +46,16 @@ pub use auto::{Effort, least_material};
 pub use brace::{Braced, braced};
 pub use clear::{Around, Clearance, Cuts};
 pub use demand::Demand;
-pub use flow::{Flow, Limits, Tally};
+pub use flow::{Flow, FlowLimits, Tally};
 pub use graph::{ARCS, COSTS, Count, Graph};
 pub use grid::Grid;
 pub use laying::{Clear, Laying};
 pub use lines::{SupportLayer, lines};
 pub use measure::{Bare, Cover, SAMPLE_MM, bare, cover, held, longest_free_mm};
 pub use min_cost::{min_cost, unlimited_cost};
-pub use plan::{Method, Planned, plan};
+pub use plan::{FlowMethod, PlannedFlow, plan};
 pub use preflow::push_relabel;
 pub use props::{Prop, propped};
 pub use roof::Roof;
-pub use shortest_paths::{Drawing, shortest_paths};
+pub use shortest_paths::{PathDrawing, shortest_paths};
 pub use structure::{Bars, Build, Built, Ceiling, Outline, Sheets, Structure, build, sheets};

@@ -1,15 +1,15 @@
 //! One method's supports for a graph, with their tally and a bound.
 
 use super::auto::{Effort, least_material};
-use super::flow::{Flow, Limits, Tally};
+use super::flow::{Flow, FlowLimits, Tally};
 use super::graph::Graph;
 use super::min_cost::{min_cost, unlimited_cost};
 use super::preflow::push_relabel;
-use super::shortest_paths::{Drawing, shortest_paths};
+use super::shortest_paths::{PathDrawing, shortest_paths};
 
 /// How supports are planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub enum FlowMethod {
     /// Least material within the limits.
     Auto,
     /// The cheapest flow, exactly.
@@ -20,7 +20,7 @@ pub enum Method {
     ShortestPaths,
 }
 
-impl Method {
+impl FlowMethod {
     /// All, with their names.
     pub const NAMED: [(&'static str, Self); 4] = [
         ("auto", Self::Auto),
@@ -32,11 +32,11 @@ impl Method {
 
 /// Supports as a flow.
 #[derive(Clone, Debug)]
-pub struct Planned {
+pub struct PlannedFlow {
     /// One unit from each red square that reaches the ground.
     pub flow: Flow,
     /// The limits, with those that had to be raised.
-    pub limits: Limits,
+    pub limits: FlowLimits,
     /// What the flow comes to.
     pub tally: Tally,
     /// No flow within the limits costs less: of `auto` and `min-cost` the least cost itself, of the others the cost without limits.
@@ -49,29 +49,29 @@ pub struct Planned {
 /// in hundredths.
 pub fn plan(
     graph: &Graph,
-    method: Method,
+    method: FlowMethod,
     (arc, node): (u16, Option<u16>),
     seed: u64,
     at: &mut dyn FnMut(usize),
-) -> Planned {
-    let (limits, count) = (Limits::new(arc, node), graph.red.len().max(1));
-    let drawing = Drawing { seed, ..Drawing::default() };
+) -> PlannedFlow {
+    let (limits, count) = (FlowLimits::new(arc, node), graph.red.len().max(1));
+    let drawing = PathDrawing { seed, ..PathDrawing::default() };
     let (flow, limits, bound) = match method {
-        Method::Auto => {
+        FlowMethod::Auto => {
             let effort = Effort { seed, ..Effort::default() };
             let (flow, limits, bound) = least_material(graph, limits, &effort, &mut |done, of| at(100 * done / of));
             (flow, limits, Some(bound))
         }
-        Method::MinCost => {
+        FlowMethod::MinCost => {
             let (flow, limits) = min_cost(graph, limits, &mut |done| at(100 * done / count));
             let cost = flow.tally(graph, arc, node).cost;
             (flow, limits, Some(cost))
         }
-        Method::PushRelabel => {
+        FlowMethod::PushRelabel => {
             let (flow, limits) = push_relabel(graph, limits, &mut |_| {});
             (flow, limits, None)
         }
-        Method::ShortestPaths => {
+        FlowMethod::ShortestPaths => {
             let rounds = drawing.rounds;
             let (flow, limits) = shortest_paths(graph, limits, &drawing, &mut |done| at(100 * done / rounds));
             (flow, limits, None)
@@ -79,11 +79,11 @@ pub fn plan(
     };
     let tally = flow.tally(graph, arc, node);
     let lower_bound = bound.unwrap_or_else(|| unlimited_cost(graph));
-    Planned { tally, lower_bound, fewest_arcs: fewest_arcs(graph, &limits), flow, limits }
+    PlannedFlow { tally, lower_bound, fewest_arcs: fewest_arcs(graph, &limits), flow, limits }
 }
 
 /// Arcs that any flow within the limits uses at least: between two levels as many as what begins above fills.
-fn fewest_arcs(graph: &Graph, limits: &Limits) -> usize {
+fn fewest_arcs(graph: &Graph, limits: &FlowLimits) -> usize {
     let most = limits.raised_arcs.values().copied().max().unwrap_or(limits.arc).max(limits.arc);
     let mut begins = vec![0_usize; graph.grid.size[2]];
     graph.red.iter().for_each(|&red| begins[red as usize / graph.grid.level()] += 1);

@@ -9,7 +9,7 @@
 
 use std::collections::VecDeque;
 
-use super::flow::{Flow, Limits};
+use super::flow::{Flow, FlowLimits};
 use super::graph::Graph;
 use super::residual::{Order, Residual, Step, VERTICAL_FIRST};
 
@@ -17,12 +17,17 @@ use super::residual::{Order, Residual, Step, VERTICAL_FIRST};
 const CUT_OFF: u32 = u32::MAX;
 
 /// A flow from every red square, with the limits that it needed.
-pub fn push_relabel(graph: &Graph, limits: Limits, at: &mut dyn FnMut(usize)) -> (Flow, Limits) {
+pub fn push_relabel(graph: &Graph, limits: FlowLimits, at: &mut dyn FnMut(usize)) -> (Flow, FlowLimits) {
     in_order(graph, limits, VERTICAL_FIRST, at)
 }
 
 /// The same with arcs in another order.
-pub(super) fn in_order(graph: &Graph, limits: Limits, order: Order, at: &mut dyn FnMut(usize)) -> (Flow, Limits) {
+pub(super) fn in_order(
+    graph: &Graph,
+    limits: FlowLimits,
+    order: Order,
+    at: &mut dyn FnMut(usize),
+) -> (Flow, FlowLimits) {
     let mut preflow = Preflow::new(graph, limits, order);
     let mut grown = 0;
     loop {
@@ -53,7 +58,7 @@ struct Preflow<'a> {
 }
 
 impl<'a> Preflow<'a> {
-    fn new(graph: &'a Graph, limits: Limits, order: Order) -> Self {
+    fn new(graph: &'a Graph, limits: FlowLimits, order: Order) -> Self {
         let residual = Residual::new(graph, limits, order);
         let (squares, level) = (graph.squares(), graph.grid.level());
         let split = residual.states() > squares;

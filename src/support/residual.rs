@@ -6,7 +6,7 @@
 
 use std::collections::HashSet;
 
-use super::flow::{Flow, Limits};
+use super::flow::{Flow, FlowLimits};
 use super::graph::{ARCS, COSTS, Graph};
 
 /// One step in the residual network.
@@ -70,7 +70,7 @@ impl Steps {
 /// A flow within limits, on its way.
 pub(super) struct Residual<'a> {
     pub(super) graph: &'a Graph,
-    pub(super) limits: Limits,
+    pub(super) limits: FlowLimits,
     pub(super) flow: Flow,
     /// What passes each node, where nodes have limits.
     inner: Vec<u16>,
@@ -78,13 +78,13 @@ pub(super) struct Residual<'a> {
 }
 
 impl<'a> Residual<'a> {
-    pub(super) fn new(graph: &'a Graph, limits: Limits, order: Order) -> Self {
+    pub(super) fn new(graph: &'a Graph, limits: FlowLimits, order: Order) -> Self {
         let inner = if limits.node.is_some() { vec![0; graph.squares()] } else { Vec::new() };
         Self { graph, limits, flow: Flow::none(graph), inner, order }
     }
 
     /// A flow that is balanced already.
-    pub(super) fn of(graph: &'a Graph, limits: Limits, flow: Flow) -> Self {
+    pub(super) fn of(graph: &'a Graph, limits: FlowLimits, flow: Flow) -> Self {
         let through = |node| flow.through(graph, node);
         let inner = limits.node.map_or_else(Vec::new, |_| (0..graph.squares()).map(through).collect());
         Self { graph, limits, flow, inner, order: VERTICAL_FIRST }

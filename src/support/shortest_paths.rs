@@ -6,7 +6,7 @@
 //! hundred end above four. The seed leaves them so; here the ways over them are taken up and laid where there is room.
 
 use super::cheapest::{Cheapest, Descent, FULL, UNIT};
-use super::flow::{Flow, Limits};
+use super::flow::{Flow, FlowLimits};
 use super::graph::{ARCS, COSTS, Graph};
 use super::preflow::push_relabel;
 use super::residual::Residual;
@@ -15,7 +15,7 @@ use crate::geom::SplitMix64;
 
 /// How ways are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawing {
+pub struct PathDrawing {
     /// Times that ways are drawn anew.
     pub rounds: usize,
     /// The share of the ways that is drawn anew each time.
@@ -26,7 +26,7 @@ pub struct Drawing {
     pub repair: bool,
 }
 
-impl Default for Drawing {
+impl Default for PathDrawing {
     fn default() -> Self {
         Self { rounds: 30, share: 0.1, seed: 1, repair: true }
     }
@@ -45,7 +45,12 @@ fn g(n: u16) -> u32 {
 const FREE: u16 = 4;
 
 /// Ways from every red square that share arcs, with the limits that they needed.
-pub fn shortest_paths(graph: &Graph, limits: Limits, how: &Drawing, at: &mut dyn FnMut(usize)) -> (Flow, Limits) {
+pub fn shortest_paths(
+    graph: &Graph,
+    limits: FlowLimits,
+    how: &PathDrawing,
+    at: &mut dyn FnMut(usize),
+) -> (Flow, FlowLimits) {
     let (mut ways, mut load, mut cheapest) =
         (Ways::of(graph), Load::none(graph, FREE.min(limits.arc)), Cheapest::none(graph));
     cheapest.find(&load, &|node, beside| prices(&load, node, beside));
@@ -96,7 +101,7 @@ fn draw(ways: &mut Ways, load: &mut Load<'_>, cheapest: &Cheapest, way: usize) {
 
 /// Takes up the ways over arcs and nodes above their limit, as few as in their order are needed, and lays them where there is
 /// room; where there is none, others make way.
-fn repaired(mut load: Load<'_>, ways: &Ways, limits: Limits) -> (Flow, Limits) {
+fn repaired(mut load: Load<'_>, ways: &Ways, limits: FlowLimits) -> (Flow, FlowLimits) {
     let graph = load.graph;
     let mut taken = Vec::new();
     for (way, &red) in graph.red.iter().enumerate() {
@@ -122,7 +127,7 @@ fn repaired(mut load: Load<'_>, ways: &Ways, limits: Limits) -> (Flow, Limits) {
 }
 
 /// Prices under limits: what is used already costs nothing more.
-fn within(load: &Load<'_>, limits: &Limits, node: usize, beside: u32) -> [u32; ARCS] {
+fn within(load: &Load<'_>, limits: &FlowLimits, node: usize, beside: u32) -> [u32; ARCS] {
     let on = &load.flow.on[node];
     std::array::from_fn(|arc| match on[arc] {
         0 => COSTS[arc] * (UNIT - beside),
@@ -133,7 +138,7 @@ fn within(load: &Load<'_>, limits: &Limits, node: usize, beside: u32) -> [u32; A
 
 /// The flow with a unit more from each of `missing`: what is there makes way, and where that is not enough limits are raised as
 /// [`push_relabel`] raises them.
-pub(super) fn completed(graph: &Graph, flow: Flow, limits: Limits, missing: &[u32]) -> (Flow, Limits) {
+pub(super) fn completed(graph: &Graph, flow: Flow, limits: FlowLimits, missing: &[u32]) -> (Flow, FlowLimits) {
     if missing.is_empty() {
         return (flow, limits);
     }

@@ -1,6 +1,6 @@
 //! The grid against separating axes, what wants support by hand, the order of arcs.
 
-use super::flow::Limits;
+use super::flow::FlowLimits;
 use super::preflow::in_order;
 use super::residual::{Order, VERTICAL_FIRST};
 use super::{ARCS, Demand, Graph, Grid, min_cost};
@@ -141,9 +141,9 @@ fn crowded() -> Graph {
 #[test]
 fn straight_arcs_first_keep_the_cost_down() {
     let graph = crowded();
-    let least = min_cost(&graph, Limits::new(4, None), &mut |_| {}).0.tally(&graph, 4, None).cost;
+    let least = min_cost(&graph, FlowLimits::new(4, None), &mut |_| {}).0.tally(&graph, 4, None).cost;
     let cost = |order| {
-        let (flow, limits) = in_order(&graph, Limits::new(4, None), order, &mut |_| {});
+        let (flow, limits) = in_order(&graph, FlowLimits::new(4, None), order, &mut |_| {});
         assert!(flow.unbalanced(&graph).is_none() && limits.raised_arcs.is_empty());
         flow.tally(&graph, 4, None).cost
     };

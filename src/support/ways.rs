@@ -2,7 +2,7 @@
 //!
 //! A way from level z is z arcs, so that all ways lie in one list, each at its own place.
 
-use super::flow::{Flow, Limits};
+use super::flow::{Flow, FlowLimits};
 use super::graph::{ARCS, Graph};
 
 /// A way from each red square, in the order of [`Graph::red`].
@@ -102,7 +102,7 @@ impl<'a> Load<'a> {
     }
 
     /// Whether a way that is loaded meets an arc or a node with more than its limit.
-    pub(super) fn is_overloaded(&self, limits: &Limits, red: u32, arcs: &[u8]) -> bool {
+    pub(super) fn is_overloaded(&self, limits: &FlowLimits, red: u32, arcs: &[u8]) -> bool {
         let mut over = false;
         let end = Self::along(self.graph, red, arcs, |node, arc| {
             over |= self.flow.on[node][arc] > limits.of_arc(node, arc) || self.through[node] > limits.of_node(node);

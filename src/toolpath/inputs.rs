@@ -20,7 +20,7 @@ pub struct Input<'a> {
 }
 
 /// What the rewriter works for.
-pub struct Job<'a> {
+pub struct RewriteJob<'a> {
     /// The plan.
     pub plan: &'a Plan,
     /// The hash of its text.

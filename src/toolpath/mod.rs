@@ -34,11 +34,11 @@ mod turn;
 mod writer;
 
 pub use export::{BoxMismatch, SlotMesh, check_box, slot_mesh};
-pub use inputs::{Input, Job, RewriteError, Rewritten};
+pub use inputs::{Input, RewriteError, RewriteJob, Rewritten};
 pub use moved::{Moved, find_moved};
-pub use project::{Bed, Spot, TooLarge, layout};
+pub use project::{Bed, ProjectSpot, TooLarge, layout};
 pub use read::read_sliced;
 pub use rewrite::rewrite;
-pub use sliced::{InputWords, Layer, Segment, SlicedPrint};
+pub use sliced::{InputWords, LabelledPrint, Layer, SlicedPrint};
 pub use source::SlicedError;
 pub use stated::print_name;

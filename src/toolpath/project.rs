@@ -30,7 +30,7 @@ impl Bed {
 
 /// Where a print stands in the projects of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spot {
+pub struct ProjectSpot {
     /// Which project, from 0.
     pub project: usize,
     /// The middle of its box on the bed, mm.
@@ -62,7 +62,7 @@ const GAPS_MM: [f64; 3] = [50.0, 25.0, 8.0];
 /// # Errors
 ///
 /// [`TooLarge`] for one that does not fit alone.
-pub fn layout(sizes: &[[f64; 2]], bed: &Bed) -> Result<Vec<Spot>, TooLarge> {
+pub fn layout(sizes: &[[f64; 2]], bed: &Bed) -> Result<Vec<ProjectSpot>, TooLarge> {
     let [wide, deep] = bed.size_mm();
     if let Some(print) = sizes.iter().position(|size| size[0] > wide || size[1] > deep) {
         return Err(TooLarge { print, size_mm: sizes[print], bed_mm: bed.size_mm() });
@@ -75,7 +75,7 @@ pub fn layout(sizes: &[[f64; 2]], bed: &Bed) -> Result<Vec<Spot>, TooLarge> {
 }
 
 /// Moves the prints of each project together into the bed's middle.
-fn centre(spots: &mut [Spot], sizes: &[[f64; 2]], bed: &Bed) {
+fn centre(spots: &mut [ProjectSpot], sizes: &[[f64; 2]], bed: &Bed) {
     let projects = spots.iter().map(|spot| spot.project + 1).max().unwrap_or(0);
     for project in 0..projects {
         let by: [f64; 2] = std::array::from_fn(|a| {
@@ -92,11 +92,11 @@ fn centre(spots: &mut [Spot], sizes: &[[f64; 2]], bed: &Bed) {
     }
 }
 
-fn rows(sizes: &[[f64; 2]], bed: &Bed, gap_mm: f64) -> Vec<Spot> {
+fn rows(sizes: &[[f64; 2]], bed: &Bed, gap_mm: f64) -> Vec<ProjectSpot> {
     let [wide, deep] = bed.size_mm();
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by(|&a, &b| sizes[b][1].total_cmp(&sizes[a][1]).then(a.cmp(&b)));
-    let mut spots = vec![Spot { project: 0, centre_mm: bed.middle_mm() }; sizes.len()];
+    let mut spots = vec![ProjectSpot { project: 0, centre_mm: bed.middle_mm() }; sizes.len()];
     let mut rows: Vec<Row> = Vec::new();
     for print in order {
         let [x, y] = sizes[print];
@@ -113,7 +113,7 @@ fn rows(sizes: &[[f64; 2]], bed: &Bed, gap_mm: f64) -> Vec<Spot> {
         let row = &mut rows[at];
         let corner = [bed.min_mm[0] + row.end, bed.min_mm[1] + row.start];
         let centre_mm = [corner[0] + x / 2.0, corner[1] + y / 2.0];
-        spots[print] = Spot { project: row.project, centre_mm };
+        spots[print] = ProjectSpot { project: row.project, centre_mm };
         row.end += x + gap_mm;
     }
     spots

@@ -6,7 +6,7 @@ use super::filament::{Filament, Stated};
 use super::items::{Place, Step3, allows, command_name, comment_at, policies, refused};
 use super::joint::Said;
 use super::policy::{self, CommandPolicy, keeps_comment, takes_a_picture};
-use super::sliced::{InputWords, Layer, Segment, SlicedPrint};
+use super::sliced::{InputWords, LabelledPrint, Layer, SlicedPrint};
 use super::source::{SlicedError, SlicedSource};
 use super::stated;
 use crate::gcode::checksum;
@@ -27,7 +27,11 @@ const SAME_LAYER: f64 = 1.5e-3;
 /// # Errors
 ///
 /// [`SlicedError`] with file and line for everything that cannot be rewritten safely.
-pub fn read_sliced<'a>(bytes: &'a [u8], file: &'a str, words: InputWords<'a>) -> Result<Vec<Segment<'a>>, SlicedError> {
+pub fn read_sliced<'a>(
+    bytes: &'a [u8],
+    file: &'a str,
+    words: InputWords<'a>,
+) -> Result<Vec<LabelledPrint<'a>>, SlicedError> {
     if bytes.starts_with(b"GCDE") {
         return Err(SlicedError::Binary { file: file.to_owned() });
     }
@@ -56,7 +60,7 @@ struct Reader<'a> {
     bead: Bead,
     widths_mm: Vec<f64>,
     settings: Settings,
-    done: Vec<Segment<'a>>,
+    done: Vec<LabelledPrint<'a>>,
     label: Option<usize>,
     print: Open,
     /// Lines since the last extrusion that are no moves, with what is to be thought of them if no extrusion follows.
@@ -538,10 +542,10 @@ impl<'a> Reader<'a> {
             layers: print.layers,
         };
         self.pending_reach = Bounds::EMPTY;
-        self.done.push(Segment { print: self.label, sliced });
+        self.done.push(LabelledPrint { print: self.label, sliced });
     }
 
-    fn finish(mut self) -> Result<Vec<Segment<'a>>, SlicedError> {
+    fn finish(mut self) -> Result<Vec<LabelledPrint<'a>>, SlicedError> {
         if self.print.layers.is_empty() {
             return Err(SlicedError::NoExtrusion { file: self.file() });
         }

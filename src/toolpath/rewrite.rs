@@ -9,7 +9,7 @@ use std::io::Write;
 
 use super::export::{check_box, slot_mesh};
 use super::fits;
-use super::inputs::{Chunk, Entry, Input, Job, RewriteError, Rewritten};
+use super::inputs::{Chunk, Entry, Input, RewriteError, RewriteJob, Rewritten};
 use super::joint::{Joint, Pressed};
 use super::writer::Writer;
 use crate::geom::Vec3;
@@ -25,7 +25,11 @@ use crate::planning::{Head, Plan, Print, Printed, joint_gap_mm};
 ///
 /// [`RewriteError`]. After [`RewriteError::Write`] and [`RewriteError::Sliced`] part of a file is written, which must not
 /// be printed; after all others nothing is.
-pub fn rewrite(inputs: &[Input<'_>], job: &Job<'_>, sink: &mut (dyn Write + Send)) -> Result<Rewritten, RewriteError> {
+pub fn rewrite(
+    inputs: &[Input<'_>],
+    job: &RewriteJob<'_>,
+    sink: &mut (dyn Write + Send),
+) -> Result<Rewritten, RewriteError> {
     let table = job.profile.kinematics();
     let mut notes = Vec::new();
     for input in inputs {
@@ -82,7 +86,7 @@ fn left_out(entries: &[Entry<'_>]) -> Vec<String> {
 /// The inputs in printing order (a slot's setups one after the other), each checked against its mesh.
 fn entries<'a>(
     inputs: &'a [Input<'a>],
-    job: &'a Job<'_>,
+    job: &'a RewriteJob<'_>,
     table: &TableKinematics,
 ) -> Result<Vec<Entry<'a>>, RewriteError> {
     let prints: Vec<(usize, &Print)> = job.plan.prints().collect();

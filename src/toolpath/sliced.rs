@@ -106,7 +106,7 @@ impl<'a> SlicedPrint<'a> {
 
 /// A print with the name the slicer gave it.
 #[derive(Clone, Debug)]
-pub struct Segment<'a> {
+pub struct LabelledPrint<'a> {
     /// The object label, where the slicer wrote one of ours (`print-03..`).
     pub print: Option<usize>,
     /// The print.

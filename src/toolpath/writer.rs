@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::ahead::{Ahead, Batch, Lead, Other};
 use super::clear::Obstacles;
-use super::inputs::{Chunk, Entry, Job, RewriteError};
+use super::inputs::{Chunk, Entry, RewriteError, RewriteJob};
 use super::items::{Item, Step3};
 use super::joint::{Flow, Said};
 use super::modal::{Modal, is_joints, translated};
@@ -26,7 +26,7 @@ const BESIDE_MM: f64 = 5.0;
 const WRITTEN_AT_ONCE: usize = 1 << 18;
 
 pub(super) struct Writer<'a> {
-    job: &'a Job<'a>,
+    job: &'a RewriteJob<'a>,
     table: &'a TableKinematics,
     head: &'a Head,
     out: Output<'a>,
@@ -67,7 +67,7 @@ pub(super) struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     pub(super) fn new(
-        job: &'a Job<'a>,
+        job: &'a RewriteJob<'a>,
         table: &'a TableKinematics,
         head: &'a Head,
         prints: usize,

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use super::acts::{Acts, Go, Kind};
 use super::report::{FindingPlace, Findings, Rule, Standing};
-use super::{Job, Planned};
+use super::{Planned, ReplayJob};
 use crate::gcode::marks::Role;
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::planning::balance::{self, FALLS, Foot, Weight};
@@ -48,7 +48,12 @@ struct Pose {
 }
 
 /// Holds every state of the program; where it stands worst.
-pub(super) fn check(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned], findings: &mut Findings) -> Option<Standing> {
+pub(super) fn check(
+    acts: &Acts<'_>,
+    job: &ReplayJob<'_>,
+    planned: &[Planned],
+    findings: &mut Findings,
+) -> Option<Standing> {
     let body = job.workpiece.model.bodies();
     let (kinematics, process) = (job.profile.kinematics(), &job.profile.process);
     let mut balance = Balance {

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::flow::RATE_SLACK;
 use super::report::{FindingPlace, Findings, Rule};
-use super::{Job, Planned, prints};
+use super::{Planned, ReplayJob, prints};
 use crate::gcode::marks::{Expect, Role};
 use crate::overhang::laid_of;
 use crate::section::{Point, Section, Sections, march};
@@ -32,7 +32,7 @@ const SHORT_MM: f64 = 1.0;
 const SAME_MM: f64 = 1.5e-3;
 
 /// Holds all supports of the program.
-pub(super) fn check(trace: &Trace, job: &Job<'_>, planned: &[Planned], findings: &mut Findings) {
+pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, planned: &[Planned], findings: &mut Findings) {
     let flows = prints::stated_flows(trace, planned.len());
     let of = |number: usize| -> Vec<Move> {
         let its = |m: &Move| m.prints() && trace.state(m).print == Some(number as u32);
@@ -64,7 +64,7 @@ struct Supports<'a> {
 }
 
 impl<'a> Supports<'a> {
-    fn of(job: &Job<'_>, print: &Planned, flow: &'a Expect, held: Vec<Move>) -> Self {
+    fn of(job: &ReplayJob<'_>, print: &Planned, flow: &'a Expect, held: Vec<Move>) -> Self {
         let motion = job.profile.kinematics().forward(print.pose);
         let process = &job.profile.process;
         Self {

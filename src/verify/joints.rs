@@ -3,7 +3,7 @@
 //! Lines of two prints of one setup are held against each other where they lie at one height: from the middle of one to the middle of the
 //! other, seen from above, less half of each one's width. Two stretches that do not cross are nearest at an end of one, so the figure is exact.
 
-use super::Job;
+use super::ReplayJob;
 use super::prints::{Level, PrintedPart};
 use super::report::JointRoom;
 use crate::geom::Bounds;
@@ -15,7 +15,7 @@ const NEAR_MM: f64 = 1.0;
 const SHARED: f64 = 0.1;
 
 /// By pair of parts the least room between their lines, for those that come nearer than [`NEAR_MM`]; the narrowest first.
-pub(super) fn rooms(printed: &[Option<PrintedPart<'_>>], job: &Job<'_>) -> Vec<JointRoom> {
+pub(super) fn rooms(printed: &[Option<PrintedPart<'_>>], job: &ReplayJob<'_>) -> Vec<JointRoom> {
     let touch = |a: usize, b: usize| {
         let two = [a.min(b), a.max(b)];
         job.workpiece.model.interfaces.iter().any(|one| [one.a, one.b] == two)

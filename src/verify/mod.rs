@@ -56,8 +56,8 @@ mod turn_lines;
 mod turning;
 mod walk;
 
-pub use report::{CLEARANCE_CAP_MM, Finding, JointRoom, KEPT_PER_RULE, Nearest, Report, Rule, Standing};
-pub use survey::{Room, SURVEYED_MM};
+pub use report::{CLEARANCE_CAP_MM, Finding, JointRoom, KEPT_PER_RULE, NearestApproach, Report, Rule, Standing};
+pub use survey::{HeadRoom, SURVEYED_MM};
 
 use crate::geom::Vec3;
 use crate::motion::Pose;
@@ -81,7 +81,7 @@ struct Planned {
 
 /// What a file is held against.
 #[derive(Clone, Copy)]
-pub struct Job<'a> {
+pub struct ReplayJob<'a> {
     /// The machine.
     pub profile: &'a Profile,
     /// The plan the file was made from.
@@ -93,7 +93,7 @@ pub struct Job<'a> {
 /// Replays `bytes` and says what is wrong with them; an empty file misses every print.
 ///
 /// The report does not depend on the number of threads.
-pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
+pub fn verify(bytes: &[u8], job: &ReplayJob<'_>) -> Report {
     let planned = planned(job);
     let trace = trace::read(bytes, &job.profile.trace_setting());
     let printed = prints::gather(&trace, job, &planned);
@@ -133,14 +133,14 @@ pub fn verify(bytes: &[u8], job: &Job<'_>) -> Report {
 }
 
 /// What room the head has to what it does not print on, move by move, for pictures: `trace` is the program's.
-pub fn rooms(trace: &Trace, job: &Job<'_>) -> Vec<Room> {
+pub fn rooms(trace: &Trace, job: &ReplayJob<'_>) -> Vec<HeadRoom> {
     let planned = planned(job);
     let printed = prints::gather(trace, job, &planned);
     survey::survey(&Acts::new(trace, job.profile, &printed), job, &planned)
 }
 
 /// The plan's prints in the order of [`Plan::prints`], each with its setup's number; then those of supports.
-fn planned(job: &Job<'_>) -> Vec<Planned> {
+fn planned(job: &ReplayJob<'_>) -> Vec<Planned> {
     let table = job.profile.kinematics();
     let mut before = 0;
     let mut all = Vec::new();

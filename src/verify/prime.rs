@@ -4,7 +4,7 @@
 //! What such a line may be by itself is for [`profile::prime`]; here it is held against all that is printed later, whose nozzle would
 //! scrape it off and carry it along. What the head does above it is for [`super::walk`].
 
-use super::Job;
+use super::ReplayJob;
 use super::report::{FindingPlace, Findings, Rule};
 use crate::geom::Bounds;
 use crate::geom::convex::{separation, support};
@@ -12,7 +12,7 @@ use crate::profile::{self, Prime};
 use crate::trace::{Move, Trace, Zone};
 
 /// Holds all filament that is laid before the first slot.
-pub(super) fn check(trace: &Trace, job: &Job<'_>, findings: &mut Findings) {
+pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, findings: &mut Findings) {
     let mut primes = Vec::new();
     for m in trace.moves().take_while(|m| trace.state(m).zone == Zone::Start).filter(Move::prints) {
         let at = FindingPlace { line: m.line, slot: None, part: None };
@@ -30,7 +30,7 @@ pub(super) fn check(trace: &Trace, job: &Job<'_>, findings: &mut Findings) {
 }
 
 /// The line of a print that comes nearest to it of those that come too near: how near, how near it may, and where in the file.
-fn touched<'a>(prime: &'a Prime, trace: &Trace, job: &Job<'_>) -> Option<(&'a Prime, [f64; 2], u32)> {
+fn touched<'a>(prime: &'a Prime, trace: &Trace, job: &ReplayJob<'_>) -> Option<(&'a Prime, [f64; 2], u32)> {
     let table = job.profile.kinematics();
     let (mut pose, mut back) = (None, None);
     let mut nearest: Option<([f64; 2], u32)> = None;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::{Job, Planned};
+use super::{Planned, ReplayJob};
 use crate::gcode::marks::{Expect, Mark, Role};
 use crate::planning::{self, joint_gap_mm};
 use crate::section::{Section, Sections};
@@ -67,7 +67,7 @@ pub(super) struct OtherSection {
 /// One print, as the file lays it.
 pub(super) struct PrintedPart<'a> {
     pub(super) trace: &'a Trace,
-    pub(super) job: &'a Job<'a>,
+    pub(super) job: &'a ReplayJob<'a>,
     pub(super) planned: &'a Planned,
     /// The part at its pose, machine coordinates.
     pub(super) sections: Sections,
@@ -185,7 +185,11 @@ impl PrintedPart<'_> {
 }
 
 /// Every print of which the file lays something, in the order of the plan.
-pub(super) fn gather<'a>(trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Planned]) -> Vec<Option<PrintedPart<'a>>> {
+pub(super) fn gather<'a>(
+    trace: &'a Trace,
+    job: &'a ReplayJob<'a>,
+    planned: &'a [Planned],
+) -> Vec<Option<PrintedPart<'a>>> {
     let beads = by_print(trace, planned.len());
     let flows = stated_flows(trace, planned.len());
     let each = beads.into_par_iter().zip(flows).zip(planned);
@@ -229,7 +233,7 @@ pub(super) fn stated_flows(trace: &Trace, prints: usize) -> Vec<Expect> {
 
 fn printed<'a>(
     trace: &'a Trace,
-    job: &'a Job<'a>,
+    job: &'a ReplayJob<'a>,
     planned: &'a Planned,
     beads: &[u32],
     flow: Expect,

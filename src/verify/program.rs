@@ -10,7 +10,7 @@ use super::report::{FindingPlace, Findings, Rule};
 use super::settings::Settings;
 use super::tally::Tally;
 use super::turn_lines::TurnLines;
-use super::{Job, Planned};
+use super::{Planned, ReplayJob};
 use crate::gcode::ParsedLine;
 use crate::gcode::marks::{END_MARK, Expect, Mark};
 use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater};
@@ -45,7 +45,7 @@ pub(super) struct Checked {
 }
 
 /// Holds the program against the machine and the plan.
-pub(super) fn check(bytes: &[u8], trace: &Trace, job: &Job<'_>, planned: &[Planned]) -> Checked {
+pub(super) fn check(bytes: &[u8], trace: &Trace, job: &ReplayJob<'_>, planned: &[Planned]) -> Checked {
     let mut checker = Checker::new(bytes, trace, job, planned);
     let mut events = trace.events.iter().peekable();
     for m in trace.moves() {
@@ -59,7 +59,7 @@ pub(super) fn check(bytes: &[u8], trace: &Trace, job: &Job<'_>, planned: &[Plann
 }
 
 struct Checker<'a> {
-    job: &'a Job<'a>,
+    job: &'a ReplayJob<'a>,
     /// Where the last move has ended.
     tip_z: Option<f64>,
     pose: Option<Pose>,
@@ -97,7 +97,7 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    fn new(bytes: &'a [u8], trace: &'a Trace, job: &'a Job<'a>, planned: &'a [Planned]) -> Self {
+    fn new(bytes: &'a [u8], trace: &'a Trace, job: &'a ReplayJob<'a>, planned: &'a [Planned]) -> Self {
         let profile = job.profile;
         let (permitted, firmware, table) = (Permitted::by(&profile.dialect), profile.firmware(), profile.kinematics());
         Self {

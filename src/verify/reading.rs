@@ -4,7 +4,7 @@
 //! than the trace says, all other rules judge a file that it does not print. With it, as it needs each line's bytes: nothing moves behind
 //! the end mark but the profile's own end code (rule `command`).
 
-use super::Job;
+use super::ReplayJob;
 use super::commands::Permitted;
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::{Mark, mark};
@@ -13,7 +13,7 @@ use crate::gcode::{LineKind, LineRules, Misreading, NumberedLine, ParsedLine, Pl
 use crate::trace::Zone;
 
 /// Holds every line of the file.
-pub(super) fn check(bytes: &[u8], job: &Job<'_>) -> Findings {
+pub(super) fn check(bytes: &[u8], job: &ReplayJob<'_>) -> Findings {
     let mut reader = Reader::new(job);
     if text_start(bytes) > 0 {
         reader.byte_order_mark(bytes);
@@ -44,7 +44,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(job: &Job<'a>) -> Self {
+    fn new(job: &ReplayJob<'a>) -> Self {
         let firmware = job.profile.firmware();
         Self {
             firmware,

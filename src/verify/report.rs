@@ -97,7 +97,7 @@ pub struct Report {
     /// The line with that room; 0 where the cap was never undercut.
     pub clearance_line: u32,
     /// Where that is, at a fixed pose; `None` while the table turns, where something is hit, and where the cap was never undercut.
-    pub clearance_at: Option<Nearest>,
+    pub clearance_at: Option<NearestApproach>,
     /// Where what is printed is held the fewest times over; `None` where nothing tips anything, and where nothing lies on the table.
     pub standing: Option<Standing>,
     /// Parts that lie beside each other and never touch, as joints do that are printed in place: how near their lines come, the narrowest
@@ -119,7 +119,7 @@ pub struct Report {
 
 /// Where the head comes nearest to something: two places in the table's frame, mm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Nearest {
+pub struct NearestApproach {
     /// On the head.
     pub head_mm: [f64; 3],
     /// On the table, or on what was printed.

@@ -15,7 +15,7 @@ use super::hull::Hull;
 use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
 use super::walk::{LEVEL, strangers};
-use super::{Job, Planned};
+use super::{Planned, ReplayJob};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::planning::contact_mm;
 
@@ -33,7 +33,7 @@ const LOOKED_MM: f64 = 2.0 * SURVEYED_MM;
 
 /// The room that the head has during some moves.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Room {
+pub struct HeadRoom {
     /// Places in the trace.
     pub moves: Range<usize>,
     /// At least so much, mm, at most [`SURVEYED_MM`]; 0 where there is none.
@@ -41,7 +41,7 @@ pub struct Room {
 }
 
 /// The rooms of a program's moves, in its order; moves of no print, and those at an unknown pose or one that is not the print's, have none.
-pub(super) fn survey(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Vec<Room> {
+pub(super) fn survey(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) -> Vec<HeadRoom> {
     let contact = contact_mm(job.profile);
     let of_print = |print: &Planned| {
         let level = (print.up - Vec3::z()).norm() < LEVEL;
@@ -83,8 +83,8 @@ pub(super) fn survey(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Vec
 }
 
 /// Runs with the same room as one.
-fn joined(rooms: Vec<Room>) -> Vec<Room> {
-    let mut all: Vec<Room> = Vec::with_capacity(rooms.len());
+fn joined(rooms: Vec<HeadRoom>) -> Vec<HeadRoom> {
+    let mut all: Vec<HeadRoom> = Vec::with_capacity(rooms.len());
     for room in rooms {
         match all.last_mut() {
             Some(last) if last.mm == room.mm && last.moves.end == room.moves.start => last.moves.end = room.moves.end,
@@ -111,7 +111,7 @@ struct Surveyor {
     /// Moves of one print after one another, with the tip's ways.
     run: Vec<(usize, [Vec3; 2])>,
     print: Option<u32>,
-    rooms: Vec<Room>,
+    rooms: Vec<HeadRoom>,
 }
 
 impl Surveyor {
@@ -170,7 +170,7 @@ impl Surveyor {
             }
         }
         let told = |mm: f64| ((mm / STEP_MM).floor() * STEP_MM).max(0.0);
-        let each = ways.iter().zip(rooms).map(|((index, _), mm)| Room { moves: *index..index + 1, mm: told(mm) });
+        let each = ways.iter().zip(rooms).map(|((index, _), mm)| HeadRoom { moves: *index..index + 1, mm: told(mm) });
         self.rooms.extend(each);
     }
 }

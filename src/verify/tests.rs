@@ -5,7 +5,7 @@
 //! it: `Rz(90) (x, y, z) = (-y, x, z)`; plus the offset, `(-y, x, z + 20)`; `Rx(90) (x, y, z) = (x, -z, y)`, so
 //! `(-y, -z - 20, x)`; plus the pivot, `(-y, -z - 20, x - 20)`.
 
-use super::{Job, Report, Rule, SURVEYED_MM, rooms, verify};
+use super::{ReplayJob, Report, Rule, SURVEYED_MM, rooms, verify};
 use crate::fixtures::solid_box;
 use crate::geom::{SplitMix64, Vec3};
 use crate::mesh::Model;
@@ -152,7 +152,7 @@ M84
 fn run(text: &str, profile: &Profile) -> Report {
     let (plan, model) = (plan(), model());
     let workpiece = Workpiece::place(&model, &plan.placement);
-    verify(text.as_bytes(), &Job { profile, plan: &plan, workpiece: &workpiece })
+    verify(text.as_bytes(), &ReplayJob { profile, plan: &plan, workpiece: &workpiece })
 }
 
 /// The program with the `n`th (from 0) occurrence of `old` replaced.
@@ -188,7 +188,7 @@ fn syntax() {
     for bytes in [&b"\xff\xfe\x00"[..], b"", b"G1 X", b"G1 X1e99", b"\n\n\n;"] {
         let (plan, model) = (plan(), model());
         let workpiece = Workpiece::place(&model, &plan.placement);
-        assert!(!verify(bytes, &Job { profile: &profile(), plan: &plan, workpiece: &workpiece }).is_clean());
+        assert!(!verify(bytes, &ReplayJob { profile: &profile(), plan: &plan, workpiece: &workpiece }).is_clean());
     }
 }
 
@@ -488,7 +488,7 @@ fn clearance_of_the_nozzle_beside_another_print() {
             near - 9.6
         );
         let workpiece = Workpiece::place(&model, &plan.placement);
-        let job = Job { profile: &profile(), plan: &plan, workpiece: &workpiece };
+        let job = ReplayJob { profile: &profile(), plan: &plan, workpiece: &workpiece };
         let report = verify(text.as_bytes(), &job);
         assert!(report.is_clean(), "{gap}: {:?}", report.findings);
         assert!((report.clearance_mm - gap).abs() < 0.02, "{gap}: {}", report.clearance_mm);
@@ -502,7 +502,7 @@ fn clearance_of_the_nozzle_beside_another_print() {
 }
 
 /// The rooms of what is printed from x = `near` - 10 on (tip at `x`, `z`) are lower bounds of `exact`, and not far below.
-fn rooms_hold(text: &str, job: &Job<'_>, near: f64, exact: impl Fn(f64, f64) -> f64) {
+fn rooms_hold(text: &str, job: &ReplayJob<'_>, near: f64, exact: impl Fn(f64, f64) -> f64) {
     let trace = trace::read(text.as_bytes(), &job.profile.trace_setting());
     let rooms = rooms(&trace, job);
     assert!(rooms.windows(2).all(|two| two[0].moves.end <= two[1].moves.start));

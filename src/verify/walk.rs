@@ -5,8 +5,8 @@
 
 use std::ops::Range;
 
-use super::Job;
 use super::Planned;
+use super::ReplayJob;
 use super::acts::{Acts, Blind, Go, Kind, Stroke, Turn};
 use super::astray::{as_planned, is_astray};
 use super::field::{Field, Rect};
@@ -15,7 +15,7 @@ use super::hull::Hull;
 use super::ledges::UnsupportedGap;
 use super::material::Material;
 use super::near::{Near, Strangers, TipWay};
-use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, Nearest, Rule};
+use super::report::{CLEARANCE_CAP_MM, FindingPlace, Findings, NearestApproach, Rule};
 use super::support::Laying;
 use super::turning::{ROOM_MM, Turning};
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
@@ -54,13 +54,13 @@ pub(super) struct Walked {
     pub(super) findings: Findings,
     pub(super) clearance: f64,
     pub(super) clearance_line: u32,
-    pub(super) clearance_at: Option<Nearest>,
+    pub(super) clearance_at: Option<NearestApproach>,
     /// Places of the head that were held against the field, and what was looked at for distances.
     pub(super) steps: u64,
 }
 
 /// Walks through `acts`.
-pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walked {
+pub(super) fn walk(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) -> Walked {
     let contact = contact_mm(job.profile);
     let hulls = |bodies: Vec<_>| bodies.into_iter().map(|b| Hull::new(b, contact)).collect();
     let mut walker = Walker {
@@ -112,7 +112,7 @@ pub(super) fn walk(acts: &Acts<'_>, job: &Job<'_>, planned: &[Planned]) -> Walke
 }
 
 /// For each print, the others that its part shares no face with; supports stand on what grows beside them, and close to it.
-pub(super) fn strangers(job: &Job<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
+pub(super) fn strangers(job: &ReplayJob<'_>, planned: &[Planned]) -> Vec<Vec<bool>> {
     let apart = |a: usize, b: usize| {
         let joined = |(x, y)| x == a && y == b || x == b && y == a;
         a != b && !job.workpiece.model.interfaces.iter().any(|one| joined((one.a, one.b)))
@@ -244,7 +244,7 @@ impl Walker<'_> {
         if self.note(-deepest, stroke.line) {
             let low = setup.back.point(stroke.to.into()).at;
             let at = |z: f64| [low.x, low.y, z].map(|v| (v * 1e4).round() / 1e4);
-            self.walked.clearance_at = Some(Nearest { head_mm: at(-deepest), other_mm: at(0.0), share: 1.0 });
+            self.walked.clearance_at = Some(NearestApproach { head_mm: at(-deepest), other_mm: at(0.0), share: 1.0 });
         }
         let (at, what) = (self.place(stroke.line), if setup.level { "tip" } else { "rim of the nozzle" });
         self.walked.findings.add(Rule::HeadCollision, at, [deepest, INTO_TABLE_MM], || {
@@ -550,7 +550,7 @@ impl Walker<'_> {
         if room < cap {
             let pair = setup.near.nearest(hull, &way, room + FIGURE_MM, Some(&strangers));
             self.note(room, line);
-            self.walked.clearance_at = Nearest::of(pair, (hull, [stroke.from, stroke.to]), &setup.back);
+            self.walked.clearance_at = NearestApproach::of(pair, (hull, [stroke.from, stroke.to]), &setup.back);
         }
     }
 
@@ -567,7 +567,7 @@ impl Walker<'_> {
         let room = if room > 0.0 || (!way && bound > 0.0) { room.max(bound) } else { bound.min(0.0) };
         if self.note(room, line) && way && room > 0.0 {
             let pair = setup.near.nearest(piece.1, &TipWay::Line(ends), room + FIGURE_MM, None);
-            self.walked.clearance_at = Nearest::of(pair, (piece.1, ends), &setup.back);
+            self.walked.clearance_at = NearestApproach::of(pair, (piece.1, ends), &setup.back);
         }
         if room <= 0.0 {
             self.hit(piece.1, line, [-room, 0.0]);
@@ -608,7 +608,7 @@ fn least(
     least(field, hull, [middle, b], finest, first.min(cap), (measure, steps)).min(first)
 }
 
-impl Nearest {
+impl NearestApproach {
     /// Of a place of a hull on the tip's way and of what is near it, with the origin of the hull's body there; machine frame.
     fn of(
         pair: Option<[Vec3; 3]>,

@@ -32,13 +32,13 @@ mod text;
 mod thumbnail;
 
 pub use crate::geom::Hull;
-pub use drawing::{Anchor, Colour, Drawing, Format, INK, Mark, Picture, width_of};
+pub use drawing::{Anchor, Colour, Drawing, DrawnMark, Format, INK, Picture, width_of};
 pub use eye::Eye;
 pub use frame::{Arrow, Frame, Ghost, JOINT_COLOUR, Side};
 pub use landscape::{Dip, Landscape};
 pub use machine::{Machine, Piece};
 pub use page::{page, pair};
-pub use program::{Place, Program, Style, flag};
+pub use program::{DrawnPose, Program, Style, flag};
 pub use shapes::Shapes;
 pub use sheet::Sheet;
 pub use solids::{Joint, Surface};
@@ -59,7 +59,7 @@ pub struct Scene {
 
 /// A scene, compressed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Packed {
+pub struct PackedScene {
     /// The block.
     pub bytes: Vec<u8>,
     /// Whether the file's text is in it.
@@ -76,18 +76,18 @@ const OWN_BYTES: usize = 200_000;
 impl Scene {
     /// The scene as one block; the text of a file is left out where it would make the page larger than [`PAGE_BYTES`] and
     /// [`BYTES_A_MOVE`] for each move.
-    pub fn packed(&self) -> Packed {
+    pub fn packed(&self) -> PackedScene {
         let shapes = [&self.shapes.vertices, &self.shapes.facets];
         let Some(program) = &self.program else {
-            return Packed { bytes: deflated(shapes), has_text: false };
+            return PackedScene { bytes: deflated(shapes), has_text: false };
         };
         let with = |text: [&Column; 2]| deflated(shapes.into_iter().chain(&program.columns).chain(text));
         let bytes = with([&program.text.runs, &program.text.kept]);
         let most = PAGE_BYTES - OWN_BYTES + BYTES_A_MOVE * program.moves;
         if bytes.len() / 3 * 4 <= most {
-            return Packed { bytes, has_text: true };
+            return PackedScene { bytes, has_text: true };
         }
         let none = Column::default();
-        Packed { bytes: with([&none, &none]), has_text: false }
+        PackedScene { bytes: with([&none, &none]), has_text: false }
     }
 }

@@ -1,7 +1,7 @@
 //! A trace as columns of small numbers: what the page replays.
 //!
 //! A move keeps where it ends (whole micrometres, machine frame), its filament (hundred-thousandths of a millimetre), and the
-//! numbers of its line, its feed, its [`Style`] and its [`Place`]; all but the flags as differences. Filament is the difference from
+//! numbers of its line, its feed, its [`Style`] and its [`DrawnPose`]; all but the flags as differences. Filament is the difference from
 //! what the style's mean share would give, which rounding alone makes other than 0. Times follow from way and feed; where they do
 //! not (an axis at its fastest, the table's turns), they stand in a list of their own.
 //!
@@ -56,7 +56,7 @@ pub struct Style {
 
 /// What moves at one pose have in common.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct DrawnPose {
     /// The state that it was taken from.
     pub state: State,
     /// From the table's frame to the machine's; `None` while an angle is unknown.
@@ -81,7 +81,7 @@ pub struct Program {
     /// In the order in which they come up.
     pub styles: Vec<Style>,
     /// In the order in which they come up.
-    pub places: Vec<Place>,
+    pub places: Vec<DrawnPose>,
     pub(super) columns: Vec<Column>,
     pub(super) text: Text,
 }
@@ -122,7 +122,7 @@ impl Program {
         let places = tables
             .places
             .iter()
-            .map(|state| Place { state: *state, motion: state.pose().map(|pose: Pose| kinematics.forward(pose)) });
+            .map(|state| DrawnPose { state: *state, motion: state.pose().map(|pose: Pose| kinematics.forward(pose)) });
         Self {
             moves: trace.len(),
             layers,

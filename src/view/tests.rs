@@ -70,7 +70,7 @@ fn where_new_meets_old_a_line_is_drawn() {
     let old = Surface { joint: Joint::Old, wanted: false, ..boxed([-20.0, -20.0, 0.0], [20.0, 20.0, 10.0], FRONT) };
     let on = |z: f64| Surface { joint: Joint::New, ..boxed([-8.0, -8.0, z], [8.0, 8.0, z + 20.0], BACK) };
     let joints = |drawing: &Drawing| {
-        drawing.marks.iter().filter(|m| matches!(m, Mark::Lines { colour, .. } if *colour == JOINT_COLOUR)).count()
+        drawing.marks.iter().filter(|m| matches!(m, DrawnMark::Lines { colour, .. } if *colour == JOINT_COLOUR)).count()
     };
     assert!(joints(&sheet(vec![old.clone(), on(10.0)]).drawing()) > 0);
     assert_eq!(joints(&sheet(vec![old, on(16.0)]).drawing()), 0, "it hangs above it");
@@ -84,8 +84,8 @@ fn names_stand_on_what_they_name_and_apart() {
     };
     let all = (0..8).map(|i| part(f64::from(i) * 5.0, &format!("arm number {i}"))).collect();
     let drawing = sheet(all).drawing();
-    let words = |m: &Mark| match m {
-        Mark::Text { at, text, size, halo: true, .. } if text.starts_with("arm") => {
+    let words = |m: &DrawnMark| match m {
+        DrawnMark::Text { at, text, size, halo: true, .. } if text.starts_with("arm") => {
             Some((*at, width_of(text, *size), *size))
         }
         _ => None,

@@ -12,7 +12,7 @@ use ureq::config::Config;
 use ureq::http::{Request, Response};
 use ureq::{Agent, AsSendBody, Body, SendBody};
 
-use crate::publish::{Answer, Ask, Fingerprint, Method, Trouble, Web};
+use crate::publish::{Ask, Fingerprint, HttpMethod, ServerAnswer, Trouble, Web};
 use crate::slicing::KEY_VARIABLE;
 
 /// A server that is there answers the first packet much sooner.
@@ -28,12 +28,12 @@ pub fn key_from_environment() -> Option<String> {
 pub struct OwnWeb;
 
 impl Web for OwnWeb {
-    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<Answer, Trouble> {
+    fn ask(&self, ask: &Ask<'_>, sent: &dyn Fn(usize)) -> Result<ServerAnswer, Trouble> {
         let agent = &agent_for(ask.fingerprint.as_ref())?;
         let method = match ask.method {
-            Method::Get => "GET",
-            Method::Post => "POST",
-            Method::Delete => "DELETE",
+            HttpMethod::Get => "GET",
+            HttpMethod::Post => "POST",
+            HttpMethod::Delete => "DELETE",
         };
         let mut request = Request::builder().method(method).uri(&ask.url);
         for (name, value) in &ask.headers {
@@ -123,7 +123,7 @@ fn of_this_computer() -> ureq::tls::TlsConfig {
     tls.build()
 }
 
-fn read(answer: Response<Body>, most: u64) -> Result<Answer, Trouble> {
+fn read(answer: Response<Body>, most: u64) -> Result<ServerAnswer, Trouble> {
     let status = answer.status().as_u16();
     let challenge = answer.headers().get("www-authenticate").and_then(|v| v.to_str().ok()).map(str::to_owned);
     let location = answer.headers().get("location").and_then(|v| v.to_str().ok()).map(str::to_owned);
@@ -133,7 +133,7 @@ fn read(answer: Response<Body>, most: u64) -> Result<Answer, Trouble> {
     if body.len() as u64 > most {
         return Err(Trouble::TooMuch);
     }
-    Ok(Answer { status, location, challenge, body })
+    Ok(ServerAnswer { status, location, challenge, body })
 }
 
 fn garbled(error: &dyn std::fmt::Display) -> Trouble {

@@ -316,6 +316,43 @@ fn a_circle_of_modules_is_found() {
 /// The command is arguments and text: what it does, and how a result is written as a document, others need too.
 ///
 /// The flags themselves (`cli/args`) are a list that grows with what can be asked, and do nothing.
+/// Names that two rooms have given to types of their own; none is added.
+const TWICE: [&str; 20] = [
+    "Action", "Answer", "Clock", "Ended", "Error", "Grid", "Held", "Machine", "Move", "Piece", "Place", "Placed",
+    "Point", "Print", "Program", "Rule", "Setting", "Slot", "Standing", "Triple",
+];
+
+/// The public types that several files define.
+fn twice(sources: &[Source]) -> BTreeSet<String> {
+    let mut seen = BTreeSet::new();
+    let mut again = BTreeSet::new();
+    for (path, text) in sources {
+        if test_file(path, sources) == Some(true) {
+            continue;
+        }
+        for line in without_tests(&masked(text)).lines() {
+            let name = ["struct", "enum", "trait", "type"].iter().find_map(|kind| {
+                let rest = line.strip_prefix("pub ")?.strip_prefix(kind)?.strip_prefix(' ')?;
+                Some(rest.chars().take_while(|c| c.is_alphanumeric()).collect::<String>())
+            });
+            again.extend(name.filter(|name| !seen.insert(name.clone())));
+        }
+    }
+    again
+}
+
+#[test]
+fn a_public_type_has_a_name_of_its_own() {
+    let known: BTreeSet<String> = TWICE.map(str::to_owned).into();
+    assert_eq!(twice(&files(&root().join("src"), &["rs"])), known);
+    let made_up = |second: &str| {
+        let house = [("src/a/mod.rs", "pub struct Nut;\nstruct Bolt;\n"), ("src/b/mod.rs", second)];
+        twice(&house.map(|(path, text)| (path.to_owned(), text.to_owned())))
+    };
+    assert_eq!(made_up("pub enum Nut<'a> {}\n"), ["Nut".to_owned()].into());
+    assert_eq!(made_up("pub(crate) struct Nut;\npub struct Bolt;\n// pub struct Nut;\n"), BTreeSet::new());
+}
+
 #[test]
 fn the_command_stays_thin() {
     let sources = files(&root().join("src/cli"), &[".rs"]);

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use trunnion::geom::{Dir, Object, Table, Vec3};
 use trunnion::mesh::{Model, TriangleMesh};
-use trunnion::orient::{Direction, Multistart, Settings, Staircase};
+use trunnion::orient::{Direction, Multistart, ObjectiveSettings, Staircase};
 use trunnion::planning::{Goal, Infeasible, Options, Workpiece, plan};
 use trunnion::profile::{BodyKind, BodySpec, Profile, resolve, shipped};
 
@@ -345,7 +345,7 @@ fn planned(boxes: &[Cuboid], profile: &Profile) -> Option<usize> {
     let named = boxes.iter().enumerate().map(|(i, b)| (format!("box {i}"), b.mesh()));
     let model = Model::from_parts(named.collect());
     let workpiece = Workpiece::place(&model, &Workpiece::centred(&model));
-    let goal = Goal::parse("bss", &Settings::default()).unwrap();
+    let goal = Goal::parse("bss", &ObjectiveSettings::default()).unwrap();
     let (objective, search) = (Staircase { layer_mm: 0.2 }, Multistart::default());
     let options = Options { explain: false, ..Options::new(&goal, &objective, &search) };
     let six = |_: &Cuboid| {
@@ -406,7 +406,7 @@ fn a_part_without_an_orientation_is_named() {
     let boxes = [Cuboid { min: [-8.0, -8.0, 0.0], max: [8.0, 8.0, 8.0] }];
     let model = Model::from_parts(vec![("alone".to_owned(), boxes[0].mesh())]);
     let workpiece = Workpiece::place(&model, &Workpiece::centred(&model));
-    let goal = Goal::parse("bss", &Settings::default()).unwrap();
+    let goal = Goal::parse("bss", &ObjectiveSettings::default()).unwrap();
     let (objective, search) = (Staircase { layer_mm: 0.2 }, Multistart::default());
     let options = Options::new(&goal, &objective, &search);
     let refused = plan(&workpiece, &machine([-90.0, 90.0]), &[Vec::new()], &options).unwrap_err();

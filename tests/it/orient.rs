@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use trunnion::geom::{Angle, Vec3};
 use trunnion::mesh::{ReadOptions, Unit, read_model, read_surface};
 use trunnion::orient::{
-    Certified, DifferentialEvolution, Direct, Facets, Grid, Height, Method, Multistart, NelderMead, Objective,
-    OverhangAngle, Search, Settings, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
+    Certified, DifferentialEvolution, Direct, Facets, GradientMethod, Grid, Height, Multistart, NelderMead, Objective,
+    ObjectiveSettings, OverhangAngle, Search, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
 };
 
 use crate::orient_sample::anywhere;
@@ -165,7 +165,7 @@ fn certified_closes_the_gap_for_every_objective_with_bounds() {
     for file in ["decimated-knight.off", "camel_b.obj", "cow.off"] {
         let part = facets(&folder.join("castro"), file);
         for (name, gap) in GAPS.into_iter().filter(|(name, _)| file != "camel_b.obj" || *name != "tanh-overhang") {
-            let f = objective(name, &Settings::default()).unwrap();
+            let f = objective(name, &ObjectiveSettings::default()).unwrap();
             let found = Certified { gap, ..Certified::default() }.search(f.as_ref(), &part);
             let (best, lower) = (found.minima[0].value, found.lower_bound.unwrap());
             assert!(lower <= best && best - lower <= gap * best, "{file} {name}: {lower} for {best}");
@@ -293,12 +293,12 @@ fn results_do_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let of = |name: &str, facets: &Facets| {
-                objective(name, &Settings::default()).unwrap().value(facets, &up).to_bits()
+                objective(name, &ObjectiveSettings::default()).unwrap().value(facets, &up).to_bits()
             };
             let names = ["staircase", "support-area", "tanh-overhang", "weighted-normal-z", "normal-z"];
             let mut bits: Vec<u64> = names.map(|name| of(name, &large)).to_vec();
             bits.push(of("support-volume", &Facets::of(&small)));
-            let f = objective("weighted-normal-z", &Settings::default()).unwrap();
+            let f = objective("weighted-normal-z", &ObjectiveSettings::default()).unwrap();
             bits.push(Certified::default().search(f.as_ref(), &large).lower_bound.unwrap().to_bits());
             bits
         })
@@ -312,9 +312,17 @@ fn results_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn evaluations_are_of_the_order_of_the_seeds_comparison() {
     let part = Facets::of(&lump(6, 1.0));
-    let f = objective("support-volume-convex-smooth", &Settings { k: 5.0, w: 1.0, ..Settings::default() }).unwrap();
-    let starts =
-        Multistart { starts: 4, from: Starts::LatinHypercube, descent: Some(Method::Bfgs), ..Multistart::default() };
+    let f = objective(
+        "support-volume-convex-smooth",
+        &ObjectiveSettings { k: 5.0, w: 1.0, ..ObjectiveSettings::default() },
+    )
+    .unwrap();
+    let starts = Multistart {
+        starts: 4,
+        from: Starts::LatinHypercube,
+        descent: Some(GradientMethod::Bfgs),
+        ..Multistart::default()
+    };
     let walked = starts.search(f.as_ref(), &part);
     let evolved = DifferentialEvolution::default().search(f.as_ref(), &part);
     note(&format!("4 x BFGS {} evaluations, evolution {}", walked.evaluations, evolved.evaluations));

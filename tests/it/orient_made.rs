@@ -6,8 +6,8 @@
 use trunnion::geom::{Angle, Object, Vec3};
 use trunnion::mesh::TriangleMesh;
 use trunnion::orient::{
-    Certified, Direct, Facets, Grid, Height, Multistart, NelderMead, Objective, OverhangAngle, Search, Settings,
-    TanhOverhang, WeightedNormalZ, objective,
+    Certified, Direct, Facets, Grid, Height, Multistart, NelderMead, Objective, ObjectiveSettings, OverhangAngle,
+    Search, TanhOverhang, WeightedNormalZ, objective,
 };
 
 use crate::orient::{GAPS, PURI_KINK, near};
@@ -137,7 +137,7 @@ fn certified_proves_the_minima_and_no_random_direction_is_below() {
 fn certified_closes_the_gap_for_every_objective_with_bounds() {
     let part = ROWS[1].part();
     for (name, gap) in GAPS {
-        let f = objective(name, &Settings::default()).unwrap();
+        let f = objective(name, &ObjectiveSettings::default()).unwrap();
         let found = Certified { gap, ..Certified::default() }.search(f.as_ref(), &part);
         let (best, lower) = (found.minima[0].value, found.lower_bound.unwrap());
         assert!(lower <= best && best - lower <= gap * best, "{name}: {lower} for {best}");

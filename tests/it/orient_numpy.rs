@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use trunnion::geom::Vec3;
 use trunnion::mesh::{ReadOptions, Unit, read_surface, stl_binary};
-use trunnion::orient::{Facets, Settings, objective};
+use trunnion::orient::{Facets, ObjectiveSettings, objective};
 
 use crate::orient::meshes;
 use crate::orient_sample::anywhere;
@@ -55,7 +55,7 @@ fn agree(python: &Path, file: &Path, ups: &[Vec3]) {
     let all = document.as_object().unwrap();
     assert_eq!(all.len(), 8);
     for (objective_name, values) in all {
-        let f = objective(objective_name, &Settings::default()).unwrap();
+        let f = objective(objective_name, &ObjectiveSettings::default()).unwrap();
         let values: Vec<f64> = values.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
         let scale = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         for (up, value) in ups.iter().zip(&values) {

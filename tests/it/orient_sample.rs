@@ -6,8 +6,8 @@
 
 use trunnion::geom::{Angle, Vec3};
 use trunnion::orient::{
-    Cap, Certified, Facets, Found, Height, OBJECTIVES, Objective, Search, Settings, SupportVolumeColumn, lower,
-    objective,
+    Cap, Certified, Facets, Found, Height, OBJECTIVES, Objective, ObjectiveSettings, Search, SupportVolumeColumn,
+    lower, objective,
 };
 
 use crate::columns::exact;
@@ -175,7 +175,7 @@ fn below(names: &[&str], gap: f64, budget: usize, sample: usize) -> Vec<String> 
     let solids = solids();
     let mut all = Vec::new();
     for name in names {
-        let f = objective(name, &Settings::default()).unwrap();
+        let f = objective(name, &ObjectiveSettings::default()).unwrap();
         let value = |solid: &Solid, up: &Vec3| f.value(&solid.facets, up);
         let mut seen = Seen::none();
         for solid in &solids {
@@ -246,7 +246,7 @@ fn no_direction_is_below_the_bound_of_a_slow_objective() {
 /// The sampled volume has the error of its columns, its bound is of the exact one: so that is what is sampled here.
 #[test]
 fn no_direction_is_below_the_bound_of_the_column_volume() {
-    let settings = Settings { resolution_mm: 2.0, ..Settings::default() };
+    let settings = ObjectiveSettings { resolution_mm: 2.0, ..ObjectiveSettings::default() };
     let f = objective("support-volume-column", &settings).unwrap();
     let sine = settings.overhang.rad().sin();
     let value = |solid: &Solid, up: &Vec3| solid.mesh.as_ref().map_or(f64::NAN, |mesh| exact(mesh, up, sine));
@@ -299,7 +299,7 @@ fn no_direction_is_below_a_bound_on_the_seeds_meshes() {
         let solid =
             Solid { name: file.to_owned(), mesh: None, facets: facets(&folder.join("castro"), file), edges: vec![] };
         for name in ANALYTIC {
-            let f = objective(name, &Settings::default()).unwrap();
+            let f = objective(name, &ObjectiveSettings::default()).unwrap();
             let value = |solid: &Solid, up: &Vec3| f.value(&solid.facets, up);
             let mut seen = Seen::none();
             let effort = Effort { gap: 1e-3, budget: 2500, count: sample() / 200 };
@@ -316,7 +316,7 @@ fn no_direction_is_below_a_bound_on_the_seeds_meshes() {
 fn a_bound_that_is_a_thousandth_too_high_is_seen() {
     let solids = solids();
     for name in ["staircase", "height", "weighted-normal-z", "support-area", "normal-z", "overhang-angle"] {
-        let f = objective(name, &Settings::default()).unwrap();
+        let f = objective(name, &ObjectiveSettings::default()).unwrap();
         let solid = solids.last().unwrap();
         let low = |solid: &Solid, up: &Vec3| f.value(&solid.facets, up) / 1.001;
         let mut seen = Seen::none();

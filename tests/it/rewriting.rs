@@ -4,7 +4,7 @@ use std::io::{Error, Write};
 
 use trunnion::job::{self, CheckedPlan, PlanSource, PrepareRequest, Prints, Silent, SliceRequest, Source, World};
 use trunnion::slicing::SlicerChoice;
-use trunnion::toolpath::{Input, InputWords, Job, RewriteError, Rewritten, read_sliced, rewrite};
+use trunnion::toolpath::{Input, InputWords, RewriteError, RewriteJob, Rewritten, read_sliced, rewrite};
 
 use crate::support::root;
 
@@ -40,7 +40,7 @@ impl Made {
             all.iter().enumerate().map(|(print, sliced)| Input { print, centre_mm, file: "box.gcode", sliced });
         let inputs: Vec<Input<'_>> = inputs.collect();
         let (plan, profile, workpiece) = (&self.plan.plan, &self.plan.machine.profile, &self.plan.workpiece());
-        rewrite(&inputs, &Job { plan, plan_sha256: "", profile, workpiece, head: "" }, sink)
+        rewrite(&inputs, &RewriteJob { plan, plan_sha256: "", profile, workpiece, head: "" }, sink)
     }
 }
 

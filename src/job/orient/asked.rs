@@ -5,8 +5,8 @@ use crate::geom::{Angle, Bounds, Vec3};
 use crate::input::process;
 use crate::job::{BadSetting, Error, World, load_profile};
 use crate::orient::{
-    Facets, Found, METHODS, Minimum, Objective, PRINTABLE, Printable, Process, Recommendation, Settings, Standing,
-    Stop, Tried, method, minima, nearest, objective, proved_standing, recommend, standing, without_ties,
+    Facets, Found, METHODS, Minimum, Objective, ObjectiveSettings, PRINTABLE, Printable, Process, Recommendation,
+    Standing, Stop, Tried, method, minima, nearest, objective, proved_standing, recommend, standing, without_ties,
 };
 use crate::profile::SliceSettings;
 
@@ -20,7 +20,7 @@ const STEEPEST_DEG: f64 = 89.9;
 pub(super) struct OrientAsked {
     /// Each makes an objective.
     texts: Vec<String>,
-    settings: Settings,
+    settings: ObjectiveSettings,
     /// Columns as the user wants them, else as they suit the part.
     resolution_mm: Option<f64>,
     pub(super) up: Option<Vec3>,
@@ -70,10 +70,10 @@ impl OrientAsked {
     }
 
     /// The settings for a part: columns of half a millimetre, wider where the part is longer than [`COLUMNS`] of them.
-    pub(super) fn settings(&self, facets: &Facets) -> Settings {
+    pub(super) fn settings(&self, facets: &Facets) -> ObjectiveSettings {
         let longest = Bounds::of(facets.points.iter().copied()).size().max();
         let suits = self.settings.resolution_mm.max(longest / COLUMNS);
-        Settings { resolution_mm: self.resolution_mm.unwrap_or(suits), ..self.settings }
+        ObjectiveSettings { resolution_mm: self.resolution_mm.unwrap_or(suits), ..self.settings }
     }
 
     /// The first objective that means nothing on an open surface.
@@ -170,7 +170,7 @@ fn own_pose(given: [f64; 3]) -> Result<Vec3, BadSetting> {
     Ok(Vec3::from(given).normalize())
 }
 
-fn settings(options: &OrientOptions, print: Option<&SliceSettings>) -> Result<Settings, BadSetting> {
+fn settings(options: &OrientOptions, print: Option<&SliceSettings>) -> Result<ObjectiveSettings, BadSetting> {
     let OrientOptions { overhang_deg, .. } = *options;
     let own = print.map_or(SliceSettings::default().layer_height_mm, |print| print.layer_height_mm);
     let layer_mm = options.layer_mm.unwrap_or(own);
@@ -182,5 +182,5 @@ fn settings(options: &OrientOptions, print: Option<&SliceSettings>) -> Result<Se
     if let Some(contact) = options.contact_mm2 {
         BadSetting::within("contact-area-min", contact, " mm2", [0.0, 1e9])?;
     }
-    Ok(Settings { layer_mm, overhang: Angle::from_deg(overhang_deg), ..Settings::default() })
+    Ok(ObjectiveSettings { layer_mm, overhang: Angle::from_deg(overhang_deg), ..ObjectiveSettings::default() })
 }

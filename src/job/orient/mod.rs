@@ -9,8 +9,8 @@ use super::{BadSetting, Error, MachineSource, ModelSource, World};
 use crate::geom::{Object, Slot, Vec3};
 use crate::mesh::{TriangleMesh, stl_binary_parts, threemf};
 use crate::orient::{
-    Facets, Footing, Found, Height, Minimum, Objective, PRINTABLE, Process, Recommendation, Settings, Staircase,
-    SupportVolumeColumn, overhang_area, to_angles, turned,
+    Facets, FirstLayer, Found, Height, Minimum, Objective, ObjectiveSettings, PRINTABLE, Process, Recommendation,
+    Staircase, SupportVolumeColumn, overhang_area, to_angles, turned,
 };
 use crate::pictures::{Painted, standing};
 use crate::view::{Dip, Drawing, Landscape};
@@ -290,7 +290,7 @@ pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult
 /// Columns of what is told are so many times finer than those of the search.
 const FINER: f64 = 4.0;
 
-fn finer(settings: &Settings) -> SupportVolumeColumn {
+fn finer(settings: &ObjectiveSettings) -> SupportVolumeColumn {
     SupportVolumeColumn { overhang: settings.overhang, resolution_mm: settings.resolution_mm / FINER }
 }
 
@@ -300,7 +300,7 @@ fn compared(facets: &Facets, results: &[Oriented], asked: &OrientAsked) -> Vec<C
     // Four times finer than the search: what its columns gain or lose along outlines is then a quarter.
     let column = finer(&settings);
     let row = |(name, up): (String, Vec3)| {
-        let footing = Footing::of(facets, facets.mass(), &up, settings.layer_mm);
+        let footing = FirstLayer::of(facets, facets.mass(), &up, settings.layer_mm);
         Compared {
             name,
             up,

@@ -2,7 +2,7 @@
 
 use super::result::{self, PackResult, UNITS};
 use super::{Asked, BadPacking, Error, MOST_PIECES, Source, World, counted};
-use crate::pack::{Goal, Instance, Item, check, pack};
+use crate::pack::{Instance, Item, PackGoal, check, pack};
 
 /// A line of the text.
 struct Line {
@@ -82,7 +82,7 @@ pub(super) fn packed(
         BadPacking::NoFit { name: line.name.clone(), size: line.size, space: space_mm, turn: asked.turns, proved: true }
     };
     let answer = answer.map_err(|why| asked.unpackable(why, no_fit))?;
-    check(&instance, &answer.placed, goal == Goal::Runs).map_err(BadPacking::from)?;
+    check(&instance, &answer.placed, goal == PackGoal::Runs).map_err(BadPacking::from)?;
     let names: Vec<(String, usize)> = lines.iter().map(|line| (line.name.clone(), line.count)).collect();
     Ok(result::of_boxes(&instance, &names, &of, &answer, space_mm, asked))
 }

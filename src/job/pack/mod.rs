@@ -11,7 +11,8 @@ use super::{BadSetting, Error, LoadedModel, MachineSource, ModelSource, Source, 
 use crate::input::load_unposed;
 use crate::mesh::is_overlap;
 use crate::pack::{
-    Askew, Clash, Ended, Fault, Goal, Method, Packed, Room, Solid, Turns, Unpackable, Watch, apart, lift, pack_models,
+    Askew, Clash, Ended, Method, PackFault, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart, lift,
+    pack_models,
 };
 use crate::spelling::nearest;
 pub use plates::Plates;
@@ -243,8 +244,8 @@ impl<'a> Asked<'a> {
         Ok(Self { options, turns, method, shapes: method == Method::Auto && !boxes, name })
     }
 
-    fn goal(&self) -> Goal {
-        if self.options.fill.is_some() { Goal::Filling } else { Goal::Runs }
+    fn goal(&self) -> PackGoal {
+        if self.options.fill.is_some() { PackGoal::Filling } else { PackGoal::Runs }
     }
 
     /// The value of each of `own`: its volume or its own number, or what is given.
@@ -315,12 +316,12 @@ fn counted(name: &str, count: f64) -> Result<usize, BadPacking> {
     if whole { Ok(count as usize) } else { Err(BadPacking::Count { name: name.to_owned(), count }) }
 }
 
-fn solids(models: &[(LoadedModel, usize)], asked: &Asked<'_>) -> Result<Vec<Solid>, BadPacking> {
-    let mut solids: Vec<Solid> = models
+fn solids(models: &[(LoadedModel, usize)], asked: &Asked<'_>) -> Result<Vec<PackSolid>, BadPacking> {
+    let mut solids: Vec<PackSolid> = models
         .iter()
         .map(|(loaded, count)| {
             let parts = loaded.model.parts.iter().map(|part| &part.mesh);
-            let mut solid = Solid::of(parts.clone(), 0.0, *count);
+            let mut solid = PackSolid::of(parts.clone(), 0.0, *count);
             solid.value = solid.volume_mm3;
             if loaded.model.warnings.iter().any(|text| is_overlap(text)) {
                 // Where parts overlap, no more than the largest is sure to be there.
@@ -354,7 +355,7 @@ fn in_space(
     proved(models, &solids, &room, packed, asked)
 }
 
-fn no_fit(models: &[(LoadedModel, usize)], solids: &[Solid], model: usize, room: &Room) -> BadPacking {
+fn no_fit(models: &[(LoadedModel, usize)], solids: &[PackSolid], model: usize, room: &Room) -> BadPacking {
     let size = solids[model].bounds(&crate::geom::Mat3::identity()).size().into();
     let proved = solids[model].askew(room) == Askew::Never;
     BadPacking::NoFit { name: models[model].0.file.clone(), size, space: room.space_mm, turn: room.turns, proved }
@@ -363,7 +364,7 @@ fn no_fit(models: &[(LoadedModel, usize)], solids: &[Solid], model: usize, room:
 /// The packing as a result, once the independent test has passed it.
 fn proved(
     models: &[(LoadedModel, usize)],
-    solids: &[Solid],
+    solids: &[PackSolid],
     room: &Room,
     packed: Packed,
     asked: &Asked<'_>,
@@ -376,8 +377,8 @@ fn proved(
     Ok(result::of_models(models, solids, room, &packed, lifts, clearance, asked))
 }
 
-impl From<Fault> for BadPacking {
-    fn from(fault: Fault) -> Self {
+impl From<PackFault> for BadPacking {
+    fn from(fault: PackFault) -> Self {
         Self::Unproved(fault.to_string())
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{Asked, LoadedModel};
 use crate::geom::{Bounds, Slot, Vec3};
 use crate::mesh::{TriangleMesh, threemf};
-use crate::pack::{Answer, Ended, Goal, Instance, Lift, Packed, Put, Room, Solid, axis_and_angle, volume};
+use crate::pack::{Answer, Ended, Instance, Lift, PackGoal, PackSolid, Packed, Put, Room, axis_and_angle, volume};
 use crate::pictures::{self, KINDS, coloured};
 use crate::spelling::counted;
 use crate::view::Drawing;
@@ -20,10 +20,10 @@ pub struct PackResult {
     /// The runs.
     pub plates: Vec<Plate>,
     /// What was looked for.
-    pub goal: Goal,
-    /// [`Goal::Runs`]: no packing has fewer runs. [`Goal::Filling`]: none has more value.
+    pub goal: PackGoal,
+    /// [`PackGoal::Runs`]: no packing has fewer runs. [`PackGoal::Filling`]: none has more value.
     pub bound: f64,
-    /// What one run holds ([`Goal::Filling`]).
+    /// What one run holds ([`PackGoal::Filling`]).
     pub value: f64,
     /// Why the search ended.
     pub ended: Ended,
@@ -77,7 +77,7 @@ pub struct Piece {
 
 pub(super) fn of_models(
     models: &[(LoadedModel, usize)],
-    solids: &[Solid],
+    solids: &[PackSolid],
     room: &Room,
     packed: &Packed,
     lifts: Vec<Lift>,
@@ -247,10 +247,10 @@ impl PackResult {
         }
         let pieces: usize = self.plates.iter().map(|plate| plate.pieces.len()).sum();
         let _ = match self.goal {
-            Goal::Runs => {
+            PackGoal::Runs => {
                 writeln!(out, "{pieces} pieces in {} (at least {})", counted(self.plates.len(), "run"), self.bound)
             }
-            Goal::Filling => writeln!(out, "{pieces} pieces worth {:.3} (at most {:.3})", self.value, self.bound),
+            PackGoal::Filling => writeln!(out, "{pieces} pieces worth {:.3} (at most {:.3})", self.value, self.bound),
         };
         for (name, count) in &self.left_out {
             let _ = writeln!(out, "left out: {count} of {name}");

@@ -4,7 +4,7 @@ use super::result::PackResult;
 use super::{Asked, BadPacking, Error, LoadedModel, World, no_fit, proved, solids};
 use crate::geom::{Mat3, Vec3};
 use crate::job::LoadedProfile;
-use crate::pack::{Ended, Goal, Method, Packed, Put, Room, Solid, Turns, on_table};
+use crate::pack::{Ended, Method, PackGoal, PackSolid, Packed, Put, Room, Turns, on_table};
 use crate::strategy::head_reach_mm;
 
 /// Packs models on the table, run after run: the largest first, as many as stand beside each other.
@@ -21,7 +21,7 @@ pub(super) fn packed(
             refused("on a table models are placed side by side in one layer, and only one method does that").into()
         );
     }
-    if asked.goal() == Goal::Filling {
+    if asked.goal() == PackGoal::Filling {
         return Err(refused(
             "on a table all models are placed in as few runs as possible; --fill needs a space (--space)",
         )
@@ -56,7 +56,7 @@ pub(super) fn packed(
 }
 
 /// As drawn, or at the angle about Z at which its outline's box is smallest.
-fn snug(solid: &Solid, turns: Turns) -> Mat3 {
+fn snug(solid: &PackSolid, turns: Turns) -> Mat3 {
     let angle = if turns == Turns::Z { solid.snug_angle() } else { 0.0 };
     if angle == 0.0 { Mat3::identity() } else { nalgebra::Rotation3::new(Vec3::z() * angle).into_inner() }
 }
@@ -65,7 +65,7 @@ fn snug(solid: &Solid, turns: Turns) -> Mat3 {
 const NEAREST_MM: f64 = 5.0;
 
 struct Table<'a> {
-    solids: &'a [Solid],
+    solids: &'a [PackSolid],
     poses: &'a [Mat3],
     machine: &'a LoadedProfile,
     gap_mm: f64,
@@ -153,7 +153,7 @@ impl Table<'_> {
         let round = table.size_mm.is_none() || table.radius_mm > 0.0;
         let side = 2.0 * half + gap;
         let room = if round { std::f64::consts::PI * (half + gap / 2.0_f64.sqrt()).powi(2) } else { side * side };
-        let grown = |solid: &Solid| {
+        let grown = |solid: &PackSolid| {
             let b = solid.bounds(&Mat3::identity()).size();
             let snug = solid.bounds(&snug(solid, Turns::Z)).size();
             // Whatever the angle, an outline's box is no smaller than the outline: half of its snuggest box.

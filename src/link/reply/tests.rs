@@ -11,7 +11,7 @@ const BARE: Reply = Reply::Ok { number: None, report: None, room: None };
 #[test]
 fn ok_is_a_word_of_its_own() {
     assert_eq!(marlin("ok"), BARE);
-    let room = |planner, commands| Some(Room { planner, commands });
+    let room = |planner, commands| Some(BufferRoom { planner, commands });
     assert_eq!(marlin("ok N3 P15 B3"), Reply::Ok { number: Some(3), report: None, room: room(15, 3) });
     assert_eq!(marlin("ok P15 B31"), Reply::Ok { number: None, report: None, room: room(15, 31) });
     assert_eq!(marlin("ok N3 P15"), Reply::Ok { number: Some(3), report: None, room: None });

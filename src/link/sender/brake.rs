@@ -4,7 +4,7 @@
 //! move that is answered had run dry. What the sender waited for at that moment is what held it back.
 
 use super::Time;
-use crate::link::reply::Room;
+use crate::link::reply::BufferRoom;
 
 /// So often the planner must have run dry before it is told while the print goes on.
 const WORTH_A_WORD: u32 = 32;
@@ -66,7 +66,7 @@ impl Brake {
     }
 
     /// An `ok` with the planner's room; whether it answers a move that takes time. `true` where it is worth a word now.
-    pub(super) fn answered(&mut self, now: Time, room: Room, moves: bool) -> bool {
+    pub(super) fn answered(&mut self, now: Time, room: BufferRoom, moves: bool) -> bool {
         self.planner = self.planner.max(room.planner);
         // Its own move is in there, and nothing else.
         if !moves || self.planner < 2 || room.planner + 1 < self.planner {
@@ -125,7 +125,7 @@ mod tests {
     const WIRE: Wire = Wire { baud: 250_000, window_bytes: 126, window_lines: 32 };
 
     fn dry(brake: &mut Brake, times: u32, every_ms: u64, held: fn(&mut Brake)) -> u32 {
-        let (dry, begun) = (Room { planner: 14, commands: 31 }, u64::from(brake.times()));
+        let (dry, begun) = (BufferRoom { planner: 14, commands: 31 }, u64::from(brake.times()));
         let mut at = |i| {
             brake.sends(50);
             held(brake);
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn what_is_waited_for_while_the_planner_is_dry_is_named_once() {
         let mut brake = Brake::default();
-        brake.answered(Time::ZERO, Room { planner: 15, commands: 31 }, false);
+        brake.answered(Time::ZERO, BufferRoom { planner: 15, commands: 31 }, false);
         // 50 bytes in each 4 ms are half of what 250,000 baud carry.
         assert_eq!((dry(&mut brake, 31, 4, Brake::cuts), brake.words(WIRE)), (0, None));
         assert_eq!(dry(&mut brake, 40, 4, Brake::cuts), 1);
@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn a_full_wire_is_what_holds_back_whatever_else_is_full() {
         let mut brake = Brake::default();
-        brake.answered(Time::ZERO, Room { planner: 15, commands: 31 }, false);
+        brake.answered(Time::ZERO, BufferRoom { planner: 15, commands: 31 }, false);
         dry(&mut brake, 100, 2, Brake::cuts);
         let said = brake.words(WIRE).unwrap();
         assert!(said.contains("the link (100 % of 250000 baud used)"), "{said}");
@@ -164,11 +164,11 @@ mod tests {
     fn a_planner_with_moves_or_without_a_word_is_never_dry() {
         let mut brake = Brake::default();
         for planner in [15, 13, 0, 7] {
-            assert!(!brake.answered(Time::ZERO, Room { planner, commands: 31 }, planner < 15));
+            assert!(!brake.answered(Time::ZERO, BufferRoom { planner, commands: 31 }, planner < 15));
         }
         assert_eq!((brake.times(), brake.words(WIRE)), (0, None));
         // One that never says that it is empty says nothing.
         let mut full = Brake::default();
-        assert!(!full.answered(Time::ZERO, Room { planner: 0, commands: 31 }, true) && full.times() == 0);
+        assert!(!full.answered(Time::ZERO, BufferRoom { planner: 0, commands: 31 }, true) && full.times() == 0);
     }
 }

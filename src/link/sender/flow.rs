@@ -6,7 +6,7 @@ use super::ledger::Purpose;
 use super::{Notice, Phase, Sender, StopReason, Time, Watch};
 use crate::link::journal::Record;
 use crate::link::protocol::Accounting;
-use crate::link::reply::Room;
+use crate::link::reply::BufferRoom;
 use crate::link::settings::SenderSettings;
 
 /// Moves in hand that take longer need no full queue behind them, s.
@@ -150,7 +150,7 @@ impl Sender {
     ///
     /// At that moment its queue held the line that is answered and all that it had taken from the receive buffer behind it: so many
     /// bytes more may go.
-    pub(super) fn take_room(&mut self, now: Time, number: Option<i64>, room: Room) {
+    pub(super) fn take_room(&mut self, now: Time, number: Option<i64>, room: BufferRoom) {
         let [most, last] = &mut self.printer.queue;
         // Noise may change a digit, hardly the same way twice.
         if room.commands == *last && room.commands > *most {

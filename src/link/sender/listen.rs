@@ -9,7 +9,7 @@ use super::{Notice, Sender, StopReason, Time};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Hazard, Heater, effect, waits};
 use crate::link::protocol::Accounting;
-use crate::link::reply::{Busy, Reply, Room, Temperatures};
+use crate::link::reply::{BufferRoom, Busy, Reply, Temperatures};
 
 /// An error line's companion (`Resend:`, or the next line) comes within this.
 const COMPANION: Time = Duration::from_secs(1);
@@ -114,7 +114,7 @@ impl Sender {
         }
     }
 
-    fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>, room: Option<Room>) {
+    fn hear_ok(&mut self, now: Time, number: Option<i64>, report: Option<Temperatures>, room: Option<BufferRoom>) {
         self.heard = now;
         if let Some(t) = report {
             self.take_heat(t);

@@ -6,7 +6,7 @@ use crate::geom::{Vec3, convex_outline};
 
 /// What lies in the first layer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Footing {
+pub struct FirstLayer {
     /// The area of the part's footprint, mm²: the shadow of what faces down and lies below the first layer's height.
     pub area_mm2: f64,
     /// How far the part may be tipped before its centre of mass leaves the footprint's convex outline, degrees; below zero
@@ -18,7 +18,7 @@ pub struct Footing {
     pub(super) centre: [f64; 3],
 }
 
-impl Footing {
+impl FirstLayer {
     /// What of the part lies within `layer_mm` above its lowest point along `up`.
     ///
     /// Area counts twice where the surface goes down twice within one layer.
@@ -107,9 +107,9 @@ mod tests {
     use super::*;
     use crate::fixtures::solid_box;
 
-    fn footing(size: [f64; 3], up: Vec3) -> Footing {
+    fn footing(size: [f64; 3], up: Vec3) -> FirstLayer {
         let facets = Facets::of(&solid_box(Vec3::new(100.0, -50.0, 3.0), Vec3::from(size)));
-        Footing::of(&facets, &Mass::of(&facets), &up, 0.2)
+        FirstLayer::of(&facets, &Mass::of(&facets), &up, 0.2)
     }
 
     #[test]
@@ -119,11 +119,11 @@ mod tests {
         let mass = Mass::of(&facets);
         assert!((mass.volume_mm3 - 36_000.0).abs() < 1e-6 && (mass.area_mm2 - 7200.0).abs() < 1e-9, "{mass:?}");
         assert!((mass.centre - far - Vec3::new(10.0, 15.0, 30.0)).norm() < 1e-9, "{mass:?}");
-        let stands = Footing::of(&facets, &mass, &Vec3::z(), 0.2);
+        let stands = FirstLayer::of(&facets, &mass, &Vec3::z(), 0.2);
         assert!((stands.area_mm2 - 600.0).abs() < 1e-9);
         assert!((stands.tipping_deg - (10.0f64 / 30.0).atan().to_degrees()).abs() < 1e-9, "{stands:?}");
         let edge = Vec3::new(1.0, 1.0, 0.0).normalize();
-        let on_edge = Footing::of(&facets, &mass, &edge, 0.2);
+        let on_edge = FirstLayer::of(&facets, &mass, &edge, 0.2);
         // A strip twice the layer wide, as long as the edge; the centre of mass is 5 / sqrt 2 beside the edge.
         assert!((on_edge.area_mm2 - 0.4 * 60.0).abs() < 1e-9, "{on_edge:?}");
         let wanted = (0.2 - 5.0 / 2f64.sqrt()).atan2(25.0 / 2f64.sqrt()).to_degrees();

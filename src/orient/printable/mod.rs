@@ -25,11 +25,11 @@ mod resting;
 mod search;
 mod supports;
 
-pub use footing::Footing;
+pub use footing::FirstLayer;
 pub(super) use footing::share_below;
 pub use price::{Priced, STANDS_DEG};
 pub use process::{Laid, Process};
-pub use search::{Recommendation, Role, Runner, recommend};
+pub use search::{PoseRole, Recommendation, Runner, recommend};
 pub use supports::Supports;
 
 use super::{Facets, Objective, Proof};

@@ -2,7 +2,7 @@
 
 use super::super::facets::FLAT;
 use super::super::{Facets, Mass};
-use super::footing::Footing;
+use super::footing::FirstLayer;
 use super::process::{Laid, MINUTES_PER_GRAM, Process, SCAR_MIN_PER_MM2};
 use super::supports::Supports;
 use super::{ROUGH, columns};
@@ -72,7 +72,7 @@ impl Process {
 
     /// The price of `up`, supports by columns of `width_mm`.
     pub fn price(&self, facets: &Facets, mass: &Mass, up: &Vec3, width_mm: f64) -> Priced {
-        let footing = Footing::of(facets, mass, up, self.layer_mm);
+        let footing = FirstLayer::of(facets, mass, up, self.layer_mm);
         let columns = Supports::of(facets, up, self.overhang, self.layer_mm, width_mm);
         let held_deg = footing.tipping_with(columns.feet.iter().copied());
         let height_mm = facets.extent(up);

@@ -34,14 +34,14 @@ pub struct Recommendation {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Runner {
     /// By which.
-    pub role: Role,
+    pub role: PoseRole,
     /// The pose.
     pub pose: Priced,
 }
 
 /// Figures by which a pose may be best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum PoseRole {
     /// The least volume of support columns.
     LeastSupport,
     /// The largest footprint.
@@ -72,7 +72,7 @@ fn first(poses: &mut Vec<Priced>, best: Priced) {
     poses.insert(0, best);
 }
 
-impl Role {
+impl PoseRole {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::LeastSupport, Self::Flattest, Self::Lowest, Self::BestSurface];
 
@@ -109,7 +109,7 @@ const TIE: f64 = 2e-3;
 /// Of the candidates so many are measured finely.
 const MEASURED: usize = 12;
 /// With the best by each figure, the part as it lies and the user's own pose at most so many.
-const MEASURED_MOST: usize = 2 * MEASURED + 2 * Role::ALL.len() + 2;
+const MEASURED_MOST: usize = 2 * MEASURED + 2 * PoseRole::ALL.len() + 2;
 /// Poses nearer than this (radians, two degrees) are one; the part's own planes come before what lies beside them.
 const SAME_POSE: f64 = 0.035;
 
@@ -138,7 +138,7 @@ pub fn recommend(facets: &Facets, process: &Process, own: Option<Vec3>, budget: 
         poses.retain(|p| p.up != leaning.up);
     }
     first(&mut poses, best);
-    let runners = Role::ALL.into_iter().map(|role| Runner { role, pose: runner(role, &poses, facets) }).collect();
+    let runners = PoseRole::ALL.into_iter().map(|role| Runner { role, pose: runner(role, &poses, facets) }).collect();
     let least = found.height.lower_bound.unwrap_or(0.0).max(0.0);
     let part = process.solid(facets.mass().volume_mm3, facets.mass().area_mm2);
     Recommendation {
@@ -165,7 +165,7 @@ fn chosen(found: &Candidates, facets: &Facets) -> Vec<Vec3> {
     order.iter().take(MEASURED).for_each(|p| take(p.up));
     found.exact.iter().take(MEASURED).for_each(|p| take(p.up));
     let all: Vec<Priced> = order.into_iter().copied().collect();
-    for role in Role::ALL {
+    for role in PoseRole::ALL {
         take(runner(role, &all, facets).up);
         let least = all.iter().min_by(|a, b| role.figure(a).total_cmp(&role.figure(b)));
         least.into_iter().for_each(|p| take(p.up));
@@ -174,7 +174,7 @@ fn chosen(found: &Candidates, facets: &Facets) -> Vec<Vec3> {
 }
 
 /// The best of `poses` by a figure; of those that tie the cheapest.
-fn runner(role: Role, poses: &[Priced], facets: &Facets) -> Priced {
+fn runner(role: PoseRole, poses: &[Priced], facets: &Facets) -> Priced {
     let best = poses.iter().map(|p| role.figure(p)).fold(f64::INFINITY, f64::min);
     let most = best + role.tie(best, facets.mass().volume_mm3);
     let tied = poses.iter().filter(|p| role.figure(p) <= most);

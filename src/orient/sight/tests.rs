@@ -1,7 +1,7 @@
 //! The formulas of seed 002, chapter 4, written out without trees, sets or masks; and gradients by differences.
 
 use super::super::sphere::{lattice, tangents};
-use super::super::{Certified, Search, Settings, objective};
+use super::super::{Certified, ObjectiveSettings, Search, objective};
 use super::*;
 use crate::geom::Object;
 use crate::mesh::TriangleMesh;
@@ -142,7 +142,7 @@ fn alexander_of_a_grooved_block_is_worked_out_by_hand() {
 fn bounds_hold_and_are_not_empty() {
     let facets = Facets::of(&grooved(1));
     for name in ["support-volume", "interface-area", "support-volume-convex-smooth", "alexander"] {
-        let f = objective(name, &Settings::default()).unwrap();
+        let f = objective(name, &ObjectiveSettings::default()).unwrap();
         let found = Certified { gap: 1e-2, budget: 4000 }.search(f.as_ref(), &facets);
         let lower = found.lower_bound.unwrap();
         assert!(lower.is_finite() && lower <= found.minima[0].value, "{name}");

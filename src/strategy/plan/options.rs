@@ -6,7 +6,9 @@ use std::str::FromStr;
 use crate::geom::{Angle, Vec3};
 use crate::input::{BadSetting, LoadedModel, LoadedProfile};
 use crate::mesh::Model;
-use crate::orient::{Direction, Facets, METHODS, Multistart, Objective, Search, Settings, method, nearest, objective};
+use crate::orient::{
+    Direction, Facets, METHODS, Multistart, Objective, ObjectiveSettings, Search, method, nearest, objective,
+};
 use crate::overhang::TOLERATE_MM2;
 use crate::planning::{
     Goal, Options, Placement, PrintSupports, Priority, Workpiece, centred, centred_and_turned, orientations, plannable,
@@ -186,7 +188,8 @@ pub(super) struct PlanAsked {
 impl PlanAsked {
     pub(super) fn of(options: &PlanOptions, machine: &LoadedProfile, model: &LoadedModel) -> Result<Self, Error> {
         BadSetting::within("top", options.plans as f64, "", [1.0, 100.0])?;
-        let settings = Settings { layer_mm: machine.profile.process.layer_height_mm, ..Settings::default() };
+        let settings =
+            ObjectiveSettings { layer_mm: machine.profile.process.layer_height_mm, ..ObjectiveSettings::default() };
         let bad = |name| move |source| BadSetting::Objective { name, source };
         let goal = Goal::parse(&options.objective, &settings).map_err(bad("objective"))?;
         let of_goal = || objective(&options.objective, &settings).or_else(|_| objective("staircase", &settings));

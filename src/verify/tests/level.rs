@@ -1,6 +1,6 @@
 //! A foot that ends in the middle of a layer, with a post on it: the layer may be the foot's or the post's, and nothing else.
 
-use super::{Job, LAYER, Rule, layer, plan, profile, verify};
+use super::{LAYER, ReplayJob, Rule, layer, plan, profile, verify};
 use crate::fixtures::solid_box;
 use crate::geom::Vec3;
 use crate::mesh::{Model, TriangleMesh};
@@ -56,7 +56,7 @@ M104 S0\nM140 S0\nM107\nM84
 "
     );
     let workpiece = Workpiece::place(&model, &plan.placement);
-    verify(text.as_bytes(), &Job { profile: &profile(), plan: &plan, workpiece: &workpiece })
+    verify(text.as_bytes(), &ReplayJob { profile: &profile(), plan: &plan, workpiece: &workpiece })
 }
 
 /// Feet whose top lies this far above the layer's middle, mm, and how wide that layer may be.

@@ -1,6 +1,6 @@
 //! The nozzle beside a table that stands upright, nearer to it or farther, with ends of several sizes.
 
-use super::{Job, Rule, model_at, plan, profile, program_at, verify};
+use super::{ReplayJob, Rule, model_at, plan, profile, program_at, verify};
 use crate::planning::Workpiece;
 use crate::profile::BodySpec;
 use crate::verify::Finding;
@@ -21,7 +21,7 @@ fn the_rim_of_the_nozzle_keeps_out_of_a_tilted_table() {
         let tip_mm = beam_mm + 0.4;
         for radius in [0.2, tip_mm - 0.05, tip_mm - 0.02, tip_mm + 0.008, tip_mm + 0.02, tip_mm + 0.1, 1.5] {
             let profile = needle(radius);
-            let report = verify(text.as_bytes(), &Job { profile: &profile, plan: &plan, workpiece: &workpiece });
+            let report = verify(text.as_bytes(), &ReplayJob { profile: &profile, plan: &plan, workpiece: &workpiece });
             let about = format!("beam {beam_mm}, radius {radius:.3}: {:#?}", report.findings);
             let room = tip_mm - radius;
             if room > 0.0 {

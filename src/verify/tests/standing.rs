@@ -1,6 +1,6 @@
 //! The post and the beam on a table that stands upright, held by more adhesion or by less: against statics by hand.
 
-use super::{FLOW, Job, LAYER, REACH, Rule, WIDTH, model, plan, profile, program, verify};
+use super::{FLOW, LAYER, REACH, ReplayJob, Rule, WIDTH, model, plan, profile, program, verify};
 use crate::planning::Workpiece;
 use crate::verify::Report;
 
@@ -11,7 +11,7 @@ fn held_by(adhesion_mpa: f64) -> Report {
     let (mut profile, plan, model) = (profile(), plan(), model());
     profile.process.adhesion_mpa = adhesion_mpa;
     let workpiece = Workpiece::place(&model, &plan.placement);
-    verify(program().as_bytes(), &Job { profile: &profile, plan: &plan, workpiece: &workpiece })
+    verify(program().as_bytes(), &ReplayJob { profile: &profile, plan: &plan, workpiece: &workpiece })
 }
 
 /// How many times over the foot holds post and beam for each MPa, with the table upright: the post's middle is 30 mm from it, the beam's 53.
@@ -56,6 +56,6 @@ fn a_print_whose_first_layer_is_missing_is_held_by_nothing_that_is_known() {
     let from = text.find(";TYPE:External perimeter\nG1 Z0.400").unwrap();
     let to = text.find(&format!(";TYPE:External perimeter\nG1 Z{:.3}", 2.0 * LAYER)).unwrap();
     let without = format!("{}{}", &text[..from], &text[to..]);
-    let report = verify(without.as_bytes(), &Job { profile: &profile, plan: &plan, workpiece: &workpiece });
+    let report = verify(without.as_bytes(), &ReplayJob { profile: &profile, plan: &plan, workpiece: &workpiece });
     assert!(report.standing.is_none() && !report.is_clean(), "{:?}", report.standing);
 }

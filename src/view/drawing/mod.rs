@@ -27,7 +27,7 @@ pub enum Anchor {
 
 /// One mark; later ones lie above.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Mark {
+pub enum DrawnMark {
     /// What an odd number of rings go around.
     Area {
         /// The rings, each without its first corner again.
@@ -71,7 +71,7 @@ pub struct Drawing {
     /// What it shows, for those who cannot see it.
     pub title: String,
     /// From the lowest to the topmost.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<DrawnMark>,
 }
 
 /// What a drawing is written as.
@@ -125,7 +125,7 @@ impl Drawing {
 
     /// Draws an area.
     pub fn area(&mut self, rings: Vec<Vec<[f64; 2]>>, fill: Colour, opacity: f64) {
-        self.marks.push(Mark::Area { rings, fill, opacity });
+        self.marks.push(DrawnMark::Area { rings, fill, opacity });
     }
 
     /// Draws an upright rectangle by its corners.
@@ -142,7 +142,7 @@ impl Drawing {
     pub fn lines(&mut self, lines: Vec<Vec<[f64; 2]>>, width: f64, colour: Colour) {
         let lines: Vec<_> = lines.into_iter().filter(|line| line.len() > 1).collect();
         if !lines.is_empty() {
-            self.marks.push(Mark::Lines { lines, width, colour });
+            self.marks.push(DrawnMark::Lines { lines, width, colour });
         }
     }
 
@@ -156,13 +156,13 @@ impl Drawing {
     /// Writes dark words.
     pub fn text(&mut self, at: [f64; 2], size: f64, anchor: Anchor, text: impl Into<String>) {
         let (text, colour) = (text.into(), INK);
-        self.marks.push(Mark::Text { at, size, anchor, colour, text, halo: false });
+        self.marks.push(DrawnMark::Text { at, size, anchor, colour, text, halo: false });
     }
 
     /// Writes words of a colour above a picture, white around the letters.
     pub fn label(&mut self, at: [f64; 2], size: f64, colour: Colour, text: impl Into<String>) {
         let text = text.into();
-        self.marks.push(Mark::Text { at, size, anchor: Anchor::Middle, colour, text, halo: true });
+        self.marks.push(DrawnMark::Text { at, size, anchor: Anchor::Middle, colour, text, halo: true });
     }
 }
 

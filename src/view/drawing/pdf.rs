@@ -6,7 +6,7 @@ use std::io::Write as _;
 
 use flate2::{Compression, write::ZlibEncoder};
 
-use super::{Anchor, Colour, Drawing, Mark, width_of};
+use super::{Anchor, Colour, Drawing, DrawnMark, width_of};
 
 /// Points in a unit.
 const POINTS: f64 = 0.75;
@@ -103,9 +103,9 @@ fn path(page: &mut String, points: &[[f64; 2]], height: f64) {
     }
 }
 
-fn push(page: &mut String, mark: &Mark, height: f64, opacities: &mut Vec<f64>) {
+fn push(page: &mut String, mark: &DrawnMark, height: f64, opacities: &mut Vec<f64>) {
     match mark {
-        Mark::Area { rings, fill, opacity } => {
+        DrawnMark::Area { rings, fill, opacity } => {
             if *opacity < 1.0 {
                 let known = opacities.iter().position(|known| known == opacity).unwrap_or_else(|| {
                     opacities.push(*opacity);
@@ -120,12 +120,12 @@ fn push(page: &mut String, mark: &Mark, height: f64, opacities: &mut Vec<f64>) {
             }
             page.push_str(if *opacity < 1.0 { "f* Q\n" } else { "B*\n" });
         }
-        Mark::Lines { lines, width, colour } => {
+        DrawnMark::Lines { lines, width, colour } => {
             let _ = write!(page, "{} RG {width} w ", rgb(*colour));
             lines.iter().for_each(|line| path(page, line, height));
             page.push_str("S\n");
         }
-        Mark::Text { at: [x, y], size, anchor, colour, text, halo } => {
+        DrawnMark::Text { at: [x, y], size, anchor, colour, text, halo } => {
             let before = match anchor {
                 Anchor::Start => 0.0,
                 Anchor::Middle => 0.5,

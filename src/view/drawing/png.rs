@@ -1,6 +1,6 @@
 //! A drawing in dots, two a unit; edges are smoothed by how much of a dot they cover.
 
-use super::{Anchor, Colour, Drawing, Mark, font};
+use super::{Anchor, Colour, Drawing, DrawnMark, font};
 
 /// Dots a unit.
 const DOTS: f64 = 2.0;
@@ -57,11 +57,11 @@ impl Picture {
         encoded([self.width, self.height], Alpha::Opaque, &self.pixels.concat())
     }
 
-    fn draw(&mut self, mark: &Mark) {
+    fn draw(&mut self, mark: &DrawnMark) {
         match mark {
-            Mark::Area { rings, fill, opacity } => self.area(rings, *fill, *opacity),
-            Mark::Lines { lines, width, colour } => lines.iter().for_each(|line| self.line(line, *width, *colour)),
-            Mark::Text { at, size, anchor, colour, text, halo } => {
+            DrawnMark::Area { rings, fill, opacity } => self.area(rings, *fill, *opacity),
+            DrawnMark::Lines { lines, width, colour } => lines.iter().for_each(|line| self.line(line, *width, *colour)),
+            DrawnMark::Text { at, size, anchor, colour, text, halo } => {
                 let before = match anchor {
                     Anchor::Start => 0.0,
                     Anchor::Middle => 0.5,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Anchor, Colour, Drawing, Mark};
+use super::{Anchor, Colour, Drawing, DrawnMark};
 
 pub(super) fn written(drawing: &Drawing) -> String {
     let [width, height] = drawing.size.map(tenth);
@@ -59,9 +59,9 @@ fn path(points: &[[f64; 2]], out: &mut String) {
     }
 }
 
-fn push(out: &mut String, mark: &Mark) {
+fn push(out: &mut String, mark: &DrawnMark) {
     match mark {
-        Mark::Area { rings, fill, opacity } => {
+        DrawnMark::Area { rings, fill, opacity } => {
             let mut all = String::new();
             for ring in rings {
                 path(ring, &mut all);
@@ -76,7 +76,7 @@ fn push(out: &mut String, mark: &Mark) {
             };
             let _ = writeln!(out, "<path d=\"{all}\" fill=\"{fill}\" fill-rule=\"evenodd\"{seam}/>");
         }
-        Mark::Lines { lines, width, colour } => {
+        DrawnMark::Lines { lines, width, colour } => {
             let mut all = String::new();
             lines.iter().for_each(|line| path(line, &mut all));
             let _ = writeln!(
@@ -85,7 +85,7 @@ fn push(out: &mut String, mark: &Mark) {
                 hex(*colour)
             );
         }
-        Mark::Text { at, size, anchor, colour, text, halo } => {
+        DrawnMark::Text { at, size, anchor, colour, text, halo } => {
             let anchor = match anchor {
                 Anchor::Start => "start",
                 Anchor::Middle => "middle",

@@ -1,7 +1,7 @@
 //! The command: a form that is filled in, and the profile that comes of it.
 
 use nalgebra::Vector3;
-use trunnion::calibrate::{Of, Shape, Tip};
+use trunnion::calibrate::{Of, Tip, TouchShape};
 use trunnion::geom::SplitMix64;
 
 use super::profile;
@@ -30,7 +30,7 @@ fn filled(form: &str, machine: &Machine, slipped: Option<usize>, numbers: &mut S
     for (i, touch) in touches.iter().enumerate() {
         let words = [number(&touch["tilt_deg"]), number(&touch["rotation_deg"])];
         let mark = |at: [f64; 2]| {
-            let shape = Shape::Mark { height: 0.0, known: None };
+            let shape = TouchShape::Mark { height: 0.0, known: None };
             machine.touch(Of::Feature(0), words, near[i], Vector3::new(at[0], at[1], 0.0), Some(shape), &tip).at
         };
         let at = match touch["of"].as_str().unwrap() {

@@ -7,8 +7,8 @@ mod witness;
 
 use nalgebra::Vector3;
 use trunnion::calibrate::{
-    Candidate, Feature, Fit, FitOptions, NoFit, Of, Refusal, Shape, Tip, Touch, TouchError, Touches, Unknown, choose,
-    fit,
+    ChainCandidate, ChainFit, Feature, FitOptions, NoFit, Of, Refusal, Tip, Touch, TouchError, TouchShape, Touches,
+    Unknown, choose, fit,
 };
 use trunnion::geom::SplitMix64;
 use trunnion::profile::{Profile, resolve};
@@ -31,20 +31,20 @@ fn tip() -> Tip {
 }
 
 fn marks(places: &[[f64; 2]]) -> Vec<Feature> {
-    let shape = Shape::Mark { height: 0.0, known: None };
+    let shape = TouchShape::Mark { height: 0.0, known: None };
     places.iter().enumerate().map(|(i, _)| Feature { name: format!("mark-{i}"), shape }).collect()
 }
 
 /// What a person would read at each of `poses`.
 fn touch_all(
     machine: &Machine,
-    poses: &[Candidate],
+    poses: &[ChainCandidate],
     places: &[[f64; 2]],
     noise: f64,
     numbers: &mut SplitMix64,
 ) -> Touches {
     let features = marks(places);
-    let touch = |(number, one): (usize, &Candidate)| {
+    let touch = |(number, one): (usize, &ChainCandidate)| {
         let (q, shape) = match one.of {
             Of::Table => (Vector3::zeros(), None),
             Of::Feature(i) => (Vector3::new(places[i][0], places[i][1], 0.0), Some(features[i].shape)),
@@ -57,7 +57,7 @@ fn touch_all(
 }
 
 /// Of each unknown by how much the fit is wrong, mm or degrees, and whether 95 of 100 was to hold it.
-fn wrong(fit: &Fit, machine: &Machine) -> Vec<(Unknown, f64, bool)> {
+fn wrong(fit: &ChainFit, machine: &Machine) -> Vec<(Unknown, f64, bool)> {
     let by = fit.chain.by();
     fit.estimates
         .iter()
@@ -78,7 +78,7 @@ fn made_up_machines_are_found_again() {
         let profile = shipped(name);
         let chosen = choose(&profile, &tip(), 0.003, 200, false);
         // A probe touches each place four times.
-        let poses: Vec<Candidate> = chosen.poses.iter().flat_map(|one| vec![one.clone(); 4]).collect();
+        let poses: Vec<ChainCandidate> = chosen.poses.iter().flat_map(|one| vec![one.clone(); 4]).collect();
         let places: Vec<[f64; 2]> = chosen.marks.iter().map(|(_, at)| *at).collect();
         let (mut worst, mut held, mut all, mut left_out) = ([0.0_f64; 2], 0, 0, 0);
         for seed in 0..60 {
@@ -147,7 +147,7 @@ fn who_follows_the_advice_comes_to_a_result() {
         let machine = Machine::any(profile.kinematics(), &mut numbers, 0.05);
         let mut places: Vec<[f64; 2]> = Vec::new();
         let middle = profile.kinematics().forward(trunnion::motion::Pose::LEVEL).translation;
-        let mut poses = vec![Candidate { of: Of::Table, words_deg: [0.0, 0.0], tip: middle }];
+        let mut poses = vec![ChainCandidate { of: Of::Table, words_deg: [0.0, 0.0], tip: middle }];
         let mut first = String::new();
         let mut rounds = 0;
         let found = loop {
@@ -229,7 +229,7 @@ fn leaning_axes_are_found_and_written_and_a_table_that_is_never_level_is_refused
         (fit(&profile, &touches, &FitOptions::default()).unwrap(), machine)
     };
     // How far the written table is from the machine, mm, at all tilts and rotations.
-    let off = |found: &Fit, machine: &Machine| {
+    let off = |found: &ChainFit, machine: &Machine| {
         let t = &found.table;
         let mut worst = 0.0_f64;
         for words_deg in [[-15.0, 0.0], [0.0, 90.0], [0.0, 180.0], [45.0, 200.0], [80.0, 300.0]] {
@@ -287,9 +287,9 @@ fn every_kind_of_touch_is_understood() {
         let tip = Tip { shape, radius_mm: 0.8, paper_mm: 0.08, repeats_to_mm: 0.02, offset_mm: [0.0; 3] };
         let mut machine = Machine::any(profile.kinematics(), &mut numbers, 0.2);
         machine.by[6] = 0.7_f64.to_radians();
-        let raised = Shape::Mark { height: 12.0, known: None };
-        let known = Shape::Mark { height: 0.0, known: Some([55.0, -30.0]) };
-        let ball = Shape::Ball { radius: 6.0 };
+        let raised = TouchShape::Mark { height: 12.0, known: None };
+        let known = TouchShape::Mark { height: 0.0, known: Some([55.0, -30.0]) };
+        let ball = TouchShape::Ball { radius: 6.0 };
         let features: Vec<Feature> = [("raised", raised), ("corner", known), ("ball", ball)]
             .map(|(name, shape)| Feature { name: name.to_owned(), shape })
             .to_vec();

@@ -3,7 +3,7 @@
 //! Turns are quaternions, and a tip is lowered until the nearest of many points of its end meets what is below.
 
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
-use trunnion::calibrate::{Of, Shape, Tip, TipShape, Touch, Unknown};
+use trunnion::calibrate::{Of, Tip, TipShape, Touch, TouchShape, Unknown};
 use trunnion::geom::SplitMix64;
 use trunnion::motion::{TableKinematics, TiltAbout};
 
@@ -105,14 +105,16 @@ impl Machine {
         words_deg: [f64; 2],
         near: [f64; 2],
         q: V,
-        shape: Option<Shape>,
+        shape: Option<TouchShape>,
         tip: &Tip,
     ) -> Touch {
         let at = self.place(words_deg, q);
         let at = match shape {
             None => self.lowered(words_deg, near, self.place(words_deg, V::zeros()), tip),
-            Some(Shape::Mark { .. }) => self.lowered(words_deg, [at.x, at.y], at, tip),
-            Some(Shape::Ball { radius }) => self.lowered_on_ball([at.x + near[0], at.y + near[1]], at, radius, tip),
+            Some(TouchShape::Mark { .. }) => self.lowered(words_deg, [at.x, at.y], at, tip),
+            Some(TouchShape::Ball { radius }) => {
+                self.lowered_on_ball([at.x + near[0], at.y + near[1]], at, radius, tip)
+            }
         };
         Touch { number: 1, line: 1, of, words_deg, at }
     }

@@ -2,7 +2,7 @@
 
 use trunnion::geom::SplitMix64;
 use trunnion::pack::{
-    Answer, Ended, Fault, Goal, Instance, Item, Method, Placed, Turns, Unpackable, Watch, check, fewest_runs,
+    Answer, Ended, Instance, Item, Method, PackFault, PackGoal, Placed, Turns, Unpackable, Watch, check, fewest_runs,
     most_value, pack,
 };
 
@@ -12,10 +12,10 @@ use crate::support::seeds;
 const METHODS: [Method; 4] = [Method::Auto, Method::Ip, Method::IpLocalSearch, Method::Tabu];
 
 /// So many steps, and nobody who asks for an end.
-pub(super) fn packed(instance: &Instance, goal: Goal, method: Method, steps: u64) -> Answer {
+pub(super) fn packed(instance: &Instance, goal: PackGoal, method: Method, steps: u64) -> Answer {
     let mut asked = |_| None;
     let answer = pack(instance, goal, method, 1, &mut Watch::new(steps, &mut asked)).unwrap();
-    check(instance, &answer.placed, goal == Goal::Runs).unwrap();
+    check(instance, &answer.placed, goal == PackGoal::Runs).unwrap();
     answer
 }
 
@@ -50,7 +50,7 @@ fn every_method_agrees_with_brute_force() {
         beyond_volume += usize::from(fewest_runs(&drawn) > by_volume + 1);
         several += usize::from(fewest > 1);
         for method in METHODS.into_iter().filter(|method| method.is_built_in()) {
-            let answer = packed(&instance, Goal::Runs, method, 600_000);
+            let answer = packed(&instance, PackGoal::Runs, method, 600_000);
             // Tabu search may miss the best: it only never says what cannot be.
             assert!(answer.runs >= fewest, "{seed}: {method:?}");
             missed += usize::from(answer.runs > fewest);
@@ -58,7 +58,7 @@ fn every_method_agrees_with_brute_force() {
             assert!(answer.bound <= fewest as f64, "{seed}: {method:?}");
             by_program += usize::from(method == Method::Ip && answer.ended == Ended::Proved);
             if method != Method::Tabu {
-                let filled = packed(&instance, Goal::Filling, method, 400_000);
+                let filled = packed(&instance, PackGoal::Filling, method, 400_000);
                 assert_eq!(instance.value(&filled.placed), most, "{seed}: {method:?}");
                 assert!(filled.bound >= most * (1.0 - 1e-9), "{seed}: {method:?}");
             }
@@ -80,14 +80,14 @@ fn faults_are_found() {
     let good = [at(0, [0, 0, 0], [4, 5, 10]), at(1, [5, 0, 0], [5, 4, 3])];
     assert_eq!(check(&instance, &good, true), Ok(()));
     let with = |second: Placed| check(&instance, &[good[0], second], true);
-    assert_eq!(with(at(1, [4, 0, 0], [5, 4, 3])), Err(Fault::Near(0, 1)));
+    assert_eq!(with(at(1, [4, 0, 0], [5, 4, 3])), Err(PackFault::Near(0, 1)));
     assert_eq!(with(at(1, [5, 0, 0], [4, 5, 3])), Ok(()));
-    assert_eq!(with(at(1, [5, 0, 0], [3, 4, 5])), Err(Fault::Size(1)));
-    assert_eq!(with(at(1, [6, 0, 0], [5, 4, 3])), Err(Fault::Outside(1)));
-    assert_eq!(with(at(1, [5, -1, 0], [5, 4, 3])), Err(Fault::Outside(1)));
-    assert_eq!(with(at(0, [5, 0, 0], [4, 5, 10])), Err(Fault::Twice(0)));
-    assert_eq!(with(at(2, [5, 0, 0], [5, 4, 3])), Err(Fault::Unknown(2)));
-    assert_eq!(check(&instance, &good[..1], true), Err(Fault::Missing(1)));
+    assert_eq!(with(at(1, [5, 0, 0], [3, 4, 5])), Err(PackFault::Size(1)));
+    assert_eq!(with(at(1, [6, 0, 0], [5, 4, 3])), Err(PackFault::Outside(1)));
+    assert_eq!(with(at(1, [5, -1, 0], [5, 4, 3])), Err(PackFault::Outside(1)));
+    assert_eq!(with(at(0, [5, 0, 0], [4, 5, 10])), Err(PackFault::Twice(0)));
+    assert_eq!(with(at(2, [5, 0, 0], [5, 4, 3])), Err(PackFault::Unknown(2)));
+    assert_eq!(check(&instance, &good[..1], true), Err(PackFault::Missing(1)));
     assert_eq!(check(&instance, &good[..1], false), Ok(()));
     let elsewhere = Placed { run: 1, ..at(1, [0, 0, 0], [5, 4, 3]) };
     assert_eq!(with(elsewhere), Ok(()));
@@ -101,25 +101,25 @@ fn what_cannot_be_is_said() {
     let mut with = |goal, method, instance: &Instance| {
         pack(instance, goal, method, 1, &mut Watch::new(1000, &mut asked)).map(|answer| answer.placed.len())
     };
-    assert_eq!(with(Goal::Runs, Method::Auto, &instance), Err(Unpackable::TooLarge(1)));
-    assert_eq!(with(Goal::Filling, Method::Auto, &instance), Ok(1));
-    assert_eq!(with(Goal::Filling, Method::Tabu, &instance), Err(Unpackable::NoFilling));
+    assert_eq!(with(PackGoal::Runs, Method::Auto, &instance), Err(Unpackable::TooLarge(1)));
+    assert_eq!(with(PackGoal::Filling, Method::Auto, &instance), Ok(1));
+    assert_eq!(with(PackGoal::Filling, Method::Tabu, &instance), Err(Unpackable::NoFilling));
     let many = Instance { items: vec![item([4; 3]); 61], ..instance };
     let too_many = if Method::Ip.is_built_in() { Unpackable::TooMany { boxes: 61 } } else { Unpackable::NoProgram };
-    assert_eq!(with(Goal::Runs, Method::Ip, &many), Err(too_many));
+    assert_eq!(with(PackGoal::Runs, Method::Ip, &many), Err(too_many));
     let none = Instance { items: Vec::new(), ..many };
-    assert_eq!(with(Goal::Runs, Method::Auto, &none), Ok(0));
+    assert_eq!(with(PackGoal::Runs, Method::Auto, &none), Ok(0));
 }
 
 #[test]
 fn an_end_that_is_asked_for_gives_the_best_so_far() {
     let instance = super::mpv::instance(7, 100, 1);
     let mut asked = |share: f64| (share > 0.001).then_some(Ended::Interrupted);
-    let answer = pack(&instance, Goal::Runs, Method::Auto, 1, &mut Watch::new(10_000_000, &mut asked)).unwrap();
+    let answer = pack(&instance, PackGoal::Runs, Method::Auto, 1, &mut Watch::new(10_000_000, &mut asked)).unwrap();
     check(&instance, &answer.placed, true).unwrap();
     assert_eq!(answer.ended, Ended::Interrupted);
     assert!(answer.runs as f64 > answer.bound);
-    let again = |steps| packed(&instance, Goal::Runs, Method::Auto, steps);
+    let again = |steps| packed(&instance, PackGoal::Runs, Method::Auto, steps);
     let (few, many) = (again(20_000), again(400_000));
     assert_eq!(few, again(20_000), "the same steps, the same packing");
     assert!(many.runs <= few.runs && few.ended == Ended::Steps);
@@ -129,6 +129,6 @@ fn an_end_that_is_asked_for_gives_the_best_so_far() {
 fn ten_thousand_boxes_are_packed() {
     let item = Item { size: [10, 7, 5], value: 1.0 };
     let instance = Instance { space: [200, 200, 200], gap: 0, turns: Turns::Any, items: vec![item; 10_000] };
-    let answer = packed(&instance, Goal::Runs, Method::Auto, 100_000);
+    let answer = packed(&instance, PackGoal::Runs, Method::Auto, 100_000);
     assert!(answer.runs == 1 && answer.ended == Ended::Proved, "{} runs", answer.runs);
 }

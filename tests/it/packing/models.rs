@@ -1,7 +1,7 @@
 //! Models: more go into a run by their shapes than by their boxes; what is said to lie apart and to lift out does.
 
 use trunnion::geom::{Mat3, Vec3};
-use trunnion::pack::{Goal, Method, Packed, Put, Room, Solid, Turns, Watch, apart, lift, pack_models};
+use trunnion::pack::{Method, PackGoal, PackSolid, Packed, Put, Room, Turns, Watch, apart, lift, pack_models};
 
 use super::shapes::{block, boat};
 
@@ -9,7 +9,7 @@ fn room(space_mm: [f64; 3], turns: Turns, liftable: bool) -> Room {
     Room { space_mm, gap_mm: 1.0, turns, liftable }
 }
 
-fn packed(solids: &[Solid], room: &Room, goal: Goal, steps: u64) -> Packed {
+fn packed(solids: &[PackSolid], room: &Room, goal: PackGoal, steps: u64) -> Packed {
     let mut asked = |_| None;
     let done = pack_models(solids, room, goal, Method::Auto, true, 1, &mut Watch::new(steps, &mut asked)).unwrap();
     apart(solids, room, &done.put).unwrap();
@@ -19,21 +19,21 @@ fn packed(solids: &[Solid], room: &Room, goal: Goal, steps: u64) -> Packed {
 /// A boat in a farm's bin: at least a fifth more than their boxes allow, the best packing of which is known to be 82 or fewer.
 #[test]
 fn more_boats_than_boxes() {
-    let solids = [Solid::of(boat().iter(), 1.0, 200)];
+    let solids = [PackSolid::of(boat().iter(), 1.0, 200)];
     let size = solids[0].bounds(&Mat3::identity()).size();
     assert!(size.x > 59.9 && size.y > 30.0 && size.z > 47.9, "{size}");
     let room = room([165.0, 165.0, 320.0], Turns::Any, false);
-    let done = packed(&solids, &room, Goal::Filling, 8_000_000);
+    let done = packed(&solids, &room, PackGoal::Filling, 8_000_000);
     assert!(done.put.len() >= 99, "{} boats, {} as boxes", done.put.len(), done.boxes);
-    assert_eq!(done, packed(&solids, &room, Goal::Filling, 8_000_000), "the same steps, the same packing");
+    assert_eq!(done, packed(&solids, &room, PackGoal::Filling, 8_000_000), "the same steps, the same packing");
 }
 
 /// Each piece is lifted in small steps through all that is still there, by the exact test.
 #[test]
 fn what_is_said_to_lift_out_does() {
-    let solids = [Solid::of(boat().iter(), 1.0, 5), Solid::of([&block([0.0; 3], [20.0, 30.0, 12.0])], 1.0, 4)];
+    let solids = [PackSolid::of(boat().iter(), 1.0, 5), PackSolid::of([&block([0.0; 3], [20.0, 30.0, 12.0])], 1.0, 4)];
     let room = room([90.0, 80.0, 110.0], Turns::Any, true);
-    let done = packed(&solids, &room, Goal::Runs, 3_000_000);
+    let done = packed(&solids, &room, PackGoal::Runs, 3_000_000);
     let lifts = lift(&solids, &room, &done.put);
     assert_eq!(lifts.len(), done.runs);
     let high = Room { space_mm: [90.0, 80.0, 400.0], gap_mm: 1e-3, ..room };
@@ -64,7 +64,7 @@ fn pieces_that_hold_each_other_are_told() {
             block([spine, 0.0, 2.0], [spine + 2.0, 4.0, 8.0]),
             block([0.0, 0.0, 8.0], [20.0, 4.0, 10.0]),
         ];
-        Solid::of(parts.iter(), 1.0, 1)
+        PackSolid::of(parts.iter(), 1.0, 1)
     };
     let solids = [clamp(0.0), clamp(18.0)];
     let put =
@@ -83,12 +83,12 @@ fn pieces_that_hold_each_other_are_told() {
 /// Bounds hold where the best is known: cubes that fill the space but for their gaps.
 #[test]
 fn the_bound_of_models_is_one() {
-    let cube = Solid::of([&block([0.0; 3], [10.0; 3])], 3.0, 9);
+    let cube = PackSolid::of([&block([0.0; 3], [10.0; 3])], 3.0, 9);
     let tight = room([21.0, 21.0, 21.0], Turns::None, true);
-    let runs = packed(std::slice::from_ref(&cube), &tight, Goal::Runs, 200_000);
+    let runs = packed(std::slice::from_ref(&cube), &tight, PackGoal::Runs, 200_000);
     assert_eq!(runs.runs, 2);
     assert!(runs.bound <= 2.0 && runs.bound >= 1.0);
-    let filled = packed(std::slice::from_ref(&cube), &tight, Goal::Filling, 200_000);
+    let filled = packed(std::slice::from_ref(&cube), &tight, PackGoal::Filling, 200_000);
     assert_eq!(filled.put.len(), 8);
     assert!(filled.bound >= 24.0 && filled.bound <= 27.0, "{}", filled.bound);
 }
@@ -97,12 +97,13 @@ fn the_bound_of_models_is_one() {
 #[test]
 fn other_methods_gain_over_boxes_too() {
     let parts = [block([0.0; 3], [60.0, 20.0, 8.0]), block([0.0, 0.0, 8.0], [8.0, 20.0, 60.0])];
-    let solids = [Solid::of(parts.iter(), 1.0, 40)];
+    let solids = [PackSolid::of(parts.iter(), 1.0, 40)];
     let room = room([125.0, 45.0, 130.0], Turns::Any, false);
     let by = |method, steps| {
         let mut asked = |_| None;
         let mut watch = Watch::new(steps, &mut asked);
-        let done = pack_models(&solids, &room, Goal::Filling, method, method == Method::Auto, 1, &mut watch).unwrap();
+        let done =
+            pack_models(&solids, &room, PackGoal::Filling, method, method == Method::Auto, 1, &mut watch).unwrap();
         apart(&solids, &room, &done.put).unwrap();
         (done.boxes as usize, done.put.len())
     };

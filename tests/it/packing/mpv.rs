@@ -1,6 +1,6 @@
 //! Published instances: the generator draws what it should, and few steps come near the published best.
 
-use trunnion::pack::{Goal, Method};
+use trunnion::pack::{Method, PackGoal};
 
 use super::boxes::packed;
 use super::generator::Numbers;
@@ -24,7 +24,7 @@ fn fifty_boxes_of_each_class_come_near_the_published_best() {
         let (mut runs, mut bound) = (0, 0);
         for which in 1..=10 {
             let instance = instance(class, 50, which);
-            let answer = packed(&instance, Goal::Runs, Method::Auto, 150_000);
+            let answer = packed(&instance, PackGoal::Runs, Method::Auto, 150_000);
             assert!(answer.runs as f64 >= answer.bound);
             (runs, bound) = (runs + answer.runs, bound + answer.bound as usize);
         }
@@ -46,8 +46,8 @@ fn every_method_holds_over_every_class() {
                 if !method.is_built_in() || (boxes > 20 && method != Method::Tabu) {
                     continue;
                 }
-                let few = packed(&instance, Goal::Runs, method, 1);
-                let more = packed(&instance, Goal::Runs, method, 60_000);
+                let few = packed(&instance, PackGoal::Runs, method, 1);
+                let more = packed(&instance, PackGoal::Runs, method, 60_000);
                 assert!(more.runs <= few.runs && more.runs as f64 >= more.bound, "{class}, {boxes}, {method:?}");
             }
         }

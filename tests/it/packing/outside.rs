@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 use trunnion::geom::SplitMix64;
-use trunnion::pack::{Ended, Goal, Instance, Item, Method, Turns, fewest_runs, most_value};
+use trunnion::pack::{Ended, Instance, Item, Method, PackGoal, Turns, fewest_runs, most_value};
 
 use super::boxes::packed;
 use crate::support::{folder, python, root, skip};
@@ -29,11 +29,11 @@ fn or_tools_finds_the_same() {
     let mut proved = 0;
     for seed in 1..=8 {
         let instance = instance(seed);
-        for goal in [Goal::Runs, Goal::Filling] {
+        for goal in [PackGoal::Runs, PackGoal::Filling] {
             let ours = packed(&instance, goal, Method::Auto, 3_000_000);
             let boxes: Vec<Value> =
                 instance.items.iter().map(|i| json!([i.size[0], i.size[1], i.size[2], i.value as i64])).collect();
-            let name = if goal == Goal::Runs { "runs" } else { "filling" };
+            let name = if goal == PackGoal::Runs { "runs" } else { "filling" };
             let asked = json!({"space": instance.space, "boxes": boxes, "goal": name, "most_runs": ours.runs.max(1)});
             let file = folder.path().join("boxes.json");
             std::fs::write(&file, asked.to_string()).unwrap();
@@ -43,13 +43,13 @@ fn or_tools_finds_the_same() {
             assert!(output.status.success());
             let theirs: Value = serde_json::from_slice(&output.stdout).unwrap();
             let best = theirs["best"].as_f64().unwrap();
-            let own = if goal == Goal::Runs { ours.runs as f64 } else { instance.value(&ours.placed) };
+            let own = if goal == PackGoal::Runs { ours.runs as f64 } else { instance.value(&ours.placed) };
             if theirs["proved"] == true {
                 proved += 1;
                 assert_eq!(own, best, "{seed} {name}");
-                let bound = if goal == Goal::Runs { fewest_runs(&instance) as f64 } else { most_value(&instance) };
+                let bound = if goal == PackGoal::Runs { fewest_runs(&instance) as f64 } else { most_value(&instance) };
                 assert!(
-                    if goal == Goal::Runs { bound <= best } else { bound >= best * (1.0 - 1e-9) },
+                    if goal == PackGoal::Runs { bound <= best } else { bound >= best * (1.0 - 1e-9) },
                     "{seed}: {bound}"
                 );
             }

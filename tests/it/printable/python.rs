@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use trunnion::geom::Vec3;
 use trunnion::mesh::{ReadOptions, Unit, read_surface, stl_binary};
-use trunnion::orient::{Facets, Footing, Height, Objective};
+use trunnion::orient::{Facets, FirstLayer, Height, Objective};
 
 use super::LAYER_MM;
 use super::shapes::shapes;
@@ -57,7 +57,7 @@ fn trimesh_has_the_same_first_layers() {
         near(mass.area_mm2, &seen["area_mm2"], 0.0, "area");
         (0..3).for_each(|k| near(mass.centre[k], &seen["centre_mm"][k], 10.0, "centre"));
         for (up, pose) in ups.iter().zip(seen["poses"].as_array().unwrap()) {
-            let footing = Footing::of(&facets, mass, up, LAYER_MM);
+            let footing = FirstLayer::of(&facets, mass, up, LAYER_MM);
             near(footing.area_mm2, &pose["footprint_mm2"], 1.0, &format!("footprint at {up:?}"));
             near(footing.tipping_deg, &pose["tipping_deg"], 90.0, &format!("tipping at {up:?}"));
             near(Height.value(&facets, up), &pose["height_mm"], 1.0, "height");

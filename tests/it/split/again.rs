@@ -2,7 +2,7 @@
 
 use trunnion::geom::{Object, Vec3};
 use trunnion::mesh::{Model, TriangleMesh};
-use trunnion::split::{CutMachine, Options, Plane, Split, Splitter, split};
+use trunnion::split::{CutMachine, CutOptions, Plane, Split, Splitter, split};
 
 use super::solids;
 
@@ -38,7 +38,7 @@ fn told(found: &Split) -> Told {
 fn what_one_height_found_is_asked_again_on_the_next() {
     let mut seen = Vec::new();
     for shape in [solids::tee(), solids::hook(), solids::wye(), solids::mushroom()] {
-        let (mesh, options) = (shape.mesh(), Options { max_cuts: 3, ..Options::default() });
+        let (mesh, options) = (shape.mesh(), CutOptions { max_cuts: 3, ..CutOptions::default() });
         let machine = |[lowest, largest]: [f64; 2]| Above { lowest, largest };
         // From nearly nothing to all and back, so that each answer meets one that was more and one that was less.
         let heights = [[45.0, 1e9], [20.0, 9000.0], [0.0, 1e9], [30.0, 4000.0], [45.0, 1e9], [20.0, 9000.0]];
@@ -46,7 +46,7 @@ fn what_one_height_found_is_asked_again_on_the_next() {
         let mut splitter = Splitter::new(&mesh, |up| machine(heights[0]).reaches(up), options.clone());
         for (height, pedestal_mm) in heights.into_iter().zip(pedestals) {
             let got = told(&splitter.split(&machine(height), pedestal_mm, &mut |_| true));
-            let alone = Options { pedestal_mm, ..options.clone() };
+            let alone = CutOptions { pedestal_mm, ..options.clone() };
             let wanted = told(&split(&mesh, &machine(height), &alone, &mut |_| true));
             assert_eq!(got, wanted, "at {height:?}");
             seen.push(format!("{wanted:?}"));

@@ -5,7 +5,7 @@
 
 use trunnion::geom::{Object, Vec3};
 use trunnion::mesh::TriangleMesh;
-use trunnion::split::{NoHead, Options, Plane, parted, split};
+use trunnion::split::{CutOptions, NoHead, Plane, parted, split};
 
 use super::solids::{self, block};
 
@@ -77,7 +77,7 @@ fn the_beam_is_as_good_as_an_exhaustive_search() {
     for (name, shape) in named {
         let mesh = shape.mesh();
         let bound = least(&mesh, 2);
-        let found = split(&mesh, &none, &Options { max_cuts: 2, ..Options::default() }, &mut |_| true);
+        let found = split(&mesh, &none, &CutOptions { max_cuts: 2, ..CutOptions::default() }, &mut |_| true);
         let (got, begins) = (found.after.area_mm2, found.after.beginnings + found.after.ridges);
         // More directions are tried than here, so it may be better.
         assert!(got <= bound + 0.5 && begins == 0, "{name}: {got} where {bound} is possible");

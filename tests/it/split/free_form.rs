@@ -2,7 +2,7 @@
 
 use trunnion::geom::{Object, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, read_model};
-use trunnion::split::{NoHead, Options, Plane, parted, split};
+use trunnion::split::{CutOptions, NoHead, Plane, parted, split};
 
 use crate::solids::lump;
 use crate::support::{note, root, skip};
@@ -32,7 +32,7 @@ fn of_the_bunny_only_the_rim_at_the_table_stays_bare() {
         return;
     };
     let none = NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };
-    let options = Options { beam: 3, only_facets: true, ..Options::default() };
+    let options = CutOptions { beam: 3, only_facets: true, ..CutOptions::default() };
     let found = split(&mesh, &none, &options, &mut |_| true);
     let doubled = |i: usize| {
         let [a, b, c] = mesh.corners(i);
@@ -58,7 +58,7 @@ fn of_a_lump_the_bare_facets_are_those_that_numpy_counts() {
     let low = lump.bounds().min;
     let mesh = TriangleMesh::new(lump.vertices().iter().map(|v| v - low).collect(), lump.facets().to_vec());
     let none = NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };
-    let options = Options { beam: 3, only_facets: true, max_cuts: 4, ..Options::default() };
+    let options = CutOptions { beam: 3, only_facets: true, max_cuts: 4, ..CutOptions::default() };
     let found = split(&mesh, &none, &options, &mut |_| true);
     let (before, after) = (found.before.area_mm2, found.after.area_mm2);
     assert!((before - 483.790).abs() < 0.01, "{before}");

@@ -4,7 +4,7 @@
 
 use trunnion::geom::{Mat3, Object, Vec3};
 use trunnion::mesh::TriangleMesh;
-use trunnion::split::Options;
+use trunnion::split::CutOptions;
 
 use super::{cut, solids};
 
@@ -117,7 +117,7 @@ fn the_oracle_sees_what_hangs() {
 #[test]
 fn no_layer_of_a_cut_part_is_laid_on_nothing() {
     for solid in solids::all().into_iter().filter(|s| !["bracket", "menorah"].contains(&s.name)) {
-        let found = cut(&solid.shape.mesh(), &Options::default());
+        let found = cut(&solid.shape.mesh(), &CutOptions::default());
         for (id, part) in found.parts.iter().enumerate() {
             let got = unsupported_mm2(&part.mesh, &part.up);
             assert!(got < 0.5, "{}: {got} mm2 of part {id} ({}) hang", solid.name, found.piece(id));

@@ -16,7 +16,7 @@ use trunnion::geom::{Angle, Object, Vec3};
 use trunnion::mesh::{Model, TriangleMesh};
 use trunnion::planning::{OnePrint, centred};
 use trunnion::profile::{Profile, resolve, shipped};
-use trunnion::split::{NoHead, Options, Split, split};
+use trunnion::split::{CutOptions, NoHead, Split, split};
 
 pub(crate) fn machine() -> Profile {
     let (file, text) = shipped("generic-ac").unwrap();
@@ -24,7 +24,7 @@ pub(crate) fn machine() -> Profile {
 }
 
 /// The solid cut for the generic machine.
-pub(crate) fn cut(model: &TriangleMesh<Object>, options: &Options) -> Split {
+pub(crate) fn cut(model: &TriangleMesh<Object>, options: &CutOptions) -> Split {
     let profile = machine();
     let whole = Model::from_parts(vec![("solid".to_owned(), model.clone())]);
     let placement = centred(&whole, &profile).unwrap();
@@ -88,7 +88,7 @@ fn is_sound(name: &str, model: &TriangleMesh<Object>, found: &Split) {
 
 fn needs_no_more_cuts_than_are_known_to_do(solid: &solids::Solid) {
     let model = solid.shape.mesh();
-    let found = cut(&model, &Options::default());
+    let found = cut(&model, &CutOptions::default());
     is_sound(solid.name, &model, &found);
     assert!(found.printable, "{}: {:?} left, {:?}", solid.name, found.after, found.refused);
     assert!(found.cuts.len() <= solid.cuts, "{}: {} cuts for {}", solid.name, found.cuts.len(), solid.cuts);
@@ -118,7 +118,7 @@ fn files_with_facets_without_area_are_cut_as_well() {
     for (seed, solid) in (1..).zip(solids::all().iter().filter(|s| !LONG.contains(&s.name))) {
         for count in [1, 40] {
             let model = slivered(&solid.shape.mesh(), seed, count);
-            let found = cut(&model, &Options::default());
+            let found = cut(&model, &CutOptions::default());
             is_sound(solid.name, &model, &found);
             assert!(found.printable, "{}: {:?} left, {:?}", solid.name, found.after, found.refused);
             assert!(found.cuts.len() <= solid.cuts, "{}: {} cuts for {}", solid.name, found.cuts.len(), solid.cuts);
@@ -129,7 +129,7 @@ fn files_with_facets_without_area_are_cut_as_well() {
 #[test]
 fn strict_cuts_take_everything_beyond() {
     let model = solids::tee().mesh();
-    let found = cut(&model, &Options { strict: true, ..Options::default() });
+    let found = cut(&model, &CutOptions { strict: true, ..CutOptions::default() });
     is_sound("tee", &model, &found);
     assert!(found.printable && found.cuts.len() == 2, "{} cuts", found.cuts.len());
     // Nothing of what is left after a cut lies beyond it.
@@ -145,7 +145,7 @@ fn what_helps_no_plane_is_not_called_printable() {
     let model = solids::bridge().mesh();
     let none = NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };
     // Lying on its side it would do, but it stands: the ceiling is 40 mm wide, and both its ends are held.
-    let found = split(&model, &none, &Options { max_cuts: 0, ..Options::default() }, &mut |_| true);
+    let found = split(&model, &none, &CutOptions { max_cuts: 0, ..CutOptions::default() }, &mut |_| true);
     assert!(
         !found.printable && found.cuts.is_empty() && (found.after.area_mm2 - 400.0).abs() < 1e-6,
         "{:?}",
@@ -154,7 +154,7 @@ fn what_helps_no_plane_is_not_called_printable() {
     assert_eq!(found.left.len(), 1);
     assert!((found.left[0].at - Vec3::new(0.0, 0.0, 30.0)).norm() < 1e-6, "{:?}", found.left);
     // A closed cavity's ceiling stays where it is, whatever is cut.
-    let steep = Options { overhang: Angle::from_deg(45.0), max_cuts: 2, ..Options::default() };
+    let steep = CutOptions { overhang: Angle::from_deg(45.0), max_cuts: 2, ..CutOptions::default() };
     let whole = solids::block(20.0, 20.0, 20.0);
     assert!(cut(&whole.mesh(), &steep).printable && cut(&whole.mesh(), &steep).cuts.is_empty());
 }
@@ -175,14 +175,14 @@ fn what_prints_as_it_is_by_its_layers_is_not_cut() {
     );
     let model = shape.mesh();
     assert!(needs_mm2(&model) > 50.0, "{}", needs_mm2(&model));
-    let found = cut(&model, &Options::default());
+    let found = cut(&model, &CutOptions::default());
     assert!(found.printable && found.cuts.is_empty() && found.after.area_mm2 == 0.0, "{:?}", found.after);
 }
 
 #[test]
 fn a_pedestal_is_a_part_of_its_own_below_the_model() {
     let model = solids::hook().mesh();
-    let found = cut(&model, &Options { pedestal_mm: 12.5, ..Options::default() });
+    let found = cut(&model, &CutOptions { pedestal_mm: 12.5, ..CutOptions::default() });
     assert!(found.printable && found.parts[0].pedestal && found.piece(0) == "pedestal");
     let foot = &found.parts[0].mesh;
     assert!((foot.volume() - 1600.0 * 12.5).abs() < 1e-6, "{}", foot.volume());
@@ -192,13 +192,13 @@ fn a_pedestal_is_a_part_of_its_own_below_the_model() {
 #[test]
 fn no_seam_comes_where_none_is_wanted() {
     let model = solids::hook().mesh();
-    let plain = cut(&model, &Options::default());
+    let plain = cut(&model, &CutOptions::default());
     let seam = plain.cuts[0].plane;
     // The post, where the plain cut passes: a box about its middle there.
     let z = seam.offset_mm / seam.normal.z;
     let (low, high) = (Vec3::new(-6.0, -6.0, z - 6.0), Vec3::new(6.0, 6.0, z + 6.0));
     let kept = trunnion::geom::Bounds { min: low, max: high };
-    let found = cut(&model, &Options { no_cut: vec![kept], ..Options::default() });
+    let found = cut(&model, &CutOptions { no_cut: vec![kept], ..CutOptions::default() });
     for made in &found.cuts {
         let on_seam = |p: &Vec3| made.plane.height(p).abs() < 1e-3 && kept.holds(p);
         let parts = found.parts.iter().filter(|part| part.cut.is_some());

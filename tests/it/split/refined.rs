@@ -5,7 +5,7 @@
 
 use trunnion::geom::{Angle, Object, Vec3};
 use trunnion::mesh::TriangleMesh;
-use trunnion::split::{NoHead, Options, Plane, Split, parted, split};
+use trunnion::split::{CutOptions, NoHead, Plane, Split, parted, split};
 
 use super::solids::{block, turned};
 use crate::support::note;
@@ -19,7 +19,7 @@ fn necked(neck: f64) -> TriangleMesh<Object> {
 
 fn found(mesh: &TriangleMesh<Object>) -> Split {
     let none = NoHead { most_tilt: std::f64::consts::FRAC_PI_2 };
-    split(mesh, &none, &Options { overhang: Angle::from_deg(60.0), ..Options::default() }, &mut |_| true)
+    split(mesh, &none, &CutOptions { overhang: Angle::from_deg(60.0), ..CutOptions::default() }, &mut |_| true)
 }
 
 /// The seam of taking all beyond, mm²; `None` where that is several solids or none.

@@ -8,7 +8,7 @@ use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::overhang::Keels;
 use trunnion::slicing::SliceSettings;
 use trunnion::slicing::builtin::sheets;
-use trunnion::support::{Around, Clear, Clearance, Cuts, Graph, Grid, Laying, Method, lines, plan};
+use trunnion::support::{Around, Clear, Clearance, Cuts, FlowMethod, Graph, Grid, Laying, lines, plan};
 
 use super::judge::{Measures, Ruler, Triangle, supports};
 use super::{reference, rivals, scenes};
@@ -39,7 +39,7 @@ fn ours(meshes: &[TriangleMesh<Slot>]) -> (String, f64) {
     let origin = Vec3::new(bounds.min.x, bounds.min.y, 0.0) - around;
     let size = bounds.max + around + Vec3::z() * step - origin;
     let graph = Graph::of(Grid::over(origin, size.into(), step), &all, Angle::from_deg(RULER.overhang_deg));
-    let planned = plan(&graph, Method::Auto, (CAPACITY, None), 1, &mut |_| {});
+    let planned = plan(&graph, FlowMethod::Auto, (CAPACITY, None), 1, &mut |_| {});
     assert_eq!(planned.tally.over_capacity, 0);
     let count = (bounds.max.z / RULER.layer_mm).round() as usize;
     let spans: Vec<[f64; 2]> = (0..count).map(|k| [k, k + 1].map(|k| k as f64 * RULER.layer_mm)).collect();

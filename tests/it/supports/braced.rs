@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use trunnion::support::{ARCS, Flow, Graph, Method, braced, longest_free_mm, plan};
+use trunnion::support::{ARCS, Flow, FlowMethod, Graph, braced, longest_free_mm, plan};
 
 use super::{random, scenes};
 
@@ -46,7 +46,7 @@ fn no_column_stands_free_over_more_than_is_asked_for() {
     graphs.push(("balls".to_owned(), scenes::two_balls().graph()));
     let (mut tied, mut whole) = (0, 0);
     for (name, graph) in &graphs {
-        for method in [Method::Auto, Method::MinCost] {
+        for method in [FlowMethod::Auto, FlowMethod::MinCost] {
             let flow = plan(graph, method, (4, None), 1, &mut |_| {}).flow;
             let step = graph.grid.step_mm;
             assert_eq!(longest_free_mm(graph, &flow), step * longest_free(graph, &flow) as f64, "{name}");

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use trunnion::support::{COSTS, Graph, Limits, Method, min_cost, plan};
+use trunnion::support::{COSTS, FlowLimits, FlowMethod, Graph, min_cost, plan};
 
 use super::{random, scenes};
 use crate::support::{folder, python, root, skip};
@@ -51,8 +51,8 @@ fn agrees_with(outsider: Outsider<'_>) {
         for (arc, node) in [(1, None), (4, None), (2, Some(2))] {
             let (units, cost) = outsider(&written(graph, (arc, node), folder.path()));
             let all = units as usize == graph.red.len();
-            let (flow, limits) = min_cost(graph, Limits::new(arc, node), &mut |_| {});
-            let pushed = plan(graph, Method::PushRelabel, (arc, node), 1, &mut |_| {}).limits;
+            let (flow, limits) = min_cost(graph, FlowLimits::new(arc, node), &mut |_| {});
+            let pushed = plan(graph, FlowMethod::PushRelabel, (arc, node), 1, &mut |_| {}).limits;
             for (method, limits) in [("min-cost", &limits), ("push-relabel", &pushed)] {
                 let held = limits.raised_arcs.is_empty() && limits.raised_nodes.is_empty();
                 assert_eq!(held, all, "{method}, {name}, {arc} {node:?}");

@@ -1,7 +1,7 @@
 //! Random scenes: every method against the graph and the flows of `brute`.
 
 use trunnion::geom::{SplitMix64, Vec3};
-use trunnion::support::{Graph, Grid, Limits, Method, Planned, min_cost, plan};
+use trunnion::support::{FlowLimits, FlowMethod, Graph, Grid, PlannedFlow, min_cost, plan};
 
 use super::brute::{Marks, flow};
 use crate::support::seeds;
@@ -45,7 +45,7 @@ fn graphs_and_costs_are_those_of_brute_force() {
             let is_whole = units == theirs.red.len();
             held_back += usize::from(!is_whole);
             crowded += usize::from(is_whole && flow(&theirs, 1000, None).1 < cost);
-            for (name, method) in Method::NAMED {
+            for (name, method) in FlowMethod::NAMED {
                 let planned = plan(&ours, method, (arc, node), 1, &mut |_| {});
                 let what = format!("{name} of scene {seed}, {arc} {node:?}");
                 agree(&ours, &planned, is_whole.then_some(cost as u64), method, &what);
@@ -57,7 +57,7 @@ fn graphs_and_costs_are_those_of_brute_force() {
 }
 
 /// What holds of every method where the largest flow within the limits is whole (its least cost given) or not.
-fn agree(graph: &Graph, planned: &Planned, least: Option<u64>, method: Method, what: &str) {
+fn agree(graph: &Graph, planned: &PlannedFlow, least: Option<u64>, method: FlowMethod, what: &str) {
     assert_eq!(planned.flow.unbalanced(graph), None, "{what}");
     assert!(planned.tally.cost >= planned.lower_bound, "{what}");
     assert!(planned.tally.used_arcs() >= planned.fewest_arcs, "{what}");
@@ -65,8 +65,8 @@ fn agree(graph: &Graph, planned: &Planned, least: Option<u64>, method: Method, w
     let Some(least) = least else { return };
     assert!(planned.limits.raised_arcs.is_empty() && planned.limits.raised_nodes.is_empty(), "{what}");
     match method {
-        Method::MinCost => assert_eq!(planned.tally.cost, least, "{what}"),
-        Method::Auto => assert_eq!(planned.lower_bound, least, "{what}"),
+        FlowMethod::MinCost => assert_eq!(planned.tally.cost, least, "{what}"),
+        FlowMethod::Auto => assert_eq!(planned.lower_bound, least, "{what}"),
         _ => assert!(planned.tally.cost >= least, "{what}"),
     }
 }
@@ -77,7 +77,7 @@ fn limits_are_raised_only_where_something_is_held_back() {
     let mut raised = 0;
     for seed in seeds(30, 1000) {
         let ours = graph(&scene(seed));
-        let (flow, limits) = min_cost(&ours, Limits::new(1, None), &mut |_| {});
+        let (flow, limits) = min_cost(&ours, FlowLimits::new(1, None), &mut |_| {});
         raised += limits.raised_arcs.len();
         let over = flow.tally(&ours, 1, None).over_capacity;
         assert!(

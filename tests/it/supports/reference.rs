@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use trunnion::geom::{Angle, Slot, Vec3};
 use trunnion::mesh::{ReadOptions, TriangleMesh, Unit, read_model};
-use trunnion::support::{Drawing, Graph, Grid, Limits, Method, min_cost, plan, push_relabel, shortest_paths};
+use trunnion::support::{
+    FlowLimits, FlowMethod, Graph, Grid, PathDrawing, min_cost, plan, push_relabel, shortest_paths,
+};
 
 use super::scenes;
 use crate::support::{root, skip};
@@ -58,7 +60,7 @@ fn counts_and_costs_are_those_of_an_independent_program() {
             assert!(apart <= 0.005, "{}: {ours} for {theirs}", known.name);
         }
         assert!(graph.unreachable.is_empty(), "{}", known.name);
-        let (flow, _) = min_cost(&graph, Limits::new(4, None), &mut |_| {});
+        let (flow, _) = min_cost(&graph, FlowLimits::new(4, None), &mut |_| {});
         let tally = flow.tally(&graph, 4, None);
         assert_eq!((tally.cost, tally.over_capacity), (known.cost, 0), "{}", known.name);
         assert_eq!(flow.unbalanced(&graph), None);
@@ -69,7 +71,7 @@ fn counts_and_costs_are_those_of_an_independent_program() {
 fn with_one_unit_an_arc_the_ball_costs_more() {
     let Some(graph) = graph(&KNOWN[2]) else { return };
     for node in [None, Some(1)] {
-        let (flow, limits) = min_cost(&graph, Limits::new(1, node), &mut |_| {});
+        let (flow, limits) = min_cost(&graph, FlowLimits::new(1, node), &mut |_| {});
         assert_eq!(flow.tally(&graph, 1, node).cost, 12600);
         assert!(limits.raised_arcs.is_empty());
     }
@@ -81,8 +83,8 @@ fn auto_takes_less_than_shortest_paths_and_overloads_nothing() {
     let graphs: Vec<Graph> = KNOWN.iter().filter_map(graph).chain(own).collect();
     for graph in &graphs {
         let of = |method| plan(graph, method, (4, None), 1, &mut |_| {});
-        let [auto, paths, cheapest] = [Method::Auto, Method::ShortestPaths, Method::MinCost].map(of);
-        let length = |one: &trunnion::support::Planned| one.tally.length_mm(1.0);
+        let [auto, paths, cheapest] = [FlowMethod::Auto, FlowMethod::ShortestPaths, FlowMethod::MinCost].map(of);
+        let length = |one: &trunnion::support::PlannedFlow| one.tally.length_mm(1.0);
         // An arc is as much material whether it leans or not.
         let arcs = [&auto, &paths].map(|one| one.tally.used_arcs() as f64);
         assert!(arcs[0] < 0.9 * arcs[1], "{arcs:?}");
@@ -98,9 +100,9 @@ fn auto_takes_less_than_shortest_paths_and_overloads_nothing() {
 #[test]
 fn push_relabel_stays_near_the_cheapest() {
     for graph in KNOWN.iter().filter_map(graph).chain([scenes::two_balls().graph()]) {
-        let cost = |(flow, _): (trunnion::support::Flow, Limits)| flow.tally(&graph, 4, None).cost;
-        let least = cost(min_cost(&graph, Limits::new(4, None), &mut |_| {}));
-        let pushed = cost(push_relabel(&graph, Limits::new(4, None), &mut |_| {}));
+        let cost = |(flow, _): (trunnion::support::Flow, FlowLimits)| flow.tally(&graph, 4, None).cost;
+        let least = cost(min_cost(&graph, FlowLimits::new(4, None), &mut |_| {}));
+        let pushed = cost(push_relabel(&graph, FlowLimits::new(4, None), &mut |_| {}));
         assert!(pushed >= least && pushed as f64 <= 1.02 * least as f64, "{pushed} for {least}");
     }
 }
@@ -110,8 +112,8 @@ fn push_relabel_stays_near_the_cheapest() {
 fn overloaded_arcs_are_repaired() {
     let Some(graph) = graph(&KNOWN[2]) else { return };
     let of = |repair| {
-        let how = Drawing { repair, ..Drawing::default() };
-        let (flow, limits) = shortest_paths(&graph, Limits::new(4, None), &how, &mut |_| {});
+        let how = PathDrawing { repair, ..PathDrawing::default() };
+        let (flow, limits) = shortest_paths(&graph, FlowLimits::new(4, None), &how, &mut |_| {});
         assert!(flow.unbalanced(&graph).is_none() && limits.raised_arcs.is_empty());
         flow.tally(&graph, 4, None)
     };
@@ -169,12 +171,12 @@ fn the_ceiling_of_a_cavity_is_told() {
 fn large_scenes_are_planned() {
     let knot = scenes::knot().graph();
     assert!((1_000_000..2_000_000).contains(&knot.count().nodes), "{:?}", knot.count());
-    for method in [Method::PushRelabel, Method::MinCost, Method::ShortestPaths] {
+    for method in [FlowMethod::PushRelabel, FlowMethod::MinCost, FlowMethod::ShortestPaths] {
         let planned = plan(&knot, method, (4, None), 1, &mut |_| {});
         assert_eq!((planned.tally.over_capacity, planned.flow.unbalanced(&knot)), (0, None), "{method:?}");
     }
     let rings = scenes::many_rings().graph();
     assert!((6_500_000..8_000_000).contains(&rings.count().nodes), "{:?}", rings.count());
-    let (flow, _) = push_relabel(&rings, Limits::new(4, None), &mut |_| {});
+    let (flow, _) = push_relabel(&rings, FlowLimits::new(4, None), &mut |_| {});
     assert_eq!((flow.tally(&rings, 4, None).over_capacity, flow.unbalanced(&rings)), (0, None));
 }

@@ -5,7 +5,7 @@ use crate::job::CheckedPlan;
 use crate::link::Reentry;
 use crate::motion::replay::{Controller, Step};
 use crate::profile::Profile;
-use crate::verify::{Finding, Job as Proof, Rule, verify};
+use crate::verify::{Finding, ReplayJob as Proof, Rule, verify};
 
 /// Over lines that are missing nothing may span more, mm: a hole is no bridge that somebody drew.
 const HOLE_MM: f64 = 8.0;
