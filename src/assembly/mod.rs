@@ -127,8 +127,8 @@ pub enum FitError {
     },
     /// A negative volume that cannot be subtracted.
     #[error(
-        "{}: {away} cannot be subtracted ({why}); subtract it in the program that made the model",
-        part_named(*part, name)
+        "{who}: {away} cannot be subtracted ({why}); subtract it in the program that made the model",
+        who = part_named(*part, name)
     )]
     Away {
         /// The part.

@@ -108,8 +108,8 @@ pub enum BadSetting {
     TurnedBoxes,
     /// A part that the model cannot stand on.
     #[error(
-        "base {part}: {} has no flat face that everything else is above; give the direction with up",
-        part_named(*part, name)
+        "base {part}: {who} has no flat face that everything else is above; give the direction with up",
+        who = part_named(*part, name)
     )]
     NoBase {
         /// The part.

@@ -70,8 +70,8 @@ pub enum Infeasible {
     },
     /// Parts that touch nothing.
     #[error(
-        "{} touches neither the table nor another part that does{}; move it, or join the parts{}",
-        part_named(*part, name), nearest.as_ref().map_or_else(String::new, Near::told), nearest.as_ref().map_or("", Near::remedy)
+        "{who} touches neither the table nor another part that does{}; move it, or join the parts{}",
+        nearest.as_ref().map_or_else(String::new, Near::told), nearest.as_ref().map_or("", Near::remedy), who = part_named(*part, name)
     )]
     Floating {
         /// The first of them.
@@ -99,9 +99,9 @@ pub enum Infeasible {
     },
     /// A plan whose print would not stay standing.
     #[error(
-        "{} would fall over or come off: in slot {slot}, at a tilt of {tilt_deg:.0} deg, the first layer on the table holds {factor:.2} \
+        "{who} would fall over or come off: in slot {slot}, at a tilt of {tilt_deg:.0} deg, the first layer on the table holds {factor:.2} \
          times over (minimum 1); give it a larger footprint, print it upright, or raise [process] adhesion_mpa if the plate holds better",
-        part_named(*part, name)
+        who = part_named(*part, name)
     )]
     Falls {
         /// The part printed then.

@@ -239,10 +239,7 @@ fn overlapping_shells_are_joined_and_cut_again() {
     let done = prepared(here, "tee.stl", &["--join", "--way", "cut"]);
     let told = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(done.status.success(), "{told}");
-    assert!(
-        told.contains("part 1 (part-1) was joined to part 0 (part-0)") && told.contains("cut by 2 planes"),
-        "{told}"
-    );
+    assert!(told.contains("part 1 was joined to part 0") && told.contains("cut by 2 planes"), "{told}");
     let document: Value = serde_json::from_slice(&done.stdout).unwrap();
     assert_eq!(document["plan"]["parts"].as_array().unwrap().len(), 3);
     let both = prepared(here, "tee.stl", &["--join", "--snap", "0.1"]);
