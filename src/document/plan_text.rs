@@ -182,3 +182,31 @@ pub fn no_plan(no: &NoPlan) -> String {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_a_cheaper_way_is_not_taken_the_table_says_why() {
+        let way = |way, chosen, price_min| {
+            let terms = Some(Terms::default());
+            TriedWay { way, up: None, chosen, terms, price_min: Some(price_min), why_not: None }
+        };
+        let told = |cut_min: f64, turned_min: f64| {
+            let all = [
+                way(Way::Supports, true, 100.0),
+                way(Way::Cut, false, cut_min),
+                way(Way::TurnedSupports, false, turned_min),
+                // Skipped, with a bound.
+                TriedWay { terms: None, ..way(Way::Turned, false, 96.0) },
+            ];
+            ways(&all).lines().skip(5).map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert_eq!(told(101.0, 120.0), Vec::<String>::new());
+        let [line] = &told(99.0, 120.0)[..] else { panic!("one line") };
+        assert!(line.contains("cut") && !line.contains("turned") && line.contains("5 %"), "{line}");
+        let [line] = &told(99.0, 98.0)[..] else { panic!("one line") };
+        assert!(line.contains("cut or turned-supports"), "{line}");
+    }
+}

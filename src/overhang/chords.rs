@@ -185,6 +185,7 @@ fn crossing([a, b]: &[[f64; 2]; 2], y: f64) -> Option<f64> {
     ((a[1] > y) != (b[1] > y)).then(|| a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1])))
 }
 
-fn holds(borders: &[[[f64; 2]; 2]], p: [f64; 2]) -> bool {
+/// Whether borders go around a point.
+pub(super) fn holds(borders: &[[[f64; 2]; 2]], p: [f64; 2]) -> bool {
     borders.iter().filter(|edge| crossing(edge, p[1]).is_some_and(|x| x > p[0])).count() % 2 == 1
 }

@@ -15,6 +15,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
+use super::Rule;
+use super::chords::holds;
 use super::region::{Corners, Region, Shape, and, area_mm2, at, bounds, edges, enclosed, grown, minus};
 use crate::section::{Section, Sections, Segment};
 
@@ -36,10 +38,14 @@ const BESIDE_MM: f64 = 0.1;
 pub struct Keels(BTreeMap<usize, Region>);
 
 impl Keels {
-    /// Those of a part that is cut in the `middles` of its layers, upward, where something begins in the air at the heights `begins_mm`. A line is
-    /// `line_mm` wide, and a layer may go out by `step_mm` beyond the one below.
-    pub fn of(sections: &Sections, middles: &[f64], begins_mm: &[f64], (line_mm, step_mm): (f64, f64)) -> Self {
-        let mut cuts = Cuts { sections, middles, half_mm: line_mm / 2.0 - SLACK_MM, known: HashMap::new() };
+    /// Those of a part that is cut in the `middles` of its layers, upward, where something begins in the air at the heights `begins_mm`; none by a
+    /// rule that lets everything overhang.
+    pub fn of(sections: &Sections, middles: &[f64], begins_mm: &[f64], rule: &Rule) -> Self {
+        let (half_mm, step_mm) = (rule.line_mm / 2.0 - SLACK_MM, rule.fine_mm());
+        if step_mm.is_infinite() {
+            return Self::default();
+        }
+        let mut cuts = Cuts { sections, middles, half_mm, known: HashMap::new() };
         let mut found: BTreeMap<usize, Region> = BTreeMap::new();
         let first = |z: &f64| middles.partition_point(|middle| middle < z);
         // Layers may be cut a hair beside where something begins.
@@ -126,19 +132,13 @@ fn is_laid(one: &Shape, lines: &[Segment]) -> bool {
         return false;
     }
     let near = grown(&vec![one.clone()], BESIDE_MM, Corners::Round);
+    let border: Vec<Segment> = near.iter().flatten().flat_map(|ring| edges(ring)).map(|ends| ends.map(at)).collect();
     let is_on = |[a, b]: &Segment| {
         let count = ((b[0] - a[0]).hypot(b[1] - a[1]) / BESIDE_MM).ceil().max(1.0);
         let at = |k: usize| [0, 1].map(|i| a[i] + (b[i] - a[i]) * (k as f64 / count));
-        (0..=count as usize).any(|k| near.iter().any(|shape| holds(shape, at(k))))
+        (0..=count as usize).any(|k| holds(&border, at(k)))
     };
     lines.any(is_on)
-}
-
-/// Whether a point lies in a shape.
-fn holds(shape: &Shape, [x, y]: [f64; 2]) -> bool {
-    let right_of =
-        |[a, b]: &[[f64; 2]; 2]| (a[1] <= y) != (b[1] <= y) && a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > x;
-    shape.iter().flat_map(|ring| edges(ring)).map(|ends| ends.map(at)).filter(right_of).count() % 2 == 1
 }
 
 fn is_long(one: &Shape) -> bool {
@@ -177,9 +177,9 @@ impl Cuts<'_> {
     fn widens(&mut self, one: &Shape, k: usize) -> bool {
         let own = vec![one.clone()];
         let highest = self.middles[k] + HIGHEST_MM;
-        let above = (k + 1..self.middles.len()).take_while(|&j| self.middles[j] <= highest);
+        let mut above = k + 1..self.middles.partition_point(|middle| *middle <= highest);
         let most_mm2 = HALF * area_mm2(one);
-        above.into_iter().any(|j| and(&own, &self.at(j).wide).iter().map(area_mm2).sum::<f64>() >= most_mm2)
+        above.any(|j| and(&own, &self.at(j).wide).iter().map(area_mm2).sum::<f64>() >= most_mm2)
     }
 }
 
@@ -187,12 +187,10 @@ impl Cuts<'_> {
 mod tests {
     use super::*;
     use crate::fixtures::prism;
-    use crate::geom::Object;
+    use crate::geom::{Angle, Object};
     use crate::mesh::TriangleMesh;
 
     const LINE_MM: f64 = 0.45;
-    const STEP_MM: f64 = 0.36;
-
     /// A plate from 22 mm up that a post holds, and below it what an outline in x and z has, 30 mm long.
     fn below_a_plate(outline: &[[f64; 2]]) -> Sections {
         let parts = [
@@ -205,7 +203,12 @@ mod tests {
 
     fn keels(sections: &Sections, begins_mm: f64) -> Keels {
         let middles: Vec<f64> = (0..130).map(|k| 0.2 * (f64::from(k) + 0.5)).collect();
-        Keels::of(sections, &middles, &[begins_mm], (LINE_MM, STEP_MM))
+        let (overhang, bridge_mm) = (Rule::practised(0.2, LINE_MM), 14.0);
+        let rule = Rule { overhang, layer_mm: 0.2, line_mm: LINE_MM, bridge_mm, tolerate_mm2: 1.0, droops: true };
+        assert!(
+            Keels::of(sections, &middles, &[begins_mm], &Rule { overhang: Angle::from_deg(89.0), ..rule }).is_empty()
+        );
+        Keels::of(sections, &middles, &[begins_mm], &rule)
     }
 
     #[test]

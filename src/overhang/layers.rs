@@ -87,10 +87,7 @@ impl LayerJudge {
         stands: impl Fn(usize) -> bool,
         rule: &Rule,
     ) -> Self {
-        let stack = Stack::of(mesh, up, ground, rule);
-        let begins = stack.beginnings(&ground.begins_mm);
-        let runs = if rule.fine_mm().is_infinite() { Vec::new() } else { stack.steep(mesh, up, stands, &begins) };
-        Self { stack, begins, runs }
+        Self::on(Stack::of(mesh, up, ground, rule), mesh, (up, ground), stands)
     }
 
     /// The same for whoever means to hold it: what slicers leave out where something [begins](Keels) is not there.
@@ -103,12 +100,21 @@ impl LayerJudge {
     ) -> Self {
         let mut stack = Stack::of(mesh, up, ground, rule);
         let middles: Vec<f64> = (0..stack.answers.len()).map(|i| stack.middle(Some(i))).collect();
-        let lines = (rule.line_mm, rule.fine_mm());
-        stack.keels = Keels::of(&stack.sections, &middles, &ground.begins_mm, lines);
+        stack.keels = Keels::of(&stack.sections, &middles, &ground.begins_mm, rule);
+        Self::on(stack, mesh, (up, ground), stands)
+    }
+
+    fn on<F>(
+        stack: Stack,
+        mesh: &TriangleMesh<F>,
+        (up, ground): (&Vec3, &Ground),
+        stands: impl Fn(usize) -> bool,
+    ) -> Self {
         let mut begins = stack.beginnings(&ground.begins_mm);
         // Above a keel something begins as well.
-        begins.extend(stack.keels.layers().map(|i| i + 1).filter(|i| *i < middles.len()));
-        let runs = if rule.fine_mm().is_infinite() { Vec::new() } else { stack.steep(mesh, up, stands, &begins) };
+        begins.extend(stack.keels.layers().map(|i| i + 1).filter(|i| *i < stack.answers.len()));
+        let is_free = stack.rule.fine_mm().is_infinite();
+        let runs = if is_free { Vec::new() } else { stack.steep(mesh, up, stands, &begins) };
         Self { stack, begins, runs }
     }
 

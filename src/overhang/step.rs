@@ -199,9 +199,13 @@ impl Step<'_> {
                 let (middle, bounds) = (loose.middle, loose.bounds);
                 let is = State::Hangs;
                 // Beside supports it hangs from these on.
-                let beside = |mm: f64| and(over, &grown(&own, mm, Corners::Round)).iter().map(area_mm2).sum::<f64>();
-                let area_mm2 = if self.supports.is_empty() { area } else { beside(self.beside_mm).max(area) };
-                pieces.push(Piece { layer: self.number, area_mm2: area_mm2 * loose.share, middle, bounds, is });
+                let mut from_there = area;
+                if !self.supports.is_empty() {
+                    let beside = and(over, &grown(&own, self.beside_mm, Corners::Round));
+                    from_there = area.max(beside.iter().map(area_mm2).sum());
+                }
+                let area_mm2 = from_there * loose.share;
+                pieces.push(Piece { layer: self.number, area_mm2, middle, bounds, is });
                 return;
             }
         }

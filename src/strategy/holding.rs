@@ -75,17 +75,16 @@ impl HeldMesh {
     }
 
     /// Where something of the part begins in the air, mm.
-    fn begins_mm(&self, rule: &Rule) -> Vec<f64> {
+    pub(crate) fn begins_mm(&self, rule: &Rule) -> Vec<f64> {
         let mesh = &self.slot.mesh;
         let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
         relief.in_the_air(&Vec3::z(), |facet| self.lies(facet), &rule.hang())
     }
 
-    /// What of the part no slicer is sure to lay, in layers that end at these heights.
-    pub(crate) fn keels(&self, rule: &Rule, tops: &[f64]) -> Keels {
+    /// What of the part no slicer is sure to lay, in layers that end at these heights, where it begins in the air at those.
+    pub(crate) fn keels(&self, rule: &Rule, tops: &[f64], begins_mm: &[f64]) -> Keels {
         let middles: Vec<f64> = spans(tops).iter().map(|[low, high]| f64::midpoint(*low, *high)).collect();
-        let lines = (rule.line_mm, rule.fine_mm());
-        Keels::of(&Sections::of(&self.slot.mesh), &middles, &self.begins_mm(rule), lines)
+        Keels::of(&Sections::of(&self.slot.mesh), &middles, begins_mm, rule)
     }
 
     /// What supports keep clear of, in layers that go from one of `tops` to the next.
@@ -187,13 +186,13 @@ impl Laid {
     }
 }
 
-/// What says of a part that stands on the table what would be laid on nothing.
-pub(crate) fn judge(held: &HeldMesh, rule: &Rule) -> LayerJudge {
+/// What says of a part that stands on the table, and begins in the air at such heights, what would be laid on nothing.
+pub(crate) fn judge(held: &HeldMesh, rule: &Rule, begins_mm: &[f64]) -> LayerJudge {
     let mesh = &held.slot.mesh;
     let lies = |facet: usize| held.lies(facet);
     let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
     let footings = vec![Footing { own, below: Vec::new() }];
-    let begins_mm = held.begins_mm(rule);
+    let begins_mm = begins_mm.to_vec();
     let others = (!held.others.is_empty()).then(|| Arc::new(TriangleMesh::joined(held.others.iter())));
     let ground = Ground { footings, table: true, begins_mm, others, ..Ground::default() };
     LayerJudge::of_what_is_laid(mesh, &Vec3::z(), &ground, lies, rule)
@@ -273,7 +272,8 @@ fn with_props(
     let line_mm = process.line_width_mm;
     let mut laid = Laid::none();
     let tops = even_tops(process.layer_height_mm, held.slot.mesh.bounds().max.z);
-    let keels = held.keels(&rule(supports, process), &tops);
+    let rule = rule(supports, process);
+    let keels = held.keels(&rule, &tops, &held.begins_mm(&rule));
     laid.prop(&held.cuts(&keels, &tops, supports.gap_mm, process), supports);
     let mut boxes: Vec<Bounds> = Vec::new();
     // The lines of the layer below, and their boxes.
@@ -330,7 +330,8 @@ fn sliced_supports(
     tops.sort_by(f64::total_cmp);
     tops.dedup_by(|a, b| *a - *b < SAME_MM);
     let tops = from_the_table(&tops, process.layer_height_mm);
-    let mut keels = held.keels(&rule(supports, process), &tops);
+    let rule = rule(supports, process);
+    let mut keels = held.keels(&rule, &tops, &held.begins_mm(&rule));
     if !keels.is_empty() {
         let here = |p: [f64; 2]| [0, 1].map(|i| p[i] - centre_mm[i] + CENTRE_MM[i]);
         for (layer, mut lines) in sliced.layers.iter().zip(sliced.lines_by_layer()?) {

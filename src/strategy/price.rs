@@ -220,6 +220,10 @@ mod tests {
         let weights = Weights::default();
         assert!(weights.rank(Way::Turned, &of(38.1)) > weights.rank(Way::AsDrawn, &of(40.0)));
         assert!(weights.rank(Way::Turned, &of(37.9)) < weights.rank(Way::AsDrawn, &of(40.0)));
+        // In one piece, on supports if it must be.
+        assert!(weights.rank(Way::Cut, &of(38.1)) > weights.rank(Way::Supports, &of(40.0)));
+        assert!(weights.rank(Way::Cut, &of(37.9)) < weights.rank(Way::Supports, &of(40.0)));
+        assert!(weights.rank(Way::Cut, &of(39.9)) < weights.rank(Way::TurnedSupports, &of(40.0)));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::sync::Arc;
 
+use super::price::WISH;
 use super::uncut::Uncut;
 use crate::input::BadSetting;
 use crate::overhang::Patch;
@@ -62,8 +63,8 @@ pub enum Refused {
         /// Poses that were tried.
         poses: usize,
     },
-    /// A way that was skipped, since it cannot cost less than another.
-    #[error("at least {least_min:.0} min, which is more")]
+    /// A way that was skipped, since it cannot save enough.
+    #[error("at least {least_min:.0} min: it has to save {:.0} %", 100.0 * (1.0 - WISH))]
     Dearer {
         /// What it costs at least, minutes.
         least_min: f64,

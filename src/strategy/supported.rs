@@ -207,7 +207,8 @@ impl Attempt {
             only_props: false,
             props: Vec::new(),
         };
-        let judge = judge(&mesh, &rule);
+        let begins_mm = mesh.begins_mm(&rule);
+        let judge = judge(&mesh, &rule, &begins_mm);
         let Judged { hangs: bare, places, .. } = judge.judged(&Held::default());
         let allowed = options.allow.iter().find(|(part, _)| *part == print.part).map(|(_, area)| *area);
         let carried = allowed.is_some_and(|area| area.is_none_or(|mm2| area_of(&bare) <= mm2));
@@ -223,7 +224,7 @@ impl Attempt {
         let sheets = PROP_STEPS_MM.map(|step_mm| PrintSupports { only_props: true, ..of_step(step_mm) });
         let forms = STEPS_MM.map(of_step).into_iter().chain(sheets.into_iter().filter(|_| roof.is_none()));
         let tops = even_tops(process.layer_height_mm, mesh.slot.mesh.bounds().max.z);
-        let cuts = mesh.cuts(&mesh.keels(&rule, &tops), &tops, gap_mm, process);
+        let cuts = mesh.cuts(&mesh.keels(&rule, &tops, &begins_mm), &tops, gap_mm, process);
         let columns = |supports: PrintSupports| {
             let laid = Laid::columns(&mesh, &cuts, &supports, process);
             laid.map(|laid| (supports, laid)).map_err(Refused::from)

@@ -75,7 +75,7 @@ impl PlannedSomehow {
 /// have no plan so near to each other are given more room, where nobody said how much.
 ///
 /// What prints as it was drawn is not cut, and turned only where that is cheaper by a twentieth. Cuts, whose search is the long one, are looked for
-/// only where they can be cheaper than all else.
+/// only where they can save as much of all else.
 ///
 /// # Errors
 ///
@@ -420,7 +420,7 @@ impl Tries<'_> {
         }
     }
 
-    /// In parts, where that can be cheaper than all that was found.
+    /// In parts, where that can save a twentieth of all that was found.
     fn cut(&mut self, why: &Refused) {
         let Cutting::Auto { file } = &self.ways.cutting else { return };
         if !self.allowed(Way::Cut) {
@@ -433,8 +433,9 @@ impl Tries<'_> {
         }
         let budget = self.budget_of_cuts();
         let cheapest = self.found.iter().min_by(|a, b| a.rank.total_cmp(&b.rank));
-        let named = |found: &Found| format!("{} (price {:.0} min)", found.tried.way.word(), found.rank);
-        let known = cheapest.map(named);
+        let named =
+            |found: &Found| Some(format!("{} (price {:.0} min)", found.tried.way.word(), found.tried.price_min?));
+        let known = cheapest.and_then(named);
         self.world.progress.may_end(known.as_deref());
         let mut known = std::mem::take(&mut self.known);
         let machine = self.models.machine;
@@ -452,7 +453,7 @@ impl Tries<'_> {
         }
     }
 
-    /// What setups and seams may cost so that cut parts are cheaper than all that was found.
+    /// What setups and seams may cost so that cut parts save a twentieth of all that was found.
     fn budget_of_cuts(&self) -> Option<CutBudget> {
         let incumbent = self.found.iter().map(|found| found.rank).reduce(f64::min)?;
         let Weights { setup, seam_mm2, .. } = self.weights;

@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use super::export::{BoxMismatch, SlotMesh};
 use super::inputs::RewriteError;
-use super::items::Item;
+use super::items::{Item, Step3};
 use super::sliced::SlicedPrint;
 use super::source::SlicedError;
 use super::turn::Turn;
@@ -136,12 +136,7 @@ impl SlicedPrint<'_> {
                         }
                     }
                     Item::Step(step) if step.prints() && role != Role::Adhesion => {
-                        let mut from = step.from;
-                        let arc = step.arc.iter().flat_map(|arc| flatten(step.from, step.to, arc, CHORD_MM));
-                        for to in arc.chain([step.to]) {
-                            lines.push([[from.x, from.y], [to.x, to.y]]);
-                            from = to;
-                        }
+                        lines.extend(chords(&step).windows(2).map(|ends| [0, 1].map(|i| [ends[i].x, ends[i].y])));
                     }
                     _ => {}
                 }
@@ -161,6 +156,16 @@ impl SlicedPrint<'_> {
         let role = |span| if let Some(Hint::Role(role)) = self.said(span) { Some(role) } else { None };
         self.lead.iter().filter_map(role).next_back().unwrap_or_default()
     }
+}
+
+/// The places between which a step goes straight.
+fn chords(step: &Step3) -> Vec<Vec3> {
+    let mut points = vec![step.from];
+    match &step.arc {
+        Some(arc) => points.extend(flatten(step.from, step.to, arc, CHORD_MM)),
+        None => points.push(step.to),
+    }
+    points
 }
 
 /// A layer's walls, and the part's section at its middle.
@@ -213,11 +218,7 @@ impl Seen {
                     Item::Step(step) if wanted && step.prints() && role != Role::Adhesion => step,
                     _ => continue,
                 };
-                let mut points = vec![step.from];
-                match &step.arc {
-                    Some(arc) => points.extend(flatten(step.from, step.to, arc, CHORD_MM)),
-                    None => points.push(step.to),
-                }
+                let points = chords(&step);
                 ends.extend(points.iter().map(|p| [p.x, p.y]));
                 has_roles |= role == Role::OuterWall;
                 let width = width.unwrap_or(profile.process.line_width_mm);

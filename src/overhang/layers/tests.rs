@@ -275,3 +275,39 @@ fn a_narrow_end_beyond_supports_hangs_from_where_it_is_longer_than_a_line_hangs(
     let hangs = |out: f64| on_sheets(20.225 + out, 0.5).hangs.len();
     assert_eq!([1.5, 2.5, 2.95, 3.2, 4.0, 4.8, 8.0].map(hangs), [0, 0, 0, 1, 1, 1, 1]);
 }
+
+#[test]
+fn what_was_asked_before_is_answered_as_if_it_were_asked_first() {
+    // A shelf of 6 mm over air, and a slope that collapses, which layers below it remember.
+    let outline = [[0.0, 0.0], [20.0, 0.0], [50.0, 12.0], [50.0, 30.0], [-6.0, 30.0], [-6.0, 26.0], [0.0, 26.0]];
+    let mesh: TriangleMesh<Object> = prism(&outline, [0.0, 12.0]);
+    let stands = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
+    let ground = Ground { table: true, ..Ground::default() };
+    let judge = || LayerJudge::of(&mesh, &Vec3::z(), &ground, stands, &rule());
+    // Lines across below each layer that begins at one of these heights, from so far out, so far apart.
+    let held = |tops: &[f64], from: f64, beside_mm: f64| {
+        let lines: Vec<_> = (0..8).map(|k| from + 2.0 * f64::from(k)).map(|x| [[x, 0.0], [x, 12.0]]).collect();
+        let layers = tops.iter().map(|top| (*top, lines.clone())).collect();
+        Held { layers, line_mm: 0.45, gap_mm: 0.2, beside_mm }
+    };
+    let every: Vec<f64> = (0..130).map(|k| 0.2 * f64::from(k)).collect();
+    let kinds = [
+        Held::default(),
+        held(&every, -6.0, 1.775),
+        held(&every, -6.0, 0.5),
+        held(&every[..40], 21.0, 1.775),
+        held(&every[20..], 28.0, 1.775),
+    ];
+    let shared = judge();
+    let mut different = std::collections::BTreeSet::new();
+    for round in 0..3 {
+        for (k, held) in kinds.iter().enumerate() {
+            let (usual, strict) = (shared.judged(held), shared.judged_strictly(held));
+            assert_eq!(usual, judge().judged(held), "{round}, {k}");
+            assert_eq!(strict, judge().judged_strictly(held), "{round}, {k}");
+            different.insert(format!("{usual:?}"));
+            different.insert(format!("{strict:?}"));
+        }
+    }
+    assert!(different.len() > kinds.len(), "{}", different.len());
+}
