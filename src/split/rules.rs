@@ -38,7 +38,7 @@ pub enum Against {
     Head,
     /// Measured on the real cut it gains nothing.
     Gain,
-    /// With it the cuts would cost more than another way to print the model.
+    /// With it the cuts would cost more than they may: another way to print the model is nearly as cheap.
     Budget,
 }
 

@@ -95,6 +95,6 @@ fn because(against: Against) -> &'static str {
         Against::Beginning => "would let a piece begin in mid-air",
         Against::Head => "would bring the head into what is left, the table or an axis to its stop",
         Against::Gain => "would gain nothing",
-        Against::Budget => "would cost more than another way to print it",
+        Against::Budget => "would save too little over another way to print it",
     }
 }
