@@ -13,7 +13,6 @@ mod shapes;
 mod travels;
 
 use std::path::Path;
-use std::time::Duration;
 
 use trunnion::slicing::{
     Adhesion, BuiltIn, ExternalOptions, Interrupt, SliceJob, SliceSettings, Slicer, SlicerChoice, find,
@@ -92,7 +91,7 @@ fn every_shape_is_full_and_nothing_is_laid_outside_or_twice() {
 fn prusa_slicer(work_dir: &Path) -> Option<Box<dyn Slicer>> {
     let options = ExternalOptions {
         configs: Vec::new(),
-        timeout: Duration::from_secs(60),
+        timeout: crate::support::PATIENCE,
         work_dir: work_dir.to_owned(),
         interrupt: Interrupt::default(),
     };

@@ -16,7 +16,7 @@ use super::real::{gcode, wanted};
 use crate::support::folder;
 
 /// Nothing here may take longer.
-const LIMIT: Duration = Duration::from_secs(60);
+const LIMIT: Duration = crate::support::PATIENCE;
 
 pub(super) fn machine(protocol: &str) -> MachineSource {
     let toml = format!(

@@ -13,7 +13,7 @@ use super::{KEY, done, fails, of, prepared, publish};
 use crate::support::{PATIENCE, SmallDisk, folder, note, python, root, skip};
 
 /// Its own files come and go within this: no more than a guard, a busy machine is waited for.
-const SETTLES: Duration = Duration::from_secs(120);
+const SETTLES: Duration = PATIENCE;
 /// So often it is started: between our look for a free port and its own binding somebody else may take it.
 const STARTS: usize = 3;
 
