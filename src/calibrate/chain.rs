@@ -15,7 +15,7 @@ use crate::geom::{Angle, Mat3, Vec3};
 use crate::motion::{AxisDirections, Pose, TableKinematics, TiltAbout, turn};
 
 /// How many unknowns a machine has.
-pub const UNKNOWNS: usize = 12;
+pub const UNKNOWNS: usize = 13;
 
 /// What is not known of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +44,12 @@ pub enum Unknown {
     LeanY,
     /// How far the surface falls along the tilt axis where both angles are zero.
     Unlevel,
+    /// How much lower the surface is at [`SAG_AT_MM`] from its middle than there, mm, as the square of the distance.
+    Sag,
 }
+
+/// Where a sag is told, mm from the table's middle.
+pub const SAG_AT_MM: f64 = 100.0;
 
 impl Unknown {
     /// All, in the order of every vector of unknowns.
@@ -61,16 +66,17 @@ impl Unknown {
         Self::LeanX,
         Self::LeanY,
         Self::Unlevel,
+        Self::Sag,
     ];
 
     /// Whether it is an angle, radians; else a length, mm.
     pub fn is_angle(self) -> bool {
-        self as usize >= Self::TiltZero as usize
+        (Self::TiltZero as usize..=Self::Unlevel as usize).contains(&(self as usize))
     }
 
     /// Whether it is zero on a machine whose axes are where its profile has them.
     pub fn bends(self) -> bool {
-        self as usize >= Self::TiltYaw as usize
+        (Self::TiltYaw as usize..=Self::Unlevel as usize).contains(&(self as usize))
     }
 
     /// What people call it, on a table that tilts `about` an axis with the letters `tilt` and `rotation`.
@@ -89,6 +95,7 @@ impl Unknown {
             Self::LeanX => format!("rotation axis {rotation}, leaning towards X"),
             Self::LeanY => format!("rotation axis {rotation}, leaning towards Y"),
             Self::Unlevel => format!("surface, falling along {along} at {tilt}0 {rotation}0"),
+            Self::Sag => format!("surface, lower at {SAG_AT_MM} mm from its middle"),
         }
     }
 
@@ -144,7 +151,7 @@ impl Chain {
         profile + Vec3::new(self.of(Unknown::LeanX), self.of(Unknown::LeanY), 0.0)
     }
 
-    /// What a profile can hold of it: all but a surface that is not level.
+    /// What a profile can hold of it: all but a surface that is not level or sags.
     pub fn table(&self) -> TableKinematics {
         let mut table = self.nominal.clone();
         let bends = [Unknown::TiltYaw, Unknown::TiltPitch, Unknown::LeanX, Unknown::LeanY];
@@ -239,6 +246,11 @@ impl Placed<'_> {
     pub fn on_table(&self, p: &Vec3) -> Vec3 {
         let inside = self.tilt.matrix.transpose() * (p - self.chain.pivot()) - self.chain.offset();
         self.rotation.matrix.transpose() * (self.fallen.transpose() * inside)
+    }
+
+    /// A direction of the machine's in the table's frame.
+    pub fn inward(&self, d: &Vec3) -> Vec3 {
+        self.rotation.matrix.transpose() * (self.fallen.transpose() * (self.tilt.matrix.transpose() * d))
     }
 
     /// How the point `q` of the table's frame moves with each unknown.

@@ -43,7 +43,9 @@ pub fn fit(profile: &Profile, touches: &Touches, options: &FitOptions) -> Result
     let problem = Problem::new(&nominal, touches);
     let lever = poses::lever(profile);
     let start = problem.start();
-    let free = free(&problem, &start, options.square);
+    let mut free = free(&problem, &start, options.square);
+    free.extend(tells_sag(profile, &problem, &free, &start).then_some(Unknown::Sag as usize));
+    free.sort_unstable();
     possible(&problem, &start, false)?;
     told(profile, &problem, &free, &start)?;
     let (solved, left_out) = without_outliers(&problem, &start, &free, lever).ok_or(NoFit::Unsettled)?;
@@ -70,12 +72,23 @@ fn free(problem: &Problem<'_>, start: &[f64], square: bool) -> Vec<usize> {
     let zero = touches.touches.iter().any(|touch| known(touch.of));
     let asked = |i: &usize| match Unknown::ALL.get(*i) {
         Some(Unknown::RotationZero) => zero,
+        Some(Unknown::Sag) => false,
         Some(unknown) => !(square && unknown.bends()),
         None => true,
     };
     let rows = problem.all_rows(start, &[]);
     let touched = |i: &usize| *i < UNKNOWNS || rows.iter().any(|(_, row)| row.slopes[*i] != 0.0);
     (0..problem.length).filter(asked).filter(touched).collect()
+}
+
+/// Whether the touches tell, beside all else, whether the table sags: places near its middle are among them.
+fn tells_sag(profile: &Profile, problem: &Problem<'_>, free: &[usize], state: &[f64]) -> bool {
+    let touches = problem.touches;
+    let all: Vec<usize> = free.iter().copied().chain([Unknown::Sag as usize]).collect();
+    let unit = units(problem.length, poses::lever(profile));
+    let mut information = Information::before(unit, &all, touches.tip.repeats_to_mm);
+    touches.touches.iter().for_each(|touch| information.add(&problem.rows(touch, state)));
+    information.error(Unknown::Sag as usize) * poses::sag_at_rim(profile) <= WORST_MM
 }
 
 /// Whether the touches tell every unknown of the machine.

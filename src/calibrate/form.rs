@@ -14,6 +14,9 @@ pub fn form(tip: &Tip, features: &[Feature], poses: &[ChainCandidate], [tilt, ro
          shape = {shape:?}\nradius_mm = {:?}\npaper_mm = {:?}\nrepeats_to_mm = {:?}\noffset_mm = {:?}\n",
         tip.radius_mm, tip.paper_mm, tip.repeats_to_mm, tip.offset_mm
     );
+    if let Some(by_eye) = tip.by_eye_mm {
+        let _ = writeln!(out, "# The same of X and Y over a mark.\nby_eye_mm = {by_eye:?}");
+    }
     for feature in features {
         let _ = match feature.shape {
             TouchShape::Mark { height, known } => {

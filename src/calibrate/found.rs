@@ -67,6 +67,15 @@ pub struct Bend {
     pub surface_mm: f64,
 }
 
+/// How far the table is from plane, as a bowl.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sag {
+    /// How much lower the rim is than the middle, mm; below 0 it is higher.
+    pub mm: f64,
+    /// Half of the interval that holds it in 95 of 100 cases, mm.
+    pub error_mm: f64,
+}
+
 /// Why the result must not be written into a profile.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Refusal {
@@ -82,6 +91,13 @@ pub enum Refusal {
     /// A surface that is not level where both angles are zero.
     Sloped {
         /// As found, mm.
+        mm: f64,
+        /// What is allowed, mm.
+        allowed_mm: f64,
+    },
+    /// A surface whose rim is lower or higher than its middle.
+    Sagging {
+        /// As found, mm; below 0 it is higher.
         mm: f64,
         /// What is allowed, mm.
         allowed_mm: f64,
@@ -111,6 +127,8 @@ pub struct ChainFit {
     pub freedom: usize,
     /// How far the axes are from where the profile has them; `None` where that was not looked for.
     pub bend: Option<Bend>,
+    /// How far the table is from plane; `None` where the touches do not tell.
+    pub sag: Option<Sag>,
     /// Why it must not be written; empty where it may.
     pub refusals: Vec<Refusal>,
 }

@@ -5,20 +5,22 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::chain::UNKNOWNS;
+use super::chain::{UNKNOWNS, Unknown};
 use super::solve::Row;
 
 /// Nobody's profile is further from his machine, mm.
 const LENGTH_PRIOR_MM: f64 = 20.0;
 /// The same of angles, degrees.
 const ANGLE_PRIOR_DEG: f64 = 10.0;
+/// No table sags by more, mm.
+const SAG_PRIOR_MM: f64 = 2.0;
 /// Where a mark lies on the table, mm.
 const PLACE_PRIOR_MM: f64 = 200.0;
 
 /// A length is told where its standard error is no larger, mm.
 pub(super) const WORST_MM: f64 = 0.05;
 /// The same of an angle, degrees.
-pub(super) const WORST_DEG: f64 = 0.03;
+pub(super) const WORST_DEG: f64 = 0.04;
 
 /// Errors of all unknowns and how they hang together, each in its unit (mm; angles as mm at the lever).
 #[derive(Clone)]
@@ -34,9 +36,10 @@ impl Information {
         let mut covariance = DMatrix::zeros(unit.len(), unit.len());
         for &i in free {
             let prior = match i {
-                0..5 => LENGTH_PRIOR_MM,
-                5..UNKNOWNS => ANGLE_PRIOR_DEG.to_radians() * unit[i],
-                _ => PLACE_PRIOR_MM,
+                _ if i >= UNKNOWNS => PLACE_PRIOR_MM,
+                _ if Unknown::ALL[i] == Unknown::Sag => SAG_PRIOR_MM,
+                _ if Unknown::ALL[i].is_angle() => ANGLE_PRIOR_DEG.to_radians() * unit[i],
+                _ => LENGTH_PRIOR_MM,
             };
             covariance[(i, i)] = prior * prior;
         }

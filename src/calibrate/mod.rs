@@ -30,7 +30,7 @@ mod solve;
 mod touches;
 mod visit;
 
-pub use chain::{Chain, UNKNOWNS, Unknown};
+pub use chain::{Chain, SAG_AT_MM, UNKNOWNS, Unknown};
 pub use clear::ClearWay;
 pub use dry_run::{ColdPose, dry_run, outermost};
 pub use fit::{NoFit, Undetermined, fit};

@@ -105,6 +105,8 @@ fn farthest(
         let excess = square / scatter / allowed;
         if excess > 1.0 && worst.is_none_or(|(most, ..)| excess > most) {
             let sign = if count == 1 { alone[0].signum() } else { 1.0 };
+            let weights = linear.rows[at - count..at].iter().map(|(_, row)| row.weight);
+            let alone = DVector::from_iterator(count, alone.iter().zip(weights).map(|(off, weight)| off / weight));
             worst = Some((excess, touch, alone.norm() * sign));
         }
     }

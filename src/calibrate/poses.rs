@@ -3,7 +3,7 @@
 //! Greedy, by the sum of the squared errors of the machine's unknowns, each in terms of what is wanted of it (the A-criterion: A. C.
 //! Atkinson and A. N. Donev, *Optimum Experimental Designs*, 1992). Machine coordinates unless a name says table, mm.
 
-use super::chain::{UNKNOWNS, Unknown};
+use super::chain::{SAG_AT_MM, UNKNOWNS, Unknown};
 use super::clear::ClearWay;
 use super::information::{Information, WORST_DEG, WORST_MM};
 use super::solve::{Problem, units};
@@ -42,6 +42,11 @@ pub struct Choice {
 /// The length, mm, at which an angle counts as much as a length: to what stands at the rim as high as that is from the middle.
 pub(super) fn lever(profile: &Profile) -> f64 {
     std::f64::consts::SQRT_2 * ClearWay::of(profile).reach().max(10.0)
+}
+
+/// How much of a sag at [`super::SAG_AT_MM`] there is at the table's rim.
+pub(super) fn sag_at_rim(profile: &Profile) -> f64 {
+    (ClearWay::of(profile).reach() / SAG_AT_MM).powi(2)
 }
 
 /// How far from the table's middle a place is that lies `from_edge` mm inside its edge, along the table's X and Y.
@@ -245,7 +250,12 @@ pub fn choose(profile: &Profile, tip: &Tip, aim_mm: f64, most: usize, square: bo
     let held = |u: Unknown| u == Unknown::RotationZero || (square && u.bends());
     let free: Vec<usize> = (0..problem.length).filter(|&i| !unknown(i).is_some_and(held)).collect();
     let unit = units(problem.length, lever);
-    let wanted = |u: Unknown| if u.is_angle() { aim_mm / lever } else { aim_mm };
+    let at_rim = sag_at_rim(profile);
+    let wanted = |u: Unknown| match u {
+        Unknown::Sag => aim_mm / at_rim,
+        _ if u.is_angle() => aim_mm / lever,
+        _ => aim_mm,
+    };
     let weight = weights(&problem, &unit, wanted);
     let machine: Vec<usize> = free.iter().copied().filter(|&i| i < UNKNOWNS).collect();
     let fine = |information: &Information| machine.iter().all(|&i| information.error(i) <= wanted(Unknown::ALL[i]));

@@ -1,7 +1,7 @@
 //! A settled state in words and numbers: errors, deviations, how far the axes are from the profile's, and what stands against writing it.
 
 use super::chain::{Chain, UNKNOWNS, Unknown};
-use super::found::{Bend, ChainFit, Deviation, Estimate, FitOptions, Outlier, Refusal};
+use super::found::{Bend, ChainFit, Deviation, Estimate, FitOptions, Outlier, Refusal, Sag};
 use super::outliers::{LeftOut, Linear};
 use super::poses;
 use super::solve::{Problem, Row, units};
@@ -50,9 +50,24 @@ impl Report<'_> {
                 Outlier { number: touch.number, line: touch.line, off_mm }
             })
             .collect();
-        let refusals = self.refusals(&outliers, rms_mm, freedom, bend.as_ref());
+        let sag = estimates.iter().find(|e| e.unknown == Unknown::Sag).map(|e| self.at_rim(e));
+        let refusals = self.refusals(&outliers, rms_mm, freedom, (bend.as_ref(), sag));
         let places = self.places(state);
-        ChainFit { chain, table, misaligned, estimates, deviations, outliers, places, rms_mm, freedom, bend, refusals }
+        let sag = sag.map(|(mm, error_mm)| Sag { mm, error_mm });
+        ChainFit {
+            chain,
+            table,
+            misaligned,
+            estimates,
+            deviations,
+            outliers,
+            places,
+            rms_mm,
+            freedom,
+            bend,
+            sag,
+            refusals,
+        }
     }
 
     /// The unknowns with their errors, the scatter, the freedom and the deviations of one state.
@@ -81,20 +96,32 @@ impl Report<'_> {
         for (index, row) in rows {
             let touch = &self.problem.touches.touches[*index];
             match all.last_mut().filter(|last| last.number == touch.number) {
-                Some(last) => last.off_mm = last.off_mm.hypot(row.off),
+                Some(last) => last.off_mm = last.off_mm.hypot(row.off_mm()),
                 None => all.push(Deviation {
                     number: touch.number,
                     line: touch.line,
                     of: touch.of,
                     words_deg: touch.words_deg,
-                    off_mm: row.off,
+                    off_mm: row.off_mm(),
                 }),
             }
         }
         all
     }
 
-    fn refusals(&self, outliers: &[Outlier], rms_mm: f64, freedom: usize, bend: Option<&Bend>) -> Vec<Refusal> {
+    /// A sag as it is at the table's rim, and half of what holds it in 95 of 100 cases, mm.
+    fn at_rim(&self, estimate: &Estimate) -> (f64, f64) {
+        let share = poses::sag_at_rim(self.profile);
+        (estimate.differs * share, estimate.error * share)
+    }
+
+    fn refusals(
+        &self,
+        outliers: &[Outlier],
+        rms_mm: f64,
+        freedom: usize,
+        (bend, sag): (Option<&Bend>, Option<(f64, f64)>),
+    ) -> Vec<Refusal> {
         let mut all = Vec::new();
         let noise_mm = self.problem.touches.tip.repeats_to_mm;
         if !outliers.is_empty() {
@@ -107,6 +134,10 @@ impl Report<'_> {
         if let Some(bend) = bend {
             let mm = bend.surface_mm;
             all.extend((mm > allowed_mm).then_some(Refusal::Sloped { mm, allowed_mm }));
+        }
+        if let Some((mm, error_mm)) = sag {
+            let sure = mm.abs() > allowed_mm && mm.abs() > error_mm;
+            all.extend(sure.then_some(Refusal::Sagging { mm, allowed_mm }));
         }
         all
     }

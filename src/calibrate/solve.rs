@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::chain::{Chain, Placed, UNKNOWNS};
+use super::chain::{Chain, Placed, SAG_AT_MM, UNKNOWNS, Unknown};
 use super::touches::{Of, TipShape, Touch, TouchShape, Touches};
 use crate::geom::{Angle, Vec3};
 use crate::motion::TableKinematics;
@@ -23,10 +23,27 @@ pub(super) struct Problem<'a> {
     pub(super) length: usize,
 }
 
-/// One number of a touch: by how much it is off, and its slopes.
+/// One number of a touch: by how much it is off, and its slopes, both times what it weighs: all repeat to [`super::touches::Tip::repeats_to_mm`] then.
 pub(super) struct Row {
     pub(super) off: f64,
     pub(super) slopes: Vec<f64>,
+    /// How much less it counts than a height.
+    pub(super) weight: f64,
+}
+
+impl Row {
+    /// By how much it is off, mm.
+    pub(super) fn off_mm(&self) -> f64 {
+        self.off / self.weight
+    }
+
+    /// Counts less, where it repeats to `sigma` and a height to `repeats`.
+    fn weighed(mut self, repeats: f64, sigma: f64) -> Self {
+        self.weight = repeats / sigma;
+        self.off *= self.weight;
+        self.slopes.iter_mut().for_each(|slope| *slope *= self.weight);
+        self
+    }
 }
 
 impl<'a> Problem<'a> {
@@ -151,11 +168,27 @@ fn standoff(shape: TipShape, radius: f64, normal: &Vec3) -> (f64, Vec3) {
     }
 }
 
+/// How much lower a sagging surface is at a place of the table's frame, for each mm that it is at [`SAG_AT_MM`].
+fn sag_share(x: f64, y: f64) -> f64 {
+    (x * x + y * y) / (SAG_AT_MM * SAG_AT_MM)
+}
+
 impl One<'_> {
     fn row(&self, off: f64, machine: impl Fn(usize) -> f64) -> Row {
         let mut slopes = vec![0.0; self.problem.length];
         slopes.iter_mut().take(UNKNOWNS).enumerate().for_each(|(i, slope)| *slope = machine(i));
-        Row { off, slopes }
+        Row { off, slopes, weight: 1.0 }
+    }
+
+    /// The rise of the surface for each mm to the side, as the profile has it: what a touch weighs must not move with the state.
+    fn slope(&self) -> f64 {
+        let chain = Chain::new(self.problem.nominal.clone(), [0.0; UNKNOWNS]);
+        let normal = placed(&chain, self.touch.words_deg).direction(&Vec3::z());
+        normal.x.hypot(normal.y) / normal.z
+    }
+
+    fn sag(&self) -> f64 {
+        self.state[Unknown::Sag as usize]
     }
 
     fn table(&self) -> Row {
@@ -165,9 +198,18 @@ impl One<'_> {
         let origins = self.placed.point_slopes(&Vec3::zeros());
         let arm = self.touch.at - origin;
         let (gap, gaps) = standoff(tip.shape, tip.radius_mm, &normal);
-        self.row(normal.dot(&arm) - gap - tip.paper_mm, |i| {
-            normals[i].dot(&arm) - normal.dot(&origins[i]) - gaps.dot(&normals[i])
-        })
+        let (met, sag) = (self.placed.on_table(&self.touch.at), self.sag());
+        let moved = self.placed.point_slopes(&met);
+        let share = sag_share(met.x, met.y);
+        let shares = |i: usize| {
+            let away = self.placed.inward(&moved[i]);
+            -2.0 * (met.x * away.x + met.y * away.y) / (SAG_AT_MM * SAG_AT_MM)
+        };
+        let mut row = self.row(normal.dot(&arm) - gap - tip.paper_mm + sag * share, |i| {
+            normals[i].dot(&arm) - normal.dot(&origins[i]) - gaps.dot(&normals[i]) + sag * shares(i)
+        });
+        row.slopes[Unknown::Sag as usize] = share;
+        row
     }
 
     /// The tip stands straight above the mark, as high as its form and the paper keep it over the surface.
@@ -178,8 +220,13 @@ impl One<'_> {
         let tip = &self.problem.touches.tip;
         let (normal, normals) = self.placed.normal_slopes();
         let (gap, gaps) = standoff(tip.shape, tip.radius_mm, &normal);
-        let up = (gap + tip.paper_mm) / normal.z;
+        let (sag, share) = (self.sag(), sag_share(x, y));
+        let up = (gap + tip.paper_mm - sag * share) / normal.z;
         let off = self.touch.at - self.placed.point(&q) - Vec3::z() * up;
+        let (across, repeats) = (tip.across_mm(), tip.repeats_to_mm);
+        // On a slope what is off across is off in height, too.
+        let high = if across > repeats { repeats.hypot(across * self.slope()) } else { repeats };
+        let sigma = [across, across, high];
         let points = self.placed.point_slopes(&q);
         let rise = |i: usize| (gaps.dot(&normals[i]) - up * normals[i].z) / normal.z;
         let along = [Vec3::x(), Vec3::y()].map(|d| self.placed.direction(&d));
@@ -191,7 +238,15 @@ impl One<'_> {
                     row.slopes[base] = -along[0][axis];
                     row.slopes[base + 1] = -along[1][axis];
                 }
-                row
+                if axis == 2 {
+                    row.slopes[Unknown::Sag as usize] = share / normal.z;
+                    let by_place = 2.0 * sag / (SAG_AT_MM * SAG_AT_MM * normal.z);
+                    if known.is_none() {
+                        row.slopes[base] += by_place * x;
+                        row.slopes[base + 1] += by_place * y;
+                    }
+                }
+                row.weighed(repeats, sigma[axis])
             })
             .collect()
     }
@@ -228,7 +283,7 @@ impl One<'_> {
 pub fn residuals(nominal: &TableKinematics, touches: &Touches, by: &[f64; UNKNOWNS], places: &[f64]) -> Vec<f64> {
     let problem = Problem::new(nominal, touches);
     let state = [&by[..], places].concat();
-    problem.all_rows(&state, &[]).into_iter().map(|(_, row)| row.off).collect()
+    problem.all_rows(&state, &[]).into_iter().map(|(_, row)| row.off_mm()).collect()
 }
 
 /// A state at rest.
@@ -245,7 +300,9 @@ const AT_REST: f64 = 1e-9;
 
 /// What counts a unit of each unknown, so that all are lengths: 1 for lengths, `lever` mm for angles.
 pub(super) fn units(length: usize, lever: f64) -> Vec<f64> {
-    (0..length).map(|i| if (5..UNKNOWNS).contains(&i) { lever } else { 1.0 }).collect()
+    (0..length)
+        .map(|i| if Unknown::ALL.get(i).is_some_and(|unknown| unknown.is_angle()) { lever } else { 1.0 })
+        .collect()
 }
 
 /// The state with the least sum of squares, `free` unknowns moving, the touches at `left_out` left out.
@@ -322,7 +379,7 @@ mod tests {
                 }
                 let problem = Problem::new(&nominal, &touches);
                 let state: Vec<f64> =
-                    (0..problem.length).map(|i| near(if (5..UNKNOWNS).contains(&i) { 0.05 } else { 5.0 })).collect();
+                    (0..problem.length).map(|i| near(if (5..12).contains(&i) { 0.05 } else { 5.0 })).collect();
                 assert_eq!(state.len(), UNKNOWNS + 5);
                 for touch in &touches.touches {
                     let rows = problem.rows(touch, &state);

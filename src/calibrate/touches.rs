@@ -6,6 +6,7 @@
 //! radius_mm = 0.5
 //! paper_mm = 0.1              # what was left between tip and table
 //! repeats_to_mm = 0.02        # how well one touch repeats
+//! # by_eye_mm = 0.15          # the same of X and Y over a mark, where it is more
 //! offset_mm = [0.0, 0.0, 0.0] # from the nozzle's tip to this one, where it is another
 //!
 //! [[mark]]                    # a place on the table over which the tip was put, then lowered
@@ -56,6 +57,9 @@ pub struct Tip {
     /// Standard deviation of one touch, mm.
     #[serde(default = "repeats")]
     pub repeats_to_mm: f64,
+    /// The same of X and Y over a mark, to which the tip is set by eye, mm; `None` for no more than that.
+    #[serde(default)]
+    pub by_eye_mm: Option<f64>,
     /// From the nozzle's tip to this one, mm.
     #[serde(default)]
     pub offset_mm: [f64; 3],
@@ -75,7 +79,15 @@ fn repeats() -> f64 {
 
 impl Default for Tip {
     fn default() -> Self {
-        Self { shape: flat(), radius_mm: nozzle(), paper_mm: 0.0, repeats_to_mm: repeats(), offset_mm: [0.0; 3] }
+        let repeats_to_mm = repeats();
+        Self { shape: flat(), radius_mm: nozzle(), paper_mm: 0.0, repeats_to_mm, by_eye_mm: None, offset_mm: [0.0; 3] }
+    }
+}
+
+impl Tip {
+    /// Standard deviation of X and Y over a mark, mm.
+    pub fn across_mm(&self) -> f64 {
+        self.by_eye_mm.unwrap_or(self.repeats_to_mm).max(self.repeats_to_mm)
     }
 }
 
@@ -293,6 +305,7 @@ impl Reader<'_> {
         self.range(spec, "radius_mm", tip.radius_mm, [0.0, 20.0], "mm")?;
         self.range(spec, "paper_mm", tip.paper_mm, [0.0, 5.0], "mm")?;
         self.range(spec, "repeats_to_mm", tip.repeats_to_mm, [0.0005, 1.0], "mm")?;
+        self.range(spec, "by_eye_mm", tip.across_mm(), [0.0005, 2.0], "mm")?;
         for value in tip.offset_mm {
             self.range(spec, "offset_mm", value, [-500.0, 500.0], "mm")?;
         }

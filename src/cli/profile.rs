@@ -10,7 +10,7 @@ use super::args::{Answers as Given, Calibrate, CheckProfile, Import, New, Profil
 use super::requests::{claim_picture, folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::FitOptions;
-use crate::job::{CalibrateRequest, ImportProfile, NewProfile, PosesRequest, Source};
+use crate::job::{CalibrateRequest, ImportProfile, NewProfile, Source};
 use crate::profile::SHIPPED;
 use crate::{document, job};
 
@@ -122,9 +122,7 @@ fn poses(args: &Calibrate, form: &Path, console: &Console) -> Result<(), Failure
     let mut outputs = outputs(profile_file(&args.machine.profile).as_deref());
     let form = outputs.claim(form)?;
     let gcode = args.gcode.as_deref().map(|path| outputs.claim(path)).transpose()?;
-    let machine = args.machine.profile.as_str().into();
-    let request = PosesRequest { machine, repeats_to_mm: args.repeats_to, most: args.most, square: args.assume_square };
-    let done = job::poses(&request, &console.world())?;
+    let done = job::poses(&args.asked(), &console.world())?;
     if console.json() {
         console.document(&document::poses(&done));
     } else {

@@ -26,6 +26,7 @@ pub fn calibrated(done: &CalibrateResult) -> Value {
         "pivot_mm": pivot, "offset_mm": offset, "tilt_zero_deg": tilt, "rotation_zero_deg": rotation,
         "tilt_along": along.map(|[tilt, _]| tilt), "rotation_along": along.map(|[_, rotation]| rotation),
         "estimates": fit.estimates.iter().map(estimate).collect::<Vec<_>>(),
+        "sag_mm": fit.sag.map(|sag| sag.mm), "sag_error_95": fit.sag.map(|sag| sag.error_mm),
         "bend_mm": fit.bend.as_ref().map(|b| b.mm), "surface_mm": fit.bend.as_ref().map(|b| b.surface_mm),
         "places": fit.places.iter().map(|(name, at)| json!({"name": name, "table_mm": at})).collect::<Vec<_>>(),
         "rms_mm": fit.rms_mm, "degrees_of_freedom": fit.freedom,

@@ -42,6 +42,8 @@ pub struct CalibrateResult {
 const TOLERANCES_MM: [f64; 2] = [0.001, 5.0];
 /// What `--repeats-to` may be, mm.
 const REPEATS_MM: [f64; 2] = [0.0005, 1.0];
+/// What `--by-eye` may be at most, mm.
+const BY_EYE_MM: f64 = 2.0;
 /// How many touches may be asked for.
 const MOST: [f64; 2] = [3.0, 1000.0];
 
@@ -111,7 +113,7 @@ impl CalibrateResult {
 
     /// Whether a written profile says what was found of it.
     pub fn is_written(&self, unknown: Unknown) -> bool {
-        !unknown.bends() || (self.fit.misaligned && unknown != Unknown::Unlevel)
+        unknown != Unknown::Sag && (!unknown.bends() || (self.fit.misaligned && unknown != Unknown::Unlevel))
     }
 
     fn known(&self) -> String {
@@ -163,6 +165,11 @@ impl CalibrateResult {
                     k.tilt.letter, k.rotation.letter
                 )
             }
+            Refusal::Sagging { mm, allowed_mm } => format!(
+                "the table is not plane: its rim is {:.3} mm {} than its middle (allowed {allowed_mm} mm); flatten it, or raise --tolerance",
+                mm.abs(),
+                if *mm > 0.0 { "lower" } else { "higher" }
+            ),
         }
     }
 
@@ -201,6 +208,12 @@ impl CalibrateResult {
             };
             let _ = writeln!(out, "the table's rim is {:.3} mm from level at the zeros", bend.surface_mm);
         }
+        let _ = match fit.sag {
+            Some(sag) => {
+                writeln!(out, "the table's rim is {:+.3} mm (+- {:.3}) lower than its middle", sag.mm, sag.error_mm)
+            }
+            None => writeln!(out, "whether the table sags is not known: no touch near its middle"),
+        };
         for (name, [x, y, z]) in &fit.places {
             let _ = writeln!(out, "{name}: on the table at X {x:.3} Y {y:.3} Z {z:.3}");
         }
@@ -293,6 +306,8 @@ pub struct PosesRequest {
     pub machine: MachineSource,
     /// Standard deviation of one touch, mm.
     pub repeats_to_mm: f64,
+    /// The same of X and Y over a mark, mm; `None` for the same.
+    pub by_eye_mm: Option<f64>,
     /// How many touches at most.
     pub most: usize,
     /// Whether its axes are taken as the profile has them.
@@ -322,6 +337,9 @@ const AIM: f64 = 0.5;
 /// What cannot be read, a number out of its range, and [`Error::NoTouches`] for a machine that nothing can be told of.
 pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, Error> {
     BadSetting::within("repeats-to", request.repeats_to_mm, " mm", REPEATS_MM)?;
+    if let Some(by_eye) = request.by_eye_mm {
+        BadSetting::within("by-eye", by_eye, " mm", [request.repeats_to_mm, BY_EYE_MM])?;
+    }
     BadSetting::within("most", request.most as f64, "", MOST)?;
     let machine = load_profile(&request.machine, world)?;
     let profile = &machine.profile;
@@ -330,10 +348,13 @@ pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, E
         shape: TipShape::Flat,
         radius_mm,
         repeats_to_mm: request.repeats_to_mm,
+        by_eye_mm: request.by_eye_mm,
         paper_mm: 0.1,
         offset_mm: [0.0; 3],
     };
-    let choice = choose(profile, &tip, AIM * tip.repeats_to_mm, request.most, request.square);
+    // What marks alone tell is told less well where they are met by eye.
+    let aim_mm = AIM * (tip.repeats_to_mm * tip.across_mm()).sqrt();
+    let choice = choose(profile, &tip, aim_mm, request.most, request.square);
     if choice.poses.is_empty() {
         return Err(Error::NoTouches { profile: machine.name.clone() });
     }

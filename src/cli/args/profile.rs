@@ -6,7 +6,7 @@ use clap::{Args as ClapArgs, Subcommand};
 
 use super::MachineArgs;
 use crate::calibrate::{FitOptions, Tip};
-use crate::job::{self, Source};
+use crate::job::{self, PosesRequest, Source};
 
 #[derive(Subcommand)]
 pub(in crate::cli) enum Profile {
@@ -114,6 +114,9 @@ pub(in crate::cli) struct Calibrate {
     /// With --poses: how well one touch repeats (standard deviation)
     #[arg(long, default_value_t = Tip::default().repeats_to_mm, value_name = "MM", requires = "poses")]
     pub(in crate::cli) repeats_to: f64,
+    /// With --poses: the same of X and Y where the tip is set over a mark by eye, for example 0.15 [default: no more than that]
+    #[arg(long, value_name = "MM", requires = "poses")]
+    pub(in crate::cli) by_eye: Option<f64>,
     /// With --poses: maximum number of touches
     #[arg(long, default_value_t = 60, value_name = "COUNT", requires = "poses")]
     pub(in crate::cli) most: usize,
@@ -123,4 +126,17 @@ pub(in crate::cli) struct Calibrate {
 pub(in crate::cli) struct ProfileName {
     /// A shipped profile's name, or a TOML file
     pub(in crate::cli) profile: String,
+}
+
+impl Calibrate {
+    /// Which touches are to be chosen.
+    pub(in crate::cli) fn asked(&self) -> PosesRequest {
+        PosesRequest {
+            machine: self.machine.profile.as_str().into(),
+            repeats_to_mm: self.repeats_to,
+            by_eye_mm: self.by_eye,
+            most: self.most,
+            square: self.assume_square,
+        }
+    }
 }

@@ -13,7 +13,7 @@ use trunnion::calibrate::{
 use trunnion::geom::SplitMix64;
 use trunnion::profile::{Profile, resolve};
 
-use self::touched::{Machine, shaken};
+use self::touched::{Machine, shaken, shaken_by};
 use crate::support::{every, note, soak};
 
 const NOISE: f64 = 0.02;
@@ -93,10 +93,10 @@ fn made_up_machines_are_found_again() {
                 worst[kind] = worst[kind].max(off.abs());
             }
             for (_, _, inside) in wrong(&found, &machine).into_iter().filter(|(unknown, ..)| unknown.bends()) {
-                (held, all) = (held + usize::from(inside), all + 1);
+                (held, all) = (held + u32::from(inside), all + 1);
             }
         }
-        let share = held as f64 / all as f64;
+        let share = f64::from(held) / f64::from(all);
         note(&format!(
             "{name}: {} poses, each touched four times, enough {}, worst {:.4} mm, {:.4} deg; {share:.3} of the 95 % intervals hold",
             chosen.poses.len(),
@@ -135,6 +135,97 @@ fn a_machine_with_square_axes_is_written_as_it_is() {
                 assert!(off < 0.035, "{seed}: {off} mm at {words_deg:?}");
             }
         }
+    }
+}
+
+/// The farthest that the found machine puts a point of the table, or one as high above it as it is wide, from where it is, mm.
+fn astray(found: &ChainFit, machine: &Machine) -> f64 {
+    let t = &found.table;
+    let mut worst = 0.0_f64;
+    for words_deg in [[-15.0, 0.0], [0.0, 90.0], [30.0, 200.0], [60.0, 300.0], [90.0, 120.0]] {
+        let [tilt, rotation] = words_deg.map(trunnion::geom::Angle::from_deg);
+        let pose = trunnion::motion::Pose { tilt: t.tilt.angle_of(tilt), rotation: t.rotation.angle_of(rotation) };
+        let motion = t.forward(pose);
+        for q in [[0.0, 0.0, 0.0], [95.0, 0.0, 0.0], [0.0, -95.0, 100.0], [-60.0, 60.0, 100.0]] {
+            let q = Vector3::from(q);
+            worst = worst.max((motion.rotation * q + motion.translation - machine.place(words_deg, q)).norm());
+        }
+    }
+    worst
+}
+
+/// A nozzle over a pencil cross repeats to 0.15 mm in X and Y, its height with paper to 0.03 mm: one figure for both gave no result, whichever it was.
+#[test]
+fn marks_may_be_met_by_eye() {
+    const NOISES: [f64; 3] = [0.15, 0.15, 0.03];
+    let mut numbers = SplitMix64::seeded(24 + soak().unwrap_or(0));
+    let profile = shipped("generic-ac");
+    let tip = Tip { repeats_to_mm: 0.03, by_eye_mm: Some(0.15), ..tip() };
+    let (mut held, mut all) = (0, 0);
+    // Where the axes are looked for, too, 60 touches by eye tell less; what is stated holds.
+    for (square, bend, middle_mm, most_mm) in [(true, 0.0, 0.1, 0.2), (false, 0.3, 0.15, 0.4)] {
+        let mut worst = Vec::new();
+        let chosen = choose(&profile, &tip, 0.034, 60, square);
+        let places: Vec<[f64; 2]> = chosen.marks.iter().map(|(_, at)| *at).collect();
+        for seed in 0..20 {
+            let mut machine = Machine::any(profile.kinematics(), &mut numbers, bend);
+            machine.by[Unknown::Unlevel as usize] = 0.0;
+            let mut touches = touch_all(&machine, &chosen.poses, &places, 0.0, &mut numbers);
+            touches.tip = tip.clone();
+            for touch in &mut touches.touches {
+                // On the bare surface the machine itself says where it is.
+                let noise = if touch.of == Of::Table { [0.0, 0.0, NOISES[2]] } else { NOISES };
+                *touch = shaken_by(touch.clone(), noise, &mut numbers);
+            }
+            let found = fit(&profile, &touches, &FitOptions { square, ..FitOptions::default() })
+                .unwrap_or_else(|no| panic!("{square} {seed}: {no:?}"));
+            assert!(found.refusals.is_empty(), "{square} {seed}: {:?}", found.refusals);
+            worst.push(astray(&found, &machine));
+            for (_, _, inside) in wrong(&found, &machine) {
+                (held, all) = (held + u32::from(inside), all + 1);
+            }
+        }
+        worst.sort_by(f64::total_cmp);
+        let (middle, most) = (worst[10], worst[19]);
+        note(&format!("{} touches, square {square}: median {middle:.3}, worst {most:.3} mm", chosen.poses.len()));
+        assert!(middle < middle_mm && most < most_mm, "{square}: {worst:?}");
+    }
+    let share = f64::from(held) / f64::from(all);
+    note(&format!("{share:.3} of {all} intervals hold"));
+    assert!(share >= 0.91, "{share} of the intervals hold the truth");
+}
+
+/// A table whose rim hangs: it was taken for plane, and the stated bounds were missed by up to four times.
+#[test]
+fn a_table_that_sags_is_told() {
+    let mut numbers = SplitMix64::seeded(25);
+    let profile = shipped("generic-ac");
+    let tip = Tip { repeats_to_mm: 0.03, ..tip() };
+    let chosen = choose(&profile, &tip, 0.015, 200, false);
+    let places: Vec<[f64; 2]> = chosen.marks.iter().map(|(_, at)| *at).collect();
+    for sag in [0.0, 0.05, -0.05, 0.15, -0.15, 0.4] {
+        let (mut held, mut all) = (0, 0);
+        for seed in 0..10 {
+            let mut machine = Machine::any(profile.kinematics(), &mut numbers, 0.3);
+            machine.by[Unknown::Sag as usize] = sag;
+            // No profile holds a surface that is not level.
+            machine.by[Unknown::Unlevel as usize] = 0.0;
+            let mut touches = touch_all(&machine, &chosen.poses, &places, 0.03, &mut numbers);
+            touches.tip = tip.clone();
+            let found = fit(&profile, &touches, &FitOptions::default()).unwrap();
+            let told = found.sag.unwrap();
+            assert!((told.mm - sag).abs() < 0.03 && told.error_mm < 0.03, "{sag} {seed}: {told:?}");
+            let refused = found.refusals.iter().any(|why| matches!(why, Refusal::Sagging { .. }));
+            assert_eq!(refused, sag.abs() > 0.1, "{sag} {seed}: {:?}", found.refusals);
+            // Axes that are less than 0.1 mm off are written as square.
+            let off = astray(&found, &machine);
+            assert!(found.outliers.is_empty() && off < 0.12, "{sag} {seed}: {off} {:?}", found.outliers);
+            for (_, _, inside) in wrong(&found, &machine) {
+                (held, all) = (held + u32::from(inside), all + 1);
+            }
+        }
+        let share = f64::from(held) / f64::from(all);
+        assert!(share >= 0.88, "{sag}: {share} of {all} intervals hold the truth");
     }
 }
 
@@ -284,7 +375,7 @@ fn every_kind_of_touch_is_understood() {
     let mut numbers = SplitMix64::seeded(26);
     for shape in [trunnion::calibrate::TipShape::Flat, trunnion::calibrate::TipShape::Ball] {
         let profile = shipped("generic-ac");
-        let tip = Tip { shape, radius_mm: 0.8, paper_mm: 0.08, repeats_to_mm: 0.02, offset_mm: [0.0; 3] };
+        let tip = Tip { shape, radius_mm: 0.8, paper_mm: 0.08, repeats_to_mm: 0.02, ..Tip::default() };
         let mut machine = Machine::any(profile.kinematics(), &mut numbers, 0.2);
         machine.by[6] = 0.7_f64.to_radians();
         let raised = TouchShape::Mark { height: 12.0, known: None };

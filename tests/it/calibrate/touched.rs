@@ -12,7 +12,7 @@ type V = Vector3<f64>;
 /// The chain of a profile with true errors, in the order of [`Unknown::ALL`], mm and radians.
 pub(super) struct Machine {
     pub(super) nominal: TableKinematics,
-    pub(super) by: [f64; 12],
+    pub(super) by: [f64; 13],
 }
 
 fn about(axis: V, angle: f64) -> UnitQuaternion<f64> {
@@ -27,6 +27,8 @@ impl Machine {
             match unknown {
                 // No touch of unknown places tells it.
                 Unknown::RotationZero => 0.0,
+                // Whoever asks for one sets it.
+                Unknown::Sag => 0.0,
                 _ if unknown.bends() => near * bend_deg.to_radians(),
                 _ if unknown.is_angle() => near * 1.5_f64.to_radians(),
                 _ => near * 1.5,
@@ -61,8 +63,12 @@ impl Machine {
 
     /// Where the tip is when it has come down at `x`, `y` onto a plane through `through`, parallel to the surface.
     fn lowered(&self, words_deg: [f64; 2], [x, y]: [f64; 2], through: V, tip: &Tip) -> V {
-        let (turn, _) = self.stands(words_deg);
+        let (turn, middle) = self.stands(words_deg);
         let normal = turn * V::z();
+        // What is lower the farther it is from the middle, where the tip comes down on it as if it were plane.
+        let down = (normal.dot(&through) - normal.x * x - normal.y * y) / normal.z;
+        let met = turn.inverse() * (V::new(x, y, down) - middle);
+        let through = through - normal * (self.by[12] * (met.x * met.x + met.y * met.y) / 1e4);
         // At Z 0 first: all points go up together, so what is lacking along the normal is lacking in Z by so much more.
         let tip_at = V::new(x, y, 0.0);
         let points: Vec<V> = match tip.shape {
@@ -137,7 +143,12 @@ pub(super) fn normal(numbers: &mut SplitMix64) -> f64 {
 }
 
 /// `touch`, each number wrong by `noise` mm.
-pub(super) fn shaken(mut touch: Touch, noise: f64, numbers: &mut SplitMix64) -> Touch {
-    (0..3).for_each(|i| touch.at[i] += noise * normal(numbers));
+pub(super) fn shaken(touch: Touch, noise: f64, numbers: &mut SplitMix64) -> Touch {
+    shaken_by(touch, [noise; 3], numbers)
+}
+
+/// `touch`, its X, Y and Z wrong by `noise` mm.
+pub(super) fn shaken_by(mut touch: Touch, noise: [f64; 3], numbers: &mut SplitMix64) -> Touch {
+    (0..3).for_each(|i| touch.at[i] += noise[i] * normal(numbers));
     touch
 }
