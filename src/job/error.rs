@@ -90,14 +90,12 @@ pub enum Error {
         keys: String,
     },
     /// A machine that its firmware's files do not describe completely.
-    #[error(
-        "not in these files: {keys}; pass --set KEY=VALUE or --answers FILE, or keep the values of {like} with --keep-rest"
-    )]
+    #[error("not in these files: {keys}; pass --set KEY=VALUE or --answers FILE{rest}")]
     Untold {
         /// The keys, each with what is asked.
         keys: String,
-        /// The profile that the machine is like.
-        like: String,
+        /// What the profile that the machine is like answers of them, as the end of the sentence.
+        rest: String,
     },
     /// Files of a firmware that describe no machine.
     #[error(transparent)]

@@ -23,6 +23,14 @@ const DIRECTIONS: [(&str, &str); 2] = [
     ),
     ("kinematics.rotation.direction", "1 where a greater word of the rotation turns it right-handed about +Z, else -1"),
 ];
+/// What no other machine's profile answers: a table that tilts where another one turns, or turns the other way, meets the head.
+const OWN: [&str; 5] = [
+    "kinematics.tilt.letter",
+    "kinematics.tilt.about",
+    "kinematics.tilt.direction",
+    "kinematics.rotation.letter",
+    "kinematics.rotation.direction",
+];
 /// Asked only once it is known which axis tilts: its own lines may say them.
 const OF_THE_TILT: [&str; 2] = ["kinematics.tilt.min_deg", "kinematics.tilt.max_deg"];
 /// The order of a profile's tables.
@@ -129,16 +137,13 @@ impl ImportProfile {
         measured(&mut answers, &as_stated(&like.profile, &imported))?;
         let letter = |key: &str| told(&answers, key).and_then(Value::as_str).and_then(|text| text.chars().next());
         let answered = ["tilt", "rotation"].map(|axis| letter(&format!("kinematics.{axis}.letter")));
-        let kinematics = &like.profile.kinematics;
-        let rest =
-            [kinematics.tilt.letter, kinematics.rotation.letter].map(|letter| self.answers.rest.then_some(letter));
-        let letters = imported.letters(answered, rest)?;
+        let letters = imported.letters(answered)?;
         let facts = imported.keys(letters, &|key| told(&answers, key).is_some())?;
         Ok(Known { imported, like, answers, facts, letters })
     }
 
-    /// Asks what neither files nor answers say, a line each, until nothing is left; an empty one leaves it as in `like`. `show` puts the
-    /// question with the profile that it is like.
+    /// Asks what neither files nor answers say, a line each, until nothing is left; an empty one leaves it as in `like`, but for letters and
+    /// directions, which are asked for again. `show` puts the question with the profile that it is like.
     ///
     /// # Errors
     ///
@@ -148,8 +153,11 @@ impl ImportProfile {
         loop {
             let open = self.known(world)?.unanswered();
             let Some(question) = open.into_iter().find(|(key, _)| !asked.contains(key)) else { break };
+            let answers = self.answers.set.len();
             self.answers.ask(question, &mut lines, &show)?;
-            asked.push(question.0);
+            if self.answers.set.len() > answers || !OWN.contains(&question.0) {
+                asked.push(question.0);
+            }
         }
         self.answers.rest = true;
         Ok(())
@@ -214,9 +222,20 @@ pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<Impo
     fit_name(&name)?;
     let mut known = request.known(world)?;
     let open = known.unanswered();
-    if !open.is_empty() && !request.answers.rest {
-        let keys: Vec<String> = open.iter().map(|(key, question)| format!("{key} ({question})")).collect();
-        return Err(Error::Untold { keys: keys.join(", "), like: known.like.name });
+    let rest = request.answers.rest;
+    let needed: Vec<String> = open
+        .iter()
+        .filter(|(key, _)| !rest || OWN.contains(key))
+        .map(|(key, question)| format!("{key} ({question})"))
+        .collect();
+    if !needed.is_empty() {
+        let like = &known.like.name;
+        let rest = if rest {
+            format!("; --keep-rest keeps no letters, axes or directions of {like}, which is another machine")
+        } else {
+            format!(", or keep the values of {like} with --keep-rest, but for letters, axes and directions")
+        };
+        return Err(Error::Untold { keys: needed.join(", "), rest });
     }
     known.follow();
     let files: Vec<String> = request.files.iter().map(|source| file_name(&source.name())).collect();

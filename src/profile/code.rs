@@ -5,7 +5,7 @@ use super::layers::{Origin, ProfileError};
 use super::prime::prime;
 use super::schema::{Commands, Profile};
 use crate::gcode::ParsedLine;
-use crate::gcode::meaning::{Effect, Firmware, Hazard, effect};
+use crate::gcode::meaning::{Correction, Corrections, Effect, Firmware, Hazard, effect};
 use crate::geom::Vec3;
 use crate::motion::replay::{Controller, Step};
 use crate::trace::{self, Move};
@@ -143,46 +143,40 @@ impl Profile {
         letters.into_iter().find(|&letter| asked && !named(letter))
     }
 
-    /// Refuses code behind which the firmware may follow the tip by itself: it would turn the poses, which are worked out here, a second
-    /// time, and the head would go through the part. Marlin's fork with `PENTA_AXIS_TRT` may do so from power-on.
+    /// Refuses code behind which the firmware corrects coordinates by itself. Where it follows the tip it would turn the poses, which are
+    /// worked out here, a second time, and the head would go through the part; Marlin's fork with `PENTA_AXIS_TRT` may do so from power-on.
+    /// A bed mesh is of the level table.
     fn lets_go(&self, code: &str) -> Result<(), (String, String)> {
         let firmware = self.firmware();
-        let unsure = self.link.identity.contains("PENTA_AXIS") && !code.trim().is_empty();
-        let off = if firmware == Firmware::LinuxCnc { "M429" } else { "G49" };
-        let twice = "the firmware would apply the poses, which are computed here, a second time, through the part";
-        let (mut sure, mut follows) = (!unsure, None);
+        let follows = Correction::TipFollowing;
+        let mut unsure = self.link.identity.contains("PENTA_AXIS") && !code.trim().is_empty();
+        let from_the_start = |remedy: &str| {
+            format!(
+                "a firmware with PENTA_AXIS may follow the tip from power-on, and would then apply the poses, which are computed here, a second \
+                 time, through the part; {remedy} {}",
+                follows.off(firmware)
+            )
+        };
+        let mut corrections = Corrections::none(firmware);
         let mut parsed = ParsedLine::default();
         for line in filled(code).lines().map(str::trim) {
             if parsed.read(line.as_bytes()).is_err() {
                 continue;
             }
-            for command in &parsed.commands {
-                match (firmware, command.letter, command.number, command.minor) {
-                    (Firmware::Marlin, b'G', 43, 4) | (Firmware::LinuxCnc, b'M', 428, 0) => {
-                        (sure, follows) = (true, Some(line.to_owned()));
-                    }
-                    (Firmware::Marlin, b'G', 43 | 49, 0) | (Firmware::LinuxCnc, b'M', 429, 0) => {
-                        (sure, follows) = (true, None);
-                    }
-                    (_, b'G', 0..=3 | 28, _) if !sure => {
-                        let why = format!(
-                            "a firmware with PENTA_AXIS may follow the tip from power-on, and {twice}; put {off} before it"
-                        );
-                        return Err((line.to_owned(), why));
-                    }
-                    _ => {}
-                }
+            if corrections.note(&parsed, &line.to_owned()).is_some_and(|(what, _)| what == follows) {
+                unsure = false;
+            }
+            let moves = parsed.commands.iter().any(|c| c.letter == b'G' && matches!(c.number, 0..=3 | 28));
+            if unsure && moves {
+                return Err((line.to_owned(), from_the_start("before it, put")));
             }
         }
-        match follows {
-            Some(line) => Err((
-                line,
-                format!("it makes the firmware follow the tip, and {twice}; remove it or put {off} after it"),
-            )),
-            None if !sure => Err((
-                String::new(),
-                format!("a firmware with PENTA_AXIS may follow the tip from power-on, and {twice}; begin with {off}"),
-            )),
+        match corrections.first() {
+            Some((what, line)) => {
+                let (harm, off) = (what.harm(), what.off(firmware));
+                Err((line.clone(), format!("it {harm}; remove it, or put {off} after it")))
+            }
+            None if unsure => Err((String::new(), from_the_start("begin with"))),
             None => Ok(()),
         }
     }
@@ -314,9 +308,18 @@ mod tests {
             ("generic-bc", "G43.4\nG28\nM109 S{nozzle_c}", "\"G43.4\": it makes the firmware follow the tip"),
             ("generic-bc", "G49\nG43.4\nG28\nM109 S{nozzle_c}", "put G49 after it"),
             ("hendrikjan-5d", "G28\nG49\nM109 S{nozzle_c}", "\"G28\": a firmware with PENTA_AXIS may follow"),
-            ("penta-trt-bc", "G1 Z-1 F60\nG49\nM109 S{nozzle_c}", "put G49 before it"),
+            ("penta-trt-bc", "G1 Z-1 F60\nG49\nM109 S{nozzle_c}", "before it, put G49"),
             ("penta-trt-bc", "G90\nM109 S{nozzle_c}", "begin with G49"),
             ("linuxcnc-xyzbc-trt", "G21\nM428", "put M429 after it"),
+            ("fractal-5-pro", "G28\nPIVOT_COORD ACTIVATE=1", "put PIVOT_COORD ACTIVATE=0 after it"),
+            (
+                "generic-ac",
+                "G28\nG29\nM109 S{nozzle_c}",
+                "\"G29\": it applies the bed mesh, which is of the level table",
+            ),
+            ("generic-ac", "G28\nM420 S1\nM109 S{nozzle_c}", "put M420 S0 after it"),
+            ("trident-5-axis", "G28\nG29 S1\nM109 S{nozzle_c}", "put M561 after it"),
+            ("fractal-5-pro", "BED_MESH_PROFILE LOAD=default", "put BED_MESH_CLEAR after it"),
         ] {
             let text = start(base, code);
             assert!(text.contains(said) && text.contains("mine.toml:3: dialect.start"), "{base}, {code}: {text}");
@@ -327,6 +330,8 @@ mod tests {
             ("hendrikjan-5d", "G49\nG28\nM109 S{nozzle_c}"),
             ("linuxcnc-xyzac-trt", "G21"),
             ("linuxcnc-xyzac-trt", "M428\nM429"),
+            ("generic-ac", "G28\nG29\nM420 S0\nM109 S{nozzle_c}"),
+            ("trident-5-axis", "G28\nG29 S2\nM109 S{nozzle_c}"),
         ] {
             assert_eq!(start(base, code), "", "{base}, {code}");
         }

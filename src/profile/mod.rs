@@ -16,7 +16,7 @@ mod schema;
 
 pub use build::ABSURD_MM;
 pub use import::{
-    Contradiction, Fact, File as ImportedFile, ImportError, Imported, Place, Rotary, Shelf, Stated, import,
+    AxisRoles, Contradiction, Fact, File as ImportedFile, ImportError, Imported, Place, Rotary, Shelf, Stated, import,
 };
 pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shipped};
 pub use prime::{Prime, prime};

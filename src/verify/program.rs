@@ -13,7 +13,7 @@ use super::turn_lines::TurnLines;
 use super::{Planned, ReplayJob};
 use crate::gcode::ParsedLine;
 use crate::gcode::marks::{END_MARK, Expect, Mark};
-use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater};
+use crate::gcode::meaning::{Corrections, Effect, Firmware, Hazard, Heater};
 use crate::geom::{Angle, Vec3};
 use crate::motion::{AxisRange, LinearLimits, Pose, TableKinematics};
 use crate::profile::Profile;
@@ -76,6 +76,9 @@ struct Checker<'a> {
     heaters: Heaters,
     homing: Homing,
     settings: Settings,
+    /// What the firmware does to coordinates, with the line that switched it on, and whether that was said.
+    corrections: Corrections<u32>,
+    told_corrected: bool,
     firmware: Firmware,
     tally: Tally,
     findings: Findings,
@@ -114,6 +117,8 @@ impl<'a> Checker<'a> {
             heaters: Heaters::of(&permitted, firmware),
             homing: Homing::of(firmware, [table.tilt.letter, table.rotation.letter]),
             settings: Settings::of(profile),
+            corrections: Corrections::none(firmware),
+            told_corrected: false,
             table,
             permitted,
             firmware,
@@ -259,6 +264,9 @@ impl<'a> Checker<'a> {
     fn states(&mut self, effect: Effect, line: &ParsedLine, text: &[u8]) {
         self.homing.note(effect, line);
         let own = self.permitted.owns(self.zone, text);
+        let corrects = self.corrections.note(line, &self.line).is_some_and(|(_, on)| on);
+        // What must not stand there is a finding already.
+        self.told_corrected |= corrects && !own && !self.permitted.allows(&name_of(line, text));
         if let Some((numbers, why)) = self.heaters.note(effect, self.zone, own) {
             self.say(Rule::Heat, numbers, || why);
         }
@@ -447,6 +455,7 @@ impl<'a> Checker<'a> {
             let at = FindingPlace { line, ..at };
             self.findings.add(Rule::Setting, at, numbers, || format!("{why}; {REMOVE_OR_ALLOW}"));
         }
+        self.check_corrected();
         if self.zone == Zone::Prints
             && let Some((numbers, why)) = self.heaters.lay()
         {
@@ -454,6 +463,18 @@ impl<'a> Checker<'a> {
         }
         self.tally.lay(self.print, m.e, self.planned, at, &mut self.findings);
         self.check_pose(*self.trace.state(m));
+    }
+
+    /// A firmware that moves what is laid by a correction of its own; once.
+    fn check_corrected(&mut self) {
+        let Some((what, &line)) = self.corrections.first() else { return };
+        if self.zone != Zone::Prints || std::mem::replace(&mut self.told_corrected, true) {
+            return;
+        }
+        let (at, off) = (FindingPlace { line, ..self.place() }, what.off(self.firmware));
+        self.findings.add(Rule::Command, at, [0.0, 2.0], || {
+            format!("it {} while something is printed; put {off} after it", what.harm())
+        });
     }
 
     /// The pose of what is laid: of each print once, until the pose is another one.

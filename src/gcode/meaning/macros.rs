@@ -19,6 +19,7 @@ const NAMES: &[(&str, Effect)] = &[
     ("GET_POSITION", Effect::Report),
     ("MANUAL_STEPPER", Effect::Hazard(Hazard::Stepper)),
     ("PAUSE", Effect::Hazard(Hazard::Person)),
+    ("PIVOT_COORD", Effect::Hazard(Hazard::Shift)),
     ("PROBE", Effect::Hazard(Hazard::Moves)),
     ("RESPOND", Effect::Report),
     ("RESTART", Effect::Hazard(Hazard::Stop)),

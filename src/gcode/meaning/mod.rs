@@ -12,9 +12,11 @@
 //! Sources: Marlin 2.1 `gcode.cpp` and marlinfw.org; RepRapFirmware's G-code dictionary; Klipper's `G-Codes.md`; LinuxCNC's and
 //! Grbl's lists of supported codes; PrusaSlicer's and Cura's own output. Units: degrees Celsius, seconds, shares.
 
+mod corrections;
 mod macros;
 mod table;
 
+pub use corrections::{Correction, Corrections, correction};
 pub use macros::{ManualStepper, StepperAct};
 
 use super::{Command, LineKind, ParsedLine};

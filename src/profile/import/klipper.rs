@@ -9,13 +9,17 @@ use super::stated::{
     CORNER, Contradiction, Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, scaled, shown,
     span,
 };
-use super::{Imported, by_name, two};
+use super::{AxisRoles, Imported, by_name, corrects, two};
+use crate::gcode::meaning::Firmware;
 use crate::profile::ranges::check_number;
 
 /// Kinematics whose X, Y and Z are the tip's, each with its own stops.
 const STRAIGHT: [&str; 5] = ["cartesian", "corexy", "corexz", "hybrid_corexy", "hybrid_corexz"];
 /// Others whose X, Y and Z are the tip's; how far it goes is no matter of three stops.
 const ROUND: [&str; 6] = ["delta", "deltesian", "rotary_delta", "polar", "winch", "none"];
+
+/// How many controls `[pivot_coord]` may have.
+const PIVOT_CONTROLS: usize = 3;
 
 struct Entry {
     section: String,
@@ -95,6 +99,7 @@ impl Config {
     }
 
     fn command(&mut self, line: &str, place: &Place) -> Result<(), ImportError> {
+        self.notes.extend(corrects(Firmware::Klipper, line, place));
         let mut words = line.split_ascii_whitespace();
         if !words.next().is_some_and(|word| word.eq_ignore_ascii_case("MANUAL_STEPPER")) {
             return Ok(());
@@ -182,8 +187,40 @@ impl Config {
         }
         let most = self.speeds(&mut facts)?;
         self.heat(&mut facts)?;
-        let roles = by_name(&rotary);
+        let roles = self.pivot_coord(&rotary).or_else(|| by_name(&rotary));
         Ok(Imported { firmware: "klipper", facts, most, rotary, roles, notes: self.notes, called: None })
+    }
+
+    /// What `[pivot_coord]` says of the axes: each of its controls turns about one of the machine's axes. Where they lie is noted alone: it
+    /// counts from the tip, and the table's surface is in none of its numbers.
+    fn pivot_coord(&mut self, rotary: &[Rotary]) -> Option<AxisRoles> {
+        let of = |key: &str| self.entries.iter().find(|entry| entry.section == "pivot_coord" && entry.key == key);
+        let (_, place) = self.sections.iter().find(|(name, _)| name == "pivot_coord")?.clone();
+        let axis = |i: usize| {
+            let name = of(&format!("control_{i}"))?.value.strip_prefix("manual_stepper ")?.trim().to_owned();
+            let about = of(&format!("rotate_axis_{i}"))?.value.to_ascii_uppercase().chars().next()?;
+            Some((rotary.iter().find(|axis| axis.motor == name)?.letter, about))
+        };
+        let axes: Vec<(char, char)> = (0..PIVOT_CONTROLS).filter_map(axis).collect();
+        let offsets: Vec<String> = self
+            .entries
+            .iter()
+            .filter(|entry| entry.section == "pivot_coord" && entry.key.starts_with("offset_"))
+            .map(|entry| format!("{} = {}", entry.key, entry.value))
+            .collect();
+        self.notes.push(format!(
+            "{place}: [pivot_coord] makes Klipper follow the tip, once PIVOT_COORD ACTIVATE=1 is run: that must not be on. Its {} say where the \
+             axes are: compare them with kinematics.pivot_mm and kinematics.offset_mm",
+            if offsets.is_empty() { "offsets".to_owned() } else { offsets.join(", ") }
+        ));
+        let tilts = |about: char| matches!(about, 'X' | 'Y');
+        match axes[..] {
+            [(tilt, about), (rotation, 'Z')] | [(rotation, 'Z'), (tilt, about)] if tilts(about) => {
+                let how = format!("by [pivot_coord]: {tilt} is about {about}, {rotation} about Z");
+                Some(AxisRoles { tilt, rotation, about, how })
+            }
+            _ => None,
+        }
     }
 
     fn limits(&self, axis: &str, key: &'static str) -> Result<Option<Fact>, ImportError> {

@@ -15,7 +15,7 @@ use toml::{Table, Value};
 use self::json::Document;
 use self::tree::{Role, Tree};
 use super::stated::{File, Place, Stated, span};
-use super::{Fact, ImportError, Imported, Rotary};
+use super::{AxisRoles, Fact, ImportError, Imported, Rotary};
 
 /// The lowest and highest C of an axis without stops, as the program has it.
 const ENDLESS_DEG: f64 = 99_999.0;
@@ -116,7 +116,8 @@ impl<'a> Reader<'a> {
         let pieces = self.pieces(given)?;
         self.plate(&pieces, &mut facts)?;
         self.bodies(&pieces, &mut facts)?;
-        let roles = Some(('B', 'C', "the program knows B, which tilts, and C, which turns".to_owned()));
+        let how = "the program knows B, which tilts, and C, which turns".to_owned();
+        let roles = Some(AxisRoles { tilt: 'B', rotation: 'C', about: 'Y', how });
         Ok(Imported { firmware: "koala", facts, most: Vec::new(), rotary, roles, notes: self.notes, called: None })
     }
 

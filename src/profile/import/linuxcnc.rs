@@ -10,7 +10,7 @@ mod ini;
 use self::hal::Hal;
 use self::ini::{Entry, Ini};
 use super::stated::{Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, scaled, shown, span};
-use super::{Imported, by_name, two};
+use super::{AxisRoles, Imported, about, by_name, two};
 
 /// Kinematics whose joints are not the axes, one by one; the axes' own limits hold.
 const OTHER_JOINTS: [&str; 2] = ["corexykins", "lineardeltakins"];
@@ -96,7 +96,7 @@ impl<'a> Reader<'a> {
         let mut roles = by_name(&rotary);
         if let Some((_, order, beside)) = TABLES.iter().find(|(table, _, _)| *table == self.name) {
             let tilt = if order.contains('A') { 'A' } else { 'B' };
-            roles = Some((tilt, 'C', format!("by {}", self.name)));
+            roles = Some(AxisRoles { tilt, rotation: 'C', about: about(tilt), how: format!("by {}", self.name) });
             self.table(hal, *beside, &mut facts, &mut notes)?;
             if !self.kinematics.value.contains("identityfirst") {
                 notes.push(format!(

@@ -8,7 +8,8 @@ mod defines;
 
 use self::defines::{Defined, Defines};
 use super::stated::{Fact, File, ImportError, Rotary, Shelf, Stated, least, scaled, span};
-use super::{Imported, by_name, two};
+use super::{AxisRoles, Imported, about, by_name, two};
+use crate::gcode::meaning::{Correction, Firmware};
 
 /// Marlin's own names of its axes behind X, Y and Z, and the letters that they have where nothing else is said.
 const MORE: [(char, char); 6] = [('I', 'A'), ('J', 'B'), ('K', 'C'), ('U', 'U'), ('V', 'V'), ('W', 'W')];
@@ -16,6 +17,9 @@ const MORE: [(char, char); 6] = [('I', 'A'), ('J', 'B'), ('K', 'C'), ('U', 'U'),
 const ROUND: [&str; 6] = ["DELTA", "MORGAN_SCARA", "MP_SCARA", "AXEL_TPARA", "POLARGRAPH", "POLAR"];
 /// Kinematics that turn no table as a profile has it.
 const OTHERS: [&str; 2] = ["PENTA_AXIS_HT", "FOAMCUTTER_XYUV"];
+
+/// What makes G28 switch a bed mesh on.
+const LEVELS: [&str; 2] = ["ENABLE_LEVELING_AFTER_G28", "RESTORE_LEVELING_AFTER_G28"];
 
 pub(super) fn read(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
     let defines = Defines::read(files, shelf)?;
@@ -113,7 +117,7 @@ impl Reader {
         let mut roles = by_name(&rotary);
         if let Some(table) = self.told("PENTA_AXIS_TRT") {
             let tilt = rotary.iter().map(|axis| axis.letter).find(|letter| matches!(letter, 'A' | 'B')).unwrap_or('A');
-            roles = Some((tilt, 'C', "by PENTA_AXIS_TRT".to_owned()));
+            roles = Some(AxisRoles { tilt, rotation: 'C', about: about(tilt), how: "by PENTA_AXIS_TRT".to_owned() });
             let how = "so that G49, which Marlin itself does not know, ends its following of the tip";
             facts.push(Fact::new("link.identity", "KINEMATICS:PENTA_AXIS_TRT", vec![table.place.clone()], how));
             self.table(tilt, &table, &mut facts)?;
@@ -166,6 +170,15 @@ impl Reader {
     }
 
     fn rest(&mut self, facts: &mut Vec<Fact>) -> Result<(), ImportError> {
+        for name in LEVELS {
+            if let Some(defined) = self.defines.get(name) {
+                self.notes.push(format!(
+                    "{}: {name}: G28 may leave the bed mesh on, which is of the level table; put {} after it",
+                    defined.place,
+                    Correction::BedMesh.off(Firmware::Marlin)
+                ));
+            }
+        }
         if self.enabled("CLASSIC_JERK") {
             self.notes.push("CLASSIC_JERK counts corners otherwise: limits.junction_mm is unknown".to_owned());
         } else {

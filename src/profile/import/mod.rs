@@ -14,8 +14,10 @@ mod stated;
 
 pub use stated::{Contradiction, Fact, File, ImportError, Place, Rotary, Shelf, Stated};
 
-use self::stated::{least, ordered};
+use self::stated::{least, ordered, shown};
 use super::ranges::check;
+use crate::gcode::ParsedLine;
+use crate::gcode::meaning::{Firmware, correction};
 
 /// What a configuration states.
 #[derive(Clone, Debug)]
@@ -28,12 +30,25 @@ pub struct Imported {
     pub most: Vec<Fact>,
     /// The rotary axes, at least two.
     pub rotary: Vec<Rotary>,
-    /// Letters of the axis that tilts and of the one that turns, and the sentence that says why; `None` where no line tells.
-    pub roles: Option<(char, char, String)>,
+    /// Which axis tilts and which turns; `None` where no line tells.
+    pub roles: Option<AxisRoles>,
     /// What touches the axes, or will stop a print, and no key can say.
     pub notes: Vec<String>,
     /// The machine's own name, where a line gives it.
     pub called: Option<String>,
+}
+
+/// Which of the rotary axes tilts and which turns, as the files tell.
+#[derive(Clone, Debug)]
+pub struct AxisRoles {
+    /// Letter of the axis that tilts.
+    pub tilt: char,
+    /// Letter of the axis that turns.
+    pub rotation: char,
+    /// The machine axis that the tilt is about, `'X'` or `'Y'`.
+    pub about: char,
+    /// Why, for a comment.
+    pub how: String,
 }
 
 /// The firmwares whose files are known, and what tells them.
@@ -148,18 +163,28 @@ pub fn import(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError
 }
 
 /// Letters of which by their names (ISO 841) one tilts and one turns a table: A is about X, B about Y, C about Z.
-fn by_name(rotary: &[Rotary]) -> Option<(char, char, String)> {
+fn by_name(rotary: &[Rotary]) -> Option<AxisRoles> {
     let letters: Vec<char> = rotary.iter().map(|axis| axis.letter).collect();
     match letters[..] {
         [tilt @ ('A' | 'B'), 'C'] | ['C', tilt @ ('A' | 'B')] => {
-            Some((tilt, 'C', format!("by its name: {tilt} is about {}, C about Z (ISO 841)", about(tilt))))
+            let how = format!("by its name: {tilt} is about {}, C about Z (ISO 841)", about(tilt));
+            Some(AxisRoles { tilt, rotation: 'C', about: about(tilt), how })
         }
         _ => None,
     }
 }
 
-fn about(letter: char) -> &'static str {
-    if letter == 'B' { "Y" } else { "X" }
+fn about(letter: char) -> char {
+    if letter == 'B' { 'Y' } else { 'X' }
+}
+
+/// What a line of a file does to coordinates, where it switches a correction on that must be off while something is printed.
+fn corrects(firmware: Firmware, line: &str, place: &Place) -> Option<String> {
+    let mut parsed = ParsedLine::default();
+    parsed.read(line.as_bytes()).ok()?;
+    let (what, _) = correction(firmware, &parsed).filter(|(_, on)| *on)?;
+    let (harm, off) = (what.harm(), what.off(firmware));
+    Some(format!("{place}: {} {harm}; put {off} into dialect.start, after whatever may run this line", shown(line)))
 }
 
 /// Refuses a machine of fewer than two rotary axes.
@@ -192,20 +217,14 @@ impl Imported {
         }
     }
 
-    /// The letters of the axis that tilts and of the one that turns: as `answered`, else as the files tell, else as in the profile that
-    /// it is like, in that order.
+    /// The letters of the axis that tilts and of the one that turns: as `answered`, else as the files tell; never another machine's.
     ///
     /// # Errors
     ///
     /// [`ImportError::File`] for a letter that no rotary axis has, with those there are.
-    pub fn letters(
-        &self,
-        answered: [Option<char>; 2],
-        like: [Option<char>; 2],
-    ) -> Result<[Option<char>; 2], ImportError> {
-        let told = self.roles.as_ref().map_or([None; 2], |(tilt, rotation, _)| [Some(*tilt), Some(*rotation)]);
-        let of = |i: usize| answered[i].or(told[i]).or(like[i]);
-        let letters = [of(0), of(1)];
+    pub fn letters(&self, answered: [Option<char>; 2]) -> Result<[Option<char>; 2], ImportError> {
+        let told = self.roles.as_ref().map_or([None; 2], |roles| [Some(roles.tilt), Some(roles.rotation)]);
+        let letters = [answered[0].or(told[0]), answered[1].or(told[1])];
         for (letter, key) in letters.into_iter().zip(["tilt", "rotation"]) {
             let Some(letter) = letter.filter(|letter| !self.rotary.iter().any(|axis| axis.letter == *letter)) else {
                 continue;
@@ -240,16 +259,21 @@ impl Imported {
         let mut facts = self.facts.clone();
         let axis = |i: usize| letters[i].and_then(|letter| self.rotary.iter().find(|axis| axis.letter == letter));
         let [tilt, rotation] = [axis(0), axis(1)];
-        let told = self.roles.as_ref().filter(|(t, r, _)| letters == [Some(*t), Some(*r)]);
+        let told = self.roles.as_ref().filter(|roles| letters == [Some(roles.tilt), Some(roles.rotation)]);
         for (axis, keys) in [(tilt, &TILT), (rotation, &ROTATION)] {
             let Some(axis) = axis else { continue };
-            let how = told.map_or("", |(_, _, how)| how);
+            let how = told.map_or("", |roles| &roles.how);
             facts.push(Fact::new(keys[0], axis.letter.to_string(), vec![axis.from.clone()], how));
             stops(axis, keys, answered, &mut facts)?;
             facts.extend(axis.rate.iter().map(|rate| Fact::number(keys[3], rate, "")));
         }
-        if let (Some((letter, _, how)), Some(axis)) = (told, tilt) {
-            facts.push(Fact::new("kinematics.tilt.about", about(*letter), vec![axis.from.clone()], how));
+        if let (Some(roles), Some(axis)) = (told, tilt) {
+            facts.push(Fact::new(
+                "kinematics.tilt.about",
+                roles.about.to_string(),
+                vec![axis.from.clone()],
+                &roles.how,
+            ));
         }
         let slower = least([tilt, rotation].map(|axis| axis.and_then(|axis| axis.acceleration.as_ref())));
         let both = tilt.zip(rotation).is_some_and(|(a, b)| a.acceleration.is_some() && b.acceleration.is_some());

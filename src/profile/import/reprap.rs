@@ -12,7 +12,8 @@ use self::words::{Command, command};
 use super::stated::{
     CORNER, Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, same, scaled, shown, span,
 };
-use super::{Imported, by_name, two};
+use super::{Imported, by_name, corrects, two};
+use crate::gcode::meaning::Firmware;
 use crate::profile::ranges::check_number;
 
 /// What is read, so that none of it may stand under a condition.
@@ -69,6 +70,7 @@ impl Config {
                 conditions.push(depth);
                 continue;
             }
+            self.notes.extend(corrects(Firmware::RepRapFirmware, inner, &place));
             let Some(command) = command(inner, &place)? else { continue };
             if conditions.is_empty() {
                 self.command(&command, &place, file, open)?;

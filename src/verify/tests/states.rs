@@ -228,3 +228,35 @@ fn no_object_is_left_out() {
         only(&run(&within(line), &profile()), Rule::Command, wrong);
     }
 }
+
+/// The profile's own lines may level the bed and follow the tip, as long as both are off when a print begins.
+#[test]
+fn no_correction_of_the_firmwares_own_is_on_while_something_is_printed() {
+    let of = |firmware: &str, lines: &str, allow: &[&str]| {
+        let mut own = profile();
+        own.dialect.firmware = firmware.to_owned();
+        own.dialect.start = format!("G28\n{lines}M190 S60\nM109 S200\n");
+        own.dialect.allow = allow.iter().map(|name| (*name).to_owned()).collect();
+        own
+    };
+    for (firmware, lines, wrong) in [
+        ("marlin", "", false),
+        ("marlin", "G29\n", true),
+        ("marlin", "G29\nM420 S0\n", false),
+        ("marlin", "M420 S0\nG29\n", true),
+        ("marlin", "M420 S1\n", true),
+        ("reprapfirmware", "G29 S1\n", true),
+        ("reprapfirmware", "G29 S1\nG29 S2\n", false),
+        ("klipper", "BED_MESH_PROFILE LOAD=default\n", true),
+        ("klipper", "BED_MESH_CALIBRATE\nBED_MESH_CLEAR\n", false),
+    ] {
+        let text = start(&format!("G28\n{lines}M190 S60\nM109 S200\n"));
+        // What drives the tip to the bed leaves its place unknown, too.
+        let report = run(&text, &of(firmware, lines, &[]));
+        assert_eq!(report.counts.contains_key(&Rule::Command), wrong, "{lines}: {:#?}", report.findings);
+    }
+    for (lines, count) in [("M420 S1", Some(1)), ("M420 S1\nM420 S0", None)] {
+        let report = run(&within(lines), &of("marlin", "", &["M420"]));
+        assert_eq!(report.counts.get(&Rule::Command).copied(), count, "{lines}: {:#?}", report.findings);
+    }
+}

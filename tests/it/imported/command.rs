@@ -3,8 +3,9 @@
 use std::process::Stdio;
 
 use trunnion::job::{Answers, ImportProfile, Silent, Source, World, import_profile};
+use trunnion::profile::TiltAxisName;
 
-use super::{lay, small_ini, small_klipper};
+use super::{kept, lay, small_ini, small_klipper, with_rest};
 use crate::support::{folder, said, trunnion};
 
 #[test]
@@ -21,7 +22,7 @@ fn a_machine_is_described_by_its_ini() {
     for words in [
         "not in these files: table.radius_mm (radius of the round table",
         "process.nozzle_mm (",
-        "linuxcnc-xyzac-trt with --keep-rest",
+        "linuxcnc-xyzac-trt with --keep-rest, but for letters",
     ] {
         assert!(said(&untold).contains(words), "{words}: {}", said(&untold));
     }
@@ -78,7 +79,8 @@ fn its_document_has_every_line_and_what_check_would_refuse() {
         "k.toml",
     ]);
     // So far away that the tip does not reach it.
-    let run = command.args(["--set", "kinematics.pivot_mm=[0, 900, 0]"]).output().unwrap();
+    let directions = ["--set", "kinematics.tilt.direction=1", "--set", "kinematics.rotation.direction=-1"];
+    let run = command.args(["--set", "kinematics.pivot_mm=[0, 900, 0]"]).args(directions).output().unwrap();
     assert!(run.status.success(), "{}", said(&run));
     let document: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     assert_eq!(
@@ -100,7 +102,7 @@ fn its_document_has_every_line_and_what_check_would_refuse() {
     let unanswered: Vec<&str> =
         document["unanswered"].as_array().unwrap().iter().map(|key| key.as_str().unwrap()).collect();
     assert!(
-        unanswered.contains(&"kinematics.tilt.direction") && !unanswered.contains(&"kinematics.pivot_mm"),
+        unanswered.contains(&"kinematics.offset_mm") && !unanswered.contains(&"kinematics.pivot_mm"),
         "{unanswered:?}"
     );
 }
@@ -114,14 +116,15 @@ fn what_is_missing_is_asked_until_nothing_is() {
     let mut request = ImportProfile { files, name: Some("mine".to_owned()), like: None, answers: Answers::default() };
     let asked = std::cell::RefCell::new(Vec::new());
     // Once it is known which axis tilts, how far it goes is asked, since no line says.
-    let lines = "B\nY\n-20\n70\nA\n90\n[100, 50, 2]\n\n0.5\n\n-1\n";
+    // A direction is asked for until there is one.
+    let lines = "B\nY\n-20\n70\nA\n90\n[100, 50, 2]\n\n0.5\n\n1\n-1\n";
     let show = |key: &str, _: &str| asked.borrow_mut().push(key.to_owned());
     let ended = request.clone().ask("".as_bytes(), show, &world).unwrap_err();
     assert!(ended.to_string().contains("nothing was written"), "{ended}");
     asked.borrow_mut().clear();
     let done = request.ask(lines.as_bytes(), show, &world).and_then(|()| import_profile(&request, &world));
     let done = done.unwrap_or_else(|e| panic!("{e}: {:?}", asked.borrow()));
-    assert_eq!(asked.borrow().len(), 11, "{:?}", asked.borrow());
+    assert_eq!(asked.borrow().len(), 12, "{:?}", asked.borrow());
     let tilt = &done.profile.kinematics.tilt;
     assert_eq!(
         (tilt.letter, done.like.name.as_str(), done.profile.table.radius_mm),
@@ -129,6 +132,66 @@ fn what_is_missing_is_asked_until_nothing_is() {
         "{:?}",
         asked.borrow()
     );
+}
+
+/// Two steppers of which no line says which tilts: taken from the profile that the machine is like, they came out exchanged, with the
+/// file's own line as where that comes from.
+#[test]
+fn letters_and_directions_are_never_another_machines() {
+    let folder = folder();
+    let text = small_klipper().replace("AXIS=A", "AXIS=B").replace("AXIS=C", "AXIS=A");
+    lay(folder.path(), &vec![("printer.cfg", text)]);
+    let of = |set: &[(&str, &str)]| kept(folder.path(), &["printer.cfg"], set);
+    let refused = of(&[]).unwrap_err();
+    for key in ["tilt.letter", "tilt.about", "tilt.direction", "rotation.letter", "rotation.direction"] {
+        assert!(refused.contains(&format!("kinematics.{key} (")), "{key}: {refused}");
+    }
+    assert!(refused.contains("--keep-rest keeps no letters") && !refused.contains("table.radius_mm"), "{refused}");
+    let own = [
+        ("kinematics.tilt.letter", "B"),
+        ("kinematics.tilt.about", "X"),
+        ("kinematics.tilt.direction", "-1"),
+        ("kinematics.rotation.letter", "A"),
+        ("kinematics.rotation.direction", "1"),
+    ];
+    for left_out in 0..own.len() {
+        let rest: Vec<_> = own.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, pair)| *pair).collect();
+        let refused = of(&rest).unwrap_err();
+        assert!(refused.contains(own[left_out].0), "{}: {refused}", own[left_out].0);
+    }
+    let kinematics = of(&own).unwrap().profile.kinematics;
+    assert_eq!(
+        (kinematics.tilt.letter, kinematics.rotation.letter, kinematics.tilt.about),
+        ('B', 'A', TiltAxisName::X)
+    );
+}
+
+/// Klipper's own following of the tip: its section tells which axis tilts, and a line that switches it on is noted.
+#[test]
+fn a_pivot_coord_tells_the_axes_and_must_not_be_on() {
+    let folder = folder();
+    let section = |tilt: &str, turn: &str| {
+        format!(
+            "[pivot_coord]\ncontrol_0: manual_stepper {turn}\nrotate_axis_0: z\noffset_x_0: 75\ncontrol_1: manual_stepper {tilt}\n\
+             rotate_axis_1: y\noffset_z_1: -10\n[gcode_macro ON]\ngcode:\n  PIVOT_COORD ACTIVATE=1\n  BED_MESH_CALIBRATE\n"
+        )
+    };
+    // The steppers' names say otherwise, and do not count.
+    let text = small_klipper().replace("AXIS=A", "AXIS=B").replace("AXIS=C", "AXIS=A") + &section("rot", "tilt");
+    lay(folder.path(), &vec![("printer.cfg", text.clone()), ("half.cfg", text.replace("rotate_axis_1: y", ""))]);
+    let directions = super::DIRECTIONS.map(|key| (key, "1"));
+    let done = kept(folder.path(), &["printer.cfg"], &directions).unwrap();
+    let kinematics = &done.profile.kinematics;
+    assert_eq!(
+        (kinematics.tilt.letter, kinematics.rotation.letter, kinematics.tilt.about),
+        ('A', 'B', TiltAxisName::Y)
+    );
+    let line = |text: &str| done.notes.iter().filter(|note| note.contains(text)).count();
+    for words in ["offset_x_0 = 75, offset_z_1 = -10", "PIVOT_COORD ACTIVATE=0 into dialect.start", "BED_MESH_CLEAR"] {
+        assert_eq!(line(words), 1, "{words}: {:?}", done.notes);
+    }
+    // Half of it tells nothing.
+    assert!(kept(folder.path(), &["half.cfg"], &directions).unwrap_err().contains("kinematics.tilt.letter ("));
 }
 
 /// Measures of a head are answers here, too: they go over what the file says of it, and else over what the other profile says.
@@ -141,13 +204,8 @@ fn a_head_is_measured_beside_the_files() {
   "collisionProxies": [{"part": "X", "type": "box", "sx": 36, "sy": 50, "sz": 60, "ox": 0, "oy": 40, "oz": 0}]
 }"#;
     lay(folder.path(), &vec![("machine.json", machine.to_owned()), ("printer.cfg", small_klipper())]);
-    let of = |file: &str, set: &[(&str, &str)]| {
-        let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-        let answers = Answers { set, rest: true, ..Answers::default() };
-        let files = vec![Source::from(&folder.path().join(file))];
-        let request = ImportProfile { files, name: Some("mine".to_owned()), like: None, answers };
-        import_profile(&request, &World::here(&Silent)).map(|done| done.profile.head.body).map_err(|e| e.to_string())
-    };
+    let of =
+        |file: &str, set: &[(&str, &str)]| with_rest(folder.path(), &[file], set).map(|done| done.profile.head.body);
     let names = |bodies: &[trunnion::profile::BodySpec]| bodies.iter().map(|b| b.name.clone()).collect::<Vec<_>>();
     let koala = of("machine.json", &[("head.cone_mm", "[5, 9]")]).unwrap();
     // The file's box is what stands lowest on the head; its beam was not drawn.

@@ -33,8 +33,18 @@ fn import(request: &ImportProfile) -> Result<ImportedProfile, String> {
     import_profile(request, &World::here(&Silent)).map_err(|error| error.to_string())
 }
 
-/// The same with whatever is not told as in the shipped profile.
+/// The same with whatever is not told as in the shipped profile; directions, which few firmwares state and none is kept of, are 1.
 fn with_rest(folder: &Path, given: &[&str], set: &[(&str, &str)]) -> Result<ImportedProfile, String> {
+    let directions = DIRECTIONS.map(|key| (key, "1"));
+    kept(folder, given, set).or_else(|error| match DIRECTIONS.iter().any(|key| error.contains(key)) {
+        true => kept(folder, given, &[set, &directions].concat()),
+        false => Err(error),
+    })
+}
+
+const DIRECTIONS: [&str; 2] = ["kinematics.tilt.direction", "kinematics.rotation.direction"];
+
+fn kept(folder: &Path, given: &[&str], set: &[(&str, &str)]) -> Result<ImportedProfile, String> {
     let mut request = request(folder, given);
     request.answers.set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
     request.answers.rest = true;

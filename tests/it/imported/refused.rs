@@ -294,6 +294,7 @@ fn which_axis_tilts_is_never_guessed() {
     assert!(!untold.contains("kinematics.tilt.min_deg"), "{untold}");
     let set = [
         ("kinematics.tilt.letter", "V"),
+        ("kinematics.tilt.about", "Y"),
         ("kinematics.rotation.letter", "U"),
         ("kinematics.tilt.min_deg", "-9"),
         ("kinematics.tilt.max_deg", "9"),

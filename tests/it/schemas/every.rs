@@ -59,7 +59,10 @@ const CALLS: [(i32, &str); 41] = [
     (0, "profile show own.toml"),
     (0, "profile check generic-ac"),
     (0, "profile new mine --like generic-ac --set machine.about=mine --keep-rest -o mine.toml"),
-    (0, "profile import config.g --name imported --keep-rest -o imported.toml"),
+    (
+        0,
+        "profile import config.g --name imported --keep-rest --set kinematics.tilt.direction=1 --set kinematics.rotation.direction=1 -o imported.toml",
+    ),
     (1, "profile calibrate -m machine.toml touches.toml"),
     (0, "profile calibrate -m generic-ac --poses poses.toml --gcode poses.gcode"),
     (1, "orient models --objective height --method grid -o results"),
