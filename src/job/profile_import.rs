@@ -130,10 +130,13 @@ impl ImportProfile {
             Ok(ImportedFile { path: PathBuf::from(&name), text: source.text(world)?, name })
         };
         let files: Vec<ImportedFile> = self.files.iter().map(open).collect::<Result<_, _>>()?;
-        let imported = import(&files, &Beside(world))?;
+        let mut answers = self.answers.layer(world)?;
+        let motor = |axis: &str| told(&answers, &format!("kinematics.{axis}.stepper")).and_then(Value::as_str);
+        let motors =
+            motor("tilt").zip(motor("rotation")).map(|(tilt, rotation)| [tilt.to_owned(), rotation.to_owned()]);
+        let imported = import(&files, motors.as_ref(), &Beside(world))?;
         let base = self.like.clone().unwrap_or_else(|| imported.base().into());
         let like = load_profile(&base, world)?;
-        let mut answers = self.answers.layer(world)?;
         measured(&mut answers, &as_stated(&like.profile, &imported))?;
         let letter = |key: &str| told(&answers, key).and_then(Value::as_str).and_then(|text| text.chars().next());
         let answered = ["tilt", "rotation"].map(|axis| letter(&format!("kinematics.{axis}.letter")));

@@ -139,7 +139,7 @@ const UNITS: [(&str, &str); 16] = [
     ("_s", " s"),
 ];
 
-fn range(key: &str) -> Option<&'static RangeInclusive<f64>> {
+pub(super) fn range(key: &str) -> Option<&'static RangeInclusive<f64>> {
     let inner = key.split_once('.').map_or(key, |(_, inner)| inner);
     RANGES.iter().find(|(of, _)| *of == key || *of == inner).map(|(_, range)| range)
 }

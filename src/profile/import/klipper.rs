@@ -18,6 +18,10 @@ const STRAIGHT: [&str; 5] = ["cartesian", "corexy", "corexz", "hybrid_corexy", "
 /// Others whose X, Y and Z are the tip's; how far it goes is no matter of three stops.
 const ROUND: [&str; 6] = ["delta", "deltesian", "rotary_delta", "polar", "winch", "none"];
 
+/// What the axes are called that commands turn.
+const LETTERS: [char; 2] = ['A', 'C'];
+/// Files that come with servers' pages.
+const CLIENTS: [&str; 3] = ["mainsail.cfg", "fluidd.cfg", "client.cfg"];
 /// How many controls `[pivot_coord]` may have.
 const PIVOT_CONTROLS: usize = 3;
 
@@ -42,10 +46,12 @@ struct Config {
     sections: Vec<(String, Place)>,
     told: Vec<Told>,
     notes: Vec<String>,
+    /// The motors that commands turn, as somebody has told them.
+    motors: Option<[String; 2]>,
 }
 
-pub(super) fn read(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
-    let mut config = Config::default();
+pub(super) fn read(files: &[File], motors: Option<&[String; 2]>, shelf: &dyn Shelf) -> Result<Imported, ImportError> {
+    let mut config = Config { motors: motors.cloned(), ..Config::default() };
     Open::each(files, shelf, |file, open| config.file(file, open))?;
     config.machine()
 }
@@ -91,6 +97,13 @@ impl Config {
             vec![pattern]
         };
         for name in names {
+            // Their owners' servers keep these; they hold macros alone.
+            if CLIENTS.contains(&&*name) && open.shelf.text(&folder.join(&name)).is_err() {
+                self.notes.push(format!(
+                    "{place}: {name} is not there, and is not read: it has macros of the server's page alone"
+                ));
+                continue;
+            }
             let inner = open.named(folder.join(name), place, "put it where the line says, or remove the line")?;
             self.file(&inner, open)?;
             open.leave();
@@ -187,8 +200,17 @@ impl Config {
         }
         let most = self.speeds(&mut facts)?;
         self.heat(&mut facts)?;
-        let roles = self.pivot_coord(&rotary).or_else(|| by_name(&rotary));
-        Ok(Imported { firmware: "klipper", facts, most, rotary, roles, notes: self.notes, called: None })
+        let by_command = self.motors.is_some();
+        let pivot = self.pivot_coord(&rotary);
+        let roles = if by_command {
+            // Letters of this order: see `rotary`.
+            let how = "by your answers: commands turn its motors, and letters are names alone".to_owned();
+            let about = pivot.and_then(|roles| roles.about);
+            Some(AxisRoles { tilt: LETTERS[0], rotation: LETTERS[1], about, how })
+        } else {
+            pivot.or_else(|| by_name(&rotary))
+        };
+        Ok(Imported { firmware: "klipper", facts, most, rotary, roles, by_command, notes: self.notes, called: None })
     }
 
     /// What `[pivot_coord]` says of the axes: each of its controls turns about one of the machine's axes. Where they lie is noted alone: it
@@ -217,7 +239,7 @@ impl Config {
         match axes[..] {
             [(tilt, about), (rotation, 'Z')] | [(rotation, 'Z'), (tilt, about)] if tilts(about) => {
                 let how = format!("by [pivot_coord]: {tilt} is about {about}, {rotation} about Z");
-                Some(AxisRoles { tilt, rotation, about, how })
+                Some(AxisRoles { tilt, rotation, about: Some(about), how })
             }
             _ => None,
         }
@@ -229,7 +251,7 @@ impl Config {
         let low = self.number(&section, "position_min")?;
         let how = if low.is_none() { "position_min is not set; Klipper's default is 0" } else { "" };
         let low = low.unwrap_or(Stated { value: 0.0, from: Vec::new() });
-        span(key, &axis.to_uppercase(), &low, &high, how).map(Some)
+        Ok(Some(span(key, &low, &high, how)))
     }
 
     fn speeds(&mut self, facts: &mut Vec<Fact>) -> Result<Vec<Fact>, ImportError> {
@@ -292,6 +314,9 @@ impl Config {
             self.sections.iter().filter_map(|(name, place)| Some((name.strip_prefix("manual_stepper ")?, place)));
         let mut seen = BTreeSet::new();
         let steppers: Vec<(&str, &Place)> = steppers.filter(|(name, _)| seen.insert(*name)).collect();
+        if let Some(motors) = &self.motors {
+            return self.commanded(motors, &steppers);
+        }
         let mut rotary: Vec<Rotary> = Vec::new();
         for (name, place) in &steppers {
             let mut letter: Option<&Told> = None;
@@ -314,8 +339,9 @@ impl Config {
             let (name, place) = without[0];
             let why = format!(
                 "[manual_stepper {name}] has no letter: no line says MANUAL_STEPPER STEPPER={name} GCODE_AXIS=.., and Klipper ignores words of an \
-                 unknown axis; add such a line for the tilt and one for the rotation to a macro or an extra file; for Klipper before 2025, \
-                 without GCODE_AXIS, see docs/how-to/machine.md, Turns as commands"
+                 unknown axis; add such a line for the tilt and one for the rotation to a macro or an extra file; where MANUAL_STEPPER MOVE \
+                 turns the table, pass --set kinematics.tilt.stepper=NAME and --set kinematics.rotation.stepper=NAME, of {}",
+                steppers.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
             );
             return Err(ImportError::At { place: (*place).clone(), why });
         }
@@ -325,6 +351,22 @@ impl Config {
             &at,
             "its axes are the [manual_stepper ..] sections to which a macro gives a letter (MANUAL_STEPPER STEPPER=tilt GCODE_AXIS=A)",
         )?;
+        Ok(rotary)
+    }
+
+    /// The motors that commands turn, the tilt's first.
+    fn commanded(&self, motors: &[String; 2], steppers: &[(&str, &Place)]) -> Result<Vec<Rotary>, ImportError> {
+        let mut rotary = Vec::new();
+        for (motor, letter) in motors.iter().zip(LETTERS) {
+            let Some((name, place)) = steppers.iter().find(|(name, _)| name.eq_ignore_ascii_case(motor)) else {
+                let known: Vec<&str> = steppers.iter().map(|(name, _)| *name).collect();
+                let file = self.sections.first().map_or_else(String::new, |(_, place)| place.file.clone());
+                let why = format!("there is no [manual_stepper {motor}]; there are {}", known.join(", "));
+                return Err(ImportError::File { file, why });
+            };
+            let told = Told { stepper: (*name).to_owned(), letter, limits: [None, None], place: (*place).clone() };
+            rotary.push(self.axis(name, place, &told)?);
+        }
         Ok(rotary)
     }
 
@@ -385,7 +427,14 @@ fn matches(pattern: &[u8], name: &[u8]) -> bool {
 }
 
 /// The lines of `code` that register axes `was`, for the steppers and letters of `axes`; `None` where it registers none of that kind.
-pub(super) fn renamed(code: &str, was: [char; 2], axes: [&Rotary; 2], registered: &str) -> Option<String> {
+/// Without them where commands turn the table: Klipper takes no MOVE of what is an axis.
+pub(super) fn renamed(
+    code: &str,
+    was: [char; 2],
+    axes: [&Rotary; 2],
+    registered: &str,
+    by_command: bool,
+) -> Option<String> {
     let motor = |letter: char| {
         let end = format!("GCODE_AXIS={letter}");
         let line = registered.lines().find(|line| line.split_ascii_whitespace().any(|word| word == end))?;
@@ -405,7 +454,8 @@ pub(super) fn renamed(code: &str, was: [char; 2], axes: [&Rotary; 2], registered
         };
         line.split_ascii_whitespace().map(word).collect::<Vec<_>>().join(" ")
     };
-    Some(code.lines().map(line).collect::<Vec<_>>().join("\n"))
+    let registers = |line: &&str| line.split_ascii_whitespace().any(|word| word.starts_with("GCODE_AXIS="));
+    Some(code.lines().filter(|line| !(by_command && registers(line))).map(line).collect::<Vec<_>>().join("\n"))
 }
 
 fn said(stated: Option<&Stated>, otherwise: &str) -> String {

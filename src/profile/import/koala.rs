@@ -95,7 +95,7 @@ impl<'a> Reader<'a> {
         let mut facts = Vec::new();
         for (axis, key) in [("x", "limits.x_mm"), ("y", "limits.y_mm"), ("z", "limits.z_mm")] {
             if let Some((low, high)) = self.ends(axis)? {
-                facts.push(span(key, &axis.to_ascii_uppercase(), &low, &high, "")?);
+                facts.push(span(key, &low, &high, ""));
             }
         }
         let mut rotary = Vec::new();
@@ -117,8 +117,17 @@ impl<'a> Reader<'a> {
         self.plate(&pieces, &mut facts)?;
         self.bodies(&pieces, &mut facts)?;
         let how = "the program knows B, which tilts, and C, which turns".to_owned();
-        let roles = Some(AxisRoles { tilt: 'B', rotation: 'C', about: 'Y', how });
-        Ok(Imported { firmware: "koala", facts, most: Vec::new(), rotary, roles, notes: self.notes, called: None })
+        let roles = Some(AxisRoles { tilt: 'B', rotation: 'C', about: Some('Y'), how });
+        Ok(Imported {
+            firmware: "koala",
+            facts,
+            most: Vec::new(),
+            rotary,
+            roles,
+            by_command: false,
+            notes: self.notes,
+            called: None,
+        })
     }
 
     fn ends(&self, axis: &str) -> Result<Option<(Stated, Stated)>, ImportError> {

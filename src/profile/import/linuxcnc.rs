@@ -89,14 +89,14 @@ impl<'a> Reader<'a> {
         for (letter, key) in [('X', "limits.x_mm"), ('Y', "limits.y_mm"), ('Z', "limits.z_mm")] {
             let [low, high] = self.ends(letter)?;
             if let (Some(low), Some(high)) = (low, high) {
-                facts.push(span(key, &letter.to_string(), &low, &high, "")?);
+                facts.push(span(key, &low, &high, ""));
             }
         }
         let most = self.speeds(&mut facts)?;
         let mut roles = by_name(&rotary);
         if let Some((_, order, beside)) = TABLES.iter().find(|(table, _, _)| *table == self.name) {
             let tilt = if order.contains('A') { 'A' } else { 'B' };
-            roles = Some(AxisRoles { tilt, rotation: 'C', about: about(tilt), how: format!("by {}", self.name) });
+            roles = Some(AxisRoles { tilt, rotation: 'C', about: Some(about(tilt)), how: format!("by {}", self.name) });
             self.table(hal, *beside, &mut facts, &mut notes)?;
             if !self.kinematics.value.contains("identityfirst") {
                 notes.push(format!(
@@ -128,7 +128,7 @@ impl<'a> Reader<'a> {
             ));
         }
         let called = self.ini.one("EMC", "MACHINE")?.map(|entry| entry.value.clone());
-        Ok(Imported { firmware: "linuxcnc", facts, most, rotary, roles, notes, called })
+        Ok(Imported { firmware: "linuxcnc", facts, most, rotary, roles, by_command: false, notes, called })
     }
 
     /// The sections that hold for an axis: its own, and its joints'.

@@ -117,12 +117,14 @@ impl Reader {
         let mut roles = by_name(&rotary);
         if let Some(table) = self.told("PENTA_AXIS_TRT") {
             let tilt = rotary.iter().map(|axis| axis.letter).find(|letter| matches!(letter, 'A' | 'B')).unwrap_or('A');
-            roles = Some(AxisRoles { tilt, rotation: 'C', about: about(tilt), how: "by PENTA_AXIS_TRT".to_owned() });
+            roles =
+                Some(AxisRoles { tilt, rotation: 'C', about: Some(about(tilt)), how: "by PENTA_AXIS_TRT".to_owned() });
             let how = "so that G49, which Marlin itself does not know, ends its following of the tip";
             facts.push(Fact::new("link.identity", "KINEMATICS:PENTA_AXIS_TRT", vec![table.place.clone()], how));
             self.table(tilt, &table, &mut facts)?;
         }
-        Ok(Imported { firmware: "marlin", facts, most, rotary, roles, notes: self.notes, called: None })
+        let notes = self.notes;
+        Ok(Imported { firmware: "marlin", facts, most, rotary, roles, by_command: false, notes, called: None })
     }
 
     fn limits(&mut self, facts: &mut Vec<Fact>) -> Result<(), ImportError> {
@@ -135,7 +137,7 @@ impl Reader {
         for (axis, key) in [("X", "limits.x_mm"), ("Y", "limits.y_mm"), ("Z", "limits.z_mm")] {
             let low = self.get(&format!("{axis}_MIN_POS"))?;
             if let (Some(low), Some(high)) = (low, self.get(&format!("{axis}_MAX_POS"))?) {
-                facts.push(span(key, axis, &low, &high, "")?);
+                facts.push(span(key, &low, &high, ""));
             }
         }
         Ok(())

@@ -14,8 +14,8 @@ mod stated;
 
 pub use stated::{Contradiction, Fact, File, ImportError, Place, Rotary, Shelf, Stated};
 
-use self::stated::{least, ordered, shown};
-use super::ranges::check;
+use self::stated::{least, ordered, shown, spans};
+use super::ranges::{check, range};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Firmware, correction};
 
@@ -32,6 +32,8 @@ pub struct Imported {
     pub rotary: Vec<Rotary>,
     /// Which axis tilts and which turns; `None` where no line tells.
     pub roles: Option<AxisRoles>,
+    /// Whether the table is turned by commands, each of which waits for its end, and not by words of moves.
+    pub by_command: bool,
     /// What touches the axes, or will stop a print, and no key can say.
     pub notes: Vec<String>,
     /// The machine's own name, where a line gives it.
@@ -45,8 +47,8 @@ pub struct AxisRoles {
     pub tilt: char,
     /// Letter of the axis that turns.
     pub rotation: char,
-    /// The machine axis that the tilt is about, `'X'` or `'Y'`.
-    pub about: char,
+    /// The machine axis that the tilt is about, `'X'` or `'Y'`; `None` where no line tells.
+    pub about: Option<char>,
     /// Why, for a comment.
     pub how: String,
 }
@@ -124,13 +126,14 @@ impl Kind {
     }
 }
 
-/// Reads what `files` state of one machine; they are told apart by what is in them.
+/// Reads what `files` state of one machine; they are told apart by what is in them. `motors` are Klipper's names of those that commands turn,
+/// the tilt's and the rotation's, where somebody has told them.
 ///
 /// # Errors
 ///
 /// [`ImportError`] with file and line: a kind that is not known, two kinds, a file that is named and not there, a number that is none, two
 /// lines that contradict each other, fewer than two rotary axes, kinematics that no profile can say.
-pub fn import(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
+pub fn import(files: &[File], motors: Option<&[String; 2]>, shelf: &dyn Shelf) -> Result<Imported, ImportError> {
     let mut kinds: Vec<Kind> = Vec::new();
     for file in files {
         let wrong = |why: String| ImportError::File { file: file.name.clone(), why };
@@ -151,7 +154,7 @@ pub fn import(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError
             let only = |of: Vec<(_, _)>| of.into_iter().map(|(file, _)| file).collect::<Vec<&File>>();
             linuxcnc::read(&only(ini), &only(hal), shelf)
         }
-        Some(Kind::Klipper) => klipper::read(files, shelf),
+        Some(Kind::Klipper) => klipper::read(files, motors, shelf),
         Some(Kind::RepRap) => reprap::read(files, shelf),
         Some(Kind::Marlin) => marlin::read(files, shelf),
         Some(Kind::Koala) => koala::read(files),
@@ -168,7 +171,7 @@ fn by_name(rotary: &[Rotary]) -> Option<AxisRoles> {
     match letters[..] {
         [tilt @ ('A' | 'B'), 'C'] | ['C', tilt @ ('A' | 'B')] => {
             let how = format!("by its name: {tilt} is about {}, C about Z (ISO 841)", about(tilt));
-            Some(AxisRoles { tilt, rotation: 'C', about: about(tilt), how })
+            Some(AxisRoles { tilt, rotation: 'C', about: Some(about(tilt)), how })
         }
         _ => None,
     }
@@ -246,7 +249,7 @@ impl Imported {
         let key = *["dialect.start", "dialect.end"].iter().find(|of| **of == key)?;
         let axis = |letter: char| self.rotary.iter().find(|axis| axis.letter == letter && !axis.motor.is_empty());
         let axes = [axis(letters[0])?, axis(letters[1])?];
-        let text = klipper::renamed(code, was, axes, registered)?;
+        let text = klipper::renamed(code, was, axes, registered, self.by_command)?;
         Some(Fact::new(key, text, axes.map(|axis| axis.from.clone()).to_vec(), ""))
     }
 
@@ -267,13 +270,8 @@ impl Imported {
             stops(axis, keys, answered, &mut facts)?;
             facts.extend(axis.rate.iter().map(|rate| Fact::number(keys[3], rate, "")));
         }
-        if let (Some(roles), Some(axis)) = (told, tilt) {
-            facts.push(Fact::new(
-                "kinematics.tilt.about",
-                roles.about.to_string(),
-                vec![axis.from.clone()],
-                &roles.how,
-            ));
+        if let (Some((about, how)), Some(axis)) = (told.and_then(|roles| Some((roles.about?, &roles.how))), tilt) {
+            facts.push(Fact::new("kinematics.tilt.about", about.to_string(), vec![axis.from.clone()], how));
         }
         let slower = least([tilt, rotation].map(|axis| axis.and_then(|axis| axis.acceleration.as_ref())));
         let both = tilt.zip(rotation).is_some_and(|(a, b)| a.acceleration.is_some() && b.acceleration.is_some());
@@ -283,7 +281,11 @@ impl Imported {
                 .map(|s| Fact::number("limits.turn_acceleration_deg_per_s2", &s, "the slower of the two")),
         );
         facts.retain(|fact| !answered(fact.key));
-        for fact in &facts {
+        for fact in &mut facts {
+            narrow(fact);
+            if fact.key.starts_with("limits.") {
+                spans(fact)?;
+            }
             check(fact.key, &fact.value).map_err(|out| {
                 let place = fact.from.first().cloned().unwrap_or(Place { file: String::new(), line: 0 });
                 let why = format!("{out}; if the machine does otherwise, pass --set {}=VALUE", fact.key);
@@ -291,6 +293,19 @@ impl Imported {
             })?;
         }
         Ok(facts)
+    }
+}
+
+/// A limit that is wider than any profile's is taken where those end: it allows less than the machine does.
+fn narrow(fact: &mut Fact) {
+    const WIDE: [&str; 5] = ["_per_min", "_per_s", "_per_s2", "kinematics.tilt.min_deg", "kinematics.tilt.max_deg"];
+    let ends = WIDE.iter().any(|end| fact.key.ends_with(end)).then(|| range(fact.key)).flatten();
+    let (Some(ends), Some(value)) = (ends, fact.value.as_float()) else { return };
+    let taken = if fact.key.ends_with("min_deg") { value.max(*ends.start()) } else { value.min(*ends.end()) };
+    if taken != value {
+        let gap = if fact.how.is_empty() { "" } else { "; " };
+        fact.how = format!("{}{gap}the file says {value}, and a profile has at most {taken}", fact.how);
+        fact.value = taken.into();
     }
 }
 

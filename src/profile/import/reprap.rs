@@ -13,7 +13,7 @@ use super::stated::{
     CORNER, Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, same, scaled, shown, span,
 };
 use super::{Imported, by_name, corrects, two};
-use crate::gcode::meaning::Firmware;
+use crate::gcode::meaning::{Correction, Firmware};
 use crate::profile::ranges::check_number;
 
 /// What is read, so that none of it may stand under a condition.
@@ -21,6 +21,8 @@ const READ: [&str; 12] =
     ["M584", "M208", "M203", "M201", "M204", "M566", "M302", "M404", "M143", "M140", "M563", "M669"];
 /// M669 K of kinematics whose X, Y and Z are the tip's, each with its own stops: Cartesian, CoreXY, CoreXZ, CoreXYU, CoreXYUV, Markforged.
 const STRAIGHT: [f64; 6] = [0.0, 1.0, 2.0, 5.0, 8.0, 11.0];
+/// M669 K of the fork for robots, in which the firmware works out the axes from the tip and the table's angles itself.
+const ROBOT: f64 = 13.0;
 /// What lines begin with that are no commands.
 const CONDITIONS: [&str; 4] = ["if", "elif", "else", "while"];
 
@@ -72,6 +74,10 @@ impl Config {
             }
             self.notes.extend(corrects(Firmware::RepRapFirmware, inner, &place));
             let Some(command) = command(inner, &place)? else { continue };
+            if let Some(number) = command.stray.first().filter(|_| READ.contains(&&*command.code)) {
+                self.notes
+                    .push(format!("{place}: {number} in {} stands behind no letter, and is not read", command.code));
+            }
             if conditions.is_empty() {
                 self.command(&command, &place, file, open)?;
             } else if READ.contains(&&*command.code) {
@@ -171,7 +177,16 @@ impl Config {
             };
             let axis = self.axes.entry(*letter).or_default();
             let ends = match text.split_once(':') {
-                Some((low, high)) => [Some(of(low)?), Some(of(high)?)],
+                Some((low, high)) => {
+                    let (low, high) = (of(low)?, of(high)?);
+                    if low.value > high.value {
+                        let note = format!("{place}: {what}{text} is read as {}:{}", high.value, low.value);
+                        self.notes.push(note);
+                        [Some(high), Some(low)]
+                    } else {
+                        [Some(low), Some(high)]
+                    }
+                }
                 None if lowest => [Some(of(text)?), None],
                 None => [None, Some(of(text)?)],
             };
@@ -216,8 +231,15 @@ impl Config {
         for (letter, key) in [('X', "limits.x_mm"), ('Y', "limits.y_mm"), ('Z', "limits.z_mm")] {
             let axis = self.axes.get(&letter);
             if let Some((low, high)) = axis.and_then(|axis| axis.low.as_ref().zip(axis.high.as_ref())) {
-                facts.push(span(key, &letter.to_string(), low, high, "")?);
+                facts.push(span(key, low, high, ""));
             }
+        }
+        if let Some(kind) = self.numbers.get("M669 K").filter(|kind| kind.value == ROBOT) {
+            let why = format!(
+                "M669 K{ROBOT} {}; give the config.g of a firmware with plain kinematics (M669 K0, K1)",
+                Correction::TipFollowing.harm()
+            );
+            return Err(ImportError::At { place: kind.place(), why });
         }
         if let Some(kind) = self.numbers.get("M669 K").filter(|kind| !STRAIGHT.contains(&kind.value)) {
             self.notes.push(format!(
@@ -230,7 +252,17 @@ impl Config {
         let most = self.speeds(&mut facts);
         self.heat(&mut facts);
         let roles = by_name(&rotary);
-        Ok(Imported { firmware: "reprapfirmware", facts, most, rotary, roles, notes: self.notes, called: self.called })
+        let notes = self.notes;
+        Ok(Imported {
+            firmware: "reprapfirmware",
+            facts,
+            most,
+            rotary,
+            roles,
+            by_command: false,
+            notes,
+            called: self.called,
+        })
     }
 
     fn rotary(&self) -> Result<Vec<Rotary>, ImportError> {

@@ -281,11 +281,22 @@ pub(super) fn same(what: &str, first: &Stated, second: &Stated) -> Result<(), Im
     .into())
 }
 
-/// `limits.x_mm` and the like of two ends.
-pub(super) fn span(key: &'static str, axis: &str, low: &Stated, high: &Stated, how: &str) -> Result<Fact, ImportError> {
-    ordered(axis, low, high)?;
+/// `limits.x_mm` and the like of two ends; whether they are in order is asked once it is known that no answer goes over them.
+pub(super) fn span(key: &'static str, low: &Stated, high: &Stated, how: &str) -> Fact {
     let ends = Value::Array(vec![low.value.into(), high.value.into()]);
-    Ok(Fact::new(key, ends, [&low.from[..], &high.from[..]].concat(), how))
+    Fact::new(key, ends, [&low.from[..], &high.from[..]].concat(), how)
+}
+
+/// Refuses two ends that are not in order.
+pub(super) fn spans(fact: &Fact) -> Result<(), ImportError> {
+    let axis = fact.key.trim_start_matches("limits.").trim_end_matches("_mm").to_uppercase();
+    match fact.value.as_array().map(|ends| ends.iter().filter_map(Value::as_float).collect::<Vec<f64>>()).as_deref() {
+        Some(&[low, high]) => {
+            let of = |value: f64, from: Option<&Place>| Stated { value, from: from.cloned().into_iter().collect() };
+            ordered(&axis, &of(low, fact.from.first()), &of(high, fact.from.last()))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Refuses a lowest end above the highest.

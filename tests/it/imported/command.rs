@@ -194,6 +194,83 @@ fn a_pivot_coord_tells_the_axes_and_must_not_be_on() {
     assert!(kept(folder.path(), &["half.cfg"], &directions).unwrap_err().contains("kinematics.tilt.letter ("));
 }
 
+/// What published five-axis machines have in their files, typed anew from those facts; each was refused at the first try.
+#[test]
+fn published_configurations_come_through() {
+    let folder = folder();
+    // A Duet 2 with a bed without heat, a mirrored Y, and the ends of Z in the other order.
+    let duet = "M669 K0 X1:0:0:0:0 Y0:-1:0:0:0 Z0:0:1:0:0 U0:0:0:1:0 V0:0:0:0:1\nM584 X0 Y1 Z2 E3 U4 V5 ; drives\n\
+                M203 X12000 Y12000 Z750 E1500 U5000 V12000\nM208 X-126:125   Y-92.3:50  Z125:-1 U-200:200 V-12000:12000\nM140 H-1\n";
+    // Speeds beyond what a profile may have.
+    let voron = "M669 K1\nM584 X0.6 Y0.5 Z0.0:0.4 B0.3 C0.2 E0.1\nM203 X180000 Y180000 Z1200:1200 B61200 C61200 E7200\n\
+                 M208 X-58 Y-58 Z-20 B-110 C-1000000 S1\nM208 X115 Y115 Z85 B110 C1000000  S0\n";
+    // A number that has lost its letter: no highest Y.
+    let thesis = "M584 X0.0 Y0.1 Z0.2 A0.3 B0.4 E0.5\nM203 X600 Y600 Z45 A120 B45 E1200\nM208 X137 Y-233 Z84 S1\nM208 X641 217 Z363 S0\n";
+    // Klipper that is given turns as commands, with the server's own macros elsewhere.
+    let fractal = "[include mainsail.cfg]\n[printer]\nkinematics: corexy\nmax_velocity: 300\nmax_accel: 3000\n[stepper_x]\nposition_min: -150.0\n\
+                   position_max: 150.0\n[stepper_y]\nposition_min: -297.05\nposition_max: 152.95\n[stepper_z]\nposition_min: -150.0\n\
+                   position_max: 250.0\n[manual_stepper stepper_a]\nvelocity: 10\naccel: 100\n[manual_stepper stepper_b]\nvelocity: 20\naccel: 100\n\
+                   endstop_pin: !PG13\n[heater_bed]\nmax_temp: 130\n[gcode_macro home_ab]\ngcode:\n  MANUAL_STEPPER STEPPER=stepper_b SET_POSITION=-1.8\n";
+    let files = [("duet.g", duet), ("voron.g", voron), ("thesis.g", thesis), ("fractal.cfg", fractal)];
+    lay(folder.path(), &files.map(|(name, text)| (name, text.to_owned())).to_vec());
+    let of = |file: &str, set: &[(&str, &str)]| {
+        let directions = super::DIRECTIONS.map(|key| (key, "1"));
+        kept(folder.path(), &[file], &[set, &directions].concat()).unwrap_or_else(|e| panic!("{file}: {e}"))
+    };
+    let noted = |done: &trunnion::job::ImportedProfile, words: &str| {
+        assert!(done.notes.iter().any(|note| note.contains(words)), "{words}: {:?}", done.notes);
+    };
+
+    let letters = |tilt, rotation, about| {
+        [("kinematics.tilt.letter", tilt), ("kinematics.rotation.letter", rotation), ("kinematics.tilt.about", about)]
+    };
+    let done = of("duet.g", &letters("U", "V", "Y"));
+    assert_eq!(done.profile.limits.z_mm, [-1.0, 125.0]);
+    noted(&done, "M208 Z125:-1 is read as -1:125");
+    let tilt = &done.profile.kinematics.tilt;
+    // No table tilts as far as the file lets it.
+    assert_eq!((tilt.min_deg, tilt.max_deg, tilt.letter), (-180.0, 180.0, 'U'));
+
+    let done = of("voron.g", &[]);
+    assert_eq!(done.profile.limits.max_feed_mm_per_min, 120_000.0);
+    let fact = done.facts.iter().find(|fact| fact.key == "limits.max_feed_mm_per_min").unwrap();
+    assert!(fact.how.contains("the file says 180000, and a profile has at most 120000"), "{}", fact.how);
+    assert_eq!((done.profile.kinematics.tilt.letter, done.profile.kinematics.rotation.letter), ('B', 'C'));
+
+    let answers = [&letters("A", "B", "X")[..], &[("limits.y_mm", "[-233, 217]")]].concat();
+    let done = of("thesis.g", &answers);
+    assert_eq!((done.profile.limits.x_mm, done.profile.limits.y_mm), ([137.0, 641.0], [-233.0, 217.0]));
+    noted(&done, "217 in M208 stands behind no letter");
+
+    let refused = kept(folder.path(), &["fractal.cfg"], &[]).unwrap_err();
+    for words in ["--set kinematics.tilt.stepper=NAME", "of stepper_a, stepper_b"] {
+        assert!(refused.contains(words), "{words}: {refused}");
+    }
+    let motors = [("kinematics.tilt.stepper", "stepper_b"), ("kinematics.rotation.stepper", "stepper_a")];
+    let done = of("fractal.cfg", &[&motors[..], &[("kinematics.tilt.about", "X")]].concat());
+    noted(&done, "mainsail.cfg is not there, and is not read");
+    let (tilt, rotation) = (&done.profile.kinematics.tilt, &done.profile.kinematics.rotation);
+    assert_eq!((tilt.max_deg_per_s, rotation.max_deg_per_s), (20.0, 10.0));
+    let start = &done.profile.dialect.start;
+    assert!(start.contains("STEPPER=stepper_b SET_POSITION=0") && !start.contains("GCODE_AXIS"), "{start}");
+    assert!(done.refusals.is_empty(), "{:?}", done.refusals);
+    let wrong = [("kinematics.tilt.stepper", "swing"), ("kinematics.rotation.stepper", "stepper_a")];
+    let refused = kept(folder.path(), &["fractal.cfg"], &wrong).unwrap_err();
+    assert!(refused.contains("there is no [manual_stepper swing]; there are stepper_a, stepper_b"), "{refused}");
+}
+
+/// What is answered is not looked for in the files, however wrong they are there.
+#[test]
+fn an_answer_goes_over_a_line_that_cannot_be() {
+    let folder = folder();
+    let text = super::small_reprap().replace("X-100:100 ", "") + "M208 X100 S1\nM208 X-100 S0\n";
+    lay(folder.path(), &vec![("config.g", text)]);
+    let wrong = with_rest(folder.path(), &["config.g"], &[]).unwrap_err();
+    assert!(wrong.contains("X goes from 100 (") && wrong.contains("they may be swapped"), "{wrong}");
+    let done = with_rest(folder.path(), &["config.g"], &[("limits.x_mm", "[-100, 100]")]).unwrap();
+    assert_eq!(done.profile.limits.x_mm, [-100.0, 100.0]);
+}
+
 /// Measures of a head are answers here, too: they go over what the file says of it, and else over what the other profile says.
 #[test]
 fn a_head_is_measured_beside_the_files() {

@@ -8,11 +8,14 @@ pub(super) struct Command {
     pub(super) code: String,
     /// Letters with what stands behind them, texts with their quotes.
     pub(super) words: Vec<(char, String)>,
+    /// Numbers that stand behind no letter; the firmware passes over them.
+    pub(super) stray: Vec<String>,
 }
 
 /// The command of a line; `None` where it is none.
 pub(super) fn command(line: &str, place: &Place) -> Result<Option<Command>, ImportError> {
-    let mut words = split(line).into_iter();
+    let (words, stray) = split(line);
+    let mut words = words.into_iter();
     let mut first = words.next();
     if first.as_ref().is_some_and(|(letter, _)| *letter == 'N') {
         first = words.next();
@@ -23,13 +26,16 @@ pub(super) fn command(line: &str, place: &Place) -> Result<Option<Command>, Impo
     let expression = words.iter().find(|(_, text)| text.starts_with('{'));
     match expression.filter(|_| super::READ.contains(&&*code)) {
         Some((letter, text)) => Err(worked_out(&format!("{code} {letter}"), text, place)),
-        None => Ok(Some(Command { code, words })),
+        None => Ok(Some(Command { code, words, stray })),
     }
 }
 
-/// Letters, and what stands behind each.
-fn split(line: &str) -> Vec<(char, String)> {
+/// Letters, and what stands behind each; and what stands behind none.
+fn split(line: &str) -> (Vec<(char, String)>, Vec<String>) {
     let mut words: Vec<(char, String)> = Vec::new();
+    let mut stray: Vec<String> = Vec::new();
+    // Whether a number has ended, and whether another one has begun behind it.
+    let (mut ended, mut strays) = (false, false);
     let (mut quoted, mut braces) = (false, 0_usize);
     for c in line.chars() {
         if !quoted && braces == 0 {
@@ -38,6 +44,19 @@ fn split(line: &str) -> Vec<(char, String)> {
             }
             if c.is_ascii_alphabetic() {
                 words.push((c.to_ascii_uppercase(), String::new()));
+                (ended, strays) = (false, false);
+                continue;
+            }
+            let text = words.last().map_or("", |(_, text)| text);
+            if c.is_whitespace() {
+                ended = text.ends_with(|c: char| c.is_ascii_digit() || c == '.');
+                strays = false;
+            } else if ended && (c.is_ascii_digit() || "+-.".contains(c)) {
+                stray.push(String::new());
+                (ended, strays) = (false, true);
+            }
+            if let Some(number) = stray.last_mut().filter(|_| strays) {
+                number.push(c);
                 continue;
             }
         }
@@ -53,7 +72,7 @@ fn split(line: &str) -> Vec<(char, String)> {
             text.push(c);
         }
     }
-    words
+    (words, stray)
 }
 
 impl Command {
