@@ -23,6 +23,7 @@ mod astray;
 mod balance;
 mod commands;
 mod coverage;
+mod depth;
 mod doubled;
 mod field;
 mod fill;

@@ -13,6 +13,7 @@ use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, Slo
 use crate::profile::{Profile, resolve, shipped};
 use crate::trace::{self, Move};
 
+mod depth;
 mod level;
 mod lines;
 mod reading;

@@ -9,6 +9,7 @@ use super::Planned;
 use super::ReplayJob;
 use super::acts::{Acts, Blind, Go, Kind, Stroke, Turn};
 use super::astray::{as_planned, is_astray};
+use super::depth::{DEEPEST_MM, Depth};
 use super::field::{Field, Rect};
 use super::floor::Floor;
 use super::hull::Hull;
@@ -85,6 +86,7 @@ pub(super) fn walk(acts: &Acts<'_>, job: &ReplayJob<'_>, planned: &[Planned]) ->
         most_turns: TURNS + TURNS_A_PRINT * planned.len(),
         strikes: 0,
         laying: Laying::new(job.profile.process.bridge_mm),
+        depth: Depth::default(),
         walked: Walked {
             findings: Findings::default(),
             clearance: CLEARANCE_CAP_MM,
@@ -166,6 +168,7 @@ struct Walker<'a> {
     /// How often the head has struck.
     strikes: usize,
     laying: Laying,
+    depth: Depth,
     walked: Walked,
     print: Option<u32>,
     runs: Vec<Run>,
@@ -213,7 +216,9 @@ impl Walker<'_> {
         };
         self.check_table(&setup, stroke);
         self.passes(&mut setup, from);
+        let strikes = self.strikes;
         self.sweep(&mut setup, [stroke.from, stroke.to], stroke.line, FINEST_MM);
+        self.check_depth(stroke, from, self.strikes > strikes);
         let mut gaps = Vec::new();
         match stroke.kind {
             Kind::Travel => self.laying.end(&mut setup.field, &mut gaps),
@@ -249,6 +254,20 @@ impl Walker<'_> {
         let (at, what) = (self.place(stroke.line), if setup.level { "tip" } else { "rim of the nozzle" });
         self.walked.findings.add(Rule::HeadCollision, at, [deepest, INTO_TABLE_MM], || {
             format!("the {what} is {deepest:.3} mm inside the table (maximum {INTO_TABLE_MM} mm)")
+        });
+    }
+
+    /// A travel through what its own print has laid; where it `strikes` that has been said.
+    fn check_depth(&mut self, stroke: &Stroke, index: usize, strikes: bool) {
+        let Some(deep) = self.depth.take(self.acts, stroke, (index, self.pose)) else { return };
+        if strikes || self.strikes >= MOST_STRIKES {
+            return;
+        }
+        self.strikes += 1;
+        self.note(-deep, stroke.line);
+        let at = self.place(stroke.line);
+        self.walked.findings.add(Rule::HeadCollision, at, [deep, DEEPEST_MM], || {
+            format!("the nozzle travels {deep:.3} mm deep through what is printed (maximum {DEEPEST_MM} mm)")
         });
     }
 
