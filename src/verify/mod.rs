@@ -45,6 +45,7 @@ mod program;
 mod reading;
 mod registration;
 mod report;
+mod rings;
 mod settings;
 mod shape;
 mod support;

@@ -10,7 +10,8 @@
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
 //! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges); what turns on its way is no bridge. Whatever the slicer calls it. A loop that is
 //! closed over air has no end there: what hangs behind its beginning and what hangs before its end are one span (PrusaSlicer's
-//! stability analysis takes it so, too). One that touches nothing but its own beginning lies on nothing.
+//! stability analysis takes it so, too). One that touches nothing but its own beginning lies on nothing, unless what is laid after it in
+//! its layer [holds it](super::rings).
 
 use std::collections::VecDeque;
 
@@ -18,6 +19,7 @@ use super::acts::Stroke;
 use super::field::{Below, Field};
 use super::ledges::{Ledges, UnsupportedGap};
 use super::material::deposit;
+use super::rings::Rings;
 use crate::geom::Vec3;
 use crate::planning::FREE_SPAN_MM;
 
@@ -30,7 +32,7 @@ const SAMPLE_MM: f64 = 0.3;
 /// A span is straight that is no longer than so many times the way between its ends, and a line's width.
 const STRAIGHT: f64 = 1.1;
 /// What turns over air may be no longer, whatever a bridge may span, mm: the end of something held at one side.
-const TURNED_MM: f64 = 8.0;
+pub(super) const TURNED_MM: f64 = 8.0;
 /// The line itself carries nothing until the tip is so many widths ahead: its own tail is no support.
 const TAIL_WIDTHS: f64 = 4.0;
 
@@ -56,6 +58,10 @@ pub(super) struct Laying {
     body: Option<u32>,
     /// What hangs at one end.
     ledges: Ledges,
+    /// The line's pieces, and places on it with whether they are held; the latter where a ring waits.
+    way: Vec<[Vec3; 2]>,
+    places: Vec<(Vec3, bool)>,
+    rings: Rings,
 }
 
 impl Laying {
@@ -75,6 +81,9 @@ impl Laying {
             holds: false,
             body: None,
             ledges: Ledges::default(),
+            way: Vec::new(),
+            places: Vec::new(),
+            rings: Rings::default(),
         }
     }
 
@@ -90,7 +99,11 @@ impl Laying {
 
     /// Lays `stroke`; the gaps that end on it go to `found`.
     pub(super) fn lay(&mut self, stroke: &Stroke, field: &mut Field, found: &mut Vec<UnsupportedGap>) {
+        if self.rings.are_below(stroke.to.z) {
+            self.rings.settle(found);
+        }
         self.began.get_or_insert(stroke.from);
+        self.way.push([stroke.from, stroke.to]);
         let along = stroke.to - stroke.from;
         let length = along.norm();
         let count = (length / SAMPLE_MM).ceil().max(1.0);
@@ -105,7 +118,11 @@ impl Laying {
             // What another body ends with may be a designer's own support, with a layer of air above; or it is so near that no support fits between.
             let other = self.body.map(|body| (body, under - OTHERS_LAYERS * height));
             let below = Below { height: under, earlier, held: under - air, other };
-            if field.stands([p.x, p.y], width, below) {
+            let stands = field.stands([p.x, p.y], width, below);
+            if self.rings.wait() {
+                self.places.push((p, stands));
+            }
+            if stands {
                 self.end_gap(self.travelled + length * (i as f64) / count, found);
                 self.held = true;
             } else {
@@ -136,14 +153,14 @@ impl Laying {
             let before = open.or_else(|| self.last.filter(near_end).map(|(gap, _)| gap));
             let one = match (first, open) {
                 // On nothing but its own beginning.
-                (Some(first), _) if first.length >= self.travelled - TAIL_WIDTHS * width => Some(first.alone()),
+                (Some(first), _) if first.length >= self.travelled - TAIL_WIDTHS * width => self.hang(first.alone()),
                 (Some(first), _) => {
                     let length = first.length + before.map_or(0.0, |gap| gap.length);
                     let ends = [before.map_or(first.ends[0], |gap| gap.ends[0]), first.ends[1]];
                     Some(UnsupportedGap { held: [true; 2], length, ends, ..first })
                 }
                 (None, Some(gap)) if gap.held[0] => Some(UnsupportedGap { held: [true; 2], ..gap }),
-                (None, Some(gap)) => Some(gap),
+                (None, Some(gap)) => self.hang(gap),
                 (None, None) => None,
             };
             one.into_iter().for_each(|gap| self.judge(gap, found));
@@ -151,13 +168,30 @@ impl Laying {
             first.into_iter().chain(open).for_each(|gap| self.judge(gap, found));
         }
         (self.began, self.last) = (None, None);
+        if let Some((_, width)) = end.filter(|_| self.rings.wait() && !self.places.is_empty()) {
+            self.rings.line(&self.way, width, &self.places);
+        }
+        self.way.clear();
+        self.places.clear();
         self.tail.drain(..).for_each(|(stroke, _)| deposit(field, &stroke, self.holds, self.body));
         (self.travelled, self.held) = (0.0, false);
     }
 
     /// The print ends here: what hangs of all of it is judged.
     pub(super) fn settle(&mut self, found: &mut Vec<UnsupportedGap>) {
+        self.rings.settle(found);
         self.ledges.settle(found);
+    }
+
+    /// A closed line that hangs as a whole: back where its layer cannot hold it any more.
+    fn hang(&mut self, gap: UnsupportedGap) -> Option<UnsupportedGap> {
+        let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));
+        let waits = gap.length > free && self.rings.take(UnsupportedGap { allowed: free, ..gap }, &self.way);
+        if waits {
+            // It is a thread already.
+            self.places.clear();
+        }
+        (!waits).then_some(gap)
     }
 
     /// The gap ends on material `at` so many mm along the line.
@@ -251,6 +285,37 @@ mod tests {
             let found = too_long(&gap(30.0), &ring([half, half]));
             assert!(found.len() == 1 && found[0] > 2.0, "{half}: {found:?}");
         }
+    }
+
+    /// A hole above a counterbore: the loop comes first, then what holds it.
+    #[test]
+    fn a_ring_is_held_by_what_its_layer_lays_after_it() {
+        let walls = gap(9.0);
+        let ring = || ring([2.0, 2.0]);
+        // From wall to wall beside it, and from both walls to it.
+        let across: Vec<Vec<[f64; 2]>> = [-2.4, 2.4].map(|y| vec![[-7.0, y], [7.0, y]]).to_vec();
+        let left = |y: f64| vec![[-7.0, y], [-2.1, y]];
+        let right = |y: f64| vec![[2.1, y], [7.0, y]];
+        let spokes = |of: &dyn Fn(f64) -> Vec<[f64; 2]>| [-1.5, -0.5, 0.5, 1.5].map(of).to_vec();
+        let whole = [vec![ring()], across.clone(), spokes(&left), spokes(&right)].concat();
+        assert_eq!(all_too_long(&walls, &whole), Vec::<f64>::new());
+        // A second ring around it, which the bridges meet.
+        let outer = vec![[0.0, -2.4], [2.4, -2.4], [2.4, 2.4], [-2.4, 2.4], [-2.4, -2.4], [0.0, -2.4]];
+        let far: Vec<Vec<[f64; 2]>> = [-2.8, 2.8].map(|y| vec![[-7.0, y], [7.0, y]]).to_vec();
+        assert_eq!(all_too_long(&walls, &[vec![ring(), outer], far].concat()), Vec::<f64>::new());
+        // From one side alone, or beyond its layer's end, it is not.
+        let one_side = [vec![ring()], spokes(&left)].concat();
+        assert_eq!(all_too_long(&walls, &one_side).len(), 1);
+        // The filling of a disc in the air, which has nothing but the ring; as wide as it may be.
+        for half in [1.0, 2.0, 4.0] {
+            let lines = (0..(half * 4.0) as usize).map(|k| -half + 0.25 + 0.45 * k as f64).filter(|y| *y < half);
+            let filling = lines.map(|y| vec![[-half, y], [half, y]]);
+            let disc: Vec<Vec<[f64; 2]>> = std::iter::once(super::tests::ring([half, half])).chain(filling).collect();
+            assert_eq!(all_too_long(&gap(30.0), &disc).len(), 1, "{half}");
+        }
+        // A ring too large to be held so.
+        let large = [vec![super::tests::ring([6.0, 6.0])], vec![vec![[-20.0, 6.4], [20.0, 6.4]]]].concat();
+        assert!(!all_too_long(&gap(13.0), &large).is_empty());
     }
 
     #[test]

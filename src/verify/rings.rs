@@ -1,0 +1,131 @@
+//! Rings over air that the rest of their layer holds.
+//!
+//! Above a counterbore a hole begins as a loop that touches nothing: slicers lay it first, and then the bridges that meet it from all sides.
+//! Such a loop is kept until its layer ends. What is laid after it and lies on something else holds it where it touches it, or touches what
+//! touches it; it is held where no stretch of it between two such places is longer than what may turn over air, nor half of it.
+//! What has nothing but the ring itself, as the filling of a disc in the air, holds nothing.
+
+use super::ledges::UnsupportedGap;
+use super::support::TURNED_MM;
+use crate::geom::{Sets, Vec3};
+
+/// No longer ring is waited for, mm: around a hole that a bridge of 14 mm spans.
+const LONGEST_MM: f64 = 44.0;
+/// Beyond half of the widths, how far from each other lines touch, mm.
+const TOUCH_MM: f64 = 0.15;
+/// As far beyond that a thread may be what is found beside a line: the field's cells and the line's own width.
+const BESIDE_MM: f64 = 1.0;
+/// Threads at most that are looked at in one layer.
+const MOST_THREADS: usize = 300;
+/// What lies no higher or lower is of the layer, mm.
+const LAYER_MM: f64 = 0.02;
+
+/// A line, as its pieces.
+type Way = Vec<[Vec3; 2]>;
+
+/// A line of the layer that lies on nothing but others like it.
+struct Thread {
+    way: Way,
+    width: f64,
+}
+
+/// The rings of one layer.
+#[derive(Default)]
+pub(super) struct Rings {
+    threads: Vec<Thread>,
+    /// By their threads.
+    rings: Vec<(usize, UnsupportedGap)>,
+    /// Where a line that lies on something else meets a thread.
+    touched: Vec<(usize, Vec3)>,
+    overflown: bool,
+}
+
+impl Rings {
+    /// Whether a ring of another layer than that at `z` waits.
+    pub(super) fn are_below(&self, z: f64) -> bool {
+        self.rings.first().is_some_and(|(_, gap)| (gap.ends[0].z - z).abs() > LAYER_MM)
+    }
+
+    /// Whether lines are to be told.
+    pub(super) fn wait(&self) -> bool {
+        !self.rings.is_empty()
+    }
+
+    /// Takes a closed line that hangs as a whole; `false` where it is too long to wait for.
+    pub(super) fn take(&mut self, gap: UnsupportedGap, way: &Way) -> bool {
+        let fits = gap.length <= LONGEST_MM && self.threads.len() < MOST_THREADS;
+        if fits {
+            self.rings.push((self.threads.len(), gap));
+            self.threads.push(Thread { way: way.clone(), width: f64::from(gap.stroke.width) });
+        }
+        fits
+    }
+
+    /// A line that was laid behind a ring of the same layer: places on it, with whether something was below or beside them.
+    pub(super) fn line(&mut self, way: &Way, width: f64, places: &[(Vec3, bool)]) {
+        let within = |at: &Vec3, thread: &Thread, mm: f64| near(at, &thread.way) <= (thread.width + width) / 2.0 + mm;
+        let of_thread = |at: &Vec3, thread: &Thread| within(at, thread, TOUCH_MM);
+        let alone = |at: &Vec3| !self.threads.iter().any(|thread| within(at, thread, BESIDE_MM));
+        let lies = places.iter().any(|(at, held)| *held && alone(at));
+        if lies {
+            for (i, thread) in self.threads.iter().enumerate() {
+                self.touched.extend(places.iter().filter(|(at, _)| of_thread(at, thread)).map(|(at, _)| (i, *at)));
+            }
+        } else if self.threads.len() < MOST_THREADS {
+            self.threads.push(Thread { way: way.clone(), width });
+        } else {
+            self.overflown = true;
+        }
+    }
+
+    /// The layer is over: what is not held goes to `found`.
+    pub(super) fn settle(&mut self, found: &mut Vec<UnsupportedGap>) {
+        let Self { threads, rings, touched, overflown } = std::mem::take(self);
+        let mut sets = Sets::new(threads.len());
+        for a in 0..threads.len() {
+            for b in 0..a {
+                if meet(&threads[a], &threads[b]) {
+                    sets.join(a as u32, b as u32);
+                }
+            }
+        }
+        for (thread, gap) in rings {
+            let root = sets.root(thread as u32);
+            let places: Vec<Vec3> =
+                touched.iter().filter(|(other, _)| sets.root(*other as u32) == root).map(|(_, at)| *at).collect();
+            if overflown || !is_held(&threads[thread].way, &places) {
+                found.push(gap);
+            }
+        }
+    }
+}
+
+/// The distance of a place from a line, level.
+fn near(at: &Vec3, way: &Way) -> f64 {
+    let of = |[from, to]: &[Vec3; 2]| {
+        let (along, there) = ((to - from).xy(), (at - from).xy());
+        let share =
+            if along.norm_squared() > 0.0 { (there.dot(&along) / along.norm_squared()).clamp(0.0, 1.0) } else { 0.0 };
+        (there - along * share).norm()
+    };
+    way.iter().map(of).fold(f64::INFINITY, f64::min)
+}
+
+fn meet(a: &Thread, b: &Thread) -> bool {
+    let reach = (a.width + b.width) / 2.0 + TOUCH_MM;
+    let meets = |one: &Thread, other: &Thread| one.way.iter().flatten().any(|at| near(at, &other.way) <= reach);
+    meets(a, b) || meets(b, a)
+}
+
+/// Whether places hold a ring, seen from its middle.
+fn is_held(ring: &Way, places: &[Vec3]) -> bool {
+    let count = ring.len().max(1) as f64;
+    let middle = ring.iter().map(|[from, _]| from.xy()).sum::<nalgebra::Vector2<f64>>() / count;
+    let radius = ring.iter().map(|[from, _]| (from.xy() - middle).norm()).sum::<f64>() / count;
+    let mut angles: Vec<f64> = places.iter().map(|at| (at.y - middle.y).atan2(at.x - middle.x)).collect();
+    angles.sort_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return false };
+    let around = first + std::f64::consts::TAU - last;
+    let widest = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
+    widest <= std::f64::consts::PI && widest * radius <= TURNED_MM
+}
