@@ -24,8 +24,9 @@ const TOO_WIDE: f64 = 1.3;
 const SHORTEST_MM: f64 = 2.0;
 /// Of which each shares at least so much with another: lines of two hatches that meet end to end share their ends.
 const CURVE_SHARE: f64 = 0.5;
-/// Infill may turn back on itself along a curve for so much, mm (a cubic millimetre), within so many lines.
-const HAIRPIN_MM: f64 = 12.0;
+/// Infill may turn back on itself for so much, mm (some two cubic millimetres), within so many lines: at the end of a region PrusaSlicer has gone back
+/// over 25 mm of the row before.
+const HAIRPIN_MM: f64 = 30.0;
 const HAIRPIN_LINES: usize = 10;
 const JOINED_MM: f64 = 0.2;
 /// Lines on top of one that are told apart: more make the same finding, and pairs of all would grow with their square.

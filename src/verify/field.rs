@@ -75,6 +75,8 @@ pub(super) struct Below {
     pub(super) height: f64,
     /// What was there before this setup.
     pub(super) earlier: f64,
+    /// What was laid in it.
+    pub(super) laid: f64,
     /// A support.
     pub(super) held: f64,
     /// Another body than this one.
@@ -217,6 +219,7 @@ impl Field {
         let holds = |i: usize| {
             f64::from(level.top[i]) >= below.height
                 || f64::from(self.earlier[i]) >= below.earlier
+                || (f64::from(level.top[i]) >= below.laid && level.top[i] > self.earlier[i])
                 || held(i)
                 || other(i)
         };
@@ -443,11 +446,31 @@ mod tests {
         let mut field = field();
         assert_eq!(field.highest() as f32, 30.0 + ROUNDING as f32);
         field.settle();
-        assert!(field.stands([10.0, 0.0], 0.2, Below { height: 29.0, earlier: 99.0, held: 99.0, other: None }));
-        assert!(field.stands([11.5, 0.0], 1.0, Below { height: 29.0, earlier: 99.0, held: 99.0, other: None }));
-        assert!(!field.stands([13.0, 0.0], 1.0, Below { height: 29.0, earlier: 99.0, held: 99.0, other: None }));
-        assert!(field.stands([10.0, 0.0], 0.2, Below { height: 99.0, earlier: 29.0, held: 99.0, other: None }));
-        assert!(!field.stands([10.0, 0.0], 0.2, Below { height: 31.0, earlier: 31.0, held: 99.0, other: None }));
+        assert!(field.stands(
+            [10.0, 0.0],
+            0.2,
+            Below { height: 29.0, earlier: 99.0, laid: 99.0, held: 99.0, other: None }
+        ));
+        assert!(field.stands(
+            [11.5, 0.0],
+            1.0,
+            Below { height: 29.0, earlier: 99.0, laid: 99.0, held: 99.0, other: None }
+        ));
+        assert!(!field.stands(
+            [13.0, 0.0],
+            1.0,
+            Below { height: 29.0, earlier: 99.0, laid: 99.0, held: 99.0, other: None }
+        ));
+        assert!(field.stands(
+            [10.0, 0.0],
+            0.2,
+            Below { height: 99.0, earlier: 29.0, laid: 99.0, held: 99.0, other: None }
+        ));
+        assert!(!field.stands(
+            [10.0, 0.0],
+            0.2,
+            Below { height: 31.0, earlier: 31.0, laid: 99.0, held: 99.0, other: None }
+        ));
     }
 
     #[test]

@@ -5,7 +5,8 @@
 //! lie a layer deeper: where a part grows out of a slanting surface, its slices begin in mid-layer. So may another body that grows beside it and
 //! shares no face with it: a designer's own supports end a layer of air below what they hold.
 //!
-//! What lies on supports leaves some air below it, in whole layers: a support's top counts as if it reached so much higher.
+//! What lies on supports leaves some air below it, in whole layers: a support's top counts as if it reached so much higher. So does what a
+//! support stands on.
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
 //! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges); what turns on its way is no bridge. Whatever the slicer calls it. A loop that is
@@ -117,7 +118,10 @@ impl Laying {
             let earlier = if self.holds { under } else { under - height };
             // What another body ends with may be a designer's own support, with a layer of air above; or it is so near that no support fits between.
             let other = self.body.map(|body| (body, under - OTHERS_LAYERS * height));
-            let below = Below { height: under, earlier, held: under - air, other };
+            // Below supports that stand on a part slicers leave as much air as above them; and a floor in the middle of a layer ends a layer
+            // lower with some.
+            let laid = if self.holds { under - air } else { under };
+            let below = Below { height: under, earlier, laid, held: under - air, other };
             let stands = field.stands([p.x, p.y], width, below);
             if self.rings.wait() {
                 self.places.push((p, stands));
@@ -284,6 +288,33 @@ mod tests {
         for half in [0.6, 0.9, 1.5, 3.0] {
             let found = too_long(&gap(30.0), &ring([half, half]));
             assert!(found.len() == 1 && found[0] > 2.0, "{half}: {found:?}");
+        }
+    }
+
+    /// A floor in the middle of a layer is printed a layer lower by some slicers, and they leave air below their own supports, too.
+    #[test]
+    fn supports_stand_on_a_part_with_as_much_air_as_above_them() {
+        let layer = f64::from(HEIGHT);
+        let hangs = |layers: u32, gap_mm: f64, holds: bool| {
+            let mut field = Field::new(&Rect { min: [-40.0; 2], max: [40.0; 2] });
+            let top = 10.0 - layer * f64::from(layers + 1);
+            field.settle();
+            let at = |k: i32| f64::from(k) * 0.3 - 6.0;
+            (0..40).for_each(|k| field.deposit([[at(k), -30.0], [at(k), 30.0]], 0.3, top));
+            let (mut laying, mut gaps) = (Laying::new(BRIDGE_MM), Vec::new());
+            laying.with_supports(gap_mm, holds);
+            let [from, to] = [-10.0, 10.0].map(|y| Vec3::new(0.0, y, 10.0));
+            let stroke = Stroke { from, to, line: 1, print: None, kind: Kind::Print, width: WIDTH, height: HEIGHT };
+            laying.lay(&stroke, &mut field, &mut gaps);
+            laying.end(&mut field, &mut gaps);
+            laying.settle(&mut gaps);
+            !gaps.is_empty()
+        };
+        for (layers, gap_mm, found) in
+            [(0, 0.2, false), (1, 0.2, false), (2, 0.2, true), (1, 0.0, true), (2, 0.3, false)]
+        {
+            assert_eq!(hangs(layers, gap_mm, true), found, "{layers} layers of air, gap {gap_mm}");
+            assert_eq!(hangs(layers, 0.0, false), layers > 0, "a part with {layers} layers of air");
         }
     }
 
