@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::acts::{Acts, Go, Kind, Stroke};
+use super::report::{Finding, Rule};
 use crate::geom::Vec3;
 use crate::motion::Pose;
 
@@ -16,6 +17,14 @@ pub(super) const DEEPEST_MM: f64 = 0.05;
 const CELL_MM: f64 = 0.25;
 /// From a line's middle to where it is still as high, as a share of its width: beyond it is round.
 const FLAT: f64 = 0.35;
+
+impl Finding {
+    /// Whether it is a travel through what its own print has laid, no deeper than lines give way.
+    pub(crate) fn is_shallow_travel(&self) -> bool {
+        // The limit tells: no other finding has it.
+        self.rule == Rule::HeadCollision && self.allowed.to_bits() == DEEPEST_MM.to_bits()
+    }
+}
 
 /// What every print has laid, as far as anybody asks.
 #[derive(Default)]

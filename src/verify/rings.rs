@@ -6,9 +6,10 @@
 //! What has nothing but the ring itself, as the filling of a disc in the air, holds nothing.
 
 use super::ledges::UnsupportedGap;
-use super::support::TURNED_MM;
 use crate::geom::{Sets, Vec3};
 
+/// What turns over air may be no longer, whatever a bridge may span, mm: the end of something held at one side.
+pub(super) const TURNED_MM: f64 = 8.0;
 /// No longer ring is waited for, mm: around a hole that a bridge of 14 mm spans.
 const LONGEST_MM: f64 = 44.0;
 /// Beyond half of the widths, how far from each other lines touch, mm.

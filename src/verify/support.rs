@@ -20,7 +20,7 @@ use super::acts::Stroke;
 use super::field::{Below, Field};
 use super::ledges::{Ledges, UnsupportedGap};
 use super::material::deposit;
-use super::rings::Rings;
+use super::rings::{Rings, TURNED_MM};
 use crate::geom::Vec3;
 use crate::planning::FREE_SPAN_MM;
 
@@ -32,8 +32,6 @@ const OTHERS_LAYERS: f64 = 2.0;
 const SAMPLE_MM: f64 = 0.3;
 /// A span is straight that is no longer than so many times the way between its ends, and a line's width.
 const STRAIGHT: f64 = 1.1;
-/// What turns over air may be no longer, whatever a bridge may span, mm: the end of something held at one side.
-pub(super) const TURNED_MM: f64 = 8.0;
 /// The line itself carries nothing until the tip is so many widths ahead: its own tail is no support.
 const TAIL_WIDTHS: f64 = 4.0;
 

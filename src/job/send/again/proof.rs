@@ -116,6 +116,8 @@ impl ReentryPath {
     fn counts(&self, finding: &Finding) -> bool {
         match finding.rule {
             _ if finding.line <= self.printed => false,
+            // Where exactly a print was interrupted nobody knows: its last lines may stand in the way, and give way.
+            _ if finding.is_shallow_travel() => false,
             Rule::HeadCollision | Rule::AxisLimit => true,
             Rule::TurnCollision => finding.line > self.posed,
             Rule::UnknownPosition => finding.line > self.own,
