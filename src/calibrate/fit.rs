@@ -83,20 +83,23 @@ fn free(problem: &Problem<'_>, start: &[f64], square: bool) -> Vec<usize> {
 
 /// Whether the touches tell, beside all else, whether the table sags: places near its middle are among them.
 fn tells_sag(profile: &Profile, problem: &Problem<'_>, free: &[usize], state: &[f64]) -> bool {
-    let touches = problem.touches;
     let all: Vec<usize> = free.iter().copied().chain([Unknown::Sag as usize]).collect();
-    let unit = units(problem.length, poses::lever(profile));
-    let mut information = Information::before(unit, &all, touches.tip.repeats_to_mm);
-    touches.touches.iter().for_each(|touch| information.add(&problem.rows(touch, state)));
+    let information = informed(profile, problem, &all, state);
     information.error(Unknown::Sag as usize) * poses::sag_at_rim(profile) <= WORST_MM
 }
 
-/// Whether the touches tell every unknown of the machine.
-fn told(profile: &Profile, problem: &Problem<'_>, free: &[usize], state: &[f64]) -> Result<(), NoFit> {
+/// What all touches tell of the `free` unknowns.
+fn informed(profile: &Profile, problem: &Problem<'_>, free: &[usize], state: &[f64]) -> Information {
     let touches = problem.touches;
     let unit = units(problem.length, poses::lever(profile));
     let mut information = Information::before(unit, free, touches.tip.repeats_to_mm);
     touches.touches.iter().for_each(|touch| information.add(&problem.rows(touch, state)));
+    information
+}
+
+/// Whether the touches tell every unknown of the machine.
+fn told(profile: &Profile, problem: &Problem<'_>, free: &[usize], state: &[f64]) -> Result<(), NoFit> {
+    let information = informed(profile, problem, free, state);
     let machine = || free.iter().copied().filter(|&i| i < UNKNOWNS);
     let worst: Vec<usize> = machine().filter(|&i| information.error(i) > worst(Unknown::ALL[i])).collect();
     if worst.is_empty() {

@@ -53,7 +53,6 @@ impl Report<'_> {
         let sag = estimates.iter().find(|e| e.unknown == Unknown::Sag).map(|e| self.at_rim(e));
         let refusals = self.refusals(&outliers, rms_mm, freedom, (bend.as_ref(), sag));
         let places = self.places(state);
-        let sag = sag.map(|(mm, error_mm)| Sag { mm, error_mm });
         ChainFit {
             chain,
             table,
@@ -109,10 +108,10 @@ impl Report<'_> {
         all
     }
 
-    /// A sag as it is at the table's rim, and half of what holds it in 95 of 100 cases, mm.
-    fn at_rim(&self, estimate: &Estimate) -> (f64, f64) {
+    /// A sag as it is at the table's rim.
+    fn at_rim(&self, estimate: &Estimate) -> Sag {
         let share = poses::sag_at_rim(self.profile);
-        (estimate.differs * share, estimate.error * share)
+        Sag { mm: estimate.differs * share, error_mm: estimate.error * share }
     }
 
     fn refusals(
@@ -120,7 +119,7 @@ impl Report<'_> {
         outliers: &[Outlier],
         rms_mm: f64,
         freedom: usize,
-        (bend, sag): (Option<&Bend>, Option<(f64, f64)>),
+        (bend, sag): (Option<&Bend>, Option<Sag>),
     ) -> Vec<Refusal> {
         let mut all = Vec::new();
         let noise_mm = self.problem.touches.tip.repeats_to_mm;
@@ -135,7 +134,7 @@ impl Report<'_> {
             let mm = bend.surface_mm;
             all.extend((mm > allowed_mm).then_some(Refusal::Sloped { mm, allowed_mm }));
         }
-        if let Some((mm, error_mm)) = sag {
+        if let Some(Sag { mm, error_mm }) = sag {
             let sure = mm.abs() > allowed_mm && mm.abs() > error_mm;
             all.extend(sure.then_some(Refusal::Sagging { mm, allowed_mm }));
         }

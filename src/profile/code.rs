@@ -315,7 +315,7 @@ mod tests {
             (
                 "generic-ac",
                 "G28\nG29\nM109 S{nozzle_c}",
-                "\"G29\": it applies the bed mesh, which is of the level table",
+                "\"G29\": it applies the bed mesh, which was measured on the level table",
             ),
             ("generic-ac", "G28\nM420 S1\nM109 S{nozzle_c}", "put M420 S0 after it"),
             ("trident-5-axis", "G28\nG29 S1\nM109 S{nozzle_c}", "put M561 after it"),

@@ -446,31 +446,17 @@ mod tests {
         let mut field = field();
         assert_eq!(field.highest() as f32, 30.0 + ROUNDING as f32);
         field.settle();
-        assert!(field.stands(
-            [10.0, 0.0],
-            0.2,
-            Below { height: 29.0, earlier: 99.0, laid: 99.0, held: 99.0, other: None }
-        ));
-        assert!(field.stands(
-            [11.5, 0.0],
-            1.0,
-            Below { height: 29.0, earlier: 99.0, laid: 99.0, held: 99.0, other: None }
-        ));
-        assert!(!field.stands(
-            [13.0, 0.0],
-            1.0,
-            Below { height: 29.0, earlier: 99.0, laid: 99.0, held: 99.0, other: None }
-        ));
-        assert!(field.stands(
-            [10.0, 0.0],
-            0.2,
-            Below { height: 99.0, earlier: 29.0, laid: 99.0, held: 99.0, other: None }
-        ));
-        assert!(!field.stands(
-            [10.0, 0.0],
-            0.2,
-            Below { height: 31.0, earlier: 31.0, laid: 99.0, held: 99.0, other: None }
-        ));
+        let below = |height: f64, earlier: f64, laid: f64| Below { height, earlier, laid, held: 99.0, other: None };
+        assert!(field.stands([10.0, 0.0], 0.2, below(29.0, 99.0, 99.0)));
+        assert!(field.stands([11.5, 0.0], 1.0, below(29.0, 99.0, 99.0)));
+        assert!(!field.stands([13.0, 0.0], 1.0, below(29.0, 99.0, 99.0)));
+        assert!(field.stands([10.0, 0.0], 0.2, below(99.0, 29.0, 99.0)));
+        assert!(!field.stands([10.0, 0.0], 0.2, below(31.0, 31.0, 99.0)));
+        // What was there before is nothing that was laid since.
+        assert!(!field.stands([10.0, 0.0], 0.2, below(99.0, 99.0, 29.0)));
+        field.deposit([[9.0, 0.0], [11.0, 0.0]], 0.3, 33.0);
+        assert!(field.stands([10.0, 0.0], 0.2, below(99.0, 99.0, 32.0)));
+        assert!(!field.stands([10.0, 0.0], 0.2, below(99.0, 99.0, 34.0)));
     }
 
     #[test]

@@ -473,7 +473,7 @@ impl<'a> Checker<'a> {
         }
         let (at, off) = (FindingPlace { line, ..self.place() }, what.off(self.firmware));
         self.findings.add(Rule::Command, at, [0.0, 2.0], || {
-            format!("it {} while something is printed; put {off} after it", what.harm())
+            format!("this line {}; put {off} after it, before anything is printed", what.harm())
         });
     }
 

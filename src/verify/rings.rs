@@ -3,13 +3,18 @@
 //! Above a counterbore a hole begins as a loop that touches nothing: slicers lay it first, and then the bridges that meet it from all sides.
 //! Such a loop is kept until its layer ends. What is laid after it and lies on something else holds it where it touches it, or touches what
 //! touches it; it is held where no stretch of it between two such places is longer than what may turn over air, nor half of it.
-//! What has nothing but the ring itself, as the filling of a disc in the air, holds nothing.
+//! What has nothing but the ring itself, as the filling of a disc in the air, holds nothing; nor do the rows of one line that lie beside
+//! each other alone. Places are the machine's, mm.
+
+use std::collections::HashMap;
 
 use super::ledges::UnsupportedGap;
-use crate::geom::{Sets, Vec3};
+use crate::geom::{Bounds, Sets, Vec3};
 
 /// What turns over air may be no longer, whatever a bridge may span, mm: the end of something held at one side.
 pub(super) const TURNED_MM: f64 = 8.0;
+/// A line carries nothing of itself until the tip is so many widths ahead: its own tail is no support.
+pub(super) const TAIL_WIDTHS: f64 = 4.0;
 /// No longer ring is waited for, mm: around a hole that a bridge of 14 mm spans.
 const LONGEST_MM: f64 = 44.0;
 /// Beyond half of the widths, how far from each other lines touch, mm.
@@ -28,6 +33,21 @@ type Way = Vec<[Vec3; 2]>;
 struct Thread {
     way: Way,
     width: f64,
+    bounds: Bounds,
+}
+
+impl Thread {
+    fn of(way: &Way, width: f64) -> Self {
+        Self { way: way.clone(), width, bounds: Bounds::of(way.iter().flatten().copied()) }
+    }
+
+    /// Whether a place is no farther from its middle than this, level, mm.
+    fn is_within(&self, at: &Vec3, mm: f64) -> bool {
+        let (low, high) = (self.bounds.min, self.bounds.max);
+        (low.x - mm..=high.x + mm).contains(&at.x)
+            && (low.y - mm..=high.y + mm).contains(&at.y)
+            && near(at, &self.way) <= mm
+    }
 }
 
 /// The rings of one layer.
@@ -57,23 +77,24 @@ impl Rings {
         let fits = gap.length <= LONGEST_MM && self.threads.len() < MOST_THREADS;
         if fits {
             self.rings.push((self.threads.len(), gap));
-            self.threads.push(Thread { way: way.clone(), width: f64::from(gap.stroke.width) });
+            self.threads.push(Thread::of(way, f64::from(gap.stroke.width)));
         }
         fits
     }
 
-    /// A line that was laid behind a ring of the same layer: places on it, with whether something was below or beside them.
+    /// A line that was laid behind a ring of the same layer: places on it in order, with whether something was below or beside them.
     pub(super) fn line(&mut self, way: &Way, width: f64, places: &[(Vec3, bool)]) {
-        let within = |at: &Vec3, thread: &Thread, mm: f64| near(at, &thread.way) <= (thread.width + width) / 2.0 + mm;
-        let of_thread = |at: &Vec3, thread: &Thread| within(at, thread, TOUCH_MM);
-        let alone = |at: &Vec3| !self.threads.iter().any(|thread| within(at, thread, BESIDE_MM));
-        let lies = places.iter().any(|(at, held)| *held && alone(at));
-        if lies {
+        let between = |thread: &Thread| (thread.width + width) / 2.0;
+        let beside = |at: &Vec3| self.threads.iter().any(|thread| thread.is_within(at, between(thread) + BESIDE_MM));
+        let own = beside_itself(width, places);
+        if places.iter().zip(own).any(|((at, held), own)| *held && !own && !beside(at)) {
             for (i, thread) in self.threads.iter().enumerate() {
-                self.touched.extend(places.iter().filter(|(at, _)| of_thread(at, thread)).map(|(at, _)| (i, *at)));
+                let reach = between(thread) + TOUCH_MM;
+                let touched = places.iter().map(|(at, _)| *at).filter(|at| thread.is_within(at, reach));
+                self.touched.extend(touched.map(|at| (i, at)));
             }
         } else if self.threads.len() < MOST_THREADS {
-            self.threads.push(Thread { way: way.clone(), width });
+            self.threads.push(Thread::of(way, width));
         } else {
             self.overflown = true;
         }
@@ -101,6 +122,26 @@ impl Rings {
     }
 }
 
+/// For each place whether the line itself has been beside it before, so that it may be all that was found there.
+fn beside_itself(width: f64, places: &[(Vec3, bool)]) -> Vec<bool> {
+    let reach = width + BESIDE_MM;
+    // Straight on it never is.
+    let tail = (TAIL_WIDTHS * width).max(reach + BESIDE_MM / 2.0);
+    let mut been: HashMap<[i64; 2], Vec<(Vec3, f64)>> = HashMap::new();
+    let (mut travelled, mut last) = (0.0, None);
+    let mut own = Vec::with_capacity(places.len());
+    for (at, _) in places {
+        travelled += last.map_or(0.0, |last: Vec3| (at - last).norm());
+        last = Some(*at);
+        let [x, y] = [at.x, at.y].map(|v| (v / reach).floor() as i64);
+        let cells = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [x + dx, y + dy]));
+        let near = |(then, when): &(Vec3, f64)| travelled - when >= tail && (at - then).xy().norm() <= reach;
+        own.push(cells.filter_map(|cell| been.get(&cell)).flatten().any(near));
+        been.entry([x, y]).or_default().push((*at, travelled));
+    }
+    own
+}
+
 /// The distance of a place from a line, level.
 fn near(at: &Vec3, way: &Way) -> f64 {
     let of = |[from, to]: &[Vec3; 2]| {
@@ -114,7 +155,7 @@ fn near(at: &Vec3, way: &Way) -> f64 {
 
 fn meet(a: &Thread, b: &Thread) -> bool {
     let reach = (a.width + b.width) / 2.0 + TOUCH_MM;
-    let meets = |one: &Thread, other: &Thread| one.way.iter().flatten().any(|at| near(at, &other.way) <= reach);
+    let meets = |one: &Thread, other: &Thread| one.way.iter().flatten().any(|at| other.is_within(at, reach));
     meets(a, b) || meets(b, a)
 }
 

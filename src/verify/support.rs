@@ -20,7 +20,7 @@ use super::acts::Stroke;
 use super::field::{Below, Field};
 use super::ledges::{Ledges, UnsupportedGap};
 use super::material::deposit;
-use super::rings::{Rings, TURNED_MM};
+use super::rings::{Rings, TAIL_WIDTHS, TURNED_MM};
 use crate::geom::Vec3;
 use crate::planning::FREE_SPAN_MM;
 
@@ -32,8 +32,6 @@ const OTHERS_LAYERS: f64 = 2.0;
 const SAMPLE_MM: f64 = 0.3;
 /// A span is straight that is no longer than so many times the way between its ends, and a line's width.
 const STRAIGHT: f64 = 1.1;
-/// The line itself carries nothing until the tip is so many widths ahead: its own tail is no support.
-const TAIL_WIDTHS: f64 = 4.0;
 
 /// The line being laid.
 pub(super) struct Laying {
@@ -239,6 +237,11 @@ mod tests {
 
     /// The same of several lines.
     fn all_too_long(walls: &[[f64; 2]], ways: &[Vec<[f64; 2]>]) -> Vec<f64> {
+        too_long_of(walls, ways, usize::MAX)
+    }
+
+    /// The same, all but the first `lower` of them a layer above the others.
+    fn too_long_of(walls: &[[f64; 2]], ways: &[Vec<[f64; 2]>], lower: usize) -> Vec<f64> {
         let mut field = Field::new(&Rect { min: [-40.0; 2], max: [40.0; 2] });
         for [from, to] in walls {
             let lines = ((to - from) / 0.2).round() as usize;
@@ -247,9 +250,10 @@ mod tests {
         }
         field.settle();
         let (mut laying, mut found) = (Laying::new(BRIDGE_MM), Vec::new());
-        for way in ways {
+        for (k, way) in ways.iter().enumerate() {
+            let z = if k < lower { 10.0 } else { 10.0 + f64::from(HEIGHT) };
             for ends in way.windows(2) {
-                let [from, to] = [ends[0], ends[1]].map(|[x, y]| Vec3::new(x, y, 10.0));
+                let [from, to] = [ends[0], ends[1]].map(|[x, y]| Vec3::new(x, y, z));
                 let stroke = Stroke { from, to, line: 1, print: None, kind: Kind::Print, width: WIDTH, height: HEIGHT };
                 laying.lay(&stroke, &mut field, &mut found);
             }
@@ -342,6 +346,24 @@ mod tests {
             let disc: Vec<Vec<[f64; 2]>> = std::iter::once(super::tests::ring([half, half])).chain(filling).collect();
             assert_eq!(all_too_long(&gap(30.0), &disc).len(), 1, "{half}");
         }
+        // The same in one line, row after row, each beside the one before: nothing but itself.
+        for half in [1.0, 2.0, 3.0, 4.0, 5.0] {
+            let rows = (0..(half * 4.0) as usize).map(|k| -half + 0.25 + 0.45 * k as f64).filter(|y| *y < half);
+            let rows: Vec<f64> = rows.collect();
+            let turn = |k: usize, y: f64| {
+                let ends = [[-half, y], [half, y]];
+                if k.is_multiple_of(2) { ends } else { [ends[1], ends[0]] }
+            };
+            let zigzag = rows.iter().enumerate().flat_map(|(k, y)| turn(k, *y)).collect();
+            let disc = [super::tests::ring([half, half]), zigzag];
+            assert_eq!(all_too_long(&gap(30.0), &disc).len(), 1, "{half}");
+            // On a wall at one end of its rows it lies on something, and holds the ring where it meets it: from one side.
+            let far: Vec<[f64; 2]> =
+                disc[1].iter().map(|[x, y]| [if *x < 0.0 { -20.0 } else { -half - 0.1 }, *y]).collect();
+            assert_eq!(all_too_long(&gap(30.0), &[disc[0].clone(), far]).len(), 1, "{half}");
+        }
+        // What the next layer lays comes too late.
+        assert_eq!(too_long_of(&walls, &[vec![ring()], across, spokes(&left), spokes(&right)].concat(), 1).len(), 1);
         // A ring too large to be held so.
         let large = [vec![super::tests::ring([6.0, 6.0])], vec![vec![[-20.0, 6.4], [20.0, 6.4]]]].concat();
         assert!(!all_too_long(&gap(13.0), &large).is_empty());

@@ -23,7 +23,7 @@ impl Correction {
                 "makes the firmware follow the tip, and the firmware would apply the poses, which are computed here, a second time, through the part"
             }
             Self::BedMesh => {
-                "applies the bed mesh, which is of the level table: the firmware would move Z by X and Y at every tilt"
+                "applies the bed mesh, which was measured on the level table: the firmware would move Z by X and Y at every tilt"
             }
         }
     }

@@ -175,7 +175,7 @@ impl Reader {
         for name in LEVELS {
             if let Some(defined) = self.defines.get(name) {
                 self.notes.push(format!(
-                    "{}: {name}: G28 may leave the bed mesh on, which is of the level table; put {} after it",
+                    "{}: {name}: G28 may leave the bed mesh on, which was measured on the level table; put {} after it",
                     defined.place,
                     Correction::BedMesh.off(Firmware::Marlin)
                 ));

@@ -125,12 +125,8 @@ fn a_machine_with_square_axes_is_written_as_it_is() {
         assert!(found.refusals.is_empty() && found.bend.is_none(), "{seed}: {:?}", found.refusals);
         // What matters is where points come, not by which numbers.
         for words_deg in [[-15.0, 0.0], [0.0, 90.0], [45.0, 200.0], [90.0, 300.0]] {
-            let [tilt, rotation] = words_deg.map(trunnion::geom::Angle::from_deg);
-            let t = &found.table;
-            let pose = trunnion::motion::Pose { tilt: t.tilt.angle_of(tilt), rotation: t.rotation.angle_of(rotation) };
-            let motion = t.forward(pose);
             for q in [Vector3::zeros(), Vector3::new(60.0, 0.0, 40.0), Vector3::new(-50.0, 50.0, 0.0)] {
-                let off = (motion.rotation * q + motion.translation - machine.place(words_deg, q)).norm();
+                let off = off_at(&found, &machine, words_deg, q);
                 // 72 mm from the middle, and at 90 degrees beyond all touches.
                 assert!(off < 0.035, "{seed}: {off} mm at {words_deg:?}");
             }
@@ -140,18 +136,21 @@ fn a_machine_with_square_axes_is_written_as_it_is() {
 
 /// The farthest that the found machine puts a point of the table, or one as high above it as it is wide, from where it is, mm.
 fn astray(found: &ChainFit, machine: &Machine) -> f64 {
-    let t = &found.table;
     let mut worst = 0.0_f64;
     for words_deg in [[-15.0, 0.0], [0.0, 90.0], [30.0, 200.0], [60.0, 300.0], [90.0, 120.0]] {
-        let [tilt, rotation] = words_deg.map(trunnion::geom::Angle::from_deg);
-        let pose = trunnion::motion::Pose { tilt: t.tilt.angle_of(tilt), rotation: t.rotation.angle_of(rotation) };
-        let motion = t.forward(pose);
         for q in [[0.0, 0.0, 0.0], [95.0, 0.0, 0.0], [0.0, -95.0, 100.0], [-60.0, 60.0, 100.0]] {
-            let q = Vector3::from(q);
-            worst = worst.max((motion.rotation * q + motion.translation - machine.place(words_deg, q)).norm());
+            worst = worst.max(off_at(found, machine, words_deg, Vector3::from(q)));
         }
     }
     worst
+}
+
+/// How far from where it is the found machine puts the point `q` of the table's frame, mm.
+fn off_at(found: &ChainFit, machine: &Machine, words_deg: [f64; 2], q: Vector3<f64>) -> f64 {
+    let (t, [tilt, rotation]) = (&found.table, words_deg.map(trunnion::geom::Angle::from_deg));
+    let pose = trunnion::motion::Pose { tilt: t.tilt.angle_of(tilt), rotation: t.rotation.angle_of(rotation) };
+    let motion = t.forward(pose);
+    (motion.rotation * q + motion.translation - machine.place(words_deg, q)).norm()
 }
 
 /// A nozzle over a pencil cross repeats to 0.15 mm in X and Y, its height with paper to 0.03 mm: one figure for both gave no result, whichever it was.
