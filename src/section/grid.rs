@@ -1,5 +1,7 @@
 //! Segments of a plane, filed by square cells: which of them is nearest to a point.
 
+use std::ops::ControlFlow;
+
 /// Edge of a cell, mm, at least.
 const CELL_MM: f64 = 1.0;
 /// So many cells for each segment, and for so many at least: the thin outline of something wide leaves nearly all of them empty.
@@ -165,6 +167,28 @@ impl Segments {
         let mut met = false;
         self.through(&[a, b], |cell| met = met || self.members(cell).any(|&[p, q]| crosses([a, b], [p, q])));
         met
+    }
+
+    /// Visits all segments that come within `reach` of `p`, and some that do not, until `visit` breaks off; some of them several times. None for a `p`
+    /// that is no number.
+    pub fn each_near(&self, p: Point, reach: f64, mut visit: impl FnMut(u32) -> ControlFlow<()>) {
+        if self.all.is_empty() || !p.iter().all(|v| v.is_finite()) {
+            return;
+        }
+        let index = |mm: f64, axis: usize| floor((mm - self.low[axis]) / self.cell);
+        let range = |axis: usize| {
+            let last = self.count[axis] as isize - 1;
+            index(p[axis] - reach, axis).max(0)..=index(p[axis] + reach, axis).min(last)
+        };
+        for row in range(1) {
+            for column in range(0) {
+                let cell = row as usize * self.count[0] + column as usize;
+                let members = &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize];
+                if members.iter().any(|index| visit(*index).is_break()) {
+                    return;
+                }
+            }
+        }
     }
 
     /// Tries the segments of the cells that lie `ring` cells from `home`.
@@ -348,6 +372,17 @@ mod tests {
                 });
                 assert!(segments.least_away(p, cell) <= away.square.sqrt() + 1e-9, "{p:?}");
             }
+        }
+        for k in 0..500 {
+            let (p, reach) = (point(50.0), [0.3, 2.0, 5.0][k % 3]);
+            let mut seen = vec![false; all.len()];
+            segments.each_near(p, reach, |index| {
+                seen[index as usize] = true;
+                ControlFlow::Continue(())
+            });
+            let near = |segment: &Segment| crate::section::to_segment(p, *segment) <= reach;
+            assert!(all.iter().zip(&seen).all(|(segment, seen)| *seen || !near(segment)), "{p:?} {reach}");
+            assert!(reach > 0.5 || seen.iter().filter(|seen| **seen).count() < 40, "{p:?}");
         }
         let on = |[a, b]: Segment, t: f64| [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
         let (mut met, mut free) = (0, 0);

@@ -233,6 +233,17 @@ impl Field {
         y.into_iter().any(|row| x.clone().any(|column| holds(row * level.columns + column)))
     }
 
+    /// Whether something within `reach` (a square) of `at` ends between these heights: laid before the layer that is being laid.
+    pub(super) fn ends_between(&self, at: [f64; 2], reach: f64, [low, high]: [f64; 2]) -> bool {
+        let level = &self.levels[0];
+        let limit = [level.columns, level.rows];
+        let index =
+            |v: f64, axis: usize| (((v - self.origin[axis]) / level.cell).max(0.0) as usize).min(limit[axis] - 1);
+        let [x, y] = [0, 1].map(|i| index(at[i] - reach, i)..=index(at[i] + reach, i));
+        let ends = |i: usize| (low..=high).contains(&f64::from(level.top[i]));
+        y.into_iter().any(|row| x.clone().any(|column| ends(row * level.columns + column)))
+    }
+
     /// A lower bound of the vertical room (mm) between `hull`, its origin anywhere in `origins` at height `z`, and what
     /// stands below it; rooms of `cap` and more are not told apart.
     ///

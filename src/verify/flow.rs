@@ -2,8 +2,8 @@
 //!
 //! A bead `w` wide and `h` high is a rectangle with round sides, `h (w - h) + pi h^2 / 4` (PrusaSlicer, Slic3r, OrcaSlicer, the
 //! built-in slicer; a bridge's thread is the same with `w = h`), or the rectangle `w h` (Cura). Where the file
-//! states width and height, a line must take what the others of its role take, to 1 %; where it does not, a thin line may be one that
-//! fills a gap, and only the sum over a print is held closely.
+//! states width and height, a line must take what the others of its role take, to 1 %; where it does not, see [`thin`], and what most lines
+//! take is held closely.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::line::{DIGITS_MM, E_DIGITS_MM, Line, lines};
 use super::prints::PrintedPart;
 use super::report::{FindingPlace, Findings, Rule};
 use super::thin;
-use crate::gcode::marks::{Bead, Role};
+use crate::gcode::marks::Role;
 use crate::trace::Move;
 
 /// What the sum over a print may be off where widths are stated, and where they are the profile's, relative.
@@ -26,13 +26,8 @@ const ONE_ARC: f64 = 0.1;
 const ONE_THREAD: f64 = 0.25;
 /// Fewer lines of a role than this tell nothing of what is usual for it.
 const FEWEST: usize = 5;
-/// Where no width is stated: thin lines fill gaps, and the most is a full line or a bridge's round thread.
-const UNSTATED: [f64; 2] = [0.03, 1.15];
-/// The most of Cura's lines from 5.0 on, walls, those around skins, and those that fill what is left: where there is room for two there are
-/// two.
-const WIDEST_VARIED: f64 = 2.0;
-/// And the least of its skins, which it irons with a tenth of a line as wide as the lines are apart.
-const IRONED_SKIN: f64 = 0.01;
+/// A line without a stated width may be as wide as its filament makes it where that is a drop, mm³.
+const DROP_MM3: f64 = 0.15;
 /// What rounding of F may add to the flow, relative.
 pub(super) const RATE_SLACK: f64 = 0.01;
 /// Factors that a slicer may be set to.
@@ -67,9 +62,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
         level.beads.iter().for_each(|&index| melts(printed, &printed.bead(index), findings));
         let lines = lines(printed, level);
         doubled::check(printed, level, &lines, findings);
-        if !printed.flow.widths.is_empty() {
-            thin::check(printed, level, &lines, findings);
-        }
+        thin::check(printed, level, &lines, findings);
     }
     for (role, &ratio) in by_role.iter().filter(|(_, ratio)| (*ratio - 1.0).abs() > ONE_ROLE) {
         findings.add(Rule::Flow, at(line), [ratio, 1.0 + ONE_ROLE], || {
@@ -80,9 +73,14 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
             )
         });
     }
-    let kinds = thin::kinds(printed);
-    let unstated = kinds.unwrap_or(sums[1].ratio());
-    for (ratio, most) in [(sums[0].ratio(), MOST_OFF[0]), (unstated, MOST_OFF[usize::from(kinds.is_none())])] {
+    let sum = (sums[1].ratio(), MOST_OFF[1]);
+    let kind = thin::kinds(printed).map(|ratio| (ratio, MOST_OFF[0]));
+    let unstated = match kind {
+        // Cura lays less where lines overlap, and says nowhere how wide they are.
+        Some(kind) if !printed.flow.widths.is_empty() || (kind.0 - 1.0).abs() < (sum.0 - 1.0).abs() => kind,
+        _ => sum,
+    };
+    for (ratio, most) in [(sums[0].ratio(), MOST_OFF[0]), unstated] {
         if (ratio - 1.0).abs() > most {
             findings.add(Rule::Flow, at(line), [ratio, 1.0 + most], || {
                 format!(
@@ -152,21 +150,14 @@ fn one(printed: &PrintedPart<'_>, line: &Line, usual: f64, findings: &mut Findin
         true if line.m.is_arc() => around(ONE_ARC),
         true => around(ONE_LINE),
         false => {
-            let nozzle = printed.job.profile.process.nozzle_mm;
-            let thread = printed.flow.bead.area(nozzle, nozzle) * line.length * printed.flow.multiplier / line.held;
-            let [least, most] = [UNSTATED[0], UNSTATED[1] * thread.max(1.0)];
-            let [least, most] = match (printed.flow.bead, line.m.role) {
-                (Bead::Varied, Role::Solid) => [IRONED_SKIN, most.max(WIDEST_VARIED)],
-                (Bead::Varied, _) => [least, most.max(WIDEST_VARIED)],
-                _ => [least, most],
-            };
-            let most = most + digits;
-            // Where the head states widths, the rule for such lines among each other is stricter.
-            if printed.flow.widths.is_empty() { (least - digits, most) } else { (0.0, most.max(thin::WIDEST)) }
+            let most = thin::threads(printed, line).map(|thread| thread * (1.0 + ONE_LINE));
+            (0.0, most.into_iter().fold(thin::WIDEST, f64::max) + digits)
         }
     };
     let ratio = line.ratio();
-    if !(low..=high).contains(&ratio) {
+    // Cura merges short lines of narrow skins into one that is wider.
+    let is_drop = !line.stated && ratio > high && line.laid <= DROP_MM3;
+    if !(low..=high).contains(&ratio) && !is_drop {
         let at = FindingPlace { line: line.m.line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
         findings.add(Rule::Flow, at, [ratio, if ratio < low { low } else { high }], || {
             let Line { length, width, height, .. } = line;

@@ -1,7 +1,7 @@
 //! Rings over air that the rest of their layer holds.
 //!
 //! Above a counterbore a hole begins as a loop that touches nothing: slicers lay it first, and then the bridges that meet it from all sides.
-//! Such a loop is kept until its layer ends. What is laid after it and lies on something else holds it where it touches it, or touches what
+//! So may a loop be that meets material at one or two places. Such a loop is kept until its layer ends. What is laid after it and lies on something else holds it where it touches it, or touches what
 //! touches it; it is held where no stretch of it between two such places is longer than what may turn over air, nor half of it.
 //! What has nothing but the ring itself, as the filling of a disc in the air, holds nothing; nor do the rows of one line that lie beside
 //! each other alone. Places are the machine's, mm.
@@ -21,6 +21,8 @@ const LONGEST_MM: f64 = 44.0;
 const TOUCH_MM: f64 = 0.15;
 /// As far beyond that a thread may be what is found beside a line: the field's cells and the line's own width.
 const BESIDE_MM: f64 = 1.0;
+/// Places that lie on something, of a line that is said to.
+const FEWEST: usize = 3;
 /// Threads at most that are looked at in one layer.
 const MOST_THREADS: usize = 300;
 /// What lies no higher or lower is of the layer, mm.
@@ -28,6 +30,16 @@ const LAYER_MM: f64 = 0.02;
 
 /// A line, as its pieces.
 type Way = Vec<[Vec3; 2]>;
+
+/// A place on a line.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) at: Vec3,
+    /// Whether something is below or beside it.
+    pub(super) stands: bool,
+    /// Whether it lies on what was there before its layer.
+    pub(super) lies: bool,
+}
 
 /// A line of the layer that lies on nothing but others like it.
 struct Thread {
@@ -72,25 +84,28 @@ impl Rings {
         !self.rings.is_empty()
     }
 
-    /// Takes a closed line that hangs as a whole; `false` where it is too long to wait for.
+    /// Takes a closed line that hangs as a whole, or between two places; `false` where it is too long to wait for.
     pub(super) fn take(&mut self, gap: UnsupportedGap, way: &Way) -> bool {
         let fits = gap.length <= LONGEST_MM && self.threads.len() < MOST_THREADS;
         if fits {
+            let own = gap.ends.into_iter().zip(gap.held).filter(|(_, held)| *held);
+            self.touched.extend(own.map(|(at, _)| (self.threads.len(), at)));
             self.rings.push((self.threads.len(), gap));
             self.threads.push(Thread::of(way, f64::from(gap.stroke.width)));
         }
         fits
     }
 
-    /// A line that was laid behind a ring of the same layer: places on it in order, with whether something was below or beside them.
-    pub(super) fn line(&mut self, way: &Way, width: f64, places: &[(Vec3, bool)]) {
+    /// A line that was laid behind a ring of the same layer, with places on it in order.
+    pub(super) fn line(&mut self, way: &Way, width: f64, places: &[Place]) {
         let between = |thread: &Thread| (thread.width + width) / 2.0;
         let beside = |at: &Vec3| self.threads.iter().any(|thread| thread.is_within(at, between(thread) + BESIDE_MM));
         let own = beside_itself(width, places);
-        if places.iter().zip(own).any(|((at, held), own)| *held && !own && !beside(at)) {
+        let lies = places.iter().filter(|place| place.lies).count() >= FEWEST;
+        if lies || places.iter().zip(own).any(|(place, own)| place.stands && !own && !beside(&place.at)) {
             for (i, thread) in self.threads.iter().enumerate() {
                 let reach = between(thread) + TOUCH_MM;
-                let touched = places.iter().map(|(at, _)| *at).filter(|at| thread.is_within(at, reach));
+                let touched = places.iter().map(|place| place.at).filter(|at| thread.is_within(at, reach));
                 self.touched.extend(touched.map(|at| (i, at)));
             }
         } else if self.threads.len() < MOST_THREADS {
@@ -123,14 +138,14 @@ impl Rings {
 }
 
 /// For each place whether the line itself has been beside it before, so that it may be all that was found there.
-fn beside_itself(width: f64, places: &[(Vec3, bool)]) -> Vec<bool> {
+fn beside_itself(width: f64, places: &[Place]) -> Vec<bool> {
     let reach = width + BESIDE_MM;
     // Straight on it never is.
     let tail = (TAIL_WIDTHS * width).max(reach + BESIDE_MM / 2.0);
     let mut been: HashMap<[i64; 2], Vec<(Vec3, f64)>> = HashMap::new();
     let (mut travelled, mut last) = (0.0, None);
     let mut own = Vec::with_capacity(places.len());
-    for (at, _) in places {
+    for Place { at, .. } in places {
         travelled += last.map_or(0.0, |last: Vec3| (at - last).norm());
         last = Some(*at);
         let [x, y] = [at.x, at.y].map(|v| (v / reach).floor() as i64);

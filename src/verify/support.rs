@@ -20,7 +20,7 @@ use super::acts::Stroke;
 use super::field::{Below, Field};
 use super::ledges::{Ledges, UnsupportedGap};
 use super::material::deposit;
-use super::rings::{Rings, TAIL_WIDTHS, TURNED_MM};
+use super::rings::{Place, Rings, TAIL_WIDTHS, TURNED_MM};
 use crate::geom::Vec3;
 use crate::planning::FREE_SPAN_MM;
 
@@ -43,6 +43,8 @@ pub(super) struct Laying {
     first: Option<UnsupportedGap>,
     /// The last that ended on material, and where along the line, mm.
     last: Option<(UnsupportedGap, f64)>,
+    /// Those of the line that are longer than they may be.
+    long: Vec<UnsupportedGap>,
     /// Whether the line has met material since it began.
     held: bool,
     tail: VecDeque<(Stroke, f64)>,
@@ -55,9 +57,9 @@ pub(super) struct Laying {
     body: Option<u32>,
     /// What hangs at one end.
     ledges: Ledges,
-    /// The line's pieces, and places on it with whether they are held; the latter where a ring waits.
+    /// The line's pieces, and places on it; the latter where a ring waits.
     way: Vec<[Vec3; 2]>,
-    places: Vec<(Vec3, bool)>,
+    places: Vec<Place>,
     rings: Rings,
 }
 
@@ -71,6 +73,7 @@ impl Laying {
             began,
             first,
             last,
+            long: Vec::new(),
             held: false,
             tail: VecDeque::new(),
             travelled: 0.0,
@@ -120,7 +123,8 @@ impl Laying {
             let below = Below { height: under, earlier, laid, held: under - air, other };
             let stands = field.stands([p.x, p.y], width, below);
             if self.rings.wait() {
-                self.places.push((p, stands));
+                let lies = stands && field.ends_between([p.x, p.y], width / 2.0, [under, p.z - height / 2.0]);
+                self.places.push(Place { at: p, stands, lies });
             }
             if stands {
                 self.end_gap(self.travelled + length * (i as f64) / count, found);
@@ -153,19 +157,22 @@ impl Laying {
             let before = open.or_else(|| self.last.filter(near_end).map(|(gap, _)| gap));
             let one = match (first, open) {
                 // On nothing but its own beginning.
-                (Some(first), _) if first.length >= self.travelled - TAIL_WIDTHS * width => self.hang(first.alone()),
+                (Some(first), _) if first.length >= self.travelled - TAIL_WIDTHS * width => Some(first.alone()),
                 (Some(first), _) => {
                     let length = first.length + before.map_or(0.0, |gap| gap.length);
                     let ends = [before.map_or(first.ends[0], |gap| gap.ends[0]), first.ends[1]];
                     Some(UnsupportedGap { held: [true; 2], length, ends, ..first })
                 }
                 (None, Some(gap)) if gap.held[0] => Some(UnsupportedGap { held: [true; 2], ..gap }),
-                (None, Some(gap)) => self.hang(gap),
-                (None, None) => None,
+                (None, open) => open,
             };
-            one.into_iter().for_each(|gap| self.judge(gap, found));
+            for gap in std::mem::take(&mut self.long).into_iter().chain(one) {
+                let gap = self.hang(gap);
+                gap.into_iter().for_each(|gap| self.judge(gap, found));
+            }
         } else {
-            first.into_iter().chain(open).for_each(|gap| self.judge(gap, found));
+            let long = std::mem::take(&mut self.long);
+            long.into_iter().chain(first).chain(open).for_each(|gap| self.judge(gap, found));
         }
         (self.began, self.last) = (None, None);
         if let Some((_, width)) = end.filter(|_| self.rings.wait() && !self.places.is_empty()) {
@@ -183,10 +190,10 @@ impl Laying {
         self.ledges.settle(found);
     }
 
-    /// A closed line that hangs as a whole: back where its layer cannot hold it any more.
+    /// A closed line that hangs as a whole, or too far between two places: back where its layer cannot hold it any more.
     fn hang(&mut self, gap: UnsupportedGap) -> Option<UnsupportedGap> {
-        let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));
-        let waits = gap.length > free && self.rings.take(UnsupportedGap { allowed: free, ..gap }, &self.way);
+        let allowed = self.allowed(&gap);
+        let waits = gap.length > allowed && self.rings.take(UnsupportedGap { allowed, ..gap }, &self.way);
         if waits {
             // It is a thread already.
             self.places.clear();
@@ -200,20 +207,30 @@ impl Laying {
         gap.held[1] = true;
         if gap.held[0] {
             self.last = Some((gap, at));
-            self.judge(gap, found);
+            // At its end it is known whether the line is closed.
+            if gap.length > self.allowed(&gap) {
+                self.long.push(gap);
+            } else {
+                self.judge(gap, found);
+            }
         } else {
             self.first = Some(gap);
         }
     }
 
-    fn judge(&mut self, mut gap: UnsupportedGap, found: &mut Vec<UnsupportedGap>) {
+    /// How long a gap may be.
+    fn allowed(&self, gap: &UnsupportedGap) -> f64 {
         let free = FREE_SPAN_MM.max(2.0 * f64::from(gap.stroke.width));
         let straight = gap.length <= STRAIGHT * (gap.ends[1] - gap.ends[0]).norm() + f64::from(gap.stroke.width);
-        gap.allowed = match (gap.held, straight) {
+        match (gap.held, straight) {
             ([true, true], true) => self.bridge_mm.max(free),
             ([true, true], false) => self.bridge_mm.min(TURNED_MM).max(free),
             _ => free,
-        };
+        }
+    }
+
+    fn judge(&mut self, mut gap: UnsupportedGap, found: &mut Vec<UnsupportedGap>) {
+        gap.allowed = self.allowed(&gap);
         if !self.ledges.keep(&gap) && gap.length > gap.allowed {
             found.push(gap);
         }

@@ -39,6 +39,7 @@ mod misaligned;
 mod mistakes;
 mod mutants;
 mod mutated_slices;
+mod odd_lines;
 mod oracle;
 mod orient;
 mod orient_made;

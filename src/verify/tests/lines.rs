@@ -37,7 +37,7 @@ fn is_found(report: &Report, words: &str) -> bool {
 }
 
 #[test]
-fn a_line_on_top_of_another_is_found_from_three_millimetres_on() {
+fn a_line_on_top_of_another_is_found_from_four_millimetres_on() {
     for (beside, length, found) in [
         (0.0, 7.6, true),
         (0.1, 7.6, true),
@@ -48,8 +48,8 @@ fn a_line_on_top_of_another_is_found_from_three_millimetres_on() {
         (0.17, 7.6, false),
         (0.38, 7.6, false),
         (0.76, 7.6, true),
-        (0.0, 3.1, true),
-        (0.0, 2.9, false),
+        (0.0, 4.1, true),
+        (0.0, 3.9, false),
     ] {
         let report = report(&with_line([beside, FROM], [beside, FROM + length], 1.0));
         assert_eq!(is_found(&report, "on top of"), found, "{beside} {length}: {:#?}", report.findings);
@@ -67,7 +67,7 @@ fn a_curve_laid_twice_is_one_stretch_however_short_its_lines() {
         }
         report(&text)
     };
-    assert!(is_found(&steps(8, 0.5), "on top of"), "{:#?}", steps(8, 0.5).findings);
+    assert!(is_found(&steps(9, 0.5), "on top of"), "{:#?}", steps(9, 0.5).findings);
     // 0.5 mm at a time with other lines between is what infill does at its turns.
     let mut text = program();
     for k in 0..8 {
@@ -80,22 +80,24 @@ fn a_curve_laid_twice_is_one_stretch_however_short_its_lines() {
 
 #[test]
 fn two_slanting_lines_share_what_runs_within_reach() {
-    // From one line to the middle between two: within 0.16 mm for 0.16 / 0.38 of 7.6 mm.
-    let report = report(&with_line([0.0, FROM], [0.38, -FROM], 1.0));
+    // From one line to 0.3 mm beside it: within 0.16 mm for 0.16 / 0.3 of 7.6 mm.
+    let report = report(&with_line([0.0, FROM], [0.3, -FROM], 1.0));
     let found = report.findings.iter().find(|f| f.text.contains("on top of")).unwrap();
-    assert!((found.measured - 7.6 * 0.16 / 0.38).abs() < 0.05, "{found:?}");
+    assert!((found.measured - 7.6 * 0.16 / 0.3).abs() < 0.05, "{found:?}");
     // Across all of them it is on top of none for long.
     assert!(!is_found(&super::run(&with_line([FROM, 0.4], [-FROM, 0.4], 1.0), &super::profile()), "on top of"));
 }
 
+/// The program as if its slicer stated widths in its head alone.
+fn stated(text: String) -> String {
+    let key = ";TRUNNION expect print=0";
+    let at = text.find(key).unwrap();
+    let end = at + text[at..].find('\n').unwrap();
+    format!("{} widths_mm=0.8{}", &text[..end], &text[end..])
+}
+
 #[test]
 fn where_only_the_head_states_widths_a_line_is_of_one_of_them_or_fills_a_gap() {
-    let stated = |text: String| {
-        let key = ";TRUNNION expect print=0";
-        let at = text.find(key).unwrap();
-        let end = at + text[at..].find('\n').unwrap();
-        format!("{} widths_mm=0.8{}", &text[..end], &text[end..])
-    };
     assert!(report(&stated(program())).is_clean(), "{:#?}", report(&stated(program())).findings);
     // Across the infill, as if it led somewhere else: with a full line's filament, then with less and less.
     for (flow, found) in [(1.0, false), (0.98, true), (0.9, true), (0.5, true), (0.1, true)] {
@@ -105,6 +107,28 @@ fn where_only_the_head_states_widths_a_line_is_of_one_of_them_or_fills_a_gap() {
     // Between two lines, thin.
     let report = report(&stated(with_line([0.38, FROM], [0.38, -FROM], 0.1)));
     assert!(!is_found(&report, "fill no gap"), "{:#?}", report.findings);
+}
+
+/// Lines of no known width across those of the infill, each `mm` long along it.
+fn with_odd_lines(text: &str, count: usize, mm: f64) -> String {
+    (0..count).fold(text.to_owned(), |text, k| {
+        let (x, y) = (-3.6 + 1.8 * (k % 4) as f64, -3.4 + 0.9 * (k / 4) as f64);
+        // No two are alike.
+        with_line_in(&text, [x, y], [x + mm, y + 0.3], 0.3 + 0.05 * k as f64)
+    })
+}
+
+#[test]
+fn odd_lines_are_let_pass_where_they_are_short_and_few() {
+    let found =
+        |count: usize, mm: f64| is_found(&report(&stated(with_odd_lines(&program(), count, mm))), "fill no gap");
+    for (mm, wanted) in [(1.9, false), (2.1, true), (4.0, true)] {
+        assert_eq!(found(1, mm), wanted, "{mm}");
+    }
+    // An eighth of the layer's lines, some 110 mm.
+    for (count, wanted) in [(4, false), (16, true)] {
+        assert_eq!(found(count, 1.5), wanted, "{count}");
+    }
 }
 
 #[test]
