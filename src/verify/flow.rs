@@ -12,7 +12,7 @@ use super::line::{DIGITS_MM, E_DIGITS_MM, Line, lines};
 use super::prints::PrintedPart;
 use super::report::{FindingPlace, Findings, Rule};
 use super::thin;
-use crate::gcode::marks::Role;
+use crate::gcode::marks::{Bead, Role};
 use crate::trace::Move;
 
 /// What the sum over a print may be off where widths are stated, and where they are the profile's, relative.
@@ -26,8 +26,12 @@ const ONE_ARC: f64 = 0.1;
 const ONE_THREAD: f64 = 0.25;
 /// Fewer lines of a role than this tell nothing of what is usual for it.
 const FEWEST: usize = 5;
+/// Where the file states no widths at all: the most is a full line or a bridge's round thread; Cura's from 5.0 on are as wide as two where there is
+/// room for less.
+const UNSTATED: f64 = 1.15;
+const WIDEST_VARIED: f64 = 2.0;
 /// A line without a stated width may be as wide as its filament makes it where that is a drop, mm³.
-const DROP_MM3: f64 = 0.15;
+const DROP_MM3: f64 = 0.2;
 /// What rounding of F may add to the flow, relative.
 pub(super) const RATE_SLACK: f64 = 0.01;
 /// Factors that a slicer may be set to.
@@ -150,8 +154,13 @@ fn one(printed: &PrintedPart<'_>, line: &Line, usual: f64, findings: &mut Findin
         true if line.m.is_arc() => around(ONE_ARC),
         true => around(ONE_LINE),
         false => {
-            let most = thin::threads(printed, line).map(|thread| thread * (1.0 + ONE_LINE));
-            (0.0, most.into_iter().fold(thin::WIDEST, f64::max) + digits)
+            let [thread, spread] = thin::threads(printed, line);
+            let most = match printed.flow.bead {
+                _ if !printed.flow.widths.is_empty() => thin::WIDEST.max(spread * (1.0 + ONE_LINE)),
+                Bead::Varied => WIDEST_VARIED.max(UNSTATED * thread),
+                _ => UNSTATED * thread.max(1.0),
+            };
+            (0.0, most + digits)
         }
     };
     let ratio = line.ratio();

@@ -1,7 +1,7 @@
 //! Rings over air that the rest of their layer holds.
 //!
 //! Above a counterbore a hole begins as a loop that touches nothing: slicers lay it first, and then the bridges that meet it from all sides.
-//! So may a loop be that meets material at one or two places. Such a loop is kept until its layer ends. What is laid after it and lies on something else holds it where it touches it, or touches what
+//! So may a loop be that meets material at a place or two, and hangs for more than half of it. Such a loop is kept until its layer ends. What is laid after it and lies on something else holds it where it touches it, or touches what
 //! touches it; it is held where no stretch of it between two such places is longer than what may turn over air, nor half of it.
 //! What has nothing but the ring itself, as the filling of a disc in the air, holds nothing; nor do the rows of one line that lie beside
 //! each other alone. Places are the machine's, mm.
@@ -84,7 +84,7 @@ impl Rings {
         !self.rings.is_empty()
     }
 
-    /// Takes a closed line that hangs as a whole, or between two places; `false` where it is too long to wait for.
+    /// Takes a closed line that hangs as a whole, or for the greater part; `false` where it is too long to wait for.
     pub(super) fn take(&mut self, gap: UnsupportedGap, way: &Way) -> bool {
         let fits = gap.length <= LONGEST_MM && self.threads.len() < MOST_THREADS;
         if fits {
@@ -159,12 +159,7 @@ fn beside_itself(width: f64, places: &[Place]) -> Vec<bool> {
 
 /// The distance of a place from a line, level.
 fn near(at: &Vec3, way: &Way) -> f64 {
-    let of = |[from, to]: &[Vec3; 2]| {
-        let (along, there) = ((to - from).xy(), (at - from).xy());
-        let share =
-            if along.norm_squared() > 0.0 { (there.dot(&along) / along.norm_squared()).clamp(0.0, 1.0) } else { 0.0 };
-        (there - along * share).norm()
-    };
+    let of = |[from, to]: &[Vec3; 2]| ((at - from).xy() - (to - from).xy() * share_of([from, to], at)).norm();
     way.iter().map(of).fold(f64::INFINITY, f64::min)
 }
 
@@ -174,15 +169,34 @@ fn meet(a: &Thread, b: &Thread) -> bool {
     meets(a, b) || meets(b, a)
 }
 
-/// Whether places hold a ring, seen from its middle.
+/// Whether places hold a ring: none of its stretches between two of them is longer than may turn over air, nor half of it.
 fn is_held(ring: &Way, places: &[Vec3]) -> bool {
-    let count = ring.len().max(1) as f64;
-    let middle = ring.iter().map(|[from, _]| from.xy()).sum::<nalgebra::Vector2<f64>>() / count;
-    let radius = ring.iter().map(|[from, _]| (from.xy() - middle).norm()).sum::<f64>() / count;
-    let mut angles: Vec<f64> = places.iter().map(|at| (at.y - middle.y).atan2(at.x - middle.x)).collect();
-    angles.sort_by(f64::total_cmp);
-    let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return false };
-    let around = first + std::f64::consts::TAU - last;
-    let widest = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
-    widest <= std::f64::consts::PI && widest * radius <= TURNED_MM
+    let mut starts = Vec::with_capacity(ring.len());
+    let mut length = 0.0;
+    for [from, to] in ring {
+        starts.push(length);
+        length += (to - from).xy().norm();
+    }
+    let mut along: Vec<f64> = places.iter().filter_map(|at| where_on(ring, &starts, at)).collect();
+    along.sort_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (along.first(), along.last()) else { return false };
+    let around = first + length - last;
+    let widest = along.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
+    widest <= TURNED_MM.min(length / 2.0)
+}
+
+/// How far along a ring, whose pieces start so far along it, a place is nearest to it, mm.
+fn where_on(ring: &Way, starts: &[f64], at: &Vec3) -> Option<f64> {
+    let of = |([from, to], start): (&[Vec3; 2], &f64)| {
+        let share = share_of([from, to], at);
+        let along = (to - from).xy();
+        (((at - from).xy() - along * share).norm(), start + share * along.norm())
+    };
+    ring.iter().zip(starts).map(of).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, along)| along)
+}
+
+/// Which part of a piece lies before the place on it that is nearest to `at`, level.
+fn share_of([from, to]: [&Vec3; 2], at: &Vec3) -> f64 {
+    let (along, there) = ((to - from).xy(), (at - from).xy());
+    if along.norm_squared() > 0.0 { (there.dot(&along) / along.norm_squared()).clamp(0.0, 1.0) } else { 0.0 }
 }

@@ -30,6 +30,8 @@ const SQUEEZE: f64 = 0.35;
 const OTHERS_LAYERS: f64 = 2.0;
 /// Spacing of the places looked at along a line, mm.
 const SAMPLE_MM: f64 = 0.3;
+/// A closed line hangs as such where so much of it does.
+const LOOP_SHARE: f64 = 0.5;
 /// A span is straight that is no longer than so many times the way between its ends, and a line's width.
 const STRAIGHT: f64 = 1.1;
 
@@ -166,10 +168,12 @@ impl Laying {
                 (None, Some(gap)) if gap.held[0] => Some(UnsupportedGap { held: [true; 2], ..gap }),
                 (None, open) => open,
             };
-            for gap in std::mem::take(&mut self.long).into_iter().chain(one) {
-                let gap = self.hang(gap);
-                gap.into_iter().for_each(|gap| self.judge(gap, found));
-            }
+            // What hangs for less is no rim of a hole but the end of something.
+            let hangs = |gap: &UnsupportedGap| gap.held != [true; 2] || gap.length >= LOOP_SHARE * self.travelled;
+            let all: Vec<UnsupportedGap> = std::mem::take(&mut self.long).into_iter().chain(one).collect();
+            let (hanging, others): (Vec<_>, Vec<_>) = all.into_iter().partition(hangs);
+            let back: Vec<UnsupportedGap> = hanging.into_iter().filter_map(|gap| self.hang(gap)).collect();
+            others.into_iter().chain(back).for_each(|gap| self.judge(gap, found));
         } else {
             let long = std::mem::take(&mut self.long);
             long.into_iter().chain(first).chain(open).for_each(|gap| self.judge(gap, found));
@@ -190,7 +194,7 @@ impl Laying {
         self.ledges.settle(found);
     }
 
-    /// A closed line that hangs as a whole, or too far between two places: back where its layer cannot hold it any more.
+    /// A closed line that hangs as a whole, or for the greater part: back where its layer cannot hold it any more.
     fn hang(&mut self, gap: UnsupportedGap) -> Option<UnsupportedGap> {
         let allowed = self.allowed(&gap);
         let waits = gap.length > allowed && self.rings.take(UnsupportedGap { allowed, ..gap }, &self.way);

@@ -48,10 +48,11 @@ const THREADS_APART_MM: f64 = 0.05;
 const MOST_MM: f64 = 2.0;
 const MOST_SHARE: f64 = 0.12;
 /// How near, in usual widths, another must be for a line of Cura's to be laid thinner for it, and for what part of its length.
-const NEAR: f64 = 0.1;
+const NEAR: f64 = 0.25;
 const SHARED: f64 = 0.25;
-/// Of one that has so much of its filament nothing is asked.
+/// Of one that has so much of its filament nothing is asked; one that has less than this is laid thinner for another, and fills no gap.
 const NEARLY: f64 = 0.9;
+const THINNEST: f64 = 0.5;
 /// Lines that are looked at around one place.
 const MOST_NEAR: usize = 1000;
 /// The part of a line's length that must be so.
@@ -74,7 +75,9 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
         // Cura lays less where lines overlap, be it for a part of their length alone.
         let is_less = printed.flow.widths.is_empty() && line.ratio() < 1.0;
         let shares = is_less && (line.ratio() >= NEARLY || beside.shares(index));
-        if wedged < MOSTLY * places && !shares {
+        // It fills no gaps with lines as thin as this.
+        let fills = wedged >= MOSTLY * places && !(is_less && line.ratio() < THINNEST);
+        if !fills && !shares {
             strange.push(line);
         }
     }
@@ -216,7 +219,8 @@ impl<'a> Beside<'a> {
     fn shares(&self, index: usize) -> bool {
         let near = |p: Point| {
             let mut near = false;
-            self.each_other(index, p, NEAR * self.usual_mm, |other, _| near |= other.abs_diff(index) > 1);
+            // What it goes on to is beside its ends alone, and these are left out.
+            self.each_other(index, p, NEAR * self.usual_mm, |_, _| near = true);
             near
         };
         let places = self.places(index);

@@ -87,7 +87,8 @@ fn a_wall_with_too_much_or_too_little_filament_is_seen() {
     let varied = text.contains(" bead=varied");
     // A round thread as thick as the nozzle is wide takes 1.4 of a line of 0.45 by 0.2 mm, and 1.15 of that passes.
     let most = if varied { 2.0 } else { 1.61 };
-    for share in [0.0001, 0.02, 0.04, 0.5, 0.9, 1.0, 1.1, 1.25, 1.5, 1.7, 1.9, 2.1, 4.0] {
+    // And half of one is less than walls that share their place leave.
+    for share in [0.0001, 0.02, 0.1, 0.3, 0.45, 0.55, 0.9, 1.0, 1.1, 1.25, 1.5, 1.7, 1.9, 2.1, 4.0] {
         let mut changed = lines.clone();
         let line = format!("{head} E{:.5} {rest}", e * share);
         changed[at] = line.trim_end();
@@ -96,7 +97,7 @@ fn a_wall_with_too_much_or_too_little_filament_is_seen() {
         let report: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
         let findings = report["findings"].as_array().unwrap();
         let seen = findings.iter().any(|finding| finding["rule"] == "flow" && finding["line"] == at + 1);
-        assert_eq!(seen, !(0.03..most).contains(&share), "{share} (varied: {varied}): {findings:?}");
+        assert_eq!(seen, !(0.5..most).contains(&share), "{share} (varied: {varied}): {findings:?}");
     }
 }
 

@@ -84,8 +84,8 @@ fn drawn(seed: u64) -> (String, Shape) {
         2 => lug(any(4.4, 5.8)),
         3 => counterbores([(); 2].map(|()| [any(2.9, 3.9), any(0.0, 60.0)])),
         4 => bores([(); 3].map(|()| any(1.2, 1.8))),
-        // A slower one has a tip of more than a millimetre that Slic3r leaves out.
-        _ => wedge(any(1.2, 4.0)),
+        // Slower ones have tips of more than a millimetre that Slic3r leaves out.
+        _ => wedge(any(2.2, 5.0)),
     };
     (format!("seed {seed}"), shape)
 }
