@@ -1,15 +1,17 @@
 //! Rings over air that the rest of their layer holds.
 //!
 //! Above a counterbore a hole begins as a loop that touches nothing: slicers lay it first, and then the bridges that meet it from all sides.
-//! So may a loop be that meets material at a place or two, and hangs for more than half of it. Such a loop is kept until its layer ends. What is laid after it and lies on something else holds it where it touches it, or touches what
-//! touches it; it is held where no stretch of it between two such places is longer than what may turn over air, nor half of it.
-//! What has nothing but the ring itself, as the filling of a disc in the air, holds nothing; nor do the rows of one line that lie beside
-//! each other alone. Places are the machine's, mm.
+//! So may a loop be that meets material at a place or two, and hangs for more than half of it. Such a loop is kept until its layer ends.
+//! What is laid after it around it and lies on something else holds it where it touches it, or touches what touches it; it is held where no
+//! stretch of it between two such places is longer than what may turn over air, nor half of it. What fills a loop does not hold it: that
+//! loop is an outline, and a tab that goes out into the air would be held by its own rows. What has nothing but the ring itself holds
+//! nothing; nor do the rows of one line that lie beside each other alone. Places are the machine's, mm.
 
 use std::collections::HashMap;
 
 use super::ledges::UnsupportedGap;
 use crate::geom::{Bounds, Sets, Vec3};
+use crate::section::{Segment, to_segment};
 
 /// What turns over air may be no longer, whatever a bridge may span, mm: the end of something held at one side.
 pub(super) const TURNED_MM: f64 = 8.0;
@@ -88,8 +90,6 @@ impl Rings {
     pub(super) fn take(&mut self, gap: UnsupportedGap, way: &Way) -> bool {
         let fits = gap.length <= LONGEST_MM && self.threads.len() < MOST_THREADS;
         if fits {
-            let own = gap.ends.into_iter().zip(gap.held).filter(|(_, held)| *held);
-            self.touched.extend(own.map(|(at, _)| (self.threads.len(), at)));
             self.rings.push((self.threads.len(), gap));
             self.threads.push(Thread::of(way, f64::from(gap.stroke.width)));
         }
@@ -127,10 +127,11 @@ impl Rings {
             }
         }
         for (thread, gap) in rings {
-            let root = sets.root(thread as u32);
-            let places: Vec<Vec3> =
-                touched.iter().filter(|(other, _)| sets.root(*other as u32) == root).map(|(_, at)| *at).collect();
-            if overflown || !is_held(&threads[thread].way, &places) {
+            let (root, ring) = (sets.root(thread as u32), &threads[thread].way);
+            let around = touched.iter().filter(|(other, at)| sets.root(*other as u32) == root && !is_within(ring, at));
+            let own = gap.ends.iter().zip(gap.held).filter(|(_, held)| *held);
+            let places: Vec<Vec3> = around.map(|(_, at)| *at).chain(own.map(|(at, _)| *at)).collect();
+            if overflown || !is_held(ring, &places) {
                 found.push(gap);
             }
         }
@@ -159,14 +160,27 @@ fn beside_itself(width: f64, places: &[Place]) -> Vec<bool> {
 
 /// The distance of a place from a line, level.
 fn near(at: &Vec3, way: &Way) -> f64 {
-    let of = |[from, to]: &[Vec3; 2]| ((at - from).xy() - (to - from).xy() * share_of([from, to], at)).norm();
-    way.iter().map(of).fold(f64::INFINITY, f64::min)
+    way.iter().map(|piece| to_segment([at.x, at.y], level(piece))).fold(f64::INFINITY, f64::min)
+}
+
+fn level([from, to]: &[Vec3; 2]) -> Segment {
+    [[from.x, from.y], [to.x, to.y]]
 }
 
 fn meet(a: &Thread, b: &Thread) -> bool {
     let reach = (a.width + b.width) / 2.0 + TOUCH_MM;
     let meets = |one: &Thread, other: &Thread| one.way.iter().flatten().any(|at| other.is_within(at, reach));
     meets(a, b) || meets(b, a)
+}
+
+/// Whether a place lies within a ring, seen from above: what goes from it along x crosses the ring an odd number of times.
+fn is_within(ring: &Way, at: &Vec3) -> bool {
+    let closing = ring.last().zip(ring.first()).map(|(last, first)| [last[1], first[0]]);
+    let crossed = ring.iter().chain(&closing).filter(|[from, to]| {
+        let rises = (from.y > at.y) != (to.y > at.y);
+        rises && at.x < from.x + (to.x - from.x) * (at.y - from.y) / (to.y - from.y)
+    });
+    crossed.count() % 2 == 1
 }
 
 /// Whether places hold a ring: none of its stretches between two of them is longer than may turn over air, nor half of it.
@@ -187,16 +201,9 @@ fn is_held(ring: &Way, places: &[Vec3]) -> bool {
 
 /// How far along a ring, whose pieces start so far along it, a place is nearest to it, mm.
 fn where_on(ring: &Way, starts: &[f64], at: &Vec3) -> Option<f64> {
-    let of = |([from, to], start): (&[Vec3; 2], &f64)| {
-        let share = share_of([from, to], at);
-        let along = (to - from).xy();
-        (((at - from).xy() - along * share).norm(), start + share * along.norm())
-    };
-    ring.iter().zip(starts).map(of).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, along)| along)
-}
-
-/// Which part of a piece lies before the place on it that is nearest to `at`, level.
-fn share_of([from, to]: [&Vec3; 2], at: &Vec3) -> f64 {
+    let away = |piece: &[Vec3; 2]| to_segment([at.x, at.y], level(piece));
+    let (start, [from, to]) = starts.iter().zip(ring).min_by(|a, b| away(a.1).total_cmp(&away(b.1)))?;
     let (along, there) = ((to - from).xy(), (at - from).xy());
-    if along.norm_squared() > 0.0 { (there.dot(&along) / along.norm_squared()).clamp(0.0, 1.0) } else { 0.0 }
+    let length = along.norm();
+    Some(start + if length > 0.0 { (there.dot(&along) / length).clamp(0.0, length) } else { 0.0 })
 }

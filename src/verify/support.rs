@@ -390,6 +390,31 @@ mod tests {
         assert!(!all_too_long(&gap(13.0), &large).is_empty());
     }
 
+    /// A tab that goes out from a wall into the air: its outline hangs for more than half of itself, and what fills it begins on the wall.
+    #[test]
+    fn what_fills_an_outline_does_not_hold_it() {
+        for mm in [3.0, 4.0, 6.0, 10.0, 20.0] {
+            let outline = vec![[-1.0, 0.0], [-1.0, -3.0], [mm, -3.0], [mm, 3.0], [-1.0, 3.0], [-1.0, 0.0]];
+            let turn = |k: usize, ends: [[f64; 2]; 2]| if k.is_multiple_of(2) { ends } else { [ends[1], ends[0]] };
+            // Row by row out and back, in one line or in several; or across, farther and farther out.
+            let out: Vec<[[f64; 2]; 2]> = (0..13)
+                .map(|k| (k, -2.6 + 0.43 * k as f64))
+                .map(|(k, y)| turn(k, [[-4.0, y], [mm - 0.4, y]]))
+                .collect();
+            let count = ((mm + 4.0) / 0.43) as usize;
+            let across: Vec<[f64; 2]> = (0..count)
+                .map(|k| (k, -4.0 + 0.43 * k as f64))
+                .flat_map(|(k, x)| turn(k, [[x, -2.6], [x, 2.6]]))
+                .collect();
+            let joined = vec![out.concat()];
+            let rows = out.iter().map(|row| row.to_vec()).collect();
+            for filling in [joined, rows, vec![across]] {
+                let found = all_too_long(&[[-8.0, 0.0]], &[vec![outline.clone()], filling].concat());
+                assert!(!found.is_empty(), "{mm}");
+            }
+        }
+    }
+
     #[test]
     fn what_turns_over_air_is_no_bridge() {
         // Out from a wall, along, and back.

@@ -15,10 +15,12 @@ use crate::section::{Point, Segment, Segments, to_segment};
 
 /// A gap up to so many lines wide is filled by one line.
 pub(super) const WIDEST: f64 = 2.2;
-/// Walls that make up so much of the length of all are of a kind that the slicer means.
+/// Lines that make up so much of the length of all are of a kind that the slicer means.
 const KIND: f64 = 0.1;
-/// Where an outer wall's middle lies within the outline, in line widths; and layers at most whose walls are looked at.
+/// Where an outer wall's middle lies within the outline, and how far within it nothing is the middle of a thin wall, in line widths; and how many
+/// layers are looked at for kinds.
 const WALL: [f64; 2] = [0.3, 0.7];
+const WELL_WITHIN: f64 = 3.0;
 const MOST_LEVELS: usize = 60;
 /// Of lines thinner than this, as a part of a whole one, nothing is said: they fill gaps.
 const GAP: f64 = 0.75;
@@ -101,11 +103,12 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
     }
 }
 
-/// The least ratio that a good part of the print's outer walls have in common: solid infill is spread, and wider; lines as thin as a gap do not
-/// count, nor does what fills the middle of a thin wall. `None` where no wall is without a width, or no part of them is alike.
+/// The least ratio that a good part of the print's lines have in common, of those that lie at the outline or well within it: solid infill is spread,
+/// and wider; lines as thin as a gap do not count, nor does what fills the middle of a thin wall all around a part. `None` where no line is without
+/// a width, or no part of them is alike.
 pub(super) fn kinds(printed: &PrintedPart<'_>) -> Option<f64> {
     let every = printed.levels.len().div_ceil(MOST_LEVELS).max(1);
-    let all = printed.levels.iter().step_by(every).flat_map(|level| walls(printed, level));
+    let all = printed.levels.iter().step_by(every).flat_map(|level| plain(printed, level));
     let telling = |line: &Line| !line.stated && !line.is_thread() && line.length >= TELLING_MM && line.ratio() >= GAP;
     let mut all: Vec<[f64; 2]> = all.filter(telling).map(|line| [line.ratio(), line.length]).collect();
     all.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -122,17 +125,17 @@ pub(super) fn kinds(printed: &PrintedPart<'_>) -> Option<f64> {
     None
 }
 
-/// The lines of a layer that run half a line within its outline.
-fn walls(printed: &PrintedPart<'_>, level: &Level) -> Vec<Line> {
-    let half = printed.job.profile.process.line_width_mm / 2.0;
+/// The lines of a layer that fill no thin wall: they run half a line within the outline, or farther from it than such a wall's middle.
+fn plain(printed: &PrintedPart<'_>, level: &Level) -> Vec<Line> {
+    let width = printed.job.profile.process.line_width_mm;
     let outline = Segments::new(printed.sections.segments_at(level.middle()));
-    let is_wall = |line: &Line| {
-        let near = |p: Point| {
-            outline.nearest(p, 2.0 * half * WALL[1], None).is_some_and(|n| n.distance >= 2.0 * half * WALL[0])
-        };
-        line.axis().is_some_and(|[a, b]| near([0, 1].map(|i| (a[i] + b[i]) / 2.0)))
+    let is_plain = |line: &Line| {
+        let Some([a, b]) = line.axis() else { return false };
+        let middle = [0, 1].map(|i| (a[i] + b[i]) / 2.0);
+        let away = outline.nearest(middle, width * WELL_WITHIN, None).map(|nearest| nearest.distance / width);
+        away.is_none_or(|widths| (WALL[0]..=WALL[1]).contains(&widths))
     };
-    lines(printed, level).into_iter().filter(is_wall).collect()
+    lines(printed, level).into_iter().filter(is_plain).collect()
 }
 
 fn is_one_of(line: &Line, ratio: f64) -> bool {

@@ -109,6 +109,44 @@ fn where_only_the_head_states_widths_a_line_is_of_one_of_them_or_fills_a_gap() {
     assert!(!is_found(&report, "fill no gap"), "{:#?}", report.findings);
 }
 
+/// The same with so much of the filament of all infill.
+fn with_thin_infill(flow: f64) -> String {
+    let mut is_infill = false;
+    let mut print = 0;
+    let mut totals = [0.0_f64; 2];
+    let text = program();
+    let lines: Vec<String> = text
+        .lines()
+        .map(|line| {
+            if let Some(role) = line.strip_prefix(";TYPE:") {
+                is_infill = role == "Solid infill";
+            }
+            print = if line.starts_with(";TRUNNION print=1") { 1 } else { print };
+            let Some((head, e)) = line.split_once(" E").filter(|_| line.contains(" F1800")) else {
+                return line.to_owned();
+            };
+            let (e, rest) = e.split_once(' ').unwrap();
+            let e = e.parse::<f64>().unwrap() * if is_infill { flow } else { 1.0 };
+            totals[print] += (e * 1e5).round() / 1e5;
+            format!("{head} E{e:.5} {rest}")
+        })
+        .collect();
+    let expected = |line: &String| {
+        let Some((head, _)) = line.split_once(" filament_mm=") else { return line.clone() };
+        format!("{head} filament_mm={:.5}", totals[usize::from(head.contains("print=1"))])
+    };
+    lines.iter().map(expected).collect::<Vec<_>>().join("\n") + "\n"
+}
+
+/// Where no line has a stated width, all lines of one kind may be too thin alike: no other line of the layer tells.
+#[test]
+fn infill_that_is_too_thin_everywhere_is_found() {
+    for (flow, found) in [(1.0, false), (0.98, false), (0.94, true), (0.8, true)] {
+        let report = report(&stated(with_thin_infill(flow)));
+        assert_eq!(is_found(&report, "the lines of part 0 use"), found, "{flow}: {:#?}", report.findings);
+    }
+}
+
 /// Lines of no known width across those of the infill, each `mm` long along it.
 fn with_odd_lines(text: &str, count: usize, mm: f64) -> String {
     (0..count).fold(text.to_owned(), |text, k| {
