@@ -1,4 +1,4 @@
-//! Segments of a plane, filed by square cells: which of them is nearest to a point.
+//! Segments of a plane, filed by square cells: which of them is nearest to a point, and which are near it. Lengths mm.
 
 use std::ops::ControlFlow;
 

@@ -9,9 +9,10 @@
 //! support stands on.
 //!
 //! A line over air must begin and end on material and may span `process.bridge_mm` between; what hangs free at an end may be
-//! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges); what turns on its way is no bridge. Whatever the slicer calls it. A loop that is
-//! closed over air has no end there: what hangs behind its beginning and what hangs before its end are one span (PrusaSlicer's
-//! stability analysis takes it so, too). One that touches nothing but its own beginning lies on nothing, unless what is laid after it in
+//! as long as a string that stays up by itself, or a little longer where it is of a [small ledge](super::ledges); what turns on its
+//! way is no bridge. Whatever the slicer calls it. A loop that is closed over air has no end there: what hangs behind its beginning
+//! and what hangs before its end are one span (PrusaSlicer's stability analysis takes it so, too). One that touches nothing but its
+//! own beginning, or hangs for more than half of itself, lies on nothing, unless what is laid after it and around it in
 //! its layer [holds it](super::rings).
 
 use std::collections::VecDeque;
