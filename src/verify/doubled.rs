@@ -31,6 +31,9 @@ const HAIRPIN_LINES: usize = 10;
 const JOINED_MM: f64 = 0.2;
 /// Lines on top of one that are told apart: more make the same finding, and pairs of all would grow with their square.
 const MOST_ON_TOP: usize = 8;
+/// Sparse infill crosses itself, and where a region is nearly cut in two PrusaSlicer 2.9 has gone over 7 mm of an earlier row: so much may one stretch of
+/// it be, mm.
+const SPARSE_MM: f64 = 10.0;
 /// What one stretch of the others may be long, mm, and all of a layer as a share of its lines: where skins meet CuraEngine lays 2.5 to 3 mm twice at each
 /// of two places, Slic3r 3.4 mm once (published parts; layers of 1.2 to 5 m).
 const MOST_MM: f64 = 4.0;
@@ -42,11 +45,11 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
     // What was laid of a line whose width nobody states is as wide as its filament.
     let width = |line: &Line| if line.stated { line.width } else { line.width * line.ratio().min(1.0) };
     let Some(doubled) = doubled(lines, TOO_WIDE * usual, width) else { return };
-    let most = MOST_MM.max(MOST_SHARE * lines.iter().map(|line| line.length).sum::<f64>());
-    if doubled.longest > MOST_MM || doubled.length > most {
+    let most = doubled.most.max(MOST_SHARE * lines.iter().map(|line| line.length).sum::<f64>());
+    if doubled.longest > doubled.most || doubled.length > most {
         let line = lines[doubled.line].m.line;
         let at = FindingPlace { line, slot: Some(printed.planned.slot), part: Some(printed.planned.part) };
-        let limit = if doubled.longest > MOST_MM { MOST_MM } else { most };
+        let limit = if doubled.longest > doubled.most { doubled.most } else { most };
         findings.add(Rule::Flow, at, [doubled.length, limit], || {
             let other = lines[doubled.other].m.line;
             format!(
@@ -57,10 +60,11 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
     }
 }
 
-/// What lies on top of each other in a layer, mm, and where the longest stretch begins.
+/// What lies on top of each other in a layer, mm; the stretch that is longest for what it may be, which is `most`, and where it begins.
 struct Doubled {
     length: f64,
     longest: f64,
+    most: f64,
     line: usize,
     other: usize,
 }
@@ -110,7 +114,8 @@ fn doubled(lines: &[Line], too_wide: f64, width: impl Fn(&Line) -> f64) -> Optio
     // Most have met twice, in both of their directions.
     pairs.sort_unstable_by(|a, b| (a.line, a.other).cmp(&(b.line, b.other)).then(b.length.total_cmp(&a.length)));
     pairs.dedup_by_key(|pair| (pair.line, pair.other));
-    Some(in_stretches(&pairs, |pair| is_hairpin(lines, pair)))
+    let is_sparse = |pair: &Pair| [pair.line, pair.other].iter().all(|&index| lines[index].m.role == Role::Infill);
+    Some(in_stretches(&pairs, |pair| is_hairpin(lines, pair), is_sparse))
 }
 
 /// Whether infill, a bridge's too, turns back on itself between the two lines, without a way between: along a curved wall PrusaSlicer
@@ -135,8 +140,8 @@ struct Pair {
 }
 
 /// What the pairs, sorted, add up to in stretches that count.
-fn in_stretches(pairs: &[Pair], is_hairpin: impl Fn(&Pair) -> bool) -> Doubled {
-    let mut all = Doubled { length: 0.0, longest: 0.0, line: 0, other: 0 };
+fn in_stretches(pairs: &[Pair], is_hairpin: impl Fn(&Pair) -> bool, is_sparse: impl Fn(&Pair) -> bool) -> Doubled {
+    let mut all = Doubled { length: 0.0, longest: 0.0, most: MOST_MM, line: 0, other: 0 };
     for stretch in pairs.chunk_by(|a, b| b.line - a.line <= 1) {
         let (turns, others): (Vec<&Pair>, Vec<&Pair>) = stretch.iter().partition(|pair| is_hairpin(pair));
         let sum = |pairs: &[&Pair]| pairs.iter().map(|pair| pair.length).sum::<f64>();
@@ -145,8 +150,10 @@ fn in_stretches(pairs: &[Pair], is_hairpin: impl Fn(&Pair) -> bool) -> Doubled {
         let length = if short { sum(&others) } else { sum(&turns) + sum(&others) };
         if length > SHORTEST_MM {
             all.length += length;
-            if length > all.longest {
-                (all.longest, all.line, all.other) = (length, stretch[0].line, stretch[0].other);
+            let most = if stretch.iter().all(&is_sparse) { SPARSE_MM } else { MOST_MM };
+            if length / most > all.longest / all.most {
+                let Pair { line, other, .. } = stretch[0];
+                all = Doubled { length: all.length, longest: length, most, line, other };
             }
         }
     }

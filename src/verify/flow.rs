@@ -77,7 +77,10 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
             )
         });
     }
-    let sum = (sums[1].ratio(), MOST_OFF[1]);
+    let mut sum = (sums[1].ratio(), MOST_OFF[1]);
+    if sum.0 > 1.0 + sum.1 && printed.flow.bead == Bead::Varied {
+        sum.0 = of_what_has_room(printed).ratio();
+    }
     let kind = thin::kinds(printed).map(|ratio| (ratio, MOST_OFF[0]));
     let unstated = match kind {
         // Cura lays less where lines overlap, and says nowhere how wide they are.
@@ -97,6 +100,20 @@ pub(super) fn check(printed: &PrintedPart<'_>, findings: &mut Findings) {
             });
         }
     }
+}
+
+/// The sum over lines without a stated width where each is as wide as it has room for: one that has room for all of its filament holds that.
+fn of_what_has_room(printed: &PrintedPart<'_>) -> Sum {
+    let mut sum = Sum::default();
+    for level in &printed.levels {
+        let lines = lines(printed, level);
+        let room = thin::have_room(printed, level, &lines, MOST_OFF[1]);
+        for (line, has_room) in lines.into_iter().zip(room).filter(|(line, _)| !line.stated) {
+            let held = if has_room { line.held.max(line.laid) } else { line.held };
+            sum.add(&Line { held, ..line });
+        }
+    }
+    sum
 }
 
 /// Where nobody states a width: the one that is taken, which may be what is wrong.

@@ -3,7 +3,8 @@
 //! A line then has one of those widths, or that of other lines of its layer (solid infill is spread to fill its region evenly, a lone row by a
 //! fifth); anything else is a line as thin as the gap that it fills. Such a one has material or the part's outline on both sides, and
 //! runs on top of no other full line. CuraEngine lays a wall thinner where it runs over another, down to nothing: one such has that other beside
-//! it. A line that leads somewhere else than its filament was counted for is none of these. What is left is short in published parts: see
+//! it. From 5.0 on its lines are as wide as they have room for: a wide one lies beside another and over none, a very thin one is all
+//! of a wall. A line that leads somewhere else than its filament was counted for is none of these. What is left is short in published parts: see
 //! [`MOST_MM`].
 
 use std::ops::ControlFlow;
@@ -11,6 +12,7 @@ use std::ops::ControlFlow;
 use super::line::{DIGITS_MM, Line, lines};
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
+use crate::gcode::marks::Bead;
 use crate::section::{Point, Segment, Segments, to_segment};
 
 /// A gap up to so many lines wide is filled by one line.
@@ -55,6 +57,10 @@ const SHARED: f64 = 0.25;
 /// Of one that has so much of its filament nothing is asked; one that has less than this is laid thinner for another, and fills no gap.
 const NEARLY: f64 = 0.9;
 const THINNEST: f64 = 0.5;
+/// By how much, in usual widths, a wide line may lie over those on both sides of it together, and be away from the one that it lies beside.
+const OVER: f64 = 0.2;
+/// How much narrower than a wall the one line that is all of it may be, in usual widths.
+const NARROWER: f64 = 0.2;
 /// Lines that are looked at around one place.
 const MOST_NEAR: usize = 1000;
 /// The part of a line's length that must be so.
@@ -73,13 +79,21 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
             continue;
         }
         let beside = beside.get_or_insert_with(|| Beside::new(printed, level, lines));
-        let (wedged, places) = beside.wedged(index);
         // Cura lays less where lines overlap, be it for a part of their length alone.
         let is_less = printed.flow.widths.is_empty() && line.ratio() < 1.0;
-        let shares = is_less && (line.ratio() >= NEARLY || beside.shares(index));
+        let shares = || is_less && (line.ratio() >= NEARLY || beside.shares(index));
         // It fills no gaps with lines as thin as this.
-        let fills = wedged >= MOSTLY * places && !(is_less && line.ratio() < THINNEST);
-        if !fills && !shares {
+        let fills = || !(is_less && line.ratio() < THINNEST) && beside.mostly(index, Beside::is_between);
+        let varies = || match printed.flow.bead {
+            Bead::Varied if line.ratio() < 1.0 => beside.mostly(index, Beside::is_all),
+            Bead::Varied => beside.mostly(index, Beside::is_beside),
+            _ => false,
+        };
+        let has_room = || {
+            let may_lack = printed.flow.bead != Bead::Varied || line.ratio() <= SPREAD;
+            may_lack || beside.mostly(index, |beside, index, p, normal| beside.has_room(index, p, normal, OVER))
+        };
+        if !shares() && !((fills() || varies()) && has_room()) {
             strange.push(line);
         }
     }
@@ -101,6 +115,15 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
             )
         });
     }
+}
+
+/// Which lines of a layer have room for all of their filament beside another, but for `over` of a usual width.
+pub(super) fn have_room(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], over: f64) -> Vec<bool> {
+    let beside = Beside::new(printed, level, lines);
+    let is_good = |beside: &Beside<'_>, index: usize, p: Point, normal: Point| {
+        beside.is_beside(index, p, normal) && beside.has_room(index, p, normal, over)
+    };
+    (0..lines.len()).map(|index| beside.mostly(index, is_good)).collect()
 }
 
 /// The least ratio that a good part of the print's lines have in common, of those that lie at the outline or well within it: solid infill is spread,
@@ -208,14 +231,13 @@ impl<'a> Beside<'a> {
         self.axes.all()[index]
     }
 
-    /// At how many of how many places along a line, its ends left out, something is on both sides of it and nothing under it.
-    fn wedged(&self, index: usize) -> (f64, f64) {
+    /// Whether most places along a line, its ends left out, are good; handed each with the line's normal.
+    fn mostly(&self, index: usize, is_good: impl Fn(&Self, usize, Point, Point) -> bool) -> bool {
         let [a, b] = self.axis(index);
         let length = self.lines[index].length;
         let normal = [(a[1] - b[1]) / length, (b[0] - a[0]) / length];
         let places = self.places(index);
-        let good = places.iter().filter(|&&p| self.is_between(index, p, normal)).count();
-        (good as f64, places.len() as f64)
+        places.iter().filter(|&&p| is_good(self, index, p, normal)).count() as f64 >= MOSTLY * places.len() as f64
     }
 
     /// Whether a line that is thinner than usual shares its room with another for a good part of its length.
@@ -260,6 +282,48 @@ impl<'a> Beside<'a> {
         (0..count as usize).map(place).collect()
     }
 
+    /// How far the edges of a line are from those beside it at `p`, on both sides, mm; infinite where none is near. Where a line turns back on the one
+    /// before it is another question: see [`super::doubled`].
+    fn free(&self, index: usize, p: Point, normal: Point) -> [f64; 2] {
+        let mut free = [f64::INFINITY; 2];
+        self.each_other(index, p, OVER * self.usual_mm, |other, _| {
+            if let Some(t) = across(p, normal, self.axis(other)).filter(|_| other.abs_diff(index) > 1) {
+                let free = &mut free[usize::from(t > 0.0)];
+                *free = free.min(t.abs() - self.halves[index] - self.halves[other]);
+            }
+        });
+        free
+    }
+
+    /// Whether a line lies beside another at `p`, and on none.
+    fn is_beside(&self, index: usize, p: Point, normal: Point) -> bool {
+        let mut is_on_top = false;
+        self.each_other(index, p, 0.0, |other, mm| {
+            is_on_top |= other.abs_diff(index) > 1 && mm < ON_TOP * self.usual_mm;
+        });
+        !is_on_top && self.free(index, p, normal).iter().any(|free| *free <= OVER * self.usual_mm)
+    }
+
+    /// Whether a line has room for its whole width at `p`, but for so much in usual widths.
+    fn has_room(&self, index: usize, p: Point, normal: Point, over: f64) -> bool {
+        let lies_over: f64 = self.free(index, p, normal).iter().map(|free| (-free).max(0.0)).sum();
+        lies_over <= over * self.usual_mm
+    }
+
+    /// Whether the part is no wider at `p` than the line.
+    fn is_all(&self, index: usize, p: Point, normal: Point) -> bool {
+        let reach = self.halves[index] + NARROWER / 2.0 * self.usual_mm;
+        let mut sides = [false; 2];
+        self.outline.each_near(p, reach, |wall| {
+            if let Some(side) = side(p, normal, self.outline.all()[wall as usize], reach) {
+                sides[side] = true;
+            }
+            ControlFlow::Continue(())
+        });
+        sides == [true; 2]
+    }
+
+    /// Whether something is on both sides of a line at `p`, and nothing under it.
     fn is_between(&self, index: usize, p: Point, normal: Point) -> bool {
         let free = BESIDE * self.usual_mm;
         let half = self.halves[index];
@@ -282,13 +346,14 @@ impl<'a> Beside<'a> {
 }
 
 /// On which side of `p`, along `normal` or against it, a segment is met within `reach`.
-fn side(p: Point, normal: Point, [a, b]: Segment, reach: f64) -> Option<usize> {
-    let across = |q: Point| (q[0] - p[0]) * -normal[1] + (q[1] - p[1]) * normal[0];
+fn side(p: Point, normal: Point, segment: Segment, reach: f64) -> Option<usize> {
+    across(p, normal, segment).filter(|t| t.abs() <= reach).map(|t| usize::from(t > 0.0))
+}
+
+/// How far from `p` along `normal`, or against it, a segment is met, mm.
+fn across(p: Point, normal: Point, [a, b]: Segment) -> Option<f64> {
+    let beside = |q: Point| (q[0] - p[0]) * -normal[1] + (q[1] - p[1]) * normal[0];
     let up = |q: Point| (q[0] - p[0]) * normal[0] + (q[1] - p[1]) * normal[1];
-    let (from, to) = (across(a), across(b));
-    if from * to > 0.0 || from == to {
-        return None;
-    }
-    let t = up(a) + (up(b) - up(a)) * (from / (from - to));
-    (t.abs() <= reach).then_some(usize::from(t > 0.0))
+    let (from, to) = (beside(a), beside(b));
+    (from * to <= 0.0 && from != to).then(|| up(a) + (up(b) - up(a)) * (from / (from - to)))
 }

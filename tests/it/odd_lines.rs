@@ -1,8 +1,8 @@
 //! Parts whose narrow places slicers fill with lines of odd widths, as published parts have them: each slicer's file is verified.
 //!
 //! Slic3r fills gaps with lines of any width, some of them strokes across or second lines over the first, and spreads a lone row by a
-//! fifth. CuraEngine lays a wall thinner where it runs over another, down to nothing, and makes one wide line of several short ones.
-//! Neither says of a line how wide it is.
+//! fifth. CuraEngine lays a wall thinner where it runs over another, down to nothing, and makes one wide line of several short ones; from
+//! 5.0 on its lines are as wide as they have room for. Neither says of a line how wide it is.
 
 use std::fs;
 
@@ -60,6 +60,18 @@ fn wedge(deg: f64, end: f64) -> Shape {
     block(60.0, 10.0, 4.0).less(&block(80.0, 20.0, 6.0).about_z(deg).at(0.0, end, -1.0))
 }
 
+/// A house whose roof is so steep: under its ridge a wall is narrower than any line.
+fn roof(deg: f64) -> Shape {
+    let off = |sign: f64| {
+        block(200.0, 40.0, 100.0).at(-100.0, -1.0, 0.0).about_y(sign * deg).at(
+            0.0,
+            0.0,
+            4.0 + 5.0 * deg.to_radians().tan(),
+        )
+    };
+    block(10.0, 24.0, 50.0).at(-5.0, 0.0, 0.0).less(&off(1.0)).less(&off(-1.0))
+}
+
 /// What showed each kind of line first.
 fn known() -> Vec<(String, Shape)> {
     [
@@ -70,6 +82,7 @@ fn known() -> Vec<(String, Shape)> {
         // A thousandth of a millimetre below and above the middle of a layer, and on it.
         ("bores", bores([1.499, 1.501, 1.5])),
         ("wedge", wedge(2.0, 0.6)),
+        ("roof", roof(50.0)),
     ]
     .map(|(name, shape)| (name.to_owned(), shape))
     .into()
@@ -78,12 +91,13 @@ fn known() -> Vec<(String, Shape)> {
 fn drawn(seed: u64) -> (String, Shape) {
     let mut numbers = Numbers::seeded(seed);
     let mut any = |low: f64, high: f64| numbers.between(low, high);
-    let shape = match seed % 6 {
+    let shape = match seed % 7 {
         0 => tube(any(6.5, 9.5)),
         1 => shell(any(0.9, 2.4)),
         2 => lug(any(4.4, 5.8)),
         3 => counterbores([(); 2].map(|()| [any(2.9, 3.9), any(0.0, 60.0)])),
         4 => bores([(); 3].map(|()| any(1.2, 1.8))),
+        5 => roof(any(40.0, 75.0)),
         // Of an end of 0.6 mm Slic3r mostly leaves out more than a millimetre, which rule `rewrite/box` refuses.
         _ => wedge(any(0.6, 4.0), any(1.0, 1.5)),
     };

@@ -79,6 +79,28 @@ fn a_curve_laid_twice_is_one_stretch_however_short_its_lines() {
 }
 
 #[test]
+fn sparse_infill_may_go_over_more_of_an_earlier_row() {
+    // Along a row of the layer's infill, as the slicer's sparse infill both.
+    let found = |role: &str, mm: f64| {
+        let line = with_line([0.0, FROM], [0.0, FROM + mm], 1.0);
+        let (layer, _) = line.match_indices(&format!("G1 Z{:.3}", 22.0 * LAYER)).next().unwrap();
+        let (before, after) = line.split_at(layer);
+        let start = before.rfind(";TYPE:Solid infill").unwrap();
+        let infill = before[start..].replace(";TYPE:Solid infill", role);
+        let infill = infill.replace(";TYPE:External perimeter\nG1 X", &format!("{role}\nG1 X"));
+        let text = format!("{}{infill}{after}", &before[..start]);
+        is_found(&report(&text), "on top of")
+    };
+    for (role, mm, wanted) in [
+        (";TYPE:Solid infill", 5.0, true),
+        (";TYPE:Internal infill", 5.0, false),
+        (";TYPE:Internal infill", 7.6, false),
+    ] {
+        assert_eq!(found(role, mm), wanted, "{role} {mm}");
+    }
+}
+
+#[test]
 fn two_slanting_lines_share_what_runs_within_reach() {
     // From one line to 0.3 mm beside it: within 0.16 mm for 0.16 / 0.3 of 7.6 mm.
     let report = report(&with_line([0.0, FROM], [0.3, -FROM], 1.0));
@@ -107,6 +129,29 @@ fn where_only_the_head_states_widths_a_line_is_of_one_of_them_or_fills_a_gap() {
     // Between two lines, thin.
     let report = report(&stated(with_line([0.38, FROM], [0.38, -FROM], 0.1)));
     assert!(!is_found(&report, "fill no gap"), "{:#?}", report.findings);
+}
+
+/// The program as if its slicer, of CuraEngine 5's kind, laid each line as wide as it has room for and said so nowhere.
+fn varied(text: &str) -> String {
+    let key = ";TRUNNION expect print=0";
+    let at = text.find(key).unwrap();
+    let end = at + text[at..].find('\n').unwrap();
+    format!("{} bead=varied{}", &text[..end], &text[end..])
+}
+
+#[test]
+fn where_lines_are_as_wide_as_they_have_room_for_a_wide_one_lies_over_none() {
+    let found = |text: &str| is_found(&report(&varied(text)), "fill no gap");
+    // Beside the outer wall, whose middle is at X -4.6, outside of it, where nothing else is: so far away, with so much filament.
+    for (away, flow, wanted) in
+        [(0.95, 1.3, false), (1.2, 1.3, true), (0.6, 1.5, true), (1.0, 1.9, false), (0.8, 1.9, true)]
+    {
+        let x = -4.6 - away;
+        assert_eq!(found(&with_line([x, FROM], [x, -FROM], flow)), wanted, "{away} {flow}");
+    }
+    // Across the infill beside the wall, and in the room of another.
+    assert!(found(&with_line([FROM, -4.0], [-FROM, -3.6], 1.5)));
+    assert!(found(&with_line([0.38, FROM], [0.38, -FROM], 1.5)));
 }
 
 /// The same with so much of the filament of all infill.
