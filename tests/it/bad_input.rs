@@ -299,8 +299,11 @@ fn an_interrupt_ends_the_slicer_and_leaves_nothing() {
     for signal in ["-INT", "-TERM"] {
         interrupted("cube", "child", signal);
         let child = std::fs::read_to_string(at("child")).unwrap();
-        let status = std::fs::read_to_string(format!("/proc/{}/status", child.trim())).unwrap_or_default();
-        assert!(status.is_empty() || status.contains("State:\tZ"), "{signal}: the slicer's child lives on");
+        // It has been killed, and dies when it is its turn.
+        wait_for(&format!("{signal}: the end of the slicer's child"), || {
+            let status = std::fs::read_to_string(format!("/proc/{}/status", child.trim())).unwrap_or_default();
+            status.is_empty() || status.contains("State:\tZ")
+        });
         // While it is asked what it is, or in the planning behind that.
         std::fs::remove_file(at("asked")).unwrap();
         interrupted("candelabrum", "asked", signal);
