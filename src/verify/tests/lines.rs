@@ -1,6 +1,6 @@
 //! Lines on top of each other, and lines whose filament fits no width: one more in a layer of the valid program.
 
-use super::{FLOW, LAYER, Rule, program, run};
+use super::{FLOW, LAYER, Rule, WIDTH, program, run};
 use crate::verify::Report;
 
 /// Infill runs along Y between -3.8 and 3.8, one line at X 0 and the next 0.76 mm away.
@@ -108,6 +108,32 @@ fn two_slanting_lines_share_what_runs_within_reach() {
     assert!((found.measured - 7.6 * 0.16 / 0.3).abs() < 0.05, "{found:?}");
     // Across all of them it is on top of none for long.
     assert!(!is_found(&super::run(&with_line([FROM, 0.4], [-FROM, 0.4], 1.0), &super::profile()), "on top of"));
+}
+
+/// Where widths and heights are stated, one line may be off by a hundredth and what its last digits tell.
+#[test]
+fn a_line_of_stated_width_takes_the_filament_of_the_others() {
+    let found = |flow: f64| {
+        let text = with_line([FROM, 0.4], [-FROM, 0.4], flow);
+        let said = format!("\n;WIDTH:{WIDTH}\n;HEIGHT:{LAYER}\n");
+        let lines = text.lines().map(|line| match line.starts_with(";TYPE:") {
+            true => format!("{line}{said}"),
+            false => format!("{line}\n"),
+        });
+        is_found(&report(&lines.collect::<String>()), "of line use")
+    };
+    for (flow, wanted) in [
+        (1.0, false),
+        (1.008, false),
+        (0.992, false),
+        (1.015, true),
+        (0.985, true),
+        (1.4, true),
+        (0.6, true),
+        (0.05, true),
+    ] {
+        assert_eq!(found(flow), wanted, "{flow}");
+    }
 }
 
 /// The program as if its slicer stated widths in its head alone.
