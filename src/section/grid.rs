@@ -298,6 +298,16 @@ fn crosses([a, b]: Segment, [p, q]: Segment) -> bool {
     !(apart(side(a, b, p), side(a, b, q)) || apart(side(p, q, a), side(p, q, b)))
 }
 
+/// The distance of `p` from a segment, mm.
+pub fn to_segment(p: Point, [a, b]: Segment) -> f64 {
+    let (abx, aby) = (b[0] - a[0], b[1] - a[1]);
+    let square = abx * abx + aby * aby;
+    let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;
+    let t = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
+    let (dx, dy) = (p[0] - a[0] - abx * t, p[1] - a[1] - aby * t);
+    (dx * dx + dy * dy).sqrt()
+}
+
 /// The greatest whole number that is not above `v`, without a call.
 fn floor(v: f64) -> isize {
     let whole = v as isize;

@@ -19,9 +19,9 @@ pub mod polygons;
 pub mod simplify;
 
 pub use fit::{Fit, Sample, fit};
-pub use grid::{Nearest, Point, Segment, Segments};
+pub use grid::{Nearest, Point, Segment, Segments, to_segment};
 pub use march::march;
-pub use outline::{OutlineSearch, Section, to_segment};
+pub use outline::{OutlineSearch, Section};
 
 use crate::geom::Vec3;
 use crate::mesh::TriangleMesh;

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::grid::{Nearest, Point, Segment, Segments};
+use super::grid::{Nearest, Point, Segment, Segments, to_segment};
 use super::overlap;
 
 /// Distances beyond this are not told apart, mm: wider than any line, and the search stays among neighbours.
@@ -21,12 +21,15 @@ pub struct Section {
 impl Section {
     pub(crate) fn new(segments: Vec<Segment>) -> Self {
         let section = Self::of(segments);
-        let overlaps = section.overlaps() || overlap::cross(&section.segments);
+        let overlaps = match overlap::apart(&section.segments) {
+            Some(curves) => section.overlaps(&curves),
+            None => section.overlaps(section.segments()) || overlap::cross(&section.segments),
+        };
         // Curves that are not closed are told as they are.
         overlaps.then(|| overlap::enclosed(section.segments.all())).flatten().map_or(section, Self::of)
     }
 
-    fn of(segments: Vec<Segment>) -> Self {
+    pub(super) fn of(segments: Vec<Segment>) -> Self {
         let segments = Segments::new(segments);
         let mut section = Self { winding: Vec::new(), segments };
         section.wind();
@@ -117,10 +120,10 @@ impl Section {
         OutlineSearch { section: self, last: None }
     }
 
-    /// Whether a segment has more than one shell to its left, asked beside its middle: then shells overlap, and the nearest segment to a point does
-    /// not tell its side. Those that only touch do not.
-    fn overlaps(&self) -> bool {
-        self.segments().iter().any(|[a, b]| {
+    /// Whether one of these segments has more than one shell to its left, asked beside its middle: then shells overlap, and the nearest segment to a
+    /// point does not tell its side. Those that only touch do not.
+    pub(super) fn overlaps(&self, segments: &[Segment]) -> bool {
+        segments.iter().any(|[a, b]| {
             let along = [b[0] - a[0], b[1] - a[1]];
             let share = UNSURE_MM / along[0].hypot(along[1]).max(UNSURE_MM);
             self.turns([(a[0] + b[0]) / 2.0 - along[1] * share, (a[1] + b[1]) / 2.0 + along[0] * share]) > 1
@@ -179,6 +182,12 @@ impl Section {
                 self.winding[row * columns + column] = winding - here;
             }
         }
+    }
+
+    /// The segments in their cells, for tests.
+    #[cfg(test)]
+    pub(super) fn parts(&self) -> &Segments {
+        &self.segments
     }
 
     /// The distance by trying every segment, for tests.
@@ -289,14 +298,4 @@ fn is_right([a, b]: Segment, p: Point) -> bool {
 fn crosses([a, b]: Segment, [c, d]: Segment) -> bool {
     let side = |p: Point, q: Point, r: Point| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
-}
-
-/// The distance of `p` from a segment, mm.
-pub fn to_segment(p: Point, [a, b]: Segment) -> f64 {
-    let (abx, aby) = (b[0] - a[0], b[1] - a[1]);
-    let square = abx * abx + aby * aby;
-    let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;
-    let t = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
-    let (dx, dy) = (p[0] - a[0] - abx * t, p[1] - a[1] - aby * t);
-    (dx * dx + dy * dy).sqrt()
 }

@@ -5,21 +5,81 @@
 
 use std::collections::HashMap;
 
-use super::grid::{Point, Segment, Segments};
+use super::grid::{Point, Segment, Segments, to_segment};
 use super::polygons::{self, UNITS_PER_MM, units};
 
 /// Twice the area of a triangle that may as well be a line, mm².
 const UNSURE: f64 = 1e-9;
 
+/// Segments nearer to each other than this may touch, mm.
+const TOUCHING_MM: f64 = 1e-6;
+
 /// Whether two of the segments cross.
 pub(super) fn cross(segments: &Segments) -> bool {
+    any_pair(segments, crosses)
+}
+
+/// One segment of each closed curve where no two segments touch but those that follow each other, and so no curve crosses itself or another:
+/// then whatever lies beside one segment of a curve lies beside all of it. `None` where they do, or where a curve is not closed.
+pub(super) fn apart(segments: &Segments) -> Option<Vec<Segment>> {
+    if any_pair(segments, touches) {
+        return None;
+    }
+    let all = segments.all();
+    let key = |p: Point| p.map(|v| (v + 0.0).to_bits());
+    let mut next = HashMap::with_capacity(all.len());
+    for (k, segment) in all.iter().enumerate() {
+        if next.insert(key(segment[0]), k).is_some() {
+            return None;
+        }
+    }
+    let (mut seen, mut curves) = (vec![false; all.len()], Vec::new());
+    for first in 0..all.len() {
+        let mut at = first;
+        while !seen[at] {
+            seen[at] = true;
+            at = *next.get(&key(all[at][1]))?;
+            if at == first {
+                curves.push(all[first]);
+            }
+        }
+    }
+    Some(curves)
+}
+
+/// Whether two segments of one cell are so.
+fn any_pair(segments: &Segments, are: impl Fn(Segment, Segment) -> bool) -> bool {
     let [columns, rows] = segments.count();
     let mut here: Vec<Segment> = Vec::new();
     (0..columns * rows).any(|cell| {
         here.clear();
         here.extend(segments.members(cell));
-        here.iter().enumerate().any(|(k, one)| here[k + 1..].iter().any(|other| crosses(*one, *other)))
+        here.iter().enumerate().any(|(k, one)| here[k + 1..].iter().any(|other| are(*one, *other)))
     })
+}
+
+/// Whether two segments may touch elsewhere than where one follows the other.
+fn touches([a, b]: Segment, [p, q]: Segment) -> bool {
+    let beside = |axis: usize| {
+        a[axis].max(b[axis]) + TOUCHING_MM < p[axis].min(q[axis])
+            || p[axis].max(q[axis]) + TOUCHING_MM < a[axis].min(b[axis])
+    };
+    if beside(0) || beside(1) {
+        return false;
+    }
+    // The end that one leaves the other by must lead away from it.
+    let returns = |from: Point, middle: Point, to: Point| {
+        to_segment(to, [from, middle]) <= TOUCHING_MM || to_segment(from, [middle, to]) <= TOUCHING_MM
+    };
+    match (b == p, q == a) {
+        (true, true) => true,
+        (true, false) => returns(a, b, q),
+        (false, true) => returns(p, q, b),
+        (false, false) => {
+            let ends = [to_segment(a, [p, q]), to_segment(b, [p, q]), to_segment(p, [a, b]), to_segment(q, [a, b])];
+            crosses([a, b], [p, q]) || ends.iter().any(|mm| *mm <= TOUCHING_MM)
+        }
+    }
 }
 
 /// The border of what closed curves of segments wind around at least once, material to the left; `None` where they are not closed.
@@ -81,13 +141,50 @@ fn crosses([a, b]: Segment, [p, q]: Segment) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::super::Section;
     use super::*;
+    use crate::geom::SplitMix64;
 
     /// A rectangle, anticlockwise.
     fn rectangle([x0, y0]: Point, [x1, y1]: Point) -> Vec<Segment> {
         let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
         (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
+    }
+
+    /// A ring of some corners, now and then clockwise, with its middle near nothing; on whole numbers half of the time, so that many touch.
+    fn ring(numbers: &mut SplitMix64) -> Vec<Segment> {
+        let count = 3 + numbers.below(9);
+        let middle = [(); 2].map(|()| 8.0 * numbers.unit());
+        let (wide, whole, turns) = (0.2 + 6.0 * numbers.unit(), numbers.unit() < 0.5, numbers.unit() < 0.2);
+        let corner = |k: usize| {
+            let turn = TAU * (k % count) as f64 / count as f64 * if turns { -1.0 } else { 1.0 };
+            let at = [middle[0] + wide * turn.cos(), middle[1] + wide * turn.sin()];
+            if whole { at.map(f64::round) } else { at }
+        };
+        (0..count).map(|k| [corner(k), corner(k + 1)]).filter(|[a, b]| a != b).collect()
+    }
+
+    #[test]
+    fn curves_that_keep_apart_are_told_by_one_segment_each() {
+        let (mut told, mut overlapping) = (0, 0);
+        for seed in 0..4000 {
+            let mut numbers = SplitMix64::seeded(seed);
+            let count = 1 + numbers.below(4);
+            let mut all: Vec<Segment> = (0..count).flat_map(|_| ring(&mut numbers)).collect();
+            if numbers.unit() < 0.1 {
+                all.pop();
+            }
+            let section = Section::of(all);
+            let overlaps = section.overlaps(section.segments());
+            if let Some(curves) = apart(section.parts()) {
+                assert_eq!(section.overlaps(&curves), overlaps, "{seed}");
+                assert!(!cross(section.parts()) && curves.len() <= count, "{seed}");
+                (told, overlapping) = (told + 1, overlapping + usize::from(overlaps));
+            }
+        }
+        assert!(told > 800 && overlapping > 100 && told < 3200, "{told} {overlapping}");
     }
 
     #[test]
