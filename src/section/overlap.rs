@@ -47,7 +47,7 @@ pub(super) fn apart(segments: &Segments) -> Option<Vec<Segment>> {
     Some(curves)
 }
 
-/// Whether two segments of one cell are so.
+/// Whether `are` says yes to two segments that share a cell.
 fn any_pair(segments: &Segments, are: impl Fn(Segment, Segment) -> bool) -> bool {
     let [columns, rows] = segments.count();
     let mut here: Vec<Segment> = Vec::new();
@@ -153,7 +153,7 @@ mod tests {
         (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
     }
 
-    /// A ring of some corners, now and then clockwise, with its middle near nothing; on whole numbers half of the time, so that many touch.
+    /// A ring of some corners, now and then clockwise; with its corners on whole numbers half of the time, so that many touch.
     fn ring(numbers: &mut SplitMix64) -> Vec<Segment> {
         let count = 3 + numbers.below(9);
         let middle = [(); 2].map(|()| 8.0 * numbers.unit());

@@ -80,9 +80,13 @@ fn a_curve_laid_twice_is_one_stretch_however_short_its_lines() {
 
 #[test]
 fn sparse_infill_may_go_over_more_of_an_earlier_row() {
-    // Along a row of the layer's infill, as the slicer's sparse infill both.
+    // Along rows of the layer's infill, one after the other, as the slicer's sparse infill both.
     let found = |role: &str, mm: f64| {
-        let line = with_line([0.0, FROM], [0.0, FROM + mm], 1.0);
+        let along = |text: String, k: u32| {
+            let (x, long) = (0.76 * f64::from(k), (mm - 7.6 * f64::from(k)).min(7.6));
+            if long > 0.0 { with_line_in(&text, [x, FROM], [x, FROM + long], 1.0) } else { text }
+        };
+        let line = (0..2).fold(program(), along);
         let (layer, _) = line.match_indices(&format!("G1 Z{:.3}", 22.0 * LAYER)).next().unwrap();
         let (before, after) = line.split_at(layer);
         let start = before.rfind(";TYPE:Solid infill").unwrap();
@@ -95,6 +99,7 @@ fn sparse_infill_may_go_over_more_of_an_earlier_row() {
         (";TYPE:Solid infill", 5.0, true),
         (";TYPE:Internal infill", 5.0, false),
         (";TYPE:Internal infill", 7.6, false),
+        (";TYPE:Internal infill", 12.0, true),
     ] {
         assert_eq!(found(role, mm), wanted, "{role} {mm}");
     }
@@ -136,12 +141,16 @@ fn a_line_of_stated_width_takes_the_filament_of_the_others() {
     }
 }
 
+/// A program whose header says more of its first print.
+fn saying(text: &str, words: &str) -> String {
+    let at = text.find(";TRUNNION expect print=0").unwrap();
+    let end = at + text[at..].find('\n').unwrap();
+    format!("{} {words}{}", &text[..end], &text[end..])
+}
+
 /// The program as if its slicer stated widths in its head alone.
 fn stated(text: String) -> String {
-    let key = ";TRUNNION expect print=0";
-    let at = text.find(key).unwrap();
-    let end = at + text[at..].find('\n').unwrap();
-    format!("{} widths_mm=0.8{}", &text[..end], &text[end..])
+    saying(&text, "widths_mm=0.8")
 }
 
 #[test]
@@ -159,10 +168,7 @@ fn where_only_the_head_states_widths_a_line_is_of_one_of_them_or_fills_a_gap() {
 
 /// The program as if its slicer, of CuraEngine 5's kind, laid each line as wide as it has room for and said so nowhere.
 fn varied(text: &str) -> String {
-    let key = ";TRUNNION expect print=0";
-    let at = text.find(key).unwrap();
-    let end = at + text[at..].find('\n').unwrap();
-    format!("{} bead=varied{}", &text[..end], &text[end..])
+    saying(text, "bead=varied")
 }
 
 #[test]
@@ -178,6 +184,8 @@ fn where_lines_are_as_wide_as_they_have_room_for_a_wide_one_lies_over_none() {
     // Across the infill beside the wall, and in the room of another.
     assert!(found(&with_line([FROM, -4.0], [-FROM, -3.6], 1.5)));
     assert!(found(&with_line([0.38, FROM], [0.38, -FROM], 1.5)));
+    // A thin one is all of a wall, or shares its place with another: here is neither.
+    assert!(found(&with_line([-6.2, FROM], [-6.2, -FROM], 0.4)));
 }
 
 /// The same with so much of the filament of all infill.
