@@ -12,7 +12,7 @@ use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, Slicer};
 use trunnion::toolpath::{Input, InputWords, LabelledPrint, RewriteJob, print_name, read_sliced, rewrite, slot_mesh};
 use trunnion::trace;
 use trunnion::verify;
-use trunnion::view::{Machine, Program, Scene, Shapes};
+use trunnion::view::{DrawnMachine, DrawnProgram, Scene, Shapes};
 
 fn main() {
     divan::main();
@@ -163,11 +163,11 @@ fn f_preview(bencher: Bencher<'_, '_>) {
     let (bytes, profile) = (made.rewritten(), &made.profile);
     let machine = || {
         let (head, frame) = (profile.head_bodies(), profile.fixed_bodies());
-        Machine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &head, &frame)
+        DrawnMachine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &head, &frame)
     };
     bencher.counter(divan::counter::BytesCount::new(bytes.len())).bench(|| {
         let trace = trace::read(&bytes, &profile.trace_setting());
-        let program = Some(Program::of(&trace, &bytes, &profile.kinematics(), 'E'));
+        let program = Some(DrawnProgram::of(&trace, &bytes, &profile.kinematics(), 'E'));
         Scene { machine: machine(), shapes: Shapes::of(&made.workpiece().parts), program }.packed()
     });
 }

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use trunnion::gcode::{ParsedLine, lines};
 use trunnion::mesh::{Model, ReadOptions, read_model};
-use trunnion::planning::{MachineRef, ModelRef, PartRef, Plan, Print, Slot, Workpiece};
+use trunnion::planning::{MachineRef, ModelRef, PartRef, Plan, Print, TimeSlot, Workpiece};
 use trunnion::profile::{Profile, resolve, shipped};
 use trunnion::slicing::{Adhesion, BuiltIn, SliceJob, Slicer};
 use trunnion::toolpath::{Input, InputWords, RewriteJob, read_sliced, rewrite, slot_mesh};
@@ -122,7 +122,7 @@ impl Made {
             placement,
             bridge_mm: None,
             parts: model.parts.iter().map(|p| PartRef { id: p.id, name: p.name.clone() }).collect(),
-            slots: vec![Slot { id: 0, prints: vec![print] }],
+            slots: vec![TimeSlot { id: 0, prints: vec![print] }],
         };
         Self { profile, model, plan, sliced }
     }

@@ -17,8 +17,8 @@ use std::time::Instant;
 
 use divan::Bencher;
 use trunnion::pack::{
-    Answer, Ended, Instance, Method, PackGoal, PackSolid, Packed, Room, Turns, Watch, apart, check, fewest_runs, pack,
-    pack_models,
+    BoxPacking, Ended, Instance, Method, PackGoal, PackSolid, Packed, Room, Turns, Watch, apart, check, fewest_runs,
+    pack, pack_models,
 };
 
 const CLASSES: [i64; 6] = [1, 4, 5, 6, 7, 8];
@@ -58,7 +58,7 @@ fn main() {
     divan::main();
 }
 
-fn timed(instance: &Instance, seconds: f64) -> Answer {
+fn timed(instance: &Instance, seconds: f64) -> BoxPacking {
     let began = Instant::now();
     let mut asked = |_| (began.elapsed().as_secs_f64() > seconds).then_some(Ended::Time);
     pack(instance, PackGoal::Runs, Method::Auto, 1, &mut Watch::new(u64::MAX, &mut asked)).expect("boxes that fit")

@@ -4,9 +4,9 @@
 //!
 //! ```
 //! use std::path::Path;
-//! use trunnion::job::{self, Error, Outputs, PrepareRequest, Silent, World};
+//! use trunnion::job::{self, Outputs, PrepareRequest, PrintError, Silent, World};
 //! use trunnion::slicing::SlicerChoice;
-//! use trunnion::strategy;
+//! use trunnion::strategy::StrategyError;
 //!
 //! let model = Path::new("fixtures/two-boxes.stl");
 //! let folder = tempfile::tempdir()?;
@@ -28,7 +28,7 @@
 //!         }
 //!         output.write(done.gcode.program())?;
 //!     }
-//!     Err(Error::Strategy(strategy::Error::NoPlan(no))) => no.remedies.iter().flatten().for_each(|remedy| println!("{}", remedy.text)),
+//!     Err(PrintError::Strategy(StrategyError::NoPlan(no))) => no.remedies.iter().flatten().for_each(|remedy| println!("{}", remedy.text)),
 //!     Err(error) => return Err(error.into()),
 //! }
 //! assert!(output.path().is_file());

@@ -14,9 +14,14 @@ pub fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     all?.try_into().ok()
 }
 
-/// "1 part", "2 parts".
+/// "1 part", "2 parts", "2 touches".
 pub fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+    let ending = match count {
+        1 => "",
+        _ if noun.ends_with("ch") => "es",
+        _ => "s",
+    };
+    format!("{count} {noun}{ending}")
 }
 
 /// "part 3 (arm)"; "part 3" alone where the file names none, and it is called by its number.

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use serde_json::Value;
 use trunnion::document;
-use trunnion::job::Error;
+use trunnion::job::{Error, PrintError};
 use trunnion::planning::can_be_helped;
 use trunnion::strategy;
 
@@ -45,9 +45,11 @@ where
         let error = Error::from(error);
         let (text, exit) = (error.to_string(), document::exit_code(&error));
         let document = match &error {
-            Error::Strategy(strategy::Error::NoPlan(no)) if can_be_helped(&no.infeasible) => document::no_plan(no),
-            Error::Strategy(strategy::Error::NoWay(no)) => document::no_way(no),
-            Error::Rejected(no) => document::rejected(no),
+            Error::Strategy(strategy::StrategyError::NoPlan(no)) if can_be_helped(&no.infeasible) => {
+                document::no_plan(no)
+            }
+            Error::Strategy(strategy::StrategyError::NoWay(no)) => document::no_way(no),
+            Error::Print(PrintError::Rejected(no)) => document::rejected(no),
             _ => document::failed(error.code(), &text, exit, None),
         };
         Self::with(text, exit, &document)

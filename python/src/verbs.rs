@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 use trunnion::document;
 use trunnion::job::{
     self, Arrangement, Cutting, Error, Finish, MachineSource, ModelSource, OrientOptions, OrientRequest, OutputFile,
-    Outputs, PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PrepareRequest,
-    SlicingOptions, SplitOptions, SplitRequest, Standing, SupportForm, Supporting, VerifyRequest, WaysOut, World,
+    Outputs, PartChoice, PictureFile, PlaceRequest, PlanOptions, PlanRequest, PlanSource, PoseChoice, PrepareRequest,
+    SlicingOptions, SplitOptions, SplitRequest, SupportForm, Supporting, VerifyRequest, WaysOut, World,
 };
 use trunnion::planning::Priority;
 use trunnion::strategy;
@@ -63,7 +63,7 @@ fn claim(path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<OutputFile
 }
 
 fn picture(name: &'static str, path: Option<&Path>, outputs: &mut Outputs) -> Result<Option<PictureFile>, Error> {
-    path.map(|path| PictureFile::claim(name, path, outputs)).transpose()
+    Ok(path.map(|path| PictureFile::claim(name, path, outputs)).transpose()?)
 }
 
 /// A call that was cancelled ends here, before it writes.
@@ -127,14 +127,14 @@ pub(crate) fn orient(model: Named, told: Bound<'_, PyAny>, given: Bound<'_, PyDi
 }
 
 /// Which way the model stands.
-fn standing(given: &Given<'_>) -> PyResult<Standing> {
+fn standing(given: &Given<'_>) -> PyResult<PoseChoice> {
     if let Some(part) = given.count("base")? {
-        return Ok(Standing::On(part));
+        return Ok(PoseChoice::On(part));
     }
     if given.any("up")?.is_some_and(|up| up.extract::<String>().is_ok_and(|word| word == "auto")) {
-        return Ok(Standing::Recommended);
+        return Ok(PoseChoice::Recommended);
     }
-    Ok(given.vector("up")?.map_or(Standing::AsDrawn, Standing::Up))
+    Ok(given.vector("up")?.map_or(PoseChoice::AsDrawn, PoseChoice::Up))
 }
 
 fn arrangement(given: &Given<'_>, file: Option<&Path>) -> PyResult<Arrangement> {
@@ -271,7 +271,7 @@ pub(crate) fn plan(model: Named, profile: Named, told: Bound<'_, PyAny>, given: 
         let sheet = picture("sheet", sheet.as_deref(), &mut outputs)?;
         let done = job::plan(&request, world);
         before_writing(world);
-        if let (Err(strategy::Error::NoPlan(no)), Some(sheet)) = (&done, &sheet) {
+        if let (Err(strategy::StrategyError::NoPlan(no)), Some(sheet)) = (&done, &sheet) {
             no.sheet().map(|drawing| sheet.write(&drawing)).transpose()?;
         }
         let done = done?;

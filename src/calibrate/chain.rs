@@ -180,13 +180,13 @@ impl Chain {
     }
 
     /// The machine while its words are `tilt` and `rotation`.
-    pub fn at(&self, tilt: Angle, rotation: Angle) -> Placed<'_> {
+    pub fn at(&self, tilt: Angle, rotation: Angle) -> PosedChain<'_> {
         let pose = Pose { tilt: self.nominal.tilt.angle_of(tilt), rotation: self.nominal.rotation.angle_of(rotation) };
         let AxisDirections { tilt: u, rotation: r } = self.nominal.directions();
         let tilt = Turn::about(self.raw_tilt(u), pose.tilt.rad() + self.of(Unknown::TiltZero));
         let rotation = Turn::about(self.raw_rotation(r), pose.rotation.rad() + self.of(Unknown::RotationZero));
         let fallen = turn(&self.fall_about(), Angle::from_rad(self.of(Unknown::Unlevel)));
-        Placed { chain: self, tilt, fallen, rotation }
+        PosedChain { chain: self, tilt, fallen, rotation }
     }
 }
 
@@ -219,14 +219,14 @@ impl Turn {
 }
 
 /// A machine at one pose.
-pub struct Placed<'a> {
+pub struct PosedChain<'a> {
     chain: &'a Chain,
     tilt: Turn,
     fallen: Mat3,
     rotation: Turn,
 }
 
-impl Placed<'_> {
+impl PosedChain<'_> {
     /// Where a point of the table's frame comes.
     pub fn point(&self, q: &Vec3) -> Vec3 {
         self.chain.pivot() + self.tilt.matrix * (self.chain.offset() + self.inside(q))

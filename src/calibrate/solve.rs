@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::chain::{Chain, Placed, SAG_AT_MM, UNKNOWNS, Unknown};
+use super::chain::{Chain, PosedChain, SAG_AT_MM, UNKNOWNS, Unknown};
 use super::touches::{Of, TipShape, Touch, TouchShape, Touches};
 use crate::geom::{Angle, Vec3};
 use crate::motion::TableKinematics;
@@ -143,7 +143,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-fn placed(chain: &Chain, words_deg: [f64; 2]) -> Placed<'_> {
+fn placed(chain: &Chain, words_deg: [f64; 2]) -> PosedChain<'_> {
     let [tilt, rotation] = words_deg.map(Angle::from_deg);
     chain.at(tilt, rotation)
 }
@@ -151,7 +151,7 @@ fn placed(chain: &Chain, words_deg: [f64; 2]) -> Placed<'_> {
 struct One<'a> {
     problem: &'a Problem<'a>,
     touch: &'a Touch,
-    placed: Placed<'a>,
+    placed: PosedChain<'a>,
     state: &'a [f64],
 }
 

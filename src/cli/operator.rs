@@ -5,7 +5,7 @@ use std::io::{BufRead, IsTerminal};
 
 use super::{Console, progress};
 use crate::document::{self, Lines, Tone};
-use crate::job::{Answer, At, Desk, Error, Operator, Sending};
+use crate::job::{Answer, At, Desk, Operator, SendError, Sending};
 use crate::link::Reentry;
 use crate::link::serial::Twin;
 use crate::world::interrupts::Interrupts;
@@ -142,7 +142,7 @@ impl Operator for Terminal<'_> {
     }
 
     /// At once: the others may go on for hours.
-    fn ended(&self, error: Option<&Error>) {
+    fn ended(&self, error: Option<&SendError>) {
         if let Some(error) = error {
             self.console.warning(&error.to_string());
         }

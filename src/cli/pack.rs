@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::args::{Pack as Verb, copies};
 use super::requests::{claim_picture, outputs};
 use super::{Console, Failure};
-use crate::document;
+use crate::document::{self, text};
 use crate::job::{self, Contents, MachineSource, ModelSource, PackInto, PackOptions, PackRequest, Source, interrupts};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -24,7 +24,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::packed(&done));
     } else {
-        console.summary(&done.text(), args.output.is_some());
+        console.summary(&text::packed(&done), args.output.is_some());
     }
     if done.interrupted() { Err(Failure::Interrupted) } else { Ok(()) }
 }

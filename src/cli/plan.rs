@@ -7,7 +7,7 @@ use super::requests::{claim_picture, folder_of, outputs, profile_file, supportin
 use super::{Console, Failure, why};
 use crate::document::{self, text};
 use crate::job::{self, Error, FileError, OutputFile, Outputs, PictureFile, PlanRequest, PlanResult, strategy};
-use crate::planning::Slot;
+use crate::planning::TimeSlot;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     let profile = profile_file(&args.machine.profile);
@@ -91,7 +91,7 @@ pub(super) fn explained<T>(
     picture: Option<&PictureFile>,
     console: &Console,
 ) -> Result<T, Failure> {
-    if let Err(Error::Strategy(strategy::Error::NoPlan(no))) = &done {
+    if let Err(Error::Strategy(strategy::StrategyError::NoPlan(no))) = &done {
         why::explain(no, picture, console)?;
     }
     Ok(done?)
@@ -113,7 +113,7 @@ pub(super) fn search(made: &PlanResult, console: &Console) {
 
 /// `--all`: every sequence, as it is found.
 fn list(request: &PlanRequest, most: usize, console: &Console) -> Result<(), Failure> {
-    let mut listed: Vec<Vec<Slot>> = Vec::new();
+    let mut listed: Vec<Vec<TimeSlot>> = Vec::new();
     let done = job::sequences(request, most, &console.world(), |slots| {
         if console.json() {
             listed.push(slots);

@@ -7,7 +7,8 @@ use super::requests::{claim_picture, folder_of, outputs, profile_file, supportin
 use super::{Console, Failure, plan, preview, send, verify};
 use crate::document::{self, text};
 use crate::job::{
-    self, Cutting, OutputFile, PictureFile, PlanOptions, PrepareRequest, PrepareResult, SendRequest, WaysOut, strategy,
+    self, Cutting, Error, OutputFile, PictureFile, PlanOptions, PrepareRequest, PrepareResult, PrintError, SendRequest,
+    WaysOut, strategy,
 };
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -67,16 +68,17 @@ fn work(
             ..WaysOut::NONE
         },
     };
-    let done = job::prepare(&request, &console.world());
-    if let (Err(job::Error::Rejected(no)), Some(page)) = (&done, page) {
+    let done = job::prepare(&request, &console.world()).map_err(Error::from);
+    if let (Err(Error::Print(PrintError::Rejected(no))), Some(page)) = (&done, page) {
         let shown = job::show_rejected(&output.path().display().to_string(), no, &console.world())?;
         shown.map(|shown| preview::write(&shown, page, args.open, console)).transpose()?;
     }
-    if matches!(done, Err(job::Error::Rejected(_))) && !["auto", "builtin"].contains(&args.slicing.slicer.as_str()) {
+    let rejected = matches!(done, Err(Error::Print(PrintError::Rejected(_))));
+    if rejected && !["auto", "builtin"].contains(&args.slicing.slicer.as_str()) {
         console.note("use --preview VIEW.html to inspect the slicer's output, or try --slicer builtin");
     }
     let done = match done {
-        Err(job::Error::Strategy(strategy::Error::NoPlan(_))) => plan::explained(done, None, console)?,
+        Err(Error::Strategy(strategy::StrategyError::NoPlan(_))) => plan::explained(done, None, console)?,
         done => verify::explained(done, console)?,
     };
     // Nothing is written where it cannot be made.
@@ -98,7 +100,7 @@ fn work(
     }
     if let (Some(file), Some(made)) = (&dry_run, &rehearsal) {
         file.write(made.gcode.as_bytes())?;
-        console.note(&format!("{}: {}", file.path().display(), made.text()));
+        console.note(&format!("{}: {}", file.path().display(), text::cold(made)));
     }
     output.write(done.gcode.program())?;
     if let Some(report) = done.gcode.report() {

@@ -33,8 +33,8 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match shown.no_plan {
         None => found(&[shown]),
         // With --json there is one document, and that is the page's.
-        Some(no) if console.json() => Err(Error::from(strategy::Error::NoPlan(no)).into()),
-        Some(no) => plan::explained(Err(strategy::Error::NoPlan(no).into()), None, console),
+        Some(no) if console.json() => Err(Error::from(strategy::StrategyError::NoPlan(no)).into()),
+        Some(no) => plan::explained(Err(strategy::StrategyError::NoPlan(no).into()), None, console),
     }
 }
 

@@ -10,9 +10,10 @@ use super::args::{Answers as Given, Calibrate, CheckProfile, Import, New, Profil
 use super::requests::{claim_picture, folder_of, outputs, profile_file};
 use super::{Console, Failure};
 use crate::calibrate::FitOptions;
+use crate::document::{self, text};
+use crate::job;
 use crate::job::{CalibrateRequest, ImportProfile, NewProfile, Source};
 use crate::profile::SHIPPED;
-use crate::{document, job};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     match args {
@@ -35,7 +36,7 @@ fn check(args: &CheckProfile, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::checked(&done));
     } else {
-        console.result(&done.text());
+        console.result(&text::checked(&done));
     }
     view.map(|view| view.write(&done.view())).transpose()?;
     done.refusal().map_or(Ok(()), |why| Err(Failure::Findings(why)))
@@ -102,7 +103,7 @@ fn calibrate(args: &Calibrate, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::calibrated(&done));
     } else {
-        console.result(&done.text());
+        console.result(&text::calibrated(&done));
     }
     if let Some(why) = done.refusal() {
         return Err(Failure::Findings(format!("nothing was written: {why}")));
@@ -126,7 +127,7 @@ fn poses(args: &Calibrate, form: &Path, console: &Console) -> Result<(), Failure
     if console.json() {
         console.document(&document::poses(&done));
     } else {
-        console.result(&done.text());
+        console.result(&text::poses(&done));
     }
     if let Some(gcode) = gcode {
         let visit = done.visit.as_ref().map_err(|why| Failure::Findings(format!("no G-code was written: {why}")))?;

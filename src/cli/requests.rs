@@ -9,8 +9,8 @@ use super::args::{
     ArrangeArgs, BedArgs, MachineArgs, ModelArgs, PassArgs, PlanArgs, PlanRef, Preview, ReadArgs, SliceArgs, copies,
 };
 use crate::job::{
-    self, Arrangement, Error, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest, PlanOptions, PlanRequest,
-    PlanSource, PreviewRequest, SlicingOptions, Source, Standing, SupportForm, Supporting, interrupts,
+    self, Arrangement, InputError, MachineSource, ModelSource, Outputs, PictureFile, PlaceRequest, PlanOptions,
+    PlanRequest, PlanSource, PoseChoice, PreviewRequest, SlicingOptions, Source, SupportForm, Supporting, interrupts,
 };
 use crate::mesh::Unit;
 use crate::planning::Priority;
@@ -47,8 +47,8 @@ impl ArrangeArgs {
         let (named, copies) = of(model);
         let standing = match (self.up, self.base) {
             (Some(standing), _) => standing,
-            (None, Some(part)) => Standing::On(part),
-            (None, None) => Standing::AsDrawn,
+            (None, Some(part)) => PoseChoice::On(part),
+            (None, None) => PoseChoice::AsDrawn,
         };
         let arrangement = Arrangement {
             snap_mm: self.snap,
@@ -214,7 +214,7 @@ pub(super) fn claim_picture(
     name: &'static str,
     path: Option<&Path>,
     outputs: &mut Outputs,
-) -> Result<Option<PictureFile>, Error> {
+) -> Result<Option<PictureFile>, InputError> {
     path.map(|path| PictureFile::claim(name, path, outputs)).transpose()
 }
 

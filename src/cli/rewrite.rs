@@ -12,7 +12,7 @@ use super::verify::explained;
 use super::{Console, Failure};
 use crate::document;
 use crate::gcode::marks::finished_by;
-use crate::job::{self, CheckedPlan, RewriteRequest, RewriteResult, Source};
+use crate::job::{self, CheckedPlan, Error, RewriteRequest, RewriteResult, Source};
 use crate::spelling;
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -79,7 +79,7 @@ pub(super) fn spoil_unparsed(words: impl Iterator<Item = OsString>) {
 fn work(args: &Verb, plan: &CheckedPlan, console: &Console) -> Result<RewriteResult, Failure> {
     let sliced = args.files.iter().map(Source::from).collect();
     let request = RewriteRequest { plan, sliced, print: args.print, bed: job::bed(&args.bed.bed)? };
-    explained(job::rewrite(&request, &console.world()), console)
+    explained(job::rewrite(&request, &console.world()).map_err(Error::from), console)
 }
 
 /// A file that any printer takes and no printer moves on.

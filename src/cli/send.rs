@@ -8,8 +8,8 @@ use super::requests::outputs;
 use super::{Console, Failure, progress};
 use crate::document::{self, Row};
 use crate::job::{
-    self, CheckedPlan, Loaded, Operator, OutputFile, Outputs, Print, SendRequest, Source, Verified, VerifyRequest,
-    Wire, World,
+    self, CheckedPlan, Loaded, Operator, OutputFile, Outputs, PrintError, SendRequest, SentPrint, Source, Verified,
+    VerifyRequest, Wire, World,
 };
 use crate::link::serial::Address;
 
@@ -75,7 +75,8 @@ fn several(
 ) -> Result<(), Failure> {
     let addresses: Vec<Address> = ports.iter().map(|port| Address::parse(port)).collect();
     let wires = addresses.iter().zip(journals).map(|(address, journal)| Wire { address, journal });
-    let prints: Vec<Print<'_>> = requests.iter().zip(wires).map(|(&request, wire)| Print { request, wire }).collect();
+    let prints: Vec<SentPrint<'_>> =
+        requests.iter().zip(wires).map(|(&request, wire)| SentPrint { request, wire }).collect();
     let of = prints.len();
     let lines = console.rows(of);
     let shown = lines.clone();
@@ -92,14 +93,14 @@ fn several(
     }
     let Some(text) = document::failures(&ended) else { return Ok(()) };
     let first = ended.into_iter().find_map(|print| print.error);
-    Err(Failure::Prints { text, code: first.map_or(2, |error| Failure::Job(error).exit_code()) })
+    Err(Failure::Prints { text, code: first.map_or(2, |error| Failure::from(error).exit_code()) })
 }
 
 /// The program, if nothing is found wrong with it.
 pub(super) fn proved(path: &Path, plan: &CheckedPlan, world: &World<'_>) -> Result<Verified<Vec<u8>>, Failure> {
     let program = &Source::from(path);
     job::verify(&VerifyRequest { program, plan }, world)?.verified().map_err(|error| match error {
-        job::Error::Rejected(no) => Failure::Findings(format!("{}: {no}; nothing was sent", path.display())),
+        PrintError::Rejected(no) => Failure::Findings(format!("{}: {no}; nothing was sent", path.display())),
         other => other.into(),
     })
 }

@@ -3,7 +3,7 @@
 use super::args::Support as Verb;
 use super::requests::{claim_picture, outputs};
 use super::{Console, Failure};
-use crate::document;
+use crate::document::{self, text};
 use crate::job::{self, SupportForm, SupportOptions, SupportRequest, is_3mf};
 
 pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
@@ -25,7 +25,7 @@ pub(super) fn run(args: &Verb, console: &Console) -> Result<(), Failure> {
     if console.json() {
         console.document(&document::supported(&done));
     } else {
-        console.summary(&done.text(), args.output.is_some());
+        console.summary(&text::supported(&done), args.output.is_some());
     }
     why_not.map_or(Ok(()), |why| Err(Failure::Findings(format!("{why}; no support file was written"))))
 }

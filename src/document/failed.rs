@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::job::Error;
+use crate::job::{Error, MachineError, PrintError, PrinterError, SendError, UploadError};
 use crate::planning::Infeasible;
 use crate::slicing::SliceError;
 use crate::strategy;
@@ -17,16 +17,17 @@ pub fn failed(code: &str, text: &str, exit: u8, help: Option<&str>) -> Value {
 /// 1 for an answer that is no, 3 for a slicer, 4 for printer or wire, 130 for an interrupt, 2 for everything that the user gave.
 pub fn exit_code(error: &Error) -> u8 {
     match error {
-        Error::Rejected(_)
-        | Error::Strategy(strategy::Error::NoWay(_))
-        | Error::Unfit { .. }
-        | Error::Calibration(_)
-        | Error::NoDryRun { .. } => 1,
-        Error::Publish(_) | Error::Port(_) | Error::Printer(_) | Error::Refused { .. } => 4,
-        Error::Strategy(strategy::Error::Infeasible(why)) => answer_is_no(why),
-        Error::Strategy(strategy::Error::NoPlan(no)) => answer_is_no(&no.infeasible),
-        Error::Slice(SliceError::Interrupted) => interrupts::EXIT_CODE,
-        Error::Slice(error) if error.is_slicer_failure() => 3,
+        Error::Print(PrintError::Rejected(_))
+        | Error::Strategy(strategy::StrategyError::NoWay(_))
+        | Error::Send(SendError::Unfit { .. })
+        | Error::Machine(MachineError::Calibration(_) | MachineError::NoDryRun { .. }) => 1,
+        Error::Upload(UploadError::Server(_))
+        | Error::Printer(PrinterError::Port(_))
+        | Error::Send(SendError::Printer(_) | SendError::Refused { .. }) => 4,
+        Error::Strategy(strategy::StrategyError::Infeasible(why)) => answer_is_no(why),
+        Error::Strategy(strategy::StrategyError::NoPlan(no)) => answer_is_no(&no.infeasible),
+        Error::Print(PrintError::Slice(SliceError::Interrupted)) => interrupts::EXIT_CODE,
+        Error::Print(PrintError::Slice(error)) if error.is_slicer_failure() => 3,
         _ => 2,
     }
 }

@@ -4,17 +4,17 @@ use std::fmt::Write;
 
 use crate::gcode::round_to;
 use crate::job::{Hindrance, NoPlan, PlanResult, TriedWay};
-use crate::planning::{PartDroop, Print, Slot};
+use crate::planning::{PartDroop, Print, TimeSlot};
 use crate::spelling::{counted, part_named};
 use crate::strategy::{Terms, WISH, Way};
 
 /// `trunnion plan --all`: a sequence as `0 | 1 | 3,5 @ A70 C90; 7,8 @ A70 C-90`.
-pub fn sequence(slots: &[Slot]) -> String {
+pub fn sequence(slots: &[TimeSlot]) -> String {
     let setup = |prints: &Vec<&Print>| {
         let parts: Vec<String> = prints.iter().map(part).collect();
         format!("{} @ {} {}", parts.join(","), prints[0].tilt_deg, prints[0].rotation_deg)
     };
-    let slot = |slot: &Slot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
+    let slot = |slot: &TimeSlot| slot.setups().iter().map(setup).collect::<Vec<_>>().join("; ");
     slots.iter().map(slot).collect::<Vec<_>>().join(" | ")
 }
 

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::job::{Listed, NoPlan, NoWay, PlanResult, Refused, TriedWay};
-use crate::planning::{PartDroop, Planned, Reason, Slot, ThreeAxis};
+use crate::planning::{PartDroop, Planned, Reason, ThreeAxis, TimeSlot};
 use crate::strategy::{Terms, Way};
 
 /// `trunnion plan`: the plan file's own keys, with what the search found out about it.
@@ -94,7 +94,7 @@ pub(super) fn ways(tried: &[TriedWay]) -> Value {
 }
 
 /// `trunnion plan --all`: the sequences, and whether they are all.
-pub fn sequences(listed: &[Vec<Slot>], done: &Listed) -> Value {
+pub fn sequences(listed: &[Vec<TimeSlot>], done: &Listed) -> Value {
     json!({"sequences": listed, "count": done.count, "complete": done.complete, "seconds": done.seconds})
 }
 

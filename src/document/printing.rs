@@ -11,7 +11,7 @@ use crate::job::{
     Rejected, Seconds, Sending, SlicerName, Tilted,
 };
 use crate::planning::PrintSupports;
-use crate::profile::{Fact, Place};
+use crate::profile::{Fact, StatedAt};
 use crate::slicing::Flaw;
 use crate::verify::Report;
 
@@ -144,7 +144,7 @@ pub fn profile_made(name: &str, file: &std::path::Path, unanswered: &[&str]) -> 
 
 /// `trunnion profile import`: the file that was written, what the firmware's files state with their lines, and what they do not.
 pub fn profile_imported(made: &ImportedProfile, file: &std::path::Path) -> Value {
-    let place = |place: &Place| json!({"file": place.file, "line": place.line});
+    let place = |place: &StatedAt| json!({"file": place.file, "line": place.line});
     let fact = |fact: &Fact| {
         let from: Vec<Value> = fact.from.iter().map(place).collect();
         json!({"key": fact.key, "value": fact.value, "from": from})

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::job::{At, Ended, Figures, Rehearsal, Sending};
+use crate::job::{At, EndedPrint, Figures, Rehearsal, Sending};
 
 /// How a sentence is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,8 +135,8 @@ pub fn undone(done: &Rehearsal) -> Option<String> {
 }
 
 /// `trunnion send` to several printers: the last line, with port, file and, where it failed, the reason of each print.
-pub fn ended(prints: &[Ended]) -> Value {
-    let each = |print: &Ended| {
+pub fn ended(prints: &[EndedPrint]) -> Value {
+    let each = |print: &EndedPrint| {
         let (file, error) = (print.file.to_string_lossy(), print.error.as_ref().map(ToString::to_string));
         json!({"port": print.port, "file": file, "ok": error.is_none(), "error": error})
     };
@@ -144,8 +144,8 @@ pub fn ended(prints: &[Ended]) -> Value {
 }
 
 /// Which of several prints have failed, and why; `None` where none has.
-pub fn failures(prints: &[Ended]) -> Option<String> {
-    let each = |p: &Ended| Some(format!("{}: {}: {}", p.port, p.file.display(), p.error.as_ref()?));
+pub fn failures(prints: &[EndedPrint]) -> Option<String> {
+    let each = |p: &EndedPrint| Some(format!("{}: {}: {}", p.port, p.file.display(), p.error.as_ref()?));
     let failed: Vec<String> = prints.iter().filter_map(each).collect();
     let text = || format!("{} of {} prints failed; {}", failed.len(), prints.len(), failed.join("; "));
     (!failed.is_empty()).then(text)

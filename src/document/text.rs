@@ -4,9 +4,11 @@ use std::ffi::OsStr;
 use std::fmt::Write;
 use std::path::Path;
 
+pub use super::machine_text::{calibrated, checked, cold, poses};
 use super::model::apart;
 pub use super::plan_text::{comparison, no_plan, planned, sequence, ways};
 use super::priced::{grams, minutes, plain};
+pub use super::shape_text::{packed, supported};
 use super::{figures, reasons};
 use crate::job::{
     BatchResult, Batched, Compared, Fate, Listed, LoadedModel, LoadedProfile, Models, Oriented, OrientedPart,

@@ -11,7 +11,7 @@ use crate::motion::AxisRange;
 use crate::planning::Plan;
 use crate::trace::Zone;
 use crate::verify::SURVEYED_MM;
-use crate::view::{self, DrawnPose, Hull, Piece, Program};
+use crate::view::{self, DrawnBody, DrawnPose, DrawnProgram, Hull};
 
 /// The page that shows `of`, complete.
 pub fn page(of: &PreviewResult) -> String {
@@ -37,7 +37,7 @@ pub fn compared(output: &str, bytes: usize, of: [&PreviewResult; 2]) -> Value {
 /// `trunnion preview`: what was written to `output`, how large it is, and what verification found.
 pub fn previewed(output: &str, bytes: usize, of: &PreviewResult) -> Value {
     let program = of.scene.program.as_ref();
-    let counted = |count: fn(&Program) -> usize| program.map_or(0, count);
+    let counted = |count: fn(&DrawnProgram) -> usize| program.map_or(0, count);
     json!({
         "output": output,
         "shows": kind(of),
@@ -93,7 +93,7 @@ fn machine(of: &PreviewResult) -> Value {
     let kinematics = &machine.kinematics;
     let directions = kinematics.directions();
     let axis = |axis: &AxisRange, along: &Vec3| json!({"letter": char::from(axis.letter).to_string(), "direction": axis.direction, "zero_deg": axis.zero.deg(), "along": numbers(along)});
-    let pieces = |all: &[Piece]| -> Vec<Value> {
+    let pieces = |all: &[DrawnBody]| -> Vec<Value> {
         all.iter().map(|p| json!({"name": p.name, "follows": p.follows, "hull": hull(&p.hull)})).collect()
     };
     json!({
@@ -133,7 +133,7 @@ fn pose(of: &PoseShown) -> Value {
     })
 }
 
-fn program(program: &Program, of: &PreviewResult) -> Value {
+fn program(program: &DrawnProgram, of: &PreviewResult) -> Value {
     let style = |s: &view::Style| json!([s.print, role(s.role), s.width_mm, s.height_mm, s.share]);
     json!({
         "moves": program.moves,

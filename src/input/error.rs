@@ -71,7 +71,7 @@ pub enum InputError {
     },
     /// A model that cannot be read.
     #[error(transparent)]
-    Mesh(#[from] MeshError),
+    Mesh(Box<MeshError>),
     /// A profile with a value that TOML cannot express.
     #[error("the profile cannot be written as TOML: {why}")]
     Unwritable {
@@ -102,5 +102,11 @@ impl InputError {
             Self::Plan(error) => error.into(),
             own => own.into(),
         }
+    }
+}
+
+impl From<MeshError> for InputError {
+    fn from(error: MeshError) -> Self {
+        Self::Mesh(Box::new(error))
     }
 }

@@ -4,13 +4,40 @@ use std::cell::RefCell;
 use std::path::Path;
 use std::time::Duration;
 
-use super::{Error, LoadedProfile, Verified, World};
 use crate::gcode::marks::{Hint, hint};
+use crate::input::LoadedProfile;
+use crate::job::print::Verified;
 use crate::planning::sha256_hex;
 use crate::publish::{
-    Ask, Delivered, Delivery, Fingerprint, Key, ServerAddress, ServerAnswer, Trouble, UploadFigures, Web, deliver,
-    file_name,
+    Ask, BadInput, Delivered, Delivery, Fingerprint, Key, PublishError, ServerAddress, ServerAnswer, Trouble,
+    UploadFigures, Web, deliver, file_name,
 };
+use crate::world::{FileError, World};
+
+/// Why a program is not at its server.
+#[derive(Debug, thiserror::Error)]
+pub enum UploadError {
+    /// A file that is not read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A server, a key or a name that cannot be.
+    #[error(transparent)]
+    Asked(#[from] BadInput),
+    /// A server that does not take a program.
+    #[error(transparent)]
+    Server(#[from] PublishError),
+}
+
+impl UploadError {
+    /// What stands for it in documents, for good.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::File(error) => error.into(),
+            Self::Asked(error) => error.into(),
+            Self::Server(error) => (&error.fault).into(),
+        }
+    }
+}
 
 /// A program and where it goes.
 #[derive(Clone, Copy, Debug)]
@@ -62,9 +89,9 @@ pub struct PublishResult {
 ///
 /// # Errors
 ///
-/// [`Error::PublishInput`] for a name that servers would change, an address that the world cannot reach or a server of another firmware,
-/// and [`Error::Publish`].
-pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<PublishResult, Error> {
+/// [`UploadError::Asked`] for a name that servers would change, an address that the world cannot reach or a server of another firmware,
+/// and [`UploadError::Server`].
+pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<PublishResult, UploadError> {
     request.to.clone().reached_by(world.web)?;
     if let Some(machine) = request.machine {
         request.to.kind.takes(machine.profile.firmware(), &machine.name)?;
@@ -113,8 +140,8 @@ pub fn publish(request: &PublishRequest<'_>, world: &World<'_>) -> Result<Publis
 ///
 /// # Errors
 ///
-/// [`Error::PublishInput`].
-pub fn server_address(text: &str, world: &World<'_>) -> Result<ServerAddress, Error> {
+/// [`UploadError::Asked`].
+pub fn server_address(text: &str, world: &World<'_>) -> Result<ServerAddress, UploadError> {
     Ok(ServerAddress::parse(text)?.reached_by(world.web)?)
 }
 
@@ -127,8 +154,12 @@ fn sha1_hex(bytes: &[u8]) -> String {
 ///
 /// # Errors
 ///
-/// [`Error::PublishInput`] for what is no key, and what keeps the file from being read.
-pub fn server_key(file: Option<&Path>, environment: Option<&str>, world: &World<'_>) -> Result<Option<Key>, Error> {
+/// [`UploadError::Asked`] for what is no key, and what keeps the file from being read.
+pub fn server_key(
+    file: Option<&Path>,
+    environment: Option<&str>,
+    world: &World<'_>,
+) -> Result<Option<Key>, UploadError> {
     if let Some(path) = file {
         let place = path.display().to_string();
         let bytes = world.files.read(path)?;

@@ -5,7 +5,7 @@
 
 /// What is asked for, or told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
+pub enum HostAction {
     /// A pause.
     Pause,
     /// A pause, since the host is to go, or the printer will be switched off.
@@ -25,33 +25,33 @@ pub enum Action {
 }
 
 /// Words behind `//action:`.
-const WORDS: [(&str, Action); 14] = [
-    ("pause", Action::Pause),
-    ("out_of_filament", Action::Pause),
-    ("disconnect", Action::Leave),
-    ("poweroff", Action::Leave),
-    ("paused", Action::Paused),
-    ("resumed", Action::Resumed),
-    ("cancel", Action::Cancel),
-    ("resume", Action::Resume),
-    ("notification", Action::Shown),
-    ("prompt_begin", Action::Shown),
-    ("prompt_choice", Action::Shown),
-    ("prompt_button", Action::Shown),
-    ("prompt_show", Action::Shown),
-    ("prompt_end", Action::Shown),
+const WORDS: [(&str, HostAction); 14] = [
+    ("pause", HostAction::Pause),
+    ("out_of_filament", HostAction::Pause),
+    ("disconnect", HostAction::Leave),
+    ("poweroff", HostAction::Leave),
+    ("paused", HostAction::Paused),
+    ("resumed", HostAction::Resumed),
+    ("cancel", HostAction::Cancel),
+    ("resume", HostAction::Resume),
+    ("notification", HostAction::Shown),
+    ("prompt_begin", HostAction::Shown),
+    ("prompt_choice", HostAction::Shown),
+    ("prompt_button", HostAction::Shown),
+    ("prompt_show", HostAction::Shown),
+    ("prompt_end", HostAction::Shown),
 ];
 
 /// Repetier's lines, and the one with which RepRapFirmware ends a message of M291 that waits for a person.
-const REQUESTS: [(&str, Action); 5] = [
-    ("RequestPause:", Action::Pause),
-    ("RequestStop:", Action::Cancel),
-    ("RequestContinue:", Action::Resume),
-    ("RequestDisconnect:", Action::Leave),
-    ("Send M292 to continue", Action::Paused),
+const REQUESTS: [(&str, HostAction); 5] = [
+    ("RequestPause:", HostAction::Pause),
+    ("RequestStop:", HostAction::Cancel),
+    ("RequestContinue:", HostAction::Resume),
+    ("RequestDisconnect:", HostAction::Leave),
+    ("Send M292 to continue", HostAction::Paused),
 ];
 
-impl Action {
+impl HostAction {
     /// The action of a printer's line, and what it says of it; `None` where the line asks for nothing.
     pub fn read(line: &str) -> Option<(Self, &str)> {
         if let Some(found) = REQUESTS.iter().find_map(|(word, action)| Some((*action, line.strip_prefix(word)?))) {
@@ -70,14 +70,14 @@ mod tests {
 
     #[test]
     fn words_are_read_however_the_firmware_spaces_them() {
-        let read = |line| Action::read(line).map(|(action, _)| action);
-        assert_eq!(read("//action:pause"), Some(Action::Pause));
-        assert_eq!(read("// action:paused filament_runout 0"), Some(Action::Paused));
-        assert_eq!(read("//action:out_of_filament T0"), Some(Action::Pause));
-        assert_eq!(read("RequestPause:No filament"), Some(Action::Pause));
-        assert_eq!(read("Send M292 to continue or M292 P1 to cancel"), Some(Action::Paused));
-        assert_eq!(read("//action:start_the_coffee"), Some(Action::Unknown));
+        let read = |line| HostAction::read(line).map(|(action, _)| action);
+        assert_eq!(read("//action:pause"), Some(HostAction::Pause));
+        assert_eq!(read("// action:paused filament_runout 0"), Some(HostAction::Paused));
+        assert_eq!(read("//action:out_of_filament T0"), Some(HostAction::Pause));
+        assert_eq!(read("RequestPause:No filament"), Some(HostAction::Pause));
+        assert_eq!(read("Send M292 to continue or M292 P1 to cancel"), Some(HostAction::Paused));
+        assert_eq!(read("//action:start_the_coffee"), Some(HostAction::Unknown));
         assert_eq!((read("// Klipper state: Ready"), read("echo:pause"), read("ok")), (None, None, None));
-        assert_eq!(Action::read("//action:notification Heating").map(|a| a.1), Some("notification Heating"));
+        assert_eq!(HostAction::read("//action:notification Heating").map(|a| a.1), Some("notification Heating"));
     }
 }

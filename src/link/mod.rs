@@ -36,7 +36,7 @@ mod state;
 mod testing;
 mod wire;
 
-pub use action::Action;
+pub use action::HostAction;
 pub use compact::push_compact;
 pub use journal::{Header, JournalError, JournalSummary, Record};
 pub use loopback::{Heading, Loopback};

@@ -3,7 +3,7 @@
 //! `ok` is only `^ok(\s|$)`: an `ok` glued into other text by noise is none. Texts: those of the firmwares
 //! themselves, as `fixtures/wire/README.md` says.
 
-use super::action::Action;
+use super::action::HostAction;
 
 /// Whose answers they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,7 +101,7 @@ pub enum Reply {
     /// Grbl's answer to `?`.
     Status(Status),
     /// What it asks of its host, in its words.
-    Action(Action, String),
+    Action(HostAction, String),
     /// Anything else: life, no meaning.
     Chatter,
 }
@@ -160,7 +160,7 @@ fn printable(line: &[u8]) -> String {
 }
 
 fn printer(text: &str) -> Reply {
-    if let Some((action, words)) = Action::read(text) {
+    if let Some((action, words)) = HostAction::read(text) {
         return Reply::Action(action, words.to_owned());
     }
     if let Some(rest) = text.strip_prefix("ok")

@@ -7,7 +7,7 @@ use crate::geom::Angle;
 use crate::motion::AxisRange;
 use crate::motion::lookahead::AT_ONCE;
 use crate::motion::replay::Reading;
-use crate::trace::{FeedCount, Rates, Setting};
+use crate::trace::{FeedCount, Rates, TraceSetting};
 
 pub(super) fn axes() -> [AxisRange; 2] {
     let axis = |letter, range: Option<(f64, f64)>| AxisRange {
@@ -20,11 +20,15 @@ pub(super) fn axes() -> [AxisRange; 2] {
     [axis(b'A', Some((-15.0, 90.0))), axis(b'C', None)]
 }
 
-pub(super) fn setting() -> Setting {
+pub(super) fn setting() -> TraceSetting {
     let [tilt, rotation] = axes();
     let axes = [('A', 20.0), ('C', 30.0)];
     let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
-    Setting { reading: Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() }, rates, accelerations: AT_ONCE }
+    TraceSetting {
+        reading: Reading { rotary: Some((tilt, rotation)), ..Reading::sliced() },
+        rates,
+        accelerations: AT_ONCE,
+    }
 }
 
 pub(super) fn retreat() -> Retreat {

@@ -13,14 +13,14 @@ pub struct MeshError {
     /// The file's name as the caller gave it.
     pub file: String,
     /// Where in the file.
-    pub place: Place,
+    pub place: FilePlace,
     /// What is wrong there.
     pub fault: Fault,
 }
 
 /// Where in a model file a fault lies.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum FilePlace {
     /// The file as a whole.
     File,
     /// A byte offset from the start of the file, from 0.
@@ -40,7 +40,7 @@ pub enum Place {
     Part(usize),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePlace {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File => Ok(()),
@@ -244,7 +244,7 @@ pub enum Fault {
 
 impl Fault {
     /// The fault at `place`, for a reader that does not know its file's name.
-    pub(super) fn at(self, place: Place) -> Located {
+    pub(super) fn at(self, place: FilePlace) -> Located {
         Located { place, fault: self }
     }
 }
@@ -252,7 +252,7 @@ impl Fault {
 /// A fault and its place; [`super::read_model`] adds the file's name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Located {
-    pub(super) place: Place,
+    pub(super) place: FilePlace,
     pub(super) fault: Fault,
 }
 
@@ -275,7 +275,7 @@ pub(super) fn coordinate(value: f64) -> Result<f64, Fault> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Fault, Place, coordinate};
+    use super::{Fault, FilePlace, coordinate};
 
     #[test]
     fn a_coordinate_is_finite_and_within_ten_kilometres() {
@@ -288,12 +288,12 @@ mod tests {
 
     #[test]
     fn the_text_names_file_place_value_and_remedy() {
-        let error = Fault::NotFinite { value: f64::NAN }.at(Place::Facet(7)).in_file("a.stl");
+        let error = Fault::NotFinite { value: f64::NAN }.at(FilePlace::Facet(7)).in_file("a.stl");
         assert_eq!(
             error.to_string(),
             "a.stl: facet 7: coordinate NaN is not a finite number (allowed: -1e7 to 1e7); export the model again"
         );
-        let error = Fault::Empty.at(Place::File).in_file("a.stl");
+        let error = Fault::Empty.at(FilePlace::File).in_file("a.stl");
         assert_eq!(error.to_string(), "a.stl: the file is empty (0 bytes); export the model again");
     }
 }

@@ -2,7 +2,7 @@
 
 use hashbrown::{HashMap, HashSet};
 
-use super::error::{Fault, Located, Place};
+use super::error::{Fault, FilePlace, Located};
 use super::interface::{INTERFACE_ANGLE_DEG, Interface, interfaces};
 use super::shells::Surface;
 use super::soup::Soup;
@@ -82,13 +82,13 @@ impl Model {
         let unit = choose_unit(&mut soup, options.unit);
         let surfaces = parts::parts(&mut soup, options.repair)?;
         if surfaces.is_empty() {
-            return Err(Fault::Collapsed { facets }.at(Place::File));
+            return Err(Fault::Collapsed { facets }.at(FilePlace::File));
         }
         let label = |surface: &Surface| &soup.names[soup.labels[surface.source[0] as usize] as usize];
         let (away, surfaces): (Vec<Surface>, Vec<Surface>) = surfaces.into_iter().partition(|one| label(one).away);
         if surfaces.is_empty() {
             let first = format!("{} is subtracted", label(&away[0]).away_called());
-            return Err(Fault::NothingPrinted { first, others: away.len() - 1 }.at(Place::File));
+            return Err(Fault::NothingPrinted { first, others: away.len() - 1 }.at(FilePlace::File));
         }
         let named = surfaces.iter().enumerate().map(|(id, surface)| {
             let name = label(surface).name.clone().unwrap_or_else(|| unnamed(id));

@@ -1,7 +1,7 @@
 //! From closed shells to parts: outer shells, the cavities in them, and which way they face.
 
 use super::box_tree::BoxTree;
-use super::error::{Fault, Located, Place};
+use super::error::{Fault, FilePlace, Located};
 use super::shells::{Surface, closed_runs, closed_shells};
 use super::soup::Soup;
 use super::winding::winding;
@@ -36,12 +36,12 @@ pub(super) fn parts(soup: &mut Soup, repair: bool) -> Result<Vec<Surface>, Locat
                 source: (run.start as u32..run.end as u32).collect(),
             };
             let closed = closed_shells(&soup.vertices, surface, repair, &mut warnings);
-            let closed = closed.map_err(|(index, fault)| fault.at(Place::Part(found + index)))?;
+            let closed = closed.map_err(|(index, fault)| fault.at(FilePlace::Part(found + index)))?;
             for surface in closed {
                 let (first, facets) = (surface.source[0], surface.facets.len());
                 match measure(&soup.vertices, surface) {
                     Ok(shell) => shells.push(shell),
-                    Err(fault) => flat.add(fault.at(Place::Part(found)), first, facets),
+                    Err(fault) => flat.add(fault.at(FilePlace::Part(found)), first, facets),
                 }
                 found += 1;
             }

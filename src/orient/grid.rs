@@ -7,19 +7,19 @@ use super::{Facets, Found, Minimum, Objective, Search, Stop, from_angles};
 
 /// The grid of `(alpha, beta)` with equal steps, poles once; its minima are the places lower than all their neighbours.
 #[derive(Clone, Copy, Debug)]
-pub struct Grid {
+pub struct GridSearch {
     /// Evaluations at most: the step, in radians, is about `pi sqrt(2 / budget)`. At least 100 mean something.
     pub budget: usize,
 }
 
-impl Default for Grid {
+impl Default for GridSearch {
     /// 4.1 degrees, about the grid of seed 000.
     fn default() -> Self {
         Self { budget: 4052 }
     }
 }
 
-impl Search for Grid {
+impl Search for GridSearch {
     fn name(&self) -> &'static str {
         "grid"
     }
@@ -90,12 +90,12 @@ mod tests {
     fn a_box_has_its_six_faces_and_an_axis_its_two_senses() {
         let normals = [Vec3::x(), Vec3::y(), Vec3::z()].map(|n| [n, -n]).concat();
         let facets = Facets::with(normals, vec![12.0, 12.0, 8.0, 8.0, 6.0, 6.0], vec![]);
-        let found = Grid { budget: 2 * 36 * 36 + 2 }.search(&Staircase { layer_mm: 0.2 }, &facets);
+        let found = GridSearch { budget: 2 * 36 * 36 + 2 }.search(&Staircase { layer_mm: 0.2 }, &facets);
         assert_eq!(found.minima.len(), 6);
         assert!(found.minima.iter().all(|m| m.value < 1e-15), "{found:?}");
         assert_eq!(found.evaluations, 2 + 35 * 72);
         let bar = Facets::with(vec![Vec3::x(), Vec3::y()], vec![1.0; 2], vec![]);
-        let found = Grid::default().search(&NormalZ, &bar);
+        let found = GridSearch::default().search(&NormalZ, &bar);
         assert!(found.evaluations <= 4052);
         assert_eq!(found.minima.len(), 2);
         assert!(found.minima.iter().all(|m| m.up.z.abs() > 1.0 - 1e-12));

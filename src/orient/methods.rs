@@ -2,8 +2,8 @@
 
 use super::gradient::GradientMethod;
 use super::{
-    Certified, Descent, DifferentialEvolution, Direct, Facets, Found, Grid, Mmls, Multistart, NelderMead, Objective,
-    Search, Starts,
+    Certified, Descent, DifferentialEvolution, Direct, Facets, Found, GridSearch, Mmls, Multistart, NelderMead,
+    Objective, Search, Starts,
 };
 
 /// The `--method` names, the default first.
@@ -58,7 +58,7 @@ pub fn method(name: &str, objective: &dyn Objective, budget: Option<usize>, seed
             let usual = DifferentialEvolution::default();
             Box::new(DifferentialEvolution { budget: or(usual.budget), seed, ..usual })
         }
-        "grid" => Box::new(Grid { budget: or(Grid::default().budget) }),
+        "grid" => Box::new(GridSearch { budget: or(GridSearch::default().budget) }),
         _ => return None,
     })
 }

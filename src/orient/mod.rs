@@ -59,7 +59,7 @@ pub use enough::proved_standing;
 pub use evolution::DifferentialEvolution;
 pub use facets::{Facet, Facets, Mass, Normals};
 pub use gradient::{Descent, GradientMethod};
-pub use grid::Grid;
+pub use grid::GridSearch;
 pub use methods::{METHODS, method, minima};
 pub use mmls::Mmls;
 pub use multistart::{Multistart, Starts};
@@ -73,7 +73,7 @@ pub use printable::{
 };
 pub use sight::{Alexander, Cost, FIELD_FACETS, Smoothing, Supported};
 pub use sphere::{from_angles, to_angles};
-pub use ties::{Standing, Tried, standing, without_ties};
+pub use ties::{StandingMinima, Tried, standing, without_ties};
 pub use volumes::{ContactArea, SupportVolumeConvex, TanhOverhang, WeightedNormalZ};
 pub use weighted::WeightedSum;
 

@@ -80,7 +80,7 @@ const SAME_FIGURE: f64 = 1e-3;
 
 /// Directions whose first layer lies on enough of the bed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
+pub struct StandingMinima {
     /// Best first; none where no direction that was found has enough.
     pub minima: Vec<Minimum>,
     /// The largest footprint that was found, mm².
@@ -91,7 +91,13 @@ pub struct Standing {
 
 /// The directions that lay at least `least_mm2` of the first layer on the bed, best first by `f`: of `known`, of the part's own planes,
 /// and between them by walks. A lower bound over all directions holds for them as well.
-pub fn standing(f: &dyn Objective, facets: &Facets, known: &[Minimum], least_mm2: f64, layer_mm: f64) -> Standing {
+pub fn standing(
+    f: &dyn Objective,
+    facets: &Facets,
+    known: &[Minimum],
+    least_mm2: f64,
+    layer_mm: f64,
+) -> StandingMinima {
     let mut all = lying(facets, layer_mm);
     all.extend(known.iter().map(|m| Lying { up: m.up, area_mm2: footprint(facets, &m.up, layer_mm) }));
     all.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
@@ -114,7 +120,7 @@ pub fn standing(f: &dyn Objective, facets: &Facets, known: &[Minimum], least_mm2
         }
     }
     let evaluations = minima.len() + walks * STEPS;
-    Standing { minima: distinct(minima), most_mm2, evaluations }
+    StandingMinima { minima: distinct(minima), most_mm2, evaluations }
 }
 
 /// Minus the footprint, mm².

@@ -5,8 +5,8 @@ use std::sync::{Mutex, PoisonError};
 
 use sha2::{Digest, Sha256};
 
-use super::Rule;
-use super::ground::Held;
+use super::OverhangRule;
+use super::ground::SupportLines;
 use super::memory::Memory;
 use super::patch::Piece;
 
@@ -24,8 +24,8 @@ pub(super) struct Question {
 }
 
 impl Question {
-    /// How a layer with so much behind it lies on such `lines` of what is `held`, by a rule of which only [`Rule::droops`] is ever another.
-    pub(super) fn of(rule: &Rule, (lines, held): (&[[[f64; 2]; 2]], &Held), memory: Memory) -> Self {
+    /// How a layer with so much behind it lies on such `lines` of what is `held`, by a rule of which only [`OverhangRule::droops`] is ever another.
+    pub(super) fn of(rule: &OverhangRule, (lines, held): (&[[[f64; 2]; 2]], &SupportLines), memory: Memory) -> Self {
         let mut digest = Sha256::new();
         let widths = [held.line_mm, held.beside_mm];
         widths.iter().chain(lines.iter().flatten().flatten()).for_each(|v| digest.update(v.to_bits().to_le_bytes()));

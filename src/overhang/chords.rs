@@ -6,7 +6,7 @@
 //!
 //! Lengths mm.
 
-use super::Rule;
+use super::OverhangRule;
 use super::region::{Region, Shape, at, bounds, edges};
 
 /// Directions that are tried, evenly over half a turn.
@@ -61,7 +61,7 @@ impl Air {
     }
 
     /// What of `hanging`, a connected piece over air, no bridge of one direction carries; `None` where one carries all of it.
-    pub(super) fn loose(&self, hanging: &Shape, rule: &Rule) -> Option<Loose> {
+    pub(super) fn loose(&self, hanging: &Shape, rule: &OverhangRule) -> Option<Loose> {
         let mut least: Option<Loose> = None;
         for k in 0..DIRECTIONS {
             let (s, c) = (std::f64::consts::PI * k as f64 / DIRECTIONS as f64).sin_cos();
@@ -76,7 +76,7 @@ impl Air {
         least
     }
 
-    fn loose_along(&self, hanging: &Shape, [c, s]: [f64; 2], rule: &Rule) -> Loose {
+    fn loose_along(&self, hanging: &Shape, [c, s]: [f64; 2], rule: &OverhangRule) -> Loose {
         let turned = |p: [f64; 2]| [p[0] * c + p[1] * s, p[1] * c - p[0] * s];
         let back = |p: [f64; 2]| [p[0] * c - p[1] * s, p[1] * c + p[0] * s];
         let own: Vec<[[f64; 2]; 2]> =
@@ -164,7 +164,7 @@ impl Sum {
 }
 
 /// Whether stretch `on` of a chord is carried: at both ends and short enough, or as one side of a hole's roof.
-fn spans(stretches: &[Stretch], on: usize, rule: &Rule) -> bool {
+fn spans(stretches: &[Stretch], on: usize, rule: &OverhangRule) -> bool {
     let [from, to] = stretches[on];
     let free = rule.free_mm();
     let short = |a: f64, b: f64| b - a <= free;

@@ -26,7 +26,7 @@ pub struct Ground {
     /// be wider than the part's foot.
     pub table: bool,
     /// Supports that stand below it; for parts that are printed along +Z of their own frame only.
-    pub held: Held,
+    pub held: SupportLines,
     /// Other solids that grow with it, layer by layer: they hold what lies no more than a layer of air above them, as supports do. A designer's own
     /// supports are such.
     pub others: Option<Arc<TriangleMesh<Slot>>>,
@@ -36,7 +36,7 @@ pub struct Ground {
 
 /// Supports as lines.
 #[derive(Clone, Debug, Default)]
-pub struct Held {
+pub struct SupportLines {
     /// The top of each layer and the middles of its lines, upward, mm.
     pub layers: Vec<(f64, Vec<[[f64; 2]; 2]>)>,
     /// Width of a line, mm.
@@ -47,7 +47,7 @@ pub struct Held {
     pub beside_mm: f64,
 }
 
-impl Held {
+impl SupportLines {
     /// What holds a layer that goes from `under` up by `high`: the lines that end in the air below it and come into one of the boxes `within`.
     pub(super) fn under(&self, under: f64, high: f64, within: Option<&[[[f64; 2]; 2]]>) -> Vec<[[f64; 2]; 2]> {
         let air = (self.gap_mm / high - SAME_LAYER).ceil().max(0.0) * high;

@@ -15,7 +15,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
-use super::Rule;
+use super::OverhangRule;
 use super::chords::holds;
 use super::region::{Corners, Region, Shape, and, area_mm2, at, bounds, edges, enclosed, grown, minus};
 use crate::section::{Section, Sections, Segment};
@@ -40,7 +40,7 @@ pub struct Keels(BTreeMap<usize, Region>);
 impl Keels {
     /// Those of a part that is cut in the `middles` of its layers, upward, where something begins in the air at the heights `begins_mm`; none by a
     /// rule that lets everything overhang.
-    pub fn of(sections: &Sections, middles: &[f64], begins_mm: &[f64], rule: &Rule) -> Self {
+    pub fn of(sections: &Sections, middles: &[f64], begins_mm: &[f64], rule: &OverhangRule) -> Self {
         let (half_mm, step_mm) = (rule.line_mm / 2.0 - SLACK_MM, rule.fine_mm());
         if step_mm.is_infinite() {
             return Self::default();
@@ -203,10 +203,12 @@ mod tests {
 
     fn keels(sections: &Sections, begins_mm: f64) -> Keels {
         let middles: Vec<f64> = (0..130).map(|k| 0.2 * (f64::from(k) + 0.5)).collect();
-        let (overhang, bridge_mm) = (Rule::practised(0.2, LINE_MM), 14.0);
-        let rule = Rule { overhang, layer_mm: 0.2, line_mm: LINE_MM, bridge_mm, tolerate_mm2: 1.0, droops: true };
+        let (overhang, bridge_mm) = (OverhangRule::practised(0.2, LINE_MM), 14.0);
+        let rule =
+            OverhangRule { overhang, layer_mm: 0.2, line_mm: LINE_MM, bridge_mm, tolerate_mm2: 1.0, droops: true };
         assert!(
-            Keels::of(sections, &middles, &[begins_mm], &Rule { overhang: Angle::from_deg(89.0), ..rule }).is_empty()
+            Keels::of(sections, &middles, &[begins_mm], &OverhangRule { overhang: Angle::from_deg(89.0), ..rule })
+                .is_empty()
         );
         Keels::of(sections, &middles, &[begins_mm], &rule)
     }

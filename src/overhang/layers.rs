@@ -18,9 +18,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use std::sync::{Arc, OnceLock};
 
-use super::Rule;
+use super::OverhangRule;
 use super::answers::{Answer, Answers, Question};
-use super::ground::{Footing, Ground, Held};
+use super::ground::{Footing, Ground, SupportLines};
 use super::keels::Keels;
 use super::memory::Memory;
 use super::patch::{Frame, Judged, Patch, Piece};
@@ -51,7 +51,7 @@ pub fn unsupported<F>(
     up: &Vec3,
     ground: &Ground,
     stands: impl Fn(usize) -> bool,
-    rule: &Rule,
+    rule: &OverhangRule,
     enough: bool,
 ) -> Vec<Patch> {
     judged(mesh, up, ground, stands, rule, enough).hangs
@@ -63,7 +63,7 @@ pub fn judged<F>(
     up: &Vec3,
     ground: &Ground,
     stands: impl Fn(usize) -> bool,
-    rule: &Rule,
+    rule: &OverhangRule,
     enough: bool,
 ) -> Judged {
     LayerJudge::of(mesh, up, ground, stands, rule).by(rule, &ground.held, enough)
@@ -85,7 +85,7 @@ impl LayerJudge {
         up: &Vec3,
         ground: &Ground,
         stands: impl Fn(usize) -> bool,
-        rule: &Rule,
+        rule: &OverhangRule,
     ) -> Self {
         Self::on(Stack::of(mesh, up, ground, rule), mesh, (up, ground), stands)
     }
@@ -96,7 +96,7 @@ impl LayerJudge {
         up: &Vec3,
         ground: &Ground,
         stands: impl Fn(usize) -> bool,
-        rule: &Rule,
+        rule: &OverhangRule,
     ) -> Self {
         let mut stack = Stack::of(mesh, up, ground, rule);
         let middles: Vec<f64> = (0..stack.answers.len()).map(|i| stack.middle(Some(i))).collect();
@@ -119,17 +119,17 @@ impl LayerJudge {
     }
 
     /// What hangs and droops on such supports.
-    pub fn judged(&self, held: &Held) -> Judged {
+    pub fn judged(&self, held: &SupportLines) -> Judged {
         self.by(&self.stack.rule, held, false)
     }
 
     /// The same where nothing may droop.
-    pub fn judged_strictly(&self, held: &Held) -> Judged {
-        self.by(&Rule { droops: false, ..self.stack.rule }, held, false)
+    pub fn judged_strictly(&self, held: &SupportLines) -> Judged {
+        self.by(&OverhangRule { droops: false, ..self.stack.rule }, held, false)
     }
 
-    /// By a rule that differs from the stack's in [`Rule::droops`] at most.
-    fn by(&self, rule: &Rule, held: &Held, enough: bool) -> Judged {
+    /// By a rule that differs from the stack's in [`OverhangRule::droops`] at most.
+    fn by(&self, rule: &OverhangRule, held: &SupportLines, enough: bool) -> Judged {
         let mut found = Judged::default();
         for run in &self.runs {
             let Judged { hangs, places, droops } = self.stack.patches(run.clone(), &self.begins, (rule, held), enough);
@@ -148,7 +148,7 @@ impl LayerJudge {
 
 /// The layers of an upright part, cut as they are asked for.
 struct Stack {
-    rule: Rule,
+    rule: OverhangRule,
     /// To the upright frame.
     upright: Mat3,
     sections: Sections,
@@ -170,7 +170,7 @@ struct Stack {
 }
 
 impl Stack {
-    fn of<F>(mesh: &TriangleMesh<F>, up: &Vec3, ground: &Ground, rule: &Rule) -> Self {
+    fn of<F>(mesh: &TriangleMesh<F>, up: &Vec3, ground: &Ground, rule: &OverhangRule) -> Self {
         let across = Vec3::ith(if up.z.abs() > 0.999 { 1 } else { up.iamin() }, 1.0).cross(up).normalize();
         let upright = Mat3::from_rows(&[across.transpose(), up.cross(&across).transpose(), up.transpose()]);
         let turned = mesh.vertices().iter().map(|v| upright * v).collect();
@@ -271,7 +271,7 @@ impl Stack {
         &self,
         run: RangeInclusive<usize>,
         begins: &BTreeSet<usize>,
-        (rule, held): (&Rule, &Held),
+        (rule, held): (&OverhangRule, &SupportLines),
         enough: bool,
     ) -> Judged {
         let mut layers = Recent::default();
@@ -300,7 +300,7 @@ impl Stack {
     fn answer(
         &self,
         (i, begins): (usize, bool),
-        (rule, held): (&Rule, &Held),
+        (rule, held): (&OverhangRule, &SupportLines),
         memory: Memory,
         layers: &mut Recent,
     ) -> Answer {

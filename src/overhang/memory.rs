@@ -1,6 +1,6 @@
 //! What is remembered of layers that droop: one is printed everywhere, many in a row collapse.
 //!
-//! A stretch that goes out by more than [`Rule::fine_mm`](super::Rule::fine_mm) loses quality, and a layer that does not gives it all
+//! A stretch that goes out by more than [`Rule::fine_mm`](super::OverhangRule::fine_mm) loses quality, and a layer that does not gives it all
 //! back. Where the quality is gone, or where lines have nothing below them at all, a point is noted; [`COLLAPSE`] of them in one
 //! place are a collapse.
 //!

@@ -33,10 +33,10 @@ mod relief;
 mod slivers;
 mod step;
 
-pub use ground::{Footing, Ground, Held};
+pub use ground::{Footing, Ground, SupportLines};
 pub use keels::{Keels, laid_of};
 pub use layers::{LayerJudge, judged, unsupported};
-pub use patch::{Cause, Droop, Judged, Patch, Place};
+pub use patch::{Cause, Droop, HangingBox, Judged, Patch};
 pub use relief::{Hang, LOOKS_DOWN, Relief, Ridge, SAME_HEIGHT_MM};
 pub(crate) use slivers::THIN_MM;
 pub use step::{FINE_BRIDGE_MM, SMALL_LEDGE_MM, SMALL_MM2};
@@ -59,8 +59,8 @@ const FINE_WIDTHS: f64 = 0.8;
 
 /// What is let pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rule {
-    /// Slopes up to this angle from the vertical are fine, without end; see [`Rule::practised`].
+pub struct OverhangRule {
+    /// Slopes up to this angle from the vertical are fine, without end; see [`OverhangRule::practised`].
     pub overhang: Angle,
     /// Layer height, mm.
     pub layer_mm: f64,
@@ -74,7 +74,7 @@ pub struct Rule {
     pub droops: bool,
 }
 
-impl Rule {
+impl OverhangRule {
     /// The steepest slope that is fine without end in layers of `layer_mm` and lines of `line_mm`.
     pub fn practised(layer_mm: f64, line_mm: f64) -> Angle {
         Angle::from_rad((FINE_WIDTHS * line_mm / layer_mm).atan())

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use super::Rule;
+use super::OverhangRule;
 use crate::geom::{Mat3, Sets, Vec3};
 
 /// What a part lays on nothing, connected from layer to layer.
@@ -72,14 +72,14 @@ pub struct Judged {
     /// What hangs, the largest first.
     pub hangs: Vec<Patch>,
     /// The same by layer.
-    pub places: Vec<Place>,
+    pub places: Vec<HangingBox>,
     /// What droops, the largest first.
     pub droops: Vec<Droop>,
 }
 
 /// What hangs in one layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct HangingBox {
     /// The layer's underside along the build direction, mm.
     pub under_mm: f64,
     /// Its box across that, mm: the lower and the upper corner. Of a part that is printed along +Z x and y are its own.
@@ -123,7 +123,7 @@ pub(super) enum State {
 /// Where layers lie in the mesh's frame.
 #[derive(Clone, Copy)]
 pub(super) struct Frame<'a> {
-    pub(super) rule: &'a Rule,
+    pub(super) rule: &'a OverhangRule,
     /// To the upright frame.
     pub(super) upright: &'a Mat3,
     /// The lowest layer's underside, upright.
@@ -142,7 +142,7 @@ impl Frame<'_> {
             let Patch { area_mm2, at, .. } = *patch;
             Droop { area_mm2, droop_mm: self.rule.layer_mm, at }
         }));
-        let place = |piece: &&Piece| Place {
+        let place = |piece: &&Piece| HangingBox {
             under_mm: self.low + piece.layer as f64 * self.rule.layer_mm,
             within_mm: piece.bounds,
         };

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use crate::section::Segment;
 use crate::section::polygons::UNITS_PER_MM;
-pub(super) use crate::section::polygons::{Point, Region, Shape, and, minus, or, units, wound};
+pub(super) use crate::section::polygons::{GridPoint, Region, Shape, and, minus, or, units, wound};
 use crate::section::simplify::simplified;
 
 /// Round corners are drawn in steps of so many degrees: at 0.5 mm the chord lies 2 micrometres inside.
@@ -21,12 +21,12 @@ const FEW_POINTS: usize = 64;
 const SHARPEST_DEG: f64 = 60.0;
 
 /// The point of the grid nearest to `(x, y)` mm.
-pub(super) fn point([x, y]: [f64; 2]) -> Point {
-    Point::new(units(x), units(y))
+pub(super) fn point([x, y]: [f64; 2]) -> GridPoint {
+    GridPoint::new(units(x), units(y))
 }
 
 /// Its coordinates, mm.
-pub(super) fn at(p: Point) -> [f64; 2] {
+pub(super) fn at(p: GridPoint) -> [f64; 2] {
     [f64::from(p.x) / UNITS_PER_MM, f64::from(p.y) / UNITS_PER_MM]
 }
 
@@ -37,12 +37,12 @@ pub(super) fn enclosed(segments: &[Segment]) -> Region {
 }
 
 /// Edges that follow each other, joined.
-fn rings(edges: impl Iterator<Item = [Point; 2]>) -> Vec<Vec<Point>> {
-    let mut from: BTreeMap<Point, Vec<Point>> = BTreeMap::new();
+fn rings(edges: impl Iterator<Item = [GridPoint; 2]>) -> Vec<Vec<GridPoint>> {
+    let mut from: BTreeMap<GridPoint, Vec<GridPoint>> = BTreeMap::new();
     for [a, b] in edges.filter(|[a, b]| a != b) {
         from.entry(a).or_default().push(b);
     }
-    let mut rings: Vec<Vec<Point>> = Vec::new();
+    let mut rings: Vec<Vec<GridPoint>> = Vec::new();
     while let Some((&start, _)) = from.first_key_value() {
         let mut ring = vec![start];
         let mut last = start;
@@ -55,7 +55,7 @@ fn rings(edges: impl Iterator<Item = [Point; 2]>) -> Vec<Vec<Point>> {
     rings
 }
 
-fn take(from: &mut BTreeMap<Point, Vec<Point>>, at: Point) -> Option<Point> {
+fn take(from: &mut BTreeMap<GridPoint, Vec<GridPoint>>, at: GridPoint) -> Option<GridPoint> {
     let ways = from.get_mut(&at)?;
     let next = ways.pop();
     if ways.is_empty() {
@@ -66,10 +66,10 @@ fn take(from: &mut BTreeMap<Point, Vec<Point>>, at: Point) -> Option<Point> {
 
 /// The border of polygons of a surface that all look up, or all down: what two of them share runs both ways, and cancels.
 #[derive(Default)]
-struct Border(BTreeMap<[Point; 2], usize>);
+struct Border(BTreeMap<[GridPoint; 2], usize>);
 
 impl Border {
-    fn add(&mut self, edge: [Point; 2]) {
+    fn add(&mut self, edge: [GridPoint; 2]) {
         let back = [edge[1], edge[0]];
         match self.0.get_mut(&back) {
             Some(1) => drop(self.0.remove(&back)),
@@ -84,7 +84,7 @@ impl Border {
 pub(super) fn covered(polygons: impl Iterator<Item = (Vec<[f64; 2]>, bool)>) -> Region {
     let mut borders = [Border::default(), Border::default()];
     for (polygon, above) in polygons {
-        let ring: Vec<Point> = polygon.into_iter().map(point).collect();
+        let ring: Vec<GridPoint> = polygon.into_iter().map(point).collect();
         let along = edges(&ring).filter(|[a, b]| a != b).map(|[a, b]| if above { [a, b] } else { [b, a] });
         along.for_each(|edge| borders[usize::from(above)].add(edge));
     }
@@ -146,7 +146,7 @@ pub(super) fn about(region: &Region, pieces: &Region, mm: f64) -> Region {
 
 /// The region with as few points as keep it within half a micrometre: grown and cut layer after layer it would gather hundreds.
 pub(super) fn with_few_points(region: &Region) -> Region {
-    let ring = |ring: &Vec<Point>| simplified(ring, KEPT_UNITS);
+    let ring = |ring: &Vec<GridPoint>| simplified(ring, KEPT_UNITS);
     let shape = |shape: &Shape| shape.iter().map(ring).filter(|ring| ring.len() > 2).collect::<Shape>();
     region.iter().map(shape).filter(|shape| !shape.is_empty()).collect()
 }
@@ -157,12 +157,12 @@ pub(super) fn area_mm2(shape: &Shape) -> f64 {
     twice as f64 / (2.0 * UNITS_PER_MM * UNITS_PER_MM)
 }
 
-fn cross(a: Point, b: Point) -> i64 {
+fn cross(a: GridPoint, b: GridPoint) -> i64 {
     i64::from(a.x) * i64::from(b.y) - i64::from(b.x) * i64::from(a.y)
 }
 
 /// A ring's edges, the closing one last.
-pub(super) fn edges(ring: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
+pub(super) fn edges(ring: &[GridPoint]) -> impl Iterator<Item = [GridPoint; 2]> + '_ {
     (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]])
 }
 

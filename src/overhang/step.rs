@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::Rule;
+use super::OverhangRule;
 use super::chords::Air;
 use super::memory::{FREE_SIDE_MM, Lean, Memory};
 use super::patch::{Piece, State};
@@ -58,7 +58,7 @@ pub(super) struct Step<'a> {
     pub(super) supports: &'a Region,
     /// .. and so far beside them it may reach, mm.
     pub(super) beside_mm: f64,
-    pub(super) rule: &'a Rule,
+    pub(super) rule: &'a OverhangRule,
 }
 
 /// What a layer lies on, grown as often as it is asked for.
@@ -76,7 +76,7 @@ impl Below {
     }
 
     /// What of a layer would not be fine on it; empty for what is rounding.
-    pub(super) fn beyond(&self, layer: &Region, rule: &Rule) -> Region {
+    pub(super) fn beyond(&self, layer: &Region, rule: &OverhangRule) -> Region {
         let beyond = minus(layer, &self.grown(rule.fine_mm() + STEP_SLACK_MM, Corners::Sharp));
         if is_nothing(&beyond) { Region::new() } else { beyond }
     }
@@ -98,7 +98,7 @@ fn is_nothing(region: &Region) -> bool {
 
 impl Step<'_> {
     /// What of `beyond` lies neither on supports nor so near to them that it is fine; empty for what is rounding.
-    pub(super) fn left_by(supports: &Region, beyond: &Region, beside_mm: f64, rule: &Rule) -> Region {
+    pub(super) fn left_by(supports: &Region, beyond: &Region, beside_mm: f64, rule: &OverhangRule) -> Region {
         if supports.is_empty() {
             return beyond.clone();
         }
@@ -158,7 +158,7 @@ impl Step<'_> {
     }
 
     /// Whether one of a layer's pieces does, on what is `below` it and `near` to it.
-    pub(super) fn has_islands(layer: &Region, on: (&Below, &Region), rule: &Rule) -> bool {
+    pub(super) fn has_islands(layer: &Region, on: (&Below, &Region), rule: &OverhangRule) -> bool {
         layer.iter().any(Self::islands(on, rule.fine_mm() + STEP_SLACK_MM))
     }
 
@@ -180,7 +180,7 @@ impl Step<'_> {
         let below = Below::of(about(&self.below.region, &own, NEAR_MM));
         let farther = |mm: f64| minus(&own, &below.grown(mm, Corners::Round));
         let bridge = |mm: f64| {
-            let loose = air.loose(&own[0], &Rule { bridge_mm: rule.bridge_mm.min(mm), ..*rule })?;
+            let loose = air.loose(&own[0], &OverhangRule { bridge_mm: rule.bridge_mm.min(mm), ..*rule })?;
             (loose.share > ROUNDING || area * loose.share > rule.tolerate_mm2 / 2.0).then_some(loose)
         };
         let far = !is_nothing(&farther(LEDGE_MM));

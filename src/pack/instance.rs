@@ -106,7 +106,7 @@ pub enum Ended {
 
 /// A packing with what is known of the best one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct BoxPacking {
     /// The boxes in their places, by run and item.
     pub placed: Vec<Placed>,
     /// Runs that have something in them.
@@ -142,7 +142,7 @@ pub fn volume(size: &Triple) -> f64 {
     size[0] as f64 * size[1] as f64 * size[2] as f64
 }
 
-impl Answer {
+impl BoxPacking {
     /// Runs in `placed`, numbered without holes, as an answer.
     pub(super) fn of(mut placed: Vec<Placed>, bound: f64, ended: Ended) -> Self {
         let mut used: Vec<usize> = placed.iter().map(|p| p.run).collect();

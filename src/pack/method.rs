@@ -4,7 +4,7 @@ use super::bound::{fewest_runs, most_value};
 use super::empty::fewer;
 use super::fill::{Ready, first_fit};
 use super::filling::fullest;
-use super::instance::{Answer, Ended, Instance, PackGoal, Placed};
+use super::instance::{BoxPacking, Ended, Instance, PackGoal, Placed};
 #[cfg(feature = "integer-program")]
 use super::ip::{Near, solve};
 use super::tabu::tabu;
@@ -100,7 +100,7 @@ pub fn pack(
     method: Method,
     seed: u64,
     watch: &mut Watch<'_>,
-) -> Result<Answer, Unpackable> {
+) -> Result<BoxPacking, Unpackable> {
     if method.of_shapes() {
         return Err(Unpackable::OnlyModels);
     }
@@ -124,7 +124,7 @@ pub fn pack(
     }
     let drawn = Instance { items: fits.iter().map(|&item| drawn.items[item]).collect(), ..drawn };
     if drawn.items.is_empty() {
-        return Ok(Answer::of(Vec::new(), 0.0, Ended::Proved));
+        return Ok(BoxPacking::of(Vec::new(), 0.0, Ended::Proved));
     }
     let mut found = Search { instance: &drawn, goal, seed }.by(method, watch);
     for p in &mut found.placed {
@@ -143,7 +143,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn by(&self, method: Method, watch: &mut Watch<'_>) -> Answer {
+    fn by(&self, method: Method, watch: &mut Watch<'_>) -> BoxPacking {
         let bound = match self.goal {
             PackGoal::Runs => fewest_runs(self.instance) as f64,
             PackGoal::Filling => most_value(self.instance),
@@ -174,7 +174,7 @@ impl Search<'_> {
     }
 
     #[cfg(feature = "integer-program")]
-    fn program(&self, start: Vec<Placed>, bound: f64, watch: &mut Watch<'_>) -> Answer {
+    fn program(&self, start: Vec<Placed>, bound: f64, watch: &mut Watch<'_>) -> BoxPacking {
         let solved = solve(self.instance, self.goal, &start, bound, None, watch);
         let told = solved.bound.unwrap_or(bound);
         let bound = match self.goal {
@@ -188,7 +188,7 @@ impl Search<'_> {
 
     #[cfg(feature = "integer-program")]
     /// From neighbourhood to neighbourhood, until none has anything better.
-    fn nearby(&self, mut best: Vec<Placed>, bound: f64, watch: &mut Watch<'_>) -> Answer {
+    fn nearby(&self, mut best: Vec<Placed>, bound: f64, watch: &mut Watch<'_>) -> BoxPacking {
         let mut tried = 0;
         while tried < NEIGHBOURHOODS.len() && watch.goes_on() && !self.meets(&best, bound) {
             match solve(self.instance, self.goal, &best, bound, Some(NEIGHBOURHOODS[tried]), watch).better {
@@ -206,12 +206,12 @@ impl Search<'_> {
         }
     }
 
-    fn answer(&self, placed: Vec<Placed>, bound: f64, proved: bool, watch: &Watch<'_>) -> Answer {
+    fn answer(&self, placed: Vec<Placed>, bound: f64, proved: bool, watch: &Watch<'_>) -> BoxPacking {
         let met = proved || self.meets(&placed, bound);
-        let made = Answer::of(placed, bound, if met { Ended::Proved } else { watch.ended() });
+        let made = BoxPacking::of(placed, bound, if met { Ended::Proved } else { watch.ended() });
         match self.goal {
-            PackGoal::Runs if proved => Answer { bound: made.runs as f64, ..made },
-            PackGoal::Filling if proved => Answer { bound: self.instance.value(&made.placed), ..made },
+            PackGoal::Runs if proved => BoxPacking { bound: made.runs as f64, ..made },
+            PackGoal::Filling if proved => BoxPacking { bound: self.instance.value(&made.placed), ..made },
             _ => made,
         }
     }

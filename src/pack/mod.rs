@@ -38,7 +38,7 @@ pub use apart::{Clash, ROUNDING_MM, apart};
 pub use askew::Askew;
 pub use bound::{fewest_runs, most_value};
 pub use check::{PackFault, check};
-pub use instance::{Answer, Ended, Instance, Item, LONGEST, PackGoal, Placed, Triple, Turns, volume};
+pub use instance::{BoxPacking, Ended, Instance, Item, LONGEST, PackGoal, Placed, Triple, Turns, volume};
 pub use lift::{Lift, lift};
 pub use method::{MOST_BOXES, Method, Unpackable, pack};
 pub use models::{Packed, pack_models};

@@ -1,5 +1,6 @@
 //! What pictures are of: plans, reasons, parts and supports as frames for [`crate::view`], and the files they go to.
 
+mod machine;
 mod parts;
 mod plan;
 
@@ -7,6 +8,7 @@ use crate::geom::Vec3;
 use crate::planning::Workpiece;
 use crate::view::{self, Colour, Surface};
 
+pub(crate) use machine::from_the_side;
 pub(crate) use parts::{Painted, SUPPORT_WORD, coloured, cut_up, solids, standing};
 pub(crate) use plan::{Told, plan_sheet, reasons_sheet};
 

@@ -163,7 +163,7 @@ pub fn tilt(down: &Vec3) -> Angle {
 
 /// Where a plan's print stands worst.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Standing {
+pub struct WorstStanding {
     /// The part being printed there.
     pub part: usize,
     /// The slot.
@@ -174,7 +174,7 @@ pub struct Standing {
     pub held: Held,
 }
 
-impl Standing {
+impl WorstStanding {
     /// Whether it falls over because the table is tilted.
     pub fn falls(&self) -> bool {
         self.held.factor < FALLS && self.tilt.deg() > 0.0
@@ -184,7 +184,12 @@ impl Standing {
 /// The worst of all states of a plan, at the beginning and at the end of each print; parts count as solid, so that sparse infill is on the safe side.
 /// What stands on supports of which nothing is said in `feet` (by part, what its supports press on the table) is left to the finished file, whose
 /// lines tell where these stand. `None` where nothing tips anything.
-pub fn standing(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile, feet: &[(usize, Foot)]) -> Option<Standing> {
+pub fn standing(
+    plan: &Plan,
+    workpiece: &Workpiece<'_>,
+    profile: &Profile,
+    feet: &[(usize, Foot)],
+) -> Option<WorstStanding> {
     let (body, kinematics) = (workpiece.model.bodies(), profile.kinematics());
     let layer_mm = profile.process.layer_height_mm;
     let parts: Vec<(Weight, Foot, Vec<Vec3>)> =
@@ -193,7 +198,7 @@ pub fn standing(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile, feet:
     let own_feet = |part: usize| feet.iter().find(|(of, _)| *of == part).map(|(_, foot)| foot);
     let untold = plan.prints().filter(|(_, print)| print.supports.is_some() && own_feet(print.part).is_none());
     let untold: Vec<usize> = untold.map(|(_, print)| body[print.part]).collect();
-    let mut worst: Option<Standing> = None;
+    let mut worst: Option<WorstStanding> = None;
     for slot in &plan.slots {
         for print in &slot.prints {
             let (part, of) = (print.part, body[print.part]);
@@ -210,7 +215,7 @@ pub fn standing(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile, feet:
             }
             for (weight, foot) in [&before, &after] {
                 let Some(held) = held(weight, foot, &down, tips, profile.process.adhesion_mpa) else { continue };
-                let one = Standing { part, slot: slot.id, tilt, held };
+                let one = WorstStanding { part, slot: slot.id, tilt, held };
                 if worst.as_ref().is_none_or(|worst| worse(&one, worst)) {
                     worst = Some(one);
                 }
@@ -222,7 +227,7 @@ pub fn standing(plan: &Plan, workpiece: &Workpiece<'_>, profile: &Profile, feet:
 }
 
 /// What falls by its weight first, then by what pushes.
-fn worse(one: &Standing, than: &Standing) -> bool {
+fn worse(one: &WorstStanding, than: &WorstStanding) -> bool {
     (!one.falls(), one.held.pushed) < (!than.falls(), than.held.pushed)
 }
 

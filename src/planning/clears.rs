@@ -3,7 +3,7 @@
 
 use super::collision::Head;
 use super::owed::Owed;
-use super::plan::Slot;
+use super::plan::TimeSlot;
 use super::solid::Solid;
 use super::turning::{REMEDY, Turns};
 use super::workpiece::Workpiece;
@@ -42,7 +42,7 @@ pub fn turn_struck(
     workpiece: &Workpiece<'_>,
     profile: &Profile,
     supports: &[(usize, TriangleMesh<Table>)],
-    slots: &[Slot],
+    slots: &[TimeSlot],
 ) -> Option<String> {
     let parts: Vec<Solid> = workpiece.parts.iter().map(Solid::of).collect();
     let supports: Vec<(usize, Solid)> = supports.iter().map(|(part, mesh)| (*part, Solid::of(mesh))).collect();
@@ -60,12 +60,12 @@ mod tests {
     use crate::planning::Print;
 
     /// A block, and a smaller one out of its side that is printed lying.
-    fn bracket() -> (Model, Vec<Slot>) {
+    fn bracket() -> (Model, Vec<TimeSlot>) {
         let base = solid_box(Vec3::new(-10.0, -10.0, 0.0), Vec3::new(10.0, 10.0, 20.0));
         let branch = solid_box(Vec3::new(10.0, -4.0, 8.0), Vec3::new(18.0, 4.0, 16.0));
         let parts = [("base", base), ("branch", branch)].map(|(name, mesh)| (name.to_owned(), mesh));
         let model = Model::from_parts(parts.into());
-        let slot = |id: usize, up: [f64; 3], tilt_deg: f64| Slot {
+        let slot = |id: usize, up: [f64; 3], tilt_deg: f64| TimeSlot {
             id,
             prints: vec![Print { part: id, up, tilt_deg, rotation_deg: 0.0, supports: None }],
         };

@@ -51,7 +51,7 @@ pub use owed::{CELL_MM, LIFT_LAYERS, PIECE_MM, carries_tip, contact_mm};
 pub use part_set::PartSet;
 pub use placement::{centred, centred_and_turned, plan_anywhere};
 pub use plan::{
-    MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, PrintSupports, PropPlace, Slot, SupportRoof,
+    MachineRef, ModelRef, PartRef, Placement, Plan, PlanError, Print, PrintSupports, PropPlace, SupportRoof, TimeSlot,
     sha256_hex,
 };
 pub use planner::{Planned, orientations, plan, plannable, sequences, widening};

@@ -4,7 +4,7 @@ use super::goal::Goal;
 use super::support::Known;
 use crate::geom::Angle;
 use crate::orient::{Objective, Search};
-use crate::overhang::{Rule, TOLERATE_MM2};
+use crate::overhang::{OverhangRule, TOLERATE_MM2};
 use crate::profile::Profile;
 
 /// What to plan for.
@@ -16,7 +16,7 @@ pub struct Options<'a> {
     pub objective: &'a dyn Objective,
     /// Facets up to this angle from the vertical need no support, whatever layers say.
     pub overhang: Angle,
-    /// Slopes up to this angle are fine in layers; `None`: as lines of the profile's width and layers are ([`Rule::practised`]).
+    /// Slopes up to this angle are fine in layers; `None`: as lines of the profile's width and layers are ([`OverhangRule::practised`]).
     pub steepest: Option<Angle>,
     /// Whether layers may droop.
     pub droops: bool,
@@ -79,11 +79,11 @@ impl<'a> Options<'a> {
 
 impl Options<'_> {
     /// What layers let pass on the machine of `profile`.
-    pub fn layers(&self, profile: &Profile) -> Rule {
+    pub fn layers(&self, profile: &Profile) -> OverhangRule {
         let process = &profile.process;
         let (layer_mm, line_mm) = (process.layer_height_mm, process.line_width_mm);
-        Rule {
-            overhang: self.steepest.unwrap_or_else(|| Rule::practised(layer_mm, line_mm)),
+        OverhangRule {
+            overhang: self.steepest.unwrap_or_else(|| OverhangRule::practised(layer_mm, line_mm)),
             layer_mm,
             line_mm,
             bridge_mm: process.bridge_mm,

@@ -29,7 +29,7 @@ pub struct Plan {
     /// The parts, by id.
     pub parts: Vec<PartRef>,
     /// The slots, in order.
-    pub slots: Vec<Slot>,
+    pub slots: Vec<TimeSlot>,
     /// All values of a machine that is not a shipped one: a slicer's script runs in a folder of its own, where the profile's file
     /// is not to be found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -82,7 +82,7 @@ pub struct PartRef {
 /// parts of one pose grow together, layer by layer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Slot {
+pub struct TimeSlot {
     /// Its number, from 0.
     pub id: usize,
     /// What is printed in it.
@@ -362,7 +362,7 @@ impl Plan {
     /// The prints that are made together with that of a part, its own among them; none for a part that is not printed.
     pub fn setup_of(&self, part: usize) -> Vec<&Print> {
         let has = |setup: &Vec<&Print>| setup.iter().any(|print| print.part == part);
-        self.slots.iter().flat_map(Slot::setups).find(has).unwrap_or_default()
+        self.slots.iter().flat_map(TimeSlot::setups).find(has).unwrap_or_default()
     }
 
     /// All prints in the order in which they are made, setup by setup: slot, number of the print ([`Self::prints`]), print.
@@ -433,7 +433,7 @@ impl PrintSupports {
     }
 }
 
-impl Slot {
+impl TimeSlot {
     /// The prints grouped by pose, in the order in which they are made.
     pub fn setups(&self) -> Vec<Vec<&Print>> {
         let mut groups: Vec<Vec<&Print>> = Vec::new();

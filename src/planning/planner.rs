@@ -5,7 +5,7 @@ use super::candidates::{Candidate, Setups, Sifted, all_directions, fan};
 use super::infeasible::{Infeasible, MOST_PARTS, Near, Reason};
 use super::options::{Options, Priority};
 use super::part_set::PartSet;
-use super::plan::{Print, Slot};
+use super::plan::{Print, TimeSlot};
 use super::pricing::{Pricing, WithinSlot};
 use super::sequence::{End, Problem, Sequence, enumerate};
 use super::site::{Site, set_of};
@@ -22,7 +22,7 @@ use crate::profile::Profile;
 #[derive(Clone, Debug)]
 pub struct Planned {
     /// The slots.
-    pub slots: Vec<Slot>,
+    pub slots: Vec<TimeSlot>,
     /// The goal's value.
     pub value: f64,
     /// No plan over these candidates has a lower value, proved.
@@ -175,11 +175,11 @@ pub fn sequences(
     profile: &Profile,
     directions: &[Vec<Direction>],
     options: &Options<'_>,
-    mut found: impl FnMut(Vec<Slot>) -> bool,
+    mut found: impl FnMut(Vec<TimeSlot>) -> bool,
 ) -> Result<bool, Infeasible> {
     if options.practised {
         let strict = Options { practised: false, ..options.clone() };
-        match sequences(workpiece, profile, directions, &strict, &mut found as &mut dyn FnMut(Vec<Slot>) -> bool) {
+        match sequences(workpiece, profile, directions, &strict, &mut found as &mut dyn FnMut(Vec<TimeSlot>) -> bool) {
             Err(Infeasible::NoPlan { .. }) => {}
             listed => return listed,
         }
@@ -389,7 +389,7 @@ fn is_pose(pose: Pose, word: Pose) -> bool {
 }
 
 /// The sequence with the rotation unwound from setup to setup.
-fn slots_of(sequence: &Sequence, candidates: &[Vec<Candidate>], setups: &Setups<'_>) -> Vec<Slot> {
+fn slots_of(sequence: &Sequence, candidates: &[Vec<Candidate>], setups: &Setups<'_>) -> Vec<TimeSlot> {
     let mut at = Pose::LEVEL;
     let mut last: Option<(usize, usize)> = None;
     let mut slots = Vec::new();
@@ -403,7 +403,7 @@ fn slots_of(sequence: &Sequence, candidates: &[Vec<Candidate>], setups: &Setups<
             }
             prints.push(Print::new(part, candidate.up, at, &setups.table));
         }
-        slots.push(Slot { id, prints });
+        slots.push(TimeSlot { id, prints });
     }
     slots
 }

@@ -8,7 +8,7 @@ use super::support::{Needs, NeedsAsked, Neighbours, needs};
 use super::workpiece::Workpiece;
 use crate::geom::{Dir, Table, Vec3};
 use crate::orient::Direction;
-use crate::overhang::Rule;
+use crate::overhang::OverhangRule;
 use crate::profile::Profile;
 
 /// Less than this droops without a word, mm².
@@ -100,7 +100,7 @@ impl Setups<'_> {
         }
         let options = self.options;
         let layers = options.layers(self.profile);
-        let rule = if by_layers { layers } else { Rule { overhang: options.overhang, ..layers } };
+        let rule = if by_layers { layers } else { OverhangRule { overhang: options.overhang, ..layers } };
         let allowed_mm2 = options.allow.iter().filter(|(p, _)| *p == part).map(|(_, area)| *area).fold(0.0, f64::max);
         let asked =
             NeedsAsked { rule, allowed_mm2, by_layers, enough, together: options.together, known: &options.known };

@@ -16,7 +16,7 @@ use super::part_set::PartSet;
 use super::workpiece::Workpiece;
 use crate::geom::{Angle, Dir, Rigid, Slot, Table, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::overhang::{self, Cause, Droop, Footing, Ground, Patch, Relief, Rule};
+use crate::overhang::{self, Cause, Droop, Footing, Ground, OverhangRule, Patch, Relief};
 
 /// What one part needs below it at one direction.
 #[derive(Clone, Debug)]
@@ -141,7 +141,7 @@ impl Known {
 
 /// What is let pass, and how far layers are looked through.
 pub(super) struct NeedsAsked<'a> {
-    pub(super) rule: Rule,
+    pub(super) rule: OverhangRule,
     /// What may be missing, mm².
     pub(super) allowed_mm2: f64,
     /// Whether the layers decide where facets say no.
@@ -156,7 +156,7 @@ pub(super) struct NeedsAsked<'a> {
 impl NeedsAsked<'_> {
     /// What tells this question from all others, but for what is let pass.
     fn key(&self, neighbours: &Neighbours, up: Dir<Table>) -> Key {
-        let Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2, droops } = self.rule;
+        let OverhangRule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2, droops } = self.rule;
         let up = up.unit();
         let numbers = [overhang.rad(), layer_mm, line_mm, bridge_mm, tolerate_mm2, up.x, up.y, up.z];
         let rule = numbers.map(f64::to_bits).into_iter().chain([self.enough, self.together, droops].map(u64::from));
@@ -249,7 +249,7 @@ impl Neighbours {
         &self,
         mesh: &TriangleMesh<Table>,
         up: Dir<Table>,
-        (rule, together): (&Rule, bool),
+        (rule, together): (&OverhangRule, bool),
     ) -> Vec<Droop> {
         let lies = |f: usize| self.carries(mesh, f);
         overhang::judged(mesh, up.unit(), &self.ground(up, Vec::new(), together), lies, rule, false).droops
@@ -356,7 +356,7 @@ fn beginnings(
     mesh: &TriangleMesh<Table>,
     neighbours: &Neighbours,
     up: Dir<Table>,
-    rule: &Rule,
+    rule: &OverhangRule,
     parts: usize,
 ) -> (Vec<PartSet>, Vec<f64>) {
     let relief = &neighbours.relief;

@@ -11,7 +11,7 @@
 use super::candidates::Setups;
 use super::collision::Head;
 use super::owed::{Owed, Share};
-use super::plan::{Print, Slot};
+use super::plan::{Print, TimeSlot};
 use super::solid::Solid;
 use crate::geom::{Bounds, Machine, Rigid, Vec3};
 use crate::motion::{Pose, TableKinematics};
@@ -117,11 +117,11 @@ impl<'a> Turns<'a> {
     }
 
     /// The first turn of the plan that is not clear.
-    pub(super) fn struck(&self, slots: &[Slot]) -> Option<Struck> {
+    pub(super) fn struck(&self, slots: &[TimeSlot]) -> Option<Struck> {
         let transition = &self.profile.transition;
         let mut printed: Vec<usize> = Vec::new();
         let (mut pose, mut tips) = (None, None);
-        for setup in slots.iter().flat_map(Slot::setups) {
+        for setup in slots.iter().flat_map(TimeSlot::setups) {
             let to = setup[0].pose(self.table);
             let parts: Vec<usize> = setup.iter().map(|print| print.part).collect();
             let standing = Standing { pose, tips, printed: &printed, height: self.height(&printed) };

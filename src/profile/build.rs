@@ -104,7 +104,7 @@ impl Profile {
     }
 
     /// How final files are read: words, what F means, the axes' speeds.
-    pub fn trace_setting(&self) -> trace::Setting {
+    pub fn trace_setting(&self) -> trace::TraceSetting {
         let table = self.kinematics();
         let axis = |a: &AxisRange| (char::from(a.letter), a.max_rate.to_degrees());
         let feed = match self.dialect.feed {
@@ -118,7 +118,7 @@ impl Profile {
             rapid_is_free: self.dialect.commands == Commands::Rs274,
             axes: [axis(&table.tilt), axis(&table.rotation)],
         };
-        trace::Setting { reading: self.reading(), rates, accelerations: self.accelerations() }
+        trace::TraceSetting { reading: self.reading(), rates, accelerations: self.accelerations() }
     }
 
     /// How fast its axes' speeds change.

@@ -8,7 +8,7 @@ use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Correction, Corrections, Effect, Firmware, Hazard, effect};
 use crate::geom::Vec3;
 use crate::motion::replay::{Controller, Step};
-use crate::trace::{self, Move};
+use crate::trace::{self, TraceMove};
 
 /// Temperatures that stand for the placeholders.
 const NOZZLE_C: f64 = 210.0;
@@ -204,7 +204,7 @@ impl Profile {
         let table = self.kinematics();
         let reach = self.table_slab().iter().map(Vec3::norm).fold(0.0, f64::max);
         let top = table.pivot.z + table.offset.norm() + reach;
-        let wrong = |m: &Move| {
+        let wrong = |m: &TraceMove| {
             let low = m.from[2].is_none_or(|z| z <= top);
             if trace.turns(m) && trace.state_before(m).pose().is_none() && low {
                 let at = m.from[2].map_or("an unknown height".to_owned(), |z| format!("Z {z}"));

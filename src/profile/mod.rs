@@ -7,6 +7,7 @@
 mod build;
 mod code;
 mod complete;
+mod head;
 mod import;
 mod layers;
 mod prime;
@@ -15,14 +16,16 @@ mod ranges;
 mod schema;
 
 pub use build::ABSURD_MM;
+pub use head::{HEAD_QUESTIONS, HeadFault, measured};
 pub use import::{
-    AxisRoles, Contradiction, Fact, File as ImportedFile, ImportError, Imported, Place, Rotary, Shelf, Stated, import,
+    AxisRoles, Contradiction, Fact, File as ImportedFile, ImportError, Imported, Rotary, Shelf, Stated, StatedAt,
+    import,
 };
 pub use layers::{Base, Origin, ProfileError, SHIPPED, resolve, resolve_over, shipped};
 pub use prime::{Prime, prime};
 pub use process::{InfillPattern, Seam, SliceSettings};
 pub use ranges::{OutOfRange, check_number};
 pub use schema::{
-    BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, JointSettings, Kinematics, Limits, Link, Machine,
-    OnStop, PriceSettings, Profile, Prove, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
+    BodyKind, BodySpec, Commands, Dialect, Extrusion, FeedReference, JointSettings, Kinematics, Limits, Link,
+    MachineInfo, OnStop, PriceSettings, Profile, Prove, RotationAxis, TableSpec, TiltAxis, TiltAxisName, Transition,
 };

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use super::schema::Profile;
 use crate::geom::Vec3;
-use crate::trace::{Move, Trace};
+use crate::trace::{Trace, TraceMove};
 
 /// A table counts as level up to this tilt, radians.
 const LEVEL_RAD: f64 = 1e-6;
@@ -36,7 +36,7 @@ pub struct Prime {
 /// # Errors
 ///
 /// Why it may not be laid, with what to do.
-pub fn prime(m: &Move, trace: &Trace, profile: &Profile) -> Result<Prime, String> {
+pub fn prime(m: &TraceMove, trace: &Trace, profile: &Profile) -> Result<Prime, String> {
     let (Some(pose), Some(ends)) = (trace.state(m).pose(), m.ends()) else {
         return Err("a prime line is printed while the tip's position or the table's pose is unknown; first raise Z above all that turns and turn both table axes to 0"
             .to_owned());

@@ -9,7 +9,7 @@ use super::process::SliceSettings;
 #[serde(deny_unknown_fields)]
 pub struct Profile {
     /// Name and provenance.
-    pub machine: Machine,
+    pub machine: MachineInfo,
     /// The chain and the rotary axes.
     pub kinematics: Kinematics,
     /// The linear axes.
@@ -39,7 +39,7 @@ pub struct Profile {
 /// `[machine]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Machine {
+pub struct MachineInfo {
     /// The profile's name.
     pub name: String,
     /// One sentence.

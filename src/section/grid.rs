@@ -18,16 +18,16 @@ const ROUNDING_MM: f64 = 1e-6;
 const UNSURE: f64 = 1e-9;
 
 /// A point of the plane, mm.
-pub type Point = [f64; 2];
+pub type PlanePoint = [f64; 2];
 /// From one point to another.
-pub type Segment = [Point; 2];
+pub type Segment = [PlanePoint; 2];
 
 /// Segments by cell.
 pub struct Segments {
     all: Vec<Segment>,
-    bounds: [Point; 2],
+    bounds: [PlanePoint; 2],
     /// The grid's lowest corner.
-    low: Point,
+    low: PlanePoint,
     cell: f64,
     count: [usize; 2],
     /// Where each cell's segments begin in `members`.
@@ -79,7 +79,7 @@ impl Segments {
     }
 
     /// Lowest and highest corner, mm; infinite and inside out for none.
-    pub fn bounds(&self) -> [Point; 2] {
+    pub fn bounds(&self) -> [PlanePoint; 2] {
         self.bounds
     }
 
@@ -94,7 +94,7 @@ impl Segments {
     }
 
     /// The middle of a cell.
-    pub(super) fn centre(&self, [column, row]: [usize; 2]) -> Point {
+    pub(super) fn centre(&self, [column, row]: [usize; 2]) -> PlanePoint {
         [0, 1].map(|a| self.low[a] + ([column, row][a] as f64 + 0.5) * self.cell)
     }
 
@@ -105,14 +105,14 @@ impl Segments {
     }
 
     /// The cell that holds `p`; `None` outside the grid.
-    pub(super) fn cell_of(&self, p: Point) -> Option<usize> {
+    pub(super) fn cell_of(&self, p: PlanePoint) -> Option<usize> {
         let [column, row] = self.home(p);
         let inside = column >= 0 && row >= 0 && column < self.count[0] as isize && row < self.count[1] as isize;
         inside.then(|| row as usize * self.count[0] + column as usize)
     }
 
     /// How far (mm) `p`, a point of cell `cell`, is from every segment at least.
-    pub(super) fn least_away(&self, p: Point, cell: usize) -> f64 {
+    pub(super) fn least_away(&self, p: PlanePoint, cell: usize) -> f64 {
         match self.empty_rings[cell] {
             0 => 0.0,
             rings => f64::from(rings - 1) * self.cell + self.to_border(p),
@@ -120,12 +120,12 @@ impl Segments {
     }
 
     /// Column and row of the cell that would hold `p`, were the grid endless.
-    fn home(&self, p: Point) -> [isize; 2] {
+    fn home(&self, p: PlanePoint) -> [isize; 2] {
         [0, 1].map(|a| floor((p[a] - self.low[a]) / self.cell))
     }
 
     /// The distance from `p` to the nearest side of its cell.
-    fn to_border(&self, p: Point) -> f64 {
+    fn to_border(&self, p: PlanePoint) -> f64 {
         let inside = [0, 1].map(|a| {
             let at = (p[a] - self.low[a]) / self.cell;
             let share = at - floor(at) as f64;
@@ -136,7 +136,7 @@ impl Segments {
 
     /// The nearest segment that is nearer to `p` than `cap` mm. `likely` is tried first: for points that follow one another
     /// it settles most of the search.
-    pub fn nearest(&self, p: Point, cap: f64, likely: Option<u32>) -> Option<Nearest> {
+    pub fn nearest(&self, p: PlanePoint, cap: f64, likely: Option<u32>) -> Option<Nearest> {
         if self.all.is_empty() {
             return None;
         }
@@ -171,7 +171,7 @@ impl Segments {
 
     /// Visits all segments that come within `reach` of `p`, and some that do not, until `visit` breaks off; some of them several times. None for a `p`
     /// that is no number.
-    pub fn each_near(&self, p: Point, reach: f64, mut visit: impl FnMut(u32) -> ControlFlow<()>) {
+    pub fn each_near(&self, p: PlanePoint, reach: f64, mut visit: impl FnMut(u32) -> ControlFlow<()>) {
         if self.all.is_empty() || !p.iter().all(|v| v.is_finite()) {
             return;
         }
@@ -192,7 +192,7 @@ impl Segments {
     }
 
     /// Tries the segments of the cells that lie `ring` cells from `home`.
-    fn ring(&self, home: [isize; 2], ring: isize, p: Point, best: &mut Nearer) {
+    fn ring(&self, home: [isize; 2], ring: isize, p: PlanePoint, best: &mut Nearer) {
         let [columns, rows] = self.count.map(|n| n as isize);
         let beyond = |at: isize, axis: usize| {
             let low = self.low[axis] + at as f64 * self.cell;
@@ -215,7 +215,7 @@ impl Segments {
         }
     }
 
-    fn cell(&self, cell: usize, p: Point, best: &mut Nearer) {
+    fn cell(&self, cell: usize, p: PlanePoint, best: &mut Nearer) {
         for &index in &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
             best.take(self.all[index as usize], Some(index), p);
         }
@@ -291,7 +291,7 @@ impl Segments {
 
 /// Whether two segments meet, or come so near that rounding cannot tell.
 fn crosses([a, b]: Segment, [p, q]: Segment) -> bool {
-    let side = |from: Point, to: Point, at: Point| {
+    let side = |from: PlanePoint, to: PlanePoint, at: PlanePoint| {
         (to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0])
     };
     let apart = |one: f64, other: f64| one > UNSURE && other > UNSURE || one < -UNSURE && other < -UNSURE;
@@ -299,7 +299,7 @@ fn crosses([a, b]: Segment, [p, q]: Segment) -> bool {
 }
 
 /// The distance of `p` from a segment, mm.
-pub fn to_segment(p: Point, [a, b]: Segment) -> f64 {
+pub fn to_segment(p: PlanePoint, [a, b]: Segment) -> f64 {
     let (abx, aby) = (b[0] - a[0], b[1] - a[1]);
     let square = abx * abx + aby * aby;
     let along = (p[0] - a[0]) * abx + (p[1] - a[1]) * aby;
@@ -325,7 +325,7 @@ pub(super) struct Nearer {
 }
 
 impl Nearer {
-    pub(super) fn take(&mut self, [a, b]: Segment, index: Option<u32>, p: Point) {
+    pub(super) fn take(&mut self, [a, b]: Segment, index: Option<u32>, p: PlanePoint) {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let (px, py) = (p[0] - a[0], p[1] - a[1]);
         let square = dx * dx + dy * dy;

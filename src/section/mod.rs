@@ -19,7 +19,7 @@ pub mod polygons;
 pub mod simplify;
 
 pub use fit::{Fit, Sample, fit};
-pub use grid::{Nearest, Point, Segment, Segments, to_segment};
+pub use grid::{Nearest, PlanePoint, Segment, Segments, to_segment};
 pub use march::march;
 pub use outline::{OutlineSearch, Section};
 

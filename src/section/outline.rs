@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::grid::{Nearest, Point, Segment, Segments, to_segment};
+use super::grid::{Nearest, PlanePoint, Segment, Segments, to_segment};
 use super::overlap;
 
 /// Distances beyond this are not told apart, mm: wider than any line, and the search stays among neighbours.
@@ -47,7 +47,7 @@ impl Section {
     }
 
     /// Lowest and highest corner of the outline, mm; infinite and inside out where nothing is cut.
-    pub fn bounds(&self) -> [Point; 2] {
+    pub fn bounds(&self) -> [PlanePoint; 2] {
         self.segments.bounds()
     }
 
@@ -67,7 +67,7 @@ impl Section {
     /// The outline's closed curves: for each of [`Self::segments`] the number of its curve. Segments belong together where they meet
     /// in the same point to the last bit, as the cuts of two facets with a common edge do.
     pub fn curves(&self) -> Vec<u32> {
-        let key = |p: Point| p.map(|v| (v + 0.0).to_bits());
+        let key = |p: PlanePoint| p.map(|v| (v + 0.0).to_bits());
         let from: HashMap<[u64; 2], usize> = self.segments().iter().enumerate().map(|(i, s)| (key(s[0]), i)).collect();
         let mut curves = vec![u32::MAX; self.segments().len()];
         let mut count = 0;
@@ -87,12 +87,12 @@ impl Section {
     }
 
     /// The distance (mm) of `p` from the outline, negative inside; beyond 2 mm from it, 2 or -2.
-    pub fn signed_distance(&self, p: Point) -> f64 {
+    pub fn signed_distance(&self, p: PlanePoint) -> f64 {
         self.search().signed_distance(p)
     }
 
     /// The same with the outward unit normal of the nearest segment; `None` where that is farther than 2 mm.
-    pub fn nearest(&self, p: Point) -> (f64, Option<Point>) {
+    pub fn nearest(&self, p: PlanePoint) -> (f64, Option<PlanePoint>) {
         self.search().nearest(p)
     }
 
@@ -100,7 +100,7 @@ impl Section {
     /// the other. Infinite where either is empty.
     pub fn apart(&self, other: &Self) -> f64 {
         let from = |a: &Self, b: &Self| {
-            let corner = |&corner: &Point| {
+            let corner = |&corner: &PlanePoint| {
                 let sides = b.segments().iter().map(|side| to_segment(corner, *side));
                 if b.is_inside(corner) { 0.0 } else { sides.fold(f64::INFINITY, f64::min) }
             };
@@ -131,12 +131,12 @@ impl Section {
     }
 
     /// Whether `p` lies inside.
-    pub fn is_inside(&self, p: Point) -> bool {
+    pub fn is_inside(&self, p: PlanePoint) -> bool {
         self.turns(p) > 0
     }
 
     /// The winding number of `p`, by that of its cell's centre and what lies between.
-    fn turns(&self, p: Point) -> i32 {
+    fn turns(&self, p: PlanePoint) -> i32 {
         let Some(cell) = self.segments.cell_of(p) else { return 0 };
         let columns = self.segments.count()[0];
         let centre = self.segments.centre([cell % columns, cell / columns]);
@@ -192,7 +192,7 @@ impl Section {
 
     /// The distance by trying every segment, for tests.
     #[cfg(test)]
-    pub(super) fn by_brute_force(&self, p: Point) -> f64 {
+    pub(super) fn by_brute_force(&self, p: PlanePoint) -> f64 {
         let mut best = super::grid::Nearer { square: CAP_MM * CAP_MM, index: None, corner: false, left: true };
         self.segments().iter().enumerate().for_each(|(i, s)| best.take(*s, Some(i as u32), p));
         let winding: i32 = self
@@ -213,12 +213,12 @@ pub struct OutlineSearch<'a> {
 
 impl OutlineSearch<'_> {
     /// See [`Section::signed_distance`].
-    pub fn signed_distance(&mut self, p: Point) -> f64 {
+    pub fn signed_distance(&mut self, p: PlanePoint) -> f64 {
         self.within(p, CAP_MM).map_or_else(|| self.far(p, CAP_MM), |near| self.signed(p, &near))
     }
 
     /// See [`Section::nearest`].
-    pub fn nearest(&mut self, p: Point) -> (f64, Option<Point>) {
+    pub fn nearest(&mut self, p: PlanePoint) -> (f64, Option<PlanePoint>) {
         let Some(near) = self.within(p, CAP_MM) else { return (self.far(p, CAP_MM), None) };
         let [a, b] = self.section.segments()[near.index as usize];
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
@@ -227,7 +227,7 @@ impl OutlineSearch<'_> {
 
     /// The signed distance (mm) where `p` lies outside or not deeper inside than `exact`; else a negative number that the true
     /// one does not exceed.
-    pub fn shallow(&mut self, p: Point, exact: f64) -> f64 {
+    pub fn shallow(&mut self, p: PlanePoint, exact: f64) -> f64 {
         if let Some(near) = self.within(p, exact) {
             return self.signed(p, &near);
         }
@@ -237,18 +237,18 @@ impl OutlineSearch<'_> {
         }
     }
 
-    fn within(&mut self, p: Point, cap: f64) -> Option<Nearest> {
+    fn within(&mut self, p: PlanePoint, cap: f64) -> Option<Nearest> {
         let near = self.section.segments.nearest(p, cap, self.last);
         self.last = near.map_or(self.last, |near| Some(near.index));
         near
     }
 
-    fn signed(&self, p: Point, near: &Nearest) -> f64 {
+    fn signed(&self, p: PlanePoint, near: &Nearest) -> f64 {
         let inside = if near.corner { self.section.is_inside(p) } else { near.left };
         if inside { -near.distance } else { near.distance }
     }
 
-    fn far(&self, p: Point, mm: f64) -> f64 {
+    fn far(&self, p: PlanePoint, mm: f64) -> f64 {
         if self.section.is_inside(p) { -mm } else { mm }
     }
 }
@@ -260,7 +260,7 @@ fn crossing([a, b]: Segment, y: f64) -> Option<(f64, i32)> {
 }
 
 /// What the winding number gains on the way from `from` to `x` at the same height.
-fn crossings_rightward([a, b]: Segment, from: Point, x: f64) -> i32 {
+fn crossings_rightward([a, b]: Segment, from: PlanePoint, x: f64) -> i32 {
     let y = from[1];
     if (a[1] > y) == (b[1] > y) {
         return 0;
@@ -270,7 +270,7 @@ fn crossings_rightward([a, b]: Segment, from: Point, x: f64) -> i32 {
 }
 
 /// What the winding number gains on the way from `from` to height `y` at the same x.
-fn crossings_upward([a, b]: Segment, from: Point, y: f64) -> i32 {
+fn crossings_upward([a, b]: Segment, from: PlanePoint, y: f64) -> i32 {
     let x = from[0];
     if (a[0] > x) == (b[0] > x) {
         return 0;
@@ -282,20 +282,21 @@ fn crossings_upward([a, b]: Segment, from: Point, y: f64) -> i32 {
 /// Whether `p` lies above the line of a segment that is not upright, asked one way for each segment and point: whichever line of sight
 /// asks, the answer is the same, though it be rounding that decides. On the line, `p` counts as a little to the right, and as far less
 /// a little higher, which is also what `>` says of its coordinates.
-fn is_above([a, b]: Segment, p: Point) -> bool {
+fn is_above([a, b]: Segment, p: PlanePoint) -> bool {
     let [l, r] = if a < b { [a, b] } else { [b, a] };
     let side = (r[0] - l[0]) * (p[1] - l[1]) - (r[1] - l[1]) * (p[0] - l[0]);
     side > 0.0 || side == 0.0 && r[1] <= l[1]
 }
 
 /// The same to the right of one that is not level.
-fn is_right([a, b]: Segment, p: Point) -> bool {
+fn is_right([a, b]: Segment, p: PlanePoint) -> bool {
     let rises = if a < b { b[1] > a[1] } else { a[1] > b[1] };
     is_above([a, b], p) != rises
 }
 
 /// Whether two segments cross at a point within both; not where one ends on the other, or runs along it.
 fn crosses([a, b]: Segment, [c, d]: Segment) -> bool {
-    let side = |p: Point, q: Point, r: Point| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let side =
+        |p: PlanePoint, q: PlanePoint, r: PlanePoint| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
 }

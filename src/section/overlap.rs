@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use super::grid::{Point, Segment, Segments, to_segment};
+use super::grid::{PlanePoint, Segment, Segments, to_segment};
 use super::polygons::{self, UNITS_PER_MM, units};
 
 /// Twice the area of a triangle that may as well be a line, mm².
@@ -26,7 +26,7 @@ pub(super) fn apart(segments: &Segments) -> Option<Vec<Segment>> {
         return None;
     }
     let all = segments.all();
-    let key = |p: Point| p.map(|v| (v + 0.0).to_bits());
+    let key = |p: PlanePoint| p.map(|v| (v + 0.0).to_bits());
     let mut next = HashMap::with_capacity(all.len());
     for (k, segment) in all.iter().enumerate() {
         if next.insert(key(segment[0]), k).is_some() {
@@ -68,7 +68,7 @@ fn touches([a, b]: Segment, [p, q]: Segment) -> bool {
         return false;
     }
     // The end that one leaves the other by must lead away from it.
-    let returns = |from: Point, middle: Point, to: Point| {
+    let returns = |from: PlanePoint, middle: PlanePoint, to: PlanePoint| {
         to_segment(to, [from, middle]) <= TOUCHING_MM || to_segment(from, [middle, to]) <= TOUCHING_MM
     };
     match (b == p, q == a) {
@@ -86,7 +86,7 @@ fn touches([a, b]: Segment, [p, q]: Segment) -> bool {
 pub(super) fn enclosed(segments: &[Segment]) -> Option<Vec<Segment>> {
     let contours = contours(segments)?;
     let border = polygons::positive(&contours);
-    let mm = |p: &polygons::Point| [f64::from(p.x) / UNITS_PER_MM, f64::from(p.y) / UNITS_PER_MM];
+    let mm = |p: &polygons::GridPoint| [f64::from(p.x) / UNITS_PER_MM, f64::from(p.y) / UNITS_PER_MM];
     let mut all = Vec::new();
     for ring in border.iter().flatten() {
         let next = ring.iter().cycle().skip(1);
@@ -97,7 +97,7 @@ pub(super) fn enclosed(segments: &[Segment]) -> Option<Vec<Segment>> {
 
 /// The closed curves, on the grid. Segments follow each other where they meet to the last bit.
 fn contours(segments: &[Segment]) -> Option<Vec<polygons::Contour>> {
-    let key = |p: Point| p.map(|v| (v + 0.0).to_bits());
+    let key = |p: PlanePoint| p.map(|v| (v + 0.0).to_bits());
     let mut from: HashMap<[u64; 2], Vec<usize>> = HashMap::new();
     segments.iter().enumerate().for_each(|(k, segment)| from.entry(key(segment[0])).or_default().push(k));
     let mut contours = Vec::new();
@@ -109,7 +109,7 @@ fn contours(segments: &[Segment]) -> Option<Vec<polygons::Contour>> {
         let (mut contour, mut at) = (Vec::new(), first);
         loop {
             let [here, next] = segments[at];
-            contour.push(polygons::Point::new(units(here[0]), units(here[1])));
+            contour.push(polygons::GridPoint::new(units(here[0]), units(here[1])));
             if key(next) == start {
                 break;
             }
@@ -132,7 +132,7 @@ fn crosses([a, b]: Segment, [p, q]: Segment) -> bool {
     if beside(0) || beside(1) {
         return false;
     }
-    let side = |from: Point, to: Point, at: Point| {
+    let side = |from: PlanePoint, to: PlanePoint, at: PlanePoint| {
         (to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0])
     };
     let apart = |one: f64, other: f64| one > UNSURE && other < -UNSURE || one < -UNSURE && other > UNSURE;
@@ -148,7 +148,7 @@ mod tests {
     use crate::geom::SplitMix64;
 
     /// A rectangle, anticlockwise.
-    fn rectangle([x0, y0]: Point, [x1, y1]: Point) -> Vec<Segment> {
+    fn rectangle([x0, y0]: PlanePoint, [x1, y1]: PlanePoint) -> Vec<Segment> {
         let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]];
         (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
     }
@@ -208,7 +208,7 @@ mod tests {
         for size in [0.05, 0.3, 0.9] {
             let large = [[0.0, 0.0], [10.0, 0.0], [10.0, 5.0], [10.0, 10.0], [0.0, 10.0]];
             let small = [[10.0, 5.0], [10.0 - size, 5.0 + size / 3.0], [10.0 - size, 5.0 - size / 3.0]];
-            let ring = |points: &[Point]| -> Vec<Segment> {
+            let ring = |points: &[PlanePoint]| -> Vec<Segment> {
                 (0..points.len()).map(|k| [points[k], points[(k + 1) % points.len()]]).collect()
             };
             let both = Section::new([ring(&large), ring(&small)].concat());

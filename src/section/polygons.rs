@@ -10,9 +10,9 @@ use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::i_float::int::point::IntPoint;
 
 /// A point of the grid.
-pub type Point = IntPoint<i32>;
+pub type GridPoint = IntPoint<i32>;
 /// A closed ring; the last point is not the first again.
-pub type Contour = Vec<Point>;
+pub type Contour = Vec<GridPoint>;
 /// A counter-clockwise outer ring and its clockwise holes.
 pub type Shape = Vec<Contour>;
 /// Shapes that do not overlap.

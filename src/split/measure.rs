@@ -11,7 +11,7 @@ use std::ops::Deref;
 
 use super::surface::{OWN, Surface};
 use crate::geom::{Sets, Vec3};
-use crate::overhang::{Footing, Ground, Hang, LOOKS_DOWN, Relief, Ridge, Rule, SAME_HEIGHT_MM, unsupported};
+use crate::overhang::{Footing, Ground, Hang, LOOKS_DOWN, OverhangRule, Relief, Ridge, SAME_HEIGHT_MM, unsupported};
 
 /// What counts, and from where.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,7 @@ pub(super) struct MeasureRules {
     /// The table's height in the file's frame, mm.
     pub(super) table_mm: f64,
     /// What layers let pass where facets do not.
-    pub(super) layers: Rule,
+    pub(super) layers: OverhangRule,
     /// Whether places that begin in the air and flat ridges count.
     pub(super) faults: bool,
 }

@@ -32,7 +32,7 @@ mod tests;
 
 use crate::geom::{Angle, Bounds, Object, Vec3};
 use crate::mesh::{Model, TriangleMesh};
-use crate::overhang::{BRIDGE_MM, Rule, TOLERATE_MM2};
+use crate::overhang::{BRIDGE_MM, OverhangRule, TOLERATE_MM2};
 pub use machine::{CutMachine, NoHead};
 use measure::{MeasureRules, Measured};
 pub use rules::Against;
@@ -46,7 +46,7 @@ use surface::Surface;
 pub struct CutOptions {
     /// Facets up to this angle from the vertical need no support, whatever layers say.
     pub overhang: Angle,
-    /// Slopes up to this angle are fine in layers; `None`: as lines of that width and layers are ([`Rule::practised`]).
+    /// Slopes up to this angle are fine in layers; `None`: as lines of that width and layers are ([`OverhangRule::practised`]).
     pub steepest: Option<Angle>,
     /// Whether layers may droop.
     pub droops: bool,
@@ -315,8 +315,10 @@ impl Splitter {
             span_mm: options.span_mm,
             bridge_mm: options.bridge_mm,
             table_mm: model.bounds().min.z,
-            layers: Rule {
-                overhang: options.steepest.unwrap_or_else(|| Rule::practised(options.layer_mm, options.line_mm)),
+            layers: OverhangRule {
+                overhang: options
+                    .steepest
+                    .unwrap_or_else(|| OverhangRule::practised(options.layer_mm, options.line_mm)),
                 layer_mm: options.layer_mm,
                 line_mm: options.line_mm,
                 bridge_mm: options.bridge_mm,

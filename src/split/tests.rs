@@ -7,12 +7,13 @@ use super::sweep::{Sweep, Upright};
 use crate::fixtures::{caged, candelabrum, hook, prism, two_boxes, y_tree};
 use crate::geom::{Object, Vec3};
 use crate::mesh::TriangleMesh;
-use crate::overhang::Rule;
+use crate::overhang::OverhangRule;
 
 fn rules() -> MeasureRules {
     let sine = std::f64::consts::FRAC_1_SQRT_2;
     let overhang = crate::geom::Angle::from_deg(45.0);
-    let layers = Rule { overhang, layer_mm: 0.2, line_mm: 0.45, bridge_mm: 8.0, tolerate_mm2: 0.0, droops: true };
+    let layers =
+        OverhangRule { overhang, layer_mm: 0.2, line_mm: 0.45, bridge_mm: 8.0, tolerate_mm2: 0.0, droops: true };
     MeasureRules { sine, layer_mm: 0.2, span_mm: 2.0, bridge_mm: 8.0, table_mm: 0.0, layers, faults: true }
 }
 

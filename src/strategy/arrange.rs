@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 use std::str::FromStr;
 
-use super::error::Error;
+use super::error::StrategyError;
 use crate::assembly::{Change, MOST_SNAP_MM, SNAP_MM, fit, in_rows, join, up_on, upright};
 use crate::geom::{Bounds, Mat3, Object, Rigid, Vec3};
 use crate::input::{BadSetting, LoadedModel, LoadedProfile, ModelSource, process_of, read_quietly, tell};
@@ -17,7 +17,7 @@ use crate::world::{Silent, World};
 
 /// Which way a model stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Standing {
+pub enum PoseChoice {
     /// As it was drawn.
     #[default]
     AsDrawn,
@@ -29,7 +29,7 @@ pub enum Standing {
     On(usize),
 }
 
-impl FromStr for Standing {
+impl FromStr for PoseChoice {
     type Err = &'static str;
 
     /// `auto`, or a direction.
@@ -51,7 +51,7 @@ pub struct Arrangement {
     /// Whether parts that touch or overlap become one solid; gaps then stay.
     pub join: bool,
     /// Which way each model stands.
-    pub standing: Standing,
+    pub standing: PoseChoice,
     /// Copies of the first model.
     pub copies: usize,
     /// More models for the same table, each with its copies.
@@ -64,7 +64,7 @@ pub struct Arrangement {
 
 impl Default for Arrangement {
     fn default() -> Self {
-        let (standing, beside) = (Standing::AsDrawn, Vec::new());
+        let (standing, beside) = (PoseChoice::AsDrawn, Vec::new());
         Self { snap_mm: SNAP_MM, join: false, standing, copies: 1, beside, gap_mm: None, file: None }
     }
 }
@@ -129,7 +129,7 @@ impl Models<'_> {
 }
 
 /// Reads the models, and arranges them where there is something to arrange; warnings are told.
-pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, Error> {
+pub(crate) fn arranged(models: &Models<'_>, world: &World<'_>) -> Result<SetUp, StrategyError> {
     let Models { first, how, machine } = *models;
     how.check()?;
     let read = read_quietly(first, world)?;
@@ -168,7 +168,7 @@ pub(crate) fn made_of(
     read: &LoadedModel,
     changes: Vec<String>,
     file: &str,
-) -> Result<SetUp, Error> {
+) -> Result<SetUp, StrategyError> {
     let bytes = threemf(&parts.iter().map(|(name, mesh)| (name.clone(), mesh)).collect::<Vec<_>>());
     let mut made = LoadedModel::made(file.to_owned(), &bytes)?;
     // The pose and what overlaps are looked at anew.
@@ -183,7 +183,7 @@ impl Arrangement {
         if let Some(mm) = self.gap_mm {
             BadSetting::within("gap", mm, " mm", GAPS_MM)?;
         }
-        if let Standing::Up(up) = self.standing {
+        if let PoseChoice::Up(up) = self.standing {
             BadSetting::direction("up", up)?;
         }
         let all = self.copies + self.beside.iter().map(|(_, copies)| copies).sum::<usize>();
@@ -197,7 +197,7 @@ impl Arrangement {
 
     /// Whether there is one model, as it was drawn.
     pub(crate) fn is_plain(&self) -> bool {
-        self.standing == Standing::AsDrawn && self.copies == 1 && self.beside.is_empty()
+        self.standing == PoseChoice::AsDrawn && self.copies == 1 && self.beside.is_empty()
     }
 }
 
@@ -208,18 +208,19 @@ fn stood(
     machine: &LoadedProfile,
     changes: &mut Vec<String>,
     world: &World<'_>,
-) -> Result<(Model, Option<f64>), Error> {
-    let read = |from: &ModelSource| -> Result<LoadedModel, Error> {
+) -> Result<(Model, Option<f64>), StrategyError> {
+    let read = |from: &ModelSource| -> Result<LoadedModel, StrategyError> {
         let other = read_quietly(from, world)?;
         world.progress.reached(&other);
         Ok(other)
     };
     let others = how.beside.iter().map(|(from, copies)| Ok((read(from)?, *copies)));
-    let others = others.collect::<Result<Vec<_>, Error>>()?;
+    let others = others.collect::<Result<Vec<_>, StrategyError>>()?;
     let all = || std::iter::once((first, how.copies)).chain(others.iter().map(|(model, copies)| (model, *copies)));
-    let turns = all().map(|(model, _)| turn(model, how.standing, machine)).collect::<Result<Vec<_>, Error>>()?;
-    if how.standing != Standing::AsDrawn {
-        let chosen = if how.standing == Standing::Recommended { ", as orient recommends" } else { "" };
+    let turns =
+        all().map(|(model, _)| turn(model, how.standing, machine)).collect::<Result<Vec<_>, StrategyError>>()?;
+    if how.standing != PoseChoice::AsDrawn {
+        let chosen = if how.standing == PoseChoice::Recommended { ", as orient recommends" } else { "" };
         changes.extend(all().zip(&turns).map(|((model, _), turn)| {
             let up = turn.rotation.transpose() * Vec3::z();
             format!("{} stands with ({:.4}, {:.4}, {:.4}) up{chosen}", model.file, up.x + 0.0, up.y + 0.0, up.z + 0.0)
@@ -272,21 +273,25 @@ pub(crate) fn laid_out(
 }
 
 /// How the model is turned.
-fn turn(model: &LoadedModel, standing: Standing, machine: &LoadedProfile) -> Result<Rigid<Object, Object>, Error> {
+fn turn(
+    model: &LoadedModel,
+    standing: PoseChoice,
+    machine: &LoadedProfile,
+) -> Result<Rigid<Object, Object>, StrategyError> {
     let last = model.model.parts.len() - 1;
     let up = match standing {
-        Standing::AsDrawn => return Ok(Rigid::shift(Vec3::zeros())),
-        Standing::Up(up) => Vec3::from(up),
-        Standing::Recommended => {
+        PoseChoice::AsDrawn => return Ok(Rigid::shift(Vec3::zeros())),
+        PoseChoice::Up(up) => Vec3::from(up),
+        PoseChoice::Recommended => {
             let [part] = &model.model.parts[..] else {
                 return Err(BadSetting::SeveralToStand { model: model.file.clone(), parts: last + 1 }.into());
             };
             recommend(&Facets::of(&part.mesh), &process_of(machine), None, None).recommended.up
         }
-        Standing::On(given) if given > last => {
+        PoseChoice::On(given) if given > last => {
             return Err(BadSetting::NoSuchPart { given, last, model: model.file.clone() }.into());
         }
-        Standing::On(part) => {
+        PoseChoice::On(part) => {
             let name = || model.model.parts[part].name.clone();
             up_on(&model.model, part).ok_or_else(|| BadSetting::NoBase { part, name: name() })?
         }

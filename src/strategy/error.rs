@@ -15,7 +15,7 @@ use crate::world::FileError;
 /// Why a model is not planned, cut or set up.
 #[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
 #[strum(serialize_all = "kebab-case", prefix = "strategy/")]
-pub enum Error {
+pub enum StrategyError {
     /// What is read for it.
     #[error(transparent)]
     Input(#[from] InputError),
@@ -57,7 +57,7 @@ pub enum Error {
     NoWay(Box<NoWay>),
 }
 
-impl Error {
+impl StrategyError {
     /// What stands for it in documents, for good, as `plan/no-plan`.
     pub fn code(&self) -> &'static str {
         match self {
@@ -72,29 +72,29 @@ impl Error {
     }
 }
 
-impl From<MeshError> for Error {
+impl From<MeshError> for StrategyError {
     fn from(error: MeshError) -> Self {
         InputError::from(error).into()
     }
 }
 
-impl From<ProfileError> for Error {
+impl From<ProfileError> for StrategyError {
     fn from(error: ProfileError) -> Self {
         InputError::from(error).into()
     }
 }
 
-impl From<FileError> for Error {
+impl From<FileError> for StrategyError {
     fn from(error: FileError) -> Self {
         InputError::from(error).into()
     }
 }
 
-impl From<Error> for Refused {
-    fn from(error: Error) -> Self {
+impl From<StrategyError> for Refused {
+    fn from(error: StrategyError) -> Self {
         match error {
-            Error::NoPlan(no) => Self::NoPlan(no.infeasible),
-            Error::Infeasible(no) => Self::NoPlan(no),
+            StrategyError::NoPlan(no) => Self::NoPlan(no.infeasible),
+            StrategyError::Infeasible(no) => Self::NoPlan(no),
             error => Self::Failed(Arc::new(error)),
         }
     }
@@ -102,6 +102,6 @@ impl From<Error> for Refused {
 
 impl From<InputError> for Refused {
     fn from(error: InputError) -> Self {
-        Error::from(error).into()
+        StrategyError::from(error).into()
     }
 }

@@ -11,7 +11,7 @@ use crate::geom::{Angle, Bounds, Machine, Mat3, Rigid, Slot, Vec3};
 use crate::input::{BadSetting, CheckedPlan};
 use crate::mesh::TriangleMesh;
 use crate::motion::TableKinematics;
-use crate::overhang::{Footing, Ground, Held, Keels, LayerJudge, Relief, Rule};
+use crate::overhang::{Footing, Ground, Keels, LayerJudge, OverhangRule, Relief, SupportLines};
 use crate::planning::{Plan, Print, PrintSupports, PropPlace, Workpiece};
 use crate::profile::{Profile, SliceSettings};
 use crate::section::Sections;
@@ -75,14 +75,14 @@ impl HeldMesh {
     }
 
     /// Where something of the part begins in the air, mm.
-    pub(crate) fn begins_mm(&self, rule: &Rule) -> Vec<f64> {
+    pub(crate) fn begins_mm(&self, rule: &OverhangRule) -> Vec<f64> {
         let mesh = &self.slot.mesh;
         let relief = Relief::of(mesh.vertices().to_vec(), mesh.facets().to_vec());
         relief.in_the_air(&Vec3::z(), |facet| self.lies(facet), &rule.hang())
     }
 
     /// What of the part no slicer is sure to lay, in layers that end at these heights, where it begins in the air at those.
-    pub(crate) fn keels(&self, rule: &Rule, tops: &[f64], begins_mm: &[f64]) -> Keels {
+    pub(crate) fn keels(&self, rule: &OverhangRule, tops: &[f64], begins_mm: &[f64]) -> Keels {
         let middles: Vec<f64> = spans(tops).iter().map(|[low, high]| f64::midpoint(*low, *high)).collect();
         Keels::of(&Sections::of(&self.slot.mesh), &middles, begins_mm, rule)
     }
@@ -177,17 +177,17 @@ impl Laid {
     }
 
     /// As a part's layers lie on them.
-    pub(crate) fn held(&self, supports: &PrintSupports, rule: &Rule) -> Held {
+    pub(crate) fn held(&self, supports: &PrintSupports, rule: &OverhangRule) -> SupportLines {
         let layers = self.layers.iter().map(|layer| (layer.span_mm[1], layer.lines.clone())).collect();
         // Between the diagonals of a cell no place is farther from one than a third of its edge.
         // A line ends at most as far beyond the last one as it may hang free.
         let beside_mm = (supports.step_mm / 2.0).min(rule.free_mm() - rule.line_mm / 2.0);
-        Held { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm, beside_mm }
+        SupportLines { layers, line_mm: rule.line_mm, gap_mm: supports.gap_mm, beside_mm }
     }
 }
 
 /// What says of a part that stands on the table, and begins in the air at such heights, what would be laid on nothing.
-pub(crate) fn judge(held: &HeldMesh, rule: &Rule, begins_mm: &[f64]) -> LayerJudge {
+pub(crate) fn judge(held: &HeldMesh, rule: &OverhangRule, begins_mm: &[f64]) -> LayerJudge {
     let mesh = &held.slot.mesh;
     let lies = |facet: usize| held.lies(facet);
     let own = (0..mesh.facets().len()).filter(|&f| lies(f)).map(|f| mesh.corners(f)).collect();
@@ -199,8 +199,8 @@ pub(crate) fn judge(held: &HeldMesh, rule: &Rule, begins_mm: &[f64]) -> LayerJud
 }
 
 /// The rule of a part with supports, where what droops counts; what these are laid to depends on no more of it.
-fn rule(supports: &PrintSupports, process: &SliceSettings) -> Rule {
-    Rule {
+fn rule(supports: &PrintSupports, process: &SliceSettings) -> OverhangRule {
+    OverhangRule {
         overhang: Angle::from_deg(supports.overhang_deg),
         layer_mm: process.layer_height_mm,
         line_mm: process.line_width_mm,

@@ -6,7 +6,7 @@
 use std::cell::OnceCell;
 
 use super::arrange::{Laid, SetUp, laid_out, made_of};
-use super::error::Error;
+use super::error::StrategyError;
 use super::plan::{Along, PlanOptions, planned_along};
 use super::solids::{copied, groups};
 use super::turning::Poses;
@@ -14,7 +14,7 @@ use crate::assembly::upright;
 use crate::geom::{Bounds, Object, Rigid, Vec3};
 use crate::input::{LoadedModel, LoadedProfile};
 use crate::mesh::{Model, Part, TriangleMesh};
-use crate::section::polygons::{Point, Region, and, or, units, wound};
+use crate::section::polygons::{GridPoint, Region, and, or, units, wound};
 use crate::spelling::{counted, part_named};
 use crate::world::World;
 
@@ -69,7 +69,7 @@ impl Cluster {
 
     /// What is below a closed surface is below what of it looks up.
     fn shadow(&self, model: &Model) -> &Region {
-        let point = |p: Vec3| Point::new(units(p.x), units(p.y));
+        let point = |p: Vec3| GridPoint::new(units(p.x), units(p.y));
         let looks_up = |part: usize| {
             let mesh = &model.parts[part].mesh;
             let facets = 0..mesh.facets().len();
@@ -89,7 +89,7 @@ pub(super) fn spread(
     clusters: &[Cluster],
     ups: &[Option<Vec3>],
     (machine, file): (&LoadedProfile, &str),
-) -> Result<SetUp, Error> {
+) -> Result<SetUp, StrategyError> {
     let model = &set.model.model;
     let parts: Vec<Vec<Part>> =
         clusters.iter().map(|cluster| cluster.parts.iter().map(|&part| model.parts[part].clone()).collect()).collect();

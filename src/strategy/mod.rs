@@ -36,10 +36,10 @@ mod uncut;
 mod ways;
 
 pub use allowed::WaysOut;
-pub use arrange::{ArrangedModel, Arrangement, Standing};
+pub use arrange::{ArrangedModel, Arrangement, PoseChoice};
 pub(crate) use arrange::{Models, SetUp, arranged, head_reach_mm};
 pub use cutting::{CutModel, Cutting};
-pub use error::Error;
+pub use error::StrategyError;
 pub use form::SupportForm;
 pub use no_plan::{Hindrance, NoPlan};
 pub use plan::{

@@ -1,7 +1,7 @@
 //! What would help where there is no way to print a model as it was asked for: each is tried before it is named. Directions are of the file's frame.
 
 use super::arrange::{Models, SetUp};
-use super::error::Error;
+use super::error::StrategyError;
 use super::plan::{Along, PlanOptions, planned, planned_along};
 use super::price::Way;
 use super::turning::{Poses, turned};
@@ -25,13 +25,13 @@ fn others<'a>(than: &'a LoadedProfile) -> impl Iterator<Item = &'static str> + '
 }
 
 /// That the model fits on the table of another machine, where it does.
-pub(super) fn with_room(no: Misplaced, model: &Model, than: &LoadedProfile, world: &World<'_>) -> Error {
+pub(super) fn with_room(no: Misplaced, model: &Model, than: &LoadedProfile, world: &World<'_>) -> StrategyError {
     let fits = |name: &&str| {
         let machine = load_profile(&MachineSource::Shipped((*name).to_owned()), world);
         machine.is_ok_and(|machine| centred(model, &machine.profile).is_ok())
     };
     match others(than).find(fits) {
-        Some(machine) => Error::RoomElsewhere { source: no, machine },
+        Some(machine) => StrategyError::RoomElsewhere { source: no, machine },
         None => no.into(),
     }
 }

@@ -1,7 +1,7 @@
 //! One solid cut by planes and planned; and several on one table, without a plan: what has one by itself stays as it is, each other solid is
 //! cut, copies once.
 
-use super::error::Error;
+use super::error::StrategyError;
 use super::plan::{Along, PlanOptions, PlanResult, planned, planned_along};
 use super::refused::Refused;
 use super::split::{SplitOptions, SplitResult, cut_up};
@@ -138,7 +138,7 @@ fn whole(
 ) -> Result<Option<Vec<Vec3>>, Refused> {
     match planned(parts.clone(), machine.clone(), options, world) {
         Ok(plan) => Ok(Some(directions(&plan.plan))),
-        Err(Error::NoPlan(_)) => Ok(None),
+        Err(StrategyError::NoPlan(_)) => Ok(None),
         Err(error) => Err(error.into()),
     }
 }
@@ -259,7 +259,7 @@ pub(super) fn in_parts(
         tries: options.budget,
         ..SplitOptions::default()
     };
-    let spanned = spanning(machine.clone(), options.bridge_mm).map_err(Error::from)?;
+    let spanned = spanning(machine.clone(), options.bridge_mm).map_err(StrategyError::from)?;
     let split = cut_up(solid, &spanned, &cuts, world)?;
     if let Some(why) = split.why_not() {
         return Err(Refused::Uncut(why));
@@ -271,7 +271,7 @@ pub(super) fn in_parts(
     // The cuts' own directions have a plan, and are few; a search over all that the parts offer may take a hundred times as long.
     let ups = split.split.ups();
     let plan = match planned_along(Along::These(&ups), parts.clone(), machine.clone(), &plain, world) {
-        Err(Error::NoPlan(_)) => planned(parts, machine.clone(), &plain, world),
+        Err(StrategyError::NoPlan(_)) => planned(parts, machine.clone(), &plain, world),
         found => found,
     };
     Ok((plan?, split, bytes))

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::arrange::{Arrangement, Models, Standing, arranged};
-use super::error::Error;
+use super::arrange::{Arrangement, Models, PoseChoice, arranged};
+use super::error::StrategyError;
 use super::plan::{CAREFUL_DEG, Finish, PlanOptions};
 use super::uncut::Uncut;
 use crate::geom::{Angle, Bounds, Vec3};
@@ -27,7 +27,7 @@ pub struct SplitRequest {
     /// The machine.
     pub machine: MachineSource,
     /// Which way the solid stands before it is cut.
-    pub standing: Standing,
+    pub standing: PoseChoice,
     /// How.
     pub options: SplitOptions,
 }
@@ -173,13 +173,13 @@ impl SplitResult {
 ///
 /// # Errors
 ///
-/// [`Error::NotOneSolid`], [`Error::Setting`], [`Error::Misplaced`], and what reading model and machine may say. That cutting
+/// [`StrategyError::NotOneSolid`], [`StrategyError::Setting`], [`StrategyError::Misplaced`], and what reading model and machine may say. That cutting
 /// does not help is a result.
-pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, Error> {
+pub fn split(request: &SplitRequest, world: &World<'_>) -> Result<SplitResult, StrategyError> {
     let options = &request.options;
     check(options)?;
     let machine = spanning(load_profile(&request.machine, world)?, options.bridge_mm)?;
-    if request.standing == Standing::AsDrawn {
+    if request.standing == PoseChoice::AsDrawn {
         return cut_up(load_aloud(&request.model, world)?, &machine, options, world);
     }
     if !options.no_cut.is_empty() {
@@ -197,11 +197,11 @@ pub(super) fn cut_up(
     machine: &LoadedProfile,
     options: &SplitOptions,
     world: &World<'_>,
-) -> Result<SplitResult, Error> {
+) -> Result<SplitResult, StrategyError> {
     check(options)?;
     let start = world.clock.now();
     let [part] = &model.model.parts[..] else {
-        return Err(Error::NotOneSolid { file: model.file, parts: model.model.parts.len() });
+        return Err(StrategyError::NotOneSolid { file: model.file, parts: model.model.parts.len() });
     };
     let placement = centred(&model.model, &machine.profile)?;
     let process = &machine.profile.process;

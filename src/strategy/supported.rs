@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::below::{Below, stand_alone};
-use super::error::Error;
+use super::error::StrategyError;
 use super::form::{PROP_STEPS_MM, STEPS_MM};
 use super::holding::{HeldMesh, Laid, even_tops, judge, support_solids};
 use super::plan::{Along, Finish, PlanOptions, PlanResult, planned_along};
@@ -13,11 +13,11 @@ use super::solids::groups;
 use crate::gcode::round_to;
 use crate::geom::{Angle, Vec3};
 use crate::input::{CheckedPlan, LoadedModel, LoadedProfile};
-use crate::overhang::{Held, Judged, LayerJudge, Patch, Place, Rule};
+use crate::overhang::{HangingBox, Judged, LayerJudge, OverhangRule, Patch, SupportLines};
 use crate::planning::balance::{Foot, standing};
-use crate::planning::{Plan, Print, PrintSupports, PropPlace, Slot, SupportRoof};
+use crate::planning::{Plan, Print, PrintSupports, PropPlace, SupportRoof, TimeSlot};
 use crate::profile::Profile;
-use crate::section::{Point, Segment, Segments, march};
+use crate::section::{PlanePoint, Segment, Segments, march};
 use crate::spelling::part_named;
 use crate::support::Cuts;
 use crate::world::World;
@@ -134,8 +134,8 @@ pub(super) fn on_supports(
     let carried = PlanOptions { remedies: false, allow, plans: 1, ..options.clone() };
     let upright = [Vec3::z()];
     let along = if touching { Along::Upright(bases) } else { Along::These(&upright) };
-    let words = |error: Error| match error {
-        Error::NoPlan(no) if touching => Refused::Touching(no.infeasible),
+    let words = |error: StrategyError| match error {
+        StrategyError::NoPlan(no) if touching => Refused::Touching(no.infeasible),
         error => error.into(),
     };
     let mut plan = planned_along(along, model.clone(), machine.clone(), &carried, world).map_err(words)?;
@@ -186,9 +186,9 @@ impl Attempt {
         let process = &plan.machine.profile.process;
         let mesh = HeldMesh::of(&plan.plan, &plan.workpiece(), &plan.machine.profile.kinematics(), print);
         let (layer_mm, line_mm) = (process.layer_height_mm, process.line_width_mm);
-        let overhang = options.overhang_deg.map_or_else(|| Rule::practised(layer_mm, line_mm), Angle::from_deg);
+        let overhang = options.overhang_deg.map_or_else(|| OverhangRule::practised(layer_mm, line_mm), Angle::from_deg);
         let (bridge_mm, droops) = (process.bridge_mm, options.finish == Finish::Practised);
-        let rule = Rule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2: options.tolerate_mm2, droops };
+        let rule = OverhangRule { overhang, layer_mm, line_mm, bridge_mm, tolerate_mm2: options.tolerate_mm2, droops };
         let gap_mm = GAP_LAYERS * process.layer_height_mm;
         let form = &options.form;
         let pitch_mm = form.roof_pitch_mm.unwrap_or(ROOF_WIDTHS * process.line_width_mm);
@@ -209,7 +209,7 @@ impl Attempt {
         };
         let begins_mm = mesh.begins_mm(&rule);
         let judge = judge(&mesh, &rule, &begins_mm);
-        let Judged { hangs: bare, places, .. } = judge.judged(&Held::default());
+        let Judged { hangs: bare, places, .. } = judge.judged(&SupportLines::default());
         let allowed = options.allow.iter().find(|(part, _)| *part == print.part).map(|(_, area)| *area);
         let carried = allowed.is_some_and(|area| area.is_none_or(|mm2| area_of(&bare) <= mm2));
         if bare.is_empty() || carried {
@@ -217,7 +217,7 @@ impl Attempt {
         }
         let places = match holding {
             Holding::Usual => places,
-            Holding::Firm => judge.judged_strictly(&Held::default()).places,
+            Holding::Firm => judge.judged_strictly(&SupportLines::default()).places,
         };
         let bare = Hanging { contact_mm2: area_of(&bare), places };
         // Whoever wants a roof has one below what columns hold.
@@ -287,7 +287,7 @@ impl Attempt {
         plan: &CheckedPlan,
         print: &Print,
         ((mesh, cuts), supports, columns, bare): ((&HeldMesh, &Cuts), &PrintSupports, &Laid, &Hanging),
-        (judge, rule): (&LayerJudge, &Rule),
+        (judge, rule): (&LayerJudge, &OverhangRule),
     ) -> Result<Self, Refused> {
         let process = &plan.machine.profile.process;
         let (mut supports, mut laid) = (supports.clone(), columns.clone());
@@ -296,7 +296,7 @@ impl Attempt {
         // What hangs in spite of them, as long as they are the same.
         let mut left: Option<Judged> = None;
         for round in 0..ROUNDS {
-            let asked = |left: &Judged, counts: &dyn Fn(&Place) -> bool| -> Vec<PropPlace> {
+            let asked = |left: &Judged, counts: &dyn Fn(&HangingBox) -> bool| -> Vec<PropPlace> {
                 let all = left.places.iter().filter(|place| counts(place));
                 let all = all.map(|place| prop_place(place, process.layer_height_mm, round > 0));
                 all.filter(|one| !supports.props.contains(one)).collect()
@@ -346,7 +346,7 @@ impl Attempt {
     }
 
     /// Ends of the lines of their lowest layer, table frame.
-    fn feet(&self, profile: &Profile, print: &Print) -> impl Iterator<Item = Point> {
+    fn feet(&self, profile: &Profile, print: &Print) -> impl Iterator<Item = PlanePoint> {
         let motion = profile.kinematics().forward(print.pose(&profile.kinematics())).inverse();
         let ends = self.laid.layers.first().into_iter().flat_map(|layer| layer.lines.iter().flatten());
         ends.map(move |p| {
@@ -374,13 +374,13 @@ impl Attempt {
     }
 
     /// Whether a line of them comes nearer than `room_mm` to what `distance` tells of, seen from above.
-    fn comes_near(&self, distance: impl Fn(Point) -> f64 + Copy, room_mm: f64) -> bool {
+    fn comes_near(&self, distance: impl Fn(PlanePoint) -> f64 + Copy, room_mm: f64) -> bool {
         self.lines().any(|line| march(line, |p| distance(p) - room_mm).any(|(_, room)| room < 0.0))
     }
 
     /// Their lines, machine frame, seen from above.
     fn lines(&self) -> impl Iterator<Item = Segment> {
-        let at = |p: &Point| [p[0] + self.to_machine.x, p[1] + self.to_machine.y];
+        let at = |p: &PlanePoint| [p[0] + self.to_machine.x, p[1] + self.to_machine.y];
         self.laid.layers.iter().flat_map(|layer| &layer.lines).map(move |[a, b]| [at(a), at(b)])
     }
 }
@@ -393,12 +393,12 @@ fn free_beyond_mm(supports: &PrintSupports, laid: &Laid) -> f64 {
 /// What of a part hangs without supports.
 struct Hanging {
     contact_mm2: f64,
-    places: Vec<Place>,
+    places: Vec<HangingBox>,
 }
 
 impl Hanging {
     /// Whether something hangs about a place.
-    fn is_about(&self, place: &Place) -> bool {
+    fn is_about(&self, place: &HangingBox) -> bool {
         self.places.iter().any(|own| {
             let [low, high] = own.within_mm;
             let within =
@@ -409,7 +409,7 @@ impl Hanging {
 }
 
 /// The box of a place in whole digits, and no smaller than it is.
-fn prop_place(place: &Place, layer_mm: f64, middle: bool) -> PropPlace {
+fn prop_place(place: &HangingBox, layer_mm: f64, middle: bool) -> PropPlace {
     let digits = |v: f64, to: fn(f64) -> f64| to(v / PLACE_MM) * PLACE_MM;
     let [low, high] = place.within_mm;
     let under_mm = (place.under_mm / layer_mm).round() * layer_mm;
@@ -430,7 +430,7 @@ fn mixed(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), Refused> {
     let room_mm = 2.0 * plan.machine.profile.process.line_width_mm;
     for (place, one) in held.iter().enumerate() {
         let there = Segments::new(one.lines().collect());
-        let distance = |p: Point| there.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
+        let distance = |p: PlanePoint| there.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
         if let Some(other) = held[place + 1..].iter().find(|other| other.comes_near(distance, room_mm)) {
             return Err(Refused::Meet { part: name(one.part), other: name(other.part) });
         }
@@ -442,7 +442,7 @@ fn mixed(plan: &CheckedPlan, held: &[Attempt]) -> Result<(), Refused> {
 fn taken(held: &[Attempt], plan: &mut PlanResult) -> Vec<HeldPart> {
     let of_part =
         |part: usize| held.iter().find(|attempt| attempt.part == part).map(|attempt| attempt.supports.clone());
-    let hold = |slots: &mut Vec<Slot>| {
+    let hold = |slots: &mut Vec<TimeSlot>| {
         slots.iter_mut().flat_map(|slot| &mut slot.prints).for_each(|print| print.supports = of_part(print.part));
     };
     hold(&mut plan.plan.plan.slots);

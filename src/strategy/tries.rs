@@ -5,7 +5,7 @@ use super::allowed::WaysOut;
 use super::arrange::{Arrangement, Models, SetUp, arranged};
 use super::costs::{self, as_planned};
 use super::cutting::{CutModel, Cutting, in_pieces};
-use super::error::Error;
+use super::error::StrategyError;
 use super::loose::{Cluster, each_by_itself, spread};
 use super::plan::{Along, PlanOptions, PlanRequest, PlanResult, Supporting, planned, planned_along};
 use super::price::{Terms, WISH, Way, Weights};
@@ -27,9 +27,9 @@ use crate::world::{Silent, World};
 ///
 /// # Errors
 ///
-/// [`Error::NoPlan`] with reasons and remedies; [`Error::Infeasible`], [`Error::Misplaced`] and [`Error::RoomElsewhere`] for a model that cannot be
-/// planned at all; [`Error::Setting`]; what reading model and machine may say.
-pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, Error> {
+/// [`StrategyError::NoPlan`] with reasons and remedies; [`StrategyError::Infeasible`], [`StrategyError::Misplaced`] and [`StrategyError::RoomElsewhere`] for a model that cannot be
+/// planned at all; [`StrategyError::Setting`]; what reading model and machine may say.
+pub fn plan(request: &PlanRequest, world: &World<'_>) -> Result<PlanResult, StrategyError> {
     let machine = load_profile(&request.machine, world)?;
     let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
     let ways = WaysOut { supporting: request.supporting, ..WaysOut::NONE };
@@ -79,14 +79,14 @@ impl PlannedSomehow {
 ///
 /// # Errors
 ///
-/// What [`plan`](super::plan()) says of the models as they are, with why the other ways do not help; [`Error::NoWay`] where they are
+/// What [`plan`](super::plan()) says of the models as they are, with why the other ways do not help; [`StrategyError::NoWay`] where they are
 /// not to be printed as they are.
 pub(crate) fn planned_somehow(
     models: &Models<'_>,
     set: SetUp,
     (options, ways): (&PlanOptions, &WaysOut),
     world: &World<'_>,
-) -> Result<PlannedSomehow, Error> {
+) -> Result<PlannedSomehow, StrategyError> {
     let mut sets = vec![set];
     sets.extend(models.wider(&sets[0], world));
     let clusters = if models.how.is_plain() { Cluster::standing(&sets[0].model.model) } else { Vec::new() };
@@ -119,8 +119,8 @@ pub(crate) fn planned_somehow(
                 tries.with_their_gaps();
             }
             // What does not fit as it was drawn may fit otherwise.
-            Err(Error::Infeasible(no)) if tries.allowed(Way::Turned) => why = Refused::NoPlan(no),
-            Err(error @ Error::Misplaced(_)) if tries.may_be_moved() || tries.allowed(Way::Turned) => {
+            Err(StrategyError::Infeasible(no)) if tries.allowed(Way::Turned) => why = Refused::NoPlan(no),
+            Err(error @ StrategyError::Misplaced(_)) if tries.may_be_moved() || tries.allowed(Way::Turned) => {
                 why = error.into();
                 tries.misplaced = true;
                 tries.moved_apart();
@@ -258,7 +258,7 @@ impl Tries<'_> {
     }
 
     /// The plan with the least room that does, or why there is none with the least.
-    fn as_they_are(&mut self) -> Result<Result<PlanResult, Refused>, Error> {
+    fn as_they_are(&mut self) -> Result<Result<PlanResult, Refused>, StrategyError> {
         let quiet = PlanOptions { remedies: false, ..self.options.clone() };
         let hushed = PlanOptions { explain: false, ..quiet.clone() };
         let loose = self.sets[0].model.model.interfaces.is_empty() && quiet.leaves_directions();
@@ -266,7 +266,7 @@ impl Tries<'_> {
             let (model, machine) = (set.model.clone(), self.models.machine.clone());
             match planned_along(along, model, machine, options, self.world) {
                 Ok(plan) => Ok(Ok(plan.of_arranged(set.arranged.clone()))),
-                Err(Error::NoPlan(no)) => Ok(Err(Refused::NoPlan(no.infeasible))),
+                Err(StrategyError::NoPlan(no)) => Ok(Err(Refused::NoPlan(no.infeasible))),
                 Err(error) => Err(error),
             }
         };
@@ -505,7 +505,7 @@ impl Tries<'_> {
     }
 
     /// The cheapest of what was found, else why there is nothing.
-    fn cheapest(mut self) -> Result<PlannedSomehow, Error> {
+    fn cheapest(mut self) -> Result<PlannedSomehow, StrategyError> {
         if self.found.is_empty() {
             return self.explained();
         }
@@ -514,9 +514,9 @@ impl Tries<'_> {
     }
 
     /// As drawn with the least room once more, with what would help; and why the other ways do not.
-    fn explained(mut self) -> Result<PlannedSomehow, Error> {
+    fn explained(mut self) -> Result<PlannedSomehow, StrategyError> {
         if !self.ways.allow(Way::AsDrawn) {
-            return Err(Error::NoWay(Box::new(NoWay { only: self.ways.only, ways: self.tried })));
+            return Err(StrategyError::NoWay(Box::new(NoWay { only: self.ways.only, ways: self.tried })));
         }
         let turned = may_turn(self.models, &self.sets[0]) && !self.ways.allow(Way::Turned);
         let SetUp { model, arranged, .. } = self.sets.swap_remove(0);
@@ -525,7 +525,7 @@ impl Tries<'_> {
         let [cut, held] = [Way::Cut, Way::Supports].map(why_not);
         let misplaced = model.model.clone();
         match planned(model, self.models.machine.clone(), self.options, self.world) {
-            Err(Error::NoPlan(mut no)) => {
+            Err(StrategyError::NoPlan(mut no)) => {
                 // Where all that stands in the way is support, no machine helps.
                 let (reasons, least) = no.reasons();
                 let machine = !(least && reasons.iter().all(|reason| reason.blocked_by == "support"));
@@ -541,9 +541,9 @@ impl Tries<'_> {
                     remedies.extend(machine.then(other).flatten());
                 }
                 (no.cut, no.held, no.ways) = (cut, held, self.tried);
-                Err(Error::NoPlan(no))
+                Err(StrategyError::NoPlan(no))
             }
-            Err(Error::Misplaced(no)) => Err(with_room(no, &misplaced, self.models.machine, self.world)),
+            Err(StrategyError::Misplaced(no)) => Err(with_room(no, &misplaced, self.models.machine, self.world)),
             done => {
                 let mut plan = done?.of_arranged(arranged);
                 let way = TriedWay::priced(Way::AsDrawn, None, as_planned(&plan), &self.weights);

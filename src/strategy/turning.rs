@@ -1,7 +1,7 @@
 //! Poses in which a model may stand otherwise than it was drawn: what `orient` measured, by its price.
 
-use super::arrange::{Arrangement, Models, SetUp, Standing, arranged};
-use super::error::Error;
+use super::arrange::{Arrangement, Models, PoseChoice, SetUp, arranged};
+use super::error::StrategyError;
 use super::price::WISH;
 use crate::geom::Object;
 use crate::input::{LoadedProfile, process_of};
@@ -27,7 +27,7 @@ pub(super) struct Poses {
 /// Whether a model may be turned: one solid, with its copies, of which nobody said how it is to stand.
 pub(super) fn may_turn(models: &Models<'_>, set: &SetUp) -> bool {
     let Arrangement { standing, copies, beside, .. } = models.how;
-    *standing == Standing::AsDrawn && beside.is_empty() && set.model.model.parts.len() == *copies
+    *standing == PoseChoice::AsDrawn && beside.is_empty() && set.model.model.parts.len() == *copies
 }
 
 impl Poses {
@@ -63,7 +63,7 @@ impl Poses {
 /// # Errors
 ///
 /// As [`arranged`].
-pub(super) fn turned(models: &Models<'_>, up: [f64; 3], world: &World<'_>) -> Result<SetUp, Error> {
-    let how = Arrangement { standing: Standing::Up(up), ..models.how.clone() };
+pub(super) fn turned(models: &Models<'_>, up: [f64; 3], world: &World<'_>) -> Result<SetUp, StrategyError> {
+    let how = Arrangement { standing: PoseChoice::Up(up), ..models.how.clone() };
     arranged(&Models { how: &how, ..*models }, &World { progress: &Silent, ..*world })
 }

@@ -5,7 +5,7 @@
 //! place to the last, with no more than [`FARTHEST_STEPS`] between two of them.
 
 use super::spans::{Line, SHORTEST_WIDTHS, where_above};
-use crate::section::{Point, Segments};
+use crate::section::{PlanePoint, Segments};
 
 /// How a roof is laid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +39,7 @@ pub(super) struct Under<'a> {
 
 impl Roof {
     /// A layer's lines; `room` says how far a place is from where no roof is wanted or possible, below 0 there.
-    pub(super) fn lines(&self, under: &Under<'_>, room: &dyn Fn(Point) -> f64) -> Vec<Line> {
+    pub(super) fn lines(&self, under: &Under<'_>, room: &dyn Fn(PlanePoint) -> f64) -> Vec<Line> {
         let ends = under.cells.iter().flat_map(|[_, y]| *y);
         let [low, high] = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], y| [low.min(y), high.max(y)]);
         let [first, last] = [low, high].map(|y| (y / self.pitch_mm).floor());
@@ -53,7 +53,7 @@ impl Roof {
 
 impl Under<'_> {
     /// The lines of one row.
-    fn row(&self, y: f64, room: &dyn Fn(Point) -> f64) -> Vec<Line> {
+    fn row(&self, y: f64, room: &dyn Fn(PlanePoint) -> f64) -> Vec<Line> {
         let mut ways: Vec<[f64; 2]> =
             self.cells.iter().filter(|[_, [low, high]]| (*low..*high).contains(&y)).map(|[x, _]| *x).collect();
         ways.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -76,7 +76,7 @@ impl Under<'_> {
 
     /// What of a free span rests on the layer below.
     fn resting(&self, [low, high]: [f64; 2], y: f64) -> Vec<[f64; 2]> {
-        let on = |p: Point| {
+        let on = |p: PlanePoint| {
             let nearest = self.below.nearest(p, FAR_MM, None).map_or(FAR_MM, |nearest| nearest.distance);
             ON * self.line_mm - nearest
         };

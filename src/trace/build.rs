@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::interpreter::{Action, Interpreter, TimedMove};
-use super::{Clock, Event, Setting, State, Trace, What, Zone, flag, units};
+use super::{Event, MotionClock, State, Trace, TraceSetting, What, Zone, flag, units};
 use crate::gcode::marks::{Hint, Mark, Role, hint, mark};
 use crate::gcode::meaning::{Effect, Hazard, Heater};
 use crate::gcode::{LineKind, ParsedLine, lines};
@@ -12,9 +12,9 @@ use crate::motion::replay::{Move, Position};
 /// The program in `bytes`, as the machine of `setting` would carry it out.
 ///
 /// Never fails: what has no safe meaning is a [`What::Refused`], and the moves behind it begin where the last one ended.
-pub fn read(bytes: &[u8], setting: &Setting) -> Trace {
+pub fn read(bytes: &[u8], setting: &TraceSetting) -> Trace {
     let mut builder = Builder::new(setting, bytes.len());
-    let (mut parsed, mut clock) = (ParsedLine::default(), Clock::new(&setting.accelerations));
+    let (mut parsed, mut clock) = (ParsedLine::default(), MotionClock::new(&setting.accelerations));
     for line in lines(bytes) {
         builder.line = line.number;
         if let Err(error) = parsed.read(line.bytes) {
@@ -63,7 +63,7 @@ struct Builder {
 }
 
 impl Builder {
-    fn new(setting: &Setting, bytes: usize) -> Self {
+    fn new(setting: &TraceSetting, bytes: usize) -> Self {
         let state = State { tilt: None, rotation: None, print: None, slot: None, zone: Zone::Start, nozzle_c: 0.0 };
         let mut trace = Trace { states: vec![state], ..Trace::default() };
         // A line of a print has some thirty bytes.

@@ -12,12 +12,12 @@ use crate::motion::{Accelerations, Axes};
 /// are gone round, and a firmware's queue of moves is looked ahead. No heating, no homing, no person.
 ///
 /// Axes that are not known do not move; an arc goes along its chords.
-pub struct Clock {
+pub struct MotionClock {
     ahead: LookAhead,
     now: Duration,
 }
 
-impl Clock {
+impl MotionClock {
     /// At the beginning of a program.
     pub fn new(accelerations: &Accelerations) -> Self {
         let mut ahead = LookAhead::new(*accelerations, [0.0; 6]);

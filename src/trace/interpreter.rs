@@ -6,7 +6,7 @@
 //! Units: mm, seconds, degrees Celsius.
 
 use super::rates::{Feed, RateExtent, TooFast};
-use super::{Rates, Setting};
+use super::{Rates, TraceSetting};
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Firmware, Hazard, Heater, TipAcceleration};
 use crate::geom::Vec3;
@@ -48,7 +48,7 @@ pub enum Action {
 pub struct TimedMove {
     /// The move.
     pub made: Move,
-    /// At constant speed: accelerations are the [`Clock`](super::Clock)'s.
+    /// At constant speed: accelerations are the [`Clock`](super::MotionClock)'s.
     pub seconds: f64,
     /// What X and Y are accelerated by, mm/s², where the program has said so (M204).
     pub acceleration: Option<f64>,
@@ -62,7 +62,7 @@ pub struct TimedMove {
 
 impl Interpreter {
     /// A machine just switched on: position unknown, heaters off.
-    pub fn new(setting: &Setting) -> Self {
+    pub fn new(setting: &TraceSetting) -> Self {
         let controller = Controller::new(setting.reading.clone());
         let (firmware, rates) = (setting.reading.firmware, setting.rates.clone());
         Self { controller, firmware, rates, targets: Targets::default(), acceleration: TipAcceleration::default() }

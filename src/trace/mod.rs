@@ -12,7 +12,7 @@
 //! Units: mm, mm/min, seconds, degrees Celsius. Columns rather than records: 39 bytes a move, and a reader that looks at
 //! heights alone reads heights alone.
 //!
-//! This room must not know profiles (they build its [`Setting`]), plans or rules.
+//! This room must not know profiles (they build its [`TraceSetting`]), plans or rules.
 
 mod build;
 mod clock;
@@ -23,7 +23,7 @@ mod tests;
 mod totals;
 
 pub use build::read;
-pub use clock::Clock;
+pub use clock::MotionClock;
 pub use interpreter::{Action, Interpreter, Targets, TimedMove};
 pub use rates::{FeedCount, Rates, TooFast};
 pub use totals::totals;
@@ -38,7 +38,7 @@ use crate::motion::{Accelerations, Pose};
 
 /// How a machine's files are read.
 #[derive(Clone, Debug)]
-pub struct Setting {
+pub struct TraceSetting {
     /// The words.
     pub reading: Reading,
     /// What F means, and the axes' fastest.
@@ -151,13 +151,13 @@ pub struct Trace {
     pub events: Vec<Event>,
     /// Lines in the file.
     pub lines: u32,
-    /// Time of all moves, with accelerations, and waits (G4), s; see [`Clock`].
+    /// Time of all moves, with accelerations, and waits (G4), s; see [`MotionClock`].
     pub seconds: f64,
 }
 
 /// One move, taken out of the columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Move {
+pub struct TraceMove {
     /// Its place in the trace.
     pub index: usize,
     /// In the file, from 1.
@@ -182,7 +182,7 @@ pub struct Move {
     state: u32,
 }
 
-impl Move {
+impl TraceMove {
     /// Both ends, where all is known.
     pub fn ends(&self) -> Option<[Vec3; 2]> {
         let point = |p: [Option<f64>; 3]| Some(Vec3::new(p[0]?, p[1]?, p[2]?));
@@ -246,7 +246,7 @@ impl Trace {
     /// # Panics
     ///
     /// Panics where `index` is not below [`Trace::len`].
-    pub fn at(&self, index: usize) -> Move {
+    pub fn at(&self, index: usize) -> TraceMove {
         let flags = self.flags[index];
         let known = |v: i32| (v != UNKNOWN).then(|| f64::from(v) / UNITS_PER_MM);
         let from = [0, 1, 2].map(|i| {
@@ -254,7 +254,7 @@ impl Trace {
             if unknown { None } else { known(self.to[usize::from(i)][index - 1]) }
         });
         let stated = |um: u16| (um > 0).then(|| f64::from(um) / 1000.0);
-        Move {
+        TraceMove {
             index,
             line: self.line[index],
             from,
@@ -271,28 +271,28 @@ impl Trace {
     }
 
     /// All moves, in order.
-    pub fn moves(&self) -> impl ExactSizeIterator<Item = Move> + '_ {
+    pub fn moves(&self) -> impl ExactSizeIterator<Item = TraceMove> + '_ {
         (0..self.len()).map(|index| self.at(index))
     }
 
     /// The state in which a move ends.
-    pub fn state(&self, of: &Move) -> &State {
+    pub fn state(&self, of: &TraceMove) -> &State {
         &self.states[of.state as usize]
     }
 
     /// The state in which a move begins, its pose above all.
-    pub fn state_before(&self, of: &Move) -> &State {
+    pub fn state_before(&self, of: &TraceMove) -> &State {
         if of.index == 0 { &self.states[0] } else { &self.states[self.state[of.index - 1] as usize] }
     }
 
     /// Whether the table turns during a move.
-    pub fn turns(&self, of: &Move) -> bool {
+    pub fn turns(&self, of: &TraceMove) -> bool {
         of.wrote_rotary() && self.has_new_pose(of)
     }
 
     /// Whether a move is made at another pose than the one before it: it turns, or the pose was declared (`G92 A0 C0`) or
     /// forgotten (M84) between them.
-    pub fn has_new_pose(&self, of: &Move) -> bool {
+    pub fn has_new_pose(&self, of: &TraceMove) -> bool {
         let (from, to) = (self.state_before(of), self.state(of));
         (from.tilt, from.rotation) != (to.tilt, to.rotation)
     }

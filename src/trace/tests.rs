@@ -1,6 +1,6 @@
 //! What a program does, by hand.
 
-use super::{FeedCount, Rates, Setting, What, Zone, read};
+use super::{FeedCount, Rates, TraceSetting, What, Zone, read};
 use crate::gcode::marks::{Mark, Role};
 use crate::gcode::meaning::{Effect, Hazard};
 use crate::geom::Angle;
@@ -8,10 +8,10 @@ use crate::motion::lookahead::AT_ONCE;
 use crate::motion::replay::Reading;
 use crate::motion::{Accelerations, AxisRange};
 
-fn setting() -> Setting {
+fn setting() -> TraceSetting {
     let axes = [('A', 20.0), ('C', 30.0)];
     let rates = Rates { feed: FeedCount::Linear, max_feed: 12_000.0, rapid_is_free: false, axes };
-    Setting { reading: Reading::sliced(), rates, accelerations: AT_ONCE }
+    TraceSetting { reading: Reading::sliced(), rates, accelerations: AT_ONCE }
 }
 
 fn trace(text: &str) -> super::Trace {
@@ -100,7 +100,7 @@ fn the_clock_knows_accelerations_corners_and_stops() {
     let axis = |letter| AxisRange { letter, direction: 1.0, zero: Angle::ZERO, range: None, max_rate: 1.0 };
     let reading = Reading { rotary: Some((axis(b'A'), axis(b'C'))), ..Reading::sliced() };
     let seconds = |text: &str| {
-        let setting = Setting { reading: reading.clone(), accelerations, ..setting() };
+        let setting = TraceSetting { reading: reading.clone(), accelerations, ..setting() };
         let text = format!("M83\nG1 X0 Y0 Z0 A0 C0 F3000\n{text}");
         let (read, totals) =
             (read(text.as_bytes(), &setting).seconds, super::totals(text.as_bytes(), &setting).seconds);

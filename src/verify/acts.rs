@@ -4,7 +4,7 @@ use super::prints::PrintedPart;
 use crate::geom::{Bounds, Vec3};
 use crate::motion::{LinearLimits, Pose};
 use crate::profile::{self, ABSURD_MM, Profile};
-use crate::trace::{Move, Trace, Zone};
+use crate::trace::{Trace, TraceMove, Zone};
 
 /// Heights that differ by less are one layer, mm.
 const LAYER_MM: f64 = 2e-3;
@@ -86,7 +86,7 @@ impl<'a> Acts<'a> {
     }
 
     /// The turn that a move makes, if it makes one.
-    pub(super) fn turn(&self, m: &Move) -> Option<Turn> {
+    pub(super) fn turn(&self, m: &TraceMove) -> Option<Turn> {
         if !self.trace.turns(m) {
             return None;
         }
@@ -97,7 +97,7 @@ impl<'a> Acts<'a> {
     }
 
     /// Where the tip goes in a move; `None` where it stands, or goes from a height that is not known.
-    pub(super) fn go(&self, m: &Move) -> Option<Go> {
+    pub(super) fn go(&self, m: &TraceMove) -> Option<Go> {
         if !m.travels() || self.is_absurd(m) {
             return None;
         }
@@ -122,13 +122,13 @@ impl<'a> Acts<'a> {
 
     /// Whether an end lies so far beyond the axes that nothing can be said of it but that, which rule `axis-limit` does; a height
     /// field over it would be of cells too coarse for everything else.
-    fn is_absurd(&self, m: &Move) -> bool {
+    fn is_absurd(&self, m: &TraceMove) -> bool {
         let far = |i: usize, v: f64| v < self.limits.min[i] - ABSURD_MM || v > self.limits.max[i] + ABSURD_MM;
         (0..3).any(|i| [m.from[i], m.to[i]].into_iter().flatten().any(|v| far(i, v)))
     }
 
     /// Width and height of a line, mm, in doubt the greater.
-    fn bead(&self, m: &Move, print: Option<u32>) -> [f64; 2] {
+    fn bead(&self, m: &TraceMove, print: Option<u32>) -> [f64; 2] {
         if m.prints()
             && self.trace.state(m).zone == Zone::Start
             && let Ok(prime) = profile::prime(m, self.trace, self.profile)

@@ -10,7 +10,7 @@ use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
 use crate::geom::Vec3;
 use crate::section::{Section, Sections};
-use crate::trace::{Move, Trace};
+use crate::trace::{Trace, TraceMove};
 
 /// How far the middle of a brim's line may lie inside its part's outline, mm: bottoms are compensated and rounded.
 const INSIDE_MM: f64 = 0.05;
@@ -55,7 +55,7 @@ fn is_on_table(print: &PrintedPart<'_>) -> bool {
     level && print.job.workpiece.model.on_table.contains(&print.planned.part)
 }
 
-fn objection(print: &PrintedPart<'_>, m: &Move, standing: &[(usize, Section)]) -> Option<String> {
+fn objection(print: &PrintedPart<'_>, m: &TraceMove, standing: &[(usize, Section)]) -> Option<String> {
     let part = print.planned.part;
     let first_slot = print.job.plan.slots.first().is_some_and(|slot| slot.id == print.planned.slot);
     if !(first_slot && is_on_table(print)) {

@@ -12,7 +12,7 @@ use super::{Planned, ReplayJob};
 use crate::gcode::marks::Role;
 use crate::geom::{Bounds, Machine, Rigid, Table, Vec3};
 use crate::planning::balance::{self, FALLS, Foot, Weight};
-use crate::trace::Move;
+use crate::trace::TraceMove;
 
 /// How far above the table a line's underside may be that lies on it, mm.
 const ON_TABLE_MM: f64 = 0.1;
@@ -88,7 +88,7 @@ pub(super) fn check(
 
 impl Balance<'_> {
     /// A line of a print; where it is.
-    fn lay(&mut self, acts: &Acts<'_>, m: &Move) -> Option<FindingPlace> {
+    fn lay(&mut self, acts: &Acts<'_>, m: &TraceMove) -> Option<FindingPlace> {
         let (Some(Go::Stroke(stroke)), Some(pose)) = (acts.go(m), self.pose) else { return None };
         let print = self.planned.get(stroke.print? as usize).filter(|_| stroke.kind == Kind::Print)?;
         // A skirt hangs together with nothing.

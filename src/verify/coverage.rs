@@ -9,7 +9,7 @@
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
-use crate::section::{OutlineSearch, Point, Section, Segment, Segments};
+use crate::section::{OutlineSearch, PlanePoint, Section, Segment, Segments};
 
 /// Spacing of the places, mm.
 const SPACING_MM: f64 = 1.0;
@@ -102,7 +102,7 @@ fn island_left_out(
     section: &Section,
     alone: &[usize],
     reach: f64,
-) -> Option<Point> {
+) -> Option<PlanePoint> {
     if alone.is_empty() {
         return None;
     }
@@ -129,7 +129,7 @@ fn island_left_out(
 
 struct Bare {
     length: f64,
-    at: Point,
+    at: PlanePoint,
 }
 
 /// The middles of a layer's walls.
@@ -154,7 +154,7 @@ impl Walls {
     }
 
     /// Whether a wall's middle runs within half its width and `off` of `p`.
-    fn beside(&self, p: Point, off: f64, last: &mut Option<u32>) -> bool {
+    fn beside(&self, p: PlanePoint, off: f64, last: &mut Option<u32>) -> bool {
         let Some(near) = self.axes.nearest(p, self.widest / 2.0 + off, *last) else { return false };
         *last = Some(near.index);
         near.distance <= self.halves[near.index as usize] + off
@@ -164,11 +164,11 @@ impl Walls {
 /// Visits places along the segments with their outward normals, their segments and the length that each stands for; that is 0 for
 /// places between the ends of long segments, which are visited too: of a small island's sides nothing else may be far enough from
 /// its corners.
-fn each_place(segments: &[Segment], visit: impl FnMut(Point, Point, usize, f64)) {
+fn each_place(segments: &[Segment], visit: impl FnMut(PlanePoint, PlanePoint, usize, f64)) {
     each_place_of(segments.iter().copied(), visit);
 }
 
-fn each_place_of(segments: impl Iterator<Item = Segment>, mut visit: impl FnMut(Point, Point, usize, f64)) {
+fn each_place_of(segments: impl Iterator<Item = Segment>, mut visit: impl FnMut(PlanePoint, PlanePoint, usize, f64)) {
     let mut owed = SPACING_MM / 2.0;
     for (index, [a, b]) in segments.enumerate() {
         let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
@@ -187,20 +187,20 @@ fn each_place_of(segments: impl Iterator<Item = Segment>, mut visit: impl FnMut(
 }
 
 /// Whether a disc of this radius touches the outline at `p` from inside.
-fn holds_disc(search: &mut OutlineSearch<'_>, p: Point, normal: Point, radius: f64) -> bool {
+fn holds_disc(search: &mut OutlineSearch<'_>, p: PlanePoint, normal: PlanePoint, radius: f64) -> bool {
     let middle = [0, 1].map(|i| p[i] - normal[i] * radius);
     search.signed_distance(middle) <= ROUNDING_MM - radius
 }
 
 /// Whether air begins at `p`: it is no seam of two overlapping shells, and no slit that slicers close. One that is wider than those by
 /// less than the rounding counts as closed too.
-fn begins_air(search: &mut OutlineSearch<'_>, p: Point, normal: Point) -> bool {
+fn begins_air(search: &mut OutlineSearch<'_>, p: PlanePoint, normal: PlanePoint) -> bool {
     let middle = [0, 1].map(|i| p[i] + normal[i] * (CLOSED_MM + ROUNDING_MM));
     search.signed_distance(middle) >= CLOSED_MM
 }
 
 /// Whether the outline is where it is a little above and below too: a face in the layer's middle belongs to either side.
-fn is_no_step(printed: &PrintedPart<'_>, level: &Level, p: Point) -> bool {
+fn is_no_step(printed: &PrintedPart<'_>, level: &Level, p: PlanePoint) -> bool {
     let middle = level.middle();
     [-EITHER_WAY_MM, EITHER_WAY_MM].into_iter().all(|by| {
         let distance = printed.sections.at(middle + by).signed_distance(p);

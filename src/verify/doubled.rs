@@ -10,7 +10,7 @@ use super::line::Line;
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Role;
-use crate::section::{Point, Segment};
+use crate::section::{PlanePoint, Segment};
 
 /// Directions are gathered by so many to a half turn. A line belongs to the nearest two, so that lines less than half of one apart
 /// (1.5 degrees) always meet.
@@ -170,10 +170,10 @@ fn each_direction([a, b]: Segment, mut visit: impl FnMut(usize)) {
 }
 
 impl Seen {
-    fn new(index: usize, [a, b]: Segment, origin: Point, direction: usize, width: f64) -> Self {
+    fn new(index: usize, [a, b]: Segment, origin: PlanePoint, direction: usize, width: f64) -> Self {
         let (sin, cos) = ((direction as f64 + 0.5) / DIRECTIONS as f64 * PI).sin_cos();
-        let along = |p: Point| (p[0] - origin[0]) * cos + (p[1] - origin[1]) * sin;
-        let across = |p: Point| (p[1] - origin[1]) * cos - (p[0] - origin[0]) * sin;
+        let along = |p: PlanePoint| (p[0] - origin[0]) * cos + (p[1] - origin[1]) * sin;
+        let across = |p: PlanePoint| (p[1] - origin[1]) * cos - (p[0] - origin[0]) * sin;
         let [a, b] = if along(a) <= along(b) { [a, b] } else { [b, a] };
         Self { index, along: [along(a), along(b)], across: [across(a), across(b)], width }
     }

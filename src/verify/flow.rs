@@ -13,7 +13,7 @@ use super::prints::PrintedPart;
 use super::report::{FindingPlace, Findings, Rule};
 use super::thin;
 use crate::gcode::marks::{Bead, Role};
-use crate::trace::Move;
+use crate::trace::TraceMove;
 
 /// What the sum over a print may be off where widths are stated, and where they are the profile's, relative.
 const MOST_OFF: [f64; 2] = [0.04, 0.08];
@@ -195,7 +195,7 @@ fn one(printed: &PrintedPart<'_>, line: &Line, usual: f64, findings: &mut Findin
 }
 
 /// The hot end's own limit.
-fn melts(printed: &PrintedPart<'_>, m: &Move, findings: &mut Findings) {
+fn melts(printed: &PrintedPart<'_>, m: &TraceMove, findings: &mut Findings) {
     let most = printed.job.profile.limits.max_flow_mm3_per_s;
     let rate = m.e * printed.filament_mm2 / m.seconds;
     if m.seconds > 0.0 && rate > most * (1.0 + RATE_SLACK) {

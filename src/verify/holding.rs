@@ -19,8 +19,8 @@ use super::report::{FindingPlace, Findings, Rule};
 use super::{Planned, ReplayJob, prints};
 use crate::gcode::marks::{Expect, Role};
 use crate::overhang::laid_of;
-use crate::section::{Point, Section, Sections, march};
-use crate::trace::{Move, Trace};
+use crate::section::{PlanePoint, Section, Sections, march};
+use crate::trace::{Trace, TraceMove};
 
 /// How much nearer to a part than half of its width a line may lie, mm: outlines are cut in the middle of layers, and rounded.
 const NEARER_MM: f64 = 0.05;
@@ -34,8 +34,8 @@ const SAME_MM: f64 = 1.5e-3;
 /// Holds all supports of the program.
 pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, planned: &[Planned], findings: &mut Findings) {
     let flows = prints::stated_flows(trace, planned.len());
-    let of = |number: usize| -> Vec<Move> {
-        let its = |m: &Move| m.prints() && trace.state(m).print == Some(number as u32);
+    let of = |number: usize| -> Vec<TraceMove> {
+        let its = |m: &TraceMove| m.prints() && trace.state(m).print == Some(number as u32);
         trace.moves().filter(its).collect()
     };
     for (number, print) in planned.iter().enumerate().filter(|(_, print)| print.gap_mm.is_some()) {
@@ -52,7 +52,7 @@ pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, planned: &[Planned], fin
 struct Supports<'a> {
     part: usize,
     /// The lines of what they hold.
-    held: Vec<Move>,
+    held: Vec<TraceMove>,
     /// Every part at the pose, machine coordinates.
     parts: Vec<Sections>,
     flow: &'a Expect,
@@ -64,7 +64,7 @@ struct Supports<'a> {
 }
 
 impl<'a> Supports<'a> {
-    fn of(job: &ReplayJob<'_>, print: &Planned, flow: &'a Expect, held: Vec<Move>) -> Self {
+    fn of(job: &ReplayJob<'_>, print: &Planned, flow: &'a Expect, held: Vec<TraceMove>) -> Self {
         let motion = job.profile.kinematics().forward(print.pose);
         let process = &job.profile.process;
         Self {
@@ -80,13 +80,13 @@ impl<'a> Supports<'a> {
     }
 
     /// What stands against its lines, layer by layer.
-    fn objections(&self, mut lines: Vec<Move>) -> Vec<(Move, String)> {
+    fn objections(&self, mut lines: Vec<TraceMove>) -> Vec<(TraceMove, String)> {
         lines.sort_by(|a, b| self.middle(a).total_cmp(&self.middle(b)));
-        let layers: Vec<&[Move]> = lines.chunk_by(|a, b| self.middle(b) - self.middle(a) < SAME_MM).collect();
-        let layer = |layer: &&[Move]| -> Vec<(Move, String)> {
+        let layers: Vec<&[TraceMove]> = lines.chunk_by(|a, b| self.middle(b) - self.middle(a) < SAME_MM).collect();
+        let layer = |layer: &&[TraceMove]| -> Vec<(TraceMove, String)> {
             let middle = self.middle(&layer[0]);
             let mut sections: Vec<Section> = self.parts.iter().map(|part| part.at(middle)).collect();
-            let all = |sections: &[Section]| -> Vec<(Move, String)> {
+            let all = |sections: &[Section]| -> Vec<(TraceMove, String)> {
                 layer.iter().filter_map(|m| Some((*m, self.objection(m, sections)?))).collect()
             };
             let objections = all(&sections);
@@ -100,25 +100,25 @@ impl<'a> Supports<'a> {
     }
 
     /// The lines of what they hold that go through a height.
-    fn laid_at(&self, z: f64) -> Vec<[Point; 2]> {
-        let here = |m: &&Move| (self.middle(m) - z).abs() < self.height(m) / 2.0;
+    fn laid_at(&self, z: f64) -> Vec<[PlanePoint; 2]> {
+        let here = |m: &&TraceMove| (self.middle(m) - z).abs() < self.height(m) / 2.0;
         self.held.iter().filter(here).filter_map(|m| Some(m.ends()?.map(|p| [p.x, p.y]))).collect()
     }
 
-    fn width(&self, m: &Move) -> f64 {
+    fn width(&self, m: &TraceMove) -> f64 {
         m.width.unwrap_or(self.line_mm)
     }
 
-    fn height(&self, m: &Move) -> f64 {
+    fn height(&self, m: &TraceMove) -> f64 {
         m.height.unwrap_or(self.layer_mm)
     }
 
     /// The height of a line's middle.
-    fn middle(&self, m: &Move) -> f64 {
+    fn middle(&self, m: &TraceMove) -> f64 {
         m.to[2].unwrap_or(f64::NAN) - self.height(m) / 2.0
     }
 
-    fn objection(&self, m: &Move, sections: &[Section]) -> Option<String> {
+    fn objection(&self, m: &TraceMove, sections: &[Section]) -> Option<String> {
         let Self { part, .. } = self;
         if m.role != Role::Support {
             return Some(format!("a line among the supports of part {part} is not support"));
@@ -129,7 +129,7 @@ impl<'a> Supports<'a> {
         }
         let (width, length) = (self.width(m), (to - from).norm());
         let least = width / 2.0 - NEARER_MM;
-        let nearest = |p: Point| {
+        let nearest = |p: PlanePoint| {
             let distances = sections.iter().map(|section| section.signed_distance(p));
             distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
         };

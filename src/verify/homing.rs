@@ -4,7 +4,7 @@
 
 use crate::gcode::ParsedLine;
 use crate::gcode::meaning::{Effect, Firmware, Hazard};
-use crate::trace::Move;
+use crate::trace::TraceMove;
 
 /// Which axes are homed, line after line.
 pub(super) struct Homing {
@@ -37,7 +37,7 @@ impl Homing {
     }
 
     /// The axis that a move sends somewhere before it was homed; once.
-    pub(super) fn unhomed(&mut self, m: &Move) -> Option<char> {
+    pub(super) fn unhomed(&mut self, m: &TraceMove) -> Option<char> {
         let axis = (0..3).find(|&i| m.wrote(i) && m.to[i].is_some() && !self.homed[i])?;
         (!std::mem::replace(&mut self.told, true)).then_some(['X', 'Y', 'Z'][axis])
     }

@@ -7,7 +7,7 @@ use super::ReplayJob;
 use super::prints::{Level, PrintedPart};
 use super::report::JointRoom;
 use crate::geom::Bounds;
-use crate::section::{Point, Segment};
+use crate::section::{PlanePoint, Segment};
 
 /// Parts that are no nearer than this, mm, are simply beside each other.
 const NEAR_MM: f64 = 1.0;
@@ -118,7 +118,7 @@ fn nearest(own: &[Stretch], theirs: &[Stretch], below_mm: f64) -> Option<(f64, u
 
 /// How far two stretches are from each other.
 fn apart(a: Segment, b: Segment) -> f64 {
-    let side = |[p, q]: Segment, r: Point| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    let side = |[p, q]: Segment, r: PlanePoint| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     let parted = |by: Segment, of: Segment| side(by, of[0]) * side(by, of[1]) < 0.0;
     if parted(a, b) && parted(b, a) {
         return 0.0;
@@ -127,7 +127,7 @@ fn apart(a: Segment, b: Segment) -> f64 {
     ends.into_iter().map(|(p, of)| from_end(p, of)).fold(f64::INFINITY, f64::min)
 }
 
-fn from_end(p: Point, [a, b]: Segment) -> f64 {
+fn from_end(p: PlanePoint, [a, b]: Segment) -> f64 {
     let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
     let square = along[0] * along[0] + along[1] * along[1];
     let share = if square > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };

@@ -3,7 +3,7 @@
 use super::prints::{Level, PrintedPart};
 use crate::gcode::marks::Role;
 use crate::section::Segment;
-use crate::trace::Move;
+use crate::trace::TraceMove;
 
 /// What the last digits of its ends add to what a line may be off, mm of length.
 pub(super) const DIGITS_MM: f64 = 0.004;
@@ -14,7 +14,7 @@ const SHORT_MM: f64 = 0.15;
 
 /// A line long enough to tell.
 pub(super) struct Line {
-    pub(super) m: Move,
+    pub(super) m: TraceMove,
     pub(super) length: f64,
     pub(super) width: f64,
     pub(super) height: f64,
@@ -26,7 +26,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    fn of(printed: &PrintedPart<'_>, level: &Level, m: Move) -> Option<Self> {
+    fn of(printed: &PrintedPart<'_>, level: &Level, m: TraceMove) -> Option<Self> {
         let length = m.ends().map(|[from, to]| (to - from).norm()).filter(|length| *length >= SHORT_MM)?;
         let stated = m.width.is_some() && m.height.is_some();
         let (width, height) = (printed.width(&m, level), m.height.unwrap_or_else(|| level.height()));

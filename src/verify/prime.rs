@@ -9,12 +9,12 @@ use super::report::{FindingPlace, Findings, Rule};
 use crate::geom::Bounds;
 use crate::geom::convex::{separation, support};
 use crate::profile::{self, Prime};
-use crate::trace::{Move, Trace, Zone};
+use crate::trace::{Trace, TraceMove, Zone};
 
 /// Holds all filament that is laid before the first slot.
 pub(super) fn check(trace: &Trace, job: &ReplayJob<'_>, findings: &mut Findings) {
     let mut primes = Vec::new();
-    for m in trace.moves().take_while(|m| trace.state(m).zone == Zone::Start).filter(Move::prints) {
+    for m in trace.moves().take_while(|m| trace.state(m).zone == Zone::Start).filter(TraceMove::prints) {
         let at = FindingPlace { line: m.line, slot: None, part: None };
         match profile::prime(&m, trace, job.profile) {
             Ok(prime) => primes.push(prime),

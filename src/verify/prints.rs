@@ -9,7 +9,7 @@ use super::{Planned, ReplayJob};
 use crate::gcode::marks::{Expect, Mark, Role};
 use crate::planning::{self, joint_gap_mm};
 use crate::section::{Section, Sections};
-use crate::trace::{Move, Trace, What};
+use crate::trace::{Trace, TraceMove, What};
 
 /// Heights that differ by less are one layer, mm: the last printed digit.
 const SAME_LAYER_MM: f64 = 1.5e-3;
@@ -88,13 +88,13 @@ pub(super) struct PrintedPart<'a> {
 }
 
 impl PrintedPart<'_> {
-    pub(super) fn bead(&self, index: u32) -> Move {
+    pub(super) fn bead(&self, index: u32) -> TraceMove {
         self.trace.at(index as usize)
     }
 
     /// Width of a line, mm: as stated, else the nearest to its filament of those that the slicer's header states, else as the
     /// profile has it.
-    pub(super) fn width(&self, m: &Move, level: &Level) -> f64 {
+    pub(super) fn width(&self, m: &TraceMove, level: &Level) -> f64 {
         if let Some(width) = m.width {
             return width;
         }
@@ -104,7 +104,7 @@ impl PrintedPart<'_> {
     }
 
     /// The width that a line's filament gives it at the layer's height, mm.
-    fn held_width(&self, m: &Move, level: &Level) -> f64 {
+    fn held_width(&self, m: &TraceMove, level: &Level) -> f64 {
         let (length, height) = (m.ends().map_or(0.0, |[from, to]| (to - from).norm()), level.height());
         if length == 0.0 || height <= 0.0 {
             return 0.0;
@@ -119,7 +119,7 @@ impl PrintedPart<'_> {
 
     /// The same, but where nothing is stated no wider than its filament makes it: slicers fill gaps with thin lines, some
     /// without a word.
-    pub(super) fn laid_width(&self, m: &Move, level: &Level) -> f64 {
+    pub(super) fn laid_width(&self, m: &TraceMove, level: &Level) -> f64 {
         let width = self.width(m, level);
         if m.width.is_some() { width } else { width.min(self.held_width(m, level).max(0.0)) }
     }
@@ -175,7 +175,7 @@ impl PrintedPart<'_> {
     fn off(&self, section: &Section, level: &Level, is_wall: impl Fn(u32) -> bool) -> f64 {
         let mut search = section.search();
         let walls = level.beads.iter().filter(|&&i| is_wall(i)).map(|&i| self.bead(i));
-        let off = |m: Move| {
+        let off = |m: TraceMove| {
             let [from, to] = m.ends()?;
             let middle = (from + to) / 2.0;
             Some((search.signed_distance([middle.x, middle.y]) + self.width(&m, level) / 2.0).abs())

@@ -17,7 +17,7 @@ use crate::gcode::meaning::{Corrections, Effect, Firmware, Hazard, Heater};
 use crate::geom::{Angle, Vec3};
 use crate::motion::{AxisRange, LinearLimits, Pose, TableKinematics};
 use crate::profile::Profile;
-use crate::trace::{Event, Move, State, Trace, What, Zone};
+use crate::trace::{Event, State, Trace, TraceMove, What, Zone};
 
 /// What the last digits may take of the room above all that stands, mm.
 const PAUSE_SLACK_MM: f64 = 0.01;
@@ -306,7 +306,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn make(&mut self, m: &Move) {
+    fn make(&mut self, m: &TraceMove) {
         self.line = m.line;
         self.beside_turn(m.wrote_rotary());
         self.check_limits(m);
@@ -337,7 +337,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Remembers what stands.
-    fn note_laid(&mut self, m: &Move) {
+    fn note_laid(&mut self, m: &TraceMove) {
         let (Some(print), Some(z)) = (self.print, m.to[2]) else { return };
         self.laid.insert(print);
         let setup = self.planned[print].setup;
@@ -345,7 +345,7 @@ impl<'a> Checker<'a> {
         self.laid_top = Some((setup, before.max(z)));
     }
 
-    fn check_limits(&mut self, m: &Move) {
+    fn check_limits(&mut self, m: &TraceMove) {
         for i in 0..3 {
             let (Some(value), low, high) = (m.to[i], self.limits.min[i], self.limits.max[i]) else { continue };
             // The other coordinates are taken from inside, so that only this one is judged.
@@ -373,7 +373,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn check_known(&mut self, m: &Move, prints: bool) {
+    fn check_known(&mut self, m: &TraceMove, prints: bool) {
         let sideways = m.wrote(0) || m.wrote(1);
         let unknown = m.ends().is_none() || self.trace.state(m).pose().is_none();
         let text = if prints && unknown {
@@ -389,7 +389,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Filament is pushed through a nozzle that is known to be hot.
-    fn check_heat(&mut self, m: &Move) {
+    fn check_heat(&mut self, m: &TraceMove) {
         let (now, least) = (f64::from(self.trace.state(m).nozzle_c), self.profile.limits.min_extrude_c);
         // Machines of RS274/NGC heat outside the program.
         if !self.firmware.is_printer() || now >= least || std::mem::replace(&mut self.told_cold, true) {
@@ -405,7 +405,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A move of an axis that was not homed.
-    fn check_homed(&mut self, m: &Move) {
+    fn check_homed(&mut self, m: &TraceMove) {
         let Some(axis) = self.homing.unhomed(m) else { return };
         self.say(Rule::UnknownPosition, [0.0; 2], || {
             format!("{axis} is moved before it is homed; home X, Y and Z with G28 in [dialect] start")
@@ -413,7 +413,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A move that takes nearly for ever: the nozzle stands and melts what is below it.
-    fn check_slow(&mut self, m: &Move) {
+    fn check_slow(&mut self, m: &TraceMove) {
         if m.wrote_rotary() {
             return self.check_slow_turn(m);
         }
@@ -428,7 +428,7 @@ impl<'a> Checker<'a> {
     }
 
     /// The same of a turn.
-    fn check_slow_turn(&mut self, m: &Move) {
+    fn check_slow_turn(&mut self, m: &TraceMove) {
         let (from, to) = (self.trace.state_before(m), self.trace.state(m));
         let turned =
             |from: Option<Angle>, to: Option<Angle>| from.zip(to).map_or(0.0, |(from, to)| (to - from).abs().deg());
@@ -449,7 +449,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn lay(&mut self, m: &Move) {
+    fn lay(&mut self, m: &TraceMove) {
         let at = self.place();
         if let Some((line, (numbers, why))) = self.settings.lay(self.print) {
             let at = FindingPlace { line, ..at };

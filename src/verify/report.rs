@@ -109,7 +109,7 @@ pub struct Report {
     pub slots: usize,
     /// Filament laid down while moving.
     pub filament_mm: f64,
-    /// Time of all moves and waits as [`trace::Clock`](crate::trace::Clock) has it: with accelerations, without homing and heating.
+    /// Time of all moves and waits as [`trace::Clock`](crate::trace::MotionClock) has it: with accelerations, without homing and heating.
     pub seconds_print: f64,
     /// What the replay has cost: places of the head that were held against what stands, and what was looked at for distances. The same
     /// on every computer; see `docs/explanation/costs.md`.

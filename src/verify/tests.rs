@@ -9,9 +9,9 @@ use super::{ReplayJob, Report, Rule, SURVEYED_MM, rooms, verify};
 use crate::fixtures::solid_box;
 use crate::geom::{SplitMix64, Vec3};
 use crate::mesh::Model;
-use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, Slot, Workpiece};
+use crate::planning::{MachineRef, ModelRef, PartRef, Placement, Plan, Print, TimeSlot, Workpiece};
 use crate::profile::{Profile, resolve, shipped};
-use crate::trace::{self, Move};
+use crate::trace::{self, TraceMove};
 
 mod depth;
 mod level;
@@ -60,8 +60,8 @@ fn plan() -> Plan {
         bridge_mm: None,
         parts: (0..2).map(|id| PartRef { id, name: String::new() }).collect(),
         slots: vec![
-            Slot { id: 0, prints: vec![print(0, [0.0, 0.0, 1.0], 0.0)] },
-            Slot { id: 1, prints: vec![print(1, [1.0, 0.0, 0.0], 90.0)] },
+            TimeSlot { id: 0, prints: vec![print(0, [0.0, 0.0, 1.0], 0.0)] },
+            TimeSlot { id: 1, prints: vec![print(1, [1.0, 0.0, 0.0], 90.0)] },
         ],
         machine_values: None,
     }
@@ -508,7 +508,7 @@ fn rooms_hold(text: &str, job: &ReplayJob<'_>, near: f64, exact: impl Fn(f64, f6
     let rooms = rooms(&trace, job);
     assert!(rooms.windows(2).all(|two| two[0].moves.end <= two[1].moves.start));
     let (mut told, mut tight) = (0, 0);
-    for m in trace.moves().filter(Move::prints) {
+    for m in trace.moves().filter(TraceMove::prints) {
         let [from, to] = m.ends().expect("a line has two ends");
         let (a, b, z) = (from.x, to.x, to.z);
         let at = rooms.partition_point(|room| room.moves.end <= m.index);

@@ -13,7 +13,7 @@ use super::line::{DIGITS_MM, Line, lines};
 use super::prints::{Level, PrintedPart};
 use super::report::{FindingPlace, Findings, Rule};
 use crate::gcode::marks::Bead;
-use crate::section::{Point, Segment, Segments, to_segment};
+use crate::section::{PlanePoint, Segment, Segments, to_segment};
 
 /// A gap up to so many lines wide is filled by one line.
 pub(super) const WIDEST: f64 = 2.2;
@@ -120,7 +120,7 @@ pub(super) fn check(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], fi
 /// Which lines of a layer have room for all of their filament beside another, but for `over` of a usual width.
 pub(super) fn have_room(printed: &PrintedPart<'_>, level: &Level, lines: &[Line], over: f64) -> Vec<bool> {
     let beside = Beside::new(printed, level, lines);
-    let is_good = |beside: &Beside<'_>, index: usize, p: Point, normal: Point| {
+    let is_good = |beside: &Beside<'_>, index: usize, p: PlanePoint, normal: PlanePoint| {
         beside.is_beside(index, p, normal) && beside.has_room(index, p, normal, over)
     };
     (0..lines.len()).map(|index| beside.mostly(index, is_good)).collect()
@@ -232,7 +232,7 @@ impl<'a> Beside<'a> {
     }
 
     /// Whether most places along a line, its ends left out, are good; handed each with the line's normal.
-    fn mostly(&self, index: usize, is_good: impl Fn(&Self, usize, Point, Point) -> bool) -> bool {
+    fn mostly(&self, index: usize, is_good: impl Fn(&Self, usize, PlanePoint, PlanePoint) -> bool) -> bool {
         let [a, b] = self.axis(index);
         let length = self.lines[index].length;
         let normal = [(a[1] - b[1]) / length, (b[0] - a[0]) / length];
@@ -242,7 +242,7 @@ impl<'a> Beside<'a> {
 
     /// Whether a line that is thinner than usual shares its room with another for a good part of its length.
     fn shares(&self, index: usize) -> bool {
-        let near = |p: Point| {
+        let near = |p: PlanePoint| {
             let mut near = false;
             // What it goes on to is beside its ends alone, and these are left out.
             self.each_other(index, p, NEAR * self.usual_mm, |_, _| near = true);
@@ -254,7 +254,7 @@ impl<'a> Beside<'a> {
 
     /// Visits the lines whose edges come as near as this to the edge of one at `p`, with how far their middles are. So many at one place that no slicer
     /// lays them are not all visited.
-    fn each_other(&self, index: usize, p: Point, free: f64, mut visit: impl FnMut(usize, f64)) {
+    fn each_other(&self, index: usize, p: PlanePoint, free: f64, mut visit: impl FnMut(usize, f64)) {
         let half = self.halves[index];
         let mut count = 0;
         self.axes.each_near(p, half + self.widest + free, |other| {
@@ -269,7 +269,7 @@ impl<'a> Beside<'a> {
     }
 
     /// Places along a line, its ends left out.
-    fn places(&self, index: usize) -> Vec<Point> {
+    fn places(&self, index: usize) -> Vec<PlanePoint> {
         let [a, b] = self.axis(index);
         let length = self.lines[index].length;
         let end = (self.usual_mm / 2.0).min(length / 3.0);
@@ -284,7 +284,7 @@ impl<'a> Beside<'a> {
 
     /// How far the edges of a line are from those beside it at `p`, on both sides, mm; infinite where none is near. Where a line turns back on the one
     /// before it is another question: see [`super::doubled`].
-    fn free(&self, index: usize, p: Point, normal: Point) -> [f64; 2] {
+    fn free(&self, index: usize, p: PlanePoint, normal: PlanePoint) -> [f64; 2] {
         let mut free = [f64::INFINITY; 2];
         self.each_other(index, p, OVER * self.usual_mm, |other, _| {
             if let Some(t) = across(p, normal, self.axis(other)).filter(|_| other.abs_diff(index) > 1) {
@@ -296,7 +296,7 @@ impl<'a> Beside<'a> {
     }
 
     /// Whether a line lies beside another at `p`, and on none.
-    fn is_beside(&self, index: usize, p: Point, normal: Point) -> bool {
+    fn is_beside(&self, index: usize, p: PlanePoint, normal: PlanePoint) -> bool {
         let mut is_on_top = false;
         self.each_other(index, p, 0.0, |other, mm| {
             is_on_top |= other.abs_diff(index) > 1 && mm < ON_TOP * self.usual_mm;
@@ -305,13 +305,13 @@ impl<'a> Beside<'a> {
     }
 
     /// Whether a line has room for its whole width at `p`, but for so much in usual widths.
-    fn has_room(&self, index: usize, p: Point, normal: Point, over: f64) -> bool {
+    fn has_room(&self, index: usize, p: PlanePoint, normal: PlanePoint, over: f64) -> bool {
         let lies_over: f64 = self.free(index, p, normal).iter().map(|free| (-free).max(0.0)).sum();
         lies_over <= over * self.usual_mm
     }
 
     /// Whether the part is no wider at `p` than the line.
-    fn is_all(&self, index: usize, p: Point, normal: Point) -> bool {
+    fn is_all(&self, index: usize, p: PlanePoint, normal: PlanePoint) -> bool {
         let reach = self.halves[index] + NARROWER / 2.0 * self.usual_mm;
         let mut sides = [false; 2];
         self.outline.each_near(p, reach, |wall| {
@@ -324,7 +324,7 @@ impl<'a> Beside<'a> {
     }
 
     /// Whether something is on both sides of a line at `p`, and nothing under it.
-    fn is_between(&self, index: usize, p: Point, normal: Point) -> bool {
+    fn is_between(&self, index: usize, p: PlanePoint, normal: PlanePoint) -> bool {
         let free = BESIDE * self.usual_mm;
         let half = self.halves[index];
         let (mut sides, mut is_on_top) = ([false; 2], false);
@@ -346,14 +346,14 @@ impl<'a> Beside<'a> {
 }
 
 /// On which side of `p`, along `normal` or against it, a segment is met within `reach`.
-fn side(p: Point, normal: Point, segment: Segment, reach: f64) -> Option<usize> {
+fn side(p: PlanePoint, normal: PlanePoint, segment: Segment, reach: f64) -> Option<usize> {
     across(p, normal, segment).filter(|t| t.abs() <= reach).map(|t| usize::from(t > 0.0))
 }
 
 /// How far from `p` along `normal`, or against it, a segment is met, mm.
-fn across(p: Point, normal: Point, [a, b]: Segment) -> Option<f64> {
-    let beside = |q: Point| (q[0] - p[0]) * -normal[1] + (q[1] - p[1]) * normal[0];
-    let up = |q: Point| (q[0] - p[0]) * normal[0] + (q[1] - p[1]) * normal[1];
+fn across(p: PlanePoint, normal: PlanePoint, [a, b]: Segment) -> Option<f64> {
+    let beside = |q: PlanePoint| (q[0] - p[0]) * -normal[1] + (q[1] - p[1]) * normal[0];
+    let up = |q: PlanePoint| (q[0] - p[0]) * normal[0] + (q[1] - p[1]) * normal[1];
     let (from, to) = (beside(a), beside(b));
     (from * to <= 0.0 && from != to).then(|| up(a) + (up(b) - up(a)) * (from / (from - to)))
 }

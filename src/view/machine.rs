@@ -6,7 +6,7 @@ use crate::motion::{LinearLimits, TableKinematics};
 
 /// A convex piece of head or frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Piece {
+pub struct DrawnBody {
     /// Its name in the profile.
     pub name: String,
     /// Whether it follows the tip along X, Y and Z.
@@ -17,7 +17,7 @@ pub struct Piece {
 
 /// What is drawn of a machine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Machine {
+pub struct DrawnMachine {
     /// `p_machine = pivot + R_tilt(A) (offset + R_rotation(C) p_table)`.
     pub kinematics: TableKinematics,
     /// Where the tip may go.
@@ -25,12 +25,12 @@ pub struct Machine {
     /// The table's slab, table frame.
     pub table: Hull,
     /// The head's pieces.
-    pub head: Vec<Piece>,
+    pub head: Vec<DrawnBody>,
     /// The frame's, machine coordinates.
-    pub frame: Vec<Piece>,
+    pub frame: Vec<DrawnBody>,
 }
 
-impl Machine {
+impl DrawnMachine {
     /// Of the corners of the table's slab (table frame) and the bodies of head and frame.
     pub fn of(kinematics: TableKinematics, limits: LinearLimits, slab: &[Vec3], head: &[Body], frame: &[Body]) -> Self {
         let pieces = |bodies: &[Body]| bodies.iter().map(piece).collect();
@@ -38,6 +38,6 @@ impl Machine {
     }
 }
 
-fn piece(body: &Body) -> Piece {
-    Piece { name: body.name.clone(), follows: body.follows, hull: drawn(&body.points) }
+fn piece(body: &Body) -> DrawnBody {
+    DrawnBody { name: body.name.clone(), follows: body.follows, hull: drawn(&body.points) }
 }

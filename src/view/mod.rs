@@ -36,9 +36,9 @@ pub use drawing::{Anchor, Colour, Drawing, DrawnMark, Format, INK, Picture, widt
 pub use eye::Eye;
 pub use frame::{Arrow, Frame, Ghost, JOINT_COLOUR, Side};
 pub use landscape::{Dip, Landscape};
-pub use machine::{Machine, Piece};
+pub use machine::{DrawnBody, DrawnMachine};
 pub use page::{page, pair};
-pub use program::{DrawnPose, Program, Style, flag};
+pub use program::{DrawnPose, DrawnProgram, Style, flag};
 pub use shapes::Shapes;
 pub use sheet::Sheet;
 pub use solids::{Joint, Surface};
@@ -50,11 +50,11 @@ use pack::{Column, deflated};
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The machine.
-    pub machine: Machine,
+    pub machine: DrawnMachine,
     /// The parts, table frame.
     pub shapes: Shapes,
     /// The program; `None` where a plan alone is shown.
-    pub program: Option<Program>,
+    pub program: Option<DrawnProgram>,
 }
 
 /// A scene, compressed.

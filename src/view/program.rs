@@ -18,7 +18,7 @@ use super::text::{Text, Written};
 use crate::gcode::marks::Role;
 use crate::geom::{Machine, Rigid, Table};
 use crate::motion::{Pose, TableKinematics};
-use crate::trace::{Move, State, Trace};
+use crate::trace::{State, Trace, TraceMove};
 
 /// Units of a coordinate in a millimetre.
 pub(super) const XYZ: f64 = 1e3;
@@ -65,7 +65,7 @@ pub struct DrawnPose {
 
 /// A program, packed.
 #[derive(Clone, Debug)]
-pub struct Program {
+pub struct DrawnProgram {
     /// Moves of any axis.
     pub moves: usize,
     /// Layers, at all poses.
@@ -98,7 +98,7 @@ struct Whole {
     flags: u8,
 }
 
-impl Program {
+impl DrawnProgram {
     /// The program in `bytes`, of which `trace` was read; `extruder` is the filament's letter.
     pub fn of(trace: &Trace, bytes: &[u8], kinematics: &TableKinematics, extruder: char) -> Self {
         let mut tables = Tables::default();
@@ -160,7 +160,7 @@ impl Default for Tables {
 }
 
 impl Tables {
-    fn whole(&mut self, trace: &Trace, one: &Move, last: &Whole) -> Whole {
+    fn whole(&mut self, trace: &Trace, one: &TraceMove, last: &Whole) -> Whole {
         let mut flags = 0;
         for axis in 0..3 {
             flags |= u8::from(one.to[axis].is_none()) << (flag::UNKNOWN + axis as u8);
@@ -190,7 +190,7 @@ impl Tables {
         at
     }
 
-    fn style(&mut self, trace: &Trace, one: &Move) -> usize {
+    fn style(&mut self, trace: &Trace, one: &TraceMove) -> usize {
         let um = |mm: Option<f64>| mm.map_or(0, |mm| (mm * 1000.0).round() as i64);
         let key = (trace.state(one).print, one.role, um(one.width), um(one.height));
         let next = self.styles.len();

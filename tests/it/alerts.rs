@@ -8,7 +8,7 @@ use std::process::Command;
 use rayon::prelude::*;
 use trunnion::geom::{Object, Vec3};
 use trunnion::mesh::{TriangleMesh, stl_binary};
-use trunnion::overhang::{BRIDGE_MM, Ground, Judged, Rule, judged};
+use trunnion::overhang::{BRIDGE_MM, Ground, Judged, OverhangRule, judged};
 
 use crate::split::solids::{block, rod};
 use crate::support::{Numbers, folder, note, said, seeds, skip};
@@ -102,8 +102,8 @@ fn shape(seed: u64) -> (String, TriangleMesh<Object>) {
 }
 
 fn grade(mesh: &TriangleMesh<Object>) -> Judged {
-    let rule = Rule {
-        overhang: Rule::practised(LAYER_MM, LINE_MM),
+    let rule = OverhangRule {
+        overhang: OverhangRule::practised(LAYER_MM, LINE_MM),
         layer_mm: LAYER_MM,
         line_mm: LINE_MM,
         bridge_mm: BRIDGE_MM,

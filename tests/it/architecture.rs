@@ -35,8 +35,8 @@ const FIXTURES_ONLY_IN: [&str; 1] = ["cli"];
 const WORLD_ONLY_IN: [&str; 7] = [
     "src/cli/",
     "src/world/",
-    "src/job/runs.rs",
-    "src/job/together.rs",
+    "src/job/batch/runs.rs",
+    "src/job/send/together.rs",
     "src/slicing/process.rs",
     "src/link/serial/",
     "src/main.rs",
@@ -313,14 +313,42 @@ fn a_circle_of_modules_is_found() {
     assert_eq!(circle("mesh", &tests_may), Vec::<String>::new());
 }
 
-/// The command is arguments and text: what it does, and how a result is written as a document, others need too.
-///
-/// The flags themselves (`cli/args`) are a list that grows with what can be asked, and do nothing.
-/// Names that two rooms have given to types of their own; none is added.
-const TWICE: [&str; 20] = [
-    "Action", "Answer", "Clock", "Ended", "Error", "Grid", "Held", "Machine", "Move", "Piece", "Place", "Placed",
-    "Point", "Print", "Program", "Rule", "Setting", "Slot", "Standing", "Triple",
-];
+/// What files of `room`'s folders import from the room's top instead of from where it is made.
+fn from_the_top(room: &str, sources: &[Source]) -> Vec<String> {
+    let inside: BTreeSet<&str> = sources.iter().filter_map(|(path, _)| module_of(room, path)).collect();
+    let mut found = Vec::new();
+    for (path, text) in sources {
+        if module_of(room, path).is_none() || test_file(path, sources) == Some(true) {
+            continue;
+        }
+        let code = without_tests(&masked(text));
+        let own = path.trim_start_matches("src/").trim_end_matches(".rs").trim_end_matches("/mod");
+        let up = vec!["super"; own.split('/').count() - 1].join("::");
+        let names = [up, format!("crate::{room}")].into_iter().flat_map(|prefix| names_after(&code, &prefix));
+        let above = names.filter(|(name, _)| !name.is_empty() && !inside.contains(name.as_str()) && name != "super");
+        found.extend(above.map(|(name, place)| format!("{path}:{}: {name}", line_of(&code, place))));
+    }
+    found
+}
+
+#[test]
+fn no_job_imports_from_the_hall() {
+    let sources = files(&root().join("src"), &[".rs"]);
+    none(&from_the_top("job", &sources));
+    let made = [
+        ("src/job/mod.rs", "mod print; mod send; pub use print::Verified;"),
+        ("src/job/print/mod.rs", "pub struct Verified;"),
+        (
+            "src/job/send/mod.rs",
+            "use super::print::Verified;\nuse super::{Verified as V};\nuse crate::job::{print, Verified};",
+        ),
+        ("src/job/send/again.rs", "use super::Stream;\nuse super::super::Verified;"),
+    ];
+    let made = made.map(|(path, text)| (path.to_owned(), text.to_owned()));
+    let found =
+        ["src/job/send/mod.rs:2: Verified", "src/job/send/mod.rs:3: Verified", "src/job/send/again.rs:2: Verified"];
+    assert_eq!(from_the_top("job", &made), found);
+}
 
 /// The public types that several files define.
 fn twice(sources: &[Source]) -> BTreeSet<String> {
@@ -343,8 +371,7 @@ fn twice(sources: &[Source]) -> BTreeSet<String> {
 
 #[test]
 fn a_public_type_has_a_name_of_its_own() {
-    let known: BTreeSet<String> = TWICE.map(str::to_owned).into();
-    assert_eq!(twice(&files(&root().join("src"), &["rs"])), known);
+    assert_eq!(twice(&files(&root().join("src"), &["rs"])), BTreeSet::new());
     let made_up = |second: &str| {
         let house = [("src/a/mod.rs", "pub struct Nut;\nstruct Bolt;\n"), ("src/b/mod.rs", second)];
         twice(&house.map(|(path, text)| (path.to_owned(), text.to_owned())))
@@ -353,6 +380,9 @@ fn a_public_type_has_a_name_of_its_own() {
     assert_eq!(made_up("pub(crate) struct Nut;\npub struct Bolt;\n// pub struct Nut;\n"), BTreeSet::new());
 }
 
+/// The command is arguments and text: what it does, and how a result is written as a document, others need too.
+///
+/// The flags themselves (`cli/args`) are a list that grows with what can be asked, and do nothing.
 #[test]
 fn the_command_stays_thin() {
     let sources = files(&root().join("src/cli"), &[".rs"]);

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use trunnion::job::{
-    self, Bar, Clock, Error, Files, LoadedModel, MachineSource, OwnWeb, PlanRequest, PlanResult, PlanSource, Ports,
-    PrepareRequest, Prints, Progress, RewriteRequest, Silent, SliceRequest, SliceResult, Slicers, Source,
+    self, Bar, Clock, Files, LoadedModel, MachineSource, OwnWeb, PlanRequest, PlanResult, PlanSource, Ports,
+    PrepareRequest, PrintError, Prints, Progress, RewriteRequest, Silent, SliceRequest, SliceResult, Slicers, Source,
     VerifyRequest, World,
 };
 use trunnion::link::serial::{Address, Port, PortError, Server};
@@ -165,7 +165,7 @@ fn each_step_by_itself_gives_the_program_of_the_main_job() {
     let half = Source::Bytes { name: "half.gcode".to_owned(), bytes: half };
     let done = job::verify(&VerifyRequest { program: &half, plan }, &world).unwrap();
     assert!(!done.report.is_clean());
-    let Err(Error::Rejected(rejected)) = done.verified() else { panic!("half a program is verified") };
+    let Err(PrintError::Rejected(rejected)) = done.verified() else { panic!("half a program is verified") };
     assert!(rejected.to_string().contains("findings: line "), "{rejected}");
 }
 
@@ -195,7 +195,7 @@ fn where_there_is_no_plan_the_reasons_come_as_values() {
     let mut request = PlanRequest::new(fixture("caged.stl"), "generic-ac");
     request.options.remedies = false;
     let no = job::plan(&request, &World::here(&Silent)).unwrap_err();
-    let strategy::Error::NoPlan(no) = no else { panic!("{no}") };
+    let strategy::StrategyError::NoPlan(no) = no else { panic!("{no}") };
     let (reasons, _) = no.reasons();
     assert!(!reasons.is_empty() && no.remedies.is_none());
     assert!(no.sheet().is_some_and(|sheet| sheet.marks.len() > 20));

@@ -13,7 +13,7 @@
 
 use trunnion::geom::{Angle, Object, Vec3};
 use trunnion::mesh::TriangleMesh;
-use trunnion::overhang::{Ground, Rule, unsupported};
+use trunnion::overhang::{Ground, OverhangRule, unsupported};
 
 use crate::split::solids::{self, Shape};
 use crate::support::{Numbers, note, seeds};
@@ -22,10 +22,10 @@ const CELL_MM: f64 = 0.12;
 /// So much wider and narrower are the two judges' limits: a cell's half diagonal.
 const MARGIN_MM: f64 = 0.085;
 
-fn rule() -> Rule {
+fn rule() -> OverhangRule {
     let (layer_mm, line_mm) = (0.25, 0.45);
-    let overhang = Rule::practised(layer_mm, line_mm);
-    Rule { overhang, layer_mm, line_mm, bridge_mm: 8.0, tolerate_mm2: 1.0, droops: true }
+    let overhang = OverhangRule::practised(layer_mm, line_mm);
+    OverhangRule { overhang, layer_mm, line_mm, bridge_mm: 8.0, tolerate_mm2: 1.0, droops: true }
 }
 
 /// What the judge lets pass, mm.
@@ -43,7 +43,7 @@ struct Limits {
 }
 
 impl Limits {
-    fn of(rule: &Rule, more: f64) -> Self {
+    fn of(rule: &OverhangRule, more: f64) -> Self {
         Self {
             fine: 0.8 * rule.line_mm + more,
             ledge: 1.5 + more,
@@ -299,13 +299,13 @@ fn solid(seed: u64) -> Shape {
 }
 
 /// The rule with one of its numbers wrong.
-fn mutants(rule: &Rule) -> [Rule; 5] {
+fn mutants(rule: &OverhangRule) -> [OverhangRule; 5] {
     [
-        Rule { overhang: Angle::from_deg(85.0), ..*rule },
-        Rule { droops: false, ..*rule },
-        Rule { bridge_mm: 14.0, ..*rule },
-        Rule { bridge_mm: 0.0, ..*rule },
-        Rule { tolerate_mm2: 12.0, ..*rule },
+        OverhangRule { overhang: Angle::from_deg(85.0), ..*rule },
+        OverhangRule { droops: false, ..*rule },
+        OverhangRule { bridge_mm: 14.0, ..*rule },
+        OverhangRule { bridge_mm: 0.0, ..*rule },
+        OverhangRule { tolerate_mm2: 12.0, ..*rule },
     ]
 }
 

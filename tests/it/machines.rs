@@ -2,8 +2,8 @@
 
 use quick_xml::events::Event;
 
-use trunnion::job::{Answers, HEAD_QUESTIONS, NewProfile, QUESTIONS, Silent, World, new_profile};
-use trunnion::profile::{BodySpec, Profile};
+use trunnion::job::{Answers, NewProfile, QUESTIONS, Silent, World, new_profile};
+use trunnion::profile::{BodySpec, HEAD_QUESTIONS, Profile};
 
 use crate::support::{folder, said, trunnion};
 

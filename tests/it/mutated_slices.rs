@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use trunnion::profile::{resolve, shipped};
-use trunnion::trace::{Setting, read};
+use trunnion::trace::{TraceSetting, read};
 
 use crate::pipeline::fixture;
 use crate::support::{Numbers, folder, installed, note, said, skip, soak, trunnion};
@@ -21,13 +21,13 @@ const INFILL_MM3: f64 = 1.2;
 /// Edge of the cubes, mm.
 const CUBE_MM: f64 = 0.5;
 
-fn setting() -> Setting {
+fn setting() -> TraceSetting {
     let (file, text) = shipped("generic-ac").unwrap();
     resolve(file, text).unwrap().0.trace_setting()
 }
 
 /// Filament by cube, mm³.
-fn laid(gcode: &[u8], setting: &Setting) -> BTreeMap<[i32; 3], f64> {
+fn laid(gcode: &[u8], setting: &TraceSetting) -> BTreeMap<[i32; 3], f64> {
     let trace = read(gcode, setting);
     let mut all = BTreeMap::new();
     for m in trace.moves().filter(|m| m.prints()) {

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use trunnion::geom::{Angle, Vec3};
 use trunnion::mesh::{ReadOptions, Unit, read_model, read_surface};
 use trunnion::orient::{
-    Certified, DifferentialEvolution, Direct, Facets, GradientMethod, Grid, Height, Multistart, NelderMead, Objective,
-    ObjectiveSettings, OverhangAngle, Search, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles, objective,
+    Certified, DifferentialEvolution, Direct, Facets, GradientMethod, GridSearch, Height, Multistart, NelderMead,
+    Objective, ObjectiveSettings, OverhangAngle, Search, Starts, Stop, TanhOverhang, WeightedNormalZ, from_angles,
+    objective,
 };
 
 use crate::orient_sample::anywhere;
@@ -184,7 +185,7 @@ fn every_search_comes_near_the_proved_minimum_and_none_below() {
         (&NelderMead::default(), 1e-6),
         (&Direct::default(), 1e-3),
         // Four degrees beside a kink.
-        (&Grid::default(), 0.1),
+        (&GridSearch::default(), 0.1),
     ];
     for (search, reach) in searches {
         let best = search.search(&Height, &part).minima[0].value;

@@ -6,7 +6,7 @@
 use trunnion::geom::{Angle, Object, Vec3};
 use trunnion::mesh::TriangleMesh;
 use trunnion::orient::{
-    Certified, Direct, Facets, Grid, Height, Multistart, NelderMead, Objective, ObjectiveSettings, OverhangAngle,
+    Certified, Direct, Facets, GridSearch, Height, Multistart, NelderMead, Objective, ObjectiveSettings, OverhangAngle,
     Search, TanhOverhang, WeightedNormalZ, objective,
 };
 
@@ -153,7 +153,7 @@ fn every_search_comes_near_the_least_height_and_none_below() {
         (&Multistart::default(), 1e-4),
         (&NelderMead::default(), 1e-6),
         (&Direct::default(), 1e-3),
-        (&Grid::default(), 0.1),
+        (&GridSearch::default(), 0.1),
     ];
     for (search, reach) in searches {
         let best = search.search(&Height, &part).minima[0].value;

@@ -9,8 +9,8 @@ use std::path::Path;
 use trunnion::fixtures::{NamedMesh, prism, slivered, solid_box};
 use trunnion::geom::{Mat3, Object, Rigid, Vec3};
 use trunnion::job::{
-    Bar, Cutting, Error, MachineSource, PrepareRequest, PrepareResult, Progress, Silent, Source, Supporting, WaysOut,
-    World, prepare,
+    Bar, Cutting, Error, MachineSource, PrepareRequest, PrepareResult, PrintError, Progress, Silent, Source,
+    Supporting, WaysOut, World, prepare,
 };
 use trunnion::mesh::{TriangleMesh, stl_binary_parts};
 use trunnion::motion::TiltAbout;
@@ -348,14 +348,14 @@ impl Case {
         // What would help is another promise, and takes a hundred times as long.
         request.plan.remedies = false;
         request.ways = self.ways.clone();
-        match prepare(&request, &World::here(&Silent)) {
+        match prepare(&request, &World::here(&Silent)).map_err(Error::from) {
             Ok(done) => Outcome::Kept(Box::new(done)),
             Err(
                 error @ Error::Strategy(
-                    strategy::Error::NoPlan(_)
-                    | strategy::Error::Misplaced(_)
-                    | strategy::Error::RoomElsewhere { .. }
-                    | strategy::Error::Infeasible(_),
+                    strategy::StrategyError::NoPlan(_)
+                    | strategy::StrategyError::Misplaced(_)
+                    | strategy::StrategyError::RoomElsewhere { .. }
+                    | strategy::StrategyError::Infeasible(_),
                 ),
             ) => Outcome::Refused(error),
             Err(error) => Outcome::Broken(error),
@@ -371,7 +371,7 @@ impl Case {
 
 /// The first finding of each rule, or the error.
 fn told(error: &Error) -> String {
-    let Error::Rejected(rejected) = error else { return error.to_string() };
+    let Error::Print(PrintError::Rejected(rejected)) = error else { return error.to_string() };
     let counts = rejected.report.counts.iter().map(|(rule, count)| {
         let first = rejected.report.findings.iter().find(|f| f.rule == *rule);
         first.map_or_else(String::new, |f| format!("{count} x {rule}: line {}: {}", f.line, f.text))
@@ -382,7 +382,7 @@ fn told(error: &Error) -> String {
 /// Whether a refusal says why.
 fn says_why(error: &Error) -> bool {
     match error {
-        Error::Strategy(strategy::Error::NoPlan(no)) => match &no.infeasible {
+        Error::Strategy(strategy::StrategyError::NoPlan(no)) => match &no.infeasible {
             Infeasible::NoPlan { summary, reasons, .. } => !summary.is_empty() && !reasons.is_empty(),
             other => !other.to_string().is_empty(),
         },

@@ -7,7 +7,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::Args;
 use crate::document::{failed, visible};
-use crate::job::{self, BadSetting, InputError};
+use crate::job::{BadSetting, Error, InputError, PrintError, PrinterError, SendError, UploadError};
 use crate::publish::BadInput;
 
 /// How Rust's parsers refuse a number, and how a person would.
@@ -99,27 +99,27 @@ pub(in crate::cli) fn told(error: &mut clap::Error) -> std::io::Result<()> {
 }
 
 /// A job's error, with the flag that is its remedy.
-pub(in crate::cli) fn in_flags(error: &job::Error) -> String {
+pub(in crate::cli) fn in_flags(error: &Error) -> String {
     match error {
-        job::Error::Setting(BadSetting::SeveralParts { count }) => format!(
+        Error::Input(InputError::Setting(BadSetting::SeveralParts { count })) => format!(
             "--landscape and --view show one part, and the model has {count}; choose one with --part N, or treat all as one with --whole"
         ),
-        job::Error::Setting(BadSetting::OutOfRange { name: "models", value, allowed, .. }) => {
+        Error::Input(InputError::Setting(BadSetting::OutOfRange { name: "models", value, allowed, .. })) => {
             format!(
                 "the number of models must be between {} and {}, got {value}; MODEL*3 means three copies",
                 allowed[0], allowed[1]
             )
         }
-        job::Error::Setting(bad) => format!("--{bad}"),
-        job::Error::PublishInput(bad @ (BadInput::Key { .. } | BadInput::Name { .. })) => bad.to_string(),
-        job::Error::PublishInput(bad) => format!("--{bad}"),
-        job::Error::Simulation(bad) => format!("--{bad}"),
-        job::Error::Log { .. } => format!("--{error}"),
-        job::Error::WhichPrint { .. } => format!("{error}, or give --print N"),
-        job::Error::Refused { line } => {
+        Error::Input(InputError::Setting(bad)) => format!("--{bad}"),
+        Error::Upload(UploadError::Asked(bad @ (BadInput::Key { .. } | BadInput::Name { .. }))) => bad.to_string(),
+        Error::Upload(UploadError::Asked(bad)) => format!("--{bad}"),
+        Error::Printer(PrinterError::Simulation(bad)) => format!("--{bad}"),
+        Error::Printer(PrinterError::Log { .. }) => format!("--{error}"),
+        Error::Print(PrintError::WhichPrint { .. }) => format!("{error}, or give --print N"),
+        Error::Send(SendError::Refused { line }) => {
             format!("nothing was moved; pass --yes to continue at line {line} as described above")
         }
-        job::Error::Input(InputError::NoModel { .. }) => format!("{error}; pass its path with --model"),
+        Error::Input(InputError::NoModel { .. }) => format!("{error}; pass its path with --model"),
         other => other.to_string(),
     }
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Args as ClapArgs, Parser, Subcommand};
 
-use crate::job::{Arrangement, Finish, PlanOptions, SlicingOptions, Standing, SupportForm};
+use crate::job::{Arrangement, Finish, PlanOptions, PoseChoice, SlicingOptions, SupportForm};
 
 pub(in crate::cli) use batch::{BatchArgs, OfMany, words_of_one};
 pub(in crate::cli) use link::{OnePrint, Publish, Send, Simulate, StreamArgs};
@@ -138,7 +138,7 @@ pub(in crate::cli) struct ArrangeArgs {
     ///
     /// auto: as `trunnion orient` recommends for printing whole, on supports
     #[arg(help_heading = MODEL, long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "base")]
-    pub(in crate::cli) up: Option<Standing>,
+    pub(in crate::cli) up: Option<PoseChoice>,
     /// Stand the model on this part's largest face that has nothing below it
     #[arg(help_heading = MODEL, long, value_name = "PART", conflicts_with = "more", hide_short_help = true)]
     pub(in crate::cli) base: Option<usize>,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 
 use super::{BatchArgs, MachineArgs, ModelArgs, PassArgs};
-use crate::job::{PackOptions, SplitOptions, Standing, SupportOptions, Triple};
+use crate::job::{PackOptions, PoseChoice, SplitOptions, SupportOptions, ThreeNumbers};
 use crate::orient::PRINTABLE;
 
 #[derive(ClapArgs)]
@@ -58,7 +58,7 @@ pub(in crate::cli) struct Orient {
     pub(in crate::cli) profile: Option<String>,
     /// Price this pose too: the direction of the file that is up while printing, as 0,0,1
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub(in crate::cli) up: Option<Triple>,
+    pub(in crate::cli) up: Option<ThreeNumbers>,
     /// Column width for measuring support volumes [default: 0.5, for parts above 100 mm a 200th of their length]
     #[arg(long, value_name = "MM")]
     pub(in crate::cli) resolution: Option<f64>,
@@ -89,7 +89,7 @@ pub(in crate::cli) struct Split {
     pub(in crate::cli) machine: MachineArgs,
     /// Direction of the file that is up, or auto: as `trunnion orient` recommends [default: as drawn]; the parts come out so turned
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "no_cut")]
-    pub(in crate::cli) up: Option<Standing>,
+    pub(in crate::cli) up: Option<PoseChoice>,
     /// The parts, in the order of printing (3MF); written only if the machine has a plan for them
     #[arg(short, long, value_name = "PARTS.3mf")]
     pub(in crate::cli) output: PathBuf,
@@ -144,7 +144,7 @@ pub(in crate::cli) struct Pack {
     pub(in crate::cli) repair: bool,
     /// The space of each run
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub(in crate::cli) space: Option<Triple>,
+    pub(in crate::cli) space: Option<ThreeNumbers>,
     /// The machine on whose table models stand side by side: a shipped profile's name, or a TOML file
     #[arg(short = 'm', long = "machine", value_name = "PROFILE")]
     pub(in crate::cli) profile: Option<String>,
@@ -189,7 +189,7 @@ pub(in crate::cli) struct Support {
     pub(in crate::cli) view: Option<PathBuf>,
     /// Up direction, in the file's coordinates
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true)]
-    pub(in crate::cli) up: Triple,
+    pub(in crate::cli) up: ThreeNumbers,
     /// Use the file's own z = 0 as the ground, instead of placing the model on it
     #[arg(long)]
     pub(in crate::cli) keep_z: bool,
@@ -198,7 +198,7 @@ pub(in crate::cli) struct Support {
     pub(in crate::cli) step: f64,
     /// Space from the origin for the model and its supports [default: the model's box and five steps around it]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    pub(in crate::cli) space: Option<Triple>,
+    pub(in crate::cli) space: Option<ThreeNumbers>,
     /// Overhangs up to this angle from the vertical need no support
     #[arg(long, default_value_t = SupportOptions::default().overhang_deg, value_name = "DEG")]
     pub(in crate::cli) overhang: f64,

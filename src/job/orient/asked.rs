@@ -1,14 +1,17 @@
 //! What a request for orientations asks for, checked.
 
+use super::error::OrientError;
 use super::{OrientOptions, Oriented, finer};
 use crate::geom::{Angle, Bounds, Vec3};
 use crate::input::process;
-use crate::job::{BadSetting, Error, World, load_profile};
+use crate::input::{BadSetting, load_profile};
 use crate::orient::{
     Facets, Found, METHODS, Minimum, Objective, ObjectiveSettings, PRINTABLE, Printable, Process, Recommendation,
-    Standing, Stop, Tried, method, minima, nearest, objective, proved_standing, recommend, standing, without_ties,
+    StandingMinima, Stop, Tried, method, minima, nearest, objective, proved_standing, recommend, standing,
+    without_ties,
 };
 use crate::profile::SliceSettings;
+use crate::world::World;
 
 /// Fewer evaluations than this say nothing of a whole sphere.
 const LEAST_BUDGET: usize = 100;
@@ -32,7 +35,7 @@ pub(super) struct OrientAsked {
 }
 
 impl OrientAsked {
-    pub(super) fn of(options: &OrientOptions, world: &World<'_>) -> Result<Self, Error> {
+    pub(super) fn of(options: &OrientOptions, world: &World<'_>) -> Result<Self, OrientError> {
         let machine = options.machine.as_ref().map(|machine| load_profile(machine, world)).transpose()?;
         let print = machine.map(|loaded| loaded.profile.process);
         let settings = settings(options, print.as_ref())?;
@@ -86,7 +89,12 @@ impl OrientAsked {
         self.texts.len()
     }
 
-    pub(super) fn result(&self, f: &dyn Objective, facets: &Facets, world: &World<'_>) -> Result<Oriented, Error> {
+    pub(super) fn result(
+        &self,
+        f: &dyn Objective,
+        facets: &Facets,
+        world: &World<'_>,
+    ) -> Result<Oriented, OrientError> {
         let start = world.clock.now();
         let made = if f.name() == PRINTABLE && self.method == METHODS[0] {
             self.recommended(facets)?
@@ -130,7 +138,7 @@ impl OrientAsked {
         let mut found = minima(facets, f, search.as_ref(), self.budget.map(|budget| budget - budget / 8));
         let tie = f.tie(facets);
         if let Some(least) = self.contact_mm2 {
-            let Standing { minima, most_mm2, evaluations } =
+            let StandingMinima { minima, most_mm2, evaluations } =
                 standing(f, facets, &found.minima, least, self.settings.layer_mm);
             if minima.is_empty() {
                 return Err(BadSetting::NoContact { least, most: most_mm2 });

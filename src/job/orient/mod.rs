@@ -1,12 +1,13 @@
 //! Orientations of a model's parts, each by itself: by one or several objectives, with bounds where a method proves them.
 
 mod asked;
+mod error;
 mod surfaces;
 
 use std::ops::RangeInclusive;
 
-use super::{BadSetting, Error, MachineSource, ModelSource, World};
 use crate::geom::{Object, Slot, Vec3};
+use crate::input::{BadSetting, MachineSource, ModelSource};
 use crate::mesh::{TriangleMesh, stl_binary_parts, threemf};
 use crate::orient::{
     Facets, FirstLayer, Found, Height, Minimum, Objective, ObjectiveSettings, PRINTABLE, Process, Recommendation,
@@ -14,7 +15,9 @@ use crate::orient::{
 };
 use crate::pictures::{Painted, standing};
 use crate::view::{Dip, Drawing, Landscape};
+use crate::world::World;
 use asked::OrientAsked;
+pub use error::OrientError;
 use surfaces::{chosen, meshes};
 
 /// A model, and how to look for orientations of its parts.
@@ -260,9 +263,9 @@ const BESIDE_MM: f64 = 5.0;
 ///
 /// # Errors
 ///
-/// [`Error::Setting`]; [`Error::NoArea`] for a part without a surface; [`Error::NeedsClosed`] and what else keeps the model from
+/// [`OrientError::Setting`]; [`OrientError::NoArea`] for a part without a surface; [`OrientError::NeedsClosed`] and what else keeps the model from
 /// being read.
-pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult, Error> {
+pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult, OrientError> {
     let asked = OrientAsked::of(&request.options, world)?;
     let meshes = chosen(request, meshes(request, &asked, world)?)?;
     if request.only_one && meshes.len() != 1 {
@@ -273,7 +276,7 @@ pub fn orient(request: &OrientRequest, world: &World<'_>) -> Result<OrientResult
     for (id, mesh) in meshes {
         let facets = Facets::of(&mesh);
         if facets.each.is_empty() {
-            return Err(Error::NoArea { part: id, facets: mesh.facets().len() });
+            return Err(OrientError::NoArea { part: id, facets: mesh.facets().len() });
         }
         let mut results = Vec::new();
         for f in &asked.objectives(&facets) {

@@ -1,11 +1,13 @@
 //! What orientations are looked for of: a model's parts, all of it as one, or an open surface.
 
+use super::error::OrientError;
 use super::{OrientAsked, OrientRequest, PartChoice};
 use crate::geom::Object;
-use crate::input::{InputError, load_unposed};
-use crate::job::{BadSetting, Error, ModelSource, World};
+use crate::input::load_unposed;
+use crate::input::{BadSetting, InputError, ModelSource};
 use crate::mesh::{Fanned, Fault, MeshError, ReadOptions, TriangleMesh, fanned, read_surface};
 use crate::spelling::counted;
+use crate::world::World;
 
 pub(super) type Numbered = (usize, TriangleMesh<Object>);
 
@@ -13,7 +15,11 @@ pub(super) type Numbered = (usize, TriangleMesh<Object>);
 const SMALL_HOLES: f64 = 0.02;
 
 /// The model's closed parts; or its open surface as one, where no volume is asked for or its holes are small.
-pub(super) fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World<'_>) -> Result<Vec<Numbered>, Error> {
+pub(super) fn meshes(
+    request: &OrientRequest,
+    asked: &OrientAsked,
+    world: &World<'_>,
+) -> Result<Vec<Numbered>, OrientError> {
     let error = match load_unposed(&request.model, world) {
         Ok(loaded) if request.parts == PartChoice::Whole => {
             return Ok(vec![(0, TriangleMesh::joined(loaded.model.parts.iter().map(|part| &part.mesh)))]);
@@ -28,11 +34,11 @@ pub(super) fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World
     };
     let open = matches!(error.fault, Fault::Open { .. } | Fault::Winding { .. });
     if !open {
-        return Err(error.into());
+        return Err((*error).into());
     }
     if let Some(objective) = asked.closed_only().or_else(|| request.options.compare.then(|| "a comparison".to_owned()))
     {
-        let needed = |source| Error::NeedsClosed { source: Box::new(source), objective };
+        let needed = |source| OrientError::NeedsClosed { source, objective };
         let is_hole = matches!(error.fault, Fault::Open { .. });
         let closed = if is_hole { fanned(&surface(&request.model, world)?) } else { None };
         let share = |closed: &Fanned<Object>| closed.area_mm2 / closed.mesh.area();
@@ -49,7 +55,7 @@ pub(super) fn meshes(request: &OrientRequest, asked: &OrientAsked, world: &World
     surface(&request.model, world).map(|mesh| vec![(0, mesh)])
 }
 
-fn surface(model: &ModelSource, world: &World<'_>) -> Result<TriangleMesh<Object>, Error> {
+fn surface(model: &ModelSource, world: &World<'_>) -> Result<TriangleMesh<Object>, OrientError> {
     let bytes = model.source.bytes(world)?;
     let options = ReadOptions { unit: model.unit, repair: false };
     let read: Result<_, MeshError> = read_surface(&bytes, &model.source.name(), &options);

@@ -1,8 +1,11 @@
 //! Boxes from a text, a line each.
 
+use super::error::PackError;
 use super::result::{self, PackResult, UNITS};
-use super::{Asked, BadPacking, Error, MOST_PIECES, Source, World, counted};
+use super::{Asked, BadPacking, MOST_PIECES, counted};
+use crate::input::Source;
 use crate::pack::{Instance, Item, PackGoal, check, pack};
+use crate::world::World;
 
 /// A line of the text.
 struct Line {
@@ -61,7 +64,7 @@ pub(super) fn packed(
     asked: &Asked<'_>,
     stop: &dyn Fn() -> bool,
     world: &World<'_>,
-) -> Result<PackResult, Error> {
+) -> Result<PackResult, PackError> {
     let name = source.name().into_owned();
     let lines = lines(&name, &source.text(world)?)?;
     let volumes: Vec<f64> = lines.iter().map(|line| line.size.iter().product()).collect();

@@ -1,20 +1,23 @@
 //! Models or boxes packed into runs of a space, or side by side on a machine's table.
 
 mod boxes;
+mod error;
 mod plates;
 mod result;
 mod table;
 
 use std::time::Duration;
 
-use super::{BadSetting, Error, LoadedModel, MachineSource, ModelSource, Source, World, load_profile};
 use crate::input::load_unposed;
+use crate::input::{BadSetting, LoadedModel, MachineSource, ModelSource, Source, load_profile};
 use crate::mesh::is_overlap;
 use crate::pack::{
     Askew, Clash, Ended, Method, PackFault, PackGoal, PackSolid, Packed, Room, Turns, Unpackable, Watch, apart, lift,
     pack_models,
 };
 use crate::spelling::nearest;
+use crate::world::World;
+pub use error::PackError;
 pub use plates::Plates;
 pub use result::{PackResult, Piece, Plate};
 
@@ -192,8 +195,8 @@ fn turned(turn: Turns) -> &'static str {
 ///
 /// # Errors
 ///
-/// [`Error::Setting`] and [`Error::Packing`] for what cannot be packed so; what reading models, boxes and machine may say.
-pub fn pack(request: &PackRequest, stop: &dyn Fn() -> bool, world: &World<'_>) -> Result<PackResult, Error> {
+/// [`PackError::Setting`] and [`PackError::Packing`] for what cannot be packed so; what reading models, boxes and machine may say.
+pub fn pack(request: &PackRequest, stop: &dyn Fn() -> bool, world: &World<'_>) -> Result<PackResult, PackError> {
     let asked = Asked::of(request)?;
     let start = world.clock.now();
     let mut done = match (&request.contents, &request.into) {
@@ -225,7 +228,7 @@ struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    fn of(request: &'a PackRequest) -> Result<Self, Error> {
+    fn of(request: &'a PackRequest) -> Result<Self, PackError> {
         let options = &request.options;
         let boxes = matches!(request.contents, Contents::Boxes(_));
         if let Some(mm) = options.gap_mm {
@@ -300,7 +303,7 @@ pub(super) fn named<T: Copy>(
 }
 
 /// The models with their counts.
-fn loaded(models: &[(ModelSource, usize)], world: &World<'_>) -> Result<Vec<(LoadedModel, usize)>, Error> {
+fn loaded(models: &[(ModelSource, usize)], world: &World<'_>) -> Result<Vec<(LoadedModel, usize)>, PackError> {
     for (model, count) in models {
         counted(&model.source.name(), *count as f64)?;
     }
@@ -342,7 +345,7 @@ fn in_space(
     asked: &Asked<'_>,
     stop: &dyn Fn() -> bool,
     world: &World<'_>,
-) -> Result<PackResult, Error> {
+) -> Result<PackResult, PackError> {
     let solids = solids(models, asked)?;
     let gap_mm = asked.options.gap_mm.unwrap_or(GAP_MM);
     let room = Room { space_mm, gap_mm, turns: asked.turns, liftable: asked.options.no_interlock };
@@ -368,7 +371,7 @@ fn proved(
     room: &Room,
     packed: Packed,
     asked: &Asked<'_>,
-) -> Result<PackResult, Error> {
+) -> Result<PackResult, PackError> {
     let clearance = apart(solids, room, &packed.put).map_err(|clash: Clash| BadPacking::Unproved(clash.to_string()))?;
     let lifts = lift(solids, room, &packed.put);
     if room.liftable && lifts.iter().any(|lift| !lift.locked.is_empty()) {

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::error::PackError;
 use super::result::PackResult;
-use crate::job::{Error, OutputFile, Outputs};
+use crate::world::{OutputFile, Outputs};
 
 /// The right to write runs into a folder.
 #[derive(Debug)]
@@ -18,7 +19,7 @@ impl Plates {
     /// # Errors
     ///
     /// What [`Outputs::folder`] and [`Outputs::claim`] say.
-    pub fn claim(folder: &Path, outputs: &mut Outputs) -> Result<Self, Error> {
+    pub fn claim(folder: &Path, outputs: &mut Outputs) -> Result<Self, PackError> {
         outputs.folder(folder)?;
         Ok(Self { first: outputs.claim(&folder.join(PackResult::file(0)))?, folder: folder.to_owned() })
     }
@@ -28,7 +29,7 @@ impl Plates {
     /// # Errors
     ///
     /// As [`Outputs::claim`] and [`OutputFile::write`].
-    pub fn write(self, done: &PackResult, outputs: &mut Outputs) -> Result<Vec<OutputFile>, Error> {
+    pub fn write(self, done: &PackResult, outputs: &mut Outputs) -> Result<Vec<OutputFile>, PackError> {
         let path = |index| self.folder.join(PackResult::file(index));
         for index in 0..done.plates.len() {
             let bytes = done.threemf(index);

@@ -1,12 +1,12 @@
 //! What a packing comes to: plates with their pieces, as values, text, files and a picture.
 
-use std::fmt::Write;
 use std::path::Path;
 
-use super::{Asked, LoadedModel};
+use super::Asked;
 use crate::geom::{Bounds, Slot, Vec3};
+use crate::input::LoadedModel;
 use crate::mesh::{TriangleMesh, threemf};
-use crate::pack::{Answer, Ended, Instance, Lift, PackGoal, PackSolid, Packed, Put, Room, axis_and_angle, volume};
+use crate::pack::{BoxPacking, Ended, Instance, Lift, PackGoal, PackSolid, Packed, Put, Room, axis_and_angle, volume};
 use crate::pictures::{self, KINDS, coloured};
 use crate::spelling::counted;
 use crate::view::Drawing;
@@ -138,7 +138,7 @@ pub(super) fn of_boxes(
     instance: &Instance,
     lines: &[(String, usize)],
     of: &[usize],
-    answer: &Answer,
+    answer: &BoxPacking,
     space_mm: [f64; 3],
     asked: &Asked<'_>,
 ) -> PackResult {
@@ -232,31 +232,6 @@ impl PackResult {
         let [x, y, z] = self.space_mm;
         let story = format!("{} of {x} x {y} x {z} mm", counted(self.plates.len(), "run"));
         pictures::solids("Models in their runs", solids, vec![], vec![story], false).drawing()
-    }
-
-    /// The result for people.
-    pub fn text(&self) -> String {
-        let mut out = String::new();
-        for (index, plate) in self.plates.iter().enumerate() {
-            let _ = write!(out, "{}: {}, ", Self::file(index), counted(plate.pieces.len(), "piece"));
-            let _ = write!(out, "{:.1} % of the space", 100.0 * plate.fill);
-            if !plate.locked.is_empty() {
-                let _ = write!(out, ", {} of them not shown to lift straight out", plate.locked.len());
-            }
-            let _ = writeln!(out);
-        }
-        let pieces: usize = self.plates.iter().map(|plate| plate.pieces.len()).sum();
-        let _ = match self.goal {
-            PackGoal::Runs => {
-                writeln!(out, "{pieces} pieces in {} (at least {})", counted(self.plates.len(), "run"), self.bound)
-            }
-            PackGoal::Filling => writeln!(out, "{pieces} pieces worth {:.3} (at most {:.3})", self.value, self.bound),
-        };
-        for (name, count) in &self.left_out {
-            let _ = writeln!(out, "left out: {count} of {name}");
-        }
-        let _ = writeln!(out, "{} after {:.2} s by {}", self.end(), self.seconds, self.method);
-        out
     }
 
     /// Why the search ended, in words.

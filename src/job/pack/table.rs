@@ -1,11 +1,13 @@
 //! Models side by side on a machine's table: one layer, with as much room between them as the head needs.
 
+use super::error::PackError;
 use super::result::PackResult;
-use super::{Asked, BadPacking, Error, LoadedModel, World, no_fit, proved, solids};
+use super::{Asked, BadPacking, no_fit, proved, solids};
 use crate::geom::{Mat3, Vec3};
-use crate::job::LoadedProfile;
+use crate::input::{LoadedModel, LoadedProfile};
 use crate::pack::{Ended, Method, PackGoal, PackSolid, Packed, Put, Room, Turns, on_table};
 use crate::strategy::head_reach_mm;
+use crate::world::World;
 
 /// Packs models on the table, run after run: the largest first, as many as stand beside each other.
 pub(super) fn packed(
@@ -14,7 +16,7 @@ pub(super) fn packed(
     asked: &Asked<'_>,
     stop: &dyn Fn() -> bool,
     world: &World<'_>,
-) -> Result<PackResult, Error> {
+) -> Result<PackResult, PackError> {
     let refused = |why: &str| BadPacking::Method { method: asked.name.to_owned(), why: why.to_owned() };
     if asked.method != Method::Auto {
         return Err(

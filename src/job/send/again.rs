@@ -8,17 +8,17 @@ mod testing;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::error::SendError;
 use super::operator::{Operator, Sending};
 use super::stream::{Connection, Stream};
 use super::{Checked, SendRequest, Wire, checked, ended, go, header, start};
-use crate::job::{Error, World};
 use crate::link::serial::Port;
 use crate::link::{
     Accounting, Header, JournalSummary, MachineState, Outcome, Program, Record, ReentryError, Sender, SenderSettings,
     StopReason,
 };
 use crate::planning::sha256_hex;
-use crate::world::FileError;
+use crate::world::{FileError, World};
 use crate::world::{JournalFile, read_journal};
 use choice::Choice;
 
@@ -29,14 +29,14 @@ use choice::Choice;
 ///
 /// # Errors
 ///
-/// As [`send`](super::send()); [`Error::NoJournal`], [`FileError::Journal`], [`Error::ProgramChanged`], [`Error::ProfileChanged`] and
-/// [`Error::Ended`] for a journal that does not lead on; [`Error::Refused`] where the operator does not agree.
+/// As [`send`](super::send()); [`SendError::NoJournal`], [`FileError::Journal`], [`SendError::ProgramChanged`], [`SendError::ProfileChanged`] and
+/// [`SendError::Ended`] for a journal that does not lead on; [`SendError::Refused`] where the operator does not agree.
 pub fn resume(
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
     world: &World<'_>,
     operator: &dyn Operator,
-) -> Result<(), Error> {
+) -> Result<(), SendError> {
     go(checked(request, wire, true, world)?.open(world)?, request, wire, (world, operator))
 }
 
@@ -46,7 +46,7 @@ pub(super) fn ask_first(
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
     told: (&World<'_>, &dyn Operator),
-) -> Result<(), Error> {
+) -> Result<(), SendError> {
     let (world, operator) = told;
     let Checked { program, settings, place, standing: Some(standing) } = checked else { return Ok(()) };
     let text = "the journal has no record of a line; asking the printer whether it accepted any";
@@ -63,7 +63,7 @@ pub(super) fn go_on(
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
     told: (&World<'_>, &dyn Operator),
-) -> Result<(), Error> {
+) -> Result<(), SendError> {
     let (world, operator) = told;
     let Checked { program, mut settings, place: found, standing: Some(standing) } = checked else { return Ok(()) };
     if let Some(uuid) = standing.printer.split_ascii_whitespace().find(|w| w.starts_with("UUID:")) {
@@ -86,7 +86,7 @@ pub(super) fn go_on(
     let choice = Choice { request, program: &program, settings: &settings, told };
     let entry = choice.entry(&standing, same_boot)?;
     if !operator.agrees(&entry) {
-        return Err(Error::Refused { line: entry.file_line });
+        return Err(SendError::Refused { line: entry.file_line });
     }
     let mut journal = JournalFile::reopen(wire.journal.path())?;
     journal.record(&Record::Entering);
@@ -109,7 +109,7 @@ fn keeps_place(
     standing: &JournalSummary,
     (same_boot, request): (bool, &SendRequest<'_>),
     wire: &Wire<'_>,
-) -> Result<Option<(Sender, JournalFile)>, Error> {
+) -> Result<Option<(Sender, JournalFile)>, SendError> {
     // Whoever gives a line has looked at the part, and knows that the printer has forgotten.
     if request.options.from.is_some() || standing.entering {
         return Ok(None);
@@ -139,7 +139,7 @@ fn carry_on(
     (sender, port, place): (Sender, Port, Connection),
     journal: JournalFile,
     (world, operator): (&World<'_>, &dyn Operator),
-) -> Result<Option<Outcome>, Error> {
+) -> Result<Option<Outcome>, SendError> {
     let note = |text: &str| operator.told(&Sending::Note(text), start(program));
     note("asking the printer whether it kept its line counter and its position");
     let outcome = Stream::new(sender, port, place, journal, (world, operator)).run()?;
@@ -155,30 +155,30 @@ fn carry_on(
 }
 
 /// What the journal says, if it is this job's.
-pub(super) fn standing(request: &SendRequest<'_>, path: &Path, blocks: &Program) -> Result<JournalSummary, Error> {
+pub(super) fn standing(request: &SendRequest<'_>, path: &Path, blocks: &Program) -> Result<JournalSummary, SendError> {
     let standing = read_journal(path).map_err(|error| match error {
         FileError::Read { path, source } if source.kind() == std::io::ErrorKind::NotFound => {
-            Error::NoJournal { path, program: request.path.to_owned() }
+            SendError::NoJournal { path, program: request.path.to_owned() }
         }
         other => other.into(),
     })?;
     let (program, file) = (request.program.program(), request.path.to_owned());
     if standing.header.sha256 != sha256_hex(program) {
         let Header { path: of, bytes: then, .. } = standing.header;
-        return Err(Error::ProgramChanged { path: file, of, then, now: program.len() as u64 });
+        return Err(SendError::ProgramChanged { path: file, of, then, now: program.len() as u64 });
     }
     if standing.header.profile_sha256 != request.machine.sha256 {
-        return Err(Error::ProfileChanged { profile: request.machine.name.clone() });
+        return Err(SendError::ProfileChanged { profile: request.machine.name.clone() });
     }
     standing.check(blocks.len()).map_err(|source| FileError::Journal { path: path.to_owned(), source })?;
     if standing.done {
-        return Err(Error::Ended { path: file });
+        return Err(SendError::Ended { path: file });
     }
     Ok(standing)
 }
 
-fn no_entry(error: &ReentryError) -> Error {
-    Error::Printer(error.to_string())
+fn no_entry(error: &ReentryError) -> SendError {
+    SendError::Printer(error.to_string())
 }
 
 #[cfg(test)]

@@ -2,17 +2,21 @@
 
 mod again;
 mod desk;
+mod error;
 mod figures;
 mod operator;
 mod rehearsal;
 mod several;
 mod stream;
+mod together;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{BadSetting, CheckedPlan, Error, LoadedProfile, OutputFile, Verified, World, printer};
+use crate::input::{BadSetting, CheckedPlan, LoadedProfile};
+use crate::job::print::Verified;
+use crate::job::printer;
 use crate::link::serial::{Address, Port};
 use crate::link::{
     Accounting, Header, JournalSummary, LARGEST_FILE, Outcome, Program, ProgramError, Sender, SenderSettings, too_slow,
@@ -20,13 +24,16 @@ use crate::link::{
 use crate::planning::sha256_hex;
 use crate::profile::check_number;
 use crate::world::{JournalFile, read_journal};
+use crate::world::{OutputFile, World};
 pub use again::resume;
 pub use desk::Desk;
+pub use error::SendError;
 use figures::Timing;
 pub use operator::{Answer, At, Figures, Operator, Sending, Unattended};
 pub use rehearsal::{Rehearsal, rehearse};
-pub use several::{Ended, Loaded, Print, send_several};
+pub use several::{EndedPrint, Loaded, SentPrint, send_several};
 use stream::{Connection, Stream};
+pub use together::desk;
 
 /// A program on its way to a printer.
 #[derive(Clone, Copy, Debug)]
@@ -83,14 +90,14 @@ pub struct Wire<'a> {
 ///
 /// # Errors
 ///
-/// [`Error::Program`], [`Error::Unfit`], [`Error::Protocol`] and [`Error::Setting`] before anything is sent;
-/// [`Error::Port`] and [`Error::Printer`] where printer, wire or operator end the print.
+/// [`SendError::Program`], [`SendError::Unfit`], [`SendError::Protocol`] and [`SendError::Setting`] before anything is sent;
+/// [`SendError::Port`] and [`SendError::Printer`] where printer, wire or operator end the print.
 pub fn send(
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
     world: &World<'_>,
     operator: &dyn Operator,
-) -> Result<(), Error> {
+) -> Result<(), SendError> {
     go(checked(request, wire, false, world)?.open(world)?, request, wire, (world, operator))
 }
 
@@ -103,7 +110,7 @@ struct Checked {
     standing: Option<JournalSummary>,
 }
 
-fn checked(request: &SendRequest<'_>, wire: &Wire<'_>, resumes: bool, world: &World<'_>) -> Result<Checked, Error> {
+fn checked(request: &SendRequest<'_>, wire: &Wire<'_>, resumes: bool, world: &World<'_>) -> Result<Checked, SendError> {
     let program = program(request, world)?;
     let standing = resumes.then(|| again::standing(request, wire.journal.path(), &program)).transpose()?;
     let place = place(request, wire, &program, world);
@@ -116,7 +123,7 @@ fn checked(request: &SendRequest<'_>, wire: &Wire<'_>, resumes: bool, world: &Wo
 
 impl Checked {
     /// Opens its port; nothing is sent.
-    fn open(self, world: &World<'_>) -> Result<(Self, Port), Error> {
+    fn open(self, world: &World<'_>) -> Result<(Self, Port), SendError> {
         let port = world.ports.open(&self.place.address, self.place.baud)?;
         Ok((self, port))
     }
@@ -128,7 +135,7 @@ fn go(
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
     told: (&World<'_>, &dyn Operator),
-) -> Result<(), Error> {
+) -> Result<(), SendError> {
     told.1.begin();
     if checked.standing.as_ref().is_some_and(JournalSummary::began) {
         return again::go_on((checked, port), request, wire, told);
@@ -145,7 +152,7 @@ fn begin(
     request: &SendRequest<'_>,
     wire: &Wire<'_>,
     (world, operator): (&World<'_>, &dyn Operator),
-) -> Result<(), Error> {
+) -> Result<(), SendError> {
     let Checked { program, settings, place, .. } = checked;
     if let Some(journal) = broken_off(wire.journal)? {
         operator.told(&Sending::Aside { journal: &journal }, start(&program));
@@ -163,18 +170,18 @@ fn start(program: &Program) -> At {
 ///
 /// # Errors
 ///
-/// [`Error::Program`], and what keeps a file from being read.
-pub fn can_be_sent(path: &Path, world: &World<'_>) -> Result<(), Error> {
+/// [`SendError::Program`], and what keeps a file from being read.
+pub fn can_be_sent(path: &Path, world: &World<'_>) -> Result<(), SendError> {
     let bytes = world.files.size(path)?;
     if bytes > LARGEST_FILE {
         let source = ProgramError::TooBig { bytes, allowed: LARGEST_FILE };
-        return Err(Error::Program { path: path.to_owned(), source });
+        return Err(SendError::Program { path: path.to_owned(), source });
     }
     Ok(())
 }
 
 /// The file as blocks, after the checks that need no printer.
-fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>, Error> {
+fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>, SendError> {
     let (profile, baud) = (&request.machine.profile, request.options.baud);
     if let Some(baud) = baud {
         check_number("link.baud", f64::from(baud)).map_err(|source| BadSetting::Number { name: "baud", source })?;
@@ -182,13 +189,13 @@ fn program(request: &SendRequest<'_>, world: &World<'_>) -> Result<Arc<Program>,
     let rules = printer::rules(profile)?;
     let path = || request.path.to_owned();
     let read = Program::read(request.program.program(), &rules);
-    let program = read.map_err(|source| Error::Program { path: path(), source })?;
+    let program = read.map_err(|source| SendError::Program { path: path(), source })?;
     if let Some((line, why)) = &program.unknown {
         let source = ProgramError::Unfollowed { line: *line, why: why.clone() };
-        return Err(Error::Program { path: path(), source });
+        return Err(SendError::Program { path: path(), source });
     }
     if let Some(unfit) = printer::abilities(profile).lacking(&program) {
-        return Err(Error::Unfit { path: path(), unfit });
+        return Err(SendError::Unfit { path: path(), unfit });
     }
     if rules.protocol.traits().serial
         && let Some(slow) = too_slow(&program, rules.protocol, baud.unwrap_or(profile.link.baud))
@@ -228,16 +235,16 @@ fn header(request: &SendRequest<'_>, place: &Connection, world: &World<'_>) -> H
 }
 
 /// Puts the journal of an unfinished print aside.
-fn broken_off(kept: &OutputFile) -> Result<Option<PathBuf>, Error> {
+fn broken_off(kept: &OutputFile) -> Result<Option<PathBuf>, SendError> {
     let unfinished = read_journal(kept.path()).is_ok_and(|s| s.began() && !s.done);
     if unfinished { Ok(kept.set_aside()?) } else { Ok(None) }
 }
 
-fn ended(outcome: Outcome) -> Result<(), Error> {
+fn ended(outcome: Outcome) -> Result<(), SendError> {
     match outcome {
         Outcome::Done => Ok(()),
-        Outcome::Cancelled => Err(Error::Printer("cancelled".to_owned())),
-        Outcome::EmergencyStopped => Err(Error::Printer("emergency stop; reset the printer".to_owned())),
-        Outcome::Stopped(why) => Err(Error::Printer(why.to_string())),
+        Outcome::Cancelled => Err(SendError::Printer("cancelled".to_owned())),
+        Outcome::EmergencyStopped => Err(SendError::Printer("emergency stop; reset the printer".to_owned())),
+        Outcome::Stopped(why) => Err(SendError::Printer(why.to_string())),
     }
 }

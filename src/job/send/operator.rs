@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use crate::job::Error;
+use super::error::SendError;
 use crate::link::Reentry;
 use crate::link::serial::Twin;
 
@@ -37,7 +37,7 @@ pub trait Operator {
     }
 
     /// One of several prints has ended, whatever becomes of the others; why, where it failed.
-    fn ended(&self, _error: Option<&Error>) {}
+    fn ended(&self, _error: Option<&SendError>) {}
 }
 
 /// What somebody says in a pause.

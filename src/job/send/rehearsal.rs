@@ -3,11 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::error::SendError;
 use super::{SendRequest, program};
-use crate::job::{Error, World, printer};
+use crate::job::printer;
 use crate::link::sim::{Script, Sim};
 use crate::link::{Loopback, Notice, Outcome, Program, Sender, SenderSettings};
 use crate::profile::Profile;
+use crate::world::World;
 
 /// Nothing prints longer than this.
 const LONGEST: Duration = Duration::from_secs(60 * 24 * 3600);
@@ -40,8 +42,8 @@ fn trouble(notice: &Notice) -> Option<String> {
 ///
 /// # Errors
 ///
-/// As [`send`](super::send()) before anything is sent, and [`Error::Printer`] where the print does not come to its end.
-pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsal, Error> {
+/// As [`send`](super::send()) before anything is sent, and [`SendError::Printer`] where the print does not come to its end.
+pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsal, SendError> {
     let program = program(request, world)?;
     let (link, outcome) = through(&program, &request.machine.profile, LONGEST, |_| {})?;
     match outcome {
@@ -53,8 +55,8 @@ pub fn rehearse(request: &SendRequest<'_>, world: &World<'_>) -> Result<Rehearsa
             clamped: link.sim.clamped(),
             troubles: link.events().iter().filter_map(trouble).collect(),
         }),
-        Some(Outcome::Stopped(why)) => Err(Error::Printer(format!("rehearsal: {why}"))),
-        _ => Err(Error::Printer("the rehearsal did not finish".to_owned())),
+        Some(Outcome::Stopped(why)) => Err(SendError::Printer(format!("rehearsal: {why}"))),
+        _ => Err(SendError::Printer("the rehearsal did not finish".to_owned())),
     }
 }
 
@@ -64,7 +66,7 @@ pub(super) fn through(
     profile: &Profile,
     every: Duration,
     mut shown: impl FnMut(&Loopback),
-) -> Result<(Loopback, Option<Outcome>), Error> {
+) -> Result<(Loopback, Option<Outcome>), SendError> {
     let protocol = printer::protocol(profile)?;
     let mut sim = Sim::new(protocol, printer::model(profile)?, printer::quirks(profile)?, Script::none()).without_log();
     if let Some(words) = protocol.traits().unlock {

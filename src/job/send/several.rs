@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use super::error::SendError;
 use super::operator::Operator;
+use super::together::{same_port, side_by_side};
 use super::{Checked, SendOptions, SendRequest, Wire, checked, go};
-use crate::job::together::{same_port, side_by_side};
-use crate::job::{CheckedPlan, Error, LoadedProfile, Silent, Verified, World};
+use crate::input::{CheckedPlan, LoadedProfile};
+use crate::job::print::Verified;
+use crate::world::{Silent, World};
 
 /// One of several prints.
 #[derive(Clone, Copy, Debug)]
-pub struct Print<'a> {
+pub struct SentPrint<'a> {
     /// What.
     pub request: SendRequest<'a>,
     /// To where.
@@ -18,13 +21,13 @@ pub struct Print<'a> {
 
 /// How one of several prints has ended.
 #[derive(Debug)]
-pub struct Ended {
+pub struct EndedPrint {
     /// Its port.
     pub port: String,
     /// Its file.
     pub file: PathBuf,
     /// Why it failed.
-    pub error: Option<Error>,
+    pub error: Option<SendError>,
 }
 
 /// A program in hand, and what it is to be printed by.
@@ -54,15 +57,15 @@ impl Loaded {
 /// # Errors
 ///
 /// As [`send`](super::send()) and [`resume`](super::resume()) before anything is sent, of the first print that cannot begin, and
-/// [`Error::SamePort`]: then none begins.
+/// [`SendError::SamePort`]: then none begins.
 pub fn send_several<'o>(
-    prints: &[Print<'_>],
+    prints: &[SentPrint<'_>],
     resumes: bool,
     world: &World<'_>,
     operator: &(dyn Fn(usize) -> Box<dyn Operator + 'o> + Sync),
-) -> Result<Vec<Ended>, Error> {
+) -> Result<Vec<EndedPrint>, SendError> {
     distinct(prints)?;
-    let all = |print: &Print<'_>| checked(&print.request, &print.wire, resumes, world);
+    let all = |print: &SentPrint<'_>| checked(&print.request, &print.wire, resumes, world);
     let checked = prints.iter().map(all).collect::<Result<Vec<Checked>, _>>()?;
     // No port is touched before all is known to be well.
     let open = |checked: Checked| checked.open(world);
@@ -76,7 +79,7 @@ pub fn send_several<'o>(
         }
     });
     let ended = side_by_side(tasks.collect()).into_iter().zip(prints);
-    let each = |(ended, print): (Result<(), Error>, &Print<'_>)| Ended {
+    let each = |(ended, print): (Result<(), SendError>, &SentPrint<'_>)| EndedPrint {
         port: print.wire.address.to_string(),
         file: print.request.path.to_owned(),
         error: ended.err(),
@@ -85,12 +88,12 @@ pub fn send_several<'o>(
 }
 
 /// That no two go to one port, under whatever names.
-fn distinct(prints: &[Print<'_>]) -> Result<(), Error> {
+fn distinct(prints: &[SentPrint<'_>]) -> Result<(), SendError> {
     for (index, print) in prints.iter().enumerate() {
-        let same = |other: &&Print<'_>| same_port(other.wire.address, print.wire.address);
+        let same = |other: &&SentPrint<'_>| same_port(other.wire.address, print.wire.address);
         if let Some(other) = prints[..index].iter().find(same) {
             let files = [other, print].map(|p| PathBuf::from(p.request.path));
-            return Err(Error::SamePort { port: print.wire.address.to_string(), files });
+            return Err(SendError::SamePort { port: print.wire.address.to_string(), files });
         }
     }
     Ok(())

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::error::SendError;
 use super::figures::Timing;
 use super::operator::{Answer, At, Operator, Sending};
-use crate::job::{Error, World};
 use crate::link::serial::{Address, Heard, Port};
 use crate::link::{AfterStop, Notice, Outcome, Record, Sender, StopReason, Temperatures, Time};
 use crate::world::JournalFile;
+use crate::world::World;
 
 const NAP: Duration = Duration::from_millis(100);
 const EVERY: Duration = Duration::from_secs(1);
@@ -83,7 +84,7 @@ impl<'a> Stream<'a> {
     }
 
     /// Runs to the end.
-    pub(super) fn run(mut self) -> Result<Outcome, Error> {
+    pub(super) fn run(mut self) -> Result<Outcome, SendError> {
         self.hand_on();
         self.tell(&Sending::Start);
         let (now, resuming) = (self.now(), self.sender.wake(self.now()).is_none());
@@ -184,7 +185,7 @@ impl<'a> Stream<'a> {
     }
 
     /// Looks for the same device, wherever it is now.
-    fn reopened(&mut self) -> Result<bool, Error> {
+    fn reopened(&mut self) -> Result<bool, SendError> {
         let since = self.lost_at.map_or(Duration::ZERO, |at| self.now().saturating_sub(at));
         if since > self.place.wait {
             let text = format!(
@@ -192,7 +193,7 @@ impl<'a> Stream<'a> {
                 self.place.wait.as_secs()
             );
             self.tell(&Sending::Stopped { reason: &text });
-            return Err(Error::Printer(text));
+            return Err(SendError::Printer(text));
         }
         if self.now().saturating_sub(self.tried) < REOPEN_EVERY {
             self.world.clock.sleep(NAP.min(REOPEN_EVERY));
@@ -209,7 +210,7 @@ impl<'a> Stream<'a> {
         Ok(true)
     }
 
-    fn interrupted(&mut self, count: u32) -> Result<(), Error> {
+    fn interrupted(&mut self, count: u32) -> Result<(), SendError> {
         if count == self.interrupts {
             return Ok(());
         }
@@ -218,7 +219,7 @@ impl<'a> Stream<'a> {
         self.interrupts = count;
         if first && !self.sender.has_begun() {
             let text = "stopped before anything moved or heated: the printer is unchanged";
-            return Err(Error::Printer(text.to_owned()));
+            return Err(SendError::Printer(text.to_owned()));
         }
         if first && self.sender.progress().sent > 0 {
             self.tell(&Sending::Pausing { waits_for: self.sender.waits_for() });
@@ -228,7 +229,7 @@ impl<'a> Stream<'a> {
         self.sender.emergency_stop();
         self.operator.last_words(None);
         let Some(port) = &mut self.port else {
-            return Err(Error::Printer(
+            return Err(SendError::Printer(
                 "emergency stop, but the connection is lost: switch the printer off".to_owned(),
             ));
         };
@@ -294,7 +295,7 @@ impl<'a> Stream<'a> {
         false
     }
 
-    fn paused_for_good(&mut self) -> Error {
+    fn paused_for_good(&mut self) -> SendError {
         let line = self.line();
         let why = match self.short {
             true => format!("{}: no disk space left: ", self.journal.path().display()),
@@ -307,10 +308,10 @@ impl<'a> Stream<'a> {
             "{why}paused at line {line} with the head above the part{heat}; {first}continue with trunnion send --resume{again}"
         );
         self.tell(&Sending::Stopped { reason: &text });
-        Error::Printer(text)
+        SendError::Printer(text)
     }
 
-    fn close(&mut self, outcome: Outcome) -> Result<Outcome, Error> {
+    fn close(&mut self, outcome: Outcome) -> Result<Outcome, SendError> {
         let end = self.now() + LAST_BYTES;
         while self.now() < end && !self.put() {
             self.world.clock.sleep(Duration::from_millis(5));
@@ -348,7 +349,7 @@ impl<'a> Stream<'a> {
     }
 
     /// Behind an emergency stop: stays until the printer has stopped, and says whether it has.
-    fn stopped_or_not(&mut self) -> Result<Outcome, Error> {
+    fn stopped_or_not(&mut self) -> Result<Outcome, SendError> {
         let text = match self.watch() {
             AfterStop::Stopped => {
                 self.tell(&Sending::Stopped { reason: "emergency stop" });
@@ -363,7 +364,7 @@ impl<'a> Stream<'a> {
             }
         };
         self.tell(&Sending::Stopped { reason: &text });
-        Err(Error::Printer(text))
+        Err(SendError::Printer(text))
     }
 
     /// Listens behind the emergency stop, which is said again now and then.
@@ -395,7 +396,7 @@ impl<'a> Stream<'a> {
     }
 
     /// Last words that the port did not take.
-    fn unsaid(&mut self, outcome: &Outcome) -> Error {
+    fn unsaid(&mut self, outcome: &Outcome) -> SendError {
         let why = match outcome {
             Outcome::Stopped(why) => {
                 self.journal.record(&Record::Stopped(why.to_string()));
@@ -405,7 +406,7 @@ impl<'a> Stream<'a> {
         };
         let text = format!("{why}; the port does not even accept the stop command: switch the printer off");
         self.tell(&Sending::Stopped { reason: &text });
-        Error::Printer(text)
+        SendError::Printer(text)
     }
 
     fn line(&self) -> u32 {

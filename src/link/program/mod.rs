@@ -17,7 +17,7 @@ use crate::gcode::marks;
 use crate::gcode::meaning::{Firmware, waits};
 use crate::gcode::{Command, LineKind, ParsedLine, lines};
 use crate::motion::replay::{Position, Reading};
-use crate::trace::{Clock, Interpreter, Setting};
+use crate::trace::{Interpreter, MotionClock, TraceSetting};
 use refused::refused;
 use replay::Replay;
 
@@ -29,7 +29,7 @@ pub struct ProgramRules {
     /// Bytes of its longest line, number and checksum included.
     pub longest_line: usize,
     /// How its lines are read, and the axes' speeds: those that verification has.
-    pub setting: Setting,
+    pub setting: TraceSetting,
 }
 
 /// Where something begins.
@@ -55,7 +55,7 @@ pub struct Boundary {
 /// The program on its way to the machine.
 #[derive(Clone, Debug)]
 pub struct Program {
-    setting: Setting,
+    setting: TraceSetting,
     bytes: Vec<u8>,
     ends: Vec<u32>,
     file_lines: Vec<u32>,
@@ -150,7 +150,7 @@ impl Program {
         let firmware = rules.protocol.firmware();
         let reading = Reading { firmware, ..rules.setting.reading.clone() };
         let mut program = Self {
-            setting: Setting { reading, ..rules.setting.clone() },
+            setting: TraceSetting { reading, ..rules.setting.clone() },
             bytes: Vec::with_capacity(file.len()),
             ends: Vec::new(),
             file_lines: Vec::new(),
@@ -163,7 +163,7 @@ impl Program {
         };
         let mut parsed = ParsedLine::default();
         let mut interpreter = Interpreter::new(&program.setting);
-        let mut clock = Clock::new(&program.setting.accelerations);
+        let mut clock = MotionClock::new(&program.setting.accelerations);
         for line in lines(file) {
             let damaged = |why: String| ProgramError::Damaged { line: line.number, why };
             parsed.read(line.bytes).map_err(|e| damaged(e.to_string()))?;

@@ -3,7 +3,7 @@
 use super::Program;
 use crate::gcode::ParsedLine;
 use crate::motion::replay::ReplayError;
-use crate::trace::{Action, Interpreter, Setting};
+use crate::trace::{Action, Interpreter, TraceSetting};
 
 /// A program's blocks one after the other, through the interpreter that has timed them.
 pub(in crate::link) struct Replay<'a> {
@@ -14,7 +14,7 @@ pub(in crate::link) struct Replay<'a> {
 }
 
 impl<'a> Replay<'a> {
-    pub(in crate::link) fn new(program: &'a Program, setting: &Setting) -> Self {
+    pub(in crate::link) fn new(program: &'a Program, setting: &TraceSetting) -> Self {
         Self { program, interpreter: Interpreter::new(setting), line: ParsedLine::default(), next: 0 }
     }
 

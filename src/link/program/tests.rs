@@ -80,7 +80,7 @@ fn the_time_of_a_program_is_the_time_that_its_trace_has() {
         (with(FeedCount::Linear, false), "G4 P2500\nG1 E3 F60\n", 5.5),
         (with(FeedCount::Linear, false), "G1 A30 F60000\n", 1.5),
     ] {
-        let setting = Setting { rates, ..setting() };
+        let setting = TraceSetting { rates, ..setting() };
         let seconds = |text: &str| {
             let rules = ProgramRules { setting: setting.clone(), ..rules(Protocol::Marlin) };
             let program = Program::read(text.as_bytes(), &rules).unwrap();

@@ -2,28 +2,28 @@
 
 use super::phase::Phase;
 use super::{Notice, Sender, Time};
-use crate::link::action::Action;
+use crate::link::action::HostAction;
 
 impl Sender {
     /// The printer asks for `action`, in the words `text`.
-    pub(super) fn obey(&mut self, now: Time, action: Action, text: &str) {
+    pub(super) fn obey(&mut self, now: Time, action: HostAction, text: &str) {
         self.heard = now;
         let prints = matches!(self.phase, Phase::Flow(_) | Phase::Probe(_)) && !self.phase.is_fresh();
         match action {
-            Action::Shown => self.note(format!("the printer's display: {text}")),
-            Action::Unknown => self.note(format!("the printer asks for {text:?}, which is unknown and ignored")),
+            HostAction::Shown => self.note(format!("the printer's display: {text}")),
+            HostAction::Unknown => self.note(format!("the printer asks for {text:?}, which is unknown and ignored")),
             _ if !prints => self.note(format!("the printer asks for {text:?}, but nothing is being printed")),
-            Action::Pause | Action::Leave => self.pause_as_asked(text),
-            Action::Cancel => {
+            HostAction::Pause | HostAction::Leave => self.pause_as_asked(text),
+            HostAction::Cancel => {
                 self.note(format!("the printer asks for {text:?}: the print is cancelled"));
                 self.cancel();
             }
-            Action::Resume => self.resume(),
-            Action::Paused => {
+            HostAction::Resume => self.resume(),
+            HostAction::Paused => {
                 self.note(format!("the printer paused by itself ({text}); waiting for it"));
                 self.paused_itself = true;
             }
-            Action::Resumed => self.goes_on(now),
+            HostAction::Resumed => self.goes_on(now),
         }
     }
 

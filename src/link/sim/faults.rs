@@ -137,6 +137,35 @@ impl Script {
         Self::at(&[])
     }
 
+    /// Faults in words: `NAME@LINE`, `NAME:PROBABILITY` or `random:PROBABILITY`; random ones are drawn from `seed`.
+    ///
+    /// # Errors
+    ///
+    /// The word that means nothing.
+    pub fn read(faults: &[String], seed: u64) -> Result<Self, String> {
+        let mut at = Vec::new();
+        let mut chosen = Vec::new();
+        let mut probability = 0.0_f64;
+        for text in faults {
+            let wrong = || text.clone();
+            let named = |name: &str| NAMES.iter().find(|(n, _)| *n == name).map(|(_, fault)| *fault);
+            if let Some((name, line)) = text.split_once('@') {
+                at.push((line.parse().map_err(|_| wrong())?, named(name).ok_or_else(wrong)?));
+            } else {
+                let (name, p) = text.split_once(':').ok_or_else(wrong)?;
+                let p = p.parse::<f64>().ok().filter(|p| (0.0..=1.0).contains(p)).ok_or_else(wrong)?;
+                probability = probability.max(p);
+                match name {
+                    "random" => chosen.extend(SURVIVABLE),
+                    name => chosen.push(named(name).ok_or_else(wrong)?),
+                }
+            }
+        }
+        let mut script = if chosen.is_empty() { Self::none() } else { Self::random(&chosen, probability, seed) };
+        at.into_iter().for_each(|(line, fault)| script.add(line, fault));
+        Ok(script)
+    }
+
     /// Each fault once, at its line.
     pub fn at(faults: &[(u64, SimFault)]) -> Self {
         Self {
@@ -159,11 +188,6 @@ impl Script {
             lines: 0,
             cut: 0,
         }
-    }
-
-    /// The faults that have a line.
-    pub fn scheduled(&self) -> Vec<(u64, SimFault)> {
-        self.at.clone()
     }
 
     /// Adds one to a script.

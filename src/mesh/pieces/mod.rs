@@ -32,7 +32,7 @@ use crate::geom::{Hull, Vec3};
 
 /// Facets that are nearly convex together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Piece {
+pub struct ConvexPiece {
     /// Their numbers in the mesh, ascending.
     pub facets: Vec<u32>,
     /// Their hull, mm; flat, without faces, where all of them lie in one plane.
@@ -47,11 +47,11 @@ pub struct Piece {
 /// joined. With a `concavity_mm` of 0 only what is convex to rounding (a millionth of the mesh's size) is joined.
 ///
 /// Time: some `n log n` for what is round or flat; at worst the square of the facets, in a single piece that is neither.
-pub fn pieces<F>(mesh: &TriangleMesh<F>, concavity_mm: f64) -> Vec<Piece> {
+pub fn pieces<F>(mesh: &TriangleMesh<F>, concavity_mm: f64) -> Vec<ConvexPiece> {
     let groups = merge::groups(mesh, concavity_mm.max(0.0));
     groups
         .into_iter()
-        .map(|(facets, concavity_mm)| Piece { hull: hull_of(mesh, &facets), facets, concavity_mm })
+        .map(|(facets, concavity_mm)| ConvexPiece { hull: hull_of(mesh, &facets), facets, concavity_mm })
         .collect()
 }
 

@@ -1,6 +1,6 @@
 //! Pieces of shapes with figures by hand, the promise over random places, and what is degenerate.
 
-use super::{Piece, pieces};
+use super::{ConvexPiece, pieces};
 use crate::fixtures;
 use crate::geom::convex::{separation, support};
 use crate::geom::{Object, SplitMix64, Vec3};
@@ -10,7 +10,7 @@ use crate::mesh::tests::shapes;
 type Mesh = TriangleMesh<Object>;
 
 /// What every answer owes: each facet once, groups in order, no more concave than asked, and the corners in the hull.
-fn is_whole(mesh: &Mesh, found: &[Piece], most: f64) {
+fn is_whole(mesh: &Mesh, found: &[ConvexPiece], most: f64) {
     let mut facets: Vec<u32> = found.iter().flat_map(|p| p.facets.iter().copied()).collect();
     facets.sort_unstable();
     assert!(facets.iter().copied().eq(0..mesh.facets().len() as u32));
@@ -167,7 +167,7 @@ fn shape_keeps_pieces_of_a_plane_compact_while_nothing_is_concave() {
     // A saddle-like sheet where many merges cost nothing: what is joined first must be round, or strips remain.
     let torus = shapes::torus(64, 64);
     let found = pieces(&torus, 0.8);
-    let shape = |piece: &Piece| {
+    let shape = |piece: &ConvexPiece| {
         let area: f64 = piece.facets.iter().map(|&f| torus.facet_area(f as usize)).sum();
         let mut sides: std::collections::BTreeMap<[u32; 2], f64> = std::collections::BTreeMap::new();
         for [a, b, c] in piece.facets.iter().map(|&f| torus.facets()[f as usize]) {
@@ -241,7 +241,7 @@ fn hulls_are_never_farther_apart_than_the_surfaces() {
         };
         let all = (0..one.facets().len()).flat_map(|f| (0..other.facets().len()).map(move |g| (f, g)));
         let wanted = all.map(|(f, g)| facets_apart(f, g)).fold(f64::INFINITY, f64::min);
-        let hulls_apart = |p: &Piece, q: &Piece| {
+        let hulls_apart = |p: &ConvexPiece, q: &ConvexPiece| {
             let reach = |d: &Vec3| p.hull.support(d) - (q.hull.support(&-d) + shift);
             separation(reach, f64::INFINITY).distance()
         };

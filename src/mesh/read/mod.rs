@@ -10,7 +10,7 @@ mod stl_binary;
 mod threemf;
 mod threemf_xml;
 
-use super::error::{Fault, Located, MeshError, Place};
+use super::error::{Fault, FilePlace, Located, MeshError};
 use super::soup::Soup;
 use super::{Away, Model, TriangleMesh, Unit, guess_unit};
 use crate::geom::{Bounds, Object};
@@ -38,7 +38,7 @@ pub fn read_model(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Mod
     let (model, away) = read_project(bytes, name, options)?;
     match away.first() {
         None => Ok(model),
-        Some(away) => Err(Fault::Negative { name: away.name.clone() }.at(Place::File).in_file(name)),
+        Some(away) => Err(Fault::Negative { name: away.name.clone() }.at(FilePlace::File).in_file(name)),
     }
 }
 
@@ -62,11 +62,11 @@ pub fn read_project(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<(
 pub fn read_surface(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<TriangleMesh<Object>, MeshError> {
     let mut soup = read(bytes, name).map_err(|located| located.in_file(name))?;
     if let Some(away) = soup.names.iter().find(|label| label.away) {
-        return Err(Fault::Negative { name: away.away_called() }.at(Place::File).in_file(name));
+        return Err(Fault::Negative { name: away.away_called() }.at(FilePlace::File).in_file(name));
     }
     let facets = soup.facets.len();
     if soup.weld() == facets {
-        return Err(Fault::Collapsed { facets }.at(Place::File).in_file(name));
+        return Err(Fault::Collapsed { facets }.at(FilePlace::File).in_file(name));
     }
     let longest = || Bounds::of(soup.vertices.iter().copied()).size().max();
     let unit = options.unit.or(soup.unit).unwrap_or_else(|| guess_unit(longest()).0);
@@ -76,19 +76,19 @@ pub fn read_surface(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<T
 
 fn read(bytes: &[u8], name: &str) -> Result<Soup, Located> {
     if bytes.is_empty() {
-        return Err(Fault::Empty.at(Place::File));
+        return Err(Fault::Empty.at(FilePlace::File));
     }
     if is_web_page(bytes) {
-        return Err(Fault::WebPage.at(Place::File));
+        return Err(Fault::WebPage.at(FilePlace::File));
     }
-    let soup = match format_of(bytes, name).ok_or_else(|| stranger(bytes, name).at(Place::File))? {
+    let soup = match format_of(bytes, name).ok_or_else(|| stranger(bytes, name).at(FilePlace::File))? {
         Format::StlBinary => stl_binary::read(bytes)?,
         Format::StlAscii => stl_ascii::read(bytes)?,
         Format::Obj => obj::read(bytes)?,
         Format::Off => off::read(bytes)?,
         Format::ThreeMf => threemf::read(bytes)?,
     };
-    if soup.facets.is_empty() { Err(Fault::NoFacets.at(Place::File)) } else { Ok(soup) }
+    if soup.facets.is_empty() { Err(Fault::NoFacets.at(FilePlace::File)) } else { Ok(soup) }
 }
 
 /// What a file is that holds no facets, by how it begins; by its name where that says nothing.

@@ -1,7 +1,7 @@
 //! Wavefront OBJ through `tobj`.
 
 use crate::geom::Vec3;
-use crate::mesh::error::{Fault, Located, Place, coordinate};
+use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{Label, MAX_FACETS, Soup};
 
 /// The name `tobj` gives to faces before the first group.
@@ -19,11 +19,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     let line = plain[..plain.len() - rest.len()].lines().count() as u64;
     let (models, _) = loaded.map_err(|error| {
         let found = plain.lines().nth(line.saturating_sub(1) as usize).unwrap_or("").chars().take(40).collect();
-        Fault::Syntax { found, expected: expected(&error) }.at(Place::Line(line))
+        Fault::Syntax { found, expected: expected(&error) }.at(FilePlace::Line(line))
     })?;
     let mut soup = Soup::default();
     for model in models {
-        append(&mut soup, model).map_err(|fault| fault.at(Place::Facet(soup.facets.len() as u64)))?;
+        append(&mut soup, model).map_err(|fault| fault.at(FilePlace::Facet(soup.facets.len() as u64)))?;
     }
     Ok(soup)
 }
@@ -68,7 +68,8 @@ fn plain(text: &str) -> Result<String, Located> {
             Some("f") => {
                 plain.push('f');
                 for word in words {
-                    let corner = corner(word, seen, count).map_err(|fault| fault.at(Place::Line(index as u64 + 1)))?;
+                    let corner =
+                        corner(word, seen, count).map_err(|fault| fault.at(FilePlace::Line(index as u64 + 1)))?;
                     push_word(&mut plain, &corner.to_string());
                 }
             }
@@ -100,7 +101,7 @@ fn corner(word: &str, seen: i64, count: usize) -> Result<i64, Fault> {
 #[cfg(test)]
 mod tests {
     use super::read;
-    use crate::mesh::error::{Fault, Place};
+    use crate::mesh::error::{Fault, FilePlace};
 
     const TWO: &str = "# made by hand\r\nmtllib none.mtl\r\nv 0 0 0 1 0 0\r\nv 1 0 0\r\nv 1 1 0\r\nv 0 1 0\r\nvn 0 0 1\r\n\
         f 1//1 2//1 3//1 4//1\r\ng lid\r\nusemtl red\r\nf -4/7/-9 -3 -2\r\nl 1 2\r\np 1\r\n";
@@ -127,14 +128,14 @@ mod tests {
     fn names_the_line_of_what_it_cannot_read() {
         let fails = |from: &str, to: &str| read(TWO.replace(from, to).as_bytes()).unwrap_err();
         let error = fails("4//1", "5//1");
-        assert_eq!(error.place, Place::Line(8));
+        assert_eq!(error.place, FilePlace::Line(8));
         assert_eq!(error.fault, Fault::IndexOutOfRange { index: 5, count: 4, first: 1 });
         assert_eq!(fails("-4/7", "0/7").fault, Fault::IndexOutOfRange { index: 0, count: 4, first: 1 });
         assert_eq!(fails("-4/7", "-5/7").fault, Fault::IndexOutOfRange { index: -5, count: 4, first: 1 });
         let error = fails("v 1 1 0", "v 1 x 0");
-        assert_eq!(error.place, Place::Line(5));
+        assert_eq!(error.place, FilePlace::Line(5));
         assert_eq!(error.fault, Fault::Syntax { found: "v 1 x 0".to_owned(), expected: "three coordinates" });
         assert!(matches!(fails("v 1 1 0", "v 1 inf 0").fault, Fault::NotFinite { .. }));
-        assert_eq!(fails("f 1//1 2//1 3//1 4//1", "f").place, Place::Line(9));
+        assert_eq!(fails("f 1//1 2//1 3//1 4//1", "f").place, FilePlace::Line(9));
     }
 }

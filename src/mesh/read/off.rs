@@ -3,7 +3,7 @@
 use std::str::SplitWhitespace;
 
 use crate::geom::Vec3;
-use crate::mesh::error::{Fault, Located, Place, coordinate};
+use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{MAX_FACETS, Soup};
 
 /// Whether `word` is a header of three-dimensional OFF; what follows the coordinates (normals, colours, texture) is
@@ -61,8 +61,8 @@ impl<'a> Lines<'a> {
         Err(syntax("end of file", expected).at(self.place()))
     }
 
-    fn place(&self) -> Place {
-        Place::Line(self.last)
+    fn place(&self) -> FilePlace {
+        FilePlace::Line(self.last)
     }
 }
 
@@ -105,7 +105,7 @@ fn face(mut words: SplitWhitespace<'_>, soup: &mut Soup) -> Result<(), Fault> {
 #[cfg(test)]
 mod tests {
     use super::{is_header, read};
-    use crate::mesh::error::{Fault, Place};
+    use crate::mesh::error::{Fault, FilePlace};
 
     const SQUARE: &str = "OFF # a square and a triangle\n\n4 2 0\n0 0 0\n1 0 0 255 0 0\n# here\n1 1 0\n0 1 0\n\
         4 0 1 2 3 1.0 0 0\n3 0 1 2\n";
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn names_the_line_of_what_it_cannot_read() {
         let error = read(SQUARE.replace("4 0 1 2 3", "4 0 1 2 9").as_bytes()).unwrap_err();
-        assert_eq!(error.place, Place::Line(9));
+        assert_eq!(error.place, FilePlace::Line(9));
         assert_eq!(error.fault, Fault::IndexOutOfRange { index: 9, count: 4, first: 0 });
         let error = read(SQUARE.replace("3 0 1 2\n", "").as_bytes()).unwrap_err();
         assert_eq!(error.fault, Fault::Syntax { found: "end of file".to_owned(), expected: "a face" });

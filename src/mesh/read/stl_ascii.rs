@@ -1,7 +1,7 @@
 //! ASCII STL; any case, any line ending, several solids.
 
 use crate::geom::Vec3;
-use crate::mesh::error::{Fault, Located, Place, coordinate};
+use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{Label, Soup};
 use crate::mesh::weld::Welder;
 
@@ -18,11 +18,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     let mut lines = 0;
     for line in bytes.split(|&byte| byte == b'\n') {
         lines += 1;
-        reader.line(&String::from_utf8_lossy(line)).map_err(|fault| fault.at(Place::Line(lines)))?;
+        reader.line(&String::from_utf8_lossy(line)).map_err(|fault| fault.at(FilePlace::Line(lines)))?;
     }
     if reader.corners.is_some() {
         let fault = Fault::Syntax { found: "end of file".to_owned(), expected: "`vertex` or `endloop`" };
-        return Err(fault.at(Place::Line(lines)));
+        return Err(fault.at(FilePlace::Line(lines)));
     }
     let mut soup = reader.soup;
     soup.vertices = reader.welder.into_vertices();
@@ -98,7 +98,7 @@ impl Reader {
 #[cfg(test)]
 mod tests {
     use super::read;
-    use crate::mesh::error::{Fault, Place};
+    use crate::mesh::error::{Fault, FilePlace};
 
     const ONE: &str = "SOLID Exporter 1\r\n facet normal 0 0 1\r\n  Outer Loop\r\n   vertex 0 0 0\r\n   \
         Vertex 1e0 -0 0\r\n   vertex 0 2.5 0\r\n  endloop\r\n endfacet\r\nendsolid Exporter 1\r\n";
@@ -124,14 +124,14 @@ mod tests {
     #[test]
     fn names_the_line_of_what_it_cannot_read() {
         let error = read(ONE.replace("2.5", "2,5").as_bytes()).unwrap_err();
-        assert_eq!(error.place, Place::Line(6));
+        assert_eq!(error.place, FilePlace::Line(6));
         assert_eq!(error.fault, Fault::Syntax { found: "2,5".to_owned(), expected: "a number" });
         let error = read(ONE.replace("1e0", "nan").as_bytes()).unwrap_err();
-        assert_eq!(error.place, Place::Line(5));
+        assert_eq!(error.place, FilePlace::Line(5));
         assert!(matches!(error.fault, Fault::NotFinite { .. }));
         let error = read(ONE.replace("   vertex 0 2.5 0\r\n", "").as_bytes()).unwrap_err();
-        assert_eq!(error.place, Place::Line(6));
+        assert_eq!(error.place, FilePlace::Line(6));
         let cut = ONE.find("endloop").unwrap();
-        assert_eq!(read(&ONE.as_bytes()[..cut]).unwrap_err().place, Place::Line(7));
+        assert_eq!(read(&ONE.as_bytes()[..cut]).unwrap_err().place, FilePlace::Line(7));
     }
 }

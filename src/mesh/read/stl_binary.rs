@@ -1,7 +1,7 @@
 //! Binary STL: 80 bytes of header, a count, 50 bytes a facet.
 
 use crate::geom::Vec3;
-use crate::mesh::error::{Fault, Located, Place, coordinate};
+use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{MAX_FACETS, Soup};
 use crate::mesh::weld::Welder;
 
@@ -28,14 +28,14 @@ fn needed(count: u32) -> u64 {
 /// Reads the corners, equal ones once; stored normals are ignored, since they only repeat what the winding says.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     let have = bytes.len() as u64;
-    let facets = count(bytes).ok_or(Fault::Truncated { have, need: HEADER as u64, facets: 0 }.at(Place::File))?;
+    let facets = count(bytes).ok_or(Fault::Truncated { have, need: HEADER as u64, facets: 0 }.at(FilePlace::File))?;
     let need = needed(facets);
     // Before anything is allocated: a hostile count must not ask for 200 GB.
     if have < need {
-        return Err(Fault::Truncated { have, need, facets: facets.into() }.at(Place::Byte(have)));
+        return Err(Fault::Truncated { have, need, facets: facets.into() }.at(FilePlace::Byte(have)));
     }
     if facets as usize > MAX_FACETS {
-        return Err(Fault::TooManyFacets { limit: MAX_FACETS }.at(Place::File));
+        return Err(Fault::TooManyFacets { limit: MAX_FACETS }.at(FilePlace::File));
     }
     let mut soup = Soup::nameless();
     if have > need {
@@ -48,7 +48,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     for (index, facet) in bytes[HEADER..].chunks_exact(FACET).take(facets as usize).enumerate() {
         let mut corners = [0; 3];
         for (number, corner) in corners.iter_mut().zip(facet[12..48].chunks_exact(12)) {
-            let at = vertex(corner).map_err(|fault| fault.at(Place::Facet(index as u64)))?;
+            let at = vertex(corner).map_err(|fault| fault.at(FilePlace::Facet(index as u64)))?;
             *number = welder.number(at);
         }
         soup.push(corners);
@@ -68,7 +68,7 @@ fn vertex(bytes: &[u8]) -> Result<Vec3, Fault> {
 #[cfg(test)]
 mod tests {
     use super::{has_exact_length, read};
-    use crate::mesh::error::{Fault, Place};
+    use crate::mesh::error::{Fault, FilePlace};
 
     fn file(count: u32, facets: &[[f32; 9]]) -> Vec<u8> {
         let mut bytes = vec![0; 80];
@@ -99,7 +99,7 @@ mod tests {
         assert!(!has_exact_length(&bytes));
         let error = read(&bytes).unwrap_err();
         assert_eq!(error.fault, Fault::Truncated { have: 134, need: 200_000_000_084, facets: 4_000_000_000 });
-        assert_eq!(error.place, Place::Byte(134));
+        assert_eq!(error.place, FilePlace::Byte(134));
         let error = read(&file(1, &[ONE])[..133]).unwrap_err();
         assert_eq!(error.fault, Fault::Truncated { have: 133, need: 134, facets: 1 }, "one byte short");
         let error = read(&bytes[..83]).unwrap_err();
@@ -118,7 +118,7 @@ mod tests {
         let mut bad = ONE;
         bad[4] = f32::NAN;
         let error = read(&file(2, &[ONE, bad])).unwrap_err();
-        assert_eq!(error.place, Place::Facet(1));
+        assert_eq!(error.place, FilePlace::Facet(1));
         assert!(matches!(error.fault, Fault::NotFinite { value } if value.is_nan()));
         bad[4] = 2e7;
         assert_eq!(read(&file(1, &[bad])).unwrap_err().fault, Fault::TooLarge { value: 2e7 });

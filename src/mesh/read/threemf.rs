@@ -9,7 +9,7 @@ use super::meter::Meter;
 use super::roles::{Aside, Role, Roles, Volume};
 use super::threemf_xml::{self, ModelFile, Object, Reference, Transform};
 use crate::geom::Vec3;
-use crate::mesh::error::{Fault, Located, Place, coordinate};
+use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 use crate::mesh::soup::{Label, MAX_FACETS, Soup};
 
 /// Where the model is when the archive's relations do not say.
@@ -44,13 +44,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, Located> {
     build.place_all(&root)?;
     build.soup.unit = Some(build.package.files[&root].unit);
     if let (true, [first, others @ ..]) = (build.soup.facets.is_empty(), &build.soup.warnings[..]) {
-        return Err(Fault::NothingPrinted { first: first.clone(), others: others.len() }.at(Place::File));
+        return Err(Fault::NothingPrinted { first: first.clone(), others: others.len() }.at(FilePlace::File));
     }
     Ok(build.soup)
 }
 
 fn archive_fault(error: &zip::result::ZipError) -> Located {
-    Fault::Archive { reason: error.to_string() }.at(Place::File)
+    Fault::Archive { reason: error.to_string() }.at(FilePlace::File)
 }
 
 /// The archive and the model files read from it so far.
@@ -91,11 +91,11 @@ impl<'a> Package<'a> {
             entry
                 .take(LARGEST_CONFIGURATION + 1)
                 .read_to_string(&mut text)
-                .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(Place::File))?;
+                .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(FilePlace::File))?;
             if text.len() as u64 > LARGEST_CONFIGURATION {
-                return Err(Fault::Unpacked { packed, allowed }.at(Place::File));
+                return Err(Fault::Unpacked { packed, allowed }.at(FilePlace::File));
             }
-            let place = |byte| Place::Entry { name: path.to_owned(), byte };
+            let place = |byte| FilePlace::Entry { name: path.to_owned(), byte };
             roles.read(&text).map_err(|(fault, byte)| fault.at(place(byte)))?;
         }
         Ok(roles)
@@ -106,9 +106,9 @@ impl<'a> Package<'a> {
             let entry = self
                 .archive
                 .by_name(path)
-                .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(Place::File))?;
+                .map_err(|error| Fault::Archive { reason: format!("{path}: {error}") }.at(FilePlace::File))?;
             let (packed, allowed) = (self.packed, self.allowed);
-            let over = || Fault::Unpacked { packed, allowed }.at(Place::File);
+            let over = || Fault::Unpacked { packed, allowed }.at(FilePlace::File);
             if entry.size() > self.left {
                 return Err(over());
             }
@@ -180,10 +180,10 @@ impl<'a> Build<'a> {
         }
         let [objects, facets, vertices] = self.counted;
         if objects > MAX_BODIES {
-            return Err(Fault::TooManyBodies { limit: MAX_BODIES }.at(Place::File));
+            return Err(Fault::TooManyBodies { limit: MAX_BODIES }.at(FilePlace::File));
         }
         if facets.max(vertices / 3) > self.allowed {
-            return Err(Fault::TooManyFacets { limit: self.allowed }.at(Place::File));
+            return Err(Fault::TooManyFacets { limit: self.allowed }.at(FilePlace::File));
         }
         Ok(())
     }
@@ -192,7 +192,7 @@ impl<'a> Build<'a> {
     fn place(&mut self, path: &str, to: &Reference, outer: &Transform, volume: &Volume) -> Result<(), Located> {
         let path = to.path.as_deref().map_or(path, |path| path.trim_start_matches('/')).to_owned();
         let step = (path.clone(), to.id.clone());
-        let trouble = |trouble| Fault::Object { id: to.id.clone(), trouble }.at(Place::File);
+        let trouble = |trouble| Fault::Object { id: to.id.clone(), trouble }.at(FilePlace::File);
         if self.trail.contains(&step) || self.trail.len() >= MAX_DEPTH {
             return Err(trouble("is a component of itself"));
         }
@@ -234,7 +234,8 @@ impl<'a> Build<'a> {
         let first = soup.vertices.len() as u32;
         for at in &object.mesh.0 {
             let at = transform.point(at);
-            let checked = |value| coordinate(value).map_err(|fault| fault.at(Place::Facet(soup.facets.len() as u64)));
+            let checked =
+                |value| coordinate(value).map_err(|fault| fault.at(FilePlace::Facet(soup.facets.len() as u64)));
             let at = Vec3::new(checked(at.x)?, checked(at.y)?, checked(at.z)?);
             soup.vertices.push(at);
         }

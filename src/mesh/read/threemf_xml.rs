@@ -12,7 +12,7 @@ use super::meter::Meter;
 use super::roles::{self, Role};
 use crate::geom::{Mat3, Vec3};
 use crate::mesh::Unit;
-use crate::mesh::error::{Fault, Located, Place, coordinate};
+use crate::mesh::error::{Fault, FilePlace, Located, coordinate};
 
 /// An affine map; columns act on column vectors, so the file's row-vector matrix is transposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,7 +106,7 @@ pub(super) fn parse(text: &mut Meter<impl BufRead>, path: &str) -> Result<ModelF
     let mut buffer = Vec::new();
     loop {
         let event = reader.read_event_into(&mut buffer);
-        let place = |byte| Place::Entry { name: path.to_owned(), byte };
+        let place = |byte| FilePlace::Entry { name: path.to_owned(), byte };
         let done = match event {
             Ok(Event::Start(tag) | Event::Empty(tag)) => file.open(&tag).map(|()| false),
             Ok(Event::Text(text)) => {

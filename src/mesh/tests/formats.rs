@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Mesh, assert_volumes, close, cube, inside_out, model, read};
 use crate::geom::Vec3;
-use crate::mesh::{Fault, Place, ReadOptions, Unit, read_model, read_surface, stl_binary, threemf};
+use crate::mesh::{Fault, FilePlace, ReadOptions, Unit, read_model, read_surface, stl_binary, threemf};
 
 fn ascii(mesh: &Mesh, end: &str) -> String {
     let mut text = format!("solid OpenSCAD_Model{end}");
@@ -108,7 +108,7 @@ fn units_are_given_stated_or_guessed() {
 #[test]
 fn files_that_are_no_models_are_refused_with_their_name() {
     let error = read(b"", "a.stl").unwrap_err();
-    assert_eq!((error.place, error.fault), (Place::File, Fault::Empty));
+    assert_eq!((error.place, error.fault), (FilePlace::File, Fault::Empty));
     assert_eq!(read(b"hello", "a.txt").unwrap_err().fault, Fault::UnknownFormat);
     assert_eq!(read(&stl_binary(&Mesh::new(vec![], vec![])), "a.stl").unwrap_err().fault, Fault::NoFacets);
     assert_eq!(read(b"OFF\n0 0 0\n", "a").unwrap_err().fault, Fault::NoFacets);

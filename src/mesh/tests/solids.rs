@@ -2,7 +2,7 @@
 
 use super::{Mesh, assert_volumes, close, cube, fault, inside_out, interleaved, model, read};
 use crate::geom::Vec3;
-use crate::mesh::{Fault, Model, Place, ReadOptions, read_model, stl_binary, stl_binary_parts, threemf};
+use crate::mesh::{Fault, FilePlace, Model, ReadOptions, read_model, stl_binary, stl_binary_parts, threemf};
 
 #[test]
 fn cubes_that_share_a_face_stay_two_parts() {
@@ -170,7 +170,7 @@ fn a_cube_with_a_facet_missing_is_refused_and_mended() {
     let open = Mesh::new(whole.vertices().to_vec(), whole.facets()[1..].to_vec());
     let bytes = stl_binary_parts(&[&cube([5.0, 0.0, 0.0], 2.0, false), &open]);
     let error = read(&bytes, "x.stl").unwrap_err();
-    assert_eq!(error.place, Place::Part(1));
+    assert_eq!(error.place, FilePlace::Part(1));
     assert!(error.to_string().starts_with("x.stl: part 1: 3 open edges (a solid has 0), one at ("), "{error}");
     assert!(error.to_string().ends_with("leave out --no-repair"), "{error}");
     let mended = read_model(&bytes, "x.stl", &ReadOptions { unit: None, repair: true }).unwrap();

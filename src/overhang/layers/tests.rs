@@ -5,25 +5,25 @@ use crate::fixtures::prism;
 use crate::geom::{Angle, Object};
 use crate::overhang::{BRIDGE_MM, Cause, Relief};
 
-fn rule() -> Rule {
+fn rule() -> OverhangRule {
     let (layer_mm, line_mm) = (0.2, 0.45);
-    let overhang = Rule::practised(layer_mm, line_mm);
-    Rule { overhang, layer_mm, line_mm, bridge_mm: BRIDGE_MM, tolerate_mm2: 1.0, droops: true }
+    let overhang = OverhangRule::practised(layer_mm, line_mm);
+    OverhangRule { overhang, layer_mm, line_mm, bridge_mm: BRIDGE_MM, tolerate_mm2: 1.0, droops: true }
 }
 
 /// What an outline in x and z, drawn along y, lays badly; its lowest facets lie on the table.
-fn laid(outline: &[[f64; 2]], y: [f64; 2], rule: &Rule) -> Judged {
+fn laid(outline: &[[f64; 2]], y: [f64; 2], rule: &OverhangRule) -> Judged {
     let mesh: TriangleMesh<Object> = prism(outline, y);
     let foot = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
     judged(&mesh, &Vec3::z(), &Ground { table: true, ..Ground::default() }, foot, rule, false)
 }
 
-fn hanging(outline: &[[f64; 2]], y: [f64; 2], rule: &Rule) -> Vec<Patch> {
+fn hanging(outline: &[[f64; 2]], y: [f64; 2], rule: &OverhangRule) -> Vec<Patch> {
     laid(outline, y, rule).hangs
 }
 
 /// Fine, droops, or hangs.
-fn grade(outline: &[[f64; 2]], y: [f64; 2], rule: &Rule) -> &'static str {
+fn grade(outline: &[[f64; 2]], y: [f64; 2], rule: &OverhangRule) -> &'static str {
     match laid(outline, y, rule) {
         Judged { hangs, droops, .. } if hangs.is_empty() && droops.is_empty() => "fine",
         Judged { hangs, .. } if hangs.is_empty() => "droops",
@@ -48,9 +48,9 @@ fn a_flat_ceiling_is_a_bridge_up_to_its_span_and_sags_from_10_mm_on() {
     assert!((patch.at - Vec3::new(0.0, 8.0, 10.0)).norm() < 0.2, "{patch:?}");
     let Cause::Ceiling { size_mm: [long, wide], bridge_mm } = patch.cause else { panic!("{patch:?}") };
     assert!((long - 23.28).abs() < 1e-2 && (wide - 16.0).abs() < 1e-3 && bridge_mm == BRIDGE_MM, "{patch:?}");
-    assert_eq!(hanging(&arch(24.0), [0.0, 12.0], &Rule { bridge_mm: 24.0, ..rule() }), []);
+    assert_eq!(hanging(&arch(24.0), [0.0, 12.0], &OverhangRule { bridge_mm: 24.0, ..rule() }), []);
     // Nothing is to droop.
-    let fine = Rule { droops: false, ..rule() };
+    let fine = OverhangRule { droops: false, ..rule() };
     assert_eq!([9.9, 10.9].map(|wide| grade(&arch(wide), [0.0, 30.0], &fine)), ["fine", "hangs"]);
 }
 
@@ -66,7 +66,7 @@ fn a_shelf_that_is_held_at_one_side_droops_as_far_as_lines_hang_free() {
     let found = hanging(&shelf(3.0), [0.0, 12.0], &rule());
     assert!(found.len() == 1 && (found[0].area_mm2 - 2.64 * 12.0).abs() < 0.05, "{found:?}");
     // Nothing is to droop.
-    let fine = Rule { droops: false, ..rule() };
+    let fine = OverhangRule { droops: false, ..rule() };
     assert_eq!([0.35, 0.5].map(|out| grade(&shelf(out), [0.0, 12.0], &fine)), ["fine", "hangs"]);
 }
 
@@ -89,7 +89,7 @@ fn a_slope_passes_up_to_four_fifths_of_a_line_a_layer_and_beyond_that_for_a_few_
     let found = hanging(&lean(66.0, 20.0), [0.0, 12.0], &rule());
     assert!(found.len() == 1 && matches!(found[0].cause, Cause::Slope { high_mm, .. } if high_mm > 16.0), "{found:?}");
     // An angle that is given takes the place of what lines carry.
-    let given = |deg: f64| Rule { overhang: Angle::from_deg(deg), ..rule() };
+    let given = |deg: f64| OverhangRule { overhang: Angle::from_deg(deg), ..rule() };
     assert_eq!(grade(&lean(50.0, 20.0), [0.0, 40.0], &given(45.0)), "hangs");
     assert_eq!(grade(&lean(66.0, 20.0), [0.0, 40.0], &given(67.0)), "fine");
     // Everything may overhang.
@@ -236,20 +236,20 @@ fn what_begins_in_the_air_hangs_however_thin_it_is_and_wherever_layers_are_cut()
 fn supports_are_judged_one_after_the_other_as_each_by_itself() {
     let (rule, mesh) = (rule(), prism(&arch(30.0), [0.0, 20.0]));
     let foot = |f: usize| mesh.corners(f).iter().all(|p| p.z.abs() < 1e-9);
-    let ground = |held: Held| Ground { table: true, held, ..Ground::default() };
+    let ground = |held: SupportLines| Ground { table: true, held, ..Ground::default() };
     // Lines along y that end a layer of air below the ceiling.
-    let lines = |at: &[f64]| Held {
+    let lines = |at: &[f64]| SupportLines {
         layers: vec![(9.8, at.iter().map(|&x| [[x, 0.0], [x, 20.0]]).collect())],
         line_mm: rule.line_mm,
         gap_mm: 0.2,
         beside_mm: 1.7,
     };
-    let judge = LayerJudge::of(&mesh, &Vec3::z(), &ground(Held::default()), foot, &rule);
+    let judge = LayerJudge::of(&mesh, &Vec3::z(), &ground(SupportLines::default()), foot, &rule);
     let all = [vec![], vec![0.0], vec![-12.0], vec![-7.0, 7.0], vec![], vec![-10.0, 0.0, 10.0], vec![0.0]];
     let mut held = Vec::new();
     for at in &all {
         let alone = judged(&mesh, &Vec3::z(), &ground(lines(at)), foot, &rule, false);
-        let strict = Rule { droops: false, ..rule };
+        let strict = OverhangRule { droops: false, ..rule };
         let alone_strictly = judged(&mesh, &Vec3::z(), &ground(lines(at)), foot, &strict, false);
         assert_eq!(format!("{:?}", judge.judged(&lines(at))), format!("{alone:?}"), "{at:?}");
         assert_eq!(format!("{:?}", judge.judged_strictly(&lines(at))), format!("{alone_strictly:?}"), "{at:?}");
@@ -266,7 +266,7 @@ fn on_sheets(long: f64, wide: f64) -> Judged {
     let ground = Ground { begins_mm: vec![10.0], ..Ground::default() };
     let judge = LayerJudge::of(&bar, &Vec3::z(), &ground, |_| false, &rule());
     let across = (0..5).map(|k| 5.0 * f64::from(k)).map(|x| [[x, -3.0], [x, 3.0]]).collect();
-    judge.judged(&Held { layers: vec![(9.8, across)], line_mm: 0.45, gap_mm: 0.2, beside_mm: 1.775 })
+    judge.judged(&SupportLines { layers: vec![(9.8, across)], line_mm: 0.45, gap_mm: 0.2, beside_mm: 1.775 })
 }
 
 #[test]
@@ -288,11 +288,11 @@ fn what_was_asked_before_is_answered_as_if_it_were_asked_first() {
     let held = |tops: &[f64], from: f64, beside_mm: f64| {
         let lines: Vec<_> = (0..8).map(|k| from + 2.0 * f64::from(k)).map(|x| [[x, 0.0], [x, 12.0]]).collect();
         let layers = tops.iter().map(|top| (*top, lines.clone())).collect();
-        Held { layers, line_mm: 0.45, gap_mm: 0.2, beside_mm }
+        SupportLines { layers, line_mm: 0.45, gap_mm: 0.2, beside_mm }
     };
     let every: Vec<f64> = (0..130).map(|k| 0.2 * f64::from(k)).collect();
     let kinds = [
-        Held::default(),
+        SupportLines::default(),
         held(&every, -6.0, 1.775),
         held(&every, -6.0, 0.5),
         held(&every[..40], 21.0, 1.775),

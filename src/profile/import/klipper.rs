@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 
 use super::stated::{
-    CORNER, Contradiction, Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, scaled, shown,
-    span,
+    CORNER, Contradiction, Fact, File, ImportError, Open, Rotary, Shelf, Stated, StatedAt, least, number, scaled,
+    shown, span,
 };
 use super::{AxisRoles, Imported, by_name, corrects, two};
 use crate::gcode::meaning::Firmware;
@@ -29,7 +29,7 @@ struct Entry {
     section: String,
     key: String,
     value: String,
-    place: Place,
+    place: StatedAt,
 }
 
 /// A line that tells Klipper of an axis.
@@ -37,13 +37,13 @@ struct Told {
     stepper: String,
     letter: char,
     limits: [Option<Stated>; 2],
-    place: Place,
+    place: StatedAt,
 }
 
 #[derive(Default)]
 struct Config {
     entries: Vec<Entry>,
-    sections: Vec<(String, Place)>,
+    sections: Vec<(String, StatedAt)>,
     told: Vec<Told>,
     notes: Vec<String>,
     /// The motors that commands turn, as somebody has told them.
@@ -86,7 +86,7 @@ impl Config {
         Ok(())
     }
 
-    fn include(&mut self, file: &File, named: &str, place: &Place, open: &mut Open<'_>) -> Result<(), ImportError> {
+    fn include(&mut self, file: &File, named: &str, place: &StatedAt, open: &mut Open<'_>) -> Result<(), ImportError> {
         let path = file.beside(named);
         let pattern = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let folder = path.parent().unwrap_or(std::path::Path::new("")).to_owned();
@@ -111,7 +111,7 @@ impl Config {
         Ok(())
     }
 
-    fn command(&mut self, line: &str, place: &Place) -> Result<(), ImportError> {
+    fn command(&mut self, line: &str, place: &StatedAt) -> Result<(), ImportError> {
         self.notes.extend(corrects(Firmware::Klipper, line, place));
         let mut words = line.split_ascii_whitespace();
         if !words.next().is_some_and(|word| word.eq_ignore_ascii_case("MANUAL_STEPPER")) {
@@ -313,7 +313,7 @@ impl Config {
         let steppers =
             self.sections.iter().filter_map(|(name, place)| Some((name.strip_prefix("manual_stepper ")?, place)));
         let mut seen = BTreeSet::new();
-        let steppers: Vec<(&str, &Place)> = steppers.filter(|(name, _)| seen.insert(*name)).collect();
+        let steppers: Vec<(&str, &StatedAt)> = steppers.filter(|(name, _)| seen.insert(*name)).collect();
         if let Some(motors) = &self.motors {
             return self.commanded(motors, &steppers);
         }
@@ -332,7 +332,7 @@ impl Config {
                 rotary.push(self.axis(name, place, told)?);
             }
         }
-        let end = self.sections.last().map_or(Place { file: String::new(), line: 0 }, |(_, place)| place.clone());
+        let end = self.sections.last().map_or(StatedAt { file: String::new(), line: 0 }, |(_, place)| place.clone());
         if steppers.len() >= 2 && rotary.len() < 2 {
             let without: Vec<_> =
                 steppers.iter().filter(|(name, _)| !rotary.iter().any(|axis| axis.motor == *name)).collect();
@@ -355,7 +355,7 @@ impl Config {
     }
 
     /// The motors that commands turn, the tilt's first.
-    fn commanded(&self, motors: &[String; 2], steppers: &[(&str, &Place)]) -> Result<Vec<Rotary>, ImportError> {
+    fn commanded(&self, motors: &[String; 2], steppers: &[(&str, &StatedAt)]) -> Result<Vec<Rotary>, ImportError> {
         let mut rotary = Vec::new();
         for (motor, letter) in motors.iter().zip(LETTERS) {
             let Some((name, place)) = steppers.iter().find(|(name, _)| name.eq_ignore_ascii_case(motor)) else {
@@ -370,7 +370,7 @@ impl Config {
         Ok(rotary)
     }
 
-    fn axis(&self, name: &str, place: &Place, told: &Told) -> Result<Rotary, ImportError> {
+    fn axis(&self, name: &str, place: &StatedAt, told: &Told) -> Result<Rotary, ImportError> {
         let section = format!("manual_stepper {name}");
         let get = |key| self.number(&section, key);
         let [rate, acceleration] = told.limits.clone();

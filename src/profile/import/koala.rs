@@ -14,7 +14,7 @@ use toml::{Table, Value};
 
 use self::json::Document;
 use self::tree::{Role, Tree};
-use super::stated::{File, Place, Stated, span};
+use super::stated::{File, Stated, StatedAt, span};
 use super::{AxisRoles, Fact, ImportError, Imported, Rotary};
 
 /// The lowest and highest C of an axis without stops, as the program has it.
@@ -58,7 +58,7 @@ struct Piece<'a> {
     name: String,
     part: &'a str,
     shape: Shape,
-    from: Place,
+    from: StatedAt,
 }
 
 enum Shape {
@@ -315,7 +315,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Cone and shaft.
-    fn nozzle(&self) -> Result<(Vec<Value>, Vec<Place>), ImportError> {
+    fn nozzle(&self) -> Result<(Vec<Value>, Vec<StatedAt>), ImportError> {
         let of = |name: &str| self.machine.needed(&format!("nozzle.{name}"));
         let (tip, base, angle, length) = (of("tip")?, of("base")?, of("angle")?, of("length")?);
         let wrong = |of: &Stated, why: String| Err(ImportError::At { place: of.place(), why });

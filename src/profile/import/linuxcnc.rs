@@ -9,7 +9,9 @@ mod ini;
 
 use self::hal::Hal;
 use self::ini::{Entry, Ini};
-use super::stated::{Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, scaled, shown, span};
+use super::stated::{
+    Fact, File, ImportError, Open, Rotary, Shelf, Stated, StatedAt, least, number, scaled, shown, span,
+};
 use super::{AxisRoles, Imported, about, by_name, two};
 
 /// Kinematics whose joints are not the axes, one by one; the axes' own limits hold.
@@ -247,7 +249,7 @@ impl<'a> Reader<'a> {
         let mut d = [0.0, 0.0, scaled(up.value, self.length)];
         d[beside] = scaled(across.value, self.length);
         let mut pivot = d;
-        let mut from: Vec<Place> = [across.from, up.from].concat();
+        let mut from: Vec<StatedAt> = [across.from, up.from].concat();
         let offset = Fact::new(
             "kinematics.offset_mm",
             list(d.map(|v| 0.0 - v)),
@@ -287,9 +289,9 @@ fn lines_of(
     file: &File,
     open: &mut Open<'_>,
     named: Named<'_>,
-    line: &mut dyn FnMut(Place, &str) -> Result<(), ImportError>,
+    line: &mut dyn FnMut(StatedAt, &str) -> Result<(), ImportError>,
 ) -> Result<(), ImportError> {
-    let mut joined: Option<(Place, String)> = None;
+    let mut joined: Option<(StatedAt, String)> = None;
     for (place, text) in file.lines() {
         let (place, text) = match joined.take() {
             Some((place, before)) => (place, before + text.trim_start()),

@@ -12,7 +12,7 @@ mod marlin;
 mod reprap;
 mod stated;
 
-pub use stated::{Contradiction, Fact, File, ImportError, Place, Rotary, Shelf, Stated};
+pub use stated::{Contradiction, Fact, File, ImportError, Rotary, Shelf, Stated, StatedAt};
 
 use self::stated::{least, ordered, shown, spans};
 use super::ranges::{check, range};
@@ -182,7 +182,7 @@ fn about(letter: char) -> char {
 }
 
 /// What a line of a file does to coordinates, where it switches a correction on that must be off while something is printed.
-fn corrects(firmware: Firmware, line: &str, place: &Place) -> Option<String> {
+fn corrects(firmware: Firmware, line: &str, place: &StatedAt) -> Option<String> {
     let mut parsed = ParsedLine::default();
     parsed.read(line.as_bytes()).ok()?;
     let (what, _) = correction(firmware, &parsed).filter(|(_, on)| *on)?;
@@ -191,7 +191,7 @@ fn corrects(firmware: Firmware, line: &str, place: &Place) -> Option<String> {
 }
 
 /// Refuses a machine of fewer than two rotary axes.
-fn two(rotary: &[Rotary], place: &Place, seen: &str) -> Result<(), ImportError> {
+fn two(rotary: &[Rotary], place: &StatedAt, seen: &str) -> Result<(), ImportError> {
     let letters: Vec<String> = rotary.iter().map(|axis| axis.letter.to_string()).collect();
     let which = if letters.is_empty() { "none".to_owned() } else { format!("only {}", letters.join(", ")) };
     let why = format!(
@@ -287,7 +287,7 @@ impl Imported {
                 spans(fact)?;
             }
             check(fact.key, &fact.value).map_err(|out| {
-                let place = fact.from.first().cloned().unwrap_or(Place { file: String::new(), line: 0 });
+                let place = fact.from.first().cloned().unwrap_or(StatedAt { file: String::new(), line: 0 });
                 let why = format!("{out}; if the machine does otherwise, pass --set {}=VALUE", fact.key);
                 ImportError::At { place, why }
             })?;

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use self::words::{Command, command};
 use super::stated::{
-    CORNER, Fact, File, ImportError, Open, Place, Rotary, Shelf, Stated, least, number, same, scaled, shown, span,
+    CORNER, Fact, File, ImportError, Open, Rotary, Shelf, Stated, StatedAt, least, number, same, scaled, shown, span,
 };
 use super::{Imported, by_name, corrects, two};
 use crate::gcode::meaning::{Correction, Firmware};
@@ -29,7 +29,7 @@ const CONDITIONS: [&str; 4] = ["if", "elif", "else", "while"];
 /// An axis, in the firmware's units.
 #[derive(Clone, Default)]
 struct Axis {
-    from: Option<Place>,
+    from: Option<StatedAt>,
     rotates: bool,
     low: Option<Stated>,
     high: Option<Stated>,
@@ -47,7 +47,7 @@ struct Config {
     heaters: Vec<(f64, Stated)>,
     notes: Vec<String>,
     called: Option<String>,
-    last: Option<Place>,
+    last: Option<StatedAt>,
 }
 
 pub(super) fn read(files: &[File], shelf: &dyn Shelf) -> Result<Imported, ImportError> {
@@ -97,7 +97,7 @@ impl Config {
     fn command(
         &mut self,
         command: &Command,
-        place: &Place,
+        place: &StatedAt,
         file: &File,
         open: &mut Open<'_>,
     ) -> Result<(), ImportError> {
@@ -138,7 +138,13 @@ impl Config {
         }
     }
 
-    fn call(&mut self, command: &Command, place: &Place, file: &File, open: &mut Open<'_>) -> Result<(), ImportError> {
+    fn call(
+        &mut self,
+        command: &Command,
+        place: &StatedAt,
+        file: &File,
+        open: &mut Open<'_>,
+    ) -> Result<(), ImportError> {
         let Some(named) = command.text('P') else {
             self.notes.push(format!("{place}: the file name of M98 is not plain, and is not read"));
             return Ok(());
@@ -156,7 +162,7 @@ impl Config {
         Ok(())
     }
 
-    fn drives(&mut self, command: &Command, place: &Place) -> Result<(), ImportError> {
+    fn drives(&mut self, command: &Command, place: &StatedAt) -> Result<(), ImportError> {
         let kind = command.number('R', place)?;
         for (letter, _) in command.words.iter().filter(|(letter, _)| !"EPRS".contains(*letter)) {
             let axis = self.axes.entry(*letter).or_default();
@@ -168,7 +174,7 @@ impl Config {
         Ok(())
     }
 
-    fn limits(&mut self, command: &Command, place: &Place) -> Result<(), ImportError> {
+    fn limits(&mut self, command: &Command, place: &StatedAt) -> Result<(), ImportError> {
         let lowest = command.number('S', place)?.is_some_and(|kind| kind == 1.0);
         for (letter, text) in command.words.iter().filter(|(letter, _)| *letter != 'S') {
             let what = format!("M208 {letter}");
@@ -201,7 +207,7 @@ impl Config {
     fn each(
         &mut self,
         command: &Command,
-        place: &Place,
+        place: &StatedAt,
         of: impl Fn(&mut Axis) -> &mut Option<Stated>,
     ) -> Result<(), ImportError> {
         let read = |(letter, _): &&(char, String)| *letter == 'E' || !"IPST".contains(*letter);
@@ -214,7 +220,13 @@ impl Config {
         Ok(())
     }
 
-    fn keep(&mut self, command: &Command, letter: char, name: &'static str, place: &Place) -> Result<(), ImportError> {
+    fn keep(
+        &mut self,
+        command: &Command,
+        letter: char,
+        name: &'static str,
+        place: &StatedAt,
+    ) -> Result<(), ImportError> {
         let Some(value) = command.number(letter, place)? else { return Ok(()) };
         let stated = Stated { value, from: vec![place.clone()] };
         let mut kept = self.numbers.remove(name);
@@ -282,7 +294,7 @@ impl Config {
                 motor: String::new(),
             });
         }
-        let end = self.last.clone().unwrap_or(Place { file: String::new(), line: 0 });
+        let end = self.last.clone().unwrap_or(StatedAt { file: String::new(), line: 0 });
         let at = self.axes.values().find_map(|axis| axis.from.clone()).unwrap_or(end);
         two(&rotary, &at, "axes beside X, Y and Z are made by M584")?;
         Ok(rotary)
@@ -354,7 +366,7 @@ fn put(what: &str, stated: Stated, to: &mut Option<Stated>) -> Result<(), Import
 }
 
 /// Refuses a word that the firmware would work out.
-fn worked_out(what: &str, text: &str, place: &Place) -> ImportError {
+fn worked_out(what: &str, text: &str, place: &StatedAt) -> ImportError {
     let why = format!("{what} is {}, which the firmware computes; write the number", shown(text));
     ImportError::At { place: place.clone(), why }
 }

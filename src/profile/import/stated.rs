@@ -13,14 +13,14 @@ const SHOWN: usize = 60;
 
 /// A line of a file, counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct StatedAt {
     /// The file, as given or as another file names it.
     pub file: String,
     /// The line.
     pub line: usize,
 }
 
-impl std::fmt::Display for Place {
+impl std::fmt::Display for StatedAt {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}:{}", self.file, self.line)
     }
@@ -34,7 +34,7 @@ pub enum ImportError {
     #[error("{place}: {why}")]
     At {
         /// Where.
-        place: Place,
+        place: StatedAt,
         /// What is wrong, and what helps.
         why: String,
     },
@@ -57,11 +57,11 @@ pub struct Contradiction {
     /// What they say.
     pub what: String,
     /// The line that was read first.
-    pub first: Place,
+    pub first: StatedAt,
     /// Its words.
     pub one: String,
     /// The other line.
-    pub second: Place,
+    pub second: StatedAt,
     /// Its words.
     pub other: String,
 }
@@ -78,13 +78,13 @@ pub struct Stated {
     /// The number.
     pub value: f64,
     /// The lines that say it.
-    pub from: Vec<Place>,
+    pub from: Vec<StatedAt>,
 }
 
 impl Stated {
     /// The first line.
-    pub(super) fn place(&self) -> Place {
-        self.from.first().cloned().unwrap_or(Place { file: String::new(), line: 0 })
+    pub(super) fn place(&self) -> StatedAt {
+        self.from.first().cloned().unwrap_or(StatedAt { file: String::new(), line: 0 })
     }
 }
 
@@ -96,13 +96,13 @@ pub struct Fact {
     /// Its value.
     pub value: Value,
     /// The lines that say it.
-    pub from: Vec<Place>,
+    pub from: Vec<StatedAt>,
     /// How it follows from them, where it is not simply written there; else empty.
     pub how: String,
 }
 
 impl Fact {
-    pub(super) fn new(key: &'static str, value: impl Into<Value>, from: Vec<Place>, how: &str) -> Self {
+    pub(super) fn new(key: &'static str, value: impl Into<Value>, from: Vec<StatedAt>, how: &str) -> Self {
         Self { key, value: value.into(), from, how: how.to_owned() }
     }
 
@@ -125,7 +125,7 @@ pub struct Rotary {
     /// How fast that changes, degrees a second and second.
     pub acceleration: Option<Stated>,
     /// Where it is made an axis.
-    pub from: Place,
+    pub from: StatedAt,
     /// The firmware's own name of its motor, where it has one.
     pub motor: String,
 }
@@ -156,12 +156,12 @@ pub struct File {
 
 impl File {
     /// A line of it.
-    pub(super) fn place(&self, line: usize) -> Place {
-        Place { file: self.name.clone(), line }
+    pub(super) fn place(&self, line: usize) -> StatedAt {
+        StatedAt { file: self.name.clone(), line }
     }
 
     /// Its lines with their places.
-    pub(super) fn lines(&self) -> impl Iterator<Item = (Place, &str)> {
+    pub(super) fn lines(&self) -> impl Iterator<Item = (StatedAt, &str)> {
         self.text.lines().enumerate().map(|(i, line)| (self.place(i + 1), line))
     }
 
@@ -204,7 +204,7 @@ impl<'a> Open<'a> {
     }
 
     /// Goes into the file at `path` that the line at `from` names.
-    pub(super) fn named(&mut self, path: PathBuf, from: &Place, missing: &str) -> Result<File, ImportError> {
+    pub(super) fn named(&mut self, path: PathBuf, from: &StatedAt, missing: &str) -> Result<File, ImportError> {
         let wrong = |why: String| ImportError::At { place: from.clone(), why };
         self.count += 1;
         let path = plain(&path);
@@ -251,7 +251,7 @@ pub(super) fn shown(text: &str) -> String {
 }
 
 /// The number that `text` is.
-pub(super) fn number(what: &str, text: &str, place: &Place) -> Result<f64, ImportError> {
+pub(super) fn number(what: &str, text: &str, place: &StatedAt) -> Result<f64, ImportError> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(ImportError::At {
@@ -292,7 +292,7 @@ pub(super) fn spans(fact: &Fact) -> Result<(), ImportError> {
     let axis = fact.key.trim_start_matches("limits.").trim_end_matches("_mm").to_uppercase();
     match fact.value.as_array().map(|ends| ends.iter().filter_map(Value::as_float).collect::<Vec<f64>>()).as_deref() {
         Some(&[low, high]) => {
-            let of = |value: f64, from: Option<&Place>| Stated { value, from: from.cloned().into_iter().collect() };
+            let of = |value: f64, from: Option<&StatedAt>| Stated { value, from: from.cloned().into_iter().collect() };
             ordered(&axis, &of(low, fact.from.first()), &of(high, fact.from.last()))
         }
         _ => Ok(()),

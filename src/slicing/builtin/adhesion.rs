@@ -35,12 +35,12 @@ fn brim_lines(line: &Line, brim_mm: f64) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::region::{Point, UNITS_PER_MM, signed_area_mm2};
+    use super::super::region::{GridPoint, UNITS_PER_MM, signed_area_mm2};
     use super::*;
 
     fn square(x0: f64, x1: f64) -> Contour {
         let [a, b] = [x0, x1].map(|x| (x * UNITS_PER_MM) as i32);
-        [(a, a), (b, a), (b, b), (a, b)].map(|(x, y)| Point::new(x, y)).to_vec()
+        [(a, a), (b, a), (b, b), (a, b)].map(|(x, y)| GridPoint::new(x, y)).to_vec()
     }
 
     #[test]
@@ -63,7 +63,8 @@ mod tests {
     #[test]
     fn nothing_lies_farther_away_than_the_brim_is_wide_not_even_at_sharp_corners() {
         let line = Line::new(0.45, 0.2);
-        let tip = enclosed(&[[(0, 0), (200_000, -10_000), (200_000, 10_000)].map(|(x, y)| Point::new(x, y)).to_vec()]);
+        let tip =
+            enclosed(&[[(0, 0), (200_000, -10_000), (200_000, 10_000)].map(|(x, y)| GridPoint::new(x, y)).to_vec()]);
         let farthest = |brim_mm: f64| {
             let rings = rings(&tip, &line, &Adhesion { brim_mm, ..Adhesion::default() });
             rings.iter().flatten().map(|p| -f64::from(p.x) / UNITS_PER_MM).fold(f64::NEG_INFINITY, f64::max)

@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::region::{Point, Region, UNITS_PER_MM, and, grown, holds, pairs};
+use super::region::{GridPoint, Region, UNITS_PER_MM, and, grown, holds, pairs};
 
 /// Directions that are tried, evenly over half a turn; those of the longest edges come on top, and what is square to them.
 const DIRECTIONS: usize = 12;
@@ -21,7 +21,7 @@ const LEDGE: f64 = 0.5;
 
 /// An edge of what is over air, and whether material lies beyond it.
 struct Rim {
-    ends: (Point, Point),
+    ends: (GridPoint, GridPoint),
     held: bool,
 }
 
@@ -40,14 +40,14 @@ pub(super) fn direction(air: &Region, below: &Region) -> Option<f64> {
     best.filter(|(chords, _)| chords.loose <= LEDGE).map(|(_, angle)| angle)
 }
 
-fn rim(ends: (Point, Point), near: &Region) -> Rim {
+fn rim(ends: (GridPoint, GridPoint), near: &Region) -> Rim {
     let [dx, dy] = [f64::from(ends.1.x) - f64::from(ends.0.x), f64::from(ends.1.y) - f64::from(ends.0.y)];
     let length = dx.hypot(dy).max(1.0);
     // What is over air lies to the left of an edge.
     let probe = |mm: f64| {
         let by = mm * UNITS_PER_MM / length;
         let of = |a: i32, b: i32, across: f64| (((f64::from(a) + f64::from(b)) / 2.0) + across * by).round() as i32;
-        Point::new(of(ends.0.x, ends.1.x, dy), of(ends.0.y, ends.1.y, -dx))
+        GridPoint::new(of(ends.0.x, ends.1.x, dy), of(ends.0.y, ends.1.y, -dx))
     };
     Rim { ends, held: BEYOND_MM.iter().any(|mm| holds(near, probe(*mm))) }
 }
@@ -75,7 +75,7 @@ struct Chords {
 impl Chords {
     fn along(rims: &[Rim], angle: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
-        let turned = |p: Point| {
+        let turned = |p: GridPoint| {
             let (x, y) = (f64::from(p.x), f64::from(p.y));
             [x * cos + y * sin, y * cos - x * sin]
         };
@@ -121,7 +121,7 @@ mod tests {
     fn rectangle(x: [f64; 2], y: [f64; 2], deg: f64) -> Region {
         let (sin, cos) = deg.to_radians().sin_cos();
         let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
-        enclosed(&[corners.map(|(x, y)| Point::new(units(x * cos - y * sin), units(x * sin + y * cos))).to_vec()])
+        enclosed(&[corners.map(|(x, y)| GridPoint::new(units(x * cos - y * sin), units(x * sin + y * cos))).to_vec()])
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! A search over all corners would find the shortest way; along the walls one is found in as many steps as they have corners, and pulling
 //! it tight leaves little of the difference. What leaves the island, or comes near its border, is no way.
 
-use super::region::{self, Contour, Point, Region, Shape, UNITS_PER_MM, pairs};
+use super::region::{self, Contour, GridPoint, Region, Shape, UNITS_PER_MM, pairs};
 use crate::section::simplify::simplified;
 
 /// How near to the border the tip's middle may go, grid units: 0.08 mm, less than half of the narrowest bead.
@@ -39,7 +39,7 @@ impl Wall {
     }
 
     /// Whether the boxes of the wall and of a leg come within `by` of each other.
-    fn is_near(&self, a: Point, b: Point, by: f64) -> bool {
+    fn is_near(&self, a: GridPoint, b: GridPoint, by: f64) -> bool {
         let (a, b) = ([a.x, a.y].map(f64::from), [b.x, b.y].map(f64::from));
         (0..2).all(|i| a[i].min(b[i]) - by <= self.most[i] && a[i].max(b[i]) + by >= self.least[i])
     }
@@ -47,9 +47,9 @@ impl Wall {
 
 /// An island, prepared for many ways.
 pub(super) struct Comb {
-    sides: Vec<(Point, Point)>,
+    sides: Vec<(GridPoint, GridPoint)>,
     cells: Vec<Vec<u32>>,
-    low: Point,
+    low: GridPoint,
     cell: f64,
     size: [usize; 2],
     walls: Vec<Wall>,
@@ -59,9 +59,9 @@ impl Comb {
     /// `walls` are the middles of the island's outer walls.
     pub(super) fn new(island: &Shape, walls: &Region) -> Self {
         let rings: Vec<Contour> = island.iter().map(|ring| simplified(ring, COARSE)).collect();
-        let sides: Vec<(Point, Point)> = rings.iter().flat_map(|ring| pairs(ring)).collect();
+        let sides: Vec<(GridPoint, GridPoint)> = rings.iter().flat_map(|ring| pairs(ring)).collect();
         let points = || rings.iter().flatten();
-        let low = Point::new(points().map(|p| p.x).min().unwrap_or(0), points().map(|p| p.y).min().unwrap_or(0));
+        let low = GridPoint::new(points().map(|p| p.x).min().unwrap_or(0), points().map(|p| p.y).min().unwrap_or(0));
         let across = points().fold([0.0f64; 2], |[x, y], p| {
             [x.max(f64::from(p.x) - f64::from(low.x)), y.max(f64::from(p.y) - f64::from(low.y))]
         });
@@ -78,7 +78,7 @@ impl Comb {
     }
 
     /// The corners of a way inside the island, none where the straight one is; `None` where there is no way.
-    pub(super) fn way(&self, from: Point, to: Point) -> Option<Vec<Point>> {
+    pub(super) fn way(&self, from: GridPoint, to: GridPoint) -> Option<Vec<GridPoint>> {
         if self.is_clear(from, to) {
             return Some(Vec::new());
         }
@@ -92,8 +92,8 @@ impl Comb {
     }
 
     /// To the nearest place of the walls, along them, and from the place of the same wall that is nearest to `to`.
-    fn by_nearest_wall(&self, from: Point, to: Point) -> Option<Vec<Point>> {
-        let near = |p: Point| {
+    fn by_nearest_wall(&self, from: GridPoint, to: GridPoint) -> Option<Vec<GridPoint>> {
+        let near = |p: GridPoint| {
             let walls = self.walls.iter().enumerate().filter(|(_, wall)| wall.is_near(p, p, FAR));
             let places = walls.filter_map(|(index, wall)| Some((index, foot(&wall.ring, p)?)));
             places.min_by(|a, b| a.1.share.total_cmp(&b.1.share))
@@ -110,7 +110,7 @@ impl Comb {
     }
 
     /// Whether no side comes near the leg.
-    fn is_clear(&self, a: Point, b: Point) -> bool {
+    fn is_clear(&self, a: GridPoint, b: GridPoint) -> bool {
         let mut clear = true;
         self.each_cell((a, b), CLEAR, |cell| {
             clear = clear && self.cells[cell].iter().all(|&side| is_far((a, b), self.sides[side as usize]));
@@ -119,7 +119,7 @@ impl Comb {
     }
 
     /// From `from` straight towards `to`; where walls are in the way along each of them the shorter way round.
-    fn along_walls(&self, from: Point, to: Point) -> Option<Vec<Point>> {
+    fn along_walls(&self, from: GridPoint, to: GridPoint) -> Option<Vec<GridPoint>> {
         let mut way = vec![from];
         let mut left: Vec<&Wall> = self.walls.iter().filter(|wall| wall.is_near(from, to, BESIDE)).collect();
         let mut at = from;
@@ -140,7 +140,7 @@ impl Comb {
     }
 
     /// The way without the corners that it can do without; `None` where it is not clear anyhow.
-    fn pulled_tight(&self, way: &[Point]) -> Option<Vec<Point>> {
+    fn pulled_tight(&self, way: &[GridPoint]) -> Option<Vec<GridPoint>> {
         let mut tight = vec![way[0]];
         let mut at = 0;
         while at + 1 < way.len() {
@@ -161,7 +161,7 @@ impl Comb {
     }
 
     /// A late point of the way that is seen from one of its points.
-    fn farthest_seen(&self, way: &[Point], at: usize) -> Option<usize> {
+    fn farthest_seen(&self, way: &[GridPoint], at: usize) -> Option<usize> {
         let mut ahead = way.len() - 1 - at;
         while ahead > 1 && !self.is_clear(way[at], way[at + ahead]) {
             ahead /= 2;
@@ -177,8 +177,8 @@ impl Comb {
     }
 
     /// Visits the cells within `reach` of a leg, and a few more.
-    fn each_cell(&self, (a, b): (Point, Point), reach: f64, mut visit: impl FnMut(usize)) {
-        let place = |p: Point| [f64::from(p.x) - f64::from(self.low.x), f64::from(p.y) - f64::from(self.low.y)];
+    fn each_cell(&self, (a, b): (GridPoint, GridPoint), reach: f64, mut visit: impl FnMut(usize)) {
+        let place = |p: GridPoint| [f64::from(p.x) - f64::from(self.low.x), f64::from(p.y) - f64::from(self.low.y)];
         let (a, b) = (place(a), place(b));
         let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
         let index = |v: f64, i: usize| ((v / self.cell).max(0.0) as usize).min(self.size[i] - 1);
@@ -205,7 +205,7 @@ impl Comb {
 }
 
 /// The place of a ring nearest to a point; its share is the distance.
-fn foot(ring: &[Point], p: Point) -> Option<Crossing> {
+fn foot(ring: &[GridPoint], p: GridPoint) -> Option<Crossing> {
     let mut along = 0.0;
     let mut best: Option<Crossing> = None;
     for (side, (a, b)) in pairs(ring).enumerate() {
@@ -214,7 +214,7 @@ fn foot(ring: &[Point], p: Point) -> Option<Crossing> {
         let of_side = if length > 0.0 { ((x * ex + y * ey) / length / length).clamp(0.0, 1.0) } else { 0.0 };
         let away = region::length([x - of_side * ex, y - of_side * ey]);
         if best.is_none_or(|known| away < known.share) {
-            let at = Point::new(a.x + (of_side * ex).round() as i32, a.y + (of_side * ey).round() as i32);
+            let at = GridPoint::new(a.x + (of_side * ex).round() as i32, a.y + (of_side * ey).round() as i32);
             best = Some(Crossing { at, side, share: away, along: along + of_side * length });
         }
         along += length;
@@ -225,7 +225,7 @@ fn foot(ring: &[Point], p: Point) -> Option<Crossing> {
 /// Where a leg meets a ring.
 #[derive(Clone, Copy)]
 struct Crossing {
-    at: Point,
+    at: GridPoint,
     side: usize,
     /// Of the leg.
     share: f64,
@@ -235,7 +235,7 @@ struct Crossing {
 
 /// The first and the last place at which a leg crosses a ring; `None` where it does not. An end of the leg that lies between the ring and
 /// the border next to it counts as lying on the ring.
-fn crossed(ring: &[Point], a: Point, b: Point) -> Option<[Crossing; 2]> {
+fn crossed(ring: &[GridPoint], a: GridPoint, b: GridPoint) -> Option<[Crossing; 2]> {
     let [dx, dy] = difference(a, b);
     let mut along = 0.0;
     let mut found: Option<[Crossing; 2]> = None;
@@ -247,7 +247,7 @@ fn crossed(ring: &[Point], a: Point, b: Point) -> Option<[Crossing; 2]> {
         let length = region::length([ex, ey]);
         // What begins on the ring does not cross it there.
         if share > 1e-6 && share < 1.0 - 1e-6 && (0.0..1.0).contains(&of_side) {
-            let at = Point::new(p.x + (of_side * ex).round() as i32, p.y + (of_side * ey).round() as i32);
+            let at = GridPoint::new(p.x + (of_side * ex).round() as i32, p.y + (of_side * ey).round() as i32);
             let here = Crossing { at, side, share, along: along + of_side * length };
             let [first, last] = found.unwrap_or([here; 2]);
             let earlier = if here.share < first.share { here } else { first };
@@ -258,8 +258,9 @@ fn crossed(ring: &[Point], a: Point, b: Point) -> Option<[Crossing; 2]> {
     }
     match found {
         Some([only, _]) if count == 1 => {
-            let beside =
-                |p: Point, share: f64| foot(ring, p).filter(|at| at.share < BESIDE).map(|at| Crossing { share, ..at });
+            let beside = |p: GridPoint, share: f64| {
+                foot(ring, p).filter(|at| at.share < BESIDE).map(|at| Crossing { share, ..at })
+            };
             let first = beside(a, 0.0).map(|first| [first, only]);
             first.or_else(|| beside(b, 1.0).map(|last| [only, last]))
         }
@@ -271,7 +272,7 @@ fn crossed(ring: &[Point], a: Point, b: Point) -> Option<[Crossing; 2]> {
 const BESIDE: f64 = 0.3 * UNITS_PER_MM;
 
 /// The ring's corners between two places on it, the shorter way round.
-fn around(ring: &[Point], from: &Crossing, to: &Crossing) -> Vec<Point> {
+fn around(ring: &[GridPoint], from: &Crossing, to: &Crossing) -> Vec<GridPoint> {
     let count = ring.len();
     let whole: f64 = pairs(ring).map(|(p, q)| region::length(difference(p, q))).sum();
     let ahead = (to.along - from.along).rem_euclid(whole);
@@ -288,7 +289,7 @@ fn around(ring: &[Point], from: &Crossing, to: &Crossing) -> Vec<Point> {
 }
 
 /// Whether two legs are farther apart than [`CLEAR`].
-fn is_far((a, b): (Point, Point), (p, q): (Point, Point)) -> bool {
+fn is_far((a, b): (GridPoint, GridPoint), (p, q): (GridPoint, GridPoint)) -> bool {
     let apart = |v: [i32; 2], w: [i32; 2]| {
         f64::from(v[0].min(v[1])) - f64::from(w[0].max(w[1])) > CLEAR
             || f64::from(w[0].min(w[1])) - f64::from(v[0].max(v[1])) > CLEAR
@@ -296,7 +297,7 @@ fn is_far((a, b): (Point, Point), (p, q): (Point, Point)) -> bool {
     if apart([a.x, b.x], [p.x, q.x]) || apart([a.y, b.y], [p.y, q.y]) {
         return true;
     }
-    let away = |p: Point, a: Point, b: Point| {
+    let away = |p: GridPoint, a: GridPoint, b: GridPoint| {
         let ([dx, dy], [x, y]) = (difference(a, b), difference(a, p));
         let squared = dx * dx + dy * dy;
         let t = if squared > 0.0 { ((x * dx + y * dy) / squared).clamp(0.0, 1.0) } else { 0.0 };
@@ -305,14 +306,14 @@ fn is_far((a, b): (Point, Point), (p, q): (Point, Point)) -> bool {
     if away(a, p, q) <= CLEAR || away(b, p, q) <= CLEAR || away(p, a, b) <= CLEAR || away(q, a, b) <= CLEAR {
         return false;
     }
-    let side = |p: Point, a: Point, b: Point| {
+    let side = |p: GridPoint, a: GridPoint, b: GridPoint| {
         let ([dx, dy], [x, y]) = (difference(a, b), difference(a, p));
         dx * y - dy * x > 0.0
     };
     side(a, p, q) == side(b, p, q) || side(p, a, b) == side(q, a, b)
 }
 
-fn difference(a: Point, b: Point) -> [f64; 2] {
+fn difference(a: GridPoint, b: GridPoint) -> [f64; 2] {
     [f64::from(b.x) - f64::from(a.x), f64::from(b.y) - f64::from(a.y)]
 }
 
@@ -323,10 +324,10 @@ mod tests {
 
     fn ring(points: &[(f64, f64)]) -> Contour {
         let of = |v: f64| (v * UNITS_PER_MM).round() as i32;
-        points.iter().map(|&(x, y)| Point::new(of(x), of(y))).collect()
+        points.iter().map(|&(x, y)| GridPoint::new(of(x), of(y))).collect()
     }
 
-    fn at(x: f64, y: f64) -> Point {
+    fn at(x: f64, y: f64) -> GridPoint {
         ring(&[(x, y)])[0]
     }
 
@@ -334,7 +335,7 @@ mod tests {
         Comb::new(&island[0], &grown(island, -2250))
     }
 
-    fn length_mm(way: &[Point]) -> f64 {
+    fn length_mm(way: &[GridPoint]) -> f64 {
         way.windows(2).map(|leg| region::length(difference(leg[0], leg[1]))).sum::<f64>() / UNITS_PER_MM
     }
 
@@ -356,7 +357,7 @@ mod tests {
         let (from, to) = (at(5.0, 19.0), at(25.0, 19.0));
         let way = comb.way(from, to).unwrap();
         assert_eq!(way.len(), 2, "{way:?}");
-        let whole: Vec<Point> = [from].into_iter().chain(way).chain([to]).collect();
+        let whole: Vec<GridPoint> = [from].into_iter().chain(way).chain([to]).collect();
         // Twice from (5, 19) to the corner of the middles at (10 - 0.225, 10 - 0.225), and 10.45 mm along.
         let wanted = 2.0 * 4.775f64.hypot(9.225) + 10.45;
         assert!((length_mm(&whole) - wanted).abs() < 0.1, "{} {wanted}", length_mm(&whole));
@@ -404,12 +405,12 @@ mod tests {
             }
             let way = comb.way(from, to).unwrap();
             bent += usize::from(!way.is_empty());
-            let whole: Vec<Point> = [from].into_iter().chain(way).chain([to]).collect();
+            let whole: Vec<GridPoint> = [from].into_iter().chain(way).chain([to]).collect();
             for leg in whole.windows(2) {
                 for k in 0..=50 {
                     let share = f64::from(k) / 50.0;
                     let [dx, dy] = difference(leg[0], leg[1]);
-                    let p = Point::new(leg[0].x + (share * dx) as i32, leg[0].y + (share * dy) as i32);
+                    let p = GridPoint::new(leg[0].x + (share * dx) as i32, leg[0].y + (share * dy) as i32);
                     assert!(holds(&island, p), "{leg:?}");
                 }
             }

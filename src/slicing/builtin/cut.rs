@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::region::{Contour, FINE_UNITS, Point, Region, distance_mm, enclosed, units};
+use super::region::{Contour, FINE_UNITS, GridPoint, Region, distance_mm, enclosed, units};
 use crate::geom::{Slot, Vec3};
 use crate::mesh::{TriangleMesh, first_of_equals};
 use crate::section::simplify::simplified;
@@ -25,8 +25,8 @@ pub(super) struct Cut {
 struct Segment {
     from: u64,
     to: u64,
-    start: Point,
-    end: Point,
+    start: GridPoint,
+    end: GridPoint,
 }
 
 /// One [`Cut`] for each of the ascending `planes` (z in mm).
@@ -92,10 +92,10 @@ fn key((low, high): (u32, u32)) -> u64 {
     u64::from(low) << 32 | u64::from(high)
 }
 
-fn crossing(vertices: &[Vec3], (low, high): (u32, u32), z: f64) -> Point {
+fn crossing(vertices: &[Vec3], (low, high): (u32, u32), z: f64) -> GridPoint {
     let (a, b) = (vertices[low as usize], vertices[high as usize]);
     let p = a + (b - a) * ((z - a.z) / (b.z - a.z));
-    Point::new(units(p.x), units(p.y))
+    GridPoint::new(units(p.x), units(p.y))
 }
 
 /// Joins segments (sorted by `from`) end to start; open chains come first, each with whether it closed.

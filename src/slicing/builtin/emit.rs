@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use super::arcs::{self, Arc, Micrometres, Piece, distance_mm};
 use super::plan::{Feature, Path};
-use super::region::{Point, UNITS_PER_MM};
+use super::region::{GridPoint, UNITS_PER_MM};
 use super::{Line, Lines};
 use crate::gcode::push_units;
 use crate::slicing::SliceSettings;
@@ -338,7 +338,7 @@ fn name(feature: Feature) -> &'static str {
     }
 }
 
-fn micrometres(p: Point) -> Micrometres {
+fn micrometres(p: GridPoint) -> Micrometres {
     const UNITS: i64 = UNITS_PER_MM as i64 / 1000;
     [p.x, p.y].map(i64::from).map(|c| (c + c.signum() * (UNITS / 2)) / UNITS)
 }

@@ -1,6 +1,6 @@
 //! Parallel rows across a region.
 
-use super::region::{Point, Region, mm, pairs};
+use super::region::{GridPoint, Region, mm, pairs};
 
 /// What of one row lies inside.
 pub(super) struct Row {
@@ -43,17 +43,17 @@ impl Lattice {
     }
 
     /// A point in coordinates turned by minus the angle: along the rows, and across.
-    pub(super) fn turned(&self, p: Point) -> (f64, f64) {
+    pub(super) fn turned(&self, p: GridPoint) -> (f64, f64) {
         let (sin, cos) = self.angle.sin_cos();
         let (x, y) = (f64::from(p.x), f64::from(p.y));
         (x * cos + y * sin, y * cos - x * sin)
     }
 
     /// The point of a row at `x` along it.
-    pub(super) fn point(&self, x: f64, row: i64) -> Point {
+    pub(super) fn point(&self, x: f64, row: i64) -> GridPoint {
         let (sin, cos) = self.angle.sin_cos();
         let y = self.row(row);
-        Point::new((x * cos - y * sin).round() as i32, (x * sin + y * cos).round() as i32)
+        GridPoint::new((x * cos - y * sin).round() as i32, (x * sin + y * cos).round() as i32)
     }
 }
 

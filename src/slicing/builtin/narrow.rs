@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use super::region::{Contour, Point, Region, UNITS_PER_MM, enclosed, pairs};
+use super::region::{Contour, GridPoint, Region, UNITS_PER_MM, enclosed, pairs};
 use super::thickness::{Border, Boxes, Place, Vec2, dot, in_mm, length, plus, sub};
 
 /// Spacing of the places on the border, mm.
@@ -88,7 +88,7 @@ impl Narrow {
     }
 
     /// Whether a ring comes near a narrow piece at all.
-    pub(super) fn may_concern(&self, ring: &[Point]) -> bool {
+    pub(super) fn may_concern(&self, ring: &[GridPoint]) -> bool {
         self.boxes.may_hold(ring)
     }
 
@@ -106,7 +106,7 @@ impl Narrow {
     }
 
     /// What is seen from the places along a ring.
-    fn along(&self, ring: &[Point], number: u32) -> Vec<Option<Seen>> {
+    fn along(&self, ring: &[GridPoint], number: u32) -> Vec<Option<Seen>> {
         let mut seen = Vec::new();
         let (mut along, mut owed) = (0.0, 0.0);
         let mut look = |a: Vec2, normal: Vec2, place: Place| {
@@ -238,7 +238,7 @@ fn strips(seen: &[Option<Seen>], least: f64) -> Vec<Contour> {
 }
 
 /// Millimetres on the grid.
-pub(super) fn on_grid(p: Vec2) -> Point {
+pub(super) fn on_grid(p: Vec2) -> GridPoint {
     let of = |v: f64| (v * UNITS_PER_MM).round() as i32;
-    Point::new(of(p[0]), of(p[1]))
+    GridPoint::new(of(p[0]), of(p[1]))
 }

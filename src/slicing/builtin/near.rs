@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::region::{Point, Region, Shape};
+use super::region::{GridPoint, Region, Shape};
 
 /// So few shapes are taken as they are.
 const FEW: usize = 4;
@@ -11,7 +11,7 @@ const FEW: usize = 4;
 pub(super) struct Shapes<'a> {
     region: &'a Region,
     /// The shapes' boxes, `[least, most]`, with their numbers, by their least x.
-    boxes: Vec<([Point; 2], usize)>,
+    boxes: Vec<([GridPoint; 2], usize)>,
     /// The widest box, grid units.
     widest: i64,
 }
@@ -19,7 +19,7 @@ pub(super) struct Shapes<'a> {
 impl<'a> Shapes<'a> {
     pub(super) fn of(region: &'a Region) -> Self {
         let all = if region.len() > FEW { region.as_slice() } else { &[] };
-        let mut boxes: Vec<([Point; 2], usize)> =
+        let mut boxes: Vec<([GridPoint; 2], usize)> =
             all.iter().zip(0..).filter_map(|(shape, index)| Some((bounds([shape])?, index))).collect();
         boxes.sort_by_key(|([least, _], index)| (least.x, *index));
         let widest = boxes.iter().map(|([least, most], _)| i64::from(most.x) - i64::from(least.x)).max().unwrap_or(0);
@@ -50,11 +50,11 @@ impl<'a> Shapes<'a> {
 }
 
 /// The box around shapes; `None` for none.
-fn bounds<'s>(shapes: impl IntoIterator<Item = &'s Shape>) -> Option<[Point; 2]> {
+fn bounds<'s>(shapes: impl IntoIterator<Item = &'s Shape>) -> Option<[GridPoint; 2]> {
     let outer = shapes.into_iter().filter_map(|shape| shape.first()).flatten();
     outer.fold(None, |known, p| {
         let [least, most] = known.unwrap_or([*p; 2]);
-        Some([Point::new(least.x.min(p.x), least.y.min(p.y)), Point::new(most.x.max(p.x), most.y.max(p.y))])
+        Some([GridPoint::new(least.x.min(p.x), least.y.min(p.y)), GridPoint::new(most.x.max(p.x), most.y.max(p.y))])
     })
 }
 
@@ -68,10 +68,10 @@ mod tests {
         let mut random = crate::geom::SplitMix64::seeded(11);
         let mut squares = |count: usize, most: f64| {
             let mut any = |by: f64| (random.unit() * by) as i32;
-            let rings: Vec<Vec<Point>> = (0..count)
+            let rings: Vec<Vec<GridPoint>> = (0..count)
                 .map(|_| (any(1e6), any(1e6), 100 + any(most)))
                 .map(|(x, y, by)| {
-                    [(x, y), (x + by, y), (x + by, y + by), (x, y + by)].map(|(x, y)| Point::new(x, y)).to_vec()
+                    [(x, y), (x + by, y), (x + by, y + by), (x, y + by)].map(|(x, y)| GridPoint::new(x, y)).to_vec()
                 })
                 .collect();
             enclosed(&rings)

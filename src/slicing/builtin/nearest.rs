@@ -1,11 +1,11 @@
 //! The nearest of many points, some of which are taken away or come later: a grid of cells, looked at in rings.
 
-use super::region::Point;
+use super::region::GridPoint;
 
 /// Points to be asked for the nearest.
 pub(super) struct Nearest {
-    points: Vec<Point>,
-    low: Point,
+    points: Vec<GridPoint>,
+    low: GridPoint,
     cell: f64,
     size: [usize; 2],
     cells: Vec<Vec<u32>>,
@@ -17,8 +17,8 @@ const TOGETHER: f64 = 2.0;
 
 impl Nearest {
     /// None of the points counts until it is added.
-    pub(super) fn of(points: Vec<Point>) -> Self {
-        let bounds = |of: fn(&Point) -> i32| {
+    pub(super) fn of(points: Vec<GridPoint>) -> Self {
+        let bounds = |of: fn(&GridPoint) -> i32| {
             let values = points.iter().map(of);
             (values.clone().min().unwrap_or(0), values.max().unwrap_or(0))
         };
@@ -28,11 +28,11 @@ impl Nearest {
         // Square cells; along a line of points no more of them than points.
         let cell = (across[0] * across[1] / cells).sqrt().max(across[0].max(across[1]) / cells);
         let size = across.map(|across| (across / cell) as usize + 1);
-        Self { points, low: Point::new(x.0, y.0), cell, size, cells: vec![Vec::new(); size[0] * size[1]], count: 0 }
+        Self { points, low: GridPoint::new(x.0, y.0), cell, size, cells: vec![Vec::new(); size[0] * size[1]], count: 0 }
     }
 
     /// All of the points count.
-    pub(super) fn all(points: Vec<Point>) -> Self {
+    pub(super) fn all(points: Vec<GridPoint>) -> Self {
         let mut nearest = Self::of(points);
         (0..nearest.points.len()).for_each(|index| nearest.add(index));
         nearest
@@ -53,7 +53,7 @@ impl Nearest {
     }
 
     /// The nearest point that counts; of several the one with the lowest number.
-    pub(super) fn to(&self, at: Point) -> Option<usize> {
+    pub(super) fn to(&self, at: GridPoint) -> Option<usize> {
         if self.count == 0 {
             return None;
         }
@@ -92,7 +92,7 @@ impl Nearest {
     }
 
     /// The cell of a point, or of the place of the box nearest to it.
-    fn cell_of(&self, p: Point) -> [usize; 2] {
+    fn cell_of(&self, p: GridPoint) -> [usize; 2] {
         let of = |v: i32, low: i32, size: usize| {
             (((f64::from(v) - f64::from(low)) / self.cell).max(0.0) as usize).min(size - 1)
         };
@@ -114,8 +114,8 @@ mod tests {
         let mut random = SplitMix64::seeded(7);
         for (wide, high, count) in [(1e6, 1e6, 300), (1e6, 0.0, 50), (300.0, 1e5, 200), (0.0, 0.0, 3)] {
             let mut any = |by: f64| ((random.unit() - 0.5) * by) as i32;
-            let points: Vec<Point> = (0..count).map(|_| Point::new(any(wide), any(high))).collect();
-            let asked: Vec<Point> = (0..count).map(|_| Point::new(any(3.0 * wide), any(3.0 * high))).collect();
+            let points: Vec<GridPoint> = (0..count).map(|_| GridPoint::new(any(wide), any(high))).collect();
+            let asked: Vec<GridPoint> = (0..count).map(|_| GridPoint::new(any(3.0 * wide), any(3.0 * high))).collect();
             let mut nearest = Nearest::all(points.clone());
             let mut left: Vec<usize> = (0..count).collect();
             for at in asked {
@@ -129,7 +129,7 @@ mod tests {
                 left.retain(|i| Some(*i) != found);
                 nearest.remove(found.unwrap());
             }
-            assert_eq!(nearest.to(Point::new(0, 0)), None);
+            assert_eq!(nearest.to(GridPoint::new(0, 0)), None);
         }
     }
 }

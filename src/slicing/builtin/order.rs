@@ -7,7 +7,7 @@ use super::comb::Comb;
 use super::nearest::Nearest;
 use super::overhang::Ground;
 use super::plan::{Feature, Fill, Island, Path, PlannedLayer};
-use super::region::{Contour, Point, distance_mm, perimeter_mm};
+use super::region::{Contour, GridPoint, distance_mm, perimeter_mm};
 use super::seam::{Seams, nearest_place};
 use super::tour::{Ends, tour};
 use super::walls::Bead;
@@ -22,7 +22,7 @@ const LONGEST_DETOUR_MM: f64 = 25.0;
 pub(super) struct Order<'a> {
     settings: &'a SliceSettings,
     /// Where the last line ended.
-    at: Option<Point>,
+    at: Option<GridPoint>,
     /// The layer's lines so far.
     paths: Vec<Path>,
     seams: Seams,
@@ -75,21 +75,21 @@ impl<'a> Order<'a> {
     }
 
     /// Where the first wall of an island may begin, as far as that is known before the nozzle is there.
-    fn begins(&self, island: &Island<'_>) -> Vec<Point> {
+    fn begins(&self, island: &Island<'_>) -> Vec<GridPoint> {
         let (_, walls) = gaps_and_walls(island);
         let outside = outside_of(&walls);
         let inner = inner_of(&outside);
         let starts = self.starts(&walls, &outside);
         let free = (0..walls.len()).filter(|&wall| inner[wall] == 0);
-        let found: Vec<Point> = free.flat_map(|wall| starts[wall]).collect();
+        let found: Vec<GridPoint> = free.flat_map(|wall| starts[wall]).collect();
         if found.is_empty() { vec![island.start()] } else { found }
     }
 
     /// Where each bead may begin: an open one at its ends, an outer wall at its seam, a wall inside it nearest to there.
-    fn starts(&self, beads: &[&Bead], outside: &[Option<usize>]) -> Vec<[Point; 2]> {
+    fn starts(&self, beads: &[&Bead], outside: &[Option<usize>]) -> Vec<[GridPoint; 2]> {
         let mut order: Vec<usize> = (0..beads.len()).collect();
         order.sort_by_key(|&bead| beads[bead].depth);
-        let mut found = vec![[Point::default(); 2]; beads.len()];
+        let mut found = vec![[GridPoint::default(); 2]; beads.len()];
         for index in order {
             let points = &beads[index].points;
             found[index] = match (beads[index].closed, outside[index]) {
@@ -112,7 +112,7 @@ impl<'a> Order<'a> {
         }
     }
 
-    fn place(&self) -> Point {
+    fn place(&self) -> GridPoint {
         self.at.unwrap_or_default()
     }
 
@@ -152,7 +152,7 @@ impl<'a> Order<'a> {
         &mut self,
         inside: &mut Ways<'_>,
         bead: &Bead,
-        points: &[Point],
+        points: &[GridPoint],
         widths: &[f64],
         ground: Option<&Ground>,
     ) {
@@ -161,7 +161,7 @@ impl<'a> Order<'a> {
             (_, false) => Feature::Gap,
             (_, true) => Feature::InnerWall,
         };
-        let mut add = |points: &[Point], width_mm: Option<f64>| {
+        let mut add = |points: &[GridPoint], width_mm: Option<f64>| {
             let stretches = ground.map_or_else(|| vec![(true, points.to_vec())], |ground| ground.split(points));
             for (supported, points) in stretches {
                 self.add(inside, if supported { feature } else { Feature::Overhang }, points, width_mm);
@@ -178,7 +178,7 @@ impl<'a> Order<'a> {
         }
     }
 
-    fn pieces(&mut self, inside: &mut Ways<'_>, pieces: &[Piece<'_>], ground: Option<&Ground>, to: &[Point]) {
+    fn pieces(&mut self, inside: &mut Ways<'_>, pieces: &[Piece<'_>], ground: Option<&Ground>, to: &[GridPoint]) {
         let ends: Vec<Ends> = pieces.iter().map(Piece::ends).collect();
         for (next, end) in tour(self.at, &ends, to) {
             match pieces[next] {
@@ -210,13 +210,13 @@ impl<'a> Order<'a> {
     }
 
     /// The corners of the way to the next line, and whether the filament is pulled back on it.
-    fn way(&self, inside: &mut Ways<'_>, from: Point, to: Point) -> (Vec<Point>, bool) {
+    fn way(&self, inside: &mut Ways<'_>, from: GridPoint, to: GridPoint) -> (Vec<GridPoint>, bool) {
         let straight = distance_mm(from, to);
         if straight <= self.settings.retract_from_mm {
             return (Vec::new(), false);
         }
         let Some(way) = inside.way(from, to) else { return (Vec::new(), true) };
-        let whole: Vec<Point> = [from].into_iter().chain(way.iter().copied()).chain([to]).collect();
+        let whole: Vec<GridPoint> = [from].into_iter().chain(way.iter().copied()).chain([to]).collect();
         let length: f64 = whole.windows(2).map(|leg| distance_mm(leg[0], leg[1])).sum();
         if length > straight + LONGEST_DETOUR_MM {
             return (Vec::new(), true);
@@ -271,7 +271,7 @@ struct Ways<'a> {
 }
 
 impl Ways<'_> {
-    fn way(&mut self, from: Point, to: Point) -> Option<Vec<Point>> {
+    fn way(&mut self, from: GridPoint, to: GridPoint) -> Option<Vec<GridPoint>> {
         let island = self.island;
         self.comb.get_or_insert_with(|| Comb::new(island.shape, island.centre)).way(from, to)
     }
@@ -282,7 +282,7 @@ fn outside_of(beads: &[&Bead]) -> Vec<Option<usize>> {
     let mut found = vec![None; beads.len()];
     let deepest = beads.iter().map(|bead| bead.depth).max().unwrap_or(0);
     for depth in 1..=deepest {
-        let outer: Vec<(usize, Point)> = beads
+        let outer: Vec<(usize, GridPoint)> = beads
             .iter()
             .enumerate()
             .filter(|(_, bead)| bead.depth + 1 == depth)
@@ -297,7 +297,7 @@ fn outside_of(beads: &[&Bead]) -> Vec<Option<usize>> {
 }
 
 /// The bead's points in the order in which they are printed from `start`, and the width of each leg.
-fn laid_from(bead: &Bead, start: Point, clip_mm: f64) -> (Contour, Vec<f64>) {
+fn laid_from(bead: &Bead, start: GridPoint, clip_mm: f64) -> (Contour, Vec<f64>) {
     let mut widths = bead.widths.clone();
     let start = bead.points.iter().position(|&p| p == start).unwrap_or(0);
     if bead.closed {
@@ -317,7 +317,7 @@ fn laid_from(bead: &Bead, start: Point, clip_mm: f64) -> (Contour, Vec<f64>) {
 }
 
 /// The ring as a line from `start` round, ending `clip_mm` before it.
-fn opened_at(ring: &[Point], start: usize, clip_mm: f64) -> Contour {
+fn opened_at(ring: &[GridPoint], start: usize, clip_mm: f64) -> Contour {
     let mut line: Contour = (0..=ring.len()).map(|i| ring[(start + i) % ring.len()]).collect();
     if perimeter_mm(ring) < 4.0 * clip_mm {
         return line;
@@ -329,7 +329,7 @@ fn opened_at(ring: &[Point], start: usize, clip_mm: f64) -> Contour {
         if length > left {
             let share = 1.0 - left / length;
             let along = |a: i32, b: i32| a + (share * f64::from(b - a)).round() as i32;
-            line.push(Point::new(along(before.x, last.x), along(before.y, last.y)));
+            line.push(GridPoint::new(along(before.x, last.x), along(before.y, last.y)));
             break;
         }
         left -= length;

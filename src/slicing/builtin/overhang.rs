@@ -1,10 +1,10 @@
 //! Which stretches of a path lie on the layer below.
 
-use super::region::{Point, Region, pairs};
+use super::region::{GridPoint, Region, pairs};
 
 /// A region prepared for many crossing tests.
 pub(super) struct Ground {
-    edges: Vec<(Point, Point)>,
+    edges: Vec<(GridPoint, GridPoint)>,
 }
 
 impl Ground {
@@ -13,8 +13,8 @@ impl Ground {
     }
 
     /// The path cut into stretches, in order, each with whether it lies inside.
-    pub(super) fn split(&self, path: &[Point]) -> Vec<(bool, Vec<Point>)> {
-        let mut stretches: Vec<(bool, Vec<Point>)> = Vec::new();
+    pub(super) fn split(&self, path: &[GridPoint]) -> Vec<(bool, Vec<GridPoint>)> {
+        let mut stretches: Vec<(bool, Vec<GridPoint>)> = Vec::new();
         for leg in path.windows(2) {
             let stops = self.stops(leg[0], leg[1]);
             for pair in stops.windows(2) {
@@ -29,17 +29,17 @@ impl Ground {
     }
 
     /// Whether anything of a closed path lies inside.
-    pub(super) fn carries_any_of(&self, ring: &[Point]) -> bool {
-        let closed: Vec<Point> = ring.iter().chain(ring.first()).copied().collect();
+    pub(super) fn carries_any_of(&self, ring: &[GridPoint]) -> bool {
+        let closed: Vec<GridPoint> = ring.iter().chain(ring.first()).copied().collect();
         self.split(&closed).iter().any(|(inside, _)| *inside)
     }
 
     /// Where the leg meets the border, with both its ends: the share of its length, and the point.
-    fn stops(&self, a: Point, b: Point) -> Vec<(f64, Point)> {
+    fn stops(&self, a: GridPoint, b: GridPoint) -> Vec<(f64, GridPoint)> {
         let [dx, dy] = [b.x - a.x, b.y - a.y].map(f64::from);
         let mut shares: Vec<f64> = self.edges.iter().filter_map(|&(p, q)| meets(a, (dx, dy), p, q)).collect();
         shares.sort_by(f64::total_cmp);
-        let at = |t: f64| Point::new(a.x + (t * dx).round() as i32, a.y + (t * dy).round() as i32);
+        let at = |t: f64| GridPoint::new(a.x + (t * dx).round() as i32, a.y + (t * dy).round() as i32);
         let mut stops = vec![(0.0, a)];
         stops.extend(shares.into_iter().map(|t| (t, at(t))));
         stops.push((1.0, b));
@@ -51,10 +51,10 @@ impl Ground {
         stops
     }
 
-    fn holds(&self, share: f64, a: Point, b: Point) -> bool {
+    fn holds(&self, share: f64, a: GridPoint, b: GridPoint) -> bool {
         let x = f64::from(a.x) + share * f64::from(b.x - a.x);
         let y = f64::from(a.y) + share * f64::from(b.y - a.y);
-        let right_of = |&&(p, q): &&(Point, Point)| {
+        let right_of = |&&(p, q): &&(GridPoint, GridPoint)| {
             let (py, qy) = (f64::from(p.y), f64::from(q.y));
             (py <= y) != (qy <= y) && f64::from(p.x) + (y - py) / (qy - py) * f64::from(q.x - p.x) > x
         };
@@ -62,7 +62,7 @@ impl Ground {
     }
 }
 
-fn meets(a: Point, (dx, dy): (f64, f64), p: Point, q: Point) -> Option<f64> {
+fn meets(a: GridPoint, (dx, dy): (f64, f64), p: GridPoint, q: GridPoint) -> Option<f64> {
     let [ex, ey, px, py] = [q.x - p.x, q.y - p.y, p.x - a.x, p.y - a.y].map(f64::from);
     let cross = dx * ey - dy * ex;
     let (t, u) = ((px * ey - py * ex) / cross, (px * dy - py * dx) / cross);
@@ -76,10 +76,10 @@ mod tests {
 
     #[test]
     fn a_line_through_a_square_is_cut_at_its_border() {
-        let square = [(0, 0), (100, 0), (100, 100), (0, 100)].map(|(x, y)| Point::new(x, y)).to_vec();
+        let square = [(0, 0), (100, 0), (100, 100), (0, 100)].map(|(x, y)| GridPoint::new(x, y)).to_vec();
         let ground = Ground::new(&enclosed(&[square]));
-        let got = ground.split(&[Point::new(-50, 50), Point::new(150, 50)]);
-        let p = |x| Point::new(x, 50);
+        let got = ground.split(&[GridPoint::new(-50, 50), GridPoint::new(150, 50)]);
+        let p = |x| GridPoint::new(x, 50);
         assert_eq!(got, [(false, vec![p(-50), p(0)]), (true, vec![p(0), p(100)]), (false, vec![p(100), p(150)])]);
     }
 }

@@ -9,7 +9,7 @@ use super::hatch::Lattice;
 use super::near::Shapes;
 use super::overhang::Ground;
 use super::region::{
-    Contour, Point, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, opened, pairs, perimeter_mm,
+    Contour, GridPoint, Region, Shape, area_mm2, distance_mm, grown, holds, minus, mm, opened, pairs, perimeter_mm,
     signed_area_mm2, units,
 };
 use super::seam::rearmost;
@@ -37,11 +37,11 @@ pub(super) enum Feature {
 /// One line of extrusion.
 pub(super) struct Path {
     pub(super) feature: Feature,
-    pub(super) points: Vec<Point>,
+    pub(super) points: Vec<GridPoint>,
     /// The line's width where it is not the usual one, mm.
     pub(super) width_mm: Option<f64>,
     /// The corners of the way here from the path before.
-    pub(super) way: Vec<Point>,
+    pub(super) way: Vec<GridPoint>,
     /// Whether the filament is pulled back on that way.
     pub(super) pull: bool,
 }
@@ -65,7 +65,7 @@ pub(super) struct Island<'a> {
 
 impl Island<'_> {
     /// Where the island begins, for choosing the next one.
-    pub(super) fn start(&self) -> Point {
+    pub(super) fn start(&self) -> GridPoint {
         let wall = self.beads.first().map(|l| l.points[rearmost(&l.points)]);
         let fill = || self.fills.first().map(|f| f.lines[0][0]);
         wall.or_else(fill).unwrap_or_default()
@@ -151,12 +151,13 @@ fn fills(inside: &Inside, at: usize, between: &Between<'_>, line: &Line, s: &Sli
     let mut fills = Vec::new();
     for (region, angle) in &solids.bridges {
         // The way from one line over air to the next lies on something, or is none.
-        let carried =
-            |way: &[Point]| between.below.as_ref().is_none_or(|[outline, _]| way.iter().all(|&p| holds(outline, p)));
+        let carried = |way: &[GridPoint]| {
+            between.below.as_ref().is_none_or(|[outline, _]| way.iter().all(|&p| holds(outline, p)))
+        };
         let rows = |shape: &Shape| Lattice::fitted(&vec![shape.clone()], *angle, f64::from(line.spacing));
         fills.extend(region.iter().map(|shape| solid(Feature::Bridge, shape, rows(shape), line, s, carried)));
     }
-    let anywhere = |_: &[Point]| true;
+    let anywhere = |_: &[GridPoint]| true;
     for (feature, region) in [(Feature::Solid, &solids.rest), (Feature::Top, &solids.top)] {
         fills.extend(region.iter().map(|shape| solid(feature, shape, fitted(shape, angle, line), line, s, anywhere)));
     }
@@ -214,7 +215,7 @@ fn solid(
     lattice: Lattice,
     line: &Line,
     s: &SliceSettings,
-    allowed: impl Fn(&[Point]) -> bool,
+    allowed: impl Fn(&[GridPoint]) -> bool,
 ) -> Fill {
     let region = vec![shape.clone()];
     let lines = lines(&region, lattice, inset(lattice.pitch as i32, line, s), allowed);
@@ -259,7 +260,7 @@ mod tests {
             (1500, 8200),
             (0, 10_200),
         ];
-        let strip = enclosed(&[corners.map(|(x, y)| Point::new(x, y)).to_vec()]);
+        let strip = enclosed(&[corners.map(|(x, y)| GridPoint::new(x, y)).to_vec()]);
         let lattice = fitted(&strip[0], FRAC_PI_4, &line);
         let rows = lines(&strip, lattice, 0, |_| false);
         let inside: Vec<i32> = rows.iter().map(|row| row[0].y).filter(|y| (0..=8200).contains(y)).collect();

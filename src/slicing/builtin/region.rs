@@ -7,7 +7,7 @@ use i_overlay::mesh::int::outline::offset::IntOutlineOffset;
 use i_overlay::mesh::int::style::{IntLineJoin, IntOutlineStyle};
 
 pub(super) use crate::section::polygons::wound as enclosed;
-pub(super) use crate::section::polygons::{Contour, Point, Region, Shape, UNITS_PER_MM, and, minus, or, units};
+pub(super) use crate::section::polygons::{Contour, GridPoint, Region, Shape, UNITS_PER_MM, and, minus, or, units};
 
 /// How far a dropped point may lie from the line that replaces it while sections are worked on: 3 micrometres, a quarter of what
 /// PrusaSlicer drops. Diagonals of flat sides leave points along straight lines, each layer elsewhere; without them equal layers are
@@ -72,9 +72,9 @@ fn lies_within(shape: &Shape, region: &Region, inset: f64) -> bool {
 }
 
 /// Whether a point lies in the region.
-pub(super) fn holds(region: &Region, p: Point) -> bool {
+pub(super) fn holds(region: &Region, p: GridPoint) -> bool {
     let (x, y) = (f64::from(p.x), f64::from(p.y));
-    let right_of = |&(a, b): &(Point, Point)| {
+    let right_of = |&(a, b): &(GridPoint, GridPoint)| {
         (a.y <= p.y) != (b.y <= p.y) && {
             let [ax, ay, bx, by] = [a.x, a.y, b.x, b.y].map(f64::from);
             ax + (y - ay) / (by - ay) * (bx - ax) > x
@@ -94,7 +94,7 @@ pub(super) fn area_mm2(region: &Region) -> f64 {
 }
 
 /// The ring's area in mm², negative where it runs clockwise.
-pub(super) fn signed_area_mm2(ring: &[Point]) -> f64 {
+pub(super) fn signed_area_mm2(ring: &[GridPoint]) -> f64 {
     let twice: i64 = pairs(ring)
         .map(|(a, b)| i64::from(a.x) * i64::from(b.y) - i64::from(b.x) * i64::from(a.y))
         .fold(0, i64::wrapping_add);
@@ -102,12 +102,12 @@ pub(super) fn signed_area_mm2(ring: &[Point]) -> f64 {
 }
 
 /// The ring's length in mm.
-pub(super) fn perimeter_mm(ring: &[Point]) -> f64 {
+pub(super) fn perimeter_mm(ring: &[GridPoint]) -> f64 {
     pairs(ring).map(|(a, b)| distance_mm(a, b)).sum()
 }
 
 /// The distance in mm.
-pub(super) fn distance_mm(a: Point, b: Point) -> f64 {
+pub(super) fn distance_mm(a: GridPoint, b: GridPoint) -> f64 {
     mm(length([b.x - a.x, b.y - a.y].map(f64::from)))
 }
 
@@ -118,7 +118,7 @@ pub(super) fn length(v: [f64; 2]) -> f64 {
 }
 
 /// The ring's edges, the closing one last.
-pub(super) fn pairs(ring: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
+pub(super) fn pairs(ring: &[GridPoint]) -> impl Iterator<Item = (GridPoint, GridPoint)> + '_ {
     (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]))
 }
 
@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     fn square(x0: i32, x1: i32) -> Contour {
-        [(x0, x0), (x1, x0), (x1, x1), (x0, x1)].map(|(x, y)| Point::new(x, y)).to_vec()
+        [(x0, x0), (x1, x0), (x1, x1), (x0, x1)].map(|(x, y)| GridPoint::new(x, y)).to_vec()
     }
 
     #[test]
@@ -148,7 +148,7 @@ mod tests {
             (0..=40).map(move |i| (f64::from(i) * 0.02).sin_cos()).map(move |(s, c)| (radius * c, radius * s))
         };
         let sliver = arc(100_000.0).chain(arc(99_990.0).collect::<Vec<_>>().into_iter().rev());
-        let region = enclosed(&[sliver.map(|(x, y)| Point::new(x.round() as i32, y.round() as i32)).collect()]);
+        let region = enclosed(&[sliver.map(|(x, y)| GridPoint::new(x.round() as i32, y.round() as i32)).collect()]);
         assert!(!region.is_empty());
         assert_eq!(grown(&region, -1350), Region::new());
     }

@@ -4,7 +4,7 @@
 //! there a scar is hidden. The rules are those that PrusaSlicer and Cura call rear, nearest, aligned and sharpest corner.
 
 use super::nearest::Nearest;
-use super::region::{Contour, Point, distance_mm};
+use super::region::{Contour, GridPoint, distance_mm};
 use crate::slicing::Seam;
 
 /// How far behind the rearmost point a seam may lie, grid units: rounding must not throw it about.
@@ -40,7 +40,7 @@ impl Seams {
     }
 
     /// The place in `ring` where its wall begins, if the nozzle comes from `at`.
-    pub(super) fn place(&self, ring: &[Point], at: Point) -> usize {
+    pub(super) fn place(&self, ring: &[GridPoint], at: GridPoint) -> usize {
         match self.rule {
             Seam::Rear => rearmost(ring),
             Seam::Nearest => nearest_place(ring, at),
@@ -50,14 +50,14 @@ impl Seams {
     }
 
     /// A wall begins here.
-    pub(super) fn begun(&mut self, at: Point) {
+    pub(super) fn begun(&mut self, at: GridPoint) {
         if self.rule == Seam::Aligned {
             self.here.push(at);
         }
     }
 
     /// The place nearest to any seam of the layer below.
-    fn above_the_one_below(&self, ring: &[Point]) -> Option<usize> {
+    fn above_the_one_below(&self, ring: &[GridPoint]) -> Option<usize> {
         let near = self.near.as_ref()?;
         let away = |place: usize| Some((distance_mm(ring[place], self.below[near.to(ring[place])?]), place));
         let (mm, place) = (0..ring.len()).filter_map(away).min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -66,19 +66,19 @@ impl Seams {
 }
 
 /// The vertex with the greatest y; of several, the one with the greatest x.
-pub(super) fn rearmost(points: &[Point]) -> usize {
+pub(super) fn rearmost(points: &[GridPoint]) -> usize {
     let rear = points.iter().map(|p| p.y).max().unwrap_or(0) - REAR_TOLERANCE;
     (0..points.len()).filter(|&i| points[i].y >= rear).max_by_key(|&i| (points[i].x, usize::MAX - i)).unwrap_or(0)
 }
 
 /// The vertex nearest to `at`.
-pub(super) fn nearest_place(ring: &[Point], at: Point) -> usize {
+pub(super) fn nearest_place(ring: &[GridPoint], at: GridPoint) -> usize {
     let away = |&i: &usize| distance_mm(at, ring[i]);
     (0..ring.len()).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0)
 }
 
 /// The sharpest corner that leads inward, else outward, else the rear; of several alike the rearmost.
-fn corner(ring: &[Point]) -> usize {
+fn corner(ring: &[GridPoint]) -> usize {
     let turns: Vec<f64> = (0..ring.len()).map(|i| turn_deg(ring, i)).collect();
     for inward in [-1.0, 1.0] {
         let sharpest = turns.iter().map(|turn| turn * inward).fold(0.0, f64::max);
@@ -93,7 +93,7 @@ fn corner(ring: &[Point]) -> usize {
 }
 
 /// By how much the ring turns at a vertex, degrees, to the left positive.
-fn turn_deg(ring: &[Point], at: usize) -> f64 {
+fn turn_deg(ring: &[GridPoint], at: usize) -> f64 {
     let count = ring.len();
     let arm = |step: usize| {
         let mut places = (1..count).map(|k| ring[(at + k * step) % count]);
@@ -101,7 +101,7 @@ fn turn_deg(ring: &[Point], at: usize) -> f64 {
         far.or_else(|| places.next_back()).unwrap_or(ring[at])
     };
     let (before, after) = (arm(count - 1), arm(1));
-    let leg = |a: Point, b: Point| [f64::from(b.x) - f64::from(a.x), f64::from(b.y) - f64::from(a.y)];
+    let leg = |a: GridPoint, b: GridPoint| [f64::from(b.x) - f64::from(a.x), f64::from(b.y) - f64::from(a.y)];
     let (a, b) = (leg(before, ring[at]), leg(ring[at], after));
     (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]).to_degrees()
 }
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     fn ring(corners: &[(f64, f64)]) -> Contour {
-        corners.iter().map(|&(x, y)| Point::new((x * UNITS_PER_MM) as i32, (y * UNITS_PER_MM) as i32)).collect()
+        corners.iter().map(|&(x, y)| GridPoint::new((x * UNITS_PER_MM) as i32, (y * UNITS_PER_MM) as i32)).collect()
     }
 
     /// An L with its inner corner at (10, 10), anticlockwise.
@@ -162,13 +162,13 @@ mod tests {
     fn a_seam_follows_the_one_below_but_not_another_walls() {
         let mut seams = Seams::new(Seam::Aligned);
         seams.begun(ring(&[(19.5, 0.5)])[0]);
-        assert_eq!(seams.place(&ell(), Point::default()), 3, "of its own layer it knows nothing");
+        assert_eq!(seams.place(&ell(), GridPoint::default()), 3, "of its own layer it knows nothing");
         seams.next_layer();
-        assert_eq!(seams.place(&ell(), Point::default()), 1);
+        assert_eq!(seams.place(&ell(), GridPoint::default()), 1);
         seams.begun(ring(&[(25.0, 0.5)])[0]);
         seams.next_layer();
-        assert_eq!(seams.place(&ell(), Point::default()), 3, "5 mm off");
+        assert_eq!(seams.place(&ell(), GridPoint::default()), 3, "5 mm off");
         seams.next_layer();
-        assert_eq!(seams.place(&ell(), Point::default()), 3);
+        assert_eq!(seams.place(&ell(), GridPoint::default()), 3);
     }
 }

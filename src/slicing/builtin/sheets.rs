@@ -3,7 +3,7 @@
 use super::emit::Writer;
 use super::nearest::Nearest;
 use super::plan::{Feature, Path};
-use super::region::{Point, distance_mm, units};
+use super::region::{GridPoint, distance_mm, units};
 use super::{Line, Lines, footer};
 use crate::gcode::checksum;
 use crate::slicing::{BuiltIn, SliceSettings, Slicer};
@@ -28,7 +28,7 @@ pub fn sheets(layers: &[SupportLayer], settings: &SliceSettings, name: &str, noz
         writer.raw(&format!("M104 S{nozzle_c}"));
     }
     let label = name.replace(['\n', '\r'], " ");
-    let mut at = Point::default();
+    let mut at = GridPoint::default();
     writer.layer_fan(0.0);
     for (k, layer) in layers.iter().enumerate().filter(|(_, layer)| !layer.lines.is_empty()) {
         if k > 0 {
@@ -48,9 +48,9 @@ pub fn sheets(layers: &[SupportLayer], settings: &SliceSettings, name: &str, noz
 }
 
 /// A layer's lines, each begun at the end that is nearer.
-fn ordered(layer: &SupportLayer, settings: &SliceSettings, at: &mut Point) -> Vec<Path> {
-    let point = |[x, y]: [f64; 2]| Point::new(units(x), units(y));
-    let ends: Vec<Point> = layer.lines.iter().flatten().map(|p| point(*p)).collect();
+fn ordered(layer: &SupportLayer, settings: &SliceSettings, at: &mut GridPoint) -> Vec<Path> {
+    let point = |[x, y]: [f64; 2]| GridPoint::new(units(x), units(y));
+    let ends: Vec<GridPoint> = layer.lines.iter().flatten().map(|p| point(*p)).collect();
     let mut nearest = Nearest::all(ends.clone());
     let mut paths = Vec::with_capacity(layer.lines.len());
     while let Some(end) = nearest.to(*at) {

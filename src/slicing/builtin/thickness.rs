@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 pub(super) use super::region::length;
-use super::region::{Point, Region, mm};
+use super::region::{GridPoint, Region, mm};
 
 /// A point or a direction in the plane.
 pub(super) type Vec2 = [f64; 2];
@@ -90,13 +90,13 @@ impl Boxes {
     }
 
     /// Whether a ring may come into one of them.
-    pub(super) fn may_hold(&self, ring: &[Point]) -> bool {
+    pub(super) fn may_hold(&self, ring: &[GridPoint]) -> bool {
         bounds(ring, 0.0).is_some_and(|[low, high]| self.meet(low, high))
     }
 }
 
-fn bounds(ring: &[Point], by: f64) -> Option<[Vec2; 2]> {
-    let of = |p: &Point| -> Vec2 { in_mm(*p) };
+fn bounds(ring: &[GridPoint], by: f64) -> Option<[Vec2; 2]> {
+    let of = |p: &GridPoint| -> Vec2 { in_mm(*p) };
     let first = of(ring.first()?);
     let (low, high) = ring.iter().map(of).fold((first, first), |(low, high), p| {
         ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
@@ -105,7 +105,7 @@ fn bounds(ring: &[Point], by: f64) -> Option<[Vec2; 2]> {
 }
 
 /// A grid point in millimetres.
-pub(super) fn in_mm(p: Point) -> Vec2 {
+pub(super) fn in_mm(p: GridPoint) -> Vec2 {
     [mm(f64::from(p.x)), mm(f64::from(p.y))]
 }
 
@@ -236,7 +236,7 @@ mod tests {
     use super::*;
 
     fn border(rings: &[&[Vec2]]) -> (Border, Boxes) {
-        let ring = |ring: &&[Vec2]| ring.iter().map(|p| Point::new(units(p[0]), units(p[1]))).collect();
+        let ring = |ring: &&[Vec2]| ring.iter().map(|p| GridPoint::new(units(p[0]), units(p[1]))).collect();
         let region = enclosed(&rings.iter().map(ring).collect::<Vec<_>>());
         let boxes = Boxes::around(&region, 0.1);
         (Border::new(&region, &boxes, 5.0), boxes)

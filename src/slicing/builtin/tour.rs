@@ -2,10 +2,10 @@
 //! is shorter (2-opt and Or-opt; S. Lin, *Computer solutions of the traveling salesman problem*, 1965; I. Or, 1976).
 
 use super::nearest::Nearest;
-use super::region::{Point, distance_mm};
+use super::region::{GridPoint, distance_mm};
 
 /// A line's two ends, grid units.
-pub(super) type Ends = [Point; 2];
+pub(super) type Ends = [GridPoint; 2];
 
 /// So far apart two lines of the way may be to be exchanged, lines: all of them in most layers; the time grows with it.
 const WINDOW: usize = 64;
@@ -18,7 +18,7 @@ const ROUNDS: usize = 12;
 
 /// The order of `lines` on the way from `from`, if that is known, to the nearest of `to`, or to anywhere where that is empty: of each
 /// its place in `lines` and the end where it begins.
-pub(super) fn tour(from: Option<Point>, lines: &[Ends], to: &[Point]) -> Vec<(usize, usize)> {
+pub(super) fn tour(from: Option<GridPoint>, lines: &[Ends], to: &[GridPoint]) -> Vec<(usize, usize)> {
     let mut way = Way { from, to, lines, order: greedy(from.unwrap_or_default(), lines) };
     for _ in 0..ROUNDS {
         if !(way.turned_round() | way.moved()) {
@@ -29,7 +29,7 @@ pub(super) fn tour(from: Option<Point>, lines: &[Ends], to: &[Point]) -> Vec<(us
 }
 
 /// Always on to the nearest end.
-fn greedy(from: Point, lines: &[Ends]) -> Vec<usize> {
+fn greedy(from: GridPoint, lines: &[Ends]) -> Vec<usize> {
     let mut nearest = Nearest::all(lines.iter().flatten().copied().collect());
     let (mut at, mut order) = (from, Vec::with_capacity(lines.len()));
     while let Some(end) = nearest.to(at) {
@@ -43,8 +43,8 @@ fn greedy(from: Point, lines: &[Ends]) -> Vec<usize> {
 
 /// A way through all lines: the number of the end where each begins, two to a line.
 struct Way<'a> {
-    from: Option<Point>,
-    to: &'a [Point],
+    from: Option<GridPoint>,
+    to: &'a [GridPoint],
     lines: &'a [Ends],
     order: Vec<usize>,
 }
@@ -52,17 +52,17 @@ struct Way<'a> {
 /// What follows on a line of the way.
 #[derive(Clone, Copy)]
 enum Next {
-    Line(Point),
+    Line(GridPoint),
     End,
 }
 
 impl Way<'_> {
-    fn point(&self, end: usize) -> Point {
+    fn point(&self, end: usize) -> GridPoint {
         self.lines[end / 2][end % 2]
     }
 
     /// Where the way is before the line at this place begins.
-    fn before(&self, place: usize) -> Option<Point> {
+    fn before(&self, place: usize) -> Option<GridPoint> {
         place.checked_sub(1).map_or(self.from, |p| Some(self.point(self.order[p] ^ 1)))
     }
 
@@ -72,7 +72,7 @@ impl Way<'_> {
     }
 
     /// From a place that may not be known, mm.
-    fn leg(&self, from: Option<Point>, to: Next) -> f64 {
+    fn leg(&self, from: Option<GridPoint>, to: Next) -> f64 {
         let Some(from) = from else { return 0.0 };
         match to {
             Next::Line(to) => distance_mm(from, to),
@@ -112,7 +112,7 @@ impl Way<'_> {
     fn moves(&mut self, first: usize, count: usize) -> bool {
         let last = first + count - 1;
         let (begin, end) = (self.point(self.order[first]), self.point(self.order[last] ^ 1));
-        let between = |before: Option<Point>, [begin, end]: Ends, after: Next| {
+        let between = |before: Option<GridPoint>, [begin, end]: Ends, after: Next| {
             self.leg(before, Next::Line(begin)) + self.leg(Some(end), after) - self.leg(before, after)
         };
         let saved = between(self.before(first), [begin, end], self.next(last + 1));
@@ -152,7 +152,7 @@ mod tests {
     use super::*;
     use crate::geom::SplitMix64;
 
-    fn length(from: Option<Point>, lines: &[Ends], to: &[Point], order: &[(usize, usize)]) -> f64 {
+    fn length(from: Option<GridPoint>, lines: &[Ends], to: &[GridPoint], order: &[(usize, usize)]) -> f64 {
         let (mut at, mut sum) = (from, 0.0);
         for &(line, end) in order {
             sum += at.map_or(0.0, |at| distance_mm(at, lines[line][end]));
@@ -161,13 +161,13 @@ mod tests {
         sum + at.map_or(0.0, |at| nearest(at, to))
     }
 
-    fn nearest(at: Point, of: &[Point]) -> f64 {
+    fn nearest(at: GridPoint, of: &[GridPoint]) -> f64 {
         of.iter().map(|&to| distance_mm(at, to)).min_by(f64::total_cmp).unwrap_or(0.0)
     }
 
     /// The shortest of all orders, by trying them.
-    fn shortest(from: Option<Point>, lines: &[Ends], to: &[Point]) -> f64 {
-        fn on(at: Option<Point>, left: &[Ends], to: &[Point]) -> f64 {
+    fn shortest(from: Option<GridPoint>, lines: &[Ends], to: &[GridPoint]) -> f64 {
+        fn on(at: Option<GridPoint>, left: &[Ends], to: &[GridPoint]) -> f64 {
             if left.is_empty() {
                 return at.map_or(0.0, |at| nearest(at, to));
             }
@@ -184,12 +184,12 @@ mod tests {
     #[test]
     fn every_line_is_there_once_and_the_way_is_short() {
         let mut random = SplitMix64::seeded(12);
-        let mut point = |by: f64| Point::new((random.unit() * by) as i32, (random.unit() * by) as i32);
+        let mut point = |by: f64| GridPoint::new((random.unit() * by) as i32, (random.unit() * by) as i32);
         let (mut best, mut ours, mut by_nearest) = (0.0, 0.0, 0.0);
         for case in 0..60 {
             let lines: Vec<Ends> = (0..1 + case % 6).map(|_| [point(4e5), point(4e5)]).collect();
             let from = (case % 3 > 0).then(|| point(4e5));
-            let to: Vec<Point> = (0..case % 4).map(|_| point(4e5)).collect();
+            let to: Vec<GridPoint> = (0..case % 4).map(|_| point(4e5)).collect();
             let order = tour(from, &lines, &to);
             let mut once: Vec<usize> = order.iter().map(|(line, _)| *line).collect();
             once.sort_unstable();
@@ -210,12 +210,12 @@ mod tests {
         let mut random = SplitMix64::seeded(3);
         let mut lines = Vec::new();
         for _ in 0..2000 {
-            let p = Point::new((random.unit() * 4e6) as i32, (random.unit() * 4e6) as i32);
-            lines.push([p, Point::new(p.x + (random.unit() * 4e4) as i32, p.y)]);
+            let p = GridPoint::new((random.unit() * 4e6) as i32, (random.unit() * 4e6) as i32);
+            lines.push([p, GridPoint::new(p.x + (random.unit() * 4e4) as i32, p.y)]);
         }
         let order = tour(None, &lines, &[]);
         let first: Vec<(usize, usize)> =
-            greedy(Point::default(), &lines).into_iter().map(|end| (end / 2, end % 2)).collect();
+            greedy(GridPoint::default(), &lines).into_iter().map(|end| (end / 2, end % 2)).collect();
         let [is, was] = [&order, &first].map(|order| length(None, &lines, &[], order));
         assert!(is < 0.93 * was, "{is} {was}");
     }

@@ -6,7 +6,9 @@
 use super::Line;
 use super::join::{joined, unfolded};
 use super::narrow::{GapFit, Narrow, Stretch, on_grid};
-use super::region::{Contour, Point, Region, Shape, area_mm2, enclosed, grown, holds, minus, opened, or, pairs, units};
+use super::region::{
+    Contour, GridPoint, Region, Shape, area_mm2, enclosed, grown, holds, minus, opened, or, pairs, units,
+};
 use super::thickness::{Vec2, in_mm, length, plus, sub};
 use crate::section::simplify::simplified;
 
@@ -78,7 +80,8 @@ fn shift_between(from: &Shape, to: &Shape) -> Option<[i32; 2]> {
     let [a, b] = [from, to].map(|shape| shape.first().and_then(|ring| ring.first()));
     let (a, b) = a.zip(b)?;
     let by = [b.x - a.x, b.y - a.y];
-    let near = |(a, b): (&Point, &Point)| (b.x - a.x).abs_diff(by[0]) <= ALIKE && (b.y - a.y).abs_diff(by[1]) <= ALIKE;
+    let near =
+        |(a, b): (&GridPoint, &GridPoint)| (b.x - a.x).abs_diff(by[0]) <= ALIKE && (b.y - a.y).abs_diff(by[1]) <= ALIKE;
     let alike = |(a, b): (&Contour, &Contour)| a.len() == b.len() && a.iter().zip(b).all(near);
     (from.len() == to.len() && from.iter().zip(to).all(alike)).then_some(by)
 }
@@ -86,7 +89,8 @@ fn shift_between(from: &Shape, to: &Shape) -> Option<[i32; 2]> {
 impl Walled {
     /// The same elsewhere.
     fn moved(&self, by: [i32; 2]) -> Self {
-        let ring = |ring: &Contour| -> Contour { ring.iter().map(|p| Point::new(p.x + by[0], p.y + by[1])).collect() };
+        let ring =
+            |ring: &Contour| -> Contour { ring.iter().map(|p| GridPoint::new(p.x + by[0], p.y + by[1])).collect() };
         let region =
             |region: &Region| -> Region { region.iter().map(|shape| shape.iter().map(ring).collect()).collect() };
         let bead = |bead: &Bead| Bead { points: ring(&bead.points), widths: bead.widths.clone(), ..*bead };

@@ -6,7 +6,7 @@
 //! such a line is sharp, and between it, the border and the next row a notch stays open: dense lines go out into it a little.
 
 use super::hatch::{Lattice, crossings, rows};
-use super::region::{Contour, Point, Region, UNITS_PER_MM, distance_mm, grown, pairs};
+use super::region::{Contour, GridPoint, Region, UNITS_PER_MM, distance_mm, grown, pairs};
 
 /// Strokes shorter than this are left out, mm: an extruder cannot meter them.
 const SHORTEST_MM: f64 = 0.1;
@@ -28,7 +28,12 @@ const DEEPEST: f64 = 2.0;
 const LEAST_NOTCH: f64 = 1500.0;
 
 /// Lines across the region, joined where the way along the rail, `inset` grid units inside the border, is short and `allowed`.
-pub(super) fn lines(region: &Region, lattice: Lattice, inset: i32, allowed: impl Fn(&[Point]) -> bool) -> Vec<Contour> {
+pub(super) fn lines(
+    region: &Region,
+    lattice: Lattice,
+    inset: i32,
+    allowed: impl Fn(&[GridPoint]) -> bool,
+) -> Vec<Contour> {
     let mut spans = Vec::new();
     for row in rows(region, lattice) {
         spans.extend(row.spans.iter().map(|&(from, to)| Span { row: row.index, ends: [from, to], rail: [None; 2] }));
@@ -74,7 +79,7 @@ fn joints(
     spans: &mut [Span],
     rail: &[Contour],
     (lattice, inset): (Lattice, i32),
-    allowed: impl Fn(&[Point]) -> bool,
+    allowed: impl Fn(&[GridPoint]) -> bool,
 ) -> Vec<[Option<Joint>; 2]> {
     let hits = hits(rail, lattice);
     let ends = met(spans, &hits);
@@ -106,8 +111,8 @@ fn joints(
 }
 
 /// For how long a way lies on a row, nearer to its middle than `near` grid units, mm.
-fn runs_along(way: &[Point], row: f64, near: f64, lattice: Lattice) -> f64 {
-    let leg = |leg: &[Point]| {
+fn runs_along(way: &[GridPoint], row: f64, near: f64, lattice: Lattice) -> f64 {
+    let leg = |leg: &[GridPoint]| {
         let [from, to] = [leg[0], leg[1]].map(|p| lattice.turned(p).1 - row);
         let (low, high) = (from.min(to), from.max(to));
         let held = high.min(near) - low.max(-near);
@@ -166,7 +171,7 @@ fn met(spans: &mut [Span], hits: &[Hit]) -> Vec<Option<usize>> {
 
 impl Joint {
     /// The rail's corners on the way.
-    fn corners(&self, rail: &[Contour]) -> Vec<Point> {
+    fn corners(&self, rail: &[Contour]) -> Vec<GridPoint> {
         let ring = &rail[self.ring];
         let count = ring.len();
         let [from, to] = self.sides;
@@ -239,7 +244,7 @@ impl Zigzag<'_> {
 
     /// Where a line goes on from a row's end, `corner`, before it turns to `next`, the joint's: outwards between the two. Their notch is
     /// a sharp corner that the round of the line leaves open by `1 / sin - 1` of half a pitch, with half the corner's angle.
-    fn notch_beside(&self, end: usize, corner: Point, next: Point) -> Option<Point> {
+    fn notch_beside(&self, end: usize, corner: GridPoint, next: GridPoint) -> Option<GridPoint> {
         let radius = self.lattice.pitch / 2.0;
         if self.lattice.pitch > MOST_DENSE * f64::from(self.inset) || corner == next {
             return None;
@@ -255,7 +260,7 @@ impl Zigzag<'_> {
         let long = (bisector[0].powi(2) + bisector[1].powi(2)).sqrt();
         (by > LEAST_NOTCH).then(|| {
             let [x, y] = bisector.map(|v| (v / long * by).round() as i32);
-            Point::new(corner.x + x, corner.y + y)
+            GridPoint::new(corner.x + x, corner.y + y)
         })
     }
 
@@ -266,18 +271,18 @@ impl Zigzag<'_> {
         free.min_by(|a, b| row(a).cmp(&row(b)).then(a.length.total_cmp(&b.length))).copied()
     }
 
-    fn border_end(&self, end: usize) -> Point {
+    fn border_end(&self, end: usize) -> GridPoint {
         let span = &self.spans[end / 2];
         self.lattice.point(span.ends[end % 2], span.row)
     }
 
-    fn rail_end(&self, end: usize) -> Option<Point> {
+    fn rail_end(&self, end: usize) -> Option<GridPoint> {
         let span = &self.spans[end / 2];
         span.rail[end % 2].map(|x| self.lattice.point(x, span.row))
     }
 }
 
-fn length(a: Point, b: Point) -> f64 {
+fn length(a: GridPoint, b: GridPoint) -> f64 {
     distance_mm(a, b) * UNITS_PER_MM
 }
 
@@ -287,7 +292,7 @@ mod tests {
     use super::*;
 
     fn square(x0: i32, x1: i32) -> Contour {
-        [(x0, x0), (x1, x0), (x1, x1), (x0, x1)].map(|(x, y)| Point::new(x, y)).to_vec()
+        [(x0, x0), (x1, x0), (x1, x1), (x0, x1)].map(|(x, y)| GridPoint::new(x, y)).to_vec()
     }
 
     /// Half a pitch, and a little so that the outermost rows lie inside the rail.
@@ -297,7 +302,7 @@ mod tests {
         lines(region, lattice, INSET, |_| true)
     }
 
-    fn length_mm(line: &[Point]) -> f64 {
+    fn length_mm(line: &[GridPoint]) -> f64 {
         line.windows(2).map(|leg| distance_mm(leg[0], leg[1])).sum()
     }
 
@@ -322,7 +327,7 @@ mod tests {
         assert_eq!(lines(&region, lattice, INSET, |_| false).len(), 25);
         assert_eq!(all(&region, lattice).len(), 1);
         // Sides at 5 degrees to the rows: 11 pitches from end to end.
-        let wedge = [(0, 0), (200_000, -17_500), (200_000, 17_500)].map(|(x, y)| Point::new(x, y)).to_vec();
+        let wedge = [(0, 0), (200_000, -17_500), (200_000, 17_500)].map(|(x, y)| GridPoint::new(x, y)).to_vec();
         let wedge = enclosed(&[wedge]);
         let joined = all(&wedge, Lattice::fitted(&wedge, 0.0, 4000.0));
         assert!(joined.iter().all(|line| line.windows(2).all(|leg| {
@@ -337,7 +342,7 @@ mod tests {
         for deg in [2.0f64, 5.0, 8.0, 20.0, 30.0] {
             let rise = (300_000.0 * deg.to_radians().tan()) as i32;
             let slant = [(0, 0), (300_000, rise), (300_000, rise + 90_000), (0, 90_000)];
-            let region = enclosed(&[slant.map(|(x, y)| Point::new(x, y)).to_vec()]);
+            let region = enclosed(&[slant.map(|(x, y)| GridPoint::new(x, y)).to_vec()]);
             let lattice = Lattice::common(0.0, 22_500.0);
             for line in all(&region, lattice) {
                 for leg in line.windows(2).filter(|leg| (leg[1].y - leg[0].y) != 0) {
@@ -355,12 +360,12 @@ mod tests {
         // A side at 20 degrees to the rows: a corner of 10 degrees' half angle is left open by 4.8 half pitches, 0.95 mm.
         let rise = (200_000.0 * 20f64.to_radians().tan()) as i32;
         let slant = [(0, 0), (200_000, rise), (200_000, rise + 60_000), (0, 60_000)];
-        let region = enclosed(&[slant.map(|(x, y)| Point::new(x, y)).to_vec()]);
+        let region = enclosed(&[slant.map(|(x, y)| GridPoint::new(x, y)).to_vec()]);
         let lattice = Lattice::fitted(&region, 0.0, 4000.0);
         let outside = |inset: i32| {
             let inside = grown(&region, -inset);
-            let away = |p: Point| {
-                let from = |(a, b): (Point, Point)| {
+            let away = |p: GridPoint| {
+                let from = |(a, b): (GridPoint, GridPoint)| {
                     let along = [f64::from(b.x - a.x), f64::from(b.y - a.y)].map(|v| v / length(a, b));
                     let [x, y] = [p.x - a.x, p.y - a.y].map(f64::from);
                     let t = (x * along[0] + y * along[1]).clamp(0.0, length(a, b));
@@ -403,7 +408,7 @@ mod tests {
         assert!((length - (20.0 * 10.0 - 4.0 * 2.0)).abs() < 1e-6, "{length}");
         for leg in lines(&region, Lattice::common(0.0, 5000.0), INSET, |_| true).iter().flat_map(|line| line.windows(2))
         {
-            let middle = Point::new((leg[0].x + leg[1].x) / 2, (leg[0].y + leg[1].y) / 2);
+            let middle = GridPoint::new((leg[0].x + leg[1].x) / 2, (leg[0].y + leg[1].y) / 2);
             assert!(holds(&region, middle), "{leg:?}");
         }
     }

@@ -11,14 +11,14 @@ use crate::input::{
 use crate::mesh::Model;
 use crate::orient::{Direction, Facets, Process, recommend};
 use crate::pictures::{Told, plan_sheet};
-use crate::planning::balance::{DOUBTFUL, FALLS, Held, Standing, standing};
+use crate::planning::balance::{DOUBTFUL, FALLS, Held, WorstStanding, standing};
 use crate::planning::{
-    self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Remedy, Slot, ThreeAxis,
-    Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
+    self, Infeasible, Options, PartDroop, PartRef, Placement, Plan, Planned, Print, Priority, Remedy, ThreeAxis,
+    TimeSlot, Wish, Workpiece, can_be_helped, droops, layers_matter, plan_anywhere, three_axis, whole,
 };
 use crate::profile::Profile;
 use crate::strategy::arrange::{ArrangedModel, Arrangement, Models, SetUp, arranged};
-use crate::strategy::error::Error;
+use crate::strategy::error::StrategyError;
 use crate::strategy::holding::support_solids;
 use crate::strategy::no_plan::NoPlan;
 use crate::strategy::ways::TriedWay;
@@ -74,7 +74,7 @@ pub struct PlanResult {
     /// What is printed, but droops, by part.
     pub droops: Vec<PartDroop>,
     /// Where what is printed is held the fewest times over, by its supports too; `None` where nothing tips anything.
-    pub standing: Option<Standing>,
+    pub standing: Option<WorstStanding>,
     /// What was done to the model before, in a sentence; for the picture.
     pub story: Option<String>,
     /// The model as it was set up, where that is not as it was read.
@@ -99,7 +99,7 @@ impl PlanResult {
 
     /// What stands, but not well, in a sentence.
     pub fn unsteady(&self) -> Option<String> {
-        let Standing { part, slot, tilt, held } = self.standing.filter(|one| one.held.pushed < DOUBTFUL)?;
+        let WorstStanding { part, slot, tilt, held } = self.standing.filter(|one| one.held.pushed < DOUBTFUL)?;
         let (tilt, times) = (tilt.deg(), held.pushed);
         Some(format!(
             "slot {slot}, table at {tilt:.0} deg: while part {part} is printed, the first layer on the table holds {times:.1} times over; a larger \
@@ -111,7 +111,7 @@ impl PlanResult {
     pub(super) fn pushed_over(&self) -> Option<Infeasible> {
         let worst = self.standing.map(|one| (one, one.held.pushed));
         let nothing = Held { factor: 0.0, pushed: 0.0 };
-        let on_a_line = (Standing { part: 0, slot: 0, tilt: Angle::ZERO, held: nothing }, 0.0);
+        let on_a_line = (WorstStanding { part: 0, slot: 0, tilt: Angle::ZERO, held: nothing }, 0.0);
         let (one, factor) = worst.unwrap_or(on_a_line);
         (factor < FALLS).then(|| falls(&self.plan.model.model, &one, factor))
     }
@@ -127,8 +127,8 @@ impl PlanResult {
     }
 }
 
-fn falls(model: &Model, one: &Standing, factor: f64) -> Infeasible {
-    let &Standing { part, slot, tilt, .. } = one;
+fn falls(model: &Model, one: &WorstStanding, factor: f64) -> Infeasible {
+    let &WorstStanding { part, slot, tilt, .. } = one;
     Infeasible::Falls { part, name: model.parts[part].name.clone(), slot, tilt_deg: tilt.deg(), factor }
 }
 
@@ -138,7 +138,7 @@ pub(super) fn planned(
     machine: LoadedProfile,
     options: &PlanOptions,
     world: &World<'_>,
-) -> Result<PlanResult, Error> {
+) -> Result<PlanResult, StrategyError> {
     if model.model.interfaces.is_empty() && options.leaves_directions() {
         let quiet = PlanOptions { remedies: false, ..options.clone() };
         let drawn = planned_along(Along::These(&[Vec3::z()]), model.clone(), machine.clone(), &quiet, world);
@@ -156,7 +156,7 @@ pub(super) fn planned_along(
     machine: LoadedProfile,
     options: &PlanOptions,
     world: &World<'_>,
-) -> Result<PlanResult, Error> {
+) -> Result<PlanResult, StrategyError> {
     let start = world.clock.now();
     let seconds = || (world.clock.now() - start).as_secs_f64();
     // The machine's own values, before this plan's bridges.
@@ -186,7 +186,7 @@ pub(super) fn planned_along(
             ..draft(&model, &machine, placement, &plans[0], (options.kept_in.as_deref(), world))
         };
         let standing = standing(&plan, &Workpiece::place(&model.model, &placement), profile, &[]);
-        match standing.filter(Standing::falls) {
+        match standing.filter(WorstStanding::falls) {
             Some(one) => Err(falls(&model.model, &one, one.held.factor)),
             None => Ok((placement, plans, plan, standing)),
         }
@@ -197,7 +197,7 @@ pub(super) fn planned_along(
             let seek = options.remedies && can_be_helped(&infeasible);
             let seek = seek.then(|| remedies(&infeasible, (&workpiece, profile), (&directions, &wanted), world));
             drop(workpiece);
-            return Err(Error::NoPlan(Box::new(NoPlan {
+            return Err(StrategyError::NoPlan(Box::new(NoPlan {
                 infeasible,
                 remedies: seek,
                 cut: None,
@@ -276,7 +276,7 @@ fn draft(
 }
 
 /// The plan, held against its model and machine.
-fn checked(plan: Plan, model: LoadedModel, machine: LoadedProfile) -> Result<CheckedPlan, Error> {
+fn checked(plan: Plan, model: LoadedModel, machine: LoadedProfile) -> Result<CheckedPlan, StrategyError> {
     plan.check(&machine.profile.kinematics(), model.model.parts.len()).map_err(InputError::from)?;
     Ok(CheckedPlan { sha256: plan.sha256(), plan, model, machine })
 }
@@ -316,13 +316,13 @@ pub struct Listed {
 ///
 /// # Errors
 ///
-/// As [`plan`](super::plan()), but [`Error::Infeasible`] without remedies where there is none.
+/// As [`plan`](super::plan()), but [`StrategyError::Infeasible`] without remedies where there is none.
 pub fn sequences(
     request: &PlanRequest,
     most: usize,
     world: &World<'_>,
-    mut each: impl FnMut(Vec<Slot>),
-) -> Result<Listed, Error> {
+    mut each: impl FnMut(Vec<TimeSlot>),
+) -> Result<Listed, StrategyError> {
     let machine = spanning(load_profile(&request.machine, world)?, request.options.bridge_mm)?;
     let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
     let SetUp { model, .. } = arranged(&models, world)?;

@@ -13,7 +13,7 @@ use crate::overhang::TOLERATE_MM2;
 use crate::planning::{
     Goal, Options, Placement, PrintSupports, Priority, Workpiece, centred, centred_and_turned, orientations, plannable,
 };
-use crate::strategy::error::Error;
+use crate::strategy::error::StrategyError;
 use crate::strategy::form::{STEPS_MM, SupportForm};
 
 /// How to plan; the default is what the command does without flags.
@@ -29,7 +29,7 @@ pub struct PlanOptions {
     /// Most evaluations of that search, for one part and objective; `None`: the method's own.
     pub orient_budget: Option<usize>,
     /// Slopes up to this angle from the vertical are fine; `None`: as lines of the profile's width and layers are
-    /// ([`Rule::practised`](crate::overhang::Rule::practised)).
+    /// ([`Rule::practised`](crate::overhang::OverhangRule::practised)).
     pub overhang_deg: Option<f64>,
     /// How well it is to come out.
     pub finish: Finish,
@@ -126,8 +126,8 @@ impl PlaceRequest {
 ///
 /// # Errors
 ///
-/// [`Error::Setting`].
-pub fn allowed(text: &str) -> Result<(usize, Option<f64>), Error> {
+/// [`StrategyError::Setting`].
+pub fn allowed(text: &str) -> Result<(usize, Option<f64>), StrategyError> {
     let (part, area) = text.split_once(':').map_or((text, None), |(part, area)| (part, Some(area)));
     let part = part.trim().parse().ok();
     let area = area.map(|area| area.trim().parse::<f64>().ok().filter(|v| v.is_finite()));
@@ -186,7 +186,11 @@ pub(super) struct PlanAsked {
 }
 
 impl PlanAsked {
-    pub(super) fn of(options: &PlanOptions, machine: &LoadedProfile, model: &LoadedModel) -> Result<Self, Error> {
+    pub(super) fn of(
+        options: &PlanOptions,
+        machine: &LoadedProfile,
+        model: &LoadedModel,
+    ) -> Result<Self, StrategyError> {
         BadSetting::within("top", options.plans as f64, "", [1.0, 100.0])?;
         let settings =
             ObjectiveSettings { layer_mm: machine.profile.process.layer_height_mm, ..ObjectiveSettings::default() };
@@ -245,7 +249,7 @@ impl PlanAsked {
         machine: &LoadedProfile,
         options: &Options<'_>,
         along: &Along<'_>,
-    ) -> Result<Vec<Vec<Direction>>, Error> {
+    ) -> Result<Vec<Vec<Direction>>, StrategyError> {
         workpiece.check(&machine.profile)?;
         plannable(workpiece)?;
         let up = |facets: &Facets, up: &Vec3| {

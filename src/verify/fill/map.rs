@@ -3,7 +3,7 @@
 //! A line is spread evenly over as wide a strip as its plastic covers at the layer's height: its width comes from its filament and its
 //! length alone. What a layer has in a square of whole cells is then exact to about a hundredth, wherever its lines run.
 
-use crate::section::{Point, Segment};
+use crate::section::{PlanePoint, Segment};
 
 /// Edge of a cell, mm: a third of a line and more are told apart.
 pub(super) const CELL_MM: f64 = 0.25;
@@ -49,12 +49,12 @@ impl Frame {
     }
 
     /// The cell that holds a point.
-    pub(super) fn cell(p: Point) -> [i64; 2] {
+    pub(super) fn cell(p: PlanePoint) -> [i64; 2] {
         p.map(|mm| (mm / CELL_MM).floor() as i64)
     }
 
     /// The middle of a square of `cells` whose lowest cell stands at `at`, counted from the frame's own lowest, mm.
-    pub(super) fn middle(&self, at: [usize; 2], cells: usize) -> Point {
+    pub(super) fn middle(&self, at: [usize; 2], cells: usize) -> PlanePoint {
         [0, 1].map(|axis| (self.low[axis] as f64 + at[axis] as f64 + cells as f64 / 2.0) * CELL_MM)
     }
 }
@@ -168,7 +168,7 @@ impl Plastic {
     }
 
     /// Shares a drop among the four cells whose middles are around it.
-    fn drop(&mut self, p: Point, amount: f32) {
+    fn drop(&mut self, p: PlanePoint, amount: f32) {
         let at = [0, 1].map(|axis| p[axis] / CELL_MM - 0.5 - self.frame.low[axis] as f64);
         let [columns, rows] = self.frame.size;
         let inside = at[0] >= 0.0 && at[1] >= 0.0 && at[0] + 1.0 < columns as f64 && at[1] + 1.0 < rows as f64;
@@ -190,7 +190,7 @@ impl Plastic {
     }
 
     /// The share at a point; 0 beyond the frame.
-    pub(super) fn at(&self, p: Point) -> f64 {
+    pub(super) fn at(&self, p: PlanePoint) -> f64 {
         self.frame.index(Frame::cell(p)).map_or(0.0, |index| f64::from(self.cells[index]))
     }
 }

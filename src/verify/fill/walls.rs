@@ -7,7 +7,7 @@ use super::super::prints::PrintedPart;
 use super::super::report::Findings;
 use super::map::{Frame, Mask};
 use super::{Layer, Told, add};
-use crate::section::Point;
+use crate::section::PlanePoint;
 
 /// Spacing of the places, mm.
 const SPACING_MM: f64 = 0.5;
@@ -48,20 +48,20 @@ pub(super) struct Seen {
     slits: Vec<Slit>,
     /// How deep walls go beside sparse infill, mm, shallowest first; one a place.
     depths: Vec<f32>,
-    thinnest_at: Point,
+    thinnest_at: PlanePoint,
 }
 
 /// Places without an outer wall beside each other.
 #[derive(Clone, Copy)]
 struct Slit {
-    middle: Point,
+    middle: PlanePoint,
     length_mm: f64,
 }
 
 impl Seen {
     pub(super) fn of(layer: &Layer<'_>) -> Self {
         let (mut bare, mut places) = (Vec::new(), 0);
-        let mut depths: Vec<(f32, Point)> = Vec::new();
+        let mut depths: Vec<(f32, PlanePoint)> = Vec::new();
         each_place(layer, |p, normal, slope| {
             if slope.abs() > SLIT_SLOPE {
                 return;
@@ -94,7 +94,7 @@ impl Seen {
 }
 
 /// Visits places along the outline with their outward normals and how the outline moves with the height.
-fn each_place(layer: &Layer<'_>, mut visit: impl FnMut(Point, Point, f64)) {
+fn each_place(layer: &Layer<'_>, mut visit: impl FnMut(PlanePoint, PlanePoint, f64)) {
     let mut owed = SPACING_MM / 2.0;
     for ([a, b], slope) in &layer.outline {
         let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
@@ -109,7 +109,7 @@ fn each_place(layer: &Layer<'_>, mut visit: impl FnMut(Point, Point, f64)) {
 }
 
 /// Whether the part is `across` wide behind a place and begins at it: no corner, no thin wall, no seam of two shells.
-fn is_wide(mask: &Mask, p: Point, normal: Point, across: f64) -> bool {
+fn is_wide(mask: &Mask, p: PlanePoint, normal: PlanePoint, across: f64) -> bool {
     let tangent = [-normal[1], normal[0]];
     let at =
         |inward: f64, along: f64| mask.at(Frame::cell([0, 1].map(|i| p[i] - normal[i] * inward + tangent[i] * along)));
@@ -126,7 +126,7 @@ fn is_wide(mask: &Mask, p: Point, normal: Point, across: f64) -> bool {
 }
 
 /// How deep plastic goes on from the outline, mm; `None` where what is beyond is not sparse.
-fn depth(layer: &Layer<'_>, p: Point, normal: Point) -> Option<f64> {
+fn depth(layer: &Layer<'_>, p: PlanePoint, normal: PlanePoint) -> Option<f64> {
     let tangent = [-normal[1], normal[0]];
     let at = |inward: f64| -> f64 {
         let one = |along: f64| layer.plastic.at([0, 1].map(|i| p[i] - normal[i] * inward + tangent[i] * along));
@@ -144,14 +144,15 @@ fn depth(layer: &Layer<'_>, p: Point, normal: Point) -> Option<f64> {
 }
 
 /// Bare places beside each other.
-fn slits(mut bare: Vec<Point>) -> Vec<Slit> {
+fn slits(mut bare: Vec<PlanePoint>) -> Vec<Slit> {
     bare.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let mut found = Vec::new();
     while let Some(first) = bare.pop() {
         let (mut group, mut next) = (vec![first], 0);
         while next < group.len() {
             let p = group[next];
-            let (near, far): (Vec<Point>, Vec<Point>) = bare.into_iter().partition(|q| away(p, *q) <= JOINED_MM);
+            let (near, far): (Vec<PlanePoint>, Vec<PlanePoint>) =
+                bare.into_iter().partition(|q| away(p, *q) <= JOINED_MM);
             bare = far;
             group.extend(near);
             next += 1;
@@ -163,7 +164,7 @@ fn slits(mut bare: Vec<Point>) -> Vec<Slit> {
     found
 }
 
-fn away(a: Point, b: Point) -> f64 {
+fn away(a: PlanePoint, b: PlanePoint) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 

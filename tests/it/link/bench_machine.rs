@@ -8,7 +8,7 @@ use trunnion::link::sim::{Logged, MachineModel, Quirks, Script, Sim};
 use trunnion::link::{Heaters, Loopback, Outcome, Program, ProgramRules, Protocol, Retreat, Sender, SenderSettings};
 use trunnion::motion::replay::Reading;
 use trunnion::motion::{Accelerations, AxisRange, LinearLimits};
-use trunnion::trace::{FeedCount, Rates, Setting};
+use trunnion::trace::{FeedCount, Rates, TraceSetting};
 
 fn axis(letter: u8, range: Option<(f64, f64)>) -> AxisRange {
     let range = range.map(|(low, high)| (Angle::from_deg(low), Angle::from_deg(high)));
@@ -93,7 +93,7 @@ pub(super) fn program(protocol: Protocol, text: &str) -> Arc<Program> {
     let rules = ProgramRules {
         protocol,
         longest_line,
-        setting: Setting { reading: reading(), rates: rates(), accelerations: ACCELERATIONS },
+        setting: TraceSetting { reading: reading(), rates: rates(), accelerations: ACCELERATIONS },
     };
     Arc::new(Program::read(text.as_bytes(), &rules).unwrap())
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread;
 
 use trunnion::job::{
-    At, Error, Operator, OutputFile, Outputs, Print, SendOptions, SendRequest, Sending, Silent, Verified, Wire, World,
+    At, Operator, OutputFile, Outputs, SendOptions, SendRequest, Sending, SentPrint, Silent, Verified, Wire, World,
     load_profile, send_several,
 };
 use trunnion::link::serial::Address;
@@ -194,7 +194,7 @@ fn a_print_whose_thread_is_held_up_holds_up_no_other() {
         let journals: [OutputFile; 2] = files.each_ref().map(|f| outputs.claim(&f.with_extension("journal")).unwrap());
         let addresses = places.each_ref().map(|p| Address::parse(p.get().unwrap()));
         let options = SendOptions::default();
-        let prints = [0, 1].map(|i| Print {
+        let prints = [0, 1].map(|i| SentPrint {
             request: SendRequest {
                 path: &files[i],
                 program: &programs[i],
@@ -229,7 +229,7 @@ fn a_print_whose_thread_is_held_up_holds_up_no_other() {
         let ended_as = send_several(&prints, false, &world, &watcher).unwrap();
         ended.store(true, Ordering::SeqCst);
         let logs = printers.map(|printer| printer.join().unwrap());
-        let why: Vec<Option<String>> = ended_as.iter().map(|e| e.error.as_ref().map(Error::to_string)).collect();
+        let why: Vec<Option<String>> = ended_as.iter().map(|e| e.error.as_ref().map(ToString::to_string)).collect();
         assert!(why[0].is_none() && why[1].as_ref().is_some_and(|w| w.contains("emergency stop")), "{why:?}");
         assert!(!logs[0].iter().any(|l| l == "killed") && logs[1].iter().any(|l| l == "killed"));
     });

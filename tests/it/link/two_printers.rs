@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use trunnion::job::{
-    At, Bench, Error, MachineSource, Operator, Outputs, SendOptions, SendRequest, Sending, Silent, SimulateRequest,
+    At, Bench, MachineSource, Operator, Outputs, SendError, SendOptions, SendRequest, Sending, Silent, SimulateRequest,
     Source, Verified, Wire, World, load_profile, simulate,
 };
 use trunnion::link::serial::Address;
@@ -83,7 +83,7 @@ impl Operator for Watcher<'_> {
     }
 }
 
-fn print(file: &Path, protocol: &str, place: &OnceLock<String>, operator: &dyn Operator) -> Result<(), Error> {
+fn print(file: &Path, protocol: &str, place: &OnceLock<String>, operator: &dyn Operator) -> Result<(), SendError> {
     wait_for(|| place.get().is_some());
     let place = place.get().unwrap();
     let world = World::here(&Silent);

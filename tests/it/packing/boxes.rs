@@ -2,8 +2,8 @@
 
 use trunnion::geom::SplitMix64;
 use trunnion::pack::{
-    Answer, Ended, Instance, Item, Method, PackFault, PackGoal, Placed, Turns, Unpackable, Watch, check, fewest_runs,
-    most_value, pack,
+    BoxPacking, Ended, Instance, Item, Method, PackFault, PackGoal, Placed, Turns, Unpackable, Watch, check,
+    fewest_runs, most_value, pack,
 };
 
 use super::brute;
@@ -12,7 +12,7 @@ use crate::support::seeds;
 const METHODS: [Method; 4] = [Method::Auto, Method::Ip, Method::IpLocalSearch, Method::Tabu];
 
 /// So many steps, and nobody who asks for an end.
-pub(super) fn packed(instance: &Instance, goal: PackGoal, method: Method, steps: u64) -> Answer {
+pub(super) fn packed(instance: &Instance, goal: PackGoal, method: Method, steps: u64) -> BoxPacking {
     let mut asked = |_| None;
     let answer = pack(instance, goal, method, 1, &mut Watch::new(steps, &mut asked)).unwrap();
     check(instance, &answer.placed, goal == PackGoal::Runs).unwrap();

@@ -11,7 +11,7 @@ use trunnion::mesh::{Model, ReadOptions, TriangleMesh, read_model, threemf};
 use trunnion::motion::Pose;
 use trunnion::profile::{Profile, resolve};
 use trunnion::trace::{self, Trace};
-use trunnion::view::{Machine, Program, Scene, Shapes};
+use trunnion::view::{DrawnMachine, DrawnProgram, Scene, Shapes};
 
 use crate::pipeline::{fixture, prepare};
 use crate::support::{Numbers, every, folder, said, trunnion};
@@ -192,8 +192,8 @@ fn a_program_of_noise_keeps_to_the_budget_too() {
     for (plain, text) in [(true, true), (false, false)] {
         let bytes = noise(300_000, plain);
         let trace = trace::read(&bytes, &profile.trace_setting());
-        let program = Program::of(&trace, &bytes, &profile.kinematics(), 'E');
-        let machine = Machine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &[], &[]);
+        let program = DrawnProgram::of(&trace, &bytes, &profile.kinematics(), 'E');
+        let machine = DrawnMachine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &[], &[]);
         let scene = Scene { machine, shapes: Shapes::of::<trunnion::geom::Table>(&[]), program: Some(program) };
         let packed = scene.packed();
         let page = packed.bytes.len() / 3 * 4 + 200_000;

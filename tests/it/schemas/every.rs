@@ -156,7 +156,7 @@ fn events() -> Vec<(String, Value)> {
     let mut all: Vec<Value> = all.iter().map(|what| event(what, at).unwrap()).collect();
     let ended = [("tty1", None), ("tty2", Some("hung up"))].map(|(port, error)| {
         let error = error.map(|words| trunnion::world::FileError::NotText { name: words.to_owned() }.into());
-        trunnion::job::Ended { port: port.to_owned(), file: "a.gcode".into(), error }
+        trunnion::job::EndedPrint { port: port.to_owned(), file: "a.gcode".into(), error }
     });
     all.push(trunnion::document::ended(&ended));
     all.into_iter().map(|event| ("send.json".to_owned(), event)).collect()

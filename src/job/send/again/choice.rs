@@ -9,10 +9,12 @@ use std::ops::Range;
 
 use super::no_entry;
 use super::proof::ReentryPath;
+use crate::input::CheckedPlan;
+use crate::job::send::SendError;
 use crate::job::send::operator::{Operator, Sending};
 use crate::job::send::{SendRequest, start};
-use crate::job::{CheckedPlan, Error, World};
 use crate::link::{BoundaryKind, JournalSummary, Program, Reentry, SenderSettings};
+use crate::world::World;
 
 /// Layers behind a place in which it shows what carries them.
 const LAYERS_LOOKED_AT: usize = 3;
@@ -27,7 +29,7 @@ pub(super) struct Choice<'a> {
 
 impl Choice<'_> {
     /// The re-entry, told; nothing has moved yet.
-    pub(super) fn entry(&self, standing: &JournalSummary, same_boot: bool) -> Result<Reentry, Error> {
+    pub(super) fn entry(&self, standing: &JournalSummary, same_boot: bool) -> Result<Reentry, SendError> {
         let operator = self.told.1;
         let from = self.request.options.from;
         let doubtful =
@@ -49,12 +51,12 @@ impl Choice<'_> {
         block.map(|_| entry)
     }
 
-    fn at(&self, doubtful: &Range<u32>, block: u32) -> Result<Reentry, Error> {
+    fn at(&self, doubtful: &Range<u32>, block: u32) -> Result<Reentry, SendError> {
         Reentry::at(self.program, self.settings, doubtful, block).map_err(|e| no_entry(&e))
     }
 
     /// The latest of `choices` behind which nothing lies in the air, if its path is clear.
-    fn proved(&self, plan: &CheckedPlan, doubtful: &Range<u32>, choices: &[u32]) -> Result<u32, Error> {
+    fn proved(&self, plan: &CheckedPlan, doubtful: &Range<u32>, choices: &[u32]) -> Result<u32, SendError> {
         // The first lays nothing on what may be missing, whatever was printed.
         let (mut low, mut high) = (0, choices.len() - 1);
         while low < high {
@@ -69,12 +71,12 @@ impl Choice<'_> {
         let block = choices[low];
         match self.path(doubtful, block, doubtful.end)?.struck(plan, &self.request.machine.profile) {
             None => Ok(block),
-            Some(why) => Err(Error::Printer(self.no_way(&why, doubtful, choices))),
+            Some(why) => Err(SendError::Printer(self.no_way(&why, doubtful, choices))),
         }
     }
 
     /// The re-entry at `block` where the blocks before `printed` are printed, and what shows whether it is carried.
-    fn path(&self, doubtful: &Range<u32>, block: u32, printed: u32) -> Result<ReentryPath, Error> {
+    fn path(&self, doubtful: &Range<u32>, block: u32, printed: u32) -> Result<ReentryPath, SendError> {
         let entry = self.at(doubtful, block)?;
         let until = self.program.file_line(self.looked_at(block).max(doubtful.end));
         let last = if printed == 0 { 0 } else { self.program.file_line(printed - 1) };

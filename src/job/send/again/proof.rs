@@ -1,7 +1,7 @@
 //! A re-entry and what is printed behind it, as a program that `verify` judges.
 
 use crate::gcode::ParsedLine;
-use crate::job::CheckedPlan;
+use crate::input::CheckedPlan;
 use crate::link::Reentry;
 use crate::motion::replay::{Controller, Step};
 use crate::profile::Profile;

@@ -4,10 +4,13 @@ use std::sync::OnceLock;
 
 use crate::fixtures::{Fixture, solid_box, two_boxes};
 use crate::geom::Vec3;
-use crate::job::{CheckedPlan, MachineSource, PrepareRequest, PrepareResult, Silent, Source, World, prepare, printer};
+use crate::input::{CheckedPlan, MachineSource, Source};
+use crate::job::printer;
+use crate::job::{PrepareRequest, PrepareResult, prepare};
 use crate::link::{Program, SenderSettings};
 use crate::profile::Profile;
 use crate::slicing::SlicerChoice;
+use crate::world::{Silent, World};
 
 /// A print, prepared, and as it is sent.
 pub(super) struct Prepared {

@@ -6,9 +6,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::*;
+use crate::job;
+use crate::job::printer;
 use crate::job::send::operator::Unattended;
-use crate::job::{self, Outputs, Silent, World, printer};
 use crate::link::{Header, Program};
+use crate::world::{Outputs, Silent, World};
 
 /// When no answer to anybody else comes any more.
 const LATER: Time = Duration::from_secs(1);

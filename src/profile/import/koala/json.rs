@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use crate::profile::import::ImportError;
-use crate::profile::import::stated::{File, Place, Stated, shown};
+use crate::profile::import::stated::{File, Stated, StatedAt, shown};
 
 /// A file, its values, and the line of each by its path (`limits.x.min`, `proxies.3.part`).
 pub(super) struct Document<'a> {
@@ -37,7 +37,7 @@ impl<'a> Document<'a> {
     }
 
     /// The line of a value; of one that is not there, of what it would stand in.
-    pub(super) fn place(&self, path: &str) -> Place {
+    pub(super) fn place(&self, path: &str) -> StatedAt {
         let mut path = path;
         loop {
             if let Some(line) = self.lines.get(path) {

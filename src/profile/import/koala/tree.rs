@@ -5,7 +5,7 @@
 
 use super::json::Document;
 use crate::profile::import::ImportError;
-use crate::profile::import::stated::Place;
+use crate::profile::import::stated::StatedAt;
 
 /// Deviation of a direction from an axis that is still that axis.
 const ALONG: f64 = 1e-6;
@@ -36,7 +36,7 @@ struct Part {
     axis: Axis,
     /// Along or about the machine's own axis, or against it.
     sense: f64,
-    place: Place,
+    place: StatedAt,
 }
 
 pub(super) struct Tree {
@@ -47,7 +47,7 @@ pub(super) struct Tree {
     bed_axes: [bool; 3],
     /// Whether both rotary axes turn as the program turns paths; else the sentence that says what contradicts that.
     pub(super) right_handed: Result<(), String>,
-    pub(super) place: Place,
+    pub(super) place: StatedAt,
 }
 
 /// The program's own tree: name, parent, axis.
@@ -147,7 +147,7 @@ impl Tree {
     }
 
     fn check(&mut self) -> Result<(), ImportError> {
-        let wrong = |place: &Place, why: String| Err(ImportError::At { place: place.clone(), why });
+        let wrong = |place: &StatedAt, why: String| Err(ImportError::At { place: place.clone(), why });
         for i in 0..self.parts.len() {
             if self.carriers(i).is_none() {
                 return wrong(&self.parts[i].place, format!("part {} is carried by itself", self.parts[i].name));

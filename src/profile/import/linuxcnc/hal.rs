@@ -2,18 +2,18 @@
 
 use std::path::PathBuf;
 
-use super::super::stated::{File, ImportError, Open, Place, Shelf, Stated, number, same, shown};
+use super::super::stated::{File, ImportError, Open, Shelf, Stated, StatedAt, number, same, shown};
 use super::ini::Ini;
 use super::lines_of;
 
 #[derive(Default)]
 pub(super) struct Hal {
     /// Pins and what they are set to.
-    pins: Vec<(String, String, Place)>,
+    pins: Vec<(String, String, StatedAt)>,
     /// Signals and the pins on them.
     nets: Vec<(String, String)>,
     /// Signals and what they are set to.
-    signals: Vec<(String, String, Place)>,
+    signals: Vec<(String, String, StatedAt)>,
     /// Files that were not read, in sentences.
     pub(super) unread: Vec<String>,
 }
@@ -66,7 +66,7 @@ impl Hal {
         lines_of(file, open, &named, &mut |place, line| self.command(line, place, ini))
     }
 
-    fn command(&mut self, line: &str, place: Place, ini: &Ini) -> Result<(), ImportError> {
+    fn command(&mut self, line: &str, place: StatedAt, ini: &Ini) -> Result<(), ImportError> {
         let line = line.split('#').next().unwrap_or_default();
         let mut words = line.split_ascii_whitespace().filter(|word| !matches!(*word, "=>" | "<=" | "<=>"));
         match (words.next(), words.next(), words.next()) {
@@ -111,7 +111,7 @@ impl Hal {
 }
 
 /// The value that a word stands for: `[SECTION]KEY` and `[SECTION](KEY)` are the ini's.
-fn told(word: &str, place: &Place, ini: &Ini) -> Result<String, ImportError> {
+fn told(word: &str, place: &StatedAt, ini: &Ini) -> Result<String, ImportError> {
     let Some((section, key)) = word.strip_prefix('[').and_then(|rest| rest.split_once(']')) else {
         return Ok(word.to_owned());
     };

@@ -1,13 +1,13 @@
 //! The ini: sections, `KEY = VALUE`, `#INCLUDE FILE`; a line ends with a backslash where it goes on in the next.
 
-use super::super::stated::{Contradiction, File, ImportError, Open, Place, Shelf};
+use super::super::stated::{Contradiction, File, ImportError, Open, Shelf, StatedAt};
 use super::lines_of;
 
 pub(super) struct Entry {
     pub(super) section: String,
     pub(super) key: String,
     pub(super) value: String,
-    pub(super) place: Place,
+    pub(super) place: StatedAt,
 }
 
 impl Entry {
@@ -76,7 +76,7 @@ impl Ini {
     }
 
     /// Where a section begins to say something.
-    pub(super) fn first(&self, section: &str) -> Option<Place> {
+    pub(super) fn first(&self, section: &str) -> Option<StatedAt> {
         self.entries.iter().find(|entry| entry.section == section).map(|entry| entry.place.clone())
     }
 }

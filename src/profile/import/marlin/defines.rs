@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::stated::{Contradiction, File, ImportError, Open, Place, Shelf, shown};
+use super::super::stated::{Contradiction, File, ImportError, Open, Shelf, StatedAt, shown};
 
 /// Names within names, and brackets within brackets, as far as they are followed.
 const DEEPEST: usize = 40;
@@ -16,7 +16,7 @@ const DERIVED: [&str; 5] = ["HAS_", "IS_", "NEED", "USE_", "_"];
 pub(super) struct Defined {
     pub(super) name: String,
     pub(super) text: String,
-    pub(super) place: Place,
+    pub(super) place: StatedAt,
     /// Whether it holds for certain; else it may.
     pub(super) certain: bool,
 }
@@ -28,7 +28,7 @@ pub(super) struct Defines(BTreeMap<String, Defined>);
 struct Block {
     now: Option<bool>,
     taken: Option<bool>,
-    place: Place,
+    place: StatedAt,
 }
 
 fn and(a: Option<bool>, b: Option<bool>) -> Option<bool> {
@@ -98,7 +98,7 @@ impl Defines {
         }
     }
 
-    fn include(&mut self, named: &str, place: &Place, file: &File, open: &mut Open<'_>) -> Result<(), ImportError> {
+    fn include(&mut self, named: &str, place: &StatedAt, file: &File, open: &mut Open<'_>) -> Result<(), ImportError> {
         // What stands in angle brackets is the compiler's.
         let Some(name) = named.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) else { return Ok(()) };
         let inner = open.named(file.beside(name), place, "put it where the line says")?;
@@ -107,7 +107,7 @@ impl Defines {
         Ok(())
     }
 
-    fn define(&mut self, rest: &str, place: Place, holds: Option<bool>) -> Result<(), ImportError> {
+    fn define(&mut self, rest: &str, place: StatedAt, holds: Option<bool>) -> Result<(), ImportError> {
         let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
         // What takes arguments is code.
         if holds == Some(false) || rest[end..].starts_with('(') {
@@ -192,8 +192,8 @@ impl Defines {
 }
 
 /// Lines without comments, those that end with a backslash joined with the next.
-fn plain_lines(file: &File) -> Vec<(Place, String)> {
-    let (mut out, mut comment): (Vec<(Place, String)>, bool) = (Vec::new(), false);
+fn plain_lines(file: &File) -> Vec<(StatedAt, String)> {
+    let (mut out, mut comment): (Vec<(StatedAt, String)>, bool) = (Vec::new(), false);
     let mut goes_on = false;
     for (place, line) in file.lines() {
         let mut plain = String::new();

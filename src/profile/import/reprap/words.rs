@@ -1,6 +1,6 @@
 //! A line of RepRapFirmware's own words: a command, then letters with numbers, lists (`1:2`), texts (`"a"`) or expressions (`{..}`).
 
-use super::super::stated::{ImportError, Place, number};
+use super::super::stated::{ImportError, StatedAt, number};
 use super::worked_out;
 
 pub(super) struct Command {
@@ -13,7 +13,7 @@ pub(super) struct Command {
 }
 
 /// The command of a line; `None` where it is none.
-pub(super) fn command(line: &str, place: &Place) -> Result<Option<Command>, ImportError> {
+pub(super) fn command(line: &str, place: &StatedAt) -> Result<Option<Command>, ImportError> {
     let (words, stray) = split(line);
     let mut words = words.into_iter();
     let mut first = words.next();
@@ -81,7 +81,7 @@ impl Command {
     }
 
     /// The number behind a letter.
-    pub(super) fn number(&self, letter: char, place: &Place) -> Result<Option<f64>, ImportError> {
+    pub(super) fn number(&self, letter: char, place: &StatedAt) -> Result<Option<f64>, ImportError> {
         let what = || format!("{} {letter}", self.code);
         self.get(letter).map(|text| number(&what(), text, place)).transpose()
     }

@@ -1,6 +1,6 @@
 //! Shapes that are the same elsewhere have the same walls elsewhere, and those that are nearly the same their own.
 
-use super::super::region::{Contour, Point, Region, Shape, UNITS_PER_MM};
+use super::super::region::{Contour, GridPoint, Region, Shape, UNITS_PER_MM};
 use super::super::walls::{Walled, walled_once};
 use super::super::{Line, SliceSettings};
 
@@ -10,7 +10,7 @@ fn pin(radius_mm: f64, [x, y]: [i32; 2]) -> Shape {
     let corner = |i: i32| {
         let angle = std::f64::consts::TAU * f64::from(i) / f64::from(CORNERS);
         let [dx, dy] = [angle.cos(), angle.sin()].map(|part| (part * radius_mm * UNITS_PER_MM).round() as i32);
-        Point::new(x + dx, y + dy)
+        GridPoint::new(x + dx, y + dy)
     };
     vec![(0..CORNERS).map(corner).collect()]
 }
@@ -53,8 +53,11 @@ fn nearly_is_not_alike() {
         let mut second = pin(1.7, [290_000, 250_000]);
         second[0][3].y += units;
         let both = walled_once(&vec![first.clone(), second.clone()], &line, 2);
-        let moved: Vec<Contour> =
-            both[0].beads.iter().map(|b| b.points.iter().map(|p| Point::new(p.x + 40_000, p.y)).collect()).collect();
+        let moved: Vec<Contour> = both[0]
+            .beads
+            .iter()
+            .map(|b| b.points.iter().map(|p| GridPoint::new(p.x + 40_000, p.y)).collect())
+            .collect();
         let same = moved == both[1].beads.iter().map(|b| b.points.clone()).collect::<Vec<_>>();
         assert_eq!(same, alike, "{units} units");
     }

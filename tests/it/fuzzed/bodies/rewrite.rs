@@ -4,7 +4,8 @@ use std::sync::OnceLock;
 
 use trunnion::gcode::marks::finished_by;
 use trunnion::job::{
-    self, CheckedPlan, Error, PlanRequest, Prints, RewriteRequest, SliceRequest, SlicingOptions, Source, VerifyRequest,
+    self, CheckedPlan, PlanRequest, PrintError, Prints, RewriteRequest, SliceRequest, SlicingOptions, Source,
+    VerifyRequest,
 };
 use trunnion::slicing::SlicerChoice;
 use trunnion::trace::{What, read};
@@ -58,7 +59,7 @@ fn small() -> Vec<u8> {
 
 impl Made {
     /// The program with these bytes in the place of the slice of one print.
-    fn rewritten(&self, other: Option<(usize, &[u8])>) -> Result<Vec<u8>, Error> {
+    fn rewritten(&self, other: Option<(usize, &[u8])>) -> Result<Vec<u8>, PrintError> {
         let bytes = |print: usize| match other {
             Some((replaced, bytes)) if replaced == print => bytes.to_vec(),
             _ => self.slices[print].clone(),
@@ -83,7 +84,7 @@ pub(super) fn rewrite(data: &[u8]) {
     }
     let program = match made.rewritten(Some((usize::from(how) % made.slices.len(), bytes))) {
         Ok(program) => program,
-        Err(Error::Rejected(rejected)) => return sound(&rejected.report),
+        Err(PrintError::Rejected(rejected)) => return sound(&rejected.report),
         Err(error) => return assert!(!error.to_string().is_empty()),
     };
     assert_eq!(finished_by(&program), Some(made.plan.sha256.clone()), "a finished program says so");

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::super::testing::{Prepared, boxes, tower};
 use super::*;
-use crate::job::send::SendOptions;
 use crate::job::send::operator::At;
+use crate::job::send::{SendError, SendOptions};
 use crate::job::{Silent, World};
 use crate::link::Header;
 
@@ -71,7 +71,7 @@ impl Broken {
         (looked, heard.0.take())
     }
 
-    fn entry(&self) -> (Result<Reentry, Error>, Vec<String>) {
+    fn entry(&self) -> (Result<Reentry, SendError>, Vec<String>) {
         self.with(|choice| choice.entry(&self.standing(), true))
     }
 

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use super::{BadSetting, Error, OutputFile, Outputs};
+use crate::input::{BadSetting, InputError};
 use crate::view::{Drawing, Format};
+use crate::world::{OutputFile, Outputs};
 
 /// A file that a picture may be written to, in the format that its name ends with.
 #[derive(Debug)]
@@ -18,7 +19,7 @@ impl PictureFile {
     /// # Errors
     ///
     /// As [`Outputs::claim`], and [`BadSetting::Ending`] for a name that does not end with `.svg`, `.png` or `.pdf`.
-    pub fn claim(name: &'static str, path: &Path, outputs: &mut Outputs) -> Result<Self, Error> {
+    pub fn claim(name: &'static str, path: &Path, outputs: &mut Outputs) -> Result<Self, InputError> {
         let file = outputs.claim(path)?;
         let format = path.extension().and_then(|ending| Format::of_ending(&ending.to_string_lossy()));
         let allowed = Format::ENDINGS;
@@ -31,7 +32,7 @@ impl PictureFile {
     /// # Errors
     ///
     /// [`FileError::Write`](super::FileError::Write).
-    pub fn write(&self, drawing: &Drawing) -> Result<(), Error> {
+    pub fn write(&self, drawing: &Drawing) -> Result<(), InputError> {
         Ok(self.file.write(&drawing.bytes(self.format))?)
     }
 }

@@ -1,9 +1,10 @@
 //! A program replayed against its plan, and the type that only such a replay gives: [`Verified`].
 
-use super::{CheckedPlan, Error, Source, TriedWay, World};
+use super::error::{PrintError, Rejected};
 use crate::gcode::marks::made_by;
-use crate::spelling::counted;
+use crate::input::{CheckedPlan, Source};
 use crate::verify::{ReplayJob, Report, verify as replay};
+use crate::world::World;
 
 /// A finished program and the plan it was made by.
 #[derive(Clone, Copy, Debug)]
@@ -25,24 +26,24 @@ pub struct VerifyResult {
 }
 
 impl VerifyResult {
-    /// [`Error::MadeByAnother`] where there are findings, and the program names another plan than `plan` at its head: they may all be of the
+    /// [`PrintError::MadeByAnother`] where there are findings, and the program names another plan than `plan` at its head: they may all be of the
     /// wrong part. A name is no proof, so that a program without findings is verified whatever it says.
-    pub fn of_another(&self, file: &str, plan: &CheckedPlan) -> Option<Error> {
+    pub fn of_another(&self, file: &str, plan: &CheckedPlan) -> Option<PrintError> {
         let made_by = made_by(&self.program).filter(|by| *by != plan.sha256 && !self.report.is_clean())?;
-        Some(Error::MadeByAnother { file: file.to_owned(), made_by, given: plan.sha256.clone() })
+        Some(PrintError::MadeByAnother { file: file.to_owned(), made_by, given: plan.sha256.clone() })
     }
 
     /// The program, if nothing was found wrong with it.
     ///
     /// # Errors
     ///
-    /// [`Error::Rejected`] with the report.
-    pub fn verified(self) -> Result<Verified<Vec<u8>>, Error> {
+    /// [`PrintError::Rejected`] with the report.
+    pub fn verified(self) -> Result<Verified<Vec<u8>>, PrintError> {
         let Self { report, seconds, program } = self;
         if report.is_clean() {
             Ok(Verified { program, report: Some(report) })
         } else {
-            Err(Error::Rejected(Box::new(Rejected { report, seconds, program, plan: None, ways: Vec::new() })))
+            Err(PrintError::Rejected(Box::new(Rejected { report, seconds, program, plan: None, ways: Vec::new() })))
         }
     }
 }
@@ -52,7 +53,7 @@ impl VerifyResult {
 /// # Errors
 ///
 /// What keeps the program from being read.
-pub fn verify(request: &VerifyRequest<'_>, world: &World<'_>) -> Result<VerifyResult, Error> {
+pub fn verify(request: &VerifyRequest<'_>, world: &World<'_>) -> Result<VerifyResult, PrintError> {
     let program = request.program.bytes(world)?.into_owned();
     Ok(replayed(program, request.plan, world))
 }
@@ -64,32 +65,6 @@ pub(super) fn replayed(program: Vec<u8>, plan: &CheckedPlan, world: &World<'_>) 
     let report =
         replay(&program, &ReplayJob { profile: &plan.machine.profile, plan: &plan.plan, workpiece: &workpiece });
     VerifyResult { report, seconds: (world.clock.now() - start).as_secs_f64(), program }
-}
-
-/// A program with findings.
-#[derive(Clone, Debug)]
-pub struct Rejected {
-    /// What was found.
-    pub report: Report,
-    /// What the replay took.
-    pub seconds: f64,
-    /// To be looked at; nobody prints it.
-    pub(super) program: Vec<u8>,
-    /// The plan, where it was made on the way.
-    pub(super) plan: Option<CheckedPlan>,
-    /// The ways to print the model that came to this, where several were tried.
-    pub ways: Vec<TriedWay>,
-}
-
-impl std::fmt::Display for Rejected {
-    /// The number of findings, and the first.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", counted(self.report.count(), "finding"))?;
-        match self.report.findings.first() {
-            Some(first) => write!(f, ": line {}: {}", first.line, first.text),
-            None => Ok(()),
-        }
-    }
 }
 
 /// A program for a machine of which a replay has proved that nothing is wrong with it.

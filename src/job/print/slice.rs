@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use super::{BadSetting, CheckedPlan, Error, World};
+use super::error::PrintError;
 use crate::geom::{Rigid, Vec3};
+use crate::input::{BadSetting, CheckedPlan};
 use crate::mesh::{stl_binary, threemf_project};
 use crate::planning::Print;
 use crate::slicing::{
@@ -14,6 +15,7 @@ use crate::slicing::{
 };
 use crate::strategy::adhesion;
 use crate::toolpath::{Bed, ProjectSpot, SlotMesh, layout, print_name, slot_mesh};
+use crate::world::World;
 
 /// How to slice.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,8 +48,8 @@ pub const LARGEST_BED_MM: f64 = 5000.0;
 ///
 /// # Errors
 ///
-/// [`Error::Setting`].
-pub fn bed(text: &str) -> Result<Bed, Error> {
+/// [`PrintError::Setting`].
+pub fn bed(text: &str) -> Result<Bed, PrintError> {
     let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.abs() <= LARGEST_BED_MM);
     let side = |t: &str| {
         let (low, high) = t.split_once("..").unwrap_or(("0", t));
@@ -65,7 +67,7 @@ pub fn bed(text: &str) -> Result<Bed, Error> {
 
 impl SlicingOptions {
     /// The slicer that is asked for, found and asked for its version.
-    pub(super) fn slicer(&self, world: &World<'_>) -> Result<Box<dyn Slicer>, Error> {
+    pub(super) fn slicer(&self, world: &World<'_>) -> Result<Box<dyn Slicer>, PrintError> {
         check_bed(&self.bed)?;
         for config in &self.configs {
             world.files.size(config)?;
@@ -108,8 +110,8 @@ impl Prints {
     ///
     /// # Errors
     ///
-    /// [`Error::OffBed`] for a print that the bed does not hold, and [`Error::Setting`] for a bed that cannot be.
-    pub fn spots(&self) -> Result<Vec<ProjectSpot>, Error> {
+    /// [`PrintError::OffBed`] for a print that the bed does not hold, and [`PrintError::Setting`] for a bed that cannot be.
+    pub fn spots(&self) -> Result<Vec<ProjectSpot>, PrintError> {
         check_bed(&self.bed)?;
         Ok(layout(&sizes(&self.meshes), &self.bed)?)
     }
@@ -147,7 +149,7 @@ pub(super) fn sizes(meshes: &[SlotMesh]) -> Vec<[f64; 2]> {
 }
 
 /// Refuses a bed that is none, or lies where an STL no longer holds a micron.
-pub(super) fn check_bed(bed: &Bed) -> Result<(), Error> {
+pub(super) fn check_bed(bed: &Bed) -> Result<(), PrintError> {
     for axis in 0..2 {
         BadSetting::within("bed", bed.size_mm()[axis], " mm", [0.0, LARGEST_BED_MM])?;
         for side in [bed.min_mm[axis], bed.max_mm[axis]] {
@@ -192,8 +194,8 @@ pub struct SlicerName {
 ///
 /// # Errors
 ///
-/// [`Error::Slice`], [`Error::Setting`], and what keeps a configuration from being read.
-pub fn slice(request: &SliceRequest<'_>, world: &World<'_>) -> Result<SliceResult, Error> {
+/// [`PrintError::Slice`], [`PrintError::Setting`], and what keeps a configuration from being read.
+pub fn slice(request: &SliceRequest<'_>, world: &World<'_>) -> Result<SliceResult, PrintError> {
     let slicer = request.options.slicer(world)?;
     slice_by(slicer.as_ref(), request.prints, request.plan, world)
 }
@@ -204,7 +206,7 @@ pub(super) fn slice_by(
     prints: &Prints,
     plan: &CheckedPlan,
     world: &World<'_>,
-) -> Result<SliceResult, Error> {
+) -> Result<SliceResult, PrintError> {
     let bar = world.progress.begin("slicing", prints.meshes.len());
     let mut sliced = Vec::with_capacity(prints.meshes.len());
     let mut flaws: Vec<(String, Flaw)> =

@@ -1,22 +1,23 @@
 //! Supports for a model in one pose: planned, built as meshes, measured.
 
-use std::fmt::Write;
 use std::path::Path;
 use std::str::FromStr;
 
-use super::{BadSetting, Error, ModelSource, SupportForm, World};
 use crate::geom::{Angle, Bounds, Slot, Vec3, turned_by};
 use crate::input::load_aloud;
+use crate::input::{BadSetting, InputError, ModelSource};
 use crate::mesh::{TriangleMesh, stl_binary, threemf};
 use crate::overhang::Keels;
 use crate::pictures::{self, PART, SUPPORT, SUPPORT_WORD, coloured};
 use crate::spelling::{counted, nearest, numbers};
+use crate::strategy::SupportForm;
 use crate::strategy::grid::{OUTSIDE_MM, fitting, grid_over};
 use crate::support::{
     Around, Bare, Bars, Braced, Build, Built, Ceiling, Clear, Clearance, Count, Cover, Cuts, Flow, FlowMethod, Graph,
     Grid, Laying, PlannedFlow, Roof, Structure, bare, braced, build, held, lines, longest_free_mm, plan, sheets,
 };
 use crate::view::Drawing;
+use crate::world::World;
 
 /// A model, and how to support it.
 #[derive(Clone, Debug)]
@@ -29,9 +30,9 @@ pub struct SupportRequest {
 
 /// Three numbers, as `0,0,1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Triple(pub [f64; 3]);
+pub struct ThreeNumbers(pub [f64; 3]);
 
-impl FromStr for Triple {
+impl FromStr for ThreeNumbers {
     type Err = &'static str;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
@@ -183,63 +184,15 @@ impl SupportResult {
             places.join(", ")
         )
     }
-
-    /// What there is beside columns, in words with a comma before them.
-    fn beside_columns(&self) -> String {
-        let bars = (self.built.bars > 0).then(|| format!(", {}", counted(self.built.bars, "roof bar")));
-        let struts = (self.struts > 0).then(|| format!(", {}", counted(self.struts, "strut piece")));
-        bars.into_iter().chain(struts).collect()
-    }
-
-    /// The result for people.
-    pub fn text(&self) -> String {
-        let Self { count, planned, built, cover, .. } = self;
-        let (tally, mut out) = (&planned.tally, String::new());
-        if count.red == 0 && self.bare.is_empty() {
-            return "nothing overhangs: no support is needed".to_owned();
-        }
-        let [nx, ny, nz] = self.graph.grid.size;
-        let _ = writeln!(
-            out,
-            "grid {nx} x {ny} x {nz}: {} nodes, {} arcs, {} squares need support, {} can be feet",
-            count.nodes, count.arcs, count.red, count.green
-        );
-        let _ = writeln!(
-            out,
-            "{}: cost {} (at least {}), {} arcs used (at least {}), {:.0} mm, {} over capacity, planned in {:.2} s",
-            self.method,
-            tally.cost,
-            planned.lower_bound,
-            tally.used_arcs(),
-            planned.fewest_arcs,
-            tally.length_mm(self.graph.grid.step_mm),
-            tally.over_capacity,
-            self.seconds_plan
-        );
-        let _ = writeln!(
-            out,
-            "{:.1} mm3 of support{}, {:.1} % of {:.1} mm2 supported, contact {:.1} mm2, on the ground {:.1} mm2, longest free column {:.1} mm; \
-             {:.2} s",
-            built.volume_mm3,
-            self.beside_columns(),
-            100.0 * cover.share(),
-            cover.area_mm2,
-            built.contact_mm2,
-            built.plate_mm2,
-            self.longest_free_mm,
-            self.seconds
-        );
-        out
-    }
 }
 
 /// Plans and builds supports.
 ///
 /// # Errors
 ///
-/// [`Error::Setting`] for options that cannot be, for a model that lies outside the space or below the ground, and for a grid that
+/// [`InputError::Setting`] for options that cannot be, for a model that lies outside the space or below the ground, and for a grid that
 /// does not fit in memory; what reading the model may say. That something cannot be held is a result.
-pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportResult, Error> {
+pub fn support(request: &SupportRequest, world: &World<'_>) -> Result<SupportResult, InputError> {
     let options = &request.options;
     let (method, name) = checked(options)?;
     let structure = named("structure", &options.structure, &Structure::NAMED)?.0;

@@ -6,14 +6,16 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use super::profile_head::measured;
-use super::profile_new::{SAME_HEAD, fit_name, may_be_named, told};
-use super::{
-    Answers, Error, LoadedProfile, MachineSource, QUESTIONS, Source, World, check_profile, in_words, load_profile,
-};
+use super::check::check_profile;
+use super::error::MachineError;
+use super::new::{Answers, QUESTIONS};
+use super::new::{SAME_HEAD, fit_name, may_be_named, told};
 use crate::gcode::meaning::Firmware;
-use crate::profile::{Fact, Imported, ImportedFile, Place, Profile, ProfileError, Shelf, import, resolve_over};
-use crate::world::FileError;
+use crate::input::{LoadedProfile, MachineSource, Source, load_profile};
+use crate::profile::{
+    Fact, Imported, ImportedFile, Profile, ProfileError, Shelf, StatedAt, import, measured, resolve_over,
+};
+use crate::world::{FileError, World, in_words};
 
 /// What is asked beside [`QUESTIONS`]: a table that turns the other way round meets the head.
 const DIRECTIONS: [(&str, &str); 2] = [
@@ -124,8 +126,8 @@ struct Known {
 }
 
 impl ImportProfile {
-    fn known(&self, world: &World<'_>) -> Result<Known, Error> {
-        let open = |source: &Source| -> Result<ImportedFile, Error> {
+    fn known(&self, world: &World<'_>) -> Result<Known, MachineError> {
+        let open = |source: &Source| -> Result<ImportedFile, MachineError> {
             let name = source.name().into_owned();
             Ok(ImportedFile { path: PathBuf::from(&name), text: source.text(world)?, name })
         };
@@ -150,8 +152,13 @@ impl ImportProfile {
     ///
     /// # Errors
     ///
-    /// As [`import_profile`], and [`Error::Answer`] where the answers end.
-    pub fn ask(&mut self, from: impl BufRead, show: impl Fn(&str, &str), world: &World<'_>) -> Result<(), Error> {
+    /// As [`import_profile`], and [`MachineError::Answer`] where the answers end.
+    pub fn ask(
+        &mut self,
+        from: impl BufRead,
+        show: impl Fn(&str, &str),
+        world: &World<'_>,
+    ) -> Result<(), MachineError> {
         let (mut lines, mut asked) = (from.lines(), Vec::new());
         loop {
             let open = self.known(world)?.unanswered();
@@ -218,9 +225,9 @@ impl Known {
 ///
 /// # Errors
 ///
-/// [`Error::Import`] for files that describe no machine, [`Error::Untold`] for what is in none, [`Error::Answer`], and all that a profile
+/// [`MachineError::Import`] for files that describe no machine, [`MachineError::Untold`] for what is in none, [`MachineError::Answer`], and all that a profile
 /// may be refused for, with the line of the file that says it.
-pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<ImportedProfile, Error> {
+pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<ImportedProfile, MachineError> {
     let name = request.named();
     fit_name(&name)?;
     let mut known = request.known(world)?;
@@ -238,7 +245,7 @@ pub fn import_profile(request: &ImportProfile, world: &World<'_>) -> Result<Impo
         } else {
             format!(", or keep the values of {like} with --keep-rest, but for letters, axes and directions")
         };
-        return Err(Error::Untold { keys: needed.join(", "), rest });
+        return Err(MachineError::Untold { keys: needed.join(", "), rest });
     }
     known.follow();
     let files: Vec<String> = request.files.iter().map(|source| file_name(&source.name())).collect();
@@ -292,7 +299,7 @@ fn placed(error: ProfileError, facts: &[Fact]) -> ProfileError {
 }
 
 /// Lines as comments show them: of a file its name alone, once for several lines.
-fn places(from: &[Place]) -> String {
+fn places(from: &[StatedAt]) -> String {
     let mut out = String::new();
     for (i, place) in from.iter().enumerate() {
         // Several values of one line.

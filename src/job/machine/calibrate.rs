@@ -3,12 +3,16 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::{BadSetting, Error, LoadedProfile, MachineSource, Source, World, load_profile};
+use super::error::MachineError;
+use super::uncalibrated::Uncalibrated;
 use crate::calibrate::{
-    ChainFit, Choice, Feature, FitOptions, NoFit, Of, Refusal, Tip, TipShape, TouchShape, Touches, Undetermined,
-    Unknown, Visit, choose, fit, form, visit,
+    ChainFit, Choice, Feature, FitOptions, Of, Refusal, Tip, TipShape, TouchShape, Touches, Unknown, Visit, choose,
+    fit, form, visit,
 };
+use crate::input::{BadSetting, LoadedProfile, MachineSource, Source, load_profile};
 use crate::profile::{Profile, TiltAxisName};
+use crate::spelling::counted;
+use crate::world::World;
 
 /// Touches of one machine.
 #[derive(Clone, Debug)]
@@ -33,7 +37,7 @@ pub struct CalibrateResult {
     /// The fit.
     pub fit: ChainFit,
     /// By how much axes may be elsewhere before they are written, mm.
-    allowed_mm: f64,
+    pub allowed_mm: f64,
     /// Why no profile can hold the result, if none can.
     unfit: Option<String>,
 }
@@ -51,14 +55,14 @@ const MOST: [f64; 2] = [3.0, 1000.0];
 ///
 /// # Errors
 ///
-/// What cannot be read, [`Error::Touches`], and [`Error::Calibration`] where the touches do not tell everything.
-pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<CalibrateResult, Error> {
+/// What cannot be read, [`MachineError::Touches`], and [`MachineError::Calibration`] where the touches do not tell everything.
+pub fn calibrate(request: &CalibrateRequest, world: &World<'_>) -> Result<CalibrateResult, MachineError> {
     BadSetting::within("tolerance", request.options.tolerance_mm, " mm", TOLERANCES_MM)?;
     let machine = load_profile(&request.machine, world)?;
     let file = request.touches.name().into_owned();
     let touches = Touches::parse(&file, &request.touches.text(world)?)?;
     let fit = fit(&machine.profile, &touches, &request.options)
-        .map_err(|no| Error::Calibration(Box::new(Uncalibrated::of(no, &file, &machine, &touches))))?;
+        .map_err(|no| MachineError::Calibration(Box::new(Uncalibrated::of(no, &file, &machine, &touches))))?;
     let allowed_mm = request.options.tolerance_mm;
     let mut done = CalibrateResult { machine, touches, file, fit, allowed_mm, unfit: None };
     done.unfit = done.written().validate().err().map(|error| error.to_string());
@@ -91,7 +95,7 @@ impl CalibrateResult {
     pub fn profile(&self, kept_in: Option<&Path>, world: &World<'_>) -> String {
         let (pivot, offset, [tilt, rotation]) = self.keys();
         let scatter = self.fit.rms_mm;
-        let touches = count(self.fit.deviations.len());
+        let touches = counted(self.fit.deviations.len(), "touch");
         let mut out = format!(
             "# From {touches} in {:?}, which scatter by {scatter:.3} mm (trunnion profile calibrate).\n",
             self.file
@@ -172,131 +176,6 @@ impl CalibrateResult {
             ),
         }
     }
-
-    /// The unknowns with their errors, then the touches, the worst first.
-    pub fn text(&self) -> String {
-        let fit = &self.fit;
-        let mut out = format!("{}: {} used", self.file, count(fit.deviations.len()));
-        if !self.touches.empty.is_empty() {
-            let _ = write!(out, ", {} without at_mm ignored", self.touches.empty.len());
-        }
-        let _ = writeln!(out, "; {} more numbers than unknowns", fit.freedom);
-        let _ = writeln!(out, "\n{:54} differs from {} by      known to (95 %)", "", self.machine.name);
-        for e in &fit.estimates {
-            let unit = if e.unknown.is_angle() { "deg" } else { "mm" };
-            let _ = writeln!(out, "{:54} {:+12.4} {unit:3}      +- {:.4}", e.name, e.differs, e.error);
-        }
-        if !fit.estimates.iter().any(|e| e.unknown == Unknown::RotationZero) {
-            let letter = self.machine.profile.kinematics.rotation.letter;
-            let _ = writeln!(out, "{:54} as in the profile: no mark has a table_mm", format!("zero of {letter}"));
-        }
-        if let Some(bend) = &fit.bend {
-            let (mm, allowed) = (bend.mm, self.allowed_mm);
-            let _ = match fit.misaligned {
-                true => writeln!(
-                    out,
-                    "\nthe axes differ from {}: without their measured directions (along), points on or over the table would be off by up to \
-                     {mm:.3} mm",
-                    self.machine.name
-                ),
-                false => writeln!(
-                    out,
-                    "\nthe axes agree with {}: the measured directions move points on or over the table by {mm:.3} mm; changes below {allowed} mm \
-                     (--tolerance) are not written",
-                    self.machine.name
-                ),
-            };
-            let _ = writeln!(out, "the table's rim is {:.3} mm from level at the zeros", bend.surface_mm);
-        }
-        let _ = match fit.sag {
-            Some(sag) => {
-                writeln!(out, "the table's rim is {:+.3} mm (+- {:.3}) lower than its middle", sag.mm, sag.error_mm)
-            }
-            None => writeln!(out, "whether the table sags is not known: no touch near its middle"),
-        };
-        for (name, [x, y, z]) in &fit.places {
-            let _ = writeln!(out, "{name}: on the table at X {x:.3} Y {y:.3} Z {z:.3}");
-        }
-        let _ = writeln!(out, "\none number scatters by {:.4} mm; the largest deviations:", fit.rms_mm);
-        let mut worst: Vec<_> = fit.deviations.iter().collect();
-        worst.sort_by(|a, b| b.off_mm.abs().total_cmp(&a.off_mm.abs()));
-        for d in worst.iter().take(5) {
-            let [a, c] = d.words_deg;
-            let name = self.touches.name(d.of);
-            let _ = writeln!(out, "  touch {:3} (line {}), {name} at {a} {c}: {:+.4} mm", d.number, d.line, d.off_mm);
-        }
-        out
-    }
-}
-
-fn count(touches: usize) -> String {
-    if touches == 1 { "1 touch".to_owned() } else { format!("{touches} touches") }
-}
-
-/// Why touches give no machine, with where they stand.
-#[derive(Debug)]
-pub struct Uncalibrated {
-    file: String,
-    letters: [char; 2],
-    names: Vec<String>,
-    no: NoFit,
-}
-
-impl Uncalibrated {
-    fn of(no: NoFit, file: &str, machine: &LoadedProfile, touches: &Touches) -> Self {
-        let names = touches.features.iter().map(|f| f.name.clone()).collect();
-        let k = &machine.profile.kinematics;
-        Self { file: file.to_owned(), letters: [k.tilt.letter, k.rotation.letter], names, no }
-    }
-}
-
-impl std::fmt::Display for Uncalibrated {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match &self.no {
-            NoFit::Touch(number, line, why) => write!(f, "{}:{line}: touch {number}: {why}", self.file),
-            NoFit::Unsettled => write!(
-                f,
-                "{}: no machine fits these touches; check for a mark under a wrong name, or swapped X, Y, Z or angles",
-                self.file
-            ),
-            NoFit::Undetermined(what) => self.undetermined(what, f),
-        }
-    }
-}
-
-impl Uncalibrated {
-    fn undetermined(&self, what: &Undetermined, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let told = |(name, error, angle): &(String, f64, bool)| {
-            let (unit, hardly) = if *angle { ("deg", 3.0) } else { ("mm", 6.0) };
-            let to = if *error > hardly { "not at all".to_owned() } else { format!("to {error:.3} {unit} only") };
-            format!("{name} ({to})")
-        };
-        let unknowns: Vec<String> = what.unknowns.iter().map(told).collect();
-        write!(f, "{}: the touches do not determine {}", self.file, unknowns.join(", "))?;
-        if let Some([x, y]) = what.new_mark {
-            write!(f, "; draw a mark on the table near X{x} Y{y} of it and touch that")?;
-        }
-        if !what.next.is_empty() {
-            f.write_str(if what.new_mark.is_some() { " at" } else { "; touch next" })?;
-        }
-        let [tilt, rotation] = self.letters;
-        for (i, one) in what.next.iter().enumerate() {
-            let [a, c] = one.words_deg;
-            let of = match one.of {
-                Of::Table => "the table, ",
-                Of::Feature(index) => self.names.get(index).map_or("", |name| name),
-            };
-            let gap = if matches!(one.of, Of::Feature(i) if i < self.names.len()) { ", " } else { "" };
-            write!(
-                f,
-                "{} {of}{gap}{tilt}{a} {rotation}{c} near X{:.0} Y{:.0}",
-                if i > 0 { ";" } else { "" },
-                one.tip.x,
-                one.tip.y
-            )?;
-        }
-        f.write_str("; profile calibrate --poses makes a whole list")
-    }
 }
 
 /// Which touches to make.
@@ -334,8 +213,8 @@ const AIM: f64 = 0.5;
 ///
 /// # Errors
 ///
-/// What cannot be read, a number out of its range, and [`Error::NoTouches`] for a machine that nothing can be told of.
-pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, Error> {
+/// What cannot be read, a number out of its range, and [`MachineError::NoTouches`] for a machine that nothing can be told of.
+pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, MachineError> {
     BadSetting::within("repeats-to", request.repeats_to_mm, " mm", REPEATS_MM)?;
     if let Some(by_eye) = request.by_eye_mm {
         BadSetting::within("by-eye", by_eye, " mm", [request.repeats_to_mm, BY_EYE_MM])?;
@@ -356,7 +235,7 @@ pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, E
     let aim_mm = AIM * (tip.repeats_to_mm * tip.across_mm()).sqrt();
     let choice = choose(profile, &tip, aim_mm, request.most, request.square);
     if choice.poses.is_empty() {
-        return Err(Error::NoTouches { profile: machine.name.clone() });
+        return Err(MachineError::NoTouches { profile: machine.name.clone() });
     }
     let shape = TouchShape::Mark { height: 0.0, known: None };
     let features: Vec<Feature> = choice.marks.iter().map(|(name, _)| Feature { name: name.clone(), shape }).collect();
@@ -366,27 +245,4 @@ pub fn poses(request: &PosesRequest, world: &World<'_>) -> Result<PosesResult, E
     let names: Vec<String> = choice.poses.iter().map(|one| name(one.of)).collect();
     let visit = visit(profile, &choice.poses, &names).map_err(|no| no.to_string());
     Ok(PosesResult { choice, form, visit, machine })
-}
-
-impl PosesResult {
-    /// What there is to do.
-    pub fn text(&self) -> String {
-        let mut out = format!("{} to make on {}\n", count(self.choice.poses.len()), self.machine.name);
-        for (name, [x, y]) in &self.choice.marks {
-            let _ = writeln!(
-                out,
-                "draw a small cross on the table near X{x} Y{y} of it, level and at the rotation's zero: {name}"
-            );
-        }
-        let wanted = if self.choice.enough {
-            "they determine"
-        } else {
-            "these are as many as were asked for (--most), or as the head reaches; they determine"
-        };
-        let _ = writeln!(out, "{wanted}, if touches repeat as stated (standard errors):");
-        for (name, error, angle) in &self.choice.errors {
-            let _ = writeln!(out, "  {name:54} {error:.4} {}", if *angle { "deg" } else { "mm" });
-        }
-        out
-    }
 }

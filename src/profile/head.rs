@@ -5,8 +5,7 @@
 
 use toml::{Table, Value};
 
-use super::Error;
-use crate::profile::{BodyKind, BodySpec, Profile};
+use super::{BodyKind, BodySpec, Profile};
 use crate::spelling::nearest;
 
 /// What is asked of every head: key and question. Keys of answers alone; a profile has the pieces that they make.
@@ -34,6 +33,15 @@ pub const HEAD_QUESTIONS: [(&str, &str); 9] = [
     ),
     ("head.gantry_z_mm", "the same: [lowest, highest] above the tip, mm"),
 ];
+
+/// A measure that no head has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HeadFault {
+    /// The answer, or its key.
+    pub what: String,
+    /// What is wrong with it.
+    pub why: String,
+}
 
 /// A beam goes so far beyond what the tip reaches, on either side.
 const BEAM_BEYOND_MM: f64 = 100.0;
@@ -93,9 +101,9 @@ const SHAFT: &str = "nozzle's shaft";
 /// The measures among answers.
 struct Measures(Table);
 
-fn wrong<T>(key: &str, value: Option<&Value>, why: &str) -> Result<T, Error> {
+fn wrong<T>(key: &str, value: Option<&Value>, why: &str) -> Result<T, HeadFault> {
     let value = value.map_or_else(String::new, |value| format!("={value}"));
-    Err(Error::Answer { what: format!("{key}{value}"), why: why.to_owned() })
+    Err(HeadFault { what: format!("{key}{value}"), why: why.to_owned() })
 }
 
 impl Measures {
@@ -104,7 +112,7 @@ impl Measures {
     }
 
     /// `count` numbers between `low` and the most there is; `None` where nobody measured.
-    fn numbers<const N: usize>(&self, key: &str, low: f64) -> Result<Option<[f64; N]>, Error> {
+    fn numbers<const N: usize>(&self, key: &str, low: f64) -> Result<Option<[f64; N]>, HeadFault> {
         let Some(value) = self.value(key) else { return Ok(None) };
         let one = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|v| v as f64));
         let all: Vec<f64> = match value {
@@ -122,7 +130,7 @@ impl Measures {
     }
 
     /// Two numbers, the lower first.
-    fn span(&self, key: &str, low: f64) -> Result<Option<[f64; 2]>, Error> {
+    fn span(&self, key: &str, low: f64) -> Result<Option<[f64; 2]>, HeadFault> {
         match self.numbers::<2>(key, low)? {
             Some([from, to]) if from >= to => {
                 wrong(key, self.value(key), "the first must be below the second; they may be swapped")
@@ -131,7 +139,7 @@ impl Measures {
         }
     }
 
-    fn nozzle(&self, roles: &mut Roles) -> Result<(), Error> {
+    fn nozzle(&self, roles: &mut Roles) -> Result<(), HeadFault> {
         let tip = self.numbers::<1>("head.nozzle_tip_mm", 0.0)?;
         let cone = self.numbers::<2>("head.cone_mm", 0.0)?;
         if tip.is_none() && cone.is_none() {
@@ -159,7 +167,7 @@ impl Measures {
     }
 
     /// Block and carriage: a box from four sides and two heights.
-    fn around(&self, name: &str, keys: [&str; 2], slot: &mut Option<BodySpec>) -> Result<(), Error> {
+    fn around(&self, name: &str, keys: [&str; 2], slot: &mut Option<BodySpec>) -> Result<(), HeadFault> {
         let (sides, heights) = (self.numbers::<4>(keys[0], 0.0)?, self.span(keys[1], 0.0)?);
         if sides.is_none() && heights.is_none() {
             return Ok(());
@@ -178,7 +186,7 @@ impl Measures {
         Ok(())
     }
 
-    fn gantry(&self, roles: &mut Roles, reach: [[f64; 2]; 2]) -> Result<(), Error> {
+    fn gantry(&self, roles: &mut Roles, reach: [[f64; 2]; 2]) -> Result<(), HeadFault> {
         let keys = ["head.gantry_moves", "head.gantry_mm", "head.gantry_z_mm"];
         let (faces, heights) = (self.span(keys[1], -MOST_MM)?, self.span(keys[2], 0.0)?);
         let moves = self.value(keys[0]);
@@ -248,8 +256,8 @@ fn piece(name: &str, moves: &str, kind: BodyKind) -> BodySpec {
 ///
 /// # Errors
 ///
-/// [`Error::Answer`] for a measure that no head has, and for measures beside a `head.body`.
-pub(super) fn measured(answers: &mut Table, like: &Profile) -> Result<(), Error> {
+/// [`HeadFault`] for a measure that no head has, and for measures beside a `head.body`.
+pub fn measured(answers: &mut Table, like: &Profile) -> Result<(), HeadFault> {
     let Some(head) = answers.get_mut("head").and_then(Value::as_table_mut) else { return Ok(()) };
     let own = ["body", "bare_cone"];
     let names = HEAD_QUESTIONS.map(|(key, _)| key.trim_start_matches("head."));

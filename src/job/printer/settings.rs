@@ -2,18 +2,19 @@
 
 use std::time::Duration;
 
-use super::{BadSetting, Error};
+use super::error::PrinterError;
+use crate::input::BadSetting;
 use crate::link::sim::{MachineModel, Quirks};
 use crate::link::{Abilities, Heaters, ProgramRules, Protocol, Retreat, SenderSettings, Turning};
 use crate::profile::{OnStop, Profile, Prove};
 
-pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, Error> {
+pub(crate) fn protocol(profile: &Profile) -> Result<Protocol, PrinterError> {
     let name = &profile.link.protocol;
     Protocol::named(name)
-        .ok_or_else(|| Error::Protocol { profile: profile.machine.name.clone(), protocol: name.clone() })
+        .ok_or_else(|| PrinterError::Protocol { profile: profile.machine.name.clone(), protocol: name.clone() })
 }
 
-pub(crate) fn rules(profile: &Profile) -> Result<ProgramRules, Error> {
+pub(crate) fn rules(profile: &Profile) -> Result<ProgramRules, PrinterError> {
     Ok(ProgramRules {
         protocol: protocol(profile)?,
         longest_line: profile.link.longest_line as usize,
@@ -58,7 +59,7 @@ pub(crate) fn retreat(profile: &Profile) -> Retreat {
     }
 }
 
-pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, Error> {
+pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, PrinterError> {
     let protocol = protocol(profile)?;
     let (buffer, commands) = (profile.link.buffer as usize, profile.link.commands as usize);
     let mut settings = SenderSettings::new(protocol, retreat(profile)).with_buffers(buffer, commands);
@@ -75,7 +76,7 @@ pub(crate) fn settings(profile: &Profile) -> Result<SenderSettings, Error> {
 }
 
 /// The machine that a profile describes, as far as it does.
-pub(crate) fn model(profile: &Profile) -> Result<MachineModel, Error> {
+pub(crate) fn model(profile: &Profile) -> Result<MachineModel, PrinterError> {
     let table = profile.kinematics();
     let limits = profile.linear_limits();
     let heated = protocol(profile)?.firmware().is_printer();
@@ -92,7 +93,7 @@ pub(crate) fn model(profile: &Profile) -> Result<MachineModel, Error> {
     })
 }
 
-pub(crate) fn quirks(profile: &Profile) -> Result<Quirks, Error> {
+pub(crate) fn quirks(profile: &Profile) -> Result<Quirks, PrinterError> {
     let mut quirks = Quirks::of(protocol(profile)?);
     quirks.receive_buffer = profile.link.buffer as usize;
     quirks.queue = (profile.link.commands as usize).max(1);

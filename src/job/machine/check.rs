@@ -2,13 +2,15 @@
 //!
 //! Machine coordinates, mm; tilts as words, degrees. The rotation stands at its zero: a disc is the same at every rotation.
 
-use std::fmt::Write;
-
-use super::{Error, LoadedProfile, MachineSource, World, load_profile};
+use super::error::MachineError;
 use crate::calibrate::ClearWay;
 use crate::geom::{Angle, Vec3};
+use crate::input::{LoadedProfile, MachineSource, load_profile};
 use crate::motion::{Pose, TableKinematics, TiltAbout};
+use crate::pictures::from_the_side;
 use crate::profile::{BodyKind, Profile};
+use crate::view::Drawing;
+use crate::world::World;
 
 /// Tilts between the ends that are told, degrees.
 const STEP_DEG: f64 = 15.0;
@@ -61,7 +63,7 @@ pub struct CheckedProfile {
 /// # Errors
 ///
 /// As [`load_profile`].
-pub fn check_profile(from: &MachineSource, world: &World<'_>) -> Result<CheckedProfile, Error> {
+pub fn check_profile(from: &MachineSource, world: &World<'_>) -> Result<CheckedProfile, MachineError> {
     let machine = load_profile(from, world)?;
     let profile = &machine.profile;
     let clear = ClearWay::of(profile);
@@ -209,76 +211,20 @@ fn plain(value: f64) -> f64 {
 }
 
 impl CheckedProfile {
+    /// Between two places at which the bare table was touched, mm.
+    pub fn place_mm(&self) -> f64 {
+        self.half_mm / (PLACES - 1) as f64
+    }
+
+    /// The machine from the side.
+    pub fn view(&self) -> Drawing {
+        let tilts: Vec<f64> = self.tilts.iter().map(|at| at.tilt_deg).collect();
+        from_the_side(&self.machine.profile, &tilts, self.tilts[0].centre_mm)
+    }
+
     /// Why it must not be used, as one sentence; `None` where it may.
     pub fn refusal(&self) -> Option<String> {
         (!self.refusals.is_empty()).then(|| format!("{}: {}", self.machine.name, self.refusals.join("; ")))
-    }
-
-    /// A table of the tilts, and what they come to.
-    pub fn text(&self) -> String {
-        let profile = &self.machine.profile;
-        let letter = profile.kinematics.tilt.letter;
-        let fine = if self.refusals.is_empty() { "fine" } else { "not usable as it is" };
-        let mut out = format!("{}: {fine}\n\n", self.machine.name);
-        for at in &self.tilts {
-            let [x, y, z] = at.centre_mm.map(plain);
-            let beyond = if at.within { "" } else { ", which is beyond the axes" };
-            let _ = writeln!(
-                out,
-                "{letter}{:.2}: the middle of the table moves to X {x} Y {y} Z {z}{beyond}, its highest point to Z {:.1}; the tip may go {:.1} mm \
-                 above that; on the bare table the head reaches {}",
-                at.tilt_deg,
-                at.top_mm,
-                at.room_mm,
-                self.reached(at)
-            );
-        }
-        let [wide, high] = self.largest_level_mm;
-        let _ = writeln!(out, "\nlargest object on the level table: {wide:.1} mm across, {high:.1} mm high");
-        let _ = match self.largest_any_mm {
-            mm if mm < 1.0 => writeln!(out, "no object in the middle of the table stays within the axes at every tilt"),
-            mm => writeln!(out, "largest object within the axes at every tilt: {mm:.1} mm across and as high"),
-        };
-        let top = profile.limits.z_mm[1];
-        let room = top - self.sweeps_to_mm;
-        let _ = writeln!(
-            out,
-            "while it turns, the bare table sweeps up to Z {:.1}; the tip goes {} (Z {top})",
-            self.sweeps_to_mm,
-            if room >= 0.0 {
-                format!("{room:.1} mm above that")
-            } else {
-                format!("no higher than {:.1} mm below that", -room)
-            }
-        );
-        if self.axes_off_deg != [0.0; 2] {
-            let ([tilt, rotation], k) = (self.axes_off_deg, &profile.kinematics);
-            let about = if profile.kinematics().about == TiltAbout::X { 'X' } else { 'Y' };
-            // Half a turn takes the surface twice as far out of level as the axis leans.
-            let surface = profile.table_slab().into_iter().filter(|p| p.z == 0.0);
-            let reach = surface.map(|p| p.norm()).fold(0.0, f64::max);
-            let rim = reach * (2.0 * rotation.to_radians()).sin();
-            let (turn, [a, c]) = (k.rotation.letter, [k.tilt.zero_deg, k.rotation.zero_deg]);
-            let _ = writeln!(
-                out,
-                "{letter} points {tilt:.2} deg from {about} and {turn} {rotation:.2} deg from Z; level at {letter}{a} {turn}{c}, the table's rim \
-                 rises and falls by up to {rim:.2} mm as {turn} turns"
-            );
-        }
-        out.push_str("compare these with the machine: tilt the table to each, and touch its middle with the nozzle");
-        out
-    }
-
-    fn reached(&self, at: &Tilted) -> String {
-        let near = self.half_mm / (PLACES - 1) as f64 * 2.5;
-        let side = |mm: f64| if mm < 0.0 { "below" } else { "above" };
-        match at.reached_mm {
-            None => "no place straight up or down from its middle".to_owned(),
-            Some([low, high]) if low <= near - self.half_mm && high >= self.half_mm - near => "all of it".to_owned(),
-            Some([low, high]) => {
-                format!("from {:.0} mm {} its middle to {:.0} mm {} it", low.abs(), side(low), high.abs(), side(high))
-            }
-        }
     }
 }
 

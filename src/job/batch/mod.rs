@@ -4,11 +4,16 @@
 //! model's bytes and ending, the verb and its words, the files that these name, and this version. Each model is done by a process of
 //! its own, as if it had been asked for alone; whatever that needs or does, even its end, touches no other.
 
+mod error;
+mod runs;
+
 use std::path::{Path, PathBuf};
 
-use sha2::{Digest, Sha256};
+use crate::input::{BadSetting, MachineSource};
+pub use error::BatchError;
+pub use runs::{batch, models_at};
 
-use super::{BadSetting, Error, MachineSource};
+use sha2::{Digest, Sha256};
 
 /// Endings of files that are read as models.
 const MODELS: [&str; 4] = ["stl", "obj", "3mf", "off"];
@@ -59,8 +64,8 @@ impl Share {
     ///
     /// # Errors
     ///
-    /// [`Error::Setting`] for what is no share.
-    pub fn parse(text: &str) -> Result<Self, Error> {
+    /// [`BatchError::Setting`] for what is no share.
+    pub fn parse(text: &str) -> Result<Self, BatchError> {
         let two = text.split_once('/').and_then(|(from, of)| Some((from.parse().ok()?, of.parse().ok()?)));
         match two {
             Some((from, of)) if from < of => Ok(Self { from, of }),

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use super::profile_head::{HEAD_QUESTIONS, measured};
-use super::{Error, MachineSource, Outputs, Source, World, load_profile};
-use crate::profile::{Profile, shipped};
+use super::error::MachineError;
+use crate::input::{MachineSource, Source, load_profile};
+use crate::profile::{HEAD_QUESTIONS, Profile, measured, shipped};
+use crate::world::{Outputs, World};
 
 /// What is asked of every machine: key and question.
 pub const QUESTIONS: [(&str, &str); 13] = [
@@ -65,7 +66,7 @@ impl NewProfile {
     /// # Errors
     ///
     /// What keeps the file of answers from being read.
-    pub fn unanswered(&self, world: &World<'_>) -> Result<Vec<(&'static str, &'static str)>, Error> {
+    pub fn unanswered(&self, world: &World<'_>) -> Result<Vec<(&'static str, &'static str)>, MachineError> {
         let given = self.answers.layer(world)?;
         // Whoever gives the pieces themselves has measured.
         let head = HEAD_QUESTIONS.into_iter().filter(|_| told(&given, "head.body").is_none());
@@ -76,8 +77,13 @@ impl NewProfile {
     ///
     /// # Errors
     ///
-    /// As [`NewProfile::unanswered`], and [`Error::Answer`] where the answers end.
-    pub fn ask(&mut self, from: impl BufRead, show: impl Fn(&str, &str), world: &World<'_>) -> Result<(), Error> {
+    /// As [`NewProfile::unanswered`], and [`MachineError::Answer`] where the answers end.
+    pub fn ask(
+        &mut self,
+        from: impl BufRead,
+        show: impl Fn(&str, &str),
+        world: &World<'_>,
+    ) -> Result<(), MachineError> {
         let mut lines = from.lines();
         for question in self.unanswered(world)? {
             self.answers.ask(question, &mut lines, &show)?;
@@ -101,9 +107,9 @@ impl Answers {
         (key, question): (&str, &str),
         lines: &mut impl Iterator<Item = std::io::Result<String>>,
         show: &impl Fn(&str, &str),
-    ) -> Result<(), Error> {
+    ) -> Result<(), MachineError> {
         show(key, question);
-        let ended = || Error::Answer { what: key.to_owned(), why: "no answer; nothing was written".to_owned() };
+        let ended = || MachineError::Answer { what: key.to_owned(), why: "no answer; nothing was written".to_owned() };
         let line = lines.next().and_then(Result::ok).ok_or_else(ended)?;
         if !line.trim().is_empty() {
             self.set.push((key.to_owned(), line.trim().to_owned()));
@@ -112,11 +118,11 @@ impl Answers {
     }
 
     /// All of them as one table.
-    pub(super) fn layer(&self, world: &World<'_>) -> Result<Table, Error> {
+    pub(super) fn layer(&self, world: &World<'_>) -> Result<Table, MachineError> {
         let mut all = Table::new();
         if let Some(source) = &self.file {
             let (file, text) = (source.name(), source.text(world)?);
-            let wrong = |why: String| Error::Answer { what: file.clone().into_owned(), why };
+            let wrong = |why: String| MachineError::Answer { what: file.clone().into_owned(), why };
             all = text.parse().map_err(|e: toml::de::Error| wrong(e.message().replace('\n', " ")))?;
             if all.contains_key("extends") {
                 return Err(wrong("answers cannot extend a profile; name a similar profile with --like".to_owned()));
@@ -124,7 +130,7 @@ impl Answers {
         }
         for (key, value) in &self.set {
             let why = || "a key is made of names separated by dots, for example kinematics.tilt.max_deg".to_owned();
-            let wrong = || Error::Answer { what: format!("{key}={value}"), why: why() };
+            let wrong = || MachineError::Answer { what: format!("{key}={value}"), why: why() };
             insert(&mut all, key, answer(value)).ok_or_else(wrong)?;
         }
         Ok(all)
@@ -143,16 +149,16 @@ fn answer(text: &str) -> Value {
 ///
 /// # Errors
 ///
-/// [`Error::Answer`] where nobody knows a home, [`Error::There`] for a file that is there, and what keeps it from being written.
+/// [`MachineError::Answer`] where nobody knows a home, [`MachineError::There`] for a file that is there, and what keeps it from being written.
 pub fn keep_profile(
     name: &str,
     place: Option<&Path>,
     outputs: &mut Outputs,
     text: impl FnOnce(&Path) -> String,
     world: &World<'_>,
-) -> Result<PathBuf, Error> {
-    let own = || -> Result<PathBuf, Error> {
-        let folder = world.files.own_profiles().ok_or_else(|| Error::Answer {
+) -> Result<PathBuf, MachineError> {
+    let own = || -> Result<PathBuf, MachineError> {
+        let folder = world.files.own_profiles().ok_or_else(|| MachineError::Answer {
             what: name.to_owned(),
             why: "XDG_CONFIG_HOME and HOME are not set, so there is no folder for profiles; give a file with -o"
                 .to_owned(),
@@ -162,7 +168,7 @@ pub fn keep_profile(
     };
     let place = place.map_or_else(own, |place| Ok(place.to_owned()))?;
     if world.files.exists(&place) {
-        return Err(Error::There { path: place });
+        return Err(MachineError::There { path: place });
     }
     outputs.claim(&place)?.write(text(place.parent().unwrap_or(Path::new(""))).as_bytes())?;
     Ok(place)
@@ -193,10 +199,10 @@ pub(super) fn may_be_named(c: char) -> bool {
 }
 
 /// Refuses a name that no own profile may have.
-pub(super) fn fit_name(name: &str) -> Result<(), Error> {
+pub(super) fn fit_name(name: &str) -> Result<(), MachineError> {
     if name.is_empty() || !name.chars().all(may_be_named) || shipped(name).is_ok() {
         let why = "a name is made of letters, digits, - and _, and must not be a shipped profile's".to_owned();
-        return Err(Error::Answer { what: name.to_owned(), why });
+        return Err(MachineError::Answer { what: name.to_owned(), why });
     }
     Ok(())
 }
@@ -205,13 +211,13 @@ pub(super) fn fit_name(name: &str) -> Result<(), Error> {
 ///
 /// # Errors
 ///
-/// [`Error::Unanswered`], [`Error::Answer`], and all that a profile may be refused for.
-pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfile, Error> {
+/// [`MachineError::Unanswered`], [`MachineError::Answer`], and all that a profile may be refused for.
+pub fn new_profile(request: &NewProfile, world: &World<'_>) -> Result<MadeProfile, MachineError> {
     let name = &request.name;
     fit_name(name)?;
     let unanswered: Vec<&str> = request.unanswered(world)?.into_iter().map(|(key, _)| key).collect();
     if !unanswered.is_empty() && !request.answers.rest {
-        return Err(Error::Unanswered { keys: unanswered.join(", ") });
+        return Err(MachineError::Unanswered { keys: unanswered.join(", ") });
     }
     let base = load_profile(&request.base, world)?;
     let mut layer = request.answers.layer(world)?;

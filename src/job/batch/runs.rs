@@ -9,17 +9,17 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 use std::time::Instant;
 
-use super::{Outputs, World};
+use super::error::BatchError;
+use crate::input::load_profile;
 use crate::job::batch::{
     BatchRequest, BatchResult, Batched, Fate, KeyOf, Models, Share, is_model, kept, listed, read_kept,
 };
-use crate::job::{Error, in_words, load_profile};
 use crate::slicing::KEY_VARIABLE;
-use crate::world::FileError;
+use crate::world::{FileError, Outputs, World, in_words};
 
 /// A document of more bytes is none.
 const LARGEST: u64 = 1 << 30;
-/// In the sentence of an output that could not be written ([`Error::Write`]), which another day may be.
+/// In the sentence of an output that could not be written ([`BatchError::Write`]), which another day may be.
 const CANNOT_WRITE: &str = ": cannot be written: ";
 
 /// The models that `path` stands for where one is expected: a folder, or a list, which ends in `.txt`; `None` for a model.
@@ -32,7 +32,7 @@ pub fn models_at(path: &Path) -> Option<Models> {
 /// # Errors
 ///
 /// [`FileError::Read`] and [`FileError::Write`] for folder, list and output. What fails of a model is in the result.
-pub fn batch(request: &BatchRequest, told: &dyn Fn(&Batched), world: &World<'_>) -> Result<BatchResult, Error> {
+pub fn batch(request: &BatchRequest, told: &dyn Fn(&Batched), world: &World<'_>) -> Result<BatchResult, BatchError> {
     let begun = Instant::now();
     let models = models(request)?;
     Outputs::new([]).folder(&request.into)?;
@@ -84,13 +84,13 @@ fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-fn program() -> Result<PathBuf, Error> {
+fn program() -> Result<PathBuf, BatchError> {
     let failed = |source| FileError::Read { path: PathBuf::from("trunnion"), source };
     Ok(std::env::current_exe().map_err(failed)?)
 }
 
 /// The models, in the order of their names or of the list.
-fn models(request: &BatchRequest) -> Result<Vec<PathBuf>, Error> {
+fn models(request: &BatchRequest) -> Result<Vec<PathBuf>, BatchError> {
     let all = match &request.models {
         Models::Folder(folder) => {
             let mut found = Vec::new();
@@ -104,7 +104,7 @@ fn models(request: &BatchRequest) -> Result<Vec<PathBuf>, Error> {
     };
     if all.is_empty() {
         let (Models::Folder(path) | Models::List(path)) = &request.models;
-        return Err(Error::NoModels { path: path.clone() });
+        return Err(BatchError::NoModels { path: path.clone() });
     }
     Ok(match request.share {
         Some(share) => share.of_all(all),
@@ -113,7 +113,7 @@ fn models(request: &BatchRequest) -> Result<Vec<PathBuf>, Error> {
 }
 
 /// The models in and below `folder`, by name; links to folders are not followed, nor is `but`.
-fn below(folder: &Path, but: &Path, found: &mut Vec<PathBuf>) -> Result<(), Error> {
+fn below(folder: &Path, but: &Path, found: &mut Vec<PathBuf>) -> Result<(), BatchError> {
     let failed = |source| FileError::Read { path: folder.to_owned(), source };
     let mut entries = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
@@ -132,7 +132,7 @@ fn below(folder: &Path, but: &Path, found: &mut Vec<PathBuf>) -> Result<(), Erro
 }
 
 /// The words, and the content of every file that one of them names: a profile that was changed gives other results.
-fn hashed(words: &[OsString]) -> Result<Vec<Vec<u8>>, Error> {
+fn hashed(words: &[OsString]) -> Result<Vec<Vec<u8>>, BatchError> {
     let mut pieces = Vec::new();
     for word in words {
         pieces.push(word.as_encoded_bytes().to_vec());
@@ -253,6 +253,6 @@ fn without_code(line: &str) -> Option<&str> {
     rest.strip_prefix(": ").or_else(|| Some(rest.strip_prefix('[')?.split_once("]: ")?.1))
 }
 
-fn put(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+fn put(path: &Path, bytes: &[u8]) -> Result<(), BatchError> {
     Ok(Outputs::new([]).claim(path)?.write(bytes)?)
 }

@@ -5,7 +5,7 @@ use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::thread;
 
-use crate::job::Desk;
+use super::desk::Desk;
 use crate::link::serial::Address;
 
 /// Does all `tasks`; a panic of one comes when the others have ended.

@@ -1,15 +1,20 @@
 //! The main job: from a model to a verified program, in memory.
 
+use super::error::PrintError;
+use super::error::Rejected;
+use super::rewrite::RewriteResult;
 use super::rewrite::{Written, read_prints};
 use super::slice::slice_by;
-use super::{
-    Arrangement, CutModel, Cutting, Error, HeldModel, Holding, MachineSource, ModelSource, PlanOptions, PlanResult,
-    Prints, Refused, Rejected, RewriteResult, Silent, SlicerName, SlicingOptions, Supporting, TriedWay, Verified,
-    WaysOut, World, load_profile,
-};
+use super::slice::{Prints, SlicerName, SlicingOptions};
+use super::verify::Verified;
+use crate::input::{MachineSource, ModelSource, load_profile};
 use crate::slicing::{BuiltIn, Flaw, SliceError, Slicer, SlicerChoice};
+use crate::strategy::{
+    Arrangement, CutModel, Cutting, HeldModel, Holding, PlanOptions, PlanResult, Refused, Supporting, TriedWay, WaysOut,
+};
 use crate::strategy::{Models, PlannedSomehow, SetUp, Way, arranged, planned_somehow};
 use crate::toolpath::{Input, LabelledPrint, SlicedError};
+use crate::world::{Silent, World};
 
 /// A model and a machine, and how to bring them together.
 #[derive(Clone, Debug)]
@@ -83,7 +88,7 @@ pub struct Seconds {
 /// # Errors
 ///
 /// What any of the steps may say; the first that cannot be done ends the job. Where several ways came to nothing, what was said of the first.
-pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareResult, Error> {
+pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareResult, PrintError> {
     let mut seconds = Seconds::default();
     let machine = load_profile(&request.machine, world)?;
     let models = Models { first: &request.model, how: &request.arrangement, machine: &machine };
@@ -100,12 +105,12 @@ pub fn prepare(request: &PrepareRequest, world: &World<'_>) -> Result<PrepareRes
 }
 
 /// What a slicer did that another may do better; `None` for what is not the slicer's.
-fn unfit(error: &Error) -> Option<Refused> {
+fn unfit(error: &PrintError) -> Option<Refused> {
     match error {
-        Error::Rejected(no) => Some(Refused::Laid(no.to_string())),
-        Error::Sliced(_) | Error::Rewrite(_) => Some(Refused::Wrote(error.to_string())),
-        Error::Slice(SliceError::Interrupted) => None,
-        Error::Slice(_) => Some(Refused::Slicer(error.to_string())),
+        PrintError::Rejected(no) => Some(Refused::Laid(no.to_string())),
+        PrintError::Sliced(_) | PrintError::Rewrite(_) => Some(Refused::Wrote(error.to_string())),
+        PrintError::Slice(SliceError::Interrupted) => None,
+        PrintError::Slice(_) => Some(Refused::Slicer(error.to_string())),
         _ => None,
     }
 }
@@ -120,7 +125,7 @@ struct Proved {
 /// Prints that were not, and whose slices those were.
 struct Failed {
     slicer: String,
-    error: Box<Error>,
+    error: Box<PrintError>,
 }
 
 /// How plans are sliced and proved.
@@ -157,7 +162,7 @@ impl Proving<'_> {
         prints: &Prints,
         plan: &PlanResult,
         seconds: &mut Seconds,
-    ) -> Result<Proved, Error> {
+    ) -> Result<Proved, PrintError> {
         let world = self.world;
         let done = timed(&mut seconds.slice, world, || slice_by(slicer, prints, &plan.plan, world))?;
         world.progress.reached(&done);
@@ -175,10 +180,10 @@ impl Proving<'_> {
         models: &Models<'_>,
         set: SetUp,
         seconds: &mut Seconds,
-    ) -> Result<(PlannedSomehow, Proved), Error> {
+    ) -> Result<(PlannedSomehow, Proved), PrintError> {
         let mut ways = self.request.ways.clone();
         let mut somehow = self.planned(models, set, &ways, seconds)?;
-        let mut first: Option<Error> = None;
+        let mut first: Option<PrintError> = None;
         loop {
             self.world.progress.reached(&somehow.plan);
             let failed = match self.proved(&somehow.plan, seconds) {
@@ -188,15 +193,15 @@ impl Proving<'_> {
             let lost = somehow.taken().filter(|way| may_be_otherwise(way.way, &failed.error)).cloned();
             let why = unfit(&failed.error);
             let error = match *failed.error {
-                Error::Rejected(no) => {
-                    Error::Rejected(Box::new(Rejected { plan: Some(somehow.plan.plan.clone()), ..*no }))
+                PrintError::Rejected(no) => {
+                    PrintError::Rejected(Box::new(Rejected { plan: Some(somehow.plan.plan.clone()), ..*no }))
                 }
                 error => error,
             };
             let error = first.unwrap_or(error);
             let (Some(lost), Some(why)) = (lost, why) else { return Err(of_tried(error, ways.lost)) };
             let this = lost.way.word();
-            let rejected = matches!(error, Error::Rejected(_));
+            let rejected = matches!(error, PrintError::Rejected(_));
             let lost = TriedWay { chosen: false, why_not: Some(why.clone()), ..lost };
             // What is laid badly on supports may be laid well on more of them.
             let firmer = rejected && somehow.held.is_some() && ways.holding == Holding::Usual;
@@ -230,7 +235,7 @@ impl Proving<'_> {
         set: SetUp,
         ways: &WaysOut,
         seconds: &mut Seconds,
-    ) -> Result<PlannedSomehow, Error> {
+    ) -> Result<PlannedSomehow, PrintError> {
         let mut planning = 0.0;
         let options = (&self.request.plan, ways);
         let planned = timed(&mut planning, self.world, || planned_somehow(models, set, options, self.world));
@@ -242,16 +247,16 @@ impl Proving<'_> {
 }
 
 /// A program that was rejected, with the ways that were tried.
-fn of_tried(error: Error, tried: Vec<TriedWay>) -> Error {
+fn of_tried(error: PrintError, tried: Vec<TriedWay>) -> PrintError {
     match error {
-        Error::Rejected(no) => Error::Rejected(Box::new(Rejected { ways: tried, ..*no })),
+        PrintError::Rejected(no) => PrintError::Rejected(Box::new(Rejected { ways: tried, ..*no })),
         error => error,
     }
 }
 
 /// Whether another way may help where a slicer failed with this one: at the model as it was drawn only what was laid counts.
-fn may_be_otherwise(way: Way, error: &Error) -> bool {
-    matches!(error, Error::Rejected(_)) || way != Way::AsDrawn
+fn may_be_otherwise(way: Way, error: &PrintError) -> bool {
+    matches!(error, PrintError::Rejected(_)) || way != Way::AsDrawn
 }
 
 /// Adds what `act` takes to `seconds`.
@@ -263,7 +268,12 @@ fn timed<T>(seconds: &mut f64, world: &World<'_>, act: impl FnOnce() -> T) -> T 
 }
 
 /// One print a file.
-fn rewrite_all(sliced: &[Vec<u8>], prints: &Prints, plan: &PlanResult, world: &World<'_>) -> Result<Written, Error> {
+fn rewrite_all(
+    sliced: &[Vec<u8>],
+    prints: &Prints,
+    plan: &PlanResult,
+    world: &World<'_>,
+) -> Result<Written, PrintError> {
     let mut segments: Vec<LabelledPrint<'_>> = Vec::new();
     for (bytes, name) in sliced.iter().zip(&prints.names) {
         let found = read_prints(bytes, name, &plan.plan.machine.profile)?;

@@ -2,21 +2,22 @@
 
 use std::path::Path;
 
-use super::{
-    BadSetting, CheckedPlan, Error, NoPlan, PlaceRequest, PlanRequest, PlanSource, Rejected, Source, TriedWay, World,
-    load_plan, load_profile, plan,
-};
+use super::error::PrintError;
+use super::error::Rejected;
 use crate::gcode::marks::made_by;
 use crate::geom::{Machine as MachineFrame, Rigid, Table, Vec3};
+use crate::input::{BadSetting, CheckedPlan, PlanSource, Source, load_plan, load_profile};
 use crate::mesh::TriangleMesh;
 use crate::motion::{Pose, TableKinematics};
 use crate::planning::{Plan, Reason, Workpiece};
 use crate::profile::Profile;
 use crate::strategy;
 use crate::strategy::holding::support_solids;
+use crate::strategy::{NoPlan, PlaceRequest, PlanRequest, TriedWay, plan};
 use crate::trace;
 use crate::verify::{HeadRoom, ReplayJob, Report, rooms, verify};
-use crate::view::{Machine, PackedScene, Program, Scene, Shapes};
+use crate::view::{DrawnMachine, DrawnProgram, PackedScene, Scene, Shapes};
+use crate::world::World;
 
 /// What is to be looked at.
 #[derive(Clone, Debug)]
@@ -102,27 +103,27 @@ pub fn is_page(name: &'static str, path: &Path) -> Result<(), BadSetting> {
 ///
 /// # Errors
 ///
-/// [`Error::NotOurs`], [`Error::MadeByAnother`], [`Error::NoMoves`], and what keeps files from being read. Neither findings nor the lack of a
+/// [`PrintError::NotOurs`], [`PrintError::MadeByAnother`], [`PrintError::NoMoves`], and what keeps files from being read. Neither findings nor the lack of a
 /// plan is one.
-pub fn preview(request: &PreviewRequest, world: &World<'_>) -> Result<PreviewResult, Error> {
+pub fn preview(request: &PreviewRequest, world: &World<'_>) -> Result<PreviewResult, PrintError> {
     match request {
         PreviewRequest::Program(source, plan) => program(source, &load_plan(plan, world)?, world),
         PreviewRequest::Plan(plan) => Ok(of_plan(&plan.plan.name(), &load_plan(plan, world)?, None)),
         PreviewRequest::Model(request) => match plan(request, world) {
             Ok(made) => Ok(PreviewResult { ways: made.ways, ..of_plan(&made.plan.model.file, &made.plan, None) }),
-            Err(strategy::Error::NoPlan(no)) => of_no_plan(no, request, world),
+            Err(strategy::StrategyError::NoPlan(no)) => of_no_plan(no, request, world),
             Err(error) => Err(error.into()),
         },
     }
 }
 
-fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<PreviewResult, Error> {
+fn program(source: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<PreviewResult, PrintError> {
     let bytes = source.bytes(world)?;
     let file = source.name().into_owned();
     match made_by(&bytes) {
-        None => return Err(Error::NotOurs { file }),
+        None => return Err(PrintError::NotOurs { file }),
         Some(made_by) if made_by != plan.sha256 => {
-            return Err(Error::MadeByAnother { file, made_by, given: plan.sha256.clone() });
+            return Err(PrintError::MadeByAnother { file, made_by, given: plan.sha256.clone() });
         }
         Some(_) => {}
     }
@@ -144,25 +145,25 @@ pub const MOST_LOOKED_AT: usize = 500_000;
 ///
 /// # Errors
 ///
-/// [`Error::NoMoves`].
+/// [`PrintError::NoMoves`].
 pub fn show(
     file: &str,
     program: &[u8],
     plan: &CheckedPlan,
     report: &Report,
     world: &World<'_>,
-) -> Result<PreviewResult, Error> {
+) -> Result<PreviewResult, PrintError> {
     let bar = world.progress.begin("drawing", 3);
     let start = world.clock.now();
     let profile = &plan.machine.profile;
     let trace = trace::read(program, &profile.trace_setting());
     bar.at(1);
     if trace.is_empty() {
-        return Err(Error::NoMoves { file: file.to_owned() });
+        return Err(PrintError::NoMoves { file: file.to_owned() });
     }
     let workpiece = plan.workpiece();
     let job = ReplayJob { profile, plan: &plan.plan, workpiece: &workpiece };
-    let pack = || Program::of(&trace, program, &profile.kinematics(), profile.dialect.extruder);
+    let pack = || DrawnProgram::of(&trace, program, &profile.kinematics(), profile.dialect.extruder);
     let looked_at = trace.len() <= MOST_LOOKED_AT;
     let (packed, rooms) = rayon::join(pack, || if looked_at { rooms(&trace, &job) } else { Vec::new() });
     drop(trace);
@@ -177,8 +178,8 @@ pub fn show(
 ///
 /// # Errors
 ///
-/// [`Error::NoMoves`].
-pub fn show_rejected(file: &str, rejected: &Rejected, world: &World<'_>) -> Result<Option<PreviewResult>, Error> {
+/// [`PrintError::NoMoves`].
+pub fn show_rejected(file: &str, rejected: &Rejected, world: &World<'_>) -> Result<Option<PreviewResult>, PrintError> {
     let shown = |plan| {
         let shown = show(file, &rejected.program, plan, &rejected.report, world)?;
         Ok(PreviewResult { ways: rejected.ways.clone(), ..shown })
@@ -187,7 +188,7 @@ pub fn show_rejected(file: &str, rejected: &Rejected, world: &World<'_>) -> Resu
 }
 
 /// A plan, pose by pose, with the program where there is one.
-fn of_plan(file: &str, plan: &CheckedPlan, program: Option<Program>) -> PreviewResult {
+fn of_plan(file: &str, plan: &CheckedPlan, program: Option<DrawnProgram>) -> PreviewResult {
     let (workpiece, profile) = (plan.workpiece(), &plan.machine.profile);
     let kinematics = profile.kinematics();
     // They stand on the table as it is level.
@@ -210,7 +211,7 @@ fn of_plan(file: &str, plan: &CheckedPlan, program: Option<Program>) -> PreviewR
 }
 
 /// For each part and each thing in its way the nearest miss, the head where it would strike.
-fn of_no_plan(no: Box<NoPlan>, request: &PlanRequest, world: &World<'_>) -> Result<PreviewResult, Error> {
+fn of_no_plan(no: Box<NoPlan>, request: &PlanRequest, world: &World<'_>) -> Result<PreviewResult, PrintError> {
     let loaded = load_profile(&request.machine, world)?;
     let given = |place: &PlaceRequest| place.placement(&no.model.model);
     let placement = request.options.place.as_ref().map_or_else(|| Workpiece::centred(&no.model.model), given);
@@ -230,10 +231,10 @@ fn scene(
     profile: &Profile,
     workpiece: &Workpiece<'_>,
     supports: &[(usize, TriangleMesh<Table>)],
-    program: Option<Program>,
+    program: Option<DrawnProgram>,
 ) -> PreviewResult {
     let (head, frame) = (profile.head_bodies(), profile.fixed_bodies());
-    let machine = Machine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &head, &frame);
+    let machine = DrawnMachine::of(profile.kinematics(), profile.linear_limits(), &profile.table_slab(), &head, &frame);
     let name = |part: usize| workpiece.model.parts[part].name.clone();
     let solids = workpiece.parts.iter().cloned().chain(supports.iter().map(|(_, solid)| solid.clone()));
     let scene = Scene { machine, shapes: Shapes::of(&solids.collect::<Vec<_>>()), program };

@@ -3,12 +3,12 @@
 //! Poses and places come from the verified program's own moves, so what is rehearsed is what will be printed: each pose at which something
 //! is laid, in order, and the tip's outermost places there.
 
-use super::{CheckedPlan, Error};
+use super::error::MachineError;
 use crate::calibrate::{self, ColdPose, outermost};
 use crate::geom::Vec3;
+use crate::input::CheckedPlan;
 use crate::motion::Pose;
 use crate::planning::Print;
-use crate::spelling::counted;
 use crate::trace;
 
 /// A rehearsal.
@@ -22,28 +22,15 @@ pub struct DryRun {
     pub left_out: Vec<String>,
 }
 
-impl DryRun {
-    /// What it is, in words.
-    pub fn text(&self) -> String {
-        let places = self.poses.iter().map(|pose| pose.places.len()).sum();
-        let left_out = match &self.left_out[..] {
-            [] => String::new(),
-            lines => format!("; omitted start-code lines: {}", lines.join(", ")),
-        };
-        let (poses, places) = (counted(self.poses.len(), "pose"), counted(places, "place"));
-        format!("cold, {poses} with a stop at each, {places} from 20 mm above{left_out}")
-    }
-}
-
 /// Rehearses `program`, which was made for `plan`.
 ///
 /// # Errors
 ///
-/// [`Error::NoDryRun`] where a way on the bare table is not proved clear.
-pub fn dry_run(program: &[u8], plan: &CheckedPlan) -> Result<DryRun, Error> {
+/// [`MachineError::NoDryRun`] where a way on the bare table is not proved clear.
+pub fn dry_run(program: &[u8], plan: &CheckedPlan) -> Result<DryRun, MachineError> {
     let profile = &plan.machine.profile;
     let poses = poses(program, plan);
-    let made = calibrate::dry_run(profile, &poses).map_err(|no| Error::NoDryRun { why: no.to_string() })?;
+    let made = calibrate::dry_run(profile, &poses).map_err(|no| MachineError::NoDryRun { why: no.to_string() })?;
     Ok(DryRun { gcode: made.gcode, left_out: made.left_out, poses })
 }
 
@@ -62,7 +49,7 @@ fn poses(program: &[u8], plan: &CheckedPlan) -> Vec<ColdPose> {
     let supports = plan.plan.supports().map(|(_, slot, print)| (slot, print));
     let prints: Vec<(usize, &Print)> = plan.plan.prints().chain(supports).collect();
     let mut all: Vec<Laid> = Vec::new();
-    for m in trace.moves().filter(trace::Move::prints) {
+    for m in trace.moves().filter(trace::TraceMove::prints) {
         let state = trace.state(&m);
         let print = state.print.and_then(|number| prints.get(number as usize));
         let (Some(&(slot, print)), Some(pose), Some(ends)) = (print, state.pose(), m.ends()) else { continue };

@@ -4,10 +4,11 @@ use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::{Error, World};
+use super::error::PrinterError;
 use crate::link::Time;
 use crate::link::serial::{Heard, Port};
 use crate::link::sim::{Logged, Sim};
+use crate::world::World;
 
 /// How long a pulled plug stays out.
 const UNPLUGGED: Duration = Duration::from_secs(2);
@@ -39,8 +40,8 @@ impl<'a> Bench<'a> {
     ///
     /// # Errors
     ///
-    /// [`Error::Port`] and [`Error::Link`] where the place cannot be had, [`Error::Log`] where the log takes nothing.
-    pub fn serve(mut self, link: &str, ended: &AtomicBool, ready: impl FnMut(&str)) -> Result<(), Error> {
+    /// [`PrinterError::Port`] and [`PrinterError::Link`] where the place cannot be had, [`PrinterError::Log`] where the log takes nothing.
+    pub fn serve(mut self, link: &str, ended: &AtomicBool, ready: impl FnMut(&str)) -> Result<(), PrinterError> {
         let result = self.serve_all(link, ended, ready);
         self.write_log()?;
         result
@@ -50,7 +51,7 @@ impl<'a> Bench<'a> {
         self.world.clock.now().saturating_sub(self.start).mul_f64(self.speed.unwrap_or(1.0)) + self.skipped
     }
 
-    fn serve_all(&mut self, link: &str, ended: &AtomicBool, mut ready: impl FnMut(&str)) -> Result<(), Error> {
+    fn serve_all(&mut self, link: &str, ended: &AtomicBool, mut ready: impl FnMut(&str)) -> Result<(), PrinterError> {
         loop {
             let server = self.world.ports.serve(link)?;
             ready(&server.place());
@@ -64,7 +65,7 @@ impl<'a> Bench<'a> {
                         self.world.clock.sleep(NAP);
                         continue;
                     }
-                    Err(source) => return Err(Error::Link { link: link.to_owned(), source }),
+                    Err(source) => return Err(PrinterError::Link { link: link.to_owned(), source }),
                 };
                 let unplugged = self.talk(&mut port, ended)?;
                 if unplugged {
@@ -78,7 +79,7 @@ impl<'a> Bench<'a> {
     }
 
     /// One host; `true` where the plug was pulled, `false` where the host has left.
-    fn talk(&mut self, port: &mut Port, ended: &AtomicBool) -> Result<bool, Error> {
+    fn talk(&mut self, port: &mut Port, ended: &AtomicBool) -> Result<bool, PrinterError> {
         while !ended.load(Ordering::Relaxed) {
             self.sim.advance(self.now());
             self.hurry();
@@ -141,7 +142,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    fn write_log(&mut self) -> Result<(), Error> {
+    fn write_log(&mut self) -> Result<(), PrinterError> {
         let entries = self.sim.take_log();
         let Some(file) = &mut self.log else { return Ok(()) };
         let mut text = Vec::new();
@@ -160,6 +161,6 @@ impl<'a> Bench<'a> {
             }
             text.push(b'\n');
         }
-        file.write_all(&text).map_err(|source| Error::Log { source })
+        file.write_all(&text).map_err(|source| PrinterError::Log { source })
     }
 }

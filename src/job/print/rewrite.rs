@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use super::error::PrintError;
+use super::slice::Prints;
+use super::verify::Verified;
 use super::verify::replayed;
-use super::{CheckedPlan, Error, Prints, Source, Verified, World};
 use crate::gcode::marks::finished_by;
+use crate::input::{CheckedPlan, Source};
 use crate::pictures::thumbnails;
 use crate::profile::Profile;
 use crate::strategy::holding::{CENTRE_MM, LayError, all_supports};
@@ -13,6 +16,7 @@ use crate::toolpath::{
     check_box, find_moved, read_sliced, rewrite as rewritten, slot_mesh,
 };
 use crate::trace::totals;
+use crate::world::World;
 
 /// Sliced files and the plan they were sliced for.
 #[derive(Clone, Debug)]
@@ -42,15 +46,15 @@ pub struct RewriteResult {
 ///
 /// # Errors
 ///
-/// [`Error::Sliced`] and [`Error::Rewrite`] for files that are not understood or do not fit the plan,
-/// [`Error::WhichPrint`], and [`Error::Rejected`] where the result has findings.
-pub fn rewrite(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<RewriteResult, Error> {
+/// [`PrintError::Sliced`] and [`PrintError::Rewrite`] for files that are not understood or do not fit the plan,
+/// [`PrintError::WhichPrint`], and [`PrintError::Rejected`] where the result has findings.
+pub fn rewrite(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<RewriteResult, PrintError> {
     // What was read is given back before the replay, which needs room of its own.
     let written = write(request, world)?;
     written.verified(request.plan, world)
 }
 
-fn write(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Written, Error> {
+fn write(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Written, PrintError> {
     let plan = request.plan;
     let mut sources = Vec::new();
     for source in &request.sliced {
@@ -85,11 +89,11 @@ fn write(request: &RewriteRequest<'_>, world: &World<'_>) -> Result<Written, Err
 ///
 /// # Errors
 ///
-/// [`Error::OtherPlan`] for a program that another plan was finished by, and what keeps a file from being read.
-pub fn is_finished(file: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<bool, Error> {
+/// [`PrintError::OtherPlan`] for a program that another plan was finished by, and what keeps a file from being read.
+pub fn is_finished(file: &Source, plan: &CheckedPlan, world: &World<'_>) -> Result<bool, PrintError> {
     match finished_by(&file.bytes(world)?) {
         Some(by) if by == plan.sha256 => Ok(true),
-        Some(_) => Err(Error::OtherPlan { file: file.name().into_owned() }),
+        Some(_) => Err(PrintError::OtherPlan { file: file.name().into_owned() }),
         None => Ok(false),
     }
 }
@@ -99,7 +103,7 @@ pub(super) fn read_prints<'a>(
     bytes: &'a [u8],
     file: &'a str,
     profile: &'a Profile,
-) -> Result<Vec<LabelledPrint<'a>>, Error> {
+) -> Result<Vec<LabelledPrint<'a>>, PrintError> {
     let words = InputWords { firmware: profile.firmware(), allow: &profile.dialect.allow, supports: false };
     Ok(read_sliced(bytes, file, words)?)
 }
@@ -117,9 +121,9 @@ impl Written {
         expected: usize,
         plan: &CheckedPlan,
         world: &World<'_>,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, PrintError> {
         let supports = all_supports(plan, inputs).map_err(|error| match error {
-            LayError::Setting(error) => Error::from(error),
+            LayError::Setting(error) => PrintError::from(error),
             LayError::Sliced(error) => error.into(),
         })?;
         let words = InputWords { supports: true, ..InputWords::default() };
@@ -146,7 +150,7 @@ impl Written {
     }
 
     /// The program, replayed.
-    pub(super) fn verified(self, plan: &CheckedPlan, world: &World<'_>) -> Result<RewriteResult, Error> {
+    pub(super) fn verified(self, plan: &CheckedPlan, world: &World<'_>) -> Result<RewriteResult, PrintError> {
         let replay = replayed(self.gcode, plan, world);
         let verify_seconds = replay.seconds;
         Ok(RewriteResult { gcode: replay.verified()?, warnings: self.warnings, verify_seconds })
@@ -193,7 +197,7 @@ impl<'a> Assigned<'a> {
         request: &RewriteRequest<'_>,
         (prints, spots): (&Prints, Option<&[ProjectSpot]>),
         file: &str,
-    ) -> Result<Placed<'a>, Error> {
+    ) -> Result<Placed<'a>, PrintError> {
         let (plan, bed) = (request.plan, &request.bed);
         let (profile, sliced) = (&plan.machine.profile, &self.segment.sliced);
         let Some((_, print)) = plan.prints().nth(self.print) else { return Ok(Placed::AsPut(bed.middle_mm())) };
@@ -209,7 +213,7 @@ impl<'a> Assigned<'a> {
         }
         let wrong = |source| {
             let (file, print, part) = (file.to_owned(), self.print, print.part);
-            Error::from(RewriteError::Box { file, print, part, source })
+            PrintError::from(RewriteError::Box { file, print, part, source })
         };
         match find_moved(&mesh([0.0; 2]), sliced, profile)? {
             Ok(moved) => {
@@ -239,7 +243,10 @@ fn tell_moved(assigned: &[Assigned<'_>], placed: &[Placed<'_>], world: &World<'_
     }
 }
 
-fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<LabelledPrint<'a>>]) -> Result<Vec<Assigned<'a>>, Error> {
+fn assign<'a>(
+    request: &RewriteRequest<'_>,
+    all: &'a [Vec<LabelledPrint<'a>>],
+) -> Result<Vec<Assigned<'a>>, PrintError> {
     let only = request.plan.prints().count() == 1;
     let mut found = Vec::new();
     for (source, segments) in all.iter().enumerate() {
@@ -247,7 +254,7 @@ fn assign<'a>(request: &RewriteRequest<'_>, all: &'a [Vec<LabelledPrint<'a>>]) -
         let file = request.sliced[source].name();
         for segment in segments {
             let print = request.print.or(segment.print).or_else(|| print_of_file(&file)).or(only.then_some(0));
-            let print = print.ok_or_else(|| Error::WhichPrint { file: file.clone().into_owned() })?;
+            let print = print.ok_or_else(|| PrintError::WhichPrint { file: file.clone().into_owned() })?;
             found.push(Assigned { print, source, segment, in_project });
         }
     }

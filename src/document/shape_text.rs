@@ -1,0 +1,80 @@
+//! What is packed and held, for people.
+
+use std::fmt::Write;
+
+use crate::job::{PackResult, SupportResult};
+use crate::pack::PackGoal;
+use crate::spelling::counted;
+
+/// The result for people.
+pub fn packed(done: &PackResult) -> String {
+    let mut out = String::new();
+    for (index, plate) in done.plates.iter().enumerate() {
+        let _ = write!(out, "{}: {}, ", PackResult::file(index), counted(plate.pieces.len(), "piece"));
+        let _ = write!(out, "{:.1} % of the space", 100.0 * plate.fill);
+        if !plate.locked.is_empty() {
+            let _ = write!(out, ", {} of them not shown to lift straight out", plate.locked.len());
+        }
+        let _ = writeln!(out);
+    }
+    let pieces: usize = done.plates.iter().map(|plate| plate.pieces.len()).sum();
+    let _ = match done.goal {
+        PackGoal::Runs => {
+            writeln!(out, "{pieces} pieces in {} (at least {})", counted(done.plates.len(), "run"), done.bound)
+        }
+        PackGoal::Filling => writeln!(out, "{pieces} pieces worth {:.3} (at most {:.3})", done.value, done.bound),
+    };
+    for (name, count) in &done.left_out {
+        let _ = writeln!(out, "left out: {count} of {name}");
+    }
+    let _ = writeln!(out, "{} after {:.2} s by {}", done.end(), done.seconds, done.method);
+    out
+}
+
+/// The result for people.
+pub fn supported(done: &SupportResult) -> String {
+    let SupportResult { count, planned, built, cover, .. } = done;
+    let (tally, mut out) = (&planned.tally, String::new());
+    if count.red == 0 && done.bare.is_empty() {
+        return "nothing overhangs: no support is needed".to_owned();
+    }
+    let [nx, ny, nz] = done.graph.grid.size;
+    let _ = writeln!(
+        out,
+        "grid {nx} x {ny} x {nz}: {} nodes, {} arcs, {} squares need support, {} can be feet",
+        count.nodes, count.arcs, count.red, count.green
+    );
+    let _ = writeln!(
+        out,
+        "{}: cost {} (at least {}), {} arcs used (at least {}), {:.0} mm, {} over capacity, planned in {:.2} s",
+        done.method,
+        tally.cost,
+        planned.lower_bound,
+        tally.used_arcs(),
+        planned.fewest_arcs,
+        tally.length_mm(done.graph.grid.step_mm),
+        tally.over_capacity,
+        done.seconds_plan
+    );
+    let _ = writeln!(
+        out,
+        "{:.1} mm3 of support{}, {:.1} % of {:.1} mm2 supported, contact {:.1} mm2, on the ground {:.1} mm2, longest free column {:.1} mm; \
+         {:.2} s",
+        built.volume_mm3,
+        beside_columns(done),
+        100.0 * cover.share(),
+        cover.area_mm2,
+        built.contact_mm2,
+        built.plate_mm2,
+        done.longest_free_mm,
+        done.seconds
+    );
+    out
+}
+
+/// What there is beside columns, in words with a comma before them.
+fn beside_columns(done: &SupportResult) -> String {
+    let bars = (done.built.bars > 0).then(|| format!(", {}", counted(done.built.bars, "roof bar")));
+    let struts = (done.struts > 0).then(|| format!(", {}", counted(done.struts, "strut piece")));
+    bars.into_iter().chain(struts).collect()
+}

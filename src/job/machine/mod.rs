@@ -1,0 +1,17 @@
+//! Machines: a profile made by answers or from a firmware's files, checked, measured and rehearsed.
+
+mod calibrate;
+mod check;
+mod dry_run;
+mod error;
+mod import;
+mod new;
+mod uncalibrated;
+
+pub use calibrate::{CalibrateRequest, CalibrateResult, PosesRequest, PosesResult, calibrate, poses};
+pub use check::{CheckedProfile, Tilted, check_profile};
+pub use dry_run::{DryRun, dry_run};
+pub use error::MachineError;
+pub use import::{ImportProfile, ImportedProfile, import_profile};
+pub use new::{Answers, MadeProfile, NewProfile, QUESTIONS, keep_profile, new_profile};
+pub use uncalibrated::Uncalibrated;

@@ -1,0 +1,82 @@
+//! Why there is no printer to send to, real or simulated.
+
+use super::quirks::QUIRKS;
+use crate::input::InputError;
+use crate::link::serial::PortError;
+use crate::link::sim::NAMES;
+
+/// Why there is no printer to send to, real or simulated.
+#[derive(Debug, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "job/")]
+pub enum PrinterError {
+    /// What is read for it.
+    #[error(transparent)]
+    Input(InputError),
+    /// A profile whose printer cannot be streamed to.
+    #[error("profile {profile}: [link] protocol {protocol:?} cannot be streamed; use marlin, rrf, klipper or grbl")]
+    Protocol {
+        /// The profile.
+        profile: String,
+        /// As it says.
+        protocol: String,
+    },
+    /// A port that cannot be had.
+    #[error(transparent)]
+    Port(#[from] PortError),
+    /// A place where no host can connect.
+    #[error("{link}: {source}")]
+    Link {
+        /// The place.
+        link: String,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A simulated printer's log that cannot be written.
+    #[error("log: {source}")]
+    Log {
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A simulated printer that cannot be.
+    #[error(transparent)]
+    Simulation(#[from] BadSimulation),
+}
+
+impl PrinterError {
+    /// What stands for it in documents, for good.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Input(error) => error.code(),
+            Self::Port(error) => error.into(),
+            Self::Simulation(error) => error.into(),
+            own => own.into(),
+        }
+    }
+}
+
+impl<E: Into<InputError>> From<E> for PrinterError {
+    fn from(error: E) -> Self {
+        Self::Input(error.into())
+    }
+}
+
+/// A word of a request that means nothing.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "kebab-case", prefix = "simulate/")]
+pub enum BadSimulation {
+    /// An unknown quirk.
+    #[error("quirk {given} is unknown; known are {}", QUIRKS.map(|(name, _)| name).join(", "))]
+    Quirk {
+        /// As given.
+        given: String,
+    },
+    /// An unknown fault.
+    #[error(
+        "fault {given}: must be NAME@LINE, NAME:PROBABILITY or random:PROBABILITY; names: {}",
+        NAMES.map(|(name, _)| name).join(", ")
+    )]
+    Fault {
+        /// As given.
+        given: String,
+    },
+}

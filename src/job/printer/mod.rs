@@ -1,0 +1,12 @@
+//! The printer of a profile: what the link has to know of it, and one that is simulated.
+
+mod bench;
+mod error;
+mod quirks;
+mod settings;
+mod simulate;
+
+pub use bench::Bench;
+pub use error::{BadSimulation, PrinterError};
+pub(crate) use settings::{abilities, model, protocol, quirks, rules, settings};
+pub use simulate::{SimulateRequest, simulate};
